@@ -5,12 +5,12 @@
 #[path = "cases/mod.rs"]
 mod cases;
 
-use cases::{Line, devices, stacked, system};
+use cases::{Line, devices, system};
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 use tumble::batch::{Device, Fleet};
 use tumble::design::{Model, assemble};
-use tumble::estimate::{Fold, Group, Settings, adjust, adjust_stacked};
+use tumble::estimate::{Fold, Settings, adjust};
 use tumble::fit;
 use tumble::navigate::errors::ImuErrors;
 use tumble::navigate::mission::{Mission, Site};
@@ -58,21 +58,33 @@ fn estimates() {
     }
 }
 
-/// Ten thousand sets of readings of one design: estimates alone.
-fn products() {
-    let one = adjust(&system(30, 6), &Settings::default()).expect("an estimate");
-    let observed: Vec<f64> = (0..300_000).map(|k| f64::from(k * 7919 % 1009) * 1e-3).collect();
-    show("10000 estimates alone, one design", || drop(black_box(one.factor.solve_many(black_box(&observed)))));
-}
-
-/// A thousand designs of their own: estimates and uncertainties alone.
-fn stacks() {
-    let designs: Vec<f64> = (0..1000).flat_map(|k| stacked(k).0).collect();
-    let observed: Vec<f64> = (0..1000).flat_map(|k| stacked(k).1).collect();
-    let group = Group::Estimated(0);
-    show("1000 stacked designs 30 x 6", || {
-        drop(black_box(adjust_stacked(black_box(&designs), &observed, &[], (30, 6), group, &Settings::default())));
-    });
+/// A thousand gyros through the schedule of Table 1, whose tilts act non-linearly: Gauss-Newton of each to its end.
+fn exact_fleet() {
+    let text = include_str!("../data/campaigns/li2012-table1.campaign.json");
+    let file: wire::CampaignFile = serde_json::from_str(text).expect("a campaign");
+    let bench = file.own_bench(&mut |name| panic!("{name} is built in")).expect("a bench");
+    let source = Source { name: "table 1".into(), text: text.into() };
+    let campaign =
+        wire::read_campaign(&source, &mut |name| panic!("{name} is built in")).expect("a published campaign");
+    let wire::ReadingsRef::Inline(readings) = file.readings.clone() else { return };
+    let mut rows: Vec<wire::ReadingFile> = Vec::new();
+    for k in 0..1000 {
+        for (i, row) in readings.iter().enumerate() {
+            let mut own = row.clone();
+            for (key, cell) in &mut own.0 {
+                if let (wire::Cell::Number(value), "V") = (cell, key.as_str()) {
+                    *value += 1e-4 * (f64::from(k * 30 + i as u32 * 7) * 12.9898).sin();
+                }
+            }
+            own.0.push(("serial".into(), wire::Cell::Text(format!("S{k}"))));
+            rows.push(own);
+        }
+    }
+    let (layout, devices) = wire::inline_devices(&bench, rows, "serial", |_| false).expect("devices");
+    let question = |device: &Device| Ok(campaign.with_readings(wire::device_readings(&bench, &layout, device)?));
+    let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
+    let mut work = || drop(Fleet::new(&question, fit::Settings::default(), 7).fit(black_box(&devices), &layout));
+    one.install(|| show("1000 devices of Table 1's model", &mut work));
 }
 
 fn fleets() {
@@ -117,8 +129,7 @@ fn navigators() {
 
 fn main() {
     estimates();
-    products();
-    stacks();
     fleets();
+    exact_fleet();
     navigators();
 }

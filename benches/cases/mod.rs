@@ -26,20 +26,6 @@ pub fn system(m: usize, n: usize) -> System {
     }
 }
 
-/// The design and the readings of the k-th device of a stack: those of `devices`, row by row.
-pub fn stacked(k: usize) -> (Vec<f64>, Vec<f64>) {
-    let uniform = |i: usize| ((k * 30 + i) * 7919 % 1_000_003) as f64 / 1_000_003.0 - 0.5;
-    let (mut rows, mut observed) = (Vec::new(), Vec::new());
-    for i in 0..30 {
-        let rate = [-100.0, -50.0, -20.0, 20.0, 50.0, 100.0][i / 5] + uniform(i);
-        let acc = [0.0, 0.5, 1.0, -0.5, -1.0][i % 5];
-        let warm = f64::from((i as u32 * 7) % 5) * 5.0 + 20.0;
-        rows.extend([1.0, rate, rate * rate / 1e4, acc, warm, acc * acc]);
-        observed.push(0.01 - 2.9e-3 * rate + 2e-3 * acc + 1e-5 * warm + 3e-4 * uniform(7 * i));
-    }
-    (rows, observed)
-}
-
 /// Devices with one schedule, or (`own`) each with a schedule that no other has.
 pub fn devices(count: usize, own: bool) -> Vec<Device> {
     let mut state = 1_u64;

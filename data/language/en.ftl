@@ -468,6 +468,7 @@ rates-outside-those-of-the-table = { $name } = { $rate } deg/s: the rates of thi
 rates-would-be-round-as-radians = all values of { $name } lie within 6.3 deg/s and would be multiples of 5 deg/s if they were in rad/s: are they?
 tilt-is-no-small-rotation = { $id } = { $tilt } deg is not a small tilt: with { $factor } as known, the readings of { $sensor } appear too large by orders of magnitude; are they in { $unit }, or in a thousandth of it?
 factor-is-thousands-off-its-start = { $id } is { $ratio } times its start, and carries most of the readings: are the readings of { $sensor } in { $unit }?
+every-reading-of-a-channel-is-the-same = every reading of { $sensor } is { $value } although its inputs change: the channel is stuck, or its resolution shows nothing
 every-row-stands-there-several-times = every row occurs { $times } times with identical digits: if rows were entered more than once, u is too small by the square root of that number
 condition-the-readings-hardly-tell-some-parameters = condition { $condition }: some parameters are nearly confounded; check the units of the inputs and the correlations
 belongs-to-the-bench-and-stays-there = { $others } { $n ->
@@ -926,7 +927,19 @@ noise-standard-deviations = noise, ±2 standard deviations
 # report/batch.rs
 by-accepted-rejected-malformed = { $devices } by { $by }: { $accepted } accepted, { $rejected } rejected, { $malformed } malformed
 fitted-by-a-common-schedule-by-themselves = fitted: { $common_schedule } with a common schedule, { $own_fit } individually
-with-suspicious-readings = { $devices } with suspicious readings
+devices-by-reason = by reason: { $list }
+what-chance-alone-finds = { $reason }: in { $found } of { $devices }; chance alone finds it in about { $expected }, and { $beyond } remain at { $level } over all devices together
+reason-malformed = no readings of this campaign
+reason-not-estimable = not estimable
+reason-stuck-channel = stuck channel
+reason-global-test = global test failed
+reason-no-convergence = no convergence
+reason-constraints = constraints
+reason-lack-of-fit = lack of fit
+reason-suspicious-readings = suspicious readings
+reason-repeated-rows = repeated rows
+reason-outside-limits = outside limits
+reason-undecided = undecided
 conformity-pass-undecided-fail = conformity ({ $decision }): { $pass } pass, { $undecided } undecided, { $fail } fail
 sd-of-devices = sd of devices
 p-alike = p alike
@@ -956,7 +969,7 @@ histogram-of-curve-what-the-scatter-of-2 = Histogram of `{ $id }`; curve: expect
 distributions = Distributions
 each-histogram-shows-the-accepted-devices-the = Each histogram shows the accepted devices; the curve is expected from the scatter of the readings alone; dashed lines are limits. Outlying values are counted in the last bar.
 devices-that-are-not-in-order = Devices that are not in order
-the-first-devices-that-are-not-in-order = The first { $listed } of them:
+the-first-devices-that-are-not-in-order = The worst { $listed } of them:
 devices-that-stand-apart = Outlying devices
 no-accepted-device-stands-apart-from-the = No accepted device is an outlier at 1 % over all devices and quantities.
 z-value-median-mad-beyond-what-a = z = (value - median) / (1.4826 MAD), beyond the limit of a normal distribution at 1 % over all devices and quantities; largest first, at most 50. For a single report run `tumble fit` with the readings of that device.

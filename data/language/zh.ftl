@@ -421,6 +421,7 @@ rates-outside-those-of-the-table = { $name } = { $rate } deg/s：转台的速率
 rates-would-be-round-as-radians = { $name } 的全部数值都在 6.3 deg/s 以内，若以 rad/s 计则均为 5 deg/s 的整数倍：其单位是否为 rad/s？
 tilt-is-no-small-rotation = { $id } = { $tilt } deg 已不是小倾角：按已知的 { $factor }，{ $sensor } 的读数大了几个数量级；其单位是 { $unit }，还是其千分之一？
 factor-is-thousands-off-its-start = { $id } 为其初值的 { $ratio } 倍，且读数主要由它决定：{ $sensor } 的读数单位是 { $unit } 吗？
+every-reading-of-a-channel-is-the-same = 输入量在变化，而 { $sensor } 的每个读数均为 { $value }：该通道已卡死，或其分辨力不足以显示变化
 every-row-stands-there-several-times = 每一行均以完全相同的数值出现 { $times } 次：若为重复录入，则 u 按该次数的平方根偏小
 condition-the-readings-hardly-tell-some-parameters = 条件数 { $condition }：读数几乎不能区分某些参数；请检查输入量的单位和相关系数
 
@@ -810,7 +811,19 @@ readings-by = 按 { $factor } 分组的读数
 noise-standard-deviations = 噪声，±2 倍标准差
 by-accepted-rejected-malformed = { $devices }（按 { $by } 区分）：接受 { $accepted }，拒绝 { $rejected }，数据不合要求 { $malformed }
 fitted-by-a-common-schedule-by-themselves = 拟合：共用试验编排 { $common_schedule } 个，单独拟合 { $own_fit } 个
-with-suspicious-readings = { $devices }有可疑读数
+devices-by-reason = 按原因：{ $list }
+what-chance-alone-finds = { $reason }：{ $devices }中有 { $found } 个；仅由偶然约有 { $expected } 个，就全部被测件而言在 { $level } 水平上仍有 { $beyond } 个
+reason-malformed = 读数不符合本测试文件
+reason-not-estimable = 不可估计
+reason-stuck-channel = 通道卡死
+reason-global-test = 整体检验未通过
+reason-no-convergence = 不收敛
+reason-constraints = 约束
+reason-lack-of-fit = 失拟
+reason-suspicious-readings = 可疑读数
+reason-repeated-rows = 重复的行
+reason-outside-limits = 超出限值
+reason-undecided = 不能判定
 conformity-pass-undecided-fail = 符合性（{ $decision }）：合格 { $pass }，不能判定 { $undecided }，不合格 { $fail }
 sd-of-devices = 被测件间标准差
 p-alike = 无差异时的 p
@@ -838,7 +851,7 @@ histogram-of-curve-what-the-scatter-of-2 = `{ $id }` 的直方图；曲线为仅
 distributions = 分布
 each-histogram-shows-the-accepted-devices-the = 各直方图为已接受的被测件；曲线为仅由各自读数的分散所致的分布，虚线为限值。远离的值计入最末一格。
 devices-that-are-not-in-order = 异常被测件
-the-first-devices-that-are-not-in-order = 仅列出前 { $listed } 个：
+the-first-devices-that-are-not-in-order = 仅列出最差的 { $listed } 个：
 devices-that-stand-apart = 离群的被测件
 no-accepted-device-stands-apart-from-the = 就全部被测件和全部量而言，在 1 % 水平上没有离群的被测件。
 z-value-median-mad-beyond-what-a = z = （量值 - 中位数）/（1.4826 MAD），列出的值超出正态分布在全部被测件和全部量上 1 % 的范围；最远者在前，至多 50 个。单个报告：用该被测件的读数运行 `tumble fit`。

@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyByteArray, PyBytes};
 use std::path::PathBuf;
 use std::time::Instant;
-use tumble::batch::{self, Device, Ended, Fleet, Layout, Row, Schedules, Summary, Use};
+use tumble::batch::{self, Device, Fleet, Layout, Row, Schedules, Summary, Tables, Use};
 use tumble::bench::Bench;
 use tumble::campaign::{Campaign, Kind, Readings};
 use tumble::error::{Fault, Malformed};
@@ -243,7 +243,7 @@ impl Arrays {
             others: self.device.others.clone(),
             rows,
             first_row: (k * rows) as u64 + 1,
-            lot: String::new(),
+            ..Device::default()
         }
     }
 
@@ -488,20 +488,24 @@ fn fit_records(
     let asking = Asking::new(file, empty, settings).map_err(told)?;
     let answered = interruptible(py, move || {
         let mut known = Schedules::default();
-        let mut rows = Vec::new();
-        let mut pass = |counts: Option<&batch::Counts>, rows: &mut Vec<Row>| {
-            rows.clear();
-            let mut sink = |devices: Vec<Device>, layout: &Layout| {
-                rows.extend(asking.fit(&devices, layout, &mut known));
-                Ok(())
-            };
-            batch::stream(&names, &open, by_title.as_deref(), lot.as_deref(), &layout, counts, &mut sink)
+        // rows of a table may be handed on twice, where those of a device do not stand together
+        let rows = std::cell::RefCell::new(Vec::new());
+        let tables = Tables {
+            files: &names,
+            open: &open,
+            by: by_title.as_deref(),
+            lot: lot.as_deref(),
+            layout: &layout,
         };
-        if let Ended::CameBack { .. } = pass(None, &mut rows)? {
-            // the rows of a device do not stand together
-            let counts = batch::count(names.len(), &open, by_title.as_deref().unwrap_or_default())?;
-            pass(Some(&counts), &mut rows)?;
-        }
+        let mut sink = |devices: Vec<Device>, layout: &Layout| {
+            rows.borrow_mut().extend(asking.fit(&devices, layout, &mut known));
+            Ok(true)
+        };
+        batch::stream(&tables, &mut sink, &mut |_| {
+            rows.borrow_mut().clear();
+            Ok(())
+        })?;
+        let rows: Vec<Row> = rows.into_inner();
         Ok(asking.answered(rows, by.as_deref().unwrap_or("file")))
     })?;
     answered.map_err(told)

@@ -1,8 +1,8 @@
 //! A device's row from its solution: values, uncertainties, limits, verdict and remarks.
 
-use super::Row;
 use super::inputs::Input;
-use super::row::{Solved, Verdict, chi_square_words, remarks};
+use super::row::{Remarks, Solved, Verdict};
+use super::{Device, Row};
 use crate::algebra::{Scratch, Tape};
 use crate::campaign::{Campaign, Limited};
 use crate::elements::{Elements, Parts};
@@ -30,7 +30,7 @@ pub(super) struct Question<'a> {
 
 /// What was found of one device.
 pub(super) struct Answer<'a> {
-    pub label: &'a str,
+    pub device: &'a Device,
     /// Estimates less the reference.
     pub dx: &'a [f64],
     pub cofactor: &'a Mat<f64>,
@@ -47,6 +47,10 @@ pub(super) struct Answer<'a> {
     pub runs_p: f64,
     pub normality_p: f64,
     pub suspects: Vec<usize>,
+    /// Probability of the most significant of them; NaN where there is none.
+    pub suspect_p: f64,
+    /// Sensors, by index, whose readings are all the same whatever the inputs were, with that value.
+    pub stuck: Vec<(usize, f64)>,
     pub solved: Solved,
 }
 
@@ -125,30 +129,35 @@ impl Question<'_> {
             false if dof > 0 => quantiles::chi_square_survival(squares, dof as f64),
             _ => None,
         };
-        let rejected = chi_square_p.is_some_and(|p| p < 1.0 - level);
-        let mut why = Vec::new();
-        if let Some(p) = chi_square_p.filter(|_| rejected) {
-            why.push(chi_square_words(p));
+        let mut remarks = Remarks::default();
+        if let Some(p) = chi_square_p.filter(|p| *p < 1.0 - level) {
+            remarks.global_test(p);
         }
+        found.stuck.iter().for_each(|(sensor, value)| remarks.stuck(campaign.sensor_id(*sensor), *value));
         // rounding says nothing of the model
         let heard = |p: f64| if quality::is_rounding(squares, found.readings, found.largest) { f64::NAN } else { p };
-        let lack_of_fit_p = found.lack_of_fit_p.map(heard);
-        remarks(&mut why, &found.suspects, lack_of_fit_p.filter(|p| *p < 1.0 - level), &limits);
+        let lack_of_fit_p = found.lack_of_fit_p.map_or(f64::NAN, heard);
+        let is_wrong = !remarks.is_empty();
+        let is_wrong = remarks.lack_of_fit(lack_of_fit_p, level) || is_wrong;
+        remarks.of_device(found.device, &found.suspects);
+        remarks.limits(&limits);
         Row {
-            label: found.label.into(),
+            label: found.device.label.clone(),
             lot: String::new(),
-            verdict: if rejected { Verdict::Rejected } else { Verdict::Accepted },
+            verdict: if is_wrong { Verdict::Rejected } else { Verdict::Accepted },
             conformity: limits.iter().map(|(_, own)| *own).max(),
-            why: why.join("; "),
+            why: remarks.words(),
+            reasons: remarks.reasons(),
             readings: found.readings,
             rank: self.rank,
             dof,
             residual_sd: if dof > 0 { (squares / dof as f64).sqrt() } else { f64::NAN },
             chi_square_p: chi_square_p.unwrap_or(f64::NAN),
-            lack_of_fit_p: lack_of_fit_p.unwrap_or(f64::NAN),
+            lack_of_fit_p,
             runs_p: heard(found.runs_p),
             normality_p: heard(found.normality_p),
             suspects: found.suspects,
+            suspect_p: found.suspect_p,
             solved: found.solved,
             value,
             u,
@@ -225,13 +234,14 @@ pub(super) fn least_variance<I: Iterator<Item = f64>>(
     let arithmetic = (2.0 * f64::EPSILON * weighed).powi(2);
     // a last place this coarse would matter; all readings are whole numbers of it, or it is none
     let coarse = variance.sqrt() * 12f64.sqrt() * largest_u;
-    let places = coarse.log10().ceil();
+    // a decimal has no finer place than the twelfth
+    let places = coarse.log10().ceil().max(-12.0);
     let unit = if places <= 0.0 { 10f64.powf(-places) } else { 0.0 };
     let whole = |y: f64| {
         let count = y * unit;
         (count - count.round()).abs() <= 1e-6 * count.abs().max(1.0)
     };
-    if !(coarse > 0.0) || (unit > 0.0 && places > -14.0 && values().all(whole)) {
+    if !(coarse > 0.0) || (unit > 0.0 && values().all(whole)) {
         // numbers of full precision have no step
         let step = resolution(values()).unwrap_or(0.0);
         return arithmetic.max((step / 12f64.sqrt() / largest_u).powi(2));

@@ -14,7 +14,7 @@ use crate::elements::{Elements, OrNan, Parts};
 use crate::estimate::{Estimate, Group, adjust};
 use crate::fit::{self, Estimator, Remount, Settings};
 use crate::number;
-use crate::quality::{self, NormalScores, Whitened};
+use crate::quality::{self, NormalScores, Offsets, Whitened};
 use crate::uncertainty::quantiles;
 use faer::Mat;
 use pulp::Arch;
@@ -51,6 +51,8 @@ pub struct Common {
     pub(super) known: Vec<Input>,
     pub(super) derived: Vec<Tape>,
     pub(super) cells: Replicates,
+    /// Offsets of positions, where nothing is replicated.
+    pub(super) offsets: Option<Offsets>,
     pub(super) scores: Option<NormalScores>,
     /// How as many values as count for normality are sorted.
     pub(super) network: Vec<(usize, usize)>,
@@ -62,6 +64,8 @@ pub struct Common {
     pub(super) gain: Vec<f64>,
     /// From here on the largest gain is looked at more closely; `None` where nothing can be tested.
     pub(super) threshold: Option<f64>,
+    /// Sensors whose readings cannot all be the same.
+    pub(super) channels: Vec<fit::Channel>,
     /// Greatest relative uncertainty of a row, for the rounding of readings.
     pub(super) largest_u: f64,
 }
@@ -181,10 +185,18 @@ impl Common {
             _ => None,
         };
         drop(whitened);
+        let cells = Replicates::new(&fit::cells(campaign, &design, m), &system.u, estimate.dof);
+        let offsets = || {
+            let positions = fit::positions(campaign, &design);
+            Offsets::new(estimate.factor.weight(), estimate.factor.thin_q(), &positions, estimate.dof)
+        };
+        let offsets = if cells.are_tested() { None } else { offsets() };
         let largest_u = system.u.iter().copied().fold(0.0_f64, f64::max);
         Some(Common {
             sensor: design.rows.iter().map(|origin| origin.sensor).collect(),
-            cells: Replicates::new(&fit::cells(campaign, &design, m), &system.u, estimate.dof),
+            channels: fit::Channel::of(&design, n, campaign.bench.sensors.len()),
+            cells,
+            offsets,
             scores: NormalScores::new(studentizing.len()),
             network: simd_tests::network(if studentizing.len() <= NETWORK { studentizing.len() } else { 0 }),
             weight: system.u.iter().map(|u| 1.0 / u).collect(),
@@ -295,13 +307,18 @@ impl Common {
 
 /// Is the question one that a linear step answers, without constraints, scatter, robust weights or closed circles?
 pub(super) fn is_plain(campaign: &Campaign, settings: &Settings) -> bool {
-    let plain = settings.robust.is_none()
+    let one_step = is_linear(campaign) || (settings.estimator == Estimator::Linear && !is_uncertain(campaign));
+    one_step && is_alone(campaign, settings)
+}
+
+/// Is the question least squares alone?
+pub(super) fn is_alone(campaign: &Campaign, settings: &Settings) -> bool {
+    settings.robust.is_none()
         && settings.remount == Remount::No
         && campaign.constraints.is_empty()
         && campaign.scatter.is_empty()
         && campaign.correlations.is_empty()
-        && campaign.bench.sensors.iter().all(|sensor| sensor.turn.is_none());
-    plain && (is_linear(campaign) || (settings.estimator == Estimator::Linear && !is_uncertain(campaign)))
+        && campaign.bench.sensors.iter().all(|sensor| sensor.turn.is_none())
 }
 
 /// Is an input known with an uncertainty?

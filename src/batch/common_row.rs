@@ -49,9 +49,16 @@ impl Common {
                 device.values.or_nan(row * self.sensors + slot)
             })
         };
+        let (suspects, suspect_p) = self.suspects(v, found, map);
+        let value = |i: usize| {
+            let (row, slot) = self.places.get(i)?;
+            let row = map.and_then(|map| map.get(*row)).unwrap_or(row);
+            device.values.get(row * self.sensors + slot).copied()
+        };
+        let stuck = |own: &fit::Channel| Some((own.sensor, own.stuck(|i| value(i).unwrap_or(f64::NAN))?));
         let least = |own| least_variance(values, (own, found.sizes.weighed, self.largest_u));
         let answer = Answer {
-            label: &device.label,
+            device,
             dx,
             cofactor: &estimate.unknowns.cofactor,
             share: &self.share,
@@ -59,23 +66,29 @@ impl Common {
             squares,
             readings: self.places.len(),
             largest: found.sizes.weighed,
-            lack_of_fit_p: self.cells.lack_of_fit(v, &mut work.cell_sums),
+            lack_of_fit_p: match &self.offsets {
+                Some(offsets) => offsets.test(v, self.settings.level).map(|test| test.p),
+                None => self.cells.lack_of_fit(v, &mut work.cell_sums),
+            },
             runs_p: match found.runs {
                 Some((positive, runs)) => runs_of(positive, self.gain.len() - positive, runs),
                 None => self.runs(v, map),
             },
             normality_p: found.normality.unwrap_or_else(|| self.normality(v, work)),
-            suspects: self.suspects(v, found, map),
+            suspects,
+            suspect_p,
+            stuck: self.channels.iter().filter_map(stuck).collect(),
             solved: Solved::Together,
         };
         Some(question.row(answer, &mut work.memory))
     }
 
-    /// Suspicious readings, counted from 1 among the device's rows.
-    fn suspects(&self, v: &[f64], found: &Found, map: Option<&[usize]>) -> Vec<usize> {
-        let Some(threshold) = self.threshold else { return Vec::new() };
+    /// Suspicious readings, counted from 1 among the device's rows, and the probability of the most significant.
+    fn suspects(&self, v: &[f64], found: &Found, map: Option<&[usize]>) -> (Vec<usize>, f64) {
+        let none = (Vec::new(), f64::NAN);
+        let Some(threshold) = self.threshold else { return none };
         if !may_be_suspicious((found.squares, found.gain), self.estimate.dof, self.scaled, threshold) {
-            return Vec::new();
+            return none;
         }
         let factor = &self.estimate.factor;
         let whitened = Whitened::independent(
@@ -92,7 +105,9 @@ impl Common {
             // without a map the rows are in the schedule's order
             Some(map.and_then(|map| map.get(*row)).unwrap_or(row) + 1)
         };
-        found.iter().flat_map(|found| &found.suspects).filter_map(|suspect| reading(suspect.row)).collect()
+        let suspects = || found.iter().flat_map(|found| &found.suspects);
+        let least = suspects().map(|suspect| suspect.p).fold(f64::NAN, f64::min);
+        (suspects().filter_map(|suspect| reading(suspect.row)).collect(), least)
     }
 
     /// The smallest probability of the runs tests of the sensors, in the device's own order of rows.

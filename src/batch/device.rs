@@ -2,8 +2,10 @@
 
 use super::{Layout, Use};
 use crate::mix::Mix;
-use crate::record::UNREADABLE;
-use std::hash::Hasher;
+use crate::record::{RAGGED, UNREADABLE};
+use std::collections::HashMap;
+use std::hash::{BuildHasherDefault, Hasher};
+use std::sync::Arc;
 
 /// One device's rows of a table.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -20,17 +22,128 @@ pub struct Device {
     pub rows: usize,
     /// Where its first row stands in the table, counted from 1.
     pub first_row: u64,
+    /// Where its rows stand, one run after the other; none where that is not known.
+    pub runs: Vec<Run>,
+    /// The position of each row, by its place among `positions`, where the table has labels of positions; a row without one has a place behind
+    /// them. None where it has no labels.
+    pub groups: Vec<u32>,
+    /// Labels of the positions, in ascending order.
+    pub positions: Vec<Arc<str>>,
+    /// Are these rows without a label: no device at all?
+    pub nameless: bool,
     /// Text of the column that rows are ordered by on a control chart (a date, a lot); empty where there is none.
     pub lot: String,
 }
 
+/// Rows that stand one after the other in a file.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Run {
+    /// The file.
+    pub file: Arc<str>,
+    /// The line in which the first of them begins, or its number among the rows, counted from 1.
+    pub first: u64,
+    /// How many.
+    pub rows: usize,
+    /// Is that a line of a text?
+    pub is_line: bool,
+}
+
 impl Device {
-    /// Is every cell a number or empty?
+    /// Further rows stand here.
+    pub(super) fn push_run(&mut self, run: Run) {
+        match self.runs.last_mut() {
+            Some(last)
+                if Arc::ptr_eq(&last.file, &run.file)
+                    && last.is_line == run.is_line
+                    && last.first + last.rows as u64 == run.first =>
+            {
+                last.rows += run.rows;
+            }
+            _ => self.runs.push(run),
+        }
+    }
+
+    /// A row more of a position; no row has one behind that lacks it.
+    pub fn push_position(&mut self, label: &Arc<str>) {
+        let own = |there: &Arc<str>| Arc::ptr_eq(there, label) || there == label;
+        // most rows have the position of the row before
+        let last = self.groups.last().filter(|last| self.positions.get(**last as usize).is_some_and(own));
+        let group = last.map(|last| *last as usize).or_else(|| self.positions.iter().position(own));
+        let group = group.unwrap_or_else(|| {
+            self.positions.push(label.clone());
+            self.positions.len() - 1
+        });
+        self.groups.push(u32::try_from(group).unwrap_or(u32::MAX));
+    }
+
+    /// Positions in ascending order, once all rows are there: devices with the same positions agree in it, whatever the order of their rows.
+    pub fn order_positions(&mut self) {
+        if self.positions.is_sorted() {
+            return;
+        }
+        let mut order: Vec<usize> = (0..self.positions.len()).collect();
+        order.sort_by_key(|k| self.positions.get(*k));
+        let mut rank = vec![0_u32; order.len()];
+        for (place, k) in order.iter().enumerate() {
+            rank.get_mut(*k).into_iter().for_each(|own| *own = u32::try_from(place).unwrap_or(u32::MAX));
+        }
+        for group in &mut self.groups {
+            *group = rank.get(*group as usize).copied().unwrap_or(*group);
+        }
+        self.positions.sort();
+    }
+
+    /// The label of a row's position; empty where it has none.
+    pub fn position(&self, row: usize) -> &str {
+        let own = self.groups.get(row).and_then(|group| self.positions.get(*group as usize));
+        own.map_or("", |label| label)
+    }
+
+    /// Where a row (from 0) stands: the file, the line or row, and whether it is a line.
+    pub fn origin(&self, row: usize) -> Option<(&str, u64, bool)> {
+        let mut before = 0;
+        let run = self.runs.iter().find(|run| {
+            before += run.rows;
+            row < before
+        })?;
+        Some((&run.file, run.first + (row + run.rows - before) as u64, run.is_line))
+    }
+
+    /// The same in words.
+    pub(super) fn place(&self, row: usize) -> Option<String> {
+        let (file, number, is_line) = self.origin(row)?;
+        if file.is_empty() {
+            // in the campaign itself
+            return Some(format!("readings[{}]", number.saturating_sub(1)));
+        }
+        Some(format!("{} {number} of {file}", if is_line { "line" } else { "row" }))
+    }
+
+    /// How often every row stands there, value by value to the last digit, where that is more than once: chance does not repeat all of them.
+    pub(super) fn times(&self) -> Option<usize> {
+        let (inputs, sensors) = (self.inputs.len() / self.rows.max(1), self.values.len() / self.rows.max(1));
+        let same = |a: usize, b: usize| {
+            let bits = |list: &[f64], other: &[f64]| {
+                list.len() == other.len() && list.iter().zip(other).all(|(a, b)| bits(*a) == bits(*b))
+            };
+            bits(self.value(a, sensors), self.value(b, sensors)) && bits(self.input(a, inputs), self.input(b, inputs))
+        };
+        // without a second row like the first nothing else is looked at
+        if !(1..self.rows).any(|other| same(0, other)) {
+            return None;
+        }
+        let mut counts: HashMap<Vec<u64>, usize, BuildHasherDefault<Mix>> = HashMap::default();
+        for row in 0..self.rows {
+            let cells = self.input(row, inputs).iter().chain(self.value(row, sensors));
+            *counts.entry(cells.map(|x| bits(*x)).collect()).or_default() += 1;
+        }
+        counts.values().copied().min().filter(|times| *times > 1 && counts.len() > 1)
+    }
+    /// Is it a device, and every cell a number or empty?
     pub fn is_plain(&self) -> bool {
-        self.inputs
-            .iter()
-            .chain(&self.values)
-            .all(|x| x.is_finite() || (x.is_nan() && x.to_bits() != UNREADABLE.to_bits()))
+        let unread = |x: &f64| [UNREADABLE, RAGGED].iter().any(|own| own.to_bits() == x.to_bits());
+        let cells = self.inputs.iter().chain(&self.values);
+        !self.nameless && cells.copied().all(|x| x.is_finite() || (x.is_nan() && !unread(&x)))
     }
 
     /// A row's inputs; none where whoever made the device gave fewer than it has rows.
@@ -66,7 +179,8 @@ impl<'a> Shape<'a> {
 
     fn key(&self, row: usize) -> impl Iterator<Item = u64> + use<'a> {
         let read = self.device.value(row, self.sensors).iter().map(|x| u64::from(!x.is_nan()));
-        self.device.input(row, self.inputs).iter().map(|x| bits(*x)).chain(read)
+        let group = self.device.groups.get(row).map(|group| u64::from(*group));
+        self.device.input(row, self.inputs).iter().map(|x| bits(*x)).chain(read).chain(group)
     }
 
     /// Rows in an order that does not depend on the file's; rows that are alike stay in the file's order.
@@ -89,6 +203,13 @@ impl<'a> Shape<'a> {
         sum
     }
 
+    /// A number for the rows in their order.
+    pub(super) fn hash_in_order(&self) -> u64 {
+        let mut state = Mix::default();
+        (0..self.device.rows).for_each(|row| self.key(row).for_each(|word| state.write_u64(word)));
+        state.finish()
+    }
+
     /// Are these the same rows in the same order, bit by bit? Quick, and what is not may yet be the same.
     pub(super) fn is_alike(&self, other: &Shape<'_>) -> bool {
         let (own, others) = (self.device, other.device);
@@ -97,6 +218,7 @@ impl<'a> Shape<'a> {
         own.rows == others.rows
             && own.inputs.len() == others.inputs.len()
             && own.values.len() == others.values.len()
+            && own.groups == others.groups
             && own.inputs.iter().zip(&others.inputs).fold(true, |all, pair| all & same(pair))
             && own.values.iter().zip(&others.values).fold(true, |all, pair| all & read(pair))
     }

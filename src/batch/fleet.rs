@@ -3,6 +3,7 @@
 use super::common::Scratch;
 use super::device::Shape;
 use super::own::Room;
+use super::own_exact::Exact;
 use super::own_rows::{Form, Own, Placed, Tests};
 use super::positions::Positions;
 use super::{Common, Device, Layout, Row, Solved};
@@ -22,6 +23,8 @@ const VARIED: usize = 16;
 const WORTH: usize = 48;
 /// Devices of different schedules that are worked on together.
 const SIDE_BY_SIDE: usize = 64;
+/// Devices of one schedule that are worth more than their own fits, where eight go side by side to convergence.
+const FEWEST: usize = 3;
 
 /// A question to many devices.
 pub struct Fleet<'a> {
@@ -151,8 +154,10 @@ impl<'a> Fleet<'a> {
 
     /// Rows of the devices that have none, eight side by side, where that is possible.
     fn side_by_side(&mut self, arch: Arch, devices: &[Device], layout: &Layout, rows: &mut [Option<Row>]) {
-        let mut blocks: Vec<(Form, Vec<(usize, Vec<u32>)>)> = Vec::new();
-        let mut open: HashMap<Form, usize> = HashMap::new();
+        type Block = (Form, Vec<(usize, Vec<u32>)>);
+        let mut blocks: Vec<Block> = Vec::new();
+        // devices of lines that follow the point go together with those of their schedule
+        let mut open: HashMap<(Form, u64), usize> = HashMap::new();
         for (k, device) in devices.iter().enumerate().filter(|(k, _)| rows.get(*k).is_some_and(Option::is_none)) {
             self.look_for_a_way(device, layout);
             let way = match &self.known.own {
@@ -170,14 +175,21 @@ impl<'a> Fleet<'a> {
             if self.known.tests.len() < MOST {
                 self.known.tests.entry(form).or_insert_with(|| way.tests(&form));
             }
-            let block = *open.entry(form).or_insert_with(|| {
+            let shape = Shape::of(device, layout);
+            let key = (form, if way.is_exact { shape.hash_in_order() } else { 0 });
+            let first =
+                open.get(&key).and_then(|block| blocks.get(*block)?.1.first()).and_then(|(k, _)| devices.get(*k));
+            if way.is_exact && first.is_some_and(|first| !shape.is_alike(&Shape::of(first, layout))) {
+                continue;
+            }
+            let block = *open.entry(key).or_insert_with(|| {
                 blocks.push((form, Vec::new()));
                 blocks.len() - 1
             });
             let Some((_, members)) = blocks.get_mut(block) else { continue };
             members.push((k, places));
             if members.len() == SIDE_BY_SIDE {
-                open.remove(&form);
+                open.remove(&key);
             }
         }
         let Some(Some(way)) = &self.known.own else { return };
@@ -187,7 +199,10 @@ impl<'a> Fleet<'a> {
             .map_init(Room::default, |room, (form, members)| {
                 let own = members.iter().filter_map(|(k, places)| Some((devices.get(*k)?, places.as_slice())));
                 let own: Vec<Placed<'_>> = own.collect();
-                let found = tests.get(&form).map(|tests| way.rows(arch, (&form, tests), positions, &own, room));
+                let found = tests.get(&form).map(|tests| match way.is_exact {
+                    false => way.rows(arch, (&form, tests), positions, &own, room),
+                    true => self.exactly(arch, way, (&form, tests), layout, &own, room),
+                });
                 // no rows: each of them is fitted by itself
                 (members, found.unwrap_or_default())
             })
@@ -201,6 +216,24 @@ impl<'a> Fleet<'a> {
         }
     }
 
+    /// Rows of devices of one schedule whose lines follow the point; none for too few of them.
+    fn exactly(
+        &self,
+        arch: Arch,
+        way: &Own,
+        form: (&Form, &Tests),
+        layout: &Layout,
+        devices: &[Placed<'_>],
+        room: &mut Room,
+    ) -> Vec<Option<Row>> {
+        let sensors: Vec<usize> = layout.sensors().collect();
+        let first = devices.first().filter(|_| devices.len() >= FEWEST);
+        let campaign = first.and_then(|(device, _)| (self.question)(device).ok());
+        let Some(exact) = campaign.and_then(|campaign| Exact::new(campaign, &sensors)) else { return Vec::new() };
+        let devices: Vec<&Device> = devices.iter().map(|(device, _)| *device).collect();
+        way.rows_exactly(arch, form, &exact, &devices, room)
+    }
+
     /// A fit by itself: a schedule of one device, or the ordinary fit.
     fn alone(&self, arch: Arch, device: &Device, layout: &Layout) -> Row {
         let fitted = (self.question)(device).and_then(|campaign| {
@@ -209,7 +242,7 @@ impl<'a> Fleet<'a> {
             let row = own.and_then(|own| own.rows(arch, &[(device, None)], &mut Scratch::default()).pop().flatten());
             match row {
                 Some(row) => Ok(Row { solved: Solved::Alone, ..row }),
-                None => fit::fit(&campaign, &self.settings).map(|fit| Row::of(&device.label, &fit)),
+                None => fit::fit(&campaign, &self.settings).map(|fit| Row::of(device, &fit)),
             }
         });
         fitted.unwrap_or_else(|error| Row::without(&device.label, self.quantities, &error))

@@ -26,6 +26,8 @@ pub struct Layout {
     pub uses: Vec<Use>,
     /// From each column's unit to the key's.
     pub conversions: Vec<Option<Conversion>>,
+    /// The column of the positions' labels, where it only says which rows belong together.
+    pub position: Option<usize>,
 }
 
 impl Layout {
@@ -49,7 +51,12 @@ impl Layout {
                 _ if Some(place) == by => continue,
                 Some(kind) => kind,
                 None if others(key) => Use::Other,
-                None => continue,
+                None => {
+                    if key == "position" && layout.position.is_none() {
+                        layout.position = Some(place);
+                    }
+                    continue;
+                }
             };
             if layout.keys.iter().any(|other| other == key) {
                 continue;

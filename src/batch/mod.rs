@@ -15,6 +15,7 @@
 //! | `own.rs` | devices of different schedules, eight side by side |
 //! | `own_rows.rs` | their rows of the design, from the columns of the table |
 //! | `own_cells.rs` | their replicates |
+//! | `own_exact.rs` | devices of one schedule whose model is not linear, eight side by side to convergence |
 //! | `positions.rs` | their rows of the design, position by position, where joints stand or turn |
 //! | `inputs.rs` | known inputs with an uncertainty, once for a schedule |
 //! | `replicates.rs` | lack of fit beside replicates, order of the residuals |
@@ -41,6 +42,7 @@ mod inputs;
 mod layout;
 mod own;
 mod own_cells;
+mod own_exact;
 mod own_rows;
 mod parts;
 mod parts_row;
@@ -53,12 +55,12 @@ mod stream;
 mod summary;
 
 pub use common::Common;
-pub use device::Device;
+pub use device::{Device, Run};
 pub use fleet::{Fleet, Schedules};
 pub use layout::{Layout, Use};
 pub use parts::{DesignRow, Part, Parts};
 pub use parts_row::Coverage;
 pub use repeat::repeats;
-pub use row::{Row, Solved, Verdict};
-pub use stream::{Counts, Ended, count, stream};
-pub use summary::{Lot, NotInOrder, OutlyingDevice, Quantity, Scattering, Summary};
+pub use row::{Reason, Row, Solved, Verdict};
+pub use stream::{Read, Restart, Tables, stream};
+pub use summary::{Chance, Lot, NotInOrder, OutlyingDevice, Quantity, Scattering, Summary};

@@ -18,8 +18,9 @@ use super::row::Solved;
 use super::simd_tests::{self, Sums};
 use super::{Device, Row};
 use crate::estimate::eight::Eight;
+use crate::fit;
 use crate::number;
-use crate::quality::{self, Whitened};
+use crate::quality::{self, Offsets, Whitened};
 use faer::Mat;
 use pulp::{Arch, Simd, WithSimd};
 
@@ -29,8 +30,8 @@ const CHECKED: f64 = 1e-6;
 /// Room to work in.
 #[derive(Debug, Default)]
 pub(super) struct Room {
-    eight: Eight,
-    places: Places,
+    pub(super) eight: Eight,
+    pub(super) places: Places,
     judged: Judged,
     cells: Cells,
     sorted: Sorted,
@@ -64,17 +65,26 @@ impl Own {
         for devices in devices.chunks(LANES) {
             let sizes = self.fill(arch, (form, positions), devices, &mut room.eight, &mut room.places);
             room.eight.solve(arch, true);
-            arch.dispatch(Judge { eight: &room.eight, tests, judged: &mut room.judged });
+            self.judge(arch, tests, room);
             let own = devices.iter().zip(sizes).enumerate();
-            rows.extend(own.map(|(l, (device, sizes))| self.row((form, tests), positions, *device, (l, sizes?), room)));
+            rows.extend(own.map(|(l, (device, sizes))| {
+                self.row((form, tests), (positions, None), &self.reference, *device, (l, sizes?), room)
+            }));
         }
         rows
     }
 
-    fn row(
+    /// Tests of the eight systems that were solved.
+    pub(super) fn judge(&self, arch: Arch, tests: &Tests, room: &mut Room) {
+        arch.dispatch(Judge { eight: &room.eight, tests, judged: &mut room.judged });
+    }
+
+    /// The row of a device from its system, whose rows are those at `reference`; `known` are its cells, where they are.
+    pub(super) fn row(
         &self,
         (form, tests): (&Form, &Tests),
-        positions: Option<&Positions>,
+        (positions, known): (Option<&Positions>, Option<&(Vec<usize>, usize)>),
+        reference: &[f64],
         (device, places): Placed<'_>,
         (l, sizes): (usize, Sizes),
         room: &mut Room,
@@ -109,7 +119,7 @@ impl Own {
             campaign: &self.campaign,
             settings: &self.settings,
             derived: &self.derived,
-            reference: &self.reference,
+            reference,
             known: &[],
             scaled: form.scaled,
             rank: n,
@@ -118,9 +128,18 @@ impl Own {
         };
         let values = || device.values.iter().copied().filter(|value| !value.is_nan());
         let least = |own| least_variance(values, (own, sizes.weighed, sizes.largest_u));
-        let count = self.cells((device, places), positions, cells);
-        let lack_of_fit_p =
-            if count < m { sorted.lack_of_fit((&cells.of, count), (v, lane(&eight.weight, l)), dof) } else { None };
+        let (of, count) = match known {
+            Some((of, count)) => (of.as_slice(), *count),
+            None => {
+                let count = self.cells((device, places), positions, cells);
+                (cells.of.as_slice(), count)
+            }
+        };
+        let lack_of_fit_p = match count < m {
+            true => sorted.lack_of_fit((of, count), (v, lane(&eight.weight, l)), dof),
+            false if device.groups.is_empty() => None,
+            false => self.between_positions(form, device, (l, v), eight),
+        };
         let runs_p = if form.is_of_one() && sums.zero[l] == 0.0 {
             let positive = number::count(sums.positive[l]);
             runs_of(positive, m - positive, 1 + number::count(sums.changes[l]))
@@ -131,9 +150,12 @@ impl Own {
         let suspicious = tests
             .threshold
             .is_some_and(|threshold| may_be_suspicious((squares, sums.gain[l]), dof, form.scaled, threshold));
-        let suspects = if suspicious { self.suspects(form, device, (l, sizes.weighed), eight) } else { Vec::new() };
+        let (suspects, suspect_p) = match suspicious {
+            true => self.suspects(form, device, (l, sizes.weighed), eight),
+            false => (Vec::new(), f64::NAN),
+        };
         let answer = Answer {
-            label: &device.label,
+            device,
             dx,
             cofactor,
             share: cofactor,
@@ -152,13 +174,47 @@ impl Own {
                 (None, None) => f64::NAN,
             },
             suspects,
+            suspect_p,
+            stuck: self.stuck(form, device, l, eight),
             solved: Solved::Alone,
         };
         Some(question.row(answer, memory))
     }
 
-    /// Suspicious readings, counted from 1 among the device's rows.
-    fn suspects(&self, form: &Form, device: &Device, (l, largest): (usize, f64), eight: &Eight) -> Vec<usize> {
+    /// Probability of the test for lack of fit by positions.
+    fn between_positions(&self, form: &Form, device: &Device, (l, v): (usize, &[f64]), eight: &Eight) -> Option<f64> {
+        let (m, n, sensors) = (form.readings(), self.campaign.unknowns(), self.lines.len());
+        let groups = device.positions.len();
+        let group = |slot: usize, row: usize| {
+            device.value(row, sensors).get(slot).filter(|value| !value.is_nan())?;
+            let own = device.groups.get(row).map(|own| *own as usize)?;
+            // apart for each sensor; a row without a label has no position
+            Some(Some(slot * groups + own).filter(|_| !device.position(row).is_empty()))
+        };
+        let group: Vec<Option<usize>> =
+            (0..sensors).flat_map(|slot| (0..device.rows).filter_map(move |row| group(slot, row))).collect();
+        let weight: Vec<f64> = lane(&eight.weight, l).collect();
+        let q = Mat::from_fn(m, n, |i, j| eight.orthonormal(i, j, l));
+        let offsets = Offsets::new(&weight, q.as_ref(), &group, m - n)?;
+        offsets.test(v, self.settings.level).map(|test| test.p)
+    }
+
+    /// Sensors whose readings are all the same, though their rows are not.
+    fn stuck(&self, form: &Form, device: &Device, l: usize, eight: &Eight) -> Vec<(usize, f64)> {
+        let (m, n, sensors) = (form.readings(), self.campaign.unknowns(), self.lines.len());
+        let of = |(slot, (begin, count)): (usize, (usize, usize))| {
+            let values = device.values.iter().skip(slot).step_by(sensors).copied().filter(|value| !value.is_nan());
+            let value = fit::same(values)?;
+            let rows: Vec<usize> = (begin..begin + count).collect();
+            let predicted = |i: usize| value - eight.observed.get(i).map_or(0.0, |own| own[l]);
+            let at = |i: usize, j: usize| if j < n { eight.rows[j * m + i][l] } else { predicted(i) };
+            fit::changes(&rows, n, at).then_some((self.sensors.get(slot).copied()?, value))
+        };
+        form.parts().enumerate().filter_map(of).collect()
+    }
+
+    /// Suspicious readings, counted from 1 among the device's rows, and the probability of the most significant.
+    fn suspects(&self, form: &Form, device: &Device, (l, largest): (usize, f64), eight: &Eight) -> (Vec<usize>, f64) {
         let (m, n) = (form.readings(), self.campaign.unknowns());
         // in the order of the readings, in which the device's own fit would look for them
         let order = self.order(device);
@@ -169,8 +225,9 @@ impl Own {
         let v: Vec<f64> = (0..m).map(|i| at(&eight.residuals, i)).collect();
         let whitened = Whitened::independent(q.as_ref(), &weight, &v, largest, m - n, !form.scaled);
         let found = quality::snoop(&whitened, m, self.settings.level);
-        let rows = found.iter().flat_map(|found| &found.suspects);
-        rows.filter_map(|suspect| order.get(suspect.row).map(|(reading, _)| reading + 1)).collect()
+        let suspects = || found.iter().flat_map(|found| &found.suspects);
+        let least = suspects().map(|suspect| suspect.p).fold(f64::NAN, f64::min);
+        (suspects().filter_map(|own| order.get(own.row).map(|(reading, _)| reading + 1)).collect(), least)
     }
 }
 

@@ -5,14 +5,14 @@
 )]
 
 use super::block::{LANES, Lane};
-use super::common::{NETWORK, UNLIKE, is_plain, is_uncertain};
+use super::common::{NETWORK, UNLIKE, is_alone, is_linear, is_plain, is_uncertain};
 use super::positions::Positions;
 use super::{Device, Layout, Use, simd_tests};
 use crate::algebra::{Lists, Tape};
 use crate::campaign::{Campaign, Readings, Role};
 use crate::design::{ColumnLine, Model, Read};
 use crate::estimate::eight::Eight;
-use crate::fit::{self, Settings, Weighting};
+use crate::fit::{self, Estimator, Settings, Weighting};
 use crate::quality::NormalScores;
 use crate::uncertainty::quantiles;
 use pulp::{Arch, Simd, WithSimd};
@@ -30,12 +30,16 @@ pub(super) struct Own {
     pub(super) reference: Vec<f64>,
     /// For each sensor of the layout, in the order of a device's values.
     pub(super) lines: Vec<SensorLine>,
+    /// Their indices in the bench.
+    pub(super) sensors: Vec<usize>,
     /// Cells of inputs in a row.
     width: usize,
     /// The cell of the number of samples.
     samples: Option<usize>,
     /// Are rows of the design those of positions, since joints take part?
     is_by_position: bool,
+    /// Is the model not linear in its unknowns, so that rows follow the point?
+    pub(super) is_exact: bool,
 }
 
 /// A device, and the place of each row of its system among the positions; none where its rows come from columns.
@@ -122,7 +126,9 @@ impl Own {
     pub(super) fn new(campaign: &Campaign, layout: &Layout, settings: &Settings) -> Option<Own> {
         let bench = &campaign.bench;
         let prior = |p: &crate::campaign::Parameter| matches!(p.role, Role::Estimated { prior: Some(_), .. });
-        let simple = is_plain(campaign, settings)
+        let is_exact = settings.estimator == Estimator::Exact && !is_linear(campaign);
+        let simple = is_alone(campaign, settings)
+            && (settings.estimator == Estimator::Exact || is_plain(campaign, settings))
             && !is_uncertain(campaign)
             && settings.adjust.rank_tolerance.is_none_or(|t| t * super::common::ILL < 1.0)
             && settings.level > 0.0
@@ -150,7 +156,8 @@ impl Own {
         let cell = |key: &str| inputs.iter().position(|own| *own == key);
         let n = campaign.unknowns();
         let has_joints = bench.joints().next().is_some();
-        let is_by_position = has_joints || layout.sensors().any(|sensor| model.column_line(sensor).is_none());
+        let is_by_position =
+            is_exact || has_joints || layout.sensors().any(|sensor| model.column_line(sensor).is_none());
         let line = |sensor: usize| {
             let u = cell(&format!("{}_u", bench.sensors.get(sensor)?.id));
             if is_by_position {
@@ -170,7 +177,19 @@ impl Own {
         let ids: Vec<&str> = campaign.parameters.iter().map(|p| p.id.as_str()).collect();
         let derived = campaign.derived.iter().map(|d| Tape::compile(&d.line, &ids)).collect::<Result<_, _>>().ok()?;
         let (width, samples) = (inputs.len(), cell("n"));
-        Some(Own { settings: *settings, derived, reference, lines, width, samples, is_by_position, campaign })
+        let sensors = layout.sensors().collect();
+        Some(Own {
+            settings: *settings,
+            derived,
+            reference,
+            lines,
+            sensors,
+            width,
+            samples,
+            is_by_position,
+            is_exact,
+            campaign,
+        })
     }
 
     /// Cells of inputs in a row.
@@ -181,12 +200,12 @@ impl Own {
     /// Positions for its devices, where they have joints.
     pub(super) fn positions(&self) -> Option<Positions> {
         let weights: Vec<usize> = self.lines.iter().filter_map(|line| line.u).chain(self.samples).collect();
-        if self.is_by_position { Positions::new(&self.campaign, self.width, &weights) } else { None }
+        if self.is_by_position && !self.is_exact { Positions::new(&self.campaign, self.width, &weights) } else { None }
     }
 
     /// Does it need them?
     pub(super) fn is_by_position(&self) -> bool {
-        self.is_by_position
+        self.is_by_position && !self.is_exact
     }
 
     /// The shape of a device; `None` for one that its own fit has to answer, or to refuse.
@@ -204,9 +223,6 @@ impl Own {
             for ((line, value), (count, stated)) in own {
                 let u = line.u.map_or(f64::NAN, |k| inputs[k]);
                 if value.is_nan() {
-                    if !u.is_nan() {
-                        return None;
-                    }
                     continue;
                 }
                 let lacks = |from: &From| matches!(from, From::Cell(k) if inputs[*k].is_nan());
@@ -284,6 +300,10 @@ impl Own {
             }
             let Places { inputs, values, gradient, lists: room } = &mut *places;
             values.resize(places_here, 0.0);
+            if line.line.is_none() {
+                // what no line and no position predicts
+                values.fill(0.0);
+            }
             gradient.resize(lists, 0.0);
             if let Some(line) = &line.line {
                 let inputs = &inputs[..lists];

@@ -2,7 +2,7 @@
 
 use super::Row;
 use super::parts::{Part, Parts};
-use super::row::{Solved, Verdict, chi_square_words, remarks};
+use super::row::{Remarks, Solved, Verdict};
 use crate::algebra::Scratch;
 use crate::campaign::{Known, Limited};
 use crate::elements::Elements;
@@ -135,16 +135,18 @@ impl Parts {
             })
             .collect();
         let chi_square_p = if scaled || dof == 0 { None } else { quantiles::chi_square_survival(squares, dof as f64) };
-        let mut why: Vec<String> =
-            chi_square_p.filter(|p| *p < 1.0 - settings.level).map(chi_square_words).into_iter().collect();
+        let mut remarks = Remarks::default();
+        if let Some(p) = chi_square_p.filter(|p| *p < 1.0 - settings.level) {
+            remarks.global_test(p);
+        }
         if !folded.unknowns.not_estimable.is_empty() {
             let names =
                 template.estimated().iter().zip(&folded.unknowns.estimable).filter(|(_, estimable)| !**estimable);
             let names: Vec<&str> = names.map(|(p, _)| p.id.as_str()).collect();
-            why.push(format!("not estimable: {}", names.join(" ")));
+            remarks.not_estimable(&names);
         }
-        let verdict = if why.is_empty() { Verdict::Accepted } else { Verdict::Rejected };
-        remarks(&mut why, &[], None, &limits);
+        let verdict = if remarks.is_empty() { Verdict::Accepted } else { Verdict::Rejected };
+        remarks.limits(&limits);
         let of = |get: &dyn Fn(&Combined) -> f64| -> Vec<f64> {
             results.iter().map(|(_, own)| own.as_ref().map_or(f64::NAN, get)).collect()
         };
@@ -153,7 +155,8 @@ impl Parts {
             lot: String::new(),
             verdict,
             conformity: limits.iter().map(|(_, own)| *own).max(),
-            why: why.join("; "),
+            why: remarks.words(),
+            reasons: remarks.reasons(),
             readings: part.fold.rows(),
             rank: folded.unknowns.rank,
             dof,
@@ -167,6 +170,7 @@ impl Parts {
             runs_p: f64::NAN,
             normality_p: f64::NAN,
             suspects: Vec::new(),
+            suspect_p: f64::NAN,
             solved: Solved::Alone,
         })
     }

@@ -42,9 +42,14 @@ impl Replicates {
         Replicates { cell: cells.to_vec(), weight, own, pure_dof, between_dof: dof.saturating_sub(pure_dof) }
     }
 
+    /// Is anything replicated, and something left to be lack of fit?
+    pub fn are_tested(&self) -> bool {
+        self.pure_dof > 0 && self.between_dof > 0
+    }
+
     /// Probability of the test for lack of fit, as [`quality::lack_of_fit`] has it.
     pub fn lack_of_fit(&self, v: &[f64], sums: &mut Vec<f64>) -> Option<f64> {
-        if self.pure_dof == 0 || self.between_dof == 0 {
+        if !self.are_tested() {
             return None;
         }
         sums.clear();

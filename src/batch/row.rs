@@ -1,8 +1,10 @@
 //! What is said of one device.
 
+use super::Device;
 use crate::campaign::Limited;
 use crate::error::Malformed;
 use crate::fit::{Conformity, Fit, judge};
+use crate::quality;
 use crate::uncertainty::Combined;
 use crate::vocabulary::vocabulary;
 
@@ -21,14 +23,45 @@ vocabulary! {
 vocabulary! {
     /// Is the answer usable?
     Verdict {
-        /// Every unknown is determined, and the global test (where there is one) is passed.
+        /// Every unknown is determined, the global test (where there is one) is passed, and nothing shows beyond doubt that the model does not fit.
         Accepted = "accepted",
-        /// A rank defect, a failed global test, no convergence: what the fit of a single campaign ends with exit code 2 for.
+        /// A rank defect, a stuck channel, a failed global test, lack of fit beyond doubt, no convergence.
         Rejected = "rejected",
         /// The device's readings are no readings of this campaign.
         Malformed = "malformed",
     }
 }
+
+vocabulary! {
+    /// What is wrong with a device, or suspicious.
+    Reason {
+        /// Its readings are no readings of this campaign.
+        Malformed = "malformed",
+        /// Unknowns that its readings do not determine.
+        NotEstimable = "not-estimable",
+        /// A channel whose readings are all the same, whatever the inputs were.
+        Stuck = "stuck-channel",
+        /// The global test failed.
+        GlobalTest = "global-test",
+        /// The iterations did not settle.
+        NoConvergence = "no-convergence",
+        /// Constraints that contradict the readings or each other.
+        Constraints = "constraints",
+        /// The model leaves more than replicates, or the readings of a position, scatter.
+        LackOfFit = "lack-of-fit",
+        /// Readings that do not agree with the others.
+        SuspiciousReadings = "suspicious-readings",
+        /// Every row stands there several times.
+        RepeatedRows = "repeated-rows",
+        /// A quantity outside its limits.
+        OutsideLimits = "outside-limits",
+        /// A quantity whose uncertainty leaves its limits open.
+        Undecided = "undecided",
+    }
+}
+
+/// Suspicious readings that are told in words.
+const SUSPECTS: usize = 5;
 
 /// One device's answer: estimated parameters first, then derived quantities, in the campaign's order.
 #[derive(Debug, Clone, PartialEq)]
@@ -43,6 +76,8 @@ pub struct Row {
     pub conformity: Option<Conformity>,
     /// What is wrong, or suspicious, in words; empty where nothing is.
     pub why: String,
+    /// The same by kind, each once.
+    pub reasons: Vec<Reason>,
     /// Values read.
     pub readings: usize,
     /// Independent unknowns.
@@ -61,7 +96,7 @@ pub struct Row {
     pub residual_sd: f64,
     /// Probability of the global test; NaN where there is none.
     pub chi_square_p: f64,
-    /// Probability of the test for lack of fit; NaN where nothing is replicated.
+    /// Probability of the test for lack of fit, by replicates, else by positions; NaN where neither says anything.
     pub lack_of_fit_p: f64,
     /// Smallest probability of the runs tests; NaN where there is none.
     pub runs_p: f64,
@@ -69,6 +104,8 @@ pub struct Row {
     pub normality_p: f64,
     /// Suspicious readings, counted from 1 among the device's rows, the most significant first.
     pub suspects: Vec<usize>,
+    /// Probability of the most significant of them among this device's readings if none were bad; NaN where there is none.
+    pub suspect_p: f64,
     /// How it was fitted.
     pub solved: Solved,
 }
@@ -77,9 +114,15 @@ impl Row {
     /// A row without an answer, for `quantities` parameters and derived quantities.
     pub(super) fn without(label: &str, quantities: usize, error: &Malformed) -> Self {
         let mut why = error.what().to_string();
-        let path = &error.place().path;
-        if !path.is_empty() {
-            why += &format!(" ({path})");
+        let place = error.place();
+        // a row's place ends with a bar, behind which a column is named
+        let path = place.path.replacen("|.", ", ", 1);
+        let path = path.trim_end_matches('|');
+        let line = (place.line > 0 && !place.file.is_empty()).then(|| format!("line {} of {}", place.line, place.file));
+        let file = line.or((!place.file.is_empty()).then(|| place.file.clone()));
+        let places: Vec<&str> = file.as_deref().into_iter().chain((!path.is_empty()).then_some(path)).collect();
+        if !places.is_empty() {
+            why += &format!(" ({})", places.join(", "));
         }
         if let Some(expected) = error.expectation() {
             why += &format!("; expected: {expected}");
@@ -93,6 +136,7 @@ impl Row {
             verdict: Verdict::Malformed,
             conformity: None,
             why,
+            reasons: vec![Reason::Malformed],
             readings: 0,
             rank: 0,
             dof: 0,
@@ -106,12 +150,13 @@ impl Row {
             runs_p: f64::NAN,
             normality_p: f64::NAN,
             suspects: Vec::new(),
+            suspect_p: f64::NAN,
             solved: Solved::Not,
         }
     }
 
-    /// The row of an ordinary fit.
-    pub fn of(label: &str, fit: &Fit) -> Self {
+    /// The row of an ordinary fit of a device.
+    pub fn of(device: &Device, fit: &Fit) -> Self {
         let results = || {
             let parameters = fit.parameters.iter().map(|p| (p.value, p.uncertainty));
             parameters.chain(fit.derived.iter().map(|d| (d.value, d.uncertainty)))
@@ -127,40 +172,36 @@ impl Row {
             Some((id, judge(fit.campaign.decision, limit, value, own.as_ref(), fit.settings.level).0))
         });
         let limits: Vec<(&str, Conformity)> = limits.collect();
-        let suspects: Vec<usize> = fit
-            .checks
-            .snooping
-            .iter()
-            .flat_map(|found| &found.suspects)
-            .filter_map(|suspect| fit.design.rows.get(suspect.row).map(|origin| origin.reading + 1))
-            .collect();
-        let mut why = Vec::new();
+        let found = || fit.checks.snooping.iter().flat_map(|found| &found.suspects);
+        let suspects: Vec<usize> =
+            found().filter_map(|suspect| fit.design.rows.get(suspect.row).map(|origin| origin.reading + 1)).collect();
+        let mut remarks = Remarks::default();
         if let Some(test) = fit.global_test.filter(|test| test.rejected) {
-            why.push(chi_square_words(test.p));
+            remarks.global_test(test.p);
         }
         if !fit.not_estimable.is_empty() {
             let names: Vec<&str> = fit.parameters.iter().filter(|p| p.value.is_none()).map(|p| p.id.as_str()).collect();
-            why.push(format!("not estimable: {}", names.join(" ")));
+            remarks.not_estimable(&names);
         }
+        fit.stuck().iter().for_each(|(sensor, value)| remarks.stuck(sensor, *value));
         if fit.convergence.as_ref().is_some_and(|c| !c.converged) || !fit.settled {
-            why.push("no convergence".to_string());
+            remarks.say(Reason::NoConvergence, "no convergence".to_string());
         }
-        if fit.is_rejected() && why.is_empty() {
-            why.push("constraints against the readings".to_string());
+        if fit.is_rejected() && remarks.0.is_empty() {
+            remarks.say(Reason::Constraints, "constraints against the readings".to_string());
         }
-        let lack_of_fit_p = fit.checks.lack_of_fit.map_or(f64::NAN, |test| test.p);
-        remarks(
-            &mut why,
-            &suspects,
-            fit.checks.lack_of_fit.is_some_and(|t| t.rejected).then_some(lack_of_fit_p),
-            &limits,
-        );
+        let test = fit.checks.lack_of_fit.or(fit.checks.between_positions);
+        let lack_of_fit_p = test.map_or(f64::NAN, |test| test.p);
+        let misfit = remarks.lack_of_fit(lack_of_fit_p, fit.settings.level);
+        remarks.of_device(device, &suspects);
+        remarks.limits(&limits);
         Row {
-            label: label.into(),
+            label: device.label.clone(),
             lot: String::new(),
-            verdict: if fit.is_rejected() { Verdict::Rejected } else { Verdict::Accepted },
+            verdict: if fit.is_rejected() || misfit { Verdict::Rejected } else { Verdict::Accepted },
             conformity: limits.iter().map(|(_, own)| *own).max(),
-            why: why.join("; "),
+            why: remarks.words(),
+            reasons: remarks.reasons(),
             readings: fit.design.rows.len(),
             rank: fit.estimate.unknowns.rank,
             dof: fit.estimate.dof,
@@ -174,43 +215,88 @@ impl Row {
             runs_p: fit.checks.runs.iter().map(|(_, test)| test.p).fold(f64::NAN, f64::min),
             normality_p: fit.checks.normality.map_or(f64::NAN, |test| test.p),
             suspects,
+            suspect_p: found().map(|suspect| suspect.p).fold(f64::NAN, f64::min),
             solved: Solved::Alone,
         }
     }
 }
 
-/// The global test in words.
-pub(super) fn chi_square_words(p: f64) -> String {
-    format!("global test p {p:.1e}")
-}
+/// What is wrong with a device, or a person should look at, in words.
+#[derive(Debug, Default)]
+pub(super) struct Remarks(Vec<(Reason, String)>);
 
-/// What a person should look at.
-pub(super) fn remarks(
-    why: &mut Vec<String>,
-    suspects: &[usize],
-    lack_of_fit: Option<f64>,
-    limits: &[(&str, Conformity)],
-) {
-    if let Some(p) = lack_of_fit {
-        why.push(format!("lack of fit p {p:.1e}"));
+impl Remarks {
+    pub(super) fn say(&mut self, reason: Reason, words: String) {
+        self.0.push((reason, words));
     }
-    match suspects {
-        [] => {}
-        [one] => why.push(format!("suspicious reading {one}")),
-        several => {
-            let list: Vec<String> = several.iter().take(5).map(ToString::to_string).collect();
-            let more = if several.len() > 5 { " ..." } else { "" };
-            why.push(format!("suspicious readings {}{more}", list.join(" ")));
+
+    pub(super) fn global_test(&mut self, p: f64) {
+        self.say(Reason::GlobalTest, format!("global test p {p:.1e}"));
+    }
+
+    pub(super) fn not_estimable(&mut self, names: &[&str]) {
+        self.say(Reason::NotEstimable, format!("not estimable: {}", names.join(" ")));
+    }
+
+    pub(super) fn stuck(&mut self, sensor: &str, value: f64) {
+        self.say(Reason::Stuck, format!("stuck: every reading of {sensor} is {value}"));
+    }
+
+    /// Lack of fit at the level; is it beyond doubt?
+    pub(super) fn lack_of_fit(&mut self, p: f64, level: f64) -> bool {
+        if p < 1.0 - level {
+            self.say(Reason::LackOfFit, format!("lack of fit p {p:.1e}"));
+        }
+        p < quality::ALPHA
+    }
+
+    /// Suspicious readings with their places, and rows that stand several times.
+    pub(super) fn of_device(&mut self, device: &Device, suspects: &[usize]) {
+        if !suspects.is_empty() {
+            let told = || suspects.iter().take(SUSPECTS);
+            let list: Vec<String> = told().map(ToString::to_string).collect();
+            // counted from 1
+            let places: Vec<String> = told().filter_map(|reading| device.place(reading.checked_sub(1)?)).collect();
+            let several = if suspects.len() > 1 { "s" } else { "" };
+            let more = if suspects.len() > SUSPECTS { " ..." } else { "" };
+            let mut words = format!("suspicious reading{several} {}{more}", list.join(" "));
+            if !places.is_empty() {
+                words += &format!(" ({})", places.join(", "));
+            }
+            self.say(Reason::SuspiciousReadings, words);
+        }
+        if let Some(times) = device.times() {
+            self.say(Reason::RepeatedRows, format!("every row stands there {times} times"));
         }
     }
-    for outcome in [Conformity::Fail, Conformity::Undecided] {
-        let names: Vec<&str> = limits.iter().filter(|(_, own)| *own == outcome).map(|(id, _)| *id).collect();
-        if !names.is_empty() {
-            why.push(format!(
-                "{} {}",
-                if outcome == Conformity::Fail { "outside limits:" } else { "undecided:" },
-                names.join(" ")
-            ));
+
+    pub(super) fn limits(&mut self, limits: &[(&str, Conformity)]) {
+        for (outcome, reason, words) in [
+            (Conformity::Fail, Reason::OutsideLimits, "outside limits:"),
+            (Conformity::Undecided, Reason::Undecided, "undecided:"),
+        ] {
+            let names: Vec<&str> = limits.iter().filter(|(_, own)| *own == outcome).map(|(id, _)| *id).collect();
+            if !names.is_empty() {
+                self.say(reason, format!("{words} {}", names.join(" ")));
+            }
         }
+    }
+
+    pub(super) fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    pub(super) fn words(&self) -> String {
+        match self.0.as_slice() {
+            [] => String::new(),
+            [(_, one)] => one.clone(),
+            several => several.iter().map(|(_, words)| words.as_str()).collect::<Vec<_>>().join("; "),
+        }
+    }
+
+    pub(super) fn reasons(&self) -> Vec<Reason> {
+        let mut reasons: Vec<Reason> = self.0.iter().map(|(reason, _)| *reason).collect();
+        reasons.dedup();
+        reasons
     }
 }

@@ -1,50 +1,94 @@
 //! A table of many devices, device by device, in memory bound by a chunk as long as each device's rows stand together.
 
+use super::device::Run;
 use super::{Device, Layout, Use};
 use crate::elements::{Elements, Parts};
 use crate::error::{Fault, Malformed, Result};
 use crate::number;
 use crate::record::{As, Block, Record};
 use std::collections::{HashMap, HashSet};
+use std::sync::Arc;
 
 /// Cells of the devices that are handed on together.
 const CELLS: usize = 1 << 20;
-/// Devices that are handed on together.
+/// Devices that are handed on together; and first, until it is clear that their rows stand together.
 const DEVICES: usize = 1 << 13;
+const FIRST: usize = 1 << 8;
 
-/// How many rows each device has in all the files.
-pub type Counts = HashMap<String, u64>;
+/// Tables of devices: files that have the same columns.
+pub struct Tables<'a> {
+    /// Their names.
+    pub files: &'a [String],
+    /// Opens one of them by its place.
+    pub open: &'a dyn Fn(usize) -> Result<Record>,
+    /// The column that tells devices apart; `None` where each file is a device, under its name.
+    pub by: Option<&'a str>,
+    /// The column of dates or lots.
+    pub lot: Option<&'a str>,
+    /// The layout of a table and of its column that tells devices apart.
+    pub layout: &'a dyn Fn(&Record, Option<usize>) -> Result<Layout>,
+}
 
-/// How a pass over the files ended.
+/// Why what was handed on has to be forgotten.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Ended {
-    /// Every device was handed on once.
-    Whole {
-        /// Rows read.
-        rows: u64,
-    },
-    /// A device that had been handed on came back: rows of devices do not stand together, and [`count`] is needed before.
+pub enum Restart {
+    /// A device that had been handed on came back: rows of devices do not stand together.
     CameBack {
         /// The device.
         label: String,
         /// The row (counted from 1, over all files).
         row: u64,
     },
+    /// Most of the first devices were of no use, as they are where only some of their rows stand together.
+    OfNoUse,
 }
 
-/// The column that tells devices apart.
+/// What was read.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Read {
+    /// Rows.
+    pub rows: u64,
+    /// Labels that stand with different blanks around them and were taken as one.
+    pub blanks_differ: Vec<String>,
+}
+
+/// Rows of each device in all the files.
+type Counts = HashMap<String, u64>;
+
+/// Hand on every device of the files once, in chunks; `sink` says whether the devices of a chunk are of use.
 ///
-/// Errors: `UnknownName` where the table has no such column.
-fn by_column(record: &Record, by: &str) -> Result<usize> {
-    record.find(by)
+/// Rows without a label are one [`Device`] that is [nameless](Device::nameless). Where the rows of a device do not stand together, `restart` is called, and all devices are handed on anew:
+/// then devices are kept until they are whole. Errors: those of the record, files with other columns than the first.
+pub fn stream(
+    tables: &Tables<'_>,
+    sink: &mut dyn FnMut(Vec<Device>, &Layout) -> Result<bool>,
+    restart: &mut dyn FnMut(&Restart) -> Result<()>,
+) -> Result<Read> {
+    let again = match pass(tables, None, sink)? {
+        Ended::Whole(read) => return Ok(read),
+        Ended::Early(again) => again,
+    };
+    restart(&again)?;
+    // without a column that tells devices apart each file is one
+    let counts = count(tables, tables.by.unwrap_or_default())?;
+    match pass(tables, Some(&counts), sink)? {
+        Ended::Whole(read) => Ok(read),
+        // not reached: with counts no device is handed on early
+        Ended::Early(_) => Ok(Read::default()),
+    }
 }
 
-/// Count the rows of each device: what a table needs in which rows of devices do not stand together.
-pub fn count(files: usize, open: &dyn Fn(usize) -> Result<Record>, by: &str) -> Result<Counts> {
+enum Ended {
+    Whole(Read),
+    Early(Restart),
+}
+
+/// Count the rows of each device.
+fn count(tables: &Tables<'_>, by: &str) -> Result<Counts> {
     let mut counts = Counts::new();
-    for file in 0..files {
-        let mut record = open(file)?;
-        let column = by_column(&record, by)?;
+    for file in 0..tables.files.len() {
+        let mut record = (tables.open)(file)?;
+        let column = record.find(by)?;
         record.select(&[(column, As::Label)]);
         let (mut block, mut of_label) = (Block::default(), Vec::<u64>::new());
         while record.next(&mut block)? {
@@ -58,7 +102,7 @@ pub fn count(files: usize, open: &dyn Fn(usize) -> Result<Record>, by: &str) -> 
             }
         }
         for (k, n) in of_label.into_iter().enumerate().filter(|(_, n)| *n > 0) {
-            *counts.entry(label(&record, k)).or_default() += n;
+            *counts.entry(label(&record, k).to_string()).or_default() += n;
         }
     }
     Ok(counts)
@@ -69,31 +113,25 @@ fn place(number: f64) -> usize {
     if number.is_nan() { 0 } else { number::count(number) + 1 }
 }
 
-fn label(record: &Record, place: usize) -> String {
-    // place 0: a cell that is empty
-    place.checked_sub(1).and_then(|k| record.labels().get(k)).cloned().unwrap_or_default()
+/// The label; empty for a row without one.
+fn label(record: &Record, place: usize) -> &str {
+    place.checked_sub(1).and_then(|k| record.labels().get(k)).map_or("", String::as_str)
 }
 
-/// Hand on every device of the files, in chunks; `layout` is the table's, by its columns.
-///
-/// Without `by` each file is a device, under the name that `names` gives it. Without `counts` a device is whole where the next one begins.
-/// Errors: those of the record, files with other columns than the first.
-pub fn stream(
-    files: &[String],
-    open: &dyn Fn(usize) -> Result<Record>,
-    by: Option<&str>,
-    lot: Option<&str>,
-    layout: &dyn Fn(&Record, Option<usize>) -> Result<Layout>,
+/// One pass over the files; without `counts` a device is whole where the next one begins.
+fn pass(
+    tables: &Tables<'_>,
     counts: Option<&Counts>,
-    sink: &mut dyn FnMut(Vec<Device>, &Layout) -> Result<()>,
+    sink: &mut dyn FnMut(Vec<Device>, &Layout) -> Result<bool>,
 ) -> Result<Ended> {
     let mut gathering = Gathering { counts, ..Gathering::default() };
     let mut first: Option<Layout> = None;
-    for (file, name) in files.iter().enumerate() {
-        let mut record = open(file)?;
-        let column = by.map(|by| by_column(&record, by)).transpose()?;
-        let lot = lot.map(|lot| record.find(lot)).transpose()?;
-        let own = layout(&record, column)?;
+    let mut handed_on = 0;
+    for (file, name) in tables.files.iter().enumerate() {
+        let mut record = (tables.open)(file)?;
+        let column = tables.by.map(|by| record.find(by)).transpose()?;
+        let lot = tables.lot.map(|lot| record.find(lot)).transpose()?;
+        let own = (tables.layout)(&record, column)?;
         let own = match &first {
             None => first.insert(own).clone(),
             Some(before) => own.in_the_order_of(before).ok_or_else(|| {
@@ -114,6 +152,8 @@ pub fn stream(
         if lot.is_some() && lot == column {
             selection.pop();
         }
+        let position = own.position.filter(|k| !selection.iter().any(|(other, _)| other == k));
+        selection.extend(position.map(|k| (k, As::Label)));
         record.select(&selection);
         let places = Places {
             inputs: own.places(|kind| kind == Use::Input),
@@ -121,31 +161,52 @@ pub fn stream(
             others: own.places(|kind| kind == Use::Other),
             by: column.map(|_| own.keys.len()),
             lot: lot_place,
+            position: position.map(|_| selection.len() - 1),
         };
-        if by.is_none() {
-            gathering.begin(name.clone())?;
+        gathering.file = Arc::from(name.as_str());
+        gathering.of_file = 0;
+        if tables.by.is_none() && gathering.begin(name).is_err() {
+            return Err(Malformed::new(Fault::NameClash, format!("the file '{name}' is given twice"))
+                .expected("each file, which is a device, once")
+                .in_file(name));
         }
         let mut block = Block::default();
-        let mut current = None;
         while record.next(&mut block)? {
             own.convert(&mut block);
-            if let Some(back) = gathering.block(&record, &block, &places, &mut current)? {
-                return Ok(back);
+            if let Some(again) = gathering.block(&record, &block, &places) {
+                return Ok(Ended::Early(again));
             }
-            if gathering.cells >= CELLS || gathering.whole.len() >= DEVICES {
-                sink(gathering.take(), &own)?;
+            let enough = if handed_on == 0 { FIRST } else { DEVICES };
+            if gathering.cells >= CELLS || gathering.whole.len() >= enough {
+                let mut chunk = gathering.take();
+                if handed_on == 0 && counts.is_none() && tables.by.is_some() && chunk.len() > FIRST {
+                    // a first look costs little, should they be of no use
+                    let rest = chunk.split_off(FIRST);
+                    if !sink(chunk, &own)? {
+                        return Ok(Ended::Early(Restart::OfNoUse));
+                    }
+                    chunk = rest;
+                }
+                handed_on += chunk.len();
+                sink(chunk, &own)?;
+            }
+            if counts.is_none() {
+                record.forget_labels();
+                gathering.number = None;
             }
         }
-        if by.is_none() {
+        gathering.end_file(&record);
+        if tables.by.is_none() {
             gathering.end();
         }
     }
     gathering.finish();
-    let rows = gathering.rows;
-    while !gathering.whole.is_empty() {
-        sink(gathering.take(), first.as_ref().unwrap_or(&Layout::default()))?;
+    let read = Read { rows: gathering.rows, blanks_differ: std::mem::take(&mut gathering.blanks_differ) };
+    let chunk = gathering.take();
+    if !chunk.is_empty() {
+        sink(chunk, first.as_ref().unwrap_or(&Layout::default()))?;
     }
-    Ok(Ended::Whole { rows })
+    Ok(Ended::Whole(read))
 }
 
 /// Where a block has what.
@@ -155,58 +216,103 @@ struct Places {
     others: Vec<usize>,
     by: Option<usize>,
     lot: Option<usize>,
+    position: Option<usize>,
 }
+
+/// No device has a label yet.
+const NONE: usize = usize::MAX;
 
 /// Devices that are whole, and those that are not yet.
 #[derive(Default)]
 struct Gathering<'a> {
     counts: Option<&'a Counts>,
-    /// Devices that are not whole, the last one being gathered.
-    open: HashMap<String, Device>,
-    current: Option<Device>,
+    /// Devices that are not whole, and how many rows each has; what was whole left an empty one.
+    open: Vec<(Device, u64)>,
+    /// The one that is being gathered, and its label's number where that is known.
+    current: Option<usize>,
+    number: Option<usize>,
+    /// With counts: the open device of each label of this file, and those of the files before.
+    of_label: Vec<usize>,
+    before: HashMap<String, usize>,
     whole: Vec<Device>,
     /// Digests of devices that were handed on; two that agree by chance cost a second pass, and nothing else.
     done: HashSet<u64>,
+    /// Rows without a label.
+    nameless: Device,
+    blanks_differ: Vec<String>,
     cells: usize,
+    file: Arc<str>,
+    of_file: u64,
     rows: u64,
 }
 
 impl Gathering<'_> {
-    fn begin(&mut self, label: String) -> Result<Option<Ended>> {
-        if self.current.as_ref().is_some_and(|device| device.label == label) {
-            // a device that goes on in the next file
-            return Ok(None);
+    /// The place of a device that begins, or goes on; `Err` for one that has been handed on.
+    fn begin(&mut self, label: &str) -> std::result::Result<usize, Restart> {
+        if let Some(current) = self.current
+            && self.open.get(current).is_some_and(|(device, _)| device.label == label)
+        {
+            // a device that goes on in the next block or file
+            return Ok(current);
         }
-        self.end();
-        let first_row = self.rows + 1;
-        if self.counts.is_none() && self.done.contains(&digest(&label)) {
-            return Ok(Some(Ended::CameBack { label, row: first_row }));
+        let expected = match self.counts {
+            Some(counts) => {
+                if let Some(there) = self.before.remove(label) {
+                    return Ok(there);
+                }
+                // every label was counted
+                counts.get(label).copied().unwrap_or_default()
+            }
+            None => {
+                self.end();
+                let digest = digest(label);
+                if !self.done.insert(digest) {
+                    return Err(Restart::CameBack { label: label.to_string(), row: self.rows + 1 });
+                }
+                u64::MAX
+            }
+        };
+        let device = Device { label: label.to_string(), first_row: self.rows + 1, ..Device::default() };
+        if self.counts.is_none() {
+            self.open.clear();
         }
-        let new = || Device { label: label.clone(), first_row, ..Device::default() };
-        self.current = Some(self.open.remove(&label).unwrap_or_else(new));
-        Ok(None)
+        self.open.push((device, expected));
+        Ok(*self.current.insert(self.open.len() - 1))
     }
 
-    /// No more rows of the current device follow here.
+    /// No more rows of the current device follow.
     fn end(&mut self) {
-        let Some(device) = self.current.take() else { return };
-        let whole = self.counts.is_none_or(|counts| counts.get(&device.label).is_none_or(|n| *n <= device.rows as u64));
-        if !whole {
-            self.open.insert(device.label.clone(), device);
-            return;
+        if let Some(current) = self.current.take() {
+            self.is_whole(current);
         }
+    }
+
+    fn is_whole(&mut self, place: usize) {
+        let Some((device, _)) = self.open.get_mut(place) else { return };
+        let mut device = std::mem::take(device);
+        device.order_positions();
         self.cells += device.inputs.len() + device.values.len() + 4 * device.others.len();
-        if self.counts.is_none() {
-            self.done.insert(digest(&device.label));
-        }
         self.whole.push(device);
     }
 
+    /// The label numbers of a file are its own.
+    fn end_file(&mut self, record: &Record) {
+        self.number = None;
+        for (k, there) in std::mem::take(&mut self.of_label).into_iter().enumerate().filter(|(_, own)| *own != NONE) {
+            self.before.insert(label(record, k).to_string(), there);
+        }
+    }
+
     fn finish(&mut self) {
-        self.end();
-        let mut rest: Vec<Device> = std::mem::take(&mut self.open).into_values().collect();
-        rest.sort_by_key(|device| device.first_row);
-        self.whole.extend(rest);
+        if self.counts.is_none() {
+            self.end();
+        }
+        // fewer rows than were counted: the file has changed meanwhile
+        let rest = std::mem::take(&mut self.open).into_iter().map(|(device, _)| device);
+        self.whole.extend(rest.filter(|device| device.rows > 0));
+        if self.nameless.rows > 0 {
+            self.whole.push(std::mem::take(&mut self.nameless));
+        }
     }
 
     fn take(&mut self) -> Vec<Device> {
@@ -214,48 +320,125 @@ impl Gathering<'_> {
         std::mem::take(&mut self.whole)
     }
 
+    /// The device of a label's number.
+    fn device_of(&mut self, record: &Record, number: usize) -> std::result::Result<usize, Restart> {
+        if let (Some(current), true) = (self.current, self.number == Some(number)) {
+            return Ok(current);
+        }
+        if self.counts.is_none() {
+            let found = self.begin(label(record, number));
+            self.number = Some(number);
+            return found;
+        }
+        if let Some(there) = self.of_label.get(number).filter(|there| **there != NONE) {
+            return Ok(*there);
+        }
+        let there = self.begin(label(record, number))?;
+        if self.of_label.len() <= number {
+            self.of_label.resize(number + 1, NONE);
+        }
+        self.of_label.get_mut(number).into_iter().for_each(|own| *own = there);
+        self.current = None;
+        Ok(there)
+    }
+
     /// The rows of a block, run by run.
-    fn block(
-        &mut self,
-        record: &Record,
-        block: &Block,
-        places: &Places,
-        current: &mut Option<usize>,
-    ) -> Result<Option<Ended>> {
+    fn block(&mut self, record: &Record, block: &Block, places: &Places) -> Option<Restart> {
         let column = |k: usize| block.columns.at(k);
         let select = |of: &[usize]| of.iter().map(|k| column(*k)).collect::<Vec<&[f64]>>();
         let (inputs, values, others) = (select(&places.inputs), select(&places.values), select(&places.others));
+        let by = places.by.map(column);
+        let of = |by: &[f64], row: usize| by.get(row).copied().map_or(0, place);
+        let positions = places.position.map(column).unwrap_or_default();
+        // labels of positions by their number in the record
+        let mut labels: Vec<Option<Arc<str>>> = Vec::new();
+        self.say_blanks(record, by.unwrap_or_default());
         let mut row = 0;
         while row < block.rows() {
-            let mut end = block.rows();
-            if let Some(by) = places.by.map(column) {
-                let of = |row: usize| by.get(row).copied().map_or(0, place);
-                let own = of(row);
-                end = (row..block.rows()).find(|k| of(*k) != own).unwrap_or(block.rows());
-                if *current != Some(own) {
-                    *current = Some(own);
-                    if let Some(back) = self.begin(label(record, own))? {
-                        return Ok(Some(back));
+            let number = by.map(|by| of(by, row));
+            let end = match (by, number) {
+                (Some(by), Some(own)) => (row..block.rows()).find(|k| of(by, *k) != own).unwrap_or(block.rows()),
+                _ => block.rows(),
+            };
+            let runs = runs(&self.file, block.lines.get(row..end), self.of_file + row as u64 + 1, end - row);
+            let there = match number {
+                Some(number) if label(record, number).trim().is_empty() => {
+                    self.nameless.nameless = true;
+                    self.nameless.rows += end - row;
+                    if self.nameless.runs.is_empty() {
+                        self.nameless.runs = runs;
                     }
+                    self.rows += (end - row) as u64;
+                    row = end;
+                    continue;
                 }
+                Some(number) => match self.device_of(record, number) {
+                    Ok(there) => there,
+                    Err(again) => return Some(again),
+                },
+                // there is one: begun with the file
+                None => self.current.unwrap_or_default(),
+            };
+            let Some((device, expected)) = self.open.get_mut(there) else { break };
+            if device.rows == 0 && *expected < u64::MAX {
+                let more = number::index(*expected);
+                device.inputs.reserve_exact(more * inputs.len());
+                device.values.reserve_exact(more * values.len());
             }
-            let Some(device) = &mut self.current else { break };
             interleave(&inputs, row, end, &mut device.inputs);
             interleave(&values, row, end, &mut device.values);
             if !others.is_empty() {
                 for k in row..end {
-                    let text = |of: &&[f64]| label(record, of.get(k).copied().map_or(0, place));
+                    let text = |of: &&[f64]| label(record, of.get(k).copied().map_or(0, place)).to_string();
                     device.others.extend(others.iter().map(text));
                 }
             }
-            if let Some(lot) = places.lot.map(column).filter(|_| device.rows == 0) {
-                device.lot = label(record, lot.get(row).copied().map_or(0, place));
+            for cell in positions.iter().take(end).skip(row) {
+                let number = place(*cell);
+                if labels.len() <= number {
+                    labels.resize(number + 1, None);
+                }
+                let own =
+                    labels.get_mut(number).map(|own| own.get_or_insert_with(|| label(record, number).into()).clone());
+                own.iter().for_each(|own| device.push_position(own));
             }
+            if let Some(lot) = places.lot.map(column).filter(|_| device.rows == 0) {
+                device.lot = label(record, lot.get(row).copied().map_or(0, place)).to_string();
+            }
+            runs.into_iter().for_each(|run| device.push_run(run));
             device.rows += end - row;
             self.rows += (end - row) as u64;
+            if device.rows as u64 >= *expected {
+                self.is_whole(there);
+                if let Some(own) = number.and_then(|number| self.of_label.get_mut(number)) {
+                    *own = NONE;
+                }
+            }
             row = end;
         }
-        Ok(None)
+        self.of_file += block.rows() as u64;
+        None
+    }
+
+    /// Note labels of devices that the record found with different blanks.
+    fn say_blanks(&mut self, record: &Record, by: &[f64]) {
+        for number in record.blanks_differ() {
+            let own = label(record, number + 1);
+            if !self.blanks_differ.iter().any(|other| other == own) && by.iter().any(|cell| place(*cell) == number + 1)
+            {
+                self.blanks_differ.push(own.to_string());
+            }
+        }
+    }
+}
+
+/// Where rows stand: in the lines of a table of text, or from a row on.
+fn runs(file: &Arc<str>, lines: Option<&[u64]>, first: u64, rows: usize) -> Vec<Run> {
+    let run = |first, rows, is_line| Run { file: file.clone(), first, rows, is_line };
+    match lines {
+        None | Some([]) => vec![run(first, rows, false)],
+        Some([first, .., last]) if last - first == rows as u64 - 1 => vec![run(*first, rows, true)],
+        Some(lines) => lines.iter().map(|line| run(*line, 1, true)).collect(),
     }
 }
 
@@ -291,6 +474,7 @@ impl Layout {
             ordered.uses.push(*self.uses.get(k)?);
             ordered.conversions.push(*self.conversions.get(k)?);
         }
+        ordered.position = self.position;
         (ordered.keys.len() == self.keys.len()).then_some(ordered)
     }
 }

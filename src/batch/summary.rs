@@ -1,11 +1,11 @@
 //! All devices together: how each quantity is distributed, who stands apart, and whether devices differ more than they are measured.
 
-use super::{Row, Solved, Verdict};
+use super::{Reason, Row, Solved, Verdict};
 use crate::elements::Elements;
 use crate::fit::Conformity;
 use crate::number;
 use crate::uncertainty::quantiles;
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
 /// Devices whose values are kept for distributions; of further ones only the counts.
 const KEPT: usize = 1 << 20;
@@ -31,15 +31,77 @@ pub struct Summary {
     pub suspicious: usize,
     /// Lots in the order in which they were met.
     pub lots: Vec<Lot>,
-    /// Devices that are not accepted or lie outside a limit, in the order in which they were met; at most 100.
+    /// Devices that are not accepted or lie outside a limit, the worst first, at most 100: those without an answer, then those that a test
+    /// rejects by its probability, then those outside a limit, then those that their limits leave undecided.
     pub not_in_order: Vec<NotInOrder>,
+    /// Devices by what is wrong with them, or suspicious.
+    pub reasons: BTreeMap<Reason, usize>,
+    /// The global test over the devices.
+    pub global_test: Chance,
+    /// The search for suspicious readings over the devices.
+    pub snooping: Chance,
+    /// The test for lack of fit over the devices.
+    pub lack_of_fit: Chance,
     lot_of: HashMap<String, usize>,
     quantities: usize,
-    labels: Vec<Box<str>>,
-    /// Values, Type A uncertainties and combined uncertainties, one device after the other.
-    values: Vec<[f64; 3]>,
-    /// Degrees of freedom of each device's own scale; infinite where uncertainties are stated.
-    dofs: Vec<f64>,
+    /// How bad each device is that is not in order.
+    badness: Vec<(u8, f64, f64)>,
+    /// Labels one after the other, and where each ends.
+    labels: String,
+    ends: Vec<usize>,
+    /// Values, one device after the other.
+    values: Vec<f64>,
+    /// What is summed for each quantity.
+    sums: Vec<Sums>,
+}
+
+/// A test of every device: at a level of 95 % chance alone finds something in one of twenty.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Chance {
+    /// Devices that could be tested.
+    pub tested: usize,
+    /// Probabilities of those in which something was found.
+    found: Vec<f64>,
+}
+
+impl Chance {
+    fn add(&mut self, p: f64, found: bool) {
+        self.tested += 1;
+        if found {
+            self.found.push(p);
+        }
+    }
+
+    /// Devices in which something was found.
+    pub fn found(&self) -> usize {
+        self.found.len()
+    }
+
+    /// In how many chance alone finds something.
+    pub fn expected(&self, level: f64) -> f64 {
+        (1.0 - level) * self.tested as f64
+    }
+
+    /// In how many something is found at the level over all devices together (Z. Sidak 1967).
+    pub fn beyond(&self, level: f64) -> usize {
+        let single = -(level.ln() / self.tested.max(1) as f64).exp_m1();
+        self.found.iter().filter(|p| **p < single).count()
+    }
+}
+
+/// Sums over the accepted devices that have a value of a quantity.
+#[derive(Debug, Clone, Copy, Default)]
+struct Sums {
+    /// Squares of combined standard uncertainties, and how many are known; the same of their Type A parts.
+    u: (f64, usize),
+    type_a: (f64, usize),
+    /// Degrees of freedom of the devices' own scales; infinite where uncertainties are stated.
+    dof: f64,
+}
+
+/// The root of a mean of squares; `None` of none.
+fn rms((squares, count): (f64, usize)) -> Option<f64> {
+    (count > 0).then(|| (squares / count as f64).sqrt())
 }
 
 /// A device that is not accepted, or outside a limit.
@@ -121,7 +183,7 @@ pub struct OutlyingDevice {
 impl Summary {
     /// No device yet.
     pub fn new(quantities: usize) -> Self {
-        Summary { quantities, ..Summary::default() }
+        Summary { quantities, sums: vec![Sums::default(); quantities], ..Summary::default() }
     }
 
     /// One more device.
@@ -146,10 +208,21 @@ impl Summary {
             None => {}
         }
         self.suspicious += usize::from(!row.suspects.is_empty());
+        row.reasons.iter().for_each(|reason| *self.reasons.entry(*reason).or_default() += 1);
+        let has = |reason: Reason| row.reasons.contains(&reason);
+        let is_stated = !row.chi_square_p.is_nan();
+        if is_stated {
+            self.global_test.add(row.chi_square_p, has(Reason::GlobalTest));
+        }
+        if row.dof > usize::from(!is_stated) {
+            self.snooping.add(row.suspect_p, !row.suspects.is_empty());
+        }
+        if !row.lack_of_fit_p.is_nan() {
+            self.lack_of_fit.add(row.lack_of_fit_p, has(Reason::LackOfFit));
+        }
         let in_order = row.verdict == Verdict::Accepted && matches!(row.conformity, None | Some(Conformity::Pass));
-        if !in_order && self.not_in_order.len() < LISTED {
-            let (verdict, conformity) = (row.verdict, row.conformity);
-            self.not_in_order.push(NotInOrder { label: row.label.clone(), verdict, conformity, why: row.why.clone() });
+        if !in_order {
+            self.add_not_in_order(row);
         }
         if row.verdict != Verdict::Accepted {
             return;
@@ -157,13 +230,52 @@ impl Summary {
         if !row.lot.is_empty() {
             self.add_to_lot(row);
         }
-        if self.labels.len() < KEPT {
-            self.labels.push(row.label.as_str().into());
-            let at = |list: &[f64], k: usize| list.at(k);
-            let own = (0..self.quantities).map(|k| [at(&row.value, k), at(&row.type_a, k), at(&row.u, k)]);
-            self.values.extend(own);
-            self.dofs.push(if row.chi_square_p.is_nan() { row.dof as f64 } else { f64::INFINITY });
+        if self.ends.len() < KEPT {
+            self.labels.push_str(&row.label);
+            self.ends.push(self.labels.len());
+            let dof = if is_stated { f64::INFINITY } else { row.dof as f64 };
+            for (k, sums) in self.sums.iter_mut().enumerate() {
+                let value = row.value.at(k);
+                self.values.push(value);
+                if value.is_finite() {
+                    sums.dof += dof;
+                    for (own, (squares, count)) in [(&row.u, &mut sums.u), (&row.type_a, &mut sums.type_a)] {
+                        if let Some(u) = own.get(k).filter(|u| u.is_finite()) {
+                            *squares += u * u;
+                            *count += 1;
+                        }
+                    }
+                }
+            }
         }
+    }
+
+    fn add_not_in_order(&mut self, row: &Row) {
+        // no number: nothing was tested
+        let p = row.chi_square_p.min(row.lack_of_fit_p);
+        let has_answer = !row.reasons.iter().any(|own| {
+            matches!(own, Reason::NotEstimable | Reason::Stuck | Reason::NoConvergence | Reason::Constraints)
+        });
+        let badness = match (row.verdict, row.conformity) {
+            (Verdict::Malformed, _) => (0, 0.0, 0.0),
+            (Verdict::Rejected, _) if !has_answer => (1, 0.0, 0.0),
+            (Verdict::Rejected, _) => (2, p, -row.residual_sd),
+            (Verdict::Accepted, Some(Conformity::Fail)) => (3, 0.0, 0.0),
+            (Verdict::Accepted, _) => (4, 0.0, 0.0),
+        };
+        let milder = |own: &(u8, f64, f64)| {
+            own.0.cmp(&badness.0).then(own.1.total_cmp(&badness.1)).then(own.2.total_cmp(&badness.2)).is_le()
+        };
+        let place = self.badness.partition_point(milder);
+        if place >= LISTED {
+            return;
+        }
+        let (verdict, conformity) = (row.verdict, row.conformity);
+        let own = NotInOrder { label: row.label.clone(), verdict, conformity, why: row.why.clone() };
+        self.badness.insert(place, badness);
+        self.not_in_order.insert(place, own);
+        self.badness.truncate(LISTED);
+        self.not_in_order.truncate(LISTED);
     }
 
     fn add_to_lot(&mut self, row: &Row) {
@@ -188,14 +300,21 @@ impl Summary {
     }
 
     /// Values of a quantity over the accepted devices, with the index of each device.
-    fn column(&self, quantity: usize) -> impl Iterator<Item = (usize, [f64; 3])> + '_ {
+    fn column(&self, quantity: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
         let rows = self.values.chunks_exact(self.quantities.max(1)).enumerate();
-        rows.filter_map(move |(k, row)| row.get(quantity).map(|own| (k, *own))).filter(|(_, own)| own[0].is_finite())
+        rows.filter_map(move |(k, row)| row.get(quantity).map(|own| (k, *own))).filter(|(_, own)| own.is_finite())
     }
 
     /// The values of a quantity, for a figure.
     pub fn values(&self, quantity: usize) -> Vec<f64> {
-        self.column(quantity).map(|(_, [x, ..])| x).collect()
+        self.column(quantity).map(|(_, x)| x).collect()
+    }
+
+    /// The label of a device by its index.
+    fn label(&self, k: usize) -> String {
+        let start = k.checked_sub(1).and_then(|before| self.ends.get(before)).copied().unwrap_or(0);
+        let own = self.ends.get(k).and_then(|end| self.labels.get(start..*end));
+        own.unwrap_or_default().to_string()
     }
 
     /// A quantity over the accepted devices; `None` where no device has one.
@@ -214,12 +333,9 @@ impl Summary {
         let mean = first + values.iter().map(|x| x - first).sum::<f64>() / n as f64;
         let squares: f64 = values.iter().map(|x| (x - mean) * (x - mean)).sum();
         let variance = (n > 1).then(|| squares / (n - 1) as f64);
-        let rms = |which: fn([f64; 3]) -> f64| {
-            let own: Vec<f64> = self.column(quantity).map(|(_, own)| which(own)).filter(|u| u.is_finite()).collect();
-            (!own.is_empty()).then(|| (own.iter().map(|u| u * u).sum::<f64>() / own.len() as f64).sqrt())
-        };
-        let u_dof: f64 = self.column(quantity).filter_map(|(k, _)| self.dofs.get(k)).sum();
-        let scattering = variance.zip(rms(|own| own[1]).filter(|u| *u > 0.0)).and_then(|(variance, u)| {
+        let sums = self.sums.get(quantity).copied().unwrap_or_default();
+        let u_dof = sums.dof;
+        let scattering = variance.zip(rms(sums.type_a).filter(|u| *u > 0.0)).and_then(|(variance, u)| {
             let (f, dof) = (variance / (u * u), (n - 1) as f64);
             let p = match u_dof.is_finite() {
                 true => quantiles::fisher_f_survival(f, dof, u_dof),
@@ -227,7 +343,7 @@ impl Summary {
             }?;
             Some(Scattering { u, f, dof, u_dof, p, sd_of_devices: (variance - u * u).max(0.0).sqrt() })
         });
-        Some(Quantity { devices: n, mean, sd: variance.map(f64::sqrt), quantiles, u: rms(|own| own[2]), scattering })
+        Some(Quantity { devices: n, mean, sd: variance.map(f64::sqrt), quantiles, u: rms(sums.u), scattering })
     }
 
     /// Devices that stand apart from the others in some quantity, at 1 % over all devices and quantities, the farthest first.
@@ -249,11 +365,10 @@ impl Summary {
             if !(spread > 0.0) {
                 continue;
             }
-            for (k, [value, ..]) in self.column(quantity) {
+            for (k, value) in self.column(quantity) {
                 let z = (value - median) / spread;
                 if z.abs() > far {
-                    let label = self.labels.get(k).map_or(String::new(), ToString::to_string);
-                    found.push(OutlyingDevice { label, quantity, value, z });
+                    found.push(OutlyingDevice { label: self.label(k), quantity, value, z });
                 }
             }
         }

@@ -55,11 +55,9 @@ pub(super) fn fit(
         quantities: names.clone(),
         limited: !template.limits.is_empty(),
     };
-    let begin = || target.as_ref().map(|path| Rows::begin(path, outputs.open(path)?, columns.clone())).transpose();
+    let begin = || target.as_ref().map(|path| Rows::begin(path, outputs.open_held(path)?, columns.clone())).transpose();
     let state =
         std::cell::RefCell::new(State { rows: begin()?, summary: Summary::new(names.len()), shown: Vec::new() });
-    let buffered = target.as_ref() == Some(&stdout);
-    let held: std::cell::RefCell<Vec<Row>> = Default::default();
     let bar = table.bar();
     let question_of = std::cell::RefCell::new(None::<Layout>);
     let schedules = std::cell::RefCell::new(None::<batch::Schedules>);
@@ -75,18 +73,14 @@ pub(super) fn fit(
             let room = (SHOWN + 1).saturating_sub(state.shown.len());
             state.shown.extend(rows.iter().take(room).cloned());
             bar.inc(devices.iter().map(|device| device.rows as u64).sum());
-            if buffered {
-                // what is on stdout cannot be taken back
-                held.borrow_mut().extend(rows);
-                return Ok(());
-            }
-            state.rows.as_mut().map_or(Ok(()), |out| out.write(&rows))
+            state.rows.as_mut().map_or(Ok(()), |out| out.write(&rows))?;
+            let determined = rows.iter().filter(|row| row.rank == template.unknowns() && row.rank > 0).count();
+            Ok(2 * determined >= rows.len())
         },
         &mut || {
             // the file that was begun is gone before it is begun anew under the same name
             state.borrow_mut().rows = None;
             *state.borrow_mut() = State { rows: begin()?, summary: Summary::new(names.len()), shown: Vec::new() };
-            held.borrow_mut().clear();
             bar.reset();
             Ok(())
         },
@@ -117,8 +111,7 @@ pub(super) fn fit(
     if let Some(path) = json {
         outputs.add(path, files::json(&found)?);
     }
-    if let Some(mut out) = rows {
-        out.write(&held.into_inner())?;
+    if let Some(out) = rows {
         outputs.finish(out.finish()?);
     }
     outputs.write()?;

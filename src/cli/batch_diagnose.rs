@@ -81,7 +81,7 @@ pub(super) fn run(
             };
             let rows: Vec<DiagnosedRow> = devices.par_iter().map(one).collect();
             found.borrow_mut().extend(rows);
-            Ok(())
+            Ok(true)
         },
         &mut || {
             found.borrow_mut().clear();

@@ -54,7 +54,7 @@ pub(super) fn reports(
                 made.links.insert(device.label.clone(), link(summary, &path));
                 made.texts.push((path, html::render(&page)?));
             }
-            Ok(())
+            Ok(true)
         },
         &mut || {
             *made.borrow_mut() = Reports::default();

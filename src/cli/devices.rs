@@ -2,7 +2,7 @@
 
 use super::files::Beside;
 use super::{files, globs};
-use crate::batch::{self, Device, Ended, Layout, Use};
+use crate::batch::{self, Device, Layout, Restart, Tables, Use};
 use crate::bench::Bench;
 use crate::campaign::{Campaign, Readings};
 use crate::error::{Fault, Malformed, Result};
@@ -277,10 +277,11 @@ impl DeviceTable<'_> {
         self.question.of_device(self.template()?, layout, device)
     }
 
-    /// Hand on the devices, in chunks; `restart` forgets what was handed on, where the rows of a device do not stand together.
+    /// Hand on the devices, in chunks; `restart` forgets what was handed on, where the rows of a device do not stand together. `sink` says whether
+    /// devices were of use.
     pub(super) fn read(
         &self,
-        sink: &mut dyn FnMut(Vec<Device>, &Layout) -> Result<()>,
+        sink: &mut dyn FnMut(Vec<Device>, &Layout) -> Result<bool>,
         restart: &mut dyn FnMut() -> Result<()>,
     ) -> Result<()> {
         let template = self.template()?;
@@ -288,25 +289,29 @@ impl DeviceTable<'_> {
             let rows = self.inline.clone();
             let (layout, devices) = wire::inline_devices(&template.bench, rows, self.by(), |key| self.wants(key))
                 .map_err(|error| wire::locate(error.at_path("readings"), &self.question.source))?;
-            return sink(devices, &layout);
+            return sink(devices, &layout).map(drop);
         }
         let open = |k: usize| self.question.files.get(k).map_or_else(|| Err(no_file()), |path| open(path));
         let layout = |record: &Record, by: Option<usize>| {
             wire::table_layout(&template.bench, record, by, &self.question.file.columns, |key| self.wants(key))
         };
         let by = self.by.as_deref().map(|by| self.question.title(by));
-        let mut pass = |counts: Option<&batch::Counts>| {
-            batch::stream(&self.names, &open, by.as_deref(), self.lot.as_deref(), &layout, counts, sink)
-        };
-        if let Ended::CameBack { label, row } = pass(None)? {
+        let tables =
+            Tables { files: &self.names, open: &open, by: by.as_deref(), lot: self.lot.as_deref(), layout: &layout };
+        let read = batch::stream(&tables, sink, &mut |again| {
+            if let Restart::CameBack { label, row } = again {
+                super::note(&format!(
+                    "note: '{label}' comes back in row {row}: the rows of a device do not stand together, so the table is read again, and devices are \
+                     kept until they are whole"
+                ));
+            }
+            restart()
+        })?;
+        if let Some((first, others)) = read.blanks_differ.split_first() {
+            let more = if others.is_empty() { String::new() } else { format!(" and {} others", others.len()) };
             super::note(&format!(
-                "note: '{label}' comes back in row {row}: the rows of a device do not stand together, so the table is read again, and devices are \
-                 kept until they are whole"
+                "note: '{first}'{more} stand with different blanks around them, and are taken as one device each"
             ));
-            restart()?;
-            // without a column that tells devices apart each file is one
-            let counts = batch::count(self.names.len(), &open, by.as_deref().unwrap_or_default())?;
-            pass(Some(&counts))?;
         }
         Ok(())
     }

@@ -7,11 +7,14 @@
 use super::{own, session};
 use crate::error::{Fault, Malformed, Result};
 use std::fs::{File, OpenOptions};
-use std::io::Write;
+use std::io::{Seek, Write};
 use std::path::{Path, PathBuf};
 
 /// Symbolic links that are followed.
 const MOST_LINKS: usize = 40;
+/// Bytes for stdout that are held in memory.
+const HELD: usize = 1 << 22;
+
 /// What a command writes.
 #[derive(Debug, Default)]
 pub(super) struct Outputs {
@@ -88,6 +91,15 @@ impl Outputs {
         Stream::open(path, &Place::of(path)).map_err(|error| fault(path, &error))
     }
 
+    /// The same, where what goes to stdout is held until all is written: it may have to be begun anew, and cannot be taken back.
+    pub(super) fn open_held(&self, path: &Path) -> Result<Stream> {
+        let mut stream = self.open(path)?;
+        if Place::of(path) == Place::Stdout {
+            stream.held = Some(Held::default());
+        }
+        Ok(stream)
+    }
+
     /// A file of [`Outputs::open`] that is whole.
     pub(super) fn finish(&mut self, stream: Stream) {
         self.streams.push(stream);
@@ -111,6 +123,9 @@ impl Outputs {
         }
         for stream in &mut self.streams {
             stream.sync().map_err(|error| fault(&stream.path, &error))?;
+        }
+        for stream in &mut self.streams {
+            stream.release().or_else(reader_left).map_err(|error| fault(&stream.path, &error))?;
         }
         for (path, place, text) in direct {
             match place {
@@ -182,11 +197,67 @@ pub(super) struct Stream {
     temporary: Option<(PathBuf, PathBuf)>,
     /// `None` for stdout.
     file: Option<File>,
+    /// What waits for stdout.
+    held: Option<Held>,
+}
+
+/// Bytes in memory, and those before them in a temporary file, once they are many.
+#[derive(Debug, Default)]
+struct Held {
+    bytes: Vec<u8>,
+    file: Option<(File, PathBuf)>,
+    /// Was there no place for a file?
+    stays: bool,
+}
+
+impl Held {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        self.bytes.extend_from_slice(bytes);
+        if self.bytes.len() < HELD || self.stays {
+            return Ok(bytes.len());
+        }
+        if self.file.is_none() {
+            let path = std::env::temp_dir().join(format!("tumble.{}.rows.tmp", std::process::id()));
+            match File::options().read(true).write(true).create_new(true).open(&path) {
+                Ok(file) => {
+                    session::begins(&path);
+                    self.file = Some((file, path));
+                }
+                // no such folder, or a full one: memory has to do
+                Err(_) => {
+                    self.stays = true;
+                    return Ok(bytes.len());
+                }
+            }
+        }
+        if let Some((file, _)) = &mut self.file {
+            file.write_all(&self.bytes)?;
+            self.bytes.clear();
+        }
+        Ok(bytes.len())
+    }
+
+    fn copy_to(&mut self, to: &mut impl Write) -> std::io::Result<()> {
+        if let Some((file, _)) = &mut self.file {
+            file.rewind()?;
+            std::io::copy(file, to)?;
+        }
+        to.write_all(&self.bytes)?;
+        to.flush()
+    }
+}
+
+impl Drop for Held {
+    fn drop(&mut self) {
+        if let Some((_, path)) = self.file.take() {
+            session::abandons(&path);
+        }
+    }
 }
 
 impl Stream {
     fn open(path: &Path, place: &Place) -> std::io::Result<Self> {
-        let mut stream = Stream { path: path.to_path_buf(), temporary: None, file: None };
+        let mut stream = Stream { path: path.to_path_buf(), temporary: None, file: None, held: None };
         match place {
             Place::Stdout => {}
             Place::Null | Place::Direct(_) => stream.file = Some(OpenOptions::new().write(true).open(path)?),
@@ -214,18 +285,27 @@ impl Stream {
     }
 }
 
+impl Stream {
+    /// Let go what was held for stdout.
+    fn release(&mut self) -> std::io::Result<()> {
+        self.held.take().map_or(Ok(()), |mut held| held.copy_to(&mut super::embedded::Stdout))
+    }
+}
+
 impl Write for Stream {
     fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
-        match &mut self.file {
-            Some(file) => file.write(bytes),
-            None => super::embedded::Stdout.write(bytes),
+        match (&mut self.held, &mut self.file) {
+            (Some(held), _) => held.write(bytes),
+            (None, Some(file)) => file.write(bytes),
+            (None, None) => super::embedded::Stdout.write(bytes),
         }
     }
 
     fn flush(&mut self) -> std::io::Result<()> {
-        match &mut self.file {
-            Some(file) => file.flush(),
-            None => super::embedded::Stdout.flush(),
+        match (&self.held, &mut self.file) {
+            (Some(_), _) => Ok(()),
+            (None, Some(file)) => file.flush(),
+            (None, None) => super::embedded::Stdout.flush(),
         }
     }
 }

@@ -1,4 +1,5 @@
-//! Four instants of a reading side by side: rate and specific force at the sensor, and their derivatives by the tilts.
+//! Four instants of a reading, or one of four devices with tilts of their own, side by side: rate and specific force at the sensor, and their
+//! derivatives by the tilts.
 //!
 //! The operations of `kinematics.rs` on four numbers each; a joint that stands, and a tilt that follows none, has one angle for all four.
 #![allow(
@@ -132,13 +133,14 @@ fn turn_back(later: &mut [Vectors; 3], axis: Axis, Turn { sin, cos, .. }: &Turn)
 }
 
 impl FourInstants {
-    /// Carry Earth rate, specific force and joint rates through the chain: everything stands as in `base` but for a joint that passes four angles.
+    /// Carry Earth rate, specific force and joint rates through the chain: everything stands as in `base` but for a joint that passes four angles
+    /// (none where there is no such joint).
     /// What is not wanted of rate and force is left as it is.
     #[inline(always)]
     pub(super) fn set(
         &mut self,
         bench: &Bench,
-        tilts: &[f64],
+        tilts: &[Lane],
         base: &Instant,
         (joint, stops): (usize, Lane),
         [wants_rate, wants_force]: [bool; 2],
@@ -182,8 +184,9 @@ impl FourInstants {
                             })
                         }
                     };
-                    let tilt = tilts.at(rate_by_tilt.len());
-                    turn.to(factor.map(|factor| factor * tilt), false);
+                    // what the caller leaves out is zero
+                    let tilt = tilts.get(rate_by_tilt.len()).copied().unwrap_or_default();
+                    turn.to(of(|l| factor[l] * tilt[l]), false);
                     if turn.turns() {
                         turn_both(*about, turn, [wants_rate.then_some(&mut *rate), wants_force.then_some(&mut *force)]);
                     }
@@ -231,7 +234,8 @@ mod tests {
         let mut base = Instant { angle_deg: vec![37.0, 0.0, 200.0], rate_deg_s: vec![0.0, 15.0, -3.0] };
         let mut four = FourInstants::default();
         for stops in [[0.0, 90.0, 180.0, 270.0], [11.0, 11.0, -400.0, 0.0]] {
-            four.set(&bench, &tilts, &base, (1, stops), [true; 2]);
+            let of_four: Vec<Lane> = tilts.iter().map(|tilt| [*tilt; 4]).collect();
+            four.set(&bench, &of_four, &base, (1, stops), [true; 2]);
             for (l, stop) in stops.into_iter().enumerate() {
                 base.angle_deg[1] = stop;
                 let mut one = Kinematics::default();

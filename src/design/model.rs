@@ -37,6 +37,7 @@ pub struct Workspace {
     gathered: Vec<Gathered>,
     sweep: Sweep,
     four: FourInstants,
+    tilts_of_four: Vec<Lane>,
     inputs_of_four: Vec<Lane>,
     slopes_of_four: Vec<Lane>,
     arch: Arch,
@@ -50,24 +51,57 @@ impl SensorModel {
     }
 }
 
-/// What [`Model::gather_fours`] is asked.
-struct Fours<'a> {
+/// What [`Model::gather_lanes`] is asked: the instants of a reading four at a time at one point, or one at a time at four points.
+struct Lanes<'a> {
     model: &'a Model,
     campaign: &'a Campaign,
     row: &'a Reading,
     smoothness: Smoothness,
-    joint: usize,
-    point: &'a [f64],
+    at: Points<'a>,
     work: &'a mut Workspace,
 }
 
-impl WithSimd for Fours<'_> {
+/// Values of all parameters.
+#[derive(Clone, Copy)]
+enum Points<'a> {
+    One(&'a [f64]),
+    Four(&'a [Lane]),
+}
+
+impl WithSimd for Lanes<'_> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Fours { model, campaign, row, smoothness, joint, point, work } = self;
-        model.gather_fours(campaign, row, smoothness, (joint, point), work);
+        let Lanes { model, campaign, row, smoothness, at, work } = self;
+        let sweep = std::mem::take(&mut work.sweep);
+        match at {
+            Points::One(point) => {
+                // where the last are fewer than four, its last one again with no weight
+                let four = |stops: &[(f64, f64)]| -> (Lane, Lane) {
+                    let last = stops.last().map_or(0.0, |(angle, _)| *angle);
+                    let stop = |l: usize| stops.get(l).copied().unwrap_or((last, 0.0));
+                    (std::array::from_fn(|l| stop(l).0), std::array::from_fn(|l| stop(l).1))
+                };
+                let parameter = |k: usize| [point.at(k); 4];
+                model.gather_lanes(
+                    campaign,
+                    row,
+                    smoothness,
+                    (&sweep, sweep.stops.chunks(4).map(four)),
+                    parameter,
+                    work,
+                );
+            }
+            Points::Four(points) => {
+                let alone = [(0.0, 1.0)];
+                let stops = if sweep.joint.is_some() { sweep.stops.as_slice() } else { &alone };
+                let stops = stops.iter().map(|(angle, weight)| ([*angle; 4], [*weight; 4]));
+                let parameter = |k: usize| points.get(k).copied().unwrap_or([f64::NAN; 4]);
+                model.gather_lanes(campaign, row, smoothness, (&sweep, stops), parameter, work);
+            }
+        }
+        work.sweep = sweep;
     }
 }
 
@@ -208,9 +242,13 @@ impl Model {
     /// Sum up every sensor of this smoothness over the reading's instants.
     fn gather(&self, campaign: &Campaign, row: &Reading, smoothness: Smoothness, point: &[f64], work: &mut Workspace) {
         work.sweep.set(row, smoothness);
-        if let Some(joint) = work.sweep.joint.filter(|_| self.joints == 0 && work.sweep.stops.len() > 1) {
+        if work.sweep.joint.is_some() && self.joints == 0 && work.sweep.stops.len() > 1 {
+            work.tilts_of_four.clear();
+            work.tilts_of_four.extend(work.tilts.iter().map(|tilt| [*tilt; 4]));
             let arch = work.arch;
-            return arch.dispatch(Fours { model: self, campaign, row, smoothness, joint, point, work });
+            arch.dispatch(Lanes { model: self, campaign, row, smoothness, at: Points::One(point), work });
+            let own = work.gathered.iter_mut().filter(|own| own.smoothness == Some(smoothness));
+            return own.for_each(Gathered::join_fours);
         }
         let Workspace { kinematics: at, tilts, inputs, slopes, scratch, gathered, sweep, .. } = work;
         sweep.visit(|instant, weight| {
@@ -226,26 +264,32 @@ impl Model {
         });
     }
 
-    /// The same, four instants at a time and by the widest instructions that there are; where the last are fewer, its last one again with no weight.
+    /// The same, four numbers at a time and by the widest instructions that there are.
     #[inline(always)]
-    fn gather_fours(
+    fn gather_lanes(
         &self,
         campaign: &Campaign,
         row: &Reading,
         smoothness: Smoothness,
-        (joint, point): (usize, &[f64]),
+        (sweep, stops): (&Sweep, impl Iterator<Item = (Lane, Lane)>),
+        parameter: impl Fn(usize) -> Lane,
         work: &mut Workspace,
     ) {
-        let Workspace { tilts, scratch, gathered, sweep, four, inputs_of_four: inputs, slopes_of_four: slopes, .. } =
-            work;
+        let Workspace {
+            tilts_of_four: tilts,
+            scratch,
+            gathered,
+            four,
+            inputs_of_four: inputs,
+            slopes_of_four: slopes,
+            ..
+        } = work;
         let of = |own: &&Gathered| own.smoothness == Some(smoothness);
         let follows = gathered.iter().filter(of).filter_map(|own| self.sensors.get(own.sensor)).map(|own| own.follows);
         let wanted = follows.fold([false; 2], |[rate, force], own| [rate || own[0], force || own[1]]);
-        for stops in sweep.stops.chunks(4) {
-            let last = stops.last().map_or(0.0, |(angle, _)| *angle);
-            let stop = |l: usize| stops.get(l).copied().unwrap_or((last, 0.0)); // fewer than four: the last again, weight 0
-            let (angles, weights): (Lane, Lane) =
-                (std::array::from_fn(|l| stop(l).0), std::array::from_fn(|l| stop(l).1));
+        // no joint has the place behind all
+        let joint = sweep.joint.unwrap_or(sweep.base.angle_deg.len());
+        for (angles, weights) in stops {
             four.set(&campaign.bench, tilts, &sweep.base, (joint, angles), wanted);
             for own in gathered.iter_mut().filter(|own| own.smoothness == Some(smoothness)) {
                 let Some(model) = self.sensors.get(own.sensor) else { continue };
@@ -256,15 +300,48 @@ impl Model {
                     Slot::Joint(k) if *k == joint => angles.map(f64::to_radians),
                     Slot::Joint(k) => [sweep.base.angle_deg.at(*k).to_radians(); 4],
                     Slot::Column(k) => [row.columns.get(*k).copied().flatten().unwrap_or(f64::NAN); 4],
-                    Slot::Parameter(k) => [point.at(*k); 4],
+                    Slot::Parameter(k) => parameter(*k),
                 }));
                 slopes.resize(model.slots.len(), [0.0; 4]);
                 let values = model.tape.gradient_of_four(inputs, scratch, slopes);
                 own.add_four((values, &weights), &model.slots, slopes, &self.tilts, four);
             }
         }
-        let own = gathered.iter_mut().filter(|own| own.smoothness == Some(smoothness));
-        own.for_each(Gathered::join_fours);
+    }
+
+    /// [`Model::predict_all`] at four points of the parameters: `visit(place in sensors, values, gradient)`. A column that the reading lacks is no number.
+    pub(crate) fn predict_four(
+        &self,
+        campaign: &Campaign,
+        row: &Reading,
+        sensors: &[usize],
+        points: &[Lane],
+        work: &mut Workspace,
+        mut visit: impl FnMut(usize, &Lane, &[Lane]),
+    ) {
+        work.tilts_of_four.clear();
+        work.tilts_of_four.extend(self.tilts.iter().map(|k| points.get(*k).copied().unwrap_or_default()));
+        work.gathered.resize_with(sensors.len(), Gathered::default);
+        for (gathered, sensor) in work.gathered.iter_mut().zip(sensors) {
+            let smoothness = self.sensors.get(*sensor).map(|own| own.smoothness_for(&row.joints));
+            gathered.restart(*sensor, smoothness.unwrap_or(Smoothness::Rough), self.parameters);
+        }
+        for first in 0..sensors.len() {
+            let smoothness = work.gathered.get(first).and_then(|g| g.smoothness);
+            let done = work.gathered.iter().take(first).any(|g| g.smoothness == smoothness);
+            if let Some(smoothness) = smoothness.filter(|_| !done) {
+                work.sweep.set(row, smoothness);
+                let (arch, at) = (work.arch, Points::Four(points));
+                arch.dispatch(Lanes { model: self, campaign, row, smoothness, at, work });
+            }
+        }
+        for (place, own) in work.gathered.iter().enumerate() {
+            work.slopes_of_four.clear();
+            work.slopes_of_four.extend(own.of_four.iter().map(|[sums, sizes]| {
+                std::array::from_fn(|l| if is_rounding(sums[l], sizes[l]) { 0.0 } else { sums[l] })
+            }));
+            visit(place, &own.mean_of_four, &work.slopes_of_four);
+        }
     }
 
     /// The smallest part of a sensor's line that has no value at some instant of a reading, and the inputs that stand in it.
@@ -405,11 +482,17 @@ impl Gathered {
 
     fn drop_rounding(&mut self) {
         for (sum, size) in self.gradient.iter_mut().zip(&self.magnitude) {
-            if sum.abs() <= 8.0 * f64::EPSILON * size {
+            if is_rounding(*sum, *size) {
                 *sum = 0.0;
             }
         }
     }
+}
+
+/// Is a derivative only the rounding of terms of this mean size that cancel?
+#[inline(always)]
+fn is_rounding(sum: f64, size: f64) -> bool {
+    sum.abs() <= 8.0 * f64::EPSILON * size
 }
 
 fn accumulate([sum, size]: &mut [Vector3<f64>; 2], direction: &Vector3<f64>, slope: f64) {

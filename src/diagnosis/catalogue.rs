@@ -77,6 +77,7 @@ impl Effect {
             ("{k}", "001"),
             ("{joint}", "joint__"),
             ("{turning}", "turning__"),
+            ("{column}", "column__"),
             ("{tau}", "00001"),
             ("{break}", "0000001"),
         ] {
@@ -117,6 +118,9 @@ impl Effect {
         each("{k}", (1..=highest).map(|k| k.to_string()).collect());
         each("{joint}", campaign.bench.joints().map(str::to_string).collect());
         each("{turning}", turning(campaign));
+        let used = sensor.model.names();
+        let columns = campaign.readings.columns.iter().filter(|column| used.contains(&column.as_str()));
+        each("{column}", columns.cloned().collect());
         each("{tilt}", parameters(campaign, |role, kind| *role == Role::AssumedZero && kind == Kind::Tilt));
         each("{known}", parameters(campaign, |role, kind| matches!(role, Role::Known(_)) && kind != Kind::Input));
         each("{tau}", time_constants(campaign));

@@ -13,8 +13,6 @@
 //! | `unknowns.rs` | what an estimate says of the unknowns, whether its rows are at hand or folded |
 //! | `factor.rs` | weights, column scales, pivoted QR, rank, and what can be reused of them |
 //! | `small_qr.rs` | the pivoted QR of few rows by plain loops |
-//! | `stacked.rs` | many systems of one shape, each with a design of its own |
-//! | `many.rs` | many observations of one design |
 //! | `eight.rs` | eight of them side by side |
 //! | `basis.rs` | which columns depend on which, and the parameters' combinations that follow |
 //! | `refine.rs` | iterative refinement with residuals in twice the working precision |
@@ -47,7 +45,6 @@ mod fold;
 mod fold_parts;
 mod groups;
 mod inequalities;
-mod many;
 mod panel;
 mod pivoted;
 mod refine;
@@ -56,7 +53,6 @@ mod scale_uncertainty;
 pub mod scatter;
 mod sequential;
 mod small_qr;
-mod stacked;
 mod unknowns;
 
 pub use adjust::{Estimate, Solution, adjust, adjust_hinted, solve};
@@ -75,7 +71,6 @@ pub use scatter::{
     adjust_scattered, step_scattered,
 };
 pub use sequential::Sequential;
-pub use stacked::{Stacked, adjust_stacked};
 pub use unknowns::Unknowns;
 
 use crate::error::{Fault, Malformed, Result};

@@ -78,14 +78,9 @@ pub(super) fn checks(campaign: &Campaign, design: &DesignMatrix, step: &Step, le
     }
     // what scatters between positions is no lack of fit
     if step.scattered.is_none() && !silent && checks.lack_of_fit.is_none() {
-        checks.between_positions = quality::lack_of_fit_between(
-            &estimate.residuals,
-            estimate.factor.weight(),
-            estimate.factor.thin_q(),
-            &positions(campaign, design),
-            estimate.dof,
-            level,
-        );
+        let (factor, positions) = (&estimate.factor, positions(campaign, design));
+        checks.between_positions = quality::Offsets::new(factor.weight(), factor.thin_q(), &positions, estimate.dof)
+            .and_then(|offsets| offsets.test(&estimate.residuals, level));
     }
     // one group alone: its scale comes after the adjustment, so the whitened rows do not have it
     let alone = system.group.iter().all(|g| *g == Group::Estimated(0)) && step.scattered.is_none();
@@ -125,7 +120,7 @@ pub(super) fn checks(campaign: &Campaign, design: &DesignMatrix, step: &Step, le
 }
 
 /// The position of each row, apart for each sensor; none where a reading has no label.
-fn positions(campaign: &Campaign, design: &DesignMatrix) -> Vec<Option<usize>> {
+pub(crate) fn positions(campaign: &Campaign, design: &DesignMatrix) -> Vec<Option<usize>> {
     let mut numbers: HashMap<(usize, &str), usize, BuildHasherDefault<Mix>> = HashMap::default();
     let of = |origin: &RowOrigin| campaign.readings.rows.get(origin.reading).map(|reading| reading.position.as_str());
     let labels = design.rows.iter().map(|origin| Some((origin.sensor, of(origin).filter(|label| !label.is_empty())?)));

@@ -85,9 +85,9 @@ impl Iteration {
 }
 
 /// A step is negligible when it moves no weighted prediction by more than this share of the weighted observations' norm,
-const NEGLIGIBLE: f64 = 1e-14;
+pub(crate) const NEGLIGIBLE: f64 = 1e-14;
 /// or by more than this share of the weighted residuals' norm: then it changes no estimate by a visible part of its uncertainty.
-const INVISIBLE: f64 = 1e-9;
+pub(crate) const INVISIBLE: f64 = 1e-9;
 /// Over so many trial points the sum of squares must fall by `PROGRESS` of itself, or the steps become half as long.
 const PATIENCE: usize = 20;
 /// So many halvings for each iteration that is allowed: what needs more hardly moves.

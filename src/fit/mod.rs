@@ -29,14 +29,16 @@ mod separate;
 mod starts;
 mod step;
 pub mod streamed;
+mod stuck;
 mod system;
 
 pub use azimuth::{Sector, sector};
 pub use checks::Checks;
-pub(crate) use checks::{cell_key, cells};
+pub(crate) use checks::{cell_key, cells, positions};
 pub use conditional::Conditional;
 pub use conformity::{Conformity, judge};
 pub use gauss_newton::{Convergence, Iteration, Stop};
+pub(crate) use gauss_newton::{INVISIBLE, NEGLIGIBLE};
 pub use names::{NamedCombination, describe};
 pub use noise::{ScatterSources, VarianceFrom, VarianceSource, is_correlation};
 pub use parameters::{CombinationResult, DerivedResult, ParameterResult, State};
@@ -51,6 +53,7 @@ pub use scatter::{floor, own_noise, scatter_lines, stated_variances, whitening};
 pub(crate) use separate::separations;
 pub use separate::{RankDefect, candidates};
 pub(crate) use step::{adjust_meeting_equations, adjust_with_equations, contradicting_equations, scattered};
+pub(crate) use stuck::{Channel, changes, same};
 pub use system::{Weighting, weigh};
 
 use crate::campaign::{Campaign, Known, Role};
@@ -178,13 +181,14 @@ pub struct Fit {
 }
 
 impl Fit {
-    /// Is the answer "rejected": a rank defect, uncertainties that cannot be known, a failed global test, or no convergence?
+    /// Is the answer "rejected": a rank defect, a stuck channel, uncertainties that cannot be known, a failed global test, or no convergence?
     pub fn is_rejected(&self) -> bool {
         !self.not_estimable.is_empty()
             || self.global_test.is_some_and(|test| test.rejected)
             || matches!(self.constraints, Constraints::Contradictory(_) | Constraints::NotApplied)
             || self.bounds_are_rejected() == Some(true)
             || !self.settled
+            || !self.stuck().is_empty()
             || !self.noise.absorbed.is_empty()
             || !self.inconsistent_circles().is_empty()
             || self.convergence.as_ref().is_some_and(|convergence| !convergence.converged)

@@ -53,6 +53,9 @@ pub(super) fn remarks(fit: &Fit) -> Vec<Sentence> {
         .collect();
     found.extend(rates(campaign));
     found.extend(steep(fit).or_else(|| thousandfold(fit)));
+    found.extend(fit.stuck().into_iter().map(|(sensor, value)| {
+        sentence!("every-reading-of-a-channel-is-the-same", sensor = sensor.to_string(), value = value.to_string())
+    }));
     found.extend(repeated(campaign));
     if let Some(condition) = absurd {
         found.push(sentence!(

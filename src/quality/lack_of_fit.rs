@@ -71,54 +71,76 @@ pub fn lack_of_fit(v: &[f64], u: &[f64], cell: &[usize], dof: usize, level: f64)
 /// A direction of the unknowns that lies in the span of the groups to this much is no further one.
 const SAME: f64 = 1e-10;
 
-/// The model with an offset for each group against the model alone: `between` is what the offsets explain, the *pure error* is what is left.
-///
-/// `v` are residuals of least squares, `weight` their `1/u`, `q` the orthonormal basis of the weighted rows; a row without a group has no
-/// offset. `None` where no offset is beside the model, or where nothing is left.
-pub fn lack_of_fit_between(
-    v: &[f64],
-    weight: &[f64],
-    q: MatRef<'_, f64>,
-    group: &[Option<usize>],
-    dof: usize,
-    level: f64,
-) -> Option<LackOfFit> {
-    let groups = group.iter().flatten().max().map_or(0, |most| most + 1);
-    // the offsets' columns at unit norm: what they have of the residuals, and of the basis
-    let mut norm = vec![0.0; groups];
-    let rows = || group.iter().zip(weight).enumerate().filter_map(|(i, (group, w))| Some((i, (*group)?, *w)));
-    for (_, g, w) in rows() {
-        norm.get_mut(g).into_iter().for_each(|norm| *norm += w * w);
-    }
-    let mut of_residuals = vec![0.0; groups];
-    let mut of_basis = Mat::<f64>::zeros(groups, q.ncols());
-    for (i, g, w) in rows() {
-        let share = w / norm.at(g).sqrt();
-        of_residuals.get_mut(g).into_iter().for_each(|sum| *sum += share * w * v.at(i));
+/// The model with an offset for each group beside the model alone: what residuals of one schedule share.
+#[derive(Debug, Clone)]
+pub struct Offsets {
+    /// Group of each row, and what a weighted residual has of the group's offset at unit norm.
+    rows: Vec<Option<(usize, f64)>>,
+    weight: Vec<f64>,
+    /// What each direction of the unknowns has of the groups, over the root of what of it lies outside of them.
+    directions: Vec<Vec<f64>>,
+    groups: usize,
+    pure_error_dof: usize,
+    between_dof: usize,
+}
+
+impl Offsets {
+    /// `weight` are the rows' `1/u`, `q` the orthonormal basis of the weighted rows, `dof` the degrees of freedom of the residuals; a row without a
+    /// group has no offset. `None` where no offset is beside the model, or where nothing is left.
+    pub fn new(weight: &[f64], q: MatRef<'_, f64>, group: &[Option<usize>], dof: usize) -> Option<Self> {
+        let groups = group.iter().flatten().max().map_or(0, |most| most + 1);
+        // the offsets' columns at unit norm
+        let mut norm = vec![0.0; groups];
+        for (g, w) in group.iter().zip(weight).filter_map(|(group, w)| Some(((*group)?, w))) {
+            norm.get_mut(g).into_iter().for_each(|norm| *norm += w * w);
+        }
+        let used = norm.iter().filter(|norm| **norm > 0.0).count();
+        // offsets of so many groups leave nothing, whatever the unknowns are
+        if used == 0 || used >= dof + q.ncols() {
+            return None;
+        }
+        let share = |(group, w): (&Option<usize>, &f64)| group.map(|g| (g, w / norm.at(g).sqrt()));
+        let rows: Vec<Option<(usize, f64)>> = group.iter().zip(weight).map(share).collect();
+        let mut of_basis = Mat::<f64>::zeros(groups, q.ncols());
+        for (i, (g, share)) in rows.iter().enumerate().filter_map(|(i, row)| Some((i, (*row)?))) {
+            for k in 0..q.ncols() {
+                of_basis[(g, k)] += share * q[(i, k)];
+            }
+        }
+        let gram = of_basis.transpose() * &of_basis;
+        let eigen = gram.self_adjoint_eigen(Side::Lower).ok()?;
+        let mut directions = Vec::new();
         for k in 0..q.ncols() {
-            of_basis[(g, k)] += share * q[(i, k)];
+            let outside = 1.0 - eigen.S()[k];
+            if outside >= SAME {
+                let direction = &of_basis * eigen.U().col(k);
+                directions.push((0..groups).map(|g| direction[g] / outside.sqrt()).collect());
+            }
         }
+        let between_dof = used.checked_sub(q.ncols() - directions.len()).filter(|dof| *dof > 0)?;
+        let pure_error_dof = dof.checked_sub(between_dof).filter(|dof| *dof > 0)?;
+        Some(Offsets { rows, weight: weight.to_vec(), directions, groups, pure_error_dof, between_dof })
     }
-    let used = norm.iter().filter(|norm| **norm > 0.0).count();
-    let gram = of_basis.transpose() * &of_basis;
-    let eigen = gram.self_adjoint_eigen(Side::Lower).ok()?;
-    let (mut between, mut inside) = (of_residuals.iter().map(|s| s * s).sum::<f64>(), 0);
-    for k in 0..q.ncols() {
-        let outside = 1.0 - eigen.S()[k];
-        if outside < SAME {
-            inside += 1;
-            continue;
+
+    /// The test of residuals of least squares: `between` is what the offsets explain, the *pure error* is what is left.
+    pub fn test(&self, v: &[f64], level: f64) -> Option<LackOfFit> {
+        let mut of_residuals = vec![0.0; self.groups];
+        let mut total = 0.0;
+        for ((row, weight), v) in self.rows.iter().zip(&self.weight).zip(v) {
+            let standard = weight * v;
+            total += standard * standard;
+            if let Some((g, share)) = row {
+                of_residuals.get_mut(*g).into_iter().for_each(|sum| *sum += share * standard);
+            }
         }
-        let direction = &of_basis * eigen.U().col(k);
-        let along: f64 = of_residuals.iter().enumerate().map(|(g, s)| s * direction[g]).sum();
-        between += along * along / outside;
+        let along = |direction: &Vec<f64>| direction.iter().zip(&of_residuals).map(|(d, s)| d * s).sum::<f64>();
+        let between = of_residuals.iter().map(|s| s * s).sum::<f64>()
+            + self.directions.iter().map(|direction| along(direction).powi(2)).sum::<f64>();
+        let (pure_error_dof, between_dof) = (self.pure_error_dof, self.between_dof);
+        let pure_error = (total - between).max(0.0);
+        let (f, p) = lack_of_fit_p(pure_error, pure_error_dof, between, between_dof, total)?;
+        Some(LackOfFit { pure_error, pure_error_dof, between, between_dof, f, p, rejected: p < 1.0 - level })
     }
-    let total: f64 = v.iter().zip(weight).map(|(v, w)| (v * w).powi(2)).sum();
-    let between_dof = used.checked_sub(inside).filter(|dof| *dof > 0)?;
-    let pure_error_dof = dof.checked_sub(between_dof).filter(|dof| *dof > 0)?;
-    let pure_error = (total - between).max(0.0);
-    let (f, p) = lack_of_fit_p(pure_error, pure_error_dof, between, between_dof, total)?;
-    Some(LackOfFit { pure_error, pure_error_dof, between, between_dof, f, p, rejected: p < 1.0 - level })
 }
 
 /// The F statistic and its probability from sums of squares and their degrees of freedom; `total` is the whole sum. `None` where both are rounding.

@@ -16,7 +16,7 @@ mod rows;
 mod snooping;
 
 pub(crate) use lack_of_fit::lack_of_fit_p;
-pub use lack_of_fit::{LackOfFit, lack_of_fit, lack_of_fit_between};
+pub use lack_of_fit::{LackOfFit, Offsets, lack_of_fit};
 pub use residual_tests::{NormalScores, NormalityTest, RunsTest, normality, runs, runs_of};
 pub(crate) use rows::UNCHECKED;
 pub use rows::{ALPHA, GlobalTest, RowQuality, baarda_delta, global_test, rows};

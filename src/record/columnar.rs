@@ -27,6 +27,8 @@ pub struct Columnar {
     group: usize,
     open: Vec<Open>,
     labels: Labels,
+    /// Are labels of the row groups before forgotten?
+    forgets: bool,
     times: Times,
     scratch: Scratch,
 }
@@ -253,6 +255,7 @@ impl Columnar {
             group: 0,
             open: Vec::new(),
             labels: Labels::default(),
+            forgets: false,
             times: Times::default(),
             scratch: Scratch::default(),
         })
@@ -286,6 +289,11 @@ impl Columnar {
         &self.labels.texts
     }
 
+    /// Forget the labels when the next row group begins: dictionaries have their numbers until then.
+    pub fn forget_labels(&mut self) {
+        self.forgets = true;
+    }
+
     /// Which columns the blocks have.
     pub fn select(&mut self, columns: &[(usize, As)]) {
         self.wanted = columns.to_vec();
@@ -300,6 +308,9 @@ impl Columnar {
             if self.open.is_empty() {
                 if self.group >= self.reader.num_row_groups() || self.wanted.is_empty() {
                     return Ok(false);
+                }
+                if std::mem::take(&mut self.forgets) {
+                    self.labels.forget();
                 }
                 let group = self.reader.get_row_group(self.group).map_err(error)?;
                 let open = |(column, kind): &(usize, As)| {

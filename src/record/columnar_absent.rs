@@ -26,6 +26,11 @@ impl Columnar {
         match *self {}
     }
 
+    /// Forget the labels.
+    pub(super) fn forget_labels(&mut self) {
+        match *self {}
+    }
+
     /// The next rows.
     pub(super) fn next(&mut self, _: &mut Block) -> Result<bool> {
         match *self {}

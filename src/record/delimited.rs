@@ -1,9 +1,9 @@
 //! A table of text in blocks: each cell is read once, where it stands.
 
-use super::dialect::{Line, cells, is_blank, is_remark, row_end};
+use super::dialect::{Line, is_blank, is_remark, row_end, written_cells};
 use super::number::{leading, number};
 use super::times::Times;
-use super::{As, Block, Dialect, Labels, UNREADABLE, text, text_cell};
+use super::{As, Block, Dialect, Labels, RAGGED, UNREADABLE, text, text_cell};
 use crate::elements::Parts;
 use crate::error::{Fault, Malformed, Result};
 use std::io::{BufRead, Read};
@@ -28,7 +28,9 @@ pub struct Delimited {
     needed: usize,
     selected: usize,
     /// Are lines said?
-    is_mixed: bool,
+    says_lines: bool,
+    /// Is a row with another number of cells one of unreadable cells?
+    is_lenient: bool,
     /// Is a last row that is cut off a fault?
     is_strict: bool,
     /// What is wrong with the row below those that were given.
@@ -80,7 +82,8 @@ impl Delimited {
             wanted,
             needed: 0,
             selected: 0,
-            is_mixed: false,
+            says_lines: false,
+            is_lenient: false,
             is_strict: false,
             failed: None,
             buffer,
@@ -107,6 +110,16 @@ impl Delimited {
         &self.labels.texts
     }
 
+    /// Forget the labels: those of the next block are numbered anew.
+    pub fn forget_labels(&mut self) {
+        self.labels.forget();
+    }
+
+    /// Labels met with different blanks around them.
+    pub fn blanks_differ(&self) -> &[usize] {
+        &self.labels.blanks_differ
+    }
+
     /// Did the last line end in the middle of a row? (Then that row was left out.)
     pub fn is_cut(&self) -> bool {
         self.cut
@@ -120,8 +133,10 @@ impl Delimited {
         }
         self.needed = self.wanted.iter().rposition(Option::is_some).map_or(0, |k| k + 1);
         self.selected = columns.len();
-        self.is_mixed = columns.iter().any(|(_, kind)| *kind == As::Mixed);
-        self.is_strict = columns.iter().any(|(_, kind)| matches!(kind, As::Mixed | As::Written));
+        let has = |of: &[As]| columns.iter().any(|(_, kind)| of.contains(kind));
+        self.says_lines = has(&[As::Mixed, As::Cell]);
+        self.is_strict = has(&[As::Mixed, As::Written]);
+        self.is_lenient = !has(&[As::Mixed, As::Written, As::Number, As::Time]);
     }
 
     /// The rows of the next megabyte.
@@ -186,7 +201,7 @@ impl Delimited {
             let rows = block.rows();
             if let Some(length) = self.fast(rest, block, delimiter, mark) {
                 self.line += 1;
-                if self.is_mixed {
+                if self.says_lines {
                     block.lines.push(self.line);
                 }
                 rest = rest.part(length..);
@@ -217,6 +232,7 @@ impl Delimited {
         let mut at = 0;
         let width = self.wanted.len();
         for (column, wanted) in self.wanted.iter().take(self.needed).enumerate() {
+            let begin = at;
             while text.get(at) == Some(&b' ') {
                 at += 1;
             }
@@ -241,7 +257,10 @@ impl Delimited {
                         },
                         Some((_, As::Mixed)) => mixed(&mut self.labels, cell, mark),
                         Some((_, As::Written)) => written(&mut block.written, cell, mark),
-                        _ => self.labels.number(cell),
+                        _ => {
+                            let written = text.get(begin..at + length)?;
+                            self.labels.trimmed(written.strip_suffix(b"\r").unwrap_or(written))
+                        }
                     };
                     block.columns.get_mut(*place)?.push(value);
                     at += length;
@@ -282,28 +301,30 @@ impl Delimited {
         if is_blank(line, delimiter) || is_remark(line) {
             return Ok(());
         }
-        let mut found = cells(line, delimiter);
+        let mut found = written_cells(line, delimiter);
         let width = self.wanted.len();
-        while found.len() > width && found.last().is_some_and(|cell| cell.is_empty()) {
+        while found.len() > width && found.last().is_some_and(|cell| cell.trim_ascii().is_empty()) {
             found.pop();
         }
-        if found.len() < width && unended && !self.is_strict {
+        let is_ragged = found.len() != width && self.is_lenient;
+        if found.len() < width && unended && !self.is_strict && !self.is_lenient {
             self.cut = true;
             return Ok(());
         }
-        if found.len() != width {
+        if found.len() != width && !is_ragged {
             return Err(Malformed::new(Fault::Syntax, "a row has another number of cells than the rows before it")
                 .expected(format!("{width} cells"))
                 .found(format!("{} cells", found.len()))
                 .at_line(crate::number::index(self.line), 1)
                 .in_file(&self.name));
         }
-        let mut values = vec![0.0; self.selected];
-        for (k, cell) in found.into_iter().enumerate() {
+        let mut values = vec![if is_ragged { RAGGED } else { 0.0 }; self.selected];
+        for (k, written_cell) in found.into_iter().enumerate() {
             let Some(Some((place, kind))) = self.wanted.get(k) else { continue };
-            let cell = cell.as_ref();
+            let cell = written_cell.trim_ascii();
             let value = match kind {
-                As::Label => self.labels.number(cell),
+                As::Label => self.labels.trimmed(&written_cell),
+                _ if is_ragged => continue,
                 As::Number => number(cell, mark).ok_or_else(|| self.no_number(k, cell))?,
                 As::Mixed => mixed(&mut self.labels, cell, mark),
                 As::Written => written(&mut block.written, cell, mark),
@@ -321,7 +342,7 @@ impl Delimited {
             values.iter_mut().skip(*place).take(1).for_each(|slot| *slot = value);
         }
         block.columns.iter_mut().zip(values).for_each(|(column, value)| column.push(value));
-        if self.is_mixed {
+        if self.says_lines {
             block.lines.push(self.line);
         }
         Ok(())

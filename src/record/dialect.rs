@@ -95,7 +95,16 @@ impl Line for [u8] {
 }
 
 /// The cells of a row; quotes keep a delimiter or a line break inside a cell, and are taken off.
-pub(super) fn cells(line: &[u8], delimiter: u8) -> Vec<Cow<'_, [u8]>> {
+fn cells(line: &[u8], delimiter: u8) -> Vec<Cow<'_, [u8]>> {
+    let trimmed = |cell| match cell {
+        Cow::Borrowed(cell) => Cow::Borrowed(<[u8]>::trim_ascii(cell)),
+        owned => owned,
+    };
+    written_cells(line, delimiter).into_iter().map(trimmed).collect()
+}
+
+/// The same with the blanks around each.
+pub(super) fn written_cells(line: &[u8], delimiter: u8) -> Vec<Cow<'_, [u8]>> {
     if delimiter == b' ' {
         return line.split(|b| matches!(b, b' ' | b'\t')).filter(|cell| !cell.is_empty()).map(unquoted).collect();
     }
@@ -116,10 +125,9 @@ pub(super) fn cells(line: &[u8], delimiter: u8) -> Vec<Cow<'_, [u8]>> {
 }
 
 fn unquoted(cell: &[u8]) -> Cow<'_, [u8]> {
-    let cell = cell.trim_ascii();
-    match cell {
+    match cell.trim_ascii() {
         [b'"', inner @ .., b'"'] if inner.contains(&b'"') => Cow::Owned(doubled(inner)),
-        [b'"', inner @ .., b'"'] => Cow::Borrowed(inner.trim_ascii()),
+        [b'"', inner @ .., b'"'] => Cow::Borrowed(inner),
         _ => Cow::Borrowed(cell),
     }
 }

@@ -88,7 +88,7 @@ impl Column {
 pub struct Block {
     /// One list for each selected column, all of the same length. A column of labels holds their numbers (see [`Record::labels`]).
     pub columns: Vec<Vec<f64>>,
-    /// Lines of a table of text in which the rows begin; empty unless a column is read as [`As::Mixed`].
+    /// Lines of a table of text in which the rows begin; empty unless a column is read as [`As::Mixed`] or [`As::Cell`].
     pub lines: Vec<u64>,
     /// Cells of columns that are read as [`As::Written`].
     pub written: Written,
@@ -136,7 +136,8 @@ pub enum As {
     Number,
     /// Labels, numbered in the order in which they first stand in the file.
     Label,
-    /// Numbers; a cell that is none is [`UNREADABLE`] instead of a fault.
+    /// Numbers; a cell that is none is [`UNREADABLE`] instead of a fault, and so are the numbers of a row with too many or too few cells,
+    /// [`RAGGED`]. A table of text says the lines of its rows with them.
     Cell,
     /// Numbers, or times as people write them in seconds since 1970.
     Time,
@@ -176,6 +177,9 @@ fn text_cell(label: f64) -> f64 {
 
 /// A NaN that stands for a cell which is neither a number nor empty.
 pub const UNREADABLE: f64 = f64::from_bits(0x7FF8_0000_00C0_FFEE);
+
+/// A NaN that stands for a number of a row which has another number of cells than the table has columns.
+pub const RAGGED: f64 = f64::from_bits(0x7FF8_0000_00C0_11ED);
 
 /// An open record.
 #[derive(Debug)]
@@ -342,6 +346,24 @@ impl Record {
         }
     }
 
+    /// Forget the labels, where their numbers are no longer needed: those of the next block begin anew where the format allows it.
+    pub fn forget_labels(&mut self) {
+        match self {
+            Record::Delimited(table) => table.forget_labels(),
+            Record::Columnar(table) => table.forget_labels(),
+            // it is held whole as it is
+            Record::Held(_) => {}
+        }
+    }
+
+    /// Numbers of labels that stand in a table of text with different blanks around them: it reads them as one.
+    pub fn blanks_differ(&self) -> &[usize] {
+        match self {
+            Record::Delimited(table) => table.blanks_differ(),
+            Record::Columnar(_) | Record::Held(_) => &[],
+        }
+    }
+
     /// How many rows it has, where the file says so.
     pub fn rows(&self) -> Option<u64> {
         match self {
@@ -409,9 +431,29 @@ struct Labels {
     texts: Vec<String>,
     numbers: std::collections::HashMap<String, usize>,
     last: Option<(Vec<u8>, f64)>,
+    /// Blanks before and behind each label where it was met first.
+    blanks: Vec<[usize; 2]>,
+    /// Labels that were met with others.
+    blanks_differ: Vec<usize>,
 }
 
 impl Labels {
+    fn forget(&mut self) {
+        *self = Labels::default();
+    }
+
+    /// The number of a cell as it stands, blanks around it included, which are no part of the label.
+    fn trimmed(&mut self, cell: &[u8]) -> f64 {
+        let (from, label) = (cell.trim_ascii_start(), cell.trim_ascii());
+        let number = self.number(label);
+        let (place, own) = (crate::number::count(number), [cell.len() - from.len(), from.len() - label.len()]);
+        self.blanks.resize(self.blanks.len().max(self.texts.len()), own);
+        if self.blanks.get(place).is_some_and(|first| *first != own) && !self.blanks_differ.contains(&place) {
+            self.blanks_differ.push(place);
+        }
+        number
+    }
+
     fn number(&mut self, cell: &[u8]) -> f64 {
         if let Some((text, number)) = &self.last
             && text == cell

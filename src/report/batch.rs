@@ -2,7 +2,7 @@
 
 use super::table::{plain, rounded, significant};
 use super::{Input, wrap};
-use crate::batch::{Row, Summary, Verdict};
+use crate::batch::{Chance, Reason, Row, Summary, Verdict};
 use crate::campaign::{Campaign, Decision, Limited};
 use crate::fit;
 use crate::language::{Language, say};
@@ -44,9 +44,16 @@ pub struct BatchReport {
     pub quantities: Vec<DistributionReport>,
     /// Devices that stand apart, the farthest first, at most 50.
     pub outlying: Vec<OutlyingReport>,
-    /// Devices that are not accepted or lie outside a limit, in the order in which they were met, at most 100.
+    /// Devices that are not accepted or lie outside a limit, the worst first, at most 100: those without an answer, those that a test rejects
+    /// (the least probable first), those outside a limit, those that their limits leave undecided.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub not_in_order: Vec<NotInOrderReport>,
+    /// Devices by what is wrong with them, or suspicious; a device may have several reasons.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub reasons: BTreeMap<Reason, usize>,
+    /// For each test of the devices, by the reason that it gives, what chance alone finds.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub chance: BTreeMap<Reason, ChanceReport>,
     /// Lots or dates in the order in which they were met; empty where no column has them.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub lots: Vec<LotReport>,
@@ -70,6 +77,20 @@ pub struct DeviceCounts {
     pub common_schedule: usize,
     /// Fitted by themselves.
     pub own_fit: usize,
+}
+
+/// A test of every device.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
+pub struct ChanceReport {
+    /// Devices that could be tested.
+    pub tested: usize,
+    /// Devices in which it found something.
+    pub found: usize,
+    /// In how many it finds something by chance alone: one minus the level, times those tested.
+    pub expected: f64,
+    /// In how many it finds something at the level over all devices together.
+    pub beyond: usize,
 }
 
 /// Devices by conformity.
@@ -235,6 +256,16 @@ pub fn batch_report(campaign: &Campaign, settings: &fit::Settings, by: &str, sum
             sd: own().map(|(k, (n, _, s))| (name(k), (*n > 1).then(|| (s / (*n - 1) as f64).sqrt()))).collect(),
         }
     });
+    let level = settings.level;
+    let chance = |(reason, own): (Reason, &Chance)| {
+        let (tested, found, expected) = (own.tested, own.found(), own.expected(level));
+        (tested > 0).then(|| (reason, ChanceReport { tested, found, expected, beyond: own.beyond(level) }))
+    };
+    let tests = [
+        (Reason::GlobalTest, &summary.global_test),
+        (Reason::SuspiciousReadings, &summary.snooping),
+        (Reason::LackOfFit, &summary.lack_of_fit),
+    ];
     let [accepted, rejected, malformed] = summary.verdicts;
     let [pass, undecided, fail] = summary.conformity;
     BatchReport {
@@ -277,14 +308,39 @@ pub fn batch_report(campaign: &Campaign, settings: &fit::Settings, by: &str, sum
                 why: own.why.clone(),
             })
             .collect(),
+        reasons: summary.reasons.clone(),
+        chance: tests.into_iter().filter_map(chance).collect(),
         lots: lots.collect(),
     }
+}
+
+/// Devices by what is wrong with them, and what chance alone finds, in words.
+pub(super) fn batch_reasons(report: &BatchReport, lang: Language) -> Vec<String> {
+    let mut lines = Vec::new();
+    let term = |reason: &Reason| lang.term("reason", reason.name());
+    if !report.reasons.is_empty() {
+        let list: Vec<String> = report.reasons.iter().map(|(reason, n)| format!("{} {n}", term(reason))).collect();
+        lines.push(say!(lang, "devices-by-reason", list = list.join(lang.comma())));
+    }
+    for (reason, own) in &report.chance {
+        lines.push(say!(
+            lang,
+            "what-chance-alone-finds",
+            reason = term(reason),
+            found = own.found.to_string(),
+            devices = lang.count(own.tested, "device"),
+            expected = significant(own.expected, 2),
+            beyond = own.beyond.to_string(),
+            level = format!("{} %", significant(100.0 * report.level, 4))
+        ));
+    }
+    lines
 }
 
 /// The summary as tables for a terminal.
 pub fn batch_table(report: &BatchReport, lang: Language) -> String {
     let mut text = String::new();
-    let DeviceCounts { all, accepted, rejected, malformed, suspicious, common_schedule, own_fit } = report.devices;
+    let DeviceCounts { all, accepted, rejected, malformed, common_schedule, own_fit, .. } = report.devices;
     let numbers = [accepted, rejected, malformed, common_schedule, own_fit].map(|n| n.to_string());
     let [accepted, rejected, malformed, common_schedule, own_fit] = &numbers;
     let devices = lang.count(all, "device");
@@ -293,8 +349,8 @@ pub fn batch_table(report: &BatchReport, lang: Language) -> String {
         say!(lang, "by-accepted-rejected-malformed", devices, by = report.by, accepted, rejected, malformed)
     );
     text += &format!("{}\n", say!(lang, "fitted-by-a-common-schedule-by-themselves", common_schedule, own_fit));
-    if suspicious > 0 {
-        text += &format!("{}\n", say!(lang, "with-suspicious-readings", devices = lang.count(suspicious, "device")));
+    for line in batch_reasons(report, lang) {
+        text += &(wrap::hanging(&line, 2) + "\n");
     }
     if let Some(own) = &report.conformity {
         let [pass, undecided, fail] = [own.pass, own.undecided, own.fail].map(|n| n.to_string());

@@ -18,7 +18,7 @@ pub struct EffectsFile {
 
 /// One effect, or a family of them: in every text, placeholders stand for what the campaign has.
 ///
-/// `{i}` and `{j}` two axes of the sensor, `{joint}` a joint, `{turning}` a joint that turns, `{k}` 1 to 4 (to 12 where the schedule carries it), `{tilt}` a tilt assumed zero,
+/// `{i}` and `{j}` two axes of the sensor, `{joint}` a joint, `{turning}` a joint that turns, `{column}` a column of the readings that the sensor's line uses, `{k}` 1 to 4 (to 12 where the schedule carries it), `{tilt}` a tilt assumed zero,
 /// `{known}` a known parameter, `{position}` a label, `{reading}` a number from 1, `{tau}` a time constant, `{break}` a time between readings.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

@@ -232,19 +232,27 @@ pub(super) fn from_cells(bench: &Bench, rows: impl CellRows) -> Result<Readings>
     // every place is known now
     meanings.seen.clear();
     let mut made: Vec<Reading> = Vec::with_capacity(count);
+    let mut without: Option<(String, usize)> = None;
     rows.visit(&mut |place, row| {
-        made.push(reading(&mut meanings, &joints, &columns, place(), row)?);
+        let own = reading(&mut meanings, &joints, &columns, place(), row)?;
+        // an empty cell says that nothing was read there
+        let lacks = |k: &usize| bench.sensors.get(*k).is_some_and(|sensor| row.get(&sensor.id).is_none());
+        if without.is_none() {
+            without = own.planned_u.iter().map(|(k, _)| *k).find(lacks).map(|k| (own.place.clone(), k));
+        }
+        made.push(own);
         Ok(())
     })?;
-    let rows = made;
+    let mut rows = made;
     // in a schedule an uncertainty stands for a value still to be read; among values, the value is missing
-    if rows.iter().any(|row| !row.observations.is_empty())
-        && let Some((row, (k, _))) = rows.iter().find_map(|row| Some((row, row.planned_u.first()?)))
-    {
-        let id = bench.sensors.get(*k).map_or("", |sensor| sensor.id.as_str());
-        return Err(Malformed::new(Fault::Missing, format!("{id}_u without {id}"))
-            .expected(format!("the value that this uncertainty belongs to, as \"{id}\""))
-            .at_path(format!("{}.{id}_u", row.place)));
+    if rows.iter().any(|row| !row.observations.is_empty()) {
+        if let Some((place, k)) = without {
+            let id = bench.sensors.get(k).map_or("", |sensor| sensor.id.as_str());
+            return Err(Malformed::new(Fault::Missing, format!("{id}_u without {id}"))
+                .expected(format!("the value that this uncertainty belongs to, as \"{id}\""))
+                .at_path(format!("{place}.{id}_u")));
+        }
+        rows.iter_mut().for_each(|row| row.planned_u.clear());
     }
     Ok(Readings { columns, rows })
 }

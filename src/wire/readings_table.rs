@@ -4,12 +4,12 @@ use super::columns::{Column, columns};
 use super::locate::{csv_place, table_place};
 use super::readings_file::{Cell, CellRows, MOST_READINGS, ReadingFile, from_cells, too_many};
 use super::{Named, ScatterFile};
-use crate::batch::{Device, Layout, Use};
+use crate::batch::{Device, Layout, Run, Use};
 use crate::bench::Bench;
 use crate::campaign::Readings;
 use crate::elements::Elements;
 use crate::error::{Fault, Malformed, Result};
-use crate::record::{self, As, Block, Record, Said, UNREADABLE};
+use crate::record::{self, As, Block, RAGGED, Record, Said, UNREADABLE};
 use crate::units::Conversion;
 
 /// The readings of a table; `map` has the titles of columns with names of their own, `scatter` says what is read beside the model lines. Empty cells are absent values, `position` is a text, every other cell
@@ -108,10 +108,25 @@ pub fn table_layout(
 
 /// The readings of a device, with the numeric columns of the whole table.
 ///
-/// Errors: those of a file of readings; places are readings of the device, counted from 1.
+/// Errors: those of a file of readings, rows without a label; places are rows of the table, or readings of the device (counted from 1) where these are not known.
 pub fn device_readings(bench: &Bench, layout: &Layout, device: &Device) -> Result<Readings> {
-    let rows: Vec<_> =
-        (0..device.rows).map(|row| (format!("reading {}", row + 1), cells(layout, device, row))).collect();
+    let place = |row: usize| match device.origin(row) {
+        Some((file, number, true)) => csv_place(number, file),
+        Some(("", number, false)) => format!("readings[{}]", number.saturating_sub(1)),
+        Some((file, number, false)) => table_place(crate::number::index(number), file),
+        None => format!("reading {}", row + 1),
+    };
+    if device.nameless {
+        let what = match device.rows {
+            1 => "a row has no label of a device".to_string(),
+            several => format!("{several} rows have no label of a device"),
+        };
+        return Err(Malformed::new(Fault::Missing, what)
+            .expected("a label in every row, in the column that tells devices apart")
+            .found(if device.rows == 1 { "an empty cell" } else { "empty cells, the first of them here" })
+            .at_path(place(0)));
+    }
+    let rows: Vec<_> = (0..device.rows).map(|row| (place(row), cells(layout, device, row))).collect();
     let mut readings = from_cells(bench, rows)?;
     // a column that this device has no number in is a column all the same
     let mut wanted = layout.numeric(bench);
@@ -146,13 +161,16 @@ fn cells(layout: &Layout, device: &Device, row: usize) -> ReadingFile {
         };
         (key.clone(), cell)
     };
-    Named(layout.keys.iter().zip(&layout.uses).zip(&layout.conversions).map(cell).collect())
+    let position = Some(device.position(row)).filter(|own| !own.is_empty());
+    let position = position.map(|own| ("position".to_string(), Cell::Text(own.to_string())));
+    Named(layout.keys.iter().zip(&layout.uses).zip(&layout.conversions).map(cell).chain(position).collect())
 }
 
 fn number(cell: Option<&f64>) -> Cell {
     match cell {
         None => Cell::Nothing(()),
         Some(value) if value.to_bits() == UNREADABLE.to_bits() => Cell::Text("a cell that is no number".into()),
+        Some(value) if value.to_bits() == RAGGED.to_bits() => Cell::Text("a row with too few or too many cells".into()),
         Some(value) if value.is_nan() => Cell::Nothing(()),
         Some(value) => Cell::Number(*value),
     }
@@ -189,6 +207,8 @@ pub fn inline_devices(
     };
     let layout = Layout::of(bench, &columns, Some(by_column), others);
     let mut devices: Vec<Device> = Vec::new();
+    // rows of the campaign itself
+    let campaign: std::sync::Arc<str> = std::sync::Arc::from("");
     let mut places = std::collections::HashMap::<String, usize>::new();
     for (k, row) in rows.iter().enumerate() {
         if let Some((key, _)) = row.0.iter().find(|(_, cell)| matches!(cell, Cell::List(_))) {
@@ -201,13 +221,17 @@ pub fn inline_devices(
             Some(Cell::Text(text)) => text.clone(),
             _ => String::new(),
         };
-        let label = written(row.get(by));
+        let label = written(row.get(by)).trim().to_string();
         let place = *places.entry(label.clone()).or_insert_with(|| {
-            devices.push(Device { label, first_row: k as u64 + 1, ..Device::default() });
+            devices.push(Device { nameless: label.is_empty(), label, first_row: k as u64 + 1, ..Device::default() });
             devices.len() - 1
         });
         let Some(device) = devices.get_mut(place) else { continue };
         device.rows += 1;
+        if layout.position.is_some() {
+            device.push_position(&written(row.get("position")).as_str().into());
+        }
+        device.runs.push(Run { file: campaign.clone(), first: k as u64 + 1, rows: 1, is_line: false });
         for (key, kind) in layout.keys.iter().zip(&layout.uses) {
             let number = match row.get(key) {
                 Some(Cell::Number(x)) => *x,
@@ -221,5 +245,6 @@ pub fn inline_devices(
             }
         }
     }
+    devices.iter_mut().for_each(Device::order_positions);
     Ok((layout, devices))
 }

@@ -81,12 +81,7 @@ fn answer(report: &BatchReport, lang: Language) -> Section {
             ),
         );
     }
-    if own.suspicious > 0 {
-        section = section.verdict(
-            Tone::Caution,
-            lang.sentence(&say!(lang, "with-suspicious-readings", devices = lang.count(own.suspicious, "device"))),
-        );
-    }
+    section = section.list(crate::report::batch::batch_reasons(report, lang));
     let differ: Vec<&str> = report
         .quantities
         .iter()
