@@ -35,7 +35,7 @@ pub use azimuth::{Sector, sector};
 pub use checks::Checks;
 pub(crate) use checks::{cell_key, cells};
 pub use conditional::Conditional;
-pub use conformity::{Conformity, judge};
+pub use conformity::{Conformity, Judged, judge};
 pub use gauss_newton::{Convergence, Iteration, Stop};
 pub use names::{NamedCombination, describe};
 pub use noise::{ScatterSources, VarianceFrom, VarianceSource, is_correlation};
