@@ -148,6 +148,7 @@ shortest-high = shortest high
 first-order-agrees = first order agrees
 trials-seed = { $trials } trials, seed { $seed }
 coverage-ellipsoid-of-k-p = coverage ellipsoid of { $order }: k_p = { $k }
+scale-factor-errors-are-not-drawn = not drawn: { $errors }
 
 # report/correction.rs
 the-lines-are-linear-in-the-inputs = The lines are linear in the inputs: this correction is exact.
@@ -277,6 +278,7 @@ exact-rows-are-exact-derivatives-iterated-to = Exact: rows are exact derivatives
 uncertainties-of-the-readings-are-as-stated = Uncertainties of the readings are as stated.
 readings-of-one-sensor-scatter-alike-and = The readings of one sensor have independent errors of equal standard deviation, estimated from the residuals.
 beside-what-scatters-readings-scatter-alike = In addition to the random effects listed above, the readings of one sensor have independent errors of equal standard deviation, estimated from the residuals.
+known-inputs-are-correlated = Known inputs are correlated: { $pairs }.
 entered-as-rows-of-their-own = { $prior } entered as additional rows.
 known = known
 exact = exact
@@ -490,6 +492,8 @@ identity-procedure = Procedure
 identity-environment = Environment
 identity-note = Note
 instrument-no-longer-valid = the calibration of { $name } was valid to { $valid_to }, and the measurement was on { $date }
+scale-factor-errors-need-readings = nonlinearity, asymmetry, hysteresis and repeatability of scale factors are not given for a record that is streamed: reduce it to readings first (tumble reduce)
+scale-factor-error-has-limits = { $id } has limits, and these readings do not give it: it takes at least three rates about the sensor's input axis, and those of both senses, of both directions of approach or of several runs where it compares them
 
 # sources of scatter
 what-scatters-2 = random effect
@@ -945,6 +949,7 @@ sd-of-devices = sd of devices
 p-alike = p alike
 u-root-mean-square-of-the-devices = u: root mean square of the devices' standard uncertainties; sd of devices: standard deviation between devices beyond the scatter of their readings; p alike: probability of such an sd if all devices were alike
 devices-apart-from-the-others = outlying devices: { $devices }{ $more }
+scale-factor-errors-have-columns = nonlinearity, asymmetry, hysteresis and repeatability of scale factors have columns where "limits" ask for them, for example of { $id }
 verdict = verdict
 limits = limits
 

@@ -119,6 +119,7 @@ shortest-high = 最短区间上端
 first-order-agrees = 一阶近似相符
 trials-seed = { $trials } 次试验，随机种子 { $seed }
 coverage-ellipsoid-of-k-p = { $order } 的包含椭球：k_p = { $k }
+scale-factor-errors-are-not-drawn = 未抽样：{ $errors }
 
 # report/correction.rs
 the-lines-are-linear-in-the-inputs = 模型对输入量是线性的：此修正是精确的。
@@ -240,6 +241,7 @@ exact-rows-are-exact-derivatives-iterated-to = 精确：各行取精确导数，
 uncertainties-of-the-readings-are-as-stated = 读数的不确定度按所给取用。
 readings-of-one-sensor-scatter-alike-and = 同一传感器的读数分散程度相同且相互独立，其大小由残差得出。
 beside-what-scatters-readings-scatter-alike = 除“分散性来源”一节所列各项外，同一传感器的读数分散程度相同且相互独立，其大小由残差得出。
+known-inputs-are-correlated = 已知输入量相关：{ $pairs }。
 entered-as-rows-of-their-own = { $prior }各作为一行参与平差。
 known = 已知量
 exact = 精确
@@ -447,6 +449,8 @@ identity-procedure = 测试程序
 identity-environment = 环境条件
 identity-note = 备注
 instrument-no-longer-valid = { $name } 的校准有效期至 { $valid_to }，而测量日期为 { $date }
+scale-factor-errors-need-readings = 流式读取的记录不给出标度因数的非线性度、不对称度、迟滞和重复性：请先归约为读数（tumble reduce）
+scale-factor-error-has-limits = { $id } 设有限值，但这些读数不能给出该量：需要绕该传感器输入轴的至少三个速率，且视所比较的对象而定，需要两个转向、两个趋近方向或多次运行的读数
 
 # 多处使用
 correction-error-in = { $id } 为 { $error } { $unit }
@@ -829,6 +833,7 @@ sd-of-devices = 被测件间标准差
 p-alike = 无差异时的 p
 u-root-mean-square-of-the-devices = u：各被测件标准不确定度的方均根；被测件间标准差：超出其读数分散的差异；无差异时的 p：若各被测件无差异，出现如此标准差的概率
 devices-apart-from-the-others = 偏离其余被测件者：{ $devices }{ $more }
+scale-factor-errors-have-columns = 标度因数的非线性度、不对称度、迟滞和重复性仅在 "limits" 对其设限时才有列，例如 { $id }
 verdict = 结论
 limits = 限值
 distributions-devices-that-stand-apart-and-whether = 分布、离群的被测件，以及被测件之间的差异是否超出测量的分散

@@ -150,7 +150,8 @@ impl Devices {
     /// Which quantities are angles, which people want in arcseconds.
     fn angles(&self) -> Vec<bool> {
         let parameters = self.template.estimated().iter().map(|p| p.kind == Kind::Tilt).collect::<Vec<_>>();
-        parameters.into_iter().chain(self.template.derived.iter().map(|d| d.unit == "rad")).collect()
+        let derived = self.template.derived.iter().map(|d| d.unit == "rad");
+        parameters.into_iter().chain(derived).chain(self.template.limited_errors().iter().map(|_| false)).collect()
     }
 
     fn summary(&self) -> Summary {

@@ -119,6 +119,8 @@ impl Question<'_> {
                 let (id, k) = match limit.of {
                     Limited::Parameter(k) => (campaign.parameters.get(k)?.id.as_str(), k),
                     Limited::Derived(k) => (campaign.derived.get(k)?.id.as_str(), n + k),
+                    // such limits need the ordinary fit
+                    Limited::ScaleFactor(_) => return None,
                 };
                 let found = value.get(k).copied().filter(|x| !x.is_nan());
                 let own = results.get(k).copied().flatten();

@@ -107,7 +107,7 @@ pub(super) struct Found {
 impl Common {
     /// What devices with these readings' schedule share; `None` where each needs a fit of its own.
     ///
-    /// That is: a model that is not linear in its unknowns (unless the linear estimator is asked for), constraints, scatter, robust weights,
+    /// That is: a model that is not linear in its unknowns (unless the linear estimator is asked for), constraints, scatter, limits of errors of scale factors, robust weights,
     /// scales of several sensors to estimate, uncertainties that differ by more than a factor of 100, closed circles, unknowns that are not estimable, readings that cannot be fitted.
     /// `sensors` are those whose values a device's row has, in its order.
     pub fn new(campaign: &Campaign, settings: &Settings, sensors: &[usize]) -> Option<Common> {
@@ -318,6 +318,7 @@ pub(super) fn is_alone(campaign: &Campaign, settings: &Settings) -> bool {
         && campaign.constraints.is_empty()
         && campaign.scatter.is_empty()
         && campaign.correlations.is_empty()
+        && campaign.limited_errors().is_empty()
         && campaign.bench.sensors.iter().all(|sensor| sensor.turn.is_none())
 }
 

@@ -93,6 +93,9 @@ impl Parts {
         if !template.correlations.is_empty() {
             return refuse("known inputs are correlated", "correlations");
         }
+        if let Some(error) = template.limited_errors().first() {
+            return refuse(&format!("{error} has limits"), "limits");
+        }
         if let Some(sensor) = template.bench.sensors.iter().find(|sensor| sensor.turn.is_some()) {
             return refuse(&format!("{} is a closed circle", sensor.id), "bench");
         }

@@ -129,6 +129,8 @@ impl Parts {
                 let (id, k) = match limit.of {
                     Limited::Parameter(k) => (template.parameters.get(k)?.id.as_str(), k),
                     Limited::Derived(k) => (template.derived.get(k)?.id.as_str(), n + k),
+                    // such limits need the ordinary fit
+                    Limited::ScaleFactor(_) => return None,
                 };
                 let (value, own) = *results.get(k)?;
                 Some((id, fit::judge(template.decision, limit, value, own.as_ref(), settings.level).0))

@@ -3,7 +3,7 @@
 use super::Device;
 use crate::campaign::Limited;
 use crate::error::Malformed;
-use crate::fit::{Conformity, Fit, judge};
+use crate::fit::{Conformity, Fit};
 use crate::quality;
 use crate::uncertainty::Combined;
 use crate::vocabulary::vocabulary;
@@ -157,21 +157,17 @@ impl Row {
 
     /// The row of an ordinary fit of a device.
     pub fn of(device: &Device, fit: &Fit) -> Self {
+        let judged = fit.judged();
         let results = || {
             let parameters = fit.parameters.iter().map(|p| (p.value, p.uncertainty));
-            parameters.chain(fit.derived.iter().map(|d| (d.value, d.uncertainty)))
+            let derived = fit.derived.iter().map(|d| (d.value, d.uncertainty));
+            let errors = judged.iter().filter(|own| matches!(own.limit.of, Limited::ScaleFactor(_)));
+            parameters.chain(derived).chain(errors.map(|own| (own.value, own.uncertainty)))
         };
         let of = |get: &dyn Fn(Option<f64>, Option<Combined>) -> Option<f64>| -> Vec<f64> {
             results().map(|(value, own)| get(value, own).unwrap_or(f64::NAN)).collect()
         };
-        let limits = fit.campaign.limits.iter().filter_map(|limit| {
-            let (id, value, own) = match limit.of {
-                Limited::Parameter(k) => fit.parameters.get(k).map(|p| (p.id.as_str(), p.value, p.uncertainty))?,
-                Limited::Derived(k) => fit.derived.get(k).map(|d| (d.id.as_str(), d.value, d.uncertainty))?,
-            };
-            Some((id, judge(fit.campaign.decision, limit, value, own.as_ref(), fit.settings.level).0))
-        });
-        let limits: Vec<(&str, Conformity)> = limits.collect();
+        let limits: Vec<(&str, Conformity)> = judged.iter().map(|own| (own.id.as_str(), own.outcome)).collect();
         let found = || fit.checks.snooping.iter().flat_map(|found| &found.suspects);
         let suspects: Vec<usize> =
             found().filter_map(|suspect| fit.design.rows.get(suspect.row).map(|origin| origin.reading + 1)).collect();

@@ -1,5 +1,7 @@
 //! Limits that a quantity must keep, and the rule by which it is judged.
 
+use super::Campaign;
+use crate::bench::Sensor;
 use crate::vocabulary::vocabulary;
 
 vocabulary! {
@@ -16,6 +18,20 @@ vocabulary! {
     }
 }
 
+vocabulary! {
+    /// An error of a scale factor, from steps of rate (IEEE Std 528, IEEE Std 1431).
+    ScaleFactor {
+        /// Largest deviation from the straight line, over the full-scale output.
+        Nonlinearity = "nonlinearity",
+        /// Slopes of either sense, their difference over their mean.
+        Asymmetry = "asymmetry",
+        /// Largest difference of readings from below and from above, over the full-scale output.
+        Hysteresis = "hysteresis",
+        /// Standard deviation of the slopes of runs, over their mean.
+        Repeatability = "repeatability",
+    }
+}
+
 /// A quantity that limits apply to, by index.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Limited {
@@ -23,6 +39,37 @@ pub enum Limited {
     Parameter(usize),
     /// A derived quantity.
     Derived(usize),
+    /// An error of a scale factor, of those in [`Campaign::scale_factor_errors`].
+    ScaleFactor(usize),
+}
+
+impl Campaign {
+    /// Names of the errors of scale factors that a fit may find: of each sensor with an input axis, by each joint.
+    pub fn scale_factor_errors(&self) -> Vec<String> {
+        let sensors = self.bench.sensors.iter().filter(|sensor| sensor.input_axis.is_some());
+        let of = |sensor: &Sensor, error: ScaleFactor, joint: &str| error.of(&sensor.id, &format!("{joint}_deg_s"));
+        sensors
+            .flat_map(|sensor| {
+                let by = self.bench.joints().flat_map(|joint| ScaleFactor::ALL.map(|error| (error, joint)));
+                by.map(move |(error, joint)| of(sensor, error, joint))
+            })
+            .collect()
+    }
+
+    /// Those that have limits, in the order of these: a device's row has them beside what is derived.
+    pub fn limited_errors(&self) -> Vec<String> {
+        let of = |limit: &Limit| if let Limited::ScaleFactor(k) = limit.of { Some(k) } else { None };
+        let limited: Vec<usize> = self.limits.iter().filter_map(of).collect();
+        let names = if limited.is_empty() { Vec::new() } else { self.scale_factor_errors() };
+        limited.into_iter().filter_map(|k| names.get(k).cloned()).collect()
+    }
+}
+
+impl ScaleFactor {
+    /// Its name among the results: `V_nonlinearity_gamma_deg_s`.
+    pub fn of(self, sensor: &str, column: &str) -> String {
+        format!("{sensor}_{self}_{column}")
+    }
 }
 
 /// Limits of one quantity, in its internal unit.

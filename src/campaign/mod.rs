@@ -17,7 +17,7 @@ mod units;
 
 pub use identity::{Condition, Identity, Instrument, UnitUnderTest, day};
 pub use inputs::{GRAVITY, LATITUDE, RATE};
-pub use limits::{Decision, Limit, Limited};
+pub use limits::{Decision, Limit, Limited, ScaleFactor};
 pub use parameters::{Constraint, Derived, Distribution, Kind, Known, Parameter, Prior, Role};
 pub use readings::{JointState, Observation, Reading, Readings};
 pub use scatter::{Deviating, Over, Per, Scatter, ScatterRequest, Size};

@@ -11,8 +11,8 @@ use crate::batch::{self, Device, Fleet, Layout, Row, Summary};
 use crate::campaign::Campaign;
 use crate::error::{Fault, Malformed, Result};
 use crate::fit::Settings;
-use crate::language::Language;
-use crate::report;
+use crate::language::{Language, say};
+use crate::report::{self, wrap};
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
@@ -120,6 +120,10 @@ pub(super) fn fit(
             super::show(&(report::batch_rows(template, table.by(), &shown, lang) + "\n"))?;
         }
         super::show(&report::batch_table(&found, lang))?;
+        let errors = template.scale_factor_errors();
+        if let Some(id) = errors.first().filter(|_| template.limited_errors().is_empty()) {
+            super::show(&format!("{}\n", wrap::hanging(&say!(lang, "scale-factor-errors-have-columns", id), 2)))?;
+        }
     }
     let failed = found.conformity.as_ref().is_some_and(|own| own.fail + own.undecided > 0);
     let rejected = found.devices.rejected + found.devices.malformed > 0;

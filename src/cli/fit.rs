@@ -166,7 +166,7 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
     report.inputs = inputs.clone();
     if let Some(trials) = arguments.monte_carlo {
         let drawn = draw(&fit, trials, arguments.seed)?;
-        report.monte_carlo = drawn.map(|drawn| report::monte_carlo_report(&drawn, fit.settings.level));
+        report.monte_carlo = drawn.map(|drawn| report::monte_carlo_report(&drawn, &fit));
     }
     outputs.extend(arguments.pages.fit(&fit, &report, &inputs, lang)?);
     outputs.extend(arguments.certificate.make(&fit, &report, &source, lang)?);

@@ -5,10 +5,10 @@
 //! | reports | their keys `report` and `tumble` |
 //! | campaigns, benches, missions | their first line, with a digest of what follows: one that somebody has changed since is that person's |
 //! | Parquet | the program that it names as its writer |
-//! | tables of text | titles that only this program gives, or the notation of its numbers below titles that others give, too |
+//! | tables of text | titles that only this program gives, or the notation of the numbers in the last column below titles that others give, too |
 //! | pages, sources, other text | the program's name at the beginning |
 
-use crate::report::series::{self, WRITER};
+use crate::report::series::WRITER;
 use crate::report::{Input, VERSION};
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use std::fs::File;
@@ -78,20 +78,15 @@ fn is_own_table(path: &Path) -> Option<bool> {
     if OF_DEVICES.iter().any(|last| plain.ends_with(last)) {
         return Some(true);
     }
-    // series, readings and measured errors are files of people, too; these numbers are written as no other program does
-    let series = plain.strip_prefix(&["motion", "scenario"]).is_some_and(|columns| columns == series::COLUMNS);
-    let noted = |title: &str| match series {
-        true => series::COLUMNS.contains(&title),
-        false => title.split(" (").next().is_some_and(|name| name.ends_with("_u")),
-    };
-    let noted: Vec<usize> = plain.iter().enumerate().filter(|(_, title)| noted(title)).map(|(k, _)| k).collect();
-    let (mut rows, mut own) = (0, !noted.is_empty());
+    // series, readings, measured errors and corrected records are files of people, too; their last numbers are written as no other program does
+    let (mut own, mut numbers) = (true, 0);
     for row in table.records() {
         let row = row.ok()?;
-        rows += 1;
-        own = own && noted.iter().all(|k| row.get(*k).is_some_and(is_own_notation));
+        let cell = row.iter().next_back().unwrap_or_default();
+        numbers += usize::from(!cell.is_empty());
+        own = own && is_own_notation(cell);
     }
-    Some(own && rows > 0)
+    Some(own && numbers > 0)
 }
 
 /// Is a number written with its exponent as Rust does (`1.5e-4`, where others have `1.5e-04`), or a cell empty?

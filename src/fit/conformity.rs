@@ -1,6 +1,7 @@
 //! Conformity of a value with its limits (JCGM 106:2012, ISO/IEC 17025 7.8.6).
 
-use crate::campaign::{Decision, Limit};
+use super::Fit;
+use crate::campaign::{Decision, Kind, Limit, Limited};
 use crate::uncertainty::Combined;
 use crate::uncertainty::quantiles::student_t_cdf;
 use crate::vocabulary::vocabulary;
@@ -14,6 +15,57 @@ vocabulary! {
         Undecided = "undecided",
         /// The limits are not kept.
         Fail = "fail",
+    }
+}
+
+/// A limited quantity as a fit found it.
+#[derive(Debug, Clone)]
+pub struct Judged {
+    /// Its name.
+    pub id: String,
+    /// Its unit; of an angle that of its numbers is the radian.
+    pub unit: String,
+    /// Is it an angle?
+    pub is_angle: bool,
+    /// Its limits.
+    pub limit: Limit,
+    /// Estimate; `None` where the readings do not give it.
+    pub value: Option<f64>,
+    /// Combined uncertainty.
+    pub uncertainty: Option<Combined>,
+    /// What the decision rule says.
+    pub outcome: Conformity,
+    /// Probability of conformity; `None` where no uncertainty is known.
+    pub probability: Option<f64>,
+}
+
+impl Fit {
+    /// Every limited quantity of the campaign, judged.
+    pub fn judged(&self) -> Vec<Judged> {
+        let campaign = &self.campaign;
+        let mut limited = campaign.limited_errors().into_iter();
+        let errors = if limited.len() == 0 { Vec::new() } else { self.scale_factor_errors() };
+        let one = |limit: &Limit| {
+            let (id, unit, is_angle, value, uncertainty) = match limit.of {
+                Limited::Parameter(k) => {
+                    let own = self.parameters.get(k)?;
+                    (own.id.clone(), own.unit.clone(), own.kind == Kind::Tilt, own.value, own.uncertainty)
+                }
+                Limited::Derived(k) => {
+                    let (own, unit) = (self.derived.get(k)?, campaign.derived.get(k)?.unit.clone());
+                    (own.id.clone(), unit, own.is_angle, own.value, own.uncertainty)
+                }
+                Limited::ScaleFactor(_) => {
+                    let id = limited.next()?;
+                    let own = errors.iter().find(|own| own.id == id);
+                    (id, "ppm".into(), false, own.map(|own| own.value), own.and_then(|own| own.uncertainty))
+                }
+            };
+            let level = self.settings.level;
+            let (outcome, probability) = judge(campaign.decision, limit, value, uncertainty.as_ref(), level);
+            Some(Judged { id, unit, is_angle, limit: *limit, value, uncertainty, outcome, probability })
+        };
+        campaign.limits.iter().filter_map(one).collect()
     }
 }
 

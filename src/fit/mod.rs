@@ -36,7 +36,7 @@ pub use azimuth::{Sector, sector};
 pub use checks::Checks;
 pub(crate) use checks::{cell_key, cells, positions};
 pub use conditional::Conditional;
-pub use conformity::{Conformity, judge};
+pub use conformity::{Conformity, Judged, judge};
 pub use gauss_newton::{Convergence, Iteration, Stop};
 pub(crate) use gauss_newton::{INVISIBLE, NEGLIGIBLE};
 pub use names::{NamedCombination, describe};

@@ -63,6 +63,7 @@ pub(super) fn remarks(fit: &Fit) -> Vec<Sentence> {
             condition = format!("{condition:.1e}")
         ));
     }
+    found.extend(fit.untold_errors());
     found.extend(campaign.identity.expired().map(|(instrument, valid_to, date)| {
         sentence!("instrument-no-longer-valid", name = instrument.name, valid_to, date)
     }));

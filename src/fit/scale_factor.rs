@@ -15,10 +15,11 @@
 use super::Fit;
 use super::scatter::{own_noise, scatter_lines};
 use crate::bench::Sensor;
-use crate::campaign::{Campaign, JointState};
+use crate::campaign::{Campaign, JointState, ScaleFactor};
 use crate::design::{DesignMatrix, Instant, Kinematics, kinematics};
 use crate::elements::Elements;
 use crate::estimate::ScatterLine;
+use crate::language::{Sentence, sentence};
 use crate::uncertainty::{Combined, Contribution, Evaluation, Shape, combine_groups, quantiles};
 use nalgebra::Vector3;
 use std::collections::{BTreeMap, HashMap};
@@ -128,9 +129,22 @@ impl Fit {
     /// Errors of the scale factors of all sensors that have an input axis, where the readings step the rate about it; none where they are a
     /// sample of a record that was streamed.
     pub fn scale_factor_errors(&self) -> Vec<ScaleFactorError> {
+        if self.streamed.is_none() { self.errors_of_readings() } else { Vec::new() }
+    }
+
+    /// What a person should know of errors that are not told: those of a record that is not held, those that have limits.
+    pub(super) fn untold_errors(&self) -> Vec<Sentence> {
+        let found = self.errors_of_readings();
+        let streamed = self.streamed.is_some();
+        let record = (streamed && !found.is_empty()).then(|| sentence!("scale-factor-errors-need-readings"));
+        let limited = self.campaign.limited_errors().into_iter();
+        let without = limited.filter(|id| !streamed && found.iter().all(|own| own.id != *id));
+        record.into_iter().chain(without.map(|id| sentence!("scale-factor-error-has-limits", id))).collect()
+    }
+
+    fn errors_of_readings(&self) -> Vec<ScaleFactorError> {
         let mut found = Vec::new();
-        let sensors = self.campaign.bench.sensors.iter().enumerate().filter(|_| self.streamed.is_none());
-        for (s, sensor) in sensors {
+        for (s, sensor) in self.campaign.bench.sensors.iter().enumerate() {
             let Some(series) = series(&self.campaign, &self.design, s, sensor) else { continue };
             let steps = steps(&series.points, 0..series.points.len());
             let Some(line) = Line::through(steps.iter()) else { continue };
@@ -213,16 +227,23 @@ impl Of<'_> {
         self.line.slope.abs() * self.steps.iter().fold(0.0_f64, |most, own| most.max(own.rate.abs()))
     }
 
-    fn result(&self, what: &str, line: String, value: f64, by: &[f64], from: ScaleFactorFrom) -> ScaleFactorError {
+    fn result(
+        &self,
+        what: ScaleFactor,
+        line: String,
+        value: f64,
+        by: &[f64],
+        from: ScaleFactorFrom,
+    ) -> ScaleFactorError {
         let (budget, uncertainty) = self.uncertainty(by);
-        let id = format!("{}_{what}_{}", self.sensor.1, self.series.column);
+        let id = what.of(self.sensor.1, &self.series.column);
         ScaleFactorError { id, line, value, uncertainty, budget, from }
     }
 
     /// `max |deviation| / full scale`: the deviations, and how one follows the readings.
     fn largest(
         &self,
-        what: &str,
+        what: ScaleFactor,
         line: &str,
         deviations: &[f64],
         by: impl Fn(usize) -> Vec<f64>,
@@ -269,7 +290,7 @@ impl Of<'_> {
             }
             along
         };
-        self.largest("nonlinearity", "‖Y - a - b x‖∞ / (|b| ‖x‖∞)", &deviations, by)
+        self.largest(ScaleFactor::Nonlinearity, "‖Y - a - b x‖∞ / (|b| ‖x‖∞)", &deviations, by)
     }
 
     fn asymmetry(&self) -> Option<ScaleFactorError> {
@@ -287,7 +308,7 @@ impl Of<'_> {
             }
         }
         let line = "2 (b₊ - b₋) / (b₊ + b₋)".to_string();
-        Some(self.result("asymmetry", line, PPM * share, &along, ScaleFactorFrom::Senses))
+        Some(self.result(ScaleFactor::Asymmetry, line, PPM * share, &along, ScaleFactorFrom::Senses))
     }
 
     fn hysteresis(&self) -> Option<ScaleFactorError> {
@@ -318,7 +339,7 @@ impl Of<'_> {
             }
             along
         };
-        self.largest("hysteresis", "‖Y↑ - Y↓‖∞ / (|b| ‖x‖∞)", &deviations, by)
+        self.largest(ScaleFactor::Hysteresis, "‖Y↑ - Y↓‖∞ / (|b| ‖x‖∞)", &deviations, by)
     }
 
     /// Of normal slopes, `nu s^2/sigma^2` is chi-square: `u = s sqrt(1 - c4^2)`, and U is what holds sigma at the level.
@@ -372,7 +393,7 @@ impl Of<'_> {
             expanded: half * value,
         };
         Some(ScaleFactorError {
-            id: format!("{}_repeatability_{}", self.sensor.1, self.series.column),
+            id: ScaleFactor::Repeatability.of(self.sensor.1, &self.series.column),
             line: "s(b) / |b|".into(),
             value,
             uncertainty: Some(uncertainty),

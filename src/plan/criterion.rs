@@ -1,13 +1,17 @@
 //! What is best: criteria in the coordinates of the candidates.
+//!
+//! What is asked for: functions of the unknowns, whose variances a plan makes small.
 
-use super::blocks::Blocks;
-use super::combinations::{Combinations, Volume};
-use super::derived::gradients;
+use super::blocks::{Blocks, add_outer, sandwich, times};
+use super::judge::gradients;
 use super::pool::Pool;
 use super::problem::Objective;
+use super::whitened::single;
 use crate::campaign::{Campaign, Kind};
 use crate::elements::Elements;
 use crate::error::{Fault, Malformed, Result};
+use crate::linear::{Triangle, dot};
+use faer::{Mat, Side};
 
 /// What the best schedule is best in.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -31,7 +35,6 @@ pub enum Criterion {
 /// The criterion in the coordinates of the pool. Errors: a quantity that does not exist or that the candidates do not determine.
 pub(super) fn objective(campaign: &Campaign, pool: &Pool, criterion: &Criterion) -> Result<Objective> {
     let n = campaign.unknowns();
-    let unit = |k: usize| (0..n).map(|j| f64::from(u8::from(j == k))).collect::<Vec<f64>>();
     match criterion {
         Criterion::D if pool.deviations > 0 => Ok(Objective::Volume(Volume::new(pool.independent(n)))),
         Criterion::D => Ok(Objective::Determinant),
@@ -49,10 +52,16 @@ pub(super) fn objective(campaign: &Campaign, pool: &Pool, criterion: &Criterion)
             Ok(Objective::Trace(mean))
         }
         Criterion::C(id) => {
-            let rows = match campaign.parameter_index(id).filter(|k| *k < n) {
-                Some(k) => vec![unit(k)],
-                None => gradients_of(campaign, id)?,
+            let Some(rows) = gradients_of(campaign, id)? else {
+                let what = format!("the best set for '{id}' cannot be found: it is not estimated here");
+                return Err(no_result(campaign, what, "D, A, G, I, E, or ", id));
             };
+            if rows.is_empty() {
+                let line = campaign.derived.iter().find(|d| d.id == *id).map(|d| d.line.to_string());
+                return Err(Malformed::new(Fault::Value, format!("'{id}' has no derivative at the reference point"))
+                    .expected("a quantity that is smooth there, or \"start\" values at which it is")
+                    .found(line.unwrap_or_default()));
+            }
             let rows: Option<Vec<Vec<f64>>> = rows.iter().map(|c| pool.coordinates(c)).collect();
             let rows = rows.ok_or_else(|| not_determined(&format!("'{id}'")))?;
             let n = pool.blocks.unknowns();
@@ -67,12 +76,11 @@ pub(super) fn objective(campaign: &Campaign, pool: &Pool, criterion: &Criterion)
 /// The angles with weight one; where none is an angle all parameters, each with the reciprocal of its variance from all candidates.
 fn asked(campaign: &Campaign, pool: &Pool) -> Result<Vec<(f64, Vec<f64>)>> {
     let n = campaign.unknowns();
-    let unit = |k: usize| (0..n).map(|j| f64::from(u8::from(j == k))).collect::<Vec<f64>>();
     let is_tilt = |k: &usize| campaign.parameters.get(*k).is_some_and(|p| p.kind == Kind::Tilt);
     let some_tilt = (0..n).any(|k| is_tilt(&k));
     let terms = (0..n)
         .filter(|k| !some_tilt || is_tilt(k))
-        .filter_map(|k| pool.coordinates(&unit(k)))
+        .filter_map(|k| pool.coordinates(&single(n, k, 1.0)))
         .map(|c| (if some_tilt { 1.0 } else { 1.0 / c.iter().map(|c| c * c).sum::<f64>() }, c));
     let terms: Vec<(f64, Vec<f64>)> = terms.collect();
     if terms.is_empty() { Err(not_determined("an angle")) } else { Ok(terms) }
@@ -83,25 +91,23 @@ fn not_determined(what: &str) -> Malformed {
         .expected("candidates that separate it from the other parameters, or a prior")
 }
 
-/// Gradients of a derived quantity: one, or all round where it has no derivative at the reference point.
-fn gradients_of(campaign: &Campaign, id: &str) -> Result<Vec<Vec<f64>>> {
-    let Some(quantity) = campaign.derived.iter().find(|d| d.id == id) else {
-        let mut names: Vec<&str> = campaign.estimated().iter().map(|p| p.id.as_str()).collect();
-        names.extend(campaign.derived.iter().map(|d| d.id.as_str()));
-        return Err(Malformed::new(
-            Fault::UnknownName,
-            format!("the best set for '{id}' cannot be found: it is not estimated here"),
-        )
-        .expected(format!("D, A, G, I, E, or one of {}", names.join(", ")))
-        .found(format!("'{id}'")));
-    };
-    let gradients = gradients(campaign, quantity)?;
-    if gradients.is_empty() {
-        return Err(Malformed::new(Fault::Value, format!("'{id}' has no derivative at the reference point"))
-            .expected("a quantity that is smooth there, or \"start\" values at which it is")
-            .found(quantity.line.to_string()));
+/// Gradients of an estimated parameter, or of a derived quantity: one, or all round where it has no derivative at the reference point. `None` for
+/// another name.
+pub(super) fn gradients_of(campaign: &Campaign, id: &str) -> Result<Option<Vec<Vec<f64>>>> {
+    let n = campaign.unknowns();
+    match campaign.parameter_index(id).filter(|k| *k < n) {
+        Some(k) => Ok(Some(vec![single(n, k, 1.0)])),
+        None => campaign.derived.iter().find(|d| d.id == id).map(|own| gradients(campaign, own)).transpose(),
     }
-    Ok(gradients)
+}
+
+/// A name that is no result of the campaign; `or` what else could be meant.
+pub(super) fn no_result(campaign: &Campaign, what: String, or: &str, id: &str) -> Malformed {
+    let mut names: Vec<&str> = campaign.estimated().iter().map(|p| p.id.as_str()).collect();
+    names.extend(campaign.derived.iter().map(|d| d.id.as_str()));
+    Malformed::new(Fault::UnknownName, what)
+        .expected(format!("{or}one of {}", names.join(", ")))
+        .found(format!("'{id}'"))
 }
 
 /// `sum w c c'`, row by row.
@@ -111,4 +117,90 @@ pub(super) fn weight_matrix(terms: &[(f64, Vec<f64>)], n: usize) -> Vec<f64> {
         super::blocks::add_outer(&mut w, *weight, c);
     }
     w
+}
+
+/// What is asked for: rows of `T`, in the coordinates of the blocks.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Combinations(pub(super) Vec<Vec<f64>>);
+
+impl Combinations {
+    /// Each row one function of the unknowns.
+    pub fn new(rows: Vec<Vec<f64>>) -> Self {
+        Combinations(rows)
+    }
+
+    /// Has every row so many elements, and is there one?
+    pub(super) fn fits(&self, unknowns: usize) -> bool {
+        !self.0.is_empty() && self.0.iter().all(|row| row.len() == unknowns)
+    }
+
+    /// `T'T`: the smooth criterion that is nearest, the sum of the variances.
+    pub(super) fn sum(&self) -> Vec<f64> {
+        let n = self.0.first().map_or(0, Vec::len);
+        let mut sum = vec![0.0; n * n];
+        self.0.iter().for_each(|row| add_outer(&mut sum, 1.0, row));
+        sum
+    }
+
+    /// `T A T'` for symmetric `A`, row by row.
+    pub(super) fn image(&self, a: &[f64]) -> Mat<f64> {
+        let along: Vec<Vec<f64>> = self.0.iter().map(|row| times(a, row)).collect();
+        let element = |i: usize, j: usize| along.get(j).zip(self.0.get(i)).map_or(0.0, |(w, row)| dot(row, w));
+        Mat::from_fn(self.0.len(), self.0.len(), element)
+    }
+
+    /// Combination `T'v`.
+    pub(super) fn combined(&self, v: impl Fn(usize) -> f64) -> Vec<f64> {
+        let mut sum = vec![0.0; self.0.first().map_or(0, Vec::len)];
+        for (k, row) in self.0.iter().enumerate() {
+            let by = v(k);
+            sum.iter_mut().zip(row).for_each(|(sum, x)| *sum += by * x);
+        }
+        sum
+    }
+}
+
+/// Functions of the unknowns whose common volume is made small.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Volume(pub(super) Combinations);
+
+impl Volume {
+    /// Each row one function of the unknowns; best in units in which all are of one size.
+    pub fn new(rows: Vec<Vec<f64>>) -> Self {
+        Volume(Combinations::new(rows))
+    }
+
+    /// How many functions.
+    pub(super) fn size(&self) -> f64 {
+        self.0.0.len().max(1) as f64
+    }
+
+    /// `log det C`, and `M^-1 T' C^-1 T M^-1` row by row, whose quadratic forms are the slopes; `None` where `C` is singular.
+    pub(super) fn with_slopes(&self, inverse: &[f64]) -> Option<(f64, Vec<f64>)> {
+        let c = self.triangle(inverse)?;
+        let n = self.0.0.first().map_or(0, Vec::len);
+        let mut w = vec![0.0; n * n];
+        for (row, weights) in self.0.0.iter().zip(c.inverse()) {
+            let other = self.0.combined(|k| weights.at(k));
+            for (out, v) in w.chunks_exact_mut(n.max(1)).zip(row) {
+                out.iter_mut().zip(&other).for_each(|(out, o)| *out += v * o);
+            }
+        }
+        Some((c.log_determinant(), sandwich(inverse, &w, n)))
+    }
+
+    /// `C`, factored.
+    pub(super) fn triangle(&self, inverse: &[f64]) -> Option<Triangle> {
+        let c = self.0.image(inverse);
+        let p = c.nrows();
+        Triangle::of(p, |i, j| c[(i, j)], |i| 1e-14 * c[(i, i)])
+    }
+}
+
+/// Largest eigenvalue of a symmetric matrix; not a number where there is none.
+pub(super) fn largest_eigenvalue(matrix: &Mat<f64>) -> f64 {
+    match matrix.self_adjoint_eigenvalues(Side::Lower) {
+        Ok(values) => values.into_iter().fold(f64::NEG_INFINITY, f64::max),
+        Err(_) => f64::NAN,
+    }
 }

@@ -323,18 +323,17 @@ pub fn mountings(readings: &[Reading]) -> Vec<usize> {
 }
 
 /// The time of every reading in units of work, at its end; by number where work costs nothing.
-pub(super) fn times(rows: &[Reading], costs: &Costs) -> Vec<f64> {
+pub(super) fn times<'a>(rows: impl Iterator<Item = &'a Reading>, costs: &Costs) -> Vec<f64> {
     let mut now = 0.0;
     let mut before: Option<&Reading> = None;
     let times: Vec<f64> = rows
-        .iter()
         .map(|reading| {
             now += spent(before, reading, costs);
             before = Some(reading);
             now
         })
         .collect();
-    if now > 0.0 { times } else { (0..rows.len()).map(|k| k as f64).collect() }
+    if now > 0.0 { times } else { (0..times.len()).map(|k| k as f64).collect() }
 }
 
 /// What one reading costs after another.

@@ -4,21 +4,17 @@
 
 use super::blocks::{Blocks, times};
 use super::bound::bound;
-use super::candidates::frozen;
-use super::criterion::weight_matrix;
-use super::derived::gradients;
+use super::budget::Prices;
+use super::candidates::from_coarser;
+use super::criterion::{gradients_of, no_result, weight_matrix};
 use super::effort::{Costs, Offer, planned};
-use super::improve::{Improvement, guide};
-use super::judge::{Judgement, check_question, judge};
-use super::levels::{carried, levels};
+use super::improve::{Improvement, guide, made};
+use super::judge::{Judgement, check_question};
 use super::point::check_point;
 use super::pool::Pool;
-use super::prices::Prices;
 use super::problem::{Objective, Problem};
-use super::reasons::reasons;
-use super::refine::refined as refine;
 use super::request::Request;
-use super::scheduled::{schedule_rows, scheduled};
+use super::scheduled::{refined, schedule_rows};
 use super::search::{EFFORT, Limits, search};
 use crate::campaign::{Campaign, Reading, Readings};
 use crate::elements::Elements;
@@ -83,50 +79,38 @@ pub fn reach(campaign: &Campaign, offer: &Offer, request: &Request, goals: &[Goa
     }
     let apart = !noise.remount.is_empty();
     // what coarser sweeps within this one reach is where this one goes on from
-    let mut found: Vec<Option<(Pool, Vec<usize>)>> = Vec::new();
-    let levels = levels(candidates);
-    for (readings, within) in levels.iter().take(levels.len().saturating_sub(1)) {
-        let own = pool_of(readings).ok().filter(|own| own.blocks.unknowns() == pool.blocks.unknowns());
-        let reached = own.as_ref().and_then(|own| {
-            let (rows, missing) = limits(campaign, own, goals).ok()?;
-            let given = carried_to(own, within, &found);
-            let most = most.min(own.portions.len().saturating_mul(request.most_repeats));
-            let search = Search::new(own, &rows, request, costs, apart, most);
-            (missing == impossible).then(|| search.best(&given, cheapest)).flatten()
-        });
-        found.push(own.zip(reached.map(|reached| reached.chosen)));
-    }
-    let within: Vec<usize> = (0..found.len()).collect();
+    let best = |own: &Pool, given: &[Vec<usize>]| {
+        let (rows, missing) = limits(campaign, own, goals).ok()?;
+        let most = most.min(own.portions.len().saturating_mul(request.most_repeats));
+        let search = Search::new(own, &rows, request, costs, apart, most);
+        Some((missing == impossible).then(|| search.best(given, cheapest)).flatten()?.chosen)
+    };
+    let given = from_coarser(candidates, &pool, pool_of, best);
     let search = Search::new(&pool, &rows, request, costs, apart, most);
-    let found = search.best(&carried_to(&pool, &within, &found), cheapest).ok_or_else(|| {
+    let found = search.best(&given, cheapest).ok_or_else(|| {
         Malformed::new(Fault::Value, format!("no {} of these candidates determine the unknowns", most * size))
             .expected("more readings, more candidates, or a prior")
     })?;
     let rows_of = |found: &Reach| schedule_rows(kept, &pool, &found.chosen, apart);
+    let moved = |rows: &[Reading]| refined(campaign, rows, (&pool, &search.objective), offer, request, Some(1.0));
     let (mut found, mut rows, mut refined) = (found.clone(), rows_of(&found), None);
-    if let Some(wanted) = &request.refine {
-        let moved = |rows: Vec<Reading>| {
-            let around = (&pool, &search.objective);
-            refine(campaign, rows, kept.rows.len(), around, (noise, wanted, &request.progress), Some(1.0))
-        };
-        // what is enough stays where it is: angles beyond the limits would be moved at the cost of what has none
-        if !found.reaches()
-            && let Some((other, what)) = moved(rows.clone())?
-        {
-            (rows, refined) = (other, Some(what));
-        }
-        // between the candidates fewer may be enough
-        while let (false, Some(fewer)) = (cheapest || found.chosen.len() < 2, search.one_fewer(&found)) {
-            let Some((other, what)) = moved(rows_of(&fewer))? else { break };
-            if !(what.value <= 1.0) {
-                break;
-            }
-            (found, rows, refined) = (Reach { is_fewest: false, ..fewer }, other, Some(what));
-        }
+    // what is enough stays where it is: angles beyond the limits would be moved at the cost of what has none
+    if !found.reaches()
+        && let Some((other, what)) = moved(&rows)?
+    {
+        (rows, refined) = (other, Some(what));
     }
-    let schedule = scheduled(campaign, kept, rows, offer, request)?;
-    let judgement = judge(&schedule, noise, costs)?;
-    let largest_share = largest_share(&judgement, goals);
+    // between the candidates fewer may be enough
+    let fewer = |found: &Reach| if cheapest || found.chosen.len() < 2 { None } else { search.one_fewer(found) };
+    while let Some(fewer) = request.refine.as_ref().and_then(|_| fewer(&found)) {
+        let Some((other, what)) = moved(&rows_of(&fewer))? else { break };
+        if !(what.value <= 1.0) {
+            break;
+        }
+        (found, rows, refined) = (Reach { is_fewest: false, ..fewer }, other, Some(what));
+    }
+    let made = made(campaign, &pool, rows, offer, request)?;
+    let largest_share = largest_share(&made.judgement, goals);
     Ok(Reached {
         reached: impossible.is_empty() && largest_share.is_some_and(|share| share <= 1.0),
         largest_share,
@@ -134,30 +118,8 @@ pub fn reach(campaign: &Campaign, offer: &Offer, request: &Request, goals: &[Goa
         is_fewest: found.is_fewest && request.refine.is_none(),
         is_cheapest_found: cheapest,
         impossible,
-        improvement: Improvement {
-            judgement,
-            candidates: pool.portions.len(),
-            chosen: found.chosen.len() * size,
-            kept: kept.rows.len(),
-            reasons: reasons(&schedule, noise, kept.rows.len())?,
-            limit: None,
-            refined,
-            efficiency: None,
-            bound_gap: None,
-            enumerated: None,
-            hits: found.hits,
-            starts: found.starts,
-            check: None,
-            unreachable: pool.not_estimable.clone(),
-            frozen: frozen(campaign, candidates),
-            schedule,
-        },
+        improvement: Improvement { refined, hits: found.hits, starts: found.starts, ..made },
     })
-}
-
-fn carried_to(pool: &Pool, within: &[usize], found: &[Option<(Pool, Vec<usize>)>]) -> Vec<Vec<usize>> {
-    let coarser = within.iter().filter_map(|k| found.get(*k)?.as_ref());
-    coarser.filter_map(|(own, chosen)| carried(own, chosen, pool)).collect()
 }
 
 fn largest_share(judgement: &Judgement, goals: &[Goal]) -> Option<f64> {
@@ -173,23 +135,11 @@ fn largest_share(judgement: &Judgement, goals: &[Goal]) -> Option<f64> {
 
 /// Coordinates of each limited quantity divided by its limit, and the quantities that no candidate determines.
 fn limits(campaign: &Campaign, pool: &Pool, goals: &[Goal]) -> Result<(Vec<Vec<f64>>, Vec<String>)> {
-    let n = campaign.unknowns();
     let (mut limits, mut impossible) = (Vec::new(), Vec::new());
     for goal in goals {
-        let parameter = campaign.parameter_index(&goal.id).filter(|k| *k < n);
-        let rows: Vec<Vec<f64>> = match (parameter, campaign.derived.iter().find(|d| d.id == goal.id)) {
-            (Some(k), _) => vec![(0..n).map(|j| f64::from(u8::from(j == k))).collect()],
-            (None, Some(quantity)) => gradients(campaign, quantity)?,
-            (None, None) => {
-                let mut names: Vec<&str> = campaign.estimated().iter().map(|p| p.id.as_str()).collect();
-                names.extend(campaign.derived.iter().map(|d| d.id.as_str()));
-                return Err(Malformed::new(
-                    Fault::UnknownName,
-                    format!("a goal is set for '{}', which is neither estimated nor derived", goal.id),
-                )
-                .expected(format!("one of {}", names.join(", ")))
-                .found(format!("'{}'", goal.id)));
-            }
+        let Some(rows) = gradients_of(campaign, &goal.id)? else {
+            let what = format!("a goal is set for '{}', which is neither estimated nor derived", goal.id);
+            return Err(no_result(campaign, what, "", &goal.id));
         };
         if !(goal.u > 0.0 && goal.u.is_finite()) {
             return Err(Malformed::new(Fault::Value, format!("the goal for '{}' is not positive", goal.id))
@@ -346,7 +296,7 @@ impl<'a> Search<'a> {
         let blocks = &self.pool.blocks;
         let reaches = |chosen: &Vec<usize>| {
             let m = super::problem::information(blocks, &self.pool.base, chosen);
-            let value = super::exchange::value(&self.objective, &m, blocks.unknowns());
+            let value = super::search::value(&self.objective, &m, blocks.unknowns());
             value.is_some_and(|value| value <= 1.0) && chosen.len() <= self.most
         };
         let mut best = Reach { is_fewest: false, ..fewest };

@@ -2,22 +2,18 @@
 
 use super::blocks::{add_outer, rank};
 use super::bound::{Bound, bound};
-use super::candidates::frozen;
+use super::budget::Prices;
+use super::candidates::{from_coarser, frozen};
 use super::criterion::objective;
 use super::effort::{Costs, Noise, Offer, planned};
-use super::enumerate;
 use super::judge::{Judgement, check_question, judge};
-use super::levels::{carried, levels};
 use super::point::check_point;
 use super::pool::Pool;
-use super::prices::Prices;
 use super::problem::{Design, Objective, Problem};
-use super::reasons::{Reason, reasons};
-use super::refine::{Refined, refined as refine};
 use super::request::{Method, Request};
-use super::scheduled::{check, schedule_rows, scheduled};
-use super::search::{Found, Limits, search};
-use crate::campaign::{Campaign, Readings};
+use super::scheduled::{Reason, Refined, check, reasons, refined, schedule_rows, scheduled};
+use super::search::{Found, Limits, best_of_all, search};
+use crate::campaign::{Campaign, Reading, Readings};
 use crate::error::{Fault, Malformed, Result};
 use crate::fit::RankDefect;
 
@@ -152,41 +148,48 @@ fn improve_within(campaign: &Campaign, offer: &Offer, request: &Request) -> Resu
     else {
         return Err(too_few(&question.pool(candidates)?, request));
     };
-    let mut rows = schedule_rows(kept, &pool, &design.chosen, question.apart());
-    let mut refined = None;
-    if let Some(wanted) = &request.refine {
-        let around = (&pool, &objective);
-        let fixed = kept.rows.len();
-        if let Some((moved, what)) =
-            refine(campaign, rows.clone(), fixed, around, (noise, wanted, &request.progress), None)?
-        {
-            (rows, refined) = (moved, Some(what));
+    let rows = schedule_rows(kept, &pool, &design.chosen, question.apart());
+    let refined = refined(campaign, &rows, (&pool, &objective), offer, request, None)?;
+    let found = match refined {
+        Some((moved, what)) => Improvement { refined: Some(what), ..made(campaign, &pool, moved, offer, request)? },
+        None => {
+            let found = made(campaign, &pool, rows, offer, request)?;
+            Improvement { check: check(&found.schedule, noise, &pool, &objective, &design)?, ..found }
         }
-    }
+    };
+    Ok((Improvement { limit, efficiency, bound_gap, enumerated, hits, starts, ..found }, proof))
+}
+
+/// The schedule of what is kept and the rows chosen of a pool: how well it will do, and why each mounting is there. What the search knows is added.
+pub(super) fn made(
+    campaign: &Campaign,
+    pool: &Pool,
+    rows: Vec<Reading>,
+    offer: &Offer,
+    request: &Request,
+) -> Result<Improvement> {
+    let Offer { candidates, noise, costs, .. } = offer;
+    let kept = &planned(campaign, &offer.kept);
+    let chosen = rows.len().saturating_sub(kept.rows.len());
     let schedule = scheduled(campaign, kept, rows, offer, request)?;
-    let judgement = judge(&schedule, noise, costs)?;
-    let found = Improvement {
-        check: match refined {
-            None => check(&schedule, noise, &pool, &objective, &design)?,
-            Some(_) => None,
-        },
-        refined,
-        judgement,
+    Ok(Improvement {
+        judgement: judge(&schedule, noise, costs)?,
         candidates: pool.portions.len(),
-        chosen: design.chosen.len() * pool.portion_size(),
+        chosen,
         kept: kept.rows.len(),
         reasons: reasons(&schedule, noise, kept.rows.len())?,
-        limit,
-        efficiency,
-        bound_gap,
-        enumerated,
-        hits,
-        starts,
-        unreachable: pool.not_estimable,
+        limit: None,
+        efficiency: None,
+        bound_gap: None,
+        enumerated: None,
+        hits: 0,
+        starts: 0,
+        refined: None,
+        check: None,
+        unreachable: pool.not_estimable.clone(),
         frozen: frozen(campaign, candidates),
         schedule,
-    };
-    Ok((found, proof))
+    })
 }
 
 /// What a choice reached, and what none within its budget can go below.
@@ -250,26 +253,17 @@ impl Question<'_> {
         if let Some(found) = self.all(&pool, &objective, limit)? {
             return self.with_bound(pool, objective, found, None, limit).map(Some);
         }
-        let mut found: Vec<Option<(Pool, Vec<usize>)>> = Vec::new();
-        let levels = levels(candidates);
-        for (readings, within) in levels.iter().take(levels.len().saturating_sub(1)) {
-            // a coarser sweep may lack what this question needs
-            let own = self.pool(readings).ok().filter(|own| own.blocks.unknowns() == pool.blocks.unknowns());
-            let design = own.as_ref().and_then(|own| {
-                let given = carried_to(own, within, &found);
-                self.seek(own, limit, &given, self.request.starts).ok()?
-            });
-            found.push(own.zip(design.map(|sought| sought.design.chosen)));
-        }
-        let within: Vec<usize> = (0..found.len()).collect();
-        let given = carried_to(&pool, &within, &found);
+        let best = |own: &Pool, given: &[Vec<usize>]| {
+            Some(self.seek(own, limit, given, self.request.starts).ok()??.design.chosen)
+        };
+        let given = from_coarser(candidates, &pool, |readings| self.pool(readings), best);
         self.seek(&pool, limit, &given, self.request.starts)
     }
 
     fn all(&self, pool: &Pool, objective: &Objective, limit: Option<f64>) -> Result<Option<Found>> {
         let (choose, prices) = self.wanted(pool, limit)?;
         let problem = self.problem(pool, objective, choose, prices.as_ref(), &[]);
-        let found = if self.request.method == Method::Coordinate { None } else { enumerate::best(&problem) };
+        let found = if self.request.method == Method::Coordinate { None } else { best_of_all(&problem) };
         Ok(found
             .and_then(|(design, count)| Some(Found { design: design?, hits: 1, starts: 1, enumerated: Some(count) })))
     }
@@ -332,12 +326,6 @@ impl Question<'_> {
         let efficiency = proof.share_of(design.value);
         Ok(Sought { pool, objective, design, hits, starts, enumerated, efficiency, bound_gap, limit, proof })
     }
-}
-
-/// What coarser levels have found, in the portions of a finer pool.
-fn carried_to(pool: &Pool, within: &[usize], found: &[Option<(Pool, Vec<usize>)>]) -> Vec<Vec<usize>> {
-    let coarser = within.iter().filter_map(|k| found.get(*k)?.as_ref());
-    coarser.filter_map(|(own, chosen)| carried(own, chosen, pool)).collect()
 }
 
 /// The approximate design of a problem; within a budget, of as many portions as the fewest mountings that tell all unknowns could hold.

@@ -2,21 +2,22 @@
 //!
 //! Rows need no readings, so the covariance, the leverages and the detectable faults are known beforehand. What scatters enters as one more
 //! unknown for each deviation, with a row that says "0 with this standard deviation": readings of one mounting, or level, share it.
+//!
+//! Predicted uncertainties of derived quantities.
 
-use super::derived::PredictedDerived;
-use super::derived::derived;
-use super::deviations::links;
 use super::effort::{Costs, Noise, Work, planned, times};
 use super::independent::Independent;
 use super::known::{ThroughTilts, contributions};
 use super::point::{self, Lacking};
-use crate::campaign::{Campaign, Constraint, Deviating, Kind, Reading};
+use super::whitened::links;
+use crate::algebra::{Scratch, Tape};
+use crate::campaign::{Campaign, Constraint, Derived, Deviating, Kind};
 use crate::design::{self, DesignMatrix, Model, RowOrigin};
-use crate::elements::Elements;
+use crate::elements::{Elements, Parts};
 use crate::error::{Fault, Malformed, Result};
-use crate::estimate;
+use crate::estimate::Estimate;
 use crate::fit::{self, RankDefect};
-use crate::quality;
+use crate::{estimate, quality};
 use faer::Mat;
 
 /// Prediction for one estimated parameter.
@@ -178,7 +179,10 @@ pub fn judge(campaign: &Campaign, noise: &Noise, costs: &Costs) -> Result<Judgem
             .iter()
             .filter(|c| !matches!(c, Constraint::Linear { lower, upper, .. } if lower == upper))
             .count(),
-        drift: drift(&design, u, &sensitivities, &determined, rows, costs),
+        drift: (rows.len() > 1 && !determined.is_empty()).then(|| {
+            let parts = parts(&design, u, &sensitivities, &determined, rows.len());
+            shifts(&times(rows.iter(), costs), parts.iter().map(Vec::as_slice)).0
+        }),
         parameters,
         covariance,
         readings,
@@ -269,22 +273,157 @@ fn parts(
     parts
 }
 
-/// A reading drifts by one standard deviation from the first to the last, in proportion to the time that the work takes: the largest shift of a
-/// parameter, as a share of its uncertainty.
-fn drift(
-    design: &DesignMatrix,
-    u: &[f64],
-    sensitivities: &Mat<f64>,
-    known: &[(usize, f64)],
-    rows: &[Reading],
-    costs: &Costs,
-) -> Option<f64> {
-    let times = times(rows, costs);
-    let (first, last) = (times.first()?, times.last().filter(|_| times.len() > 1)?);
-    let mut shifts = vec![0.0; known.len()];
-    for (i, origin) in design.rows.iter().enumerate() {
-        let drifted = u.at(i) * ((times.at(origin.reading) - first) / (last - first) - 0.5);
-        shifts.iter_mut().zip(known).for_each(|(sum, (k, u))| *sum += sensitivities[(*k, i)] * drifted / u);
+/// Readings drift by one standard deviation from the first to the last, in proportion to the time that the work takes, and by as much in a parabola:
+/// the largest shift of a parameter by either, as a share of its uncertainty. `parts`: of each reading, in the order of the times.
+pub(super) fn shifts<'a>(times: &[f64], parts: impl Iterator<Item = &'a [f64]>) -> (f64, f64) {
+    let (first, last) = match (times.first(), times.last()) {
+        (Some(first), Some(last)) if last > first => (*first, *last),
+        _ => return (0.0, 0.0),
+    };
+    let (mut linear, mut quadratic): (Vec<f64>, Vec<f64>) = (Vec::new(), Vec::new());
+    for (time, own) in times.iter().zip(parts) {
+        let t = (time - first) / (last - first) - 0.5;
+        linear.resize(own.len().max(linear.len()), 0.0);
+        quadratic.resize(linear.len(), 0.0);
+        for ((l, q), part) in linear.iter_mut().zip(&mut quadratic).zip(own) {
+            *l += part * t;
+            *q += part * (2.0 * t * t - 0.5);
+        }
     }
-    shifts.into_iter().map(f64::abs).reduce(f64::max)
+    let most = |list: &[f64]| list.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
+    (most(&linear), most(&quadratic))
+}
+
+/// Prediction for a derived quantity.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PredictedDerived {
+    /// Its name.
+    pub id: String,
+    /// Its line of algebra.
+    pub line: String,
+    /// Is it an angle?
+    pub is_angle: bool,
+    /// Its unit, as asked for or as the line has it; empty where a parameter in it has none.
+    pub unit: String,
+    /// Standard uncertainty at the reference point, or the largest in its neighbourhood where it has no derivative there (`sqrt` at 0).
+    pub u: Option<f64>,
+    /// Has it no derivative at the reference point?
+    pub is_largest: bool,
+}
+
+/// Derived quantities: `u^2 = g' C g`; where the gradient does not exist at the reference point, the largest over points close by.
+pub(super) fn derived(
+    campaign: &Campaign,
+    design: &DesignMatrix,
+    covariance: &Mat<f64>,
+    estimate: &Estimate,
+) -> Result<Vec<PredictedDerived>> {
+    let ids: Vec<&str> = campaign.parameters.iter().map(|p| p.id.as_str()).collect();
+    let n = campaign.unknowns();
+    let mut results = Vec::with_capacity(campaign.derived.len());
+    for quantity in &campaign.derived {
+        let tape = Tape::compile(&quantity.line, &ids)?;
+        let mut scratch = Scratch::default();
+        let mut gradient = vec![0.0; ids.len()];
+        let mut u_at = |point: &[f64]| -> Option<f64> {
+            tape.gradient(point, &mut scratch, &mut gradient);
+            let g = gradient.get(..n)?;
+            let usable =
+                g.iter().enumerate().all(|(k, c)| c.is_finite() && (*c == 0.0 || estimate.unknowns.is_estimable(k)));
+            let variance: f64 = g
+                .iter()
+                .enumerate()
+                .flat_map(|(i, a)| g.iter().enumerate().map(move |(j, b)| a * b * covariance[(i, j)]))
+                .sum();
+            (usable && variance.is_finite()).then(|| variance.max(0.0).sqrt())
+        };
+        let here = u_at(&design.point).filter(|u| *u > 0.0);
+        let mut is_largest = false;
+        let u = match here {
+            Some(u) => Some(u),
+            // the uncertainty of a direction of next to nothing depends on how much that is
+            None if quantity.line.as_azimuth().is_some() => None,
+            None => {
+                let largest =
+                    nearby(campaign, quantity, &design.point).iter().filter_map(|point| u_at(point)).reduce(f64::max);
+                is_largest = largest.is_some();
+                largest
+            }
+        };
+        results.push(PredictedDerived {
+            id: quantity.id.clone(),
+            line: quantity.line.to_string(),
+            is_angle: is_angle(campaign, &quantity.id),
+            unit: quantity.unit.clone(),
+            u,
+            is_largest,
+        });
+    }
+    Ok(results)
+}
+
+/// Points close to one at which a quantity has no derivative: all round in the plane of each two of its parameters.
+fn nearby(campaign: &Campaign, quantity: &Derived, point: &[f64]) -> Vec<Vec<f64>> {
+    const STEP: f64 = 1e-4;
+    // opposite directions have opposite gradients
+    const DIRECTIONS: u32 = 32;
+    let n = campaign.unknowns();
+    let names = quantity.line.names();
+    let used: Vec<usize> = names.iter().filter_map(|name| campaign.parameter_index(name)).filter(|k| *k < n).collect();
+    let moved = |along: &[(usize, f64)]| {
+        let mut there = point.to_vec();
+        for (k, step) in along {
+            if let Some(slot) = there.get_mut(*k) {
+                *slot += step;
+            }
+        }
+        there
+    };
+    if let [only] = used.as_slice() {
+        return vec![moved(&[(*only, STEP)]), moved(&[(*only, -STEP)])];
+    }
+    let mut points = Vec::new();
+    for (p, first) in used.iter().enumerate() {
+        for second in used.part(p + 1..) {
+            for direction in 0..DIRECTIONS {
+                let (sin, cos) = (std::f64::consts::PI * f64::from(direction) / f64::from(DIRECTIONS)).sin_cos();
+                points.push(moved(&[(*first, STEP * cos), (*second, STEP * sin)]));
+            }
+        }
+    }
+    points
+}
+
+/// Gradients of a derived quantity by the estimated parameters: one at the reference point, or those of points nearby where it has none there.
+/// Empty where it has none at all. Errors: a line that does not compile.
+pub(super) fn gradients(campaign: &Campaign, quantity: &Derived) -> Result<Vec<Vec<f64>>> {
+    let ids: Vec<&str> = campaign.parameters.iter().map(|p| p.id.as_str()).collect();
+    let tape = Tape::compile(&quantity.line, &ids)?;
+    let mut scratch = Scratch::default();
+    let mut at = |point: &[f64]| {
+        let mut gradient = vec![0.0; ids.len()];
+        tape.gradient(point, &mut scratch, &mut gradient);
+        gradient.truncate(campaign.unknowns());
+        (gradient.iter().all(|g| g.is_finite()) && gradient.iter().any(|g| *g != 0.0)).then_some(gradient)
+    };
+    let point = campaign.reference_point();
+    Ok(match at(&point) {
+        Some(gradient) => vec![gradient],
+        None => nearby(campaign, quantity, &point).iter().filter_map(|point| at(point)).collect(),
+    })
+}
+
+/// Is a parameter or derived quantity an angle without a unit of its own? Limits and uncertainties of it are in radians then.
+pub fn is_angle(campaign: &Campaign, id: &str) -> bool {
+    let tilt = |name: &str| {
+        let parameter = campaign.parameter_index(name).and_then(|k| campaign.parameters.get(k));
+        parameter.is_some_and(|p| p.kind == Kind::Tilt)
+    };
+    let quantity = campaign.derived.iter().find(|d| d.id == id);
+    // with a unit asked for, the line has its factor in it
+    let in_radians = |own: &Derived| {
+        matches!(own.unit.as_str(), "" | "rad")
+            && own.line.angle_degree(&|name: &str| tilt(name).then_some(1.0)) == Some(1.0)
+    };
+    tilt(id) || quantity.is_some_and(in_radians)
 }

@@ -9,34 +9,24 @@
 //! | file | subject |
 //! |---|---|
 //! | `effort.rs` | noise of the sensors, scatter of remounting, costs |
-//! | `judge.rs` | predicted uncertainties, what is not estimable, reliability, drift |
+//! | `judge.rs` | predicted uncertainties, also of derived quantities, what is not estimable, reliability, drift |
 //! | `independent.rs` | the rows of a schedule made independent of each other |
 //! | `point.rs` | where the rows are taken, and what vanishes there |
 //! | `known.rs` | known inputs, and the tilts through which they act |
-//! | `derived.rs` | derived quantities |
-//! | `candidates.rs` | sweeps, forbidden zones, portions |
-//! | `whitened.rs` | rows made independent of each other, mounting by mounting |
-//! | `deviations.rs` | deviations that link positions, as unknowns beside the parameters |
+//! | `candidates.rs` | sweeps, forbidden zones, portions; coarser sweeps within a finer one |
+//! | `whitened.rs` | rows made independent of each other, mounting by mounting; deviations that link positions, as unknowns beside the parameters |
 //! | `pool.rs` | candidates as whitened rows in good coordinates |
 //! | `blocks.rs` | these rows in memory, and sums over all of them |
-//! | `criterion.rs` | D, A, G, I, E and c in the coordinates of the pool |
-//! | `search.rs` | all designs where there are few, else many starts |
-//! | `enumerate.rs` | all designs |
-//! | `levels.rs` | coarser sweeps within a finer one |
-//! | `exchange.rs` | the exchange problem, one start and its sweeps |
-//! | `state.rs` | one start: what is chosen, and the sums that follow it by rank-one updates |
-//! | `exchange_gains.rs` | every candidate weighed as the replacement of one chosen portion |
+//! | `criterion.rs` | D, A, G, I, E and c in the coordinates of the pool; functions of the unknowns that are asked for |
+//! | `search.rs` | all designs where there are few, else many starts of exchanges; a choice among plain rows |
+//! | `state.rs` | one start: what is chosen, the sums that follow it by rank-one updates, and every candidate weighed as a replacement |
 //! | `volume.rs` | exchanges for the volume of the parameters beside deviations |
 //! | `largest.rs` | exchanges for the largest of several variances |
 //! | `eigenvalue.rs` | exchanges for the worst determined combination |
-//! | `prices.rs` | what chosen portions cost together |
-//! | `budget.rs` | exchanges within a budget: how many mountings, how many readings |
+//! | `budget.rs` | exchanges within a budget: what portions cost together, how many mountings, how many readings |
 //! | `bound.rs` | the approximate design: what no schedule can beat |
-//! | `choose.rs` | a choice among plain rows |
 //! | `improve.rs` | the best positions, chosen or added |
-//! | `scheduled.rs` | from chosen portions to a schedule |
-//! | `refine.rs` | angles between the candidates |
-//! | `reasons.rs` | why each mounting is in it |
+//! | `scheduled.rs` | from chosen portions to a schedule: order, angles between the candidates, why each mounting is in it |
 //! | `goal.rs` | the fewest, and the cheapest, positions that reach a goal |
 //! | `discriminate.rs` | positions that tell two effects apart |
 //! | `extended.rs` | effects as further unknowns |
@@ -50,18 +40,11 @@ mod blocks;
 mod bound;
 mod budget;
 mod candidates;
-mod choose;
-mod combinations;
 mod criterion;
-mod derived;
-mod deviations;
 mod discriminate;
 mod discriminating_positions;
 mod effort;
 mod eigenvalue;
-mod enumerate;
-mod exchange;
-mod exchange_gains;
 mod extended;
 mod goal;
 mod improve;
@@ -69,14 +52,10 @@ mod independent;
 mod judge;
 mod known;
 mod largest;
-mod levels;
 mod order;
 mod point;
 mod pool;
-mod prices;
 mod problem;
-mod reasons;
-mod refine;
 mod request;
 mod scheduled;
 mod search;
@@ -86,11 +65,7 @@ mod whitened;
 
 pub use blocks::Blocks;
 pub use candidates::{Unit, Zone, from_schedule, sweep, sweep_with_rates, without};
-pub use choose::{Choice, choose};
-pub use combinations::{Combinations, Volume};
-pub use criterion::Criterion;
-pub use derived::PredictedDerived;
-pub use derived::is_angle;
+pub use criterion::{Combinations, Criterion, Volume};
 pub use discriminate::{Discrimination, Separated, discriminate, separate};
 pub use discriminating_positions::{DiscriminatingPosition, discriminating_positions};
 pub use effort::{Costs, Noise, NoiseSource, Offer, SensorNoise, Work, mountings, planned, positions_only};
@@ -99,14 +74,12 @@ pub use goal::{Goal, Reached, reach};
 pub use improve::{Improvement, improve};
 pub(crate) use independent::Independent;
 pub(crate) use judge::repeated;
-pub use judge::{Judgement, Predicted, PredictedReading, judge};
+pub use judge::{Judgement, Predicted, PredictedDerived, PredictedReading, is_angle, judge};
 pub use known::ThroughTilts;
 pub use order::{Order, ordered};
 pub use point::{Judged, Lacking, PointSource, judged_at};
 pub use problem::Objective;
-pub use reasons::Reason;
-pub use refine::Refined;
-pub use request::Progress;
-pub use request::Refinement;
-pub use request::{Method, Request};
+pub use request::{Method, Progress, Refinement, Request};
+pub use scheduled::{Reason, Refined};
+pub use search::{Choice, choose};
 pub use whitened::Term;

@@ -8,9 +8,9 @@
 //!
 //! `S` does not depend on the order, so orders are compared by these sums alone.
 
-use super::deviations::level_of;
-use super::effort::{Costs, Noise, furthest, mounting, moved_deg, spent, times};
-use super::judge::weighted_sensitivities;
+use super::effort::{Costs, Noise, furthest, mounting, moved_deg, times};
+use super::judge::{shifts, weighted_sensitivities};
+use super::whitened::level_of;
 use crate::campaign::{Campaign, Reading, Readings};
 use crate::elements::{Elements, Parts};
 use crate::error::Result;
@@ -120,7 +120,7 @@ fn timed(mut readings: Readings, costs: &Costs, fixed: usize) -> Readings {
     let last = readings.rows.iter().take(fixed).filter_map(value).reduce(f64::max);
     let after = last.is_none_or(|last| own.first().is_none_or(|first| *first > last));
     if !(distinct && after) {
-        let work = times(&readings.rows, costs);
+        let work = times(readings.rows.iter(), costs);
         // nothing was done before: from zero
         let begin = fixed.checked_sub(1).and_then(|k| work.get(k)).copied().unwrap_or(0.0);
         own = work.iter().skip(fixed).map(|t| last.unwrap_or(0.0) + 60.0 * (t - begin)).collect();
@@ -150,36 +150,9 @@ impl<'a> Drift<'a> {
 
     /// The largest shift of a parameter by a linear drift, and by a quadratic one, as a share of its uncertainty.
     fn shift(&self, run: &[usize]) -> (f64, f64) {
-        let mut now = 0.0;
-        let mut before: Option<&Reading> = None;
-        let whole = (0..self.fixed).chain(run.iter().copied());
-        let mut timed: Vec<(f64, usize)> = Vec::with_capacity(self.fixed + run.len());
-        for k in whole {
-            let Some(reading) = self.rows.get(k) else { continue };
-            now += spent(before, reading, self.costs);
-            before = Some(reading);
-            timed.push((now, k));
-        }
-        if !(now > 0.0) {
-            timed.iter_mut().enumerate().for_each(|(at, own)| own.0 = at as f64);
-        }
-        let (first, last) = match (timed.first(), timed.last()) {
-            (Some(first), Some(last)) if last.0 > first.0 => (first.0, last.0),
-            _ => return (0.0, 0.0),
-        };
-        let count = self.parts.first().map_or(0, Vec::len);
-        let mut linear = vec![0.0; count];
-        let mut quadratic = vec![0.0; count];
-        for (time, k) in timed {
-            let t = (time - first) / (last - first) - 0.5;
-            let Some(own) = self.parts.get(k) else { continue };
-            for ((l, q), part) in linear.iter_mut().zip(&mut quadratic).zip(own) {
-                *l += part * t;
-                *q += part * (2.0 * t * t - 0.5);
-            }
-        }
-        let most = |list: &[f64]| list.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
-        (most(&linear), most(&quadratic))
+        let whole: Vec<usize> = (0..self.fixed).chain(run.iter().copied()).filter(|k| *k < self.rows.len()).collect();
+        let times = times(whole.iter().filter_map(|k| self.rows.get(*k)), self.costs);
+        shifts(&times, whole.iter().map(|k| self.parts.get(*k).map_or(&[][..], Vec::as_slice)))
     }
 
     fn harm(&self, groups: &[Vec<usize>]) -> f64 {

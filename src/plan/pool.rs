@@ -5,8 +5,8 @@
 
 use super::blocks::{Blocks, add_outer};
 use super::candidates::{Unit, portions};
-use super::deviations::level_of;
 use super::effort::Noise;
+use super::whitened::level_of;
 use super::whitened::{Beside, Term, adjusted, mounted_apart, predicted, whitened, with_priors};
 use crate::campaign::{Campaign, Reading, Readings};
 use crate::design::{self, Model};

@@ -1,14 +1,38 @@
 //! The search: all designs where there are few, else many starts of exchanges, until their number or the effort is spent.
+//!
+//! Every design there is, where there are few enough: the best of them is proven to be the best.
+//!
+//! Exchange: start from some candidates, then replace one chosen candidate at a time while the criterion improves.
+//!
+//! With `M` the information of the design, replacing block `i` by block `j` multiplies the determinant by
+//!
+//! ```text
+//! det(M + Xj'Xj - Xi'Xi) / det M = |det(S + X M^-1 X')|,   X = [Xj; Xi],  S = diag(1, .., -1, ..)
+//! tr(W M'^-1) = tr(W M^-1) - tr[(S + X M^-1 X')^-1 X M^-1 W M^-1 X']
+//! ```
+//!
+//! (V. V. Fedorov, Theory of Optimal Experiments, 1972, 3.1; the order of trials is that of R. D. Cook, C. J. Nachtsheim, Technometrics 22
+//! (1980) 315: the best replacement of one chosen block at a time). Replacements are weighed in `exchange_gains.rs`, `M^-1` and the sums over candidates
+//! follow by the rank-one updates of `state.rs`; every start ends with a fresh factorisation, so that no drift of them reaches the answer.
+//!
+//! A choice among plain rows, without benches: for other programs, and for tests against full enumeration.
+#![allow(
+    clippy::indexing_slicing,
+    reason = "`ways` has `choose + 1` entries and is indexed by 0 to `choose`; `chosen` holds numbers of the problem's candidates, of which `settled` has one entry each"
+)]
 
-use super::bound::Bound;
+use super::blocks::{Blocks, add_outer, invert, rank};
+use super::bound::{Bound, bound};
 use super::budget;
-use super::enumerate;
-use super::exchange::{self};
-use super::problem::{Design, Problem};
-use super::request::Progress;
-use super::request::Request;
+use super::budget::Till;
+use super::largest::{Worst, lower};
+use super::problem::{Design, Objective, Problem, SWEEPS, WORTH, information};
+use super::request::{Progress, Request};
+use super::state::State;
+use crate::linear::dot;
+use crate::number;
 use rand_pcg::Pcg64Mcg;
-use rand_pcg::rand_core::SeedableRng;
+use rand_pcg::rand_core::{Rng, SeedableRng};
 use rayon::prelude::*;
 
 /// The best design that was found.
@@ -60,7 +84,7 @@ pub(super) const EFFORT: f64 = 5e8;
 /// regular, or none was found.
 pub(super) fn search(problem: &Problem<'_>, limits: &Limits<'_>, guide: Option<&Bound>) -> Option<Found> {
     if problem.neighbours.is_empty()
-        && let Some((best, designs)) = enumerate::best(problem)
+        && let Some((best, designs)) = best_of_all(problem)
     {
         return best.map(|design| Found { design, hits: 1, starts: 1, enumerated: Some(designs) });
     }
@@ -93,9 +117,9 @@ pub(super) fn search(problem: &Problem<'_>, limits: &Limits<'_>, guide: Option<&
     for given in limits.given.iter().filter(|given| fits(problem, given)) {
         let further = match problem.prices {
             Some(prices) => budget::descend(problem, prices, given.clone()),
-            None => exchange::descend(problem, given.clone()),
+            None => descend(problem, given.clone()),
         };
-        for design in further.into_iter().chain(exchange::finished(problem, given.clone())) {
+        for design in further.into_iter().chain(finished(problem, given.clone())) {
             keep(&mut best, design);
         }
     }
@@ -121,6 +145,387 @@ fn one(problem: &Problem<'_>, seed: u64, k: usize, guide: Option<&Bound>) -> Opt
     let mut rng = Pcg64Mcg::seed_from_u64(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15).wrapping_add(k as u64));
     match problem.prices {
         Some(prices) => budget::start(problem, prices, &mut rng),
-        None => exchange::start(problem, &mut rng, k, guide),
+        None => start(problem, &mut rng, k, guide),
     }
+}
+
+/// With fewer designs than this, all are tried.
+const MOST_DESIGNS: u64 = 100_000;
+/// Lists that are looked at while designs within a budget are counted.
+const MOST_NODES: u64 = 400_000;
+/// Portions that a list within a budget may have while designs are counted.
+const MOST_DEPTH: usize = 1000;
+
+/// The best of all designs (`None` where none is regular) and how many there are; `None` where there are too many.
+///
+/// With a budget, only designs to which nothing can be added are tried: more readings are never worse.
+pub(super) fn best_of_all(problem: &Problem<'_>) -> Option<(Option<Design>, u64)> {
+    let n = problem.blocks.unknowns();
+    // so few rows leave a defect, whatever the rounding says
+    if problem.choose.saturating_mul(problem.blocks.rows()).saturating_add(rank(problem.base, n)) < n {
+        return Some((None, 0));
+    }
+    let mut designs: Vec<Vec<(usize, usize)>> = Vec::new();
+    match problem.prices {
+        None => {
+            let count = number(problem.blocks.count(), problem.choose, problem.most_repeats)?;
+            designs.reserve(crate::number::index(count));
+            all(problem.blocks.count(), problem.choose, problem.most_repeats, &mut Vec::new(), &mut designs);
+        }
+        Some(_) => within_budget(problem, &mut designs)?,
+    }
+    let evaluate = |design: &Vec<(usize, usize)>| {
+        let mut m = problem.base.to_vec();
+        for (j, times) in design {
+            for r in 0..problem.blocks.rows() {
+                add_outer(&mut m, *times as f64, &problem.blocks.row(*j, r));
+            }
+        }
+        value(problem.objective, &m, n)
+    };
+    let values: Vec<Option<f64>> = designs.par_iter().map(evaluate).collect();
+    // the first of equal ones, whatever the number of threads
+    let mut best: Option<(f64, usize)> = None;
+    for (k, value) in values.iter().enumerate() {
+        if let Some(value) = value.filter(|v| v.is_finite())
+            && best.is_none_or(|(before, _)| value < before - 1e-12 * before.abs())
+        {
+            best = Some((value, k));
+        }
+    }
+    let found = best.and_then(|(_, k)| designs.get(k)).and_then(|design| {
+        let chosen: Vec<usize> = design.iter().flat_map(|(j, times)| std::iter::repeat_n(*j, *times)).collect();
+        let m = information(problem.blocks, problem.base, &chosen);
+        Some(Design { value: value(problem.objective, &m, n)?, chosen, effort: 0.0 })
+    });
+    Some((found, designs.len() as u64))
+}
+
+/// Multisets of `choose` out of `count`, each at most `repeats` times; `None` where there are too many.
+fn number(count: usize, choose: usize, repeats: usize) -> Option<u64> {
+    if repeats >= choose {
+        // C(count + choose - 1, choose), growing with every factor
+        let small = choose.min(count.saturating_sub(1)) as u64;
+        let large = (count + choose).saturating_sub(1) as u64 - small;
+        let mut product = 1_u64;
+        for k in 1..=small {
+            product = product.checked_mul(large + k)? / k;
+            if product >= MOST_DESIGNS {
+                return None;
+            }
+        }
+        return Some(product);
+    }
+    // ways to choose t so far
+    let mut ways = vec![0_u64; choose + 1];
+    ways[0] = 1;
+    for _ in 0..count {
+        for t in (1..=choose).rev() {
+            let more: u64 = (1..=repeats.min(t)).map(|c| ways[t - c]).fold(0, u64::saturating_add);
+            ways[t] = ways[t].saturating_add(more);
+        }
+        if ways[choose] >= MOST_DESIGNS {
+            return None;
+        }
+    }
+    Some(ways[choose])
+}
+
+/// All of them: candidates with how often each is chosen.
+fn all(
+    count: usize,
+    choose: usize,
+    repeats: usize,
+    before: &mut Vec<(usize, usize)>,
+    out: &mut Vec<Vec<(usize, usize)>>,
+) {
+    if choose == 0 {
+        out.push(before.clone());
+        return;
+    }
+    let first = before.last().map_or(0, |(j, _)| j + 1);
+    for j in first..count {
+        let others = (count - j - 1).saturating_mul(repeats);
+        for times in 1..=repeats.min(choose) {
+            if others.saturating_add(times) < choose {
+                continue;
+            }
+            before.push((j, times));
+            all(count, choose - times, repeats, before, out);
+            before.pop();
+        }
+    }
+}
+
+/// Lists within the budget and the number, to which nothing can be added; `None` where there are too many.
+fn within_budget(problem: &Problem<'_>, out: &mut Vec<Vec<(usize, usize)>>) -> Option<()> {
+    let prices = problem.prices?;
+    // so many portions can be paid for whichever they are: all lists of so many can be completed in some way, each way for a few of them
+    let count = problem.blocks.count();
+    let dearest = (0..count).map(|j| prices.alone(j)).fold(0.0, f64::max);
+    let surely = crate::number::count(prices.budget / dearest).min(problem.choose);
+    number(count, surely.saturating_sub(1), problem.most_repeats)?;
+    let mut nodes = 0;
+    grow(problem, &Till::new(prices, &[]), &mut Vec::new(), &mut nodes, out)
+}
+
+fn grow(
+    problem: &Problem<'_>,
+    till: &Till,
+    chosen: &mut Vec<usize>,
+    nodes: &mut u64,
+    out: &mut Vec<Vec<(usize, usize)>>,
+) -> Option<()> {
+    let prices = problem.prices?;
+    *nodes += 1;
+    if *nodes > MOST_NODES || chosen.len() > MOST_DEPTH || out.len() as u64 >= MOST_DESIGNS {
+        return None;
+    }
+    let taken = |chosen: &[usize], k: usize| chosen.iter().filter(|own| **own == k).count();
+    let fits = |chosen: &[usize], k: usize| {
+        prices.affords(till.spent + till.difference(prices, None, Some(k))) && taken(chosen, k) < problem.most_repeats
+    };
+    let count = problem.blocks.count();
+    if chosen.len() >= problem.choose || !(0..count).any(|k| fits(chosen, k)) {
+        let runs = chosen.chunk_by(|a, b| a == b).filter_map(|same| Some((*same.first()?, same.len())));
+        out.push(runs.collect());
+        return Some(());
+    }
+    // the first choice begins at the first candidate
+    let first = chosen.last().copied().unwrap_or(0);
+    for k in first..count {
+        if fits(chosen, k) {
+            let mut next = till.clone();
+            next.change(prices, None, Some(k));
+            chosen.push(k);
+            grow(problem, &next, chosen, nodes, out)?;
+            chosen.pop();
+        }
+    }
+    Some(())
+}
+
+/// Exchanges between fresh factorisations.
+const REFACTOR: usize = 50;
+
+/// How a start begins: its number says whether a third is at random and the rest by what tells most, or all is at random, or the approximate
+/// design's weights are rounded.
+const KINDS: usize = 3;
+/// With so many portions for each unknown, every start rounds the weights: exchanges one at a time would take long to get there.
+const MANY: usize = 40;
+/// Optima from which a start goes on, after some portions have been replaced at random.
+const KICKS: usize = 3;
+
+/// One start: a first design, exchanges until none is worth it, and the same again from neighbours of what was found. `None` where no such design
+/// is regular.
+fn start(problem: &Problem<'_>, rng: &mut Pcg64Mcg, number: usize, guide: Option<&Bound>) -> Option<Design> {
+    let many = problem.choose > MANY * problem.blocks.unknowns();
+    let mut state = match guide {
+        Some(guide) if many || number % KINDS == 2 => State::rounded(problem, &guide.weights, rng),
+        _ => State::begin(problem, if number % KINDS == 1 { 1.0 } else { 1.0 / 3.0 }, rng),
+    }
+    .or_else(|| State::begin(problem, 1.0 / 3.0, rng))?;
+    let mut effort = 0.0;
+    improve_state(&mut state);
+    effort += state.effort;
+    let mut best = finished(problem, state.chosen)?;
+    for _ in 0..KICKS {
+        let mut chosen = best.chosen.clone();
+        let mut draw = |below: usize| number::below(rng.next_u64(), below);
+        for _ in 0..1 + draw(3.min(chosen.len())) {
+            let (at, j) = (draw(chosen.len()), draw(problem.blocks.count()));
+            let may_repeat = chosen.iter().filter(|own| **own == j).count() < problem.most_repeats;
+            // nothing is exchanged where nothing is chosen
+            if let Some(slot) = chosen.get_mut(at).filter(|_| may_repeat) {
+                *slot = j;
+            }
+        }
+        let Some(mut state) = State::of(problem, chosen) else { continue };
+        improve_state(&mut state);
+        effort += state.effort;
+        if let Some(other) = finished(problem, state.chosen)
+            && other.value < best.value
+        {
+            best = other;
+        }
+    }
+    Some(Design { effort, ..best })
+}
+
+/// Exchanges from a design as it stands.
+fn descend(problem: &Problem<'_>, chosen: Vec<usize>) -> Option<Design> {
+    let mut state = State::of(problem, chosen)?;
+    improve_state(&mut state);
+    finished(problem, state.chosen)
+}
+
+/// A design with its value from a fresh factorisation.
+fn finished(problem: &Problem<'_>, mut chosen: Vec<usize>) -> Option<Design> {
+    chosen.sort_unstable();
+    let m = information(problem.blocks, problem.base, &chosen);
+    let value = value(problem.objective, &m, problem.blocks.unknowns())?;
+    Some(Design { chosen, value, effort: 0.0 })
+}
+
+/// Exchanges until none is worth it.
+pub(super) fn improve_state(state: &mut State<'_>) {
+    match state.problem.objective {
+        Objective::Largest(predicted) => {
+            let few = predicted.count() * predicted.rows() <= FEW;
+            improve_worst(
+                state,
+                predicted,
+                &if few { Objective::Trace(predicted.sum()) } else { Objective::Determinant },
+            );
+        }
+        Objective::Eigenvalue(combinations) => {
+            improve_worst(state, combinations, &Objective::Trace(combinations.sum()));
+        }
+        Objective::Volume(volume) => improve_worst(state, volume, &Objective::Determinant),
+        objective => sweeps(state, objective),
+    }
+}
+
+/// From where the start is, and from the best of a smooth objective: the first alone is slow to get near, the second is the same from any start.
+fn improve_worst(state: &mut State<'_>, worst: &impl Worst, smooth: &Objective) {
+    let other = State::of(state.problem, state.chosen.clone());
+    sweeps(state, smooth);
+    lower(state, worst);
+    if let Some(mut other) = other {
+        lower(&mut other, worst);
+        let effort = state.effort + other.effort;
+        if worst.of(&other.inverse) < worst.of(&state.inverse) {
+            *state = other;
+        }
+        state.effort = effort;
+    }
+}
+
+/// With so few predicted rows, the sum of their variances is near their largest.
+pub(super) const FEW: usize = 64;
+
+/// Sweep over the chosen blocks until none has a better replacement.
+fn sweeps(state: &mut State<'_>, objective: &Objective) {
+    let n = state.problem.blocks.unknowns();
+    let mut since_refactor = 0;
+    for _ in 0..SWEEPS {
+        let mut improved = false;
+        // blocks that have no better replacement as things stand
+        let mut settled = vec![false; state.problem.blocks.count()];
+        for at in 0..state.chosen.len() {
+            crate::stop::poll();
+            if settled[state.chosen[at]] {
+                continue;
+            }
+            let (best, better) = match objective {
+                Objective::Trace(w) => {
+                    let (j, decrease) = state.best_for_trace(at, w);
+                    (j, decrease > WORTH * dot(w, &state.inverse))
+                }
+                _ => {
+                    let (j, ratio) = state.best_for_determinant(at);
+                    (j, ratio > 1.0 + WORTH * n as f64)
+                }
+            };
+            if better && best != state.chosen[at] {
+                match objective {
+                    Objective::Determinant if state.problem.blocks.rows() == 1 => state.exchange_single(at, best),
+                    _ => state.exchange(at, best),
+                }
+                improved = true;
+                settled.fill(false);
+                since_refactor += 1;
+                if since_refactor >= REFACTOR {
+                    since_refactor = 0;
+                    if state.refactor().is_none() {
+                        return;
+                    }
+                }
+            } else {
+                settled[state.chosen[at]] = true;
+            }
+        }
+        if !improved {
+            return;
+        }
+    }
+}
+
+/// The objective's value for an information matrix of `n` unknowns; `None` where it is singular.
+pub(super) fn value(objective: &Objective, m: &[f64], n: usize) -> Option<f64> {
+    crate::stop::poll();
+    let (inverse, log_det) = invert(m, n)?;
+    Some(match objective {
+        Objective::Determinant => -log_det,
+        Objective::Trace(w) => dot(w, &inverse),
+        Objective::Largest(predicted) => predicted.of(&inverse),
+        Objective::Eigenvalue(combinations) => combinations.of(&inverse),
+        Objective::Volume(volume) => volume.of(&inverse),
+    })
+}
+
+/// A choice among plain rows.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Choice {
+    /// Candidates, sorted, with repeats.
+    pub chosen: Vec<usize>,
+    /// The objective, by a fresh factorisation: `-log det M`, `tr(W M^-1)`, the largest `x' M^-1 x`, or the largest eigenvalue.
+    pub value: f64,
+    /// Starts that ended there.
+    pub hits: usize,
+    /// How many designs there are, where all were tried: none is better.
+    pub enumerated: Option<u64>,
+    /// What no choice can fall short of: the approximate design's bound.
+    pub bound: Option<f64>,
+    /// What weights instead of repeats reach; the bound is loose by no more than the difference.
+    pub weights_reach: Option<f64>,
+}
+
+/// The best choice of `count` among plain blocks of rows, each at most `most_repeats` times. The bound costs more than one start, so it is found
+/// only on request. `None` where no such choice determines the unknowns, or an objective has another number of unknowns.
+///
+/// ```
+/// use tumble::plan::{Blocks, Objective, choose};
+/// // a straight line on [-1, 1]: two readings at each end, det M = 4 * 4
+/// let line = Blocks::from_fn(21, 1, 2, |j, _, c| if c == 0 { 1.0 } else { j as f64 / 10.0 - 1.0 });
+/// let best = choose(&line, 4, usize::MAX, &Objective::Determinant, 1, 7, true).unwrap();
+/// assert_eq!(best.chosen, [0, 0, 20, 20]);
+/// assert!((best.value + 16f64.ln()).abs() < 1e-12 && (best.bound.unwrap() - best.value) > -1e-4);
+/// ```
+pub fn choose(
+    blocks: &Blocks,
+    count: usize,
+    most_repeats: usize,
+    objective: &Objective,
+    starts: usize,
+    seed: u64,
+    with_bound: bool,
+) -> Option<Choice> {
+    let n = blocks.unknowns();
+    let fits = match objective {
+        Objective::Determinant => true,
+        Objective::Trace(w) => w.len() == n * n,
+        Objective::Largest(rows) => rows.unknowns() == n,
+        Objective::Eigenvalue(combinations) => combinations.fits(n),
+        Objective::Volume(volume) => volume.0.fits(n),
+    };
+    // without a row or an unknown nothing can be determined
+    if !fits || n == 0 || blocks.rows() == 0 || blocks.count() == 0 {
+        return None;
+    }
+    let base = vec![0.0; n * n];
+    let problem =
+        Problem { blocks, base: &base, objective, choose: count, most_repeats, neighbours: &[], prices: None };
+    let bound = if with_bound { bound(blocks, &base, objective, count as f64) } else { None };
+    let progress = Progress::default();
+    let limits = Limits { starts, seed, effort: EFFORT, enough: None, given: &[], progress: &progress };
+    let Found { design, hits, enumerated, .. } = search(&problem, &limits, bound.as_ref())?;
+    Some(Choice {
+        chosen: design.chosen,
+        value: design.value,
+        hits,
+        enumerated,
+        bound: bound.as_ref().map(|b| b.value),
+        weights_reach: bound.map(|b| b.reached),
+    })
 }

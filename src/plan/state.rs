@@ -1,11 +1,20 @@
 //! The state of one start: what is chosen, `M^-1`, and the sums over all candidates that follow it by rank-one updates.
+//!
+//! The best replacement of one chosen block: every candidate weighed at once, in pieces that stay in the first-level cache.
+//!
+//! Taking block `i` out first makes both criteria sums over what a candidate adds: with `G = L^-1 Xi M^-1`, `L L' = I - Xi M^-1 Xi'`,
+//!
+//! ```text
+//! Mi^-1 = M^-1 + G'G,   T = I + Xj Mi^-1 Xj' = I + Xj M^-1 Xj' + C'C,   C = G Xj'
+//! det ratio = det(L)^2 det T,    decrease of the trace = tr(T^-1 Xj Mi^-1 W Mi^-1 Xj') - tr(G W G')
+//! ```
 #![allow(
     clippy::indexing_slicing,
-    reason = "`State::empty` sizes the sums by the block's rows and all candidates; `chosen` holds numbers of candidates below `blocks.count()`"
+    reason = "`State::empty` sizes the sums by the block's rows and all candidates; `chosen` holds numbers of candidates below `blocks.count()`; `State::empty` sizes spread, cross and effect by the block's rows and all candidates; pieces are cut to the length of what they fill"
 )]
 
-use super::blocks::{add_outer, inverse_and_root, largest, times};
-use super::prices::Till;
+use super::blocks::{Blocks, add_outer, determinant_and_trace, inverse_and_root, largest, times};
+use super::budget::Till;
 use super::problem::{Problem, information};
 use crate::linear::dot;
 use crate::number;
@@ -283,4 +292,276 @@ impl<'a> State<'a> {
                 _ => true,
             }
     }
+}
+
+/// Candidates that are weighed together.
+const PIECE: usize = 64;
+/// A pivot of `I - Xi M^-1 Xi'` below this is one without which the design would be singular: it is taken as this.
+const PIVOT: f64 = 1e-12;
+/// Below this pivot the decrease of a trace is the difference of two large numbers, and the bordered form is used instead.
+const STABLE: f64 = 1e-5;
+
+/// What is left when a chosen block is taken out.
+struct Without {
+    /// Rows of `G`.
+    g: Vec<Vec<f64>>,
+    /// `det(L)^2`.
+    determinant: f64,
+    smallest_pivot: f64,
+}
+
+impl State<'_> {
+    /// The candidate whose exchange for the block at `at` multiplies the determinant most, and that factor.
+    pub fn best_for_determinant(&mut self, at: usize) -> (usize, f64) {
+        let (blocks, i) = (self.problem.blocks, self.chosen[at]);
+        self.effort += (blocks.count() * blocks.rows() * blocks.rows() * blocks.unknowns()) as f64;
+        if blocks.rows() == 1 {
+            let w = times(&self.inverse, &blocks.row(i, 0));
+            blocks.along(0, &w, &mut self.cross[0]);
+            let (spread, cross) = (&self.spread[0], &self.cross[0]);
+            let remaining = 1.0 - spread[i];
+            let terms = self.work.iter_mut().zip(spread).zip(cross);
+            terms.for_each(|((ratio, d), b)| *ratio = (1.0 + d) * remaining + b * b);
+            return self.best(at);
+        }
+        let without = self.without(i);
+        self.cross = products(blocks, &without.g, std::mem::take(&mut self.cross));
+        let mut ratios = std::mem::take(&mut self.work);
+        let k = blocks.rows();
+        let mut t = vec![0.0; k * (k + 1) / 2 * PIECE];
+        let mut ratio = vec![0.0; PIECE];
+        for (piece, out) in ratios.chunks_mut(PIECE).enumerate() {
+            self.fill_t(piece * PIECE, out.len(), &mut t);
+            ratio.fill(without.determinant);
+            eliminate(k, out.len(), &mut t, |_, pivot, _| {
+                ratio.iter_mut().zip(pivot).for_each(|(ratio, d)| *ratio *= d);
+            });
+            out.iter_mut().zip(&ratio).for_each(|(out, ratio)| *out = *ratio);
+        }
+        self.work = ratios;
+        self.best(at)
+    }
+
+    /// The candidate whose exchange for the block at `at` lowers `tr(W M^-1)` most, and by how much.
+    pub fn best_for_trace(&mut self, at: usize, w: &[f64]) -> (usize, f64) {
+        self.refresh_effect(w);
+        self.effort +=
+            (2 * self.problem.blocks.count() * self.problem.blocks.rows().pow(2) * self.problem.blocks.unknowns())
+                as f64;
+        let (blocks, i, k) = (self.problem.blocks, self.chosen[at], self.problem.blocks.rows());
+        let rows: Vec<Vec<f64>> = (0..k).map(|s| blocks.row(i, s)).collect();
+        let along = |b: &[f64]| rows.iter().map(|x| times(b, x)).collect::<Vec<Vec<f64>>>();
+        if k == 1 {
+            self.cross = products(blocks, &along(&self.inverse), std::mem::take(&mut self.cross));
+            self.cross_effect = products(blocks, &along(&self.sandwich), std::mem::take(&mut self.cross_effect));
+            let (spread, effect, b, g) = (&self.spread[0], &self.effect[0], &self.cross[0], &self.cross_effect[0]);
+            let (di, fi) = (spread[i], effect[i]);
+            for (j, gain) in self.work.iter_mut().enumerate() {
+                let ratio = (1.0 + spread[j]) * (1.0 - di) + b[j] * b[j];
+                let change = (1.0 - di) * effect[j] + 2.0 * b[j] * g[j] - (1.0 + spread[j]) * fi;
+                *gain = if ratio > 1e-9 { change / ratio } else { 0.0 };
+            }
+            return self.best(at);
+        }
+        let without = self.without(i);
+        let mut gains = std::mem::take(&mut self.work);
+        if without.smallest_pivot < STABLE {
+            self.cross = products(blocks, &along(&self.inverse), std::mem::take(&mut self.cross));
+            self.cross_effect = products(blocks, &along(&self.sandwich), std::mem::take(&mut self.cross_effect));
+            let (mut bordered, mut effect) = (vec![0.0; 4 * k * k], vec![0.0; 4 * k * k]);
+            for (j, gain) in gains.iter_mut().enumerate() {
+                self.border(i, j, &self.spread, &self.cross, true, &mut bordered);
+                self.border(i, j, &self.effect, &self.cross_effect, false, &mut effect);
+                let (determinant, trace) = determinant_and_trace(&mut bordered, &mut effect, 2 * k);
+                *gain = if determinant.abs() > 1e-9 { trace } else { 0.0 };
+            }
+        } else {
+            let wg: Vec<Vec<f64>> = without.g.iter().map(|g| times(w, g)).collect();
+            let between = |m: usize, l: usize| dot(&without.g[m], &wg[l]);
+            let lost: f64 = (0..k).map(|m| between(m, m)).sum();
+            // Xj Mi^-1 W Mi^-1 Xj' = Xj M^-1 W M^-1 Xj' + H C + C'H',  row m of H from M^-1 W g_m + (1/2) sum_l (g_m' W g_l) g_l
+            let h: Vec<Vec<f64>> = (0..k)
+                .map(|m| {
+                    let mut h = times(&self.inverse, &wg[m]);
+                    for (l, g) in without.g.iter().enumerate() {
+                        let half = 0.5 * between(m, l);
+                        h.iter_mut().zip(g).for_each(|(h, g)| *h += half * g);
+                    }
+                    h
+                })
+                .collect();
+            self.cross = products(blocks, &without.g, std::mem::take(&mut self.cross));
+            self.cross_effect = products(blocks, &h, std::mem::take(&mut self.cross_effect));
+            let mut t = vec![0.0; k * (k + 1) / 2 * PIECE];
+            let (mut e, mut own) = (t.clone(), vec![0.0; PIECE]);
+            for (piece, out) in gains.chunks_mut(PIECE).enumerate() {
+                self.fill_t(piece * PIECE, out.len(), &mut t);
+                self.fill_e(piece * PIECE, out.len(), &mut e);
+                out.fill(-lost);
+                eliminate(k, out.len(), &mut t, |c, pivot, factors| {
+                    congruent(k, c, factors, &mut e, &mut own);
+                    let (at, len) = (packed(c, c) * PIECE, out.len());
+                    out.iter_mut().zip(&e[at..at + len]).zip(pivot).for_each(|((out, e), d)| *out += e / d);
+                });
+            }
+        }
+        self.work = gains;
+        self.best(at)
+    }
+
+    /// The candidate with the largest number in `work`, among all or the neighbours; the block itself where none is positive.
+    fn best(&self, at: usize) -> (usize, f64) {
+        let free = self.problem.most_repeats >= self.chosen.len() && self.problem.prices.is_none();
+        match self.problem.neighbours.get(self.chosen[at]) {
+            None if free => largest(&self.work),
+            None => self.best_among(at, 0..self.work.len()),
+            Some(list) => self.best_among(at, list.iter().copied()),
+        }
+    }
+
+    fn best_among(&self, at: usize, list: impl Iterator<Item = usize>) -> (usize, f64) {
+        let better = |best: (usize, f64), j: usize| match self.work.get(j) {
+            Some(value) if *value > best.1 && self.allowed(at, j) => (j, *value),
+            _ => best,
+        };
+        list.fold((self.chosen[at], 0.0), better)
+    }
+
+    /// `G` and `det(L)^2` of chosen block `i`.
+    fn without(&self, i: usize) -> Without {
+        let (blocks, k) = (self.problem.blocks, self.problem.blocks.rows());
+        let mut g: Vec<Vec<f64>> = (0..k).map(|s| times(&self.inverse, &blocks.row(i, s))).collect();
+        let mut l = vec![0.0; k * k];
+        let (mut determinant, mut smallest_pivot) = (1.0, f64::INFINITY);
+        for r in 0..k {
+            for c in 0..=r {
+                let own = f64::from(u8::from(r == c)) - self.spread[packed(c, r)][i];
+                let left = own - (0..c).map(|m| l[r * k + m] * l[c * k + m]).sum::<f64>();
+                l[r * k + c] = if r == c { left.max(PIVOT).sqrt() } else { left / l[c * k + c] };
+            }
+            let pivot = l[r * k + r] * l[r * k + r];
+            determinant *= pivot;
+            smallest_pivot = pivot.min(smallest_pivot);
+            let (done, rest) = g.split_at_mut(r);
+            if let Some(row) = rest.first_mut() {
+                for (m, before) in done.iter().enumerate() {
+                    row.iter_mut().zip(before).for_each(|(a, b)| *a -= l[r * k + m] * b);
+                }
+                row.iter_mut().for_each(|a| *a /= l[r * k + r]);
+            }
+        }
+        Without { g, determinant, smallest_pivot }
+    }
+
+    /// `T` of a piece of candidates, packed by columns.
+    fn fill_t(&self, start: usize, len: usize, t: &mut [f64]) {
+        let k = self.problem.blocks.rows();
+        for s in 0..k {
+            for r in 0..=s {
+                let slot = &mut t[packed(r, s) * PIECE..][..len];
+                slot.copy_from_slice(&self.spread[packed(r, s)][start..start + len]);
+                if r == s {
+                    slot.iter_mut().for_each(|t| *t += 1.0);
+                }
+                for m in 0..k {
+                    let (a, b) =
+                        (&self.cross[m * k + r][start..start + len], &self.cross[m * k + s][start..start + len]);
+                    slot.iter_mut().zip(a).zip(b).for_each(|((t, a), b)| *t += a * b);
+                }
+            }
+        }
+    }
+
+    /// `Xj Mi^-1 W Mi^-1 Xj'` of a piece of candidates.
+    fn fill_e(&self, start: usize, len: usize, e: &mut [f64]) {
+        let k = self.problem.blocks.rows();
+        let (c, h) = (&self.cross, &self.cross_effect);
+        for s in 0..k {
+            for r in 0..=s {
+                let slot = &mut e[packed(r, s) * PIECE..][..len];
+                slot.copy_from_slice(&self.effect[packed(r, s)][start..start + len]);
+                for m in 0..k {
+                    let (hr, hs) = (&h[m * k + r][start..start + len], &h[m * k + s][start..start + len]);
+                    let (cr, cs) = (&c[m * k + r][start..start + len], &c[m * k + s][start..start + len]);
+                    let terms = slot.iter_mut().zip(hr).zip(hs).zip(cr).zip(cs);
+                    terms.for_each(|((((e, hr), hs), cr), cs)| *e += hr * cs + cr * hs);
+                }
+            }
+        }
+    }
+
+    /// `[Xj; Xi] B [Xj; Xi]'`, with `S` added or not.
+    fn border(&self, i: usize, j: usize, own: &[Vec<f64>], cross: &[Vec<f64>], with_signs: bool, t: &mut [f64]) {
+        let k = self.problem.blocks.rows();
+        let size = 2 * k;
+        for s in 0..k {
+            for r in 0..k {
+                let (low, high) = (r.min(s), r.max(s));
+                t[r * size + s] = own[packed(low, high)][j];
+                t[(k + r) * size + k + s] = own[packed(low, high)][i];
+                t[r * size + k + s] = cross[s * k + r][j];
+                t[(k + s) * size + r] = cross[s * k + r][j];
+            }
+        }
+        if with_signs {
+            for r in 0..k {
+                t[r * size + r] += 1.0;
+                t[(k + r) * size + k + r] -= 1.0;
+            }
+        }
+    }
+}
+
+/// `L D L'` of a piece of packed symmetric matrices, in place; `each` sees every pivot and the factors below it (row by row, `PIECE` apart).
+fn eliminate(k: usize, len: usize, t: &mut [f64], mut each: impl FnMut(usize, &[f64], &[f64])) {
+    let mut pivot = [0.0; PIECE];
+    let mut column = vec![0.0; k * PIECE];
+    let mut factors = vec![0.0; k * PIECE];
+    for c in 0..k {
+        pivot[..len].copy_from_slice(&t[packed(c, c) * PIECE..][..len]);
+        for r in c + 1..k {
+            let below = &t[packed(c, r) * PIECE..][..len];
+            column[r * PIECE..][..len].copy_from_slice(below);
+            let slots = factors[r * PIECE..][..len].iter_mut().zip(below).zip(&pivot);
+            slots.for_each(|((f, b), d)| *f = b / d);
+        }
+        each(c, &pivot[..len], &factors);
+        for s in c + 1..k {
+            for r in c + 1..=s {
+                let slot = t[packed(r, s) * PIECE..][..len].iter_mut();
+                let (f, b) = (&factors[s * PIECE..][..len], &column[r * PIECE..][..len]);
+                slot.zip(f).zip(b).for_each(|((t, f), b)| *t -= f * b);
+            }
+        }
+    }
+}
+
+/// The same elimination on both sides of another packed symmetric matrix: `E <- L^-1 E L^-T`, one column of `L`.
+fn congruent(k: usize, c: usize, factors: &[f64], e: &mut [f64], own: &mut [f64]) {
+    own.copy_from_slice(&e[packed(c, c) * PIECE..][..PIECE]);
+    let mut column = vec![0.0; k * PIECE];
+    for r in c + 1..k {
+        column[r * PIECE..(r + 1) * PIECE].copy_from_slice(&e[packed(c, r) * PIECE..][..PIECE]);
+    }
+    for s in c + 1..k {
+        for r in c + 1..=s {
+            let slot = e[packed(r, s) * PIECE..][..PIECE].iter_mut();
+            let (fr, fs) = (&factors[r * PIECE..][..PIECE], &factors[s * PIECE..][..PIECE]);
+            let (er, es) = (&column[r * PIECE..][..PIECE], &column[s * PIECE..][..PIECE]);
+            for (((((e, fr), fs), er), es), own) in slot.zip(fr).zip(fs).zip(er).zip(es).zip(own.iter()) {
+                *e -= fr * es + fs * er - fr * fs * own;
+            }
+        }
+    }
+}
+
+/// `v_s . x_jr` for every candidate j at `s * rows + r`, in room that is reused.
+fn products(blocks: &Blocks, v: &[Vec<f64>], mut room: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
+    room.resize(v.len() * blocks.rows(), vec![0.0; blocks.count()]);
+    for (s, v) in v.iter().enumerate() {
+        for r in 0..blocks.rows() {
+            blocks.along(r, v, &mut room[s * blocks.rows() + r]);
+        }
+    }
+    room
 }

@@ -205,17 +205,21 @@ pub struct LotReport {
 /// Names and units of what a row has: estimated parameters, then derived quantities.
 pub fn batch_quantities(campaign: &Campaign) -> Vec<(String, String)> {
     let parameters = campaign.estimated().iter().map(|p| (p.id.clone(), p.unit.clone()));
-    parameters.chain(campaign.derived.iter().map(|d| (d.id.clone(), d.unit.clone()))).collect()
+    let derived = campaign.derived.iter().map(|d| (d.id.clone(), d.unit.clone()));
+    let errors = campaign.limited_errors().into_iter().map(|id| (id, "ppm".to_string()));
+    parameters.chain(derived).chain(errors).collect()
 }
 
 /// The summary of many devices.
 pub fn batch_report(campaign: &Campaign, settings: &fit::Settings, by: &str, summary: &Summary) -> BatchReport {
     let names = batch_quantities(campaign);
     let n = campaign.unknowns();
+    let errors = campaign.scale_factor_errors();
     let limits = |k: usize| {
         let own = campaign.limits.iter().find(|limit| match limit.of {
             Limited::Parameter(own) => own == k,
             Limited::Derived(own) => n + own == k,
+            Limited::ScaleFactor(own) => names.get(k).is_some_and(|(id, _)| errors.get(own) == Some(id)),
         })?;
         Some([own.lower, own.upper].map(|bound| bound.is_finite().then_some(bound)))
     };

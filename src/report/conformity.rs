@@ -2,8 +2,8 @@
 
 use super::ARCSEC;
 use super::table::{plain, rounded, significant};
-use crate::campaign::{Decision, Limited};
-use crate::fit::{Conformity, Fit, judge};
+use crate::campaign::Decision;
+use crate::fit::{Conformity, Fit};
 use crate::language::{Language, Sentence, say, sentence};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -51,32 +51,24 @@ pub fn conformity(fit: &Fit) -> Option<ConformityReport> {
     if campaign.limits.is_empty() {
         return None;
     }
-    let mut quantities = Vec::new();
-    for limit in &campaign.limits {
-        let (id, unit, is_angle, value, uncertainty) = match limit.of {
-            Limited::Parameter(k) => {
-                let Some(p) = fit.parameters.get(k) else { continue };
-                (&p.id, &p.unit, p.kind == crate::campaign::Kind::Tilt, p.value, p.uncertainty)
+    let quantities: Vec<LimitedReport> = fit
+        .judged()
+        .into_iter()
+        .map(|own| {
+            let scale = if own.is_angle { ARCSEC } else { 1.0 };
+            let bound = |v: f64| Some(v * scale).filter(|bound| bound.is_finite());
+            LimitedReport {
+                lower: bound(own.limit.lower),
+                upper: bound(own.limit.upper),
+                value: own.value.map(|v| v * scale),
+                expanded: own.uncertainty.map(|c| c.expanded * scale),
+                probability: own.probability,
+                outcome: own.outcome,
+                unit: if own.is_angle { "arcsec".into() } else { own.unit },
+                id: own.id,
             }
-            Limited::Derived(k) => {
-                let (Some(d), Some(own)) = (fit.derived.get(k), campaign.derived.get(k)) else { continue };
-                (&d.id, &own.unit, d.is_angle, d.value, d.uncertainty)
-            }
-        };
-        let scale = if is_angle { ARCSEC } else { 1.0 };
-        let (outcome, probability) = judge(campaign.decision, limit, value, uncertainty.as_ref(), fit.settings.level);
-        let bound = |v: f64| v.is_finite().then_some(v * scale);
-        quantities.push(LimitedReport {
-            id: id.clone(),
-            unit: if is_angle { "arcsec".into() } else { unit.clone() },
-            lower: bound(limit.lower),
-            upper: bound(limit.upper),
-            value: value.map(|v| v * scale),
-            expanded: uncertainty.map(|c| c.expanded * scale),
-            probability,
-            outcome,
-        });
-    }
+        })
+        .collect();
     let percent = significant(100.0 * fit.settings.level, 3).trim_end_matches('0').trim_end_matches('.').to_string();
     let rule = match campaign.decision {
         Decision::Simple => sentence!("simple-acceptance-the-estimate-inside-the-limits"),

@@ -1,6 +1,6 @@
 //! What a fit report says of the Monte Carlo beside the first order.
 
-use crate::fit::Drawn;
+use crate::fit::{Drawn, Fit};
 use crate::language::{Sentence, sentence};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -55,8 +55,8 @@ pub struct JointReport {
     pub k_p: Option<f64>,
 }
 
-/// Monte Carlo results for the report.
-pub fn monte_carlo_report(drawn: &Drawn, level: f64) -> MonteCarloReport {
+/// Monte Carlo results of a fit for the report.
+pub fn monte_carlo_report(drawn: &Drawn, fit: &Fit) -> MonteCarloReport {
     let pair = |(a, b): (f64, f64)| [a, b];
     let mut verdict = Vec::new();
     let outputs = drawn
@@ -70,7 +70,7 @@ pub fn monte_carlo_report(drawn: &Drawn, level: f64) -> MonteCarloReport {
                 verdict.push(sentence!(
                     "the-first-order-does-not-describe-its",
                     id,
-                    level = super::table::percent(level),
+                    level = super::table::percent(fit.settings.level),
                     sd = super::table::significant(off / own.sd, 2)
                 ));
             }
@@ -85,6 +85,10 @@ pub fn monte_carlo_report(drawn: &Drawn, level: f64) -> MonteCarloReport {
             }
         })
         .collect();
+    let errors: Vec<String> = fit.scale_factor_errors().into_iter().map(|own| own.id).collect();
+    if !errors.is_empty() {
+        verdict.push(sentence!("scale-factor-errors-are-not-drawn", errors = errors.join(", ")));
+    }
     MonteCarloReport {
         trials: drawn.trials.trials,
         asked: drawn.trials.asked,

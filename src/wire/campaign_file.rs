@@ -423,9 +423,9 @@ impl CampaignFile {
         if let Some(path) = self.known.from {
             return Err(Malformed::new(
                 Fault::Value,
-                "\"from\" in \"known\" is for a campaign of one device whose readings are no rows of a record",
+                "\"from\" in \"known\" is for readings of one device: not for many devices, nor for rows of a record",
             )
-            .expected("the values with \"u\", and \"correlations\"")
+            .expected("the values themselves in \"known\", each with its \"u\", and \"correlations\" between them")
             .found(format!("'{path}'"))
             .at_path("known.from"));
         }

@@ -55,6 +55,7 @@ pub(super) fn limits_file(campaign: &Campaign) -> Named<LimitFile> {
         let (id, unit) = match limit.of {
             Limited::Parameter(k) => campaign.parameters.get(k).map(|p| (p.id.clone(), p.unit.clone()))?,
             Limited::Derived(k) => campaign.derived.get(k).map(|d| (d.id.clone(), d.unit.clone()))?,
+            Limited::ScaleFactor(k) => campaign.scale_factor_errors().get(k).map(|id| (id.clone(), "ppm".into()))?,
         };
         let bound = |value: f64| value.is_finite().then_some(value);
         let unit = (!unit.is_empty()).then_some(unit);
@@ -65,7 +66,7 @@ pub(super) fn limits_file(campaign: &Campaign) -> Named<LimitFile> {
 
 /// Limits of a campaign.
 ///
-/// Errors: a quantity that is neither estimated nor derived, bounds that bound nothing or are the wrong way round, a unit of another
+/// Errors: a quantity that is no result, bounds that bound nothing or are the wrong way round, a unit of another
 /// dimension, limits of an angle that can only be meant in another unit than radians.
 pub(super) fn limits(campaign: &Campaign, file: Named<LimitFile>) -> Result<Vec<Limit>> {
     file.0.into_iter().map(|(id, own)| one(campaign, &id, own).map_err(|e| e.under(&format!("limits.{id}")))).collect()
@@ -74,18 +75,22 @@ pub(super) fn limits(campaign: &Campaign, file: Named<LimitFile>) -> Result<Vec<
 fn one(campaign: &Campaign, id: &str, own: LimitFile) -> Result<Limit> {
     let parameter = campaign.estimated().iter().position(|p| p.id == id);
     let derived = campaign.derived.iter().position(|d| d.id == id);
-    let (of, own_unit, is_angle) = match (parameter, derived) {
-        (Some(k), _) => {
+    let errors = campaign.scale_factor_errors();
+    let error = errors.iter().position(|own| own == id);
+    let (of, own_unit, is_angle) = match (parameter, derived, error) {
+        (Some(k), ..) => {
             let tilt = campaign.estimated().get(k).is_some_and(|p| p.kind == Kind::Tilt);
             (Limited::Parameter(k), campaign.estimated().get(k).map_or("", |p| p.unit.as_str()), tilt)
         }
-        (None, Some(k)) => {
+        (None, Some(k), _) => {
             let unit = campaign.derived.get(k).map_or("", |d| d.unit.as_str());
             (Limited::Derived(k), unit, unit == "rad")
         }
-        (None, None) => {
+        (None, None, Some(k)) => (Limited::ScaleFactor(k), "ppm", false),
+        (None, None, None) => {
             let names = campaign.estimated().iter().map(|p| p.id.as_str());
-            let names: Vec<&str> = names.chain(campaign.derived.iter().map(|d| d.id.as_str())).collect();
+            let names = names.chain(campaign.derived.iter().map(|d| d.id.as_str()));
+            let names: Vec<&str> = names.chain(errors.iter().map(String::as_str)).collect();
             return Err(Malformed::new(Fault::UnknownName, format!("limits are given for '{id}', which is no result"))
                 .expected(format!("an estimated parameter or derived quantity: {}", names.join(", ")))
                 .found(format!("'{id}'")));

@@ -170,3 +170,41 @@ fn coverage() {
         }
     }
 }
+
+/// Limits of a scale factor's errors are judged like any other; where the readings do not give one, that is said and stays undecided.
+#[test]
+fn limits_of_errors_are_judged() {
+    let text = |limits: serde_json::Value, rates: &[f64]| {
+        let one = |(k, rate): (usize, &f64)| json!({ "gamma_deg_s": rate, "V": 0.02 * rate + 1e-6 * rate.abs() + 1e-9 * (k % 3) as f64, "V_u": 1e-7 });
+        let readings: Vec<serde_json::Value> = rates.iter().enumerate().map(one).collect();
+        json!({ "bench": "gyro-rate-steps", "readings": readings, "limits": limits, "decision": "guard-u",
+            "estimate": { "V0": {}, "K": { "start": 0.02, "unit": "V/(deg/s)" }, "A": {}, "K2": {} } })
+        .to_string()
+    };
+    let rates = [-100.0, -50.0, 50.0, 100.0, -100.0, -50.0, 50.0, 100.0];
+    // both senses: 2 (0.020001 - 0.019999) / 0.04 = 100 ppm; u of a slope is 1e-7 / (50 V) and so on, far below the margins
+    let outcome = |between: serde_json::Value| {
+        let limits = json!({ "V_asymmetry_gamma_deg_s": { "between": between, "unit": "%" } });
+        let report = tumble::report::conformity(&fitted(&parse(&text(limits, &rates)))).expect("limits");
+        assert_within(report.quantities[0].value.expect("a value"), 100.0, 1.0, "ppm");
+        assert_eq!(report.quantities[0].unit, "ppm");
+        (report.outcome.name(), report.quantities[0].upper)
+    };
+    assert_eq!(outcome(json!([null, 0.02])), ("pass", Some(200.0)));
+    assert_eq!(outcome(json!([null, 0.005])), ("fail", Some(50.0)));
+    let untold =
+        fitted(&parse(&text(json!({ "V_asymmetry_gamma_deg_s": [null, 50] }), &[50.0, 70.0, 90.0, 100.0, 80.0])));
+    let report = tumble::report::conformity(&untold).expect("limits");
+    assert_eq!((report.outcome.name(), report.quantities[0].value), ("undecided", None));
+    assert!(untold.remarks().iter().any(|own| own.to_string().starts_with("V_asymmetry_gamma_deg_s has limits")));
+    // written and read again
+    let campaign = parse(&text(json!({ "V_hysteresis_gamma_deg_s": [0, 50] }), &rates));
+    let file = tumble::wire::campaign_file(&campaign, tumble::wire::BenchRef::Named("gyro-rate-steps".into()));
+    let again = parse(&serde_json::to_string(&file).expect("JSON"));
+    assert_eq!(again.limits, campaign.limits);
+    let refused = tumble::wire::read_campaign(
+        &tumble::wire::Source { name: "c".into(), text: text(json!({ "V_wobble_gamma_deg_s": [0, 1] }), &rates) },
+        &mut |_| unreachable!(),
+    );
+    assert!(refused.expect_err("a fault").to_string().contains("V_repeatability_gamma_deg_s"));
+}

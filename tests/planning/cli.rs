@@ -234,3 +234,36 @@ fn derived_quantities_have_their_units() {
     // the direction of an angle: known where readings say how large that is, not of an angle of which nothing is known
     assert!(derived(measured, "azimuth")["u"].as_f64().is_some() && derived(PUBLISHED, "azimuth")["u"].is_null());
 }
+
+/// An effect that the positions are chosen to find is estimated with them, and so is not among what stays hidden; without `--find` it is absorbed.
+#[test]
+fn what_is_to_be_found_is_not_said_to_stay_hidden() {
+    let schedule = "../07-hidden-effect/schedule.campaign.json";
+    let hidden = |more: &[&str]| {
+        let arguments = [&["plan", schedule, "--noise", "V=1e-4"], more, &["--json", "-"]].concat();
+        let (_, text, errors) = tumble(&example(), &arguments);
+        let report: serde_json::Value = serde_json::from_str(&text).unwrap_or_else(|error| panic!("{error}: {errors}"));
+        let judged = if more.is_empty() { &report["schedule"] } else { &report["improved"]["judgement"] };
+        let effects = judged["effects"]["effects"].as_array().expect("effects").clone();
+        assert!(effects.len() > 50, "{}", effects.len());
+        let of = |effect: &serde_json::Value| {
+            (
+                effect["regressor"].as_str().expect("a term").to_string(),
+                effect["fate"].as_str().expect("a fate").to_string(),
+            )
+        };
+        let found: Vec<(String, String)> = effects.iter().map(of).collect();
+        let (_, printed, _) = tumble(&example(), &arguments[..arguments.len() - 2]);
+        (found, printed)
+    };
+    let (before, _) = hidden(&[]);
+    assert!(before.iter().any(|(term, _)| term == "a_S"), "{before:?}");
+    let (after, printed) = hidden(&["--find", "a_S=1e-3"]);
+    assert!(after.iter().all(|(term, _)| term != "a_S"), "{after:?}");
+    // what its coefficient absorbs is still said
+    assert!(after.iter().any(|(_, fate)| fate == "absorbed"));
+    let never = printed.split("Never detectable").nth(1).expect("a section");
+    assert!(never.contains("absorbed\n    by c_a_S") || never.contains("(absorbed by c_a_S"), "{never}");
+    let words: Vec<&str> = never.split([' ', ',', '\n']).collect();
+    assert!(!words.contains(&"a_S"), "{never}");
+}

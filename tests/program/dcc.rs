@@ -53,8 +53,9 @@ const SEQUENCES: &[(&str, &str)] = &[
     ("dcc:measurementResults", "dcc:measurementResult+"),
     (
         "dcc:measurementResult",
-        "dcc:name dcc:description? dcc:usedMethods? dcc:measuringEquipments? dcc:influenceConditions? dcc:results",
+        "dcc:name dcc:description? dcc:usedMethods? dcc:usedSoftware dcc:measuringEquipments? dcc:influenceConditions? dcc:results",
     ),
+    ("dcc:usedSoftware", "dcc:software+"),
     ("dcc:usedMethods", "dcc:usedMethod+"),
     ("dcc:usedMethod", "dcc:name dcc:description? dcc:norm*"),
     ("dcc:measuringEquipments", "dcc:measuringEquipment+"),
@@ -126,6 +127,76 @@ fn the_certificate_has_the_structure_of_the_schema() {
             assert!(factor.text.parse::<f64>().unwrap() >= 1.0 && !factor.text.contains(['e', 'E']));
         }
     }
+}
+
+/// Every campaign of the examples and of the built-in data that a certificate can be written of: its structure, and its units among those that
+/// PTB's dsiUnits accepts (tests/scripts/dsi_units.py).
+#[test]
+fn certificates_of_every_example_have_the_structure_and_units_of_the_schema() {
+    let table = fs::read_to_string("tests/data/lab/dsi_units.csv").unwrap();
+    let accepted: std::collections::HashSet<&str> =
+        table.lines().skip(1).filter_map(|line| line.rsplit(',').next()).collect();
+    let mut campaigns: Vec<std::path::PathBuf> = Vec::new();
+    for entry in fs::read_dir("examples").unwrap().chain(fs::read_dir("data").unwrap()) {
+        let folder = entry.unwrap().path();
+        if folder.is_dir() {
+            campaigns.extend(fs::read_dir(folder).unwrap().map(|file| file.unwrap().path()));
+        }
+    }
+    campaigns.retain(|path| path.to_string_lossy().ends_with(".campaign.json"));
+    campaigns.sort();
+    let (mut certificates, mut units, mut refused) = (0, std::collections::BTreeSet::new(), Vec::new());
+    // a campaign with a unit or a date of its own contradicts those of the lab file: one without
+    let folder = tempfile::tempdir().unwrap();
+    let mut labs = vec![LAB.to_string()];
+    for (name, items, dates) in [("items", true, false), ("dates", false, true), ("both", true, true)] {
+        let mut lab: serde_json::Value = serde_json::from_str(&fs::read_to_string(LAB).unwrap()).unwrap();
+        if items {
+            lab.as_object_mut().unwrap().remove("items");
+        }
+        for key in ["begin", "end", "issued"].iter().filter(|_| dates) {
+            lab["certificate"].as_object_mut().unwrap().remove(*key);
+        }
+        if dates {
+            lab["certificate"]["issued"] = "2099-01-01".into();
+        }
+        let path = folder.path().join(format!("{name}.json"));
+        fs::write(&path, lab.to_string()).unwrap();
+        labs.push(path.to_str().unwrap().to_string());
+    }
+    for path in &campaigns {
+        let by = |lab: &String| tumble(&["fit", path.to_str().unwrap(), "--dcc", "-", "--lab", lab]);
+        let mut tried = labs.iter().map(by).peekable();
+        let first = tried.peek().unwrap().clone();
+        let (code, text, errors) = tried.find(|(code, ..)| *code != 1).unwrap_or(first);
+        if code == 1 {
+            // the reason stands in a sentence
+            assert!(errors.contains("error:") && errors.contains("expected"), "{}: {errors}", path.display());
+            refused.push(format!("{}: {}", path.display(), errors.lines().next().unwrap_or_default()));
+            continue;
+        }
+        let root = element(&text);
+        check_structure(&root);
+        certificates += 1;
+        for name in ["si:unit", "si:unitXMLList"] {
+            units.extend(
+                root.all(name)
+                    .iter()
+                    .flat_map(|own| own.text.split_whitespace().map(str::to_string).collect::<Vec<_>>()),
+            );
+        }
+    }
+    // what D-SI has no name for begins with a bar
+    let named = || units.iter().filter(|unit| !unit.starts_with('|'));
+    let unknown: Vec<&String> = named().filter(|unit| !accepted.contains(unit.as_str())).collect();
+    assert!(unknown.is_empty(), "units that tests/scripts/dsi_units.py has not tried: {unknown:?}");
+    println!(
+        "{certificates} certificates, {} units, {} of them with a name in D-SI; refused:\n{}",
+        units.len(),
+        named().count(),
+        refused.join("\n")
+    );
+    assert!(certificates >= 32, "{certificates}: {refused:?}");
 }
 
 #[test]
@@ -421,6 +492,13 @@ fn the_campaigns_identity_fills_the_certificate() {
     ] {
         assert!(has(text), "{text} is not in {said:?}");
     }
+    let traced: Vec<Element> =
+        root.all("dcc:statement").into_iter().filter(|own| own.attribute("refType").is_some()).collect();
+    assert_eq!(traced.len(), 1);
+    assert_eq!(traced[0].attribute("refType"), Some("basic_metrologicallyTraceableToSI"));
+    assert!(traced[0].all("dcc:content")[0].text.contains("to PTB"));
+    let software = root.all("dcc:usedSoftware")[0].all("dcc:software")[0].clone();
+    assert_eq!(software.all("dcc:content")[0].text, "tumble");
     let of_type = |name: &str, wanted: &str| {
         let all = root.all(name);
         let found = all.iter().find(|own| own.attribute("refType") == Some(wanted));

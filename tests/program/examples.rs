@@ -1,13 +1,15 @@
 //! The manual is true: every `tumble` command that a README or a page of the guide shows is run, and prints what is shown.
 //!
 //! A command is a fenced `sh` block with lines `tumble ...`; the `text` block that follows is its output (stdout, then stderr), or an excerpt of it
-//! where a line `...` stands for what is left out. The commands of an example run in a copy of its folder, those of the README and of the guide in a
+//! where a line `...` stands for what is left out. An indented command of an example is run, too; its output is not shown. The commands of an example run in a copy of its folder, those of the README and of the guide in a
 //! folder with a copy of `examples`.
 //! `UPDATE=1 cargo test --release --test program examples` writes the outputs anew; read the difference before you commit it.
 
 use crate::support::*;
 use assert_cmd::Command;
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
+use std::sync::Mutex;
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -34,11 +36,33 @@ fn manual() -> Vec<PathBuf> {
     found
 }
 
+/// Commands that write a report.
+const REPORTING: [&str; 7] = ["fit", "compare", "diagnose", "navigate", "plan", "reduce", "noise"];
+
+/// Kinds of reports that were written.
+static KINDS: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
+
+/// What a command prints. A report that it can write is written, too, and is as its schema says; nothing is not-a-number.
 fn run(folder: &Path, line: &str) -> String {
-    let arguments = line.split_whitespace().skip(1).take_while(|word| *word != "#");
-    let output =
-        Command::cargo_bin("tumble").expect("the program").current_dir(folder).args(arguments).output().expect("a run");
+    let words: Vec<&str> = line.split_whitespace().skip(1).take_while(|word| *word != "#").collect();
+    let mut command = Command::cargo_bin("tumble").expect("the program");
+    command.current_dir(folder).args(&words);
+    let (reports, at) = (tempfile::tempdir().expect("a folder"), words.iter().position(|word| *word == "--json"));
+    let report = match at {
+        Some(at) => folder.join(words.get(at + 1).expect("a file")),
+        None => reports.path().join("report.json"),
+    };
+    // rows of many devices have no report
+    let rows = words.first() == Some(&"diagnose") && words.contains(&"--to");
+    if at.is_none() && !rows && words.first().is_some_and(|word| REPORTING.contains(word)) {
+        command.arg("--json").arg(&report);
+    }
+    let output = command.output().expect("a run");
+    if let Ok(text) = std::fs::read_to_string(&report) {
+        KINDS.lock().expect("kinds").insert(crate::schemas::assert_valid(&text, line));
+    }
     let text = String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr);
+    assert!(!text.contains("NaN"), "{line}: {text}");
     text.lines().map(str::trim_end).collect::<Vec<_>>().join("\n").trim_end().to_string()
 }
 
@@ -81,6 +105,7 @@ fn excerpt(shown: &[&str], printed: &str, path: &Path) -> String {
 fn renewed(path: &Path) -> (String, usize) {
     let text = std::fs::read_to_string(path).expect("a README");
     let copy = place(path);
+    let is_example = path.starts_with(root().join("examples"));
     let (mut out, mut commands, mut shown) = (String::new(), Vec::new(), 0);
     let mut lines = text.lines();
     while let Some(line) = lines.next() {
@@ -91,6 +116,11 @@ fn renewed(path: &Path) -> (String, usize) {
         );
         out.push_str(line);
         out.push('\n');
+        // a command in a line of its own: what it prints is not shown
+        if let Some(command) = line.strip_prefix("    ").filter(|own| is_example && own.starts_with("tumble ")) {
+            let printed = run(copy.path(), command);
+            assert!(!printed.contains("error:"), "{}: {command}: {printed}", path.display());
+        }
         if line == "```sh" {
             for line in lines.by_ref() {
                 out.push_str(line);
@@ -132,6 +162,12 @@ fn pages_show_what_the_program_prints() {
     }
     println!("{total} commands shown");
     assert!(total >= 30, "{total}");
+    // the other two kinds: `schemas::edges_are_answered_without_not_a_number`
+    let of_reports =
+        |kind: &&str| kind.ends_with("-report") && !["noise-report", "compare-history-report"].contains(kind);
+    let every: BTreeSet<String> =
+        tumble::report::schemas().into_iter().filter(of_reports).map(str::to_string).collect();
+    assert_eq!(*KINDS.lock().expect("kinds"), every, "kinds of reports that the manual's commands write");
 }
 
 /// Links and pictures of every page lead to files that are there.

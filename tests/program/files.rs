@@ -292,7 +292,7 @@ fn a_given_column_is_read_in_every_dialect() {
         std::fs::write(folder.path().join("log.csv"), log).expect("written");
         let output = tumble(folder.path(), &["apply", "c.fit.json", "log.csv"]).output().expect("a run");
         assert_eq!(output.status.code(), Some(0), "{}", told(&output).1);
-        assert_eq!(String::from_utf8_lossy(&output.stdout), "n,temperature_c,a_I\nq,30,1\nr,20,0\n", "{log}");
+        assert_eq!(String::from_utf8_lossy(&output.stdout), "n,temperature_c,a_I\nq,30,1e0\nr,20,0e0\n", "{log}");
     }
 }
 
@@ -339,7 +339,7 @@ fn apply_reads_dialects_and_units() {
     // a fault in the first row finds nothing printed; one in a later row says how many rows stand before it
     for (log, printed, rows) in [
         ("time_s,A\n0,x\n", "", None),
-        ("time_s,A\n0,0.5\n1,2.5\n2,x\n", "time_s,a_I\n0,0\n1,1\n", Some("the 2 rows before")),
+        ("time_s,A\n0,0.5\n1,2.5\n2,x\n", "time_s,a_I\n0,0e0\n1,1e0\n", Some("the 2 rows before")),
     ] {
         let output = piped(folder.path(), &["apply", "c.fit.json", "-"], log);
         let (code, error) = told(&output);
@@ -364,7 +364,12 @@ fn own_outputs_are_replaced_and_those_of_others_are_not() {
     std::fs::write(at("log.csv"), format!("time_s,V,place\n{record}")).expect("written");
     let (schedule, truth) =
         (example("07-hidden-effect/schedule.campaign.json"), example("07-hidden-effect/hidden.truth.json"));
-    let commands: [(&str, Vec<&str>, &str); 6] = [
+    let fit = ["fit", &example("13-accelerometer-dividing-head/head-12.campaign.json"), "--json", "c.fit.json"];
+    assert_ne!(run(folder.path(), &fit).0, Some(1));
+    std::fs::write(at("samples.csv"), "time_s,A\n0,0.5\n1,\n2,0.25\n").expect("written");
+    let commands: [(&str, Vec<&str>, &str); 8] = [
+        ("a.csv", vec!["apply", "c.fit.json", "samples.csv", "--out"], ""),
+        ("u.csv", vec!["apply", "c.fit.json", "samples.csv", "--u", "--out"], ""),
         ("s.campaign.json", vec!["simulate", &schedule, "--truth", &truth, "-o"], "-0.06"),
         ("p.campaign.json", vec!["plan", &schedule, "--noise", "V=1e-4", "--write"], "20.0"),
         ("e.csv", vec!["navigate", "m.mission.json", "--csv"], ""),
@@ -390,7 +395,10 @@ fn own_outputs_are_replaced_and_those_of_others_are_not() {
             _ if name.ends_with(".csv") => {
                 let header = text.lines().next().expect("titles");
                 let row = header.split(',').map(|_| "1.5e-04").collect::<Vec<_>>().join(",");
-                vec![format!("{header}\n{row}\n").into_bytes(), b"position,V\n1,0.1\n".to_vec()]
+                // without any number in the last column nothing tells whose it is
+                let empty = header.split(',').map(|_| "").collect::<Vec<_>>().join(",");
+                let all = [format!("{header}\n{row}\n"), "position,V\n1,0.1\n".into(), format!("{header}\n{empty}\n")];
+                all.map(String::into_bytes).to_vec()
             }
             _ => vec![b"PAR1 and what another wrote".to_vec()],
         };

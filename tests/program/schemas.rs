@@ -16,6 +16,17 @@ fn validator(kind: &str) -> jsonschema::Validator {
     jsonschema::validator_for(&schema).unwrap_or_else(|error| panic!("{kind}: {error}"))
 }
 
+/// A report as the program wrote it is valid under the schema of its kind, which is returned. Not-a-number would be null, which few keys allow.
+pub fn assert_valid(text: &str, what: &str) -> String {
+    let report: Value = serde_json::from_str(text).unwrap_or_else(|error| panic!("{what}: {error}"));
+    let named = report["report"].as_str().unwrap_or_else(|| panic!("{what}: no kind of report"));
+    let kind = format!("{named}-report");
+    if let Some(error) = validator(&kind).iter_errors(&report).next() {
+        panic!("{what}: {error} at {} of the {kind}", error.instance_path());
+    }
+    kind
+}
+
 /// Files below a folder whose name ends so.
 fn files(folder: &Path, ending: &str, found: &mut Vec<PathBuf>) {
     for entry in std::fs::read_dir(folder).expect("a folder") {
@@ -103,6 +114,122 @@ fn reports_are_valid() {
         let errors: Vec<String> = validator("fit-report").iter_errors(&report).map(|error| error.to_string()).collect();
         assert!(errors.is_empty(), "{name}: {errors:?}");
     }
+}
+
+/// Reports of every campaign that ships or once showed a fault: valid, and no table prints what is not a number.
+#[test]
+fn reports_of_every_campaign_are_valid() {
+    let mut found = Vec::new();
+    for folder in ["data", "examples", "tests/data"] {
+        files(&root(folder), ".campaign.json", &mut found);
+    }
+    let mut fits = 0;
+    for path in found {
+        let Ok(campaign) = tumble::Campaign::from_path(&path) else { continue };
+        let Ok(fit) = fit::fit(&campaign, &fit::Settings::default()) else { continue };
+        let (report, name) = (report::fit_report(&fit), path.display().to_string());
+        assert_valid(&serde_json::to_string(&report).expect("JSON"), &name);
+        let table = report::table::fit(&report, true, tumble::language::Language::English);
+        assert!(!table.contains("NaN"), "{name}: {table}");
+        fits += 1;
+    }
+    println!("{fits} fits");
+    assert!(fits > 100, "{fits}");
+}
+
+/// Questions at the edge of what numbers can hold: an error, or a report that is valid and prints no NaN.
+#[test]
+fn edges_are_answered_without_not_a_number() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = |name: &str| folder.path().join(name).display().to_string();
+    let table_1 = root("examples/01-gyro-table/table1.campaign.json").display().to_string();
+    let with = |name: &str, key: &str, value: Value| {
+        let mut campaign: Value =
+            serde_json::from_str(&std::fs::read_to_string(&table_1).expect("text")).expect("JSON");
+        campaign[key] = value;
+        std::fs::write(at(name), campaign.to_string()).expect("written");
+        at(name)
+    };
+    let wide = serde_json::json!([-1e308, 1e308]);
+    let limits = serde_json::json!({ "V0": wide, "dtheta_y0": { "between": wide, "unit": "rad" }, "dtheta_x0": { "between": wide, "unit": "arcsec" } });
+    let limited = with("limits.campaign.json", "limits", limits);
+    let mut commands: Vec<Vec<String>> = Vec::new();
+    let mut ask = |words: &[&str]| commands.push(words.iter().map(|word| (*word).to_string()).collect());
+    for level in ["1e-308", "1e-16", "0.9999999999999999"] {
+        ask(&["compare", &table_1, "--level", level]);
+        ask(&["fit", &table_1, "--level", level]);
+    }
+    for rule in ["simple", "guard-u", "risk"] {
+        let mut campaign: Value =
+            serde_json::from_str(&std::fs::read_to_string(&limited).expect("text")).expect("JSON");
+        campaign["decision"] = rule.into();
+        std::fs::write(at(&format!("{rule}.campaign.json")), campaign.to_string()).expect("written");
+        ask(&["fit", &at(&format!("{rule}.campaign.json"))]);
+    }
+    // constant, alternating, one or two samples a segment, gaps, next to nothing, beyond what can be squared
+    let noise = |k: i32| f64::from((k * 7919) % 13 - 6);
+    type Samples = (fn(i32) -> i32, Box<dyn Fn(i32) -> String>);
+    let records: [Samples; 8] = [
+        (|k| k / 200, Box::new(|_| "1".into())),
+        (|k| k / 3, Box::new(|k| (1 - 2 * (k % 2)).to_string())),
+        (|k| k, Box::new(move |k| noise(k).to_string())),
+        (|k| k / 2, Box::new(move |k| noise(k).to_string())),
+        (|k| k / 200, Box::new(move |k| if k % 3 == 0 { noise(k).to_string() } else { String::new() })),
+        (|k| k / 200, Box::new(move |k| (noise(k) * 1e-310).to_string())),
+        (|k| k / 200, Box::new(move |k| (noise(k) * 1e150).to_string())),
+        (|k| k / 200, Box::new(move |k| (noise(k) * 1e307).to_string())),
+    ];
+    for (number, (segment, value)) in records.iter().enumerate() {
+        let rows: String = (0..600).map(|k| format!("{},{},{}\n", f64::from(k) * 0.01, value(k), segment(k))).collect();
+        std::fs::write(at(&format!("{number}.csv")), format!("time_s,V,place\n{rows}")).expect("written");
+        ask(&["reduce", &at(&format!("{number}.csv")), "--by", "place", "--columns", "V", "--sources"]);
+        ask(&["noise", &at(&format!("{number}.csv"))]);
+    }
+    // measured errors: all zero, one row, two rows that are alike
+    let mission = root("examples/19-navigation-errors/navigator.mission.json").display().to_string();
+    for (name, rows) in [("zero", 40), ("one", 1), ("two", 2)] {
+        let rows: String = (0..rows).map(|k| format!("static,{},0,1e0\n", 30 * k)).collect();
+        std::fs::write(at(&format!("{name}.csv")), format!("motion,time_s,position_east_m,position_east_m_u\n{rows}"))
+            .expect("written");
+        ask(&["diagnose", &mission, "--measured", &at(&format!("{name}.csv"))]);
+    }
+    // a history: one calibration a year
+    let years = ["2023", "2024", "2025"].map(|year| {
+        let report = at(&format!("{year}.fit.json"));
+        let campaign = with(&format!("{year}.campaign.json"), "date", format!("{year}-05-04").into());
+        let fit = assert_cmd::Command::cargo_bin("tumble")
+            .expect("the program")
+            .args(["fit", &campaign, "--json", &report])
+            .output();
+        assert_ne!(fit.expect("a run").status.code(), Some(1));
+        report
+    });
+    ask(&["compare", &years[0], &years[1], &years[2]]);
+    let (mut valid, mut kinds) = (0, std::collections::BTreeSet::new());
+    for words in &commands {
+        let report = at("report.json");
+        let _ = std::fs::remove_file(&report);
+        let command = assert_cmd::Command::cargo_bin("tumble")
+            .expect("the program")
+            .args(words)
+            .args(["--json", &report])
+            .output();
+        let output = command.expect("a run");
+        let printed = String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr);
+        assert!(!printed.contains("NaN"), "{words:?}: {printed}");
+        match std::fs::read_to_string(&report) {
+            Ok(text) => {
+                kinds.insert(assert_valid(&text, &words.join(" ")));
+                valid += 1;
+            }
+            Err(_) => assert!(output.status.code() == Some(1) && printed.contains("error"), "{words:?}: {printed}"),
+        }
+    }
+    println!("{valid} of {} questions have a report", commands.len());
+    assert!(
+        valid >= 20 && kinds.contains("noise-report") && kinds.contains("compare-history-report"),
+        "{valid} {kinds:?}"
+    );
 }
 
 /// Every property of a schema that is an object: where it is, its name, what it says, and the description of the object around it.

@@ -2,7 +2,7 @@
 """Names of units in D-SI, checked with PTB's package dsiUnits: tests/data/lab/dsi_units.csv.
 
 Every unit of the program's table that D-SI knows, with its prefixes, and the forms in which units of coefficients, corrections and scale factors
-come: a/b, a/(b/c), (a/b)/c, a/(b/c)^2, 1/a, a*b. Each name must be accepted by the package without a warning.
+come: a, a/b, a/(b/c), (a/b)/c, a/(b/c)^2, 1/a, a*b. Each name must be accepted by the package without a warning.
 """
 
 import itertools
@@ -36,6 +36,10 @@ split = {"deg/s": [("deg", 1), ("s", -1)], "deg/h": [("deg", 1), ("h", -1)], "ra
          "arcsec/s": [("arcsec", 1), ("s", -1)], "m/s^2": [("m", 1), ("s", -2)]}
 of = lambda unit: split.get(unit, [(unit, 1)])
 raised = lambda powers, by: [(symbol, power * by) for symbol, power in powers]
+units |= {own: of(own) for own in outputs + inputs if own not in units}
+# covariances of results
+for a, b in itertools.product(["V", "rad", "arcsec", "Hz", "m/s^2"], repeat=2):
+    units[f"({a})*({b})"] = of(a) + of(b)
 for a, b in itertools.product(outputs, inputs):
     units[f"({a})/({b})"] = of(a) + raised(of(b), -1)
     units[f"({b})/({a})"] = of(b) + raised(of(a), -1)

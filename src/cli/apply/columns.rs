@@ -149,6 +149,11 @@ fn cell(value: f64) -> Vec<u8> {
     if value.is_finite() { value.to_string().into_bytes() } else { Vec::new() }
 }
 
+/// The same with an exponent always, as no other program writes it: a file that ends in such numbers may be written anew.
+fn marked(value: f64) -> Vec<u8> {
+    if value.is_finite() { format!("{value:e}").into_bytes() } else { Vec::new() }
+}
+
 fn unwritten(error: &dyn std::fmt::Display) -> Malformed {
     Malformed::new(Fault::File, format!("the corrected record cannot be written: {error}")).expected("room to write to")
 }
@@ -172,7 +177,7 @@ pub(super) fn to_text(
         titles.take().map_or(Ok(()), |titles| writer.write_record(titles)).map_err(|error| unwritten(&error))?;
         for row in 0..corrected.first().map_or(0, Vec::len) {
             let kept = kept.iter().zip(&kinds).map(|(column, kind)| texts.cell(*kind, column.at(row)));
-            let corrected = corrected.iter().map(|column| Cow::Owned(cell(column.at(row))));
+            let corrected = corrected.iter().map(|column| Cow::Owned(marked(column.at(row))));
             writer.write_record(kept.chain(corrected)).map_err(|error| unwritten(&error))?;
         }
         Ok(())

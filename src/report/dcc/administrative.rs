@@ -9,13 +9,7 @@ use std::io;
 
 pub(super) fn write(xml: &mut Xml, lab: &LabFile, campaigns: &[&Identity], texts: Texts<'_>) -> io::Result<()> {
     within(xml, "dcc:administrativeData", |xml| {
-        within(xml, "dcc:dccSoftware", |xml| {
-            within(xml, "dcc:software", |xml| {
-                texts.own(xml, "dcc:name", "tumble")?;
-                text(xml, "dcc:release", &format!("v{VERSION}"))?;
-                text(xml, "dcc:type", "application")
-            })
-        })?;
+        software(xml, "dcc:dccSoftware", texts)?;
         core_data(xml, lab, texts)?;
         within(xml, "dcc:items", |xml| {
             lab.items.iter().try_for_each(|item| {
@@ -44,10 +38,10 @@ pub(super) fn write(xml: &mut Xml, lab: &LabFile, campaigns: &[&Identity], texts
         })?;
         within(xml, "dcc:customer", |xml| contact(xml, &lab.customer, texts))?;
         within(xml, "dcc:statements", |xml| {
-            let declared = |xml: &mut Xml, said: &dyn Fn(Language) -> String| {
-                within(xml, "dcc:statement", |xml| told(xml, "dcc:declaration", texts, said))
+            let declared = |xml: &mut Xml, ref_type: Option<&str>, said: &dyn Fn(Language) -> String| {
+                of_type(xml, "dcc:statement", ref_type, |xml| told(xml, "dcc:declaration", texts, said))
             };
-            declared(xml, &|lang| say!(lang, "dcc-relates-only-to-the-items").into())?;
+            declared(xml, None, &|lang| say!(lang, "dcc-relates-only-to-the-items").into())?;
             let mut traced: Vec<&Instrument> = Vec::new();
             for instrument in campaigns.iter().flat_map(|own| &own.instruments) {
                 let Some(to) = instrument.traceable_to.as_deref().filter(|_| !traced.contains(&instrument)) else {
@@ -55,12 +49,24 @@ pub(super) fn write(xml: &mut Xml, lab: &LabFile, campaigns: &[&Identity], texts
                 };
                 let by = [Some(instrument.name.as_str()), instrument.certificate.as_deref()];
                 let by: Vec<&str> = by.into_iter().flatten().collect();
-                declared(xml, &|lang| say!(lang, "dcc-traceable", by = by.join(lang.comma()), to))?;
+                let traceable = Some("basic_metrologicallyTraceableToSI");
+                declared(xml, traceable, &|lang| say!(lang, "dcc-traceable", by = by.join(lang.comma()), to))?;
                 traced.push(instrument);
             }
             lab.statements.iter().try_for_each(|statement| {
                 within(xml, "dcc:statement", |xml| texts.own(xml, "dcc:declaration", statement))
             })
+        })
+    })
+}
+
+/// This program: it writes the certificate, and computes its results.
+fn software(xml: &mut Xml, name: &str, texts: Texts<'_>) -> io::Result<()> {
+    within(xml, name, |xml| {
+        within(xml, "dcc:software", |xml| {
+            texts.own(xml, "dcc:name", "tumble")?;
+            text(xml, "dcc:release", &format!("v{VERSION}"))?;
+            text(xml, "dcc:type", "application")
         })
     })
 }
@@ -135,7 +141,7 @@ fn contact(xml: &mut Xml, contact: &ContactFile, texts: Texts<'_>) -> io::Result
     })
 }
 
-/// Method and equipment, in the place where a measurement result has them: the lab file's and the campaign's, which are one where they have one name.
+/// Method, software and equipment, in the place where a measurement result has them: the lab file's and the campaign's, which are one where they have one name.
 pub(super) fn method_and_equipment(
     xml: &mut Xml,
     lab: &LabFile,
@@ -156,6 +162,7 @@ pub(super) fn method_and_equipment(
             text(xml, "dcc:norm", "JCGM 100:2008 (GUM)")
         })
     })?;
+    software(xml, "dcc:usedSoftware", texts)?;
     let named = |name: &str| campaign.instruments.iter().find(|own| own.name == name);
     let known = |own: &&Instrument| lab.equipment.iter().all(|entry| entry.name != own.name);
     let entry =

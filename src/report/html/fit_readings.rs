@@ -46,6 +46,11 @@ pub(super) fn assumptions(fit: &Fit, report: &FitReport, lang: Language) -> Sect
     if report.fit.priors > 0 {
         points.push(say!(lang, "entered-as-rows-of-their-own", prior = lang.count(report.fit.priors, "prior")));
     }
+    if !report.correlations.is_empty() {
+        let one = |(a, b, r): &(String, String, f64)| format!("`{a}`, `{b}`: {}", significant(*r, 4));
+        let pairs: Vec<String> = report.correlations.iter().map(one).collect();
+        points.push(say!(lang, "known-inputs-are-correlated", pairs = pairs.join("; ")));
+    }
     let mut table = Table::new(&[
         (say!(lang, "known"), Align::Left),
         (say!(lang, "value"), Align::Decimal),
