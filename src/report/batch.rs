@@ -322,6 +322,8 @@ pub(super) fn batch_reasons(report: &BatchReport, lang: Language) -> Vec<String>
         let list: Vec<String> = report.reasons.iter().map(|(reason, n)| format!("{} {n}", term(reason))).collect();
         lines.push(say!(lang, "devices-by-reason", list = list.join(lang.comma())));
     }
+    let percent = significant(100.0 * report.level, 3);
+    let percent = percent.trim_end_matches('0').trim_end_matches('.');
     for (reason, own) in &report.chance {
         lines.push(say!(
             lang,
@@ -331,7 +333,7 @@ pub(super) fn batch_reasons(report: &BatchReport, lang: Language) -> Vec<String>
             devices = lang.count(own.tested, "device"),
             expected = significant(own.expected, 2),
             beyond = own.beyond.to_string(),
-            level = format!("{} %", significant(100.0 * report.level, 4))
+            level = format!("{percent} %")
         ));
     }
     lines
