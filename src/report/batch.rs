@@ -87,7 +87,7 @@ pub struct ChanceReport {
     pub tested: usize,
     /// Devices in which it found something.
     pub found: usize,
-    /// In how many it finds something by chance alone: one minus the level, times those tested.
+    /// In how many it finds something by chance alone, a pure number: one minus the level, times those tested.
     pub expected: f64,
     /// In how many it finds something at the level over all devices together.
     pub beyond: usize,
