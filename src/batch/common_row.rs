@@ -55,7 +55,8 @@ impl Common {
             let row = map.and_then(|map| map.get(*row)).unwrap_or(row);
             device.values.get(row * self.sensors + slot).copied()
         };
-        let stuck = |own: &fit::Channel| Some((own.sensor, own.stuck(|i| value(i).unwrap_or(f64::NAN))?));
+        let stuck =
+            |own: &fit::Channel| Some((own.sensor, own.stuck(|i| value(i).unwrap_or(f64::NAN), |i| v.or_nan(i))?));
         let least = |own| least_variance(values, (own, found.sizes.weighed, self.largest_u));
         let answer = Answer {
             device,

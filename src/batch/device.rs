@@ -35,13 +35,15 @@ pub struct Device {
     pub lot: String,
 }
 
-/// Rows that stand one after the other in a file.
+/// Rows that stand one after the other in a file, or at equal distances.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Run {
     /// The file.
     pub file: Arc<str>,
     /// The line in which the first of them begins, or its number among the rows, counted from 1.
     pub first: u64,
+    /// From one to the next.
+    pub step: u64,
     /// How many.
     pub rows: usize,
     /// Is that a line of a text?
@@ -49,18 +51,22 @@ pub struct Run {
 }
 
 impl Device {
-    /// Further rows stand here.
-    pub(super) fn push_run(&mut self, run: Run) {
-        match self.runs.last_mut() {
-            Some(last)
-                if Arc::ptr_eq(&last.file, &run.file)
-                    && last.is_line == run.is_line
-                    && last.first + last.rows as u64 == run.first =>
-            {
-                last.rows += run.rows;
+    /// Further rows stand here: one, or several one after the other.
+    pub fn push_run(&mut self, file: &Arc<str>, (first, rows): (u64, usize), is_line: bool) {
+        if let Some(last) = self.runs.last_mut()
+            && Arc::ptr_eq(&last.file, file)
+            && last.is_line == is_line
+        {
+            if last.rows == 1 && rows == 1 && first > last.first {
+                (last.step, last.rows) = (first - last.first, 2);
+                return;
             }
-            _ => self.runs.push(run),
+            if first == last.first + last.step * last.rows as u64 && (rows == 1 || last.step == 1) {
+                last.rows += rows;
+                return;
+            }
         }
+        self.runs.push(Run { file: file.clone(), first, step: 1, rows, is_line });
     }
 
     /// A row more of a position; no row has one behind that lacks it.
@@ -106,7 +112,7 @@ impl Device {
             before += run.rows;
             row < before
         })?;
-        Some((&run.file, run.first + (row + run.rows - before) as u64, run.is_line))
+        Some((&run.file, run.first + run.step * (row + run.rows - before) as u64, run.is_line))
     }
 
     /// The same in words.

@@ -205,6 +205,9 @@ impl Own {
         let of = |(slot, (begin, count)): (usize, (usize, usize))| {
             let values = device.values.iter().skip(slot).step_by(sensors).copied().filter(|value| !value.is_nan());
             let value = fit::same(values)?;
+            if !fit::is_all(value, lane(&eight.residuals, l).skip(begin).take(count)) {
+                return None;
+            }
             let rows: Vec<usize> = (begin..begin + count).collect();
             let predicted = |i: usize| value - eight.observed.get(i).map_or(0.0, |own| own[l]);
             let at = |i: usize, j: usize| if j < n { eight.rows[j * m + i][l] } else { predicted(i) };

@@ -149,7 +149,10 @@ impl Own {
                     break;
                 }
                 for ((x, dx), is_tilt) in point.iter_mut().zip(&eight.solution).zip(&is_tilt) {
-                    for l in (0..LANES).filter(|l| !settled[*l] && !failed[*l]) {
+                    for l in 0..LANES {
+                        if settled[l] || failed[l] {
+                            continue;
+                        }
                         x[l] += dx[l];
                         // a turn away lies the same rotation
                         failed[l] |= *is_tilt && !(x[l].abs() <= PI);

@@ -1,6 +1,5 @@
 //! A table of many devices, device by device, in memory bound by a chunk as long as each device's rows stand together.
 
-use super::device::Run;
 use super::{Device, Layout, Use};
 use crate::elements::{Elements, Parts};
 use crate::error::{Fault, Malformed, Result};
@@ -320,18 +319,21 @@ impl Gathering<'_> {
         std::mem::take(&mut self.whole)
     }
 
-    /// The device of a label's number.
+    /// The place of the device of a label's number; `NONE` for a row without one.
     fn device_of(&mut self, record: &Record, number: usize) -> std::result::Result<usize, Restart> {
         if let (Some(current), true) = (self.current, self.number == Some(number)) {
             return Ok(current);
+        }
+        if let Some(there) = self.of_label.get(number).filter(|there| **there != NONE) {
+            return Ok(*there);
+        }
+        if label(record, number).trim().is_empty() {
+            return Ok(NONE);
         }
         if self.counts.is_none() {
             let found = self.begin(label(record, number));
             self.number = Some(number);
             return found;
-        }
-        if let Some(there) = self.of_label.get(number).filter(|there| **there != NONE) {
-            return Ok(*there);
         }
         let there = self.begin(label(record, number))?;
         if self.of_label.len() <= number {
@@ -360,25 +362,25 @@ impl Gathering<'_> {
                 (Some(by), Some(own)) => (row..block.rows()).find(|k| of(by, *k) != own).unwrap_or(block.rows()),
                 _ => block.rows(),
             };
-            let runs = runs(&self.file, block.lines.get(row..end), self.of_file + row as u64 + 1, end - row);
-            let there = match number {
-                Some(number) if label(record, number).trim().is_empty() => {
-                    self.nameless.nameless = true;
-                    self.nameless.rows += end - row;
-                    if self.nameless.runs.is_empty() {
-                        self.nameless.runs = runs;
-                    }
-                    self.rows += (end - row) as u64;
-                    row = end;
-                    continue;
-                }
-                Some(number) => match self.device_of(record, number) {
-                    Ok(there) => there,
-                    Err(again) => return Some(again),
-                },
+            let there = match number.map(|number| self.device_of(record, number)) {
+                Some(Ok(there)) => there,
+                Some(Err(again)) => return Some(again),
                 // there is one: begun with the file
                 None => self.current.unwrap_or_default(),
             };
+            let lines = block.lines.get(row..end);
+            let first = self.of_file + row as u64 + 1;
+            let file = self.file.clone();
+            self.rows += (end - row) as u64;
+            if there == NONE {
+                self.nameless.nameless = true;
+                self.nameless.rows += end - row;
+                if self.nameless.runs.is_empty() {
+                    push_runs(&mut self.nameless, &file, lines, (first, end - row));
+                }
+                row = end;
+                continue;
+            }
             let Some((device, expected)) = self.open.get_mut(there) else { break };
             if device.rows == 0 && *expected < u64::MAX {
                 let more = number::index(*expected);
@@ -405,9 +407,8 @@ impl Gathering<'_> {
             if let Some(lot) = places.lot.map(column).filter(|_| device.rows == 0) {
                 device.lot = label(record, lot.get(row).copied().map_or(0, place)).to_string();
             }
-            runs.into_iter().for_each(|run| device.push_run(run));
+            push_runs(device, &file, lines, (first, end - row));
             device.rows += end - row;
-            self.rows += (end - row) as u64;
             if device.rows as u64 >= *expected {
                 self.is_whole(there);
                 if let Some(own) = number.and_then(|number| self.of_label.get_mut(number)) {
@@ -432,13 +433,12 @@ impl Gathering<'_> {
     }
 }
 
-/// Where rows stand: in the lines of a table of text, or from a row on.
-fn runs(file: &Arc<str>, lines: Option<&[u64]>, first: u64, rows: usize) -> Vec<Run> {
-    let run = |first, rows, is_line| Run { file: file.clone(), first, rows, is_line };
+/// Say where rows of a device stand: in lines of a table of text, or from a row on.
+fn push_runs(device: &mut Device, file: &Arc<str>, lines: Option<&[u64]>, (first, rows): (u64, usize)) {
     match lines {
-        None | Some([]) => vec![run(first, rows, false)],
-        Some([first, .., last]) if last - first == rows as u64 - 1 => vec![run(*first, rows, true)],
-        Some(lines) => lines.iter().map(|line| run(*line, 1, true)).collect(),
+        None | Some([]) => device.push_run(file, (first, rows), false),
+        Some([first, .., last]) if last - first == rows as u64 - 1 => device.push_run(file, (*first, rows), true),
+        Some(lines) => lines.iter().for_each(|line| device.push_run(file, (*line, 1), true)),
     }
 }
 

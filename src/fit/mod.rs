@@ -53,7 +53,7 @@ pub use scatter::{floor, own_noise, scatter_lines, stated_variances, whitening};
 pub(crate) use separate::separations;
 pub use separate::{RankDefect, candidates};
 pub(crate) use step::{adjust_meeting_equations, adjust_with_equations, contradicting_equations, scattered};
-pub(crate) use stuck::{Channel, changes, same};
+pub(crate) use stuck::{Channel, changes, is_all, same};
 pub use system::{Weighting, weigh};
 
 use crate::campaign::{Campaign, Known, Role};

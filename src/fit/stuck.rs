@@ -3,6 +3,7 @@
 use super::Fit;
 use crate::design::{DesignMatrix, RowOrigin};
 use crate::elements::Elements;
+use crate::quality;
 
 /// The rows of a sensor whose readings cannot all be the same: more of them than there are unknowns in its line, at inputs for which the line is not the same.
 #[derive(Debug, Clone)]
@@ -32,9 +33,10 @@ impl Channel {
         changes(&rows, unknowns, at).then_some(Channel { sensor, rows })
     }
 
-    /// The value that all its readings have, where that is one.
-    pub(crate) fn stuck(&self, value: impl Fn(usize) -> f64) -> Option<f64> {
-        same(self.rows.iter().map(|row| value(*row)))
+    /// The value that all its readings have, where that is one and the fit leaves nothing of it.
+    pub(crate) fn stuck(&self, value: impl Fn(usize) -> f64, residual: impl Fn(usize) -> f64) -> Option<f64> {
+        let own = same(self.rows.iter().map(|row| value(*row)))?;
+        is_all(own, self.rows.iter().map(|row| residual(*row))).then_some(own)
     }
 }
 
@@ -51,8 +53,15 @@ pub(crate) fn same(mut values: impl Iterator<Item = f64>) -> Option<f64> {
     values.all(|value| value == first).then_some(first)
 }
 
+/// Are these residuals of readings of one value no more than rounding? A value that is stated as a reference (the norm of gravity) leaves the
+/// noise of what is compared with it; a channel that is stuck has none.
+pub(crate) fn is_all(value: f64, residuals: impl Iterator<Item = f64>) -> bool {
+    let (squares, count) = residuals.fold((0.0, 0), |(sum, count), v| (sum + v * v, count + 1));
+    quality::is_rounding(squares, count, value.abs())
+}
+
 impl Fit {
-    /// Sensors (with the value) whose readings are all the same to the last digit, though their line is not the same for all of them: a
+    /// Sensors (with the value) whose readings are all the same to the last digit and are met to rounding, though their line is not the same for all: a
     /// channel that is stuck, or a resolution that shows nothing.
     pub fn stuck(&self) -> Vec<(&str, f64)> {
         let value = |row: usize| {
@@ -72,7 +81,8 @@ impl Fit {
         let found = channels.iter().filter(|own| candidates.contains(&own.sensor));
         found
             .filter_map(|own| {
-                let value = own.stuck(|row| value(row).unwrap_or(f64::NAN))?;
+                let residual = |row: usize| self.estimate.residuals.get(row).copied().unwrap_or(f64::NAN);
+                let value = own.stuck(|row| value(row).unwrap_or(f64::NAN), residual)?;
                 Some((self.campaign.sensor_id(own.sensor), value))
             })
             .collect()

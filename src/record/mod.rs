@@ -429,7 +429,8 @@ pub fn listed(columns: &[Column]) -> String {
 #[derive(Debug, Clone, Default)]
 struct Labels {
     texts: Vec<String>,
-    numbers: std::collections::HashMap<String, usize>,
+    /// By their bytes.
+    numbers: std::collections::HashMap<Vec<u8>, usize, std::hash::BuildHasherDefault<crate::mix::Mix>>,
     last: Option<(Vec<u8>, f64)>,
     /// Blanks before and behind each label where it was met first.
     blanks: Vec<[usize; 2]>,
@@ -470,9 +471,13 @@ impl Labels {
 
     /// The same for a text that is hardly that of the row before.
     fn number_of(&mut self, cell: &[u8]) -> f64 {
+        if let Some(number) = self.numbers.get(cell) {
+            return *number as f64;
+        }
+        // the same text may stand in another encoding
         let text = text::decoded(cell);
         let next = self.texts.len();
-        let number = *self.numbers.entry(text.clone()).or_insert(next);
+        let number = *self.numbers.entry(text.clone().into_bytes()).or_insert(next);
         if number == next {
             self.texts.push(text);
         }

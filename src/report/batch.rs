@@ -87,7 +87,7 @@ pub struct ChanceReport {
     pub tested: usize,
     /// Devices in which it found something.
     pub found: usize,
-    /// In how many it finds something by chance alone: one minus the level, times those tested.
+    /// In how many it finds something by chance alone, a pure number: one minus the level, times those tested.
     pub expected: f64,
     /// In how many it finds something at the level over all devices together.
     pub beyond: usize,
@@ -326,6 +326,8 @@ pub(super) fn batch_reasons(report: &BatchReport, lang: Language) -> Vec<String>
         let list: Vec<String> = report.reasons.iter().map(|(reason, n)| format!("{} {n}", term(reason))).collect();
         lines.push(say!(lang, "devices-by-reason", list = list.join(lang.comma())));
     }
+    let percent = significant(100.0 * report.level, 3);
+    let percent = percent.trim_end_matches('0').trim_end_matches('.');
     for (reason, own) in &report.chance {
         lines.push(say!(
             lang,
@@ -335,7 +337,7 @@ pub(super) fn batch_reasons(report: &BatchReport, lang: Language) -> Vec<String>
             devices = lang.count(own.tested, "device"),
             expected = significant(own.expected, 2),
             beyond = own.beyond.to_string(),
-            level = format!("{} %", significant(100.0 * report.level, 4))
+            level = format!("{percent} %")
         ));
     }
     lines

@@ -4,7 +4,7 @@ use super::columns::{Column, columns};
 use super::locate::{csv_place, table_place};
 use super::readings_file::{Cell, CellRows, MOST_READINGS, ReadingFile, from_cells, too_many};
 use super::{Named, ScatterFile};
-use crate::batch::{Device, Layout, Run, Use};
+use crate::batch::{Device, Layout, Use};
 use crate::bench::Bench;
 use crate::campaign::Readings;
 use crate::elements::Elements;
@@ -184,9 +184,12 @@ fn text(key: &str, cell: &str) -> Cell {
     }
 }
 
+/// From here on not every whole number is a number of 64 bits.
+const WHOLE: f64 = 9_007_199_254_740_992.0;
+
 /// A table of many devices from readings that stand in a campaign file itself.
 ///
-/// Errors: lists (they belong to schedules).
+/// Errors: lists (they belong to schedules), labels that are numbers of more than 15 digits.
 pub fn inline_devices(
     bench: &Bench,
     rows: Vec<ReadingFile>,
@@ -221,6 +224,12 @@ pub fn inline_devices(
             Some(Cell::Text(text)) => text.clone(),
             _ => String::new(),
         };
+        if let Some(Cell::Number(x)) = row.get(by).filter(|cell| matches!(cell, Cell::Number(x) if x.abs() >= WHOLE)) {
+            return Err(Malformed::new(Fault::Value, "a label has more digits than a number keeps")
+                .expected("the label as a text, in quotes")
+                .found(x.to_string())
+                .at_path(format!("readings[{k}].{by}")));
+        }
         let label = written(row.get(by)).trim().to_string();
         let place = *places.entry(label.clone()).or_insert_with(|| {
             devices.push(Device { nameless: label.is_empty(), label, first_row: k as u64 + 1, ..Device::default() });
@@ -231,7 +240,7 @@ pub fn inline_devices(
         if layout.position.is_some() {
             device.push_position(&written(row.get("position")).as_str().into());
         }
-        device.runs.push(Run { file: campaign.clone(), first: k as u64 + 1, rows: 1, is_line: false });
+        device.push_run(&campaign, (k as u64 + 1, 1), false);
         for (key, kind) in layout.keys.iter().zip(&layout.uses) {
             let number = match row.get(key) {
                 Some(Cell::Number(x)) => *x,

@@ -36,6 +36,13 @@ fn table(text: &str) -> BTreeMap<String, BTreeMap<String, String>> {
         .collect()
 }
 
+/// The same without the words, which say in which lines something is.
+fn numbers(text: &str) -> BTreeMap<String, BTreeMap<String, String>> {
+    let mut rows = table(text);
+    rows.values_mut().for_each(|row| drop(row.remove("why")));
+    rows
+}
+
 /// Estimates and u of the example against numpy's (tests/scripts/production_line.py); devices that are not in order say why.
 #[test]
 fn the_production_line_is_numpys() {
@@ -184,11 +191,14 @@ fn a_device_that_comes_back_is_one_device() {
     let mixed = run(folder.path(), &["fit", "line.campaign.json"]);
     assert!(mixed.stderr.contains("comes back"), "{}", mixed.stderr);
     let sorted = run(&example(), &["fit", "line.campaign.json"]);
-    assert_eq!(table(&mixed.stdout), table(&sorted.stdout));
+    assert_eq!(numbers(&mixed.stdout), numbers(&sorted.stdout));
     // and in a file, which is begun anew under the same name
     let to = run(folder.path(), &["fit", "line.campaign.json", "--to", "d.csv"]);
     assert_eq!(to.code, 2, "{}", to.stderr);
-    assert_eq!(table(&std::fs::read_to_string(folder.path().join("d.csv")).expect("a file")), table(&sorted.stdout));
+    assert_eq!(
+        numbers(&std::fs::read_to_string(folder.path().join("d.csv")).expect("a file")),
+        numbers(&sorted.stdout)
+    );
 }
 
 /// A file of readings in place of the campaign's; several are a device each; a column that repeats the schedule is noticed.
@@ -509,7 +519,7 @@ fn the_order_of_the_table_does_not_matter() {
     let of: Vec<Vec<String>> =
         (0..devices).map(|k| device_rows(&format!("D{k}"), 50 + k as u32, 8 + k as u32 % 3)).collect();
     let sorted = line_campaign(&format!("{HEAD}{}\n", of.concat().join("\n")));
-    let expected = table(&run(sorted.path(), &["fit", "c.campaign.json"]).stdout);
+    let expected = numbers(&run(sorted.path(), &["fit", "c.campaign.json"]).stdout);
     assert_eq!(expected.len(), devices);
     let turns: Vec<String> = (0..10).flat_map(|i| of.iter().filter_map(move |own| own.get(i).cloned())).collect();
     let sittings = [
@@ -525,6 +535,43 @@ fn the_order_of_the_table_does_not_matter() {
         let mut arguments = vec!["fit", "c.campaign.json", "--readings"];
         arguments.extend(names.iter().map(String::as_str));
         let found = run(folder.path(), &arguments);
-        assert_eq!(table(&found.stdout), expected, "{what}: {}", found.stderr);
+        assert_eq!(numbers(&found.stdout), expected, "{what}: {}", found.stderr);
+    }
+}
+
+/// A scale factor that follows a column of the model line is named, whatever the column is called.
+#[test]
+fn products_with_every_column_of_the_line() {
+    for column in ["temperature_c", "warm_c", "p_hpa", "zeta"] {
+        let folder = tempfile::tempdir().expect("a folder");
+        let mut text = format!("serial,gamma_deg_s,{column},V,V_u\n");
+        for device in 0..4_u32 {
+            let noise = device_rows("", 77 + device, 40);
+            for (i, row) in (0..40_u32).zip(&noise) {
+                // what is left of the straight line of `device_rows`
+                let cells: Vec<f64> = row.split(',').skip(1).map(|cell| cell.parse().expect("a number")).collect();
+                let noise = cells[1] - 1.0 - 0.25 * cells[0];
+                let (x, c) = (20.0 * (f64::from(i % 8) - 3.5), 10.0 * (f64::from(i / 8) - 2.0));
+                // u of this product is 0.001 / sqrt(sum (x c)^2) = 2.4e-7
+                let product = if device % 2 == 0 { 1e-5 * x * c } else { 0.0 };
+                text += &format!("D{device},{x},{c},{},0.001\n", 0.5 + 0.02 * x + 0.003 * c + product + noise);
+            }
+        }
+        std::fs::write(folder.path().join("r.csv"), text).expect("a file");
+        let campaign = format!(
+            r#"{{ "bench": {{ "id": "table", "units": {{ "rate": "deg/s" }}, "chain": [ {{ "joint": "gamma", "about": "z" }} ], "sensors":
+                {{ "V": {{ "unit": "V", "axes": {{ "I": "z" }}, "model": "V0 + kI*w_I + c*{column}" }} }} }},
+                "estimate": {{ "V0": {{}}, "kI": {{}}, "c": {{}} }}, "by": "serial", "readings": "r.csv" }}"#
+        );
+        std::fs::write(folder.path().join("c.campaign.json"), campaign).expect("a file");
+        let found = run(folder.path(), &["diagnose", "c.campaign.json"]);
+        let rows = table(&found.stdout);
+        let mut factors = [column, "w_I"];
+        factors.sort_unstable();
+        for (serial, row) in &rows {
+            let expected = if serial == "D0" || serial == "D2" { factors.join("*") } else { String::new() };
+            assert_eq!(row["regressors"], expected, "{column} {serial}: {row:?} {}", found.stderr);
+        }
+        assert_eq!(rows.len(), 4);
     }
 }

@@ -21,6 +21,7 @@ __all__ = [
     "CalibratedReport",
     "CarriedReport",
     "CellReport",
+    "ChanceReport",
     "ChangeOfReport",
     "ChangeReport",
     "ChannelReport",
@@ -211,6 +212,21 @@ class BetweenReport(Node):
 
     _keys = frozenset(["dof", "f", "p", "sd_of_devices", "significant", "u", "u_dof"])
 
+
+class ChanceReport(Node):
+    """A test of every device."""
+
+    beyond: int
+    """In how many it finds something at the level over all devices together."""
+    expected: float
+    """In how many it finds something by chance alone, a pure number: one minus the level, times those tested."""
+    found: int
+    """Devices in which it found something."""
+    tested: int
+    """Devices that could be tested."""
+
+    _keys = frozenset(["beyond", "expected", "found", "tested"])
+
 Conformity: TypeAlias = Literal["pass", "undecided", "fail"]
 """What a decision rule says."""
 
@@ -359,6 +375,8 @@ class BatchReport(Report):
     """The bench."""
     by: str
     """The column that tells devices apart; `file` where each file is a device."""
+    chance: dict[str, ChanceReport] | None
+    """For each test of the devices, by the reason that it gives, what chance alone finds."""
     conformity: ConformityCounts | None
     """Conformity with the limits; null without limits."""
     devices: DeviceCounts
@@ -374,17 +392,20 @@ class BatchReport(Report):
     model: dict[str, str]
     """Model line of each sensor."""
     not_in_order: list[NotInOrderReport] | None
-    """Devices that are not accepted or lie outside a limit, in the order in which they were met, at most 100."""
+    """Devices that are not accepted or lie outside a limit, the worst first, at most 100: those without an answer, those that a test rejects
+    (the least probable first), those outside a limit, those that their limits leave undecided."""
     outlying: list[OutlyingReport]
     """Devices that stand apart, the farthest first, at most 50."""
     quantities: list[DistributionReport]
     """Every estimated parameter and derived quantity over the accepted devices."""
+    reasons: dict[str, int] | None
+    """Devices by what is wrong with them, or suspicious; a device may have several reasons."""
     report: ReportKind
     """Always `batch`."""
     tumble: str
     """Version of the program that wrote it."""
 
-    _keys = frozenset(["bench", "by", "conformity", "devices", "estimator", "inputs", "level", "lots", "model", "not_in_order", "outlying", "quantities", "report", "tumble"])
+    _keys = frozenset(["bench", "by", "chance", "conformity", "devices", "estimator", "inputs", "level", "lots", "model", "not_in_order", "outlying", "quantities", "reasons", "report", "tumble"])
 
 
 class CalibratedReport(Node):
@@ -3400,7 +3421,7 @@ class ReduceReport(Report):
 
 
 DistributionReport._parts = {"scattering": (BetweenReport, False)}
-BatchReport._parts = {"conformity": (ConformityCounts, False), "devices": (DeviceCounts, False), "inputs": (Input, False), "lots": (LotReport, False), "not_in_order": (NotInOrderReport, False), "outlying": (OutlyingReport, False), "quantities": (DistributionReport, False)}
+BatchReport._parts = {"chance": (ChanceReport, True), "conformity": (ConformityCounts, False), "devices": (DeviceCounts, False), "inputs": (Input, False), "lots": (LotReport, False), "not_in_order": (NotInOrderReport, False), "outlying": (OutlyingReport, False), "quantities": (DistributionReport, False)}
 CompareCalibrationsReport._parts = {"after": (CalibratedReport, False), "before": (CalibratedReport, False), "changes": (ChangeOfReport, False), "together": (TogetherReport, False)}
 CompareHistoryReport._parts = {"calibrations": (CalibratedReport, False), "trends": (TrendReport, False)}
 GroupReport._parts = {"quantities": (QuantityReport, False)}
