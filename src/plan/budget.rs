@@ -16,14 +16,13 @@
     reason = "`chosen` holds numbers of the problem's candidates, of which `used` has one entry each"
 )]
 
-use super::blocks::{add_outer, invert, sandwich, times as product};
+use super::blocks::sandwich;
 use super::effort::{Costs, mounting};
 use super::problem::{Design, Objective, Problem, WORTH, counted, information};
 use super::search::{FEW, improve_state, value};
-use super::state::State;
+use super::state::{State, packed};
 use crate::campaign::Reading;
 use crate::elements::{Elements, Parts};
-use crate::linear::dot;
 use crate::number;
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::Rng;
@@ -49,7 +48,7 @@ pub(super) fn start(problem: &Problem<'_>, prices: &Prices, rng: &mut Pcg64Mcg) 
     let mut state = State::of(problem, smooth.chosen)?;
     improve_state(&mut state);
     let (mut chosen, mut effort) = (state.chosen, smooth.effort + state.effort);
-    fill(problem, prices, &mut chosen);
+    chosen = fill(problem, prices, chosen);
     if let Objective::Volume(_) = problem.objective {
         // smooth itself: mountings are moved by what is asked
         let further = descend(problem, prices, chosen)?;
@@ -77,8 +76,7 @@ fn searched(problem: &Problem<'_>, prices: &Prices, rng: &mut Pcg64Mcg) -> Optio
         till.change(prices, None, Some(k));
         chosen.push(k);
     }
-    fill(problem, prices, &mut chosen);
-    let mut best = descend(problem, prices, chosen)?;
+    let mut best = descend(problem, prices, fill(problem, prices, chosen))?;
     let mut effort = best.effort;
     for _ in 0..KICKS {
         let mut chosen = best.chosen.clone();
@@ -99,8 +97,7 @@ fn searched(problem: &Problem<'_>, prices: &Prices, rng: &mut Pcg64Mcg) -> Optio
             let at = draw(chosen.len().saturating_sub(1));
             chosen.swap_remove(at);
         }
-        fill(problem, prices, &mut chosen);
-        if let Some(other) = descend(problem, prices, chosen) {
+        if let Some(other) = descend(problem, prices, fill(problem, prices, chosen)) {
             effort += other.effort;
             if other.value < best.value {
                 best = other;
@@ -120,8 +117,7 @@ pub(super) fn descend(problem: &Problem<'_>, prices: &Prices, mut chosen: Vec<us
         let mut state = State::of(problem, chosen.clone())?;
         improve_state(&mut state);
         effort += state.effort;
-        let mut further = state.chosen;
-        fill(problem, prices, &mut further);
+        let further = fill(problem, prices, state.chosen);
         if let Some(value) = regular(problem, &further).filter(|v| worth(*v, now)) {
             (now, chosen) = (value, further);
         }
@@ -242,20 +238,14 @@ impl<'a> Moves<'a> {
     fn with_spending(&self, now: f64) -> Option<(f64, Vec<usize>)> {
         let Moves { problem, prices, chosen, .. } = self;
         let mut best: Option<(f64, Vec<usize>)> = None;
-        let whole = Filling::of(problem, prices, chosen);
+        let mut whole = State::unsolved(problem, chosen.to_vec());
+        let solved = whole.solve_nearly().is_some();
         let mut consider = |gone: &[(usize, u32)]| {
-            let mut left: Vec<(usize, u32)> = gone.to_vec();
-            let mut design: Vec<usize> = Vec::with_capacity(chosen.len());
-            for k in *chosen {
-                match left.iter_mut().find(|(own, times)| own == k && *times > 0) {
-                    Some((_, times)) => *times -= 1,
-                    None => design.push(*k),
-                }
-            }
-            match whole.as_ref().and_then(|whole| whole.without(gone)) {
-                Some(filling) => filling.fill(&mut design),
-                None => fill(problem, prices, &mut design),
-            }
+            let less = if solved { without(&whole, prices, gone) } else { None };
+            let design = match less {
+                Some(less) if less.chosen.len() < problem.choose => filled(less, prices),
+                _ => fill(problem, prices, left(chosen, gone)),
+            };
             if let Some(found) = regular(problem, &design)
                 && worth(found, best.as_ref().map_or(now, |(value, _)| *value))
             {
@@ -278,150 +268,103 @@ impl<'a> Moves<'a> {
 }
 
 /// Add what tells most for its cost until nothing more can be paid for, or the number is reached.
-pub(super) fn fill(problem: &Problem<'_>, prices: &Prices, chosen: &mut Vec<usize>) {
-    if Filling::begun(problem, prices, chosen).has_room(chosen.len())
-        && let Some(filling) = Filling::of(problem, prices, chosen)
-    {
-        filling.fill(chosen);
+fn fill(problem: &Problem<'_>, prices: &Prices, chosen: Vec<usize>) -> Vec<usize> {
+    let mut state = State::unsolved(problem, chosen);
+    let has_room =
+        state.chosen.len() < problem.choose && (0..problem.blocks.count()).any(|k| room(&state, prices, k).is_some());
+    // singular whatever is added to its diagonal: as it is
+    if has_room && state.solve_nearly().is_some() {
+        return filled(state, prices);
     }
+    state.chosen
 }
 
-/// A design to which portions are added.
-#[derive(Clone)]
-struct Filling<'a> {
-    problem: &'a Problem<'a>,
-    prices: &'a Prices,
-    till: Till,
-    used: Vec<usize>,
-    /// `M^-1`, row by row.
-    inverse: Vec<f64>,
-    /// `x' M^-1 x` of every row of every candidate, kept by rank-one updates.
-    spread: Vec<Vec<f64>>,
+/// What one more of a candidate costs, if it may be taken.
+fn room(state: &State<'_>, prices: &Prices, k: usize) -> Option<f64> {
+    let till = state.till.as_ref().filter(|_| (state.times_chosen[k] as usize) < state.problem.most_repeats)?;
+    let more = till.difference(prices, None, Some(k));
+    prices.affords(till.spent + more).then_some(more)
 }
 
-impl<'a> Filling<'a> {
-    /// What a list of portions costs and uses; nothing is inverted yet.
-    fn begun(problem: &'a Problem<'a>, prices: &'a Prices, chosen: &[usize]) -> Self {
-        let mut used = vec![0_usize; problem.blocks.count()];
-        chosen.iter().for_each(|k| used[*k] += 1);
-        Filling { problem, prices, till: Till::new(prices, chosen), used, inverse: Vec::new(), spread: Vec::new() }
-    }
-
-    /// With what the candidates tell; `None` where the design is singular whatever is added to its diagonal.
-    fn of(problem: &'a Problem<'a>, prices: &'a Prices, chosen: &[usize]) -> Option<Self> {
-        let (blocks, n) = (problem.blocks, problem.blocks.unknowns());
-        let mut filling = Filling::begun(problem, prices, chosen);
-        let mut m = information(blocks, problem.base, chosen);
-        let little = 1e-6 * (0..n).filter_map(|i| m.get(i * n + i)).fold(0.0_f64, |most, d| most.max(*d)).max(1e-6);
-        m.iter_mut().step_by(n + 1).for_each(|d| *d += little);
-        filling.inverse = invert(&m, n)?.0;
-        let mut work = vec![0.0; blocks.count()];
-        filling.spread = vec![vec![0.0_f64; blocks.count()]; blocks.rows()];
-        for (r, own) in filling.spread.iter_mut().enumerate() {
-            blocks.quadratic(r, r, &filling.inverse, own, &mut work);
+/// A list without some of its portions, each so many times.
+fn left(chosen: &[usize], gone: &[(usize, u32)]) -> Vec<usize> {
+    let mut gone = gone.to_vec();
+    let mut stays = |k: &usize| match gone.iter_mut().find(|(own, times)| own == k && *times > 0) {
+        Some((_, times)) => {
+            *times -= 1;
+            false
         }
-        Some(filling)
-    }
+        None => true,
+    };
+    chosen.iter().copied().filter(|k| stays(k)).collect()
+}
 
-    /// Is there room for one more of any candidate?
-    fn has_room(&self, chosen: usize) -> bool {
-        chosen < self.problem.choose && (0..self.used.len()).any(|k| self.room(k).is_some())
-    }
-
-    /// What one more of a candidate costs, if it may be taken.
-    fn room(&self, k: usize) -> Option<f64> {
-        if self.used[k] >= self.problem.most_repeats {
-            return None;
-        }
-        let more = self.till.difference(self.prices, None, Some(k));
-        self.prices.affords(self.till.spent + more).then_some(more)
-    }
-
-    /// `times` more of row `r` of a candidate, or less: `M + times x x'` (J. Sherman, W. J. Morrison 1950).
-    ///
-    /// `None` where next to nothing is left in the direction of `x`.
-    fn update(&mut self, k: usize, r: usize, times: f64, work: &mut [f64]) -> Option<()> {
-        let blocks = self.problem.blocks;
-        let x = blocks.row(k, r);
-        let w = product(&self.inverse, &x);
-        let left = 1.0 + times * dot(&x, &w);
-        if !(left > 1e-4) {
-            return None;
-        }
-        let factor = -times / left;
-        add_outer(&mut self.inverse, factor, &w);
-        for (s, own) in self.spread.iter_mut().enumerate() {
-            blocks.along(s, &w, work);
-            own.iter_mut().zip(work.iter()).for_each(|(d, t)| *d += factor * t * t);
-        }
-        Some(())
-    }
-
-    /// The same design without some portions, each so many times; `None` where that has to be computed anew.
-    fn without(&self, gone: &[(usize, u32)]) -> Option<Self> {
-        let mut less = self.clone();
-        let mut work = vec![0.0; self.problem.blocks.count()];
-        for (k, times) in gone {
-            for r in 0..self.problem.blocks.rows() {
-                less.update(*k, r, -f64::from(*times), &mut work)?;
+/// The same design without some portions, each so many times; `None` where next to nothing is left in some direction, and it has to be computed anew.
+fn without<'a>(state: &State<'a>, prices: &Prices, gone: &[(usize, u32)]) -> Option<State<'a>> {
+    let blocks = state.problem.blocks;
+    let mut less = state.clone();
+    for (k, times) in gone {
+        for r in 0..blocks.rows() {
+            let own = less.spread.get(packed(r, r)).map_or(f64::NAN, |spread| spread[*k]);
+            if !(1.0 - f64::from(*times) * own > 1e-4) {
+                return None;
             }
-            for _ in 0..*times {
-                less.till.change(self.prices, Some(*k), None);
-                less.used[*k] = less.used[*k].saturating_sub(1);
+            less.update(&blocks.row(*k, r), -f64::from(*times));
+        }
+        for _ in 0..*times {
+            less.till.iter_mut().for_each(|till| till.change(prices, Some(*k), None));
+            less.times_chosen[*k] = less.times_chosen[*k].saturating_sub(1);
+        }
+    }
+    less.chosen = left(&less.chosen, gone);
+    Some(less)
+}
+
+/// What a design becomes when it is filled up.
+fn filled(mut state: State<'_>, prices: &Prices) -> Vec<usize> {
+    let problem = state.problem;
+    let (blocks, n, count) = (problem.blocks, problem.blocks.unknowns(), problem.blocks.count());
+    let mut work = vec![0.0; count];
+    // at most what a candidate tells
+    let mut told = vec![0.0_f64; count];
+    let mut effect = vec![0.0_f64; count];
+    let least = prices.least_more().max(1e-9);
+    let mut last = None;
+    while state.chosen.len() < problem.choose.min(MOST) {
+        let Some(till) = &state.till else { break };
+        told.fill(0.0);
+        let traced = if let Objective::Trace(w) = problem.objective { Some(w.as_slice()) } else { None };
+        let spread = || (0..blocks.rows()).filter_map(|r| state.spread.get(packed(r, r)));
+        for (r, own) in spread().enumerate() {
+            // what a row alone takes from tr(W M^-1), or adds to log det M: ln(1 + d), which is no more than d
+            if let Some(w) = traced {
+                blocks.quadratic(r, r, &sandwich(&state.inverse, w, n), &mut effect, &mut work);
+                told.iter_mut().zip(own).zip(&effect).for_each(|((told, d), e)| *told += e / (1.0 + d));
+            } else {
+                told.iter_mut().zip(own).for_each(|(told, d)| *told += d);
             }
         }
-        Some(less)
-    }
-
-    fn fill(mut self, chosen: &mut Vec<usize>) {
-        let (blocks, n) = (self.problem.blocks, self.problem.blocks.unknowns());
-        let count = blocks.count();
-        let mut work = vec![0.0; count];
-        // at most what a candidate tells
-        let mut told = vec![0.0_f64; count];
-        let mut effect = vec![0.0_f64; count];
-        let least = self.prices.least_more().max(1e-9);
-        let mut last = None;
-        while chosen.len() < self.problem.choose.min(MOST) {
-            told.fill(0.0);
-            let traced = if let Objective::Trace(w) = self.problem.objective { Some(w.as_slice()) } else { None };
-            for (r, own) in self.spread.iter().enumerate() {
-                // what a row alone takes from tr(W M^-1), or adds to log det M: ln(1 + d), which is no more than d
-                if let Some(w) = traced {
-                    blocks.quadratic(r, r, &sandwich(&self.inverse, w, n), &mut effect, &mut work);
-                    told.iter_mut().zip(own).zip(&effect).for_each(|((told, d), e)| *told += e / (1.0 + d));
-                } else {
-                    told.iter_mut().zip(own).for_each(|(told, d)| *told += d);
-                }
+        let mut best: Option<(f64, usize)> = None;
+        // the one that was taken last is often the best again: most of the others need not be looked at closely
+        for (k, most) in last.into_iter().chain(0..count).filter_map(|k| Some((k, *told.get(k)?))) {
+            if best.is_some_and(|(gain, _)| !(most / till.at_least(prices, k).max(least) > gain)) {
+                continue;
             }
-            let mut best: Option<(f64, usize)> = None;
-            // the one that was taken last is often the best again: most of the others need not be looked at closely
-            for (k, most) in last.into_iter().chain(0..count).filter_map(|k| Some((k, *told.get(k)?))) {
-                if best.is_some_and(|(gain, _)| !(most / self.till.at_least(self.prices, k).max(least) > gain)) {
-                    continue;
-                }
-                let Some(more) = self.room(k) else { continue };
-                let tells = match traced {
-                    Some(_) => most,
-                    None => self.spread.iter().filter_map(|own| own.get(k)).map(|d| d.ln_1p()).sum(),
-                };
-                let gain = tells / more.max(1e-9);
-                if best.is_none_or(|(most, _)| gain > most) {
-                    best = Some((gain, k));
-                }
+            let Some(more) = room(&state, prices, k) else { continue };
+            let tells = match traced {
+                Some(_) => most,
+                None => spread().filter_map(|own| own.get(k)).map(|d| d.ln_1p()).sum(),
+            };
+            let gain = tells / more.max(1e-9);
+            if best.is_none_or(|(most, _)| gain > most) {
+                best = Some((gain, k));
             }
-            let Some((_, k)) = best else { break };
-            for r in 0..blocks.rows() {
-                if self.update(k, r, 1.0, &mut work).is_none() {
-                    return;
-                }
-            }
-            self.used[k] += 1;
-            self.till.change(self.prices, None, Some(k));
-            chosen.push(k);
-            last = Some(k);
         }
+        let Some((_, k)) = best else { break };
+        state.add(k);
+        last = Some(k);
     }
+    state.chosen
 }
 
 /// More portions than this are not chosen, whatever the budget.
@@ -464,7 +407,12 @@ mod tests {
             prices: Some(&prices),
         };
         let chosen: Vec<usize> = (0..20).chain([3, 3, 3, 8, 8, 15]).collect();
-        let whole = Filling::of(&problem, &prices, &chosen).expect("regular");
+        let solved = |chosen: &[usize]| {
+            let mut state = State::unsolved(&problem, chosen.to_vec());
+            state.solve_nearly().expect("regular");
+            state
+        };
+        let whole = solved(&chosen);
         for gone in [vec![(3, 4)], vec![(8, 1)], vec![(0, 1), (1, 1), (2, 1)], vec![(15, 2), (8, 3)]] {
             let mut rest = chosen.clone();
             for (k, times) in &gone {
@@ -472,10 +420,10 @@ mod tests {
                     rest.remove(rest.iter().position(|own| own == k).expect("chosen"));
                 }
             }
-            let less = whole.without(&gone).expect("regular");
-            let anew = Filling::of(&problem, &prices, &rest).expect("regular");
-            assert_eq!(less.used, anew.used);
-            assert!((less.till.spent - anew.till.spent).abs() < 1e-9, "{} {}", less.till.spent, anew.till.spent);
+            let (less, anew) = (without(&whole, &prices, &gone).expect("regular"), solved(&rest));
+            assert_eq!((&less.times_chosen, &less.chosen), (&anew.times_chosen, &anew.chosen));
+            let (less_till, anew_till) = (less.till.as_ref().unwrap(), anew.till.as_ref().unwrap());
+            assert!((less_till.spent - anew_till.spent).abs() < 1e-9, "{} {}", less_till.spent, anew_till.spent);
             // both have a millionth of the largest diagonal element beside them, the first that of the whole design
             let near = |a: &[f64], b: &[f64]| {
                 let most = b.iter().fold(0.0_f64, |most, x| most.max(x.abs()));

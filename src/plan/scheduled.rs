@@ -9,7 +9,6 @@
 
 use super::candidates::{Zone, is_forbidden};
 use super::effort::{Noise, Offer, mounting, planned};
-use super::largest::Worst;
 use super::order::ordered;
 use super::pool::{Pool, log_det_of};
 use super::problem::{Design, Objective, WORTH};
@@ -107,10 +106,7 @@ pub(super) fn criterion_of(
     Ok(match objective {
         Objective::Determinant => Some(log_det_of(&pool.estimate) - log_det_of(&fresh)),
         _ if rank < n => None,
-        Objective::Trace(w) => Some(crate::linear::dot(w, &in_coordinates(pool, &fresh, n))),
-        Objective::Largest(rows) => Some(rows.of(&in_coordinates(pool, &fresh, n))),
-        Objective::Eigenvalue(combinations) => Some(combinations.of(&in_coordinates(pool, &fresh, n))),
-        Objective::Volume(volume) => Some(volume.of(&in_coordinates(pool, &fresh, n))),
+        _ => objective.of(&in_coordinates(pool, &fresh, n)),
     })
 }
 

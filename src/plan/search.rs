@@ -455,13 +455,20 @@ fn sweeps(state: &mut State<'_>, objective: &Objective) {
 pub(super) fn value(objective: &Objective, m: &[f64], n: usize) -> Option<f64> {
     crate::stop::poll();
     let (inverse, log_det) = invert(m, n)?;
-    Some(match objective {
-        Objective::Determinant => -log_det,
-        Objective::Trace(w) => dot(w, &inverse),
-        Objective::Largest(predicted) => predicted.of(&inverse),
-        Objective::Eigenvalue(combinations) => combinations.of(&inverse),
-        Objective::Volume(volume) => volume.of(&inverse),
-    })
+    Some(objective.of(&inverse).unwrap_or(-log_det))
+}
+
+impl Objective {
+    /// Its value for `M^-1`, row by row; `None` for the determinant.
+    pub(super) fn of(&self, inverse: &[f64]) -> Option<f64> {
+        match self {
+            Objective::Determinant => None,
+            Objective::Trace(w) => Some(dot(w, inverse)),
+            Objective::Largest(predicted) => Some(predicted.of(inverse)),
+            Objective::Eigenvalue(combinations) => Some(combinations.of(inverse)),
+            Objective::Volume(volume) => Some(volume.of(inverse)),
+        }
+    }
 }
 
 /// A choice among plain rows.

@@ -22,6 +22,7 @@ use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::Rng;
 
 /// A design in the making.
+#[derive(Clone)]
 pub(super) struct State<'a> {
     /// What is asked.
     pub problem: &'a Problem<'a>,
@@ -73,19 +74,38 @@ impl<'a> State<'a> {
         }
     }
 
-    /// A design as it stands; `None` where it is singular.
-    pub fn of(problem: &'a Problem<'a>, chosen: Vec<usize>) -> Option<Self> {
+    /// Nothing inverted yet.
+    pub fn unsolved(problem: &'a Problem<'a>, chosen: Vec<usize>) -> Self {
         let mut state = State::empty(problem);
         chosen.iter().for_each(|k| state.times_chosen[*k] += 1);
         state.till = problem.prices.map(|prices| Till::new(prices, &chosen));
         state.chosen = chosen;
+        state
+    }
+
+    /// A design as it stands; `None` where it is singular.
+    pub fn of(problem: &'a Problem<'a>, chosen: Vec<usize>) -> Option<Self> {
+        let mut state = State::unsolved(problem, chosen);
         state.refactor()?;
         Some(state)
     }
 
+    /// The inverse and sums with a little information everywhere beside what is chosen, so that a singular design has them, too.
+    pub fn solve_nearly(&mut self) -> Option<()> {
+        let (blocks, n) = (self.problem.blocks, self.problem.blocks.unknowns());
+        let mut m = information(blocks, self.problem.base, &self.chosen);
+        let own = (0..n).map(|i| m[i * n + i]).fold(0.0_f64, f64::max);
+        let little = 1e-6 * if own > 0.0 { own } else { blocks.largest_square().max(f64::MIN_POSITIVE) };
+        (0..n).for_each(|i| m[i * n + i] += little);
+        let (inverse, root, _) = inverse_and_root(&m, n)?;
+        self.inverse = inverse;
+        self.refresh_spread(&root);
+        Some(())
+    }
+
     /// This share of the blocks at random, then the most informative.
     pub fn begin(problem: &'a Problem<'a>, share: f64, rng: &mut Pcg64Mcg) -> Option<Self> {
-        let (n, count, rows) = (problem.blocks.unknowns(), problem.blocks.count(), problem.blocks.rows());
+        let (count, rows) = (problem.blocks.count(), problem.blocks.rows());
         if count == 0 || problem.choose > count.saturating_mul(problem.most_repeats) {
             return None;
         }
@@ -96,13 +116,7 @@ impl<'a> State<'a> {
             let j = number::below(rng.next_u64(), count);
             state.choose(j);
         }
-        let mut m = information(problem.blocks, problem.base, &state.chosen);
-        let own = (0..n).map(|i| m[i * n + i]).fold(0.0_f64, f64::max);
-        let little = 1e-6 * if own > 0.0 { own } else { problem.blocks.largest_square().max(f64::MIN_POSITIVE) };
-        (0..n).for_each(|i| m[i * n + i] += little);
-        let (inverse, root, _) = inverse_and_root(&m, n)?;
-        state.inverse = inverse;
-        state.refresh_spread(&root);
+        state.solve_nearly()?;
         let mut gain = vec![0.0; count];
         while state.chosen.len() < problem.choose {
             gain.fill(0.0);
@@ -203,8 +217,8 @@ impl<'a> State<'a> {
         }
     }
 
-    /// Rank-one update of the inverse and the sums: `sign` is +1 for a row that comes, -1 for one that goes. Sherman-Morrison.
-    fn update(&mut self, x: &[f64], sign: f64) {
+    /// Rank-one update of the inverse and the sums: `sign` is +1 for a row that comes, -1 for one that goes, or so many of them. Sherman-Morrison.
+    pub fn update(&mut self, x: &[f64], sign: f64) {
         let blocks = self.problem.blocks;
         let w = times(&self.inverse, x);
         let factor = -sign / (1.0 + sign * dot(x, &w));
@@ -260,6 +274,17 @@ impl<'a> State<'a> {
             *d += go * go * gone - come * come * came;
         }
         self.replaced(at, j);
+    }
+
+    /// One more of a candidate; the inverse and the sums follow.
+    pub fn add(&mut self, j: usize) {
+        let blocks = self.problem.blocks;
+        (0..blocks.rows()).for_each(|r| self.update(&blocks.row(j, r), 1.0));
+        if let (Some(till), Some(prices)) = (&mut self.till, self.problem.prices) {
+            till.change(prices, None, Some(j));
+        }
+        self.times_chosen[j] += 1;
+        self.chosen.push(j);
     }
 
     fn replaced(&mut self, at: usize, j: usize) {

@@ -38,8 +38,13 @@ of = lambda unit: split.get(unit, [(unit, 1)])
 raised = lambda powers, by: [(symbol, power * by) for symbol, power in powers]
 units |= {own: of(own) for own in outputs + inputs if own not in units}
 # covariances of results
-for a, b in itertools.product(["V", "rad", "arcsec", "Hz", "m/s^2"], repeat=2):
-    units[f"({a})*({b})"] = of(a) + of(b)
+results = {own: of(own) for own in ["V", "rad", "arcsec", "Hz", "m/s^2"]}
+rate, warm = raised(of("deg/s"), -1), [("degC", -1)]
+results |= {"V/(deg/s)": of("V") + rate, "V/(deg/s)^2": of("V") + raised(rate, 2), "V/(deg/s)/degC": of("V") + rate + warm,
+            "V/degC": of("V") + warm, "V/degC^2": of("V") + raised(warm, 2)}
+for (a, first), (b, second) in itertools.product(results.items(), repeat=2):
+    units[f"({a})*({b})"] = first + second
+units |= {"deg/h/K": of("deg/h") + [("K", -1)], "ppm/K": [("ppm", 1), ("K", -1)]}
 for a, b in itertools.product(outputs, inputs):
     units[f"({a})/({b})"] = of(a) + raised(of(b), -1)
     units[f"({b})/({a})"] = of(b) + raised(of(a), -1)
