@@ -119,7 +119,9 @@ impl Effect {
         each("{joint}", campaign.bench.joints().map(str::to_string).collect());
         each("{turning}", turning(campaign));
         let used = sensor.model.names();
-        let columns = campaign.readings.columns.iter().filter(|column| used.contains(&column.as_str()));
+        // without joints every input is the same in all readings, and its product with a column is that column
+        let turned = campaign.bench.joints().next().is_some();
+        let columns = campaign.readings.columns.iter().filter(|column| turned && used.contains(&column.as_str()));
         each("{column}", columns.cloned().collect());
         each("{tilt}", parameters(campaign, |role, kind| *role == Role::AssumedZero && kind == Kind::Tilt));
         each("{known}", parameters(campaign, |role, kind| matches!(role, Role::Known(_)) && kind != Kind::Input));

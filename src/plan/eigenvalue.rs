@@ -13,7 +13,7 @@
 )]
 
 use super::blocks::times;
-use super::criterion::{Combinations, largest_eigenvalue};
+use super::combinations::{Combinations, largest_eigenvalue};
 use super::largest::{Worst, inverse_root};
 use super::state::{State, packed};
 use crate::elements::Elements;

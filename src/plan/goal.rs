@@ -4,14 +4,14 @@
 
 use super::blocks::{Blocks, times};
 use super::bound::bound;
-use super::budget::Prices;
-use super::candidates::from_coarser;
 use super::criterion::{gradients_of, no_result, weight_matrix};
 use super::effort::{Costs, Offer, planned};
 use super::improve::{Improvement, guide, made};
 use super::judge::{Judgement, check_question};
 use super::point::check_point;
 use super::pool::Pool;
+use super::pool::from_coarser;
+use super::prices::Prices;
 use super::problem::{Objective, Problem};
 use super::request::Request;
 use super::scheduled::{refined, schedule_rows};
@@ -296,7 +296,7 @@ impl<'a> Search<'a> {
         let blocks = &self.pool.blocks;
         let reaches = |chosen: &Vec<usize>| {
             let m = super::problem::information(blocks, &self.pool.base, chosen);
-            let value = super::search::value(&self.objective, &m, blocks.unknowns());
+            let value = super::exchange::value(&self.objective, &m, blocks.unknowns());
             value.is_some_and(|value| value <= 1.0) && chosen.len() <= self.most
         };
         let mut best = Reach { is_fewest: false, ..fewest };

@@ -2,13 +2,14 @@
 
 use super::blocks::{add_outer, rank};
 use super::bound::{Bound, bound};
-use super::budget::Prices;
-use super::candidates::{from_coarser, frozen};
+use super::candidates::frozen;
 use super::criterion::objective;
 use super::effort::{Costs, Noise, Offer, planned};
 use super::judge::{Judgement, check_question, judge};
 use super::point::check_point;
 use super::pool::Pool;
+use super::pool::from_coarser;
+use super::prices::Prices;
 use super::problem::{Design, Objective, Problem};
 use super::request::{Method, Request};
 use super::scheduled::{Reason, Refined, check, reasons, refined, schedule_rows, scheduled};

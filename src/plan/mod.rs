@@ -23,7 +23,9 @@
 //! | `volume.rs` | exchanges for the volume of the parameters beside deviations |
 //! | `largest.rs` | exchanges for the largest of several variances |
 //! | `eigenvalue.rs` | exchanges for the worst determined combination |
-//! | `budget.rs` | exchanges within a budget: what portions cost together, how many mountings, how many readings |
+//! | `budget.rs` | exchanges within a budget: how many mountings, how many readings |
+//! | `prices.rs` | what chosen portions cost together |
+//! | `exchange.rs` | exchanges of one chosen candidate at a time |
 //! | `bound.rs` | the approximate design: what no schedule can beat |
 //! | `improve.rs` | the best positions, chosen or added |
 //! | `scheduled.rs` | from chosen portions to a schedule: order, angles between the candidates, why each mounting is in it |
@@ -40,11 +42,13 @@ mod blocks;
 mod bound;
 mod budget;
 mod candidates;
+mod combinations;
 mod criterion;
 mod discriminate;
 mod discriminating_positions;
 mod effort;
 mod eigenvalue;
+mod exchange;
 mod extended;
 mod goal;
 mod improve;
@@ -55,6 +59,7 @@ mod largest;
 mod order;
 mod point;
 mod pool;
+mod prices;
 mod problem;
 mod request;
 mod scheduled;
@@ -65,7 +70,8 @@ mod whitened;
 
 pub use blocks::Blocks;
 pub use candidates::{Unit, Zone, from_schedule, sweep, sweep_with_rates, without};
-pub use criterion::{Combinations, Criterion, Volume};
+pub use combinations::{Combinations, Volume};
+pub use criterion::Criterion;
 pub use discriminate::{Discrimination, Separated, discriminate, separate};
 pub use discriminating_positions::{DiscriminatingPosition, discriminating_positions};
 pub use effort::{Costs, Noise, NoiseSource, Offer, SensorNoise, Work, mountings, planned, positions_only};

@@ -2,13 +2,17 @@
 //!
 //! One pivoted QR of all rows (what is kept, priors, candidates), `W A D^-1 = Q R`, gives coordinates `z = R D x`: there the rows of every
 //! block are rows of `Q`, and a linear function `c'x` has the coordinates `T'c`, `T = D^-1 R^-1`; equations between unknowns are in `T`.
+//!
+//! Coarser sweeps within a finer one: what they find is where the finer search goes on from, so that more candidates never give a worse answer.
+//! A sweep in steps of 15 deg holds those in steps of 30, 45, 60, 90, 120 and 180. Each is searched just as it would be alone, from what the
+//! coarser ones within it have found.
 
 use super::blocks::{Blocks, add_outer};
 use super::candidates::{Unit, portions};
 use super::effort::Noise;
 use super::whitened::level_of;
 use super::whitened::{Beside, Term, adjusted, mounted_apart, predicted, whitened, with_priors};
-use crate::campaign::{Campaign, Reading, Readings};
+use crate::campaign::{Campaign, JointState, Reading, Readings};
 use crate::design::{self, Model};
 use crate::elements::Elements;
 use crate::error::{Fault, Malformed, Result};
@@ -16,6 +20,7 @@ use crate::estimate::Estimate;
 use crate::fit::{self, RankDefect};
 use crate::linear::normalise;
 use faer::Mat;
+use std::collections::HashMap;
 
 /// Candidates, ready for exchanges.
 #[derive(Debug, Clone)]
@@ -187,4 +192,100 @@ pub(super) fn log_det_of(estimate: &Estimate) -> f64 {
     let diagonal = (0..factor.rank()).map(|k| factor.r()[(k, k)].abs().ln()).sum::<f64>();
     let scales: f64 = factor.basis().iter().filter_map(|j| factor.scale().get(*j)).map(|s| s.ln()).sum();
     2.0 * (diagonal + scales)
+}
+
+/// Steps finer than this are no sweep.
+const FINEST: usize = 720;
+
+/// Steps of a turn on which all angles of joints at rest lie; `None` where they lie on no grid.
+fn steps(candidates: &Readings) -> Option<usize> {
+    let mut steps = 1_usize;
+    let mut seen: Vec<u64> = Vec::new();
+    for state in candidates.rows.iter().flat_map(|r| &r.joints) {
+        let JointState::Held { angle_deg } = state else { continue };
+        if seen.contains(&angle_deg.to_bits()) {
+            continue;
+        }
+        if seen.len() > 4 * FINEST {
+            return None;
+        }
+        seen.push(angle_deg.to_bits());
+        let own = (1..=FINEST).find(|k| {
+            let at = angle_deg / 360.0 * *k as f64;
+            (at - at.round()).abs() < 1e-9
+        })?;
+        steps = steps / gcd(steps, own) * own;
+        if steps > FINEST {
+            return None;
+        }
+    }
+    Some(steps)
+}
+
+fn gcd(a: usize, b: usize) -> usize {
+    if b == 0 { a } else { gcd(b, a % b) }
+}
+
+/// What coarser sweeps find, each going on from those within it, as designs of `pool`: that of all candidates.
+pub(super) fn from_coarser(
+    candidates: &Readings,
+    pool: &Pool,
+    pool_of: impl Fn(&Readings) -> Result<Pool>,
+    best: impl Fn(&Pool, &[Vec<usize>]) -> Option<Vec<usize>>,
+) -> Vec<Vec<usize>> {
+    let mut found: Vec<Option<(Pool, Vec<usize>)>> = Vec::new();
+    let mut given = Vec::new();
+    let levels = levels(candidates);
+    for (k, (readings, within)) in levels.iter().enumerate() {
+        let coarse = (k + 1 < levels.len()).then_some(readings);
+        // a coarser sweep may lack what this question needs
+        let own =
+            coarse.and_then(|own| pool_of(own).ok()).filter(|own| own.blocks.unknowns() == pool.blocks.unknowns());
+        let coarser = within.iter().filter_map(|k| found.get(*k)?.as_ref());
+        let to = own.as_ref().unwrap_or(pool);
+        given = coarser.filter_map(|(from, chosen)| carried(from, chosen, to)).collect();
+        let chosen = own.as_ref().and_then(|own| best(own, &given));
+        found.push(own.zip(chosen));
+    }
+    given
+}
+
+/// Candidates on each coarser grid, the coarsest first, and which of the earlier ones each holds; the last is all candidates.
+fn levels(candidates: &Readings) -> Vec<(Readings, Vec<usize>)> {
+    // angles on no common grid: one level
+    let all = steps(candidates).unwrap_or(1);
+    let mut levels: Vec<(usize, Readings)> = Vec::new();
+    for steps in (2..all).filter(|k| all.is_multiple_of(*k)) {
+        let on_grid = |state: &JointState| match state {
+            JointState::Held { angle_deg } => {
+                let at = angle_deg / 360.0 * steps as f64;
+                (at - at.round()).abs() < 1e-9
+            }
+            _ => true,
+        };
+        let rows: Vec<_> = candidates.rows.iter().filter(|r| r.joints.iter().all(on_grid)).cloned().collect();
+        if !rows.is_empty()
+            && rows.len() < candidates.rows.len()
+            && levels.last().is_none_or(|(_, l)| l.rows.len() != rows.len())
+        {
+            levels.push((steps, Readings { columns: candidates.columns.clone(), rows }));
+        }
+    }
+    levels.push((all, candidates.clone()));
+    let grids: Vec<usize> = levels.iter().map(|(steps, _)| *steps).collect();
+    let within = |own: usize| {
+        let all = grids.at(own);
+        let coarser = grids.iter().enumerate().take(own);
+        coarser.filter(|(_, grid)| all.is_multiple_of(**grid)).map(|(k, _)| k).collect::<Vec<usize>>()
+    };
+    levels.into_iter().enumerate().map(|(own, (_, readings))| (readings, within(own))).collect()
+}
+
+/// Portions of one pool by their number in another that holds them; `None` where one is missing.
+fn carried(from: &Pool, chosen: &[usize], to: &Pool) -> Option<Vec<usize>> {
+    let key = |pool: &Pool, k: usize| {
+        pool.portions.get(k).map(|p| format!("{:?}", p.iter().map(|r| (&r.joints, &r.columns)).collect::<Vec<_>>()))
+    };
+    let places: HashMap<String, usize> = (0..to.portions.len()).filter_map(|k| Some((key(to, k)?, k))).collect();
+    chosen.iter().map(|k| places.get(&key(from, *k)?).copied()).collect()
 }

@@ -1,8 +1,8 @@
 //! What an exchange is to make best, of what, and a design that it has found.
 
 use super::blocks::Blocks;
-use super::budget::Prices;
-use super::criterion::{Combinations, Volume};
+use super::combinations::{Combinations, Volume};
+use super::prices::Prices;
 
 /// What the exchange makes small, in the coordinates of the blocks.
 #[derive(Debug, Clone, PartialEq)]

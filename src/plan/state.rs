@@ -14,7 +14,7 @@
 )]
 
 use super::blocks::{Blocks, add_outer, determinant_and_trace, inverse_and_root, largest, times};
-use super::budget::Till;
+use super::prices::Till;
 use super::problem::{Problem, information};
 use crate::linear::dot;
 use crate::number;

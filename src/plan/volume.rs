@@ -16,7 +16,7 @@
     reason = "packed triangles are made here over the rows of a block, with one entry for each candidate"
 )]
 
-use super::criterion::Volume;
+use super::combinations::Volume;
 use super::largest::{Worst, inverse_root};
 use super::state::{State, packed};
 use crate::elements::Elements;

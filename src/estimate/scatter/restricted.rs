@@ -73,7 +73,7 @@ pub struct NoiseModel {
 
 /// The likelihood at some noise, with its derivatives by the logarithms of what is free.
 #[derive(Debug, Clone)]
-pub struct Restricted {
+pub struct Likelihood {
     /// `-2 log L`, without constants.
     pub deviance: f64,
     /// Its gradient.
@@ -82,8 +82,6 @@ pub struct Restricted {
     pub bend: Mat<f64>,
     /// The solution, in the columns that the parts have.
     pub solution: Vec<f64>,
-    /// `y' P y`.
-    pub squares: f64,
     /// Covariance of the unknowns.
     pub covariance: Mat<f64>,
     /// Its first derivatives.
@@ -98,7 +96,7 @@ pub struct Top {
     /// Logarithms of what is free.
     pub at: Vec<f64>,
     /// The likelihood there.
-    pub found: Restricted,
+    pub found: Likelihood,
     /// Parameters that stand at the end of their range.
     pub at_end: Vec<bool>,
     /// Steps.
@@ -119,7 +117,7 @@ const LONGEST: f64 = 2.0;
 impl NoiseModel {
     /// The likelihood at these logarithms from the parts there, with derivatives where the parts have theirs; `None` where the unknowns' columns are
     /// not independent in them.
-    pub fn likelihood(&self, logarithms: &[f64], parts: &[Part]) -> Option<Restricted> {
+    pub fn likelihood(&self, logarithms: &[f64], parts: &[Part]) -> Option<Likelihood> {
         let (n, free) = (self.columns, self.range.len());
         let mut whole: Mat<f64> = Mat::zeros(n + 1, n + 1);
         let mut deviance = 0.0;
@@ -133,16 +131,19 @@ impl NoiseModel {
         let solution = cholesky.solve(whole.as_ref().subrows(0, n).subcols(n, 1));
         let squares = whole[(n, n)] - (0..n).map(|j| whole[(j, n)] * solution[(j, 0)]).sum::<f64>();
         let mut inverse = Mat::<f64>::identity(n, n);
-        faer::linalg::triangular_solve::solve_lower_triangular_in_place(lower.as_ref(), inverse.as_mut(), faer::Par::Seq);
+        faer::linalg::triangular_solve::solve_lower_triangular_in_place(
+            lower.as_ref(),
+            inverse.as_mut(),
+            faer::Par::Seq,
+        );
         deviance += 2.0 * (0..n).map(|j| lower[(j, j)].ln()).sum::<f64>() + squares;
         let covariance = inverse.transpose() * &inverse;
         let solution: Vec<f64> = (0..n).map(|j| solution[(j, 0)]).collect();
-        let mut found = Restricted {
+        let mut found = Likelihood {
             deviance,
             gradient: vec![0.0; free],
             bend: Mat::zeros(free, free),
             solution,
-            squares,
             covariance,
             slopes: Vec::new(),
             bends: Vec::new(),
@@ -194,14 +195,10 @@ impl NoiseModel {
     /// Newton's steps from a start to the top of the likelihood; `gather` brings the parts at some noise.
     ///
     /// Errors: those of `gather`; a start that is no covariance.
-    pub fn top(
-        &self,
-        start: &[f64],
-        gather: &mut dyn FnMut(&[TimeNoise]) -> Result<Vec<Part>>,
-    ) -> Result<Top> {
+    pub fn top(&self, start: &[f64], gather: &mut dyn FnMut(&[TimeNoise]) -> Result<Vec<Part>>) -> Result<Top> {
         let mut at = start.to_vec();
         self.range.iter().zip(&mut at).for_each(|((low, high), x)| *x = x.clamp(*low, *high));
-        let mut look = |at: &[f64]| -> Result<Option<Restricted>> {
+        let mut look = |at: &[f64]| -> Result<Option<Likelihood>> {
             crate::stop::poll();
             let noises: Vec<TimeNoise> = self.parts.iter().map(|own| own.at(at)).collect();
             Ok(self.likelihood(at, &gather(&noises)?))
@@ -242,13 +239,13 @@ impl NoiseModel {
         Ok(self.ended(at, found, iterations, converged))
     }
 
-    fn ended(&self, at: Vec<f64>, found: Restricted, iterations: usize, converged: bool) -> Top {
+    fn ended(&self, at: Vec<f64>, found: Likelihood, iterations: usize, converged: bool) -> Top {
         let at_end = at.iter().zip(&self.range).map(|(x, (low, high))| x <= low || x >= high).collect();
         Top { at, found, at_end, iterations, converged }
     }
 }
 
-impl Restricted {
+impl Likelihood {
     /// Covariance of the estimated parameters `among` all that are free, of logarithms, zero for the others; and what estimating them adds to the covariance of
     /// the unknowns.
     ///
@@ -303,7 +300,7 @@ impl PartNoise {
         white: f64,
         first: &mut [Mat<f64>],
         second: &mut [Vec<Mat<f64>>],
-        found: &mut Restricted,
+        found: &mut Likelihood,
     ) {
         // by ln w, ln q, ln tau from those by ln w at a fixed ratio, rho and phi: d/dlnw = d/ds - d/drho
         const FIRST: [[f64; 4]; 3] = [[-1.0, -1.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]];
@@ -326,9 +323,8 @@ impl PartNoise {
             }
         };
         // the logarithm of the determinant has no product with ln w
-        let logarithm = |weights: &[f64]| -> f64 {
-            part.log_determinant.iter().zip(weights).skip(1).map(|(l, by)| l * by).sum()
-        };
+        let logarithm =
+            |weights: &[f64]| -> f64 { part.log_determinant.iter().zip(weights).skip(1).map(|(l, by)| l * by).sum() };
         for (slot, weights) in slots.iter().zip(&FIRST) {
             if let Some(k) = slot {
                 sum(&mut first[*k], weights);

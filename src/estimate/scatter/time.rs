@@ -209,10 +209,12 @@ impl Chains {
             std::collections::BTreeMap::new();
         for (row, own) in own.iter().enumerate() {
             let line = own.map(|(k, ..)| k);
-            let (run, time) = own.and_then(|(k, level, _)| {
-                let memory = lines[k].memory.as_ref()?;
-                Some((memory.run.get(level).copied().unwrap_or(0), memory.time.at(level))) // likewise
-            }).unwrap_or_default();
+            let (run, time) = own
+                .and_then(|(k, level, _)| {
+                    let memory = lines[k].memory.as_ref()?;
+                    Some((memory.run.get(level).copied().unwrap_or(0), memory.time.at(level))) // likewise
+                })
+                .unwrap_or_default();
             parts.entry((line, problem.members.rows[row])).or_default().push((run, time, row));
         }
         let count = problem.members.count;
@@ -286,7 +288,8 @@ impl Chains {
     /// The top of the likelihood, from variances and correlation times nearby if there are some.
     fn top(self, problem: &Problem<'_>, start: &[f64], known: &[f64]) -> Result<Along> {
         let count = problem.members.count;
-        let nearby = start.len() == count && count + known.len() == self.meaning.len() && start.iter().all(|t| *t > 0.0);
+        let nearby =
+            start.len() == count && count + known.len() == self.meaning.len() && start.iter().all(|t| *t > 0.0);
         let begin = if nearby {
             start.iter().chain(known).map(|x| x.ln()).collect()
         } else {
@@ -323,7 +326,8 @@ impl NoiseModel {
                 parts[s] = look(s, noise)?;
                 self.parts.iter().zip(&noises).for_each(|(own, noise)| own.set(*noise, &mut at));
                 // a part that is not looked for yet is white
-                let white: Vec<PartNoise> = self.parts.iter().zip(&noises).map(|(_, noise)| PartNoise::known(*noise)).collect();
+                let white: Vec<PartNoise> =
+                    self.parts.iter().zip(&noises).map(|(_, noise)| PartNoise::known(*noise)).collect();
                 let here = NoiseModel { parts: white, range: Vec::new(), columns: self.columns };
                 let Some(found) = here.likelihood(&[], &parts) else { continue };
                 if best.as_ref().is_none_or(|(least, ..)| found.deviance < *least) {
@@ -357,7 +361,9 @@ impl PartNoise {
             (Slot::Free(_), Slot::Stated(q)) => RATIOS.map(|r| (factor / (1.0 + r), q)).to_vec(),
             (Slot::Stated(white), Slot::Stated(q)) => vec![(white, q)],
         };
-        let with = |tau: f64| sizes.iter().map(move |(white, deviation)| TimeNoise { white: *white, deviation: *deviation, tau });
+        let with = |tau: f64| {
+            sizes.iter().map(move |(white, deviation)| TimeNoise { white: *white, deviation: *deviation, tau })
+        };
         times.into_iter().flat_map(with).collect()
     }
 
@@ -527,7 +533,8 @@ impl Beside<'_> {
         let s = &inference.s;
         let bend = Mat::from_fn(at.len(), at.len(), |a, b| {
             let (a, b) = (known + a, known + b);
-            let through = |g: &usize| kept.iter().map(|h| s[(a, *g)] * 0.5 * spread[(*g, *h)] * s[(*h, b)]).sum::<f64>();
+            let through =
+                |g: &usize| kept.iter().map(|h| s[(a, *g)] * 0.5 * spread[(*g, *h)] * s[(*h, b)]).sum::<f64>();
             s[(a, b)] - kept.iter().map(through).sum::<f64>()
         });
         Ok(Profile { deviance: ended.point.deviance, slope, bend, theta })

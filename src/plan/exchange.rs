@@ -1,0 +1,192 @@
+//! Exchange: start from some candidates, then replace one chosen candidate at a time while the criterion improves.
+//!
+//! With `M` the information of the design, replacing block `i` by block `j` multiplies the determinant by
+//!
+//! ```text
+//! det(M + Xj'Xj - Xi'Xi) / det M = |det(S + X M^-1 X')|,   X = [Xj; Xi],  S = diag(1, .., -1, ..)
+//! tr(W M'^-1) = tr(W M^-1) - tr[(S + X M^-1 X')^-1 X M^-1 W M^-1 X']
+//! ```
+//!
+//! (V. V. Fedorov, Theory of Optimal Experiments, 1972, 3.1; the order of trials is that of R. D. Cook, C. J. Nachtsheim, Technometrics 22
+//! (1980) 315: the best replacement of one chosen block at a time). Replacements are weighed in `exchange_gains.rs`, `M^-1` and the sums over candidates
+//! follow by the rank-one updates of `state.rs`; every start ends with a fresh factorisation, so that no drift of them reaches the answer.
+#![allow(
+    clippy::indexing_slicing,
+    reason = "`chosen` holds numbers of the problem's candidates, of which `settled` has one entry each"
+)]
+
+use super::blocks::invert;
+use super::bound::Bound;
+use super::largest::{Worst, lower};
+use super::problem::{Design, Objective, Problem, SWEEPS, WORTH, information};
+use super::state::State;
+use crate::linear::dot;
+use crate::number;
+use rand_pcg::Pcg64Mcg;
+use rand_pcg::rand_core::Rng;
+
+/// Exchanges between fresh factorisations.
+const REFACTOR: usize = 50;
+
+/// How a start begins: its number says whether a third is at random and the rest by what tells most, or all is at random, or the approximate
+/// design's weights are rounded.
+const KINDS: usize = 3;
+/// With so many portions for each unknown, every start rounds the weights: exchanges one at a time would take long to get there.
+const MANY: usize = 40;
+/// Optima from which a start goes on, after some portions have been replaced at random.
+const KICKS: usize = 3;
+
+/// One start: a first design, exchanges until none is worth it, and the same again from neighbours of what was found. `None` where no such design
+/// is regular.
+pub(super) fn start(problem: &Problem<'_>, rng: &mut Pcg64Mcg, number: usize, guide: Option<&Bound>) -> Option<Design> {
+    let many = problem.choose > MANY * problem.blocks.unknowns();
+    let mut state = match guide {
+        Some(guide) if many || number % KINDS == 2 => State::rounded(problem, &guide.weights, rng),
+        _ => State::begin(problem, if number % KINDS == 1 { 1.0 } else { 1.0 / 3.0 }, rng),
+    }
+    .or_else(|| State::begin(problem, 1.0 / 3.0, rng))?;
+    let mut effort = 0.0;
+    improve_state(&mut state);
+    effort += state.effort;
+    let mut best = finished(problem, state.chosen)?;
+    for _ in 0..KICKS {
+        let mut chosen = best.chosen.clone();
+        let mut draw = |below: usize| number::below(rng.next_u64(), below);
+        for _ in 0..1 + draw(3.min(chosen.len())) {
+            let (at, j) = (draw(chosen.len()), draw(problem.blocks.count()));
+            let may_repeat = chosen.iter().filter(|own| **own == j).count() < problem.most_repeats;
+            // nothing is exchanged where nothing is chosen
+            if let Some(slot) = chosen.get_mut(at).filter(|_| may_repeat) {
+                *slot = j;
+            }
+        }
+        let Some(mut state) = State::of(problem, chosen) else { continue };
+        improve_state(&mut state);
+        effort += state.effort;
+        if let Some(other) = finished(problem, state.chosen)
+            && other.value < best.value
+        {
+            best = other;
+        }
+    }
+    Some(Design { effort, ..best })
+}
+
+/// Exchanges from a design as it stands.
+pub(super) fn descend(problem: &Problem<'_>, chosen: Vec<usize>) -> Option<Design> {
+    let mut state = State::of(problem, chosen)?;
+    improve_state(&mut state);
+    finished(problem, state.chosen)
+}
+
+/// A design with its value from a fresh factorisation.
+pub(super) fn finished(problem: &Problem<'_>, mut chosen: Vec<usize>) -> Option<Design> {
+    chosen.sort_unstable();
+    let m = information(problem.blocks, problem.base, &chosen);
+    let value = value(problem.objective, &m, problem.blocks.unknowns())?;
+    Some(Design { chosen, value, effort: 0.0 })
+}
+
+/// Exchanges until none is worth it.
+pub(super) fn improve_state(state: &mut State<'_>) {
+    match state.problem.objective {
+        Objective::Largest(predicted) => {
+            let few = predicted.count() * predicted.rows() <= FEW;
+            improve_worst(
+                state,
+                predicted,
+                &if few { Objective::Trace(predicted.sum()) } else { Objective::Determinant },
+            );
+        }
+        Objective::Eigenvalue(combinations) => {
+            improve_worst(state, combinations, &Objective::Trace(combinations.sum()));
+        }
+        Objective::Volume(volume) => improve_worst(state, volume, &Objective::Determinant),
+        objective => sweeps(state, objective),
+    }
+}
+
+/// From where the start is, and from the best of a smooth objective: the first alone is slow to get near, the second is the same from any start.
+fn improve_worst(state: &mut State<'_>, worst: &impl Worst, smooth: &Objective) {
+    let other = State::of(state.problem, state.chosen.clone());
+    sweeps(state, smooth);
+    lower(state, worst);
+    if let Some(mut other) = other {
+        lower(&mut other, worst);
+        let effort = state.effort + other.effort;
+        if worst.of(&other.inverse) < worst.of(&state.inverse) {
+            *state = other;
+        }
+        state.effort = effort;
+    }
+}
+
+/// With so few predicted rows, the sum of their variances is near their largest.
+pub(super) const FEW: usize = 64;
+
+/// Sweep over the chosen blocks until none has a better replacement.
+fn sweeps(state: &mut State<'_>, objective: &Objective) {
+    let n = state.problem.blocks.unknowns();
+    let mut since_refactor = 0;
+    for _ in 0..SWEEPS {
+        let mut improved = false;
+        // blocks that have no better replacement as things stand
+        let mut settled = vec![false; state.problem.blocks.count()];
+        for at in 0..state.chosen.len() {
+            crate::stop::poll();
+            if settled[state.chosen[at]] {
+                continue;
+            }
+            let (best, better) = match objective {
+                Objective::Trace(w) => {
+                    let (j, decrease) = state.best_for_trace(at, w);
+                    (j, decrease > WORTH * dot(w, &state.inverse))
+                }
+                _ => {
+                    let (j, ratio) = state.best_for_determinant(at);
+                    (j, ratio > 1.0 + WORTH * n as f64)
+                }
+            };
+            if better && best != state.chosen[at] {
+                match objective {
+                    Objective::Determinant if state.problem.blocks.rows() == 1 => state.exchange_single(at, best),
+                    _ => state.exchange(at, best),
+                }
+                improved = true;
+                settled.fill(false);
+                since_refactor += 1;
+                if since_refactor >= REFACTOR {
+                    since_refactor = 0;
+                    if state.refactor().is_none() {
+                        return;
+                    }
+                }
+            } else {
+                settled[state.chosen[at]] = true;
+            }
+        }
+        if !improved {
+            return;
+        }
+    }
+}
+
+/// The objective's value for an information matrix of `n` unknowns; `None` where it is singular.
+pub(super) fn value(objective: &Objective, m: &[f64], n: usize) -> Option<f64> {
+    crate::stop::poll();
+    let (inverse, log_det) = invert(m, n)?;
+    Some(objective.of(&inverse).unwrap_or(-log_det))
+}
+
+impl Objective {
+    /// Its value for `M^-1`, row by row; `None` for the determinant.
+    pub(super) fn of(&self, inverse: &[f64]) -> Option<f64> {
+        match self {
+            Objective::Determinant => None,
+            Objective::Trace(w) => Some(dot(w, inverse)),
+            Objective::Largest(predicted) => Some(predicted.of(inverse)),
+            Objective::Eigenvalue(combinations) => Some(combinations.of(inverse)),
+            Objective::Volume(volume) => Some(volume.of(inverse)),
+        }
+    }
+}
