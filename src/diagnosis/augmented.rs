@@ -13,7 +13,7 @@ use super::noise::{self, Finished, NoiseFrom, Weighted};
 use super::pool::Pool;
 use super::remainder::Remainders;
 use super::repair::repaired;
-use super::score::{Class, Posterior, Priors, Problem, Score};
+use super::score::{Class, Member, Posterior, Priors, Problem, Score};
 use super::screen::{Chosen, Screen};
 use super::{Candidate, Effect, Settings, assumptions, fit_exactly, screen};
 use crate::campaign::{Campaign, Role};
@@ -24,12 +24,14 @@ use crate::fit::{self, Fit};
 use crate::simulate::Regressor;
 use crate::vocabulary::vocabulary;
 use std::cmp::Ordering;
-use std::collections::HashMap;
-use std::rc::Rc;
+use std::collections::{BTreeMap, HashMap};
 
-/// Sets that the others are followed from, and exact fits from each: they bound the work.
+/// Sets that are fitted first, rounds of exact fits, and fits of each round: they bound the work.
 const FOLLOWED: usize = 6;
-const FITS: usize = 5;
+const VIEWS: usize = 6;
+const RIVALS: usize = 8;
+/// Least probability of a set that is judged at its own solution.
+const COMPETES: f64 = 0.02;
 /// Factor by which the gap of the model as given may differ from point to point: beyond it an exact fit went astray.
 const STRAIGHT: f64 = 2.0;
 /// Odds against the best from which a set with another tilt is tried.
@@ -104,13 +106,10 @@ struct View {
     weighted: Weighted,
     candidates: Vec<Candidate>,
     without_column: usize,
+    score: Score,
+    /// What its evidences and those of other points differ by.
+    unit: f64,
     posterior: Posterior,
-    /// Candidates with one column, by the one that stands for them.
-    alike: Vec<Vec<u16>>,
-    /// ln of each candidate's odds.
-    odds: Vec<f64>,
-    /// ln evidence of the set that was asked about.
-    value: f64,
 }
 
 impl View {
@@ -129,9 +128,23 @@ impl View {
         names.iter().map(|own| self.index(own).and_then(|j| self.candidates.get(j))).collect()
     }
 
-    /// What stands for a set in the posterior.
-    fn standing(&self, names: &Names) -> Option<Vec<u16>> {
-        standing(&self.candidates, &self.alike, names)
+    /// ln odds of all that have the column of a candidate.
+    fn odds(&self, j: usize) -> f64 {
+        let first = self.score.alike.iter().position(|own| own.iter().any(|i| usize::from(*i) == j));
+        first.and_then(|j| self.score.prior.get(j)).copied().unwrap_or(f64::NEG_INFINITY)
+    }
+
+    /// The posterior with what some sets have at their own solutions; of several with the same columns here the most probable counts.
+    fn settle(&mut self, judged: &[(Names, f64)]) {
+        let mut own: BTreeMap<Vec<u16>, f64> = BTreeMap::new();
+        for (names, value) in judged {
+            if let Some(set) = standing(&self.candidates, &self.score.alike, names) {
+                let most = own.entry(set).or_insert(f64::NEG_INFINITY);
+                *most = most.max(*value);
+            }
+        }
+        own.iter().for_each(|(set, value)| self.score.overrule(set, value - self.unit));
+        self.posterior = self.score.posterior();
     }
 }
 
@@ -166,12 +179,32 @@ pub(super) fn odds<'a>(candidates: impl Iterator<Item = &'a Candidate> + Clone, 
         let share = members.get(&(c.family.as_str(), c.sensor)).filter(|_| shared(c)).copied().unwrap_or(1.0);
         // of equals the first rank, and before it what was only asserted
         let rank = if assumptions::is_assumption(c) { -1.0 } else { f64::from(c.rank) };
-        c.size.clamp(priors.vanishing, 1.0).ln() - share.ln() - priors.rank * rank
+        -share.ln() - priors.rank * rank
     };
     let plain: Vec<f64> = candidates.map(own).collect();
     let all: f64 = plain.iter().map(|own| own.exp()).sum();
     // so many are expected in all where anything is missing
     plain.into_iter().map(|own| own + (priors.expected / all.max(f64::MIN_POSITIVE)).ln()).collect()
+}
+
+/// For each candidate, scaled to a largest value of one, the coefficient with which it would make this share of the largest reading of its sensor if its
+/// inputs were as large as they could be: what only small tilts leave needs an absurd one.
+fn plain(candidates: &[Candidate], design: &DesignMatrix, share: f64) -> Vec<f64> {
+    let mut largest: Vec<f64> = Vec::new();
+    for (origin, value) in design.rows.iter().zip(&design.predicted) {
+        largest.resize(largest.len().max(origin.sensor + 1), 0.0);
+        largest.iter_mut().skip(origin.sensor).take(1).for_each(|most| *most = most.max(value.abs()));
+    }
+    let of = |candidate: &Candidate| {
+        let all = candidate.column.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
+        let most = candidate.column.iter().zip(&design.rows).fold(0.0_f64, |most, (v, origin)| {
+            let reading = largest.get(origin.sensor).copied().filter(|own| *own > 0.0);
+            reading.map_or(most, |reading| most.max(v.abs() / reading))
+        });
+        // what no reading of any size feels has none
+        if most > 0.0 { share * candidate.size * all / most } else { f64::INFINITY }
+    };
+    candidates.iter().map(of).collect()
 }
 
 /// The rows of the augmented model: its derivatives to the tilts go through the effects too. The gap stays that of the model as given.
@@ -224,15 +257,30 @@ impl<'a> Search<'a> {
         Ok(Search { question, model, priors, chosen, kept: Kept::new() })
     }
 
-    fn see(&mut self, point: &[f64], fit: Option<(&Fit, &[&Candidate])>) -> Result<Seeing> {
-        let Question { campaign, asked, catalogue, settings } = self.question;
+    /// The rows at a point; with the derivatives of the model that has some effects, if they were fitted and it is to be seen by itself.
+    fn rows(
+        &self,
+        point: &[f64],
+        fit: Option<(&Fit, &[&Candidate])>,
+        by_itself: bool,
+    ) -> Result<(DesignMatrix, Weighted)> {
+        let campaign = self.question.campaign;
         let mut design = design::assemble(campaign, &self.model, point)?;
         let mut finished = None;
         if let Some((fit, effects)) = fit {
             let same = (fit.design.jacobian.nrows(), fit.design.predicted.len())
                 == (design.jacobian.nrows(), design.predicted.len());
-            if same && !effects.iter().any(|c| assumptions::is_assumption(c)) {
+            if by_itself && same && !effects.iter().any(|c| assumptions::is_assumption(c)) {
                 augment(campaign, &mut design, fit, effects);
+            } else {
+                let given = campaign.reference_point();
+                for own in effects.iter().filter_map(|effect| campaign.parameter_index(&effect.coefficient)) {
+                    let moved = point.get(own).zip(given.get(own)).map_or(0.0, |(now, before)| now - before);
+                    if own >= campaign.unknowns() && own < design.jacobian.ncols() {
+                        let slopes = design.jacobian.col_as_slice(own).to_vec();
+                        design.predicted.iter_mut().zip(slopes).for_each(|(own, slope)| *own -= slope * moved);
+                    }
+                }
             }
             let variances = match fit.campaign.scatter.is_empty() {
                 true => None,
@@ -241,6 +289,12 @@ impl<'a> Search<'a> {
             finished = Some(Finished { scales: fit.estimate.group_scale.clone(), variances });
         }
         let weighted = noise::weigh(campaign, &design, finished.as_ref())?;
+        Ok((design, weighted))
+    }
+
+    fn see(&mut self, point: &[f64], fit: Option<(&Fit, &[&Candidate])>) -> Result<Seeing> {
+        let Question { campaign, asked, catalogue, settings } = self.question;
+        let (design, weighted) = self.rows(point, fit, false)?;
         let given: Vec<&Vec<f64>> = fit.iter().flat_map(|(_, effects)| effects.iter().map(|c| &c.column)).collect();
         let mut without_column = 0;
         for given in [&given, &[][..]] {
@@ -256,10 +310,9 @@ impl<'a> Search<'a> {
         Ok(Seeing { design, weighted, candidates, without_column })
     }
 
-    fn view(&mut self, point: &[f64], fit: Option<(&Fit, &[&Candidate])>, names: &Names) -> Result<View> {
+    fn view(&mut self, point: &[f64], fit: Option<(&Fit, &[&Candidate])>, judged: &[(Names, f64)]) -> Result<View> {
         let Question { campaign, settings, .. } = self.question;
         let Seeing { design, weighted, mut candidates, without_column } = self.see(point, fit)?;
-        let rows = weighted.weight.len();
         let columns = weighted.columns(candidates.iter().map(|c| &c.column).collect::<Vec<_>>().into_iter());
         let odds = odds(candidates.iter(), &self.priors);
         let kernels = bank(campaign, &design, &weighted);
@@ -268,28 +321,56 @@ impl<'a> Search<'a> {
             basis: weighted.estimate.factor.thin_q(),
             columns: columns.as_ref(),
             prior: &odds,
+            plain: &plain(&candidates, &design, self.priors.plain),
             known: weighted.from == NoiseFrom::Stated,
             kernels: &kernels,
         };
         let mut score = Score::new(&problem, self.priors);
-        let set = standing(&candidates, &score.alike, names);
-        score.search(&set.iter().filter(|own| !own.is_empty()).cloned().collect::<Vec<_>>());
-        // the evidence of a noise that is not known has the unit of the weights
-        let dof = (rows - weighted.estimate.factor.thin_q().ncols().min(rows)) as f64;
-        let unit = match &weighted.floor {
-            // variances that the set itself made are compared by the restricted likelihood
-            Some(floor) => -0.5 * (floor.whitening().log_determinant() + weighted.estimate.factor.log_determinant()),
-            None if problem.known => 0.0,
-            None => dof * weighted.weight.iter().map(|w| w.ln()).sum::<f64>() / rows.max(1) as f64,
-        };
-        let value = set.as_ref().map_or(f64::NEG_INFINITY, |set| score.of(set)) + unit;
-        let (posterior, alike) = (score.posterior(), std::mem::take(&mut score.alike));
+        let starts = judged.iter().filter(|(_, value)| value.is_finite());
+        let starts = starts.filter_map(|(names, _)| standing(&candidates, &score.alike, names));
+        score.search(&starts.filter(|set| !set.is_empty()).collect::<Vec<_>>());
+        let unit = unit(&weighted);
         for (candidate, visible) in candidates.iter_mut().zip(&score.visible) {
             candidate.visible = *visible;
             candidate.vanishing |= *visible < settings.absorbed;
         }
-        drop(score);
-        Ok(View { design, weighted, candidates, without_column, posterior, alike, odds, value })
+        let posterior = score.posterior();
+        let mut view = View { design, weighted, candidates, without_column, score, unit, posterior };
+        view.settle(judged);
+        Ok(view)
+    }
+
+    /// ln p(y, S) at the solution of a set, by the rows of the model that has it: Laplace's integral.
+    fn evidence(&mut self, point: &[f64], fit: &Fit, effects: &[&Candidate], odds: &[f64]) -> Result<(f64, Weighted)> {
+        let Question { campaign, asked, catalogue, .. } = self.question;
+        let (design, weighted) = self.rows(point, Some((fit, effects)), true)?;
+        let families: Vec<Effect> =
+            catalogue.iter().filter(|own| effects.iter().any(|c| c.family == own.term)).cloned().collect();
+        let rows = weighted.weight.len();
+        let mut found = build(campaign, &families, &self.model, &design, rows, &self.chosen, &mut self.kept)?;
+        found.extend(assumptions::candidates(campaign, asked, &design)?);
+        let same = |effect: &&Candidate| {
+            found.iter().find(|c| c.regressor == effect.regressor && c.sensor == effect.sensor).cloned()
+        };
+        let Some(own) = effects.iter().map(same).collect::<Option<Vec<Candidate>>>() else {
+            return Ok((f64::NEG_INFINITY, weighted));
+        };
+        let columns = weighted.columns(own.iter().map(|c| &c.column).collect::<Vec<_>>().into_iter());
+        let kernels = bank(campaign, &design, &weighted);
+        let problem = Problem {
+            residual: &weighted.residual,
+            basis: weighted.estimate.factor.thin_q(),
+            columns: columns.as_ref(),
+            prior: odds,
+            plain: &plain(&own, &design, self.priors.plain),
+            known: weighted.from == NoiseFrom::Stated,
+            kernels: &kernels,
+        };
+        let mut score = Score::new(&problem, self.priors);
+        let names: Names = own.iter().map(|c| (c.regressor.clone(), c.sensor)).collect();
+        let set = standing(&own, &score.alike, &names).filter(|set| set.len() == effects.len());
+        let value = set.map_or(f64::NEG_INFINITY, |set| score.of(&set)) + unit(&weighted);
+        Ok((if value.is_nan() { f64::NEG_INFINITY } else { value }, weighted))
     }
 
     /// The exact fit with some effects, begun from a point, and where it puts all parameters of the campaign.
@@ -325,72 +406,84 @@ impl<'a> Search<'a> {
     }
 }
 
-/// What an exact fit of a set led to.
+/// What the evidences of all points and weights differ by: `ln |V^-1| / 2 - ln |A'V^-1 A| / 2`.
+fn unit(weighted: &Weighted) -> f64 {
+    let factor = &weighted.estimate.factor;
+    let rows = match &weighted.floor {
+        Some(floor) => -0.5 * floor.whitening().log_determinant(),
+        None => weighted.weight.iter().map(|w| w.ln()).sum::<f64>(),
+    };
+    rows - 0.5 * factor.log_determinant()
+}
+
+/// A set at its own solution.
 struct Stood {
     value: f64,
     names: Names,
     point: Vec<f64>,
-    view: Rc<View>,
+    fit: Fit,
 }
 
 impl Search<'_> {
     /// A set at its own solution, fitted from a point; `None` where its exact fit leads elsewhere.
-    fn stand(&mut self, home: &[f64], first: &View, at: &View, names: &Names, from: &[f64]) -> Result<Option<Stood>> {
+    fn stand(&mut self, first: &View, at: &View, names: &Names, from: &[f64]) -> Result<Option<Stood>> {
         let Some(effects) = at.members(names) else { return Ok(None) };
-        let (point, view) = if effects.is_empty() {
-            (home.to_vec(), self.view(home, None, names)?)
-        } else {
-            let Ok((_, fit, point)) = self.exact(at, &effects, from) else { return Ok(None) };
-            if is_trivial(&first.design, &fit, self.question.campaign) {
-                return Ok(None);
-            }
-            let view = self.view(&point, Some((&fit, &effects)), names)?;
-            let gap = first.weighted.squares(&view.weighted.estimate.residuals) / first.weighted.rss;
-            // what the model as given misses is the same from every point from which it is seen straight
-            if !(gap > 1.0 / STRAIGHT && gap < STRAIGHT) {
-                return Ok(None);
-            }
-            (point, view)
-        };
-        let value = if view.value.is_nan() { f64::NEG_INFINITY } else { view.value };
-        Ok(Some(Stood { value, names: names.clone(), point, view: Rc::new(view) }))
+        let own = names.iter().filter_map(|own| at.index(own));
+        let odds: Vec<f64> = own.map(|j| at.odds(j)).collect();
+        let Ok((_, fit, point)) = self.exact(at, &effects, from) else { return Ok(None) };
+        if is_trivial(&first.design, &fit, self.question.campaign) {
+            return Ok(None);
+        }
+        let (value, weighted) = self.evidence(&point, &fit, &effects, &odds)?;
+        let gap = first.weighted.squares(&weighted.estimate.residuals) / first.weighted.rss;
+        // what the model as given misses is the same from every point from which it is seen straight
+        let straight = gap > 1.0 / STRAIGHT && gap < STRAIGHT;
+        Ok(straight.then(|| Stood { value, names: names.clone(), point, fit }))
     }
 }
 
 /// The effects of a campaign that stands fitted at a point.
 pub(super) fn run(question: Question<'_>, home: &[f64]) -> Result<Outcome> {
     let mut search = Search::new(question)?;
-    let first = Rc::new(search.view(home, None, &Names::new())?);
-    let nothing = (f64::NEG_INFINITY, Names::new());
-    let mut best = Stood { value: nothing.0, names: nothing.1, point: home.to_vec(), view: first.clone() };
-    let mut judged: Vec<Names> = Vec::new();
-    if first.weighted.estimate.dof > 0 {
-        for start in hypotheses(&first) {
-            let (mut wanted, mut at, mut here) = (start, first.clone(), home.to_vec());
-            for _ in 0..FITS {
-                if judged.contains(&wanted) {
-                    break;
-                }
-                judged.push(wanted.clone());
-                let Some(next) = search.stand(home, &first, &at, &wanted, &here)? else { break };
-                let view = next.view.clone();
-                here.clone_from(&next.point);
-                if next.value > best.value {
-                    best = next;
-                }
-                let Some((top, set)) = view.posterior.sets.first() else { break };
-                let own = view.standing(&wanted);
-                let share = view.posterior.sets.iter().find(|(_, s)| Some(s) == own.as_ref()).map_or(0.0, |(p, _)| *p);
-                // another column of the same direction is no other set
-                if share >= 0.9 * top {
-                    break;
-                }
-                wanted = view.names(set);
-                at = view;
+    let mut first = search.view(home, None, &[])?;
+    let nothing = first.score.of(&[]) + first.unit;
+    let mut judged: Vec<(Names, f64)> = vec![(Names::new(), nothing)];
+    let mut best: Option<Stood> = None;
+    let mut there: Option<(Names, View)> = None;
+    let mut wanted = if first.weighted.estimate.dof > 0 { hypotheses(&first) } else { Vec::new() };
+    for _ in 0..VIEWS {
+        for names in std::mem::take(&mut wanted) {
+            if judged.iter().any(|(own, _)| *own == names) {
+                continue;
             }
+            let at = there.as_ref().map_or(&first, |(_, view)| view);
+            let from = best.as_ref().map_or(home, |own| &own.point);
+            let stood = search.stand(&first, at, &names, from)?;
+            judged.push((names, stood.as_ref().map_or(f64::NEG_INFINITY, |own| own.value)));
+            let least = best.as_ref().map_or(nothing, |own| own.value);
+            best = stood.filter(|own| own.value > least).or(best);
+        }
+        match (&best, &mut there) {
+            (Some(own), Some((names, view))) if *names == own.names => view.settle(&judged),
+            (Some(own), _) => {
+                let at = there.as_ref().map_or(&first, |(_, view)| view);
+                let effects: Vec<Candidate> = at.members(&own.names).unwrap_or_default().into_iter().cloned().collect();
+                let fitted = (&own.fit, effects.iter().collect::<Vec<_>>());
+                let view = search.view(&own.point, Some((fitted.0, &fitted.1)), &judged)?;
+                there = Some((own.names.clone(), view));
+            }
+            (None, _) => first.settle(&judged),
+        }
+        let at = there.as_ref().map_or(&first, |(_, view)| view);
+        let likely = at.posterior.sets.iter().filter(|(p, _)| *p >= COMPETES).map(|(_, set)| at.names(set));
+        wanted = likely.filter(|names| !judged.iter().any(|(own, _)| own == names)).take(RIVALS).collect();
+        if wanted.is_empty() {
+            break;
         }
     }
-    outcome(&search, best)
+    let point = best.as_ref().map_or(home, |own| &own.point);
+    let (names, view) = there.unwrap_or((Names::new(), first));
+    outcome(&search, &names, view, point)
 }
 
 /// The most probable set, and those in which a tilt or a known value stands in a member's place.
@@ -407,7 +500,7 @@ fn hypotheses(view: &View) -> Vec<Names> {
             break;
         }
         for (place, member) in set.iter().enumerate() {
-            for other in view.alike.get(usize::from(*member)).into_iter().flatten() {
+            for other in view.score.alike.get(usize::from(*member)).into_iter().flatten() {
                 if view.candidates.get(usize::from(*other)).is_some_and(moves) && !seen.contains(other) {
                     seen.push(*other);
                     let mut with = set.clone();
@@ -425,23 +518,22 @@ fn hypotheses(view: &View) -> Vec<Names> {
 const EXPLANATIONS: (usize, f64) = (64, 1e-3);
 
 /// What is named, what could stand in its place, and the model with it.
-fn outcome(search: &Search<'_>, Stood { names: stood, point, view, .. }: Stood) -> Result<Outcome> {
+fn outcome(search: &Search<'_>, stood: &Names, mut view: View, point: &[f64]) -> Result<Outcome> {
     let settings = search.question.settings;
-    let posterior = &view.posterior;
+    let posterior = view.posterior.clone();
     // of all that are nearly as probable in a place as any the one with the best odds by itself; of equals the more probable, then by name
-    let odds = |j: usize| view.odds.get(j).copied().unwrap_or(f64::NEG_INFINITY);
     let front = |class: &Class| {
-        let name = |j: usize| view.candidates.get(j).map_or("", |c| c.regressor.as_str());
-        let most = class.members.iter().fold(0.0_f64, |most, (_, p)| most.max(*p));
-        let order = |a: f64, b: f64| if (a - b).abs() <= EQUAL { Ordering::Equal } else { a.total_cmp(&b) };
-        let near = class.members.iter().filter(|(_, p)| *p * NEAR >= most);
-        let best = near.max_by(|(a, p), (b, q)| {
-            order(odds(*a), odds(*b)).then(order(p / most, q / most)).then_with(|| name(*b).cmp(name(*a)))
-        });
-        best.map(|(j, _)| *j)
+        let name = |own: &Member| view.candidates.get(own.candidate).map_or("", |c| c.regressor.as_str());
+        let most = class.members.iter().fold(0.0_f64, |most, own| most.max(own.probability));
+        let order = |a: f64, b: f64| if (a - b).abs() <= EQUAL * a { Ordering::Equal } else { a.total_cmp(&b) };
+        let near = class.members.iter().filter(|own| own.probability * NEAR >= most);
+        near.copied().max_by(|a, b| {
+            let probable = || order(a.probability / most, b.probability / most);
+            order(a.odds, b.odds).then_with(probable).then_with(|| name(b).cmp(name(a)))
+        })
     };
-    let mut named: Vec<(usize, &Class)> = Vec::new();
-    let mut suspected: Vec<(usize, &Class)> = Vec::new();
+    let mut named: Vec<(Member, &Class)> = Vec::new();
+    let mut suspected: Vec<(Member, &Class)> = Vec::new();
     for class in &posterior.classes {
         let Some(own) = front(class) else { continue };
         match class.probability {
@@ -452,18 +544,17 @@ fn outcome(search: &Search<'_>, Stood { names: stood, point, view, .. }: Stood) 
     }
     let mut rivals: Vec<Rival> = Vec::new();
     for (place, (member, class)) in named.iter().enumerate() {
-        // the member itself is one of its class
-        let own = class.members.iter().find(|(j, _)| j == member).map_or(1.0, |(_, p)| *p);
-        for (candidate, p) in class.members.iter().copied().filter(|(j, _)| j != member) {
-            let excess = -2.0 * ((p / own).ln() - odds(candidate) + odds(*member));
-            rivals.push(Rival { place, candidate, share: p / own, excess });
+        for other in class.members.iter().filter(|own| own.candidate != member.candidate) {
+            let share = other.probability / member.probability;
+            let excess = -2.0 * (share / (other.odds / member.odds)).ln();
+            rivals.push(Rival { place, candidate: other.candidate, share, excess });
         }
     }
     rivals.sort_by(|a, b| a.place.cmp(&b.place).then(a.excess.total_cmp(&b.excess)));
-    let effects: Vec<&Candidate> = named.iter().filter_map(|(j, _)| view.candidates.get(*j)).collect();
+    let effects: Vec<&Candidate> = named.iter().filter_map(|(own, _)| view.candidates.get(own.candidate)).collect();
     let repair = match effects.is_empty() {
         true => None,
-        false => search.exact(&view, &effects, &point).ok().map(|(repaired, fit, _)| (repaired, fit)),
+        false => search.exact(&view, &effects, point).ok().map(|(repaired, fit, _)| (repaired, fit)),
     };
     let repair = match repair {
         Some((_, fit)) if is_trivial(&view.design, &fit, search.question.campaign) => None,
@@ -475,17 +566,15 @@ fn outcome(search: &Search<'_>, Stood { names: stood, point, view, .. }: Stood) 
         (_, false) => State::Suspected,
         _ => State::Outside,
     };
-    let shares = |j: &u16| {
-        let prior = |own: &u16| (usize::from(*own), odds(usize::from(*own)).exp());
-        // columns of which next to nothing is left tell nothing of the parameters
-        let seen = |own: &&u16| view.candidates.get(usize::from(**own)).is_some_and(|c| c.visible >= settings.absorbed);
-        view.alike.get(usize::from(*j)).into_iter().flatten().filter(seen).map(prior).collect::<Vec<_>>()
-    };
+    // columns of which next to nothing is left tell nothing of the parameters
+    let seen = |j: usize| view.candidates.get(j).is_some_and(|c| c.visible >= settings.absorbed);
     let likely = posterior.sets.iter().take(EXPLANATIONS.0).filter(|(p, _)| *p >= EXPLANATIONS.1);
-    let explanations = likely
-        .filter(|_| state != State::Nothing)
-        .map(|(probability, set)| Explanation { probability: *probability, members: set.iter().map(shares).collect() })
-        .collect();
+    let mut explanations = Vec::new();
+    for (probability, set) in likely.filter(|_| state != State::Nothing) {
+        let members = view.score.shares(set).into_iter();
+        let members = members.map(|own| own.into_iter().filter(|(j, _)| seen(*j)).collect()).collect();
+        explanations.push(Explanation { probability: *probability, members });
+    }
     let columns: Vec<&Vec<f64>> = view.candidates.iter().map(|c| &c.column).collect();
     let remainders = Remainders::new(search.question.campaign, &view.design, &view.weighted);
     let mut evidence = Evidence::new(&view.weighted, &columns, remainders);
@@ -493,19 +582,23 @@ fn outcome(search: &Search<'_>, Stood { names: stood, point, view, .. }: Stood) 
     evidence.found_with(&stood.iter().filter_map(|own| view.index(own)).collect::<Vec<_>>());
     // what is there beyond the effects named
     let further = 1.0 - posterior.alone.iter().take(named.len() + 1).sum::<f64>();
-    let probable = |own: &[(usize, &Class)]| own.iter().map(|(j, class)| (*j, class.probability)).collect();
+    let probable = |own: &[(Member, &Class)]| own.iter().map(|(j, class)| (j.candidate, class.probability)).collect();
+    let (named, suspected) = (probable(&named), probable(&suspected));
+    let View { candidates, weighted, design, .. } = view;
+    let outside = posterior.outside;
+    let further = further.clamp(0.0, 1.0);
     let seen = Seen {
-        candidates: view.candidates.clone(),
+        candidates,
         evidence,
-        weighted: view.weighted.clone(),
-        design: view.design.clone(),
-        named: probable(&named),
-        suspected: probable(&suspected),
+        weighted,
+        design,
+        named,
+        suspected,
         rivals,
         explanations,
         state,
-        further: further.clamp(0.0, 1.0),
-        outside: posterior.outside,
+        further,
+        outside,
     };
     Ok((seen, repair))
 }

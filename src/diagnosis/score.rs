@@ -18,8 +18,9 @@ use std::collections::{BTreeMap, BTreeSet};
 const EXPECTED: f64 = 0.4;
 /// Odds of any effect against nothing, for each hundredth of significance a third.
 const FIRST: f64 = 30.0;
-/// Probability of something outside the catalogue where anything is missing: as much as not.
-const OUTSIDE: f64 = 0.5;
+/// Probability of something outside the catalogue where anything is missing: below one half, so that a remainder of which the readings say nothing is
+/// not reported.
+const OUTSIDE: f64 = 0.3;
 /// Most sets whose neighbours are looked at after the search.
 const SPREAD: usize = 100;
 
@@ -48,8 +49,8 @@ pub(super) struct Priors {
     pub most: usize,
     /// Fewest directions of a remainder: of fewer it is an effect in all but name.
     pub least_rank: usize,
-    /// Share of what its inputs could make of it below which a term is as absurd as any.
-    pub vanishing: f64,
+    /// Share of the largest reading from which an effect, with inputs as large as they could be, is the less probable the larger it is.
+    pub plain: f64,
 }
 impl Priors {
     /// With the odds at which nothing is reported in so many of the campaigns in which nothing is missing.
@@ -64,7 +65,7 @@ impl Priors {
             alias: 4.5,
             most: 6,
             least_rank: 5,
-            vanishing: 0.02,
+            plain: 0.01,
         }
     }
     pub fn range(&self) -> f64 {
@@ -94,8 +95,10 @@ pub(super) struct Problem<'a> {
     pub residual: &'a [f64],
     pub basis: MatRef<'a, f64>,
     pub columns: MatRef<'a, f64>,
-    /// ln odds of each candidate with what its size costs.
+    /// ln odds of each candidate.
     pub prior: &'a [f64],
+    /// Coefficient of each column from which it is the less probable the larger it is.
+    pub plain: &'a [f64],
     pub known: bool,
     pub kernels: &'a [Kernel],
 }
@@ -107,13 +110,15 @@ struct Prepared {
 }
 
 /// Sufficient statistics in the space that the model leaves.
-pub(super) struct Score<'a> {
+pub(super) struct Score {
     settings: Priors,
     known: bool,
     nu: f64,
     zz: f64,
-    prior: Vec<f64>,
-    given: &'a [f64],
+    /// ln odds of all that have one column.
+    pub prior: Vec<f64>,
+    /// Of each of these its odds, and one over the size from which it is the less probable the larger it is.
+    own: Vec<Vec<(f64, f64)>>,
     /// projected columns, unit norm
     c: Mat<f64>,
     pub visible: Vec<f64>,
@@ -160,13 +165,14 @@ pub(super) fn ln_gamma(x: f64) -> f64 {
         + 1.0 / (1260.0 * x.powi(5))
 }
 
-impl<'a> Score<'a> {
-    pub fn new(p: &Problem<'a>, settings: Priors) -> Self {
+impl Score {
+    pub fn new(p: &Problem<'_>, settings: Priors) -> Self {
         let (n, k) = (p.residual.len(), p.columns.ncols());
         let mut c = p.columns.to_owned();
         let before: Vec<f64> = (0..k).map(|j| c.col(j).norm_l2()).collect();
         project(p.basis, &mut c);
         let mut visible = vec![0.0; k];
+        let mut plain = vec![f64::INFINITY; k];
         for j in 0..k {
             let own = c.col(j).norm_l2();
             visible[j] = if before[j] > 0.0 { own / before[j] } else { 0.0 };
@@ -174,6 +180,7 @@ impl<'a> Score<'a> {
             if scale == 0.0 {
                 visible[j] = 0.0;
             }
+            plain[j] = p.plain[j] * own;
             c.col_mut(j).iter_mut().for_each(|v| *v *= scale);
         }
         let mut z = Mat::from_fn(n, 1, |i, _| p.residual[i]);
@@ -225,6 +232,7 @@ impl<'a> Score<'a> {
         order.sort_by(|x, y| b[*x].abs().total_cmp(&b[*y].abs()));
         let mut alike: Vec<Vec<u16>> = vec![vec![]; k];
         let mut prior = p.prior.to_vec();
+        let mut own: Vec<Vec<(f64, f64)>> = vec![vec![]; k];
         let mut taken = vec![false; k];
         for (n, &j) in order.iter().enumerate() {
             if taken[j] {
@@ -249,6 +257,7 @@ impl<'a> Score<'a> {
                     norm[*i] = 0.0;
                 }
             }
+            own[first] = group.iter().map(|i| (p.prior[*i].exp(), 1.0 / plain[*i].max(f64::MIN_POSITIVE))).collect();
             alike[first] = group.iter().map(|i| *i as u16).collect();
         }
         Score {
@@ -257,7 +266,7 @@ impl<'a> Score<'a> {
             nu,
             zz,
             prior,
-            given: p.prior,
+            own,
             alike,
             c,
             visible,
@@ -318,11 +327,17 @@ impl<'a> Score<'a> {
         (b, d, q, logdet)
     }
 
-    /// ln p(y | S, K, t) but for what all share.
-    fn evidence(&self, k: usize, q: f64, logdet_v: f64, logdet_g: f64, sizes: f64) -> f64 {
+    /// ln of the odds of a column and of the density of its size, but for the range: all sizes are drawn alike, absurd ones less and less.
+    fn believed(&self, j: usize, square: f64) -> f64 {
+        let size = square.sqrt();
+        (self.odds(j as u16, size) / size).ln()
+    }
+
+    /// ln p(y, S | K, t) but for what all share.
+    fn evidence(&self, k: usize, q: f64, logdet_v: f64, logdet_g: f64, believed: f64) -> f64 {
         let l = 2.0 * self.settings.range();
         let kf = k as f64;
-        let each = -kf * l.ln() - sizes - 0.5 * logdet_g - 0.5 * logdet_v;
+        let each = -kf * l.ln() + believed - 0.5 * logdet_g - 0.5 * logdet_v;
         if self.known {
             each - 0.5 * q + kf * 0.5 * std::f64::consts::TAU.ln()
         } else {
@@ -357,10 +372,9 @@ impl<'a> Score<'a> {
         }
         let s2 = self.sigma2(state.q, set.len());
         let k = set.len();
-        let sizes: f64 =
-            (0..k).map(|i| 0.5 * (state.beta[i] * state.beta[i] + s2 * state.inverse[i * k + i]).ln()).sum();
-        let prior: f64 = set.iter().map(|j| self.prior[*j as usize]).sum();
-        state.value = self.evidence(k, state.q, base.3, state.logdet, sizes) + prior;
+        let square = |i: usize| state.beta[i] * state.beta[i] + s2 * state.inverse[i * k + i];
+        let believed: f64 = (0..k).map(|i| self.believed(set[i] as usize, square(i))).sum();
+        state.value = self.evidence(k, state.q, base.3, state.logdet, believed);
         Some(state)
     }
 
@@ -368,7 +382,6 @@ impl<'a> Score<'a> {
     fn additions(&self, state: &State, base: &(Vec<f64>, Vec<f64>, f64, f64), least: f64) -> Vec<f64> {
         let k = state.set.len();
         let own_q = state.q.max(1e-14 * self.zz).max(f64::MIN_POSITIVE);
-        let prior: f64 = state.set.iter().map(|j| self.prior[*j as usize]).sum();
         (0..self.b.len())
             .map(|j| {
                 if self.norm[j] == 0.0 || state.set.contains(&(j as u16)) || !self.prior[j].is_finite() {
@@ -387,13 +400,13 @@ impl<'a> Score<'a> {
                 }
                 let s2 = self.sigma2(q, k + 1);
                 let bj = bb / d;
-                let mut sizes = 0.5 * (bj * bj + s2 / d).ln();
+                let mut believed = self.believed(j, bj * bj + s2 / d);
                 for i in 0..k {
                     let bi = state.beta[i] - h[i] * bj;
                     let u = state.inverse[i * k + i] + h[i] * h[i] / d;
-                    sizes += 0.5 * (bi * bi + s2 * u).ln();
+                    believed += self.believed(state.set[i] as usize, bi * bi + s2 * u);
                 }
-                self.evidence(k + 1, q, base.3, state.logdet + d.ln(), sizes) + prior + self.prior[j]
+                self.evidence(k + 1, q, base.3, state.logdet + d.ln(), believed)
             })
             .collect()
     }
@@ -429,7 +442,7 @@ impl<'a> Score<'a> {
         for t in self.grid() {
             let shrink = self.shrink(kernel, t);
             // only what the set needs
-            let value = self.quick(kernel, &shrink, t, set)?;
+            let (value, _) = self.quick(kernel, &shrink, t, set)?;
             if value > best {
                 (best, at) = (value, t);
             }
@@ -440,7 +453,8 @@ impl<'a> Score<'a> {
         Some((best + (sum * width).ln(), at))
     }
 
-    fn quick(&mut self, kernel: usize, shrink: &[f64], t: f64, set: &[u16]) -> Option<f64> {
+    /// One set, solved with nothing but what it needs: ln p, and its sizes.
+    fn quick(&mut self, kernel: usize, shrink: &[f64], t: f64, set: &[u16]) -> Option<(f64, Vec<f64>)> {
         for m in set {
             self.gram0(*m as usize);
         }
@@ -466,9 +480,36 @@ impl<'a> Score<'a> {
         let beta: Vec<f64> = (0..k).map(|i| (0..k).map(|j| inverse[i * k + j] * b[j]).sum()).collect();
         q -= beta.iter().zip(&b).map(|(a, b)| a * b).sum::<f64>();
         let s2 = self.sigma2(q, k);
-        let sizes: f64 = (0..k).map(|i| 0.5 * (beta[i] * beta[i] + s2 * inverse[i * k + i]).ln()).sum();
-        let prior: f64 = set.iter().map(|j| self.prior[*j as usize]).sum();
-        Some(self.evidence(k, q, logdet_v, logdet, sizes) + prior)
+        let square = |i: usize| beta[i] * beta[i] + s2 * inverse[i * k + i];
+        let believed: f64 = (0..k).map(|i| self.believed(set[i] as usize, square(i))).sum();
+        Some((self.evidence(k, q, logdet_v, logdet, believed), beta))
+    }
+
+    /// The size of each member of a set beside its most probable remainder.
+    fn sizes(&mut self, set: &[u16]) -> Vec<f64> {
+        let of = |key: &(u16, Vec<u16>)| self.visited.get(key).copied().unwrap_or(f64::NEG_INFINITY);
+        let kernels = (0..self.kernels.len() as u16).map(|kernel| (kernel, set.to_vec()));
+        let best = kernels.max_by(|a, b| of(a).total_cmp(&of(b))).map_or(0, |(kernel, _)| usize::from(kernel));
+        let t = self.integral(best, set).map_or(0.0, |(_, t)| t);
+        let shrink = if best == 0 { vec![] } else { self.shrink(best, t) };
+        self.quick(best, &shrink, t, set).map_or_else(|| vec![0.0; set.len()], |(_, sizes)| sizes)
+    }
+
+    /// Odds of each candidate of a column at a size.
+    fn at_size(&self, j: u16, size: f64) -> impl Iterator<Item = (usize, f64)> {
+        let own = self.alike[j as usize].iter().zip(&self.own[j as usize]);
+        own.map(move |(i, (odds, absurd))| (*i as usize, odds / (1.0 + size.abs() * absurd)))
+    }
+
+    /// Odds of a column at a size.
+    fn odds(&self, j: u16, size: f64) -> f64 {
+        self.at_size(j, size).map(|(_, odds)| odds).sum()
+    }
+
+    /// The candidates that each member of a set stands for, with their odds at its size.
+    pub fn shares(&mut self, set: &[u16]) -> Vec<Vec<(usize, f64)>> {
+        let sizes = self.sizes(set);
+        set.iter().zip(sizes).map(|(j, size)| self.at_size(*j, size).collect()).collect()
     }
 
     fn kernel_prior(&self, kernel: usize) -> f64 {
@@ -685,7 +726,7 @@ impl<'a> Score<'a> {
         if left > 1e-9 && right > 1e-9 { ((own[b as usize] - along(a, b)) / (left * right).sqrt()).abs() } else { 0.0 }
     }
 
-    pub fn posterior(&self) -> Posterior {
+    pub fn posterior(&mut self) -> Posterior {
         let total: f64 = self.visited.values().map(|v| (v - self.best).exp()).sum();
         let mut sets: Vec<(f64, Vec<u16>)> = self.marginal().into_iter().map(|(s, v)| (v.exp() / total, s)).collect();
         sets.sort_by(|a, b| b.0.total_cmp(&a.0).then_with(|| a.1.cmp(&b.1)));
@@ -694,35 +735,36 @@ impl<'a> Score<'a> {
             kernels[*k as usize] += (v - self.best).exp() / total;
         }
         let mut classes: Vec<Class> = vec![];
-        let prior = |s: &[u16]| s.iter().map(|j| self.prior[*j as usize]).sum::<f64>();
-        let like = |p: f64, s: &[u16]| p.max(1e-300).ln() - prior(s);
         // many that stand in each other's place share what one without them has: not only the best set tells what is probable
         let least = sets.first().map_or(0.0, |(top, _)| top * (-self.settings.alias).exp());
-        for (order, (top, set)) in sets.iter().take(TOLD).take_while(|(p, _)| *p >= least).enumerate() {
-            for place in 0..set.len() {
+        let sizes: Vec<Vec<f64>> = sets.iter().take(TOLD).map(|(_, set)| self.sizes(set)).collect();
+        let told = sets.iter().zip(sizes).take_while(|((p, _), _)| *p >= least);
+        for (order, ((top, set), sizes)) in told.enumerate() {
+            for (place, size) in sizes.into_iter().enumerate() {
                 let mut less = set.clone();
                 let member = less.remove(place);
                 let mut class = vec![(member, *top)];
-                for (p, other) in &sets {
-                    if other.len() != set.len() || like(*p, other) < like(*top, set) - self.settings.alias {
-                        continue;
-                    }
+                // by what the readings say alone
+                let like = |p: f64, j: u16| p.max(1e-300).ln() - self.odds(j, size).ln();
+                for (p, other) in sets.iter().filter(|(_, other)| other.len() == set.len()) {
                     let extra: Vec<u16> = other.iter().filter(|j| !less.contains(j)).copied().collect();
                     if let [j] = extra[..]
                         && j != member
+                        && like(*p, j) >= like(*top, member) - self.settings.alias
                         && self.cosine(&less, member, j) >= ALIKE
                     {
                         class.push((j, *p));
                     }
                 }
-                let given = |j: u16, p: f64| {
-                    self.alike[j as usize]
-                        .iter()
-                        .map(move |i| (*i as usize, p * (self.given[*i as usize] - self.prior[j as usize]).exp()))
+                let each = |(j, p): &(u16, f64)| {
+                    let (j, p) = (*j, *p);
+                    let all = self.odds(j, size);
+                    let one = move |(i, odds): (usize, f64)| Member { candidate: i, probability: p * odds / all, odds };
+                    self.at_size(j, size).into_iter().map(one)
                 };
-                let mut members: Vec<(usize, f64)> = class.iter().flat_map(|(j, p)| given(*j, *p)).collect();
+                let mut members: Vec<Member> = class.iter().flat_map(each).collect();
                 // of further sets only what is in no class yet; members of the best set are different effects
-                let told = |own: &Class| own.members.iter().any(|(j, _)| members.iter().any(|(i, _)| i == j));
+                let told = |own: &Class| own.members.iter().any(|a| members.iter().any(|b| a.candidate == b.candidate));
                 if order > 0 && classes.iter().any(told) {
                     continue;
                 }
@@ -731,7 +773,7 @@ impl<'a> Score<'a> {
                     .filter(|(_, s)| s.iter().any(|j| class.iter().any(|(c, _)| c == j)))
                     .map(|(p, _)| p)
                     .sum();
-                members.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
+                members.sort_by(|a, b| b.probability.total_cmp(&a.probability).then(a.candidate.cmp(&b.candidate)));
                 classes.push(Class { members, probability });
             }
         }
@@ -746,19 +788,47 @@ impl<'a> Score<'a> {
         Posterior { sets, classes, nothing, outside, alone }
     }
 
+    /// What a set has at its own solution takes the place of what the columns of another one say of it; minus infinity where it has none.
+    pub fn overrule(&mut self, set: &[u16], value: f64) {
+        let each: Vec<f64> = (0..self.kernels.len()).map(|kernel| self.value(kernel, set)).collect();
+        let shift = value - ln_sum(&each);
+        self.visited.retain(|(_, own), _| own != set);
+        for (kernel, own) in each.into_iter().enumerate() {
+            // a set that only stands at its own solution has no remainder that is known here
+            let own = if shift == f64::INFINITY && kernel == 0 { value } else { own + shift };
+            if own.is_finite() {
+                let _first = self.visited.insert((kernel as u16, set.to_vec()), own);
+            }
+        }
+        self.best = self.visited.values().fold(f64::NEG_INFINITY, |best, own| best.max(*own));
+    }
+
     /// ln of the sum over kernels of one set.
     pub fn of(&mut self, set: &[u16]) -> f64 {
         let values: Vec<f64> = (0..self.kernels.len()).map(|k| self.value(k, set)).collect();
-        let top = values.iter().fold(f64::NEG_INFINITY, |a, b| a.max(*b));
-        top + values.iter().map(|v| (v - top).exp()).sum::<f64>().ln()
+        ln_sum(&values)
     }
+}
+
+fn ln_sum(values: &[f64]) -> f64 {
+    let top = values.iter().fold(f64::NEG_INFINITY, |a, b| a.max(*b));
+    if top.is_finite() { top + values.iter().map(|v| (v - top).exp()).sum::<f64>().ln() } else { top }
+}
+
+/// A candidate that could stand in a place.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Member {
+    pub candidate: usize,
+    /// The probability of the set that has it there.
+    pub probability: f64,
+    /// Its odds before the readings are seen, at its size.
+    pub odds: f64,
 }
 
 /// What could stand in one place of the most probable set.
 #[derive(Debug, Clone)]
 pub(super) struct Class {
-    /// Each with the probability of the set that has it there.
-    pub members: Vec<(usize, f64)>,
+    pub members: Vec<Member>,
     /// That any of them is there.
     pub probability: f64,
 }

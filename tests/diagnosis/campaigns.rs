@@ -161,6 +161,8 @@ fn trial(
         let aliases: Vec<&str> = own.aliases.iter().take(6).map(|alias| alias.regressor.as_str()).collect();
         format!("{} t {:.1} P {:.3} [{}]", own.effect.regressor, own.t, own.probability, aliases.join(" "))
     });
+    let maybe = found.suspected.iter().map(|own| format!("{}? P {:.3}", own.effect.regressor, own.probability));
+    let own = own.chain(maybe);
     let seconds = started.elapsed().as_secs_f64();
     let sizes: Vec<String> = strength.iter().map(|(t, rms)| format!("{t:.0}/{rms:.1}")).collect();
     let report = format!("t {sizes:?} -> {}", own.collect::<Vec<_>>().join(", "));
