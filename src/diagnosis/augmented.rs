@@ -135,12 +135,13 @@ impl View {
     }
 
     /// The posterior with what some sets have at their own solutions; of several with the same columns here the most probable counts.
-    fn settle(&mut self, judged: &[(Names, f64)]) {
+    fn settle(&mut self, judged: &[(Names, Option<f64>)]) {
         let mut own: BTreeMap<Vec<u16>, f64> = BTreeMap::new();
-        for (names, value) in judged {
+        // an exact fit that leads elsewhere says nothing of its set
+        for (names, value) in judged.iter().filter_map(|(names, value)| Some((names, (*value)?))) {
             if let Some(set) = standing(&self.candidates, &self.score.alike, names) {
                 let most = own.entry(set).or_insert(f64::NEG_INFINITY);
-                *most = most.max(*value);
+                *most = most.max(value);
             }
         }
         own.iter().for_each(|(set, value)| self.score.overrule(set, value - self.unit));
@@ -310,7 +311,12 @@ impl<'a> Search<'a> {
         Ok(Seeing { design, weighted, candidates, without_column })
     }
 
-    fn view(&mut self, point: &[f64], fit: Option<(&Fit, &[&Candidate])>, judged: &[(Names, f64)]) -> Result<View> {
+    fn view(
+        &mut self,
+        point: &[f64],
+        fit: Option<(&Fit, &[&Candidate])>,
+        judged: &[(Names, Option<f64>)],
+    ) -> Result<View> {
         let Question { campaign, settings, .. } = self.question;
         let Seeing { design, weighted, mut candidates, without_column } = self.see(point, fit)?;
         let columns = weighted.columns(candidates.iter().map(|c| &c.column).collect::<Vec<_>>().into_iter());
@@ -326,7 +332,7 @@ impl<'a> Search<'a> {
             kernels: &kernels,
         };
         let mut score = Score::new(&problem, self.priors);
-        let starts = judged.iter().filter(|(_, value)| value.is_finite());
+        let starts = judged.iter().filter(|(_, value)| value.is_some());
         let starts = starts.filter_map(|(names, _)| standing(&candidates, &score.alike, names));
         score.search(&starts.filter(|set| !set.is_empty()).collect::<Vec<_>>());
         let unit = unit(&weighted);
@@ -447,7 +453,7 @@ pub(super) fn run(question: Question<'_>, home: &[f64]) -> Result<Outcome> {
     let mut search = Search::new(question)?;
     let mut first = search.view(home, None, &[])?;
     let nothing = first.score.of(&[]) + first.unit;
-    let mut judged: Vec<(Names, f64)> = vec![(Names::new(), nothing)];
+    let mut judged: Vec<(Names, Option<f64>)> = vec![(Names::new(), Some(nothing))];
     let mut best: Option<Stood> = None;
     let mut there: Option<(Names, View)> = None;
     let mut wanted = if first.weighted.estimate.dof > 0 { hypotheses(&first) } else { Vec::new() };
@@ -459,7 +465,7 @@ pub(super) fn run(question: Question<'_>, home: &[f64]) -> Result<Outcome> {
             let at = there.as_ref().map_or(&first, |(_, view)| view);
             let from = best.as_ref().map_or(home, |own| &own.point);
             let stood = search.stand(&first, at, &names, from)?;
-            judged.push((names, stood.as_ref().map_or(f64::NEG_INFINITY, |own| own.value)));
+            judged.push((names, stood.as_ref().map(|own| own.value)));
             let least = best.as_ref().map_or(nothing, |own| own.value);
             best = stood.filter(|own| own.value > least).or(best);
         }
