@@ -40,7 +40,7 @@ fn one_of(random: &mut Pcg64Mcg, ids: &[&str]) -> ErrorSource {
 }
 
 /// At rest in any heading, swinging with any periods, or some legs with turns between them.
-fn course(random: &mut Pcg64Mcg) -> (Motion, f64) {
+fn course(random: &mut Pcg64Mcg, duration: f64) -> (Motion, f64) {
     let heading = between(random, -180.0, 180.0).to_radians();
     match (3.0 * uniform(random)) as usize {
         0 => (Motion::at_rest(0.0, 0.0, heading), 0.5),
@@ -56,9 +56,11 @@ fn course(random: &mut Pcg64Mcg) -> (Motion, f64) {
         }
         _ => {
             let leg = |duration: f64, acceleration: f64, turn: f64| Leg { duration, acceleration, turn: turn.to_radians() };
-            let mut legs = vec![leg(100.0 * between(random, 4.0, 20.0).round(), 0.0, 0.0), leg(100.0, between(random, 0.05, 0.2), 0.0)];
+            // shares of the mission that leave time for the last leg: 0.12 + 3 x 0.2, and at most 400 s of changes
+            let part = |random: &mut Pcg64Mcg, most: f64| 100.0 * (between(random, 0.05, most) * duration / 100.0).floor();
+            let mut legs = vec![leg(part(random, 0.12), 0.0, 0.0), leg(100.0, between(random, 0.05, 0.2), 0.0)];
             for _ in 0..(1.0 + 3.0 * uniform(random)) as usize {
-                legs.push(leg(100.0 * between(random, 8.0, 40.0).round(), 0.0, 0.0));
+                legs.push(leg(part(random, 0.2), 0.0, 0.0));
                 legs.push(leg(100.0, 0.0, between(random, -1.5, 1.5)));
             }
             legs.push(leg(f64::INFINITY, 0.0, 0.0));
@@ -73,9 +75,9 @@ fn drawn(random: &mut Pcg64Mcg) -> (Mission, Vec<f64>) {
         longitude_rad: between(random, -3.0, 3.0),
         altitude_m: between(random, 0.0, 3000.0),
     };
-    let (motion, step) = course(random);
     let hours = between(random, 2.0, 5.0);
     let duration = (hours * 3600.0 / 100.0).round() * 100.0;
+    let (motion, step) = course(random, duration);
     let mission = Mission::new(site, step, duration, 100.0, motion).unwrap();
     let apart = duration / between(random, 90.0, 160.0);
     let times = (0..).map(|k| apart * f64::from(k)).take_while(|time| *time <= duration).collect();
