@@ -90,6 +90,7 @@ pub use choose::{Choice, choose};
 pub use combinations::{Combinations, Volume};
 pub use criterion::Criterion;
 pub use derived::PredictedDerived;
+pub(crate) use derived::gradients;
 pub use derived::is_angle;
 pub use discriminate::{Discrimination, Separated, discriminate, separate};
 pub use discriminating_positions::{DiscriminatingPosition, discriminating_positions};
