@@ -13,6 +13,7 @@ use crate::error::{Fault, Malformed, Result};
 use crate::fit::Settings;
 use crate::language::Language;
 use crate::report;
+use std::collections::BTreeMap;
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
@@ -111,8 +112,12 @@ pub(super) fn fit(
     }
     outputs.extend(devices.texts);
     if pages.is_asked_for() {
-        let page = report::html::batch_page(template, &found, &summary, &devices.links, lang)?;
-        outputs.extend(pages.page(&page)?);
+        outputs.extend(pages.page(&report::batch_document(
+            &found,
+            Some((template, &summary)),
+            &devices.links,
+            lang,
+        ))?);
     }
     if let Some(path) = json {
         outputs.add(path, files::json(&found)?);
@@ -126,7 +131,7 @@ pub(super) fn fit(
         if many.to.is_none() && summary.devices <= SHOWN {
             super::show(&(report::batch_rows(template, table.by(), &shown, lang) + "\n"))?;
         }
-        super::show(&report::batch_table(&found, lang))?;
+        pages.print(&report::batch_document(&found, Some((template, &summary)), &BTreeMap::new(), lang))?;
     }
     let failed = found.conformity.as_ref().is_some_and(|own| own.fail + own.undecided > 0);
     let rejected = found.devices.rejected + found.devices.malformed > 0;

@@ -173,7 +173,11 @@ fn the_note_of_the_earth_rate_is_for_lines_that_read_a_rate() {
                               {{"theta_deg": 180, {column}: 3, "A": 2.1}} ] }}"#
         ));
         let report = fit_report(&fitted(&campaign));
-        let table = tumble::report::table::fit(&report, false, tumble::language::Language::English);
+        let table = tumble::document::terminal::brief(&tumble::report::fit_document(
+            &report,
+            &Default::default(),
+            tumble::language::Language::English,
+        ));
         table.split_whitespace().collect::<String>().contains("noEarthrate")
     };
     assert!(told("b0 + b1*w_I", "\"theta_deg_s\""));

@@ -117,7 +117,7 @@ fn the_level_sets_the_coverage_factor() {
 fn exact_reports_its_iterations_and_readings_are_listed_on_request() {
     let run = tumble(&["fit", TABLE_1]);
     assert!(
-        run.stdout.contains("exact fit on gyro-turntable") && run.stdout.contains("Gauss-Newton converged"),
+        run.stdout.contains("Bench: gyro-turntable") && run.stdout.contains("Gauss-Newton converged"),
         "{}",
         run.stdout
     );
