@@ -55,9 +55,17 @@ fn leading_digit(value: f64) -> i32 {
     number::whole(value.abs().log10().floor())
 }
 
-/// A probability in percent as it was given, without idle zeros.
+/// A probability in percent, to four digits and without idle zeros.
 pub fn percent(p: f64) -> String {
-    let text = significant(100.0 * p, 8);
+    trim(significant(100.0 * p, 4))
+}
+
+/// A level as a person writes it, with all digits that were given: `95 %`, `99.73 %`.
+pub fn level(level: f64) -> String {
+    format!("{} %", trim(significant(100.0 * level, 8)))
+}
+
+fn trim(text: String) -> String {
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').into() } else { text }
 }
 
@@ -76,9 +84,4 @@ pub fn dof(dof: f64) -> String {
 /// Probability of a test, to two digits.
 pub fn probability(p: f64) -> String {
     if p == 0.0 { "< 1e-300".into() } else { significant(p, 2) }
-}
-
-/// A level as a person writes it: `95 %`, `99.73 %`.
-pub fn level(level: f64) -> String {
-    format!("{} %", percent(level))
 }

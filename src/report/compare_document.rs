@@ -11,7 +11,6 @@ pub fn compare_document(report: &CompareReport, inputs: &[Input], lang: Language
     let mut document = Document::new(say!(lang, "least-squares-beside-the-published-closed-forms"));
     document.language = lang;
     document.facts = vec![(say!(lang, "bench").into(), format!("`{}`", report.bench))];
-    document.facts.extend(inputs.first().map(|input| (say!(lang, "campaign").into(), input.name.clone())));
     document.facts.push((say!(lang, "source").into(), lang.name(&report.source).into_owned()));
     document.colophon = colophon(inputs, lang);
     document.section(section(report, lang)).section(groups(report, lang)).section(misprints(report, lang))
