@@ -470,6 +470,7 @@ tilt-is-no-small-rotation = { $id } = { $tilt } deg is not a small tilt: with { 
 factor-is-thousands-off-its-start = { $id } is { $ratio } times its start, and carries most of the readings: are the readings of { $sensor } in { $unit }?
 every-row-stands-there-several-times = every row occurs { $times } times with identical digits: if rows were entered more than once, u is too small by the square root of that number
 condition-the-readings-hardly-tell-some-parameters = condition { $condition }: some parameters are nearly confounded; check the units of the inputs and the correlations
+interval-sums-over-the-likelihood-of-the-noise = how long the noise stays correlated is hardly known: the intervals sum over all correlation times and variances that the readings allow, not at the most likely ones alone
 belongs-to-the-bench-and-stays-there = { $others } { $n ->
     [one] belongs to the bench and stays there
    *[other] belong to the bench and stay there

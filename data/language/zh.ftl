@@ -423,6 +423,7 @@ tilt-is-no-small-rotation = { $id } = { $tilt } deg 已不是小倾角：按已�
 factor-is-thousands-off-its-start = { $id } 为其初值的 { $ratio } 倍，且读数主要由它决定：{ $sensor } 的读数单位是 { $unit } 吗？
 every-row-stands-there-several-times = 每一行均以完全相同的数值出现 { $times } 次：若为重复录入，则 u 按该次数的平方根偏小
 condition-the-readings-hardly-tell-some-parameters = 条件数 { $condition }：读数几乎不能区分某些参数；请检查输入量的单位和相关系数
+interval-sums-over-the-likelihood-of-the-noise = 噪声的相关时间几乎无法确定：区间是对读数所容许的所有相关时间和方差求和得到的，而不只取最可能的值
 
 # fit/gauss_newton.rs
 stop-settled = 最后一步已无影响

@@ -353,3 +353,64 @@ fn many_readings_unbalanced_are_at_the_top_of_the_likelihood() {
         assert!(bend > 0.1 && (slope / bend).abs() < 1e-5, "{k}: slope {slope:e}, bend {bend:e}");
     }
 }
+
+/// Noise correlated in time, white noise beside it: variances and correlation time are at the top of the restricted likelihood, and their covariance is that of its
+/// second differences, all from adjustments in which everything is stated.
+#[test]
+fn noise_along_time_is_at_the_top_of_the_likelihood() {
+    let noise = wiggles(160);
+    for (case, known) in [(0, false), (1, true)] {
+        let rows = noise.len();
+        let time: Vec<f64> = (0..rows).map(|k| 10.0 * k as f64 + if k % 7 == 3 { 4.0 } else { 0.0 }).collect();
+        let mut deviation = 0.0;
+        let mut observed = Vec::new();
+        for k in 0..rows {
+            deviation = 0.9 * deviation + noise[(7 * k + case) % rows];
+            observed.push(3.0 + 0.01 * time[k] + deviation + noise[k]);
+        }
+        let system = |white: f64, group: Group| System {
+            rows: Mat::from_fn(rows, 2, |k, j| if j == 0 { 1.0 } else { time[k] }),
+            observed: observed.clone(),
+            u: vec![white.sqrt(); rows],
+            group: vec![group; rows],
+        };
+        let line = |variance: Option<f64>, tau: Option<f64>| ScatterLine {
+            felt: (0..rows).map(|row| Felt { row, level: row, by: 1.0 }).collect(),
+            variance,
+            memory: Some(Memory { time: time.clone(), run: vec![0; rows], tau }),
+        };
+        let settings = Settings::default();
+        let own = system(1.0, if known { Group::Known } else { Group::Estimated(0) });
+        let found = adjust_scattered(&own, &[line(None, None)], None, &[], &settings).unwrap();
+        assert!(found.converged);
+        let white = if known { 1.0 } else { found.group_variance[0].unwrap() };
+        let top = [white, found.variance[0], found.tau[0].unwrap().0];
+        let deviance = |by: [f64; 3]| {
+            let [white, variance, tau] = std::array::from_fn(|k| top[k] * f64::exp(by[k]));
+            let lines = [line(Some(variance), Some(tau))];
+            adjust_scattered(&system(white, Group::Known), &lines, None, &[], &settings).unwrap().deviance
+        };
+        const STEP: f64 = 2e-3;
+        let free: Vec<usize> = if known { vec![1, 2] } else { vec![0, 1, 2] };
+        let unit = |k: usize, by: f64| -> [f64; 3] { std::array::from_fn(|j| if j == k { by } else { 0.0 }) };
+        for k in &free {
+            let slope = (deviance(unit(*k, STEP)) - deviance(unit(*k, -STEP))) / (2.0 * STEP);
+            // third derivatives of some tens times the square of the step
+            assert!(slope.abs() < 3e-4, "{known} {k}: {slope}");
+        }
+        let bend = |a: usize, b: usize| {
+            let at = |s: f64, t: f64| {
+                let (x, y) = (unit(a, s), unit(b, t));
+                deviance(std::array::from_fn(|j| x[j] + y[j]))
+            };
+            (at(STEP, STEP) - at(STEP, -STEP) - at(-STEP, STEP) + at(-STEP, -STEP)) / (4.0 * STEP * STEP)
+        };
+        // the covariance is twice the inverse: their product is two
+        for (i, a) in free.iter().enumerate() {
+            for (j, _) in free.iter().enumerate() {
+                let product: f64 = free.iter().enumerate().map(|(k, b)| bend(*a, *b) * found.spread[(k, j)]).sum();
+                assert!((product - if i == j { 2.0 } else { 0.0 }).abs() < 5e-3, "{known} {i} {j}: {product}");
+            }
+        }
+    }
+}

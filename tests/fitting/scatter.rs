@@ -222,3 +222,19 @@ fn known_inputs_stand_with_what_scatters() {
     let share: f64 = report.scatter.iter().map(|s| s.share["b0"]).sum();
     assert_within(share, 1.0, 1e-12, "shares of b0");
 }
+
+/// A correlation time that 120 readings hardly tell (0.1 degrees of freedom by Satterthwaite): intervals are of the error's size, and the report says how they came about.
+#[test]
+fn hardly_known_correlation_leaves_finite_intervals() {
+    let fit = fitted(&crate::support::campaign("scatter/ou_dof01.json"));
+    let noise = fit.estimate.residuals.iter().map(|v| v * v).sum::<f64>().sqrt();
+    for own in &fit.parameters {
+        let uncertainty = own.uncertainty.unwrap();
+        assert!(uncertainty.dof >= 1.0 && uncertainty.expanded < 10.0 * noise, "{}: {uncertainty:?}", own.id);
+        // sources and whole agree
+        let sum: f64 = own.budget.iter().map(|line| line.u * line.u).sum();
+        assert!((sum.sqrt() / uncertainty.u - 1.0).abs() < 1e-9, "{}", own.id);
+    }
+    let remarks: Vec<String> = fit.remarks().iter().map(|remark| remark.to_string()).collect();
+    assert!(remarks.iter().any(|r| r.contains("sum over all correlation times")), "{remarks:?}");
+}

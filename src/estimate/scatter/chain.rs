@@ -13,8 +13,8 @@
     reason = "a jet has its six numbers, a part as many Gram matrices, and blocks have the columns for which the filter was made"
 )]
 
-use crate::estimate::Sequential;
 use crate::error::Result;
+use crate::estimate::Sequential;
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
 
@@ -204,9 +204,13 @@ impl Chain {
         };
         add(0, 0, 0, 1.0);
         // the other half of each is its transpose
-        for (to, [a, b], twice) in
-            [(1, [0, 0], None), (2, [0, 0], None), (3, [1, 1], Some(1.0)), (4, [1, 2], Some(1.0)), (5, [2, 2], Some(1.0))]
-        {
+        for (to, [a, b], twice) in [
+            (1, [0, 0], None),
+            (2, [0, 0], None),
+            (3, [1, 1], Some(1.0)),
+            (4, [1, 2], Some(1.0)),
+            (5, [2, 2], Some(1.0)),
+        ] {
             add(to, 0, to, 1.0);
             if let Some(by) = twice {
                 add(to, a, b, by);

@@ -166,6 +166,7 @@ fn conclude(
         component: component.iter().map(|own| own.filter(|c| free.contains(c))).collect(),
         leans,
         absorbed,
+        mixture: along.map(Along::mixture).transpose()?.flatten(),
         spread,
         correction,
         shares,

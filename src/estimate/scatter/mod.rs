@@ -28,6 +28,7 @@
 //! | `condense.rs` | the readings of a position as a few rows that say the same |
 //! | `chain.rs` | a filter along time, with derivatives by the noise |
 //! | `restricted.rs` | the likelihood of parts of the rows, and Newton's way to its top |
+//! | `mixture.rs` | the unknowns summed over the likelihood of noise that is hardly known |
 //! | `time.rs` | noise that is correlated in time |
 //! | `absorbed.rs` | variances that no residual shows, though unknowns follow them |
 //! | `conclude.rs` | the adjustment with what was found |
@@ -43,6 +44,7 @@ mod elimination;
 mod floor;
 mod inference;
 mod left_out;
+mod mixture;
 mod pattern;
 mod problem;
 mod reml;
@@ -54,6 +56,7 @@ pub use conclude::{adjust_scattered, step_scattered};
 pub(super) use cost::{correction, spread};
 pub use elimination::Whitening;
 pub use floor::{Floor, Variances};
+pub use mixture::{Mixture, Node};
 pub use pattern::Pattern;
 
 use crate::estimate::Estimate;
@@ -149,6 +152,8 @@ pub struct Scattered {
     pub leans: Vec<Option<(usize, Mat<f64>)>>,
     /// For each line, what is not known of the covariance of the unknowns for want of its variance.
     pub absorbed: Vec<Option<Absorbed>>,
+    /// The unknowns summed over the likelihood of the noise, where an estimated correlation time leaves some of them fewer than three degrees of freedom.
+    pub mixture: Option<Mixture>,
     /// What the small-sample correction adds to the covariance of the unknowns, `n x n`.
     pub correction: Mat<f64>,
     /// Each line's part of the covariance of the unknowns, `n x n`.

@@ -133,7 +133,11 @@ impl NoiseModel {
         let solution = cholesky.solve(whole.as_ref().subrows(0, n).subcols(n, 1));
         let squares = whole[(n, n)] - (0..n).map(|j| whole[(j, n)] * solution[(j, 0)]).sum::<f64>();
         let mut inverse = Mat::<f64>::identity(n, n);
-        faer::linalg::triangular_solve::solve_lower_triangular_in_place(lower.as_ref(), inverse.as_mut(), faer::Par::Seq);
+        faer::linalg::triangular_solve::solve_lower_triangular_in_place(
+            lower.as_ref(),
+            inverse.as_mut(),
+            faer::Par::Seq,
+        );
         deviance += 2.0 * (0..n).map(|j| lower[(j, j)].ln()).sum::<f64>() + squares;
         let covariance = inverse.transpose() * &inverse;
         let solution: Vec<f64> = (0..n).map(|j| solution[(j, 0)]).collect();
@@ -194,11 +198,7 @@ impl NoiseModel {
     /// Newton's steps from a start to the top of the likelihood; `gather` brings the parts at some noise.
     ///
     /// Errors: those of `gather`; a start that is no covariance.
-    pub fn top(
-        &self,
-        start: &[f64],
-        gather: &mut dyn FnMut(&[TimeNoise]) -> Result<Vec<Part>>,
-    ) -> Result<Top> {
+    pub fn top(&self, start: &[f64], gather: &mut dyn FnMut(&[TimeNoise]) -> Result<Vec<Part>>) -> Result<Top> {
         let mut at = start.to_vec();
         self.range.iter().zip(&mut at).for_each(|((low, high), x)| *x = x.clamp(*low, *high));
         let mut look = |at: &[f64]| -> Result<Option<Restricted>> {
@@ -247,6 +247,34 @@ impl NoiseModel {
         Top { at, found, at_end, iterations, converged }
     }
 }
+
+impl Top {
+    /// Parameters whose information is told: those inside their ranges.
+    pub fn inside(&self) -> Vec<usize> {
+        (0..self.at.len()).filter(|k| !self.at_end[*k]).collect()
+    }
+
+    /// Was a correlation time estimated, and has some unknown, which follow the columns in `directions`, less than [`FEW`] degrees of freedom?
+    pub fn is_hardly_known(&self, model: &NoiseModel, directions: &Mat<f64>) -> bool {
+        if model.parts.iter().all(|own| own.deviation.is_none_or(|(_, time)| time.free().is_none())) {
+            return false;
+        }
+        let spread = super::cost::spread(&self.found.bend, &self.inside());
+        (0..directions.nrows()).any(|j| {
+            let along = directions.subrows(j, 1);
+            let form = |m: &Mat<f64>| (along * m * along.transpose())[(0, 0)];
+            let whole = form(&self.found.covariance);
+            let slopes: Vec<f64> = self.found.slopes.iter().map(form).collect();
+            let of =
+                |(k, a): (usize, &f64)| slopes.iter().enumerate().map(|(h, b)| a * b * spread[(k, h)]).sum::<f64>();
+            let square: f64 = slopes.iter().enumerate().map(of).sum();
+            whole > 0.0 && !(2.0 * whole * whole >= FEW * square && square >= 0.0)
+        })
+    }
+}
+
+/// Below so many degrees of freedom, Satterthwaite's approximation says little of an estimated correlation time.
+const FEW: f64 = 3.0;
 
 impl Restricted {
     /// Covariance of the estimated parameters `among` all that are free, of logarithms, zero for the others; and what estimating them adds to the covariance of
@@ -326,9 +354,8 @@ impl PartNoise {
             }
         };
         // the logarithm of the determinant has no product with ln w
-        let logarithm = |weights: &[f64]| -> f64 {
-            part.log_determinant.iter().zip(weights).skip(1).map(|(l, by)| l * by).sum()
-        };
+        let logarithm =
+            |weights: &[f64]| -> f64 { part.log_determinant.iter().zip(weights).skip(1).map(|(l, by)| l * by).sum() };
         for (slot, weights) in slots.iter().zip(&FIRST) {
             if let Some(k) = slot {
                 sum(&mut first[*k], weights);

@@ -14,6 +14,7 @@
 
 use super::chain::{Chain, Part, TimeNoise};
 use super::inference::Inference;
+use super::mixture::Mixture;
 use super::problem::{Point, Problem, UNSEEN};
 use super::reml::{Ended, FULL, Limits};
 use super::restricted::{NoiseModel, PartNoise, Slot, Top};
@@ -37,12 +38,8 @@ pub(super) struct Timed<'a> {
 
 /// The likelihood along time, at its top.
 pub(super) struct Along {
-    pub model: NoiseModel,
+    chains: Chains,
     pub top: Top,
-    /// How the unknowns follow the columns that the parts have.
-    pub directions: Mat<f64>,
-    /// For each free parameter, the component or the line whose correlation time it is.
-    pub meaning: Vec<Meaning>,
 }
 
 /// What a free parameter is.
@@ -90,8 +87,8 @@ pub(super) fn with_times<'a>(
     }
     if let Some(chains) = Chains::of(&problem)? {
         let along = chains.top(&problem, start, known)?;
-        let time = |k: usize| along.meaning.iter().position(|own| *own == Meaning::Time(k));
-        let spread = super::cost::spread(&along.top.found.bend, &along.inside());
+        let time = |k: usize| along.chains.meaning.iter().position(|own| *own == Meaning::Time(k));
+        let spread = super::cost::spread(&along.top.found.bend, &along.top.inside());
         let mut found = Vec::with_capacity(open.len());
         for k in &open {
             let Some(at) = time(*k) else { continue };
@@ -101,7 +98,7 @@ pub(super) fn with_times<'a>(
             found.push((*k, tau, u));
         }
         let mut theta = vec![1.0; problem.members.count];
-        for (meaning, x) in along.meaning.iter().zip(&along.top.at) {
+        for (meaning, x) in along.chains.meaning.iter().zip(&along.top.at) {
             if let Meaning::Component(c) = meaning {
                 theta[*c] = x.exp();
             }
@@ -143,7 +140,7 @@ pub(super) fn time_range(step: f64, whole: f64) -> (f64, f64) {
 }
 
 /// `from` to `to`, so many, evenly.
-fn spaced((from, to): (f64, f64), count: usize) -> impl Iterator<Item = f64> {
+pub(super) fn spaced((from, to): (f64, f64), count: usize) -> impl Iterator<Item = f64> {
     (0..count).map(move |k| from + (to - from) * k as f64 / (count.max(2) - 1) as f64)
 }
 
@@ -177,7 +174,9 @@ impl Series {
 struct Chains {
     series: Vec<Series>,
     model: NoiseModel,
+    /// For each free parameter, the component or the line whose correlation time it is.
     meaning: Vec<Meaning>,
+    /// How the unknowns follow the columns that the series have.
     directions: Mat<f64>,
     /// Variance factor of each series' white noise as if nothing else scattered, and variance of its relative noise.
     plain: Vec<(f64, f64)>,
@@ -209,10 +208,12 @@ impl Chains {
             std::collections::BTreeMap::new();
         for (row, own) in own.iter().enumerate() {
             let line = own.map(|(k, ..)| k);
-            let (run, time) = own.and_then(|(k, level, _)| {
-                let memory = lines[k].memory.as_ref()?;
-                Some((memory.run.get(level).copied().unwrap_or(0), memory.time.at(level))) // likewise
-            }).unwrap_or_default();
+            let (run, time) = own
+                .and_then(|(k, level, _)| {
+                    let memory = lines[k].memory.as_ref()?;
+                    Some((memory.run.get(level).copied().unwrap_or(0), memory.time.at(level))) // likewise
+                })
+                .unwrap_or_default();
             parts.entry((line, problem.members.rows[row])).or_default().push((run, time, row));
         }
         let count = problem.members.count;
@@ -286,7 +287,8 @@ impl Chains {
     /// The top of the likelihood, from variances and correlation times nearby if there are some.
     fn top(self, problem: &Problem<'_>, start: &[f64], known: &[f64]) -> Result<Along> {
         let count = problem.members.count;
-        let nearby = start.len() == count && count + known.len() == self.meaning.len() && start.iter().all(|t| *t > 0.0);
+        let nearby =
+            start.len() == count && count + known.len() == self.meaning.len() && start.iter().all(|t| *t > 0.0);
         let begin = if nearby {
             start.iter().chain(known).map(|x| x.ln()).collect()
         } else {
@@ -295,7 +297,7 @@ impl Chains {
         };
         let mut gather = |noises: &[TimeNoise]| self.gather(noises, true);
         let top = self.model.top(&begin, &mut gather)?;
-        Ok(Along { model: self.model, top, directions: self.directions, meaning: self.meaning })
+        Ok(Along { chains: self, top })
     }
 }
 
@@ -323,7 +325,8 @@ impl NoiseModel {
                 parts[s] = look(s, noise)?;
                 self.parts.iter().zip(&noises).for_each(|(own, noise)| own.set(*noise, &mut at));
                 // a part that is not looked for yet is white
-                let white: Vec<PartNoise> = self.parts.iter().zip(&noises).map(|(_, noise)| PartNoise::known(*noise)).collect();
+                let white: Vec<PartNoise> =
+                    self.parts.iter().zip(&noises).map(|(_, noise)| PartNoise::known(*noise)).collect();
                 let here = NoiseModel { parts: white, range: Vec::new(), columns: self.columns };
                 let Some(found) = here.likelihood(&[], &parts) else { continue };
                 if best.as_ref().is_none_or(|(least, ..)| found.deviance < *least) {
@@ -357,7 +360,9 @@ impl PartNoise {
             (Slot::Free(_), Slot::Stated(q)) => RATIOS.map(|r| (factor / (1.0 + r), q)).to_vec(),
             (Slot::Stated(white), Slot::Stated(q)) => vec![(white, q)],
         };
-        let with = |tau: f64| sizes.iter().map(move |(white, deviation)| TimeNoise { white: *white, deviation: *deviation, tau });
+        let with = |tau: f64| {
+            sizes.iter().map(move |(white, deviation)| TimeNoise { white: *white, deviation: *deviation, tau })
+        };
         times.into_iter().flat_map(with).collect()
     }
 
@@ -375,16 +380,9 @@ impl PartNoise {
         }
     }
 
-    fn known(noise: TimeNoise) -> Self {
+    pub(super) fn known(noise: TimeNoise) -> Self {
         let deviation = (noise.deviation > 0.0).then_some((Slot::Stated(noise.deviation), Slot::Stated(noise.tau)));
         PartNoise { white: Slot::Stated(noise.white), deviation }
-    }
-}
-
-impl Along {
-    /// Parameters whose information is told: those inside their ranges.
-    pub fn inside(&self) -> Vec<usize> {
-        (0..self.meaning.len()).filter(|k| !self.top.at_end[*k]).collect()
     }
 }
 
@@ -392,19 +390,36 @@ impl Along {
     /// Covariance of the estimated variances, relative, `count` of them: components, then correlation times as `leaning` numbers them; and what estimating
     /// them adds to the covariance of the unknowns.
     pub fn costs(&self, count: usize, leaning: &[Option<usize>]) -> (Mat<f64>, Mat<f64>) {
-        let place = |k: usize| match self.meaning[k] {
+        let place = |k: usize| match self.chains.meaning[k] {
             Meaning::Component(c) => Some(c),
             Meaning::Time(line) => leaning[line],
         };
-        let among: Vec<usize> = self.inside().into_iter().filter(|k| place(*k).is_some()).collect();
-        let (own, correction) = self.top.found.costs(&self.model, &among);
+        let among: Vec<usize> = self.top.inside().into_iter().filter(|k| place(*k).is_some()).collect();
+        let (own, correction) = self.top.found.costs(&self.chains.model, &among);
         let mut spread = Mat::zeros(count, count);
         for (k, a) in among.iter().filter_map(|k| Some((k, place(*k)?))) {
             for (h, b) in among.iter().filter_map(|h| Some((h, place(*h)?))) {
                 spread[(a, b)] = own[(*k, *h)];
             }
         }
-        (spread, &self.directions * correction * self.directions.transpose())
+        let directions = &self.chains.directions;
+        (spread, directions * correction * directions.transpose())
+    }
+
+    /// The unknowns summed over the likelihood of the noise, where correlation times were estimated and some unknown has few degrees of freedom.
+    pub fn mixture(&self) -> Result<Option<Mixture>> {
+        let Chains { model, directions, plain, series, .. } = &self.chains;
+        if !self.top.is_hardly_known(model, directions) {
+            return Ok(None);
+        }
+        let natural: Vec<f64> = plain.iter().map(|(_, natural)| *natural).collect();
+        let mut look = |noises: &[Vec<TimeNoise>]| {
+            let own = |(series, list): (&Series, &Vec<TimeNoise>)| {
+                list.iter().map(|noise| series.part(*noise, false)).collect()
+            };
+            series.iter().zip(noises).map(own).collect()
+        };
+        Mixture::about(model, &self.top, &natural, directions, &mut look).map(Some)
     }
 }
 
@@ -414,7 +429,7 @@ impl Problem<'_> {
         let point = self.at_or_fail(theta)?;
         let inference = self.inference(&point);
         let mut at_floor = vec![false; self.members.count];
-        for (meaning, end) in along.meaning.iter().zip(&along.top.at_end) {
+        for (meaning, end) in along.chains.meaning.iter().zip(&along.top.at_end) {
             if let Meaning::Component(c) = meaning {
                 at_floor[*c] = *end;
             }
@@ -527,7 +542,8 @@ impl Beside<'_> {
         let s = &inference.s;
         let bend = Mat::from_fn(at.len(), at.len(), |a, b| {
             let (a, b) = (known + a, known + b);
-            let through = |g: &usize| kept.iter().map(|h| s[(a, *g)] * 0.5 * spread[(*g, *h)] * s[(*h, b)]).sum::<f64>();
+            let through =
+                |g: &usize| kept.iter().map(|h| s[(a, *g)] * 0.5 * spread[(*g, *h)] * s[(*h, b)]).sum::<f64>();
             s[(a, b)] - kept.iter().map(through).sum::<f64>()
         });
         Ok(Profile { deviance: ended.point.deviance, slope, bend, theta })
