@@ -9,6 +9,7 @@ use super::outputs::Outputs;
 use super::{Outcome, files};
 use crate::campaign::{Campaign, Reading, Readings};
 use crate::diagnosis;
+use crate::document::{html, terminal};
 use crate::error::{Malformed, Result};
 use crate::fit;
 use crate::language::Language;
@@ -177,8 +178,8 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
         outputs.add(path, files::marked(&file)?);
     }
     if let Some(path) = &arguments.html {
-        let page = report::html::plan_page(&campaign, &report, candidates.as_ref(), lang)?;
-        outputs.add(path, report::html::render(&page)?);
+        let drawn = Some((&campaign, candidates.as_ref()));
+        outputs.add(path, html::render(&report::plan_document(&report, drawn, false, lang))?);
     }
     if let Some(path) = &arguments.json {
         outputs.add(path, files::json(&report)?);
@@ -186,7 +187,8 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
     let to_stdout = outputs.to_stdout();
     outputs.write()?;
     if !to_stdout {
-        super::show(&report::plan_table(&report, arguments.readings, lang))?;
+        let drawn = Some((&campaign, None));
+        super::show(&terminal::brief(&report::plan_document(&report, drawn, arguments.readings, lang)))?;
     }
     let defect = match found {
         Some(improvement) => !improvement.judgement.not_estimable.is_empty() || !improvement.unreachable.is_empty(),
