@@ -9,7 +9,6 @@ use super::outputs::Outputs;
 use super::{Outcome, files};
 use crate::campaign::{Campaign, Reading, Readings};
 use crate::diagnosis;
-use crate::document::{html, terminal};
 use crate::error::{Malformed, Result};
 use crate::fit;
 use crate::language::Language;
@@ -25,8 +24,8 @@ const MOST_FORESEEN: usize = 100_000;
 pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
     let (campaign, source) = files::campaign(&arguments.schedule)?;
     files::one_device(&campaign);
-    let (html, json) = (arguments.html.as_deref(), arguments.json.as_deref());
-    let mut outputs = Outputs::plan([arguments.write.as_deref(), html, json])?;
+    let [html, md] = arguments.pages.paths();
+    let mut outputs = Outputs::plan([arguments.write.as_deref(), html, md, arguments.json.as_deref()])?;
     // an option has no place in the file
     let located = |error: Malformed| match error.place().path.is_empty() {
         true => error,
@@ -177,9 +176,9 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
         let file = wire::campaign_file(&schedule, wire::bench_ref(&schedule));
         outputs.add(path, files::marked(&file)?);
     }
-    if let Some(path) = &arguments.html {
+    if arguments.pages.is_asked_for() {
         let drawn = Some((&campaign, candidates.as_ref()));
-        outputs.add(path, html::render(&report::plan_document(&report, drawn, false, lang))?);
+        outputs.extend(arguments.pages.page(&report::plan_document(&report, drawn, false, lang))?);
     }
     if let Some(path) = &arguments.json {
         outputs.add(path, files::json(&report)?);
@@ -188,7 +187,7 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
     outputs.write()?;
     if !to_stdout {
         let drawn = Some((&campaign, None));
-        super::show(&terminal::brief(&report::plan_document(&report, drawn, arguments.readings, lang)))?;
+        arguments.pages.print(&report::plan_document(&report, drawn, arguments.readings, lang))?;
     }
     let defect = match found {
         Some(improvement) => !improvement.judgement.not_estimable.is_empty() || !improvement.unreachable.is_empty(),

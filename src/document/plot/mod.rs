@@ -1,6 +1,6 @@
 //! Charts as inline SVG: text is text, colours are told apart without colour vision and in print, nothing needs a font or the network.
 //!
-//! Sizes are in half points of the page (a figure as wide as the page is [`WIDE`]), so that whole pixels are fine enough. Data are scaled by a power
+//! Sizes are in half points of the page (a figure as wide as the page is `WIDE`), so that whole pixels are fine enough. Data are scaled by a power
 //! of a thousand before they are drawn; axis titles say which. The drawing itself is plotters' with its SVG backend only.
 //!
 //! | file | subject |
