@@ -51,6 +51,7 @@ pub mod compare;
 pub mod correction;
 pub mod design;
 pub mod diagnosis;
+pub mod document;
 mod elements;
 pub mod error;
 pub mod estimate;

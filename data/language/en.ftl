@@ -67,7 +67,6 @@ side-upper = upper
 side-norm = norm
 
 # report/fit_table.rs
-tumble-fit-on = tumble { $tumble }: { $estimator } fit on { $bench }
 derived = derived
 parameter = parameter
 estimate = estimate
@@ -80,38 +79,23 @@ pairs-of-means = pairs
 sd-over-that-of-independent-rows = sd against independent rows
 lack-of-fit-over = lack of fit over
 row-of-the-record = row
-rank-of-degrees-of-freedom = { $reading }{ $priors }, rank { $rank } of { $parameters }, { $dof } degrees of freedom
-fit-table-condition = , condition { $condition }
-rejected-the-readings-scatter-more-than-their = REJECTED: the readings scatter more than their stated uncertainties allow
 accepted = accepted
-global-test-chi-square-with-degrees-of = global test: chi-square { $chi_square } with { $dof } degrees of freedom, p = { $p }, factor { $sd }: { $verdict }
 that-of-rounding-to-its-last-digit = that of rounding to { $step } (its last digit, over sqrt 12): its readings scatter no more
 the-rounding-of-its-readings-which-show = the rounding of its readings, which show no scatter
 estimated-from-these-readings = estimated from these readings
-residual-sd-of = residual sd of { $sensor }: { $sd }, { $how }
-residual-sd-of-none-no-degrees-of = residual sd of { $sensor }: none (no degrees of freedom), so no uncertainty can be given
-inconsistent-disagrees-with-the-other-sights-by = INCONSISTENT: { $sensor } disagrees with the other sights by { $mean_residual_deg } deg on average (another side of the target? a point sighted wrongly? a start too far away?)
+residual-sd-of = Residual standard deviation of `{ $sensor }`: { $sd }, { $how }.
+residual-sd-of-none-no-degrees-of = Residual standard deviation of `{ $sensor }`: none (no degrees of freedom), so no uncertainty can be given.
+inconsistent-disagrees-with-the-other-sights-by = `{ $sensor }` is inconsistent: it disagrees with the other sights by { $mean_residual_deg } deg on average. Check for another side of the target, a wrong point, or a starting value that is too far away.
 fit-table-note = note: { $remark }
 fit-table-known = known: { $known }
 correlated-inputs = correlated: { $list }
-assumed-zero = assumed zero: { $assumed_zero }
-note-one-linear-step-is-not-enough = note: one linear step is not enough here: Gauss-Newton would go on by more than 0.1 u in { $differ }; fit without --linear
-no-reading-responds-to-at-the-reference = no reading responds to { $moved } at the reference point, because every factor that multiplies it is zero there: the iteration started from a point nearby
-held-where-the-iteration-began-since-the = held at the starting value, because the exact model determines them too weakly elsewhere: { $held }
-the-linear-estimates-linear-are-the-same = the linear estimates (--linear) are the same within 0.1 u
-the-linear-estimates-linear-differ-by-more = the linear estimates (--linear) differ by more than 0.1 u (exact minus linear): { $differ }
-gauss-newton-converged-after = Gauss-Newton converged after { $steps }; { $linear }
-gauss-newton-not-converged-after = Gauss-Newton NOT converged after { $steps } ({ $stop })
-estimable-combination = estimable combination
-u-holds-only-for-as-held-another = U holds only for { $held } as held: a value that differs by { $by } { $unit } changes { $shifts }
+no-reading-responds-to-at-the-reference = No reading responds to { $moved } at the reference point, because every factor that multiplies it is zero there: the iteration started from a point nearby.
+held-where-the-iteration-began-since-the = Held at the starting value, because the exact model determines them too weakly elsewhere: { $held }.
+gauss-newton-converged-after = Gauss-Newton converged after { $steps }; the linear estimates (one step from the reference point) are the same within 0.1 u.
+u-holds-only-for-as-held-another = U holds only for `{ $held }` as held: a value that differs by { $by } changes { $shifts }.
 derived-without-a-value = derived quantities without a value, because they need what is not estimable: { $names }
-not-estimable-is-free = NOT ESTIMABLE: { $text } is free
 no-reading-responds-to-it-at-this = no reading responds to it at this point
 no-reading-responds-to-it = no reading responds to it
-only-estimable-here = only { $only } { $n ->
-    [one] is
-   *[other] are
-} estimable here
 a-reading-of-would-separate-it = a reading of { $sensor } would separate them
 a-reading-of-at-would-separate-it = a reading of { $sensor } at { $keys } would separate them
 a-reading-at-would-separate-it = a reading at { $keys } would separate them
@@ -132,21 +116,13 @@ type = type
 distribution = distribution
 contribution = contribution
 share = share
-budget-of = budget of { $id }{ $unit }
 correlation = correlation
-less-than-half-weight-readings = ; weight below one half: readings { $named }
-fit-checks-table-constraints = constraints: { $verdict }
-is-at-a-bound-interval-to-of = { $id } is at a bound: { $level } % interval { $low } to { $high } { $unit } (of the free estimate, cut to what is allowed)
-is-at-a-bound-and-the-whole = { $id } is at a bound, and the whole { $level } % interval of the free estimate is not allowed: bound and readings disagree
+is-at-a-bound-interval-to-of = `{ $id }` is at a bound: { $level } interval { $low } to { $high } { $unit } (that of the free estimate, cut to what is allowed).
+is-at-a-bound-and-the-whole = `{ $id }` is at a bound, and the whole { $level } interval of the free estimate is not allowed: bound and readings disagree.
 yes = yes
 monte-carlo = Monte Carlo
 mean = mean
-low = low
 high = high
-shortest-low = shortest low
-shortest-high = shortest high
-first-order-agrees = first order agrees
-trials-seed = { $trials } trials, seed { $seed }
 coverage-ellipsoid-of-k-p = coverage ellipsoid of { $order }: k_p = { $k }
 scale-factor-errors-are-not-drawn = not drawn: { $errors }
 
@@ -160,13 +136,10 @@ the-exact-lines-tumble-apply-leave-nothing = ; with the exact lines (`tumble app
 correction-otherwise = { $id } (otherwise { $otherwise }{ $unit })
 these-sensors-do-not-determine-give-it = These sensors do not determine { $given }: supply it as a column of the record.
 correction-none-of-the-sensors-follows-a = correction: none of the sensors follows a rate w_* or a specific force a_* that the fit determines
-correction-first-order-inputs-matrix-readings-bias = correction, first order: inputs = matrix * (readings - bias)
 input = input
 bias = bias
-is-left-out = { $sensor } is left out: { $why }.
 
 # report/html/fit_page.rs
-calibration-every-angle-and-coefficient-with-its = Calibration: every angle and coefficient with its uncertainty
 made-by = made by
 tumble-the-same-inputs-give-the-same = tumble { $version }; the same inputs give the same bytes
 sha-of = SHA-256 of { $name }
@@ -174,35 +147,21 @@ bench = Bench
 source = Source
 campaign = Campaign
 model = Model
-one-least-squares-step-from-the-reference = one least-squares step from the reference point
-gauss-newton-on-the-exact-rotations = Gauss-Newton on the exact rotations
 estimator = Estimator
 residuals-and-correlations = Residuals and correlations
 
 # report/html/fit_answer.rs
 result = Result
-not-everything-is-estimable-is-free-see = Not everything is estimable: `{ $text }` is free. See below.
+not-everything-is-estimable-is-free-see = Not everything is estimable. The readings do not determine { $free }: see below.
 the-readings-scatter-more-than-their-stated = the readings scatter more than their stated uncertainties allow: the model is incomplete, or the uncertainties are too small
 the-readings-scatter-as-their-stated-uncertainties = the readings scatter as their stated uncertainties say
 global-test-chi-square-with-p = Global test: { $words } (chi-square { $chi_square } with { $dof }, p = { $p }).
-the-readings-state-no-uncertainty-of-their = No uncertainty is stated for the readings: their standard deviation is estimated from the residuals, and only replicates test the model.
-the-readings-state-no-uncertainty-of-their-2 = No uncertainty is stated for the readings: their standard deviation is estimated from the residuals, so these readings alone cannot test the model.
+the-readings-state-no-uncertainty-of-their = No uncertainty is stated for the readings: their standard deviation is estimated from the residuals, so these readings alone cannot test the model.
 no-degrees-of-freedom-the-readings-just = No degrees of freedom: there are as many readings as parameters, so the readings cannot test the model.
-the-readings-of-scatter-no-more-than = The readings of `{ $sensor }` scatter no more than their last digit shows: u is that of rounding to { $step }.
 one-linear-step-is-not-enough-gauss = One linear step is not enough: Gauss-Newton would go on by more than 0.1 u in { $what }. Fit without `--linear`.
-converged = converged
-did-not-converge = did not converge
-the-linear-estimates-one-step-from-the = The linear estimates (one step from the reference point) are the same within 0.1 u.
-the-linear-estimates-one-step-from-the-2 = The linear estimates (one step from the reference point) differ by more than 0.1 u (exact minus linear): { $differ }.
-gauss-newton-after = Gauss-Newton { $word } after { $steps }{ $why }.{ $linear }
-no-reading-responds-to-at-the-reference-2 = No reading responds to { $moved } at the reference point, because every factor that multiplies it is zero there: the iteration started from a point nearby.
-held-where-the-iteration-began-since-the-2 = Held at the starting value, because the exact model determines them too weakly elsewhere: { $held }.
-u-holds-only-for-as-held-another-2 = U holds only for `{ $held }` as held: a value that differs by { $by } changes { $shifts }.
 from-the-fit-estimates-rank-of-freedom = From { $from } the fit estimates { $parameters } (rank { $rank }, { $dof }).
 at-every-angle-is-known-to-arcsec = At { $level }, every angle is known to { $high } arcsec.
 at-the-angles-are-known-to-between = At { $level }, the angles are known to between { $low } arcsec (`{ $best }`) and { $high } arcsec (`{ $worst }`).
-fit-answer-for = { $sd } for `{ $sensor }`
-residual-standard-deviation = Residual standard deviation: { $scatter }.
 the-scaled-design-matrix-has-condition-number = The scaled design matrix has condition number { $condition }.
 
 # report/html/fit_correction.rs
@@ -225,7 +184,6 @@ a-corrected-input-points-along-the-sensors = Corrected inputs are components alo
 angle = angle
 coefficient = coefficient
 not-estimable = not estimable
-interval-to = , interval { $a } to { $b }
 u-combined-standard-uncertainty-k-u-expanded = u: combined standard uncertainty; { $expanded } = k u: expanded uncertainty, k from Student's t with ν effective degrees of freedom.
 estimates = Estimates
 not-estimable-from-these-readings = Not estimable from these readings
@@ -234,9 +192,6 @@ only-determined = only { $only } { $n ->
    *[other] are
 } determined
 the-parameters-can-move-along-and-no = The parameters can change along `{ $text }` without changing any reading; { $instead }.
-what-would-separate-it-a-further-reading = A further reading that would separate them: { $keys }.
-fit-estimates-but = But { $nowhere }.
-no-position-of-this-bench-would-separate = No position of this bench would separate them: another bench or a known value is needed.
 determined-instead = determined instead
 where-the-uncertainty-comes-from = Sources of uncertainty
 source-2 = source
@@ -269,7 +224,6 @@ strongest-correlation-between-and = Strongest correlation: { $r } between { $a }
 
 # report/html/fit_readings.rs
 taken-as-zero-neither-known-nor-estimated = Taken as zero, neither known nor estimated: { $assumed_zero }.
-gravity-g = gravity { $gravity_g } g
 site-latitude-earth-rate-deg-h = Site: latitude { $latitude_deg }°, Earth rate { $earth_rate_deg_h } deg/h, { $said }.
 no-site-no-earth-rate-and-gravity = No site: no Earth rate, and gravity is 1 g.
 fit-readings-warning = Warning: { $warning }.
@@ -278,7 +232,6 @@ exact-rows-are-exact-derivatives-iterated-to = Exact: rows are exact derivatives
 uncertainties-of-the-readings-are-as-stated = Uncertainties of the readings are as stated.
 readings-of-one-sensor-scatter-alike-and = The readings of one sensor have independent errors of equal standard deviation, estimated from the residuals.
 beside-what-scatters-readings-scatter-alike = In addition to the random effects listed above, the readings of one sensor have independent errors of equal standard deviation, estimated from the residuals.
-known-inputs-are-correlated = Known inputs are correlated: { $pairs }.
 entered-as-rows-of-their-own = { $prior } entered as additional rows.
 known = known
 exact = exact
@@ -289,12 +242,6 @@ the-first-of-are-listed-the-json = The first { $listed } of { $n } are listed; t
 readings = Readings
 
 # report/html/checks_page.rs
-lack-of-fit-the-model-leaves-more = Lack of fit: the residuals exceed the scatter of replicates (p = { $p }).
-lack-of-fit-the-model-leaves-more-between-positions = Lack of fit: the residuals between positions exceed the scatter of the readings of a position (p = { $p }).
-suspicious-see-the-checks = Suspicious: { $n ->
-    [one] reading
-   *[other] readings
-} { $numbers }. See the checks.
 the-robust-estimator-did-not-settle = The robust estimator ({ $method }) did not settle.
 checks = Checks
 test = test
@@ -336,7 +283,6 @@ probability-that-the-quantity-is-inside-its = Probability: that the quantity is 
 
 # report/html/scatter_page.rs
 what-scatters = Random effects
-sources-of-scatter = Sources of scatter
 sd-standard-deviation-of-one-deviation-a = sd: standard deviation of one deviation. A source is stated by the campaign or estimated from these readings (restricted maximum likelihood); each is a line of every budget.
 
 # report/plot/normal.rs
@@ -368,22 +314,13 @@ what-seems-to-have-happened = probable cause
 misprints-found = Misprints found
 
 # report/compare_table.rs
-tumble-published-closed-forms-on = tumble { $tumble }: published closed forms on { $bench }
-printed-mean = printed mean
-closed-form-and-least-squares-without-earth = closed form and least squares without Earth rate differ by up to { $difference } of the value: these positions are not the square case of the formulas, which use some of the readings or weigh them otherwise.
-closed-form-and-least-squares-without-earth-2 = closed form and least squares without Earth rate differ by at most { $difference } of the value: per group the formulas are the square special case. With the Earth rate in every row least squares moves by the difference of the last two columns; the closed forms ignore it.
 closed-form-and-least-squares-differ-by = closed form and least squares differ by at most { $difference } of the value.
-misprints-that-this-comparison-finds = misprints that this comparison finds:
-printed-computed = printed { $printed }, computed { $computed }:
 
 # report/conformity.rs
-conformity-2 = conformity
 lower = lower
 upper = upper
-conformity-conformity = conformity: { $outcome }; { $rule }
 
 # report/site.rs
-site-warning = warning: { $warning }
 at-latitude-deg-and-m = at latitude { $latitude } deg and { $altitude } m
 stated = , stated
 site-gravity = gravity: { $gravity } { $unit }{ $u }{ $from }
@@ -510,25 +447,19 @@ source-over-per = { $of } over { $over } per { $per }
 per-reading = reading
 per-position = position
 per-campaign = campaign
-source-note = { $source }: { $note }
 source-note-sentence = `{ $source }`: { $note }.
 these-readings-cannot-tell-it-from-the-rest = these readings cannot distinguish it from the other random effects: the sum of the variances is used; repeated readings at one level would separate them
 joined-sources = { $before } and { $other }
 
 # words of several reports
 correction-error-in = { $error } { $unit } in { $id }
-robust-estimate-settled = robust estimate ({ $method }) settled after { $steps } steps
-robust-estimate-did-not-settle = robust estimate ({ $method }) did NOT settle after { $steps } steps
-no-loud = NO
 runs-few = few
 runs-many = many
-joined-by-and = { " and " }
 state-and-meaning = { $state }{ $between }. { $meaning }
 from-to = { $a } to { $b }
-colon-why = : { $why }
-conformity-passes = Pass, by { $rule }.
-conformity-fails = Fail, by { $rule }.
-conformity-is-undecided = Undecided, by { $rule }.
+conformity-passes = Conformity: pass ({ $rule }).
+conformity-fails = Conformity: fail ({ $rule }).
+conformity-is-undecided = Conformity: undecided ({ $rule }).
 tone-plain = Note
 tone-good = In order
 tone-caution = Caution
@@ -568,60 +499,29 @@ stop-stalled = steps stay long while the fit no longer becomes better: the readi
 stop-no-descent = no part of the last step makes the fit better
 stop-out-of-range = numbers leave the range of a double
 
-# report/fit_table.rs
-
-# report/fit_checks_table.rs
-
-# report/html/fit_answer.rs
-
-# report/html/fit_correction.rs
-
-# report/html/checks_page.rs
-
-# report/html/conformity_page.rs
-
-# report/scatter.rs
-
-# report/fit_checks.rs
-
-# report/fit_constraints.rs
-
 # report/changes.rs
 before = before
 after = after
 difference = difference
 per-day = per day
-changed = CHANGED
-u-expanded-uncertainty-of-the-difference-e = U: expanded uncertainty of the difference ({ $level } %); E_n = difference/U; CHANGED: significant with all tested together (Holm)
-the-unit-has-changed = the unit has CHANGED
+the-unit-has-changed = the unit has changed
 no-change-beyond-the-uncertainties = no change beyond the uncertainties
 f-with-and-degrees-of-freedom = F = { $f } with { $dof } and { $scatter_dof } degrees of freedom
 chi-square-with-degrees-of-freedom = chi-square { $statistic } with { $dof } degrees of freedom
 all-parameters-together-p = all parameters together: { $test }, p = { $p }: { $verdict }
-shared-inputs-none-both-count-as-independent = shared inputs: none; both count as independent
-shared-inputs-not-counted-twice = shared inputs, not counted twice: { $shared }
-combined-estimate-u-holds-only-where-both = combined estimate; its u is valid only if the two agree, that is, if the Birge ratio is not well above 1
 birge-ratio = Birge ratio
 changes-only = only { $which }: { $ids }
-tumble-history-of-calibrations = tumble { $tumble }: history of { $calibrations } calibrations
 date = date
 serial = serial
 file = file
-leaves-its-limits-about = leaves its limits about { $day }
-left-its-limits-about = left its limits about { $day }
-drifts = drifts
-too-few-dates = too few dates
-first = first
 last = last
 per-year = per year
 
 # report/html/changes_page.rs
 two-calibrations-of-one-unit = Two calibrations of one unit
-what-changed-by-more-than-the-uncertainties = What changed, by more than the uncertainties allow
 title-before = Before
 title-after = After
 the-answer = Result
-the-unit-has-changed-all-parameters-together = The unit has changed: all parameters together differ with p = { $p }, though no single one is beyond doubt.
 no-quantity-changed-by-more-than-the = No quantity changed by more than the uncertainties of the two calibrations allow.
 changed-by-more-than-the-uncertainties-allow = Changed by more than the uncertainties allow: { $ids }.
 no-input-is-shared-both-calibrations-count = No input is shared: both calibrations count as independent.
@@ -633,7 +533,6 @@ each-difference-over-its-expanded-uncertainty-a = Each difference divided by its
 the-weighted-mean-of-both-its-u = The weighted mean of both; its u is valid if the two agree, that is, if the Birge ratio is not well above 1.
 combined-estimate = Combined estimate
 history-of-calibrations = History of { $calibrations } calibrations
-each-quantity-over-time-with-its-trend = Each quantity over time, with its trend and its limits
 no-quantity-drifts-by-more-than-its = No quantity drifts by more than its calibrations scatter.
 drift-beyond-the-scatter-of-the-calibrations = Drift beyond the scatter of the calibrations: { $drifts }.
 leaves-its-limits-about-2 = `{ $id }` leaves its limits about { $day }.
@@ -657,12 +556,8 @@ the-printed-equation-has-the-printed-chain = the printed equation has { $id }, t
 coefficient-of-in-the-printed-equation = coefficient of { $id } in the printed equation
 the-chain-of-rotations-gives-the-opposite = the chain of rotations gives the opposite sign
 the-chain-of-rotations-gives-another-value = the chain of rotations gives another value
-two-calibrations = tumble { $tumble }: two calibrations of one unit
 reports-are-of-two-units = the reports are of two units, { $first } and { $second }: what differs is no change of one unit
 first-report-is-the-later-one = the first report is the later one ({ $first }, the second { $second }): before and after are exchanged
-calibrated-before = before: { $who }
-calibrated-after = { "after:  " }{ $who }
-misprint-of = { $what }:
 quantity-at = { $id } at { $value }
 
 # fit/azimuth.rs
@@ -929,10 +824,11 @@ readings-by = readings by { $factor }
 noise-standard-deviations = noise, ±2 standard deviations
 
 # report/batch.rs
-by-accepted-rejected-malformed = { $devices } by { $by }: { $accepted } accepted, { $rejected } rejected, { $malformed } malformed
-fitted-by-a-common-schedule-by-themselves = fitted: { $common_schedule } with a common schedule, { $own_fit } individually
-devices-by-reason = by reason: { $list }
-what-chance-alone-finds = { $reason }: in { $found } of { $devices }; chance alone finds it in about { $expected }, and { $beyond } remain at { $level } over all devices together
+reasons = Reasons
+devices-tested = tested
+expected-by-chance = expected by chance
+beyond-chance = beyond chance
+chance-alone-finds = A device may have several reasons. Expected by chance: devices that the test finds at { $level } where nothing is wrong. Beyond chance: devices that it finds at { $level } over all devices together.
 reason-malformed = no readings of this campaign
 reason-not-estimable = not estimable
 reason-stuck-channel = stuck channel
@@ -944,17 +840,12 @@ reason-suspicious-readings = suspicious readings
 reason-repeated-rows = repeated rows
 reason-outside-limits = outside limits
 reason-undecided = undecided
-conformity-pass-undecided-fail = conformity ({ $decision }): { $pass } pass, { $undecided } undecided, { $fail } fail
 sd-of-devices = sd of devices
-p-alike = p alike
-u-root-mean-square-of-the-devices = u: root mean square of the devices' standard uncertainties; sd of devices: standard deviation between devices beyond the scatter of their readings; p alike: probability of such an sd if all devices were alike
-devices-apart-from-the-others = outlying devices: { $devices }{ $more }
 scale-factor-errors-have-columns = nonlinearity, asymmetry, hysteresis and repeatability of scale factors have columns where "limits" ask for them, for example of { $id }
 verdict = verdict
 limits = limits
 
 # report/html/batch_page.rs
-distributions-devices-that-stand-apart-and-whether = Distributions, outlying devices, and the scatter between devices
 one-fit-for-each = One fit for each
 model-of = Model of { $sensor }
 all-are-accepted = All { $devices } are accepted.
@@ -1070,15 +961,11 @@ arcsec-of = { $e } arcsec of { $id }
 u-at-equal-readings = u at equal readings
 u-at-equal-cost = u at equal cost
 cannot-be-determined-by-any-choice = { $text } cannot be determined by any choice of these candidates
-to-run-in-this-order = To run, in this order:
+to-run-in-this-order = To run, in this order
 fewer-readings-cannot-reach-it = ; fewer readings cannot reach it
 moves-by = { $parameter } by { $u } u
 shows-from = shows from
-then-at-a-reading = then at{"\u00A0"}a{"\u00A0"}reading
 and-shifts = and shifts
-title-cannot-be-told-from = cannot be distinguished from
-never-shows = Never detectable, because estimated parameters absorb it:
-hides-in = { $effects } (absorbed by { $place })
 with-criterion = { $proof } (criterion { $criterion })
 readings-at-a-spot = { $n } at { $across } { $x }, { $up } { $y }
 title-effect = Effect
@@ -1132,7 +1019,6 @@ quantity-velocity = velocity error
 quantity-position = position error
 
 # report/noise_table.rs
-samples-a-second = { $record }: { $rate } samples a second ({ $from })
 below = below (95 %)
 their-sum-does-not-describe-the-deviations = Their sum does not describe the deviations
 no-coefficients-constant = No coefficients: all samples are equal
@@ -1142,7 +1028,7 @@ random-walk-sampled = The rate random walk is taken as sampled at the end of eac
 their-sum-describes-the-deviations = Their sum describes the deviations
 chi-square-dof-p = chi-square { $chi }, { $dof } dof, p { $p }
 in-stretches = in { $n } stretches
-samples-mean = { $column } [{ $unit }]: { $samples } samples{ $gaps }, mean { $mean }
+samples-mean = { $samples } samples in { $unit }, mean { $mean }.
 tau-s = tau, s
 allan = Allan
 edf = edf
@@ -1152,21 +1038,15 @@ modified = modified
 # report/html/noise_page.rs
 noise-of-a-record = Noise of a record
 sampling-rate = Sampling rate
-program = Program
 overlapping-allan-deviation-of-samples-with-its = Overlapping Allan deviation of { $samples } samples with its { $level } % chi-square intervals, and the fitted coefficients as a line.
 allan-deviation-of-against-averaging-time-on = Allan deviation of { $column } against averaging time on logarithmic axes; the table has its numbers.
 allan-deviation = Allan deviation, { $unit }
 
 # report/reduction_table.rs
-samples-a-second-by = { $record }: { $samples } samples, { $rate } a second; { $segments } by { $by }
 segments-begin-and-end-with-blocks-of = Segments begin and end with blocks of { $block } samples.
-u-u-on-either-side-of-the = u: the mean +- 1.96 u covers 95 %. The noise is estimated from all segments of a column that have similar noise.
-of-means-have-a-slope-p-more = { $sloping } of { $all } means have a slope (p < 0.01), more than their noise explains.
 in-segment-is-times-noisier-than-elsewhere = { $column } in segment { $segment } is { $times } times noisier than elsewhere: its u is as much larger.
 in-segment-the-noise-is-another = { $column } in segment { $segment } is { $times } times noisier from sample to sample than elsewhere: its u is based on its own noise and on that of similar segments.
-reduction-table-segment = segment { $segment }: { $notes }
 segment-in-the-mean = segment { $segment }, { $column }: { $events } (in the mean)
-not-used = Not used:
 from-s = from, s
 reason = reason
 white = white
@@ -1187,8 +1067,6 @@ record = Record
 means = Means
 u-on-either-side-of-a-mean = The mean +- 1.96 `u` covers 95 %. `u` is estimated from all segments of a column together and includes the uncertainty of this estimate. For comparison: u for white noise, with the sum of the autocorrelations, and as the Allan deviation at the segment's length.
 column = column
-autocorr-2 = autocorr.
-effective-n = effective n
 odd = odd
 not-used-2 = Not used
 
@@ -1233,11 +1111,7 @@ position-at-the-end-m = position at the end, m
 ratios-of-root-mean-squares-where-the = Ratios of root mean squares; - where the first motion has no such error beyond the navigator's own.
 
 # report/plan_table.rs
-tumble-plan-on = tumble { $tumble }: plan on { $bench }
-noise-of = noise of { $sensor }: { $sd } { $unit } ({ $from })
 every-remounting-scatters-sd-rad-for-a = every remounting scatters { $id }: sd { $sd } (rad for a tilt)
-judged-at = judged at { $point }
-the-schedule = The schedule: { $work }
 zero-no-parameter-has-a-start-prior = zero (no parameter has a start, prior or --at)
 plan-table-others = { $count } others = 0
 in-with-cost = { $readings } in { $mountings } with { $rate_changes }, cost { $cost }
@@ -1246,9 +1120,7 @@ largest-near-the-reference = largest near the reference
 predicted-u = predicted u
 strongest-correlation = strongest correlation
 undetected-fault = undetected fault
-plan-table-rank = rank { $rank }, { $dof }
 so-many-values-what-a-diagnosis-could = too many values: the effects that a diagnosis could find are not predicted, and the values are not listed
-a-drift-of-one-standard-deviation-over = a drift of one standard deviation over the run shifts a parameter by at most { $drift } of its u
 counted-above-with-tilts-of-arcsec-the = included above: with tilts of { $tilts } arcsec, the uncertainty of { $known } adds { $u }{ $unit } to { $parameter }
 not-counted-the-uncertainty-of-acts-through = not included: the uncertainty of { $known } acts through the tilts, whose size is unknown before the measurement; tilts of { $tilts } arcsec would add { $u }{ $unit } to { $parameter } (--tilts { $tilts } includes it)
 plan-table-times = { $length } times
@@ -1282,26 +1154,14 @@ determined-instead-2 = determined instead: { $instead }
 leverage = leverage
 its-largest-effect-on-an-angle = its largest effect on an angle
 no-candidate-tells-and-apart-so-nothing = No candidate discriminates { $a } and { $b }, so nothing is added.
-the-better-schedule = The better schedule: { $work }
-still-to-run = still to run: { $work }
 seed-of-starts-ended-here = , seed { $seed }, { $hits } of { $starts } starts ended here
 of-its-readings-chosen-among-candidate-portions = { $chosen } of its readings chosen among { $candidates } candidate portions, criterion { $criterion }{ $starts }
-the-goal-is-reached-the-largest-uncertainty = the goal is reached: the largest uncertainty is { $share } of its limit{ $proof }
-the-goal-is-not-reached-at-best = the goal is NOT reached: at best, the largest uncertainty is { $share } of its limit
-even-all-candidates-together-do-not-determine = { $id }: even all candidates together do not determine it
+even-all-candidates-together-do-not-determine = Even all candidates together do not determine `{ $id }`.
 u-given = u given
 u-better = u better
 gain = gain
 
-# report/foresight_table.rs
-what-a-diagnosis-could-find-effects-tried = What a diagnosis could find ({ $count } effects tried):
-and-less-plain-directions-json-html = and { $more } less plain directions (--json, --html)
-and-effects-in-other-combinations = and effects in { $more } other combinations
-zero-at-every-position-of-this-schedule = Zero at every position of this schedule: { $effects }
-not-tried-without-a-column-kinds-of = Not tried without a column { $column }: { $families }
-
 # report/html/plan_page.rs
-plan-what-a-schedule-will-reach-before = Plan: what a schedule will reach before anyone measures
 model-of-2 = Model of { $id }
 noise-of-2 = Noise of { $id }
 judged-at-2 = Judged at
@@ -1312,9 +1172,8 @@ its-readings = Its readings
 what-rests-on-each-reading = Reliability of each reading
 model-and-noise = Model and noise
 the-better-schedule-2 = The better schedule
-the-goal-is-reached-the-largest-uncertainty-2 = The goal is reached: the largest uncertainty is { $share } of its limit.
+the-goal-is-reached-the-largest-uncertainty-2 = The goal is reached: the largest uncertainty is { $share } of its limit{ $proof }.
 the-goal-is-not-reached-at-best-2 = The goal is not reached: at best, the largest uncertainty is { $share } of its limit.
-the-rest = Others: { $why }.
 still-to-run-2 = Still to run: { $work }.
 title-parameter = Parameter
 predicted-standard-uncertainties = Predicted standard uncertainties
@@ -1331,8 +1190,7 @@ then-at-a-reading-in-its-u = then at a reading, in its u
 cannot-be-told-from-2 = cannot be distinguished from
 effects-that-would-show-on-the-better = Effects that would show on the better schedule, one line for each direction
 effects-that-would-show-on-this-schedule = Effects that would show on this schedule, one line for each direction
-nearly-alike-cosine-beside-the-model-and = { $rule } Nearly alike: cosine after projection on the model, and the size from which the two can be distinguished.
-plan-page-nearly = nearly { $near }
+nearly-alike-cosine-beside-the-model-and = Nearly alike: cosine after projection on the model, and the size from which the two can be distinguished.
 taken-up-by = absorbed by
 effects-that-never-show-estimated-parameters-take = Effects that can never be detected: estimated parameters absorb them and are biased
 zero-at-every-position = Zero at every position: { $effects }
@@ -1369,3 +1227,17 @@ before-repair = before
 after-repair = after
 repair-shift = shift
 title-devices-by = { $devices } by { $by }
+gauss-newton-did-not-converge-after = Gauss-Newton did not converge after { $steps }: { $stop }.
+gauss-newton-converged-and-differs = Gauss-Newton converged after { $steps }. The linear estimates (one step from the reference point) differ by more than 0.1 u (exact minus linear): { $what }.
+reduction-segment = Segment { $segment }: { $notes }.
+meaning = meaning
+lot = lot
+control-limits = control limits
+plan-of = Plan: { $title }
+more-rows = ... and { $n } more rows (all with -v)
+nearly-alike = nearly alike
+iterations = Iterations
+iteration = iteration
+weighted-sum-of-squares = weighted sum of squares
+step-of-the-predictions = change of the predictions (norm)
+share-of-the-step = share of the step

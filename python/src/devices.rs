@@ -12,6 +12,7 @@ use std::time::Instant;
 use tumble::batch::{self, Device, Fleet, Layout, Row, Schedules, Summary, Tables, Use};
 use tumble::bench::Bench;
 use tumble::campaign::{Campaign, Kind, Readings};
+use tumble::document::{html, terminal};
 use tumble::error::{Fault, Malformed};
 use tumble::fit::{Conformity, Settings};
 use tumble::record::{Column, Record};
@@ -130,19 +131,15 @@ impl Devices {
             [] => String::new(),
             shown => report::batch_rows(&self.template, &self.by, shown, lang) + "\n",
         };
-        Ok(rows + &report::batch_table(&self.summed(), lang))
+        let document = report::batch_document(&self.summed(), None, &Default::default(), lang);
+        Ok(rows + &terminal::brief(&document))
     }
 
     /// The page.
     fn page(&self, py: Python<'_>, lang: &str) -> PyResult<String> {
-        let page = report::html::batch_page(
-            &self.template,
-            &self.summed(),
-            &self.summary(),
-            &Default::default(),
-            language(lang)?,
-        );
-        page.and_then(|page| report::html::render(&page)).map_err(|error| raised(py, &error, None))
+        let fitted = Some((&self.template, &self.summary()));
+        let document = report::batch_document(&self.summed(), fitted, &Default::default(), language(lang)?);
+        html::render(&document).map_err(|error| raised(py, &error, None))
     }
 }
 

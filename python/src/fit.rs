@@ -9,10 +9,11 @@ use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
 use std::time::Instant;
 use tumble::campaign::{Campaign, Kind};
+use tumble::document::{html, terminal};
 use tumble::error::{Fault, Malformed};
 use tumble::fit::{self as engine, Estimator, Remount, RobustMethod, Settings, Weighting};
 use tumble::language::Language;
-use tumble::report::{self, FitReport, html};
+use tumble::report::{self, Asked, FitReport};
 
 /// Readings times the square of the unknowns up to which a fit is done before anyone could press Ctrl-C.
 const SMALL: usize = 200_000;
@@ -115,7 +116,8 @@ impl Fit {
 
     /// The table of the terminal; `listed`: every reading as well.
     fn table(&self, listed: bool, lang: &str) -> PyResult<String> {
-        Ok(report::table::fit(&*self.made()?, listed, language(lang)?))
+        let asked = Asked { fit: Some(&self.fit), readings: listed, ..Asked::default() };
+        Ok(terminal::brief(&report::fit_document(&*self.made()?, &asked, language(lang)?)))
     }
 
     /// What the model says of further readings, rows of a schedule as JSON: for each sensor its value in every row.
@@ -134,8 +136,8 @@ impl Fit {
     /// The page.
     fn page(&self, py: Python<'_>, lang: &str) -> PyResult<String> {
         let lang = language(lang)?;
-        let page = html::fit_page(&self.fit, &*self.made()?, None, &[], lang).and_then(|page| html::render(&page));
-        page.map_err(|error| raised(py, &error, None))
+        let asked = Asked { fit: Some(&self.fit), ..Asked::default() };
+        html::render(&report::fit_document(&*self.made()?, &asked, lang)).map_err(|error| raised(py, &error, None))
     }
 }
 
@@ -178,7 +180,8 @@ impl Fit {
 #[pyfunction]
 pub fn report_table(text: &str, listed: bool, lang: &str) -> PyResult<String> {
     let report: FitReport = serde_json::from_str(text).map_err(|error| PyValueError::new_err(error.to_string()))?;
-    Ok(report::table::fit(&report, listed, language(lang)?))
+    let asked = Asked { readings: listed, ..Asked::default() };
+    Ok(terminal::brief(&report::fit_document(&report, &asked, language(lang)?)))
 }
 
 /// So many numbers as bytes that numpy takes without a copy.

@@ -11,8 +11,9 @@ use crate::batch::{self, Device, Fleet, Layout, Row, Summary};
 use crate::campaign::Campaign;
 use crate::error::{Fault, Malformed, Result};
 use crate::fit::Settings;
-use crate::language::{Language, say};
-use crate::report::{self, wrap};
+use crate::language::Language;
+use crate::report;
+use std::collections::BTreeMap;
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
@@ -105,8 +106,12 @@ pub(super) fn fit(
     }
     outputs.extend(devices.texts);
     if pages.is_asked_for() {
-        let page = report::html::batch_page(template, &found, &summary, &devices.links, lang)?;
-        outputs.extend(pages.page(&page)?);
+        outputs.extend(pages.page(&report::batch_document(
+            &found,
+            Some((template, &summary)),
+            &devices.links,
+            lang,
+        ))?);
     }
     if let Some(path) = json {
         outputs.add(path, files::json(&found)?);
@@ -119,11 +124,7 @@ pub(super) fn fit(
         if many.to.is_none() && summary.devices <= SHOWN {
             super::show(&(report::batch_rows(template, table.by(), &shown, lang) + "\n"))?;
         }
-        super::show(&report::batch_table(&found, lang))?;
-        let errors = template.scale_factor_errors();
-        if let Some(id) = errors.first().filter(|_| template.limited_errors().is_empty()) {
-            super::show(&format!("{}\n", wrap::hanging(&say!(lang, "scale-factor-errors-have-columns", id), 2)))?;
-        }
+        pages.print(&report::batch_document(&found, Some((template, &summary)), &BTreeMap::new(), lang))?;
     }
     let failed = found.conformity.as_ref().is_some_and(|own| own.fail + own.undecided > 0);
     let rejected = found.devices.rejected + found.devices.malformed > 0;

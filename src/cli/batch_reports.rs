@@ -3,10 +3,11 @@
 use super::devices::DeviceTable;
 use super::pages::{self, Texts};
 use crate::batch::Verdict;
+use crate::document::html;
 use crate::error::Result;
 use crate::fit::{self, Settings};
 use crate::language::Language;
-use crate::report::{self, BatchReport, html};
+use crate::report::{self, BatchReport};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Component, Path, PathBuf};
 
@@ -47,7 +48,7 @@ pub(super) fn reports(
                 let Ok(fit) = table.campaign(layout, device).and_then(|own| fit::fit_owned(own, settings)) else {
                     continue;
                 };
-                let mut page = pages::page_of(&fit, &report::fit_report(&fit), &inputs, lang)?;
+                let mut page = pages::document_of(&fit, &report::fit_report(&fit), &inputs, lang);
                 page.title = format!("{}: {}", device.label, page.title);
                 let path = folder.join(name);
                 let mut made = made.borrow_mut();

@@ -3,10 +3,11 @@
 use super::outputs::Outputs;
 use super::{Outcome, calibrations, files, pages};
 use crate::compare::{self, calibrations::changes, calibrations::trends};
+use crate::document::Document;
 use crate::error::{Fault, Malformed, Result};
 use crate::fit;
 use crate::language::Language;
-use crate::report::{self, html};
+use crate::report;
 use crate::wire;
 use clap::Args;
 use std::path::{Path, PathBuf};
@@ -44,15 +45,15 @@ fn outputs(arguments: &Arguments) -> Result<Outputs> {
     Outputs::plan([html, md, arguments.json.as_deref()])
 }
 
-/// Write what is asked for, or print the table where nothing goes to stdout.
-fn finish(arguments: &Arguments, mut outputs: Outputs, page: &html::Page, json: String, table: &str) -> Result<()> {
-    outputs.extend(arguments.pages.page(page)?);
+/// Write what is asked for, or print the document where nothing goes to stdout.
+fn finish(arguments: &Arguments, mut outputs: Outputs, document: &Document, json: String) -> Result<()> {
+    outputs.extend(arguments.pages.page(document)?);
     if let Some(path) = &arguments.json {
         outputs.add(path, json);
     }
     let to_stdout = outputs.to_stdout();
     outputs.write()?;
-    if to_stdout { Ok(()) } else { super::show(table) }
+    if to_stdout { Ok(()) } else { arguments.pages.print(document) }
 }
 
 fn closed_forms(arguments: &Arguments, path: &Path, lang: Language) -> Result<Outcome> {
@@ -77,8 +78,8 @@ fn closed_forms(arguments: &Arguments, path: &Path, lang: Language) -> Result<Ou
         compare::compare(&campaign, &forms, &fit::Settings::default()).map_err(|error| wire::locate(error, &source))?;
     let mut report = report::compare_report(&comparison);
     report.inputs = inputs.clone();
-    let page = html::compare_page(&report, &inputs, lang);
-    finish(arguments, outputs, &page, files::json(&report)?, &report::table::compare(&report, lang))?;
+    let document = report::compare_document(&report, &inputs, lang);
+    finish(arguments, outputs, &document, files::json(&report)?)?;
     Ok(Outcome::Done)
 }
 
@@ -102,8 +103,7 @@ fn two(arguments: &Arguments, before: &Path, after: &Path, lang: Language) -> Re
             .found(format!("benches {} and {}", before.report.bench, after.report.bench)));
     }
     let report = report::changes_report(&found, before.summary(), after.summary());
-    let page = html::changes_page(&report, lang)?;
-    finish(arguments, outputs, &page, files::json(&report)?, &report::changes_table(&report, lang))?;
+    finish(arguments, outputs, &report::changes_document(&report, lang), files::json(&report)?)?;
     Ok(if report.is_changed() { Outcome::Rejected } else { Outcome::Done })
 }
 
@@ -123,7 +123,6 @@ fn history(arguments: &Arguments, paths: &[PathBuf], lang: Language) -> Result<O
     let limits = |id: &str| last.and_then(|own| own.limits(id));
     let summaries = stored.iter().map(|own| own.summary()).collect();
     let report = report::history_report(summaries, &trends(&all, arguments.level), arguments.level, &limits);
-    let page = html::history_page(&report, lang)?;
-    finish(arguments, outputs, &page, files::json(&report)?, &report::history_table(&report, lang))?;
+    finish(arguments, outputs, &report::history_document(&report, lang), files::json(&report)?)?;
     Ok(Outcome::Done)
 }

@@ -168,7 +168,9 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
         let drawn = draw(&fit, trials, arguments.seed)?;
         report.monte_carlo = drawn.map(|drawn| report::monte_carlo_report(&drawn, &fit));
     }
-    outputs.extend(arguments.pages.fit(&fit, &report, &inputs, lang)?);
+    if arguments.pages.is_asked_for() {
+        outputs.extend(arguments.pages.page(&pages::document_of(&fit, &report, &inputs, lang))?);
+    }
     outputs.extend(arguments.certificate.make(&fit, &report, &source, lang)?);
     if let Some(path) = &arguments.json {
         outputs.add(path, files::json(&report)?);
@@ -176,13 +178,15 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
     let to_stdout = outputs.to_stdout();
     outputs.write()?;
     if !to_stdout {
-        super::show(&report::table::fit(&report, listed, lang))?;
-        if arguments.correction {
-            super::show(&report::correction_table(&report, lang))?;
-        }
-        if arguments.budget {
-            super::show(&report::fit_checks_table::budget(&report, lang))?;
-        }
+        let asked = report::Asked {
+            fit: Some(&fit),
+            comparison: None,
+            inputs: &inputs,
+            readings: listed,
+            budget: arguments.budget,
+            correction: arguments.correction,
+        };
+        arguments.pages.print(&report::fit_document(&report, &asked, lang))?;
     }
     let conforms = report.conformity.as_ref().is_none_or(|own| own.outcome == crate::fit::Conformity::Pass);
     Ok(if !conforms || fit.is_rejected() { Outcome::Rejected } else { Outcome::Done })

@@ -7,7 +7,7 @@ use crate::error::{Fault, Malformed, Result};
 use crate::language::Language;
 use crate::noise::{Ladder, analyse};
 use crate::record::{As, Block};
-use crate::report::{self, html};
+use crate::report;
 use clap::Args;
 use std::path::PathBuf;
 
@@ -118,7 +118,7 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
     let mut outputs = Outputs::plan([html, md, arguments.json.as_deref()])?;
     if arguments.pages.is_asked_for() {
         let inputs = vec![files::input(&crate::record::parted(&arguments.log).0)?];
-        outputs.extend(arguments.pages.page(&html::noise_page(&report, &inputs, lang)?)?);
+        outputs.extend(arguments.pages.page(&report::noise_document(&report, &inputs, true, lang))?);
     }
     if let Some(path) = &arguments.kalibr {
         outputs.add(path, report::kalibr(&report)?);
@@ -132,7 +132,7 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
         super::note(&format!("note: {note}"));
     }
     if !to_stdout {
-        super::show(&report::noise_table(&report, arguments.deviations, lang))?;
+        arguments.pages.print(&report::noise_document(&report, &[], arguments.deviations, lang))?;
     }
     Ok(Outcome::Done)
 }

@@ -2,11 +2,11 @@
 
 use super::{calibrations, files};
 use crate::compare;
+use crate::document::{Detail, Document, html, markdown, terminal};
 use crate::error::{Fault, Malformed, Result};
 use crate::fit::Fit;
 use crate::language::Language;
-use crate::report::html::{self, Page};
-use crate::report::{self, FitReport, Input, dcc, markdown};
+use crate::report::{self, FitReport, Input, dcc};
 use crate::wire::{self, Source};
 use clap::Args;
 use std::path::{Path, PathBuf};
@@ -20,6 +20,9 @@ pub(super) struct Pages {
     /// Write the report as markdown to a file, or to stdout with '-'.
     #[arg(long, value_name = "FILE")]
     md: Option<PathBuf>,
+    /// Print all that a page says.
+    #[arg(short, long)]
+    verbose: bool,
 }
 
 /// Where to write a fit as a calibration certificate.
@@ -89,8 +92,13 @@ impl Pages {
         self.html.is_some() || self.md.is_some()
     }
 
+    /// What is printed of a document.
+    pub(super) fn print(&self, document: &Document) -> Result<()> {
+        super::show(&terminal::render(document, if self.verbose { Detail::Full } else { Detail::Brief }))
+    }
+
     /// Lay out a page, if it is asked for.
-    pub(super) fn page(&self, page: &Page) -> Result<Texts> {
+    pub(super) fn page(&self, page: &Document) -> Result<Texts> {
         let mut texts = Texts::new();
         if let Some(path) = &self.html {
             texts.push((path.clone(), html::render(page)?));
@@ -100,23 +108,18 @@ impl Pages {
         }
         Ok(texts)
     }
-
-    /// The page of a fit, if it is asked for.
-    pub(super) fn fit(&self, fit: &Fit, report: &FitReport, inputs: &[Input], lang: Language) -> Result<Texts> {
-        if !self.is_asked_for() {
-            return Ok(Texts::new());
-        }
-        self.page(&page_of(fit, report, inputs, lang)?)
-    }
 }
 
-/// The page of a fit, with the published closed forms beside it where this bench has them and this campaign suits them.
-pub(super) fn page_of(fit: &Fit, report: &FitReport, inputs: &[Input], lang: Language) -> Result<Page> {
-    let comparison = compare::closed_forms(&fit.campaign.bench.id)
-        .and_then(|forms| compare::compare_fit(fit, &forms))
-        .ok()
-        // closed forms take all readings, and here is a sample of them
-        .filter(|_| fit.streamed.is_none())
-        .map(|comparison| report::compare_report(&comparison));
-    html::fit_page(fit, report, comparison.as_ref(), inputs, lang)
+/// The published closed forms beside a fit, where its bench has them and its campaign suits them.
+pub(super) fn closed_forms(fit: &Fit) -> Option<report::CompareReport> {
+    // closed forms take all readings, and of a stream there is a sample of them
+    let forms = fit.streamed.is_none().then(|| compare::closed_forms(&fit.campaign.bench.id).ok()).flatten()?;
+    compare::compare_fit(fit, &forms).ok().map(|comparison| report::compare_report(&comparison))
+}
+
+/// The document of a fit with all that a page shows.
+pub(super) fn document_of(fit: &Fit, report: &FitReport, inputs: &[Input], lang: Language) -> Document {
+    let comparison = closed_forms(fit);
+    let asked = report::Asked { fit: Some(fit), comparison: comparison.as_ref(), inputs, ..report::Asked::default() };
+    report::fit_document(report, &asked, lang)
 }

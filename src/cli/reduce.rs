@@ -6,7 +6,7 @@ use crate::error::{Fault, Malformed, Result};
 use crate::language::Language;
 use crate::record::parted;
 use crate::reduce::Channel;
-use crate::report::{self, html};
+use crate::report;
 use crate::wire::{self, Encoder, Recipe, ReducedReading, Schedule, SegmentsBy};
 use clap::Args;
 use std::path::{Path, PathBuf};
@@ -84,13 +84,9 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
     let mut outputs = Outputs::plan([html, md, arguments.json.as_deref(), arguments.to.as_deref()])?;
     if arguments.pages.is_asked_for() {
         let inputs = vec![files::input(&parted(&arguments.log).0)?];
-        outputs.extend(arguments.pages.page(&html::reduce_page(
-            &report,
-            &reduced.trace,
-            &reduced.reduction.segments,
-            &inputs,
-            lang,
-        )?)?);
+        let picture = report::record_chart(&reduced.trace, &reduced.reduction.segments);
+        let document = report::reduce_document(&report, Some(picture), &inputs, false, lang);
+        outputs.extend(arguments.pages.page(&document)?);
     }
     if let Some(to) = &arguments.to {
         let readings = reduced.readings();
@@ -106,7 +102,7 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
     let to_stdout = outputs.to_stdout();
     outputs.write()?;
     if !to_stdout {
-        super::show(&report::reduce_table(&report, arguments.sources, lang))?;
+        arguments.pages.print(&report::reduce_document(&report, None, &[], arguments.sources, lang))?;
     }
     Ok(Outcome::Done)
 }

@@ -1,7 +1,7 @@
-//! Many devices: the summary as stable JSON and as a table.
+//! Many devices: the summary as stable JSON, and rows of devices as a table.
 
-use super::table::{plain, rounded, significant};
-use super::{Input, wrap};
+use super::Input;
+use super::table::{plain, rounded};
 use crate::batch::{Chance, Reason, Row, Summary, Verdict};
 use crate::campaign::{Campaign, Decision, Limited};
 use crate::fit;
@@ -200,6 +200,54 @@ pub struct LotReport {
     pub mean: BTreeMap<String, f64>,
     /// Standard deviation of each quantity within the lot; null for one device.
     pub sd: BTreeMap<String, Option<f64>>,
+    /// Control limits of the lot's mean, as their distance from the mean of all devices: three standard deviations of a mean of so many devices,
+    /// from the scatter within lots (lots of one device: from the moving range), in the quantity's unit.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub control: BTreeMap<String, f64>,
+}
+
+impl LotReport {
+    /// Does the lot's mean of a quantity lie beyond its control limits?
+    pub fn is_beyond(&self, of: &DistributionReport) -> bool {
+        self.mean.get(&of.id).zip(self.control.get(&of.id)).is_some_and(|(mean, by)| (mean - of.mean).abs() > *by)
+    }
+}
+
+/// Standard deviation within lots, pooled; for lots of single devices from the moving range (W. A. Shewhart).
+fn within(lots: &[LotReport], id: &str) -> Option<f64> {
+    let (mut squares, mut dof) = (0.0, 0.0);
+    for lot in lots {
+        if let (Some(n), Some(Some(sd))) = (lot.devices.get(id), lot.sd.get(id)) {
+            squares += sd * sd * (*n as f64 - 1.0);
+            dof += *n as f64 - 1.0;
+        }
+    }
+    if dof > 0.0 {
+        return Some((squares / dof).sqrt()).filter(|sd| *sd > 0.0);
+    }
+    // mean of |difference| of two normal values, 2/sqrt(pi) of their sd
+    let means: Vec<f64> = lots.iter().filter_map(|lot| lot.mean.get(id).copied()).collect();
+    let ranges: Vec<f64> =
+        means.windows(2).map(|pair| pair.iter().copied().reduce(|a, b| b - a).unwrap_or(0.0).abs()).collect();
+    let mean = ranges.iter().sum::<f64>() / ranges.len().max(1) as f64;
+    Some(mean * std::f64::consts::PI.sqrt() / 2.0).filter(|sd| *sd > 0.0)
+}
+
+/// Control limits for each lot, where there are several.
+fn controlled(mut lots: Vec<LotReport>) -> Vec<LotReport> {
+    if lots.len() < 2 {
+        return lots;
+    }
+    let ids: std::collections::BTreeSet<String> = lots.iter().flat_map(|lot| lot.mean.keys().cloned()).collect();
+    for id in ids {
+        let Some(sd) = within(&lots, &id) else { continue };
+        for lot in &mut lots {
+            if let Some(n) = lot.devices.get(&id) {
+                lot.control.insert(id.clone(), 3.0 * sd / (*n as f64).sqrt());
+            }
+        }
+    }
+    lots
 }
 
 /// Names and units of what a row has: estimated parameters, then derived quantities.
@@ -258,6 +306,7 @@ pub fn batch_report(campaign: &Campaign, settings: &fit::Settings, by: &str, sum
             devices: own().map(|(k, (count, ..))| (name(k), *count)).collect(),
             mean: own().map(|(k, (_, mean, _))| (name(k), *mean)).collect(),
             sd: own().map(|(k, (n, _, s))| (name(k), (*n > 1).then(|| (s / (*n - 1) as f64).sqrt()))).collect(),
+            control: BTreeMap::new(),
         }
     });
     let level = settings.level;
@@ -314,102 +363,8 @@ pub fn batch_report(campaign: &Campaign, settings: &fit::Settings, by: &str, sum
             .collect(),
         reasons: summary.reasons.clone(),
         chance: tests.into_iter().filter_map(chance).collect(),
-        lots: lots.collect(),
+        lots: controlled(lots.collect()),
     }
-}
-
-/// Devices by what is wrong with them, and what chance alone finds, in words.
-pub(super) fn batch_reasons(report: &BatchReport, lang: Language) -> Vec<String> {
-    let mut lines = Vec::new();
-    let term = |reason: &Reason| lang.term("reason", reason.name());
-    if !report.reasons.is_empty() {
-        let list: Vec<String> = report.reasons.iter().map(|(reason, n)| format!("{} {n}", term(reason))).collect();
-        lines.push(say!(lang, "devices-by-reason", list = list.join(lang.comma())));
-    }
-    let percent = significant(100.0 * report.level, 3);
-    let percent = percent.trim_end_matches('0').trim_end_matches('.');
-    for (reason, own) in &report.chance {
-        lines.push(say!(
-            lang,
-            "what-chance-alone-finds",
-            reason = term(reason),
-            found = own.found.to_string(),
-            devices = lang.count(own.tested, "device"),
-            expected = significant(own.expected, 2),
-            beyond = own.beyond.to_string(),
-            level = format!("{percent} %")
-        ));
-    }
-    lines
-}
-
-/// The summary as tables for a terminal.
-pub fn batch_table(report: &BatchReport, lang: Language) -> String {
-    let mut text = String::new();
-    let DeviceCounts { all, accepted, rejected, malformed, common_schedule, own_fit, .. } = report.devices;
-    let numbers = [accepted, rejected, malformed, common_schedule, own_fit].map(|n| n.to_string());
-    let [accepted, rejected, malformed, common_schedule, own_fit] = &numbers;
-    let devices = lang.count(all, "device");
-    text += &format!(
-        "{}\n",
-        say!(lang, "by-accepted-rejected-malformed", devices, by = report.by, accepted, rejected, malformed)
-    );
-    text += &format!("{}\n", say!(lang, "fitted-by-a-common-schedule-by-themselves", common_schedule, own_fit));
-    for line in batch_reasons(report, lang) {
-        text += &(wrap::hanging(&line, 2) + "\n");
-    }
-    if let Some(own) = &report.conformity {
-        let [pass, undecided, fail] = [own.pass, own.undecided, own.fail].map(|n| n.to_string());
-        text += &format!(
-            "{}\n",
-            say!(lang, "conformity-pass-undecided-fail", decision = own.decision.to_string(), pass, undecided, fail)
-        );
-    }
-    if report.quantities.is_empty() {
-        return text;
-    }
-    let rows: Vec<Vec<String>> = report
-        .quantities
-        .iter()
-        .map(|q| {
-            let dash = || "-".to_string();
-            let (excess, p) = q.scattering.as_ref().map_or((dash(), dash()), |s| {
-                (significant(s.sd_of_devices, 3), if s.p < 1e-4 { "<0.0001".into() } else { significant(s.p, 2) })
-            });
-            vec![
-                q.id.clone(),
-                rounded(q.mean, q.sd),
-                q.sd.map_or_else(dash, |sd| significant(sd, 3)),
-                q.u.map_or_else(dash, |u| significant(u, 3)),
-                excess,
-                p,
-                q.unit.clone(),
-            ]
-        })
-        .collect();
-    text.push('\n');
-    text += &plain(
-        &[
-            say!(lang, "quantity"),
-            say!(lang, "mean"),
-            "sd",
-            "u",
-            say!(lang, "sd-of-devices"),
-            say!(lang, "p-alike"),
-            say!(lang, "unit"),
-        ],
-        &rows,
-    );
-    let note = say!(lang, "u-root-mean-square-of-the-devices");
-    text += &(wrap::hanging(note, 0) + "\n");
-    if !report.outlying.is_empty() {
-        let list: Vec<String> =
-            report.outlying.iter().take(10).map(|own| format!("{} ({}, z {:.1})", own.device, own.id, own.z)).collect();
-        let more = if report.outlying.len() > 10 { ", ..." } else { "" };
-        text += &wrap::hanging(&say!(lang, "devices-apart-from-the-others", devices = list.join(", "), more), 2);
-        text.push('\n');
-    }
-    text
 }
 
 /// Rows as a table for a terminal.

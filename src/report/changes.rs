@@ -1,6 +1,5 @@
 //! Two calibrations of one unit side by side, and the history of many (`tumble compare A B`).
 
-use super::table::{degrees_of_freedom, optional, plain, rounded, significant};
 use super::{ARCSEC, FitReport, VERSION};
 use crate::compare::calibrations::{Changes, Determination, InputShare, Quantity, Trend};
 use crate::language::{Language, say};
@@ -226,119 +225,6 @@ pub(super) fn doubts(report: &ChangesReport, lang: Language) -> Vec<String> {
     found
 }
 
-/// Two calibrations at a terminal.
-pub fn changes_table(report: &ChangesReport, lang: Language) -> String {
-    let who = |c: &CalibratedReport| {
-        let serial = c.serial.as_ref().map(|serial| say!(lang, "identity-serial", serial));
-        [Some(c.file.clone()), serial, c.date.clone()].into_iter().flatten().collect::<Vec<_>>().join(lang.clause())
-    };
-    let mut text = format!(
-        "{}\n  {}\n  {}\n\n",
-        say!(lang, "two-calibrations", tumble = report.tumble),
-        say!(lang, "calibrated-before", who = who(&report.before)),
-        say!(lang, "calibrated-after", who = who(&report.after))
-    );
-    for doubt in doubts(report, lang) {
-        text.push_str(&format!("{}\n\n", super::wrap::hanging(&say!(lang, "fit-table-note", remark = doubt), 2)));
-    }
-    let dated = report.changes.iter().any(|c| c.per_day.is_some());
-    let mut header = vec![
-        say!(lang, "quantity"),
-        say!(lang, "before"),
-        say!(lang, "after"),
-        say!(lang, "difference"),
-        "U",
-        "E_n",
-        say!(lang, "unit"),
-        "",
-    ];
-    if dated {
-        header.insert(6, say!(lang, "per-day"));
-    }
-    let rows: Vec<Vec<String>> = report
-        .changes
-        .iter()
-        .map(|c| {
-            let mut row = vec![
-                c.id.clone(),
-                rounded(c.before, c.u_before),
-                rounded(c.after, c.u_after),
-                rounded(c.difference, c.u),
-                optional(c.expanded, |e| rounded(e, c.u)),
-                optional(c.e_n, |e| format!("{e:.2}")),
-                c.unit.clone(),
-                if c.significant == Some(true) { say!(lang, "changed").into() } else { String::new() },
-            ];
-            if dated {
-                row.insert(6, optional(c.per_day, |d| significant(d, 3)));
-            }
-            row
-        })
-        .collect();
-    text.push_str(&plain(&header, &rows));
-    text.push_str(&format!(
-        "\n{}\n",
-        say!(
-            lang,
-            "u-expanded-uncertainty-of-the-difference-e",
-            level = significant(100.0 * report.level, 3).trim_end_matches('0').trim_end_matches('.')
-        )
-    ));
-    if let Some(t) = report.together {
-        let verdict = if t.significant {
-            say!(lang, "the-unit-has-changed")
-        } else {
-            say!(lang, "no-change-beyond-the-uncertainties")
-        };
-        let test = match t.scatter_dof {
-            Some(dof) => say!(
-                lang,
-                "f-with-and-degrees-of-freedom",
-                f = significant(t.statistic / t.dof as f64, 3),
-                dof = t.dof,
-                scatter_dof = degrees_of_freedom(Some(dof), true)
-            ),
-            None => {
-                say!(lang, "chi-square-with-degrees-of-freedom", statistic = significant(t.statistic, 4), dof = t.dof)
-            }
-        };
-        text.push_str(&format!(
-            "{}\n",
-            say!(lang, "all-parameters-together-p", test, p = significant(t.p, 2), verdict)
-        ));
-    }
-    text.push_str(&match report.shared.as_slice() {
-        [] => format!("{}\n", say!(lang, "shared-inputs-none-both-count-as-independent")),
-        shared => format!("{}\n", say!(lang, "shared-inputs-not-counted-twice", shared = shared.join(lang.comma()))),
-    });
-    let combined: Vec<Vec<String>> = report
-        .changes
-        .iter()
-        .filter_map(|c| {
-            Some(vec![
-                c.id.clone(),
-                rounded(c.combined?, c.u_combined),
-                rounded(c.u_combined?, c.u_combined),
-                format!("{:.2}", c.birge?),
-                c.unit.clone(),
-            ])
-        })
-        .collect();
-    if !combined.is_empty() {
-        text.push_str(&format!("\n{}\n\n", say!(lang, "combined-estimate-u-holds-only-where-both")));
-        text.push_str(&plain(
-            &[say!(lang, "quantity"), say!(lang, "mean"), "u", say!(lang, "birge-ratio"), say!(lang, "unit")],
-            &combined,
-        ));
-    }
-    for (ids, which) in [(&report.only_before, say!(lang, "before")), (&report.only_after, say!(lang, "after"))] {
-        if !ids.is_empty() {
-            text.push_str(&(say!(lang, "changes-only", which, ids = ids.join(lang.comma())) + "\n"));
-        }
-    }
-    text
-}
-
 /// What `tumble compare A B C ... --json` writes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[non_exhaustive]
@@ -416,63 +302,6 @@ pub fn history_report(
         level,
         trends: trends.iter().map(trend).collect(),
     }
-}
-
-/// A history at a terminal.
-pub fn history_table(report: &HistoryReport, lang: Language) -> String {
-    let mut text = format!(
-        "{}\n\n",
-        say!(lang, "tumble-history-of-calibrations", tumble = report.tumble, calibrations = report.calibrations.len())
-    );
-    let rows: Vec<Vec<String>> = report
-        .calibrations
-        .iter()
-        .map(|c| vec![c.date.clone().unwrap_or("-".into()), c.serial.clone().unwrap_or("-".into()), c.file.clone()])
-        .collect();
-    text.push_str(&plain(&[say!(lang, "date"), say!(lang, "serial"), say!(lang, "file")], &rows));
-    text.push('\n');
-    let year = 365.2425;
-    let rows: Vec<Vec<String>> = report
-        .trends
-        .iter()
-        .map(|t| {
-            let (first, last) = (t.points.first(), t.points.last());
-            let value = |p: Option<&(f64, f64, Option<f64>)>| p.map_or("-".into(), |(_, v, u)| rounded(*v, *u));
-            let u = t.u_per_day.map(|u| u * year);
-            vec![
-                t.id.clone(),
-                t.points.len().to_string(),
-                value(first),
-                value(last),
-                optional(t.per_day, |d| rounded(d * year, u)),
-                optional(u, |u| rounded(u, Some(u))),
-                optional(t.birge, |b| format!("{b:.2}")),
-                t.unit.clone(),
-                match (t.significant, t.leaves) {
-                    (_, Some(day)) if t.has_left() => say!(lang, "left-its-limits-about", day = date_of(day)),
-                    (_, Some(day)) => say!(lang, "leaves-its-limits-about", day = date_of(day)),
-                    (Some(true), None) => say!(lang, "drifts").into(),
-                    (Some(false), None) => String::new(),
-                    (None, None) => say!(lang, "too-few-dates").into(),
-                },
-            ]
-        })
-        .collect();
-    text.push_str(&plain(
-        &[
-            say!(lang, "quantity"),
-            "n",
-            say!(lang, "first"),
-            say!(lang, "last"),
-            say!(lang, "per-year"),
-            "u",
-            say!(lang, "birge-ratio"),
-            say!(lang, "unit"),
-            "",
-        ],
-        &rows,
-    ));
-    text
 }
 
 /// The date of a day counted from 1970-01-01.

@@ -1,8 +1,9 @@
 //! Conformity: each limited quantity, its probability of conformity and the decision (JCGM 106).
 
 use super::ARCSEC;
-use super::table::{plain, rounded, significant};
 use crate::campaign::Decision;
+use crate::document::number::level_in_percent;
+use crate::document::{Align, Cell, Section, Table, Tone};
 use crate::fit::{Conformity, Fit};
 use crate::language::{Language, Sentence, say, sentence};
 use schemars::JsonSchema;
@@ -69,7 +70,7 @@ pub fn conformity(fit: &Fit) -> Option<ConformityReport> {
             }
         })
         .collect();
-    let percent = significant(100.0 * fit.settings.level, 3).trim_end_matches('0').trim_end_matches('.').to_string();
+    let percent = level_in_percent(fit.settings.level);
     let rule = match campaign.decision {
         Decision::Simple => sentence!("simple-acceptance-the-estimate-inside-the-limits"),
         Decision::GuardU => {
@@ -87,50 +88,49 @@ pub fn conformity(fit: &Fit) -> Option<ConformityReport> {
     })
 }
 
-/// Conformity as a table for a terminal.
-pub fn conformity_text(report: &ConformityReport, lang: Language) -> String {
-    let rows: Vec<Vec<String>> = report
-        .quantities
-        .iter()
-        .map(|q| {
-            let number = |v: Option<f64>| v.map_or("-".to_string(), |v| significant(v, 6));
-            vec![
-                q.id.clone(),
-                number(q.lower),
-                q.value.map_or("-".into(), |v| rounded(v, q.expanded)),
-                number(q.upper),
-                q.expanded.map_or("-".into(), |u| significant(u, 3)),
-                q.unit.clone(),
-                q.probability.map_or("-".into(), percent),
-                lang.term("outcome", &q.outcome.to_string()).into_owned(),
-            ]
-        })
-        .collect();
-    let table = plain(
-        &[
-            say!(lang, "conformity-2"),
-            say!(lang, "lower"),
-            say!(lang, "value"),
-            say!(lang, "upper"),
-            "U",
-            say!(lang, "unit"),
-            say!(lang, "probability"),
-            say!(lang, "outcome"),
-        ],
-        &rows,
-    );
-    format!(
-        "{table}{}\n",
-        super::wrap::hanging(
-            &say!(
-                lang,
-                "conformity-conformity",
-                outcome = lang.term("outcome", &report.outcome.to_string()),
-                rule = report.rule
-            ),
-            2
-        )
-    )
+/// How the conformity of a report sounds, and the sentence.
+pub(super) fn verdict(conformity: &ConformityReport, lang: Language) -> (Tone, String) {
+    let rule = &conformity.rule;
+    match conformity.outcome {
+        Conformity::Pass => (Tone::Good, say!(lang, "conformity-passes", rule)),
+        Conformity::Fail => (Tone::Bad, say!(lang, "conformity-fails", rule)),
+        Conformity::Undecided => (Tone::Caution, say!(lang, "conformity-is-undecided", rule)),
+    }
+}
+
+/// Conformity with the limits of the campaign; an empty section where it has none.
+pub(super) fn section(report: Option<&ConformityReport>, lang: Language) -> Section {
+    let section = Section::new(say!(lang, "conformity"));
+    let Some(conformity) = report else { return section };
+    let mut table = Table::new(&[
+        (say!(lang, "quantity"), Align::Left),
+        (say!(lang, "lower-limit"), Align::Decimal),
+        (say!(lang, "value"), Align::Decimal),
+        (say!(lang, "upper-limit"), Align::Decimal),
+        ("U", Align::Decimal),
+        (say!(lang, "unit"), Align::Left),
+        (say!(lang, "probability"), Align::Right),
+        (say!(lang, "outcome"), Align::Left),
+    ]);
+    for q in &conformity.quantities {
+        table.row(vec![
+            Cell::name(&q.id),
+            Cell::digits(q.lower, 6),
+            Cell::value(q.value, q.expanded),
+            Cell::digits(q.upper, 6),
+            Cell::value(q.expanded, q.expanded),
+            q.unit.as_str().into(),
+            q.probability.map_or_else(Cell::absent, |p| percent(p).into()),
+            lang.term("outcome", &q.outcome.to_string()).into(),
+        ]);
+        table.tone(match q.outcome {
+            Conformity::Pass => Tone::Plain,
+            Conformity::Undecided => Tone::Caution,
+            Conformity::Fail => Tone::Bad,
+        });
+    }
+    table.note = say!(lang, "probability-that-the-quantity-is-inside-its").into();
+    section.table(table)
 }
 
 /// A probability in percent; neither 0 nor 1 where it is only near.

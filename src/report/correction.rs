@@ -1,7 +1,6 @@
 //! The correction for a person: the first order as lines of algebra, where it holds, and what must be given.
 
-use super::FitReport;
-use super::table::{plain, significant};
+use crate::document::number::significant;
 use crate::language::{Language, say};
 use crate::wire::{CorrectionFile, InputFile};
 
@@ -103,42 +102,4 @@ pub fn given_sentence(correction: &CorrectionFile, lang: Language) -> Option<Str
         })
         .collect();
     (!given.is_empty()).then(|| say!(lang, "these-sensors-do-not-determine-give-it", given = given.join(lang.comma())))
-}
-
-/// The correction at a terminal (`tumble fit --correction`).
-pub fn correction_table(report: &FitReport, lang: Language) -> String {
-    let Some(correction) = &report.correction else {
-        return format!("\n{}\n", say!(lang, "correction-none-of-the-sensors-follows-a"));
-    };
-    let mut text = format!("\n{}\n\n", say!(lang, "correction-first-order-inputs-matrix-readings-bias"));
-    let mut header = vec![say!(lang, "input").to_string(), say!(lang, "unit").to_string()];
-    header.extend(
-        correction
-            .sensors
-            .iter()
-            .map(|s| if s.unit.is_empty() { s.id.clone() } else { format!("{}, {}", s.id, s.unit) }),
-    );
-    let header: Vec<&str> = header.iter().map(String::as_str).collect();
-    let solved = correction.inputs.iter().filter(|input| input.solved);
-    let mut rows: Vec<Vec<String>> = solved
-        .zip(&correction.matrix)
-        .map(|(input, row)| {
-            let mut cells = vec![input.id.clone(), input.unit.clone()];
-            cells.extend(row.iter().map(|c| significant(*c, DIGITS)));
-            cells
-        })
-        .collect();
-    let mut bias = vec![say!(lang, "bias").to_string(), String::new()];
-    bias.extend(correction.bias.iter().map(|b| significant(*b, DIGITS)));
-    rows.push(bias);
-    text.push_str(&plain(&header, &rows));
-    text.push('\n');
-    let mut sentences = vec![validity_sentence(correction, lang)];
-    sentences.extend(given_sentence(correction, lang));
-    sentences.extend(correction.left_out.iter().map(|(sensor, why)| say!(lang, "is-left-out", sensor, why)));
-    for sentence in sentences {
-        text.push_str(&super::wrap::narrow(&sentence, 2, 78));
-        text.push('\n');
-    }
-    text
 }

@@ -210,6 +210,11 @@ impl FitReport {
             || self.checks.snooping.as_ref().is_some_and(|found| !found.suspects.is_empty())
     }
 
+    /// Coverage probability of the expanded uncertainties.
+    pub(crate) fn level(&self) -> f64 {
+        self.parameters.first().map_or(0.95, |p| p.level)
+    }
+
     /// Names of the derived quantities that need what is not estimable, and so have no value.
     pub(crate) fn derived_without_a_value(&self) -> Vec<&str> {
         self.derived.iter().filter(|d| d.value.is_none()).map(|d| d.id.as_str()).collect()

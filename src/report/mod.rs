@@ -5,34 +5,36 @@
 //!
 //! | file | subject |
 //! |---|---|
-//! | `fit.rs`, `fit_build.rs`, `fit_table.rs` | a fit: the keys of its report, the report from the fit, the table |
-//! | `fit_checks.rs`, `fit_constraints.rs`, `monte_carlo.rs`, `fit_checks_table.rs` | what that report says of the readings, the constraints and the Monte Carlo |
-//! | `scatter.rs`, `conformity.rs`, `site.rs` | what it says of what scatters, of limits, of gravity and Earth rate |
+//! | `fit.rs`, `fit_build.rs`, `fit_document/` | a fit: the keys of its report, the report from the fit, its document |
+//! | `fit_checks.rs`, `fit_constraints.rs`, `monte_carlo.rs` | what that report says of the readings, the constraints and the Monte Carlo |
+//! | `scatter.rs`, `conformity.rs`, `site.rs`, `correction.rs` | what it says of what scatters, of limits, of gravity and Earth rate, of the correction |
 //! | `record.rs` | what it says of a record that was streamed |
-//! | `batch.rs` | many devices: what they come to, a row for each |
-//! | `compare.rs`, `compare_table.rs` | published closed forms beside least squares |
-//! | `changes.rs` | two calibrations of one unit, the history of many |
+//! | `batch.rs`, `batch_document.rs` | many devices: what they come to, a row for each |
+//! | `compare.rs`, `compare_document.rs` | published closed forms beside least squares |
+//! | `changes.rs`, `changes_document.rs` | two calibrations of one unit, the history of many |
+//! | `reduction.rs`, `reduction_document.rs` | from samples to readings |
+//! | `noise_analysis.rs`, `noise_document.rs`, `kalibr.rs` | the noise of a record; the file of kalibr |
 //! | `diagnose/` | a diagnosis: gap, effects, verdict |
-//! | `plan.rs`, `plan_build.rs`, `plan_table.rs`, `plan_better.rs` | a schedule judged or chosen |
-//! | `foresight.rs`, `foresight_table.rs` | which effects a schedule would show |
+//! | `plan.rs`, `plan_build.rs`, `plan_document.rs`, `plan_better.rs`, `plan_words.rs` | a schedule judged or chosen |
+//! | `foresight.rs` | which effects a schedule would show |
 //! | `navigate.rs` | errors of a navigator over a mission |
 //! | `navigate_diagnose.rs`, `navigate_diagnose_table.rs` | effects found from the errors of a navigator |
-//! | `correction.rs` | the correction of readings, for a person |
 //! | `separation.rs` | what is not estimable, and what would separate it |
-//! | `provenance.rs` | files that a report was made from |
+//! | `provenance.rs`, `colophon.rs` | files that a report was made from, and how a document says so |
 //! | `series.rs` | a mission over time as CSV or Parquet |
 //! | `shown.rs` | answers and reports as text (`Display`) |
-//! | `table.rs` | how tables and numbers are set for a terminal |
 //! | `dcc/` | the digital calibration certificate |
-//! | `html/`, `markdown.rs` | reports as pages |
-//! | `plot/` | charts for the pages |
+//! | `html/` | pages that are not one document with the terminal's table yet |
 //!
 //! Deliberately absent: computing anything.
 
 mod batch;
+mod batch_document;
 mod changes;
+mod changes_document;
+mod colophon;
 mod compare;
-mod compare_table;
+mod compare_document;
 pub(crate) mod conformity;
 mod correction;
 #[cfg(feature = "dcc")]
@@ -41,15 +43,12 @@ mod diagnose;
 mod fit;
 mod fit_build;
 mod fit_checks;
-pub mod fit_checks_table;
 mod fit_constraints;
-mod fit_table;
+mod fit_document;
 mod foresight;
-mod foresight_table;
 #[cfg(feature = "html")]
 pub mod html;
-#[cfg(feature = "html")]
-pub mod markdown;
+mod kalibr;
 mod monte_carlo;
 #[cfg(feature = "navigate")]
 mod navigate;
@@ -60,19 +59,16 @@ mod navigate_diagnose_table;
 #[cfg(feature = "navigate")]
 mod navigate_table;
 mod noise_analysis;
-mod noise_table;
+mod noise_document;
 mod plan;
 mod plan_better;
 mod plan_build;
-mod plan_table;
+mod plan_document;
 mod plan_words;
-#[cfg(feature = "html")]
-pub mod plot;
 mod provenance;
 pub(crate) mod record;
-mod record_table;
 mod reduction;
-mod reduction_table;
+mod reduction_document;
 mod scatter;
 mod separation;
 #[cfg(all(feature = "navigate", feature = "parquet"))]
@@ -80,23 +76,24 @@ pub mod series;
 mod shown;
 mod site;
 pub mod table;
-pub mod wrap;
-#[cfg(feature = "html")]
-mod xml;
 
+pub use crate::document::{markdown, wrap};
 use crate::vocabulary::vocabulary;
 
 pub use batch::{
     BatchReport, BetweenReport, ConformityCounts, DeviceCounts, DistributionReport, LotReport, OutlyingReport,
-    batch_quantities, batch_report, batch_rows, batch_table,
+    batch_quantities, batch_report, batch_rows,
 };
+pub use batch_document::batch_document;
 pub use changes::{
     CalibratedReport, ChangeOfReport, ChangesReport, HistoryReport, TogetherReport, TrendReport, changes_report,
-    changes_table, date_of, determination, history_report, history_table,
+    date_of, determination, history_report,
 };
+pub use changes_document::{changes_document, history_document};
 pub use compare::{CompareReport, GroupReport, MisprintReport, QuantityReport, compare_report};
-pub use conformity::{ConformityReport, LimitedReport, conformity, conformity_text};
-pub use correction::{correction_lines, correction_table, given_sentence, validity_sentence};
+pub use compare_document::compare_document;
+pub use conformity::{ConformityReport, LimitedReport, conformity};
+pub use correction::{correction_lines, given_sentence, validity_sentence};
 pub use diagnose::{
     AliasReport, AssertedReport, CellReport, ChangeReport, DiagnoseReport, EffectReport, GapReport, GapsReport,
     HoldoutReport, LevelReport, NoiseReport, PlaceReport, ResidualReport, SensorGapReport, StepReport,
@@ -107,14 +104,16 @@ pub use fit::{
     DerivedReport, FitReport, FitSummary, IterationReport, KnownReport, ParameterReport, ReadingReport,
 };
 pub use fit_build::{fit_report, fit_summary};
+pub use fit_document::{Asked, fit_document};
+pub use kalibr::kalibr;
 pub use provenance::Input;
 pub use reduction::{
     DetectorReport, JumpReport, ReduceReport, RejectedReport, SegmentMeanReport, SegmentReport, reduce_report,
 };
-pub use reduction_table::reduce_table;
+pub use reduction_document::{record_chart, reduce_document};
 pub use scatter::ScatterReport;
 pub use separation::{CombinationReport, NotEstimableReport, PositionReport, position_keys};
-pub use site::{GravityBasis, GravityReport, SiteReport, gravity_text, site, site_text};
+pub use site::{GravityBasis, GravityReport, SiteReport, gravity_text, site};
 
 pub use fit_checks::{
     ChecksReport, ExternalReport, LackOfFitReport, NormalityReport, RobustReport, RunsReport, SnoopingReport,
@@ -146,7 +145,7 @@ pub use noise_analysis::{
     AgreementReport, CoefficientReport, DeviationReport, DeviationsReport, NoiseAnalysisReport, NoiseColumnReport,
     NoiseScatterReport, noise_column_report, noise_report,
 };
-pub use noise_table::{kalibr, noise_table};
+pub use noise_document::noise_document;
 pub use plan::{
     ComparisonReport, CorrelationReport, DiscriminationReport, Effort, FindReport, GoalReport, ImprovedReport,
     JudgementReport, LackingReport, PlanReport, PlannedPositionReport, PlannedReadingReport, PointReport,
@@ -154,7 +153,7 @@ pub use plan::{
     WorkReport,
 };
 pub use plan_build::{Better, Foreseen, plan_report};
-pub use plan_table::plan_table;
+pub use plan_document::plan_document;
 
 vocabulary! {
     /// What kind of report it is.

@@ -1,9 +1,7 @@
-//! The better schedule of a plan as a person at a terminal reads it: how it was found, how good it is, its positions and why each is there.
+//! The better schedule of a plan in words: how it was found, how good it is, its positions and why each is there.
 
-use super::plan_words::{defects, drift, nowhere, number, shared, work, work_of};
-use super::table::{plain, significant};
-use super::wrap::hanging;
 use super::{DiscriminationReport, Effort, FindReport, GoalReport, ImprovedReport, PlannedPositionReport};
+use crate::document::number::significant;
 use crate::elements::Parts;
 use crate::language::{Language, say};
 
@@ -145,12 +143,12 @@ pub(super) fn apart(separation: &DiscriminationReport, lang: Language) -> Vec<St
 }
 
 /// A share that something has at least: cut, not rounded up.
-pub(super) fn percent(share: f64) -> String {
+fn percent(share: f64) -> String {
     format!("{:.2} %", (share * 1e4 + 1e-2).floor() / 100.0)
 }
 
 /// What an effect that is to be found asks of the schedule.
-fn found_with(find: &FindReport, lang: Language) -> String {
+pub(super) fn found_with(find: &FindReport, lang: Language) -> String {
     say!(
         lang,
         "of-is-found-with-probability-where-the",
@@ -191,104 +189,4 @@ pub(super) fn equal_effort(effort: Effort, lang: Language) -> &'static str {
         Effort::Readings => say!(lang, "u-at-equal-readings"),
         Effort::Cost => say!(lang, "u-at-equal-cost"),
     }
-}
-
-pub(super) fn better(improved: &ImprovedReport, finds: &[FindReport], lang: Language) -> String {
-    if let Some(nothing) = not_told_apart(improved, lang) {
-        return format!("\n{nothing}\n");
-    }
-    let mut text = format!("\n{}\n", say!(lang, "the-better-schedule", work = work(&improved.judgement, lang)));
-    if improved.to_run != improved.judgement.work {
-        text.push_str(&format!("  {}\n", say!(lang, "still-to-run", work = work_of(&improved.to_run, lang))));
-    }
-    let starts = match improved.enumerated {
-        Some(_) => String::new(),
-        None => {
-            let [hits, starts] = [improved.hits, improved.starts].map(|n| n.to_string());
-            say!(lang, "seed-of-starts-ended-here", seed = improved.seed.to_string(), hits, starts)
-        }
-    };
-    let chosen = say!(
-        lang,
-        "of-its-readings-chosen-among-candidate-portions",
-        chosen = improved.chosen.to_string(),
-        candidates = improved.candidates.to_string(),
-        criterion = lang.term("criterion", &improved.criterion),
-        starts
-    );
-    text.push_str(&format!("{}\n", hanging(&format!("  {chosen}"), 4)));
-    if let Some(proof) = proof(improved, lang) {
-        text.push_str(&format!("{}\n", hanging(&format!("  {proof}"), 4)));
-        if let Some(why) = shortfall(improved, lang) {
-            text.push_str(&format!("{}\n", hanging(&format!("  {why}"), 4)));
-        }
-    }
-    if let Some(moved) = moved(improved, lang) {
-        text.push_str(&format!("{}\n", hanging(&format!("  {moved}"), 4)));
-    }
-    if let Some(limit) = improved.cost_limit {
-        text.push_str(&format!("{}\n", hanging(&format!("  {}", cost_limit(improved, limit, lang)), 4)));
-    }
-    if let Some(separation) = &improved.separation {
-        for line in apart(separation, lang) {
-            text.push_str(&format!("{}\n", hanging(&format!("  {line}"), 4)));
-        }
-    }
-    for line in shared(&improved.shared, lang) {
-        text.push_str(&format!("{}\n", hanging(&format!("  {line}"), 4)));
-    }
-    for find in finds {
-        text.push_str(&format!("{}\n", hanging(&format!("  {}", found_with(find, lang)), 4)));
-    }
-    if let Some(goal) = &improved.goal {
-        let share = goal.largest_share.map_or(say!(lang, "unknown").into(), |s| significant(s, 3));
-        let proof = if goal.is_fewest { say!(lang, "fewer-readings-cannot-reach-it") } else { "" };
-        let reached = match goal.reached {
-            true => say!(lang, "the-goal-is-reached-the-largest-uncertainty", share, proof),
-            false => say!(lang, "the-goal-is-not-reached-at-best", share),
-        };
-        text.push_str(&format!("{}\n", hanging(&format!("  {reached}"), 4)));
-        for note in goal_notes(improved, goal, lang) {
-            text.push_str(&format!("{}\n", hanging(&format!("  {note}"), 4)));
-        }
-        for id in &goal.impossible {
-            text.push_str(&format!("  {}\n", say!(lang, "even-all-candidates-together-do-not-determine", id)));
-        }
-    }
-    text.push('\n');
-    let rows: Vec<Vec<String>> = improved
-        .comparison
-        .iter()
-        .map(|c| {
-            let gain = c.gain.map_or("-".into(), |g| format!("{g:.2}"));
-            vec![c.id.clone(), number(c.given), number(c.equal_effort), number(c.better), gain, c.unit.clone()]
-        })
-        .collect();
-    let equal = equal_effort(improved.effort, lang);
-    text.push_str(&plain(
-        &[
-            say!(lang, "parameter"),
-            say!(lang, "u-given"),
-            equal,
-            say!(lang, "u-better"),
-            say!(lang, "gain"),
-            say!(lang, "unit"),
-        ],
-        &rows,
-    ));
-    let what = |text: &str| say!(lang, "cannot-be-determined-by-any-choice", text);
-    text.push_str(&defects(&improved.unreachable, what, &nowhere(&improved.frozen, lang), lang));
-    text.push_str(&format!("\n{}\n", say!(lang, "to-run-in-this-order")));
-    let mut told: Option<String> = None;
-    for (label, place) in mountings(&improved.positions, lang) {
-        text.push_str(&format!("  {label:>4}  {place}\n"));
-        if told.as_ref() != Some(&label)
-            && let Some(why) = reason(improved, &label, lang)
-        {
-            text.push_str(&format!("        {why}\n"));
-        }
-        told = Some(label);
-    }
-    text.push_str(&drift(&improved.judgement, lang));
-    text
 }

@@ -1,18 +1,10 @@
-//! Words of a plan that its tables and its pages share.
+//! Words of a plan.
 
-use super::table::significant;
-use super::wrap::hanging;
-use super::{
-    JudgementReport, LackingReport, NotEstimableReport, PointReport, PositionReport, SharedReport, ThroughTiltsReport,
-    WorkReport,
-};
+use super::{LackingReport, PointReport, SharedReport, ThroughTiltsReport, WorkReport};
+use crate::document::number::significant;
 use crate::language::{Language, say};
 use crate::plan::PointSource;
 use std::collections::BTreeMap;
-
-pub(super) fn number(value: Option<f64>) -> String {
-    value.map_or("-".into(), |v| significant(v, 3))
-}
 
 /// The point at which schedules are judged, in words: values with their source, then what stands at zero.
 pub(super) fn judged_at(point: &[PointReport], lang: Language) -> String {
@@ -48,10 +40,6 @@ pub(super) fn lacking(lacking: &LackingReport, lang: Language) -> String {
     say!(lang, "uncertainty-depends-on-a-value", untold, needs, first)
 }
 
-pub(super) fn work(judgement: &JudgementReport, lang: Language) -> String {
-    work_of(&judgement.work, lang)
-}
-
 pub(super) fn work_of(w: &WorkReport, lang: Language) -> String {
     say!(
         lang,
@@ -61,14 +49,6 @@ pub(super) fn work_of(w: &WorkReport, lang: Language) -> String {
         rate_changes = lang.count(w.rate_changes, "rate-change"),
         cost = significant(w.cost, 4)
     )
-}
-
-/// What a drift over the run does.
-pub(super) fn drift(j: &JudgementReport, lang: Language) -> String {
-    j.drift.map_or(String::new(), |drift| {
-        let line = say!(lang, "a-drift-of-one-standard-deviation-over", drift = significant(drift, 2));
-        format!("{}\n", hanging(&line, 2))
-    })
 }
 
 /// What known inputs do through the tilts, in one sentence.
@@ -101,31 +81,4 @@ pub(super) fn nowhere(frozen: &BTreeMap<String, f64>, lang: Language) -> String 
         true => say!(lang, "no-position-of-this-bench-would-separate-2").into(),
         false => say!(lang, "no-candidate-would-separate-it-but-all", held = held.join(", ")),
     }
-}
-
-pub(super) fn defects(
-    list: &[NotEstimableReport],
-    what: impl Fn(&str) -> String,
-    nowhere: &str,
-    lang: Language,
-) -> String {
-    let mut text = String::new();
-    for defect in list {
-        let mut clauses = vec![what(&defect.text)];
-        let instead: Vec<&str> = defect.estimable.iter().map(|c| c.text.as_str()).collect();
-        if !instead.is_empty() {
-            clauses.push(say!(lang, "determined-instead-2", instead = instead.join(", ")));
-        }
-        clauses.push(match &defect.separate_by {
-            Some(_) if defect.separate_sensor.is_some() => defect.further(lang).unwrap_or_default(),
-            Some(position) => say!(lang, "separated-by", position = keys(position)),
-            None => nowhere.to_string(),
-        });
-        text.push_str(&format!("{}\n", hanging(&clauses.join(lang.semicolon()), 2)));
-    }
-    text
-}
-
-pub(super) fn keys(position: &PositionReport) -> String {
-    position.iter().map(|(key, value)| format!("{key} = {value}")).collect::<Vec<_>>().join(", ")
 }

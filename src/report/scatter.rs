@@ -1,8 +1,9 @@
 //! What scatters, as a fit report says it: every source with its size, where that comes from, and its part in each parameter.
 
 use super::finite;
-use super::table::{percent, plain, significant};
 use crate::campaign::{Known, Per, Size};
+use crate::document::number::{percent, significant};
+use crate::document::{Align, Cell, Section, Table};
 use crate::estimate::LineState;
 use crate::fit::{Fit, VarianceFrom, VarianceSource};
 use crate::language::{Language, Sentence, say, sentence};
@@ -194,44 +195,6 @@ pub(super) fn is_worth_a_table(sources: &[ScatterReport]) -> bool {
     sources.iter().any(|s| !s.source.starts_with("readings of ") && s.source != "priors" && s.source != s.of)
 }
 
-/// Cells of the table of what scatters: source, standard deviation, how it is known, levels, largest share of a
-/// parameter's variance.
-pub(super) fn cells(source: &ScatterReport, lang: Language) -> Vec<String> {
-    let sd = match (source.sd, source.tau) {
-        (Some(sd), None) => format!("{} {}", significant(sd, 3), source.unit),
-        (Some(sd), Some(tau)) => {
-            say!(lang, "scatter-tau", sd = significant(sd, 3), unit = source.unit, tau = significant(tau, 3))
-        }
-        (None, _) => "-".into(),
-    };
-    let u = source.u_sd.map_or("-".to_string(), |u| significant(u, 2));
-    let largest = source.share.iter().max_by(|a, b| a.1.total_cmp(b.1)).filter(|(_, share)| **share > 0.0);
-    vec![
-        source_name(&source.source, lang),
-        sd.trim_end().to_string(),
-        u,
-        if source.at_zero {
-            say!(lang, "estimated-zero").into()
-        } else {
-            lang.term("from", &source.from.to_string()).into_owned()
-        },
-        source.levels.to_string(),
-        largest.map_or("-".to_string(), |(id, share)| say!(lang, "scatter-share-of", share = percent(*share), id)),
-    ]
-}
-
-/// Heads of that table.
-pub(super) fn heads(lang: Language) -> [&'static str; 6] {
-    [
-        say!(lang, "what-scatters-2"),
-        say!(lang, "scatter-sd"),
-        say!(lang, "scatter-u-sd"),
-        say!(lang, "scatter-from"),
-        say!(lang, "scatter-levels"),
-        say!(lang, "scatter-largest-share"),
-    ]
-}
-
 /// The name of a source as a person reads it; JSON and `--by` have the name itself.
 pub(super) fn source_name(source: &str, lang: Language) -> String {
     source_sentence(source).say(lang)
@@ -259,18 +222,48 @@ fn source_sentence(source: &str) -> Sentence {
     }
 }
 
-/// The table for a terminal, with its notes.
-pub(super) fn table(sources: &[ScatterReport], lang: Language) -> String {
+/// What scatters: every source with its size and where that comes from; empty where there is only the readings' own noise.
+pub(super) fn section(sources: &[ScatterReport], lang: Language) -> Section {
+    let section = Section::new(say!(lang, "what-scatters"));
     if !is_worth_a_table(sources) {
-        return String::new();
+        return section;
     }
-    let rows: Vec<Vec<String>> = sources.iter().map(|source| cells(source, lang)).collect();
-    let mut text = format!("\n{}", plain(&heads(lang), &rows));
-    for source in sources {
-        if let Some(note) = &source.note {
-            let line = say!(lang, "source-note", source = source_name(&source.source, lang), note);
-            text.push_str(&(line + "\n"));
-        }
+    let mut table = Table::new(&[
+        (say!(lang, "what-scatters-2"), Align::Left),
+        (say!(lang, "scatter-sd"), Align::Right),
+        (say!(lang, "scatter-u-sd"), Align::Right),
+        (say!(lang, "scatter-from"), Align::Left),
+        (say!(lang, "scatter-levels"), Align::Right),
+        (say!(lang, "scatter-largest-share"), Align::Left),
+    ]);
+    table.small = true;
+    table.note = say!(lang, "sd-standard-deviation-of-one-deviation-a").into();
+    let mut notes = Vec::new();
+    for own in sources {
+        let sd = match (own.sd, own.tau) {
+            (Some(sd), None) => format!("{} {}", significant(sd, 3), own.unit).trim_end().into(),
+            (Some(sd), Some(tau)) => {
+                say!(lang, "scatter-tau", sd = significant(sd, 3), unit = own.unit, tau = significant(tau, 3)).into()
+            }
+            (None, _) => Cell::absent(),
+        };
+        let largest = own.share.iter().max_by(|a, b| a.1.total_cmp(b.1)).filter(|(_, share)| **share > 0.0);
+        let from = lang.term("from", &own.from.to_string()).into();
+        table.row(vec![
+            source_name(&own.source, lang).into(),
+            sd,
+            Cell::digits(own.u_sd, 2),
+            if own.at_zero { say!(lang, "estimated-zero").into() } else { from },
+            own.levels.into(),
+            largest.map_or_else(Cell::absent, |(id, share)| {
+                say!(lang, "scatter-share-of", share = percent(*share), id).into()
+            }),
+        ]);
+        notes.extend(
+            own.note
+                .as_ref()
+                .map(|note| say!(lang, "source-note-sentence", source = source_name(&own.source, lang), note)),
+        );
     }
-    text
+    section.table(table).list(notes)
 }

@@ -1,15 +1,17 @@
 //! Answers and reports as text: the table that the program prints, in English, within the width of a terminal.
 
 use super::{
-    BatchReport, ChangesReport, CompareReport, DiagnoseReport, FitReport, HistoryReport, NoiseAnalysisReport,
-    PlanReport, ReduceReport, batch_table, changes_table, compare_report, diagnose_table, fit_summary, history_table,
-    noise_table, plan_table, reduce_table, table, wrap,
+    Asked, BatchReport, ChangesReport, CompareReport, DiagnoseReport, FitReport, HistoryReport, NoiseAnalysisReport,
+    PlanReport, ReduceReport, batch_document, changes_document, compare_document, compare_report, diagnose_table,
+    fit_document, fit_summary, history_document, noise_document, plan_document, reduce_document, wrap,
 };
 #[cfg(feature = "navigate")]
 use super::{NavigateDiagnoseReport, NavigateReport, navigate_diagnose_table, navigate_table};
 use crate::compare::Comparison;
+use crate::document::terminal::brief;
 use crate::fit::Fit;
 use crate::language::Language::English;
+use std::collections::BTreeMap;
 use std::fmt::{Display, Formatter, Result};
 
 macro_rules! shown {
@@ -24,17 +26,17 @@ macro_rules! shown {
 }
 
 shown! {
-    Fit: |fit| fit_summary(fit).to_string();
+    Fit: |fit| brief(&fit_document(&fit_summary(fit), &Asked { fit: Some(fit), ..Asked::default() }, English));
     Comparison: |comparison| compare_report(comparison).to_string();
-    FitReport: |report| table::fit(report, false, English);
-    CompareReport: |report| table::compare(report, English);
-    ChangesReport: |report| changes_table(report, English);
-    HistoryReport: |report| history_table(report, English);
+    FitReport: |report| brief(&fit_document(report, &Asked::default(), English));
+    CompareReport: |report| brief(&compare_document(report, &report.inputs, English));
+    ChangesReport: |report| brief(&changes_document(report, English));
+    HistoryReport: |report| brief(&history_document(report, English));
     DiagnoseReport: |report| diagnose_table(report, English);
-    PlanReport: |report| plan_table(report, false, English);
-    BatchReport: |report| batch_table(report, English);
-    NoiseAnalysisReport: |report| noise_table(report, false, English);
-    ReduceReport: |report| reduce_table(report, false, English);
+    PlanReport: |report| brief(&plan_document(report, None, false, English));
+    BatchReport: |report| brief(&batch_document(report, None, &BTreeMap::new(), English));
+    NoiseAnalysisReport: |report| brief(&noise_document(report, &[], false, English));
+    ReduceReport: |report| brief(&reduce_document(report, None, &[], false, English));
 }
 
 #[cfg(feature = "navigate")]

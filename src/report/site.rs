@@ -97,31 +97,17 @@ fn sees_force(bench: &Bench) -> bool {
     bench.sensors.iter().any(|sensor| sensor.model.names().iter().any(is_force))
 }
 
-/// Lines for a terminal: gravity where it was said, then warnings.
-pub fn site_text(report: &SiteReport, lang: Language) -> String {
-    let mut text = String::new();
-    if let Some(line) = gravity_text(report, lang) {
-        text.push_str(&format!("{line}\n"));
-    }
-    for warning in &report.warnings {
-        text.push_str(&(super::wrap::hanging(&say!(lang, "site-warning", warning), 2) + "\n"));
-    }
-    text
-}
-
-/// Gravity in words; `None` where it is the assumed one.
-pub fn gravity_text(report: &SiteReport, lang: Language) -> Option<String> {
+/// Gravity in words.
+pub fn gravity_text(report: &SiteReport, lang: Language) -> String {
     let gravity = &report.gravity;
-    if gravity.from == GravityBasis::Assumed {
-        return None;
-    }
     let u = if gravity.u > 0.0 { format!(" (u {:.1e})", gravity.u) } else { String::new() };
     let from = match (&gravity.formula, gravity.altitude_m, report.latitude_deg) {
         (Some(formula), Some(altitude), Some(latitude)) => {
             let at = say!(lang, "at-latitude-deg-and-m", latitude, altitude);
-            format!("\n  {}{}\n  {at}", lang.name(formula), lang.clause().trim_end())
+            format!("{}{}{}{at}", lang.clause(), lang.name(formula), lang.clause())
         }
+        _ if gravity.from == GravityBasis::Assumed => String::new(),
         _ => say!(lang, "stated").into(),
     };
-    Some(say!(lang, "site-gravity", gravity = format!("{:.6}", gravity.value), unit = gravity.unit, u, from))
+    say!(lang, "site-gravity", gravity = format!("{:.6}", gravity.value), unit = gravity.unit, u, from)
 }

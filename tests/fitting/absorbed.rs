@@ -46,7 +46,11 @@ fn what_follows_absorbed_deviations_has_no_u() {
         named.sort_unstable();
         assert_eq!(named, without, "{name}");
         assert!(own["sd"].is_null(), "{name}: {own}");
-        let table = report::table::fit(&report::fit_report(&fit), false, tumble::language::Language::English);
+        let table = tumble::document::terminal::brief(&tumble::report::fit_document(
+            &report::fit_report(&fit),
+            &Default::default(),
+            tumble::language::Language::English,
+        ));
         let text: Vec<&str> = table.split_whitespace().collect();
         assert!(text.join(" ").contains(sentence), "{name}: {table}");
     }

@@ -115,7 +115,11 @@ fn near_zero_the_azimuth_is_any() {
     assert!((azimuth.u.unwrap() - PI.to_degrees() / 3f64.sqrt()).abs() < 1e-9);
     assert!((azimuth.expanded.unwrap() - 180.0).abs() < 1e-9);
     // whatever line they are broken in
-    let told = |language| report::table::fit(&report, false, language).split_whitespace().collect::<String>();
+    let told = |language| {
+        tumble::document::terminal::brief(&tumble::report::fit_document(&report, &Default::default(), language))
+            .split_whitespace()
+            .collect::<String>()
+    };
     let (english, chinese) = (told(Language::English), told(Language::Chinese));
     assert!(english.contains("theintervalisthefullcircle"), "{english}");
     assert!(chinese.contains("区间为整个圆周"), "{chinese}");

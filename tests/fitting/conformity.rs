@@ -1,7 +1,7 @@
 //! Conformity with limits: probabilities by an independent integration (tests/scripts/site_and_conformity.py), and the three rules.
 
 use crate::support::*;
-use tumble::report::{conformity, conformity_text, fit_report};
+use tumble::report::{conformity, fit_document, fit_report};
 use tumble::wire::{Source, read_campaign};
 
 fn line(limits: &str) -> String {
@@ -24,12 +24,14 @@ fn probabilities_and_outcomes() {
     ] {
         for (rule, outcome) in [("simple", simple), ("guard-u", guard), ("risk", risk)] {
             let text = line(&format!(r#""limits": {{ "b": {limits} }}, "decision": "{rule}","#));
-            let report = conformity(&fitted(&parse(&text))).expect("limits");
+            let fit = fitted(&parse(&text));
+            let report = conformity(&fit).expect("limits");
             let found = &report.quantities[0];
             assert_within(found.probability.expect("a probability"), probability, 1e-9, limits);
             assert_eq!((found.outcome.name(), report.outcome.name()), (outcome, outcome), "{limits} {rule}");
             assert_eq!(found.unit, "mm/s");
-            assert!(conformity_text(&report, tumble::language::Language::English).contains(outcome));
+            let document = fit_document(&fit_report(&fit), &Default::default(), tumble::language::Language::English);
+            assert!(tumble::document::terminal::brief(&document).contains(outcome));
         }
     }
 }

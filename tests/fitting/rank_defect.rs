@@ -104,10 +104,19 @@ fn another_value_of_a_column_separates() {
     let [defect] = &fit.not_estimable[..] else { panic!("{:?}", fit.not_estimable) };
     let [(column, x)] = &defect.columns[..] else { panic!("{:?}", defect.columns) };
     assert!(column == "x" && *x != 2.0, "{x}");
-    let table = report::table::fit(&report::fit_report(&fit), false, Language::English);
-    assert!(table.contains(&format!("a reading at x = {x} would separate them")), "{table}");
+    let table = tumble::document::terminal::brief(&tumble::report::fit_document(
+        &report::fit_report(&fit),
+        &Default::default(),
+        Language::English,
+    ));
+    assert!(said(&table).contains(&format!("A reading at x = {x} would separate them")), "{table}");
     let fit = fitted(&parse(&text(&format!(r#", {{"x": {x}, "Y": 1.2, "Y_u": 0.1}}"#))));
     assert!(fit.not_estimable.is_empty());
+}
+
+/// A text on one line, however it was broken.
+fn said(text: &str) -> String {
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
 /// The sum of two unknowns by one sensor; their difference is what the other would read.
@@ -122,8 +131,12 @@ fn a_sensor_that_is_not_read_separates() {
     let fit = fitted(&parse(&text("")));
     let [defect] = &fit.not_estimable[..] else { panic!("{:?}", fit.not_estimable) };
     assert_eq!((defect.separate_by.as_deref(), defect.sensor), (Some(&[][..]), Some(1)));
-    let table = report::table::fit(&report::fit_report(&fit), false, Language::English);
-    assert!(table.contains("a reading of Z would separate them"), "{table}");
+    let table = tumble::document::terminal::brief(&tumble::report::fit_document(
+        &report::fit_report(&fit),
+        &Default::default(),
+        Language::English,
+    ));
+    assert!(said(&table).contains("A reading of Z would separate them"), "{table}");
     assert!(fitted(&parse(&text(r#", {"Z": 0.2, "Z_u": 0.1}"#))).not_estimable.is_empty());
 }
 

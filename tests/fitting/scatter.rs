@@ -137,7 +137,11 @@ fn what_one_reading_a_position_cannot_tell_is_said() {
     let plain = fitted(&Campaign { scatter: Vec::new(), ..single.clone() });
     assert_eq!(fit.noise.sources[1].state, LineState::Inseparable);
     assert_within(uncertainty(&fit, "kI"), uncertainty(&plain, "kI"), 1e-9 * uncertainty(&plain, "kI"), "the sum");
-    let table = report::table::fit(&report::fit_report(&fit), false, tumble::language::Language::English);
+    let table = tumble::document::terminal::brief(&tumble::report::fit_document(
+        &report::fit_report(&fit),
+        &Default::default(),
+        tumble::language::Language::English,
+    ));
     assert!(table.contains("V per position: these readings cannot distinguish it from readings of V"), "{table}");
 }
 

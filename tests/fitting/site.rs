@@ -3,7 +3,7 @@
 use crate::support::*;
 use tumble::bench::{STANDARD_GRAVITY_M_S2, normal_gravity};
 use tumble::fit::Fit;
-use tumble::report::{fit_report, site_text};
+use tumble::report::{FitReport, fit_document, fit_report};
 use tumble::wire::{BenchRef, Source, campaign_file, read_campaign};
 
 /// Contribution of a source to the uncertainty of a parameter.
@@ -69,21 +69,13 @@ fn normal_gravity_is_used_and_named_and_an_unsaid_one_is_warned_of() {
         "its part of gravity",
     );
     let report = fit_report(&fit);
-    assert!(
-        site_text(&report.site, tumble::language::Language::English).contains("Somigliana"),
-        "{}",
-        site_text(&report.site, tumble::language::Language::English)
-    );
+    assert!(printed(&report).contains("Somigliana"), "{}", printed(&report));
     assert!(report.site.warnings.is_empty());
     for unsaid in ["", r#""site": { "latitude_deg": 45.75 },"#] {
         let fit = fitted(&parse(&head(unsaid)));
         assert_within(value(&fit, "K1"), 1.5 / STANDARD_GRAVITY_M_S2, 1e-15, "K1");
         let report = fit_report(&fit);
-        assert!(
-            site_text(&report.site, tumble::language::Language::English).contains("warning: gravity is not stated"),
-            "{}",
-            site_text(&report.site, tumble::language::Language::English)
-        );
+        assert!(printed(&report).contains("ravity is not stated"), "{}", printed(&report));
     }
     // in units of g nothing rests on it
     let campaign = parse(&head("").replace("m/s^2", "g"));
@@ -173,9 +165,20 @@ fn the_note_of_the_earth_rate_is_for_lines_that_read_a_rate() {
                               {{"theta_deg": 180, {column}: 3, "A": 2.1}} ] }}"#
         ));
         let report = fit_report(&fitted(&campaign));
-        let table = tumble::report::table::fit(&report, false, tumble::language::Language::English);
+        let table = tumble::document::terminal::brief(&tumble::report::fit_document(
+            &report,
+            &Default::default(),
+            tumble::language::Language::English,
+        ));
         table.split_whitespace().collect::<String>().contains("noEarthrate")
     };
     assert!(told("b0 + b1*w_I", "\"theta_deg_s\""));
     assert!(!told("b0 + b1*flow_x", "\"flow_x\""));
+}
+
+/// The document of a report with all its blocks, in one line.
+fn printed(report: &FitReport) -> String {
+    let document = fit_document(report, &Default::default(), tumble::language::Language::English);
+    let text = tumble::document::terminal::render(&document, tumble::document::Detail::Full);
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
 }

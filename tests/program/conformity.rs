@@ -44,7 +44,7 @@ fn a_failed_limit_is_exit_code_2_and_everything_says_which_unit() {
         std::fs::write(folder.path().join("c.json"), text(limit)).expect("a file");
         let (found, table) = run(folder.path(), &["fit", "c.json", "--html", "c.html", "--md", "c.md"]);
         assert_eq!(found, code, "{table}");
-        assert!(table.contains(&format!("conformity: {word}")) && table.contains("S-123"), "{table}");
+        assert!(table.contains(&format!("Conformity: {word}")) && table.contains("S-123"), "{table}");
         for page in ["c.html", "c.md"] {
             let page = std::fs::read_to_string(folder.path().join(page)).expect("a page");
             assert!(page.contains("S-123") && page.contains("Conformity") && page.contains(word), "{page}");

@@ -48,7 +48,7 @@ fn a_column_under_another_name_is_asked_for() {
     std::fs::write(at.join("r.csv"), TABLE.replace("Temp", "humidity")).expect("a table");
     campaign(at, known, "\"r.csv\"");
     let (_, text) = run(at, &["fit", "c.campaign.json"]);
-    assert!(text.contains("assumed zero: temp"), "{text}");
+    assert!(text.contains("neither known nor estimated: temp"), "{text}");
     // inline readings
     campaign(
         at,

@@ -270,7 +270,11 @@ fn truths_effects_laboratories_and_reports() {
         let written = serde_json::to_string(&report).expect("JSON");
         let again = parse::<FitReport>(&self::source(written.as_bytes())).map(|own| serde_json::to_string(&own));
         assert_eq!(again.expect("what was written is read").expect("JSON"), written);
-        let _ = tumble::report::table::fit(&report, true, Language::English);
+        let _ = tumble::document::terminal::brief(&tumble::report::fit_document(
+            &report,
+            &tumble::report::Asked { readings: true, budget: true, correction: true, ..Default::default() },
+            Language::English,
+        ));
         true
     });
 }

@@ -129,7 +129,12 @@ fn reports_of_every_campaign_are_valid() {
         let Ok(fit) = fit::fit(&campaign, &fit::Settings::default()) else { continue };
         let (report, name) = (report::fit_report(&fit), path.display().to_string());
         assert_valid(&serde_json::to_string(&report).expect("JSON"), &name);
-        let table = report::table::fit(&report, true, tumble::language::Language::English);
+        let document = report::fit_document(
+            &report,
+            &report::Asked { fit: Some(&fit), ..report::Asked::default() },
+            tumble::language::Language::English,
+        );
+        let table = tumble::document::terminal::render(&document, tumble::document::Detail::Full);
         assert!(!table.contains("NaN"), "{name}: {table}");
         fits += 1;
     }

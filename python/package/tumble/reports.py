@@ -320,6 +320,9 @@ class Input(Node):
 class LotReport(Node):
     """A lot or a date."""
 
+    control: dict[str, float] | None
+    """Control limits of the lot's mean, as their distance from the mean of all devices: three standard deviations of a mean of so many
+    devices, from the scatter within lots (lots of one device: from the moving range), in the quantity's unit."""
     devices: dict[str, int]
     """Accepted devices, for each quantity that some device has."""
     mean: dict[str, float]
@@ -329,7 +332,7 @@ class LotReport(Node):
     sd: dict[str, float | None]
     """Standard deviation of each quantity within the lot; null for one device."""
 
-    _keys = frozenset(["devices", "mean", "name", "sd"])
+    _keys = frozenset(["control", "devices", "mean", "name", "sd"])
 
 
 class NotInOrderReport(Node):

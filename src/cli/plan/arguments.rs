@@ -1,5 +1,6 @@
 //! What `tumble plan` is asked.
 
+use crate::cli::pages::Pages;
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
 
@@ -120,9 +121,8 @@ pub(in crate::cli) struct Arguments {
     /// Write the report as JSON to a file, or to stdout with '-'.
     #[arg(long, value_name = "FILE")]
     pub(super) json: Option<PathBuf>,
-    /// Write the report as one HTML page with a picture of the positions.
-    #[arg(long, value_name = "FILE")]
-    pub(super) html: Option<PathBuf>,
+    #[command(flatten)]
+    pub(super) pages: Pages,
     /// Also list every value with its leverage and minimal detectable bias.
     #[arg(long)]
     pub(super) readings: bool,

@@ -24,8 +24,8 @@ const MOST_FORESEEN: usize = 100_000;
 pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
     let (campaign, source) = files::campaign(&arguments.schedule)?;
     files::one_device(&campaign);
-    let (html, json) = (arguments.html.as_deref(), arguments.json.as_deref());
-    let mut outputs = Outputs::plan([arguments.write.as_deref(), html, json])?;
+    let [html, md] = arguments.pages.paths();
+    let mut outputs = Outputs::plan([arguments.write.as_deref(), html, md, arguments.json.as_deref()])?;
     // an option has no place in the file
     let located = |error: Malformed| match error.place().path.is_empty() {
         true => error,
@@ -176,9 +176,9 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
         let file = wire::campaign_file(&schedule, wire::bench_ref(&schedule));
         outputs.add(path, files::marked(&file)?);
     }
-    if let Some(path) = &arguments.html {
-        let page = report::html::plan_page(&campaign, &report, candidates.as_ref(), lang)?;
-        outputs.add(path, report::html::render(&page)?);
+    if arguments.pages.is_asked_for() {
+        let drawn = Some((&campaign, candidates.as_ref()));
+        outputs.extend(arguments.pages.page(&report::plan_document(&report, drawn, false, lang))?);
     }
     if let Some(path) = &arguments.json {
         outputs.add(path, files::json(&report)?);
@@ -186,7 +186,8 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
     let to_stdout = outputs.to_stdout();
     outputs.write()?;
     if !to_stdout {
-        super::show(&report::plan_table(&report, arguments.readings, lang))?;
+        let drawn = Some((&campaign, None));
+        arguments.pages.print(&report::plan_document(&report, drawn, arguments.readings, lang))?;
     }
     let defect = match found {
         Some(improvement) => !improvement.judgement.not_estimable.is_empty() || !improvement.unreachable.is_empty(),

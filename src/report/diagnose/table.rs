@@ -5,6 +5,7 @@ use super::super::table::{plain, rounded, significant};
 use super::super::wrap::{WIDTH, hanging};
 use super::{DiagnoseReport, EffectReport, GapReport, words};
 use crate::diagnosis::Verdict;
+use crate::document::{Detail, terminal};
 use crate::elements::Parts;
 use crate::language::{Language, say};
 
@@ -30,7 +31,7 @@ pub fn diagnose_table(report: &DiagnoseReport, lang: Language) -> String {
     }
     text.push_str(&repaired(report, lang));
     text.push_str(&gap(report, lang));
-    text.push_str(&scatter::table(&report.scatter, lang));
+    text.extend(terminal::section(&scatter::section(&report.scatter, lang), Detail::Brief, lang));
     text.push_str(&steps(report, lang));
     text.push_str(&unexplained(report, lang));
     if report.verdict != Verdict::NothingMissing {

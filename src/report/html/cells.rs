@@ -1,5 +1,6 @@
 //! Numbers as cells: `report::table`'s rounding, and words for what does not exist.
 
+pub(super) use crate::document::number::level;
 use crate::language::Language;
 use crate::report::table::{rounded, significant};
 
@@ -13,31 +14,9 @@ pub(super) fn digits(value: Option<f64>, digits: i32) -> String {
     value.map_or_else(dash, |v| significant(v, digits))
 }
 
-/// A number with so many decimals; a dash where there is none.
-pub(super) fn decimals(value: Option<f64>, decimals: usize) -> String {
-    value.map_or_else(dash, |v| format!("{v:.decimals$}"))
-}
-
-/// Degrees of freedom: infinite where none are given for an uncertainty that exists.
-pub(super) fn dof(dof: Option<f64>, known: bool) -> String {
-    match dof {
-        None if known => "\u{221e}".into(),
-        None => dash(),
-        Some(dof) if (dof - dof.round()).abs() < 0.05 => format!("{dof:.0}"),
-        Some(dof) => format!("{dof:.1}"),
-    }
-}
-
 /// A share as a percentage.
 pub(super) fn percent(share: f64) -> String {
     format!("{:.1} %", 100.0 * share)
-}
-
-/// A level as a person writes it: `95 %`.
-pub(super) fn level(level: f64) -> String {
-    let text = significant(100.0 * level, 5);
-    let short = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
-    format!("{short} %")
 }
 
 /// What stands where there is nothing.

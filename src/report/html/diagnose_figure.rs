@@ -3,11 +3,12 @@
 use super::Figure;
 use crate::campaign::Campaign;
 use crate::diagnosis::{Diagnosis, Grouping, Level};
+use crate::document::chart::{Chart, GapPanel, GapPoint};
+use crate::document::plot;
 use crate::error::Result;
 use crate::language::{Language, say};
 use crate::report::DiagnoseReport;
 use crate::report::diagnose::words;
-use crate::report::plot::{self, GapPanel, GapPoint};
 use crate::report::table::significant;
 
 /// Most sensors in one picture.
@@ -24,7 +25,7 @@ pub fn diagnose_svg(
     report: &DiagnoseReport,
     lang: Language,
 ) -> Result<String> {
-    let svg = figure(campaign, diagnosis, report, lang)?.svg;
+    let svg = plot::draw(&figure(campaign, diagnosis, report, lang)?.chart, lang)?;
     // alone it needs paper of its own
     Ok(svg.replacen(">\n", ">\n<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n", 1))
 }
@@ -41,7 +42,6 @@ pub(super) fn figure(
     let panels: Vec<GapPanel> =
         sensors.iter().map(|k| panel(campaign, diagnosis, report, *k, (every, sensors.len()), lang)).collect();
     let factor = diagnosis.grouping.as_ref().map_or("", |g| g.factor.as_str());
-    let svg = plot::gap(&panels, factor, lang)?;
     let many = panels.iter().any(|panel| panel.points.len() > 60);
     let mut caption = vec![match report.effects.is_empty() {
         true => say!(lang, "each-reading-minus-the-model-as-given").to_string(),
@@ -61,7 +61,8 @@ pub(super) fn figure(
         caption.push(say!(lang, "further-sensors-are-not-drawn", n = left));
     }
     let caption = caption.join(lang.space());
-    Ok(Figure { caption, description: description(report, lang), svg, wide: true })
+    let chart = Chart::Gap(panels, factor.into());
+    Ok(Figure { caption, description: description(report, lang), chart, wide: true })
 }
 
 /// The same in words.

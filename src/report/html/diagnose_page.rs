@@ -1,15 +1,15 @@
 //! The page of a diagnosis: the answer and its picture, what is missing, the repair, and what it rests on.
 
-use super::colophon::colophon;
 use super::diagnose_figure::{figure, named};
-use super::scatter_page;
 use super::{Align, MarkedLine, Page, PageBlock, Section, Table, Tone, cells};
 use crate::campaign::{Campaign, Role};
 use crate::diagnosis::Diagnosis;
 use crate::diagnosis::{NoiseFrom, Verdict};
 use crate::error::Result;
 use crate::language::{Language, say};
+use crate::report::colophon::colophon;
 use crate::report::diagnose::words;
+use crate::report::scatter;
 use crate::report::table::significant;
 use crate::report::{DiagnoseReport, EffectReport, Input};
 
@@ -44,7 +44,7 @@ pub fn diagnose_page(
     Ok(page
         .section(missing)
         .section(model(report, lang))
-        .section(scatter_page::scatter(&report.scatter, lang))
+        .section(scatter::section(&report.scatter, lang))
         .section(unexplained(report, lang))
         .section(changes(report, lang))
         .section(places(report, lang))

@@ -1,11 +1,11 @@
 //! The page of a navigation study: results, ratios, and errors against time.
 
 use super::{Align, Figure, Page, Section, Table};
+use crate::document::chart::{Chart, Curve};
 use crate::error::Result;
 use crate::language::{Language, say};
 use crate::navigate::run::NavigationError;
 use crate::navigate::study::Flown;
-use crate::report::plot::{Curve, curves};
 use crate::report::table::{significant, trimmed};
 use crate::report::{ARCSEC, ErrorReport, NavigateReport};
 
@@ -61,7 +61,7 @@ pub fn navigate_page(report: &NavigateReport, flown: &[Flown], lang: Language) -
             figures.push(Figure {
                 caption: format!("{what} of `{scenario}`", scenario = scenario.id),
                 description: in_words(&lines, what, unit, &scenario.id, lang),
-                svg: curves(&lines, what, unit, say!(lang, "time-h"))?,
+                chart: Chart::curves(&lines, what, unit, say!(lang, "time-h")),
                 wide: false,
             });
         }

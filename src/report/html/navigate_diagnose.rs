@@ -3,6 +3,8 @@
 use super::diagnose_page::tone;
 use super::{Align, Figure, Page, Section, Table};
 use crate::diagnosis::NoiseFrom;
+use crate::document::chart::{Chart, Curve};
+use crate::document::plot;
 use crate::elements::Elements;
 use crate::error::Result;
 use crate::language::{Language, say};
@@ -11,7 +13,6 @@ use crate::navigate::measured::{CHANNEL_NAMES, si_per_unit};
 use crate::navigate::remainder::GapOverTime;
 use crate::report::diagnose::words::p;
 use crate::report::navigate_diagnose_table::{after, alias, between, grouped, runs, sentence as words, tried, unit};
-use crate::report::plot::{Curve, curves};
 use crate::report::table::{rounded, significant};
 use crate::report::{GapReport, NavigateDiagnoseReport, NavigationEffectReport};
 
@@ -177,11 +178,13 @@ pub fn navigate_diagnose_svg(
     let pairs = diagnosis.gaps_over_time.iter().zip(&diagnosis.channels);
     let size = |channel: &crate::navigate::remainder::ChannelGap| channel.before.0 / channel.u.max(f64::MIN_POSITIVE);
     let worst = pairs.max_by(|a, b| size(a.1).total_cmp(&size(b.1)));
-    let Some((series, _)) = worst else { return curves(&[], say!(lang, "gap"), "", say!(lang, "time-h")) };
+    let Some((series, _)) = worst else {
+        return plot::draw(&Chart::curves(&[], say!(lang, "gap"), "", say!(lang, "time-h")), lang);
+    };
     let (what, unit) = title_of(series.channel);
     let what = lang.word(what);
     let title = say!(lang, "measured-minus-predicted", what, motion = series.motion);
-    curves(&lines(series, found, lang), &title, unit, say!(lang, "time-h"))
+    plot::draw(&Chart::curves(&lines(series, found, lang), &title, unit, say!(lang, "time-h")), lang)
 }
 
 /// The gap in one channel, before and with what was found.
@@ -219,7 +222,7 @@ fn figures(report: &NavigateDiagnoseReport, diagnosis: &NavigationDiagnosis, lan
                 before = significant(scale * channel.before.0, 3),
                 after = significant(scale * channel.after.0, 3)
             ),
-            svg: curves(&lines(series, found, lang), what, unit, say!(lang, "time-h"))?,
+            chart: Chart::curves(&lines(series, found, lang), what, unit, say!(lang, "time-h")),
             wide: false,
         });
         if found {
@@ -235,7 +238,7 @@ fn figures(report: &NavigateDiagnoseReport, diagnosis: &NavigationDiagnosis, lan
             figures.push(Figure {
                 caption: say!(lang, "what-is-left-of-with-two-standard", name, where_),
                 description: super::navigate::in_words(&lines, what, unit, say!(lang, "what-was-found"), lang),
-                svg: curves(&lines, what, unit, say!(lang, "time-h"))?,
+                chart: Chart::curves(&lines, what, unit, say!(lang, "time-h")),
                 wide: false,
             });
         }

@@ -1,0 +1,207 @@
+//! Charts as inline SVG: text is text, colours are told apart without colour vision and in print, nothing needs a font or the network.
+//!
+//! Sizes are in half points of the page (a figure as wide as the page is `WIDE`), so that whole pixels are fine enough. Data are scaled by a power
+//! of a thousand before they are drawn; axis titles say which. The drawing itself is plotters' with its SVG backend only.
+//!
+//! | file | subject |
+//! |---|---|
+//! | `values.rs` | estimates with their expanded uncertainties |
+//! | `bars.rs` | budgets: variances in their parts |
+//! | `residuals.rs`, `normal.rs` | residuals in the order of the readings, and against normal quantiles |
+//! | `correlation.rs` | a correlation matrix |
+//! | `positions.rs` | positions as spots |
+//! | `gap.rs` | residuals before and after a repair |
+//! | `curves.rs` | quantities against time |
+//! | `history.rs` | a quantity over calendar time |
+//! | `record.rs` | a whole record with its segments |
+//! | `deviations.rs` | Allan deviations against averaging time |
+//! | `scale.rs`, `rules.rs` | powers of a thousand, ticks and their numbers; the rules at them |
+//!
+//! Deliberately absent: computation; a chart gets the numbers that it shows.
+
+mod bars;
+mod control;
+mod correlation;
+mod curves;
+mod deviations;
+mod distribution;
+mod gap;
+mod history;
+mod normal;
+mod positions;
+mod record;
+mod residuals;
+mod rules;
+mod scale;
+mod values;
+
+use super::chart::Chart;
+use super::xml;
+use crate::error::{Fault, Malformed, Result};
+use crate::language::Language;
+use crate::number;
+use plotters::coord::Shift;
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+
+/// Width of a figure as wide as the page.
+const WIDE: u32 = 1856;
+/// Width of a figure that shares the page with another.
+const HALF: u32 = 900;
+/// Size of the text; the SVG backend writes it divided by 1.24.
+const TEXT: i32 = 31;
+/// Room above a chart, for half of its highest label.
+const TOP: u32 = 16;
+/// Size of small text.
+const SMALL: i32 = 27;
+
+const INK: RGBColor = RGBColor(0x1b, 0x1f, 0x24);
+const SOFT: RGBColor = RGBColor(0x57, 0x60, 0x6a);
+const RULE: RGBColor = RGBColor(0xd0, 0xd7, 0xde);
+const TINT: RGBColor = RGBColor(0xf3, 0xf5, 0xf7);
+/// Okabe and Ito's colours, apart for every kind of colour vision.
+const BLUE: RGBColor = RGBColor(0x00, 0x72, 0xb2);
+const VERMILLION: RGBColor = RGBColor(0xd5, 0x5e, 0x00);
+const SKY: RGBColor = RGBColor(0x56, 0xb4, 0xe9);
+const ORANGE: RGBColor = RGBColor(0xe6, 0x9f, 0x00);
+const GREEN: RGBColor = RGBColor(0x00, 0x9e, 0x73);
+const PURPLE: RGBColor = RGBColor(0xcc, 0x79, 0xa7);
+const YELLOW: RGBColor = RGBColor(0xf0, 0xe4, 0x42);
+
+/// A chart as inline SVG.
+///
+/// Errors: none that numbers or names can cause.
+///
+/// ```
+/// use tumble::document::chart::{Chart, Interval};
+/// let row = Interval { label: "tilt".into(), value: -3.0, expanded: 0.5, at_bound: None };
+/// let svg = tumble::document::plot::draw(&Chart::Values(vec![row], "arcsec".into()), Default::default())?;
+/// assert!(svg.starts_with("<svg") && svg.contains(">\ntilt\n"));
+/// # Ok::<(), tumble::error::Malformed>(())
+/// ```
+pub fn draw(chart: &Chart, lang: Language) -> Result<String> {
+    match chart {
+        Chart::Values(rows, unit) => values::values(rows, unit, lang),
+        Chart::Bars(rows, what, unit, wide) => bars::bars(rows, (what, unit), if *wide { WIDE } else { HALF }, lang),
+        Chart::Residuals(rows, what, unit) => residuals::residuals(rows, what, unit, lang),
+        Chart::Normal(studentized) => normal::normal(studentized, lang),
+        Chart::Correlation(names, matrix) => correlation::correlation(names, matrix),
+        Chart::Gap(panels, factor) => gap::gap(panels, factor, lang),
+        Chart::Curves(lines, [what, unit, along]) => curves::curves(lines, what, unit, along),
+        Chart::History(own) => history::history(own, lang),
+        Chart::Control(own) => control::control(own),
+        Chart::Distribution(own) => distribution::distribution(own, lang),
+        Chart::Deviations(points, title) => deviations::deviations(points, title, lang),
+        Chart::Record(own) => record::record(own, lang),
+        Chart::Positions([candidates, given, better], axes) => {
+            positions::positions(candidates, given, better, axes, lang)
+        }
+    }
+}
+
+type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+type Drawn = std::result::Result<(), Box<dyn std::error::Error>>;
+
+/// Draw on an empty canvas.
+fn svg(width: u32, height: u32, draw: impl FnOnce(&Area<'_>) -> Drawn) -> Result<String> {
+    let mut text = String::new();
+    let drawn = {
+        let area = SVGBackend::with_string(&mut text, (width, height + TOP)).into_drawing_area();
+        draw(&area.margin(TOP, 0, 0, 0)).and_then(|()| Ok(area.present()?))
+    };
+    match drawn {
+        Ok(()) if text.chars().all(xml::is_allowed) => Ok(text),
+        Ok(()) => Ok(text.chars().map(|c| if xml::is_allowed(c) { c } else { '\u{fffd}' }).collect()),
+        Err(error) => Err(Malformed::new(Fault::Value, format!("the chart cannot be drawn: {error}"))),
+    }
+}
+
+/// Text of a size and colour, anchored where its point is.
+fn style<'a>(size: i32, colour: &RGBColor, horizontal: HPos, vertical: VPos) -> TextStyle<'a> {
+    ("sans-serif", size).into_font().color(colour).pos(Pos::new(horizontal, vertical))
+}
+
+/// Width that a text will have, near enough for margins and for leaving labels out.
+fn text_width(text: &str, size: i32) -> i32 {
+    let letters: f64 = text.chars().map(letter_width).sum();
+    number::whole((letters * f64::from(size)).ceil())
+}
+
+/// Width of a character for text of size 1; a Chinese one is as wide as the text is high.
+fn letter_width(c: char) -> f64 {
+    if c >= '\u{2e80}' { 0.81 } else { 0.46 }
+}
+
+/// A label that fits into so much room: cut with an ellipsis if need be, control characters gone.
+fn fitted(text: &str, size: i32, room: i32) -> String {
+    let clean: String = text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
+    if text_width(&clean, size) <= room {
+        return clean;
+    }
+    let mut left = f64::from(room) / f64::from(size) - letter_width('\u{2026}');
+    let mut cut = String::new();
+    for c in clean.chars() {
+        left -= letter_width(c);
+        if left < 0.0 {
+            break;
+        }
+        cut.push(c);
+    }
+    cut.push('\u{2026}');
+    cut
+}
+
+#[cfg(test)]
+mod tests {
+    use super::bars::bars;
+    use super::correlation::correlation;
+    use super::gap::gap;
+    use super::normal::normal;
+    use super::residuals::residuals;
+    use super::values::values;
+    use super::*;
+    use crate::document::chart::{Bar, GapPanel, GapPoint, Interval, Part, Residual};
+
+    const L: Language = Language::English;
+
+    #[test]
+    fn charts_survive_hostile_numbers_and_names() {
+        let wild = [0.0, -0.0, f64::NAN, f64::INFINITY, f64::MAX, -f64::MAX, f64::MIN_POSITIVE, 1.0, 1.0 + 1e-15];
+        for a in wild {
+            for b in wild {
+                let row = |value, bar| Interval {
+                    label: "<&\"\u{0}\u{ffff}\u{1b}x".into(),
+                    value,
+                    expanded: bar,
+                    at_bound: None,
+                };
+                let text = values(&[row(a, b), row(b, a)], "angle, arcsec", L).unwrap();
+                assert!(!text.contains("<&") && text.chars().all(xml::is_allowed));
+                assert!(values(&[row(a, a)], "angle", L).is_ok());
+                let part = |size| Part { source: "readings".into(), type_b: false, size };
+                let bar = |size| Bar { label: "x".into(), parts: vec![part(size), part(a)] };
+                assert!(bars(&[bar(a), bar(b)], ("u", "arcsec"), WIDE, L).is_ok());
+                let point = |value, band| Residual { number: 1, group: "p".into(), value, band, far: false };
+                assert!(residuals(&[point(a, Some(b)), point(b, None)], "residual", "V", L).is_ok());
+                let pair = |after, band| GapPoint { group: "<".into(), before: a, after, band };
+                let points = vec![pair(Some(b), Some(a)), pair(None, None)];
+                assert!(gap(&[GapPanel { points, ..GapPanel::default() }], "x", L).is_ok());
+                assert!(normal(&[a, b, 1.0], L).is_ok());
+                assert!(
+                    correlation(&["a".into(), "b".into()], &[vec![Some(1.0), Some(a)], vec![Some(b), None]]).is_ok()
+                );
+            }
+        }
+        assert!(
+            values(&[], "", L).is_ok() && bars(&[], ("", ""), HALF, L).is_ok() && residuals(&[], "", "", L).is_ok()
+        );
+        assert!(normal(&[], L).is_ok() && correlation(&[], &[]).is_ok() && gap(&[], "", L).is_ok());
+    }
+
+    #[test]
+    fn text_is_text() {
+        let row = Interval { label: "dtheta_y2".into(), value: -162.07, expanded: 1.23, at_bound: None };
+        let text = values(&[row], "angle, arcsec", L).unwrap();
+        assert!(text.contains("<text") && text.contains("dtheta_y2") && text.contains("angle, arcsec"));
+    }
+}

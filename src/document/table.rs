@@ -1,0 +1,293 @@
+//! Tables of a document: columns, rows and typed cells.
+
+use super::number::{probability, rounded, significant};
+use super::{Detail, Tone};
+use serde::{Serialize, Serializer};
+
+/// A table.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+pub struct Table {
+    /// What it shows; may be empty.
+    pub caption: String,
+    /// Columns.
+    pub columns: Vec<Column>,
+    /// Rows; a row shorter than the columns ends in empty cells.
+    pub rows: Vec<Row>,
+    /// A remark under it; may be empty.
+    pub note: String,
+    /// Set small: for long tables.
+    pub small: bool,
+    /// So many rows at brief detail, and how many more there are; all where it is not said.
+    #[serde(skip)]
+    pub brief_rows: Option<usize>,
+}
+
+/// A column.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+pub struct Column {
+    /// Title.
+    pub title: String,
+    /// Alignment.
+    pub align: Align,
+    /// At which detail it appears.
+    #[serde(skip)]
+    pub detail: Detail,
+}
+
+/// Alignment of a column.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Align {
+    /// Words, to the left.
+    #[default]
+    Left,
+    /// To the right.
+    Right,
+    /// Numbers, at the decimal point.
+    Decimal,
+    /// Numbers from -1 to 1 as bars about a middle line.
+    Bar,
+}
+
+/// A row.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+pub struct Row {
+    /// Cells.
+    pub cells: Vec<Cell>,
+    /// How it sounds.
+    pub tone: Tone,
+    /// Set off from the rows before it by a rule.
+    pub rule: bool,
+    /// Where its first cell leads; empty for nowhere.
+    pub link: String,
+}
+
+/// One cell. A number carries what rounds it, so that every output writes it alike.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Cell {
+    /// Text; a pair of backticks sets a name in code type.
+    Text(String),
+    /// A number, and the uncertainty that says where its digits end: U where it is given beside it, else u.
+    Value(f64, Option<f64>),
+    /// A number with so many significant digits.
+    Digits(f64, i32),
+    /// A number with so many decimals.
+    Decimals(f64, usize),
+    /// Degrees of freedom, which may be infinite.
+    Dof(f64),
+    /// A probability of a test.
+    Probability(f64),
+    /// A share, as a percentage.
+    Share(f64),
+    /// What does not exist, and why; the reason may be empty.
+    Absent(String),
+}
+
+impl Cell {
+    /// A name in code type.
+    pub fn name(name: impl AsRef<str>) -> Self {
+        Cell::Text(format!("`{}`", name.as_ref()))
+    }
+
+    /// Nothing, for no reason that needs saying.
+    pub fn absent() -> Self {
+        Cell::Absent(String::new())
+    }
+
+    /// A value with as many digits as its uncertainty carries.
+    pub fn value(value: Option<f64>, u: Option<f64>) -> Self {
+        value.map_or_else(Cell::absent, |v| Cell::Value(v, u))
+    }
+
+    /// A number with so many significant digits.
+    pub fn digits(value: Option<f64>, digits: i32) -> Self {
+        value.map_or_else(Cell::absent, |v| Cell::Digits(v, digits))
+    }
+
+    /// A number with so many decimals.
+    pub fn decimals(value: Option<f64>, decimals: usize) -> Self {
+        value.map_or_else(Cell::absent, |v| Cell::Decimals(v, decimals))
+    }
+
+    /// Degrees of freedom: infinite where none are given for an uncertainty that exists.
+    pub fn dof(dof: Option<f64>, known: bool) -> Self {
+        match dof {
+            None if known => Cell::Dof(f64::INFINITY),
+            None => Cell::absent(),
+            Some(dof) => Cell::Dof(dof),
+        }
+    }
+
+    /// A probability of a test.
+    pub fn p(p: Option<f64>) -> Self {
+        p.map_or_else(Cell::absent, Cell::Probability)
+    }
+
+    /// Its text in ASCII signs, as a terminal and a program read it.
+    ///
+    /// ```
+    /// use tumble::document::Cell;
+    /// assert_eq!(Cell::value(Some(-162.0687), Some(0.5987)).text(), "-162.07");
+    /// assert_eq!((Cell::Dof(14.0).text(), Cell::Dof(14.26).text()), ("14".into(), "14.3".into()));
+    /// assert_eq!((Cell::dof(None, true).text(), Cell::absent().text()), ("inf".into(), "-".into()));
+    /// ```
+    pub fn text(&self) -> String {
+        match self {
+            Cell::Text(text) => text.clone(),
+            Cell::Value(value, u) => rounded(*value, *u),
+            Cell::Digits(value, digits) => significant(*value, *digits),
+            Cell::Decimals(value, decimals) => format!("{value:.decimals$}"),
+            Cell::Dof(dof) => super::number::dof(*dof),
+            Cell::Probability(p) => probability(*p),
+            Cell::Share(share) => format!("{:.1} %", 100.0 * share),
+            Cell::Absent(reason) if reason.is_empty() => "-".into(),
+            Cell::Absent(reason) => format!("- ({reason})"),
+        }
+    }
+
+    /// Its text in the signs of a printed page.
+    pub fn typeset(&self) -> String {
+        match self {
+            Cell::Text(text) => text.clone(),
+            Cell::Dof(dof) if super::number::dof(*dof) == "inf" => "\u{221e}".into(),
+            Cell::Absent(_) => self.text().replacen('-', "\u{2013}", 1),
+            number => match number.text() {
+                text if text.starts_with('-') => text.replacen('-', "\u{2212}", 1),
+                text => text,
+            },
+        }
+    }
+}
+
+impl Serialize for Cell {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(&self.typeset())
+    }
+}
+
+impl From<String> for Cell {
+    fn from(text: String) -> Self {
+        Cell::Text(text)
+    }
+}
+
+impl From<&str> for Cell {
+    fn from(text: &str) -> Self {
+        Cell::Text(text.into())
+    }
+}
+
+impl From<usize> for Cell {
+    fn from(count: usize) -> Self {
+        Cell::Text(count.to_string())
+    }
+}
+
+impl From<std::borrow::Cow<'_, str>> for Cell {
+    fn from(text: std::borrow::Cow<'_, str>) -> Self {
+        Cell::Text(text.into_owned())
+    }
+}
+
+impl Table {
+    /// A table of columns and no rows yet: titles, each with its alignment.
+    pub fn new(columns: &[(&str, Align)]) -> Self {
+        let column = |(title, align): &(&str, Align)| Column {
+            title: (*title).to_string(),
+            align: *align,
+            detail: Detail::Brief,
+        };
+        Table { columns: columns.iter().map(column).collect(), ..Table::default() }
+    }
+
+    /// Columns, by their number, that appear at this detail.
+    pub fn at(mut self, detail: Detail, columns: &[usize]) -> Self {
+        for (_, column) in self.columns.iter_mut().enumerate().filter(|(k, _)| columns.contains(k)) {
+            column.detail = detail;
+        }
+        self
+    }
+
+    /// Add a row.
+    pub fn row<C: Into<Cell>>(&mut self, cells: Vec<C>) -> &mut Self {
+        self.rows.push(Row { cells: cells.into_iter().map(Into::into).collect(), ..Row::default() });
+        self
+    }
+
+    /// How the last row sounds.
+    pub fn tone(&mut self, tone: Tone) -> &mut Self {
+        self.rows.last_mut().into_iter().for_each(|row| row.tone = tone);
+        self
+    }
+
+    /// A rule before the last row, where it begins a group.
+    pub fn rule(&mut self, begins: bool) -> &mut Self {
+        self.rows.last_mut().into_iter().for_each(|row| row.rule = begins);
+        self
+    }
+
+    /// The first cell of the last row leads to a page, where there is one.
+    pub fn link(&mut self, to: Option<&String>) -> &mut Self {
+        if let (Some(row), Some(to)) = (self.rows.last_mut(), to) {
+            row.link.clone_from(to);
+        }
+        self
+    }
+
+    /// Without columns in which no row has anything.
+    pub(super) fn settle(&mut self) {
+        let is_empty =
+            |cell: Option<&Cell>| cell.is_none_or(|cell| matches!(cell, Cell::Text(text) if text.is_empty()));
+        for k in (0..self.columns.len()).rev() {
+            if !self.rows.is_empty() && self.rows.iter().all(|row| is_empty(row.cells.get(k))) {
+                self.columns.remove(k);
+                self.rows.iter_mut().filter(|row| k < row.cells.len()).for_each(|row| drop(row.cells.remove(k)));
+            }
+        }
+    }
+
+    /// The cells typeset; those of a decimal column padded with figure spaces, so that they stand point under point.
+    #[cfg(feature = "html")]
+    pub(super) fn typeset(&mut self) {
+        const FIGURE_SPACE: char = '\u{2007}';
+        const POINT_SPACE: char = '\u{2008}';
+        for (k, column) in self.columns.iter().enumerate() {
+            let decimals = |cell: &str| cell.split_once('.').map_or(0, |(_, digits)| digits.chars().count());
+            let mut texts: Vec<String> = Vec::with_capacity(self.rows.len());
+            for cell in self.rows.iter().map(|row| row.cells.get(k)) {
+                let text = cell.map(Cell::typeset).unwrap_or_default();
+                let negative = !matches!(column.align, Align::Left | Align::Bar)
+                    && text.strip_prefix('-').is_some_and(|size| size.starts_with(|c: char| c.is_ascii_digit()));
+                texts.push(if negative { text.replacen('-', "\u{2212}", 1) } else { text });
+            }
+            if column.align == Align::Decimal {
+                let deepest = texts.iter().map(|text| decimals(text)).max().unwrap_or(0);
+                for text in texts.iter_mut().filter(|text| text.contains(|c: char| c.is_ascii_digit())) {
+                    let digits = decimals(text);
+                    if digits == 0 && deepest > 0 {
+                        text.push(POINT_SPACE);
+                    }
+                    text.extend(std::iter::repeat_n(FIGURE_SPACE, deepest - digits));
+                }
+            }
+            for (row, text) in self.rows.iter_mut().zip(texts) {
+                row.cells.get_mut(k).into_iter().for_each(|cell| *cell = Cell::Text(text.clone()));
+            }
+        }
+    }
+}
+
+#[cfg(all(test, feature = "html"))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_stand_point_under_point() {
+        let mut table = Table::new(&[("u", Align::Decimal)]);
+        table.row(vec!["-1.25"]).row(vec!["30"]).row(vec![Cell::absent()]).row(Vec::<Cell>::new());
+        table.typeset();
+        let cell = |k: usize| table.rows[k].cells[0].text();
+        assert_eq!((cell(0), cell(1)), ("\u{2212}1.25".into(), "30\u{2008}\u{2007}\u{2007}".into()));
+        assert_eq!(cell(2), "\u{2013}");
+    }
+}

@@ -1,0 +1,269 @@
+//! A document for a person at a terminal of 80 columns.
+
+use super::wrap::{self, WIDTH};
+use super::{Align, Cell, Content, Detail, Document, Section, Tone, markdown};
+use crate::language::{Language, say};
+use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
+
+/// A document as text: what appears at this detail.
+pub fn render(document: &Document, detail: Detail) -> String {
+    let mut parts = Vec::new();
+    let mut head = wrap::hanging(&bare(&document.title), 2) + "\n";
+    if detail >= Detail::Full && !document.subtitle.is_empty() {
+        head.push_str(&(wrap::hanging(&bare(&document.subtitle), 2) + "\n"));
+    }
+    head.push_str(&facts(&document.facts, document.language));
+    parts.push(head);
+    parts.extend(document.sections.iter().filter_map(|own| section(own, detail, document.language)));
+    parts.join("\n")
+}
+
+/// A document as a terminal shows it unless more is asked for.
+pub fn brief(document: &Document) -> String {
+    render(document, Detail::Brief)
+}
+
+/// The blocks of a section that appear at this detail, under its heading; nothing where there are none.
+pub fn section(section: &Section, detail: Detail, lang: Language) -> Option<String> {
+    let blocks = section.blocks.iter().filter(|block| block.detail <= detail);
+    let texts: Vec<(bool, String)> = blocks
+        .map(|block| (matches!(block.content, Content::Table(_)), content(&block.content, detail, lang)))
+        .filter(|(_, text)| !text.is_empty())
+        .collect();
+    if texts.is_empty() {
+        return None;
+    }
+    let mut text = bare(&section.heading).to_uppercase() + "\n";
+    let mut before = false;
+    for (k, (is_table, block)) in texts.iter().enumerate() {
+        // a table stands by itself
+        if k > 0 && (*is_table || before) {
+            text.push('\n');
+        }
+        text.push_str(block);
+        before = *is_table;
+    }
+    Some(text)
+}
+
+fn content(content: &Content, detail: Detail, lang: Language) -> String {
+    let line = |text: &str| wrap::hanging(&bare(text), 2) + "\n";
+    match content {
+        Content::Prose(text) | Content::Verdict { tone: Tone::Plain, text } => line(text),
+        Content::Verdict { tone, text } => line(&format!("{}{}{text}", tone.word(lang), lang.colon())),
+        Content::List(points) => points.iter().map(|point| line(&format!("- {point}"))).collect(),
+        Content::Formula(lines) => lines.iter().map(|own| wrap::hanging(&format!("  {own}"), 4) + "\n").collect(),
+        Content::Marked(lines) => lines.iter().map(|own| format!("  {}{}\n", own.kept, own.added)).collect(),
+        Content::Facts(list) => facts(list, lang),
+        Content::Card { heading, tone, facts: list } => {
+            let mark = mark(*tone);
+            format!("{}{mark}\n{}", bare(heading), facts(list, lang))
+        }
+        Content::Table(own) => table(own, detail, lang),
+        Content::Figures(_) if detail < Detail::Full => String::new(),
+        Content::Figures(figures) => figures.iter().map(|figure| line(&figure.description)).collect(),
+    }
+}
+
+/// Names and values; a value without a name goes on with the one before it.
+fn facts(list: &[(String, String)], lang: Language) -> String {
+    let fact = |(name, value): &(String, String)| {
+        let name = if name.is_empty() { String::new() } else { format!("{name}{}", lang.colon()) };
+        wrap::hanging(&bare(&format!("  {name}{value}")), 4) + "\n"
+    };
+    list.iter().map(fact).collect()
+}
+
+fn table(own: &super::Table, detail: Detail, lang: Language) -> String {
+    let most = own.brief_rows.filter(|_| detail < Detail::Full).unwrap_or(usize::MAX);
+    let texts = |detail: Detail| -> (Vec<&super::Column>, Vec<Vec<String>>) {
+        let shown: Vec<usize> =
+            own.columns.iter().enumerate().filter(|(_, column)| column.detail <= detail).map(|(k, _)| k).collect();
+        let cell = |row: &super::Row, k: usize| {
+            let text = row.cells.get(k).map(Cell::text).unwrap_or_default();
+            match own.columns.get(k).map(|column| column.align) {
+                Some(Align::Bar) => markdown::bar(&text),
+                _ if k == 0 => bare(&text) + mark(row.tone),
+                _ => bare(&text),
+            }
+        };
+        let rows = own.rows.iter().take(most).map(|row| shown.iter().map(|k| cell(row, *k)).collect()).collect();
+        (shown.iter().filter_map(|k| own.columns.get(*k)).collect(), rows)
+    };
+    let (mut columns, mut rows) = texts(detail.max(Detail::Roomy));
+    if natural_width(&columns, &rows) > WIDTH {
+        (columns, rows) = texts(detail);
+    }
+    let titles: Vec<String> = columns.iter().map(|column| bare(&column.title)).collect();
+    let right: Vec<bool> = columns.iter().map(|column| !matches!(column.align, Align::Left | Align::Bar)).collect();
+    let titles: Vec<&str> = titles.iter().map(String::as_str).collect();
+    let mut text = match own.caption.as_str() {
+        "" => String::new(),
+        caption => wrap::hanging(&bare(caption), 2) + "\n",
+    };
+    text.push_str(&set(&titles, &rows, &right));
+    if own.rows.len() > most {
+        text.push_str(&(say!(lang, "more-rows", n = own.rows.len() - most) + "\n"));
+    }
+    if detail >= Detail::Full && !own.note.is_empty() {
+        text.push_str(&(wrap::hanging(&bare(&own.note), 2) + "\n"));
+    }
+    text
+}
+
+fn natural_width(columns: &[&super::Column], rows: &[Vec<String>]) -> usize {
+    let widest = |(k, column): (usize, &&super::Column)| {
+        let cells = rows.iter().filter_map(move |row| row.get(k)).map(|cell| wrap::columns(cell));
+        cells.max().unwrap_or(0).max(wrap::columns(&bare(&column.title)))
+    };
+    columns.iter().enumerate().map(widest).sum::<usize>() + columns.len().saturating_sub(1)
+}
+
+/// What marks a row that is not in order.
+fn mark(tone: Tone) -> &'static str {
+    match tone {
+        Tone::Bad | Tone::Caution => " !",
+        Tone::Plain | Tone::Good => "",
+    }
+}
+
+/// A text without the backticks that set its names in code type.
+fn bare(text: &str) -> String {
+    if text.matches('`').count().is_multiple_of(2) { text.replace('`', "") } else { text.to_string() }
+}
+
+/// Spaces between two columns, and where the table would be too wide.
+const GAPS: [usize; 2] = [2, 1];
+
+/// A table without frame: a header, a rule, rows; columns of numbers to the right. A table wider than the line stands closer,
+/// breaks its columns of text at spaces and, where that does not suffice, continues below, beside the columns that name its rows.
+pub fn plain(header: &[&str], rows: &[Vec<String>]) -> String {
+    let cells = |k: usize| rows.iter().filter_map(move |row| row.get(k)).map(String::as_str);
+    let right: Vec<bool> = (0..header.len()).map(|k| !rows.is_empty() && cells(k).all(looks_numeric)).collect();
+    set(header, rows, &right)
+}
+
+/// The same with columns to the right as told.
+fn set(header: &[&str], rows: &[Vec<String>], right: &[bool]) -> String {
+    let right = |k: usize| right.get(k).copied().unwrap_or_default();
+    let columns: Vec<Column> =
+        header.iter().enumerate().map(|(k, title)| Column::of(k, title, rows, right(k))).collect();
+    let all: Vec<usize> = (0..columns.len()).collect();
+    let natural: usize = columns.iter().map(|column| column.widest).sum();
+    let fits = |size: usize, gap: usize| size + gap * columns.len().saturating_sub(1) <= WIDTH;
+    if let Some(gap) = GAPS.into_iter().find(|gap| fits(natural, *gap)) {
+        return framed(&columns, &all, gap, header, rows);
+    }
+    let least: usize = columns.iter().map(|column| column.least).sum();
+    if let Some(gap) = GAPS.into_iter().find(|gap| fits(least, *gap)) {
+        return framed(&columns, &all, gap, header, rows);
+    }
+    let parts: Vec<String> =
+        blocks(&columns).iter().map(|block| framed(&columns, block, GAPS[0], header, rows)).collect();
+    parts.join("\n")
+}
+
+/// What a column needs.
+struct Column {
+    numeric: bool,
+    /// Characters of its longest cell.
+    widest: usize,
+    /// The same where its title breaks.
+    below_title: usize,
+    /// Characters below which it cannot go: its longest word, or the widest number.
+    least: usize,
+}
+
+impl Column {
+    fn of(k: usize, title: &str, rows: &[Vec<String>], numeric: bool) -> Self {
+        let cells = || rows.iter().filter_map(move |row| row.get(k)).map(String::as_str);
+        let size = wrap::columns;
+        let word = |text: &str| wrap::pieces(text).map(size).max().unwrap_or(0);
+        let widest = cells().map(size).max().unwrap_or(0).max(size(title));
+        // a title breaks too, but a number does not
+        let body = cells().map(|cell| if numeric { size(cell) } else { word(cell) }).max().unwrap_or(0);
+        let below_title = cells().map(size).max().unwrap_or(0).max(word(title));
+        Self { numeric, widest, below_title, least: body.max(word(title)) }
+    }
+}
+
+/// The columns that stand beside one another; those of text before the first number name the row and stand in every block.
+fn blocks(columns: &[Column]) -> Vec<Vec<usize>> {
+    let texts = columns.iter().take_while(|column| !column.numeric).count();
+    let widths = columns.iter().scan(0, |sum, column| {
+        *sum += column.least + GAPS[0];
+        Some(*sum)
+    });
+    let names = widths.take(texts).take_while(|sum| *sum <= WIDTH / 2).count().max(1);
+    let width = |block: &[usize]| -> usize {
+        block.iter().filter_map(|k| columns.get(*k)).map(|own| own.least + GAPS[0]).sum()
+    };
+    let mut blocks: Vec<Vec<usize>> = Vec::new();
+    for (k, column) in columns.iter().enumerate() {
+        match blocks.last_mut() {
+            Some(block) if block.len() <= names || width(block) + column.least <= WIDTH => block.push(k),
+            Some(_) => blocks.push((0..names).chain([k]).collect()),
+            None => blocks.push(vec![k]),
+        }
+    }
+    blocks
+}
+
+/// Widths within the line: titles break first, then the widest columns give way until the table fits.
+fn widths(columns: &[Column], block: &[usize], gap: usize) -> Vec<usize> {
+    let own: Vec<&Column> = block.iter().filter_map(|&k| columns.get(k)).collect();
+    let mut widths: Vec<usize> = own.iter().map(|column| column.widest).collect();
+    let room = WIDTH.saturating_sub(gap * block.len().saturating_sub(1));
+    for floor in [|column: &Column| column.below_title, |column: &Column| column.least] {
+        while widths.iter().sum::<usize>() > room {
+            let above = widths.iter_mut().zip(&own).filter(|(width, column)| **width > floor(column));
+            match above.max_by_key(|(width, _)| **width) {
+                Some((width, _)) => *width -= 1,
+                None => break,
+            }
+        }
+    }
+    widths
+}
+
+fn framed(columns: &[Column], block: &[usize], gap: usize, header: &[&str], rows: &[Vec<String>]) -> String {
+    let widths = widths(columns, block, gap);
+    // a block names columns of this table; a row may be shorter
+    let within = |k: usize, cell: &str| wrap::narrow(cell, 0, widths.get(k).copied().unwrap_or(WIDTH));
+    let mut table = Table::new();
+    table.load_style(presets::NOTHING).set_content_arrangement(ContentArrangement::Disabled);
+    table.set_header(block.iter().enumerate().map(|(k, &c)| within(k, header.get(c).copied().unwrap_or_default())));
+    for row in rows {
+        table.add_row(block.iter().enumerate().map(|(k, &c)| within(k, row.get(c).map_or("", String::as_str))));
+    }
+    for (k, column) in table.column_iter_mut().enumerate() {
+        column.set_padding((if k == 0 { 0 } else { u16::try_from(gap).unwrap_or(u16::MAX).saturating_sub(1) }, 1));
+        if block.get(k).and_then(|&c| columns.get(c)).is_some_and(|column| column.numeric) {
+            column.set_cell_alignment(CellAlignment::Right);
+        }
+    }
+    let titles = block
+        .iter()
+        .enumerate()
+        .map(|(k, &c)| within(k, header.get(c).copied().unwrap_or_default()).lines().count())
+        .max()
+        .unwrap_or(1);
+    let mut text = String::new();
+    for (k, line) in table.to_string().lines().enumerate() {
+        text.push_str(line.trim_end());
+        text.push('\n');
+        if k + 1 == titles {
+            let width = table.lines().map(|line| wrap::columns(line.trim_end())).max().unwrap_or(0);
+            text.push_str(&"-".repeat(width));
+            text.push('\n');
+        }
+    }
+    text
+}
+
+fn looks_numeric(cell: &str) -> bool {
+    cell.is_empty()
+        || cell == "-"
+        || cell == "inf"
+        || cell.trim_start_matches('<').trim_end_matches(" %").parse::<f64>().is_ok()
+}

@@ -1,0 +1,146 @@
+//! The document of a record's noise: for each column its coefficients, its deviations drawn, and the numbers.
+
+use super::Input;
+use super::colophon::colophon;
+use super::noise_analysis::{AgreementReport, NoiseAnalysisReport, NoiseColumnReport};
+use crate::document::chart::{Chart, DeviationPoint};
+use crate::document::number::{level, percent, rounded, significant};
+use crate::document::{Align, Cell, Document, Figure, Section, Table, Tone};
+use crate::language::{Language, say};
+use crate::noise::Without;
+
+/// The document of a record's noise; `deviations` puts their numbers before a reader of a terminal too.
+pub fn noise_document(report: &NoiseAnalysisReport, inputs: &[Input], deviations: bool, lang: Language) -> Document {
+    let mut document = Document::new(say!(lang, "noise-of-a-record"));
+    document.language = lang;
+    let rate = significant(1.0 / report.interval_s, 6);
+    document.facts = vec![
+        (say!(lang, "record").into(), report.record.clone()),
+        (
+            say!(lang, "sampling-rate").into(),
+            format!("{rate} Hz {}", lang.in_parentheses(&lang.name(&report.interval_from))),
+        ),
+    ];
+    document.colophon = colophon(inputs, lang);
+    report.columns.iter().fold(document, |document, column| document.section(section(column, deviations, lang)))
+}
+
+/// Why there are no coefficients.
+fn reason(without: Without, lang: Language) -> &'static str {
+    match without {
+        Without::Constant => say!(lang, "no-coefficients-constant"),
+        Without::Short => say!(lang, "no-coefficients-short"),
+        Without::Undescribed => say!(lang, "no-coefficients-undescribed"),
+    }
+}
+
+/// Does the sum of the coefficients describe the deviations?
+fn described(a: &AgreementReport, lang: Language) -> (Tone, String) {
+    let [chi, p] = [significant(a.chi_square, 3), significant(a.p, 2)];
+    let test = lang.in_parentheses(&say!(lang, "chi-square-dof-p", chi, dof = a.dof.to_string(), p));
+    match a.describes {
+        Some(false) => (Tone::Caution, format!("{} {test}", say!(lang, "their-sum-does-not-describe-the-deviations"))),
+        _ => (Tone::Good, format!("{} {test}", say!(lang, "their-sum-describes-the-deviations"))),
+    }
+}
+
+fn section(column: &NoiseColumnReport, deviations: bool, lang: Language) -> Section {
+    let samples = match column.stretches {
+        0 | 1 => column.samples.to_string(),
+        n => format!("{} {}", column.samples, say!(lang, "in-stretches", n = n.to_string())),
+    };
+    let mut section = Section::new(&column.column);
+    if let Some(a) = &column.agreement {
+        let (tone, text) = described(a, lang);
+        section = section.verdict(tone, lang.sentence(&text));
+    }
+    if let Some(without) = column.without {
+        section = section.verdict(Tone::Caution, lang.sentence(reason(without, lang)));
+    }
+    let mean = column.mean.map_or("-".into(), |mean| significant(mean, 6));
+    section =
+        section.prose(say!(lang, "samples-mean", samples, mean, unit = column.unit)).table(coefficients(column, lang));
+    if let Some(interval) = column.agreement.as_ref().and_then(|a| a.walk_sampled_s) {
+        section = section.prose(lang.sentence(&say!(lang, "random-walk-sampled", interval = significant(interval, 3))));
+    }
+    section = section.figures(vec![figure(column, lang)]);
+    let numbers = numbers(column, lang);
+    if deviations { section.table(numbers) } else { section.full().table(numbers) }
+}
+
+fn coefficients(column: &NoiseColumnReport, lang: Language) -> Table {
+    let mut table = Table::new(&[
+        (say!(lang, "coefficient"), Align::Left),
+        ("", Align::Left),
+        (say!(lang, "value"), Align::Decimal),
+        ("u", Align::Decimal),
+        (say!(lang, "unit"), Align::Left),
+        ("p", Align::Decimal),
+        (say!(lang, "below"), Align::Decimal),
+    ]);
+    for c in &column.coefficients {
+        table.row(vec![
+            c.id.to_string().into(),
+            lang.name(&c.name).into(),
+            Cell::value(c.value, c.u),
+            Cell::digits(c.u, 2),
+            c.unit.as_str().into(),
+            Cell::p(c.p),
+            Cell::digits(c.below, 2),
+        ]);
+    }
+    table
+}
+
+fn figure(column: &NoiseColumnReport, lang: Language) -> Figure {
+    let points = column.points.iter().map(|p| DeviationPoint {
+        tau: p.tau_s,
+        value: p.allan.value,
+        interval: p.allan.low.zip(p.allan.high),
+        fitted: p.fitted,
+    });
+    let found = column
+        .coefficients
+        .iter()
+        .filter_map(|c| Some(format!("{} {} {}", lang.name(&c.name), rounded(c.value?, c.u), c.unit)));
+    let drawn = say!(lang, "allan-deviation-of-against-averaging-time-on", column = column.column);
+    let found = found.collect::<Vec<_>>().join(lang.semicolon());
+    Figure {
+        caption: say!(
+            lang,
+            "overlapping-allan-deviation-of-samples-with-its",
+            samples = column.samples.to_string(),
+            level = percent(column.level)
+        ),
+        description: if found.is_empty() { drawn } else { format!("{drawn}{}{}", lang.space(), lang.sentence(&found)) },
+        chart: Chart::Deviations(points.collect(), say!(lang, "allan-deviation", unit = column.unit)),
+        wide: true,
+    }
+}
+
+fn numbers(column: &NoiseColumnReport, lang: Language) -> Table {
+    let interval = level(column.level);
+    let mut table = Table::new(&[
+        (say!(lang, "tau-s"), Align::Decimal),
+        (say!(lang, "allan"), Align::Decimal),
+        (&interval, Align::Right),
+        (say!(lang, "edf"), Align::Decimal),
+        (say!(lang, "hadamard"), Align::Decimal),
+        (say!(lang, "modified"), Align::Decimal),
+        (say!(lang, "fitted"), Align::Decimal),
+    ]);
+    table.small = true;
+    for p in &column.points {
+        let ends = p.allan.low.zip(p.allan.high);
+        table.row(vec![
+            Cell::Digits(p.tau_s, 4),
+            Cell::Digits(p.allan.value, 5),
+            ends.map_or_else(Cell::absent, |(a, b)| format!("{} .. {}", significant(a, 4), significant(b, 4)).into()),
+            Cell::Digits(p.allan.edf, 3),
+            Cell::digits(p.hadamard.as_ref().map(|d| d.value), 5),
+            Cell::digits(p.modified.as_ref().map(|d| d.value), 5),
+            Cell::digits(p.fitted, 4),
+        ]);
+    }
+    table
+}
