@@ -51,6 +51,38 @@ def test_predictions(fit: tumble.Fit) -> None:
     assert np.allclose(fit.predict()["y"], a + b * X, rtol=1e-14)
 
 
+def test_residuals_by_name(fit: tumble.Fit) -> None:
+    a, b = fit.params
+    assert list(fit.resid) == ["y"] and np.allclose(fit.resid["y"], np.array([1.0, 3.0, 4.0, 6.5]) - (a + b * X), atol=1e-14)
+
+
+def test_numbers_with_their_correlations(fit: tumble.Fit) -> None:
+    # u of the line at x = 5, (1, 5) C (1, 5)': without the correlation it would be 1.45 times as much
+    cov = fit.cov.to_numpy()
+    u = float(np.sqrt(cov[0, 0] + 10 * cov[0, 1] + 25 * cov[1, 1]))
+    pytest.importorskip("uncertainties")
+    own = fit.to_ufloats()
+    there = own["a"] + 5 * own["b"]
+    assert np.isclose(there.s, u, rtol=1e-12) and np.isclose(there.n, fit.params["a"] + 5 * fit.params["b"])
+    pytest.importorskip("GTC")
+    gtc = fit.to_gtc()
+    there = gtc["a"] + 5 * gtc["b"]
+    assert np.isclose(there.u, u, rtol=1e-12) and np.isclose(there.df, 2.0)
+
+
+def test_the_plot_of_the_gap() -> None:
+    pytest.importorskip("matplotlib").use("agg")
+    x = np.linspace(-2.0, 2.0, 21)
+    noise = 1e-3 * np.sin(1e4 * np.arange(21.0) ** 2)
+    with pytest.warns(tumble.RejectedWarning):
+        found = tumble.diagnose(LINE, {"x": x, "y": 1 + 2 * x + 0.05 * x**2 + noise})
+    before, after = found.plot().get_lines()[:2]
+    rows = found.data["residuals"]
+    assert np.allclose(before.get_ydata(), [own["before"] for own in rows])
+    assert np.allclose(after.get_ydata(), [own["after"] for own in rows])
+    assert np.ptp(after.get_ydata()) < 0.1 * np.ptp(before.get_ydata())
+
+
 def test_the_plot(fit: tumble.Fit) -> None:
     pytest.importorskip("matplotlib").use("agg")
     line = fit.plot().get_lines()[0]
