@@ -141,22 +141,3 @@ impl TextPart for str {
         part.unwrap_or_default()
     }
 }
-
-#[cfg(all(test, not(debug_assertions)))]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn what_is_outside_is_never_a_plausible_number() {
-        let (numbers, places, lists) = (vec![1.5, 2.5], vec![7_usize], vec![vec![3.0]]);
-        assert_eq!((numbers.at(1), places.at(0), lists.at(0).at(0)), (2.5, 7, 3.0));
-        assert!(
-            numbers.at(2).is_nan()
-                && lists.at(1).is_empty()
-                && lists.at(1).at(0).is_nan()
-                && lists.at(0).at(1).is_nan()
-        );
-        assert_eq!(places.at(1), usize::MAX);
-        assert_eq!((numbers.part(1..), numbers.part(..3), numbers.part(3..)), (&[2.5][..], &[][..], &[][..]));
-    }
-}

@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import tumble
+from cases import EXAMPLES
 
 X = np.array([0.0, 1.0, 2.0, 3.0])
 LINE = {"bench": {"id": "line", "sensors": {"y": {"model": "a + b*x"}}}, "estimate": {"a": {}, "b": {}}}
@@ -49,6 +50,37 @@ def test_predictions(fit: tumble.Fit) -> None:
     for table in ({"x": [5.0, 6.0]}, pd.DataFrame({"x": [5.0, 6.0]}), [{"x": 5.0}, {"x": 6.0}]):
         assert np.allclose(fit.predict(table)["y"], [a + 5 * b, a + 6 * b], rtol=1e-14)
     assert np.allclose(fit.predict()["y"], a + b * X, rtol=1e-14)
+
+
+def test_residuals_by_name(fit: tumble.Fit) -> None:
+    a, b = fit.params
+    assert list(fit.resid) == ["y"] and np.allclose(fit.resid["y"], np.array([1.0, 3.0, 4.0, 6.5]) - (a + b * X), atol=1e-14)
+
+
+def test_numbers_with_their_correlations(fit: tumble.Fit) -> None:
+    # u of the line at x = 5, (1, 5) C (1, 5)': without the correlation it would be 1.45 times as much
+    cov = fit.cov.to_numpy()
+    u = float(np.sqrt(cov[0, 0] + 10 * cov[0, 1] + 25 * cov[1, 1]))
+    pytest.importorskip("uncertainties")
+    own = fit.to_ufloats()
+    there = own["a"] + 5 * own["b"]
+    assert np.isclose(there.s, u, rtol=1e-12) and np.isclose(there.n, fit.params["a"] + 5 * fit.params["b"])
+    pytest.importorskip("GTC")
+    gtc = fit.to_gtc()
+    there = gtc["a"] + 5 * gtc["b"]
+    assert np.isclose(there.u, u, rtol=1e-12) and np.isclose(there.df, 2.0)
+
+
+def test_the_plot_of_the_gap() -> None:
+    pytest.importorskip("matplotlib").use("agg")
+    with pytest.warns(tumble.RejectedWarning):
+        found = tumble.diagnose(EXAMPLES / "05-table-1-diagnosed/table1.campaign.json")
+    before, after = found.plot().get_lines()[:2]
+    rows = found.data["residuals"]
+    assert np.allclose(before.get_ydata(), [own["before"] for own in rows])
+    assert np.allclose(after.get_ydata(), [own["after"] for own in rows])
+    # the effect explains 90 % of the sum of squares (example 05)
+    assert np.sum(np.square(after.get_ydata())) < 0.2 * np.sum(np.square(before.get_ydata()))
 
 
 def test_the_plot(fit: tumble.Fit) -> None:

@@ -318,16 +318,3 @@ pub(super) fn number_of(node: &Node<'_, Option<f64>>) -> Option<f64> {
         Node::Binary(operator, left, right) => Some(operator.value(left?, right?)),
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_name_is_found_as_a_whole_word_only() {
-        let line = Expression::parse("kII*1.e3 + k_I + e3*kI").unwrap();
-        assert_eq!(line.span_of("kI"), Some((20, 2)));
-        assert_eq!(line.span_of("e3"), Some((17, 2)));
-        assert_eq!(line.span_of("k"), None);
-    }
-}

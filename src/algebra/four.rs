@@ -122,34 +122,3 @@ impl Tape {
         }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::algebra::Expression;
-
-    /// Every operation, at places where some of its branches differ: the same numbers as one place at a time, to the last bit.
-    #[test]
-    fn four_places_are_each_by_itself() {
-        let lines = [
-            "-x + y*x - x/y + x^2*y^3 - x^-2",
-            "sin(x)*cos(y) + tan(x) + asin(x/9) - acos(y/9) + atan(x) + sqrt(abs(x)) + sign(y) + exp(x) + step(y)",
-            "atan2(x, y) + abs(x)^y + 2^x + x^0",
-            "3",
-        ];
-        let places = [(0.3, -0.2), (2.0, 1.5), (-1.25, 0.5), (0.7, 3.0)];
-        for line in lines {
-            let tape = Tape::compile(&Expression::parse(line).unwrap(), &["x", "unused", "y"]).unwrap();
-            let mut scratch = Scratch::default();
-            let inputs = [places.map(|p| p.0), [0.0; 4], places.map(|p| p.1)];
-            let mut gradients = [[f64::NAN; 4]; 3];
-            let values = tape.gradient_of_four(&inputs, &mut scratch, &mut gradients);
-            for (l, (x, y)) in places.into_iter().enumerate() {
-                let mut gradient = [f64::NAN; 3];
-                let value = tape.gradient(&[x, 0.0, y], &mut scratch, &mut gradient);
-                assert_eq!(value, values[l], "{line}");
-                assert_eq!(gradient, gradients.map(|g| g[l]), "{line}");
-            }
-        }
-    }
-}

@@ -246,15 +246,3 @@ fn unknown_name(expression: &Expression, name: &str, names: &[&str]) -> Malforme
         .found(format!("'{name}'"))
         .at_span(start, length)
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn numbers_are_worked_out_once_and_only_used_inputs_are_kept() {
-        let line = Expression::parse("x*(2*pi/180)^2 + -1").unwrap();
-        let tape = Tape::compile(&line, &["unused", "x"]).unwrap();
-        assert_eq!((tape.slots.len(), tape.constants.len(), tape.steps.len()), (1, 2, 2));
-    }
-}

@@ -71,34 +71,3 @@ pub fn sin_cos_deg(angle_deg: f64) -> (f64, f64) {
         _ => (sin, cos),
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn quarter_turns_are_exact_and_others_agree_with_the_library() {
-        for k in -8..=8 {
-            let (sin, cos) = sin_cos_deg(90.0 * f64::from(k));
-            assert!(sin == 0.0 || sin.abs() == 1.0);
-            assert_eq!(sin * sin + cos * cos, 1.0);
-        }
-        for k in -721..721 {
-            let angle = f64::from(k) * 0.77;
-            let (sin, cos) = sin_cos_deg(angle);
-            // two correct roundings of the same number differ by at most the reduction error of the radian argument
-            assert!((sin - angle.to_radians().sin()).abs() < 4e-15 && (cos - angle.to_radians().cos()).abs() < 4e-15);
-        }
-    }
-
-    #[test]
-    fn derivative_is_the_limit_of_differences() {
-        let v = Vector3::new(0.3, -1.2, 2.5);
-        for axis in [Axis::X, Axis::Y, Axis::Z] {
-            let (t, h) = (0.7_f64, 1e-6);
-            let at = |t: f64| axis.to_inner(&v, t.sin_cos());
-            let difference = (at(t + h) - at(t - h)) / (2.0 * h);
-            assert!((axis.derivative(&at(t)) - difference).norm() < 1e-9); // h^2 truncation plus eps/h rounding
-        }
-    }
-}

@@ -110,17 +110,3 @@ pub(super) fn check(parameters: &[Parameter], correlations: &[(String, String, f
         }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::root;
-
-    #[test]
-    fn a_semidefinite_matrix_has_a_root_and_an_indefinite_one_has_none() {
-        let full = [[1.0, 0.6, 1.0], [0.6, 1.0, 0.6], [1.0, 0.6, 1.0]];
-        let triangle = root(3, &|i, j| full[i][j]).unwrap();
-        assert_eq!((triangle[1][0], triangle[1][1], triangle[2][2]), (0.6, 0.8, 0.0));
-        let none = [[1.0, 0.9, -0.9], [0.9, 1.0, 0.9], [-0.9, 0.9, 1.0]];
-        assert!(root(3, &|i, j| none[i][j]).is_none());
-    }
-}

@@ -43,7 +43,9 @@ pub use show_error::explain;
 use crate::error::{Fault, Malformed, Result};
 use crate::language::Language;
 use clap::{Parser, Subcommand};
+use std::collections::BTreeSet;
 use std::process::ExitCode;
+use std::sync::Mutex;
 
 /// Calibrate inertial sensors from multi-position tests.
 #[derive(Debug, Parser)]
@@ -243,9 +245,16 @@ fn is_dumb() -> bool {
     std::env::var_os("TERM").is_some_and(|term| term == "dumb")
 }
 
-/// Print a line to stderr; where nobody listens there is nobody to tell.
+/// What was noted on stderr.
+static NOTED: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
+
+/// Print a line to stderr, once: a file that is read again has no more to say. Where nobody listens there is nobody to tell.
 fn note(text: &str) {
-    note_as_it_is(&crate::report::wrap::lines(&session::language().name(text)));
+    let text = crate::report::wrap::lines(&session::language().name(text));
+    // a process in which commands are embedded says it in each of them
+    if embedded::is_embedded() || NOTED.lock().map_or(true, |mut noted| noted.insert(text.clone())) {
+        note_as_it_is(&text);
+    }
 }
 
 /// The same for a text whose lines must stay: an error with its place marked below the line.

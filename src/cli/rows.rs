@@ -428,23 +428,3 @@ pub(super) fn diagnosed(by: &str, rows: &[DiagnosedRow], format: Format) -> Vec<
     }
     text
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// A spreadsheet runs what begins like a formula; a number that begins so is none.
-    #[test]
-    fn texts_are_no_formulas() {
-        let cell = |text: &str| {
-            let mut to = Vec::new();
-            quoted(text, &mut to);
-            String::from_utf8(to).unwrap()
-        };
-        for formula in ["=1+1", "+A1", "-x", "@SUM(A1)"] {
-            assert_eq!(cell(formula), format!("\"'{formula}\""));
-        }
-        assert_eq!(cell("=HYPERLINK(\"a\",1)"), "\"'=HYPERLINK(\"\"a\"\",1)\"");
-        assert_eq!(["-12", "+1e3", "SN-1", "a=b"].map(cell), ["-12", "+1e3", "SN-1", "a=b"]);
-    }
-}

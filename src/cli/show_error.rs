@@ -206,21 +206,3 @@ impl SourceCode for Excerpt {
         )))
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::Excerpt;
-
-    #[test]
-    fn an_excerpt_of_a_long_line_keeps_the_fault() {
-        let text = format!("first\n{}*{}\r\nlast\nmore", "a".repeat(10_000), "b".repeat(10_000));
-        let excerpt = Excerpt::around(&text, "f", 6 + 10_000, 1).unwrap();
-        assert_eq!(&excerpt.text[excerpt.span.0..][..excerpt.span.1], "*");
-        assert!(
-            excerpt.text.starts_with("first\n…a") && excerpt.text.ends_with("b…\nlast") && excerpt.text.len() < 300
-        );
-        assert_eq!(excerpt.lines_before, 0);
-        assert_eq!(Excerpt::around("a\nb\nc", "f", 4, 9).unwrap().lines_before, 1);
-        assert!(Excerpt::around("abc", "f", 7, 1).is_none());
-    }
-}

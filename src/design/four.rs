@@ -218,34 +218,3 @@ impl FourInstants {
         }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::super::{Kinematics, kinematics};
-    use super::*;
-
-    /// A chain with tilts that follow the joints, one of them passing four angles: the numbers of each instant by itself.
-    #[test]
-    fn four_instants_are_each_by_itself() {
-        let text = crate::bench::built_in("imu-three-axis-table").map(|own| own.text).unwrap_or_default();
-        let bench = crate::wire::read_bench(&crate::wire::Source { name: "imu".into(), text: text.into() }).unwrap();
-        let tilts: Vec<f64> =
-            (0..bench.tilts().count()).map(|k| if k == 3 { 0.0 } else { 1e-2 * (k as f64 - 4.0) }).collect();
-        let mut base = Instant { angle_deg: vec![37.0, 0.0, 200.0], rate_deg_s: vec![0.0, 15.0, -3.0] };
-        let mut four = FourInstants::default();
-        for stops in [[0.0, 90.0, 180.0, 270.0], [11.0, 11.0, -400.0, 0.0]] {
-            let of_four: Vec<Lane> = tilts.iter().map(|tilt| [*tilt; 4]).collect();
-            four.set(&bench, &of_four, &base, (1, stops), [true; 2]);
-            for (l, stop) in stops.into_iter().enumerate() {
-                base.angle_deg[1] = stop;
-                let mut one = Kinematics::default();
-                kinematics(&bench, &tilts, &base, &mut one);
-                let lists = [(&four.rate_by_tilt, &one.rate_by_tilt), (&four.force_by_tilt, &one.force_by_tilt)];
-                let pairs = lists.into_iter().flat_map(|(fours, ones)| fours.iter().zip(ones));
-                for (own, of_one) in pairs.chain([(&four.rate, &one.rate), (&four.force, &one.force)]) {
-                    assert_eq!(own.map(|part| part[l]), [of_one.x, of_one.y, of_one.z]);
-                }
-            }
-        }
-    }
-}

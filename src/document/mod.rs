@@ -307,18 +307,3 @@ impl Section {
         if figures.is_empty() { self } else { self.block(Content::Figures(figures)) }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn anchors_are_plain_and_distinct() {
-        let page = Document::new("p")
-            .section(Section::new("A & b").prose("x"))
-            .section(Section::new("A & b").prose("y"))
-            .section(Section::new("empty"));
-        let anchors: Vec<&str> = page.sections.iter().map(|s| s.anchor.as_str()).collect();
-        assert_eq!(anchors, ["a---b", "a---b-2"]);
-    }
-}

@@ -276,18 +276,3 @@ impl Table {
         }
     }
 }
-
-#[cfg(all(test, feature = "html"))]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn numbers_stand_point_under_point() {
-        let mut table = Table::new(&[("u", Align::Decimal)]);
-        table.row(vec!["-1.25"]).row(vec!["30"]).row(vec![Cell::absent()]).row(Vec::<Cell>::new());
-        table.typeset();
-        let cell = |k: usize| table.rows[k].cells[0].text();
-        assert_eq!((cell(0), cell(1)), ("\u{2212}1.25".into(), "30\u{2008}\u{2007}\u{2007}".into()));
-        assert_eq!(cell(2), "\u{2013}");
-    }
-}

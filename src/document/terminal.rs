@@ -5,29 +5,47 @@ use super::{Align, Cell, Content, Detail, Document, Section, Tone, markdown};
 use crate::language::{Language, say};
 use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
 
-/// A document as text: what appears at this detail.
+/// A document as the program prints it: what appears at this detail. Of rows that are left out it says which option shows them.
 pub fn render(document: &Document, detail: Detail) -> String {
+    whole(document, Shown { detail, lang: document.language, has_options: true })
+}
+
+/// How a document is shown.
+#[derive(Clone, Copy)]
+struct Shown {
+    detail: Detail,
+    lang: Language,
+    /// Can the reader ask for more by an option of the program?
+    has_options: bool,
+}
+
+fn whole(document: &Document, shown: Shown) -> String {
+    let Shown { detail, lang, .. } = shown;
     let mut parts = Vec::new();
     let mut head = wrap::hanging(&bare(&document.title), 2) + "\n";
     if detail >= Detail::Full && !document.subtitle.is_empty() {
         head.push_str(&(wrap::hanging(&bare(&document.subtitle), 2) + "\n"));
     }
-    head.push_str(&facts(&document.facts, document.language));
+    head.push_str(&facts(&document.facts, lang));
     parts.push(head);
-    parts.extend(document.sections.iter().filter_map(|own| section(own, detail, document.language)));
+    parts.extend(document.sections.iter().filter_map(|own| within(own, shown)));
     parts.join("\n")
 }
 
-/// A document as a terminal shows it unless more is asked for.
+/// A document in short, for a reader who has no options: a value that is printed in Rust or Python.
 pub fn brief(document: &Document) -> String {
-    render(document, Detail::Brief)
+    whole(document, Shown { detail: Detail::Brief, lang: document.language, has_options: false })
 }
 
-/// The blocks of a section that appear at this detail, under its heading; nothing where there are none.
+/// The blocks of a section that the program prints at this detail, under its heading; nothing where there are none.
 pub fn section(section: &Section, detail: Detail, lang: Language) -> Option<String> {
-    let blocks = section.blocks.iter().filter(|block| block.detail <= detail);
+    within(section, Shown { detail, lang, has_options: true })
+}
+
+fn within(section: &Section, shown: Shown) -> Option<String> {
+    let blocks = section.blocks.iter().filter(|block| block.detail <= shown.detail);
     let texts: Vec<(bool, String)> = blocks
-        .map(|block| (matches!(block.content, Content::Table(_)), content(&block.content, detail, lang)))
+        .map(|block| (matches!(block.content, Content::Table(_)), content(&block.content, shown)))
         .filter(|(_, text)| !text.is_empty())
         .collect();
     if texts.is_empty() {
@@ -46,7 +64,8 @@ pub fn section(section: &Section, detail: Detail, lang: Language) -> Option<Stri
     Some(text)
 }
 
-fn content(content: &Content, detail: Detail, lang: Language) -> String {
+fn content(content: &Content, shown: Shown) -> String {
+    let Shown { detail, lang, .. } = shown;
     let line = |text: &str| wrap::hanging(&bare(text), 2) + "\n";
     match content {
         Content::Prose(text) | Content::Verdict { tone: Tone::Plain, text } => line(text),
@@ -59,7 +78,7 @@ fn content(content: &Content, detail: Detail, lang: Language) -> String {
             let mark = mark(*tone);
             format!("{}{mark}\n{}", bare(heading), facts(list, lang))
         }
-        Content::Table(own) => table(own, detail, lang),
+        Content::Table(own) => table(own, shown),
         Content::Figures(_) if detail < Detail::Full => String::new(),
         Content::Figures(figures) => figures.iter().map(|figure| line(&figure.description)).collect(),
     }
@@ -74,7 +93,7 @@ fn facts(list: &[(String, String)], lang: Language) -> String {
     list.iter().map(fact).collect()
 }
 
-fn table(own: &super::Table, detail: Detail, lang: Language) -> String {
+fn table(own: &super::Table, Shown { detail, lang, has_options }: Shown) -> String {
     let most = own.brief_rows.filter(|_| detail < Detail::Full).unwrap_or(usize::MAX);
     let texts = |detail: Detail| -> (Vec<&super::Column>, Vec<Vec<String>>) {
         let shown: Vec<usize> =
@@ -103,7 +122,9 @@ fn table(own: &super::Table, detail: Detail, lang: Language) -> String {
     };
     text.push_str(&set(&titles, &rows, &right));
     if own.rows.len() > most {
-        text.push_str(&(say!(lang, "more-rows", n = own.rows.len() - most) + "\n"));
+        let n = own.rows.len() - most;
+        let more = if has_options { say!(lang, "more-rows-by-option", n = n) } else { say!(lang, "more-rows", n = n) };
+        text.push_str(&(more + "\n"));
     }
     if detail >= Detail::Full && !own.note.is_empty() {
         text.push_str(&(wrap::hanging(&bare(&own.note), 2) + "\n"));

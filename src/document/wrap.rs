@@ -92,21 +92,3 @@ fn unbroken(word: &str) -> impl Iterator<Item = &str> {
     let ends: Vec<usize> = starts.iter().skip(1).copied().collect();
     starts.into_iter().zip(ends).map(|(from, to)| word.part(from..to))
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn lines_hang_below_their_beginning() {
-        assert_eq!(within("  one: two three four", 4, 12), "  one: two\n    three\n    four");
-        assert_eq!(within("a-word-that-is-too-long b", 2, 8), "a-word-that-is-too-long\n  b");
-        assert_eq!(within("short", 2, 8), "short");
-        let text = format!("short\n  {}\n", "word ".repeat(40).trim());
-        assert!(lines(&text).lines().all(|line| line.chars().count() <= WIDTH));
-        let chinese = within("标准不确定度\u{ff0c}自由度\u{ff08}见下\u{ff09}。k = 2.064", 2, 14);
-        assert_eq!(chinese, "标准不确定度\u{ff0c}\n  自由度\u{ff08}见\n  下\u{ff09}。k =\n  2.064");
-        assert_eq!(columns("标度因数 K"), 10);
-        assert!(lines(&text).starts_with("short\n  word") && lines(&text).contains("\n    word"));
-    }
-}

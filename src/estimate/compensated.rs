@@ -118,32 +118,3 @@ impl WithSimd for Dot<'_> {
         sum + (error + left_error + right_error + ((low[0] + low[1]) + (low[2] + low[3])))
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn cancellation_leaves_the_exact_rest() {
-        // 1e16 + 3 - 1e16 + 0.01 - 0.01: plain summation gives 4.
-        let a = [1e8, 3.0, -1e8, 0.1, -0.1];
-        let b = [1e8, 1.0, 1e8, 0.1, 0.1];
-        assert_eq!(compensated_dot(&a, &b), 3.0);
-    }
-
-    #[test]
-    fn sums_keep_what_is_small_beside_them() {
-        let mut sum = Sum::default();
-        [1.0, 1e100, 1.0, -1e100].into_iter().for_each(|x| sum.add(x));
-        assert_eq!(sum.value(), 2.0);
-    }
-
-    #[test]
-    fn accumulating_keeps_what_plain_sums_lose() {
-        let (mut high, mut low) = (vec![1e20, 1.0], vec![0.0, 0.0]);
-        accumulate(&mut high, &mut low, 3.0, &[1.0, 1e-20]);
-        accumulate(&mut high, &mut low, -1e10, &[1e10, 0.0]);
-        assert_eq!(high[0] + low[0], 3.0);
-        assert!((low[1] / 3e-20 - 1.0).abs() < 1e-15);
-    }
-}

@@ -84,39 +84,3 @@ fn reflect((first, own, scale): (f64, &[f64], f64), head: &mut f64, rest: &mut [
     *head -= along * first;
     rest.iter_mut().zip(own).for_each(|(x, v)| *x -= along * v);
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Columns of a Hilbert-like matrix, one of them twice: `Q R` gives them back, `Q` is orthonormal, and the rank is one less.
-    #[test]
-    fn factors_multiply_to_the_columns() {
-        for (m, k) in [(7, 5), (5, 7), (30, 6), (4, 4), (1, 1), (3, 0)] {
-            let mut a = Mat::from_fn(m, k, |i, j| ((i * i + 3 * j * i + 2 * j) as f64 * 0.37 + 0.1).sin());
-            if k == 6 {
-                let twin = a.col_as_slice(1).to_vec();
-                a.col_as_slice_mut(4).copy_from_slice(&twin);
-            }
-            for j in 0..k {
-                let norm = short_dot(a.col_as_slice(j), a.col_as_slice(j)).sqrt();
-                a.col_as_slice_mut(j).iter_mut().for_each(|x| *x /= norm);
-            }
-            let active: Vec<usize> = (0..k).collect();
-            let found = pivoted(&a, &active, 1e-13);
-            assert_eq!(found.rank, if k == 6 { 5 } else { m.min(k) });
-            let product = &found.q * &found.r;
-            for (l, &j) in found.order.iter().enumerate() {
-                for i in 0..m {
-                    assert!((product[(i, l)] - a[(i, j)]).abs() < 1e-14, "{m} x {k}");
-                }
-            }
-            let unit = found.q.transpose() * &found.q;
-            for i in 0..unit.nrows() {
-                for j in 0..unit.ncols() {
-                    assert!((unit[(i, j)] - f64::from(u8::from(i == j))).abs() < 1e-14);
-                }
-            }
-        }
-    }
-}

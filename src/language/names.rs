@@ -88,18 +88,3 @@ impl Pattern {
         parts.iter().all(|part| !part.is_empty()).then_some(parts)
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn parts_are_found_and_looked_up_in_their_turn() {
-        let names = Names::read(r#"{"a {x} of {y}": "{y}的{x}", "big": "大", "a {x} of one": "唯一的{x}"}"#);
-        assert_eq!(names.say("a big of V"), Some("V的大".into()));
-        // the pattern with more text of its own comes first
-        assert_eq!(names.say("a big of one"), Some("唯一的大".into()));
-        assert_eq!(names.say("a of V"), None);
-        assert_eq!(names.say("a  of V"), None);
-    }
-}

@@ -97,27 +97,3 @@ fn coefficient(campaign: &Campaign, taken: &[String], term: &str) -> String {
         .map(|k| format!("{plain}_{k}"))
         .fold(plain.clone(), |name, next| if is_taken(&name) { next } else { name })
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// The uncertainty of an effect found beside the model is that of its column with the model's taken out: a quadratic on -1, 0, 1, whose rest is
-    /// (1/3, -2/3, 1/3) of length sqrt(2/3).
-    #[test]
-    fn an_effect_is_one_more_unknown() {
-        let text = r#"{ "bench": { "id": "line", "sensors": { "y": { "model": "a + b*x" } } }, "estimate": { "a": {}, "b": {} },
-            "readings": [ {"x": -1, "y_u": 0.1}, {"x": 0, "y_u": 0.1}, {"x": 1, "y_u": 0.1} ] }"#;
-        let source = crate::wire::Source { name: "line".into(), text: text.into() };
-        let campaign = crate::wire::read_campaign(&source, &mut |_| unreachable!()).unwrap();
-        let term = Term { sensor: Some(0), regressor: Regressor::parse(&campaign, Some(0), "x^2").unwrap() };
-        let (longer, names) = extended(&campaign, std::slice::from_ref(&term)).unwrap();
-        assert_eq!(names, ["c_x_2"]);
-        let noise = super::super::Noise::new(&longer, &[], &[]).unwrap();
-        let judged = super::super::judge(&longer, &noise, &super::super::Costs::default()).unwrap();
-        let own = judged.parameters.iter().find(|p| p.id == "c_x_2").unwrap();
-        assert!((own.u.unwrap() - 0.1 / (2.0_f64 / 3.0).sqrt()).abs() < 1e-12);
-        let (_, twice) = extended(&campaign, &[term.clone(), term]).unwrap();
-        assert_eq!(twice, ["c_x_2", "c_x_2_2"]);
-    }
-}

@@ -3,9 +3,9 @@
 //! The layout is that of *MAT-File Format* (The MathWorks). Left aside: cells, objects, sparse matrices, characters, arrays of structs.
 
 use super::held::{Array, Held, tables};
+use super::unpacked::unpacked;
 use crate::elements::Parts;
 use crate::error::{Fault, Malformed, Result};
-use std::io::Read;
 
 /// Length of the file's head.
 const HEAD: usize = 128;
@@ -173,32 +173,4 @@ fn numbers(kind: u32, data: &[u8], big: bool) -> Option<Vec<f64>> {
         13 => all!(u64),
         _ => return None,
     })
-}
-
-/// A compressed element as it was, if it has no more than `most` bytes.
-fn unpacked(data: &[u8], most: u64) -> std::io::Result<Vec<u8>> {
-    let mut plain = Vec::new();
-    let length = flate2::read::ZlibDecoder::new(data).take(most + 1).read_to_end(&mut plain)?;
-    if length as u64 > most {
-        return Err(std::io::Error::other(format!("more than {most} bytes when it is unpacked")));
-    }
-    Ok(plain)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use std::io::Write;
-
-    /// A megabyte of zeros packs into a thousand bytes; it is not unpacked further than the limit.
-    #[test]
-    fn a_small_file_does_not_fill_the_memory() {
-        let mut packer = flate2::write::ZlibEncoder::new(Vec::new(), flate2::Compression::best());
-        packer.write_all(&[0; 1_000_000]).unwrap();
-        let packed = packer.finish().unwrap();
-        assert!(packed.len() < 2_000);
-        assert_eq!(unpacked(&packed, 1_000_000).unwrap().len(), 1_000_000);
-        assert_eq!(unpacked(&packed, 999_999).unwrap_err().to_string(), "more than 999999 bytes when it is unpacked");
-        assert!(unpacked(&packed[..500], 1_000_000).is_err());
-    }
 }

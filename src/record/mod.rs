@@ -15,7 +15,7 @@
 //! | `columnar.rs` | Parquet in blocks |
 //! | `columnar_labels.rs` | texts of a Parquet column as numbers of labels |
 //! | `workbook.rs` | sheets of Excel and OpenDocument workbooks (feature `excel`) |
-//! | `matlab.rs`, `hdf5.rs` | MATLAB files of level 5; HDF5, and with it level 7.3 (feature `hdf5`) |
+//! | `matlab.rs`, `unpacked.rs`, `hdf5.rs` | MATLAB files of level 5; HDF5, and with it level 7.3 (feature `hdf5`) |
 //! | `mcap.rs`, `bag.rs` | logs of robots, MCAP and bags of ROS 1: messages `sensor_msgs/Imu` (feature `mcap`) |
 //! | `ulog.rs` | logs of PX4 |
 //! | `guard.rs` | panics of foreign readers |
@@ -47,6 +47,7 @@ mod number;
 mod text;
 mod times;
 mod ulog;
+mod unpacked;
 #[cfg(feature = "excel")]
 mod workbook;
 

@@ -102,24 +102,3 @@ pub(super) fn is_absent(cell: &[u8]) -> bool {
         [b"", b"nan", b"na", b"n/a", b"null", b"none", b"-", b"-nan", b"nan(ind)", b"-nan(ind)", b"#n/a", b"1.#qnan"];
     cell.len() <= 9 && ABSENT.iter().any(|word| cell.eq_ignore_ascii_case(word))
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn numbers_are_those_of_the_standard_library() {
-        for text in ["0", "-1", "3.14159", "1e3", "-2.5E-3", "33108", "0.1", "123456789.123456789", "1e400", "4.9e-324"]
-        {
-            let expected: f64 = text.parse().expect("a number");
-            assert_eq!(number(text.as_bytes(), b'.'), Some(expected), "{text}");
-            assert_eq!(number(text.replace('.', ",").as_bytes(), b','), Some(expected), "{text}");
-        }
-        assert_eq!(number(b"9007199254740993", b'.'), Some(9007199254740992.0));
-        assert!(number(b"", b'.').is_some_and(f64::is_nan) && number(b" NaN ", b'.').is_some_and(f64::is_nan));
-        for text in ["x", "1.2.3", "1,2", "1e", "--1", "inf", "12 34", "."] {
-            assert!(!number(text.as_bytes(), b'.').is_some_and(f64::is_finite), "{text}");
-        }
-        assert_eq!(leading(b"12.5;7", b'.'), Some((12.5, 4)));
-    }
-}

@@ -79,35 +79,3 @@ impl Times {
         })
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Seconds since 1970 by `date -u -d TIME +%s`.
-    #[test]
-    fn written_times() {
-        for (text, seconds) in [
-            ("2024-03-31T01:59:55.250", 1_711_850_395.25),
-            ("2024-03-31 01:59:55,25", 1_711_850_395.25),
-            ("2024-03-31T01:59:55.25Z", 1_711_850_395.25),
-            ("2024-03-31T03:59:55.25+02:00", 1_711_850_395.25),
-            ("31.03.2024 01:59:55.25", 1_711_850_395.25),
-            ("31.3.2024 01:59:55", 1_711_850_395.0),
-            ("2024/03/31 01:59:55", 1_711_850_395.0),
-            ("31/03/2024 01:59:55", 1_711_850_395.0),
-            ("3/31/2024 01:59:55", 1_711_850_395.0),
-        ] {
-            assert_eq!(moment(text.as_bytes()), Some(Moment::Instant(seconds)), "{text}");
-        }
-        assert_eq!(moment(b"14:03:01.250"), Some(Moment::OfDay(50_581.25)));
-        for text in
-            ["1.2.3", "1.2.34", "12", "3/4/2024 01:00:00", "12:30", "V", "2024-13-01T00:00:00", "31.03.24 01:59:55"]
-        {
-            assert_eq!(moment(text.as_bytes()), None, "{text}");
-        }
-        let mut times = Times::default();
-        let all: Vec<f64> = ["23:59:59.5", "00:00:00.0"].iter().filter_map(|t| times.seconds(t.as_bytes())).collect();
-        assert!(matches!(all[..], [a, b] if b - a == 0.5));
-    }
-}

@@ -41,21 +41,3 @@ fn looks_like(source: &Source) -> Option<String> {
     ];
     kinds.into_iter().find(|(_, is)| *is).map(|(kind, _)| format!("what looks like {kind}"))
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn other_files_are_named() {
-        let error = |text: &str| no_campaign(&Source { name: "f".into(), text: text.into() });
-        let found = |text: &str| error(text).unwrap().finding().unwrap_or_default().to_string();
-        assert!(found("<!doctype html>\n<p>").contains("<!doctype html>"));
-        assert!(found(r#"{"noise": {"V": {"sd": 1e-4}}}"#).contains("truth file"));
-        assert!(found(crate::bench::built_in("gyro-turntable").unwrap().text).contains("bench file"));
-        assert!(found(r#"{"tumble": "0.1.0", "report": "fit", "x": 1}"#).contains("tumble fit"));
-        for campaign in ["", "{", "{}", r#"{"bench": "gyro-turntable", "readigs": []}"#] {
-            assert!(error(campaign).is_none(), "{campaign}");
-        }
-    }
-}

@@ -198,18 +198,3 @@ impl<'de: 'a, 'a> serde::Deserialize<'de> for RawObject<'a> {
         deserializer.deserialize_map(Entries)
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_path_leads_to_its_value() {
-        let text = "{ \"a\": [1,\n {\"b\": \"V0 + *\"}] }";
-        let (start, value) = find(text, "a[1].b").unwrap();
-        assert_eq!((value, line_and_column(text, start)), ("\"V0 + *\"", (2, 8)));
-        let (_, deepest) = find(text, "a[1].zz.q").unwrap();
-        assert!(deepest.starts_with("{\"b\""));
-        assert!(find("no json", "a").is_none());
-    }
-}

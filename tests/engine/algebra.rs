@@ -475,3 +475,11 @@ fn atan2_gives_the_angle_in_every_quadrant() {
         assert_eq!(error.place().span, Some(span), "{text}: {error}");
     }
 }
+
+#[test]
+fn a_name_is_found_as_a_whole_word_only() {
+    let line = parsed("kII*1.e3 + k_I + e3*kI");
+    assert_eq!(line.span_of("kI"), Some((20, 2)));
+    assert_eq!(line.span_of("e3"), Some((17, 2)));
+    assert_eq!(line.span_of("k"), None);
+}

@@ -3,6 +3,7 @@
 mod algebra;
 mod estimate;
 mod estimate_properties;
+mod kinematics;
 mod misfits;
 mod nist_strd;
 mod properties;

@@ -88,3 +88,28 @@ fn shared_inputs_that_are_correlated() {
     let other = changes(&of(10.0, 0.5), &of(20.0, 0.4), 0.95, true);
     assert!((other.changes[0].judged.expect("judged").u - 44f64.sqrt()).abs() < 1e-12);
 }
+
+/// Three inputs of which two are one and the same: a semidefinite matrix, as good as any. One that no three inputs can have is refused.
+#[test]
+fn a_semidefinite_matrix_of_correlations_is_accepted_and_an_indefinite_one_is_not() {
+    let campaign = |pairs: [f64; 3]| {
+        let [ab, ac, bc] = pairs;
+        let text = format!(
+            r#"{{ "bench": {{ "id": "sum", "sensors": {{ "y": {{ "model": "m + a + b + c" }} }} }}, "estimate": {{ "m": {{}} }},
+                "known": {{ "a": {{ "value": 1, "u": 3 }}, "b": {{ "value": 2, "u": 4 }}, "c": {{ "value": 3, "u": 5 }} }},
+                "correlations": [ ["a", "b", {ab}], ["a", "c", {ac}], ["b", "c", {bc}] ],
+                "readings": [ {{ "y": 10, "y_u": 1e-9 }} ] }}"#
+        );
+        let source = tumble::wire::Source { name: "sum".into(), text };
+        tumble::wire::read_campaign(&source, &mut |name| panic!("refers to {name}"))
+    };
+    // c is a, and b follows both by 0.6: u^2 = 9 + 16 + 25 + 2 (0.6 12 + 15 + 0.6 20)
+    let own = fitted(&campaign([0.6, 1.0, 0.6]).expect("a matrix that inputs can have"));
+    let expected = (50.0 + 2.0 * (0.6 * 12.0 + 15.0 + 0.6 * 20.0_f64)).sqrt();
+    assert_within(uncertainty(&own, "m"), expected, 1e-9, "u");
+    // trials drawn with the matrix's triangle, (1), (0.6, 0.8), (1, 0, 0), say the same: 100,000 of them, sd of their sd 0.0022 of it
+    let drawn = tumble::fit::draw(&own, 100_000, 1, &|_| ()).expect("a question").expect("trials");
+    assert_within(drawn.trials.outputs[0].sd, expected, 0.01 * expected, "sd of trials");
+    let error = campaign([0.9, -0.9, 0.9]).expect_err("a matrix that no inputs have").to_string();
+    assert!(error.contains("not positive semidefinite"), "{error}");
+}

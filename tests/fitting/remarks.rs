@@ -124,3 +124,37 @@ fn examples_tables_and_hidden_campaigns_are_remarked_on_nowhere() {
     }
     assert!(looked_at > 30, "{looked_at}");
 }
+
+/// The last place of numbers, counted in their shortest texts; `None` for more than 12 places or 14 digits.
+fn written(values: &[f64]) -> Option<f64> {
+    let places = |value: &f64| {
+        let text = format!("{value}");
+        let places = text.split_once('.').map_or(0, |(_, decimals)| decimals.len());
+        let digits = text.chars().filter(char::is_ascii_digit).count();
+        (places <= 12 && digits <= 14).then_some(places)
+    };
+    let places: Option<Vec<usize>> = values.iter().map(places).collect();
+    places?.into_iter().max().map(|most| 10f64.powi(-(most as i32)))
+}
+
+#[test]
+fn the_last_place_is_that_of_the_text() {
+    let lists: [&[f64]; 9] = [
+        &[0.0614, -0.06, 0.0],
+        &[1e12, 0.001],
+        &[12_345_678_901_234.0, 0.25],
+        &[123_456_789_012_345.0],
+        &[0.1 + 0.2],
+        &[1.0 / 3.0],
+        &[99.123_456_789_012, -5.0],
+        &[1e-12, 1e-13],
+        &[2.5e-9, 40.0],
+    ];
+    for list in lists {
+        assert_eq!(tumble::fit::resolution(list.iter().copied()), written(list), "{list:?}");
+    }
+    for k in 0..2000 {
+        let value = f64::from(k * k * 37 % 100_003) / [1.0, 10.0, 1e3, 1e5, 7.0][k as usize % 5];
+        assert_eq!(tumble::fit::resolution([value].into_iter()), written(&[value]), "{value}");
+    }
+}

@@ -234,3 +234,23 @@ fn the_column_of_a_growing_tilt_is_the_same_whether_it_is_estimated_or_assumed_z
     assert!((zero[0][0] + 0.05).abs() < 1e-9, "{}", zero[0][0]);
     let _: Readings = with(r#"{ "b": {} }"#).readings;
 }
+
+/// The uncertainty of an effect found beside the model is that of its column with the model's taken out: a quadratic on -1, 0, 1, whose rest is
+/// (1/3, -2/3, 1/3) of length sqrt(2/3).
+#[test]
+fn an_effect_is_one_more_unknown() {
+    let campaign = campaign(
+        r#"{ "bench": { "id": "line", "sensors": { "y": { "model": "a + b*x" } } }, "estimate": { "a": {}, "b": {} },
+            "readings": [ {"x": -1, "y_u": 0.1}, {"x": 0, "y_u": 0.1}, {"x": 1, "y_u": 0.1} ] }"#,
+    );
+    let regressor = simulate::Regressor::parse(&campaign, Some(0), "x^2").unwrap();
+    let term = plan::Term { sensor: Some(0), regressor };
+    let (longer, names) = plan::extended(&campaign, std::slice::from_ref(&term)).unwrap();
+    assert_eq!(names, ["c_x_2"]);
+    let noise = Noise::new(&longer, &[], &[]).unwrap();
+    let judged = plan::judge(&longer, &noise, &Costs::default()).unwrap();
+    let own = judged.parameters.iter().find(|p| p.id == "c_x_2").unwrap();
+    assert!((own.u.unwrap() - 0.1 / (2.0_f64 / 3.0).sqrt()).abs() < 1e-12);
+    let (_, twice) = plan::extended(&campaign, &[term.clone(), term]).unwrap();
+    assert_eq!(twice, ["c_x_2", "c_x_2_2"]);
+}

@@ -156,3 +156,74 @@ fn nothing_is_half_written() {
     assert_eq!(names(), ["report.json", "taken"]);
     assert_eq!(std::fs::read_dir(folder.path().join("taken")).expect("the folder").count(), 0);
 }
+
+/// What is shown of a file of long lines is the fault, its neighbours cut to what fits.
+#[test]
+fn an_excerpt_of_a_long_line_keeps_the_fault() {
+    use tumble::error::{Fault, Malformed};
+    let text = format!("first\n{}*{}\r\nlast\nmore", "a".repeat(10_000), "b".repeat(10_000));
+    let at = |line: usize, start: usize, len: usize| {
+        Malformed::new(Fault::Syntax, "a fault").in_file("f").at_line(line, 1).at_span(start, len)
+    };
+    let shown = tumble::cli::explain(&at(2, 6 + 10_000, 1), Some(&text));
+    let line =
+        |number: usize| shown.lines().find(|line| line.trim_start().starts_with(&format!("{number} "))).unwrap_or("");
+    let long = line(2);
+    assert!(line(1).ends_with("first") && line(3).ends_with("last") && line(4).is_empty(), "{shown}");
+    assert!(long.contains("…a") && long.ends_with("b…") && long.chars().count() < 300, "{shown}");
+    // the mark under the line stands below the fault
+    let under = shown.lines().skip_while(|line| *line != long).nth(1).expect("a mark");
+    let place = |line: &str, letter: &dyn Fn(char) -> bool| line.chars().position(letter);
+    let mark = place(under, &|c| !c.is_whitespace() && !"│·|".contains(c));
+    assert_eq!(place(long, &|c| c == '*'), mark, "{shown}");
+    let short = tumble::cli::explain(&at(2, 4, 9), Some("a\nb\nc"));
+    assert!(short.contains("2 ") && short.contains("3 ") && short.contains('c'), "{short}");
+    // the file has changed since it was read
+    let gone = tumble::cli::explain(&at(1, 7, 1), Some("abc"));
+    assert!(gone.contains("a fault") && !gone.contains("abc"), "{gone}");
+}
+
+fn source(text: &str) -> tumble::wire::Source {
+    tumble::wire::Source { name: "f".into(), text: text.into() }
+}
+
+/// A file of another kind in the place of a campaign is named; what may be meant as one gets the error of its own fault.
+#[test]
+fn other_files_are_named() {
+    let found = |text: &str| {
+        let read = tumble::wire::read_campaign(&source(text), &mut |name| panic!("refers to {name}"));
+        let error = read.expect_err("no campaign");
+        (error.what().to_string(), error.finding().unwrap_or_default().to_string())
+    };
+    let bench = tumble::bench::built_in("gyro-turntable").expect("a bench").text;
+    for (text, kind) in [
+        ("<!doctype html>\n<p>", "<!doctype html>"),
+        (r#"{"noise": {"V": {"sd": 1e-4}}}"#, "truth file"),
+        (bench, "bench file"),
+        (r#"{"tumble": "0.1.0", "report": "fit", "x": 1}"#, "tumble fit"),
+    ] {
+        let (what, own) = found(text);
+        assert!(what.contains("not a campaign file") && own.contains(kind), "{text}: {what}; {own}");
+    }
+    for campaign in ["", "{", "{}", r#"{"bench": "gyro-turntable", "readigs": []}"#] {
+        let (what, own) = found(campaign);
+        assert!(!what.contains("not a campaign file"), "{campaign}: {what}; {own}");
+    }
+}
+
+#[test]
+fn a_path_leads_to_its_value() {
+    use tumble::error::{Fault, Malformed};
+    let text = "{ \"a\": [1,\n {\"b\": \"V0 + *\"}] }";
+    let at = |path: &str, text: &str| {
+        let error = Malformed::new(Fault::Value, "a fault").at_path(path);
+        let place = tumble::wire::locate(error, &source(text)).place().clone();
+        (place.span.map(|(start, len)| text[start..start + len].to_string()), place.line, place.column)
+    };
+    let (value, line, column) = at("a[1].b", text);
+    assert_eq!((value.as_deref().map(|own| own.starts_with("\"V0 + *\"")), line, column), (Some(true), 2, 8));
+    // the deepest value on the way that exists
+    let (value, line, _) = at("a[1].zz.q", text);
+    assert!(value.is_some_and(|own| own.starts_with("{\"b\"")) && line == 2);
+    assert_eq!(at("a", "no json"), (None, 0, 0));
+}

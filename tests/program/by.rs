@@ -582,3 +582,64 @@ fn products_with_every_column_of_the_line() {
         assert_eq!(rows.len(), 4);
     }
 }
+
+/// A pattern that the shell has left fits names as the shell has it.
+#[test]
+fn patterns_fit_as_a_shell_has_them() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let campaign = r#"{ "bench": { "id": "line", "sensors": { "y": { "model": "a + b*x" } } }, "estimate": { "a": {}, "b": {} }, "readings": [] }"#;
+    std::fs::write(folder.path().join("c.campaign.json"), campaign).expect("a file");
+    let names = [
+        "a.csv",
+        "a.csv.old",
+        "b.csv",
+        "run1-ab.csv",
+        "run2-.csv",
+        "run-ab.csv",
+        "run12-a.csv",
+        "aXXbYYbZc",
+        "abc",
+        "aXXbYYbZ",
+        "ab",
+        ".h.csv",
+    ];
+    for name in names {
+        std::fs::write(folder.path().join(name), "x,y\n0,1\n1,3\n2,4\n").expect("a file");
+    }
+    for (pattern, expected) in [
+        ("?.csv", vec!["a.csv", "b.csv"]),
+        ("*.csv", vec!["a.csv", "b.csv", "run-ab.csv", "run1-ab.csv", "run12-a.csv", "run2-.csv"]),
+        ("run?-*.csv", vec!["run1-ab.csv", "run2-.csv"]),
+        ("a*b*c", vec!["aXXbYYbZc", "abc"]),
+    ] {
+        let found = run(folder.path(), &["fit", "c.campaign.json", "--readings", pattern]);
+        let rows = table(&found.stdout);
+        assert_eq!(rows.keys().collect::<Vec<_>>(), expected, "{pattern}: {}", found.stderr);
+    }
+}
+
+/// A spreadsheet runs what begins like a formula: it stands behind an apostrophe. A number that begins so is none.
+#[test]
+fn texts_are_no_formulas() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let campaign = r#"{ "bench": { "id": "mean", "sensors": { "y": { "model": "m" } } }, "estimate": { "m": {} }, "readings": [] }"#;
+    std::fs::write(folder.path().join("c.campaign.json"), campaign).expect("a file");
+    let labels = ["=1+1", "+A1", "-x", "@SUM(A1)", "=HYPERLINK(\"a\",1)", "-12", "+1e3", "SN-1", "a=b"];
+    let mut writer = csv::Writer::from_path(folder.path().join("t.csv")).expect("a file");
+    writer.write_record(["serial", "y"]).expect("a row");
+    for label in labels {
+        for value in ["1.0", "2.0", "4.0"] {
+            writer.write_record([label, value]).expect("a row");
+        }
+    }
+    writer.flush().expect("a file");
+    let found = run(folder.path(), &["fit", "c.campaign.json", "--readings", "t.csv", "--by", "serial"]);
+    for label in labels {
+        let is_formula = label.starts_with(['=', '+', '-', '@']) && label.parse::<f64>().is_err();
+        let cell = match is_formula {
+            true => format!("\n\"'{}\",", label.replace('"', "\"\"")),
+            false => format!("\n{label},"),
+        };
+        assert!(found.stdout.contains(&cell), "{cell:?} is not in {}", found.stdout);
+    }
+}

@@ -562,3 +562,49 @@ fn a_certificate_in_chinese_has_both_languages() {
     assert!(of("zh").contains(&"角度与系数".to_string()));
     assert!(of("zh").iter().any(|text| text.contains("自由度")));
 }
+
+/// Numbers as `si:decimalType` has them: U with two significant digits, the value with the places of U (GUM 7.2.6), factors without an exponent.
+#[test]
+fn numbers_are_as_the_schema_has_them() {
+    let cases = [
+        (-162.0687, 1.2356, ["-162.1", "1.2"]),
+        (-7.857_6e-4, 5.99e-6, ["-0.0007858", "0.0000060"]),
+        (0.25, 0.0996, ["0.25", "0.10"]),
+        (56_789.0, 1234.0, ["56.8e3", "1.2e3"]),
+        (-1e-9, 0.3, ["0.00", "0.30"]),
+    ];
+    // U = k u with k = Phi^-1(0.975)
+    let k = 1.959_963_984_540_054;
+    let names: Vec<String> = (0..cases.len()).map(|i| format!("c{i}")).collect();
+    let object = |each: &dyn Fn(usize) -> serde_json::Value, key: &dyn Fn(usize) -> String| -> serde_json::Value {
+        (0..cases.len()).map(|i| (key(i), each(i))).collect::<serde_json::Map<_, _>>().into()
+    };
+    let mut row = object(&|i| cases[i].0.into(), &|i| format!("y{i}"));
+    for (i, case) in cases.iter().enumerate() {
+        row[format!("y{i}_u")] = (case.1 / k).into();
+    }
+    let campaign = serde_json::json!({
+        "bench": { "id": "direct", "sensors": object(&|i| serde_json::json!({ "unit": "V", "model": names[i] }), &|i| format!("y{i}")) },
+        "estimate": object(&|_| serde_json::json!({}), &|i| names[i].clone()),
+        "readings": [row],
+    });
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("direct.campaign.json");
+    fs::write(&path, campaign.to_string()).unwrap();
+    let root = certificate(path.to_str().unwrap(), LAB);
+    check_structure(&root);
+    for (name, (_, _, [value, expanded])) in names.iter().zip(cases) {
+        let id = format!("quantity_{name}");
+        let all = root.all("dcc:quantity");
+        let own = all.iter().find(|own| own.attribute("id").is_some_and(|own| own.ends_with(&id))).expect("a quantity");
+        let text = |key: &str| own.all(key).first().map(|own| own.text.trim().to_string()).expect("a number");
+        assert_eq!([text("si:value"), text("si:valueExpandedMU")], [value, expanded], "{name}");
+        assert_eq!([text("si:coverageFactor"), text("si:coverageProbability")], ["1.959963985", "0.95"]);
+    }
+    // the covariance matrix has all digits of the fit: a decimal, with an exponent where it is small
+    let lists: Vec<String> = root.all("si:valueXMLList").iter().map(|own| own.text.clone()).collect();
+    let written: Vec<&str> = lists.iter().flat_map(|list| list.split_whitespace()).collect();
+    for expected in ["-162.0687", "-0.00078576", "0.25", "56789", "-1e-9"] {
+        assert!(written.contains(&expected), "{expected} is not in {written:?}");
+    }
+}

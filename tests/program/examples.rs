@@ -25,7 +25,7 @@ fn pages(folder: &str) -> Vec<PathBuf> {
 /// The README, the guide, and the READMEs of the examples.
 fn manual() -> Vec<PathBuf> {
     let mut found = pages("docs/guide");
-    found.push(root().join("README.md"));
+    found.extend(["README.md", "docs/README.md"].map(|page| root().join(page)));
     for entry in std::fs::read_dir(root().join("examples")).expect("examples") {
         let readme = entry.expect("an entry").path().join("README.md");
         if readme.exists() {

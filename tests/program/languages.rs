@@ -479,3 +479,26 @@ fn a_command_without_chinese_says_which_have_it() {
     assert_eq!(output.status.code(), Some(1));
     assert!(text.contains("--lang zh") && text.contains("fit"), "{text}");
 }
+
+/// Names with parts are said by the pattern that has the most text of its own, and parts that are names are said in their turn.
+#[test]
+fn parts_are_found_and_looked_up_in_their_turn() {
+    let path = root().join("data/language/names.zh.json");
+    let names: BTreeMap<String, String> = serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
+    let say = |text: &str| Language::Chinese.name(text).into_owned();
+    let filled = |pattern: &str, parts: &[(&str, &str)]| {
+        parts.iter().fold(names[pattern].clone(), |said, (name, part)| said.replace(&format!("{{{name}}}"), part))
+    };
+    let dying = filled("dying away in {t} h", &[("t", "2")]);
+    assert_eq!(say("dying away in 2 h"), dying);
+    let (plain, more) = ("heading {a} deg in {t} s", "heading {a} deg in {t} s, {rest}");
+    assert_eq!(say("heading 5 deg in 10 s"), filled(plain, &[("a", "5"), ("t", "10")]));
+    assert_eq!(
+        say("heading 5 deg in 10 s, dying away in 2 h"),
+        filled(more, &[("a", "5"), ("t", "10"), ("rest", &dying)])
+    );
+    // a part that is not there is no part
+    for text in ["heading 5 deg in  s", "heading  deg in 10 s", "dying away in h"] {
+        assert_eq!(say(text), text);
+    }
+}

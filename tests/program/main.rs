@@ -9,6 +9,7 @@ mod columns;
 mod conformity;
 mod data_sources;
 mod dcc;
+mod documents;
 mod doors;
 #[path = "../draws/mod.rs"]
 mod draws;

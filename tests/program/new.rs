@@ -149,6 +149,8 @@ fn a_loggers_record_becomes_a_campaign_that_runs() {
     let start = ["--start", "s_x=1", "--start", "s_y=1", "--start", "s_z=1"];
     let (code, out, told) = tumble(folder, &[&given[..], &start].concat());
     assert_eq!(code, 0, "{out}{told}");
+    // the record is read for the names, for the fit and for the check, and says once what was made of it
+    assert_eq!(told.matches("14 readings reduced").count(), 1, "{told}");
     let report = report(folder, "phone.campaign.json");
     assert_eq!(report["fit"]["readings"], 14);
     for (k, axis) in ["x", "y", "z"].iter().enumerate() {

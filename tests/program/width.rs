@@ -74,3 +74,17 @@ fn help_fits_80_columns() {
     check(&["--help"]);
     check(&["bench", "list"]);
 }
+
+#[test]
+fn lines_hang_below_their_beginning() {
+    use tumble::document::wrap::{columns, lines, narrow};
+    assert_eq!(narrow("  one: two three four", 4, 12), "  one: two\n    three\n    four");
+    assert_eq!(narrow("a-word-that-is-too-long b", 2, 8), "a-word-that-is-too-long\n  b");
+    assert_eq!(narrow("short", 2, 8), "short");
+    let text = format!("short\n  {}\n", "word ".repeat(40).trim());
+    assert!(lines(&text).lines().all(|line| line.chars().count() <= COLUMNS));
+    let chinese = narrow("标准不确定度\u{ff0c}自由度\u{ff08}见下\u{ff09}。k = 2.064", 2, 14);
+    assert_eq!(chinese, "标准不确定度\u{ff0c}\n  自由度\u{ff08}见\n  下\u{ff09}。k =\n  2.064");
+    assert_eq!(columns("标度因数 K"), 10);
+    assert!(lines(&text).starts_with("short\n  word") && lines(&text).contains("\n    word"));
+}

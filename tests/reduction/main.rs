@@ -6,8 +6,10 @@ mod draws;
 mod support;
 
 mod allan;
+mod clocks;
 mod faults;
 mod formats;
+mod labels;
 mod readings;
 mod real;
 mod records;

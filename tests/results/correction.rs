@@ -140,3 +140,50 @@ fn strong_curvature_is_solved() {
     // no real input gives this reading with a finite answer to a NaN
     assert!(!corrector.correct(&[f64::NAN], &[]).converged);
 }
+
+fn calibrated(text: &str) -> Calibration {
+    Calibration::of(&exact(&crate::support::parse(text)))
+}
+
+/// Three gyros that each follow all rates, one of them on a skew axis: the case in which solving sensor by sensor is wrong.
+#[test]
+fn gyros_that_follow_all_rates_are_solved_together() {
+    let calibration = calibrated(
+        r#"{ "bench": { "id": "b", "units": {"rate": "deg/s", "force": "g"}, "chain": [ {"joint": "t", "about": "z"} ],
+            "sensors": { "gx": { "model": "bx + 2*w_x + 0.01*w_y - 0.02*w_z" }, "gy": { "model": "0.5 - 0.03*w_x + 2.5*w_y + 0.01*w_y^2" },
+                         "gz": { "model": "-1 + 0.1*w_x + 0.2*w_y + 3*w_z + k*a_x" } } },
+          "known": { "k": { "value": 0.25 } }, "estimate": { "bx": {} }, "readings": [ {"t_deg": 0, "gx": 0.125} ] }"#,
+    );
+    let names: Vec<&str> = calibration.inputs.iter().map(|i| i.name.as_str()).collect();
+    assert_eq!(names, ["w_x", "w_y", "w_z", "a_x"]);
+    let corrector = Corrector::new(&calibration).unwrap();
+    let truth = [10.0, -20.0, 30.0];
+    let s = [
+        0.125 + 2.0 * 10.0 - 0.01 * 20.0 - 0.02 * 30.0,
+        0.5 - 0.03 * 10.0 - 2.5 * 20.0 + 0.01 * 400.0,
+        -1.0 + 0.1 * 10.0 - 0.2 * 20.0 + 3.0 * 30.0 + 0.25 * 0.5,
+    ];
+    let corrected = corrector.correct(&s, &[0.5]);
+    assert!(corrected.converged);
+    for (q, truth) in corrected.inputs.iter().zip(truth) {
+        assert!((q - truth).abs() < 1e-12 * truth.abs(), "{q} for {truth}");
+    }
+}
+
+/// u by hand: V = V0 + k*a, so a = (V - V0)/k and u(a)^2 = (u(V0)^2 + a^2 u(k)^2)/k^2 for known, independent V0 and k.
+#[test]
+fn the_uncertainty_is_that_of_the_gum() {
+    let calibration = calibrated(
+        r#"{ "bench": { "id": "b", "chain": [ {"joint": "t", "about": "x"}, {"tilt": "m", "about": "x"} ],
+            "sensors": { "V": { "axes": {"I": "z"}, "model": "V0 + k*a_I" }, "y": { "model": "c" } } },
+          "known": { "V0": { "value": 0.5, "u": 0.003 }, "k": { "value": 2, "u": 0.004 } }, "estimate": { "c": {} },
+          "readings": [ {"t_deg": 0, "y": 1, "y_u": 1} ] }"#,
+    );
+    assert_eq!(calibration.left_out.len(), 1);
+    let corrector = Corrector::new(&calibration).unwrap();
+    let a = corrector.correct(&[3.5], &[]).inputs;
+    assert!((a[0] - 1.5).abs() < 1e-15);
+    let u = corrector.covariance(&a, &[]).unwrap()[(0, 0)].sqrt();
+    let by_hand = (0.003_f64.powi(2) + (1.5 * 0.004_f64).powi(2)).sqrt() / 2.0;
+    assert!((u - by_hand).abs() < 1e-12 * by_hand, "{u}");
+}

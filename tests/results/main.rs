@@ -11,3 +11,4 @@ mod records;
 mod round_trips;
 #[path = "../support/mod.rs"]
 mod support;
+mod trends;

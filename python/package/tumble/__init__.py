@@ -13,7 +13,7 @@ readings say (a rank defect, a failed test) is a result, with `rejected` set and
 
 from . import reports
 from ._commands import (
-    Navigation, apply, bench, check, compare, diagnose, diagnose_devices, diagnose_mission, export, navigate, noise, plan, reduce, run, schema,
+    Diagnosis, Navigation, apply, bench, check, compare, diagnose, diagnose_devices, diagnose_mission, export, navigate, noise, plan, reduce, run, schema,
     simulate,
 )
 from ._devices import Devices, Quantity, fit_devices
@@ -24,7 +24,7 @@ from ._tables import Table
 from ._tumble import MalformedError, __version__
 
 __all__ = [
-    "Devices", "Figure", "Fit", "MalformedError", "Navigation", "Node", "NoteWarning", "Parameter", "Quantity", "Question", "Readings",
+    "Devices", "Diagnosis", "Figure", "Fit", "MalformedError", "Navigation", "Node", "NoteWarning", "Parameter", "Quantity", "Question", "Readings",
     "RejectedWarning", "Report", "Table", "__version__", "apply", "bench", "check", "compare", "diagnose", "diagnose_devices", "diagnose_mission", "export", "fit",
     "fit_devices", "navigate", "noise", "plan", "reduce", "reports", "run", "schema", "simulate",
 ]

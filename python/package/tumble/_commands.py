@@ -12,7 +12,7 @@ from typing import Any, Literal, Optional, TypeVar, Union, overload
 from . import _tumble, reports
 from ._fit import Fit, Remount
 from ._question import Asked, Files, Question, dumps
-from ._report import Lang, NoteWarning, RejectedWarning, Report
+from ._report import Lang, NoteWarning, RejectedWarning, Report, residual_plot
 from ._tables import Path_, Table, is_table, read_like
 
 R = TypeVar("R", bound=Report)
@@ -69,6 +69,17 @@ def _report(kind: type[R], command: list[str], options: Mapping[str, Any], files
     return found
 
 
+class Diagnosis(reports.DiagnoseReport):
+    """Where model and readings disagree, and the effect that the model misses."""
+
+    def plot(self, ax: Any = None) -> Any:
+        """The gap: residuals over the number of the reading with the model as given (circles) and with what was found (discs), with matplotlib."""
+        rows = self.data["residuals"]
+        before, after = ([own.get(key) for own in rows] for key in ("before", "after"))
+        found = [] if all(own is None for own in after) else [(after, True, ", with what was found")]
+        return residual_plot([own["sensor"] for own in rows], [own["index"] for own in rows], [(before, False, ", as given"), *found], ax)
+
+
 def diagnose(
     campaign: Question,
     readings: Optional[Table] = None,
@@ -79,7 +90,7 @@ def diagnose(
     write_model: Optional[Path_] = None,
     force: bool = False,
     lang: Lang = "en",
-) -> reports.DiagnoseReport:
+) -> Diagnosis:
     """Find where model and readings disagree, name the missing effect, add it, show the gap shrink.
 
     effects: a catalogue of your own beside the built-in one. significance: probability of reporting anything when nothing is missing (0.01).
@@ -91,7 +102,7 @@ def diagnose(
         "effects": None if effects is None else files.question(effects, "effects"), "significance": significance, "remount": remount,
         "write_model": write_model, "force": force, "lang": lang,
     }
-    return _report(reports.DiagnoseReport, ["diagnose", files.question(campaign, "campaign", readings)], options, files)
+    return _report(Diagnosis, ["diagnose", files.question(campaign, "campaign", readings)], options, files)
 
 
 def diagnose_devices(campaign: Question, readings: Optional[Union[Table, Path_]] = None, *, by: Optional[str] = None) -> dict[str, Any]:

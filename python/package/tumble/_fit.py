@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from . import _tumble, reports
 from ._kept import Kept
 from ._question import Asked, Question, dumps
-from ._report import Figure, Lang, RejectedWarning, State, excerpt, figures
+from ._report import Figure, Lang, RejectedWarning, State, excerpt, figures, residual_plot
 from ._tables import Frames, Table, rows_of
 from ._types import How
 
@@ -220,19 +220,46 @@ class Fit(Mapping[str, Parameter], Frames):
         values = self._core.predict(dumps(rows_of(readings)))
         return {sensor: np.frombuffer(flat, dtype=np.float64) for sensor, flat in values}
 
+    @property
+    def resid(self) -> dict[str, NDArray[np.float64]]:
+        """Value minus fitted of every reading, by sensor, as `predict()` has the fitted ones."""
+        own = self.readings
+        return {name: own.residual[[sensor == name for sensor in own.sensor]] for name in dict.fromkeys(own.sensor)}
+
+    def _determined(self) -> tuple[list[str], list[float], NDArray[np.float64]]:
+        """Names, estimates and covariance of the parameters that the readings determine."""
+        values = self._of("value")
+        at = [k for k, value in enumerate(values) if math.isfinite(value) and math.isfinite(self.covariance[k, k])]
+        return [self.order[k] for k in at], [values[k] for k in at], self.covariance[np.ix_(at, at)]
+
+    def to_ufloats(self) -> dict[str, Any]:
+        """The estimates as numbers of the package `uncertainties`, correlated as they are, in the units of `covariance`."""
+        import uncertainties
+
+        names, values, covariance = self._determined()
+        return dict(zip(names, uncertainties.correlated_values(values, covariance.tolist(), tags=names)))
+
+    def to_gtc(self) -> dict[str, Any]:
+        """The estimates as uncertain numbers of the GUM Tree Calculator (`GTC`), correlated as they are, in the units of `covariance`.
+
+        GTC gives numbers that are estimated together the same degrees of freedom: the fewest among theirs.
+        """
+        import GTC
+
+        names, values, covariance = self._determined()
+        u = np.sqrt(np.diag(covariance))
+        dof = min((own["dof"] for own in self.report.data["parameters"] if own["id"] in names and own.get("dof") is not None), default=math.inf)
+        found = dict(zip(names, GTC.multiple_ureal(values, u.tolist(), dof, label_seq=names)))
+        for i, first in enumerate(names):
+            for j, second in enumerate(names[:i]):
+                if u[i] > 0 and u[j] > 0:
+                    GTC.set_correlation(float(covariance[i, j] / (u[i] * u[j])), found[first], found[second])
+        return found
+
     def plot(self, ax: Any = None) -> Any:
         """Residuals over the number of the reading, a colour for each sensor, with matplotlib; the axes."""
-        import matplotlib.pyplot
-
-        ax = matplotlib.pyplot.subplots()[1] if ax is None else ax
         own = self.readings
-        for name in dict.fromkeys(own.sensor):
-            of = [sensor == name for sensor in own.sensor]
-            ax.plot(own.index[of], own.residual[of], "o", label=name)
-        ax.axhline(0, color="0.7", zorder=0)
-        ax.set(xlabel="reading", ylabel="residual, in the sensor's unit")
-        ax.legend()
-        return ax
+        return residual_plot(own.sensor, own.index, [(own.residual, True, "")], ax)
 
     def _columns(self) -> dict[str, Any]:
         rows = list(self.parameters.values())

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import html
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, ClassVar, Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
 
 
 class RejectedWarning(UserWarning):
@@ -132,3 +135,19 @@ def excerpt(page: str, sections: int = 2) -> str:
 State = Literal["free", "at-bound", "not-estimable", "derived"]
 Lang = Literal["en", "zh"]
 """The language of tables and pages; reports are the same in both."""
+
+
+def residual_plot(sensor: Sequence[str], index: ArrayLike, series: Sequence[tuple[ArrayLike, bool, str]], ax: Any) -> Any:
+    """Residuals over the number of the reading, a colour for each sensor; a series is of discs or circles, and adds something to the sensor's name."""
+    import matplotlib.pyplot
+
+    ax = matplotlib.pyplot.subplots()[1] if ax is None else ax
+    for k, name in enumerate(dict.fromkeys(sensor)):
+        of = np.array([own == name for own in sensor])
+        for residual, is_filled, suffix in series:
+            filled = f"C{k}" if is_filled else "none"
+            ax.plot(np.asarray(index)[of], np.asarray(residual, dtype=float)[of], "o", color=f"C{k}", mfc=filled, label=name + suffix)
+    ax.axhline(0, color="0.7", zorder=0)
+    ax.set(xlabel="reading", ylabel="residual, in the sensor's unit")
+    ax.legend()
+    return ax

@@ -7,7 +7,8 @@
     reason = "a fold's triangle is square: unknowns, steps, observations; bins are counted when they are made"
 )]
 
-use super::question::{Chunk, Folding, Noise, Part, Question};
+use super::octaves::Noise;
+use super::question::{Chunk, Folding, Part, Question};
 use super::residuals::{Bin, BinnedResiduals};
 use super::together::observed;
 use crate::elements::Elements;

@@ -7,8 +7,8 @@
 use super::bins::{Binned, Input, MOST};
 use super::cost::{Shape, noise, uncertain};
 use super::noise::{Found, free};
-use super::octaves::Stated;
-use super::question::{Folding, Noise as Size, Part, Question};
+use super::octaves::{Noise as Size, Stated};
+use super::question::{Folding, Part, Question};
 use super::residuals::Residuals;
 use super::together::{Together, together};
 use super::{Rows, Sample, Streamed};

@@ -8,7 +8,8 @@
 )]
 
 use super::noise::{Coordinate, moved, stencil};
-use super::question::{Noise as Size, Part, Question};
+use super::octaves::Noise as Size;
+use super::question::{Part, Question};
 use super::together::{Together, together};
 use crate::campaign::{self, Campaign};
 use crate::error::Result;

@@ -8,8 +8,9 @@
 )]
 
 use super::Rows;
+use super::octaves::Noise;
 use super::octaves::{self, Octaves, Stated};
-use super::question::{Noise, Part, Question};
+use super::question::{Part, Question};
 use super::together::{Together, merged, remainder, together};
 use crate::campaign::{Campaign, Size};
 use crate::elements::Elements;

@@ -6,8 +6,15 @@
 //!                                              cov = f ((1 - f^m)/(1 - f))^2 / m^2,  f = exp(-dt/tau)
 //! ```
 
-use super::question::Noise;
 use crate::estimate::Sum;
+
+/// Noise of a sensor: the white part as a factor of the rows' relative sizes, the deviation that is correlated in time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Noise {
+    pub white: f64,
+    pub deviation: f64,
+    pub tau: f64,
+}
 
 /// Sums of blocks of rows.
 #[derive(Debug, Clone, Default)]
@@ -124,34 +131,4 @@ pub(super) fn start(octaves: &Octaves, step: f64, length: f64, stated: Stated) -
         }
     }
     best.1
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Variances of means from the definition: `w' V w / 2` with weights `-1/m` and `1/m`.
-    #[test]
-    fn variance_of_correlated_means() {
-        for (m, f) in [(1, 0.3), (2, 0.9), (4, 0.99), (8, 0.5), (16, 0.999)] {
-            let weight = |i: i32| if i < m { -1.0 / f64::from(m) } else { 1.0 / f64::from(m) };
-            let mut sum = 0.0;
-            for i in 0..2 * m {
-                for j in 0..2 * m {
-                    sum += weight(i) * weight(j) * f64::powi(f, (i - j).abs());
-                }
-            }
-            let own = correlated(f64::from(m), f);
-            assert!((own - 0.5 * sum).abs() < 1e-12, "{m} {f}: {own} {}", 0.5 * sum);
-        }
-    }
-
-    #[test]
-    fn pairs_are_disjoint() {
-        let mut octaves = Octaves::default();
-        [1.0, 3.0, 2.0, 6.0].into_iter().for_each(|x| octaves.push(x));
-        let found: Vec<_> = octaves.variances().collect();
-        // (1, 3), (2, 6): (4 + 16)/4; means 2 and 4: 4/2
-        assert_eq!(found, vec![(1.0, 2, 5.0), (2.0, 1, 2.0)]);
-    }
 }

@@ -1,6 +1,7 @@
 //! What is asked of a record, and one pass over it: rows of the design, sensor by sensor.
 
 use super::Rows;
+use super::octaves::Noise;
 use crate::campaign::{Campaign, Deviating, Per, Role, Scatter, Size};
 use crate::design::{self, Model};
 use crate::elements::Elements;
@@ -33,14 +34,6 @@ pub(super) struct Sensor {
     pub line: Option<(usize, usize)>,
     /// Are the standard uncertainties of its values stated? `None` for a sensor that is not read.
     pub stated: Option<bool>,
-}
-
-/// Noise of a sensor: the white part as a factor of the rows' relative sizes, the deviation that is correlated in time.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Noise {
-    pub white: f64,
-    pub deviation: f64,
-    pub tau: f64,
 }
 
 /// Rows of one sensor from a block of the record.

@@ -362,19 +362,3 @@ fn plain(value: f64) -> String {
 fn identities<'a>(results: &'a [Measured<'a>]) -> Vec<&'a Identity> {
     results.iter().map(|own| &own.report.identity).collect()
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn numbers_are_as_the_schema_has_them() {
-        assert_eq!((decimal(-7.5e-6), decimal(0.25), decimal(0.0)), ("-7.5e-6".into(), "0.25".into(), "0".into()));
-        assert_eq!(to_two_digits(-162.0687, 1.2356), ["-162.1", "1.2"]);
-        assert_eq!(to_two_digits(-7.857_6e-4, 5.99e-6), ["-0.0007858", "0.0000060"]);
-        assert_eq!(to_two_digits(0.25, 0.0996), ["0.25", "0.10"]);
-        assert_eq!(to_two_digits(56_789.0, 1234.0), ["56.8e3", "1.2e3"]);
-        assert_eq!(to_two_digits(-1e-9, 0.3), ["0.00", "0.30"]);
-        assert_eq!((plain(2.0639), plain(0.95), plain(2.0)), ("2.0639".into(), "0.95".into(), "2".into()));
-    }
-}

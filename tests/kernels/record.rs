@@ -1,0 +1,66 @@
+//! Cells of tables and packed arrays.
+
+#[path = "../../src/record/number.rs"]
+mod number;
+#[path = "../../src/record/times.rs"]
+mod times;
+#[path = "../../src/record/unpacked.rs"]
+mod unpacked;
+
+use number::{leading, number};
+use std::io::Write;
+use times::{Moment, Times, moment};
+use unpacked::unpacked;
+
+#[test]
+fn numbers_are_those_of_the_standard_library() {
+    for text in ["0", "-1", "3.14159", "1e3", "-2.5E-3", "33108", "0.1", "123456789.123456789", "1e400", "4.9e-324"] {
+        let expected: f64 = text.parse().expect("a number");
+        assert_eq!(number(text.as_bytes(), b'.'), Some(expected), "{text}");
+        assert_eq!(number(text.replace('.', ",").as_bytes(), b','), Some(expected), "{text}");
+    }
+    assert_eq!(number(b"9007199254740993", b'.'), Some(9007199254740992.0));
+    assert!(number(b"", b'.').is_some_and(f64::is_nan) && number(b" NaN ", b'.').is_some_and(f64::is_nan));
+    for text in ["x", "1.2.3", "1,2", "1e", "--1", "inf", "12 34", "."] {
+        assert!(!number(text.as_bytes(), b'.').is_some_and(f64::is_finite), "{text}");
+    }
+    assert_eq!(leading(b"12.5;7", b'.'), Some((12.5, 4)));
+}
+
+/// Seconds since 1970 by `date -u -d TIME +%s`.
+#[test]
+fn written_times() {
+    for (text, seconds) in [
+        ("2024-03-31T01:59:55.250", 1_711_850_395.25),
+        ("2024-03-31 01:59:55,25", 1_711_850_395.25),
+        ("2024-03-31T01:59:55.25Z", 1_711_850_395.25),
+        ("2024-03-31T03:59:55.25+02:00", 1_711_850_395.25),
+        ("31.03.2024 01:59:55.25", 1_711_850_395.25),
+        ("31.3.2024 01:59:55", 1_711_850_395.0),
+        ("2024/03/31 01:59:55", 1_711_850_395.0),
+        ("31/03/2024 01:59:55", 1_711_850_395.0),
+        ("3/31/2024 01:59:55", 1_711_850_395.0),
+    ] {
+        assert_eq!(moment(text.as_bytes()), Some(Moment::Instant(seconds)), "{text}");
+    }
+    assert_eq!(moment(b"14:03:01.250"), Some(Moment::OfDay(50_581.25)));
+    for text in ["1.2.3", "1.2.34", "12", "3/4/2024 01:00:00", "12:30", "V", "2024-13-01T00:00:00", "31.03.24 01:59:55"]
+    {
+        assert_eq!(moment(text.as_bytes()), None, "{text}");
+    }
+    let mut times = Times::default();
+    let all: Vec<f64> = ["23:59:59.5", "00:00:00.0"].iter().filter_map(|t| times.seconds(t.as_bytes())).collect();
+    assert!(matches!(all[..], [a, b] if b - a == 0.5));
+}
+
+/// A megabyte of zeros packs into a thousand bytes; it is not unpacked further than the limit.
+#[test]
+fn a_small_file_does_not_fill_the_memory() {
+    let mut packer = flate2::write::ZlibEncoder::new(Vec::new(), flate2::Compression::best());
+    packer.write_all(&[0; 1_000_000]).unwrap();
+    let packed = packer.finish().unwrap();
+    assert!(packed.len() < 2_000);
+    assert_eq!(unpacked(&packed, 1_000_000).unwrap().len(), 1_000_000);
+    assert_eq!(unpacked(&packed, 999_999).unwrap_err().to_string(), "more than 999999 bytes when it is unpacked");
+    assert!(unpacked(&packed[..500], 1_000_000).is_err());
+}
