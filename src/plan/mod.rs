@@ -79,7 +79,7 @@ pub use extended::extended;
 pub use goal::{Goal, Reached, reach};
 pub use improve::{Improvement, improve};
 pub(crate) use independent::Independent;
-pub(crate) use judge::repeated;
+pub(crate) use judge::{gradients, repeated};
 pub use judge::{Judgement, Predicted, PredictedDerived, PredictedReading, is_angle, judge};
 pub use known::ThroughTilts;
 pub use order::{Order, ordered};

@@ -1,0 +1,275 @@
+//! `tumble guide CAMPAIGN`: beside the experiment, reading by reading.
+//!
+//! | file | subject |
+//! |---|---|
+//! | `journal.rs` | what was accepted and decided, written before it is shown |
+//! | `lines.rs` | readings and commands, line by line |
+//! | `view.rs` | the advice for a person |
+
+mod journal;
+mod lines;
+mod view;
+
+use super::outputs::Outputs;
+use super::{Outcome, catalogue, files, plan as options};
+use crate::campaign::{Campaign, Reading, Readings};
+use crate::error::{Fault, Malformed, Result};
+use crate::guide::{Advice, Ending, Guide, Settings};
+use crate::report::Input;
+use crate::simulate::{self, Truth};
+use crate::{plan, wire};
+use clap::Args;
+use journal::{Entry, Journal};
+use lines::{Line, Lines};
+use std::path::{Path, PathBuf};
+
+/// What to calibrate, where readings come from and where they go.
+#[derive(Debug, Args)]
+pub(super) struct Arguments {
+    /// The schedule, whose positions may be asked for; readings that it has are the first.
+    campaign: PathBuf,
+    /// Where readings come from: a table that grows, or - for standard input (the default). One reading a line: JSON, or CSV after a line of
+    /// titles; 'undo', 'undo N' and 'quit' are commands.
+    #[arg(long, value_name = "FILE", default_value = "-", conflicts_with = "simulate")]
+    readings: PathBuf,
+    /// Try it without hardware: readings at the positions asked for, made from a truth (see `simulate`).
+    #[arg(long, value_name = "TRUTH")]
+    simulate: Option<PathBuf>,
+    /// Seed of the simulated readings.
+    #[arg(long, default_value_t = 1, value_name = "N", requires = "simulate")]
+    seed: u64,
+    /// Standard uncertainty that is wanted: 1 (arcsec, every estimated angle), dtheta_y2=0.5, gamma=1 for a derived angle (its unit for a
+    /// coefficient).
+    #[arg(long, value_name = "[NAME=]U")]
+    goal: Vec<String>,
+    /// Standard deviation of one sample of a sensor, in its unit, where readings state none: V=9e-4.
+    #[arg(long, value_name = "SENSOR=SD")]
+    noise: Vec<String>,
+    /// What work costs, in any unit: mounting=10, rate=1, reading=1, soak=0, degree=0.
+    #[arg(long, value_name = "WHAT=COST")]
+    cost: Vec<String>,
+    /// Choose from a sweep of the bench's joints in steps of DEG, instead of the schedule's positions.
+    #[arg(long, value_name = "DEG")]
+    step: Option<f64>,
+    /// A catalogue of your own effects, tried beside the built-in ones.
+    #[arg(long, value_name = "FILE")]
+    effects: Option<PathBuf>,
+    /// The most readings.
+    #[arg(long, value_name = "N", default_value_t = 200)]
+    most: usize,
+    /// The campaign that comes out, with the SHA-256 of its journal in its note.
+    #[arg(short, long, value_name = "FILE", default_value = "guided.campaign.json")]
+    output: PathBuf,
+    /// Where every reading and decision is written before it is shown; beside the output unless given.
+    #[arg(long, value_name = "FILE")]
+    journal: Option<PathBuf>,
+    /// Go on from the journal of a guide that ended.
+    #[arg(long)]
+    resume: bool,
+    /// Advice as lines of JSON on standard output, for a program that drives the table: its "next" is answered by a line of --readings.
+    #[arg(long, value_name = "-", value_parser = ["-"])]
+    json: Option<String>,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
+    let (campaign, source) = files::campaign(&arguments.campaign)?;
+    let located = |error| wire::locate(error, &source);
+    files::one_device(&campaign);
+    let catalogue = catalogue::catalogue(arguments.effects.as_deref())?;
+    let named = |text: &String| options::named_number(text, "--noise", "V=9e-4");
+    let settings = Settings {
+        goals: options::parse_goals(&arguments.goal, &campaign)?,
+        noise: arguments.noise.iter().map(named).collect::<Result<_>>()?,
+        costs: options::costs(&arguments.cost)?,
+        most: arguments.most,
+        ..Settings::default()
+    };
+    let candidates = match arguments.step {
+        Some(step) => plan::sweep(&campaign, step)?,
+        None => campaign.readings.clone(),
+    };
+    let truth = match &arguments.simulate {
+        Some(path) => Some(wire::read_truth(&files::read(path)?, &campaign)?),
+        None => None,
+    };
+    let guide = Guide::new(&campaign, &candidates, &catalogue.effects, settings).map_err(located)?;
+    let digest = Input::new("", source.text.as_bytes()).sha256;
+    let path = arguments.journal.clone().unwrap_or_else(|| beside(&arguments.output));
+    let mut outputs = Outputs::plan([Some(arguments.output.as_path())])?;
+    let (journal, entries) = Journal::open(&path, &digest, arguments.resume)?;
+    let readings = if truth.is_some() { None } else { Some(Lines::open(&arguments.readings)?) };
+    let source = Source { lines: readings, truth, seed: arguments.seed, made: guide.taken().len() };
+    let mut session = Session { guide, journal, source, campaign, ever: Vec::new(), json: arguments.json.is_some() };
+    let ended = session.run(entries)?;
+    let mut result = session.guide.campaign();
+    let bytes = std::fs::read(&path).unwrap_or_default();
+    let name = path.file_name().map_or(String::new(), |name| name.to_string_lossy().into_owned());
+    let sentence = format!("Taken with tumble guide; journal {name}, SHA-256 {}", Input::new("", &bytes).sha256);
+    let note = result.identity.note.take().map_or(sentence.clone(), |note| format!("{note} {sentence}"));
+    result.identity.note = Some(note);
+    if !result.readings.rows.is_empty() {
+        let file = wire::campaign_file(&result, wire::bench_ref(&result));
+        outputs.add(&arguments.output, files::marked(&file)?);
+        outputs.write()?;
+        super::note(&format!("wrote {}", arguments.output.display()));
+    }
+    Ok(if ended == Some(Ending::Reached) { Outcome::Done } else { Outcome::Rejected })
+}
+
+fn beside(output: &Path) -> PathBuf {
+    let name = output.file_name().map_or("guided".into(), |name| name.to_string_lossy().into_owned());
+    let stem = name.strip_suffix(".campaign.json").or(name.strip_suffix(".json")).unwrap_or(&name).to_string();
+    output.with_file_name(format!("{stem}.journal.jsonl"))
+}
+
+/// Where readings come from.
+struct Source {
+    lines: Option<Lines>,
+    truth: Option<Truth>,
+    seed: u64,
+    /// Readings of the campaign's own file.
+    made: usize,
+}
+
+struct Session {
+    guide: Guide,
+    journal: Journal,
+    source: Source,
+    campaign: Campaign,
+    /// Every reading that was accepted, those that were undone among them: what a simulation goes on from.
+    ever: Vec<Reading>,
+    json: bool,
+}
+
+impl Session {
+    /// Replay what the journal has, then go on until the guide or the readings end.
+    fn run(&mut self, entries: Vec<Entry>) -> Result<Option<Ending>> {
+        let (mut fresh, mut decided) = (false, false);
+        for entry in entries {
+            decided = false;
+            match entry {
+                Entry::Reading { keys, line } => {
+                    let own = lines::reading(keys, &self.campaign, &self.guide, None)?;
+                    if let (Some(lines), Some(line)) = (&mut self.source.lines, line) {
+                        lines.skip_to(line);
+                    }
+                    self.ever.push(own.clone());
+                    self.guide.accept(own)?;
+                    fresh = true;
+                }
+                Entry::Undone(number) => {
+                    self.guide.undo(number)?;
+                    fresh = false;
+                }
+                Entry::Next(_) => {
+                    // flags follow from the advice of each step
+                    self.guide.advise(fresh)?;
+                    decided = true;
+                }
+            }
+        }
+        loop {
+            let advice = self.guide.advise(fresh)?;
+            if !decided {
+                self.journal.append(&Entry::Next(advice.next.as_ref().map(|next| next.set.clone())))?;
+            }
+            decided = false;
+            self.show(&advice)?;
+            if advice.ended.is_some() {
+                return Ok(advice.ended);
+            }
+            match self.event(&advice)? {
+                None => return Ok(None),
+                Some(was_reading) => fresh = was_reading,
+            }
+        }
+    }
+
+    fn show(&self, advice: &Advice) -> Result<()> {
+        match self.json {
+            true => match serde_json::to_string(advice) {
+                Ok(line) => super::print(&(line + "\n")),
+                Err(error) => {
+                    Err(Malformed::new(Fault::Value, format!("the advice cannot be written as JSON: {error}")))
+                }
+            },
+            false => super::show(&view::text(advice)),
+        }
+    }
+
+    /// The next accepted reading (true) or undone one (false); `None` at the end of the readings.
+    fn event(&mut self, advice: &Advice) -> Result<Option<bool>> {
+        let asked = advice.next.as_ref().and_then(|next| {
+            let same =
+                |own: &&Reading| own.position == next.position && view::setting(&self.campaign, own) == next.setting;
+            self.guide.candidates().iter().find(same).or(self.guide.taken().last())
+        });
+        let asked = asked.cloned();
+        let Some(lines) = &mut self.source.lines else {
+            let Some(asked) = asked else { return Ok(None) };
+            return self.simulated(asked);
+        };
+        loop {
+            let (line, text) = match lines.next()? {
+                None => return Ok(None),
+                Some(own) => own,
+            };
+            let done = match lines.parse(&text) {
+                Ok(Line::Nothing) => continue,
+                Ok(Line::Quit) => return Ok(None),
+                Ok(Line::Undo(number)) => {
+                    let number = number.unwrap_or(self.guide.taken().len());
+                    match self.guide.clone().undo(number) {
+                        Ok(()) => {
+                            self.journal.append(&Entry::Undone(number))?;
+                            self.guide.undo(number)?;
+                            return Ok(Some(false));
+                        }
+                        Err(error) => Err(error),
+                    }
+                }
+                Ok(Line::Reading(cells)) => lines::reading(cells, &self.campaign, &self.guide, asked.as_ref()),
+                Err(error) => Err(error),
+            };
+            let accepted = done.and_then(|own| {
+                let mut after = self.guide.clone();
+                after.accept(own.clone())?;
+                Ok((own, after))
+            });
+            match accepted {
+                Ok((own, after)) => {
+                    let followed = lines.is_file().then_some(line);
+                    self.journal.append(&Entry::reading(&self.campaign, &own, followed))?;
+                    self.ever.push(own);
+                    self.guide = after;
+                    return Ok(Some(true));
+                }
+                // a line that is not understood is said, and the next one is waited for
+                Err(error) => refuse(&error.at_line(line, 1).in_file(lines.name()), self.json)?,
+            }
+        }
+    }
+
+    fn simulated(&mut self, asked: Reading) -> Result<Option<bool>> {
+        let Some(truth) = &self.source.truth else { return Ok(None) };
+        // all of them from the start: noise and deviations go on where they were
+        let given = self.guide.taken().iter().take(self.source.made);
+        let rows: Vec<Reading> = given.chain(&self.ever).map(Reading::unread).chain([asked]).collect();
+        let columns = self.campaign.readings.columns.clone();
+        let schedule = self.campaign.with_readings(Readings { columns, rows });
+        let all = simulate::simulate(&schedule, truth, self.source.seed)?;
+        let Some(own) = all.readings.rows.last().cloned() else { return Ok(None) };
+        self.journal.append(&Entry::reading(&self.campaign, &own, None))?;
+        self.ever.push(own.clone());
+        self.guide.accept(own)?;
+        Ok(Some(true))
+    }
+}
+
+fn refuse(error: &Malformed, json: bool) -> Result<()> {
+    if json {
+        return super::print(&format!("{}\n", serde_json::json!({ "error": error.to_string() })));
+    }
+    super::show_error::show(error);
+    Ok(())
+}

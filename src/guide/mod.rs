@@ -1,0 +1,566 @@
+//! A calibration that tells the laboratory what to do next: readings come one by one, and after each there is an [`Advice`].
+//!
+//! ```text
+//! reading -> agrees with the others? -> fit -> what is missing -> the position that tells most, for its cost -> reading
+//! ```
+//!
+//! | file | subject |
+//! |---|---|
+//! | `advice.rs` | what is said |
+//! | `evidence.rs` | readings predicted from others |
+//! | `mistakes.rs` | which mistake at the bench explains a reading |
+//! | `seen.rs` | what the readings would have shown, and what a position is worth |
+//!
+//! A [`Guide`] is a function of its events: the same readings, undone ones among them, give the same advice. It needs the readings' noise: stated,
+//! or given. Deliberately absent: files and clocks (`cli`), constraints in predictions (they stand in the fit).
+
+mod advice;
+mod evidence;
+mod mistakes;
+mod seen;
+
+pub use advice::{
+    Advice, Agreement, Ending, Estimated, Explanation, Lacks, Mistake, MistakeKind, Named, Newest, Next, Progress, Why,
+};
+
+use crate::campaign::{Campaign, Reading, Readings};
+use crate::diagnosis::{self, Diagnosis, Effect, Verdict};
+use crate::error::{Fault, Malformed, Result};
+use crate::fit::{self, Fit};
+use crate::plan::{self, Costs, Goal, Noise, Offer, Term};
+use crate::simulate::Regressor;
+use crate::uncertainty::quantiles::chi_square_survival;
+pub(crate) use mistakes::setting;
+use seen::{Seen, Table, Worth, same_position};
+
+/// What a guide is asked.
+#[derive(Debug, Clone)]
+pub struct Settings {
+    /// The uncertainties that are wanted (radians for angles).
+    pub goals: Vec<Goal>,
+    /// Standard deviations of one sample, by sensor, where readings state none.
+    pub noise: Vec<(String, f64)>,
+    /// What work costs.
+    pub costs: Costs,
+    /// Probability that any reading of a calibration without fault is said to disagree.
+    pub false_alarms: f64,
+    /// Probability that nothing is missing, or all of it named, from which the goals are enough.
+    pub probability: f64,
+    /// The most readings.
+    pub most: usize,
+    /// Settings of the diagnosis.
+    pub diagnosis: diagnosis::Settings,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Settings {
+            goals: Vec::new(),
+            noise: Vec::new(),
+            costs: Costs::default(),
+            false_alarms: 0.01,
+            probability: 0.95,
+            most: 200,
+            diagnosis: diagnosis::Settings::default(),
+        }
+    }
+}
+
+/// A calibration under way.
+#[derive(Debug, Clone)]
+pub struct Guide {
+    campaign: Campaign,
+    catalogue: Vec<Effect>,
+    settings: Settings,
+    noise: Noise,
+    candidates: Vec<Reading>,
+    taken: Vec<Reading>,
+    /// The last reading that did not agree, by index, until it is undone or explained.
+    disagrees: Option<usize>,
+    /// The campaign with the effects that are named.
+    model: Campaign,
+    table: Option<Table>,
+}
+
+impl Guide {
+    /// Begin with a schedule: the campaign, its readings (if it has any) being the first, and the positions that may be asked for.
+    ///
+    /// Errors: nothing to estimate, no candidates, noise that is not known, a goal that is no quantity of the campaign.
+    pub fn new(campaign: &Campaign, candidates: &Readings, catalogue: &[Effect], settings: Settings) -> Result<Self> {
+        if campaign.unknowns() == 0 {
+            return Err(Malformed::new(Fault::Missing, "nothing is to be estimated")
+                .expected("at least one parameter in \"estimate\", for example { \"V0\": {} }")
+                .at_path("estimate"));
+        }
+        settings.costs.check()?;
+        for goal in &settings.goals {
+            let known =
+                campaign.estimated().iter().map(|own| &own.id).chain(campaign.derived.iter().map(|own| &own.id));
+            let list: Vec<&str> = known.map(String::as_str).collect();
+            if !list.contains(&goal.id.as_str()) {
+                return Err(Malformed::new(
+                    Fault::UnknownName,
+                    format!("the goal names '{}', which is not estimated", goal.id),
+                )
+                .expected(format!("one of {}", list.join(", ")))
+                .found(format!("'{}'", goal.id)));
+            }
+            if !(goal.u > 0.0 && goal.u.is_finite()) {
+                return Err(Malformed::new(Fault::Value, format!("the goal for {} is no uncertainty", goal.id))
+                    .expected("a positive number")
+                    .found(goal.u.to_string()));
+            }
+        }
+        let noise = Noise::new(campaign, &settings.noise, &[])?;
+        let mut distinct: Vec<Reading> = Vec::new();
+        for row in &candidates.rows {
+            if !distinct.iter().any(|own| same_position(own, row)) {
+                distinct.push(row.unread());
+            }
+        }
+        if distinct.is_empty() {
+            return Err(Malformed::new(Fault::Missing, "there are no positions to choose from")
+                .expected("a schedule with at least one position")
+                .at_path("readings"));
+        }
+        let mut guide = Guide {
+            campaign: campaign.clone(),
+            catalogue: catalogue.to_vec(),
+            settings,
+            noise,
+            candidates: distinct,
+            taken: Vec::new(),
+            disagrees: None,
+            model: campaign.clone(),
+            table: None,
+        };
+        for row in campaign.readings.rows.iter().filter(|row| !row.observations.is_empty()) {
+            guide.accept(row.clone())?;
+        }
+        Ok(guide)
+    }
+
+    /// The positions that may be asked for.
+    pub fn candidates(&self) -> &[Reading] {
+        &self.candidates
+    }
+
+    /// The readings that stand.
+    pub fn taken(&self) -> &[Reading] {
+        &self.taken
+    }
+
+    /// The ordinary campaign of the readings that stand.
+    pub fn campaign(&self) -> Campaign {
+        self.of(&self.campaign)
+    }
+
+    fn of(&self, campaign: &Campaign) -> Campaign {
+        campaign.with_readings(Readings { columns: campaign.readings.columns.clone(), rows: self.taken.clone() })
+    }
+
+    /// The next reading. A position that is set again after another one is a mounting of its own, and gets a label of its own; a value without
+    /// an uncertainty has that of the noise.
+    ///
+    /// Errors: a reading without a value, or with one that is not finite.
+    pub fn accept(&mut self, reading: Reading) -> Result<()> {
+        let finite = reading.observations.iter().all(|own| own.value.is_finite());
+        if reading.observations.is_empty() || !finite {
+            let sensors: Vec<&str> = self.campaign.bench.sensors.iter().map(|own| own.id.as_str()).collect();
+            return Err(Malformed::new(Fault::Missing, "the reading has no value")
+                .expected(format!("a number for {}", sensors.join(" or ")))
+                .at_path(reading.place));
+        }
+        let mut own = reading;
+        for k in 0..own.observations.len() {
+            let u = own
+                .observations
+                .get(k)
+                .map(|seen| own.stated_u(seen.sensor).unwrap_or_else(|| self.noise.u(&own, seen.sensor)));
+            own.observations.iter_mut().skip(k).take(1).for_each(|slot| slot.u = u);
+        }
+        own.planned_u.clear();
+        own.position = self.label(&own);
+        self.taken.push(own);
+        Ok(())
+    }
+
+    fn label(&self, reading: &Reading) -> String {
+        let wanted = reading.position.as_str();
+        let stays = self.taken.last().is_some_and(|last| {
+            let stem = last.position.split(" again ").next().unwrap_or_default();
+            stem == wanted
+                && plan::mountings(&[
+                    Reading { position: String::new(), ..last.clone() },
+                    Reading { position: String::new(), ..reading.clone() },
+                ]) == [0, 0]
+        });
+        match self.taken.last() {
+            Some(last) if stays => last.position.clone(),
+            _ => {
+                let used = |label: &str| self.taken.iter().any(|own| own.position == label);
+                let anew = |k: usize| format!("{wanted} again {k}");
+                if wanted.is_empty() || !used(wanted) {
+                    return wanted.to_string();
+                }
+                (2..).map(anew).find(|label| !used(label)).unwrap_or_default()
+            }
+        }
+    }
+
+    /// Take a reading back, by its number from 1. Errors: there is none.
+    pub fn undo(&mut self, number: usize) -> Result<()> {
+        let Some(k) = number.checked_sub(1).filter(|k| *k < self.taken.len()) else {
+            return Err(Malformed::new(Fault::Value, format!("there is no reading {number} to undo"))
+                .expected(match self.taken.len() {
+                    0 => "a reading first".to_string(),
+                    count => format!("1 to {count}"),
+                })
+                .found(number.to_string()));
+        };
+        self.taken.remove(k);
+        self.disagrees = match self.disagrees {
+            Some(own) if own == k => None,
+            Some(own) if own > k => Some(own - 1),
+            own => own,
+        };
+        Ok(())
+    }
+
+    /// What to say now. `fresh`: is the last reading new, so that it is to be judged?
+    ///
+    /// Errors: those of a fit and a diagnosis.
+    pub fn advise(&mut self, fresh: bool) -> Result<Advice> {
+        let newest = if fresh { self.newest()? } else { None };
+        if newest.as_ref().is_some_and(|own| own.agreement == Agreement::Disagrees) {
+            self.disagrees = self.taken.len().checked_sub(1);
+        }
+        let campaign = self.campaign();
+        let fit = if self.taken.is_empty() { None } else { Some(fit::fit(&campaign, &fit::Settings::default())?) };
+        let has_redundancy = fit.as_ref().is_some_and(|fit| fit.estimate.dof > 0);
+        let diagnosis = match has_redundancy {
+            true => Some(diagnosis::diagnose(&campaign, &self.catalogue, &self.settings.diagnosis)?),
+            false => None,
+        };
+        self.follow(diagnosis.as_ref());
+        // what an effect explains that is named by now, or what lies far back, is no open question
+        let explained = diagnosis.as_ref().is_some_and(|own| own.verdict == Verdict::EffectsFound);
+        let last = self.taken.len();
+        self.disagrees = self.disagrees.filter(|at| at + 1 == last || (!explained && at + mistakes::BACK > last));
+        let model = self.of(&self.model);
+        let point = point_of(&self.model, &self.taken);
+        let table = self.table(&point)?;
+        let seen = Seen::new(&table, &model, &self.taken, &self.noise, &point)?;
+        let mistake = match self.disagrees {
+            None => None,
+            Some(at) => {
+                let candidates = &self.candidates;
+                Some(mistakes::mistake(&self.model, &self.taken, candidates, at, &self.noise, seen.as_ref())?)
+            }
+        };
+        let goals = self.progress(fit.as_ref(), diagnosis.as_ref());
+        let probability = probability(diagnosis.as_ref(), seen.as_ref());
+        let mut advice = Advice {
+            readings: self.taken.len(),
+            cost: self.settings.costs.work(&self.taken).cost,
+            newest,
+            parameters: fit.as_ref().map_or(Vec::new(), estimated),
+            nothing_missing_or_named: probability,
+            unseen_effects: seen.as_ref().map_or(0, Seen::unseen),
+            diagnosis: diagnosis.as_ref().map(lacks),
+            mistake,
+            goals,
+            next: None,
+            ended: None,
+            unreachable: Vec::new(),
+        };
+        if let Some(seen) = &seen {
+            advice.unreachable = seen.unreachable(&table, &model, &self.settings.goals, &point)?;
+        }
+        self.decide(&mut advice, &model, (&table, seen.as_ref()), diagnosis.as_ref())?;
+        self.table = Some(table);
+        Ok(advice)
+    }
+
+    /// The model with the effects that are named, where they can stand in its lines.
+    fn follow(&mut self, diagnosis: Option<&Diagnosis>) {
+        let stands = |own: &diagnosis::Finding| {
+            matches!(own.effect.kind, Regressor::Term(_) | Regressor::Tilt(_) | Regressor::Known(_))
+        };
+        let repaired = diagnosis
+            .filter(|own| own.verdict == Verdict::EffectsFound && own.effects.iter().all(stands))
+            .and_then(|own| own.repaired.as_ref())
+            .filter(|own| own.readings.columns == self.campaign.readings.columns);
+        let model = repaired.unwrap_or(&self.campaign);
+        let lines = |own: &Campaign| -> Vec<String> {
+            let models = own.bench.sensors.iter().map(|sensor| sensor.model.to_string());
+            models.chain(own.estimated().iter().map(|p| p.id.clone())).collect()
+        };
+        if lines(model) != lines(&self.model) {
+            self.table = None;
+        }
+        self.model = model.without_readings(&self.campaign.readings.columns);
+    }
+
+    fn table(&mut self, point: &[f64]) -> Result<Table> {
+        let mut positions = self.candidates.clone();
+        for reading in &self.taken {
+            if !positions.iter().any(|own| same_position(own, reading)) {
+                positions.push(reading.unread());
+            }
+        }
+        match self.table.take().filter(|table| table.positions.len() == positions.len()) {
+            Some(table) => Ok(table),
+            None => Table::new(&self.model, &positions, &self.catalogue, &self.noise, point),
+        }
+    }
+
+    fn newest(&self) -> Result<Option<Newest>> {
+        let Some((own, others)) = self.taken.split_last() else { return Ok(None) };
+        let point = point_of(&self.model, others);
+        let predicted = evidence::predicted(&self.model, others, std::slice::from_ref(own), &point, &self.noise)?;
+        let agreement = predicted.as_ref().and_then(|(predicted, _)| mistakes::agreement(predicted));
+        let count = self.taken.len() as f64;
+        // 1/2 + 1/6 + 1/12 + ... = 1
+        let level = self.settings.false_alarms / (count * (count + 1.0));
+        let p = agreement.and_then(|(square, dof, _)| chi_square_survival(square, dof as f64));
+        Ok(Some(Newest {
+            reading: self.taken.len(),
+            position: own.position.clone(),
+            setting: mistakes::setting(&self.campaign, &own.joints),
+            agreement: match p {
+                None => Agreement::NotPredicted,
+                Some(p) if p < level => Agreement::Disagrees,
+                Some(_) => Agreement::Agrees,
+            },
+            deviation: agreement.map(|(_, _, largest)| largest),
+            p,
+            level,
+            remarks: self.clock(others.last(), own),
+        }))
+    }
+
+    /// A time that runs backwards.
+    fn clock(&self, before: Option<&Reading>, own: &Reading) -> Vec<String> {
+        let column = self.campaign.readings.columns.iter().position(|name| name == "time_s");
+        let time = |reading: &Reading| reading.columns.get(column?).copied().flatten();
+        match before.and_then(time).zip(time(own)) {
+            Some((before, now)) if now < before => vec![format!("time_s goes back from {before} to {now}")],
+            _ => Vec::new(),
+        }
+    }
+
+    fn progress(&self, fit: Option<&Fit>, diagnosis: Option<&Diagnosis>) -> Vec<Progress> {
+        let after = diagnosis.and_then(|own| own.after.as_ref());
+        let best = after.or(fit);
+        let one = |goal: &Goal| {
+            let parameter = best.and_then(|fit| fit.parameters.iter().find(|own| own.id == goal.id));
+            let derived = best.and_then(|fit| fit.derived.iter().find(|own| own.id == goal.id));
+            // with what is not known of aliases and of the rest
+            let change = diagnosis.and_then(|own| own.changes.iter().find(|own| own.id == goal.id));
+            let in_all = change.filter(|_| after.is_some()).and_then(diagnosis::Change::u_in_all);
+            let value = parameter.map_or(derived.and_then(|own| own.value), |own| own.value);
+            let uncertainty =
+                parameter.map_or(derived.and_then(|own| own.uncertainty.as_ref()), |own| own.uncertainty.as_ref());
+            let u = value.and(in_all.or(uncertainty.map(|own| own.u)));
+            let unit = match plan::is_angle(&self.campaign, &goal.id) {
+                true => "rad".to_string(),
+                false => parameter.map_or(String::new(), |own| own.unit.clone()),
+            };
+            let met = u.is_some_and(|u| u <= goal.u);
+            Progress { id: goal.id.clone(), value, u, goal: goal.u, unit, met }
+        };
+        self.settings.goals.iter().map(one).collect()
+    }
+
+    fn decide(
+        &self,
+        advice: &mut Advice,
+        model: &Campaign,
+        (table, seen): (&Table, Option<&Seen>),
+        diagnosis: Option<&Diagnosis>,
+    ) -> Result<()> {
+        let certain = advice.nothing_missing_or_named >= self.settings.probability;
+        let goals_met = advice.goals.iter().all(|goal| goal.met);
+        if self.taken.len() >= self.settings.most {
+            advice.ended = Some(Ending::MostReadings);
+            return Ok(());
+        }
+        if let Some(again) = self.again(advice) {
+            advice.next = Some(again);
+            return Ok(());
+        }
+        if let Some(next) = diagnosis.map(|own| self.discriminating(own)).transpose()?.flatten() {
+            advice.next = Some(next);
+            return Ok(());
+        }
+        if goals_met && certain {
+            advice.ended = Some(Ending::Reached);
+            return Ok(());
+        }
+        let Some(seen) = seen else { return Ok(()) };
+        let wanted: Vec<Goal> =
+            self.settings.goals.iter().filter(|goal| !advice.unreachable.contains(&goal.id)).cloned().collect();
+        let reachable_met = advice.goals.iter().all(|own| own.met || advice.unreachable.contains(&own.id));
+        // what no candidate's effect explains is not explained by more of the same
+        let exhausted = self.candidates.iter().all(|own| self.taken.iter().any(|reading| same_position(reading, own)));
+        let hopeless = reachable_met
+            && (certain
+                || (exhausted
+                    && diagnosis
+                        .is_some_and(|own| matches!(own.verdict, Verdict::Unexplained | Verdict::PartlyExplained))));
+        let worth = seen.worth(table, model, &wanted, (self.taken.last(), &self.settings.costs), !certain)?;
+        match worth.into_iter().find(|own| own.position < self.candidates.len()).filter(|_| !hopeless) {
+            None => advice.ended = Some(Ending::NothingToGain),
+            Some(Worth { position, goals, effects, cost }) => {
+                let reading = self.candidates.get(position);
+                advice.next =
+                    reading.map(|own| self.next(own, Why::Information, Vec::new(), Some(goals + effects), cost));
+            }
+        }
+        Ok(())
+    }
+
+    fn next(&self, reading: &Reading, why: Why, between: Vec<String>, information: Option<f64>, cost: f64) -> Next {
+        let keys = self.campaign.bench.joints().zip(&reading.joints).flat_map(|(name, state)| {
+            let (deg, deg_s, turns) = state.keys();
+            let one = |suffix: &str, value: Option<f64>| value.map(|value| (format!("{name}{suffix}"), value));
+            [one("_deg", deg), one("_deg_s", deg_s), one("_turns", turns)].into_iter().flatten()
+        });
+        let columns = self.campaign.readings.columns.iter().zip(&reading.columns);
+        let columns = columns.filter_map(|(name, value)| value.map(|value| (name.clone(), value)));
+        Next {
+            position: reading.position.clone(),
+            setting: mistakes::setting(&self.campaign, &reading.joints),
+            set: keys.chain(columns.filter(|_| reading.joints.is_empty())).collect(),
+            why,
+            between,
+            information,
+            cost,
+        }
+    }
+
+    fn cost_of(&self, reading: &Reading) -> f64 {
+        let before: Vec<Reading> = self.taken.last().cloned().into_iter().collect();
+        let run: Vec<Reading> = before.iter().chain([reading]).cloned().collect();
+        self.settings.costs.work(&run).cost - self.settings.costs.work(&before).cost
+    }
+
+    /// The position of a reading that does not agree, once more, unless a missing effect explains it.
+    fn again(&self, advice: &Advice) -> Option<Next> {
+        let mistake = advice.mistake.as_ref()?;
+        let at = self.disagrees.filter(|at| at + 1 == self.taken.len())?;
+        let missing = mistake.explanations.iter().filter(|own| own.kind == MistakeKind::MissingEffect);
+        if missing.map(|own| own.probability).sum::<f64>() > 0.5 {
+            return None;
+        }
+        let own = self.taken.get(at)?;
+        // what once more did not tell, a third time will not
+        if at.checked_sub(1).and_then(|k| self.taken.get(k)).is_some_and(|before| same_position(before, own)) {
+            return None;
+        }
+        let asked = self.candidates.iter().find(|candidate| same_position(candidate, own)).unwrap_or(own);
+        let between = mistake.explanations.iter().map(|own| format!("{}: {}", own.kind, own.what)).collect();
+        Some(self.next(asked, Why::Again, between, None, self.cost_of(asked)))
+    }
+
+    /// A position that tells a finding from what else it could be.
+    fn discriminating(&self, diagnosis: &Diagnosis) -> Result<Option<Next>> {
+        for finding in &diagnosis.effects {
+            let rivals: Vec<&diagnosis::Alias> = finding
+                .aliases
+                .iter()
+                .filter(|own| {
+                    own.together_with.is_none() && !own.vanishing && own.probability > 1.0 - self.settings.probability
+                })
+                .collect();
+            let term = |regressor: Regressor| {
+                let common = matches!(regressor, Regressor::Tilt(_) | Regressor::Known(_));
+                (common || matches!(regressor, Regressor::Term(_)))
+                    .then(|| Term { sensor: finding.effect.sensor.filter(|_| !common), regressor })
+            };
+            let others: Vec<Term> = rivals
+                .iter()
+                .filter_map(|own| {
+                    Regressor::parse(&self.campaign, finding.effect.sensor, &own.regressor).ok().and_then(term)
+                })
+                .collect();
+            let Some(own) = term(finding.effect.kind.clone()).filter(|_| !others.is_empty()) else { continue };
+            let columns = self.campaign.readings.columns.clone();
+            let offer = Offer {
+                kept: Readings { columns: columns.clone(), rows: self.taken.clone() },
+                candidates: Readings { columns, rows: self.candidates.clone() },
+                noise: self.noise.clone(),
+                costs: self.settings.costs,
+            };
+            let often = |position: &Reading| self.taken.iter().filter(|own| same_position(own, position)).count();
+            let found = plan::discriminating_positions(&self.campaign(), &offer, &own, &others)?;
+            let fresh = found.into_iter().find(|own| !own.told.is_empty() && often(&own.position) < MOST_TELLING);
+            if let Some(best) = fresh {
+                let position = self.candidates.iter().find(|own| same_position(own, &best.position));
+                let position = position.unwrap_or(&best.position);
+                let names = [finding.effect.regressor.clone()]
+                    .into_iter()
+                    .chain(rivals.iter().map(|own| own.regressor.clone()));
+                return Ok(Some(self.next(
+                    position,
+                    Why::Discriminates,
+                    names.collect(),
+                    None,
+                    self.cost_of(position),
+                )));
+            }
+        }
+        Ok(None)
+    }
+}
+
+/// How often one position is taken to tell two explanations apart: what two readings do not tell, a third will hardly.
+const MOST_TELLING: usize = 2;
+
+/// The solution of these readings, or the reference point where there is none.
+fn point_of(model: &Campaign, taken: &[Reading]) -> Vec<f64> {
+    let readings = Readings { columns: model.readings.columns.clone(), rows: taken.to_vec() };
+    let solved =
+        (!taken.is_empty()).then(|| fit::fit(&model.with_readings(readings), &fit::Settings::default()).ok()).flatten();
+    let usable = solved.filter(|fit| fit.convergence.as_ref().is_none_or(|own| own.converged));
+    usable
+        .map(|fit| fit.point)
+        .filter(|point| point.iter().all(|v| v.is_finite()))
+        .unwrap_or_else(|| model.reference_point())
+}
+
+/// Probability that nothing is missing or that all of it is named.
+fn probability(diagnosis: Option<&Diagnosis>, seen: Option<&Seen>) -> f64 {
+    let rest = seen.map_or(0.0, Seen::nothing_missing);
+    match diagnosis.map(|own| own.verdict) {
+        None | Some(Verdict::NothingMissing | Verdict::NotDiagnosable) => rest,
+        Some(Verdict::EffectsFound) => {
+            diagnosis.into_iter().flat_map(|own| &own.effects).map(|own| own.probability).product::<f64>() * rest
+        }
+        Some(_) => 0.0,
+    }
+}
+
+fn estimated(fit: &Fit) -> Vec<Estimated> {
+    let one = |own: &fit::ParameterResult| Estimated {
+        id: own.id.clone(),
+        value: own.value,
+        u: own.value.and(own.uncertainty.as_ref().map(|own| own.u)),
+        unit: own.unit.clone(),
+    };
+    fit.parameters.iter().map(one).collect()
+}
+
+fn lacks(diagnosis: &Diagnosis) -> Lacks {
+    let named = |own: &diagnosis::Finding| Named {
+        regressor: own.effect.regressor.clone(),
+        name: own.effect.name.clone(),
+        value: own.value,
+        u: own.u,
+        unit: own.unit.clone(),
+        probability: own.probability,
+        aliases: own.aliases.iter().map(|alias| alias.regressor.clone()).collect(),
+    };
+    Lacks { verdict: diagnosis.verdict, effects: diagnosis.effects.iter().map(named).collect() }
+}

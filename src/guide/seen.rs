@@ -1,0 +1,285 @@
+//! What the readings so far could have shown of effects that the model may lack, and what the next position is worth.
+//!
+//! ```text
+//! T = c'(1 - H)c,  t = c'(1 - H)r          an effect's column beside the model, at the readings that were taken
+//! B = E exp(a t - a^2 T / 2),  a ~ N(+-m, s^2)           how much more probable the readings are with it than without
+//! P(nothing is missing) = 1 / (1 + mean of B over the effects)          even odds beforehand, each effect alike
+//! worth = sum over goals of ln(u / u') + sum over effects of their share of B times ln(1 + m^2 (T' - T)) / 2      [nats]
+//! ```
+//!
+//! `m` and `s` are in units of the effect's standard uncertainty when every candidate was taken once. What a position changes, `u'` and `T'`, are
+//! updates of low rank.
+#![allow(
+    clippy::indexing_slicing,
+    reason = "a table has one column for each effect, with a row for each sensor at each position"
+)]
+
+use super::evidence::{Rows, Told, sizes, unknowns};
+use super::mistakes::same_state;
+use crate::campaign::{Campaign, Reading, Readings};
+use crate::diagnosis::{Effect, foresee};
+use crate::error::Result;
+use crate::linear::{Triangle, dot};
+use crate::plan::{Costs, Goal, Noise, gradients};
+
+/// Size of an effect that counts as missing, and its spread: ten to forty times its uncertainty when all candidates were taken, so that the whole
+/// schedule would name it without fail.
+const SIZE: f64 = 20.0;
+const SPREAD: f64 = 7.0;
+
+/// Candidates, and what each effect does there.
+#[derive(Debug, Clone)]
+pub(super) struct Table {
+    pub positions: Vec<Reading>,
+    effects: Vec<Column>,
+    /// Whitened slopes, and whitened effects, of each position as a mounting of its own.
+    blocks: Vec<(Vec<Vec<f64>>, Vec<Vec<f64>>)>,
+    sensors: usize,
+}
+
+#[derive(Debug, Clone)]
+struct Column {
+    name: String,
+    /// One value for each sensor at each position.
+    values: Vec<f64>,
+    /// Its standard uncertainty when every candidate was taken once.
+    u: f64,
+}
+
+impl Table {
+    pub fn new(
+        model: &Campaign,
+        positions: &[Reading],
+        catalogue: &[Effect],
+        noise: &Noise,
+        point: &[f64],
+    ) -> Result<Self> {
+        // each a mounting of its own
+        let apart = |(k, own): (usize, &Reading)| Reading { position: format!("candidate {k}"), ..own.unread() };
+        let rows: Vec<Reading> = positions.iter().enumerate().map(apart).collect();
+        let columns = &model.readings.columns;
+        let all = model.with_readings(Readings { columns: columns.clone(), rows: rows.clone() });
+        let foreseen = foresee(&all, catalogue, noise)?;
+        let firsts = foreseen.groups.iter().filter_map(|group| foreseen.prospects.get(*group.members.first()?));
+        let effects: Vec<Column> = firsts
+            .filter_map(|own| {
+                Some(Column {
+                    name: format!("{} ({})", own.effect.name, own.effect.regressor),
+                    values: own.effect.column.clone(),
+                    u: own.u?,
+                })
+            })
+            .collect();
+        let sensors = model.bench.sensors.len();
+        let block = |(k, row): (usize, &Reading)| -> Result<_> {
+            let one = model.with_readings(Readings { columns: columns.clone(), rows: vec![row.clone()] });
+            let own = Rows::new(&one, point, noise)?;
+            let columns = effects.iter().map(|e| own.white(part(&e.values, k, sensors))).collect();
+            Ok((own.whitened().0, columns))
+        };
+        let blocks = rows.iter().enumerate().map(block).collect::<Result<_>>()?;
+        Ok(Table { positions: positions.to_vec(), effects, blocks, sensors })
+    }
+
+    /// The position of a reading in the table: the same joints and columns.
+    pub fn find(&self, reading: &Reading) -> Option<usize> {
+        self.positions.iter().position(|own| same_position(own, reading))
+    }
+}
+
+/// The same setting with the same further columns.
+pub(super) fn same_position(a: &Reading, b: &Reading) -> bool {
+    a.joints.iter().zip(&b.joints).all(|(a, b)| same_state(a, b)) && (!a.joints.is_empty() || a.columns == b.columns)
+}
+
+fn part(values: &[f64], position: usize, sensors: usize) -> Vec<f64> {
+    (0..sensors).map(|s| values.get(position * sensors + s).copied().unwrap_or(0.0)).collect()
+}
+
+/// What the readings told, beside what they would have shown.
+#[derive(Debug, Clone)]
+pub(super) struct Seen {
+    told: Told,
+    which: Vec<usize>,
+    effects: Vec<One>,
+}
+
+#[derive(Debug, Clone)]
+struct One {
+    name: String,
+    u: f64,
+    /// Information of its coefficient.
+    t_square: f64,
+    /// What the model takes up of it.
+    taken_up: Vec<f64>,
+    /// Logarithm of how much more probable the readings are with it.
+    evidence: f64,
+}
+
+/// What a position is worth.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Worth {
+    pub position: usize,
+    /// Nats about the goals, and about what may be missing.
+    pub goals: f64,
+    pub effects: f64,
+    pub cost: f64,
+}
+
+impl Seen {
+    pub fn new(
+        table: &Table,
+        model: &Campaign,
+        taken: &[Reading],
+        noise: &Noise,
+        point: &[f64],
+    ) -> Result<Option<Self>> {
+        let columns = model.readings.columns.clone();
+        let campaign = model.with_readings(Readings { columns, rows: taken.to_vec() });
+        let (which, priors) = unknowns(&campaign, point);
+        let measured = if taken.is_empty() { None } else { Some(Rows::new(&campaign, point, noise)?) };
+        let (white, rest) = measured.as_ref().map(Rows::whitened).unwrap_or_default();
+        let all: Vec<Vec<f64>> = table.blocks.iter().flat_map(|(rows, _)| rows.clone()).collect();
+        let Some(told) = Told::new(&white, &rest, &priors, &sizes(&all, priors.len())) else { return Ok(None) };
+        let places: Vec<Option<usize>> = taken.iter().map(|reading| table.find(reading)).collect();
+        let residual: Vec<f64> = white.iter().zip(&rest).map(|(row, rest)| rest - dot(row, &told.estimate)).collect();
+        let effects = table.effects.iter().map(|effect| {
+            let column: Vec<f64> = measured.as_ref().map_or(Vec::new(), |rows| {
+                let value = |origin: &crate::design::RowOrigin| {
+                    let place = places.get(origin.reading).copied().flatten()?;
+                    effect.values.get(place * table.sensors + origin.sensor).copied()
+                };
+                rows.white(rows.origins.iter().map(|origin| value(origin).unwrap_or(0.0)).collect())
+            });
+            let taken_up = told.solved(&white, &column);
+            let left: Vec<f64> = white.iter().zip(&column).map(|(row, c)| c - dot(row, &taken_up)).collect();
+            // what rounding leaves of a column that the model takes up is nothing
+            let t_square = dot(&left, &column).max(0.0);
+            let t = dot(&column, &residual);
+            let evidence = evidence(t * effect.u, t_square * effect.u * effect.u);
+            One { name: effect.name.clone(), u: effect.u, t_square, taken_up, evidence }
+        });
+        let effects = effects.collect();
+        Ok(Some(Seen { told, which, effects }))
+    }
+
+    /// Every effect with the logarithm of how much more probable it makes the readings.
+    pub fn explanations(&self) -> Vec<(String, f64)> {
+        self.effects.iter().map(|own| (own.name.clone(), own.evidence)).collect()
+    }
+
+    /// Probability that no effect of the catalogue, large enough for the whole schedule to name it, is missing.
+    pub fn nothing_missing(&self) -> f64 {
+        if self.effects.is_empty() {
+            return 1.0;
+        }
+        let mean = self.effects.iter().map(|own| own.evidence.exp()).sum::<f64>() / self.effects.len() as f64;
+        1.0 / (1.0 + mean)
+    }
+
+    /// Effects whose readings, if they were there, could still not be told from readings without them.
+    pub fn unseen(&self) -> usize {
+        let shows = |own: &&One| evidence(0.0, own.t_square * own.u * own.u) < (1.0_f64 / 20.0).ln();
+        self.effects.len() - self.effects.iter().filter(shows).count()
+    }
+
+    /// The directions of a goal among the unknowns.
+    fn directions(&self, model: &Campaign, goal: &Goal) -> Result<Vec<Vec<f64>>> {
+        let place = |k: usize| self.which.iter().position(|own| *own == k);
+        if let Some(at) = model.parameter_index(&goal.id).and_then(place) {
+            return Ok(vec![(0..self.which.len()).map(|k| f64::from(u8::from(k == at))).collect()]);
+        }
+        let Some(quantity) = model.derived.iter().find(|own| own.id == goal.id) else { return Ok(Vec::new()) };
+        let full = |mut own: Vec<f64>| {
+            own.resize(self.which.len(), 0.0);
+            own
+        };
+        Ok(gradients(model, quantity)?.into_iter().map(full).collect())
+    }
+
+    /// What each position is worth, for its cost, the best first; nothing where no position tells anything.
+    pub fn worth(
+        &self,
+        table: &Table,
+        model: &Campaign,
+        goals: &[Goal],
+        (last, costs): (Option<&Reading>, &Costs),
+        wants_effects: bool,
+    ) -> Result<Vec<Worth>> {
+        let mut limits: Vec<(Vec<f64>, f64, f64)> = Vec::new();
+        for goal in goals {
+            for direction in self.directions(model, goal)? {
+                let variance = self.told.variance(&direction);
+                limits.push((self.told.through(&direction), variance, goal.u * goal.u));
+            }
+        }
+        let most = self.effects.iter().map(|own| own.evidence).fold(0.0, f64::max);
+        let sum: f64 = self.effects.iter().map(|own| (own.evidence - most).exp()).sum();
+        let before: Vec<Reading> = last.cloned().into_iter().collect();
+        let spent = costs.work(&before).cost;
+        let one = |(position, (rows, columns)): (usize, &(Vec<Vec<f64>>, Vec<Vec<f64>>))| {
+            let through: Vec<Vec<f64>> = rows.iter().map(|row| self.told.through(row)).collect();
+            let spread = |i: usize, j: usize| f64::from(u8::from(i == j)) + dot(&through[i], &through[j]);
+            let factor = Triangle::of(rows.len(), spread, |_| 0.0)?;
+            let square = |mut own: Vec<f64>| {
+                factor.forward(&mut own);
+                dot(&own, &own)
+            };
+            let of_goal = |(along, variance, limit): &(Vec<f64>, f64, f64)| {
+                let less = variance - square(through.iter().map(|row| dot(row, along)).collect());
+                // beyond the goal nothing is gained
+                0.5 * (variance.max(*limit) / less.max(*limit)).ln()
+            };
+            let of_effect = |(own, column): (&One, &Vec<f64>)| {
+                let error = rows.iter().zip(column).map(|(row, f)| f - dot(row, &own.taken_up)).collect();
+                let more = square(error) * (SIZE * own.u).powi(2);
+                (own.evidence - most).exp() / sum * 0.5 * more.ln_1p()
+            };
+            let reading = &table.positions[position];
+            let run: Vec<Reading> = before.iter().chain([reading]).cloned().collect();
+            Some(Worth {
+                position,
+                goals: limits.iter().map(of_goal).sum(),
+                effects: if wants_effects { self.effects.iter().zip(columns).map(of_effect).sum() } else { 0.0 },
+                cost: costs.work(&run).cost - spent,
+            })
+        };
+        let mut all: Vec<Worth> = table.blocks.iter().enumerate().filter_map(one).collect();
+        let rate = |own: &Worth| (own.goals + own.effects) / own.cost.max(f64::MIN_POSITIVE);
+        all.retain(|own| own.goals + own.effects > NOTHING);
+        all.sort_by(|a, b| rate(b).total_cmp(&rate(a)));
+        Ok(all)
+    }
+
+    /// Goals that all candidates together, however often they are taken, do not reach.
+    pub fn unreachable(&self, table: &Table, model: &Campaign, goals: &[Goal], point: &[f64]) -> Result<Vec<String>> {
+        let rows: Vec<Vec<f64>> = table.blocks.iter().flat_map(|(rows, _)| rows.clone()).collect();
+        let often: Vec<Vec<f64>> = rows.iter().map(|row| row.iter().map(|a| a * OFTEN).collect()).collect();
+        let (_, priors) = unknowns(model, point);
+        let told = Told::new(&often, &vec![0.0; often.len()], &priors, &sizes(&rows, priors.len()));
+        let Some(told) = told else { return Ok(Vec::new()) };
+        let mut found = Vec::new();
+        for goal in goals {
+            let directions = self.directions(model, goal)?;
+            let variance = directions.iter().map(|own| told.variance(own)).fold(0.0, f64::max);
+            if variance > goal.u * goal.u || directions.is_empty() {
+                found.push(goal.id.clone());
+            }
+        }
+        Ok(found)
+    }
+}
+
+/// Fewer nats than these are nothing.
+const NOTHING: f64 = 1e-6;
+/// Readings, as a square root, that stand for any number of them.
+const OFTEN: f64 = 1e2;
+
+/// `ln B`, with `t` and `T` in units of the effect's uncertainty when all candidates were taken.
+fn evidence(t: f64, information: f64) -> f64 {
+    let s = SPREAD * SPREAD;
+    let side = |m: f64| 0.5 * ((t + m / s).powi(2) / (information + 1.0 / s) - m * m / s);
+    let (a, b) = (side(SIZE), side(-SIZE));
+    let most = a.max(b);
+    -0.5 * (s * information).ln_1p() + most + (0.5 * ((a - most).exp() + (b - most).exp())).ln()
+}
