@@ -3,7 +3,7 @@
 use crate::campaign::JointState;
 use crate::vocabulary::vocabulary;
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 vocabulary! {
     /// What may have gone wrong at the bench.
@@ -42,7 +42,7 @@ vocabulary! {
 vocabulary! {
     /// Why a position comes next.
     Why {
-        /// It tells most, for its cost, about the goals and about what the model may lack.
+        /// It tells most, for its cost: about the unknowns until all are determined, then about the goals and about what the model may lack.
         Information = "information",
         /// It tells explanations of the residuals apart.
         Discriminates = "tells-apart",
@@ -64,11 +64,11 @@ vocabulary! {
 }
 
 /// What a guide says.
-#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Advice {
     /// Readings that stand.
     pub readings: usize,
-    /// What their work cost.
+    /// What their work cost, in the unit of the costs that were given.
     pub cost: f64,
     /// The newest reading, against the others.
     pub newest: Option<Newest>,
@@ -93,7 +93,7 @@ pub struct Advice {
 }
 
 /// The newest reading, against what the others predict.
-#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Newest {
     /// Number of the reading, from 1.
     pub reading: usize,
@@ -107,35 +107,35 @@ pub struct Newest {
     pub deviation: Option<f64>,
     /// Probability of a difference as large by chance.
     pub p: Option<f64>,
-    /// The level that was asked: their sum over all readings is the family-wise level.
+    /// The probability below which it does not agree: their sum over all readings is the family-wise level.
     pub level: f64,
     /// What is odd about its other columns.
     pub remarks: Vec<String>,
 }
 
 /// An estimated parameter so far.
-#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Estimated {
     /// Its name.
     pub id: String,
-    /// Its value; none while it is not estimable.
+    /// Its value, in `unit`; none while it is not estimable.
     pub value: Option<f64>,
-    /// Its standard uncertainty.
+    /// Its standard uncertainty, in `unit`.
     pub u: Option<f64>,
     /// Unit of both.
     pub unit: String,
 }
 
 /// A goal and how far it is.
-#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Progress {
     /// The parameter or derived quantity.
     pub id: String,
-    /// Its value; none while it is not estimable.
+    /// Its value, in `unit`; none while it is not estimable.
     pub value: Option<f64>,
-    /// Its standard uncertainty.
+    /// Its standard uncertainty, in `unit`.
     pub u: Option<f64>,
-    /// The standard uncertainty that is wanted.
+    /// The standard uncertainty that is wanted, in `unit`.
     pub goal: f64,
     /// Unit of these.
     pub unit: String,
@@ -144,22 +144,22 @@ pub struct Progress {
 }
 
 /// What may have gone wrong.
-#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Mistake {
     /// Number of the reading that does not agree, from 1.
     pub reading: usize,
-    /// The kind of mistake, where one is probable enough for a name.
+    /// The kind of mistake, where it has a probability of at least 0.95.
     pub named: Option<MistakeKind>,
-    /// Number of the reading at which it was made.
+    /// Number of the reading at which it was made, where that has a probability of at least 0.95.
     pub at: Option<usize>,
-    /// Do several explanations fit alike?
-    pub cannot_be_told: bool,
-    /// Explanations, the most probable first.
+    /// Probability that it is chance.
+    pub chance: f64,
+    /// Explanations, the most probable first: as many as have a probability of 0.95 together.
     pub explanations: Vec<Explanation>,
 }
 
 /// One explanation of a reading that does not agree.
-#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Explanation {
     /// The kind of mistake.
     pub kind: MistakeKind,
@@ -176,7 +176,7 @@ pub struct Explanation {
 }
 
 /// What the model lacks.
-#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Lacks {
     /// The verdict, as `diagnose` says it.
     pub verdict: crate::diagnosis::Verdict,
@@ -185,7 +185,7 @@ pub struct Lacks {
 }
 
 /// An effect that is named.
-#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Named {
     /// The term, as `diagnose` writes it.
     pub regressor: String,
@@ -204,20 +204,20 @@ pub struct Named {
 }
 
 /// The position to set next.
-#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Next {
     /// Label of the position.
     pub position: String,
     /// The setting, for a person.
     pub setting: String,
-    /// The setting as keys of a reading.
+    /// The setting as keys of a reading, in the units that the keys name.
     pub set: std::collections::BTreeMap<String, f64>,
     /// Why this one.
     pub why: Why,
     /// Explanations that it tells apart.
     pub between: Vec<String>,
-    /// What it is expected to tell, in nats.
+    /// What it is expected to tell, in nats (a pure number).
     pub information: Option<f64>,
-    /// What setting and reading it costs, from where the bench stands.
+    /// What setting and reading it costs, from where the bench stands, in the unit of the costs that were given.
     pub cost: f64,
 }

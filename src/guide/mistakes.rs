@@ -1,11 +1,11 @@
 //! Which mistake at the bench explains a reading that does not agree with the others.
 //!
-//! Each hypothesis is the model evaluated at the mistaken setting: its weight is the density of the readings under it, over that of the readings as they
-//! were asked for. Every kind of mistake has the same odds beforehand, which its members (settings, readings, tilts, effects) share. Sizes that
-//! nobody knows (of a slip, of a bad value) have the same odds in every decade.
+//! Each hypothesis is the density of the readings under it, over that of the readings as they were asked for: the model at the mistaken setting, or
+//! with a further unknown. Every kind of mistake has the same odds beforehand, which its members (settings, readings, tilts, effects) share. Sizes
+//! that nobody knows (of a slip, of a bad value) have the same odds in every decade.
 
 use super::advice::{Explanation, Mistake, MistakeKind};
-use super::evidence::{Predicted, predicted};
+use super::evidence::{Beliefs, Rows, Solved, Source};
 use super::seen::Seen;
 use crate::campaign::{Campaign, JointState, Reading};
 use crate::elements::Parts;
@@ -16,12 +16,8 @@ use crate::plan::Noise;
 const SLIPS_RAD: [f64; 5] = [1e-5, 1e-4, 1e-3, 1e-2, 1e-1];
 /// Decades of a bad value, in standard deviations.
 const BAD: [f64; 5] = [1e1, 1e2, 1e3, 1e4, 1e5];
-/// Explanations that are shown have at least this probability.
-const SHOWN: f64 = 0.01;
-/// An explanation this probable is named.
-pub(super) const NAMED: f64 = 0.95;
-/// Settings whose probabilities differ by less than this factor are not told apart.
-const ALIKE: f64 = 20.0;
+/// What has this probability is named, and the explanations that are listed have it together.
+const NAMED: f64 = 0.95;
 /// Readings before the one that does not agree that may be the mistaken ones themselves.
 pub(super) const BACK: usize = 12;
 
@@ -34,18 +30,42 @@ struct Hypothesis {
     weight: f64,
 }
 
+/// The model that readings are judged by.
+#[derive(Clone, Copy)]
+pub(super) struct Judge<'a> {
+    pub model: &'a Campaign,
+    pub beliefs: &'a Beliefs,
+    pub noise: &'a Noise,
+    /// The most probable point of all readings; empty where it is not known yet.
+    pub point: &'a [f64],
+}
+
+impl Judge<'_> {
+    /// The most probable point of these readings.
+    pub fn solved(&self, readings: &[Reading]) -> Result<Option<Solved>> {
+        let start = if self.point.is_empty() { &self.beliefs.point(self.model) } else { self.point };
+        Solved::new(self.model, self.beliefs, readings, start, self.noise)
+    }
+
+    /// `ln p` of readings about a point.
+    fn log_density(&self, readings: &[Reading], point: &[f64]) -> Result<Option<f64>> {
+        let rows = Rows::of(self.model, self.beliefs, readings, point, self.noise)?;
+        Ok(rows.told(self.beliefs, point, &[]).map(|own| own.log_density))
+    }
+}
+
 /// The mistakes that could explain the readings; `newest` is the one that does not agree.
 pub(super) fn mistake(
-    campaign: &Campaign,
+    judge: Judge,
     taken: &[Reading],
     candidates: &[Reading],
     newest: usize,
-    noise: &Noise,
     seen: Option<&Seen>,
 ) -> Result<Mistake> {
     let mut all: Vec<Hypothesis> = Vec::new();
     for j in newest.saturating_sub(BACK)..=newest {
-        of_reading(campaign, taken, candidates, j, noise, &mut all)?;
+        of_reading(judge, taken, candidates, j, &mut all)?;
+        slips(judge, taken, j, &mut all)?;
     }
     if let Some(seen) = seen {
         all.extend(seen.explanations().into_iter().map(|(what, weight)| Hypothesis {
@@ -59,103 +79,104 @@ pub(super) fn mistake(
     Ok(weighed(all, newest))
 }
 
+/// Another setting, exchanged sensors, a bad value.
 fn of_reading(
-    campaign: &Campaign,
+    judge: Judge,
     taken: &[Reading],
     candidates: &[Reading],
     j: usize,
-    noise: &Noise,
     all: &mut Vec<Hypothesis>,
 ) -> Result<()> {
+    let campaign = judge.model;
     let Some(own) = taken.get(j) else { return Ok(()) };
+    let with = |reading: Reading| -> Vec<Reading> {
+        taken.iter().enumerate().map(|(k, other)| if k == j { reading.clone() } else { other.clone() }).collect()
+    };
     let others: Vec<Reading> = taken.iter().enumerate().filter(|(k, _)| *k != j).map(|(_, r)| r.clone()).collect();
-    let point = super::point_of(campaign, &others);
-    let at = |reading: Reading| -> Result<Option<f64>> {
-        let found = predicted(campaign, &others, &[reading], &point, noise)?;
-        Ok(found.and_then(|(own, _)| own.log_density(|_, _| 0.0)))
-    };
-    let Some((clean, _)) = predicted(campaign, &others, std::slice::from_ref(own), &point, noise)? else {
-        return Ok(());
-    };
-    let Some(as_asked) = clean.log_density(|_, _| 0.0) else { return Ok(()) };
-    let mut push = |kind, what: String, joints: Option<Vec<JointState>>, weight: Option<f64>| {
-        if let Some(weight) = weight {
-            all.push(Hypothesis { kind, reading: j, what, joints, weight: weight - as_asked });
+    let Some(solved) = judge.solved(&others)? else { return Ok(()) };
+    let point = solved.point;
+    let rows = Rows::of(campaign, judge.beliefs, taken, &point, judge.noise)?;
+    let Some(as_asked) = rows.told(judge.beliefs, &point, &[]).map(|own| own.log_density) else { return Ok(()) };
+    let mut push = |kind, what: String, joints: Option<Vec<JointState>>, density: Option<f64>| {
+        if let Some(density) = density {
+            all.push(Hypothesis { kind, reading: j, what, joints, weight: density - as_asked });
         }
     };
     for (kind, joints) in settings(campaign, own, candidates) {
         let names: Vec<&str> = campaign.bench.joints().collect();
-        let moved = Reading {
-            columns: campaign.readings.position(&names, own, joints.clone()).columns,
-            joints: joints.clone(),
-            ..own.clone()
-        };
-        let weight = at(moved)?;
-        push(kind, setting(campaign, &joints), Some(joints), weight);
+        let columns = campaign.readings.position(&names, own, joints.clone()).columns;
+        let moved = Reading { columns, joints: joints.clone(), ..own.clone() };
+        let density = judge.log_density(&with(moved), &point)?;
+        push(kind, setting(campaign, &joints), Some(joints), density);
     }
     for (a, first) in own.observations.iter().enumerate() {
         for (b, second) in own.observations.iter().enumerate().skip(a + 1) {
-            let (Some(one), Some(other)) =
-                (campaign.bench.sensors.get(first.sensor), campaign.bench.sensors.get(second.sensor))
-            else {
-                continue;
-            };
+            let sensors = (campaign.bench.sensors.get(first.sensor), campaign.bench.sensors.get(second.sensor));
+            let (Some(one), Some(other)) = sensors else { continue };
             if one.unit != other.unit {
                 continue;
             }
             let mut exchanged = own.clone();
-            let values = [second.value, first.value];
-            exchanged.observations.iter_mut().skip(a).take(1).for_each(|slot| slot.value = values[0]);
-            exchanged.observations.iter_mut().skip(b).take(1).for_each(|slot| slot.value = values[1]);
-            let weight = at(exchanged)?;
-            push(MistakeKind::ExchangedSensors, format!("{} and {}", one.id, other.id), None, weight);
+            exchanged.observations.iter_mut().skip(a).take(1).for_each(|slot| slot.value = second.value);
+            exchanged.observations.iter_mut().skip(b).take(1).for_each(|slot| slot.value = first.value);
+            let density = judge.log_density(&with(exchanged), &point)?;
+            push(MistakeKind::ExchangedSensors, format!("{} and {}", one.id, other.id), None, density);
         }
     }
-    // an offset of this reading alone, of any size
-    push(
-        MistakeKind::BadReading,
-        format!("reading {}", j + 1),
-        None,
-        mean_over(BAD, |size| clean.log_density(|a, b| if a == b { size * size } else { 0.0 })),
-    );
-    slips(campaign, taken, j, noise, all)
+    // an offset of each of its values, of any size
+    let bad = |size: f64| {
+        let one = |(i, sd): (usize, &f64)| {
+            let of = |k: usize| if k == i { size * sd } else { 0.0 };
+            rows.white((0..rows.sd.len()).map(of).collect())
+        };
+        let own = rows.sd.iter().enumerate().filter(|(i, _)| rows.origins.get(*i).is_some_and(|o| o.reading == j));
+        let columns: Vec<Vec<f64>> = own.map(one).collect();
+        rows.told(judge.beliefs, &point, &columns).map(|own| own.log_density)
+    };
+    push(MistakeKind::BadReading, format!("reading {}", j + 1), None, mean_over(BAD, bad));
+    Ok(())
 }
 
 /// A step of one tilt from this reading on.
-fn slips(campaign: &Campaign, taken: &[Reading], j: usize, noise: &Noise, all: &mut Vec<Hypothesis>) -> Result<()> {
-    let (before, after) = (taken.part(..j), taken.part(j..));
+fn slips(judge: Judge, taken: &[Reading], j: usize, all: &mut Vec<Hypothesis>) -> Result<()> {
+    let before = taken.part(..j);
     if before.is_empty() {
         return Ok(());
     }
-    let point = super::point_of(campaign, before);
-    let Some((own, rows)) = predicted(campaign, before, after, &point, noise)? else { return Ok(()) };
-    let Some(as_asked) = own.log_density(|_, _| 0.0) else { return Ok(()) };
-    let first = rows.origins.iter().take_while(|origin| origin.reading < j).count();
-    for tilt in campaign.bench.tilts() {
-        let Some(k) = campaign.parameter_index(tilt) else { continue };
-        let column =
-            (0..rows.origins.len()).map(|i| if i < first { 0.0 } else { rows.design.jacobian[(i, k)] }).collect();
-        let felt = rows.white(column);
-        let felt = felt.part(first..);
+    let Some(solved) = judge.solved(before)? else { return Ok(()) };
+    let point = solved.point;
+    let at = |later: &[f64]| Rows::stepped(judge.model, judge.beliefs, taken, (&point, later, j), judge.noise);
+    let rows = at(&point)?;
+    let Some(as_asked) = rows.told(judge.beliefs, &point, &[]) else { return Ok(()) };
+    for tilt in judge.model.bench.tilts() {
+        let Some(k) = judge.model.parameter_index(tilt) else { continue };
+        let felt = rows.along(k, 1.0, j);
         if felt.iter().all(|value| *value == 0.0) {
             continue;
         }
-        let density = |size: f64| own.log_density(|a, b| size * size * product(felt, a, b));
-        if let Some(weight) = mean_over(SLIPS_RAD, density) {
+        // the exact rotation at the slip that explains most, so that its size is not limited by the first derivative
+        let largest = SLIPS_RAD.into_iter().fold(0.0, f64::max);
+        let slip = rows.told(judge.beliefs, &point, &[felt.iter().map(|v| v * largest).collect()]);
+        let slip = slip.and_then(|own| own.estimate.last().copied()).unwrap_or_default() * largest;
+        let later: Vec<f64> = point.iter().enumerate().map(|(i, x)| if i == k { x + slip } else { *x }).collect();
+        let mut slipped = at(&later)?;
+        let felt = slipped.along(k, 1.0, j);
+        slipped.rest.iter_mut().zip(&felt).for_each(|(rest, by)| *rest += slip * by);
+        let density = |size: f64| {
+            let column = felt.iter().map(|v| v * size).collect();
+            slipped.told(judge.beliefs, &point, &[column]).map(|own| own.log_density)
+        };
+        if let Some(density) = mean_over(SLIPS_RAD, density) {
             all.push(Hypothesis {
                 kind: MistakeKind::SlippedMounting,
                 reading: j,
                 what: tilt.to_string(),
                 joints: None,
-                weight: weight - as_asked,
+                weight: density - as_asked.log_density,
             });
         }
     }
     Ok(())
-}
-
-fn product(column: &[f64], a: usize, b: usize) -> f64 {
-    column.get(a).zip(column.get(b)).map_or(0.0, |(a, b)| a * b)
 }
 
 /// The logarithm of the mean of densities over sizes of equal odds.
@@ -249,34 +270,47 @@ fn weighed(mut all: Vec<Hypothesis>, newest: usize) -> Mistake {
         })
         .collect();
     explanations.sort_by(|a, b| b.probability.total_cmp(&a.probability));
-    let of = |kind: MistakeKind, reading: usize| {
-        let same = explanations.iter().filter(|own| own.kind == kind && own.reading == reading);
-        same.map(|own| own.probability).sum::<f64>()
+    let of = |is: &dyn Fn(&Explanation) -> bool| {
+        explanations.iter().filter(|own| is(own)).map(|own| own.probability).sum::<f64>() >= NAMED
     };
     let first = explanations.first();
-    let named = first.map(|own| (own.kind, own.reading)).filter(|(kind, reading)| of(*kind, *reading) >= NAMED);
-    let kind = named.map(|(kind, _)| kind);
-    let least = first.map_or(SHOWN, |own| (own.probability / ALIKE).min(SHOWN));
-    let alike = |own: &&Explanation| first.is_some_and(|first| own.probability * ALIKE > first.probability);
-    let cannot_be_told = explanations.iter().filter(alike).count() > 1;
-    explanations.retain(|own| own.probability >= least);
-    explanations.truncate(MOST_SHOWN);
-    Mistake { reading: newest + 1, named: kind, at: named.map(|(_, reading)| reading), cannot_be_told, explanations }
+    let named = first.map(|own| own.kind).filter(|kind| of(&|own| own.kind == *kind));
+    let at = first.map(|own| own.reading).filter(|reading| of(&|own| own.reading == *reading));
+    let mut together = 0.0;
+    explanations.retain(|own| {
+        let wanted = together < NAMED;
+        together += own.probability;
+        wanted
+    });
+    Mistake { reading: newest + 1, named, at, chance: (-total).exp(), explanations }
 }
 
-/// Explanations that are shown at most.
-const MOST_SHOWN: usize = 8;
+/// A reading against what the others predict.
+pub(super) struct Agreement {
+    /// What the reading adds to the least sum of squares.
+    pub square: f64,
+    /// Values of it that the others predict.
+    pub predicted: usize,
+    /// The largest difference from its prediction, in standard deviations of that difference.
+    pub largest: f64,
+}
 
-/// Does a reading agree with those that predict it: the statistic, its degrees of freedom, the largest difference in standard deviations.
-pub(super) fn agreement(own: &Predicted) -> Option<(f64, usize, f64)> {
-    let told = own.told();
-    let count = told.difference.len();
-    let square = told.square().filter(|_| count > 0)?;
-    let largest = told
-        .difference
-        .iter()
-        .enumerate()
-        .map(|(i, d)| d / told.covariance.get(i).and_then(|row| row.get(i)).map_or(f64::NAN, |v| v.sqrt()))
-        .fold(0.0_f64, |most, own| if own.abs() > most.abs() { own } else { most });
-    Some((square, count, largest))
+/// Does a reading agree with the others? `None` where nothing can be said.
+pub(super) fn agreement(judge: Judge, others: &[Reading], own: &Reading) -> Result<Option<Agreement>> {
+    let Some(before) = judge.solved(others)? else { return Ok(None) };
+    let all: Vec<Reading> = others.iter().chain([own]).cloned().collect();
+    let Some(after) = Solved::new(judge.model, judge.beliefs, &all, &before.point, judge.noise)? else {
+        return Ok(None);
+    };
+    let rows = Rows::of(judge.model, judge.beliefs, std::slice::from_ref(own), &before.point, judge.noise)?;
+    let (mut predicted, mut largest) = (0, 0.0_f64);
+    for (row, rest) in rows.slopes.iter().zip(&rows.rest) {
+        let (variance, nothing) = before.told.variance_from(judge.beliefs, row, &[Source::Nothing]);
+        if nothing < 0.5 * (1.0 + variance) {
+            predicted += 1;
+            let own = rest / (1.0 + variance).sqrt();
+            largest = if own.abs() > largest.abs() { own } else { largest };
+        }
+    }
+    Ok(Some(Agreement { square: after.told.target - before.told.target, predicted, largest }))
 }

@@ -7,7 +7,7 @@
 //! | file | subject |
 //! |---|---|
 //! | `advice.rs` | what is said |
-//! | `evidence.rs` | readings predicted from others |
+//! | `evidence.rs` | what is believed of the unknowns, and how probable readings are |
 //! | `mistakes.rs` | which mistake at the bench explains a reading |
 //! | `seen.rs` | what the readings would have shown, and what a position is worth |
 //!
@@ -30,16 +30,21 @@ use crate::fit::{self, Fit};
 use crate::plan::{self, Costs, Goal, Noise, Offer, Term};
 use crate::simulate::Regressor;
 use crate::uncertainty::quantiles::chi_square_survival;
+use evidence::Beliefs;
+use mistakes::Judge;
 pub(crate) use mistakes::setting;
-use seen::{Seen, Table, Worth, same_position};
+use seen::{Seen, Table, Wanted, Worth, same_position};
 
 /// What a guide is asked.
 #[derive(Debug, Clone)]
 pub struct Settings {
-    /// The uncertainties that are wanted (radians for angles).
+    /// The uncertainties that are wanted (radians for angles). Without any it ends when every parameter is determined and nothing is missing, or all
+    /// of it named.
     pub goals: Vec<Goal>,
     /// Standard deviations of one sample, by sensor, where readings state none.
     pub noise: Vec<(String, f64)>,
+    /// Standard deviation, in radians, that is supposed of an estimated tilt without a prior or limits before any reading.
+    pub tilts: f64,
     /// What work costs.
     pub costs: Costs,
     /// Probability that any reading of a calibration without fault is said to disagree.
@@ -57,6 +62,8 @@ impl Default for Settings {
         Settings {
             goals: Vec::new(),
             noise: Vec::new(),
+            // three degrees: a mounting that looks askew
+            tilts: 0.05,
             costs: Costs::default(),
             false_alarms: 0.01,
             probability: 0.95,
@@ -77,8 +84,12 @@ pub struct Guide {
     taken: Vec<Reading>,
     /// The last reading that did not agree, by index, until it is undone or explained.
     disagrees: Option<usize>,
+    /// The labels of the positions of the readings that stand, as they were given.
+    labels: Vec<String>,
     /// The campaign with the effects that are named.
     model: Campaign,
+    /// What is believed of the model's unknowns before any reading.
+    beliefs: Beliefs,
     table: Option<Table>,
 }
 
@@ -111,6 +122,11 @@ impl Guide {
                     .found(goal.u.to_string()));
             }
         }
+        if !(settings.tilts > 0.0 && settings.tilts.is_finite()) {
+            return Err(Malformed::new(Fault::Value, "the size that is supposed of tilts is no standard deviation")
+                .expected("a positive number")
+                .found(settings.tilts.to_string()));
+        }
         let noise = Noise::new(campaign, &settings.noise, &[])?;
         let mut distinct: Vec<Reading> = Vec::new();
         for row in &candidates.rows {
@@ -123,6 +139,7 @@ impl Guide {
                 .expected("a schedule with at least one position")
                 .at_path("readings"));
         }
+        let beliefs = Beliefs::new(campaign, &distinct, &noise, settings.tilts)?;
         let mut guide = Guide {
             campaign: campaign.clone(),
             catalogue: catalogue.to_vec(),
@@ -131,7 +148,9 @@ impl Guide {
             candidates: distinct,
             taken: Vec::new(),
             disagrees: None,
+            labels: Vec::new(),
             model: campaign.clone(),
+            beliefs,
             table: None,
         };
         for row in campaign.readings.rows.iter().filter(|row| !row.observations.is_empty()) {
@@ -180,29 +199,24 @@ impl Guide {
             own.observations.iter_mut().skip(k).take(1).for_each(|slot| slot.u = u);
         }
         own.planned_u.clear();
+        let asked = own.position.clone();
         own.position = self.label(&own);
+        self.labels.push(asked);
         self.taken.push(own);
         Ok(())
     }
 
-    fn label(&self, reading: &Reading) -> String {
+    /// The label of a mounting: as given, with a number where that label was left and is set again.
+    pub(crate) fn label(&self, reading: &Reading) -> String {
         let wanted = reading.position.as_str();
-        let stays = self.taken.last().is_some_and(|last| {
-            let stem = last.position.split(" again ").next().unwrap_or_default();
-            stem == wanted
-                && plan::mountings(&[
-                    Reading { position: String::new(), ..last.clone() },
-                    Reading { position: String::new(), ..reading.clone() },
-                ]) == [0, 0]
-        });
-        match self.taken.last() {
-            Some(last) if stays => last.position.clone(),
+        let used = |label: &str| self.taken.iter().any(|own| own.position == label);
+        match (self.taken.last(), self.labels.last()) {
+            (Some(last), Some(label)) if label == wanted && plan::mounting(last) == plan::mounting(reading) => {
+                last.position.clone()
+            }
+            _ if wanted.is_empty() || !used(wanted) => wanted.to_string(),
             _ => {
-                let used = |label: &str| self.taken.iter().any(|own| own.position == label);
                 let anew = |k: usize| format!("{wanted} again {k}");
-                if wanted.is_empty() || !used(wanted) {
-                    return wanted.to_string();
-                }
                 (2..).map(anew).find(|label| !used(label)).unwrap_or_default()
             }
         }
@@ -219,6 +233,7 @@ impl Guide {
                 .found(number.to_string()));
         };
         self.taken.remove(k);
+        self.labels.remove(k);
         self.disagrees = match self.disagrees {
             Some(own) if own == k => None,
             Some(own) if own > k => Some(own - 1),
@@ -242,22 +257,21 @@ impl Guide {
             true => Some(diagnosis::diagnose(&campaign, &self.catalogue, &self.settings.diagnosis)?),
             false => None,
         };
-        self.follow(diagnosis.as_ref());
-        // what an effect explains that is named by now, or what lies far back, is no open question
-        let explained = diagnosis.as_ref().is_some_and(|own| own.verdict == Verdict::EffectsFound);
-        let last = self.taken.len();
-        self.disagrees = self.disagrees.filter(|at| at + 1 == last || (!explained && at + mistakes::BACK > last));
-        let model = self.of(&self.model);
-        let point = point_of(&self.model, &self.taken);
-        let table = self.table(&point)?;
-        let seen = Seen::new(&table, &model, &self.taken, &self.noise, &point)?;
+        self.follow(diagnosis.as_ref())?;
+        let table = self.table()?;
+        let (seen, point) = match self.judge(&[]).solved(&self.taken)? {
+            None => (None, Vec::new()),
+            Some(own) => (Some(Seen::new(&table, self.judge(&own.point), &self.taken, &own)?), own.point),
+        };
         let mistake = match self.disagrees {
             None => None,
-            Some(at) => {
-                let candidates = &self.candidates;
-                Some(mistakes::mistake(&self.model, &self.taken, candidates, at, &self.noise, seen.as_ref())?)
-            }
+            Some(at) => Some(mistakes::mistake(self.judge(&point), &self.taken, &self.candidates, at, seen.as_ref())?),
         };
+        // what the model explains by now, or what lies far back, is no open question
+        let last = self.taken.len();
+        let open = |own: &Mistake| own.reading == last || (own.chance < 0.5 && own.reading + mistakes::BACK > last);
+        let mistake = mistake.filter(open);
+        self.disagrees = self.disagrees.filter(|_| mistake.is_some());
         let goals = self.progress(fit.as_ref(), diagnosis.as_ref());
         let probability = probability(diagnosis.as_ref(), seen.as_ref());
         let mut advice = Advice {
@@ -275,15 +289,20 @@ impl Guide {
             unreachable: Vec::new(),
         };
         if let Some(seen) = &seen {
-            advice.unreachable = seen.unreachable(&table, &model, &self.settings.goals, &point)?;
+            advice.unreachable = seen.unreachable(&self.model, &self.settings.goals)?;
         }
-        self.decide(&mut advice, &model, (&table, seen.as_ref()), diagnosis.as_ref())?;
+        self.decide(&mut advice, (&table, seen.as_ref()), diagnosis.as_ref())?;
         self.table = Some(table);
         Ok(advice)
     }
 
+    /// The model in use, about a point of its parameters (empty: what is believed).
+    fn judge<'a>(&'a self, point: &'a [f64]) -> Judge<'a> {
+        Judge { model: &self.model, beliefs: &self.beliefs, noise: &self.noise, point }
+    }
+
     /// The model with the effects that are named, where they can stand in its lines.
-    fn follow(&mut self, diagnosis: Option<&Diagnosis>) {
+    fn follow(&mut self, diagnosis: Option<&Diagnosis>) -> Result<()> {
         let stands = |own: &diagnosis::Finding| {
             matches!(own.effect.kind, Regressor::Term(_) | Regressor::Tilt(_) | Regressor::Known(_))
         };
@@ -298,11 +317,13 @@ impl Guide {
         };
         if lines(model) != lines(&self.model) {
             self.table = None;
+            self.beliefs = Beliefs::new(model, &self.candidates, &self.noise, self.settings.tilts)?;
         }
         self.model = model.without_readings(&self.campaign.readings.columns);
+        Ok(())
     }
 
-    fn table(&mut self, point: &[f64]) -> Result<Table> {
+    fn table(&mut self) -> Result<Table> {
         let mut positions = self.candidates.clone();
         for reading in &self.taken {
             if !positions.iter().any(|own| same_position(own, reading)) {
@@ -311,19 +332,17 @@ impl Guide {
         }
         match self.table.take().filter(|table| table.positions.len() == positions.len()) {
             Some(table) => Ok(table),
-            None => Table::new(&self.model, &positions, &self.catalogue, &self.noise, point),
+            None => Table::new(&self.model, &positions, &self.catalogue, &self.noise),
         }
     }
 
     fn newest(&self) -> Result<Option<Newest>> {
         let Some((own, others)) = self.taken.split_last() else { return Ok(None) };
-        let point = point_of(&self.model, others);
-        let predicted = evidence::predicted(&self.model, others, std::slice::from_ref(own), &point, &self.noise)?;
-        let agreement = predicted.as_ref().and_then(|(predicted, _)| mistakes::agreement(predicted));
+        let agreement = mistakes::agreement(self.judge(&[]), others, own)?.filter(|own| own.predicted > 0);
         let count = self.taken.len() as f64;
         // 1/2 + 1/6 + 1/12 + ... = 1
         let level = self.settings.false_alarms / (count * (count + 1.0));
-        let p = agreement.and_then(|(square, dof, _)| chi_square_survival(square, dof as f64));
+        let p = agreement.as_ref().and_then(|own| chi_square_survival(own.square.max(0.0), own.predicted as f64));
         Ok(Some(Newest {
             reading: self.taken.len(),
             position: own.position.clone(),
@@ -333,7 +352,7 @@ impl Guide {
                 Some(p) if p < level => Agreement::Disagrees,
                 Some(_) => Agreement::Agrees,
             },
-            deviation: agreement.map(|(_, _, largest)| largest),
+            deviation: agreement.map(|own| own.largest),
             p,
             level,
             remarks: self.clock(others.last(), own),
@@ -376,12 +395,9 @@ impl Guide {
     fn decide(
         &self,
         advice: &mut Advice,
-        model: &Campaign,
         (table, seen): (&Table, Option<&Seen>),
         diagnosis: Option<&Diagnosis>,
     ) -> Result<()> {
-        let certain = advice.nothing_missing_or_named >= self.settings.probability;
-        let goals_met = advice.goals.iter().all(|goal| goal.met);
         if self.taken.len() >= self.settings.most {
             advice.ended = Some(Ending::MostReadings);
             return Ok(());
@@ -390,32 +406,46 @@ impl Guide {
             advice.next = Some(again);
             return Ok(());
         }
-        if let Some(next) = diagnosis.map(|own| self.discriminating(own)).transpose()?.flatten() {
+        let Some(seen) = seen else { return Ok(()) };
+        let determined = seen.undetermined(&self.model).is_empty();
+        if let (true, Some(own)) = (determined, diagnosis)
+            && let Some(next) = self.discriminating(own)?
+        {
             advice.next = Some(next);
             return Ok(());
         }
+        let certain = advice.nothing_missing_or_named >= self.settings.probability;
+        let goals_met = match advice.goals.as_slice() {
+            [] => determined,
+            goals => goals.iter().all(|goal| goal.met),
+        };
         if goals_met && certain {
             advice.ended = Some(Ending::Reached);
             return Ok(());
         }
-        let Some(seen) = seen else { return Ok(()) };
-        let wanted: Vec<Goal> =
-            self.settings.goals.iter().filter(|goal| !advice.unreachable.contains(&goal.id)).cloned().collect();
-        let reachable_met = advice.goals.iter().all(|own| own.met || advice.unreachable.contains(&own.id));
+        let reachable = |id: &String| !advice.unreachable.contains(id);
+        let goals: Vec<(Goal, Option<f64>)> = self
+            .settings
+            .goals
+            .iter()
+            .zip(&advice.goals)
+            .filter(|(goal, _)| reachable(&goal.id))
+            .map(|(goal, own)| (goal.clone(), own.u))
+            .collect();
+        let reachable_met = determined && advice.goals.iter().all(|own| own.met || !reachable(&own.id));
         // what no candidate's effect explains is not explained by more of the same
         let exhausted = self.candidates.iter().all(|own| self.taken.iter().any(|reading| same_position(reading, own)));
-        let hopeless = reachable_met
-            && (certain
-                || (exhausted
-                    && diagnosis
-                        .is_some_and(|own| matches!(own.verdict, Verdict::Unexplained | Verdict::PartlyExplained))));
-        let worth = seen.worth(table, model, &wanted, (self.taken.last(), &self.settings.costs), !certain)?;
+        let unexplained =
+            diagnosis.is_some_and(|own| matches!(own.verdict, Verdict::Unexplained | Verdict::PartlyExplained));
+        let hopeless = reachable_met && (certain || (exhausted && unexplained));
+        let wanted =
+            Wanted { goals: &goals, effects: !certain, last: self.taken.last(), costs: &self.settings.costs };
+        let worth = seen.worth(table, &self.model, &wanted)?;
         match worth.into_iter().find(|own| own.position < self.candidates.len()).filter(|_| !hopeless) {
             None => advice.ended = Some(Ending::NothingToGain),
-            Some(Worth { position, goals, effects, cost }) => {
+            Some(Worth { position, nats, cost }) => {
                 let reading = self.candidates.get(position);
-                advice.next =
-                    reading.map(|own| self.next(own, Why::Information, Vec::new(), Some(goals + effects), cost));
+                advice.next = reading.map(|own| self.next(own, Why::Information, Vec::new(), Some(nats), cost));
             }
         }
         Ok(())
@@ -517,18 +547,6 @@ impl Guide {
 
 /// How often one position is taken to tell two explanations apart: what two readings do not tell, a third will hardly.
 const MOST_TELLING: usize = 2;
-
-/// The solution of these readings, or the reference point where there is none.
-fn point_of(model: &Campaign, taken: &[Reading]) -> Vec<f64> {
-    let readings = Readings { columns: model.readings.columns.clone(), rows: taken.to_vec() };
-    let solved =
-        (!taken.is_empty()).then(|| fit::fit(&model.with_readings(readings), &fit::Settings::default()).ok()).flatten();
-    let usable = solved.filter(|fit| fit.convergence.as_ref().is_none_or(|own| own.converged));
-    usable
-        .map(|fit| fit.point)
-        .filter(|point| point.iter().all(|v| v.is_finite()))
-        .unwrap_or_else(|| model.reference_point())
-}
 
 /// Probability that nothing is missing or that all of it is named.
 fn probability(diagnosis: Option<&Diagnosis>, seen: Option<&Seen>) -> f64 {

@@ -5,6 +5,7 @@
 //! B = E exp(a t - a^2 T / 2),  a ~ N(+-m, s^2)           how much more probable the readings are with it than without
 //! P(nothing is missing) = 1 / (1 + mean of B over the effects)          even odds beforehand, each effect alike
 //! worth = sum over goals of ln(u / u') + sum over effects of their share of B times ln(1 + m^2 (T' - T)) / 2      [nats]
+//! worth = ln |1 + A C A'| / 2,  while an unknown is not determined that could be
 //! ```
 //!
 //! `m` and `s` are in units of the effect's standard uncertainty when every candidate was taken once. What a position changes, `u'` and `T'`, are
@@ -14,8 +15,8 @@
     reason = "a table has one column for each effect, with a row for each sensor at each position"
 )]
 
-use super::evidence::{Rows, Told, sizes, unknowns};
-use super::mistakes::same_state;
+use super::evidence::{Beliefs, Rows, Solved, Told};
+use super::mistakes::{Judge, same_state};
 use crate::campaign::{Campaign, Reading, Readings};
 use crate::diagnosis::{Effect, foresee};
 use crate::error::Result;
@@ -32,10 +33,11 @@ const SPREAD: f64 = 7.0;
 pub(super) struct Table {
     pub positions: Vec<Reading>,
     effects: Vec<Column>,
-    /// Whitened slopes, and whitened effects, of each position as a mounting of its own.
-    blocks: Vec<(Vec<Vec<f64>>, Vec<Vec<f64>>)>,
     sensors: usize,
 }
+
+/// A position as a mounting of its own: slopes, and effects, of a reading there.
+type Block = (Vec<Vec<f64>>, Vec<Vec<f64>>);
 
 #[derive(Debug, Clone)]
 struct Column {
@@ -47,18 +49,10 @@ struct Column {
 }
 
 impl Table {
-    pub fn new(
-        model: &Campaign,
-        positions: &[Reading],
-        catalogue: &[Effect],
-        noise: &Noise,
-        point: &[f64],
-    ) -> Result<Self> {
-        // each a mounting of its own
-        let apart = |(k, own): (usize, &Reading)| Reading { position: format!("candidate {k}"), ..own.unread() };
-        let rows: Vec<Reading> = positions.iter().enumerate().map(apart).collect();
-        let columns = &model.readings.columns;
-        let all = model.with_readings(Readings { columns: columns.clone(), rows: rows.clone() });
+    /// Of these positions; what an effect does there is taken at the reference point.
+    pub fn new(model: &Campaign, positions: &[Reading], catalogue: &[Effect], noise: &Noise) -> Result<Self> {
+        let rows = apart(positions);
+        let all = model.with_readings(Readings { columns: model.readings.columns.clone(), rows });
         let foreseen = foresee(&all, catalogue, noise)?;
         let firsts = foreseen.groups.iter().filter_map(|group| foreseen.prospects.get(*group.members.first()?));
         let effects: Vec<Column> = firsts
@@ -70,15 +64,16 @@ impl Table {
                 })
             })
             .collect();
-        let sensors = model.bench.sensors.len();
-        let block = |(k, row): (usize, &Reading)| -> Result<_> {
-            let one = model.with_readings(Readings { columns: columns.clone(), rows: vec![row.clone()] });
-            let own = Rows::new(&one, point, noise)?;
-            let columns = effects.iter().map(|e| own.white(part(&e.values, k, sensors))).collect();
-            Ok((own.whitened().0, columns))
+        Ok(Table { positions: positions.to_vec(), effects, sensors: model.bench.sensors.len() })
+    }
+
+    fn blocks(&self, judge: Judge, point: &[f64]) -> Result<Vec<Block>> {
+        let block = |(k, row): (usize, Reading)| -> Result<Block> {
+            let own = Rows::of(judge.model, judge.beliefs, &[row], point, judge.noise)?;
+            let columns = self.effects.iter().map(|e| own.white(part(&e.values, k, self.sensors))).collect();
+            Ok((own.slopes, columns))
         };
-        let blocks = rows.iter().enumerate().map(block).collect::<Result<_>>()?;
-        Ok(Table { positions: positions.to_vec(), effects, blocks, sensors })
+        apart(&self.positions).into_iter().enumerate().map(block).collect()
     }
 
     /// The position of a reading in the table: the same joints and columns.
@@ -96,11 +91,20 @@ fn part(values: &[f64], position: usize, sensors: usize) -> Vec<f64> {
     (0..sensors).map(|s| values.get(position * sensors + s).copied().unwrap_or(0.0)).collect()
 }
 
+/// Positions without readings, each a mounting of its own.
+fn apart(positions: &[Reading]) -> Vec<Reading> {
+    let apart = |(k, own): (usize, &Reading)| Reading { position: format!("candidate {k}"), ..own.unread() };
+    positions.iter().enumerate().map(apart).collect()
+}
+
 /// What the readings told, beside what they would have shown.
 #[derive(Debug, Clone)]
 pub(super) struct Seen {
+    beliefs: Beliefs,
     told: Told,
-    which: Vec<usize>,
+    blocks: Vec<Block>,
+    /// What all positions tell, however often they are read.
+    at_most: Option<Told>,
     effects: Vec<One>,
 }
 
@@ -120,38 +124,39 @@ struct One {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Worth {
     pub position: usize,
-    /// Nats about the goals, and about what may be missing.
-    pub goals: f64,
-    pub effects: f64,
+    pub nats: f64,
     pub cost: f64,
 }
 
+/// What is wanted of the next position.
+pub(super) struct Wanted<'a> {
+    /// These goals, each with the u that it has now where a fit tells it.
+    pub goals: &'a [(Goal, Option<f64>)],
+    /// To see what may be missing.
+    pub effects: bool,
+    /// Where the bench stands.
+    pub last: Option<&'a Reading>,
+    pub costs: &'a Costs,
+}
+
 impl Seen {
-    pub fn new(
-        table: &Table,
-        model: &Campaign,
-        taken: &[Reading],
-        noise: &Noise,
-        point: &[f64],
-    ) -> Result<Option<Self>> {
-        let columns = model.readings.columns.clone();
-        let campaign = model.with_readings(Readings { columns, rows: taken.to_vec() });
-        let (which, priors) = unknowns(&campaign, point);
-        let measured = if taken.is_empty() { None } else { Some(Rows::new(&campaign, point, noise)?) };
-        let (white, rest) = measured.as_ref().map(Rows::whitened).unwrap_or_default();
-        let all: Vec<Vec<f64>> = table.blocks.iter().flat_map(|(rows, _)| rows.clone()).collect();
-        let Some(told) = Told::new(&white, &rest, &priors, &sizes(&all, priors.len())) else { return Ok(None) };
+    /// Of the readings as they were solved.
+    pub fn new(table: &Table, judge: Judge, taken: &[Reading], solved: &Solved) -> Result<Self> {
+        let Solved { point, rows, told } = solved;
+        let (white, rest) = (&rows.slopes, &rows.rest);
+        let blocks = table.blocks(judge, point)?;
+        let every: Vec<Vec<f64>> =
+            blocks.iter().flat_map(|(rows, _)| rows).map(|row| row.iter().map(|a| a * OFTEN).collect()).collect();
+        let at_most = Told::of(judge.beliefs, &every);
         let places: Vec<Option<usize>> = taken.iter().map(|reading| table.find(reading)).collect();
-        let residual: Vec<f64> = white.iter().zip(&rest).map(|(row, rest)| rest - dot(row, &told.estimate)).collect();
+        let residual: Vec<f64> = white.iter().zip(rest).map(|(row, rest)| rest - dot(row, &told.estimate)).collect();
         let effects = table.effects.iter().map(|effect| {
-            let column: Vec<f64> = measured.as_ref().map_or(Vec::new(), |rows| {
-                let value = |origin: &crate::design::RowOrigin| {
-                    let place = places.get(origin.reading).copied().flatten()?;
-                    effect.values.get(place * table.sensors + origin.sensor).copied()
-                };
-                rows.white(rows.origins.iter().map(|origin| value(origin).unwrap_or(0.0)).collect())
-            });
-            let taken_up = told.solved(&white, &column);
+            let value = |origin: &crate::design::RowOrigin| {
+                let place = places.get(origin.reading).copied().flatten()?;
+                effect.values.get(place * table.sensors + origin.sensor).copied()
+            };
+            let column = rows.white(rows.origins.iter().map(|origin| value(origin).unwrap_or(0.0)).collect());
+            let taken_up = told.solved(white, &column);
             let left: Vec<f64> = white.iter().zip(&column).map(|(row, c)| c - dot(row, &taken_up)).collect();
             // what rounding leaves of a column that the model takes up is nothing
             let t_square = dot(&left, &column).max(0.0);
@@ -160,7 +165,7 @@ impl Seen {
             One { name: effect.name.clone(), u: effect.u, t_square, taken_up, evidence }
         });
         let effects = effects.collect();
-        Ok(Some(Seen { told, which, effects }))
+        Ok(Seen { beliefs: judge.beliefs.clone(), told: told.clone(), blocks, at_most, effects })
     }
 
     /// Every effect with the logarithm of how much more probable it makes the readings.
@@ -183,41 +188,47 @@ impl Seen {
         self.effects.len() - self.effects.iter().filter(shows).count()
     }
 
+    /// Parameters to be estimated, by index, that the readings do not determine and these positions could.
+    pub fn undetermined(&self, model: &Campaign) -> Vec<usize> {
+        let open = |k: &usize| {
+            let along = self.unit(*k);
+            let could = self.at_most.as_ref().is_some_and(|own| own.determines(&self.beliefs, &along));
+            could && !self.told.determines(&self.beliefs, &along)
+        };
+        (0..model.unknowns()).filter(open).collect()
+    }
+
+    fn unit(&self, parameter: usize) -> Vec<f64> {
+        let own: Vec<f64> = (0..=parameter).map(|k| f64::from(u8::from(k == parameter))).collect();
+        self.beliefs.along(&own)
+    }
+
     /// The directions of a goal among the unknowns.
     fn directions(&self, model: &Campaign, goal: &Goal) -> Result<Vec<Vec<f64>>> {
-        let place = |k: usize| self.which.iter().position(|own| *own == k);
-        if let Some(at) = model.parameter_index(&goal.id).and_then(place) {
-            return Ok(vec![(0..self.which.len()).map(|k| f64::from(u8::from(k == at))).collect()]);
+        if let Some(k) = model.parameter_index(&goal.id) {
+            return Ok(vec![self.unit(k)]);
         }
         let Some(quantity) = model.derived.iter().find(|own| own.id == goal.id) else { return Ok(Vec::new()) };
-        let full = |mut own: Vec<f64>| {
-            own.resize(self.which.len(), 0.0);
-            own
-        };
-        Ok(gradients(model, quantity)?.into_iter().map(full).collect())
+        Ok(gradients(model, quantity)?.iter().map(|own| self.beliefs.along(own)).collect())
     }
 
     /// What each position is worth, for its cost, the best first; nothing where no position tells anything.
-    pub fn worth(
-        &self,
-        table: &Table,
-        model: &Campaign,
-        goals: &[Goal],
-        (last, costs): (Option<&Reading>, &Costs),
-        wants_effects: bool,
-    ) -> Result<Vec<Worth>> {
+    pub fn worth(&self, table: &Table, model: &Campaign, wanted: &Wanted) -> Result<Vec<Worth>> {
+        let open = !self.undetermined(model).is_empty();
         let mut limits: Vec<(Vec<f64>, f64, f64)> = Vec::new();
-        for goal in goals {
+        for (goal, u) in wanted.goals.iter().filter(|_| !open) {
             for direction in self.directions(model, goal)? {
                 let variance = self.told.variance(&direction);
-                limits.push((self.told.through(&direction), variance, goal.u * goal.u));
+                // a fit that knows less than these rows, of aliases say, has further to go
+                let ratio = u.map_or(1.0, |u| (variance / (u * u)).min(1.0));
+                limits.push((self.told.through(&direction), variance, ratio * goal.u * goal.u));
             }
         }
         let most = self.effects.iter().map(|own| own.evidence).fold(0.0, f64::max);
         let sum: f64 = self.effects.iter().map(|own| (own.evidence - most).exp()).sum();
-        let before: Vec<Reading> = last.cloned().into_iter().collect();
-        let spent = costs.work(&before).cost;
-        let one = |(position, (rows, columns)): (usize, &(Vec<Vec<f64>>, Vec<Vec<f64>>))| {
+        let before: Vec<Reading> = wanted.last.cloned().into_iter().collect();
+        let spent = wanted.costs.work(&before).cost;
+        let one = |(position, (rows, columns)): (usize, &Block)| {
             let through: Vec<Vec<f64>> = rows.iter().map(|row| self.told.through(row)).collect();
             let spread = |i: usize, j: usize| f64::from(u8::from(i == j)) + dot(&through[i], &through[j]);
             let factor = Triangle::of(rows.len(), spread, |_| 0.0)?;
@@ -237,32 +248,34 @@ impl Seen {
             };
             let reading = &table.positions[position];
             let run: Vec<Reading> = before.iter().chain([reading]).cloned().collect();
-            Some(Worth {
-                position,
-                goals: limits.iter().map(of_goal).sum(),
-                effects: if wants_effects { self.effects.iter().zip(columns).map(of_effect).sum() } else { 0.0 },
-                cost: costs.work(&run).cost - spent,
-            })
+            let nats = match open {
+                true => 0.5 * factor.log_determinant(),
+                false if wanted.effects => {
+                    limits.iter().map(of_goal).sum::<f64>()
+                        + self.effects.iter().zip(columns).map(of_effect).sum::<f64>()
+                }
+                false => limits.iter().map(of_goal).sum(),
+            };
+            Some(Worth { position, nats, cost: wanted.costs.work(&run).cost - spent })
         };
-        let mut all: Vec<Worth> = table.blocks.iter().enumerate().filter_map(one).collect();
-        let rate = |own: &Worth| (own.goals + own.effects) / own.cost.max(f64::MIN_POSITIVE);
-        all.retain(|own| own.goals + own.effects > NOTHING);
+        let mut all: Vec<Worth> = self.blocks.iter().enumerate().filter_map(one).collect();
+        let rate = |own: &Worth| own.nats / own.cost.max(f64::MIN_POSITIVE);
+        all.retain(|own| own.nats > NOTHING);
         all.sort_by(|a, b| rate(b).total_cmp(&rate(a)));
         Ok(all)
     }
 
     /// Goals that all candidates together, however often they are taken, do not reach.
-    pub fn unreachable(&self, table: &Table, model: &Campaign, goals: &[Goal], point: &[f64]) -> Result<Vec<String>> {
-        let rows: Vec<Vec<f64>> = table.blocks.iter().flat_map(|(rows, _)| rows.clone()).collect();
-        let often: Vec<Vec<f64>> = rows.iter().map(|row| row.iter().map(|a| a * OFTEN).collect()).collect();
-        let (_, priors) = unknowns(model, point);
-        let told = Told::new(&often, &vec![0.0; often.len()], &priors, &sizes(&rows, priors.len()));
-        let Some(told) = told else { return Ok(Vec::new()) };
+    pub fn unreachable(&self, model: &Campaign, goals: &[Goal]) -> Result<Vec<String>> {
         let mut found = Vec::new();
         for goal in goals {
             let directions = self.directions(model, goal)?;
-            let variance = directions.iter().map(|own| told.variance(own)).fold(0.0, f64::max);
-            if variance > goal.u * goal.u || directions.is_empty() {
+            let reached = |own: &Vec<f64>| {
+                self.at_most
+                    .as_ref()
+                    .is_some_and(|all| all.determines(&self.beliefs, own) && all.variance(own) <= goal.u * goal.u)
+            };
+            if directions.is_empty() || !directions.iter().all(reached) {
                 found.push(goal.id.clone());
             }
         }

@@ -74,6 +74,7 @@ pub use combinations::{Combinations, Volume};
 pub use criterion::Criterion;
 pub use discriminate::{Discrimination, Separated, discriminate, separate};
 pub use discriminating_positions::{DiscriminatingPosition, discriminating_positions};
+pub(crate) use effort::mounting;
 pub use effort::{Costs, Noise, NoiseSource, Offer, SensorNoise, Work, mountings, planned, positions_only};
 pub use extended::extended;
 pub use goal::{Goal, Reached, reach};

@@ -1,4 +1,5 @@
-//! Benches drawn at random: one to three joints with a tilt after each, one to three sensors, turning or not, and the full factorial of positions.
+//! Benches drawn at random: two or three joints with a tilt after each, one to three sensors, turning or not, tilts from 20 arcsec to a quarter of a
+//! degree, noise over a factor of 25, and the full factorial of positions.
 
 use rand_distr::{Distribution, StandardNormal, Uniform};
 use rand_pcg::{Pcg64Mcg, rand_core::SeedableRng};
@@ -13,6 +14,8 @@ pub struct Drawn {
     pub schedule: Campaign,
     pub truth: Truth,
     pub goals: Vec<Goal>,
+    /// Standard deviation of a value.
+    pub sd: f64,
     pub random: Pcg64Mcg,
 }
 
@@ -40,7 +43,7 @@ pub fn drawn(seed: u64) -> Drawn {
     let turns = uniform(&mut random, 0.0, 1.0) < 0.5;
     let joints = if uniform(&mut random, 0.0, 1.0) < 0.5 { 2 } else { 3 };
     let sensors = 1 + uniform(&mut random, 0.0, 3.0) as usize;
-    let axes = ["z", "x", "y"];
+    let axes = *pick(&mut random, &[["z", "x", "y"], ["z", "x", "z"], ["x", "y", "z"], ["z", "y", "x"]]);
     let mut chain = Vec::new();
     let mut position = Vec::new();
     for k in 0..joints {
@@ -62,17 +65,17 @@ pub fn drawn(seed: u64) -> Drawn {
         ));
         estimate.push(format!(r#""b{s}": {{}}, "k{s}": {{ "start": {scale} }}"#));
     }
-    let known = "";
     let text = format!(
         r#"{{ "bench": {{ "id": "drawn", "site": {{ "latitude_deg": 48 }}, "units": {{ "rate": "deg/s", "force": "g" }},
-            "chain": [{}], "sensors": {{ {} }} }}, {known} "estimate": {{ {} }}, "readings": [ {{ {} }} ] }}"#,
+            "chain": [{}], "sensors": {{ {} }} }}, "estimate": {{ {} }}, "readings": [ {{ {} }} ] }}"#,
         chain.join(", "),
         lines.join(", "),
         estimate.join(", "),
         position.join(", ")
     );
     let mut schedule = parse(&text);
-    let sd = 1e-4;
+    let sd = 10.0_f64.powf(uniform(&mut random, -4.7, -3.3));
+    let tilt = 10.0_f64.powf(uniform(&mut random, -4.0, -2.3));
     for (k, row) in schedule.readings.rows.iter_mut().enumerate() {
         row.position = format!("P{}", k + 1);
         row.planned_u = (0..sensors).map(|s| (s, sd)).collect();
@@ -93,7 +96,7 @@ pub fn drawn(seed: u64) -> Drawn {
     let mut point = schedule.reference_point();
     for (value, parameter) in point.iter_mut().zip(schedule.estimated()) {
         *value += match parameter.id.as_bytes()[0] {
-            b't' => 4e-4 * normal(&mut random),
+            b't' => tilt * normal(&mut random),
             b'b' => 2e-3 * normal(&mut random),
             _ => scale * 1e-3 * normal(&mut random),
         };
@@ -106,7 +109,7 @@ pub fn drawn(seed: u64) -> Drawn {
         effects: Vec::new(),
         scatter: Vec::new(),
     };
-    Drawn { schedule, truth, goals, random }
+    Drawn { schedule, truth, goals, sd, random }
 }
 
 /// Hide so many effects of the catalogue, of 10 to 40 of their uncertainties at the whole schedule; their columns beside the model.

@@ -149,5 +149,7 @@ fn seeded_closed_loops() {
     let wrong: usize = trials.iter().map(|(_, t)| t.wrong.len()).sum();
     assert!(wrong as f64 <= 0.02 * trials.len() as f64 + 1.0, "{wrong} wrong names");
     let (held, goals) = trials.iter().fold((0, 0), |sum, (_, t)| (sum.0 + t.held.0, sum.1 + t.held.1));
-    assert!(held as f64 >= 0.9 * goals as f64, "{held} of {goals} goals held");
+    // 95 %, and twice its standard deviation
+    let goals = goals as f64;
+    assert!(held as f64 >= 0.95 * goals - 2.0 * (0.95 * 0.05 * goals).sqrt(), "{held} of {goals} goals held");
 }

@@ -120,7 +120,8 @@ fn lines_that_are_no_readings_are_said_and_the_next_one_is_taken() {
         ("{\"V\": }", "the line is no reading"),
         ("1,2,3", "there is no line of titles"),
         ("{\"W\": 1}", "no 'W'"),
-        ("{\"position\": \"1\"}", "the reading has no value"),
+        ("{\"position\": \"1\", \"gamma_deg_s\": 20}", "the reading has no value"),
+        ("{\"position\": \"8\", \"beta_deg\": 45, \"V\": 1}", "does not say how gamma stands"),
         ("undo 7", "there is no reading 7"),
         ("undo last", "'undo' is not understood"),
     ] {
@@ -130,15 +131,15 @@ fn lines_that_are_no_readings_are_said_and_the_next_one_is_taken() {
     }
     writeln!(input, "{{\"V\": -58.0}}").unwrap();
     assert_eq!(next()["readings"], 1);
-    writeln!(input, "position,V").unwrap();
-    writeln!(input, "2,0.5").unwrap();
+    writeln!(input, "position;gamma_deg_s;V").unwrap();
+    writeln!(input, "\"2\";20;-0,5").unwrap();
     assert_eq!(next()["readings"], 2);
     writeln!(input, "undo").unwrap();
     assert_eq!(next()["readings"], 1);
     writeln!(input, "quit").unwrap();
     assert_eq!(guide.wait().unwrap().code(), Some(2));
     let journal = std::fs::read_to_string(folder.path().join("guided.journal.jsonl")).unwrap();
-    assert!(journal.contains("{\"undone\":2}"), "{journal}");
+    assert!(journal.contains("{\"undone\":{\"number\":2}}"), "{journal}");
     assert_eq!(journal.matches("\"reading\"").count(), 2);
 }
 
@@ -176,4 +177,27 @@ fn a_file_that_grows_is_followed() {
     assert_eq!(next()["readings"], 2);
     writeln!(file, "quit").unwrap();
     assert_eq!(guide.wait().unwrap().code(), Some(2));
+}
+
+#[test]
+fn a_file_that_is_removed_or_cut_is_said() {
+    for cut in [false, true] {
+        let folder = folder();
+        let path = folder.path().join("table.csv");
+        std::fs::write(&path, "position,gamma_deg_s,V\n1,20,-58.443\n").unwrap();
+        let arguments = ["schedule.campaign.json", "--noise", "V=1e-4", "--json", "-", "--readings", "table.csv"];
+        let mut guide = tumble(folder.path(), &arguments);
+        let mut guide = guide.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        let mut answers = BufReader::new(guide.stdout.take().unwrap()).lines();
+        answers.next().unwrap().unwrap();
+        answers.next().unwrap().unwrap();
+        if cut { std::fs::write(&path, "position").unwrap() } else { std::fs::remove_file(&path).unwrap() }
+        let output = guide.wait_with_output().unwrap();
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(1), "{said}");
+        assert!(said.contains("no more readings come from 'table.csv'"), "{said}");
+        // what was accepted is kept
+        let journal = std::fs::read_to_string(folder.path().join("guided.journal.jsonl")).unwrap();
+        assert_eq!(journal.matches("\"reading\"").count(), 1);
+    }
 }

@@ -21,8 +21,14 @@ pub(super) enum Entry {
         #[serde(default, skip_serializing_if = "Option::is_none")]
         line: Option<usize>,
     },
-    /// A reading that was taken back, by its number then.
-    Undone(usize),
+    /// A reading that was taken back, by its number then, and in which line of the file that is followed.
+    Undone {
+        /// The number.
+        number: usize,
+        /// The line.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        line: Option<usize>,
+    },
     /// The setting that was asked for; none at the end.
     Next(Option<BTreeMap<String, f64>>),
 }

@@ -1,13 +1,15 @@
 //! Readings and commands, one a line: from standard input, or from a file that grows.
 
+use crate::bench::Bench;
 use crate::campaign::{Campaign, Reading};
 use crate::elements::Parts;
 use crate::error::{Fault, Malformed, Result};
 use crate::guide::Guide;
-use crate::wire::{self, Cell, Named, ReadingFile};
+use crate::record::Record;
+use crate::wire::{self, Cell, ReadingFile};
 use std::fs::File;
 use std::io::{BufRead, Read};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 /// How often a file is looked at.
@@ -26,7 +28,7 @@ pub(super) enum Line {
 pub(super) struct Lines {
     from: From,
     name: String,
-    titles: Option<Vec<String>>,
+    titles: Option<String>,
     /// Lines that were given out.
     count: usize,
     /// Lines that a journal has already.
@@ -35,7 +37,7 @@ pub(super) struct Lines {
 
 enum From {
     Input,
-    File { file: File, read: u64, rest: Vec<u8> },
+    File { file: File, path: PathBuf, read: u64, rest: Vec<u8> },
 }
 
 impl Lines {
@@ -46,7 +48,7 @@ impl Lines {
             false => {
                 let file = File::open(path)
                     .map_err(|error| Malformed::new(Fault::File, format!("cannot read '{name}': {error}")))?;
-                From::File { file, read: 0, rest: Vec::new() }
+                From::File { file, path: path.to_path_buf(), read: 0, rest: Vec::new() }
             }
         };
         let name = if matches!(from, From::Input) { "standard input".into() } else { name };
@@ -68,8 +70,8 @@ impl Lines {
 
     /// The next line with its number; `None` where no more can come. A file that grows is waited for.
     ///
-    /// Errors: a file that cannot be read any more, or has become shorter.
-    pub fn next(&mut self) -> Result<Option<(usize, String)>> {
+    /// Errors: a file that cannot be read any more, is no longer there, or has become shorter.
+    pub fn next(&mut self, bench: &Bench) -> Result<Option<(usize, String)>> {
         loop {
             let Some(text) = self.line()? else { return Ok(None) };
             self.count += 1;
@@ -77,7 +79,7 @@ impl Lines {
                 return Ok(Some((self.count, text)));
             }
             // titles among the lines that the journal has
-            let _ = self.parse(&text);
+            let _ = self.parse(&text, bench);
         }
     }
 
@@ -93,7 +95,7 @@ impl Lines {
                 let read = read.map_err(|error| broken(&self.name, error.to_string()))?;
                 Ok((read > 0).then(|| String::from_utf8_lossy(&bytes).trim_end().to_string()))
             }
-            From::File { file, read, rest } => loop {
+            From::File { file, path, read, rest } => loop {
                 if let Some(end) = rest.iter().position(|byte| *byte == b'\n') {
                     let line: Vec<u8> = rest.drain(..=end).collect();
                     return Ok(Some(String::from_utf8_lossy(&line).trim_end().to_string()));
@@ -104,7 +106,12 @@ impl Lines {
                 }
                 let mut block = vec![0; 1 << 16];
                 match file.read(&mut block).map_err(|error| broken(&self.name, error.to_string()))? {
-                    0 => std::thread::sleep(PAUSE),
+                    0 => {
+                        if !is_there(file, path) {
+                            return Err(broken(&self.name, "the file was removed, or replaced by another".into()));
+                        }
+                        std::thread::sleep(PAUSE);
+                    }
                     more => {
                         *read += more as u64;
                         rest.extend_from_slice(block.part(..more));
@@ -115,7 +122,7 @@ impl Lines {
     }
 
     /// What a line says. Errors: it is neither a command, nor a reading in JSON or below a line of titles.
-    pub fn parse(&mut self, text: &str) -> Result<Line> {
+    pub fn parse(&mut self, text: &str, bench: &Bench) -> Result<Line> {
         let text = text.trim().trim_start_matches('\u{feff}');
         let mut words = text.split_whitespace();
         match (words.next(), words.next(), words.next()) {
@@ -137,35 +144,39 @@ impl Lines {
                     .expected("a JSON object as in a campaign's readings, for example {\"V\": 0.0123}")
             });
         }
-        let mut reader = csv::ReaderBuilder::new().has_headers(false).trim(csv::Trim::All).from_reader(text.as_bytes());
-        let record = reader.records().next().and_then(std::result::Result::ok).unwrap_or_default();
-        let cells: Vec<String> = record.iter().map(str::to_string).collect();
+        let table = |text: String| Record::of_text(&self.name, text);
         let Some(titles) = &self.titles else {
-            if cells.iter().any(|cell| cell.parse::<f64>().is_ok()) {
+            if let Ok(Record::Delimited(table)) = table(format!("{text}\n"))
+                && !table.dialect().named
+            {
                 return Err(Malformed::new(Fault::Missing, "there is no line of titles before the first row")
                     .expected("titles as in a campaign's readings, for example position,alpha_deg,V")
                     .found(format!("'{text}'")));
             }
-            self.titles = Some(cells);
+            self.titles = Some(text.to_string());
             return Ok(Line::Nothing);
         };
-        if cells.len() != titles.len() {
-            return Err(Malformed::new(Fault::Syntax, "the row has not as many cells as there are titles")
-                .expected(format!("{} cells: {}", titles.len(), titles.join(", ")))
-                .found(format!("{}", cells.len())));
+        let rows = wire::table_cells(bench, table(format!("{titles}\n{text}\n"))?)?;
+        Ok(rows.into_iter().next().map_or(Line::Nothing, Line::Reading))
+    }
+}
+
+/// Is this still the file at the path?
+fn is_there(file: &File, path: &Path) -> bool {
+    match (file.metadata(), std::fs::metadata(path)) {
+        #[cfg(unix)]
+        (Ok(own), Ok(there)) => {
+            use std::os::unix::fs::MetadataExt;
+            (own.dev(), own.ino()) == (there.dev(), there.ino())
         }
-        let filled = titles.iter().zip(cells).filter(|(_, cell)| !cell.is_empty());
-        let cell = |(title, cell): (&String, String)| {
-            let own = if title == "position" { None } else { cell.parse::<f64>().ok() };
-            (title.clone(), own.map_or(Cell::Text(cell), Cell::Number))
-        };
-        Ok(Line::Reading(Named(filled.map(cell).collect())))
+        (own, there) => own.is_ok() && there.is_ok(),
     }
 }
 
 /// A reading of a line. Joints that it does not name stand as in the candidate of its label, or as asked for.
 ///
-/// Errors: those of a campaign's readings; a key that the campaign does not have; a joint of which nothing tells the state.
+/// Errors: those of a campaign's readings; a key that the campaign does not have; a joint of which nothing tells the state, or of which positions of
+/// one label have several.
 pub(super) fn reading(
     cells: ReadingFile,
     campaign: &Campaign,
@@ -177,8 +188,13 @@ pub(super) fn reading(
         Cell::Number(number) if key == "position" => Some(number.to_string()),
         _ => None,
     });
-    let labelled = label.as_ref().and_then(|label| guide.candidates().iter().find(|own| own.position == *label));
-    let base = labelled.or(asked);
+    let is_labelled = |own: &&Reading| label.as_ref().is_none_or(|label| own.position == *label);
+    let labelled: Vec<&Reading> = match asked.filter(is_labelled) {
+        Some(asked) => vec![asked],
+        None if label.is_some() => guide.candidates().iter().filter(is_labelled).collect(),
+        None => Vec::new(),
+    };
+    let base = labelled.first().copied().or(asked);
     let mut full = cells;
     for (key, cell) in &mut full.0 {
         if let (true, Cell::Number(number)) = (key == "position", &*cell) {
@@ -189,6 +205,14 @@ pub(super) fn reading(
         let given = |own: &str| full.0.iter().any(|(key, _)| key.strip_prefix(joint) == Some(own));
         if ["_deg", "_deg_s", "_turns"].into_iter().any(given) {
             continue;
+        }
+        let state = |own: &Reading| own.joints.get(k).copied();
+        if let Some(other) = labelled.iter().find(|own| base.is_some_and(|base| state(base) != state(own))) {
+            let settings: Vec<String> =
+                base.into_iter().chain([*other]).map(|own| crate::guide::setting(campaign, &own.joints)).collect();
+            return Err(Malformed::new(Fault::Missing, format!("the line does not say how {joint} stands"))
+                .expected(format!("{joint}_deg or {joint}_deg_s: the label has several settings"))
+                .found(settings.join("; ")));
         }
         let (deg, deg_s, turns) = base.and_then(|own| own.joints.get(k)).map_or((None, None, None), |own| own.keys());
         for (suffix, value) in [("_deg", deg), ("_deg_s", deg_s), ("_turns", turns)] {

@@ -15,7 +15,7 @@ use super::{Outcome, catalogue, files, plan as options};
 use crate::campaign::{Campaign, Reading, Readings};
 use crate::error::{Fault, Malformed, Result};
 use crate::guide::{Advice, Ending, Guide, Settings};
-use crate::report::Input;
+use crate::report::{ARCSEC, Input, guide_report};
 use crate::simulate::{self, Truth};
 use crate::{plan, wire};
 use clap::Args;
@@ -45,6 +45,10 @@ pub(super) struct Arguments {
     /// Standard deviation of one sample of a sensor, in its unit, where readings state none: V=9e-4.
     #[arg(long, value_name = "SENSOR=SD")]
     noise: Vec<String>,
+    /// Standard deviation in arcsec that is supposed of an estimated tilt without a prior or limits before any reading; 10313 (three degrees) unless
+    /// given.
+    #[arg(long, value_name = "ARCSEC")]
+    tilts: Option<f64>,
     /// What work costs, in any unit: mounting=10, rate=1, reading=1, soak=0, degree=0.
     #[arg(long, value_name = "WHAT=COST")]
     cost: Vec<String>,
@@ -82,6 +86,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
         noise: arguments.noise.iter().map(named).collect::<Result<_>>()?,
         costs: options::costs(&arguments.cost)?,
         most: arguments.most,
+        tilts: arguments.tilts.map_or(Settings::default().tilts, |arcsec| arcsec / ARCSEC),
         ..Settings::default()
     };
     let candidates = match arguments.step {
@@ -98,7 +103,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     let mut outputs = Outputs::plan([Some(arguments.output.as_path())])?;
     let (journal, entries) = Journal::open(&path, &digest, arguments.resume)?;
     let readings = if truth.is_some() { None } else { Some(Lines::open(&arguments.readings)?) };
-    let source = Source { lines: readings, truth, seed: arguments.seed, made: guide.taken().len() };
+    let source = Source { lines: readings, truth, seed: arguments.seed, given: guide.taken().to_vec() };
     let mut session = Session { guide, journal, source, campaign, ever: Vec::new(), json: arguments.json.is_some() };
     let ended = session.run(entries)?;
     let mut result = session.guide.campaign();
@@ -128,7 +133,7 @@ struct Source {
     truth: Option<Truth>,
     seed: u64,
     /// Readings of the campaign's own file.
-    made: usize,
+    given: Vec<Reading>,
 }
 
 struct Session {
@@ -144,37 +149,36 @@ struct Session {
 impl Session {
     /// Replay what the journal has, then go on until the guide or the readings end.
     fn run(&mut self, entries: Vec<Entry>) -> Result<Option<Ending>> {
-        let (mut fresh, mut decided) = (false, false);
+        let mut fresh = false;
+        let mut replayed: Option<Advice> = None;
         for entry in entries {
-            decided = false;
+            replayed = None;
             match entry {
                 Entry::Reading { keys, line } => {
                     let own = lines::reading(keys, &self.campaign, &self.guide, None)?;
-                    if let (Some(lines), Some(line)) = (&mut self.source.lines, line) {
-                        lines.skip_to(line);
-                    }
-                    self.ever.push(own.clone());
-                    self.guide.accept(own)?;
+                    self.skip_to(line);
+                    self.accept(own)?;
                     fresh = true;
                 }
-                Entry::Undone(number) => {
+                Entry::Undone { number, line } => {
+                    self.skip_to(line);
                     self.guide.undo(number)?;
                     fresh = false;
                 }
-                Entry::Next(_) => {
-                    // flags follow from the advice of each step
-                    self.guide.advise(fresh)?;
-                    decided = true;
-                }
+                // what is open between steps follows from the advice of each
+                Entry::Next(_) => replayed = Some(self.guide.advise(fresh)?),
             }
         }
         loop {
-            let advice = self.guide.advise(fresh)?;
-            if !decided {
-                self.journal.append(&Entry::Next(advice.next.as_ref().map(|next| next.set.clone())))?;
-            }
-            decided = false;
-            self.show(&advice)?;
+            let advice = match replayed.take() {
+                Some(advice) => advice,
+                None => {
+                    let advice = self.guide.advise(fresh)?;
+                    self.journal.append(&Entry::Next(advice.next.as_ref().map(|next| next.set.clone())))?;
+                    advice
+                }
+            };
+            self.show(&advice, None)?;
             if advice.ended.is_some() {
                 return Ok(advice.ended);
             }
@@ -185,16 +189,33 @@ impl Session {
         }
     }
 
-    fn show(&self, advice: &Advice) -> Result<()> {
-        match self.json {
-            true => match serde_json::to_string(advice) {
-                Ok(line) => super::print(&(line + "\n")),
-                Err(error) => {
-                    Err(Malformed::new(Fault::Value, format!("the advice cannot be written as JSON: {error}")))
-                }
-            },
-            false => super::show(&view::text(advice)),
+    /// The journal has the lines of the followed file up to this one.
+    fn skip_to(&mut self, line: Option<usize>) {
+        if let (Some(lines), Some(line)) = (&mut self.source.lines, line) {
+            lines.skip_to(line);
         }
+    }
+
+    fn accept(&mut self, reading: Reading) -> Result<()> {
+        self.guide.accept(reading)?;
+        self.ever.extend(self.guide.taken().last().cloned());
+        Ok(())
+    }
+
+    /// The advice; with an error, that the last line was refused.
+    fn show(&self, advice: &Advice, refused: Option<&Malformed>) -> Result<()> {
+        if self.json {
+            let report = guide_report(advice, refused.map(ToString::to_string));
+            let line = serde_json::to_string(&report).map_err(|error| {
+                Malformed::new(Fault::Value, format!("the advice cannot be written as JSON: {error}"))
+            })?;
+            return super::print(&(line + "\n"));
+        }
+        match refused {
+            Some(error) => super::show_error::show(error),
+            None => super::show(&view::text(advice))?,
+        }
+        Ok(())
     }
 
     /// The next accepted reading (true) or undone one (false); `None` at the end of the readings.
@@ -205,47 +226,50 @@ impl Session {
             self.guide.candidates().iter().find(same).or(self.guide.taken().last())
         });
         let asked = asked.cloned();
-        let Some(lines) = &mut self.source.lines else {
+        if self.source.truth.is_some() {
             let Some(asked) = asked else { return Ok(None) };
             return self.simulated(asked);
-        };
+        }
         loop {
-            let (line, text) = match lines.next()? {
+            let Some(lines) = &mut self.source.lines else { return Ok(None) };
+            let (line, text) = match lines.next(&self.campaign.bench)? {
                 None => return Ok(None),
                 Some(own) => own,
             };
-            let done = match lines.parse(&text) {
+            let followed = lines.is_file().then_some(line);
+            let event = match lines.parse(&text, &self.campaign.bench) {
                 Ok(Line::Nothing) => continue,
                 Ok(Line::Quit) => return Ok(None),
                 Ok(Line::Undo(number)) => {
                     let number = number.unwrap_or(self.guide.taken().len());
-                    match self.guide.clone().undo(number) {
-                        Ok(()) => {
-                            self.journal.append(&Entry::Undone(number))?;
-                            self.guide.undo(number)?;
-                            return Ok(Some(false));
-                        }
-                        Err(error) => Err(error),
-                    }
+                    let undone = self.guide.clone().undo(number);
+                    undone.map(|()| (Entry::Undone { number, line: followed }, None))
                 }
-                Ok(Line::Reading(cells)) => lines::reading(cells, &self.campaign, &self.guide, asked.as_ref()),
+                Ok(Line::Reading(cells)) => {
+                    let read = lines::reading(cells, &self.campaign, &self.guide, asked.as_ref());
+                    let accepted = read.and_then(|own| self.guide.clone().accept(own.clone()).map(|()| own));
+                    accepted.map(|own| (Entry::reading(&self.campaign, &own, followed), Some(own)))
+                }
                 Err(error) => Err(error),
             };
-            let accepted = done.and_then(|own| {
-                let mut after = self.guide.clone();
-                after.accept(own.clone())?;
-                Ok((own, after))
-            });
-            match accepted {
-                Ok((own, after)) => {
-                    let followed = lines.is_file().then_some(line);
-                    self.journal.append(&Entry::reading(&self.campaign, &own, followed))?;
-                    self.ever.push(own);
-                    self.guide = after;
-                    return Ok(Some(true));
+            match event {
+                Ok((entry, reading)) => {
+                    self.journal.append(&entry)?;
+                    match (entry, reading) {
+                        (Entry::Undone { number, .. }, _) => self.guide.undo(number)?,
+                        (_, Some(own)) => {
+                            self.accept(own)?;
+                            return Ok(Some(true));
+                        }
+                        _ => {}
+                    }
+                    return Ok(Some(false));
                 }
                 // a line that is not understood is said, and the next one is waited for
-                Err(error) => refuse(&error.at_line(line, 1).in_file(lines.name()), self.json)?,
+                Err(error) => {
+                    let refused = error.at_line(line, 1).in_file(lines.name());
+                    self.show(advice, Some(&refused))?;
+                }
             }
         }
     }
@@ -253,23 +277,16 @@ impl Session {
     fn simulated(&mut self, asked: Reading) -> Result<Option<bool>> {
         let Some(truth) = &self.source.truth else { return Ok(None) };
         // all of them from the start: noise and deviations go on where they were
-        let given = self.guide.taken().iter().take(self.source.made);
-        let rows: Vec<Reading> = given.chain(&self.ever).map(Reading::unread).chain([asked]).collect();
+        let rows = self.source.given.iter().chain(&self.ever).map(Reading::unread);
+        let mounted = Reading { position: self.guide.label(&asked), ..asked.clone() };
+        let rows: Vec<Reading> = rows.chain([mounted]).collect();
         let columns = self.campaign.readings.columns.clone();
         let schedule = self.campaign.with_readings(Readings { columns, rows });
         let all = simulate::simulate(&schedule, truth, self.source.seed)?;
         let Some(own) = all.readings.rows.last().cloned() else { return Ok(None) };
+        let own = Reading { position: asked.position, ..own };
         self.journal.append(&Entry::reading(&self.campaign, &own, None))?;
-        self.ever.push(own.clone());
-        self.guide.accept(own)?;
+        self.accept(own)?;
         Ok(Some(true))
     }
-}
-
-fn refuse(error: &Malformed, json: bool) -> Result<()> {
-    if json {
-        return super::print(&format!("{}\n", serde_json::json!({ "error": error.to_string() })));
-    }
-    super::show_error::show(error);
-    Ok(())
 }

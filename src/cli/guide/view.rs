@@ -102,14 +102,20 @@ fn write(out: &mut String, advice: &Advice) -> std::fmt::Result {
     }
 }
 
+/// Explanations that are listed.
+const LISTED: usize = 8;
+
 fn mistake(out: &mut String, own: &Mistake) -> std::fmt::Result {
     match (own.named, own.at) {
         (Some(kind), Some(at)) => writeln!(out, "  likely at reading {at}: {kind}")?,
-        _ if own.cannot_be_told => writeln!(out, "  what happened cannot be told yet:")?,
-        _ => writeln!(out, "  no likely explanation yet:")?,
+        (Some(kind), None) => writeln!(out, "  likely: {kind}")?,
+        _ => writeln!(out, "  what happened cannot be told yet:")?,
     }
-    for one in &own.explanations {
+    for one in own.explanations.iter().take(LISTED) {
         writeln!(out, "    {:.3}  {} at reading {}: {}", one.probability, one.kind, one.reading, one.what)?;
+    }
+    if own.explanations.len() > LISTED {
+        writeln!(out, "    and {} more", own.explanations.len() - LISTED)?;
     }
     Ok(())
 }
