@@ -1,6 +1,7 @@
 //! What a guide says after each reading.
 
 use crate::campaign::JointState;
+use crate::language::Sentence;
 use crate::vocabulary::vocabulary;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -80,6 +81,10 @@ pub struct Advice {
     pub mistake: Option<Mistake>,
     /// What the model lacks.
     pub diagnosis: Option<Lacks>,
+    /// What the model in use leaves of every value.
+    pub residuals: Vec<Residual>,
+    /// What else the model may lack, the most probable first.
+    pub suspected: Vec<Suspected>,
     /// Probability that nothing is missing, or that all of it is named.
     pub nothing_missing_or_named: f64,
     /// Effects of the catalogue that these readings could not have shown.
@@ -110,7 +115,7 @@ pub struct Newest {
     /// The probability below which it does not agree: their sum over all readings is the family-wise level.
     pub level: f64,
     /// What is odd about its other columns.
-    pub remarks: Vec<String>,
+    pub remarks: Vec<Sentence>,
 }
 
 /// An estimated parameter so far.
@@ -124,6 +129,32 @@ pub struct Estimated {
     pub u: Option<f64>,
     /// Unit of both.
     pub unit: String,
+}
+
+/// What the model in use leaves of a value.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Residual {
+    /// Number of the reading, from 1.
+    pub reading: usize,
+    /// The sensor.
+    pub sensor: String,
+    /// Value less prediction, in `unit`.
+    pub residual: f64,
+    /// Unit of the sensor.
+    pub unit: String,
+    /// The residual in standard deviations of the value.
+    pub in_sd: f64,
+}
+
+/// An effect that the model may lack.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Suspected {
+    /// The term, as `diagnose` writes it.
+    pub regressor: String,
+    /// Its name.
+    pub name: String,
+    /// Its probability.
+    pub probability: f64,
 }
 
 /// A goal and how far it is.
@@ -180,6 +211,10 @@ pub struct Explanation {
 pub struct Lacks {
     /// The verdict, as `diagnose` says it.
     pub verdict: crate::diagnosis::Verdict,
+    /// Sum of squares of the residuals over its degrees of freedom, the model as given: a ratio of variances, near 1 where nothing is missing.
+    pub gap_before: Option<f64>,
+    /// The same ratio of variances with the effects that are named.
+    pub gap_after: Option<f64>,
     /// Effects that are named.
     pub effects: Vec<Named>,
 }

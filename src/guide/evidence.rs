@@ -138,6 +138,8 @@ pub(super) struct Rows {
     pub slopes: Vec<Vec<f64>>,
     /// Value less prediction; zero where nothing was read.
     pub rest: Vec<f64>,
+    /// The same in the sensor's unit, as it was read.
+    pub residual: Vec<f64>,
     /// Standard deviations of the values alone.
     pub sd: Vec<f64>,
     pub design: DesignMatrix,
@@ -179,13 +181,14 @@ impl Rows {
         let sd: Vec<f64> = design.rows.iter().map(|o| reading(o).map_or(1.0, |own| noise.u(own, o.sensor))).collect();
         let value =
             |o: &RowOrigin| reading(o)?.observations.iter().find(|own| own.sensor == o.sensor).map(|own| own.value);
-        let rest: Vec<f64> =
+        let residual: Vec<f64> =
             design.rows.iter().zip(&design.predicted).map(|(o, f)| value(o).map_or(0.0, |y| y - f)).collect();
         let whitening = (!own.scatter.is_empty()).then(|| fit::whitening(&own, &design, &sd, &noise.lines));
-        let mut rows = Rows { origins: design.rows.clone(), slopes: Vec::new(), rest: Vec::new(), sd, design, whitening };
+        let origins = design.rows.clone();
+        let mut rows = Rows { origins, slopes: Vec::new(), rest: Vec::new(), residual, sd, design, whitening };
         let columns: Vec<Vec<f64>> = beliefs.0.iter().map(|own| rows.along(own.parameter, own.u, 0)).collect();
         rows.slopes = (0..rows.sd.len()).map(|i| columns.iter().map(|column| column[i]).collect()).collect();
-        rows.rest = rows.white(rest);
+        rows.rest = rows.white(rows.residual.clone());
         Ok(rows)
     }
 

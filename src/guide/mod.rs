@@ -20,17 +20,20 @@ mod mistakes;
 mod seen;
 
 pub use advice::{
-    Advice, Agreement, Ending, Estimated, Explanation, Lacks, Mistake, MistakeKind, Named, Newest, Next, Progress, Why,
+    Advice, Agreement, Ending, Estimated, Explanation, Lacks, Mistake, MistakeKind, Named, Newest, Next, Progress, Residual,
+    Suspected, Why,
 };
 
 use crate::campaign::{Campaign, Reading, Readings};
 use crate::diagnosis::{self, Diagnosis, Effect, Verdict};
+use crate::design::RowOrigin;
 use crate::error::{Fault, Malformed, Result};
 use crate::fit::{self, Fit};
+use crate::language::{Sentence, sentence};
 use crate::plan::{self, Costs, Goal, Noise, Offer, Term};
 use crate::simulate::Regressor;
 use crate::uncertainty::quantiles::chi_square_survival;
-use evidence::Beliefs;
+use evidence::{Beliefs, Solved};
 use mistakes::Judge;
 pub(crate) use mistakes::setting;
 use seen::{Seen, Table, Wanted, Worth, same_position};
@@ -259,10 +262,10 @@ impl Guide {
         };
         self.follow(diagnosis.as_ref())?;
         let table = self.table()?;
-        let (seen, point) = match self.judge(&[]).solved(&self.taken)? {
-            None => (None, Vec::new()),
-            Some(own) => (Some(Seen::new(&table, self.judge(&own.point), &self.taken, &own)?), own.point),
-        };
+        let solved = self.judge(&[]).solved(&self.taken)?;
+        let point = solved.as_ref().map_or(Vec::new(), |own| own.point.clone());
+        let seen = solved.as_ref().map(|own| Seen::new(&table, self.judge(&point), &self.taken, own)).transpose()?;
+        let residuals = solved.as_ref().map_or(Vec::new(), |own| self.residuals(own));
         let mistake = match self.disagrees {
             None => None,
             Some(at) => Some(mistakes::mistake(self.judge(&point), &self.taken, &self.candidates, at, seen.as_ref())?),
@@ -279,6 +282,8 @@ impl Guide {
             cost: self.settings.costs.work(&self.taken).cost,
             newest,
             parameters: fit.as_ref().map_or(Vec::new(), estimated),
+            residuals,
+            suspected: seen.as_ref().map_or(Vec::new(), Seen::suspected),
             nothing_missing_or_named: probability,
             unseen_effects: seen.as_ref().map_or(0, Seen::unseen),
             diagnosis: diagnosis.as_ref().map(lacks),
@@ -294,6 +299,21 @@ impl Guide {
         self.decide(&mut advice, (&table, seen.as_ref()), diagnosis.as_ref())?;
         self.table = Some(table);
         Ok(advice)
+    }
+
+    fn residuals(&self, solved: &Solved) -> Vec<Residual> {
+        let rows = &solved.rows;
+        let one = |((origin, residual), sd): ((&RowOrigin, &f64), &f64)| {
+            let sensor = self.campaign.bench.sensors.get(origin.sensor)?;
+            Some(Residual {
+                reading: origin.reading + 1,
+                sensor: sensor.id.clone(),
+                residual: *residual,
+                unit: sensor.unit.clone(),
+                in_sd: residual / sd,
+            })
+        };
+        rows.origins.iter().zip(&rows.residual).zip(&rows.sd).filter_map(one).collect()
     }
 
     /// The model in use, about a point of its parameters (empty: what is believed).
@@ -360,11 +380,11 @@ impl Guide {
     }
 
     /// A time that runs backwards.
-    fn clock(&self, before: Option<&Reading>, own: &Reading) -> Vec<String> {
+    fn clock(&self, before: Option<&Reading>, own: &Reading) -> Vec<Sentence> {
         let column = self.campaign.readings.columns.iter().position(|name| name == "time_s");
         let time = |reading: &Reading| reading.columns.get(column?).copied().flatten();
         match before.and_then(time).zip(time(own)) {
-            Some((before, now)) if now < before => vec![format!("time_s goes back from {before} to {now}")],
+            Some((before, now)) if now < before => vec![sentence!("guide-time-goes-back", before = before.to_string(), now = now.to_string())],
             _ => Vec::new(),
         }
     }
@@ -580,5 +600,11 @@ fn lacks(diagnosis: &Diagnosis) -> Lacks {
         probability: own.probability,
         aliases: own.aliases.iter().map(|alias| alias.regressor.clone()).collect(),
     };
-    Lacks { verdict: diagnosis.verdict, effects: diagnosis.effects.iter().map(named).collect() }
+    let gap = |own: &diagnosis::Gap| (own.dof > 0).then(|| own.chi_square / own.dof as f64).filter(|v| v.is_finite());
+    Lacks {
+        verdict: diagnosis.verdict,
+        gap_before: gap(&diagnosis.gap_before),
+        gap_after: gap(&diagnosis.gap_after),
+        effects: diagnosis.effects.iter().map(named).collect(),
+    }
 }

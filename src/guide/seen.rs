@@ -15,6 +15,7 @@
     reason = "a table has one column for each effect, with a row for each sensor at each position"
 )]
 
+use super::advice::Suspected;
 use super::evidence::{Beliefs, Rows, Solved, Told};
 use super::mistakes::{Judge, same_state};
 use crate::campaign::{Campaign, Reading, Readings};
@@ -42,6 +43,7 @@ type Block = (Vec<Vec<f64>>, Vec<Vec<f64>>);
 #[derive(Debug, Clone)]
 struct Column {
     name: String,
+    regressor: String,
     /// One value for each sensor at each position.
     values: Vec<f64>,
     /// Its standard uncertainty when every candidate was taken once.
@@ -58,7 +60,8 @@ impl Table {
         let effects: Vec<Column> = firsts
             .filter_map(|own| {
                 Some(Column {
-                    name: format!("{} ({})", own.effect.name, own.effect.regressor),
+                    name: own.effect.name.clone(),
+                    regressor: own.effect.regressor.clone(),
                     values: own.effect.column.clone(),
                     u: own.u?,
                 })
@@ -111,6 +114,7 @@ pub(super) struct Seen {
 #[derive(Debug, Clone)]
 struct One {
     name: String,
+    regressor: String,
     u: f64,
     /// Information of its coefficient.
     t_square: f64,
@@ -162,7 +166,8 @@ impl Seen {
             let t_square = dot(&left, &column).max(0.0);
             let t = dot(&column, &residual);
             let evidence = evidence(t * effect.u, t_square * effect.u * effect.u);
-            One { name: effect.name.clone(), u: effect.u, t_square, taken_up, evidence }
+            let (name, regressor) = (effect.name.clone(), effect.regressor.clone());
+            One { name, regressor, u: effect.u, t_square, taken_up, evidence }
         });
         let effects = effects.collect();
         Ok(Seen { beliefs: judge.beliefs.clone(), told: told.clone(), blocks, at_most, effects })
@@ -171,6 +176,20 @@ impl Seen {
     /// Every effect with the logarithm of how much more probable it makes the readings.
     pub fn explanations(&self) -> Vec<(String, f64)> {
         self.effects.iter().map(|own| (own.name.clone(), own.evidence)).collect()
+    }
+
+    /// The effects that are most probable, with their probabilities.
+    pub fn suspected(&self) -> Vec<Suspected> {
+        let share = self.nothing_missing() / self.effects.len().max(1) as f64;
+        let one = |own: &One| Suspected {
+            regressor: own.regressor.clone(),
+            name: own.name.clone(),
+            probability: share * own.evidence.exp(),
+        };
+        let mut all: Vec<Suspected> = self.effects.iter().map(one).filter(|own| own.probability > LEAST).collect();
+        all.sort_by(|a, b| b.probability.total_cmp(&a.probability));
+        all.truncate(MOST);
+        all
     }
 
     /// Probability that no effect of the catalogue, large enough for the whole schedule to name it, is missing.
@@ -283,6 +302,9 @@ impl Seen {
     }
 }
 
+/// The most effects that are listed as suspected, and their least probability.
+const MOST: usize = 8;
+const LEAST: f64 = 0.001;
 /// Fewer nats than these are nothing.
 const NOTHING: f64 = 1e-6;
 /// Readings, as a square root, that stand for any number of them.

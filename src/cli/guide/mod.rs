@@ -5,13 +5,15 @@
 //! | `journal.rs` | what was accepted and decided, written before it is shown |
 //! | `lines.rs` | readings and commands, line by line |
 //! | `view.rs` | the advice for a person |
+//! | `serve.rs` | the page beside the table |
 
 mod journal;
 mod lines;
+mod serve;
 mod view;
 
 use super::outputs::Outputs;
-use super::{Outcome, catalogue, files, plan as options};
+use super::{Outcome, catalogue, files, plan as options, session};
 use crate::campaign::{Campaign, Reading, Readings};
 use crate::error::{Fault, Malformed, Result};
 use crate::guide::{Advice, Ending, Guide, Settings};
@@ -21,6 +23,8 @@ use crate::{plan, wire};
 use clap::Args;
 use journal::{Entry, Journal};
 use lines::{Line, Lines};
+use serve::Page;
+use std::net::IpAddr;
 use std::path::{Path, PathBuf};
 
 /// What to calibrate, where readings come from and where they go.
@@ -73,6 +77,12 @@ pub(super) struct Arguments {
     /// Advice as lines of JSON on standard output, for a program that drives the table: its "next" is answered by a line of --readings.
     #[arg(long, value_name = "-", value_parser = ["-"])]
     json: Option<String>,
+    /// Serve a page beside the table, on a port of this machine (any that is free unless given); its address, with a token, is written to the terminal.
+    #[arg(long, value_name = "PORT", num_args = 0..=1, default_missing_value = "0")]
+    serve: Option<u16>,
+    /// Serve it to others: on this address of this machine, 0.0.0.0 for all of them.
+    #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1", requires = "serve")]
+    listen: IpAddr,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
@@ -104,7 +114,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     let (journal, entries) = Journal::open(&path, &digest, arguments.resume)?;
     let readings = if truth.is_some() { None } else { Some(Lines::open(&arguments.readings)?) };
     let source = Source { lines: readings, truth, seed: arguments.seed, given: guide.taken().to_vec() };
-    let mut session = Session { guide, journal, source, campaign, ever: Vec::new(), json: arguments.json.is_some() };
+    let page = arguments.serve.map(|port| Page::open(arguments.listen, port, &campaign.bench)).transpose()?;
+    if let Some(page) = &page {
+        super::note(&format!("the page: {}", page.address()));
+    }
+    let mut session = Session { guide, journal, source, campaign, ever: Vec::new(), json: arguments.json.is_some(), page };
     let ended = session.run(entries)?;
     let mut result = session.guide.campaign();
     let bytes = std::fs::read(&path).unwrap_or_default();
@@ -144,6 +158,7 @@ struct Session {
     /// Every reading that was accepted, those that were undone among them: what a simulation goes on from.
     ever: Vec<Reading>,
     json: bool,
+    page: Option<Page>,
 }
 
 impl Session {
@@ -204,16 +219,21 @@ impl Session {
 
     /// The advice; with an error, that the last line was refused.
     fn show(&self, advice: &Advice, refused: Option<&Malformed>) -> Result<()> {
-        if self.json {
+        if self.json || self.page.is_some() {
             let report = guide_report(advice, refused.map(ToString::to_string));
             let line = serde_json::to_string(&report).map_err(|error| {
                 Malformed::new(Fault::Value, format!("the advice cannot be written as JSON: {error}"))
             })?;
-            return super::print(&(line + "\n"));
+            if let Some(page) = &self.page {
+                page.publish("step", &line);
+            }
+            if self.json {
+                return super::print(&(line + "\n"));
+            }
         }
         match refused {
             Some(error) => super::show_error::show(error),
-            None => super::show(&view::text(advice))?,
+            None => super::show(&view::text(advice, session::language()))?,
         }
         Ok(())
     }
