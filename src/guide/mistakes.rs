@@ -106,7 +106,8 @@ fn of_reading(
         let names: Vec<&str> = campaign.bench.joints().collect();
         let columns = campaign.readings.position(&names, own, joints.clone()).columns;
         let moved = Reading { columns, joints: joints.clone(), ..own.clone() };
-        let density = judge.log_density(&with(moved), &point)?;
+        // a setting at which the model lacks a column (of an angle, where the joint turns) cannot be weighed
+        let density = judge.log_density(&with(moved), &point).unwrap_or(None);
         push(kind, setting(campaign, &joints), Some(joints), density);
     }
     for (a, first) in own.observations.iter().enumerate() {
