@@ -94,6 +94,8 @@ pub struct Guide {
     /// What is believed of the model's unknowns before any reading.
     beliefs: Beliefs,
     table: Option<Table>,
+    /// Did the last diagnosis leave something unexplained?
+    unexplained: bool,
 }
 
 impl Guide {
@@ -155,6 +157,7 @@ impl Guide {
             model: campaign.clone(),
             beliefs,
             table: None,
+            unexplained: false,
         };
         for row in campaign.readings.rows.iter().filter(|row| !row.observations.is_empty()) {
             guide.accept(row.clone())?;
@@ -297,6 +300,7 @@ impl Guide {
             advice.unreachable = seen.unreachable(&self.model, &self.settings.goals)?;
         }
         self.decide(&mut advice, (&table, seen.as_ref()), diagnosis.as_ref())?;
+        self.unexplained = unexplained(diagnosis.as_ref());
         self.table = Some(table);
         Ok(advice)
     }
@@ -455,9 +459,7 @@ impl Guide {
         let reachable_met = determined && advice.goals.iter().all(|own| own.met || !reachable(&own.id));
         // what no candidate's effect explains is not explained by more of the same
         let exhausted = self.candidates.iter().all(|own| self.taken.iter().any(|reading| same_position(reading, own)));
-        let unexplained =
-            diagnosis.is_some_and(|own| matches!(own.verdict, Verdict::Unexplained | Verdict::PartlyExplained));
-        let hopeless = reachable_met && (certain || (exhausted && unexplained));
+        let hopeless = reachable_met && (certain || (exhausted && unexplained(diagnosis)));
         let wanted =
             Wanted { goals: &goals, effects: !certain, last: self.taken.last(), costs: &self.settings.costs };
         let worth = seen.worth(table, &self.model, &wanted)?;
@@ -505,6 +507,10 @@ impl Guide {
             return None;
         }
         let own = self.taken.get(at)?;
+        // of a model that is known to lack something nobody expects agreement
+        if self.unexplained {
+            return None;
+        }
         // what once more did not tell, a third time will not
         if at.checked_sub(1).and_then(|k| self.taken.get(k)).is_some_and(|before| same_position(before, own)) {
             return None;
@@ -543,9 +549,9 @@ impl Guide {
                 noise: self.noise.clone(),
                 costs: self.settings.costs,
             };
-            let often = |position: &Reading| self.taken.iter().filter(|own| same_position(own, position)).count();
+            let is_new = |position: &Reading| !self.taken.iter().any(|own| same_position(own, position));
             let found = plan::discriminating_positions(&self.campaign(), &offer, &own, &others)?;
-            let fresh = found.into_iter().find(|own| !own.told.is_empty() && often(&own.position) < MOST_TELLING);
+            let fresh = found.into_iter().find(|own| !own.told.is_empty() && is_new(&own.position));
             if let Some(best) = fresh {
                 let position = self.candidates.iter().find(|own| same_position(own, &best.position));
                 let position = position.unwrap_or(&best.position);
@@ -565,8 +571,9 @@ impl Guide {
     }
 }
 
-/// How often one position is taken to tell two explanations apart: what two readings do not tell, a third will hardly.
-const MOST_TELLING: usize = 2;
+fn unexplained(diagnosis: Option<&Diagnosis>) -> bool {
+    diagnosis.is_some_and(|own| matches!(own.verdict, Verdict::Unexplained | Verdict::PartlyExplained))
+}
 
 /// Probability that nothing is missing or that all of it is named.
 fn probability(diagnosis: Option<&Diagnosis>, seen: Option<&Seen>) -> f64 {

@@ -4,12 +4,14 @@
 //! T = c'(1 - H)c,  t = c'(1 - H)r          an effect's column beside the model, at the readings that were taken
 //! B = E exp(a t - a^2 T / 2),  a ~ N(+-m, s^2)           how much more probable the readings are with it than without
 //! P(nothing is missing) = 1 / (1 + mean of B over the effects)          even odds beforehand, each effect alike
-//! worth = sum over goals of ln(u / u') + sum over effects of their share of B times ln(1 + m^2 (T' - T)) / 2      [nats]
+//! worth = sum over goals of ln(u / u') + what the reading tells of which effect is missing, or none      [nats]
 //! worth = ln |1 + A C A'| / 2,  while an unknown is not determined that could be
+//! - sum over i of p_i ln sum over j of p_j exp(-D_ij)      D: Bhattacharyya's distance of the readings that two hypotheses predict
 //! ```
 //!
 //! `m` and `s` are in units of the effect's standard uncertainty when every candidate was taken once. What a position changes, `u'` and `T'`, are
-//! updates of low rank.
+//! updates of low rank. The sum over pairs is a lower bound of the information about the hypothesis (A. Kolchinsky, B. D. Tracey, Entropy 19 (2017)
+//! 361).
 #![allow(
     clippy::indexing_slicing,
     reason = "a table has one column for each effect, with a row for each sensor at each position"
@@ -19,6 +21,7 @@ use super::advice::Suspected;
 use super::evidence::{Beliefs, Rows, Solved, Told};
 use super::mistakes::{Judge, same_state};
 use crate::campaign::{Campaign, Reading, Readings};
+use crate::design::RowOrigin;
 use crate::diagnosis::{Effect, foresee};
 use crate::error::Result;
 use crate::linear::{Triangle, dot};
@@ -71,12 +74,27 @@ impl Table {
     }
 
     fn blocks(&self, judge: Judge, point: &[f64]) -> Result<Vec<Block>> {
-        let block = |(k, row): (usize, Reading)| -> Result<Block> {
-            let own = Rows::of(judge.model, judge.beliefs, &[row], point, judge.noise)?;
-            let columns = self.effects.iter().map(|e| own.white(part(&e.values, k, self.sensors))).collect();
-            Ok((own.slopes, columns))
-        };
-        apart(&self.positions).into_iter().enumerate().map(block).collect()
+        let positions = apart(&self.positions);
+        // with scatter, readings of one call are not independent of each other
+        let together = if judge.model.scatter.is_empty() { positions.len() } else { 1 };
+        let mut blocks: Vec<Block> = Vec::with_capacity(positions.len());
+        for (chunk, first) in positions.chunks(together.max(1)).zip((0..).step_by(together.max(1))) {
+            let own = Rows::of(judge.model, judge.beliefs, chunk, point, judge.noise)?;
+            let values = |effect: &Column| {
+                let value = |origin: &RowOrigin| {
+                    let at = (first + origin.reading) * self.sensors + origin.sensor;
+                    effect.values.get(at).copied().unwrap_or(0.0)
+                };
+                own.white(own.origins.iter().map(value).collect())
+            };
+            let columns: Vec<Vec<f64>> = self.effects.iter().map(values).collect();
+            let places: Vec<usize> = (0..own.origins.len()).collect();
+            for rows in places.chunk_by(|a, b| own.origins[*a].reading == own.origins[*b].reading) {
+                let of = |column: &Vec<f64>| rows.iter().map(|i| column[*i]).collect();
+                blocks.push((rows.iter().map(|i| own.slopes[*i].clone()).collect(), columns.iter().map(of).collect()));
+            }
+        }
+        Ok(blocks)
     }
 
     /// The position of a reading in the table: the same joints and columns.
@@ -90,13 +108,14 @@ pub(super) fn same_position(a: &Reading, b: &Reading) -> bool {
     a.joints.iter().zip(&b.joints).all(|(a, b)| same_state(a, b)) && (!a.joints.is_empty() || a.columns == b.columns)
 }
 
-fn part(values: &[f64], position: usize, sensors: usize) -> Vec<f64> {
-    (0..sensors).map(|s| values.get(position * sensors + s).copied().unwrap_or(0.0)).collect()
-}
-
 /// Positions without readings, each a mounting of its own.
 fn apart(positions: &[Reading]) -> Vec<Reading> {
-    let apart = |(k, own): (usize, &Reading)| Reading { position: format!("candidate {k}"), ..own.unread() };
+    let apart = |(k, own): (usize, &Reading)| {
+        let alone = positions.iter().filter(|other| other.position == own.position).count() == 1;
+        let label = &own.position;
+        let position = if alone && !label.is_empty() { label.clone() } else { format!("{label} ({})", k + 1) };
+        Reading { position, ..own.unread() }
+    };
     positions.iter().enumerate().map(apart).collect()
 }
 
@@ -118,6 +137,9 @@ struct One {
     u: f64,
     /// Information of its coefficient.
     t_square: f64,
+    /// Mean and variance of its coefficient, if it is the one that is missing.
+    mean: f64,
+    variance: f64,
     /// What the model takes up of it.
     taken_up: Vec<f64>,
     /// Logarithm of how much more probable the readings are with it.
@@ -155,7 +177,7 @@ impl Seen {
         let places: Vec<Option<usize>> = taken.iter().map(|reading| table.find(reading)).collect();
         let residual: Vec<f64> = white.iter().zip(rest).map(|(row, rest)| rest - dot(row, &told.estimate)).collect();
         let effects = table.effects.iter().map(|effect| {
-            let value = |origin: &crate::design::RowOrigin| {
+            let value = |origin: &RowOrigin| {
                 let place = places.get(origin.reading).copied().flatten()?;
                 effect.values.get(place * table.sensors + origin.sensor).copied()
             };
@@ -165,9 +187,10 @@ impl Seen {
             // what rounding leaves of a column that the model takes up is nothing
             let t_square = dot(&left, &column).max(0.0);
             let t = dot(&column, &residual);
-            let evidence = evidence(t * effect.u, t_square * effect.u * effect.u);
+            let (evidence, mean, variance) = weighed(t * effect.u, t_square * effect.u * effect.u);
+            let (mean, variance) = (mean * effect.u, variance * effect.u * effect.u);
             let (name, regressor) = (effect.name.clone(), effect.regressor.clone());
-            One { name, regressor, u: effect.u, t_square, taken_up, evidence }
+            One { name, regressor, u: effect.u, t_square, mean, variance, taken_up, evidence }
         });
         let effects = effects.collect();
         Ok(Seen { beliefs: judge.beliefs.clone(), told: told.clone(), blocks, at_most, effects })
@@ -203,7 +226,7 @@ impl Seen {
 
     /// Effects whose readings, if they were there, could still not be told from readings without them.
     pub fn unseen(&self) -> usize {
-        let shows = |own: &&One| evidence(0.0, own.t_square * own.u * own.u) < (1.0_f64 / 20.0).ln();
+        let shows = |own: &&One| weighed(0.0, own.t_square * own.u * own.u).0 < (1.0_f64 / 20.0).ln();
         self.effects.len() - self.effects.iter().filter(shows).count()
     }
 
@@ -243,8 +266,12 @@ impl Seen {
                 limits.push((self.told.through(&direction), variance, ratio * goal.u * goal.u));
             }
         }
-        let most = self.effects.iter().map(|own| own.evidence).fold(0.0, f64::max);
-        let sum: f64 = self.effects.iter().map(|own| (own.evidence - most).exp()).sum();
+        let nothing = self.nothing_missing();
+        let share = nothing / self.effects.len().max(1) as f64;
+        let likely: Vec<(usize, f64)> = (self.effects.iter().enumerate())
+            .map(|(k, own)| (k, share * own.evidence.exp()))
+            .filter(|(_, probability)| *probability > LEAST * share || *probability > LEAST)
+            .collect();
         let before: Vec<Reading> = wanted.last.cloned().into_iter().collect();
         let spent = wanted.costs.work(&before).cost;
         let one = |(position, (rows, columns)): (usize, &Block)| {
@@ -260,19 +287,29 @@ impl Seen {
                 // beyond the goal nothing is gained
                 0.5 * (variance.max(*limit) / less.max(*limit)).ln()
             };
-            let of_effect = |(own, column): (&One, &Vec<f64>)| {
-                let error = rows.iter().zip(column).map(|(row, f)| f - dot(row, &own.taken_up)).collect();
-                let more = square(error) * (SIZE * own.u).powi(2);
-                (own.evidence - most).exp() / sum * 0.5 * more.ln_1p()
+            let missing = || {
+                let none = Hypothesis {
+                    probability: nothing,
+                    mean: vec![0.0; rows.len()],
+                    variance: vec![1.0; rows.len()],
+                };
+                let one = |(k, probability): &(usize, f64)| {
+                    let (own, column) = (&self.effects[*k], &columns[*k]);
+                    let mut error: Vec<f64> =
+                        rows.iter().zip(column).map(|(row, f)| f - dot(row, &own.taken_up)).collect();
+                    factor.forward(&mut error);
+                    let mean = error.iter().map(|e| own.mean * e).collect();
+                    let variance = error.iter().map(|e| 1.0 + own.variance * e * e).collect();
+                    Hypothesis { probability: *probability, mean, variance }
+                };
+                let all: Vec<Hypothesis> = [none].into_iter().chain(likely.iter().map(one)).collect();
+                told(&all)
             };
             let reading = &table.positions[position];
             let run: Vec<Reading> = before.iter().chain([reading]).cloned().collect();
             let nats = match open {
                 true => 0.5 * factor.log_determinant(),
-                false if wanted.effects => {
-                    limits.iter().map(of_goal).sum::<f64>()
-                        + self.effects.iter().zip(columns).map(of_effect).sum::<f64>()
-                }
+                false if wanted.effects => limits.iter().map(of_goal).sum::<f64>() + missing(),
                 false => limits.iter().map(of_goal).sum(),
             };
             Some(Worth { position, nats, cost: wanted.costs.work(&run).cost - spent })
@@ -310,11 +347,47 @@ const NOTHING: f64 = 1e-6;
 /// Readings, as a square root, that stand for any number of them.
 const OFTEN: f64 = 1e2;
 
-/// `ln B`, with `t` and `T` in units of the effect's uncertainty when all candidates were taken.
-fn evidence(t: f64, information: f64) -> f64 {
+/// `ln B`, and mean and variance of the effect's size, with `t` and `T` in units of its uncertainty when all candidates were taken.
+fn weighed(t: f64, information: f64) -> (f64, f64, f64) {
     let s = SPREAD * SPREAD;
-    let side = |m: f64| 0.5 * ((t + m / s).powi(2) / (information + 1.0 / s) - m * m / s);
+    let variance = (information + 1.0 / s).recip();
+    let mean = |m: f64| variance * (t + m / s);
+    let side = |m: f64| 0.5 * (mean(m).powi(2) / variance - m * m / s);
     let (a, b) = (side(SIZE), side(-SIZE));
     let most = a.max(b);
-    -0.5 * (s * information).ln_1p() + most + (0.5 * ((a - most).exp() + (b - most).exp())).ln()
+    let (a, b) = ((a - most).exp(), (b - most).exp());
+    let share = a / (a + b);
+    let both = share * mean(SIZE) + (1.0 - share) * mean(-SIZE);
+    let apart = share * (1.0 - share) * (mean(SIZE) - mean(-SIZE)).powi(2);
+    (-0.5 * (s * information).ln_1p() + most + (0.5 * (a + b)).ln(), both, variance + apart)
+}
+
+/// What the reading of a position would be under a hypothesis, in coordinates in which it is independent and of unit variance if nothing is missing.
+struct Hypothesis {
+    probability: f64,
+    mean: Vec<f64>,
+    variance: Vec<f64>,
+}
+
+/// Nats that a reading tells of which hypothesis holds.
+fn told(all: &[Hypothesis]) -> f64 {
+    // exp(-D) of Bhattacharyya's distance D, value by value
+    let overlap = |a: &Hypothesis, b: &Hypothesis| {
+        let (mut product, mut apart) = (1.0, 0.0);
+        for (((m, n), v), w) in a.mean.iter().zip(&b.mean).zip(&a.variance).zip(&b.variance) {
+            let sum = v + w;
+            product *= 4.0 * v * w / (sum * sum);
+            apart += (m - n).powi(2) / sum;
+        }
+        product.powf(0.25) * (-0.25 * apart).exp()
+    };
+    let mut sums: Vec<f64> = all.iter().map(|own| own.probability).collect();
+    for (i, a) in all.iter().enumerate() {
+        for (j, b) in all.iter().enumerate().skip(i + 1) {
+            let own = overlap(a, b);
+            sums[i] += b.probability * own;
+            sums[j] += a.probability * own;
+        }
+    }
+    all.iter().zip(&sums).map(|(own, sum)| -own.probability * sum.ln()).sum::<f64>().max(0.0)
 }

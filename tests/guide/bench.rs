@@ -50,8 +50,9 @@ pub fn drawn(seed: u64) -> Drawn {
         chain.push(format!(r#"{{ "joint": "j{k}", "about": "{}" }}"#, axes[k % 3]));
         chain.push(format!(r#"{{ "tilt": "t{k}", "about": "{}" }}"#, axes[(k + 1) % 3]));
         position.push(match (k, turns) {
-            (0, true) => format!(r#""j0_deg_s": [20, -20]"#),
-            _ if joints == 3 && sensors > 1 => format!(r#""j{k}_deg": [0, 90, 180, 270]"#),
+            (0, true) if joints == 3 => r#""j0_deg_s": [20, -20]"#.to_string(),
+            (0, true) => r#""j0_deg_s": [20, -20, 40, -40]"#.to_string(),
+            _ if joints == 3 => format!(r#""j{k}_deg": [0, 90, 180, 270]"#),
             _ => format!(r#""j{k}_deg": [0, 45, 90, 135, 180, 225, 270, 315]"#),
         });
     }

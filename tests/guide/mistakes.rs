@@ -140,19 +140,23 @@ fn trial(kind: &'static str, seed: u64) -> Option<Trial> {
         None => one.kind == MistakeKind::SlippedMounting && one.reading == BEFORE + 1,
         Some(_) => is(one),
     });
-    let report = format!(
-        "made {made:?}, said {:?}",
-        advice.mistake.as_ref().map(|m| (
-            m.named,
-            m.at,
-            m.explanations.iter().take(3).map(|e| (e.kind, e.what.clone(), (e.probability * 1e3).round())).collect::<Vec<_>>()
-        ))
-    );
+    let said = |advice: &tumble::guide::Advice| {
+        let verdict = advice.diagnosis.as_ref().map(|own| own.verdict);
+        let mistake = advice.mistake.as_ref().map(|own| {
+            let one = |own: &tumble::guide::Explanation| {
+                (own.kind, own.reading, own.what.clone(), (own.probability * 1e3).round())
+            };
+            (own.named, own.at, own.explanations.iter().take(3).map(one).collect::<Vec<_>>())
+        });
+        format!("{mistake:?} {verdict:?}")
+    };
+    let at_once = said(&advice);
     for k in 0..AFTER {
         let asked = follow(&guide, &advice.next, BEFORE + 1 + k);
         guide.accept(seen(&guide, &world, &asked, &None)).unwrap();
         advice = guide.advise(true).unwrap();
     }
+    let report = format!("made {made:?}, said {at_once}, later {}", said(&advice));
     Some(Trial { seed, flagged, named: [named, right(&advice)], first, explanations, early, report })
 }
 
