@@ -166,8 +166,8 @@ impl Rows {
         (point, later, from): (&[f64], &[f64], usize),
         noise: &Noise,
     ) -> Result<Self> {
-        let own = campaign
-            .with_readings(Readings { columns: campaign.readings.columns.clone(), rows: readings.to_vec() });
+        let own =
+            campaign.with_readings(Readings { columns: campaign.readings.columns.clone(), rows: readings.to_vec() });
         let model = Model::new(&own)?;
         let mut design = design::assemble(&own, &model, point)?;
         if from < readings.len() {

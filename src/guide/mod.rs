@@ -20,13 +20,13 @@ mod mistakes;
 mod seen;
 
 pub use advice::{
-    Advice, Agreement, Ending, Estimated, Explanation, Lacks, Mistake, MistakeKind, Named, Newest, Next, Progress, Residual,
-    Suspected, Why,
+    Advice, Agreement, Ending, Estimated, Explanation, Lacks, Mistake, MistakeKind, Named, Newest, Next, Progress,
+    Residual, Suspected, Why,
 };
 
 use crate::campaign::{Campaign, Reading, Readings};
-use crate::diagnosis::{self, Diagnosis, Effect, Verdict};
 use crate::design::RowOrigin;
+use crate::diagnosis::{self, Diagnosis, Effect, Verdict};
 use crate::error::{Fault, Malformed, Result};
 use crate::fit::{self, Fit};
 use crate::language::{Sentence, sentence};
@@ -388,7 +388,9 @@ impl Guide {
         let column = self.campaign.readings.columns.iter().position(|name| name == "time_s");
         let time = |reading: &Reading| reading.columns.get(column?).copied().flatten();
         match before.and_then(time).zip(time(own)) {
-            Some((before, now)) if now < before => vec![sentence!("guide-time-goes-back", before = before.to_string(), now = now.to_string())],
+            Some((before, now)) if now < before => {
+                vec![sentence!("guide-time-goes-back", before = before.to_string(), now = now.to_string())]
+            }
             _ => Vec::new(),
         }
     }
@@ -443,7 +445,7 @@ impl Guide {
             [] => determined,
             goals => goals.iter().all(|goal| goal.met),
         };
-        if goals_met && certain {
+        if goals_met && certain && advice.mistake.is_none() {
             advice.ended = Some(Ending::Reached);
             return Ok(());
         }
@@ -460,11 +462,15 @@ impl Guide {
         // what no candidate's effect explains is not explained by more of the same
         let exhausted = self.candidates.iter().all(|own| self.taken.iter().any(|reading| same_position(reading, own)));
         let hopeless = reachable_met && (certain || (exhausted && unexplained(diagnosis)));
-        let wanted =
-            Wanted { goals: &goals, effects: !certain, last: self.taken.last(), costs: &self.settings.costs };
+        let wanted = Wanted { goals: &goals, effects: !certain, last: self.taken.last(), costs: &self.settings.costs };
         let worth = seen.worth(table, &self.model, &wanted)?;
         match worth.into_iter().find(|own| own.position < self.candidates.len()).filter(|_| !hopeless) {
-            None => advice.ended = Some(Ending::NothingToGain),
+            // a reading that disagrees is confirmed, undone or explained before anything ends
+            None => {
+                let open = self.disagrees.filter(|_| advice.mistake.is_some()).and_then(|at| self.taken.get(at));
+                advice.next = open.map(|own| self.same_again(own, Vec::new()));
+                advice.ended = open.is_none().then_some(Ending::NothingToGain);
+            }
             Some(Worth { position, nats, cost }) => {
                 let reading = self.candidates.get(position);
                 advice.next = reading.map(|own| self.next(own, Why::Information, Vec::new(), Some(nats), cost));
@@ -515,9 +521,13 @@ impl Guide {
         if at.checked_sub(1).and_then(|k| self.taken.get(k)).is_some_and(|before| same_position(before, own)) {
             return None;
         }
-        let asked = self.candidates.iter().find(|candidate| same_position(candidate, own)).unwrap_or(own);
         let between = mistake.explanations.iter().map(|own| format!("{}: {}", own.kind, own.what)).collect();
-        Some(self.next(asked, Why::Again, between, None, self.cost_of(asked)))
+        Some(self.same_again(own, between))
+    }
+
+    fn same_again(&self, own: &Reading, between: Vec<String>) -> Next {
+        let asked = self.candidates.iter().find(|candidate| same_position(candidate, own)).unwrap_or(own);
+        self.next(asked, Why::Again, between, None, self.cost_of(asked))
     }
 
     /// A position that tells a finding from what else it could be.

@@ -4,7 +4,7 @@
 //! T = c'(1 - H)c,  t = c'(1 - H)r          an effect's column beside the model, at the readings that were taken
 //! B = E exp(a t - a^2 T / 2),  a ~ N(+-m, s^2)           how much more probable the readings are with it than without
 //! P(nothing is missing) = 1 / (1 + mean of B over the effects)          even odds beforehand, each effect alike
-//! worth = sum over goals of ln(u / u') + what the reading tells of which effect is missing, or none      [nats]
+//! worth = sum over goals of ln(u / u') + what the reading tells of which effect is missing, or none, and of its size      [nats]
 //! worth = ln |1 + A C A'| / 2,  while an unknown is not determined that could be
 //! - sum over i of p_i ln sum over j of p_j exp(-D_ij)      D: Bhattacharyya's distance of the readings that two hypotheses predict
 //! ```
@@ -22,10 +22,11 @@ use super::evidence::{Beliefs, Rows, Solved, Told};
 use super::mistakes::{Judge, same_state};
 use crate::campaign::{Campaign, Reading, Readings};
 use crate::design::RowOrigin;
-use crate::diagnosis::{Effect, foresee};
+use crate::diagnosis::{Alike, Effect, Prospect, foresee};
 use crate::error::Result;
 use crate::linear::{Triangle, dot};
 use crate::plan::{Costs, Goal, Noise, gradients};
+use crate::simulate::Regressor;
 
 /// Size of an effect that counts as missing, and its spread: ten to forty times its uncertainty when all candidates were taken, so that the whole
 /// schedule would name it without fail.
@@ -59,7 +60,10 @@ impl Table {
         let rows = apart(positions);
         let all = model.with_readings(Readings { columns: model.readings.columns.clone(), rows });
         let foreseen = foresee(&all, catalogue, noise)?;
-        let firsts = foreseen.groups.iter().filter_map(|group| foreseen.prospects.get(*group.members.first()?));
+        // what happens at one mounting alone is no matter where that mounting is not read; where it is, a reading there disagrees
+        let lasting = |own: &&Prospect| !matches!(own.effect.kind, Regressor::Position(_));
+        let members = |group: &Alike| group.members.iter().filter_map(|k| foreseen.prospects.get(*k)).find(lasting);
+        let firsts = foreseen.groups.iter().filter_map(members);
         let effects: Vec<Column> = firsts
             .filter_map(|own| {
                 Some(Column {
@@ -288,11 +292,8 @@ impl Seen {
                 0.5 * (variance.max(*limit) / less.max(*limit)).ln()
             };
             let missing = || {
-                let none = Hypothesis {
-                    probability: nothing,
-                    mean: vec![0.0; rows.len()],
-                    variance: vec![1.0; rows.len()],
-                };
+                let none =
+                    Hypothesis { probability: nothing, mean: vec![0.0; rows.len()], variance: vec![1.0; rows.len()] };
                 let one = |(k, probability): &(usize, f64)| {
                     let (own, column) = (&self.effects[*k], &columns[*k]);
                     let mut error: Vec<f64> =
@@ -369,7 +370,7 @@ struct Hypothesis {
     variance: Vec<f64>,
 }
 
-/// Nats that a reading tells of which hypothesis holds.
+/// Nats that a reading tells of which hypothesis holds, and of the size of its effect.
 fn told(all: &[Hypothesis]) -> f64 {
     // exp(-D) of Bhattacharyya's distance D, value by value
     let overlap = |a: &Hypothesis, b: &Hypothesis| {
@@ -389,5 +390,7 @@ fn told(all: &[Hypothesis]) -> f64 {
             sums[j] += a.probability * own;
         }
     }
-    all.iter().zip(&sums).map(|(own, sum)| -own.probability * sum.ln()).sum::<f64>().max(0.0)
+    let which = all.iter().zip(&sums).map(|(own, sum)| -own.probability * sum.ln()).sum::<f64>();
+    let size = |own: &Hypothesis| own.probability * 0.5 * own.variance.iter().map(|v| v.ln()).sum::<f64>();
+    which.max(0.0) + all.iter().map(size).sum::<f64>()
 }

@@ -191,7 +191,11 @@ fn a_file_that_is_removed_or_cut_is_said() {
         let mut answers = BufReader::new(guide.stdout.take().unwrap()).lines();
         answers.next().unwrap().unwrap();
         answers.next().unwrap().unwrap();
-        if cut { std::fs::write(&path, "position").unwrap() } else { std::fs::remove_file(&path).unwrap() }
+        if cut {
+            std::fs::write(&path, "position").unwrap()
+        } else {
+            std::fs::remove_file(&path).unwrap()
+        }
         let output = guide.wait_with_output().unwrap();
         let said = String::from_utf8(output.stderr).unwrap();
         assert_eq!(output.status.code(), Some(1), "{said}");

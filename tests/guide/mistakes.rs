@@ -99,7 +99,8 @@ fn trial(kind: &'static str, seed: u64) -> Option<Trial> {
             let mut slipped = own.truth.clone();
             slipped.point[*pick(&mut random, &tilts)] +=
                 10.0_f64.powf(uniform(&mut random, -3.0, -1.0)) * normal(&mut random).signum();
-            let asked = if k == 0 { follow(&guide, &advice.next, BEFORE) } else { pick(&mut random, &candidates).clone() };
+            let asked =
+                if k == 0 { follow(&guide, &advice.next, BEFORE) } else { pick(&mut random, &candidates).clone() };
             if apart((&own.truth, &asked), (&slipped, &asked)) {
                 world = slipped;
                 found = Some((asked, None));
@@ -180,10 +181,8 @@ fn mistakes_at_the_bench() {
     );
     for (row, kind) in KINDS.into_iter().enumerate() {
         // benches on which the mistake can be made at all
-        let trials: Vec<Trial> = (0..3 * count as u64)
-            .into_par_iter()
-            .filter_map(|k| trial(kind, first + 1000 * row as u64 + k))
-            .collect();
+        let trials: Vec<Trial> =
+            (0..3 * count as u64).into_par_iter().filter_map(|k| trial(kind, first + 1000 * row as u64 + k)).collect();
         let trials = &trials[..trials.len().min(count)];
         let n = trials.len() as f64;
         let of = |what: &dyn Fn(&Trial) -> bool| trials.iter().filter(|own| what(own)).count();

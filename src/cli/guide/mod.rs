@@ -118,7 +118,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     if let Some(page) = &page {
         super::note(&format!("the page: {}", page.address()));
     }
-    let mut session = Session { guide, journal, source, campaign, ever: Vec::new(), json: arguments.json.is_some(), page };
+    let mut session =
+        Session { guide, journal, source, campaign, ever: Vec::new(), json: arguments.json.is_some(), page };
     let ended = session.run(entries)?;
     let mut result = session.guide.campaign();
     let bytes = std::fs::read(&path).unwrap_or_default();

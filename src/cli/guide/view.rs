@@ -26,8 +26,7 @@ pub(super) fn text(advice: &Advice, lang: Language) -> String {
             let size = effect.value.zip(effect.u).map_or(String::new(), |(value, u)| {
                 say!(lang, "guide-size", value = format!("{value:.4e}"), u = format!("{u:.1e}"), unit = effect.unit)
             });
-            let terms: Vec<&str> =
-                [&effect.regressor].into_iter().chain(&effect.aliases).map(String::as_str).collect();
+            let terms: Vec<&str> = [&effect.regressor].into_iter().chain(&effect.aliases).map(String::as_str).collect();
             let (name, probability) = (lang.name(&effect.name).to_string(), format!("{:.3}", effect.probability));
             say!(lang, "guide-effect", name, terms = terms.join(" | "), size, probability)
         }));
