@@ -13,7 +13,7 @@ use tumble::document::{html, terminal};
 use tumble::error::{Fault, Malformed};
 use tumble::fit::{self as engine, Estimator, Remount, RobustMethod, Settings, Weighting};
 use tumble::language::Language;
-use tumble::report::{self, Asked, FitReport};
+use tumble::report::{self, FitReport};
 
 /// Readings times the square of the unknowns up to which a fit is done before anyone could press Ctrl-C.
 const SMALL: usize = 200_000;
@@ -116,7 +116,7 @@ impl Fit {
 
     /// The table of the terminal; `listed`: every reading as well.
     fn table(&self, listed: bool, lang: &str) -> PyResult<String> {
-        let asked = Asked { fit: Some(&self.fit), readings: listed, ..Asked::default() };
+        let asked = report::Asked { fit: Some(&self.fit), readings: listed, ..report::Asked::default() };
         Ok(terminal::brief(&report::fit_document(&*self.made()?, &asked, language(lang)?)))
     }
 
@@ -136,7 +136,7 @@ impl Fit {
     /// The page.
     fn page(&self, py: Python<'_>, lang: &str) -> PyResult<String> {
         let lang = language(lang)?;
-        let asked = Asked { fit: Some(&self.fit), ..Asked::default() };
+        let asked = report::Asked { fit: Some(&self.fit), ..report::Asked::default() };
         html::render(&report::fit_document(&*self.made()?, &asked, lang)).map_err(|error| raised(py, &error, None))
     }
 }
@@ -180,7 +180,7 @@ impl Fit {
 #[pyfunction]
 pub fn report_table(text: &str, listed: bool, lang: &str) -> PyResult<String> {
     let report: FitReport = serde_json::from_str(text).map_err(|error| PyValueError::new_err(error.to_string()))?;
-    let asked = Asked { readings: listed, ..Asked::default() };
+    let asked = report::Asked { readings: listed, ..report::Asked::default() };
     Ok(terminal::brief(&report::fit_document(&report, &asked, language(lang)?)))
 }
 
