@@ -19,7 +19,7 @@
 //! A question that is malformed is an [`Malformed`] with its place, what was expected and what was found. What readings say (a rank defect, a failed
 //! test, no convergence) is part of the answer. Answers and their reports ([`report`]) print as the program prints them: `println!("{fit}")`.
 //!
-//! Data flows one way, [`bench`](mod@bench) → [`campaign`] → [`design`] → [`estimate`] → [`fit`](mod@fit) → [`diagnosis`], [`plan`], [`report`]; files are read by [`wire`], and
+//! Data flows one way, [`bench`](mod@bench) → [`campaign`] → [`design`] → [`estimate`] → [`fit`](mod@fit) → [`diagnosis`], [`plan`] → [`guide`], [`report`]; files are read by [`wire`], and
 //! [`theory`] has the equations with their sources. Ground: x east, y north, z up; rotations are active. Tilts are in radians, the rest is in the
 //! bench's units. Nothing panics; only [`cli`] reads, writes and prints.
 //!
@@ -53,6 +53,7 @@ mod elements;
 pub mod error;
 pub mod estimate;
 pub mod fit;
+pub mod guide;
 pub mod language;
 mod linear;
 mod mix;

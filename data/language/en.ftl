@@ -1242,3 +1242,37 @@ iteration = iteration
 weighted-sum-of-squares = weighted sum of squares
 step-of-the-predictions = change of the predictions (norm)
 share-of-the-step = share of the step
+
+# cli/guide/view.rs
+guide-position = position { $label }: { $setting }
+guide-not-predicted = reading { $reading }, { $place }: the others do not predict it yet
+guide-agrees = reading { $reading }, { $place }: agrees ({ $sd } sd)
+guide-disagrees = reading { $reading }, { $place }: DOES NOT AGREE, { $sd } sd off
+guide-time-goes-back = time_s goes back from { $before } to { $now }
+guide-likely-at = { "  " }likely at reading { $reading }: { $kind }
+guide-likely = { "  " }likely: { $kind }
+guide-not-told = { "  " }what happened cannot be told yet:
+guide-explanation = { "    " }{ $probability }  reading { $reading }, { $kind }: { $what }
+guide-more = { "    " }and { $count } more
+guide-goal-open = { "  " }{ $id }: not estimable yet, goal { $goal } { $unit }
+guide-goal = { "  " }{ $id } = { $value } { $unit }, u = { $u }, goal { $goal }: not yet
+guide-goal-met = { "  " }{ $id } = { $value } { $unit }, u = { $u }, goal { $goal }: met
+guide-diagnosis = { "  " }diagnosis: { $verdict }
+guide-size = , { $value } { $unit }, u = { $u }
+guide-effect = { "    " }{ $name } ({ $terms }){ $size }, probability { $probability }
+guide-nothing-missing = { "  " }nothing missing, or all named: probability { $probability }; effects that could not show yet: { $unseen }
+guide-unreachable = { "  " }{ $id }: these positions do not reach its goal, however often they are taken
+guide-next = next: { $place } ({ $nats } nats for a cost of { $cost })
+guide-next-apart = next: { $place } (tells { $between } apart)
+guide-next-again = next: { $place } (the same position again)
+guide-reached = done: every goal is met, and nothing is missing or all of it is named; { $readings } readings, cost { $cost }
+guide-nothing-to-gain = stopped: no position of this schedule tells more of what is still wanted; { $readings } readings, cost { $cost }
+guide-most-readings = stopped: { $readings } readings were taken, the most that --most allows; cost { $cost }
+mistake-turned-180 = a joint turned by 180 degrees
+mistake-another-position = another position of the schedule
+mistake-wrong-sense = a rate of the wrong sense
+mistake-exchanged-axes = exchanged joints
+mistake-exchanged-sensors = exchanged sensors
+mistake-slipped-mounting = a mounting that slipped
+mistake-bad-reading = a bad value
+mistake-missing-effect = an effect that the model lacks

@@ -1092,3 +1092,37 @@ iteration = 迭代
 weighted-sum-of-squares = 加权平方和
 step-of-the-predictions = 预测值的改变（范数）
 share-of-the-step = 所取步长比例
+
+# cli/guide/view.rs
+guide-position = 位置 { $label }：{ $setting }
+guide-not-predicted = 读数 { $reading }，{ $place }：其余读数尚不能预测它
+guide-agrees = 读数 { $reading }，{ $place }：一致（{ $sd } 倍标准差）
+guide-disagrees = 读数 { $reading }，{ $place }：不一致，相差 { $sd } 倍标准差
+guide-time-goes-back = time_s 从 { $before } 倒退到 { $now }
+guide-likely-at = { "  " }读数 { $reading } 处可能的原因：{ $kind }
+guide-likely = { "  " }可能的原因：{ $kind }
+guide-not-told = { "  " }尚不能判断原因：
+guide-explanation = { "    " }{ $probability }  读数 { $reading }，{ $kind }：{ $what }
+guide-more = { "    " }另有 { $count } 种
+guide-goal-open = { "  " }{ $id }：尚不可估计，目标 { $goal } { $unit }
+guide-goal = { "  " }{ $id } = { $value } { $unit }，u = { $u }，目标 { $goal }：未达到
+guide-goal-met = { "  " }{ $id } = { $value } { $unit }，u = { $u }，目标 { $goal }：已达到
+guide-diagnosis = { "  " }诊断：{ $verdict }
+guide-size = ，{ $value } { $unit }，u = { $u }
+guide-effect = { "    " }{ $name }（{ $terms }）{ $size }，概率 { $probability }
+guide-nothing-missing = { "  " }无缺项或均已指明的概率 { $probability }；尚不能显现的误差项：{ $unseen }
+guide-unreachable = { "  " }{ $id }：这些位置无论测多少次都达不到目标
+guide-next = 下一位置：{ $place }（{ $nats } 奈特，代价 { $cost }）
+guide-next-apart = 下一位置：{ $place }（区分 { $between }）
+guide-next-again = 下一位置：{ $place }（重复同一位置）
+guide-reached = 完成：各目标均已达到，无缺项或均已指明；{ $readings } 个读数，代价 { $cost }
+guide-nothing-to-gain = 停止：此方案中没有位置能提供更多所需信息；{ $readings } 个读数，代价 { $cost }
+guide-most-readings = 停止：已取 { $readings } 个读数，为 --most 所允许的上限；代价 { $cost }
+mistake-turned-180 = 关节转了 180 度
+mistake-another-position = 方案中的另一位置
+mistake-wrong-sense = 转动方向相反
+mistake-exchanged-axes = 关节互换
+mistake-exchanged-sensors = 传感器互换
+mistake-slipped-mounting = 安装松动
+mistake-bad-reading = 坏值
+mistake-missing-effect = 模型缺少的误差项

@@ -85,8 +85,8 @@ impl Readings {
     pub fn position(&self, joint_names: &[&str], like: &Reading, joints: Vec<JointState>) -> Reading {
         let mut columns = like.columns.clone();
         for (name, state) in joint_names.iter().zip(&joints) {
-            let (deg, deg_s, turns) = state.keys();
-            for (suffix, value) in [("_deg", deg), ("_deg_s", deg_s), ("_turns", turns)] {
+            let (deg, _, turns) = state.keys();
+            for (suffix, value) in [("_deg", deg), ("_deg_s", Some(state.rate_deg_s())), ("_turns", turns)] {
                 let column = self.columns.iter().position(|c| c.strip_prefix(name) == Some(suffix));
                 if let Some(slot) = column.and_then(|k| columns.get_mut(k)) {
                     *slot = value;

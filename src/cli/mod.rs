@@ -20,6 +20,7 @@ mod export;
 mod files;
 mod fit;
 mod globs;
+mod guide;
 mod help;
 mod log;
 mod navigate;
@@ -85,6 +86,9 @@ enum Command {
     /// How well a schedule will do before anyone measures, and the best positions to choose or add.
     #[command(after_help = help::PLAN)]
     Plan(Box<plan::Arguments>),
+    /// Beside the experiment: is this reading good, what next, when may I stop?
+    #[command(after_help = help::GUIDE, arg = help::no_language())]
+    Guide(Box<guide::Arguments>),
     /// From a logger's samples to readings: segments, means, and an uncertainty that holds for correlated noise.
     Reduce(Box<reduce::Arguments>),
     /// Allan deviations of a record at rest, and its noise coefficients (IEEE Std 952) with uncertainties.
@@ -159,6 +163,7 @@ fn speaks(command: &Command, lang: Language) -> Result<()> {
     match command {
         _ if lang == Language::English => Ok(()),
         Command::Bench(_)
+        | Command::Guide(_)
         | Command::New(_)
         | Command::Check(_)
         | Command::Schema(_)
@@ -182,6 +187,7 @@ fn run(command: Command, lang: Language) -> Result<Outcome> {
         Command::Reduce(arguments) => reduce::run(&arguments, lang),
         Command::Noise(arguments) => noise::run(&arguments, lang),
         Command::Plan(arguments) => plan::run(&arguments, lang),
+        Command::Guide(arguments) => guide::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
         Command::New(arguments) => new::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),

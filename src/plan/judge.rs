@@ -396,7 +396,7 @@ fn nearby(campaign: &Campaign, quantity: &Derived, point: &[f64]) -> Vec<Vec<f64
 
 /// Gradients of a derived quantity by the estimated parameters: one at the reference point, or those of points nearby where it has none there.
 /// Empty where it has none at all. Errors: a line that does not compile.
-pub(super) fn gradients(campaign: &Campaign, quantity: &Derived) -> Result<Vec<Vec<f64>>> {
+pub(crate) fn gradients(campaign: &Campaign, quantity: &Derived) -> Result<Vec<Vec<f64>>> {
     let ids: Vec<&str> = campaign.parameters.iter().map(|p| p.id.as_str()).collect();
     let tape = Tape::compile(&quantity.line, &ids)?;
     let mut scratch = Scratch::default();

@@ -17,6 +17,7 @@
 //! | `diagnose/` | a diagnosis: gap, effects, verdict |
 //! | `plan.rs`, `plan_build.rs`, `plan_document.rs`, `plan_better.rs`, `plan_words.rs` | a schedule judged or chosen |
 //! | `foresight.rs` | which effects a schedule would show |
+//! | `guide.rs` | a step of a guided calibration |
 //! | `navigate.rs` | errors of a navigator over a mission |
 //! | `navigate_diagnose.rs`, `navigate_diagnose_table.rs` | effects found from the errors of a navigator |
 //! | `separation.rs` | what is not estimable, and what would separate it |
@@ -46,6 +47,7 @@ mod fit_checks;
 mod fit_constraints;
 mod fit_document;
 mod foresight;
+mod guide;
 #[cfg(feature = "html")]
 pub mod html;
 mod kalibr;
@@ -105,6 +107,7 @@ pub use fit::{
 };
 pub use fit_build::{fit_report, fit_summary};
 pub use fit_document::{Asked, fit_document};
+pub use guide::{GuideReport, guide_report};
 pub use kalibr::kalibr;
 pub use provenance::Input;
 pub use reduction::{
@@ -172,6 +175,8 @@ vocabulary! {
         Diagnose = "diagnose",
         /// A schedule judged or chosen.
         Plan = "plan",
+        /// A step of a guided calibration.
+        Guide = "guide",
         /// What calibration errors do to a navigator.
         Navigate = "navigate",
         /// What the errors of a navigator come from.
@@ -207,6 +212,7 @@ pub fn schemas() -> Vec<&'static str> {
             "compare-history-report",
             "diagnose-report",
             "plan-report",
+            "guide-report",
             "noise-report",
             "reduce-report",
         ])
@@ -229,6 +235,7 @@ pub fn schema(kind: &str) -> Option<serde_json::Value> {
         "compare-history-report" => schemars::schema_for!(HistoryReport),
         "diagnose-report" => schemars::schema_for!(DiagnoseReport),
         "fit-report" => schemars::schema_for!(FitReport),
+        "guide-report" => schemars::schema_for!(GuideReport),
         #[cfg(feature = "navigate")]
         "navigate-report" => schemars::schema_for!(NavigateReport),
         #[cfg(feature = "navigate")]

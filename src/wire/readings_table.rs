@@ -22,7 +22,32 @@ pub(super) fn read(
     map: &Named<String>,
     scatter: &[ScatterFile],
 ) -> Result<Readings> {
-    let keys = columns(bench, record.columns(), map, &|key| ScatterFile::use_key(scatter, key), record.name())?;
+    let (keys, blocks) = read_blocks(bench, &mut record, map, &|key| ScatterFile::use_key(scatter, key))?;
+    from_cells(bench, Rows { keys: &keys, blocks: &blocks, labels: record.labels(), file: record.name() })
+}
+
+/// The rows of a table under the keys of readings, those cells that are not empty; what they lack of a reading is for others to say.
+///
+/// Errors: those of the record.
+pub fn table_cells(bench: &Bench, mut record: Record) -> Result<Vec<ReadingFile>> {
+    let (keys, blocks) = read_blocks(bench, &mut record, &Named(Vec::new()), &|_| false)?;
+    let rows = Rows { keys: &keys, blocks: &blocks, labels: record.labels(), file: record.name() };
+    let mut found = Vec::new();
+    rows.visit(&mut |_, row| {
+        let filled = row.0.iter().filter(|(_, cell)| !matches!(cell, Cell::Nothing(())));
+        found.push(Named(filled.cloned().collect()));
+        Ok(())
+    })?;
+    Ok(found)
+}
+
+fn read_blocks(
+    bench: &Bench,
+    record: &mut Record,
+    map: &Named<String>,
+    others: &dyn Fn(&str) -> bool,
+) -> Result<(Vec<Column>, Vec<Block>)> {
+    let keys = columns(bench, record.columns(), map, &others, record.name())?;
     if keys.is_empty() {
         return Err(Malformed::new(Fault::Missing, "the table has no column").in_file(record.name()));
     }
@@ -45,7 +70,7 @@ pub(super) fn read(
         }
         blocks.push(block);
     }
-    from_cells(bench, Rows { keys: &keys, blocks: &blocks, labels: record.labels(), file: record.name() })
+    Ok((keys, blocks))
 }
 
 /// The rows of a table that was read.

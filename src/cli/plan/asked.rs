@@ -180,7 +180,7 @@ pub(super) fn criterion_name(criterion: &Criterion) -> String {
 }
 
 /// `NAME=NUMBER`.
-pub(super) fn named_number(text: &str, option: &str, example: &str) -> Result<(String, f64)> {
+pub(in crate::cli) fn named_number(text: &str, option: &str, example: &str) -> Result<(String, f64)> {
     let parts = text.split_once('=').map(|(name, value)| (name.trim(), value.trim().parse::<f64>()));
     match parts {
         Some((name, Ok(value))) if !name.is_empty() => Ok((name.to_string(), value)),
@@ -218,7 +218,7 @@ pub(super) fn noise(arguments: &Arguments, campaign: &Campaign, fitted: Option<&
     Ok(Noise { tilts: tilts.transpose()?, ..Noise::with_fit(campaign, &given, &remount, fitted)? })
 }
 
-pub(super) fn costs(given: &[String]) -> Result<Costs> {
+pub(in crate::cli) fn costs(given: &[String]) -> Result<Costs> {
     let mut costs = Costs::default();
     let mut soak = 0.0;
     for text in given {
@@ -243,7 +243,7 @@ pub(super) fn costs(given: &[String]) -> Result<Costs> {
 }
 
 /// `1` for every angle, or `NAME=U`; arcseconds for tilts.
-pub(super) fn parse_goals(given: &[String], campaign: &Campaign) -> Result<Vec<Goal>> {
+pub(in crate::cli) fn parse_goals(given: &[String], campaign: &Campaign) -> Result<Vec<Goal>> {
     let mut goals: Vec<Goal> = Vec::new();
     for text in given {
         let fresh: Vec<Goal> = match text.trim().parse::<f64>() {

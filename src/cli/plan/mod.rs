@@ -15,7 +15,8 @@ use crate::language::Language;
 use crate::plan::{self, Goal, Offer};
 use crate::report::{self, Better, FindReport, Foreseen};
 use crate::wire;
-use asked::{costs, criterion_name, extras, find_candidates, noise, parse_goals, point, request, terms};
+pub(super) use asked::{costs, named_number, parse_goals};
+use asked::{criterion_name, extras, find_candidates, noise, point, request, terms};
 use indicatif::ProgressBar;
 
 /// With more values than this, what a diagnosis could find is not foreseen.

@@ -1,0 +1,250 @@
+//! Readings and commands, one a line: from standard input, or from a file that grows.
+
+use crate::bench::Bench;
+use crate::campaign::{Campaign, Reading};
+use crate::elements::Parts;
+use crate::error::{Fault, Malformed, Result};
+use crate::guide::Guide;
+use crate::record::Record;
+use crate::wire::{self, Cell, ReadingFile};
+use std::fs::File;
+use std::io::{BufRead, Read};
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+/// How often a file is looked at.
+const PAUSE: Duration = Duration::from_millis(50);
+
+/// What a line says.
+pub(super) enum Line {
+    Reading(ReadingFile),
+    /// Take back a reading, the last one unless its number is given.
+    Undo(Option<usize>),
+    Quit,
+    Nothing,
+}
+
+/// A source of lines.
+pub(super) struct Lines {
+    from: From,
+    name: String,
+    titles: Option<String>,
+    /// Lines that were given out.
+    count: usize,
+    /// Lines that a journal has already.
+    skip: usize,
+}
+
+enum From {
+    Input,
+    File { file: File, path: PathBuf, read: u64, rest: Vec<u8> },
+}
+
+impl Lines {
+    pub fn open(path: &Path) -> Result<Self> {
+        let name = path.display().to_string();
+        let from = match path == Path::new("-") {
+            true => From::Input,
+            false => {
+                let file = File::open(path)
+                    .map_err(|error| Malformed::new(Fault::File, format!("cannot read '{name}': {error}")))?;
+                From::File { file, path: path.to_path_buf(), read: 0, rest: Vec::new() }
+            }
+        };
+        let name = if matches!(from, From::Input) { "standard input".into() } else { name };
+        Ok(Lines { from, name, titles: None, count: 0, skip: 0 })
+    }
+
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    pub fn is_file(&self) -> bool {
+        matches!(self.from, From::File { .. })
+    }
+
+    /// The journal has the lines up to this one.
+    pub fn skip_to(&mut self, line: usize) {
+        self.skip = self.skip.max(line);
+    }
+
+    /// The next line with its number; `None` where no more can come. A file that grows is waited for.
+    ///
+    /// Errors: a file that cannot be read any more, is no longer there, or has become shorter.
+    pub fn next(&mut self, bench: &Bench) -> Result<Option<(usize, String)>> {
+        loop {
+            let Some(text) = self.line()? else { return Ok(None) };
+            self.count += 1;
+            if self.count > self.skip {
+                return Ok(Some((self.count, text)));
+            }
+            // titles among the lines that the journal has
+            let _ = self.parse(&text, bench);
+        }
+    }
+
+    fn line(&mut self) -> Result<Option<String>> {
+        let broken = |name: &str, error: String| {
+            Malformed::new(Fault::File, format!("no more readings come from '{name}': {error}"))
+                .expected("a source that stays; --resume goes on with what was accepted")
+        };
+        match &mut self.from {
+            From::Input => {
+                let mut bytes = Vec::new();
+                let read = std::io::stdin().lock().read_until(b'\n', &mut bytes);
+                let read = read.map_err(|error| broken(&self.name, error.to_string()))?;
+                Ok((read > 0).then(|| String::from_utf8_lossy(&bytes).trim_end().to_string()))
+            }
+            From::File { file, path, read, rest } => loop {
+                if let Some(end) = rest.iter().position(|byte| *byte == b'\n') {
+                    let line: Vec<u8> = rest.drain(..=end).collect();
+                    return Ok(Some(String::from_utf8_lossy(&line).trim_end().to_string()));
+                }
+                let length = file.metadata().map_err(|error| broken(&self.name, error.to_string()))?.len();
+                if length < *read {
+                    return Err(broken(&self.name, "it has become shorter".into()));
+                }
+                let mut block = vec![0; 1 << 16];
+                match file.read(&mut block).map_err(|error| broken(&self.name, error.to_string()))? {
+                    0 => {
+                        if !is_there(file, path) {
+                            return Err(broken(&self.name, "the file was removed, or replaced by another".into()));
+                        }
+                        std::thread::sleep(PAUSE);
+                    }
+                    more => {
+                        *read += more as u64;
+                        rest.extend_from_slice(block.part(..more));
+                    }
+                }
+            },
+        }
+    }
+
+    /// What a line says. Errors: it is neither a command, nor a reading in JSON or below a line of titles.
+    pub fn parse(&mut self, text: &str, bench: &Bench) -> Result<Line> {
+        let text = text.trim().trim_start_matches('\u{feff}');
+        let mut words = text.split_whitespace();
+        match (words.next(), words.next(), words.next()) {
+            (None, ..) => return Ok(Line::Nothing),
+            (Some("quit"), None, _) => return Ok(Line::Quit),
+            (Some("undo"), None, _) => return Ok(Line::Undo(None)),
+            (Some("undo"), Some(number), None) => {
+                return number.parse().map(|own| Line::Undo(Some(own))).map_err(|_| {
+                    Malformed::new(Fault::Syntax, "'undo' is not understood")
+                        .expected("undo, or undo and the number of a reading")
+                        .found(format!("'{number}'"))
+                });
+            }
+            _ => {}
+        }
+        if text.starts_with('{') {
+            return serde_json::from_str(text).map(Line::Reading).map_err(|error| {
+                Malformed::new(Fault::Syntax, format!("the line is no reading: {error}"))
+                    .expected("a JSON object as in a campaign's readings, for example {\"V\": 0.0123}")
+            });
+        }
+        let table = |text: String| Record::of_text(&self.name, text);
+        let Some(titles) = &self.titles else {
+            if let Ok(Record::Delimited(table)) = table(format!("{text}\n"))
+                && !table.dialect().named
+            {
+                return Err(Malformed::new(Fault::Missing, "there is no line of titles before the first row")
+                    .expected("titles as in a campaign's readings, for example position,alpha_deg,V")
+                    .found(format!("'{text}'")));
+            }
+            self.titles = Some(text.to_string());
+            return Ok(Line::Nothing);
+        };
+        let rows = wire::table_cells(bench, table(format!("{titles}\n{text}\n"))?)?;
+        Ok(rows.into_iter().next().map_or(Line::Nothing, Line::Reading))
+    }
+}
+
+/// Is this still the file at the path?
+fn is_there(file: &File, path: &Path) -> bool {
+    match (file.metadata(), std::fs::metadata(path)) {
+        #[cfg(unix)]
+        (Ok(own), Ok(there)) => {
+            use std::os::unix::fs::MetadataExt;
+            (own.dev(), own.ino()) == (there.dev(), there.ino())
+        }
+        (own, there) => own.is_ok() && there.is_ok(),
+    }
+}
+
+/// A reading of a line. Joints that it does not name stand as in the candidate of its label, or as asked for.
+///
+/// Errors: those of a campaign's readings; a key that the campaign does not have; a joint of which nothing tells the state, or of which positions of
+/// one label have several.
+pub(super) fn reading(
+    cells: ReadingFile,
+    campaign: &Campaign,
+    guide: &Guide,
+    asked: Option<&Reading>,
+) -> Result<Reading> {
+    let label = cells.0.iter().find_map(|(key, cell)| match cell {
+        Cell::Text(text) if key == "position" => Some(text.clone()),
+        Cell::Number(number) if key == "position" => Some(number.to_string()),
+        _ => None,
+    });
+    let is_labelled = |own: &&Reading| label.as_ref().is_none_or(|label| own.position == *label);
+    let labelled: Vec<&Reading> = match asked.filter(is_labelled) {
+        Some(asked) => vec![asked],
+        None if label.is_some() => guide.candidates().iter().filter(is_labelled).collect(),
+        None => Vec::new(),
+    };
+    let base = labelled.first().copied().or(asked);
+    let mut full = cells;
+    for (key, cell) in &mut full.0 {
+        if let (true, Cell::Number(number)) = (key == "position", &*cell) {
+            *cell = Cell::Text(number.to_string());
+        }
+    }
+    for (k, joint) in campaign.bench.joints().enumerate() {
+        let given = |own: &str| full.0.iter().any(|(key, _)| key.strip_prefix(joint) == Some(own));
+        if ["_deg", "_deg_s", "_turns"].into_iter().any(given) {
+            continue;
+        }
+        let state = |own: &Reading| own.joints.get(k).copied();
+        if let Some(other) = labelled.iter().find(|own| base.is_some_and(|base| state(base) != state(own))) {
+            let settings: Vec<String> =
+                base.into_iter().chain([*other]).map(|own| crate::guide::setting(campaign, &own.joints)).collect();
+            return Err(Malformed::new(Fault::Missing, format!("the line does not say how {joint} stands"))
+                .expected(format!("{joint}_deg or {joint}_deg_s: the label has several settings"))
+                .found(settings.join("; ")));
+        }
+        let (deg, deg_s, turns) = base.and_then(|own| own.joints.get(k)).map_or((None, None, None), |own| own.keys());
+        for (suffix, value) in [("_deg", deg), ("_deg_s", deg_s), ("_turns", turns)] {
+            full.0.extend(value.map(|value| (format!("{joint}{suffix}"), Cell::Number(value))));
+        }
+    }
+    let read = wire::read_rows(&campaign.bench, vec![full])?;
+    let columns = &campaign.readings.columns;
+    if let Some(strange) = read.columns.iter().find(|own| !columns.contains(own)) {
+        let sensors: Vec<&str> = campaign.bench.sensors.iter().map(|own| own.id.as_str()).collect();
+        return Err(Malformed::new(Fault::UnknownKey, format!("the campaign's readings have no '{strange}'"))
+            .expected(format!("the joints, {}, position, n, or one of: {}", sensors.join(", "), columns.join(", ")))
+            .found(format!("'{strange}'")));
+    }
+    let Some(own) = read.rows.into_iter().next() else {
+        return Err(Malformed::new(Fault::Missing, "the line has no reading"));
+    };
+    let names: Vec<&str> = campaign.bench.joints().collect();
+    let like = base.or(guide.candidates().first());
+    let follows = like.map_or(Vec::new(), |like| campaign.readings.position(&names, like, own.joints.clone()).columns);
+    let value = |(k, name): (usize, &String)| {
+        let stated =
+            read.columns.iter().position(|own| own == name).and_then(|at| own.columns.get(at).copied().flatten());
+        stated.or(follows.get(k).copied().flatten())
+    };
+    let values = columns.iter().enumerate().map(value).collect();
+    // a setting of the schedule has its label there
+    let same = |candidate: &&Reading| candidate.joints == own.joints;
+    let position = match (label, base.filter(|base| base.joints == own.joints)) {
+        (Some(label), _) => label,
+        (None, Some(base)) => base.position.clone(),
+        (None, None) => guide.candidates().iter().find(same).map_or(String::new(), |own| own.position.clone()),
+    };
+    Ok(Reading { position, columns: values, ..own })
+}

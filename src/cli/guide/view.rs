@@ -1,0 +1,111 @@
+//! The advice for a person at the table.
+
+use crate::campaign::{Campaign, Reading};
+use crate::guide::{Advice, Agreement, Ending, Explanation, Mistake, MistakeKind, Newest, Next, Progress, Why};
+use crate::language::{Language, say};
+use crate::report::ARCSEC;
+
+/// Explanations that are listed.
+const LISTED: usize = 8;
+
+/// A setting as the advice writes it.
+pub(super) fn setting(campaign: &Campaign, reading: &Reading) -> String {
+    crate::guide::setting(campaign, &reading.joints)
+}
+
+/// Everything that is said after a step, line by line.
+pub(super) fn text(advice: &Advice, lang: Language) -> String {
+    let mut lines: Vec<String> = Vec::new();
+    lines.extend(advice.newest.iter().flat_map(|own| newest(own, lang)));
+    lines.extend(advice.mistake.iter().flat_map(|own| mistake(own, lang)));
+    lines.extend(advice.goals.iter().map(|own| goal(own, lang)));
+    if let Some(own) = &advice.diagnosis {
+        let verdict = lang.term("verdict", own.verdict.name());
+        lines.push(say!(lang, "guide-diagnosis", verdict = verdict.to_string()));
+        lines.extend(own.effects.iter().map(|effect| {
+            let size = effect.value.zip(effect.u).map_or(String::new(), |(value, u)| {
+                say!(lang, "guide-size", value = format!("{value:.4e}"), u = format!("{u:.1e}"), unit = effect.unit)
+            });
+            let terms: Vec<&str> = [&effect.regressor].into_iter().chain(&effect.aliases).map(String::as_str).collect();
+            let (name, probability) = (lang.name(&effect.name).to_string(), format!("{:.3}", effect.probability));
+            say!(lang, "guide-effect", name, terms = terms.join(" | "), size, probability)
+        }));
+    }
+    if advice.readings > 0 {
+        let probability = format!("{:.3}", advice.nothing_missing_or_named);
+        lines.push(say!(lang, "guide-nothing-missing", probability, unseen = advice.unseen_effects.to_string()));
+    }
+    lines.extend(advice.unreachable.iter().map(|id| say!(lang, "guide-unreachable", id)));
+    lines.extend(advice.next.iter().map(|own| next(own, lang)));
+    let (readings, cost) = (advice.readings.to_string(), advice.cost.to_string());
+    lines.extend(advice.ended.map(|own| match own {
+        Ending::Reached => say!(lang, "guide-reached", readings, cost),
+        Ending::NothingToGain => say!(lang, "guide-nothing-to-gain", readings, cost),
+        Ending::MostReadings => say!(lang, "guide-most-readings", readings, cost),
+    }));
+    lines.iter().map(|line| format!("{line}\n")).collect()
+}
+
+fn position(label: &str, setting: &str, lang: Language) -> String {
+    match label {
+        "" => setting.to_string(),
+        label => say!(lang, "guide-position", label, setting),
+    }
+}
+
+fn newest(own: &Newest, lang: Language) -> Vec<String> {
+    let (reading, sd) = (own.reading.to_string(), format!("{:.1}", own.deviation.unwrap_or(0.0)));
+    let place = position(&own.position, &own.setting, lang);
+    let said = match own.agreement {
+        Agreement::NotPredicted => say!(lang, "guide-not-predicted", reading, place),
+        Agreement::Agrees => say!(lang, "guide-agrees", reading, place, sd),
+        Agreement::Disagrees => say!(lang, "guide-disagrees", reading, place, sd),
+    };
+    [said].into_iter().chain(own.remarks.iter().map(|remark| format!("  {}", remark.say(lang)))).collect()
+}
+
+fn kind(own: MistakeKind, lang: Language) -> String {
+    lang.term("mistake", own.name()).to_string()
+}
+
+fn mistake(own: &Mistake, lang: Language) -> Vec<String> {
+    let first = match (own.named, own.at) {
+        (Some(named), Some(at)) => say!(lang, "guide-likely-at", kind = kind(named, lang), reading = at.to_string()),
+        (Some(named), None) => say!(lang, "guide-likely", kind = kind(named, lang)),
+        _ => say!(lang, "guide-not-told").to_string(),
+    };
+    let one = |own: &Explanation| {
+        let what = lang.name(&own.what).to_string();
+        let (probability, reading) = (format!("{:.3}", own.probability), own.reading.to_string());
+        say!(lang, "guide-explanation", probability, kind = kind(own.kind, lang), reading, what)
+    };
+    let more = own.explanations.len().saturating_sub(LISTED);
+    let more = (more > 0).then(|| say!(lang, "guide-more", count = more.to_string()));
+    [first].into_iter().chain(own.explanations.iter().take(LISTED).map(one)).chain(more).collect()
+}
+
+fn goal(own: &Progress, lang: Language) -> String {
+    let (scale, unit) = if own.unit == "rad" { (ARCSEC, "arcsec") } else { (1.0, own.unit.as_str()) };
+    let (id, goal) = (&own.id, format!("{:.4}", own.goal * scale));
+    match own.value.zip(own.u) {
+        None => say!(lang, "guide-goal-open", id, goal, unit),
+        Some((value, u)) => {
+            let (value, u) = (format!("{:.6}", value * scale), format!("{:.4}", u * scale));
+            match own.met {
+                true => say!(lang, "guide-goal-met", id, value, u, goal, unit),
+                false => say!(lang, "guide-goal", id, value, u, goal, unit),
+            }
+        }
+    }
+}
+
+fn next(own: &Next, lang: Language) -> String {
+    let place = position(&own.position, &own.setting, lang);
+    match (own.why, own.information) {
+        (Why::Information, Some(nats)) => {
+            say!(lang, "guide-next", place, nats = format!("{nats:.2}"), cost = own.cost.to_string())
+        }
+        (Why::Discriminates, _) => say!(lang, "guide-next-apart", place, between = own.between.join(" | ")),
+        _ => say!(lang, "guide-next-again", place),
+    }
+}

@@ -1,0 +1,348 @@
+//! Readings under a model whose unknowns have a prior: the most probable values, what they predict, and how probable the readings are.
+//!
+//! ```text
+//! x = x0 + U z,  z ~ N(c, 1),      r = (y - f(x0)) / sd,  A = df/dx U / sd          r, A: made independent, with the scatter of the campaign
+//! M = 1 + A'A,   z^ = M^-1 (A'r + c),   F = |r - A z^|^2 + |z^ - c|^2,   ln p = -1/2 (F + ln |M| + ln |V|) + constant
+//! ```
+//!
+//! Unknowns are the estimated parameters and the known inputs with an uncertainty. What is believed of them before any reading: a stated prior or
+//! uncertainty; limits that the campaign states; of a tilt the size that a bench can have; of a coefficient nothing.
+#![allow(
+    clippy::indexing_slicing,
+    reason = "`Rows` are made with one column for each belief; lists over beliefs have one entry for each"
+)]
+
+use crate::campaign::{Campaign, Constraint, Kind, Reading, Readings, Role};
+use crate::design::{self, DesignMatrix, Model, RowOrigin};
+use crate::error::Result;
+use crate::estimate::Whitening;
+use crate::fit;
+use crate::linear::{Triangle, dot};
+use crate::plan::Noise;
+
+/// Standard deviation of an unknown about which nothing is believed, in units of what one reading of its largest row tells of it. Its value follows
+/// the estimate, so that it pulls nothing.
+const LOOSE: f64 = 1e5;
+
+/// Where a belief comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Source {
+    /// The campaign states it.
+    Stated,
+    /// The size that a bench's tilt can have.
+    Supposed,
+    /// Nothing is believed.
+    Nothing,
+}
+
+/// What is believed of one unknown before any reading.
+#[derive(Debug, Clone, Copy)]
+struct Belief {
+    parameter: usize,
+    value: f64,
+    u: f64,
+    source: Source,
+}
+
+/// What is believed of all unknowns.
+#[derive(Debug, Clone)]
+pub(super) struct Beliefs(Vec<Belief>);
+
+impl Beliefs {
+    /// Of a campaign whose tilts may be of the size `tilts` (radians), and which may be read at `positions`.
+    pub fn new(campaign: &Campaign, positions: &[Reading], noise: &Noise, tilts: f64) -> Result<Self> {
+        let of = |(parameter, own): (usize, &crate::campaign::Parameter)| {
+            let stated = |value, u| Some(Belief { parameter, value, u, source: Source::Stated });
+            match &own.role {
+                Role::Estimated { prior: Some(prior), .. } => stated(prior.value, prior.u),
+                Role::Known(known) if known.u > 0.0 => stated(known.value, known.u),
+                Role::Estimated { .. } => {
+                    let value = own.reference();
+                    let (value, u, source) = match (limits(campaign, parameter), own.kind) {
+                        (Some((centre, u)), _) => (centre, u, Source::Stated),
+                        (None, Kind::Tilt) => (value, tilts, Source::Supposed),
+                        (None, _) => (value, 1.0, Source::Nothing),
+                    };
+                    Some(Belief { parameter, value, u, source })
+                }
+                _ => None,
+            }
+        };
+        let mut all = Beliefs(campaign.parameters.iter().enumerate().filter_map(of).collect());
+        let rows = Rows::of(campaign, &all, positions, &all.point(campaign), noise)?;
+        for (k, own) in all.0.iter_mut().enumerate().filter(|(_, own)| own.source == Source::Nothing) {
+            let size = rows.slopes.iter().fold(0.0_f64, |most, row| most.max(row[k].abs()));
+            own.u = LOOSE / if size > 0.0 { size } else { 1.0 };
+        }
+        Ok(all)
+    }
+
+    /// The point of all parameters that is believed.
+    pub fn point(&self, campaign: &Campaign) -> Vec<f64> {
+        let mut point = campaign.reference_point();
+        for own in &self.0 {
+            point[own.parameter] = own.value;
+        }
+        point
+    }
+
+    pub fn count(&self) -> usize {
+        self.0.len()
+    }
+
+    /// A direction along parameters as one along `z`.
+    pub fn along(&self, direction: &[f64]) -> Vec<f64> {
+        self.0.iter().map(|own| own.u * direction.get(own.parameter).copied().unwrap_or(0.0)).collect()
+    }
+
+    /// What is believed, from a point on.
+    fn centre(&self, point: &[f64]) -> Vec<f64> {
+        let of = |own: &Belief| match own.source {
+            Source::Nothing => 0.0,
+            _ => (own.value - point[own.parameter]) / own.u,
+        };
+        self.0.iter().map(of).collect()
+    }
+
+    fn moved(&self, point: &[f64], z: &[f64], step: f64) -> Vec<f64> {
+        let mut point = point.to_vec();
+        for (own, z) in self.0.iter().zip(z) {
+            point[own.parameter] += step * own.u * z;
+        }
+        point
+    }
+}
+
+/// Centre and standard deviation of a parameter that limits of its own hold: uniform between bounds, or within a ball.
+fn limits(campaign: &Campaign, parameter: usize) -> Option<(f64, f64)> {
+    campaign.constraints.iter().find_map(|own| match own {
+        Constraint::Linear { terms, lower, upper } => match terms.as_slice() {
+            [(k, factor)] if *k == parameter && lower < upper && (upper - lower).is_finite() => {
+                Some(((lower + upper) / (2.0 * factor), (upper - lower) / (12.0_f64.sqrt() * factor.abs())))
+            }
+            _ => None,
+        },
+        Constraint::Norm { of, at_most } if of.contains(&parameter) && *at_most > 0.0 => {
+            Some((0.0, at_most / (of.len() as f64 + 2.0).sqrt()))
+        }
+        _ => None,
+    })
+}
+
+/// Rows about a point: what each value differs from the model there, and how the model's value follows the unknowns; both independent and of unit
+/// variance.
+#[derive(Debug, Clone)]
+pub(super) struct Rows {
+    pub origins: Vec<RowOrigin>,
+    /// By unknown, for each row.
+    pub slopes: Vec<Vec<f64>>,
+    /// Value less prediction; zero where nothing was read.
+    pub rest: Vec<f64>,
+    /// The same in the sensor's unit, as it was read.
+    pub residual: Vec<f64>,
+    /// Standard deviations of the values alone.
+    pub sd: Vec<f64>,
+    pub design: DesignMatrix,
+    whitening: Option<Whitening>,
+}
+
+impl Rows {
+    /// Of these readings; where none has a value, of every sensor at each position.
+    pub fn of(
+        campaign: &Campaign,
+        beliefs: &Beliefs,
+        readings: &[Reading],
+        point: &[f64],
+        noise: &Noise,
+    ) -> Result<Self> {
+        Rows::stepped(campaign, beliefs, readings, (point, point, usize::MAX), noise)
+    }
+
+    /// The same with another point from reading `from` on.
+    pub fn stepped(
+        campaign: &Campaign,
+        beliefs: &Beliefs,
+        readings: &[Reading],
+        (point, later, from): (&[f64], &[f64], usize),
+        noise: &Noise,
+    ) -> Result<Self> {
+        let own =
+            campaign.with_readings(Readings { columns: campaign.readings.columns.clone(), rows: readings.to_vec() });
+        let model = Model::new(&own)?;
+        let mut design = design::assemble(&own, &model, point)?;
+        if from < readings.len() {
+            let then = design::assemble(&own, &model, later)?;
+            for i in (0..design.rows.len()).filter(|i| design.rows[*i].reading >= from) {
+                design.predicted[i] = then.predicted[i];
+                (0..design.jacobian.ncols()).for_each(|k| design.jacobian[(i, k)] = then.jacobian[(i, k)]);
+            }
+        }
+        let reading = |origin: &RowOrigin| readings.get(origin.reading);
+        let sd: Vec<f64> = design.rows.iter().map(|o| reading(o).map_or(1.0, |own| noise.u(own, o.sensor))).collect();
+        let value =
+            |o: &RowOrigin| reading(o)?.observations.iter().find(|own| own.sensor == o.sensor).map(|own| own.value);
+        let residual: Vec<f64> =
+            design.rows.iter().zip(&design.predicted).map(|(o, f)| value(o).map_or(0.0, |y| y - f)).collect();
+        let whitening = (!own.scatter.is_empty()).then(|| fit::whitening(&own, &design, &sd, &noise.lines));
+        let origins = design.rows.clone();
+        let mut rows = Rows { origins, slopes: Vec::new(), rest: Vec::new(), residual, sd, design, whitening };
+        let columns: Vec<Vec<f64>> = beliefs.0.iter().map(|own| rows.along(own.parameter, own.u, 0)).collect();
+        rows.slopes = (0..rows.sd.len()).map(|i| columns.iter().map(|column| column[i]).collect()).collect();
+        rows.rest = rows.white(rows.residual.clone());
+        Ok(rows)
+    }
+
+    /// A column over the rows, made independent as the rows are.
+    pub fn white(&self, mut column: Vec<f64>) -> Vec<f64> {
+        match &self.whitening {
+            Some(whitening) => whitening.whiten(&column),
+            None => {
+                column.iter_mut().zip(&self.sd).for_each(|(value, sd)| *value /= sd);
+                column
+            }
+        }
+    }
+
+    /// How the rows follow a parameter that is `size` larger from reading `from` on.
+    pub fn along(&self, parameter: usize, size: f64, from: usize) -> Vec<f64> {
+        let of = |(i, origin): (usize, &RowOrigin)| match origin.reading >= from {
+            true => size * self.design.jacobian[(i, parameter)],
+            false => 0.0,
+        };
+        self.white(self.origins.iter().enumerate().map(of).collect())
+    }
+
+    /// What they tell, with further unknowns beside the beliefs: columns for one standard deviation of each.
+    pub fn told(&self, beliefs: &Beliefs, point: &[f64], further: &[Vec<f64>]) -> Option<Told> {
+        let mut centre = beliefs.centre(point);
+        centre.resize(beliefs.count() + further.len(), 0.0);
+        let with = |(i, row): (usize, &Vec<f64>)| -> Vec<f64> {
+            row.iter().copied().chain(further.iter().map(|own| own[i])).collect()
+        };
+        let log_volume = self
+            .whitening
+            .as_ref()
+            .map_or_else(|| 2.0 * self.sd.iter().map(|sd| sd.ln()).sum::<f64>(), Whitening::log_determinant);
+        let own = match further {
+            [] => Told::new(&self.slopes, &self.rest, &centre),
+            _ => Told::new(&self.slopes.iter().enumerate().map(with).collect::<Vec<_>>(), &self.rest, &centre),
+        };
+        own.map(|own| Told { log_density: own.log_density - 0.5 * log_volume, ..own })
+    }
+}
+
+/// What rows tell of the unknowns.
+#[derive(Debug, Clone)]
+pub(super) struct Told {
+    factor: Triangle,
+    /// The most probable `z`, from the point.
+    pub estimate: Vec<f64>,
+    /// `|r|^2 + |c|^2` at the point itself.
+    pub target: f64,
+    /// What the step to the estimate takes off it, `z' M z`.
+    promised: f64,
+    /// `ln p` of the readings.
+    pub log_density: f64,
+}
+
+impl Told {
+    /// From rows that are independent and of unit variance, with the centre of what is believed.
+    fn new(rows: &[Vec<f64>], rest: &[f64], centre: &[f64]) -> Option<Self> {
+        let n = centre.len();
+        let mut information = vec![vec![0.0; n]; n];
+        let mut right = centre.to_vec();
+        for (row, rest) in rows.iter().zip(rest) {
+            for a in 0..n {
+                right[a] += row[a] * rest;
+                for b in 0..=a {
+                    information[a][b] += row[a] * row[b];
+                }
+            }
+        }
+        let factor = Triangle::of(n, |a, b| information[a][b] + f64::from(u8::from(a == b)), |_| 0.0)?;
+        let estimate = factor.solve(&right);
+        let target = dot(rest, rest) + dot(centre, centre);
+        let promised = dot(&right, &estimate);
+        let log_density = -0.5 * (target - promised + factor.log_determinant());
+        log_density.is_finite().then_some(Told { factor, estimate, target, promised, log_density })
+    }
+
+    /// Of rows without values.
+    pub fn of(beliefs: &Beliefs, rows: &[Vec<f64>]) -> Option<Self> {
+        Told::new(rows, &vec![0.0; rows.len()], &vec![0.0; beliefs.count()])
+    }
+
+    /// `L^-1 a`, so that `a' C b` is a product of two of them.
+    pub fn through(&self, along: &[f64]) -> Vec<f64> {
+        let mut own = along.to_vec();
+        self.factor.forward(&mut own);
+        own
+    }
+
+    /// `a' C a`.
+    pub fn variance(&self, along: &[f64]) -> f64 {
+        let own = self.through(along);
+        dot(&own, &own)
+    }
+
+    /// `C A' f`: what rows with these residuals would be estimated as.
+    pub fn solved(&self, rows: &[Vec<f64>], column: &[f64]) -> Vec<f64> {
+        let n = self.estimate.len();
+        let right: Vec<f64> = (0..n).map(|k| rows.iter().zip(column).map(|(row, f)| row[k] * f).sum()).collect();
+        self.factor.solve(&right)
+    }
+
+    /// `a' C a`, and the part of it that stands on beliefs from these sources.
+    pub fn variance_from(&self, beliefs: &Beliefs, along: &[f64], sources: &[Source]) -> (f64, f64) {
+        let own = self.factor.solve(along);
+        let from = beliefs.0.iter().zip(&own).filter(|(belief, _)| sources.contains(&belief.source));
+        (dot(along, &own), from.map(|(_, y)| y * y).sum())
+    }
+
+    /// Do the readings, more than what was supposed, determine this direction?
+    pub fn determines(&self, beliefs: &Beliefs, along: &[f64]) -> bool {
+        let (variance, supposed) = self.variance_from(beliefs, along, &[Source::Supposed, Source::Nothing]);
+        supposed < 0.5 * variance
+    }
+}
+
+/// Readings with their most probable point.
+#[derive(Debug, Clone)]
+pub(super) struct Solved {
+    pub point: Vec<f64>,
+    pub rows: Rows,
+    pub told: Told,
+}
+
+/// Most steps to the most probable point, halved ones among them.
+const STEPS: usize = 40;
+/// A step that promises no more than this of the sum of squares ends the search.
+const ENOUGH: f64 = 1e-6;
+
+impl Solved {
+    /// The most probable point near `start`, by Gauss-Newton steps that are halved while they lead up. `None` where numbers leave their range.
+    pub fn new(
+        campaign: &Campaign,
+        beliefs: &Beliefs,
+        readings: &[Reading],
+        start: &[f64],
+        noise: &Noise,
+    ) -> Result<Option<Self>> {
+        let at = |point: Vec<f64>| -> Result<Option<Self>> {
+            let rows = Rows::of(campaign, beliefs, readings, &point, noise)?;
+            Ok(rows.told(beliefs, &point, &[]).map(|told| Solved { point, rows, told }))
+        };
+        let Some(mut best) = at(start.to_vec())? else { return Ok(None) };
+        let mut step = 1.0;
+        for _ in 0..STEPS {
+            if best.told.promised < ENOUGH {
+                break;
+            }
+            match at(beliefs.moved(&best.point, &best.told.estimate, step))? {
+                Some(next) if next.told.target <= best.told.target => (best, step) = (next, (2.0 * step).min(1.0)),
+                _ => step *= 0.5,
+            }
+        }
+        Ok(Some(best))
+    }
+}

@@ -1,0 +1,317 @@
+//! Which mistake at the bench explains a reading that does not agree with the others.
+//!
+//! Each hypothesis is the density of the readings under it, over that of the readings as they were asked for: the model at the mistaken setting, or
+//! with a further unknown. Every kind of mistake has the same odds beforehand, which its members (settings, readings, tilts, effects) share. Sizes
+//! that nobody knows (of a slip, of a bad value) have the same odds in every decade.
+
+use super::advice::{Explanation, Mistake, MistakeKind};
+use super::evidence::{Beliefs, Rows, Solved, Source};
+use super::seen::Seen;
+use crate::campaign::{Campaign, JointState, Reading};
+use crate::elements::Parts;
+use crate::error::Result;
+use crate::plan::Noise;
+
+/// Decades of the size of a slip, in radians: from an arcsecond to six degrees.
+const SLIPS_RAD: [f64; 5] = [1e-5, 1e-4, 1e-3, 1e-2, 1e-1];
+/// Decades of a bad value, in standard deviations.
+const BAD: [f64; 5] = [1e1, 1e2, 1e3, 1e4, 1e5];
+/// What has this probability is named, and the explanations that are listed have it together.
+const NAMED: f64 = 0.95;
+/// Readings before the one that does not agree that may be the mistaken ones themselves.
+pub(super) const BACK: usize = 12;
+
+struct Hypothesis {
+    kind: MistakeKind,
+    reading: usize,
+    what: String,
+    joints: Option<Vec<JointState>>,
+    /// Logarithm of the density over that of the readings as asked for.
+    weight: f64,
+}
+
+/// The model that readings are judged by.
+#[derive(Clone, Copy)]
+pub(super) struct Judge<'a> {
+    pub model: &'a Campaign,
+    pub beliefs: &'a Beliefs,
+    pub noise: &'a Noise,
+    /// The most probable point of all readings; empty where it is not known yet.
+    pub point: &'a [f64],
+}
+
+impl Judge<'_> {
+    /// The most probable point of these readings.
+    pub fn solved(&self, readings: &[Reading]) -> Result<Option<Solved>> {
+        let start = if self.point.is_empty() { &self.beliefs.point(self.model) } else { self.point };
+        Solved::new(self.model, self.beliefs, readings, start, self.noise)
+    }
+
+    /// `ln p` of readings about a point.
+    fn log_density(&self, readings: &[Reading], point: &[f64]) -> Result<Option<f64>> {
+        let rows = Rows::of(self.model, self.beliefs, readings, point, self.noise)?;
+        Ok(rows.told(self.beliefs, point, &[]).map(|own| own.log_density))
+    }
+}
+
+/// The mistakes that could explain the readings; `newest` is the one that does not agree.
+pub(super) fn mistake(
+    judge: Judge,
+    taken: &[Reading],
+    candidates: &[Reading],
+    newest: usize,
+    seen: Option<&Seen>,
+) -> Result<Mistake> {
+    let mut all: Vec<Hypothesis> = Vec::new();
+    for j in newest.saturating_sub(BACK)..=newest {
+        of_reading(judge, taken, candidates, j, &mut all)?;
+        slips(judge, taken, j, &mut all)?;
+    }
+    if let Some(seen) = seen {
+        all.extend(seen.explanations().into_iter().map(|(what, weight)| Hypothesis {
+            kind: MistakeKind::MissingEffect,
+            reading: newest,
+            what,
+            joints: None,
+            weight,
+        }));
+    }
+    Ok(weighed(all, newest))
+}
+
+/// Another setting, exchanged sensors, a bad value.
+fn of_reading(
+    judge: Judge,
+    taken: &[Reading],
+    candidates: &[Reading],
+    j: usize,
+    all: &mut Vec<Hypothesis>,
+) -> Result<()> {
+    let campaign = judge.model;
+    let Some(own) = taken.get(j) else { return Ok(()) };
+    let with = |reading: Reading| -> Vec<Reading> {
+        taken.iter().enumerate().map(|(k, other)| if k == j { reading.clone() } else { other.clone() }).collect()
+    };
+    let others: Vec<Reading> = taken.iter().enumerate().filter(|(k, _)| *k != j).map(|(_, r)| r.clone()).collect();
+    let Some(solved) = judge.solved(&others)? else { return Ok(()) };
+    let point = solved.point;
+    let rows = Rows::of(campaign, judge.beliefs, taken, &point, judge.noise)?;
+    let Some(as_asked) = rows.told(judge.beliefs, &point, &[]).map(|own| own.log_density) else { return Ok(()) };
+    let mut push = |kind, what: String, joints: Option<Vec<JointState>>, density: Option<f64>| {
+        if let Some(density) = density {
+            all.push(Hypothesis { kind, reading: j, what, joints, weight: density - as_asked });
+        }
+    };
+    for (kind, joints) in settings(campaign, own, candidates) {
+        let names: Vec<&str> = campaign.bench.joints().collect();
+        let columns = campaign.readings.position(&names, own, joints.clone()).columns;
+        let moved = Reading { columns, joints: joints.clone(), ..own.clone() };
+        // a setting at which the model lacks a column (of an angle, where the joint turns) cannot be weighed
+        let density = judge.log_density(&with(moved), &point).unwrap_or(None);
+        push(kind, setting(campaign, &joints), Some(joints), density);
+    }
+    for (a, first) in own.observations.iter().enumerate() {
+        for (b, second) in own.observations.iter().enumerate().skip(a + 1) {
+            let sensors = (campaign.bench.sensors.get(first.sensor), campaign.bench.sensors.get(second.sensor));
+            let (Some(one), Some(other)) = sensors else { continue };
+            if one.unit != other.unit {
+                continue;
+            }
+            let mut exchanged = own.clone();
+            exchanged.observations.iter_mut().skip(a).take(1).for_each(|slot| slot.value = second.value);
+            exchanged.observations.iter_mut().skip(b).take(1).for_each(|slot| slot.value = first.value);
+            let density = judge.log_density(&with(exchanged), &point)?;
+            push(MistakeKind::ExchangedSensors, format!("{} and {}", one.id, other.id), None, density);
+        }
+    }
+    // an offset of each of its values, of any size
+    let bad = |size: f64| {
+        let one = |(i, sd): (usize, &f64)| {
+            let of = |k: usize| if k == i { size * sd } else { 0.0 };
+            rows.white((0..rows.sd.len()).map(of).collect())
+        };
+        let own = rows.sd.iter().enumerate().filter(|(i, _)| rows.origins.get(*i).is_some_and(|o| o.reading == j));
+        let columns: Vec<Vec<f64>> = own.map(one).collect();
+        rows.told(judge.beliefs, &point, &columns).map(|own| own.log_density)
+    };
+    push(MistakeKind::BadReading, format!("reading {}", j + 1), None, mean_over(BAD, bad));
+    Ok(())
+}
+
+/// A step of one tilt from this reading on.
+fn slips(judge: Judge, taken: &[Reading], j: usize, all: &mut Vec<Hypothesis>) -> Result<()> {
+    let before = taken.part(..j);
+    if before.is_empty() {
+        return Ok(());
+    }
+    let Some(solved) = judge.solved(before)? else { return Ok(()) };
+    let point = solved.point;
+    let at = |later: &[f64]| Rows::stepped(judge.model, judge.beliefs, taken, (&point, later, j), judge.noise);
+    let rows = at(&point)?;
+    let Some(as_asked) = rows.told(judge.beliefs, &point, &[]) else { return Ok(()) };
+    for tilt in judge.model.bench.tilts() {
+        let Some(k) = judge.model.parameter_index(tilt) else { continue };
+        let felt = rows.along(k, 1.0, j);
+        if felt.iter().all(|value| *value == 0.0) {
+            continue;
+        }
+        // the exact rotation at the slip that explains most, so that its size is not limited by the first derivative
+        let largest = SLIPS_RAD.into_iter().fold(0.0, f64::max);
+        let slip = rows.told(judge.beliefs, &point, &[felt.iter().map(|v| v * largest).collect()]);
+        let slip = slip.and_then(|own| own.estimate.last().copied()).unwrap_or_default() * largest;
+        let later: Vec<f64> = point.iter().enumerate().map(|(i, x)| if i == k { x + slip } else { *x }).collect();
+        let mut slipped = at(&later)?;
+        let felt = slipped.along(k, 1.0, j);
+        slipped.rest.iter_mut().zip(&felt).for_each(|(rest, by)| *rest += slip * by);
+        let density = |size: f64| {
+            let column = felt.iter().map(|v| v * size).collect();
+            slipped.told(judge.beliefs, &point, &[column]).map(|own| own.log_density)
+        };
+        if let Some(density) = mean_over(SLIPS_RAD, density) {
+            all.push(Hypothesis {
+                kind: MistakeKind::SlippedMounting,
+                reading: j,
+                what: tilt.to_string(),
+                joints: None,
+                weight: density - as_asked.log_density,
+            });
+        }
+    }
+    Ok(())
+}
+
+/// The logarithm of the mean of densities over sizes of equal odds.
+fn mean_over<const N: usize>(sizes: [f64; N], density: impl Fn(f64) -> Option<f64>) -> Option<f64> {
+    let own: Vec<f64> = sizes.into_iter().filter_map(density).collect();
+    (!own.is_empty()).then(|| log_sum(own.iter().copied()) - (N as f64).ln())
+}
+
+fn log_sum(values: impl Iterator<Item = f64> + Clone) -> f64 {
+    let most = values.clone().fold(f64::NEG_INFINITY, f64::max);
+    if most == f64::NEG_INFINITY { most } else { most + values.map(|v| (v - most).exp()).sum::<f64>().ln() }
+}
+
+/// The settings that a person could have made instead, each once.
+fn settings(campaign: &Campaign, own: &Reading, candidates: &[Reading]) -> Vec<(MistakeKind, Vec<JointState>)> {
+    let names: Vec<&str> = campaign.bench.joints().collect();
+    let mut found: Vec<(MistakeKind, Vec<JointState>)> = Vec::new();
+    let mut push = |kind, joints: Vec<JointState>| {
+        let alike = |other: &[JointState]| other.iter().zip(&joints).all(|(a, b)| same_state(a, b));
+        let possible = Reading { joints: joints.clone(), ..own.clone() }.check_turning(&names).is_ok();
+        if possible && !alike(&own.joints) && !found.iter().any(|(_, other)| alike(other)) {
+            found.push((kind, joints));
+        }
+    };
+    let with = |k: usize, state: JointState| {
+        own.joints.iter().enumerate().map(|(i, s)| if i == k { state } else { *s }).collect::<Vec<_>>()
+    };
+    for (k, state) in own.joints.iter().enumerate() {
+        if state.rate_deg_s() != 0.0 {
+            push(MistakeKind::WrongSense, with(k, state.reversed()));
+        }
+        if let JointState::Held { angle_deg } = state {
+            push(MistakeKind::Turned, with(k, JointState::Held { angle_deg: (angle_deg + 180.0).rem_euclid(360.0) }));
+        }
+    }
+    for a in 0..own.joints.len() {
+        for b in a + 1..own.joints.len() {
+            let mut joints = own.joints.clone();
+            joints.swap(a, b);
+            push(MistakeKind::ExchangedAxes, joints);
+        }
+    }
+    for candidate in candidates {
+        // another face, turned as asked
+        let joints = own.joints.iter().zip(&candidate.joints).map(|(state, other)| match (state, other) {
+            (JointState::Held { .. }, JointState::Held { .. }) => *other,
+            _ => *state,
+        });
+        push(MistakeKind::OtherPosition, joints.collect());
+    }
+    found
+}
+
+/// The same setting, whole turns apart or not.
+pub(super) fn same_state(a: &JointState, b: &JointState) -> bool {
+    match (a, b) {
+        (JointState::Held { angle_deg: a }, JointState::Held { angle_deg: b }) => {
+            let apart = (a - b).rem_euclid(360.0);
+            apart.min(360.0 - apart) < 1e-9
+        }
+        _ => a == b,
+    }
+}
+
+/// A setting as a person reads it: `alpha 90 deg, gamma 20 deg/s`.
+pub(crate) fn setting(campaign: &Campaign, joints: &[JointState]) -> String {
+    let one = |(name, state): (&str, &JointState)| match state.keys() {
+        (Some(deg), None, _) => format!("{name} {deg} deg"),
+        (None, Some(rate), _) => format!("{name} {rate} deg/s"),
+        (Some(deg), Some(rate), None) => format!("{name} {rate} deg/s through {deg} deg"),
+        (Some(deg), Some(rate), Some(turns)) => format!("{name} {turns} turns from {deg} deg at {rate} deg/s"),
+        (None, None, _) => name.to_string(),
+    };
+    campaign.bench.joints().zip(joints).map(one).collect::<Vec<_>>().join(", ")
+}
+
+fn weighed(mut all: Vec<Hypothesis>, newest: usize) -> Mistake {
+    let count = |kind: MistakeKind| all.iter().filter(|own| own.kind == kind).count().max(1) as f64;
+    let shares: Vec<f64> = all.iter().map(|own| count(own.kind).ln()).collect();
+    all.iter_mut().zip(shares).for_each(|(own, share)| own.weight -= share);
+    // and that it is chance
+    let total = log_sum(all.iter().map(|own| own.weight).chain([0.0]));
+    let mut explanations: Vec<Explanation> = all
+        .into_iter()
+        .map(|own| Explanation {
+            kind: own.kind,
+            reading: own.reading + 1,
+            what: own.what,
+            probability: (own.weight - total).exp(),
+            joints: own.joints,
+        })
+        .collect();
+    explanations.sort_by(|a, b| b.probability.total_cmp(&a.probability));
+    let of = |is: &dyn Fn(&Explanation) -> bool| {
+        explanations.iter().filter(|own| is(own)).map(|own| own.probability).sum::<f64>() >= NAMED
+    };
+    let first = explanations.first();
+    let named = first.map(|own| own.kind).filter(|kind| of(&|own| own.kind == *kind));
+    let at = first.map(|own| own.reading).filter(|reading| of(&|own| own.reading == *reading));
+    let mut together = 0.0;
+    explanations.retain(|own| {
+        let wanted = together < NAMED;
+        together += own.probability;
+        wanted
+    });
+    Mistake { reading: newest + 1, named, at, chance: (-total).exp(), explanations }
+}
+
+/// A reading against what the others predict.
+pub(super) struct Agreement {
+    /// What the reading adds to the least sum of squares.
+    pub square: f64,
+    /// Values of it that the others predict.
+    pub predicted: usize,
+    /// The largest difference from its prediction, in standard deviations of that difference.
+    pub largest: f64,
+}
+
+/// Does a reading agree with the others? `None` where nothing can be said.
+pub(super) fn agreement(judge: Judge, others: &[Reading], own: &Reading) -> Result<Option<Agreement>> {
+    let Some(before) = judge.solved(others)? else { return Ok(None) };
+    let all: Vec<Reading> = others.iter().chain([own]).cloned().collect();
+    let Some(after) = Solved::new(judge.model, judge.beliefs, &all, &before.point, judge.noise)? else {
+        return Ok(None);
+    };
+    let rows = Rows::of(judge.model, judge.beliefs, std::slice::from_ref(own), &before.point, judge.noise)?;
+    let (mut predicted, mut largest) = (0, 0.0_f64);
+    for (row, rest) in rows.slopes.iter().zip(&rows.rest) {
+        let (variance, nothing) = before.told.variance_from(judge.beliefs, row, &[Source::Nothing]);
+        if nothing < 0.5 * (1.0 + variance) {
+            predicted += 1;
+            let own = rest / (1.0 + variance).sqrt();
+            largest = if own.abs() > largest.abs() { own } else { largest };
+        }
+    }
+    Ok(Some(Agreement { square: after.told.target - before.told.target, predicted, largest }))
+}

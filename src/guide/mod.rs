@@ -1,0 +1,627 @@
+//! A calibration that tells the laboratory what to do next: readings come one by one, and after each there is an [`Advice`].
+//!
+//! ```text
+//! reading -> agrees with the others? -> fit -> what is missing -> the position that tells most, for its cost -> reading
+//! ```
+//!
+//! | file | subject |
+//! |---|---|
+//! | `advice.rs` | what is said |
+//! | `evidence.rs` | what is believed of the unknowns, and how probable readings are |
+//! | `mistakes.rs` | which mistake at the bench explains a reading |
+//! | `seen.rs` | what the readings would have shown, and what a position is worth |
+//!
+//! A [`Guide`] is a function of its events: the same readings, undone ones among them, give the same advice. It needs the readings' noise: stated,
+//! or given. Deliberately absent: files and clocks (`cli`), constraints in predictions (they stand in the fit).
+
+mod advice;
+mod evidence;
+mod mistakes;
+mod seen;
+
+pub use advice::{
+    Advice, Agreement, Ending, Estimated, Explanation, Lacks, Mistake, MistakeKind, Named, Newest, Next, Progress,
+    Residual, Suspected, Why,
+};
+
+use crate::campaign::{Campaign, Reading, Readings};
+use crate::design::RowOrigin;
+use crate::diagnosis::{self, Diagnosis, Effect, Verdict};
+use crate::error::{Fault, Malformed, Result};
+use crate::fit::{self, Fit};
+use crate::language::{Sentence, sentence};
+use crate::plan::{self, Costs, Goal, Noise, Offer, Term};
+use crate::simulate::Regressor;
+use crate::uncertainty::quantiles::chi_square_survival;
+use evidence::{Beliefs, Solved};
+use mistakes::Judge;
+pub(crate) use mistakes::setting;
+use seen::{Seen, Table, Wanted, Worth, same_position};
+
+/// What a guide is asked.
+#[derive(Debug, Clone)]
+pub struct Settings {
+    /// The uncertainties that are wanted (radians for angles). Without any it ends when every parameter is determined and nothing is missing, or all
+    /// of it named.
+    pub goals: Vec<Goal>,
+    /// Standard deviations of one sample, by sensor, where readings state none.
+    pub noise: Vec<(String, f64)>,
+    /// Standard deviation, in radians, that is supposed of an estimated tilt without a prior or limits before any reading.
+    pub tilts: f64,
+    /// What work costs.
+    pub costs: Costs,
+    /// Probability that any reading of a calibration without fault is said to disagree.
+    pub false_alarms: f64,
+    /// Probability that nothing is missing, or all of it named, from which the goals are enough.
+    pub probability: f64,
+    /// The most readings.
+    pub most: usize,
+    /// Settings of the diagnosis.
+    pub diagnosis: diagnosis::Settings,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Settings {
+            goals: Vec::new(),
+            noise: Vec::new(),
+            // three degrees: a mounting that looks askew
+            tilts: 0.05,
+            costs: Costs::default(),
+            false_alarms: 0.01,
+            probability: 0.95,
+            most: 200,
+            diagnosis: diagnosis::Settings::default(),
+        }
+    }
+}
+
+/// A calibration under way.
+#[derive(Debug, Clone)]
+pub struct Guide {
+    campaign: Campaign,
+    catalogue: Vec<Effect>,
+    settings: Settings,
+    noise: Noise,
+    candidates: Vec<Reading>,
+    taken: Vec<Reading>,
+    /// The last reading that did not agree, by index, until it is undone or explained.
+    disagrees: Option<usize>,
+    /// The labels of the positions of the readings that stand, as they were given.
+    labels: Vec<String>,
+    /// The campaign with the effects that are named.
+    model: Campaign,
+    /// What is believed of the model's unknowns before any reading.
+    beliefs: Beliefs,
+    table: Option<Table>,
+    /// Did the last diagnosis leave something unexplained?
+    unexplained: bool,
+}
+
+impl Guide {
+    /// Begin with a schedule: the campaign, its readings (if it has any) being the first, and the positions that may be asked for.
+    ///
+    /// Errors: nothing to estimate, no candidates, noise that is not known, a goal that is no quantity of the campaign.
+    pub fn new(campaign: &Campaign, candidates: &Readings, catalogue: &[Effect], settings: Settings) -> Result<Self> {
+        if campaign.unknowns() == 0 {
+            return Err(Malformed::new(Fault::Missing, "nothing is to be estimated")
+                .expected("at least one parameter in \"estimate\", for example { \"V0\": {} }")
+                .at_path("estimate"));
+        }
+        settings.costs.check()?;
+        for goal in &settings.goals {
+            let known =
+                campaign.estimated().iter().map(|own| &own.id).chain(campaign.derived.iter().map(|own| &own.id));
+            let list: Vec<&str> = known.map(String::as_str).collect();
+            if !list.contains(&goal.id.as_str()) {
+                return Err(Malformed::new(
+                    Fault::UnknownName,
+                    format!("the goal names '{}', which is not estimated", goal.id),
+                )
+                .expected(format!("one of {}", list.join(", ")))
+                .found(format!("'{}'", goal.id)));
+            }
+            if !(goal.u > 0.0 && goal.u.is_finite()) {
+                return Err(Malformed::new(Fault::Value, format!("the goal for {} is no uncertainty", goal.id))
+                    .expected("a positive number")
+                    .found(goal.u.to_string()));
+            }
+        }
+        if !(settings.tilts > 0.0 && settings.tilts.is_finite()) {
+            return Err(Malformed::new(Fault::Value, "the size that is supposed of tilts is no standard deviation")
+                .expected("a positive number")
+                .found(settings.tilts.to_string()));
+        }
+        let noise = Noise::new(campaign, &settings.noise, &[])?;
+        let mut distinct: Vec<Reading> = Vec::new();
+        for row in &candidates.rows {
+            if !distinct.iter().any(|own| same_position(own, row)) {
+                distinct.push(row.unread());
+            }
+        }
+        if distinct.is_empty() {
+            return Err(Malformed::new(Fault::Missing, "there are no positions to choose from")
+                .expected("a schedule with at least one position")
+                .at_path("readings"));
+        }
+        let beliefs = Beliefs::new(campaign, &distinct, &noise, settings.tilts)?;
+        let mut guide = Guide {
+            campaign: campaign.clone(),
+            catalogue: catalogue.to_vec(),
+            settings,
+            noise,
+            candidates: distinct,
+            taken: Vec::new(),
+            disagrees: None,
+            labels: Vec::new(),
+            model: campaign.clone(),
+            beliefs,
+            table: None,
+            unexplained: false,
+        };
+        for row in campaign.readings.rows.iter().filter(|row| !row.observations.is_empty()) {
+            guide.accept(row.clone())?;
+        }
+        Ok(guide)
+    }
+
+    /// The positions that may be asked for.
+    pub fn candidates(&self) -> &[Reading] {
+        &self.candidates
+    }
+
+    /// The readings that stand.
+    pub fn taken(&self) -> &[Reading] {
+        &self.taken
+    }
+
+    /// The ordinary campaign of the readings that stand.
+    pub fn campaign(&self) -> Campaign {
+        self.of(&self.campaign)
+    }
+
+    fn of(&self, campaign: &Campaign) -> Campaign {
+        campaign.with_readings(Readings { columns: campaign.readings.columns.clone(), rows: self.taken.clone() })
+    }
+
+    /// The next reading. A position that is set again after another one is a mounting of its own, and gets a label of its own; a value without
+    /// an uncertainty has that of the noise.
+    ///
+    /// Errors: a reading without a value, or with one that is not finite.
+    pub fn accept(&mut self, reading: Reading) -> Result<()> {
+        let finite = reading.observations.iter().all(|own| own.value.is_finite());
+        if reading.observations.is_empty() || !finite {
+            let sensors: Vec<&str> = self.campaign.bench.sensors.iter().map(|own| own.id.as_str()).collect();
+            return Err(Malformed::new(Fault::Missing, "the reading has no value")
+                .expected(format!("a number for {}", sensors.join(" or ")))
+                .at_path(reading.place));
+        }
+        let mut own = reading;
+        for k in 0..own.observations.len() {
+            let u = own
+                .observations
+                .get(k)
+                .map(|seen| own.stated_u(seen.sensor).unwrap_or_else(|| self.noise.u(&own, seen.sensor)));
+            own.observations.iter_mut().skip(k).take(1).for_each(|slot| slot.u = u);
+        }
+        own.planned_u.clear();
+        let asked = own.position.clone();
+        own.position = self.label(&own);
+        self.labels.push(asked);
+        self.taken.push(own);
+        Ok(())
+    }
+
+    /// The label of a mounting: as given, with a number where that label was left and is set again.
+    pub(crate) fn label(&self, reading: &Reading) -> String {
+        let wanted = reading.position.as_str();
+        let used = |label: &str| self.taken.iter().any(|own| own.position == label);
+        match (self.taken.last(), self.labels.last()) {
+            (Some(last), Some(label)) if label == wanted && plan::mounting(last) == plan::mounting(reading) => {
+                last.position.clone()
+            }
+            _ if wanted.is_empty() || !used(wanted) => wanted.to_string(),
+            _ => {
+                let anew = |k: usize| format!("{wanted} again {k}");
+                (2..).map(anew).find(|label| !used(label)).unwrap_or_default()
+            }
+        }
+    }
+
+    /// Take a reading back, by its number from 1. Errors: there is none.
+    pub fn undo(&mut self, number: usize) -> Result<()> {
+        let Some(k) = number.checked_sub(1).filter(|k| *k < self.taken.len()) else {
+            return Err(Malformed::new(Fault::Value, format!("there is no reading {number} to undo"))
+                .expected(match self.taken.len() {
+                    0 => "a reading first".to_string(),
+                    count => format!("1 to {count}"),
+                })
+                .found(number.to_string()));
+        };
+        self.taken.remove(k);
+        self.labels.remove(k);
+        self.disagrees = match self.disagrees {
+            Some(own) if own == k => None,
+            Some(own) if own > k => Some(own - 1),
+            own => own,
+        };
+        Ok(())
+    }
+
+    /// What to say now. `fresh`: is the last reading new, so that it is to be judged?
+    ///
+    /// Errors: those of a fit and a diagnosis.
+    pub fn advise(&mut self, fresh: bool) -> Result<Advice> {
+        let newest = if fresh { self.newest()? } else { None };
+        if newest.as_ref().is_some_and(|own| own.agreement == Agreement::Disagrees) {
+            self.disagrees = self.taken.len().checked_sub(1);
+        }
+        let campaign = self.campaign();
+        let fit = if self.taken.is_empty() { None } else { Some(fit::fit(&campaign, &fit::Settings::default())?) };
+        let has_redundancy = fit.as_ref().is_some_and(|fit| fit.estimate.dof > 0);
+        let diagnosis = match has_redundancy {
+            true => Some(diagnosis::diagnose(&campaign, &self.catalogue, &self.settings.diagnosis)?),
+            false => None,
+        };
+        self.follow(diagnosis.as_ref())?;
+        let table = self.table()?;
+        let solved = self.judge(&[]).solved(&self.taken)?;
+        let point = solved.as_ref().map_or(Vec::new(), |own| own.point.clone());
+        let seen = solved.as_ref().map(|own| Seen::new(&table, self.judge(&point), &self.taken, own)).transpose()?;
+        let residuals = solved.as_ref().map_or(Vec::new(), |own| self.residuals(own));
+        let mistake = match self.disagrees {
+            None => None,
+            Some(at) => Some(mistakes::mistake(self.judge(&point), &self.taken, &self.candidates, at, seen.as_ref())?),
+        };
+        // what the model explains by now, or what lies far back, is no open question
+        let last = self.taken.len();
+        let open = |own: &Mistake| own.reading == last || (own.chance < 0.5 && own.reading + mistakes::BACK > last);
+        let mistake = mistake.filter(open);
+        self.disagrees = self.disagrees.filter(|_| mistake.is_some());
+        let goals = self.progress(fit.as_ref(), diagnosis.as_ref());
+        let probability = probability(diagnosis.as_ref(), seen.as_ref());
+        let mut advice = Advice {
+            readings: self.taken.len(),
+            cost: self.settings.costs.work(&self.taken).cost,
+            newest,
+            parameters: fit.as_ref().map_or(Vec::new(), estimated),
+            residuals,
+            suspected: seen.as_ref().map_or(Vec::new(), Seen::suspected),
+            nothing_missing_or_named: probability,
+            unseen_effects: seen.as_ref().map_or(0, Seen::unseen),
+            diagnosis: diagnosis.as_ref().map(lacks),
+            mistake,
+            goals,
+            next: None,
+            ended: None,
+            unreachable: Vec::new(),
+        };
+        if let Some(seen) = &seen {
+            advice.unreachable = seen.unreachable(&self.model, &self.settings.goals)?;
+        }
+        self.decide(&mut advice, (&table, seen.as_ref()), diagnosis.as_ref())?;
+        self.unexplained = unexplained(diagnosis.as_ref());
+        self.table = Some(table);
+        Ok(advice)
+    }
+
+    fn residuals(&self, solved: &Solved) -> Vec<Residual> {
+        let rows = &solved.rows;
+        let one = |((origin, residual), sd): ((&RowOrigin, &f64), &f64)| {
+            let sensor = self.campaign.bench.sensors.get(origin.sensor)?;
+            Some(Residual {
+                reading: origin.reading + 1,
+                sensor: sensor.id.clone(),
+                residual: *residual,
+                unit: sensor.unit.clone(),
+                in_sd: residual / sd,
+            })
+        };
+        rows.origins.iter().zip(&rows.residual).zip(&rows.sd).filter_map(one).collect()
+    }
+
+    /// The model in use, about a point of its parameters (empty: what is believed).
+    fn judge<'a>(&'a self, point: &'a [f64]) -> Judge<'a> {
+        Judge { model: &self.model, beliefs: &self.beliefs, noise: &self.noise, point }
+    }
+
+    /// The model with the effects that are named, where they can stand in its lines.
+    fn follow(&mut self, diagnosis: Option<&Diagnosis>) -> Result<()> {
+        let stands = |own: &diagnosis::Finding| {
+            matches!(own.effect.kind, Regressor::Term(_) | Regressor::Tilt(_) | Regressor::Known(_))
+        };
+        let repaired = diagnosis
+            .filter(|own| own.verdict == Verdict::EffectsFound && own.effects.iter().all(stands))
+            .and_then(|own| own.repaired.as_ref())
+            .filter(|own| own.readings.columns == self.campaign.readings.columns);
+        let model = repaired.unwrap_or(&self.campaign);
+        let lines = |own: &Campaign| -> Vec<String> {
+            let models = own.bench.sensors.iter().map(|sensor| sensor.model.to_string());
+            models.chain(own.estimated().iter().map(|p| p.id.clone())).collect()
+        };
+        if lines(model) != lines(&self.model) {
+            self.table = None;
+            self.beliefs = Beliefs::new(model, &self.candidates, &self.noise, self.settings.tilts)?;
+        }
+        self.model = model.without_readings(&self.campaign.readings.columns);
+        Ok(())
+    }
+
+    fn table(&mut self) -> Result<Table> {
+        let mut positions = self.candidates.clone();
+        for reading in &self.taken {
+            if !positions.iter().any(|own| same_position(own, reading)) {
+                positions.push(reading.unread());
+            }
+        }
+        match self.table.take().filter(|table| table.positions.len() == positions.len()) {
+            Some(table) => Ok(table),
+            None => Table::new(&self.model, &positions, &self.catalogue, &self.noise),
+        }
+    }
+
+    fn newest(&self) -> Result<Option<Newest>> {
+        let Some((own, others)) = self.taken.split_last() else { return Ok(None) };
+        let agreement = mistakes::agreement(self.judge(&[]), others, own)?.filter(|own| own.predicted > 0);
+        let count = self.taken.len() as f64;
+        // 1/2 + 1/6 + 1/12 + ... = 1
+        let level = self.settings.false_alarms / (count * (count + 1.0));
+        let p = agreement.as_ref().and_then(|own| chi_square_survival(own.square.max(0.0), own.predicted as f64));
+        Ok(Some(Newest {
+            reading: self.taken.len(),
+            position: own.position.clone(),
+            setting: mistakes::setting(&self.campaign, &own.joints),
+            agreement: match p {
+                None => Agreement::NotPredicted,
+                Some(p) if p < level => Agreement::Disagrees,
+                Some(_) => Agreement::Agrees,
+            },
+            deviation: agreement.map(|own| own.largest),
+            p,
+            level,
+            remarks: self.clock(others.last(), own),
+        }))
+    }
+
+    /// A time that runs backwards.
+    fn clock(&self, before: Option<&Reading>, own: &Reading) -> Vec<Sentence> {
+        let column = self.campaign.readings.columns.iter().position(|name| name == "time_s");
+        let time = |reading: &Reading| reading.columns.get(column?).copied().flatten();
+        match before.and_then(time).zip(time(own)) {
+            Some((before, now)) if now < before => {
+                vec![sentence!("guide-time-goes-back", before = before.to_string(), now = now.to_string())]
+            }
+            _ => Vec::new(),
+        }
+    }
+
+    fn progress(&self, fit: Option<&Fit>, diagnosis: Option<&Diagnosis>) -> Vec<Progress> {
+        let after = diagnosis.and_then(|own| own.after.as_ref());
+        let best = after.or(fit);
+        let one = |goal: &Goal| {
+            let parameter = best.and_then(|fit| fit.parameters.iter().find(|own| own.id == goal.id));
+            let derived = best.and_then(|fit| fit.derived.iter().find(|own| own.id == goal.id));
+            // with what is not known of aliases and of the rest
+            let change = diagnosis.and_then(|own| own.changes.iter().find(|own| own.id == goal.id));
+            let in_all = change.filter(|_| after.is_some()).and_then(diagnosis::Change::u_in_all);
+            let value = parameter.map_or(derived.and_then(|own| own.value), |own| own.value);
+            let uncertainty =
+                parameter.map_or(derived.and_then(|own| own.uncertainty.as_ref()), |own| own.uncertainty.as_ref());
+            let u = value.and(in_all.or(uncertainty.map(|own| own.u)));
+            let unit = match plan::is_angle(&self.campaign, &goal.id) {
+                true => "rad".to_string(),
+                false => parameter.map_or(String::new(), |own| own.unit.clone()),
+            };
+            let met = u.is_some_and(|u| u <= goal.u);
+            Progress { id: goal.id.clone(), value, u, goal: goal.u, unit, met }
+        };
+        self.settings.goals.iter().map(one).collect()
+    }
+
+    fn decide(
+        &self,
+        advice: &mut Advice,
+        (table, seen): (&Table, Option<&Seen>),
+        diagnosis: Option<&Diagnosis>,
+    ) -> Result<()> {
+        if self.taken.len() >= self.settings.most {
+            advice.ended = Some(Ending::MostReadings);
+            return Ok(());
+        }
+        if let Some(again) = self.again(advice) {
+            advice.next = Some(again);
+            return Ok(());
+        }
+        let Some(seen) = seen else { return Ok(()) };
+        let determined = seen.undetermined(&self.model).is_empty();
+        if let (true, Some(own)) = (determined, diagnosis)
+            && let Some(next) = self.discriminating(own)?
+        {
+            advice.next = Some(next);
+            return Ok(());
+        }
+        let certain = advice.nothing_missing_or_named >= self.settings.probability;
+        let goals_met = match advice.goals.as_slice() {
+            [] => determined,
+            goals => goals.iter().all(|goal| goal.met),
+        };
+        if goals_met && certain && advice.mistake.is_none() {
+            advice.ended = Some(Ending::Reached);
+            return Ok(());
+        }
+        let reachable = |id: &String| !advice.unreachable.contains(id);
+        let goals: Vec<(Goal, Option<f64>)> = self
+            .settings
+            .goals
+            .iter()
+            .zip(&advice.goals)
+            .filter(|(goal, _)| reachable(&goal.id))
+            .map(|(goal, own)| (goal.clone(), own.u))
+            .collect();
+        let reachable_met = determined && advice.goals.iter().all(|own| own.met || !reachable(&own.id));
+        // what no candidate's effect explains is not explained by more of the same
+        let exhausted = self.candidates.iter().all(|own| self.taken.iter().any(|reading| same_position(reading, own)));
+        let hopeless = reachable_met && (certain || (exhausted && unexplained(diagnosis)));
+        let wanted = Wanted { goals: &goals, effects: !certain, last: self.taken.last(), costs: &self.settings.costs };
+        let worth = seen.worth(table, &self.model, &wanted)?;
+        match worth.into_iter().find(|own| own.position < self.candidates.len()).filter(|_| !hopeless) {
+            // a reading that disagrees is confirmed, undone or explained before anything ends
+            None => {
+                let open = self.disagrees.filter(|_| advice.mistake.is_some()).and_then(|at| self.taken.get(at));
+                advice.next = open.map(|own| self.same_again(own, Vec::new()));
+                advice.ended = open.is_none().then_some(Ending::NothingToGain);
+            }
+            Some(Worth { position, nats, cost }) => {
+                let reading = self.candidates.get(position);
+                advice.next = reading.map(|own| self.next(own, Why::Information, Vec::new(), Some(nats), cost));
+            }
+        }
+        Ok(())
+    }
+
+    fn next(&self, reading: &Reading, why: Why, between: Vec<String>, information: Option<f64>, cost: f64) -> Next {
+        let keys = self.campaign.bench.joints().zip(&reading.joints).flat_map(|(name, state)| {
+            let (deg, deg_s, turns) = state.keys();
+            let one = |suffix: &str, value: Option<f64>| value.map(|value| (format!("{name}{suffix}"), value));
+            [one("_deg", deg), one("_deg_s", deg_s), one("_turns", turns)].into_iter().flatten()
+        });
+        let columns = self.campaign.readings.columns.iter().zip(&reading.columns);
+        let columns = columns.filter_map(|(name, value)| value.map(|value| (name.clone(), value)));
+        Next {
+            position: reading.position.clone(),
+            setting: mistakes::setting(&self.campaign, &reading.joints),
+            set: keys.chain(columns.filter(|_| reading.joints.is_empty())).collect(),
+            why,
+            between,
+            information,
+            cost,
+        }
+    }
+
+    fn cost_of(&self, reading: &Reading) -> f64 {
+        let before: Vec<Reading> = self.taken.last().cloned().into_iter().collect();
+        let run: Vec<Reading> = before.iter().chain([reading]).cloned().collect();
+        self.settings.costs.work(&run).cost - self.settings.costs.work(&before).cost
+    }
+
+    /// The position of a reading that does not agree, once more, unless a missing effect explains it.
+    fn again(&self, advice: &Advice) -> Option<Next> {
+        let mistake = advice.mistake.as_ref()?;
+        let at = self.disagrees.filter(|at| at + 1 == self.taken.len())?;
+        let missing = mistake.explanations.iter().filter(|own| own.kind == MistakeKind::MissingEffect);
+        if missing.map(|own| own.probability).sum::<f64>() > 0.5 {
+            return None;
+        }
+        let own = self.taken.get(at)?;
+        // of a model that is known to lack something nobody expects agreement
+        if self.unexplained {
+            return None;
+        }
+        // what once more did not tell, a third time will not
+        if at.checked_sub(1).and_then(|k| self.taken.get(k)).is_some_and(|before| same_position(before, own)) {
+            return None;
+        }
+        let between = mistake.explanations.iter().map(|own| format!("{}: {}", own.kind, own.what)).collect();
+        Some(self.same_again(own, between))
+    }
+
+    fn same_again(&self, own: &Reading, between: Vec<String>) -> Next {
+        let asked = self.candidates.iter().find(|candidate| same_position(candidate, own)).unwrap_or(own);
+        self.next(asked, Why::Again, between, None, self.cost_of(asked))
+    }
+
+    /// A position that tells a finding from what else it could be.
+    fn discriminating(&self, diagnosis: &Diagnosis) -> Result<Option<Next>> {
+        for finding in &diagnosis.effects {
+            let rivals: Vec<&diagnosis::Alias> = finding
+                .aliases
+                .iter()
+                .filter(|own| {
+                    own.together_with.is_none() && !own.vanishing && own.probability > 1.0 - self.settings.probability
+                })
+                .collect();
+            let term = |regressor: Regressor| {
+                let common = matches!(regressor, Regressor::Tilt(_) | Regressor::Known(_));
+                (common || matches!(regressor, Regressor::Term(_)))
+                    .then(|| Term { sensor: finding.effect.sensor.filter(|_| !common), regressor })
+            };
+            let others: Vec<Term> = rivals
+                .iter()
+                .filter_map(|own| {
+                    Regressor::parse(&self.campaign, finding.effect.sensor, &own.regressor).ok().and_then(term)
+                })
+                .collect();
+            let Some(own) = term(finding.effect.kind.clone()).filter(|_| !others.is_empty()) else { continue };
+            let columns = self.campaign.readings.columns.clone();
+            let offer = Offer {
+                kept: Readings { columns: columns.clone(), rows: self.taken.clone() },
+                candidates: Readings { columns, rows: self.candidates.clone() },
+                noise: self.noise.clone(),
+                costs: self.settings.costs,
+            };
+            let is_new = |position: &Reading| !self.taken.iter().any(|own| same_position(own, position));
+            let found = plan::discriminating_positions(&self.campaign(), &offer, &own, &others)?;
+            let fresh = found.into_iter().find(|own| !own.told.is_empty() && is_new(&own.position));
+            if let Some(best) = fresh {
+                let position = self.candidates.iter().find(|own| same_position(own, &best.position));
+                let position = position.unwrap_or(&best.position);
+                let names = [finding.effect.regressor.clone()]
+                    .into_iter()
+                    .chain(rivals.iter().map(|own| own.regressor.clone()));
+                return Ok(Some(self.next(
+                    position,
+                    Why::Discriminates,
+                    names.collect(),
+                    None,
+                    self.cost_of(position),
+                )));
+            }
+        }
+        Ok(None)
+    }
+}
+
+fn unexplained(diagnosis: Option<&Diagnosis>) -> bool {
+    diagnosis.is_some_and(|own| matches!(own.verdict, Verdict::Unexplained | Verdict::PartlyExplained))
+}
+
+/// Probability that nothing is missing or that all of it is named.
+fn probability(diagnosis: Option<&Diagnosis>, seen: Option<&Seen>) -> f64 {
+    let rest = seen.map_or(0.0, Seen::nothing_missing);
+    match diagnosis.map(|own| own.verdict) {
+        None | Some(Verdict::NothingMissing | Verdict::NotDiagnosable) => rest,
+        Some(Verdict::EffectsFound) => {
+            diagnosis.into_iter().flat_map(|own| &own.effects).map(|own| own.probability).product::<f64>() * rest
+        }
+        Some(_) => 0.0,
+    }
+}
+
+fn estimated(fit: &Fit) -> Vec<Estimated> {
+    let one = |own: &fit::ParameterResult| Estimated {
+        id: own.id.clone(),
+        value: own.value,
+        u: own.value.and(own.uncertainty.as_ref().map(|own| own.u)),
+        unit: own.unit.clone(),
+    };
+    fit.parameters.iter().map(one).collect()
+}
+
+fn lacks(diagnosis: &Diagnosis) -> Lacks {
+    let named = |own: &diagnosis::Finding| Named {
+        regressor: own.effect.regressor.clone(),
+        name: own.effect.name.clone(),
+        value: own.value,
+        u: own.u,
+        unit: own.unit.clone(),
+        probability: own.probability,
+        aliases: own.aliases.iter().map(|alias| alias.regressor.clone()).collect(),
+    };
+    let gap = |own: &diagnosis::Gap| (own.dof > 0).then(|| own.chi_square / own.dof as f64).filter(|v| v.is_finite());
+    Lacks {
+        verdict: diagnosis.verdict,
+        gap_before: gap(&diagnosis.gap_before),
+        gap_after: gap(&diagnosis.gap_after),
+        effects: diagnosis.effects.iter().map(named).collect(),
+    }
+}

@@ -1,0 +1,396 @@
+//! What the readings so far could have shown of effects that the model may lack, and what the next position is worth.
+//!
+//! ```text
+//! T = c'(1 - H)c,  t = c'(1 - H)r          an effect's column beside the model, at the readings that were taken
+//! B = E exp(a t - a^2 T / 2),  a ~ N(+-m, s^2)           how much more probable the readings are with it than without
+//! P(nothing is missing) = 1 / (1 + mean of B over the effects)          even odds beforehand, each effect alike
+//! worth = sum over goals of ln(u / u') + what the reading tells of which effect is missing, or none, and of its size      [nats]
+//! worth = ln |1 + A C A'| / 2,  while an unknown is not determined that could be
+//! - sum over i of p_i ln sum over j of p_j exp(-D_ij)      D: Bhattacharyya's distance of the readings that two hypotheses predict
+//! ```
+//!
+//! `m` and `s` are in units of the effect's standard uncertainty when every candidate was taken once. What a position changes, `u'` and `T'`, are
+//! updates of low rank. The sum over pairs is a lower bound of the information about the hypothesis (A. Kolchinsky, B. D. Tracey, Entropy 19 (2017)
+//! 361).
+#![allow(
+    clippy::indexing_slicing,
+    reason = "a table has one column for each effect, with a row for each sensor at each position"
+)]
+
+use super::advice::Suspected;
+use super::evidence::{Beliefs, Rows, Solved, Told};
+use super::mistakes::{Judge, same_state};
+use crate::campaign::{Campaign, Reading, Readings};
+use crate::design::RowOrigin;
+use crate::diagnosis::{Alike, Effect, Prospect, foresee};
+use crate::error::Result;
+use crate::linear::{Triangle, dot};
+use crate::plan::{Costs, Goal, Noise, gradients};
+use crate::simulate::Regressor;
+
+/// Size of an effect that counts as missing, and its spread: ten to forty times its uncertainty when all candidates were taken, so that the whole
+/// schedule would name it without fail.
+const SIZE: f64 = 20.0;
+const SPREAD: f64 = 7.0;
+
+/// Candidates, and what each effect does there.
+#[derive(Debug, Clone)]
+pub(super) struct Table {
+    pub positions: Vec<Reading>,
+    effects: Vec<Column>,
+    sensors: usize,
+}
+
+/// A position as a mounting of its own: slopes, and effects, of a reading there.
+type Block = (Vec<Vec<f64>>, Vec<Vec<f64>>);
+
+#[derive(Debug, Clone)]
+struct Column {
+    name: String,
+    regressor: String,
+    /// One value for each sensor at each position.
+    values: Vec<f64>,
+    /// Its standard uncertainty when every candidate was taken once.
+    u: f64,
+}
+
+impl Table {
+    /// Of these positions; what an effect does there is taken at the reference point.
+    pub fn new(model: &Campaign, positions: &[Reading], catalogue: &[Effect], noise: &Noise) -> Result<Self> {
+        let rows = apart(positions);
+        let all = model.with_readings(Readings { columns: model.readings.columns.clone(), rows });
+        let foreseen = foresee(&all, catalogue, noise)?;
+        // what happens at one mounting alone is no matter where that mounting is not read; where it is, a reading there disagrees
+        let lasting = |own: &&Prospect| !matches!(own.effect.kind, Regressor::Position(_));
+        let members = |group: &Alike| group.members.iter().filter_map(|k| foreseen.prospects.get(*k)).find(lasting);
+        let firsts = foreseen.groups.iter().filter_map(members);
+        let effects: Vec<Column> = firsts
+            .filter_map(|own| {
+                Some(Column {
+                    name: own.effect.name.clone(),
+                    regressor: own.effect.regressor.clone(),
+                    values: own.effect.column.clone(),
+                    u: own.u?,
+                })
+            })
+            .collect();
+        Ok(Table { positions: positions.to_vec(), effects, sensors: model.bench.sensors.len() })
+    }
+
+    fn blocks(&self, judge: Judge, point: &[f64]) -> Result<Vec<Block>> {
+        let positions = apart(&self.positions);
+        // with scatter, readings of one call are not independent of each other
+        let together = if judge.model.scatter.is_empty() { positions.len() } else { 1 };
+        let mut blocks: Vec<Block> = Vec::with_capacity(positions.len());
+        for (chunk, first) in positions.chunks(together.max(1)).zip((0..).step_by(together.max(1))) {
+            let own = Rows::of(judge.model, judge.beliefs, chunk, point, judge.noise)?;
+            let values = |effect: &Column| {
+                let value = |origin: &RowOrigin| {
+                    let at = (first + origin.reading) * self.sensors + origin.sensor;
+                    effect.values.get(at).copied().unwrap_or(0.0)
+                };
+                own.white(own.origins.iter().map(value).collect())
+            };
+            let columns: Vec<Vec<f64>> = self.effects.iter().map(values).collect();
+            let places: Vec<usize> = (0..own.origins.len()).collect();
+            for rows in places.chunk_by(|a, b| own.origins[*a].reading == own.origins[*b].reading) {
+                let of = |column: &Vec<f64>| rows.iter().map(|i| column[*i]).collect();
+                blocks.push((rows.iter().map(|i| own.slopes[*i].clone()).collect(), columns.iter().map(of).collect()));
+            }
+        }
+        Ok(blocks)
+    }
+
+    /// The position of a reading in the table: the same joints and columns.
+    pub fn find(&self, reading: &Reading) -> Option<usize> {
+        self.positions.iter().position(|own| same_position(own, reading))
+    }
+}
+
+/// The same setting with the same further columns.
+pub(super) fn same_position(a: &Reading, b: &Reading) -> bool {
+    a.joints.iter().zip(&b.joints).all(|(a, b)| same_state(a, b)) && (!a.joints.is_empty() || a.columns == b.columns)
+}
+
+/// Positions without readings, each a mounting of its own.
+fn apart(positions: &[Reading]) -> Vec<Reading> {
+    let apart = |(k, own): (usize, &Reading)| {
+        let alone = positions.iter().filter(|other| other.position == own.position).count() == 1;
+        let label = &own.position;
+        let position = if alone && !label.is_empty() { label.clone() } else { format!("{label} ({})", k + 1) };
+        Reading { position, ..own.unread() }
+    };
+    positions.iter().enumerate().map(apart).collect()
+}
+
+/// What the readings told, beside what they would have shown.
+#[derive(Debug, Clone)]
+pub(super) struct Seen {
+    beliefs: Beliefs,
+    told: Told,
+    blocks: Vec<Block>,
+    /// What all positions tell, however often they are read.
+    at_most: Option<Told>,
+    effects: Vec<One>,
+}
+
+#[derive(Debug, Clone)]
+struct One {
+    name: String,
+    regressor: String,
+    u: f64,
+    /// Information of its coefficient.
+    t_square: f64,
+    /// Mean and variance of its coefficient, if it is the one that is missing.
+    mean: f64,
+    variance: f64,
+    /// What the model takes up of it.
+    taken_up: Vec<f64>,
+    /// Logarithm of how much more probable the readings are with it.
+    evidence: f64,
+}
+
+/// What a position is worth.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Worth {
+    pub position: usize,
+    pub nats: f64,
+    pub cost: f64,
+}
+
+/// What is wanted of the next position.
+pub(super) struct Wanted<'a> {
+    /// These goals, each with the u that it has now where a fit tells it.
+    pub goals: &'a [(Goal, Option<f64>)],
+    /// To see what may be missing.
+    pub effects: bool,
+    /// Where the bench stands.
+    pub last: Option<&'a Reading>,
+    pub costs: &'a Costs,
+}
+
+impl Seen {
+    /// Of the readings as they were solved.
+    pub fn new(table: &Table, judge: Judge, taken: &[Reading], solved: &Solved) -> Result<Self> {
+        let Solved { point, rows, told } = solved;
+        let (white, rest) = (&rows.slopes, &rows.rest);
+        let blocks = table.blocks(judge, point)?;
+        let every: Vec<Vec<f64>> =
+            blocks.iter().flat_map(|(rows, _)| rows).map(|row| row.iter().map(|a| a * OFTEN).collect()).collect();
+        let at_most = Told::of(judge.beliefs, &every);
+        let places: Vec<Option<usize>> = taken.iter().map(|reading| table.find(reading)).collect();
+        let residual: Vec<f64> = white.iter().zip(rest).map(|(row, rest)| rest - dot(row, &told.estimate)).collect();
+        let effects = table.effects.iter().map(|effect| {
+            let value = |origin: &RowOrigin| {
+                let place = places.get(origin.reading).copied().flatten()?;
+                effect.values.get(place * table.sensors + origin.sensor).copied()
+            };
+            let column = rows.white(rows.origins.iter().map(|origin| value(origin).unwrap_or(0.0)).collect());
+            let taken_up = told.solved(white, &column);
+            let left: Vec<f64> = white.iter().zip(&column).map(|(row, c)| c - dot(row, &taken_up)).collect();
+            // what rounding leaves of a column that the model takes up is nothing
+            let t_square = dot(&left, &column).max(0.0);
+            let t = dot(&column, &residual);
+            let (evidence, mean, variance) = weighed(t * effect.u, t_square * effect.u * effect.u);
+            let (mean, variance) = (mean * effect.u, variance * effect.u * effect.u);
+            let (name, regressor) = (effect.name.clone(), effect.regressor.clone());
+            One { name, regressor, u: effect.u, t_square, mean, variance, taken_up, evidence }
+        });
+        let effects = effects.collect();
+        Ok(Seen { beliefs: judge.beliefs.clone(), told: told.clone(), blocks, at_most, effects })
+    }
+
+    /// Every effect with the logarithm of how much more probable it makes the readings.
+    pub fn explanations(&self) -> Vec<(String, f64)> {
+        self.effects.iter().map(|own| (own.name.clone(), own.evidence)).collect()
+    }
+
+    /// The effects that are most probable, with their probabilities.
+    pub fn suspected(&self) -> Vec<Suspected> {
+        let share = self.nothing_missing() / self.effects.len().max(1) as f64;
+        let one = |own: &One| Suspected {
+            regressor: own.regressor.clone(),
+            name: own.name.clone(),
+            probability: share * own.evidence.exp(),
+        };
+        let mut all: Vec<Suspected> = self.effects.iter().map(one).filter(|own| own.probability > LEAST).collect();
+        all.sort_by(|a, b| b.probability.total_cmp(&a.probability));
+        all.truncate(MOST);
+        all
+    }
+
+    /// Probability that no effect of the catalogue, large enough for the whole schedule to name it, is missing.
+    pub fn nothing_missing(&self) -> f64 {
+        if self.effects.is_empty() {
+            return 1.0;
+        }
+        let mean = self.effects.iter().map(|own| own.evidence.exp()).sum::<f64>() / self.effects.len() as f64;
+        1.0 / (1.0 + mean)
+    }
+
+    /// Effects whose readings, if they were there, could still not be told from readings without them.
+    pub fn unseen(&self) -> usize {
+        let shows = |own: &&One| weighed(0.0, own.t_square * own.u * own.u).0 < (1.0_f64 / 20.0).ln();
+        self.effects.len() - self.effects.iter().filter(shows).count()
+    }
+
+    /// Parameters to be estimated, by index, that the readings do not determine and these positions could.
+    pub fn undetermined(&self, model: &Campaign) -> Vec<usize> {
+        let open = |k: &usize| {
+            let along = self.unit(*k);
+            let could = self.at_most.as_ref().is_some_and(|own| own.determines(&self.beliefs, &along));
+            could && !self.told.determines(&self.beliefs, &along)
+        };
+        (0..model.unknowns()).filter(open).collect()
+    }
+
+    fn unit(&self, parameter: usize) -> Vec<f64> {
+        let own: Vec<f64> = (0..=parameter).map(|k| f64::from(u8::from(k == parameter))).collect();
+        self.beliefs.along(&own)
+    }
+
+    /// The directions of a goal among the unknowns.
+    fn directions(&self, model: &Campaign, goal: &Goal) -> Result<Vec<Vec<f64>>> {
+        if let Some(k) = model.parameter_index(&goal.id) {
+            return Ok(vec![self.unit(k)]);
+        }
+        let Some(quantity) = model.derived.iter().find(|own| own.id == goal.id) else { return Ok(Vec::new()) };
+        Ok(gradients(model, quantity)?.iter().map(|own| self.beliefs.along(own)).collect())
+    }
+
+    /// What each position is worth, for its cost, the best first; nothing where no position tells anything.
+    pub fn worth(&self, table: &Table, model: &Campaign, wanted: &Wanted) -> Result<Vec<Worth>> {
+        let open = !self.undetermined(model).is_empty();
+        let mut limits: Vec<(Vec<f64>, f64, f64)> = Vec::new();
+        for (goal, u) in wanted.goals.iter().filter(|_| !open) {
+            for direction in self.directions(model, goal)? {
+                let variance = self.told.variance(&direction);
+                // a fit that knows less than these rows, of aliases say, has further to go
+                let ratio = u.map_or(1.0, |u| (variance / (u * u)).min(1.0));
+                limits.push((self.told.through(&direction), variance, ratio * goal.u * goal.u));
+            }
+        }
+        let nothing = self.nothing_missing();
+        let share = nothing / self.effects.len().max(1) as f64;
+        let likely: Vec<(usize, f64)> = (self.effects.iter().enumerate())
+            .map(|(k, own)| (k, share * own.evidence.exp()))
+            .filter(|(_, probability)| *probability > LEAST * share || *probability > LEAST)
+            .collect();
+        let before: Vec<Reading> = wanted.last.cloned().into_iter().collect();
+        let spent = wanted.costs.work(&before).cost;
+        let one = |(position, (rows, columns)): (usize, &Block)| {
+            let through: Vec<Vec<f64>> = rows.iter().map(|row| self.told.through(row)).collect();
+            let spread = |i: usize, j: usize| f64::from(u8::from(i == j)) + dot(&through[i], &through[j]);
+            let factor = Triangle::of(rows.len(), spread, |_| 0.0)?;
+            let square = |mut own: Vec<f64>| {
+                factor.forward(&mut own);
+                dot(&own, &own)
+            };
+            let of_goal = |(along, variance, limit): &(Vec<f64>, f64, f64)| {
+                let less = variance - square(through.iter().map(|row| dot(row, along)).collect());
+                // beyond the goal nothing is gained
+                0.5 * (variance.max(*limit) / less.max(*limit)).ln()
+            };
+            let missing = || {
+                let none =
+                    Hypothesis { probability: nothing, mean: vec![0.0; rows.len()], variance: vec![1.0; rows.len()] };
+                let one = |(k, probability): &(usize, f64)| {
+                    let (own, column) = (&self.effects[*k], &columns[*k]);
+                    let mut error: Vec<f64> =
+                        rows.iter().zip(column).map(|(row, f)| f - dot(row, &own.taken_up)).collect();
+                    factor.forward(&mut error);
+                    let mean = error.iter().map(|e| own.mean * e).collect();
+                    let variance = error.iter().map(|e| 1.0 + own.variance * e * e).collect();
+                    Hypothesis { probability: *probability, mean, variance }
+                };
+                let all: Vec<Hypothesis> = [none].into_iter().chain(likely.iter().map(one)).collect();
+                told(&all)
+            };
+            let reading = &table.positions[position];
+            let run: Vec<Reading> = before.iter().chain([reading]).cloned().collect();
+            let nats = match open {
+                true => 0.5 * factor.log_determinant(),
+                false if wanted.effects => limits.iter().map(of_goal).sum::<f64>() + missing(),
+                false => limits.iter().map(of_goal).sum(),
+            };
+            Some(Worth { position, nats, cost: wanted.costs.work(&run).cost - spent })
+        };
+        let mut all: Vec<Worth> = self.blocks.iter().enumerate().filter_map(one).collect();
+        let rate = |own: &Worth| own.nats / own.cost.max(f64::MIN_POSITIVE);
+        all.retain(|own| own.nats > NOTHING);
+        all.sort_by(|a, b| rate(b).total_cmp(&rate(a)));
+        Ok(all)
+    }
+
+    /// Goals that all candidates together, however often they are taken, do not reach.
+    pub fn unreachable(&self, model: &Campaign, goals: &[Goal]) -> Result<Vec<String>> {
+        let mut found = Vec::new();
+        for goal in goals {
+            let directions = self.directions(model, goal)?;
+            let reached = |own: &Vec<f64>| {
+                self.at_most
+                    .as_ref()
+                    .is_some_and(|all| all.determines(&self.beliefs, own) && all.variance(own) <= goal.u * goal.u)
+            };
+            if directions.is_empty() || !directions.iter().all(reached) {
+                found.push(goal.id.clone());
+            }
+        }
+        Ok(found)
+    }
+}
+
+/// The most effects that are listed as suspected, and their least probability.
+const MOST: usize = 8;
+const LEAST: f64 = 0.001;
+/// Fewer nats than these are nothing.
+const NOTHING: f64 = 1e-6;
+/// Readings, as a square root, that stand for any number of them.
+const OFTEN: f64 = 1e2;
+
+/// `ln B`, and mean and variance of the effect's size, with `t` and `T` in units of its uncertainty when all candidates were taken.
+fn weighed(t: f64, information: f64) -> (f64, f64, f64) {
+    let s = SPREAD * SPREAD;
+    let variance = (information + 1.0 / s).recip();
+    let mean = |m: f64| variance * (t + m / s);
+    let side = |m: f64| 0.5 * (mean(m).powi(2) / variance - m * m / s);
+    let (a, b) = (side(SIZE), side(-SIZE));
+    let most = a.max(b);
+    let (a, b) = ((a - most).exp(), (b - most).exp());
+    let share = a / (a + b);
+    let both = share * mean(SIZE) + (1.0 - share) * mean(-SIZE);
+    let apart = share * (1.0 - share) * (mean(SIZE) - mean(-SIZE)).powi(2);
+    (-0.5 * (s * information).ln_1p() + most + (0.5 * (a + b)).ln(), both, variance + apart)
+}
+
+/// What the reading of a position would be under a hypothesis, in coordinates in which it is independent and of unit variance if nothing is missing.
+struct Hypothesis {
+    probability: f64,
+    mean: Vec<f64>,
+    variance: Vec<f64>,
+}
+
+/// Nats that a reading tells of which hypothesis holds, and of the size of its effect.
+fn told(all: &[Hypothesis]) -> f64 {
+    // exp(-D) of Bhattacharyya's distance D, value by value
+    let overlap = |a: &Hypothesis, b: &Hypothesis| {
+        let (mut product, mut apart) = (1.0, 0.0);
+        for (((m, n), v), w) in a.mean.iter().zip(&b.mean).zip(&a.variance).zip(&b.variance) {
+            let sum = v + w;
+            product *= 4.0 * v * w / (sum * sum);
+            apart += (m - n).powi(2) / sum;
+        }
+        product.powf(0.25) * (-0.25 * apart).exp()
+    };
+    let mut sums: Vec<f64> = all.iter().map(|own| own.probability).collect();
+    for (i, a) in all.iter().enumerate() {
+        for (j, b) in all.iter().enumerate().skip(i + 1) {
+            let own = overlap(a, b);
+            sums[i] += b.probability * own;
+            sums[j] += a.probability * own;
+        }
+    }
+    let which = all.iter().zip(&sums).map(|(own, sum)| -own.probability * sum.ln()).sum::<f64>();
+    let size = |own: &Hypothesis| own.probability * 0.5 * own.variance.iter().map(|v| v.ln()).sum::<f64>();
+    which.max(0.0) + all.iter().map(size).sum::<f64>()
+}
