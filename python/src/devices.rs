@@ -488,13 +488,8 @@ fn fit_records(
         let mut known = Schedules::default();
         // rows of a table may be handed on twice, where those of a device do not stand together
         let rows = std::cell::RefCell::new(Vec::new());
-        let tables = Tables {
-            files: &names,
-            open: &open,
-            by: by_title.as_deref(),
-            lot: lot.as_deref(),
-            layout: &layout,
-        };
+        let tables =
+            Tables { files: &names, open: &open, by: by_title.as_deref(), lot: lot.as_deref(), layout: &layout };
         let mut sink = |devices: Vec<Device>, layout: &Layout| {
             rows.borrow_mut().extend(asking.fit(&devices, layout, &mut known));
             Ok(true)

@@ -44,7 +44,7 @@ fn a_noise_with_the_variances_of_its_definition_comes_back() {
             let half = (0.5 * by_definition(m as i32, white, deviation, f)).sqrt();
             for (i, value) in series.iter_mut().enumerate() {
                 // means of `m` rows differ by twice this
-                *value += if i / m % 2 == 0 { half } else { -half };
+                *value += if (i / m).is_multiple_of(2) { half } else { -half };
             }
         }
         let mut octaves = Octaves::default();
