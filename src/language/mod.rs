@@ -191,18 +191,23 @@ impl Language {
         }
     }
 
-    /// A clause as a sentence: a capital letter where the language has them, and a full stop.
+    /// A clause as a sentence: a capital letter where the language has them and a word begins it (the name of a parameter stays as it is), and a full
+    /// stop.
     ///
     /// ```
     /// use tumble::language::Language;
     /// assert_eq!(Language::English.sentence("it holds"), "It holds.");
+    /// assert_eq!(Language::English.sentence("dtheta_y2 is free"), "dtheta_y2 is free.");
     /// assert_eq!(Language::Chinese.sentence("成立"), "成立。");
     /// ```
     pub fn sentence(self, clause: &str) -> String {
         let mut letters = clause.chars();
         let first = letters.next();
+        let word = clause.split_whitespace().next().unwrap_or_default().trim_end_matches([',', ':', '.']);
+        let is_word =
+            word.chars().all(|c| c.is_lowercase() || c == '-' || c == '\'') && (word.len() > 1 || word == "a");
         let begin: String = match (self, first) {
-            (Language::English, Some(c)) => c.to_uppercase().collect(),
+            (Language::English, Some(c)) if is_word => c.to_uppercase().collect(),
             (_, first) => first.into_iter().collect(),
         };
         let ended = clause.ends_with(['.', '!', '?', '\u{3002}', '\u{ff01}', '\u{ff1f}']);
