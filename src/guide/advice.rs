@@ -228,7 +228,7 @@ pub struct Named {
     pub name: String,
     /// Its coefficient, in `unit`.
     pub value: Option<f64>,
-    /// Standard uncertainty of the coefficient.
+    /// Standard uncertainty of the coefficient, in `unit`.
     pub u: Option<f64>,
     /// Unit of both.
     pub unit: String,

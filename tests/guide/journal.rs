@@ -113,7 +113,13 @@ fn lines_that_are_no_readings_are_said_and_the_next_one_is_taken() {
         .unwrap();
     let mut input = guide.stdin.take().unwrap();
     let mut answers = BufReader::new(guide.stdout.take().unwrap()).lines();
-    let mut next = || serde_json::from_str::<serde_json::Value>(&answers.next().unwrap().unwrap()).unwrap();
+    let schema = jsonschema::validator_for(&tumble::report::schema("guide-report").unwrap()).unwrap();
+    let mut next = || {
+        let line: serde_json::Value = serde_json::from_str(&answers.next().unwrap().unwrap()).unwrap();
+        let faults: Vec<String> = schema.iter_errors(&line).map(|error| error.to_string()).collect();
+        assert!(faults.is_empty(), "{faults:?}");
+        line
+    };
     let asked = next();
     assert!(asked["next"]["set"]["gamma_deg_s"].is_number(), "{asked}");
     for (line, said) in [
