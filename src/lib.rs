@@ -26,19 +26,16 @@
 //! Features, all on by default: `cli` (the program, with all others), `html` (pages, Markdown), `dcc` (certificates), `navigate` (missions), `parquet`,
 //! `excel`, `hdf5`, `mcap` (formats). `default-features = false` leaves the engine.
 
-#![cfg_attr(
-    not(test),
-    warn(
-        clippy::unwrap_used,
-        clippy::expect_used,
-        clippy::panic,
-        clippy::unreachable,
-        clippy::todo,
-        clippy::unimplemented,
-        clippy::indexing_slicing,
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss
-    )
+#![warn(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::unreachable,
+    clippy::todo,
+    clippy::unimplemented,
+    clippy::indexing_slicing,
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss
 )]
 
 pub mod algebra;
