@@ -12,7 +12,7 @@
     reason = "`Rows` are made with one column for each belief; lists over beliefs have one entry for each"
 )]
 
-use crate::campaign::{Campaign, Constraint, Kind, Reading, Readings, Role};
+use crate::campaign::{Campaign, Constraint, JointState, Kind, Reading, Readings, Role};
 use crate::design::{self, DesignMatrix, Model, RowOrigin};
 use crate::error::Result;
 use crate::estimate::Whitening;
@@ -344,5 +344,40 @@ impl Solved {
             }
         }
         Ok(Some(best))
+    }
+}
+
+/// The model that readings are judged by.
+#[derive(Clone, Copy)]
+pub(super) struct Judge<'a> {
+    pub model: &'a Campaign,
+    pub beliefs: &'a Beliefs,
+    pub noise: &'a Noise,
+    /// The most probable point of all readings; empty where it is not known yet.
+    pub point: &'a [f64],
+}
+
+impl Judge<'_> {
+    /// The most probable point of these readings.
+    pub fn solved(&self, readings: &[Reading]) -> Result<Option<Solved>> {
+        let start = if self.point.is_empty() { &self.beliefs.point(self.model) } else { self.point };
+        Solved::new(self.model, self.beliefs, readings, start, self.noise)
+    }
+
+    /// `ln p` of readings about a point.
+    pub fn log_density(&self, readings: &[Reading], point: &[f64]) -> Result<Option<f64>> {
+        let rows = Rows::of(self.model, self.beliefs, readings, point, self.noise)?;
+        Ok(rows.told(self.beliefs, point, &[]).map(|own| own.log_density))
+    }
+}
+
+/// The same setting, whole turns apart or not.
+pub(super) fn same_state(a: &JointState, b: &JointState) -> bool {
+    match (a, b) {
+        (JointState::Held { angle_deg: a }, JointState::Held { angle_deg: b }) => {
+            let apart = (a - b).rem_euclid(360.0);
+            apart.min(360.0 - apart) < 1e-9
+        }
+        _ => a == b,
     }
 }

@@ -5,7 +5,7 @@
 //! that nobody knows (of a slip, of a bad value) have the same odds in every decade.
 
 use super::advice::{Explanation, Mistake, MistakeKind};
-use super::evidence::{Beliefs, Rows, Solved, Source};
+use super::evidence::{Beliefs, Judge, Rows, Solved, Source, same_state};
 use super::seen::Seen;
 use crate::campaign::{Campaign, JointState, Reading};
 use crate::elements::Parts;
@@ -28,30 +28,6 @@ struct Hypothesis {
     joints: Option<Vec<JointState>>,
     /// Logarithm of the density over that of the readings as asked for.
     weight: f64,
-}
-
-/// The model that readings are judged by.
-#[derive(Clone, Copy)]
-pub(super) struct Judge<'a> {
-    pub model: &'a Campaign,
-    pub beliefs: &'a Beliefs,
-    pub noise: &'a Noise,
-    /// The most probable point of all readings; empty where it is not known yet.
-    pub point: &'a [f64],
-}
-
-impl Judge<'_> {
-    /// The most probable point of these readings.
-    pub fn solved(&self, readings: &[Reading]) -> Result<Option<Solved>> {
-        let start = if self.point.is_empty() { &self.beliefs.point(self.model) } else { self.point };
-        Solved::new(self.model, self.beliefs, readings, start, self.noise)
-    }
-
-    /// `ln p` of readings about a point.
-    fn log_density(&self, readings: &[Reading], point: &[f64]) -> Result<Option<f64>> {
-        let rows = Rows::of(self.model, self.beliefs, readings, point, self.noise)?;
-        Ok(rows.told(self.beliefs, point, &[]).map(|own| own.log_density))
-    }
 }
 
 /// The mistakes that could explain the readings; `newest` is the one that does not agree.
@@ -229,17 +205,6 @@ fn settings(campaign: &Campaign, own: &Reading, candidates: &[Reading]) -> Vec<(
         push(MistakeKind::OtherPosition, joints.collect());
     }
     found
-}
-
-/// The same setting, whole turns apart or not.
-pub(super) fn same_state(a: &JointState, b: &JointState) -> bool {
-    match (a, b) {
-        (JointState::Held { angle_deg: a }, JointState::Held { angle_deg: b }) => {
-            let apart = (a - b).rem_euclid(360.0);
-            apart.min(360.0 - apart) < 1e-9
-        }
-        _ => a == b,
-    }
 }
 
 /// A setting as a person reads it: `alpha 90 deg, gamma 20 deg/s`.

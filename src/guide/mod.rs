@@ -33,8 +33,7 @@ use crate::language::{Sentence, sentence};
 use crate::plan::{self, Costs, Goal, Noise, Offer, Term};
 use crate::simulate::Regressor;
 use crate::uncertainty::quantiles::chi_square_survival;
-use evidence::{Beliefs, Solved};
-use mistakes::Judge;
+use evidence::{Beliefs, Judge, Solved};
 pub(crate) use mistakes::setting;
 use seen::{Seen, Table, Wanted, Worth, same_position};
 

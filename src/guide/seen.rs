@@ -18,8 +18,7 @@
 )]
 
 use super::advice::Suspected;
-use super::evidence::{Beliefs, Rows, Solved, Told};
-use super::mistakes::{Judge, same_state};
+use super::evidence::{Beliefs, Judge, Rows, Solved, Told, same_state};
 use crate::campaign::{Campaign, Reading, Readings};
 use crate::design::RowOrigin;
 use crate::diagnosis::{Alike, Effect, Prospect, foresee};

@@ -44,7 +44,9 @@ fn reports_of_earlier_versions_are_read_and_written_back() {
         assert!(back == text, "{} is written back as\n{back}", path.display());
         kinds.insert(kind);
     }
-    assert_eq!(kinds.len(), ReportKind::ALL.len(), "one kept report of each kind: {kinds:?}");
+    // lines of a guide are new in this version
+    let earlier = ReportKind::ALL.iter().filter(|kind| **kind != ReportKind::Guide).count();
+    assert_eq!(kinds.len(), earlier, "one kept report of each kind: {kinds:?}");
 }
 
 /// A word that this version does not know is refused, with those that it knows.

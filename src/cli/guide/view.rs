@@ -1,6 +1,7 @@
 //! The advice for a person at the table.
 
 use crate::campaign::{Campaign, Reading};
+use crate::document::number::{rounded, trimmed};
 use crate::guide::{Advice, Agreement, Ending, Explanation, Mistake, MistakeKind, Newest, Next, Progress, Why};
 use crate::language::{Language, say};
 use crate::report::ARCSEC;
@@ -24,7 +25,7 @@ pub(super) fn text(advice: &Advice, lang: Language) -> String {
         lines.push(say!(lang, "guide-diagnosis", verdict = verdict.to_string()));
         lines.extend(own.effects.iter().map(|effect| {
             let size = effect.value.zip(effect.u).map_or(String::new(), |(value, u)| {
-                say!(lang, "guide-size", value = format!("{value:.4e}"), u = format!("{u:.1e}"), unit = effect.unit)
+                say!(lang, "guide-size", value = rounded(value, Some(u)), u = rounded(u, Some(u)), unit = effect.unit)
             });
             let terms: Vec<&str> = [&effect.regressor].into_iter().chain(&effect.aliases).map(String::as_str).collect();
             let (name, probability) = (lang.name(&effect.name).to_string(), format!("{:.3}", effect.probability));
@@ -54,7 +55,7 @@ fn position(label: &str, setting: &str, lang: Language) -> String {
 }
 
 fn newest(own: &Newest, lang: Language) -> Vec<String> {
-    let (reading, sd) = (own.reading.to_string(), format!("{:.1}", own.deviation.unwrap_or(0.0)));
+    let (reading, sd) = (own.reading.to_string(), format!("{:.1}", tenths(own.deviation.unwrap_or(0.0))));
     let place = position(&own.position, &own.setting, lang);
     let said = match own.agreement {
         Agreement::NotPredicted => say!(lang, "guide-not-predicted", reading, place),
@@ -62,6 +63,11 @@ fn newest(own: &Newest, lang: Language) -> Vec<String> {
         Agreement::Disagrees => say!(lang, "guide-disagrees", reading, place, sd),
     };
     [said].into_iter().chain(own.remarks.iter().map(|remark| format!("  {}", remark.say(lang)))).collect()
+}
+
+/// To tenths, without a zero that is negative.
+fn tenths(value: f64) -> f64 {
+    (10.0 * value).round() / 10.0 + 0.0
 }
 
 fn kind(own: MistakeKind, lang: Language) -> String {
@@ -86,11 +92,12 @@ fn mistake(own: &Mistake, lang: Language) -> Vec<String> {
 
 fn goal(own: &Progress, lang: Language) -> String {
     let (scale, unit) = if own.unit == "rad" { (ARCSEC, "arcsec") } else { (1.0, own.unit.as_str()) };
-    let (id, goal) = (&own.id, format!("{:.4}", own.goal * scale));
+    let (id, goal) = (&own.id, trimmed(own.goal * scale));
     match own.value.zip(own.u) {
         None => say!(lang, "guide-goal-open", id, goal, unit),
         Some((value, u)) => {
-            let (value, u) = (format!("{:.6}", value * scale), format!("{:.4}", u * scale));
+            let (value, u) = (value * scale, u * scale);
+            let (value, u) = (rounded(value, Some(u)), rounded(u, Some(u)));
             match own.met {
                 true => say!(lang, "guide-goal-met", id, value, u, goal, unit),
                 false => say!(lang, "guide-goal", id, value, u, goal, unit),
