@@ -5,12 +5,11 @@
 //! that nobody knows (of a slip, of a bad value) have the same odds in every decade.
 
 use super::advice::{Explanation, Mistake, MistakeKind};
-use super::evidence::{Beliefs, Judge, Rows, Solved, Source, same_state};
+use super::evidence::{Judge, Rows, Solved, Source, same_state};
 use super::seen::Seen;
 use crate::campaign::{Campaign, JointState, Reading};
 use crate::elements::Parts;
 use crate::error::Result;
-use crate::plan::Noise;
 
 /// Decades of the size of a slip, in radians: from an arcsecond to six degrees.
 const SLIPS_RAD: [f64; 5] = [1e-5, 1e-4, 1e-3, 1e-2, 1e-1];
