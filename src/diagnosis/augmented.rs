@@ -167,7 +167,12 @@ fn moves(candidate: &Candidate) -> bool {
 }
 
 /// ln odds of each candidate. Members of a family that stands for readings, positions, times or time constants share the odds of one effect.
-pub(super) fn odds<'a>(candidates: impl Iterator<Item = &'a Candidate> + Clone, priors: &Priors) -> Vec<f64> {
+/// Each counts among what is expected with the share of its sizes that are not absurd.
+pub(super) fn odds<'a>(
+    candidates: impl Iterator<Item = &'a Candidate> + Clone,
+    priors: &Priors,
+    plain: impl Fn(usize) -> f64,
+) -> Vec<f64> {
     let shared = |c: &Candidate| {
         ["{reading}", "{position}", "{break}", "{tau}", "{other}"].iter().any(|own| c.family.contains(own))
     };
@@ -182,10 +187,10 @@ pub(super) fn odds<'a>(candidates: impl Iterator<Item = &'a Candidate> + Clone, 
         let rank = if assumptions::is_assumption(c) { -1.0 } else { f64::from(c.rank) };
         -share.ln() - priors.rank * rank
     };
-    let plain: Vec<f64> = candidates.map(own).collect();
-    let all: f64 = plain.iter().map(|own| own.exp()).sum();
+    let each: Vec<f64> = candidates.map(own).collect();
+    let all: f64 = each.iter().enumerate().map(|(j, own)| own.exp() * plain(j)).sum();
     // so many are expected in all where anything is missing
-    plain.into_iter().map(|own| own + (priors.expected / all.max(f64::MIN_POSITIVE)).ln()).collect()
+    each.into_iter().map(|own| own + (priors.expected / all.max(f64::MIN_POSITIVE)).ln()).collect()
 }
 
 /// For each candidate, scaled to a largest value of one, the coefficient with which it would make this share of the largest reading of its sensor if its
@@ -320,16 +325,22 @@ impl<'a> Search<'a> {
         let Question { campaign, settings, .. } = self.question;
         let Seeing { design, weighted, mut candidates, without_column } = self.see(point, fit)?;
         let columns = weighted.columns(candidates.iter().map(|c| &c.column).collect::<Vec<_>>().into_iter());
-        let odds = odds(candidates.iter(), &self.priors);
+        let absurd = plain(&candidates, &design, self.priors.plain);
+        let counted = |j: usize| {
+            let largest = absurd.get(j).map_or(f64::INFINITY, |size| size * columns.col(j).norm_l2());
+            self.priors.share_below(largest)
+        };
+        let odds = odds(candidates.iter(), &self.priors, counted);
         let kernels = bank(campaign, &design, &weighted);
         let problem = Problem {
             residual: &weighted.residual,
             basis: weighted.estimate.factor.thin_q(),
             columns: columns.as_ref(),
             prior: &odds,
-            plain: &plain(&candidates, &design, self.priors.plain),
+            plain: &absurd,
             known: weighted.from == NoiseFrom::Stated,
             kernels: &kernels,
+            sharing: None,
         };
         let mut score = Score::new(&problem, self.priors);
         let starts = judged.iter().filter(|(_, value)| value.is_some());
@@ -347,7 +358,13 @@ impl<'a> Search<'a> {
     }
 
     /// ln p(y, S) at the solution of a set, by the rows of the model that has it: Laplace's integral.
-    fn evidence(&mut self, point: &[f64], fit: &Fit, effects: &[&Candidate], odds: &[f64]) -> Result<(f64, Weighted)> {
+    fn evidence(
+        &mut self,
+        (point, fit): (&[f64], &Fit),
+        effects: &[&Candidate],
+        odds: &[f64],
+        beside: (&[usize], usize),
+    ) -> Result<(f64, Weighted)> {
         let Question { campaign, asked, catalogue, .. } = self.question;
         let (design, weighted) = self.rows(point, Some((fit, effects)), true)?;
         let families: Vec<Effect> =
@@ -362,7 +379,8 @@ impl<'a> Search<'a> {
             return Ok((f64::NEG_INFINITY, weighted));
         };
         let columns = weighted.columns(own.iter().map(|c| &c.column).collect::<Vec<_>>().into_iter());
-        let kernels = bank(campaign, &design, &weighted);
+        let kernels = bank(campaign, &design, &weighted).into_iter().enumerate();
+        let kernels: Vec<_> = kernels.filter(|(place, _)| beside.0.contains(place)).map(|(_, own)| own).collect();
         let problem = Problem {
             residual: &weighted.residual,
             basis: weighted.estimate.factor.thin_q(),
@@ -371,6 +389,7 @@ impl<'a> Search<'a> {
             plain: &plain(&own, &design, self.priors.plain),
             known: weighted.from == NoiseFrom::Stated,
             kernels: &kernels,
+            sharing: Some(beside.1),
         };
         let mut score = Score::new(&problem, self.priors);
         let names: Names = own.iter().map(|c| (c.regressor.clone(), c.sensor)).collect();
@@ -422,6 +441,12 @@ fn unit(weighted: &Weighted) -> f64 {
     rows - 0.5 * factor.log_determinant()
 }
 
+/// The campaign as given, with what sets at their own solutions are compared.
+struct Home {
+    design: DesignMatrix,
+    weighted: Weighted,
+}
+
 /// A set at its own solution.
 struct Stood {
     value: f64,
@@ -432,16 +457,24 @@ struct Stood {
 
 impl Search<'_> {
     /// A set at its own solution, fitted from a point; `None` where its exact fit leads elsewhere.
-    fn stand(&mut self, first: &View, at: &View, names: &Names, from: &[f64]) -> Result<Option<Stood>> {
+    fn stand(&mut self, home: &Home, at: &mut View, names: &Names, from: &[f64]) -> Result<Option<Stood>> {
+        let set = standing(&at.candidates, &at.score.alike, names);
+        let beside = set.map(|set| at.score.beside(&set)).unwrap_or_default();
+        let sharing = at.score.sharing;
+        let at = &*at;
         let Some(effects) = at.members(names) else { return Ok(None) };
         let own = names.iter().filter_map(|own| at.index(own));
         let odds: Vec<f64> = own.map(|j| at.odds(j)).collect();
         let Ok((_, fit, point)) = self.exact(at, &effects, from) else { return Ok(None) };
-        if is_trivial(&first.design, &fit, self.question.campaign) {
+        if is_trivial(&home.design, &fit, self.question.campaign) {
             return Ok(None);
         }
-        let (value, weighted) = self.evidence(&point, &fit, &effects, &odds)?;
-        let gap = first.weighted.squares(&weighted.estimate.residuals) / first.weighted.rss;
+        let (value, weighted) = self.evidence((&point, &fit), &effects, &odds, (&beside, sharing))?;
+        // at a jump of a term the model may leave other directions open: its evidence is on no scale with the rest
+        if weighted.estimate.factor.rank() != home.weighted.estimate.factor.rank() {
+            return Ok(None);
+        }
+        let gap = home.weighted.squares(&weighted.estimate.residuals) / home.weighted.rss;
         // what the model as given misses is the same from every point from which it is seen straight
         let straight = gap > 1.0 / STRAIGHT && gap < STRAIGHT;
         Ok(straight.then(|| Stood { value, names: names.clone(), point, fit }))
@@ -452,6 +485,7 @@ impl Search<'_> {
 pub(super) fn run(question: Question<'_>, home: &[f64]) -> Result<Outcome> {
     let mut search = Search::new(question)?;
     let mut first = search.view(home, None, &[])?;
+    let base = &Home { design: first.design.clone(), weighted: first.weighted.clone() };
     let nothing = first.score.of(&[]) + first.unit;
     let mut judged: Vec<(Names, Option<f64>)> = vec![(Names::new(), Some(nothing))];
     let mut best: Option<Stood> = None;
@@ -462,9 +496,8 @@ pub(super) fn run(question: Question<'_>, home: &[f64]) -> Result<Outcome> {
             if judged.iter().any(|(own, _)| *own == names) {
                 continue;
             }
-            let at = there.as_ref().map_or(&first, |(_, view)| view);
             let from = best.as_ref().map_or(home, |own| &own.point);
-            let stood = search.stand(&first, at, &names, from)?;
+            let stood = search.stand(base, there.as_mut().map_or(&mut first, |(_, view)| view), &names, from)?;
             judged.push((names, stood.as_ref().map(|own| own.value)));
             let least = best.as_ref().map_or(nothing, |own| own.value);
             best = stood.filter(|own| own.value > least).or(best);
@@ -527,6 +560,17 @@ const EXPLANATIONS: (usize, f64) = (64, 1e-3);
 fn outcome(search: &Search<'_>, stood: &Names, mut view: View, point: &[f64]) -> Result<Outcome> {
     let settings = search.question.settings;
     let posterior = view.posterior.clone();
+    if std::env::var("TUMBLE_TRACE").is_ok() {
+        eprintln!("nothing {:.3} outside {:.3} kernels {}", posterior.nothing, posterior.outside, view.score.sharing);
+        for (p, set) in posterior.sets.iter().take(14) {
+            let names: Vec<String> = view.names(set).into_iter().map(|(n, _)| n).collect();
+            eprintln!("  {p:.4} {}", names.join(" + "));
+        }
+        for c in &posterior.classes {
+            let own: Vec<String> = c.members.iter().take(8).map(|m| format!("{} {:.1e}", view.candidates[m.candidate].regressor, m.probability)).collect();
+            eprintln!("  class {:.4} {}", c.probability, own.join(", "));
+        }
+    }
     // of all that are nearly as probable in a place as any the one with the best odds by itself; of equals the more probable, then by name
     let front = |class: &Class| {
         let name = |own: &Member| view.candidates.get(own.candidate).map_or("", |c| c.regressor.as_str());

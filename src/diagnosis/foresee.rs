@@ -185,7 +185,7 @@ pub fn foresee(campaign: &Campaign, catalogue: &[Effect], noise: &Noise) -> Resu
         // a size has a level
         normal_survival(priors.threshold(ln_odds, settings.probability)).map_or(1.0, |p| 2.0 * p)
     };
-    let odds = augmented::odds(prospects.iter().map(|own| &own.effect), &priors);
+    let odds = augmented::odds(prospects.iter().map(|own| &own.effect), &priors, |_| 1.0);
     // the plainest of all
     let usual = alone(odds.iter().copied().fold(f64::NEG_INFINITY, f64::max));
     let rule = rule(tests.max(groups.len()).max(1), usual, estimate.dof);

@@ -26,6 +26,8 @@ const SPREAD: usize = 100;
 
 /// Columns with a smaller cosine, beside the model and the other effects, are different explanations and never stand in each other's place.
 const ALIKE: f64 = 0.5;
+/// Share of a set's probability below which a kernel beside it is left out where the set is judged at its own solution.
+const NEGLIGIBLE: f64 = 1e-3;
 /// Most sets whose members are told as classes.
 const TOLD: usize = 8;
 
@@ -52,24 +54,33 @@ pub(super) struct Priors {
     /// Share of the largest reading from which an effect, with inputs as large as they could be, is the less probable the larger it is.
     pub plain: f64,
 }
+pub(super) fn knob(name: &str, otherwise: f64) -> f64 {
+    std::env::var(name).ok().and_then(|v| v.parse().ok()).unwrap_or(otherwise)
+}
+
 impl Priors {
     /// With the odds at which nothing is reported in so many of the campaigns in which nothing is missing.
     pub fn at(significance: f64) -> Self {
         Priors {
-            smallest: 0.1,
-            largest: 1e4,
-            outside: OUTSIDE,
-            expected: EXPECTED,
-            first: FIRST * significance,
-            rank: 0.2,
+            smallest: knob("K_SMALLEST", 0.1),
+            largest: knob("K_LARGEST", 1e4),
+            outside: knob("K_OUTSIDE", OUTSIDE),
+            expected: knob("K_EXPECTED", EXPECTED),
+            first: knob("K_FIRST", FIRST) * significance,
+            rank: knob("K_RANK", 0.2),
             alias: 4.5,
             most: 6,
             least_rank: 5,
-            plain: 0.01,
+            plain: knob("K_PLAIN", 0.01),
         }
     }
     pub fn range(&self) -> f64 {
         (self.largest / self.smallest).ln()
+    }
+
+    /// The share of the range of sizes that a density `1 / (|b| (1 + |b| / size))` has left, of that which all sizes have alike.
+    pub fn share_below(&self, size: f64) -> f64 {
+        ((1.0 + size / self.smallest).ln() / self.range()).min(1.0)
     }
 
     /// ln of what nothing has over the odds of what is missing.
@@ -101,6 +112,8 @@ pub(super) struct Problem<'a> {
     pub plain: &'a [f64],
     pub known: bool,
     pub kernels: &'a [Kernel],
+    /// So many share the probability of a remainder; those that are not here have next to none.
+    pub sharing: Option<usize>,
 }
 
 struct Prepared {
@@ -127,6 +140,10 @@ pub(super) struct Score {
     norm: Vec<f64>,
     b: Vec<f64>,
     kernels: Vec<Prepared>,
+    /// The kernel of the bank that each one is; nothing for none.
+    from: Vec<Option<usize>>,
+    /// So many share the probability of a remainder.
+    pub sharing: usize,
     gram: Vec<Option<Vec<f64>>>,
     pub visited: BTreeMap<(u16, Vec<u16>), f64>,
     /// Of these the ones whose integral over t was made, without the prior of the kernel, and their best t.
@@ -192,8 +209,9 @@ impl Score {
             x.iter().zip(y.iter()).map(|(a, b)| a * b).sum()
         };
         let mut kernels = vec![Prepared { lambda: vec![], along_z: vec![], along_c: Mat::zeros(0, k) }];
+        let mut from = vec![None];
         let mut factors = vec![];
-        for kernel in p.kernels {
+        for (place, kernel) in p.kernels.iter().enumerate() {
             let mut f = kernel.factor.clone();
             project(p.basis, &mut f);
             let gram = f.transpose() * &f;
@@ -222,6 +240,7 @@ impl Score {
                 continue;
             }
             factors.push(does);
+            from.push(Some(place));
             kernels.push(Prepared { lambda: keep.iter().map(|i| s[*i]).collect(), along_z, along_c });
         }
         let nu = (n - p.basis.ncols().min(n)) as f64;
@@ -272,7 +291,9 @@ impl Score {
             visible,
             norm,
             b,
+            sharing: p.sharing.unwrap_or(kernels.len() - 1),
             kernels,
+            from,
             gram: vec![None; k],
             visited: BTreeMap::new(),
             integrated: BTreeMap::new(),
@@ -513,8 +534,8 @@ impl Score {
     }
 
     fn kernel_prior(&self, kernel: usize) -> f64 {
-        let n = self.kernels.len() - 1;
-        if kernel == 0 { (1.0 - self.settings.outside).ln() } else { (self.settings.outside / n as f64).ln() }
+        let n = self.sharing.max(1) as f64;
+        if kernel == 0 { (1.0 - self.settings.outside).ln() } else { (self.settings.outside / n).ln() }
     }
 
     /// ln prior of a remainder, and of nothing at all.
@@ -801,6 +822,13 @@ impl Score {
             }
         }
         self.best = self.visited.values().fold(f64::NEG_INFINITY, |best, own| best.max(*own));
+    }
+
+    /// Places in the bank of the kernels that matter beside a set.
+    pub fn beside(&mut self, set: &[u16]) -> Vec<usize> {
+        let values: Vec<f64> = (0..self.kernels.len()).map(|k| self.value(k, set)).collect();
+        let least = ln_sum(&values) + NEGLIGIBLE.ln();
+        self.from.iter().zip(values).filter(|(_, value)| *value >= least).filter_map(|(place, _)| *place).collect()
     }
 
     /// ln of the sum over kernels of one set.
