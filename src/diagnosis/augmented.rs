@@ -8,6 +8,7 @@
 use super::ambiguity::{Explanation, Rival};
 use super::bank::bank;
 use super::candidates::{Kept, build};
+use super::catalogue::is_one_of_many;
 use super::evidence::Evidence;
 use super::noise::{self, Finished, NoiseFrom, Weighted};
 use super::pool::Pool;
@@ -34,6 +35,9 @@ const RIVALS: usize = 8;
 const COMPETES: f64 = 0.02;
 /// Factor by which the gap of the model as given may differ from point to point: beyond it an exact fit went astray.
 const STRAIGHT: f64 = 2.0;
+/// Cosine from which a column may be there in the place of a tilt, and tilts that are fitted by themselves first.
+const RESEMBLES: f64 = 0.9;
+const FIRST: usize = 3;
 /// Odds against the best from which a set with another tilt is tried.
 const TRIED: f64 = 1e-7;
 
@@ -173,9 +177,7 @@ pub(super) fn odds<'a>(
     priors: &Priors,
     plain: impl Fn(usize) -> f64,
 ) -> Vec<f64> {
-    let shared = |c: &Candidate| {
-        ["{reading}", "{position}", "{break}", "{tau}", "{other}"].iter().any(|own| c.family.contains(own))
-    };
+    let shared = |c: &Candidate| is_one_of_many(&c.family);
     let mut members: HashMap<(&str, Option<usize>), f64> = HashMap::new();
     for candidate in candidates.clone().filter(|c| shared(c)) {
         *members.entry((candidate.family.as_str(), candidate.sensor)).or_default() += 1.0;
@@ -481,48 +483,114 @@ impl Search<'_> {
     }
 }
 
+/// Sets that were judged, and the best of them.
+struct Judged {
+    nothing: f64,
+    values: Vec<(Names, Option<f64>)>,
+    best: Option<Stood>,
+}
+
+impl Judged {
+    fn knows(&self, names: &Names) -> bool {
+        self.values.iter().any(|(own, _)| own == names)
+    }
+
+    /// Each set at its own solution, fitted from a point of which there is a view.
+    fn judge(
+        &mut self,
+        search: &mut Search<'_>,
+        home: &Home,
+        (at, from): (&mut View, &[f64]),
+        wanted: Vec<Names>,
+    ) -> Result<()> {
+        for names in wanted {
+            if self.knows(&names) {
+                continue;
+            }
+            let stood = search.stand(home, at, &names, from)?;
+            self.values.push((names, stood.as_ref().map(|own| own.value)));
+            let least = self.best.as_ref().map_or(self.nothing, |own| own.value);
+            self.best = stood.filter(|own| own.value > least).or(self.best.take());
+        }
+        Ok(())
+    }
+
+    /// Sets of a view that are probable and not judged.
+    fn open(&self, view: &View) -> Vec<Names> {
+        let likely = view.posterior.sets.iter().filter(|(p, _)| *p >= COMPETES).map(|(_, set)| view.names(set));
+        likely.filter(|names| !self.knows(names)).take(RIVALS).collect()
+    }
+}
+
 /// The effects of a campaign that stands fitted at a point.
 pub(super) fn run(question: Question<'_>, home: &[f64]) -> Result<Outcome> {
     let mut search = Search::new(question)?;
     let mut first = search.view(home, None, &[])?;
     let base = &Home { design: first.design.clone(), weighted: first.weighted.clone() };
     let nothing = first.score.of(&[]) + first.unit;
-    let mut judged: Vec<(Names, Option<f64>)> = vec![(Names::new(), Some(nothing))];
-    let mut best: Option<Stood> = None;
-    let mut there: Option<(Names, View)> = None;
-    let mut wanted = if first.weighted.estimate.dof > 0 { hypotheses(&first) } else { Vec::new() };
-    for _ in 0..VIEWS {
-        for names in std::mem::take(&mut wanted) {
-            if judged.iter().any(|(own, _)| *own == names) {
-                continue;
-            }
-            let from = best.as_ref().map_or(home, |own| &own.point);
-            let stood = search.stand(base, there.as_mut().map_or(&mut first, |(_, view)| view), &names, from)?;
-            judged.push((names, stood.as_ref().map(|own| own.value)));
-            let least = best.as_ref().map_or(nothing, |own| own.value);
-            best = stood.filter(|own| own.value > least).or(best);
+    let mut judged = Judged { nothing, values: vec![(Names::new(), Some(nothing))], best: None };
+    let is_judged = first.weighted.estimate.dof > 0;
+    if is_judged {
+        let wanted = hypotheses(&first);
+        judged.judge(&mut search, base, (&mut first, home), wanted)?;
+        // a large tilt moves the columns of what is beside it: what that is shows from where the tilt alone leads
+        for names in movers(&first) {
+            let Some(own) = search.stand(base, &mut first, &names, home)? else { continue };
+            let effects: Vec<Candidate> = first.members(&names).unwrap_or_default().into_iter().cloned().collect();
+            let fitted: Vec<&Candidate> = effects.iter().collect();
+            let mut view = search.view(&own.point, Some((&own.fit, &fitted)), &judged.values)?;
+            let wanted = judged.open(&view);
+            judged.judge(&mut search, base, (&mut view, &own.point), wanted)?;
         }
-        match (&best, &mut there) {
-            (Some(own), Some((names, view))) if *names == own.names => view.settle(&judged),
+    }
+    let mut there: Option<(Names, View)> = None;
+    for _ in 0..VIEWS {
+        match (&judged.best, &mut there) {
+            (Some(own), Some((names, view))) if *names == own.names => view.settle(&judged.values),
             (Some(own), _) => {
                 let at = there.as_ref().map_or(&first, |(_, view)| view);
                 let effects: Vec<Candidate> = at.members(&own.names).unwrap_or_default().into_iter().cloned().collect();
-                let fitted = (&own.fit, effects.iter().collect::<Vec<_>>());
-                let view = search.view(&own.point, Some((fitted.0, &fitted.1)), &judged)?;
+                let fitted: Vec<&Candidate> = effects.iter().collect();
+                let view = search.view(&own.point, Some((&own.fit, &fitted)), &judged.values)?;
                 there = Some((own.names.clone(), view));
             }
-            (None, _) => first.settle(&judged),
+            (None, _) => first.settle(&judged.values),
         }
-        let at = there.as_ref().map_or(&first, |(_, view)| view);
-        let likely = at.posterior.sets.iter().filter(|(p, _)| *p >= COMPETES).map(|(_, set)| at.names(set));
-        wanted = likely.filter(|names| !judged.iter().any(|(own, _)| own == names)).take(RIVALS).collect();
-        if wanted.is_empty() {
+        let wanted = judged.open(there.as_ref().map_or(&first, |(_, view)| view));
+        if wanted.is_empty() || !is_judged {
             break;
         }
+        let from = judged.best.as_ref().map_or(home, |own| &own.point).to_vec();
+        let at = there.as_mut().map_or(&mut first, |(_, view)| view);
+        judged.judge(&mut search, base, (at, &from), wanted)?;
     }
-    let point = best.as_ref().map_or(home, |own| &own.point);
+    let point = judged.best.as_ref().map_or(home, |own| &own.point);
     let (names, view) = there.unwrap_or((Names::new(), first));
     outcome(&search, &names, view, point)
+}
+
+/// Tilts and known values that resemble a member of a probable set of several, each by itself: the most probable sets first.
+fn movers(view: &View) -> Vec<Names> {
+    let mut found: Vec<Names> = Vec::new();
+    let candidates = || (0_u16..).zip(&view.candidates).filter(|(_, c)| moves(c));
+    let likely = view.posterior.sets.iter().take_while(|(p, _)| *p >= COMPETES);
+    for (_, set) in likely.filter(|(_, set)| set.len() > 1) {
+        for member in set {
+            let others: Vec<u16> = set.iter().copied().filter(|j| j != member).collect();
+            let alike = view.score.alike.get(usize::from(*member));
+            let near = |j: u16| {
+                alike.is_some_and(|own| own.contains(&j)) || view.score.cosine(&others, *member, j) >= RESEMBLES
+            };
+            for (j, _) in candidates().filter(|(j, _)| near(*j)) {
+                let names = view.names(&[j]);
+                if !found.contains(&names) {
+                    found.push(names);
+                }
+            }
+        }
+    }
+    found.truncate(FIRST);
+    found
 }
 
 /// The most probable set, and those in which a tilt or a known value stands in a member's place.
@@ -560,17 +628,6 @@ const EXPLANATIONS: (usize, f64) = (64, 1e-3);
 fn outcome(search: &Search<'_>, stood: &Names, mut view: View, point: &[f64]) -> Result<Outcome> {
     let settings = search.question.settings;
     let posterior = view.posterior.clone();
-    if std::env::var("TUMBLE_TRACE").is_ok() {
-        eprintln!("nothing {:.3} outside {:.3} kernels {}", posterior.nothing, posterior.outside, view.score.sharing);
-        for (p, set) in posterior.sets.iter().take(14) {
-            let names: Vec<String> = view.names(set).into_iter().map(|(n, _)| n).collect();
-            eprintln!("  {p:.4} {}", names.join(" + "));
-        }
-        for c in &posterior.classes {
-            let own: Vec<String> = c.members.iter().take(8).map(|m| format!("{} {:.1e}", view.candidates[m.candidate].regressor, m.probability)).collect();
-            eprintln!("  class {:.4} {}", c.probability, own.join(", "));
-        }
-    }
     // of all that are nearly as probable in a place as any the one with the best odds by itself; of equals the more probable, then by name
     let front = |class: &Class| {
         let name = |own: &Member| view.candidates.get(own.candidate).map_or("", |c| c.regressor.as_str());
@@ -597,7 +654,10 @@ fn outcome(search: &Search<'_>, stood: &Names, mut view: View, point: &[f64]) ->
         for other in class.members.iter().filter(|own| own.candidate != member.candidate) {
             let share = other.probability / member.probability;
             let excess = -2.0 * (share / (other.odds / member.odds)).ln();
-            rivals.push(Rival { place, candidate: other.candidate, share, excess });
+            // what needs another effect beside it is there as well, but stands in its place no more than this
+            if excess <= 2.0 * search.priors.alias {
+                rivals.push(Rival { place, candidate: other.candidate, share, excess });
+            }
         }
     }
     rivals.sort_by(|a, b| a.place.cmp(&b.place).then(a.excess.total_cmp(&b.excess)));

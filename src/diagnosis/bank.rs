@@ -1,5 +1,9 @@
 //! Kernels that know nothing of the catalogue.
-#![allow(clippy::indexing_slicing, reason = "a dense kernel: every list is as long as the design's rows")]
+#![allow(
+    clippy::indexing_slicing,
+    clippy::cast_possible_truncation,
+    reason = "a dense kernel: every list is as long as the design's rows; an angle in billionths of a radian fits"
+)]
 
 use super::noise::{NoiseFrom, Weighted, positions};
 use super::score::Kernel;
@@ -140,7 +144,9 @@ pub(super) fn bank(campaign: &Campaign, design: &DesignMatrix, at: &Weighted) ->
     let (a, b) = time.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), t| (a.min(*t), b.max(*t)));
     if b > a && m > 4 {
         let most = (m / sensors.max(1)).saturating_sub(1).min(64).min(240 / sensors.max(1)).max(1);
-        for (is_smooth, length) in [(true, 0.3), (true, 0.1), (false, 1.0), (false, 0.1), (false, 0.02)] {
+        let lengths = [(true, 0.3), (true, 0.1), (false, 1.0), (false, 0.1), (false, 0.02)];
+        let by_rate = lengths.iter().filter(|_| rates > 1).map(|own| (*own, true));
+        for ((is_smooth, length), by_rate) in lengths.iter().map(|own| (*own, false)).chain(by_rate) {
             let factor = Mat::from_fn(m, sensors * most, |i, j| {
                 let (s, h) = (j / most, (j % most + 1) as f64);
                 if s != rows[i].sensor {
@@ -148,7 +154,8 @@ pub(super) fn bank(campaign: &Campaign, design: &DesignMatrix, at: &Weighted) ->
                 }
                 let f = std::f64::consts::PI * h * length;
                 let w = if is_smooth { (-0.25 * f * f).exp() } else { (1.0 / (1.0 + f * f)).sqrt() };
-                w * (std::f64::consts::PI * h * (time[i] - a) / (b - a)).cos()
+                let course = w * (std::f64::consts::PI * h * (time[i] - a) / (b - a)).cos();
+                if by_rate { course * times_rate(i) } else { course }
             });
             add(factor);
         }

@@ -8,14 +8,16 @@
 
 #![allow(
     clippy::indexing_slicing,
-    reason = "a dense kernel: lengths are those of the columns that `Score::new` is given"
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "a dense kernel: lengths are those of the columns that `Score::new` is given, which are no more than a u16 counts"
 )]
 
 use faer::{Mat, MatRef, Side};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Effects that are expected where anything is missing.
-const EXPECTED: f64 = 0.4;
+const EXPECTED: f64 = 0.3;
 /// Odds of any effect against nothing, for each hundredth of significance a third.
 const FIRST: f64 = 30.0;
 /// Probability of something outside the catalogue where anything is missing: below one half, so that a remainder of which the readings say nothing is
@@ -24,8 +26,13 @@ const OUTSIDE: f64 = 0.3;
 /// Most sets whose neighbours are looked at after the search.
 const SPREAD: usize = 100;
 
-/// Columns with a smaller cosine, beside the model and the other effects, are different explanations and never stand in each other's place.
+/// Columns with a smaller cosine, beside the model and the other effects, are different explanations of what is hardly seen.
 const ALIKE: f64 = 0.5;
+/// Logarithm of the odds of a place against none from which what explains it as well is the same explanation, whatever the cosine here: each set
+/// may be judged at another point. Of two columns with the cosine c one has c^2 of what the other explains.
+const PLAIN: f64 = 12.0;
+/// Columns with a larger cosine differ by what another small effect makes up: with it they stand in each other's place.
+const NEARLY: f64 = 0.95;
 /// Share of a set's probability below which a kernel beside it is left out where the set is judged at its own solution.
 const NEGLIGIBLE: f64 = 1e-3;
 /// Most sets whose members are told as classes.
@@ -54,24 +61,21 @@ pub(super) struct Priors {
     /// Share of the largest reading from which an effect, with inputs as large as they could be, is the less probable the larger it is.
     pub plain: f64,
 }
-pub(super) fn knob(name: &str, otherwise: f64) -> f64 {
-    std::env::var(name).ok().and_then(|v| v.parse().ok()).unwrap_or(otherwise)
-}
 
 impl Priors {
     /// With the odds at which nothing is reported in so many of the campaigns in which nothing is missing.
     pub fn at(significance: f64) -> Self {
         Priors {
-            smallest: knob("K_SMALLEST", 0.1),
-            largest: knob("K_LARGEST", 1e4),
-            outside: knob("K_OUTSIDE", OUTSIDE),
-            expected: knob("K_EXPECTED", EXPECTED),
-            first: knob("K_FIRST", FIRST) * significance,
-            rank: knob("K_RANK", 0.2),
+            smallest: 0.1,
+            largest: 1e4,
+            outside: OUTSIDE,
+            expected: EXPECTED,
+            first: FIRST * significance,
+            rank: 0.2,
             alias: 4.5,
             most: 6,
             least_rank: 5,
-            plain: knob("K_PLAIN", 0.01),
+            plain: 0.01,
         }
     }
     pub fn range(&self) -> f64 {
@@ -422,9 +426,9 @@ impl Score {
                 let s2 = self.sigma2(q, k + 1);
                 let bj = bb / d;
                 let mut believed = self.believed(j, bj * bj + s2 / d);
-                for i in 0..k {
-                    let bi = state.beta[i] - h[i] * bj;
-                    let u = state.inverse[i * k + i] + h[i] * h[i] / d;
+                for (i, h) in h.iter().enumerate() {
+                    let bi = state.beta[i] - h * bj;
+                    let u = state.inverse[i * k + i] + h * h / d;
                     believed += self.believed(state.set[i] as usize, bi * bi + s2 * u);
                 }
                 self.evidence(k + 1, q, base.3, state.logdet + d.ln(), believed)
@@ -732,7 +736,7 @@ impl Score {
     }
 
     /// Cosine of two columns beside the model and some others, by size; zero where one of them was never in a set.
-    fn cosine(&self, others: &[u16], a: u16, b: u16) -> f64 {
+    pub fn cosine(&self, others: &[u16], a: u16, b: u16) -> f64 {
         let rows: Option<Vec<&Vec<f64>>> =
             others.iter().chain([&a]).map(|j| self.gram.get(usize::from(*j))?.as_ref()).collect();
         let Some((own, beside)) = rows.as_ref().and_then(|rows| rows.split_last()) else { return 0.0 };
@@ -767,21 +771,36 @@ impl Score {
                 let mut class = vec![(member, *top)];
                 // by what the readings say alone
                 let like = |p: f64, j: u16| p.max(1e-300).ln() - self.odds(j, size).ln();
+                let without = sets.iter().find(|(_, other)| *other == less).map_or(0.0, |(p, _)| *p);
+                let is_plain = like(*top, member) - without.max(1e-300).ln() >= PLAIN;
                 for (p, other) in sets.iter().filter(|(_, other)| other.len() == set.len()) {
                     let extra: Vec<u16> = other.iter().filter(|j| !less.contains(j)).copied().collect();
                     if let [j] = extra[..]
                         && j != member
                         && like(*p, j) >= like(*top, member) - self.settings.alias
-                        && self.cosine(&less, member, j) >= ALIKE
+                        && (is_plain || self.cosine(&less, member, j) >= ALIKE)
                     {
                         class.push((j, *p));
                     }
                 }
+                let mut nearly: Vec<(u16, f64)> = Vec::new();
+                for (p, other) in &sets {
+                    if *p < *top * 1e-4 || other.iter().any(|j| class.iter().any(|(own, _)| own == j)) {
+                        continue;
+                    }
+                    let known = |j: &&u16| nearly.iter().any(|(own, _)| own == *j);
+                    if other.iter().any(|j| known(&j)) {
+                        continue;
+                    }
+                    let extra = other.iter().copied().filter(|j| !set.contains(j));
+                    nearly.extend(extra.filter(|j| self.cosine(&less, member, *j) >= NEARLY).map(|j| (j, *p)));
+                }
+                class.extend(nearly);
                 let each = |(j, p): &(u16, f64)| {
                     let (j, p) = (*j, *p);
                     let all = self.odds(j, size);
                     let one = move |(i, odds): (usize, f64)| Member { candidate: i, probability: p * odds / all, odds };
-                    self.at_size(j, size).into_iter().map(one)
+                    self.at_size(j, size).map(one)
                 };
                 let mut members: Vec<Member> = class.iter().flat_map(each).collect();
                 // of further sets only what is in no class yet; members of the best set are different effects

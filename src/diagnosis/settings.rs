@@ -45,9 +45,6 @@ pub struct Settings {
     pub vanishing: f64,
     /// Share of a column that the model leaves, below which it is mostly absorbed and treated alike. Default 0.01.
     pub absorbed: f64,
-    /// Share of the readings at which the sign of a jump may hang on small tilts, before it counts as a term that only these leave. Default 0.1:
-    /// tilts that no reading determines bend its column otherwise.
-    pub jumps_by_tilts: f64,
     /// Deviances by which two kinds of scatter of the positions (remounting, setting of a joint) differ before one of them is preferred. Default 6:
     /// odds of 20.
     pub scatters_apart: f64,
@@ -81,7 +78,6 @@ impl Default for Settings {
             rank_penalty: 0.4,
             vanishing: 0.02,
             absorbed: 0.01,
-            jumps_by_tilts: 0.1,
             scatters_apart: 6.0,
             exchanged: 30.0,
             exchanged_left: 0.25,
