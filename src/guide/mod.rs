@@ -34,6 +34,7 @@ use crate::plan::{self, Costs, Goal, Noise, Offer, Term};
 use crate::simulate::Regressor;
 use crate::uncertainty::quantiles::chi_square_survival;
 use evidence::{Beliefs, Judge, Solved};
+#[cfg(feature = "cli")]
 pub(crate) use mistakes::setting;
 use seen::{Seen, Table, Wanted, Worth, same_position};
 
