@@ -17,7 +17,8 @@ const SLIPS_RAD: [f64; 5] = [1e-5, 1e-4, 1e-3, 1e-2, 1e-1];
 const BAD: [f64; 5] = [1e1, 1e2, 1e3, 1e4, 1e5];
 /// What has this probability is named, and the explanations that are listed have it together.
 const NAMED: f64 = 0.95;
-/// Readings before the one that does not agree that may be the mistaken ones themselves.
+/// Readings before the one that does not agree that may be the mistaken ones themselves: it bounds the work (each is solved without), and is more than
+/// the unknowns of a table with one sensor, after which a mistake shows.
 pub(super) const BACK: usize = 12;
 
 struct Hypothesis {

@@ -227,7 +227,8 @@ impl Seen {
         1.0 / (1.0 + mean)
     }
 
-    /// Effects whose readings, if they were there, could still not be told from readings without them.
+    /// Effects whose readings, if they were there, could still not be told from readings without them: readings without them would not make them
+    /// twenty times less probable (0.95 of even odds).
     pub fn unseen(&self) -> usize {
         let shows = |own: &&One| weighed(0.0, own.t_square * own.u * own.u).0 < (1.0_f64 / 20.0).ln();
         self.effects.len() - self.effects.iter().filter(shows).count()

@@ -414,7 +414,15 @@ fn seeded(schedules: &[&'static str], few: usize, full: usize) {
             );
         }
     }
-    // floors below what is measured (see the table), wide enough for few campaigns, so that a loss shows
+    // all rows together have few enough chances: 95 and 13 % are measured on the campaigns that are drawn, and a loss of a tenth shows
+    let beside = |t: &&Trial| matches!(t.mode, "mixed" | "outside");
+    let alone = trials.iter().filter(|t| !beside(t));
+    let right = share(alone.clone().filter(|t| is_right(t)).count(), alone.count());
+    assert!(right >= 0.85, "{right} right where the catalogue has all that is hidden");
+    let patterns = trials.iter().filter(beside);
+    let wrong = patterns.clone().filter(|t| !t.wrong.is_empty()).count() as f64 / patterns.count().max(1) as f64;
+    assert!(wrong <= 0.25, "a wrong name in {wrong} beside a pattern that no one knows");
+    // each row: floors below what is measured (see the table), wide enough for few campaigns
     for (mode, stated, right, wrong, held) in table {
         let least = match mode {
             "one" | "none" => 0.75,
