@@ -1276,3 +1276,20 @@ mistake-exchanged-sensors = exchanged sensors
 mistake-slipped-mounting = a mounting that slipped
 mistake-bad-reading = a bad value
 mistake-missing-effect = an effect that the model lacks
+
+# Run sheets and drawings of benches
+run-sheet = Run sheet: { $bench }
+run-sheet-how = Take the readings in this order. Write each value into its empty cell; the table of the same readings as CSV (--sheet FILE.csv), filled in, is read with --readings.
+readings-in-the-order-to-run = Readings in the order to run
+number-sign = no.
+mountings = Mountings
+cost = Cost
+cost-so-far = cost so far
+remarks = remarks
+bench-drawn = Drawing of the bench { $bench }: { $joints }; the unit with its axes, gravity and the Earth rate.
+bench-at-first-reading = The bench as the first reading has it: joints as rings about their axes from the ground (outside) to the unit (inside), with tilts at zero. Red arcs turn.
+east-axis = E
+north-axis = N
+up-axis = up
+gravity-arrow = gravity
+earth-rate-arrow = Earth rate

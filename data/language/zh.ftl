@@ -1126,3 +1126,20 @@ mistake-exchanged-sensors = 传感器互换
 mistake-slipped-mounting = 安装松动
 mistake-bad-reading = 坏值
 mistake-missing-effect = 模型缺少的误差项
+
+# Run sheets and drawings of benches
+run-sheet = 测量记录表：{ $bench }
+run-sheet-how = 按此顺序读数，把每个读数填入空格；同一表的 CSV 形式（--sheet FILE.csv）填好后用 --readings 读入。
+readings-in-the-order-to-run = 按执行顺序的读数
+number-sign = 序号
+mountings = 装夹
+cost = 费用
+cost-so-far = 累计费用
+remarks = 备注
+bench-drawn = 台架 { $bench } 的示意图：{ $joints }；被测件及其轴、重力和地球自转角速度。
+bench-at-first-reading = 第一个读数时的台架：各关节以绕其轴的圆环表示，由地面（外）到被测件（内），倾角取零。红色弧表示转动。
+east-axis = 东
+north-axis = 北
+up-axis = 上
+gravity-arrow = 重力
+earth-rate-arrow = 地球自转

@@ -36,8 +36,8 @@ pub(super) fn fit(
             .found(settings.level.to_string()));
     }
     let names = report::batch_quantities(template);
-    let [html, md] = pages.paths();
-    let mut outputs = Outputs::plan([many.to.as_deref(), html, md, json])?;
+    let [html, md, xlsx] = pages.paths();
+    let mut outputs = Outputs::plan([many.to.as_deref(), html, md, xlsx, json])?;
     let terminal = std::io::stdout().is_terminal();
     let stdout = PathBuf::from("-");
     // rows go to the file, else to stdout unless a person sits there or a report goes there

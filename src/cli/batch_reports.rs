@@ -53,7 +53,7 @@ pub(super) fn reports(
                 let path = folder.join(name);
                 let mut made = made.borrow_mut();
                 made.links.insert(device.label.clone(), link(summary, &path));
-                made.texts.push((path, html::render(&page)?));
+                made.texts.push((path, html::render(&page)?.into_bytes()));
             }
             Ok(true)
         },

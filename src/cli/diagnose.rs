@@ -95,7 +95,7 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
         let single = [
             (arguments.write_model.is_some(), "--write-model"),
             (arguments.svg.is_some(), "--svg"),
-            (arguments.pages.is_asked_for(), "--html or --md"),
+            (arguments.pages.is_asked_for(), "--html, --md or --xlsx"),
             (arguments.json.is_some(), "--json"),
         ];
         if let Some((_, option)) = single.iter().find(|(asked, _)| *asked) {
@@ -109,13 +109,13 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
         super::note(&note);
     }
     let model_names = arguments.write_model.as_deref().map(ModelNames::new).transpose()?;
-    let [html, md] = arguments.pages.paths();
+    let [html, md, xlsx] = arguments.pages.paths();
     let [bench, repaired] = match &model_names {
         Some(names) => [Some(names.bench.as_path()), Some(names.campaign.as_path())],
         None => [None, None],
     };
     let (svg, json) = (arguments.svg.as_deref(), arguments.json.as_deref());
-    let mut outputs = Outputs::plan([html, md, svg, json, bench, repaired])?;
+    let mut outputs = Outputs::plan([html, md, xlsx, svg, json, bench, repaired])?;
     let diagnosis = diagnosis::diagnose(&campaign, &catalogue.effects, &settings)
         .map_err(|error| catalogue.locate(error, &source))?;
     let mut report = report::diagnose_report(&campaign, &diagnosis, &settings);

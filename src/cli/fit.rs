@@ -157,8 +157,8 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
         return many(arguments, question, lang);
     }
     arguments.many.refuse_alone(&[("--reports", arguments.reports.is_some())])?;
-    let [html, md] = arguments.pages.paths();
-    let mut outputs = Outputs::plan([html, md, arguments.certificate.path(), arguments.json.as_deref()])?;
+    let [html, md, xlsx] = arguments.pages.paths();
+    let mut outputs = Outputs::plan([html, md, xlsx, arguments.certificate.path(), arguments.json.as_deref()])?;
     let (fit, source, inputs) = fitted(&question, &settings(arguments))?;
     let listed = arguments.readings.is_some() && own_files.is_empty();
     let lists = listed || arguments.json.is_some() || arguments.pages.is_asked_for();

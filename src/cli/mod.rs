@@ -188,7 +188,7 @@ fn run(command: Command, lang: Language) -> Result<Outcome> {
         Command::Noise(arguments) => noise::run(&arguments, lang),
         Command::Plan(arguments) => plan::run(&arguments, lang),
         Command::Guide(arguments) => guide::run(&arguments),
-        Command::Bench(arguments) => bench::run(&arguments),
+        Command::Bench(arguments) => bench::run(&arguments, lang),
         Command::New(arguments) => new::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),
         Command::Schema(arguments) => check::run_schema(&arguments),
@@ -199,10 +199,14 @@ fn run(command: Command, lang: Language) -> Result<Outcome> {
 
 /// Print to stdout; a reader that has gone away (`tumble ... | head`) is no error, a full disk is one.
 fn print(text: &str) -> Result<()> {
+    print_bytes(visible(text).as_bytes())
+}
+
+/// The same for what is no text.
+fn print_bytes(bytes: &[u8]) -> Result<()> {
     use std::io::Write;
     let mut out = embedded::Stdout;
-    let text = visible(text);
-    out.write_all(text.as_bytes()).and_then(|()| out.flush()).or_else(outputs::reader_left).map_err(|e| not_printed(&e))
+    out.write_all(bytes).and_then(|()| out.flush()).or_else(outputs::reader_left).map_err(|e| not_printed(&e))
 }
 
 /// A report for a person: lines within the width of a terminal.

@@ -114,8 +114,8 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
         reports.push(report::noise_column_report(&column.name, &unit, &analyse(ladder, interval, arguments.level)));
     }
     let report = report::noise_report(record.name(), interval, clock.source(), reports);
-    let [html, md] = arguments.pages.paths();
-    let mut outputs = Outputs::plan([html, md, arguments.json.as_deref()])?;
+    let [html, md, xlsx] = arguments.pages.paths();
+    let mut outputs = Outputs::plan([html, md, xlsx, arguments.json.as_deref()])?;
     if arguments.pages.is_asked_for() {
         let inputs = vec![files::input(&crate::record::parted(&arguments.log).0)?];
         outputs.extend(arguments.pages.page(&report::noise_document(&report, &inputs, true, lang))?);

@@ -19,7 +19,7 @@ const HELD: usize = 1 << 22;
 #[derive(Debug, Default)]
 pub(super) struct Outputs {
     targets: Vec<PathBuf>,
-    texts: Vec<(PathBuf, String)>,
+    texts: Vec<(PathBuf, Vec<u8>)>,
     streams: Vec<Stream>,
 }
 
@@ -74,15 +74,15 @@ impl Outputs {
     }
 
     /// One more text.
-    pub(super) fn add(&mut self, path: &Path, text: String) {
+    pub(super) fn add(&mut self, path: &Path, text: impl Into<Vec<u8>>) {
         if !self.targets.iter().any(|target| target == path) {
             self.targets.push(path.to_path_buf());
         }
-        self.texts.push((path.to_path_buf(), text));
+        self.texts.push((path.to_path_buf(), text.into()));
     }
 
     /// Several texts.
-    pub(super) fn extend(&mut self, texts: Vec<(PathBuf, String)>) {
+    pub(super) fn extend<T: Into<Vec<u8>>>(&mut self, texts: Vec<(PathBuf, T)>) {
         texts.into_iter().for_each(|(path, text)| self.add(&path, text));
     }
 
@@ -116,7 +116,7 @@ impl Outputs {
                 continue;
             }
             let stream = Stream::open(&path, &place).and_then(|mut stream| {
-                stream.write_all(text.as_bytes())?;
+                stream.write_all(&text)?;
                 Ok(stream)
             });
             self.streams.push(stream.map_err(|error| fault(&path, &error))?);
@@ -129,9 +129,12 @@ impl Outputs {
         }
         for (path, place, text) in direct {
             match place {
-                Place::Stdout => super::print(&text)?,
+                Place::Stdout => match std::str::from_utf8(&text) {
+                    Ok(text) => super::print(text)?,
+                    Err(_) => super::print_bytes(&text)?,
+                },
                 _ => Stream::open(&path, &place)
-                    .and_then(|mut stream| stream.write_all(text.as_bytes()))
+                    .and_then(|mut stream| stream.write_all(&text))
                     .or_else(reader_left)
                     .map_err(|error| fault(&path, &error))?,
             }

@@ -4,6 +4,7 @@
 //! |---|---|
 //! | reports | their keys `report` and `tumble` |
 //! | campaigns, benches, missions | their first line, with a digest of what follows: one that somebody has changed since is that person's |
+//! | workbooks | a digest of their cells: one in which somebody has written since is that person's |
 //! | Parquet | the program that it names as its writer |
 //! | tables of text | titles that only this program gives, or the notation of the numbers in the last column below titles that others give, too |
 //! | pages, sources, other text | the program's name at the beginning |
@@ -41,6 +42,8 @@ pub(super) fn may_go(path: &Path) -> bool {
     match there.len() {
         0 => true,
         _ if parquet => is_own_parquet(path),
+        #[cfg(feature = "excel")]
+        _ if name.ends_with(".xlsx") => crate::document::workbook::is_untouched(path),
         _ if TABLES.iter().any(|ending| name.ends_with(ending)) => is_own_table(path).unwrap_or(false),
         _ if name.ends_with(".json") => is_own_json(path),
         _ => mentions_this_program(path),

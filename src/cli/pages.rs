@@ -20,6 +20,9 @@ pub(super) struct Pages {
     /// Write the report as markdown to a file, or to stdout with '-'.
     #[arg(long, value_name = "FILE")]
     md: Option<PathBuf>,
+    /// Write the report as a workbook (.xlsx): one sheet a section, numbers as numbers, figures as charts.
+    #[arg(long, value_name = "FILE")]
+    xlsx: Option<PathBuf>,
     /// Print all that a page says.
     #[arg(short, long)]
     verbose: bool,
@@ -53,7 +56,7 @@ impl Certificate {
             let found = self.as_found.as_deref().map(|path| as_found(path, report)).transpose()?;
             let text = dcc::certificate(fit, report, found.as_ref(), &lab, lang)
                 .map_err(|error| wire::locate(error, campaign))?;
-            texts.push((path.clone(), text));
+            texts.push((path.clone(), text.into_bytes()));
         }
         Ok(texts)
     }
@@ -78,18 +81,18 @@ fn as_found(path: &Path, left: &FitReport) -> Result<FitReport> {
     }
 }
 
-/// Texts, each with the file that it goes to.
-pub(super) type Texts = Vec<(PathBuf, String)>;
+/// Contents of files, each with the file that it goes to.
+pub(super) type Texts = Vec<(PathBuf, Vec<u8>)>;
 
 impl Pages {
     /// The files that are asked for.
-    pub(super) fn paths(&self) -> [Option<&Path>; 2] {
-        [self.html.as_deref(), self.md.as_deref()]
+    pub(super) fn paths(&self) -> [Option<&Path>; 3] {
+        [self.html.as_deref(), self.md.as_deref(), self.xlsx.as_deref()]
     }
 
     /// Is any page asked for?
     pub(super) fn is_asked_for(&self) -> bool {
-        self.html.is_some() || self.md.is_some()
+        self.paths().iter().any(Option::is_some)
     }
 
     /// What is printed of a document.
@@ -101,10 +104,13 @@ impl Pages {
     pub(super) fn page(&self, page: &Document) -> Result<Texts> {
         let mut texts = Texts::new();
         if let Some(path) = &self.html {
-            texts.push((path.clone(), html::render(page)?));
+            texts.push((path.clone(), html::render(page)?.into_bytes()));
         }
         if let Some(path) = &self.md {
-            texts.push((path.clone(), markdown::render(page)));
+            texts.push((path.clone(), markdown::render(page).into_bytes()));
+        }
+        if let Some(path) = &self.xlsx {
+            texts.push((path.clone(), workbook(page)?));
         }
         Ok(texts)
     }
@@ -122,4 +128,15 @@ pub(super) fn document_of(fit: &Fit, report: &FitReport, inputs: &[Input], lang:
     let comparison = closed_forms(fit);
     let asked = report::Asked { fit: Some(fit), comparison: comparison.as_ref(), inputs, ..report::Asked::default() };
     report::fit_document(report, &asked, lang)
+}
+
+#[cfg(feature = "excel")]
+pub(super) fn workbook(page: &Document) -> Result<Vec<u8>> {
+    crate::document::workbook::render(page)
+}
+
+#[cfg(not(feature = "excel"))]
+pub(super) fn workbook(_: &Document) -> Result<Vec<u8>> {
+    Err(Malformed::new(Fault::Value, "this program was built without workbooks")
+        .expected("a program built with the feature 'excel', or --html"))
 }

@@ -80,8 +80,8 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
         return Ok(Outcome::Rejected);
     }
     let report = report::reduce_report(record.name(), &reduced);
-    let [html, md] = arguments.pages.paths();
-    let mut outputs = Outputs::plan([html, md, arguments.json.as_deref(), arguments.to.as_deref()])?;
+    let [html, md, xlsx] = arguments.pages.paths();
+    let mut outputs = Outputs::plan([html, md, xlsx, arguments.json.as_deref(), arguments.to.as_deref()])?;
     if arguments.pages.is_asked_for() {
         let inputs = vec![files::input(&parted(&arguments.log).0)?];
         let picture = report::record_chart(&reduced.trace, &reduced.reduction.segments);

@@ -1,5 +1,7 @@
 //! What a figure shows: the specification of a chart, drawn by `plot` where a page wants it.
 
+use nalgebra::{Matrix3, Vector3};
+
 /// A value and the half length of its error bar.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Interval {
@@ -161,6 +163,34 @@ pub struct RecordChart {
     pub end: f64,
 }
 
+/// A joint of a bench in a drawing: a ring about its axis. Directions are east, north and up.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Ring {
+    /// Its name and state.
+    pub label: String,
+    /// The axis.
+    pub axis: Vector3<f64>,
+    /// Direction of its angle zero, square to the axis.
+    pub zero: Vector3<f64>,
+    /// Its angle; where it turns, that at which it begins.
+    pub angle_deg: f64,
+    /// Its rate; 0 for one that stands still.
+    pub rate_deg_s: f64,
+}
+
+/// A bench in one position.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Scene {
+    /// Joints, the outermost first.
+    pub rings: Vec<Ring>,
+    /// The unit's axes x, y, z as columns.
+    pub unit: Matrix3<f64>,
+    /// Input axes of the sensors, by name, along the unit's axes.
+    pub inputs: Vec<(String, Vector3<f64>)>,
+    /// Direction of the Earth's rotation; `None` where the bench has no site.
+    pub earth_rate: Option<Vector3<f64>>,
+}
+
 impl Chart {
     /// Curves over time.
     pub fn curves(lines: &[Curve], what: &str, unit: &str, along: &str) -> Self {
@@ -197,4 +227,6 @@ pub enum Chart {
     Record(RecordChart),
     /// Positions over two joint angles: candidates, the given ones, better ones, titles of the axes.
     Positions([Vec<Spot>; 3], [String; 2]),
+    /// A bench in one position.
+    Scene(Scene),
 }

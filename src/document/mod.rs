@@ -1,7 +1,7 @@
 //! One document for every answer: a tree of what a person reads, and renderers that know nothing of what it is about.
 //!
 //! ```text
-//! answer (report value) -> one function of `report` -> Document -> terminal::render | markdown::render | html::render
+//! answer (report value) -> one function of `report` -> Document -> terminal::render | markdown::render | html::render | workbook::render
 //! ```
 //!
 //! A [`Document`] has a title, facts (names and values) and [`Section`]s; a section has [`Block`]s: prose, verdicts, points, formulas, facts, cards,
@@ -37,6 +37,7 @@
 //! | `terminal.rs`, `wrap.rs` | a document for a terminal of 80 columns |
 //! | `markdown.rs` | a document as Markdown |
 //! | `html.rs`, `escape.rs`, `xml.rs` | a document as one HTML file |
+//! | `workbook/` | a document as a workbook |
 //!
 //! Deliberately absent: anything that depends on which answer it is; colours (the template and `plot` have them); clocks (the same answer
 //! always gives the same bytes).
@@ -52,6 +53,8 @@ pub mod number;
 pub mod plot;
 mod table;
 pub mod terminal;
+#[cfg(all(feature = "cli", feature = "excel"))]
+pub mod workbook;
 pub mod wrap;
 #[cfg(feature = "html")]
 pub(crate) mod xml;

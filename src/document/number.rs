@@ -2,6 +2,9 @@
 
 use crate::number;
 
+/// With more decimals than this a number has an exponent.
+const PLAIN: i32 = 11;
+
 /// A value rounded where its uncertainty ends: at the second significant digit of `u`, the third where `u` begins with 1 or 2,
 /// so that rounding changes no `u` by more than 2 % (GUM 7.2.6: two usually suffice).
 ///
@@ -9,14 +12,17 @@ use crate::number;
 /// use tumble::document::number::rounded;
 /// assert_eq!(rounded(-162.0687, Some(0.5987)), "-162.07");
 /// assert_eq!(rounded(0.001234567, None), "0.00123457");
+/// assert_eq!(rounded(-3.3217e-11, Some(1.2e-12)), "-3.32e-11");
 /// ```
 pub fn rounded(value: f64, uncertainty: Option<f64>) -> String {
     match uncertainty.filter(|u| *u > 0.0 && u.is_finite()) {
         Some(u) => {
             let lead = leading_digit(u);
             let digits = if u < 3.0 * 10f64.powi(lead) { 2 - lead } else { 1 - lead };
-            if !(-6..=12).contains(&digits) {
-                return format!("{value:.6e}");
+            if !(-6..=PLAIN).contains(&digits) {
+                // the same digits behind the leading one; none where the value is below its uncertainty
+                let significant = if value == 0.0 { 0 } else { digits.saturating_add(leading_digit(value)) };
+                return format!("{value:.*e}", number::unsigned(significant.min(16)));
             }
             let text = format!("{value:.*}", number::unsigned(digits));
             let zero = text.trim_start_matches('-').chars().all(|c| matches!(c, '0' | '.'));

@@ -72,9 +72,11 @@ pub(crate) mod record;
 mod reduction;
 mod reduction_document;
 mod scatter;
+mod scene;
 mod separation;
 #[cfg(all(feature = "navigate", feature = "parquet"))]
 pub mod series;
+mod sheet;
 mod shown;
 mod site;
 pub mod table;
@@ -115,7 +117,9 @@ pub use reduction::{
 };
 pub use reduction_document::{record_chart, reduce_document};
 pub use scatter::ScatterReport;
+pub use scene::scene;
 pub use separation::{CombinationReport, NotEstimableReport, PositionReport, position_keys};
+pub use sheet::{sheet_csv, sheet_document};
 pub use site::{GravityBasis, GravityReport, SiteReport, gravity_text, site};
 
 pub use fit_checks::{

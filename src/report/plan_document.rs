@@ -1,6 +1,7 @@
 //! The document of a plan: the better schedule beside the given one, where its positions lie, and what each reading contributes.
 
 use super::colophon::colophon;
+use super::fit_document::bench_figure;
 use super::foresight::{group_lines, hidden, lacking, not_exercised, rule_text};
 use super::plan_better::{
     apart, cost_limit, equal_effort, found_with, goal_notes, mountings, moved, not_told_apart, proof, reason, shortfall,
@@ -59,11 +60,11 @@ pub fn plan_document(
     if let Some(effects) = &last.effects {
         document = document.section(effects_section(effects, improved.is_some(), lang));
     }
-    document.section(model(report, lang))
+    document.section(model(report, drawn.map(|(campaign, _)| campaign), lang))
 }
 
 /// The model and the noise that the plan was made with.
-fn model(report: &PlanReport, lang: Language) -> Section {
+fn model(report: &PlanReport, campaign: Option<&Campaign>, lang: Language) -> Section {
     let mut facts: Vec<(String, String)> = Vec::new();
     facts.extend(report.model.iter().map(|(id, line)| (say!(lang, "model-of-2", id), format!("`{id} = {line}`"))));
     facts.extend(report.noise.iter().map(|(id, noise)| {
@@ -74,7 +75,7 @@ fn model(report: &PlanReport, lang: Language) -> Section {
         lang.sentence(&say!(lang, "every-remounting-scatters-sd-rad-for-a", id, sd = significant(*sd, 3)))
     };
     let section = Section::new(say!(lang, "model-and-noise")).list(report.remount.iter().map(remount).collect());
-    section.block(Content::Facts(facts))
+    section.block(Content::Facts(facts)).full().figures(bench_figure(campaign, lang))
 }
 
 /// A predicted uncertainty, or what it is given for.

@@ -28,3 +28,4 @@ mod schemas;
 mod support;
 mod threads;
 mod width;
+mod workbook;

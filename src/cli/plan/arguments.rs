@@ -118,6 +118,10 @@ pub(in crate::cli) struct Arguments {
     /// Write the schedule found (or, without a search, the given one in that order) as a campaign file.
     #[arg(short, long, value_name = "FILE")]
     pub(super) write: Option<PathBuf>,
+    /// Write a run sheet of the same schedule: the mountings in order, each drawn, and empty cells to fill. A name that ends in .html, .xlsx or
+    /// .csv; the CSV, filled in, goes back as the readings (`fit CAMPAIGN --readings FILE`).
+    #[arg(long, value_name = "FILE")]
+    pub(super) sheet: Option<PathBuf>,
     /// Write the report as JSON to a file, or to stdout with '-'.
     #[arg(long, value_name = "FILE")]
     pub(super) json: Option<PathBuf>,

@@ -6,18 +6,21 @@ mod asked;
 pub(super) use arguments::Arguments;
 
 use super::outputs::Outputs;
+use super::pages::workbook;
 use super::{Outcome, files};
 use crate::campaign::{Campaign, Reading, Readings};
 use crate::diagnosis;
-use crate::error::{Malformed, Result};
+use crate::document::html;
+use crate::error::{Fault, Malformed, Result};
 use crate::fit;
 use crate::language::Language;
-use crate::plan::{self, Goal, Offer};
+use crate::plan::{self, Costs, Goal, Offer};
 use crate::report::{self, Better, FindReport, Foreseen};
 use crate::wire;
 pub(super) use asked::{costs, named_number, parse_goals};
 use asked::{criterion_name, extras, find_candidates, noise, point, request, terms};
 use indicatif::ProgressBar;
+use std::path::Path;
 
 /// With more values than this, what a diagnosis could find is not foreseen.
 const MOST_FORESEEN: usize = 100_000;
@@ -25,8 +28,15 @@ const MOST_FORESEEN: usize = 100_000;
 pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
     let (campaign, source) = files::campaign(&arguments.schedule)?;
     files::one_device(&campaign);
-    let [html, md] = arguments.pages.paths();
-    let mut outputs = Outputs::plan([arguments.write.as_deref(), html, md, arguments.json.as_deref()])?;
+    let [html, md, xlsx] = arguments.pages.paths();
+    let mut outputs = Outputs::plan([
+        arguments.write.as_deref(),
+        arguments.sheet.as_deref(),
+        html,
+        md,
+        xlsx,
+        arguments.json.as_deref(),
+    ])?;
     // an option has no place in the file
     let located = |error: Malformed| match error.place().path.is_empty() {
         true => error,
@@ -143,7 +153,7 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
         &from,
     );
     report.finds = finds;
-    if let Some(path) = &arguments.write {
+    if arguments.write.is_some() || arguments.sheet.is_some() {
         let (run, kept) = match found {
             Some(improvement) => (improvement.schedule.readings.clone(), improvement.kept),
             None => {
@@ -174,8 +184,13 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
         // the file has the model of the one that was given
         let model = without.as_ref().unwrap_or(&asked);
         let schedule = model.with_readings(to_write(given, run, kept, found.is_some()));
-        let file = wire::campaign_file(&schedule, wire::bench_ref(&schedule));
-        outputs.add(path, files::marked(&file)?);
+        if let Some(path) = &arguments.write {
+            let file = wire::campaign_file(&schedule, wire::bench_ref(&schedule));
+            outputs.add(path, files::marked(&file)?);
+        }
+        if let Some(path) = &arguments.sheet {
+            outputs.add(path, sheet(path, &schedule, &costs, lang)?);
+        }
     }
     if arguments.pages.is_asked_for() {
         let drawn = Some((&campaign, candidates.as_ref()));
@@ -196,6 +211,19 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
     };
     let apart = separated.is_none_or(|s| s.after.iter().all(Option::is_some));
     Ok(if defect || !apart || reached.is_some_and(|r| !r.reached) { Outcome::Rejected } else { Outcome::Done })
+}
+
+/// A run sheet in the format that its name ends in.
+fn sheet(path: &Path, schedule: &Campaign, costs: &Costs, lang: Language) -> Result<Vec<u8>> {
+    let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase()).unwrap_or_default();
+    match ending.as_str() {
+        "csv" => Ok(report::sheet_csv(schedule).into_bytes()),
+        "html" => Ok(html::render(&report::sheet_document(schedule, costs, lang))?.into_bytes()),
+        "xlsx" => workbook(&report::sheet_document(schedule, costs, lang)),
+        _ => Err(Malformed::new(Fault::Value, "a run sheet is written as a page, a workbook or a table")
+            .expected("a name that ends in .html, .xlsx or .csv")
+            .found(format!("'{}'", path.display()))),
+    }
 }
 
 /// What a written schedule has: the first `kept` rows as they were, values and all, the others without values. Beside values an uncertainty alone

@@ -10,6 +10,7 @@
 //! | `residuals.rs`, `normal.rs` | residuals in the order of the readings, and against normal quantiles |
 //! | `correlation.rs` | a correlation matrix |
 //! | `positions.rs` | positions as spots |
+//! | `scene.rs` | a bench in one position |
 //! | `gap.rs` | residuals before and after a repair |
 //! | `curves.rs` | quantities against time |
 //! | `history.rs` | a quantity over calendar time |
@@ -33,6 +34,7 @@ mod record;
 mod residuals;
 mod rules;
 mod scale;
+mod scene;
 mod values;
 
 use super::chart::Chart;
@@ -96,6 +98,7 @@ pub fn draw(chart: &Chart, lang: Language) -> Result<String> {
         Chart::Positions([candidates, given, better], axes) => {
             positions::positions(candidates, given, better, axes, lang)
         }
+        Chart::Scene(own) => scene::scene(own, lang),
     }
 }
 

@@ -12,6 +12,7 @@ use super::{CompareReport, FitReport, Input, compare_document, conformity, scatt
 use crate::document::{Document, Section};
 use crate::fit::Fit;
 use crate::language::{Language, say};
+pub(super) use readings::bench_figure;
 
 /// Studentized residuals beyond this are marked.
 const FAR: f64 = 3.0;

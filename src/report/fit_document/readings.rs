@@ -1,9 +1,10 @@
 //! Sections of a fit's document on what it rests on: what was assumed, and the readings one by one.
 
+use super::super::scene::scene_figure;
 use super::super::{FitReport, site};
 use super::{Asked, FAR};
-use crate::campaign::JointState;
-use crate::document::{Align, Cell, Content, Detail, Section, Table, Tone};
+use crate::campaign::{Campaign, JointState};
+use crate::document::{Align, Cell, Content, Detail, Figure, Section, Table, Tone};
 use crate::fit::{Estimator, Fit, VarianceFrom};
 use crate::language::{Language, say};
 
@@ -71,7 +72,17 @@ pub(super) fn assumptions(report: &FitReport, asked: &Asked<'_>, lang: Language)
     origin.extend(source.map(|source| (say!(lang, "source").into(), lang.name(source).into_owned())));
     origin.extend(asked.inputs.first().map(|input| (say!(lang, "campaign").into(), input.name.clone())));
     let section = section.list(vec![estimator.into(), variance.into()]);
-    if origin.is_empty() { section } else { section.block(Content::Facts(origin)) }
+    let section = if origin.is_empty() { section } else { section.block(Content::Facts(origin)) };
+    section.figures(bench_figure(asked.fit.map(|fit| &fit.campaign), lang))
+}
+
+/// The bench as its first reading has it; none without joints.
+pub(in crate::report) fn bench_figure(campaign: Option<&Campaign>, lang: Language) -> Vec<Figure> {
+    let Some(campaign) = campaign.filter(|campaign| campaign.bench.joints().next().is_some()) else {
+        return Vec::new();
+    };
+    let Some(first) = campaign.readings.rows.first() else { return Vec::new() };
+    vec![scene_figure(&campaign.bench, &first.joints, say!(lang, "bench-at-first-reading").into(), lang)]
 }
 
 /// Does a model line read the rate of rotation about an axis (`w_x`, not `flow_x`)?

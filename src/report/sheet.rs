@@ -1,0 +1,143 @@
+//! A run sheet: the readings of a schedule in the order to run, with empty cells for what is read, as a document and as a table that goes back
+//! as the readings of a campaign.
+
+use super::colophon::colophon;
+use super::scene::scene_figure;
+use super::separation::position_keys;
+use crate::campaign::{Campaign, JointState, Reading};
+use crate::document::number::trimmed;
+use crate::document::{Align, Cell, Document, Section, Table};
+use crate::language::{Language, say};
+use crate::plan::{Costs, mountings};
+
+/// More mountings than this are not drawn.
+const DRAWN: usize = 60;
+
+/// What a table of readings has: columns of joints and of other inputs, one row a reading.
+struct Columns {
+    joints: Vec<String>,
+    inputs: Vec<usize>,
+}
+
+impl Columns {
+    fn of(schedule: &Campaign) -> Self {
+        let rows = &schedule.readings.rows;
+        let mut joints = Vec::new();
+        for name in schedule.bench.joints() {
+            for suffix in ["_deg", "_deg_s", "_turns"] {
+                let key = format!("{name}{suffix}");
+                if rows.iter().any(|row| position_keys(schedule, &row.joints).contains_key(&key)) {
+                    joints.push(key);
+                }
+            }
+        }
+        let columns = schedule.readings.columns.iter().enumerate();
+        let inputs = columns.filter(|(_, name)| !joints.contains(*name)).map(|(k, _)| k).collect();
+        Columns { joints, inputs }
+    }
+
+    fn titles(&self, schedule: &Campaign) -> Vec<String> {
+        let inputs = self.inputs.iter().filter_map(|k| schedule.readings.columns.get(*k));
+        self.joints.iter().chain(inputs).cloned().collect()
+    }
+
+    fn cells(&self, schedule: &Campaign, row: &Reading) -> Vec<String> {
+        let keys = position_keys(schedule, &row.joints);
+        let joints = self.joints.iter().map(|key| keys.get(key).copied());
+        let inputs = self.inputs.iter().map(|k| row.columns.get(*k).copied().flatten());
+        joints.chain(inputs).map(|value| value.map(|value| value.to_string()).unwrap_or_default()).collect()
+    }
+}
+
+/// The schedule as CSV: one row a reading in the order to run, an empty column for each sensor (with its value where it is read already). Filled in,
+/// it is a table of readings (`"readings": "sheet.csv"`, or `--readings`).
+pub fn sheet_csv(schedule: &Campaign) -> String {
+    let columns = Columns::of(schedule);
+    let labelled = schedule.readings.rows.iter().any(|row| !row.position.is_empty());
+    let mut titles = if labelled { vec!["position".to_string()] } else { Vec::new() };
+    titles.extend(columns.titles(schedule));
+    titles.extend(schedule.bench.sensors.iter().map(|sensor| sensor.id.clone()));
+    let mut lines = vec![csv_line(&titles)];
+    for row in &schedule.readings.rows {
+        let mut cells = if labelled { vec![row.position.clone()] } else { Vec::new() };
+        cells.extend(columns.cells(schedule, row));
+        cells.extend((0..schedule.bench.sensors.len()).map(|sensor| value_of(row, sensor).unwrap_or_default()));
+        lines.push(csv_line(&cells));
+    }
+    lines.concat()
+}
+
+fn value_of(row: &Reading, sensor: usize) -> Option<String> {
+    let own = row.observations.iter().find(|own| own.sensor == sensor)?;
+    Some(own.value.to_string())
+}
+
+fn csv_line(cells: &[String]) -> String {
+    let quoted = |cell: &String| match cell.contains(['"', ',', '\n', '\r']) {
+        true => format!("\"{}\"", cell.replace('"', "\"\"")),
+        false => cell.clone(),
+    };
+    cells.iter().map(quoted).collect::<Vec<_>>().join(",") + "\n"
+}
+
+/// The same for a person: each mounting drawn, and the readings with what they cost up to each of them.
+pub fn sheet_document(schedule: &Campaign, costs: &Costs, lang: Language) -> Document {
+    let rows = &schedule.readings.rows;
+    let columns = Columns::of(schedule);
+    let of = mountings(rows);
+    let work = costs.work(rows);
+    let mut document = Document::new(say!(lang, "run-sheet", bench = lang.name(&schedule.bench.title)));
+    document.language = lang;
+    document.facts = vec![
+        (say!(lang, "bench").into(), format!("`{}`", schedule.bench.id)),
+        (say!(lang, "readings").into(), work.readings.to_string()),
+        (say!(lang, "mountings").into(), work.mountings.to_string()),
+        (say!(lang, "cost").into(), trimmed(work.cost)),
+    ];
+    document.colophon = colophon(&[], lang);
+    let titles = columns.titles(schedule);
+    let mut heads = vec![(say!(lang, "number-sign"), Align::Right), (say!(lang, "mounting"), Align::Left)];
+    heads.extend(titles.iter().map(|title| (title.as_str(), Align::Decimal)));
+    let sensors: Vec<String> = schedule
+        .bench
+        .sensors
+        .iter()
+        .map(|own| if own.unit.is_empty() { own.id.clone() } else { format!("{} ({})", own.id, own.unit) })
+        .collect();
+    heads.extend(sensors.iter().map(|title| (title.as_str(), Align::Decimal)));
+    heads.extend([(say!(lang, "cost-so-far"), Align::Decimal), (say!(lang, "remarks"), Align::Left)]);
+    let mut table = Table::new(&heads);
+    let mut before = None;
+    for (k, (row, mounting)) in rows.iter().zip(&of).enumerate() {
+        let label = name_of(row, *mounting);
+        let new = before != Some(*mounting);
+        let mut cells: Vec<Cell> = vec![(k + 1).into(), if new { label.into() } else { "".into() }];
+        cells.extend(columns.cells(schedule, row).into_iter().map(Cell::from));
+        let empty = |sensor: usize| Cell::Text(value_of(row, sensor).unwrap_or_else(|| BLANK.into()));
+        cells.extend((0..sensors.len()).map(empty));
+        let done = rows.get(..=k).map_or(0.0, |done| costs.work(done).cost);
+        cells.extend([Cell::Text(trimmed(done)), BLANK.into()]);
+        table.row(cells).rule(new && k > 0);
+        before = Some(*mounting);
+    }
+    let mut figures = Vec::new();
+    let mut drawn: Vec<(usize, &[JointState])> = Vec::new();
+    for (row, mounting) in rows.iter().zip(&of) {
+        if !drawn.iter().any(|(own, _)| own == mounting) && drawn.len() < DRAWN {
+            drawn.push((*mounting, &row.joints));
+            let caption = format!("{} {}", lang.sentence(say!(lang, "mounting")), name_of(row, *mounting));
+            figures.push(scene_figure(&schedule.bench, &row.joints, caption, lang));
+        }
+    }
+    let note = say!(lang, "run-sheet-how");
+    document
+        .section(Section::new(say!(lang, "readings-in-the-order-to-run")).prose(note).table(table))
+        .section(Section::new(say!(lang, "mountings")).figures(figures))
+}
+
+/// A cell to write in.
+const BLANK: &str = "________";
+
+fn name_of(row: &Reading, mounting: usize) -> String {
+    if row.position.is_empty() { (mounting + 1).to_string() } else { row.position.clone() }
+}
