@@ -12,7 +12,7 @@ const PLAIN: i32 = 11;
 /// use tumble::document::number::rounded;
 /// assert_eq!(rounded(-162.0687, Some(0.5987)), "-162.07");
 /// assert_eq!(rounded(0.001234567, None), "0.00123457");
-/// assert_eq!(rounded(-3.3217e-11, Some(1.2e-12)), "-3.32e-11");
+/// assert_eq!(rounded(-3.3217e-11, Some(1.2e-12)), "-3.322e-11");
 /// ```
 pub fn rounded(value: f64, uncertainty: Option<f64>) -> String {
     match uncertainty.filter(|u| *u > 0.0 && u.is_finite()) {
