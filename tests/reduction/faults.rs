@@ -332,6 +332,23 @@ fn damaged_files_ask_for_no_memory() {
     assert_eq!(block.columns[0], [1.0]);
 }
 
+/// A log that says it has 2^64 fields of a format without one.
+#[test]
+fn nothing_many_times() {
+    let mut log = b"ULog\x01\x12\x35\x01\0\0\0\0\0\0\0\0".to_vec();
+    let messages: [(u8, &[u8]); 3] = [(b'F', b"a:"), (b'F', b"b:a[18446744073709551615] x;"), (b'A', b"\0\0\0b")];
+    for (kind, data) in messages {
+        log.extend((data.len() as u16).to_le_bytes());
+        log.push(kind);
+        log.extend(data);
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("log.ulg");
+    std::fs::write(&path, log).expect("a file");
+    let error = column(&path, &[As::Number]).expect_err("no fields");
+    assert!(error.contains("'a', which has no field"), "{error}");
+}
+
 /// A byte of a chunk that changed, which no other check sees.
 #[test]
 fn the_checksums_of_a_log() {
