@@ -40,12 +40,13 @@ impl Clock {
     }
 }
 
-/// The columns that are named, or all but the times.
+/// The columns that are named, or all of numbers but the times.
 pub(super) fn numeric_columns(record: &Record, names: &[String], clock: &Clock) -> Result<Vec<usize>> {
     if !names.is_empty() {
         return names.iter().map(|name| record.find(name.trim())).collect();
     }
     let time = clock.column(record)?;
     let unused = clock.source().unused(record);
-    Ok((0..record.columns().len()).filter(|k| ![time, unused].contains(&Some(*k))).collect())
+    let is_sensor = |k: &usize| ![time, unused].contains(&Some(*k)) && !record.is_text(*k);
+    Ok((0..record.columns().len()).filter(is_sensor).collect())
 }

@@ -47,9 +47,14 @@ const SHORT: f64 = 0.25;
 /// Steps back in more than one of so many rows: not a clock that was set, but rows that are not sorted.
 const RARE: u64 = 100;
 
-/// Names under which a column of times is found.
-const TIMES: [&str; 10] =
-    ["time_s", "time", "t", "timestamp", "t_s", "time_ms", "time_us", "time_ns", "timestamp_ns", "Zeit"];
+/// Names under which a column of times is found, alone and with a unit behind: `time_ms`.
+const TIMES: [&str; 7] = ["time", "t", "timestamp", "Zeit", "datetime", "date time", "date_time"];
+const BEHIND: [&str; 5] = ["_s", "", "_ms", "_us", "_ns"];
+
+fn times_of(columns: &[Column]) -> Option<usize> {
+    let names = TIMES.iter().flat_map(|name| BEHIND.iter().map(move |unit| format!("{name}{unit}")));
+    names.into_iter().find_map(|name| find(columns, &name))
+}
 
 /// Where the times of samples come from.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -68,13 +73,13 @@ impl ClockFrom {
         match (&self.time, self.rate) {
             (Some(name), _) => record.find(name).map(Some),
             (None, Some(_)) => Ok(None),
-            (None, None) => Ok(TIMES.iter().find_map(|name| find(record.columns(), name))),
+            (None, None) => Ok(times_of(record.columns())),
         }
     }
 
     /// The column that has the name of a time, whether the clock uses it or not: it is no sensor.
     pub fn unused(&self, record: &Record) -> Option<usize> {
-        TIMES.iter().find_map(|name| find(record.columns(), name)).filter(|_| self.rate.is_some())
+        times_of(record.columns()).filter(|_| self.rate.is_some())
     }
 
     /// The clock itself; `column` as [`ClockFrom::column`] gives it.
@@ -99,7 +104,7 @@ pub struct Clock {
     factor: Option<f64>,
     /// Does the column say no unit? Then its times do.
     bare: bool,
-    /// The unit that was taken, where it is not the second.
+    /// The unit that was taken, where the column does not say it and it could be another.
     taken: Option<&'static str>,
     /// Resolution of the times, where several rows have one time: their step; else 0.
     tick: f64,
@@ -222,7 +227,11 @@ impl Clock {
         if std::mem::take(&mut self.bare)
             && let Some((name, seconds)) = unit_of(times)
         {
-            (self.factor, self.taken) = (Some(seconds), (seconds != 1.0).then_some(name));
+            self.learn(times, seconds);
+            // steps of a second and more, were they of milliseconds, would be those of a logger as well
+            let is_sure = self.step < 1.0 || times.first().is_some_and(|first| SINCE_1970.contains(first));
+            self.taken = (seconds != 1.0 || !is_sure).then_some(name);
+            self.factor = Some(seconds);
         }
         let factor = self.factor.unwrap_or(1.0);
         if self.step == 0.0 {
@@ -393,10 +402,13 @@ impl Clock {
         let s = |n: u64| if n == 1 { "" } else { "s" };
         let [back, gaps, short] = self.counts;
         if let Some(unit) = self.taken {
-            notes.push(format!(
-                "'{}' has no unit; its steps are those of a logger in {unit}, and it is read so",
-                self.title
-            ));
+            notes.push(match unit {
+                "s" => format!(
+                    "'{}' has no unit and is read as seconds, with steps of {}; a title such as time_ms says another unit",
+                    self.title, self.step
+                ),
+                _ => format!("'{}' has no unit; its steps are those of a logger in {unit}, and it is read so", self.title),
+            });
         }
         if self.tick > 0.0 {
             notes.push(format!(
@@ -434,13 +446,15 @@ impl Clock {
     }
 }
 
+/// Unix time from 2001 to 2103.
+const SINCE_1970: std::ops::Range<f64> = 1e9..4.2e9;
+
 /// The unit of times that say none, and its seconds; `None` where fewer than two are there.
 ///
 /// Unix time tells its unit by its size, from 2001 to 2103. Of other times a step of 1000 s and more is none of a logger of inertial sensors: below
 /// 10^6 it is counted in microseconds, above in nanoseconds.
 pub(crate) fn unit_of(times: &[f64]) -> Option<(&'static str, f64)> {
     const UNITS: [(&str, f64); 4] = [("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)];
-    const SINCE_1970: std::ops::Range<f64> = 1e9..4.2e9;
     const SLOW: f64 = 1e3;
     let first = *times.first()?;
     let mut steps: Vec<f64> = times.iter().zip(times.iter().skip(1)).take(4001).map(|(a, b)| b - a).collect();

@@ -181,7 +181,13 @@ fn mixed(column: &mut [f64], texts: &[String]) {
 /// A whole number in two's complement, the highest byte first; `None` beyond 128 bits.
 fn whole(bytes: &[u8]) -> Option<i128> {
     let sign = if bytes.first().is_some_and(|first| first & 0x80 != 0) { -1 } else { 0 };
-    (bytes.len() <= 16).then(|| bytes.iter().fold(sign, |all, byte| (all << 8) | i128::from(*byte)))
+    let (above, own) = bytes.split_at(bytes.len().saturating_sub(16));
+    // bytes above are there to fill the width of the type
+    let fits = above
+        .iter()
+        .chain(own.first().filter(|_| !above.is_empty()))
+        .all(|byte| *byte == if sign < 0 { 0xFF } else { 0 });
+    fits.then(|| own.iter().fold(sign, |all, byte| (all << 8) | i128::from(*byte)))
 }
 
 /// A decimal number as it is written.

@@ -21,6 +21,11 @@ impl Columnar {
         match *self {}
     }
 
+    /// Does a column hold texts?
+    pub(super) fn is_text(&self, _: usize) -> bool {
+        match *self {}
+    }
+
     /// Which columns are read.
     pub(super) fn select(&mut self, _: &[(usize, As)]) {
         match *self {}

@@ -275,6 +275,10 @@ impl Delimited {
                 }
             }
             let more = column + 1 < width;
+            // empty cells behind the last column are none
+            while !more && text.get(at) == Some(&delimiter) {
+                at += 1;
+            }
             match text.get(at)? {
                 byte if more && *byte == delimiter => at += 1,
                 b'\r' if !more && text.get(at + 1) == Some(&b'\n') => return Some(at + 2),
@@ -284,13 +288,14 @@ impl Delimited {
         }
         // the columns behind the last one wanted are counted, not read
         let rest = text.get(at..)?;
-        let mut delimiters = 0;
+        let (mut delimiters, mut filled, left) = (0, 0, width - self.needed);
         for (k, byte) in rest.iter().enumerate() {
             match byte {
-                b'\n' => return (delimiters + 1 == width - self.needed).then_some(at + k + 1),
+                b'\n' => return (delimiters + 1 >= left && filled < left).then_some(at + k + 1),
                 b'"' => return None,
                 byte if *byte == delimiter => delimiters += 1,
-                _ => {}
+                byte if byte.is_ascii_whitespace() => {}
+                _ => filled = delimiters,
             }
         }
         None
@@ -303,7 +308,11 @@ impl Delimited {
         }
         let mut found = written_cells(line, delimiter);
         let width = self.wanted.len();
-        while found.len() > width && found.last().is_some_and(|cell| cell.trim_ascii().is_empty()) {
+        // a cell below no name stands beside the table
+        let most = self.dialect.most.max(width);
+        while found.len() > width
+            && (found.len() <= most || found.last().is_some_and(|cell| cell.trim_ascii().is_empty()))
+        {
             found.pop();
         }
         let is_ragged = found.len() != width && self.is_lenient;
@@ -350,7 +359,7 @@ impl Delimited {
 
     fn no_time(&self, column: usize, cell: &[u8]) -> Malformed {
         self.no_number(column, cell)
-            .expected("a number, or a time such as 2026-11-20T09:14:03.25, 20.11.2026 09:14:03 or 14:03:01.25")
+            .expected("a number, or a time such as 2026-11-20T09:14:03.25, 20.11.2026 09:14:03 or 14:03:01.25 (which number of 05/11/2026 is the day does not show)")
     }
 
     fn no_number(&self, column: usize, cell: &[u8]) -> Malformed {

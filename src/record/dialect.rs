@@ -25,6 +25,10 @@ pub struct Dialect {
     pub(super) lines: u64,
     /// The line of the names, from 1.
     pub(super) titled: usize,
+    /// Cells of the line of names, with those at its end that name nothing.
+    pub(super) most: usize,
+    /// Columns of which no cell of the first rows is a number.
+    pub(super) texts: Vec<bool>,
 }
 
 /// Is a line a remark?
@@ -154,7 +158,8 @@ impl Dialect {
     ///
     /// The delimiter is the first of tab, `;`, `,`, `|` and space that parts the last lines of `head` into the same number of cells, two or more, most of
     /// them numbers. With another delimiter than the comma, a comma is the decimal mark where columns have it. Names are the last line without numbers and empty cells
-    /// before the first row; a line of units below them is taken as that.
+    /// before the first row; a line of units below them is taken as that. Lines with empty cells above the first line of texts without any are a preamble.
+    /// Empty cells at the end of every row, and of the names, are none: a delimiter stands behind each cell there.
     ///
     /// Errors: nothing but remarks; no two lines that are parted alike; cells with both marks; a name twice.
     pub fn of(head: &[u8]) -> Result<Dialect> {
@@ -177,12 +182,28 @@ impl Dialect {
         };
         let filled: Vec<(usize, &[u8])> = rows.iter().copied().filter(|(_, line)| !is_blank(line, delimiter)).collect();
         let is_row = |line: &[u8]| values(line) && mostly_numbers(line, delimiter, mark);
+        let is_full = |line: &[u8]| cells(line, delimiter).iter().filter(|cell| !cell.is_empty()).count() >= width;
+        let names_alone = filled.iter().take_while(|(_, line)| !is_full(line)).count();
+        let preamble = filled.get(names_alone).map_or(0, |(_, line)| if values(line) { 0 } else { names_alone });
         // a row of readings may have more texts than numbers, a table of labels none at all
-        let first = match filled.iter().position(|(_, line)| is_row(line)) {
-            Some(first) => first - filled.iter().take(first).rev().take_while(|(_, line)| values(line)).count(),
-            None => filled.iter().position(|(_, line)| values(line)).unwrap_or(1),
+        let below = || filled.iter().enumerate().skip(preamble);
+        let first = match below().find(|(_, (_, line))| is_row(line)) {
+            Some((first, _)) => {
+                let above = filled.iter().take(first).skip(preamble).rev();
+                first - above.take_while(|(_, line)| values(line)).count()
+            }
+            None => below().find(|(_, (_, line))| values(line)).map_or(preamble + 1, |(k, _)| k),
         };
-        let texts = |line: &[u8]| -> Vec<String> { cells(line, delimiter).iter().map(|cell| decoded(cell)).collect() };
+        // what a delimiter at the end of every line leaves is no column
+        let used = |line: &[u8]| cells(line, delimiter).iter().rposition(|cell| !cell.is_empty()).map_or(0, |k| k + 1);
+        let width = filled.iter().map(|(_, line)| used(line)).filter(|used| *used <= width).max().unwrap_or(width);
+        let texts = |line: &[u8]| -> Vec<String> {
+            let mut own: Vec<String> = cells(line, delimiter).iter().map(|cell| decoded(cell)).collect();
+            while own.len() > width && own.last().is_some_and(String::is_empty) {
+                own.pop();
+            }
+            own
+        };
         let above: Vec<Vec<String>> = filled.iter().take(first).map(|(_, line)| texts(line)).collect();
         // TOA5 (Campbell Scientific): the station, names, units, and what became of the samples
         let is_toa5 = above.first().and_then(|line| line.first()).is_some_and(|cell| cell == "TOA5");
@@ -211,12 +232,21 @@ impl Dialect {
             };
         // the line of the names, from 1
         let is_names = |line: &[u8]| names.as_ref().is_some_and(|names| texts(line) == *names);
-        let titled = filled.iter().take(first).rfind(|(_, line)| is_names(line)).map_or(1, |(k, _)| k + 1);
+        let names_line = filled.iter().take(first).rfind(|(_, line)| is_names(line));
+        let titled = names_line.map_or(1, |(k, _)| k + 1);
+        let most = names_line.map_or(width, |(_, line)| cells(line, delimiter).len());
         let lines_before = match filled.get(first) {
             Some((k, _)) => *k,
             None => head.iter().filter(|b| **b == b'\n').count() + 1,
         };
         let named = names.is_some();
+        let mut texts_of = vec![(false, false); width];
+        for (_, line) in filled.iter().skip(first) {
+            for ((some, number), cell) in texts_of.iter_mut().zip(cells(line, delimiter)) {
+                *some |= !cell.is_empty();
+                *number |= self::number(&cell, mark).is_some();
+            }
+        }
         let mut columns: Vec<Column> = match names {
             Some(titles) => titles.iter().map(|text| Column::titled(text)).collect(),
             None => (1..=width).map(|k| Column { name: format!("c{k}"), title: format!("c{k}"), unit: None }).collect(),
@@ -239,6 +269,8 @@ impl Dialect {
             skip: after(head, lines_before),
             lines: lines_before as u64,
             titled,
+            most,
+            texts: texts_of.into_iter().map(|(some, number)| some && !number).collect(),
         })
     }
 }

@@ -2,13 +2,16 @@
 
 use crate::units::Unit;
 
-/// Name and unit of a title such as `Acc X [m/s^2]`, `Winkel (Grad)`, `rate / deg/s` or `temp, °C`. A number in brackets is an index of the name.
+/// Name and unit of a title such as `Acc X [m/s^2]`, `Winkel (Grad)`, `rate / deg/s` or `U/mV` (ISO 80000-1). A number in brackets is an index of the name,
+/// and a unit alone (`deg/s`) is a name.
 ///
 /// ```
 /// use tumble::record::title;
 /// assert_eq!(title("Winkel (Grad)"), ("Winkel".into(), Some("Grad".into())));
 /// assert_eq!(title("time_s"), ("time_s".into(), None));
 /// assert_eq!(title("gyro_rad[0]"), ("gyro_rad[0]".into(), None));
+/// assert_eq!(title("t/ms"), ("t".into(), Some("ms".into())));
+/// assert_eq!(title("deg/s"), ("deg/s".into(), None));
 /// ```
 pub fn title(text: &str) -> (String, Option<String>) {
     let text = text.trim();
@@ -23,7 +26,14 @@ pub fn title(text: &str) -> (String, Option<String>) {
     }
     match text.split_once(" / ") {
         Some((name, unit)) if !name.trim().is_empty() => (name.trim().to_string(), Some(unit.trim().to_string())),
-        _ => (text.to_string(), None),
+        _ => match text.split_once('/') {
+            Some((name, unit))
+                if name.starts_with(char::is_alphabetic) && Unit::parse(unit).is_ok() && Unit::parse(text).is_err() =>
+            {
+                (name.trim().to_string(), Some(unit.trim().to_string()))
+            }
+            _ => (text.to_string(), None),
+        },
     }
 }
 

@@ -365,6 +365,15 @@ impl Record {
         }
     }
 
+    /// Does a column hold texts, no numbers? Of a table of text as its first rows have it.
+    pub fn is_text(&self, column: usize) -> bool {
+        match self {
+            Record::Delimited(table) => table.dialect().texts.get(column) == Some(&true),
+            Record::Columnar(table) => table.is_text(column),
+            Record::Held(table) => table.is_text(column),
+        }
+    }
+
     /// How many rows it has, where the file says so.
     pub fn rows(&self) -> Option<u64> {
         match self {

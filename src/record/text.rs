@@ -7,7 +7,8 @@ use std::io::{self, BufRead, BufReader, Read};
 /// How much is read at a time.
 const CHUNK: usize = 1 << 18;
 
-/// A stream of bytes, unpacked where it is gzip and converted to UTF-8 where it is UTF-16 (with a byte order mark).
+/// A stream of bytes, unpacked where it is gzip and converted to UTF-8 where it is UTF-16 (with a byte order mark); lines that end in a carriage return
+/// alone (classic Mac OS) end in a line feed.
 ///
 /// Latin-1 stays as it is: its numbers are ASCII, and [`decoded`] reads its names. Errors: none yet; a truncated gzip shows as it is read.
 pub(super) fn unpacked(from: impl Read + Send + 'static) -> io::Result<Box<dyn BufRead + Send>> {
@@ -25,10 +26,28 @@ pub(super) fn unpacked(from: impl Read + Send + 'static) -> io::Result<Box<dyn B
         _ => (0, None),
     };
     plain.consume(skip);
-    Ok(match wide {
+    let mut text: Box<dyn BufRead + Send> = match wide {
         None => plain,
         Some(unit) => Box::new(BufReader::with_capacity(CHUNK, Utf16 { from: plain, unit, ready: Vec::new(), at: 0 })),
-    })
+    };
+    let start = text.fill_buf()?;
+    // one at the end may have its line feed still to come
+    let returns = start.split_last().is_some_and(|(_, before)| before.contains(&b'\r'));
+    if returns && !start.contains(&b'\n') {
+        text = Box::new(BufReader::with_capacity(CHUNK, Returns(text)));
+    }
+    Ok(text)
+}
+
+/// Text whose lines end in carriage returns, with line feeds in their place.
+struct Returns(Box<dyn BufRead + Send>);
+
+impl Read for Returns {
+    fn read(&mut self, to: &mut [u8]) -> io::Result<usize> {
+        let length = self.0.read(to)?;
+        to.iter_mut().take(length).filter(|byte| **byte == b'\r').for_each(|byte| *byte = b'\n');
+        Ok(length)
+    }
 }
 
 /// UTF-16 as UTF-8.

@@ -1,4 +1,4 @@
-//! Times as people write them: ISO 8601 with and without a zone, `20.11.2026 09:14:03`, `2026/11/20 09:14`, `14:03:01.250`.
+//! Times as people write them: ISO 8601 with and without a zone, `20.11.2026 09:14:03`, `2026/11/20 09:14`, `11/20/26 2:03:01 PM`, `14:03:01.250`.
 
 use jiff::{Timestamp, civil, tz::TimeZone};
 
@@ -15,32 +15,58 @@ pub(super) enum Moment {
     OfDay(f64),
 }
 
-/// The time that a cell says; `None` where it says none. A year has four digits: `1.2.3` is no date.
+/// The time that a cell says; `None` where it says none. A date alone has four digits of the year: `1.2.03` is none.
 pub(super) fn moment(cell: &[u8]) -> Option<Moment> {
     let text = std::str::from_utf8(cell).ok()?.trim();
     if text.len() < 5 || text.len() > 64 || !text.as_bytes().first()?.is_ascii_digit() {
         return None;
     }
+    // half past two in the afternoon
+    let noon = ["AM", "PM"]
+        .into_iter()
+        .find(|half| text.get(text.len() - 2..).is_some_and(|end| end.eq_ignore_ascii_case(half)));
+    let text = noon.and_then(|half| text.get(..text.len() - half.len())).unwrap_or(text).trim_end();
+    let half_day = |hour: i8| match (noon, hour) {
+        (None, _) => Some(0.0),
+        (Some("AM"), 12) => Some(-0.5 * DAY),
+        (Some("PM"), 1..=11) => Some(0.5 * DAY),
+        (_, 1..=12) => Some(0.0),
+        _ => None,
+    };
     let (date, rest) = text.find([' ', 'T', 't']).and_then(|k| text.split_at_checked(k)).unwrap_or((text, ""));
+    // an hour may have one digit
+    let padded = |time: &str| if time.find(':') == Some(1) { format!("0{time}") } else { time.to_string() };
     if date.contains(':') {
         // hours and minutes alone are an angle or a duration as well
-        let time: civil::Time = if date.matches(':').count() == 2 { text.parse().ok()? } else { return None };
-        return Some(Moment::OfDay(time.duration_since(civil::Time::midnight()).as_secs_f64()));
+        let time: civil::Time = if date.matches(':').count() == 2 { padded(text).parse().ok()? } else { return None };
+        let since = time.duration_since(civil::Time::midnight()).as_secs_f64();
+        return Some(Moment::OfDay(since + half_day(time.hour())?));
     }
-    let written = format!("{}{rest}", iso(date)?);
+    let between = rest.chars().next();
+    let time = padded(rest.trim_start_matches(['T', 't', ' ']));
+    let written = format!("{}{}{time}", iso(date, !time.is_empty())?, between.unwrap_or_default());
     // nanoseconds since 1970 have more digits than a double
     let seconds = |at: Timestamp| at.as_second() as f64 + f64::from(at.subsec_nanosecond()) / 1e9;
     if let Ok(instant) = written.parse::<Timestamp>() {
-        return Some(Moment::Instant(seconds(instant)));
+        return noon.is_none().then(|| Moment::Instant(seconds(instant)));
     }
     let there: civil::DateTime = written.parse().ok()?;
-    Some(Moment::Instant(seconds(there.to_zoned(TimeZone::UTC).ok()?.timestamp())))
+    Some(Moment::Instant(seconds(there.to_zoned(TimeZone::UTC).ok()?.timestamp()) + half_day(there.hour())?))
 }
 
-/// A date in the order of ISO 8601. Of numbers parted by slashes the day must show: it is above 12.
-fn iso(date: &str) -> Option<String> {
+/// A date in the order of ISO 8601. Of numbers parted by slashes the day must show: it is above 12. Beside a time of day the year may have two digits, as in
+/// POSIX of 1969 to 2068.
+fn iso(date: &str, timed: bool) -> Option<String> {
     let parted = |mark: char| -> Option<[&str; 3]> { date.split(mark).collect::<Vec<_>>().try_into().ok() };
-    let written = |y: &str, m: &str, d: &str| (y.len() == 4).then(|| format!("{y}-{m:0>2}-{d:0>2}"));
+    let written = |y: &str, m: &str, d: &str| {
+        let century = match (y.len(), y.parse::<u32>()) {
+            (4, _) => "",
+            (2, Ok(69..)) if timed => "19",
+            (2, Ok(_)) if timed => "20",
+            _ => return None,
+        };
+        Some(format!("{century}{y}-{m:0>2}-{d:0>2}"))
+    };
     if let Some([d, m, y]) = parted('.') {
         return written(y, m, d);
     }
@@ -48,7 +74,8 @@ fn iso(date: &str) -> Option<String> {
         let above = |text: &str| text.parse::<u32>().is_ok_and(|n| n > 12);
         return match (a.len(), above(a), above(b)) {
             (4, ..) => written(a, b, c),
-            (_, true, false) => written(c, b, a),
+            // of 26/11/20 either end may be the year
+            (_, true, false) if c.len() == 4 => written(c, b, a),
             (_, false, true) => written(c, a, b),
             _ => None,
         };

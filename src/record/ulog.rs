@@ -111,7 +111,12 @@ fn layout(
             }
             let name = if count > 1 { format!("{before}{name}[{k}]") } else { format!("{before}{name}") };
             let Some((size, number)) = number(kind) else {
+                let start = *at;
                 layout(formats, kind, &format!("{name}."), at, fields, depth + 1)?;
+                // any number of nothing has no end
+                if *at == start {
+                    return Err(format!("the format '{kind}', which has no field"));
+                }
                 continue;
             };
             if kind != "char" && !is_padding {

@@ -15,7 +15,7 @@ const DAY_S: f64 = 86_400.0;
 pub(super) fn open(name: &str, bytes: Vec<u8>, table: Option<&str>) -> Result<Delimited> {
     let broken = |error: &dyn std::fmt::Display| {
         Malformed::new(Fault::File, format!("'{name}' cannot be read as a workbook"))
-            .expected("a whole .xlsx, .xls, .xlsb or .ods file")
+            .expected("a whole .xlsx, .xls, .xlsb or .ods file; the tables of another archive (.zip) are read when they are unpacked")
             .found(error.to_string())
             .in_file(name)
     };
@@ -131,6 +131,12 @@ fn lines(cells: &[(Place, Data)]) -> Option<String> {
     if rows.clone().count().saturating_mul(columns.len()) > MOST_CELLS {
         return None;
     }
+    // a column of whole days is one of dates
+    let times: std::collections::HashSet<u32> = cells
+        .iter()
+        .filter(|(_, cell)| matches!(cell, Data::DateTime(value) if !(value.is_datetime() && value.as_f64().fract() == 0.0)))
+        .map(|((_, column), _)| *column)
+        .collect();
     let (mut text, mut line) = (String::new(), 0);
     for row in rows {
         let own = row.first().map_or(line, |((own, _), _)| *own);
@@ -145,7 +151,14 @@ fn lines(cells: &[(Place, Data)]) -> Option<String> {
             let _ = match cell {
                 Data::Int(value) => write!(text, "{value}"),
                 Data::Float(value) => write!(text, "{value}"),
-                Data::DateTime(value) => write!(text, "{}", value.as_f64() * DAY_S),
+                Data::DateTime(value) => {
+                    let seconds = seconds(value);
+                    let at = jiff::Timestamp::from_second(crate::number::whole_i64(seconds)).ok();
+                    match at.filter(|_| !times.contains(column)) {
+                        Some(at) => write!(text, "{}", at.to_zoned(jiff::tz::TimeZone::UTC).date()),
+                        None => write!(text, "{seconds}"),
+                    }
+                }
                 Data::Bool(value) => write!(text, "{}", u8::from(*value)),
                 Data::String(own) | Data::DateTimeIso(own) | Data::DurationIso(own) => {
                     let own = own.replace(['\t', '\r', '\n'], " ");
@@ -161,6 +174,15 @@ fn lines(cells: &[(Place, Data)]) -> Option<String> {
         line = own + 1;
     }
     Some(text)
+}
+
+/// Seconds since 1970 of a date; of a time of day or a duration, its seconds.
+fn seconds(value: &calamine::ExcelDateTime) -> f64 {
+    let days = value.as_f64();
+    // 1970 began 25,569 days after the day 0 of these numbers, 24,107 after that of workbooks of early Macs, whose years are four more
+    let year = 1900 + crate::number::whole_i64(days / 365.25);
+    let epoch = if i64::from(value.to_ymd_hms_milli().0) - year > 2 { 24_107.0 } else { 25_569.0 };
+    if value.is_datetime() && days >= 1.0 { ((days - epoch) * DAY_S * 1e6).round() / 1e6 } else { days * DAY_S }
 }
 
 /// Are the chains of sectors of a compound file (.xls) without a loop? Its reader follows them until memory ends.

@@ -7,7 +7,7 @@ use crate::campaign::{JointState, Observation, Reading, Readings};
 use crate::error::{Fault, Malformed, Result};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 /// One reading: keys `<joint>_deg`, `<joint>_deg_s`, `<joint>_turns`, `<sensor>`, `<sensor>_u`, `n`, `position`, and any further column.
 pub type ReadingFile = Named<Cell>;
@@ -191,12 +191,19 @@ pub(super) fn from_cells(bench: &Bench, rows: impl CellRows) -> Result<Readings>
     let mut columns: Vec<String> = Vec::new();
     let mut meanings = Meanings { bench, seen: Vec::new(), slots: HashMap::new() };
     let mut count = 0_usize;
+    // a text where a model line wants a number is a fault of its row, not a column that is not there
+    let used: HashSet<&str> = bench.sensors.iter().flat_map(|sensor| sensor.model.names()).collect();
+    let is_read = |key: &String, cell: &Cell| match cell {
+        Cell::Number(_) => true,
+        Cell::Text(_) => used.contains(key.as_str()),
+        _ => false,
+    };
     rows.visit(&mut |_, row| {
         count += 1;
         for (at, (key, cell)) in row.0.iter().enumerate() {
             let (meaning, slot) = meanings.of(at, key);
             let input = matches!(meaning, Meaning::Column | Meaning::Angle(_) | Meaning::Rate(_) | Meaning::Turns(_));
-            if input && slot.is_none() && matches!(cell, Cell::Number(_)) {
+            if input && slot.is_none() && is_read(key, cell) {
                 meanings.slot(at, key, &mut columns);
             }
         }

@@ -228,9 +228,18 @@ impl Recipe {
         let wanted = schedule.map(Schedule::wanted);
         let all = record.columns().iter().enumerate().filter(|(k, _)| !others.contains(&Some(*k)));
         let chosen: Vec<(String, usize)> = all
-            .filter(|(_, column)| wanted.as_ref().is_none_or(|names| names.contains(&column.name)))
+            .filter(|(k, column)| match &wanted {
+                Some(names) => names.contains(&column.name),
+                None => !record.is_text(*k),
+            })
             .map(|(k, column)| (column.name.clone(), k))
             .collect();
+        if let (true, None) = (chosen.is_empty(), &wanted) {
+            return Err(Malformed::new(Fault::Missing, "no column of the record holds numbers")
+                .expected("columns of numbers, or one that is named (--columns NAME)")
+                .found(record::listed(record.columns()))
+                .in_file(record.name()));
+        }
         if chosen.is_empty() {
             return Err(Malformed::new(Fault::Missing, "no column of the record is one that the bench reads")
                 .expected(format!(

@@ -30,18 +30,24 @@ fn text(delimiter: char, mark: char, before: &str, end: &str) -> Vec<u8> {
     text.into_bytes()
 }
 
-fn parquet(path: &Path) {
+/// As doubles, or as decimal numbers of two places.
+fn parquet(path: &Path, is_decimal: bool) {
     use parquet::basic::{LogicalType, Repetition, Type as Physical};
-    use parquet::data_type::{ByteArray, ByteArrayType, DoubleType};
+    use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int64Type};
     use parquet::file::writer::SerializedFileWriter;
     use parquet::schema::types::Type;
     use std::sync::Arc;
     let field = |title: &str, kind: Physical, logical: Option<LogicalType>| {
         let own = Type::primitive_type_builder(title, kind).with_repetition(Repetition::REQUIRED);
+        let own = if kind == Physical::INT64 { own.with_precision(18).with_scale(2) } else { own };
         Arc::new(own.with_logical_type(logical).build().expect("a field"))
     };
     let mut fields = vec![field("serial", Physical::BYTE_ARRAY, Some(LogicalType::String))];
-    fields.extend(["x", "Temp (K)", "t (min)", "V [mV]"].map(|title| field(title, Physical::DOUBLE, None)));
+    let titles = ["x", "Temp (K)", "t (min)", "V [mV]"];
+    fields.extend(titles.map(|title| match is_decimal {
+        true => field(title, Physical::INT64, Some(LogicalType::decimal(2, 18))),
+        false => field(title, Physical::DOUBLE, None),
+    }));
     let schema = Type::group_type_builder("table").with_fields(fields).build().expect("a schema");
     let file = std::fs::File::create(path).expect("a file");
     let mut writer = SerializedFileWriter::new(file, Arc::new(schema), Default::default()).expect("a writer");
@@ -53,7 +59,12 @@ fn parquet(path: &Path) {
     for k in 0..4 {
         let values: Vec<f64> = rows().iter().map(|(_, own)| own[k]).collect();
         let mut column = group.next_column().expect("a column").expect("one more");
-        column.typed::<DoubleType>().write_batch(&values, None, None).expect("values");
+        if is_decimal {
+            let hundredths: Vec<i64> = values.iter().map(|value| (100.0 * value).round() as i64).collect();
+            column.typed::<Int64Type>().write_batch(&hundredths, None, None).expect("values");
+        } else {
+            column.typed::<DoubleType>().write_batch(&values, None, None).expect("values");
+        }
         column.close().expect("a column");
     }
     group.close().expect("a group");
@@ -109,10 +120,13 @@ fn doors(at: &Path) -> Vec<Door> {
         ("marked.csv", [b"\xef\xbb\xbf".to_vec(), plain()].concat()),
         ("wide.csv", utf16(text(';', ',', "", "\r\n"))),
         ("packed.csv.gz", gzip(plain())),
+        ("returns.csv", text(';', ',', "", "\r")),
+        ("ended.csv", text(';', '.', "", ";\n")),
     ] {
         std::fs::write(at.join(name), bytes).expect("a table");
     }
-    parquet(&at.join("table.parquet"));
+    parquet(&at.join("table.parquet"), false);
+    parquet(&at.join("decimal.parquet"), true);
     let made = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/doors");
     for name in ["table.xlsx", "table.ods", "table.h5"] {
         std::fs::copy(made.join(name), at.join(name)).expect("a copy");
@@ -141,7 +155,10 @@ fn doors(at: &Path) -> Vec<Door> {
         "marked.csv",
         "wide.csv",
         "packed.csv.gz",
+        "returns.csv",
+        "ended.csv",
         "table.parquet",
+        "decimal.parquet",
         "table.xlsx",
         "table.ods",
         "table.h5",
@@ -293,6 +310,128 @@ fn every_table_through_every_door() {
         sentences.dedup();
         assert_eq!(sentences.len(), 1, "{sentences:?}");
     }
+}
+
+/// Logs of robots through every door: the same as the numbers that went into them, as a plain table.
+#[test]
+fn every_log_through_every_door() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/records");
+    let read = |name: &str| -> serde_json::Value {
+        serde_json::from_str(&std::fs::read_to_string(data.join(name)).expect(name)).expect(name)
+    };
+    // made by tests/scripts/robot_logs.py and record_formats.py, with the libraries of their communities
+    let (robots, formats) = (read("robots.json"), read("expected.json"));
+    let table1 = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/01-gyro-table/table1.campaign.json");
+    run(at, &["fit", table1.to_str().expect("a path"), "--json", "gyro.json"]);
+    std::fs::write(at.join("times.csv"), "start_s,end_s,position\n0,0.1,a\n0.15,0.3,b\n").expect("segments");
+    let mut seen = 0;
+    for (log, numbers) in [&robots, &formats].into_iter().flat_map(|own| own.as_object().expect("logs")) {
+        let (time, unit, sensor) = match log.rsplit_once('.') {
+            Some((_, "ulg")) => ("timestamp", "us", "gyro_rad[1]"),
+            Some((_, "bag" | "mcap")) => ("time_s", "s", "w_y"),
+            _ => continue,
+        };
+        std::fs::copy(data.join(log), at.join(log)).expect("a copy");
+        let columns = numbers.as_object().expect("columns");
+        let titled = |own: &String| if own == time { format!("{own} [{unit}]") } else { own.clone() };
+        let mut text = columns.keys().map(titled).collect::<Vec<_>>().join(",") + "\n";
+        for k in 0..columns[time].as_array().expect("times").len() {
+            let row: Vec<String> = columns.values().map(|own| own[k].to_string()).collect();
+            text.push_str(&format!("{}\n", row.join(",")));
+        }
+        let plain = log.replace('.', "_") + ".csv";
+        std::fs::write(at.join(&plain), text).expect("a table");
+        let mut answers: Vec<Vec<serde_json::Value>> = Vec::new();
+        for file in [log.as_str(), &plain] {
+            let door =
+                Door { file: Box::leak(file.to_string().into_boxed_str()), x: "no such title", serials: ["1", "2"] };
+            let bench = format!(
+                r#"{{ "id": "line", "chain": [], "sensors": {{ "V": {{ "unit": "rad/s", "model": "a + b*time_s" }} }} }}"#
+            );
+            let campaign = |readings: &str| {
+                let text = format!(r#"{{ "bench": {bench}, "estimate": {{ "a": {{}}, "b": {{}} }}, {readings} }}"#);
+                std::fs::write(at.join("c.campaign.json"), text).expect("a campaign");
+            };
+            let map = format!(r#""columns": {{ "V": "{sensor}", "time_s": "{time}" }}"#);
+            let mut own = Vec::new();
+            let mut ask = |arguments: &[&str]| {
+                let (_, out, error) = run(at, arguments);
+                let sentence = error.lines().find(|line| line.contains("error:")).unwrap_or_default();
+                own.push(match (out.starts_with('{'), arguments[0]) {
+                    (true, "fit") => nameless(&out, &door)["parameters"].clone(),
+                    (true, _) => nameless(&out, &door),
+                    // names that inputs along axes have are refused of a table of readings, wherever they come from
+                    (false, _) => {
+                        assert!(sentence.contains("has the name of something else"), "{file} {arguments:?}: {error}");
+                        serde_json::json!("refused")
+                    }
+                });
+            };
+            ask(&["reduce", file, "--times", "times.csv", "--columns", &format!("V={sensor}"), "--json", "-"]);
+            ask(&["noise", file, "--columns", sensor, "--unit", "rad/s", "--json", "-"]);
+            campaign(&format!(r#"{map}, "readings": "{file}""#));
+            ask(&["fit", "c.campaign.json", "--json", "-"]);
+            campaign(&format!(r#"{map}, "readings": "times.csv""#));
+            ask(&["fit", "c.campaign.json", "--readings", file, "--json", "-"]);
+            if time == "time_s" {
+                campaign(&format!(r#""readings": {{ "samples": "{file}", "as": "rows", {map} }}"#));
+                ask(&["fit", "c.campaign.json", "--json", "-"]);
+            }
+            let (code, out, error) = run(at, &["apply", "gyro.json", file, "--column", &format!("V={sensor}")]);
+            let sentence = error.lines().find(|line| line.contains("error:")).unwrap_or_default();
+            // a calibration that reads volts: messages say rad/s, a ULog and the plain table say nothing
+            if time == "time_s" && file == log {
+                assert!(sentence.contains("has another dimension"), "{file}: {error}");
+            } else {
+                assert_eq!(code, 0, "{file}: {error}");
+            }
+            let mut reader = csv::Reader::from_reader(out.as_bytes());
+            let last = |row: Result<csv::StringRecord, csv::Error>| {
+                row.expect("a row").iter().last().and_then(|cell| cell.parse::<f64>().ok()).expect("a number")
+            };
+            let corrected: Vec<f64> = reader.records().map(last).collect();
+            if time == "timestamp" {
+                own.push(serde_json::json!(corrected));
+            }
+            let (code, _, error) = run(at, &["noise", file, "--columns", "nope"]);
+            let sentence = error.lines().find(|line| line.contains("error:")).unwrap_or_default().to_string();
+            own.push(serde_json::json!([code, sentence]));
+            answers.push(own);
+        }
+        for (k, (of_log, of_table)) in answers[0].iter().zip(&answers[1]).enumerate() {
+            // the title of a table's times has their unit, messages have one for their sensors
+            let without = |own: &serde_json::Value| {
+                let text = own.to_string().replace(" [us]'", "'").replace(" [s]'", "'");
+                text.replace("\"unit\":\"rad/s\"", "\"unit\":\"\"")
+            };
+            assert_eq!(without(of_log), without(of_table), "{log}, answer {k}");
+        }
+        seen += 1;
+    }
+    assert_eq!(seen, 6);
+}
+
+/// A column of texts that a model line wants numbers of is no column that is not there: every door says so.
+#[test]
+fn texts_for_numbers() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    std::fs::write(at.join("t.csv"), "s,x,T,V\nA,0,warm,1\nA,1,warm,2\nA,2,cold,3.01\nA,3,cold,4\n").expect("a table");
+    let bench = r#"{ "id": "line", "chain": [], "sensors": { "V": { "unit": "V", "model": "a + b*x + 0.01*T" } } }"#;
+    for readings in [
+        r#""t.csv""#,
+        r#"[{ "x": 0, "T": "warm", "V": 1 }, { "x": 1, "T": "warm", "V": 2 }, { "x": 2, "T": "cold", "V": 3.01 }]"#,
+        r#"{ "samples": "t.csv", "as": "rows" }"#,
+    ] {
+        let text = format!(r#"{{ "bench": {bench}, "estimate": {{ "a": {{}}, "b": {{}} }}, "readings": {readings} }}"#);
+        std::fs::write(at.join("c.campaign.json"), text).expect("a campaign");
+        let (code, _, error) = run(at, &["fit", "c.campaign.json"]);
+        assert!(code == 1 && error.contains("not a number") && error.contains("'warm'"), "{readings}: {error}");
+    }
+    let (_, out, _) = run(at, &["fit", "c.campaign.json", "--readings", "t.csv", "--by", "s", "--to", "-"]);
+    assert!(out.lines().nth(1).is_some_and(|row| row.contains("no number") || row.contains("not a number")), "{out}");
 }
 
 /// Units in titles convert every column that a model line reads; what is no unit is an error.

@@ -299,6 +299,59 @@ fn tables() {
     });
 }
 
+/// Reads a file in whatever format as numbers, as numbers and labels, and as labels; `true` where all of it is taken.
+fn read_file(path: &Path) -> bool {
+    [As::Number, As::Mixed, As::Label].into_iter().all(|kind| {
+        let Ok(mut record) = Record::at(path) else { return false };
+        record.select(&(0..record.columns().len()).map(|k| (k, kind)).collect::<Vec<_>>());
+        let mut block = Block::default();
+        loop {
+            match record.next(&mut block) {
+                Ok(true) => {}
+                Ok(false) => return true,
+                Err(_) => return false,
+            }
+        }
+    })
+}
+
+/// Formats that are not text, each from files that the libraries of its own community wrote.
+#[test]
+fn binary_files() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for format in ["parquet", "xlsx", "xls", "ods", "mat", "h5", "mcap", "bag", "ulg"] {
+        let seeds = corpus(&["tests/data/records", "tests/data/doors", "tests/data/fuzzed"], &[&format!(".{format}")]);
+        let path = folder.path().join(format);
+        hold(format, &seeds, draws(300, 20_000), |bytes| {
+            std::fs::write(&path, bytes).expect("a file");
+            read_file(&path)
+        });
+    }
+}
+
+/// Inputs that runs of fuzzing kept, each of which gets another answer: the program reads or refuses it, and neither panics nor asks for 2 GB.
+#[cfg(unix)]
+#[test]
+fn inputs_that_fuzzing_kept() {
+    let mut kept = Vec::new();
+    files(&Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/fuzzed"), &[""], &mut kept);
+    assert!(kept.len() > 50, "{}", kept.len());
+    for path in kept {
+        let program = assert_cmd::cargo::cargo_bin("tumble");
+        let output = std::process::Command::new("sh")
+            .args(["-c", "ulimit -v 2000000; exec \"$0\" noise --rate 100 --json - \"$1\""])
+            .args([&program, &path])
+            .output()
+            .expect("a run");
+        let error = String::from_utf8_lossy(&output.stderr);
+        assert!(
+            matches!(output.status.code(), Some(0..=2)) && !error.contains("panicked"),
+            "{}: {error}",
+            path.display()
+        );
+    }
+}
+
 #[test]
 fn lines_and_units() {
     let mut lines = Vec::new();

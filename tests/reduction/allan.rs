@@ -116,7 +116,17 @@ fn record(random: &mut Pcg64Mcg, count: usize, dt: f64, [q, n, b, k, r]: [f64; 5
         .take_while(|t| *t < 10.0 * count as f64 * dt)
         .collect();
     let sd = b * (10f64.ln() / (4.0 * std::f64::consts::PI)).sqrt();
-    let mut flicker: Vec<f64> = times.iter().map(|_| sd * normal()).collect();
+    // each process with what it keeps over an interval, and the parts of its mean
+    let mut flicker: Vec<(f64, [f64; 4])> = times
+        .iter()
+        .map(|time| {
+            let (stay, part) = ((-dt / time).exp(), 2.0 * time / dt);
+            let middle = part * (1.0 / part).tanh();
+            let own =
+                [stay, sd * (1.0 - stay * stay).sqrt(), 0.5 * middle, sd * (part * (1.0 - middle)).max(0.0).sqrt()];
+            (sd * normal(), own)
+        })
+        .collect();
     let mut walk = 0.0;
     let mut angle = q * normal();
     (0..count)
@@ -124,12 +134,10 @@ fn record(random: &mut Pcg64Mcg, count: usize, dt: f64, [q, n, b, k, r]: [f64; 5
             let mut y = n / dt.sqrt() * normal() + r * i as f64 * dt;
             if b > 0.0 {
                 // the mean of each process over the interval, from its values at both ends; sampled, they would have white noise of their own
-                for (state, time) in flicker.iter_mut().zip(&times) {
-                    let (stay, part) = ((-dt / time).exp(), 2.0 * time / dt);
+                for (state, [stay, kick, middle, rest]) in &mut flicker {
                     let before = *state;
-                    *state = stay * before + sd * (1.0 - stay * stay).sqrt() * normal();
-                    let middle = part * (1.0 / part).tanh();
-                    y += 0.5 * middle * (before + *state) + sd * (part * (1.0 - middle)).max(0.0).sqrt() * normal();
+                    *state = *stay * before + *kick * normal();
+                    y += *middle * (before + *state) + *rest * normal();
                 }
             }
             walk += k * dt.sqrt() * normal();

@@ -174,6 +174,13 @@ fn times_as_people_write_them() {
             None,
         ),
         (rows("t,V", &|k| format!("{}", k as f64 / 100.0)), None),
+        (rows("Time,V", &|k| format!("11/20/26 9:14:{} AM", second(k))), None),
+        (rows("time,V", &|k| format!("{:02}:59:{}.{:02} pm", 11 + k / 500, 55 + k / 100, k % 100)), None),
+        (rows("time,V", &|k| format!("20.11.26 9:14:{}", second(k))), None),
+        (rows("datetime,V", &|k| format!("11/20/2026 12:00:{} AM", second(k))), None),
+        (rows("timestamp_ms,V", &|k| (10 * k).to_string()), None),
+        (rows("t/ms,U/mV", &|k| (10 * k).to_string()), None),
+        (rows("Date,Time,V", &|k| format!("20.11.2026,09:14:{}", second(k))), None),
         (rows(toa5, &|k| format!("\"2024-01-01 10:00:{:02}.{:02}\"", k / 100, k % 100)), None),
     ] {
         let (step, notes, gaps) = clock(&text).unwrap_or_else(|error| panic!("{error}\n{text:.200}"));
@@ -185,9 +192,57 @@ fn times_as_people_write_them() {
     assert_eq!((toa5.columns()[1].name.as_str(), toa5.columns()[1].unit.as_deref()), ("V", Some("mV")));
     let px4 = open("timestamp,gyro_rad[0],gyro_rad[1]\n50000,1,2\n60000,1,2\n");
     assert!(px4.columns().iter().all(|own| own.unit.is_none()));
-    for text in ["t,V\n1.2.3,1\n1.2.4,2\n1.2.5,3\n", "timestamp,V\nnever,1\nnow,2\n"] {
+    for text in [
+        "t,V\n1.2.3,1\n1.2.4,2\n1.2.5,3\n",
+        "timestamp,V\nnever,1\nnow,2\n",
+        // which number is the day, or the year, does not show; no clock of twelve hours has a thirteenth
+        "time,V\n05/11/2026 09:14:00,1\n05/11/2026 09:14:01,2\n",
+        "time,V\n26/11/20 09:14:00,1\n26/11/20 09:14:01,2\n",
+        "time,V\n13:14:00 AM,1\n13:14:01 AM,2\n",
+    ] {
         assert!(clock(text).is_err(), "{text}");
     }
+    // a morning goes over into an afternoon, and midnight begins a day
+    let over = |before: &str, after: &str| clock(&format!("time,V\n{before},1\n{after},2\n")).map(|(step, ..)| step);
+    for (before, after) in
+        [("11:59:59 AM", "12:00:00 PM"), ("12:59:59 PM", "1:00:00 PM"), ("11:59:59 PM", "12:00:00 AM")]
+    {
+        assert_eq!(over(before, after), Ok(1.0), "{before} {after}");
+    }
+    // seconds or milliseconds: read as seconds, and said
+    let (step, notes, _) = clock(&rows("time,V", &|k| (123_456 + 10 * k).to_string())).expect("a clock");
+    assert!(step == 10.0 && notes[0].contains("read as seconds, with steps of 10;"), "{notes:?}");
+}
+
+/// A delimiter behind every cell, carriage returns, lines above the names, columns of texts: the same means as of the plain table.
+#[test]
+fn tables_as_loggers_write_them() {
+    let plain = table(&positions(&LEVELS, 7));
+    let lines = |of: &dyn Fn(usize, &str) -> String| {
+        plain.lines().enumerate().map(|(k, line)| of(k, line) + "\n").collect::<String>()
+    };
+    for text in [
+        lines(&|_, line| format!("{line},")),
+        lines(&|_, line| format!("{line},,,")),
+        lines(&|k, line| format!("{line}{}", if k == 0 { "" } else { "," })),
+        plain.replace('\n', "\r"),
+        format!("Report,\n,3\n{plain}"),
+        lines(&|k, line| format!("{},{line}", ["device", "WT901(aa:bb)"][k.min(1)])),
+        plain.replace(',', ";").replace('.', ",").replace('\n', ";\r\n"),
+    ] {
+        check(&reduced(&text, &still()), &LEVELS);
+    }
+    let of_text = Delimited::open("log.csv", Cursor::new(b"a,b,remark\n1,2,\n3,4,\n".to_vec())).expect("a table");
+    assert_eq!(of_text.dialect().columns.len(), 3);
+    // a cell behind the last column is one too many, but below a name that is empty
+    let mut record = open("t,V,\n0,1,\n1,2,\n2,3,4\n");
+    record.select(&[(1, As::Number)]);
+    let mut block = Block::default();
+    assert!(record.next(&mut block).is_ok_and(|more| more) && block.columns[0] == [1.0, 2.0, 3.0]);
+    let mut record = open("t,V\n0,1,\n1,2,\n2,3,4\n");
+    record.select(&[(1, As::Number)]);
+    assert!(record.next(&mut block).is_ok_and(|more| more) && block.columns[0] == [1.0, 2.0]);
+    assert!(record.next(&mut block).is_err());
 }
 
 /// Times that are coarser than the samples, stand twice or change places neither end the record nor stretch it.
@@ -277,6 +332,23 @@ fn damaged_files_ask_for_no_memory() {
     assert_eq!(block.columns[0], [1.0]);
 }
 
+/// A log that says it has 2^64 fields of a format without one.
+#[test]
+fn nothing_many_times() {
+    let mut log = b"ULog\x01\x12\x35\x01\0\0\0\0\0\0\0\0".to_vec();
+    let messages: [(u8, &[u8]); 3] = [(b'F', b"a:"), (b'F', b"b:a[18446744073709551615] x;"), (b'A', b"\0\0\0b")];
+    for (kind, data) in messages {
+        log.extend((data.len() as u16).to_le_bytes());
+        log.push(kind);
+        log.extend(data);
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("log.ulg");
+    std::fs::write(&path, log).expect("a file");
+    let error = column(&path, &[As::Number]).expect_err("no fields");
+    assert!(error.contains("'a', which has no field"), "{error}");
+}
+
 /// A byte of a chunk that changed, which no other check sees.
 #[test]
 fn the_checksums_of_a_log() {
@@ -344,6 +416,12 @@ fn logical_types_of_parquet() {
         of("e", Physical::INT32, Some(LogicalType::Date)).build(),
         of("f", Physical::INT64, Some(LogicalType::timestamp(true, TimeUnit::MICROS))).build(),
         of("g", Physical::INT64, Some(LogicalType::integer(64, false))).build(),
+        // 256 bits, as Arrow's widest decimal has them
+        of("w", Physical::FIXED_LEN_BYTE_ARRAY, Some(decimal(2, 76)))
+            .with_length(32)
+            .with_precision(76)
+            .with_scale(2)
+            .build(),
         of("h", Physical::INT32, None)
             .with_converted_type(ConvertedType::DECIMAL)
             .with_precision(9)
@@ -376,10 +454,12 @@ fn logical_types_of_parquet() {
         column!(Int32Type, [19_810, 0]);
         column!(Int64Type, [1_711_850_395_250_000_i64, 0]);
         column!(Int64Type, [-1_i64, i64::MIN]);
+        let wide = |value: i128| [vec![if value < 0 { 0xFF } else { 0 }; 16], value.to_be_bytes().to_vec()].concat();
+        column!(FixedLenByteArrayType, [fixed(wide(-12_345)), fixed(wide(678))]);
         column!(Int32Type, [1, -2_500]);
         group.close().expect("a group");
         writer.close().expect("a file");
-        let (block, _) = column(&path, &[As::Number; 8]).expect("numbers");
+        let (block, _) = column(&path, &[As::Number; 9]).expect("numbers");
         #[allow(
             clippy::excessive_precision,
             clippy::approx_constant,
@@ -393,12 +473,13 @@ fn logical_types_of_parquet() {
             [19_810.0 * 86_400.0, 0.0],
             [1_711_850_395.25, 0.0],
             [18_446_744_073_709_551_615.0, 9_223_372_036_854_775_808.0],
+            [-123.45, 6.78],
             [0.001, -2.5],
         ];
         for (found, expected) in block.columns.iter().zip(expected) {
             assert_eq!(found[..], expected, "{pack:?}");
         }
-        let (_, labels) = column(&path, &[As::Label; 8]).expect("labels");
+        let (_, labels) = column(&path, &[As::Label; 9]).expect("labels");
         for text in [
             "1.2345",
             "-0.0005",
