@@ -347,9 +347,8 @@ fn every_log_through_every_door() {
         for file in [log.as_str(), &plain] {
             let door =
                 Door { file: Box::leak(file.to_string().into_boxed_str()), x: "no such title", serials: ["1", "2"] };
-            let bench = format!(
-                r#"{{ "id": "line", "chain": [], "sensors": {{ "V": {{ "unit": "rad/s", "model": "a + b*time_s" }} }} }}"#
-            );
+            let bench =
+                r#"{ "id": "line", "chain": [], "sensors": { "V": { "unit": "rad/s", "model": "a + b*time_s" } } }"#;
             let campaign = |readings: &str| {
                 let text = format!(r#"{{ "bench": {bench}, "estimate": {{ "a": {{}}, "b": {{}} }}, {readings} }}"#);
                 std::fs::write(at.join("c.campaign.json"), text).expect("a campaign");
@@ -389,7 +388,7 @@ fn every_log_through_every_door() {
             }
             let mut reader = csv::Reader::from_reader(out.as_bytes());
             let last = |row: Result<csv::StringRecord, csv::Error>| {
-                row.expect("a row").iter().last().and_then(|cell| cell.parse::<f64>().ok()).expect("a number")
+                row.expect("a row").iter().next_back().and_then(|cell| cell.parse::<f64>().ok()).expect("a number")
             };
             let corrected: Vec<f64> = reader.records().map(last).collect();
             if time == "timestamp" {
