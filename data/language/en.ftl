@@ -1282,6 +1282,7 @@ run-sheet = Run sheet: { $bench }
 run-sheet-how = Take the readings in this order. Write each value into its empty cell; the table of the same readings as CSV (--sheet FILE.csv), filled in, is read with --readings.
 readings-in-the-order-to-run = Readings in the order to run
 number-sign = no.
+mounting-named = Mounting { $name }
 mountings = Mountings
 cost = Cost
 cost-so-far = cost so far

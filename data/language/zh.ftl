@@ -1132,6 +1132,7 @@ run-sheet = 测量记录表：{ $bench }
 run-sheet-how = 按此顺序读数，把每个读数填入空格；同一表的 CSV 形式（--sheet FILE.csv）填好后用 --readings 读入。
 readings-in-the-order-to-run = 按执行顺序的读数
 number-sign = 序号
+mounting-named = 装夹 { $name }
 mountings = 装夹
 cost = 费用
 cost-so-far = 累计费用

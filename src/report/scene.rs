@@ -54,7 +54,7 @@ pub fn scene(bench: &Bench, joints: &[JointState]) -> Scene {
 /// A joint and its state, as short as it goes.
 fn said(name: &str, state: &JointState) -> String {
     match (state.keys().0, state.rate_deg_s()) {
-        (Some(angle), rate) if rate == 0.0 => format!("{name} {}\u{b0}", trimmed(angle)),
+        (Some(angle), 0.0) => format!("{name} {}\u{b0}", trimmed(angle)),
         (_, rate) => format!("{name} {}\u{b0}/s", trimmed(rate)),
     }
 }

@@ -125,7 +125,7 @@ pub fn sheet_document(schedule: &Campaign, costs: &Costs, lang: Language) -> Doc
     for (row, mounting) in rows.iter().zip(&of) {
         if !drawn.iter().any(|(own, _)| own == mounting) && drawn.len() < DRAWN {
             drawn.push((*mounting, &row.joints));
-            let caption = format!("{} {}", lang.sentence(say!(lang, "mounting")), name_of(row, *mounting));
+            let caption = say!(lang, "mounting-named", name = name_of(row, *mounting));
             figures.push(scene_figure(&schedule.bench, &row.joints, caption, lang));
         }
     }

@@ -212,6 +212,7 @@ fn the_page_says_what_the_report_says() {
     let (_, rest) = rest.split_once("</style>").unwrap();
     let closed = format!("{head}{rest}").replace("<!DOCTYPE html>", "").replace("<meta charset=\"utf-8\">", "");
     let closed = closed.replace("<meta name=\"color-scheme\" content=\"light dark\">", "");
+    let closed = closed.replace("<meta name=\"generator\" content=\"tumble\">", "");
     let tree = element(&closed.replace("<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">", ""));
     let headings: Vec<String> = tree.all("h2").into_iter().map(|h| h.text).collect();
     for heading in [

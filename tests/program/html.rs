@@ -31,6 +31,7 @@ fn tree(page: &str) -> Element {
         &closed
             .replace("<meta charset=\"utf-8\">", "")
             .replace("<meta name=\"color-scheme\" content=\"light dark\">", "")
+            .replace("<meta name=\"generator\" content=\"tumble\">", "")
             .replace("<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">", ""),
     )
 }

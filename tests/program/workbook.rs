@@ -126,7 +126,7 @@ fn a_filled_run_sheet_is_a_table_of_readings() {
         reading.as_object_mut().unwrap().remove("V");
     }
     fs::write(path("schedule.campaign.json"), campaign.to_string()).unwrap();
-    for name in ["sheet.csv", "sheet.html", "sheet.xlsx"] {
+    for name in ["sheet.csv", "sheet.html", "sheet.xlsx", "sheet.html", "sheet.xlsx"] {
         let arguments = ["plan", &path("schedule.campaign.json"), "--noise", "V=9e-4", "--sheet", &path(name)];
         let (code, _, errors) = tumble(&arguments);
         assert_eq!(code, 0, "{errors}");

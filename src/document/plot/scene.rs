@@ -56,16 +56,17 @@ fn draw(area: &Area<'_>, scene: &Scene, lang: Language) -> Drawn {
         draw_ring(area, &eye, ring, radius(k, scene.rings.len()))?;
     }
     unit(area, &eye, &scene.unit)?;
+    let middle = Vector3::zeros();
     for (name, direction) in &scene.inputs {
-        arrow(area, &eye, &Vector3::zeros(), &(scene.unit * direction * 0.62), &VERMILLION, 5)?;
-        label(area, &eye, &(scene.unit * direction * 0.62), name, &VERMILLION)?;
+        arrow(area, &eye, &middle, &(scene.unit * direction * 0.62), &VERMILLION, 5)?;
+        label(area, &eye, [&middle, &(scene.unit * direction * 0.62)], name, &VERMILLION)?;
     }
     for (name, k) in [("x", 0), ("y", 1), ("z", 2)] {
         let axis: Vector3<f64> = scene.unit.column(k).into();
         // an input along it stands for it
         if !scene.inputs.iter().any(|(_, own)| (scene.unit * own - axis).norm() < 0.05) {
-            arrow(area, &eye, &Vector3::zeros(), &(axis * 0.46), &INK, 3)?;
-            label(area, &eye, &(axis * 0.49), name, &INK)?;
+            arrow(area, &eye, &middle, &(axis * 0.46), &INK, 3)?;
+            label(area, &eye, [&middle, &(axis * 0.49)], name, &INK)?;
         }
     }
     // the room, beside the bench: a corner of its own
@@ -76,14 +77,14 @@ fn draw(area: &Area<'_>, scene: &Scene, lang: Language) -> Drawn {
         (say!(lang, "up-axis"), Vector3::z()),
     ] {
         arrow(area, &eye, &corner, &(corner + direction * 0.3), &SOFT, 3)?;
-        label(area, &eye, &(corner + direction * 0.3), name, &SOFT)?;
+        label(area, &eye, [&corner, &(corner + direction * 0.3)], name, &SOFT)?;
     }
-    let side = eye.0.transpose() * Vector3::new(-1.42, 0.55, 0.0);
+    let side = eye.0.transpose() * Vector3::new(-1.2, 0.7, 0.0);
     arrow(area, &eye, &side, &(side - Vector3::z() * 0.42), &GREEN, 5)?;
-    label(area, &eye, &(side - Vector3::z() * 0.42), say!(lang, "gravity-arrow"), &GREEN)?;
+    label(area, &eye, [&side, &(side - Vector3::z() * 0.42)], say!(lang, "gravity-arrow"), &GREEN)?;
     if let Some(direction) = scene.earth_rate {
         arrow(area, &eye, &side, &(side + direction * 0.42), &BLUE, 5)?;
-        label(area, &eye, &(side + direction * 0.42), say!(lang, "earth-rate-arrow"), &BLUE)?;
+        label(area, &eye, [&side, &(side + direction * 0.42)], say!(lang, "earth-rate-arrow"), &BLUE)?;
     }
     Ok(())
 }
@@ -111,7 +112,7 @@ fn draw_ring(area: &Area<'_>, eye: &Eye, ring: &Ring, radius: f64) -> Drawn {
     }
     let angle = ring.angle_deg.to_radians();
     match ring.rate_deg_s {
-        rate if rate == 0.0 => {
+        0.0 => {
             let mark = at(angle);
             area.draw(&PathElement::new([eye.at(&(mark * 0.86)), eye.at(&mark)], BLUE.stroke_width(5)))?;
             area.draw(&Circle::new(eye.at(&mark), 7, BLUE.filled()))?;
@@ -125,7 +126,7 @@ fn draw_ring(area: &Area<'_>, eye: &Eye, ring: &Ring, radius: f64) -> Drawn {
             arrow(area, eye, &before, &end, &VERMILLION, 6)?;
         }
     }
-    label(area, eye, &(ring.axis * (radius + 0.10)), &ring.label, &INK)
+    label(area, eye, [&Vector3::zeros(), &(ring.axis * (radius + 0.10))], &ring.label, &INK)
 }
 
 /// The box of the unit; faces turned away are not seen.
@@ -170,10 +171,10 @@ fn arrow(area: &Area<'_>, eye: &Eye, from: &Vector3<f64>, to: &Vector3<f64>, col
     Ok(())
 }
 
-/// A label at the end of a line from the middle of the picture outwards: to its right, or to its left where it points there.
-fn label(area: &Area<'_>, eye: &Eye, at: &Vector3<f64>, text: &str, colour: &RGBColor) -> Drawn {
+/// A label at the end of a line: to its right, or to its left where the line points there.
+fn label(area: &Area<'_>, eye: &Eye, [from, at]: [&Vector3<f64>; 2], text: &str, colour: &RGBColor) -> Drawn {
     let (x, y) = eye.at(at);
-    let left = f64::from(x) < CENTRE.0 - 60.0 && x > 300;
+    let left = x < eye.at(from).0 - GAP;
     let wide = text_width(text, SMALL);
     let x = if left { (x - GAP).max(wide) } else { (x + GAP).min(HALF as i32 - wide) };
     let anchor = if left { HPos::Right } else { HPos::Left };
