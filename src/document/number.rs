@@ -2,7 +2,8 @@
 
 use crate::number;
 
-/// With more decimals than this a number has an exponent.
+/// With more decimals than this a number has an exponent: value, u and U of a table then take 3 * (14 + 2) of a terminal's 80 columns and leave 32
+/// for names, units, degrees of freedom and k.
 const PLAIN: i32 = 11;
 
 /// A value rounded where its uncertainty ends: at the second significant digit of `u`, the third where `u` begins with 1 or 2,

@@ -180,6 +180,7 @@ fn lines(cells: &[(Place, Data)]) -> Option<String> {
 fn seconds(value: &calamine::ExcelDateTime) -> f64 {
     let days = value.as_f64();
     // 1970 began 25,569 days after the day 0 of these numbers, 24,107 after that of workbooks of early Macs, whose years are four more
+    // the year that the cell shows is that of the first kind or four more: two parts them
     let year = 1900 + crate::number::whole_i64(days / 365.25);
     let epoch = if i64::from(value.to_ymd_hms_milli().0) - year > 2 { 24_107.0 } else { 25_569.0 };
     if value.is_datetime() && days >= 1.0 { ((days - epoch) * DAY_S * 1e6).round() / 1e6 } else { days * DAY_S }

@@ -10,7 +10,7 @@ use crate::document::{Align, Cell, Document, Section, Table};
 use crate::language::{Language, say};
 use crate::plan::{Costs, mountings};
 
-/// More mountings than this are not drawn.
+/// More mountings than this are not drawn: two stand side by side, so these are ten printed pages.
 const DRAWN: usize = 60;
 
 /// What a table of readings has: columns of joints and of other inputs, one row a reading.
@@ -57,27 +57,22 @@ pub fn sheet_csv(schedule: &Campaign) -> String {
     let mut titles = if labelled { vec!["position".to_string()] } else { Vec::new() };
     titles.extend(columns.titles(schedule));
     titles.extend(schedule.bench.sensors.iter().map(|sensor| sensor.id.clone()));
-    let mut lines = vec![csv_line(&titles)];
+    let mut table = csv::Writer::from_writer(Vec::new());
+    let mut whole = table.write_record(&titles).is_ok();
     for row in &schedule.readings.rows {
         let mut cells = if labelled { vec![row.position.clone()] } else { Vec::new() };
         cells.extend(columns.cells(schedule, row));
         cells.extend((0..schedule.bench.sensors.len()).map(|sensor| value_of(row, sensor).unwrap_or_default()));
-        lines.push(csv_line(&cells));
+        whole &= table.write_record(&cells).is_ok();
     }
-    lines.concat()
+    let text = table.into_inner().ok().filter(|_| whole).and_then(|bytes| String::from_utf8(bytes).ok());
+    // memory takes every record, and all of them have as many cells as there are titles
+    text.unwrap_or_default()
 }
 
 fn value_of(row: &Reading, sensor: usize) -> Option<String> {
     let own = row.observations.iter().find(|own| own.sensor == sensor)?;
     Some(own.value.to_string())
-}
-
-fn csv_line(cells: &[String]) -> String {
-    let quoted = |cell: &String| match cell.contains(['"', ',', '\n', '\r']) {
-        true => format!("\"{}\"", cell.replace('"', "\"\"")),
-        false => cell.clone(),
-    };
-    cells.iter().map(quoted).collect::<Vec<_>>().join(",") + "\n"
 }
 
 /// The same for a person: each mounting drawn, and the readings with what they cost up to each of them.

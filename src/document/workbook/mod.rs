@@ -139,6 +139,7 @@ fn sheet_name(heading: &str, number: usize, taken: &[String]) -> String {
     let cut = |text: &str, most: usize| text.chars().take(most).collect::<String>().trim().to_string();
     let name = cut(&plain, NAME);
     let is_taken = |name: &str| taken.iter().any(|own| own.to_lowercase() == name.to_lowercase());
+    // the format keeps "History" for itself
     match name.is_empty() || is_taken(&name) || name.eq_ignore_ascii_case("history") {
         true => format!("{} {}", cut(&plain, NAME - 6), number + 1),
         false => name,
@@ -369,7 +370,7 @@ fn value(cell: &Cell, align: Align) -> Option<(f64, String)> {
     let zeros = "0".repeat(decimals);
     let point = if decimals > 0 { "." } else { "" };
     let tail = match cell {
-        Cell::Share(_) => " %".replace(' ', ""),
+        Cell::Share(_) => "%".into(),
         _ if text.contains('e') => "E+00".into(),
         _ => String::new(),
     };

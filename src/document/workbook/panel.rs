@@ -9,8 +9,8 @@ use rust_xlsxwriter::{
     ChartMarker, ChartMarkerType, ChartRange, ChartType, Format, XlsxError,
 };
 
-/// More points than this are thinned evenly.
-const MOST: usize = 20_000;
+/// More points than this are thinned evenly: older programs draw no more in a series.
+const MOST: usize = 32_000;
 
 /// One pair of axes and what is drawn over them.
 pub(super) struct Panel {
