@@ -14,6 +14,9 @@ use crate::estimate::factor::{product_by_rows, rank_tolerance};
 use crate::estimate::{Elimination, ScaleHints, Settings, System, solve};
 use faer::Mat;
 
+/// Below one degree of freedom Student's distribution has no mean; less the rounding of a design in which an unknown has exactly one.
+const FEWEST: f64 = 1.0 - 1e-6;
+
 /// Adjust `system` with lines of scatter, estimating what is not stated: scales of the estimated groups, variances and correlation times of
 /// lines. `least` are the scales that rounding alone would give each group (as for `adjust_hinted`); may be empty.
 ///
@@ -170,7 +173,7 @@ fn conclude(
         absorbed.iter().flatten().any(|own| own.touches(&along))
     };
     let judged = (0..covariance.nrows()).filter(|j| point.estimate.unknowns.is_estimable(*j) && !follows(*j));
-    let mixture = match is_open || judged.map(|j| dof(&j)).any(|dof| dof < 1.0) {
+    let mixture = match is_open || judged.map(|j| dof(&j)).any(|dof| dof < FEWEST) {
         true => problem.summed(&point, &theta, &kept, timed)?,
         false => None,
     };

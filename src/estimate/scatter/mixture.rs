@@ -7,9 +7,9 @@
 //! Below one degree of freedom Student's distribution has no mean, and what Satterthwaite, Kenward and Roger make of the top of the likelihood may
 //! be of any size: mountings with unequal numbers of readings whose variance is estimated below zero, a correlation time as long as the record. The
 //! sum over variances and correlation times is of the size of the errors there. Variances go as far below zero as deviations of their line alone leave
-//! the rows a covariance, so that in a balanced design the sum is Student's interval of the mean square that belongs to the unknown, exactly.
+//! the rows a covariance, so that in a balanced design the sum is Student's interval of the mean square that belongs to the unknown.
 //! `J` is H. Jeffreys' prior, for Markov deviations flat in logarithms; a scale common to all that scatters is integrated out. G. E. P. Box, G. C.
-//! Tiao, Bayesian Inference in Statistical Analysis, 1973, chapters 2 and 5; nodes by Korobov's rule with R. Cranley and T. Patterson's steps.
+//! Tiao, Bayesian Inference in Statistical Analysis, 1973, chapters 2 and 5. Nodes follow R. Richtmyer's sequence (square roots of primes).
 #![allow(
     clippy::indexing_slicing,
     reason = "`theta`, `component` and the inference are over the components and lines of one problem; axes hold numbers of these"
@@ -27,8 +27,9 @@ use std::borrow::Cow;
 const NODES: (usize, usize) = (60, 400);
 /// A node with less than this of the largest weight is outside.
 const OUTSIDE: f64 = 1e-8;
-/// From this share of the noise to this multiple, or of what was estimated.
-const REACH: (f64, f64) = (1e-3, 3e4);
+/// From this share of the noise to this multiple, or of what was estimated: with one degree of freedom the tail falls as the root of the variance, and
+/// 1e-4 of the probability is beyond.
+const REACH: (f64, f64) = (1e-3, 1e8);
 /// Weights below this are left out.
 const SLIGHT: f64 = 1e-12;
 
@@ -72,6 +73,12 @@ impl Axis {
         let (Axis::Component { range, .. } | Axis::Time { range, .. }) = self;
         range.0 + share * (range.1 - range.0)
     }
+}
+
+/// The prime number that so many are before, 2 the first, counted from 1.
+fn prime(number: usize) -> f64 {
+    let is_prime = |p: &u32| (2..*p).all(|d| !p.is_multiple_of(d));
+    (2_u32..).filter(is_prime).nth(number.saturating_sub(1)).map_or(2.0, f64::from)
 }
 
 impl Mixture {
@@ -164,7 +171,7 @@ impl Problem<'_> {
             // the first axis in equal steps, the others in steps that share no period with it
             let step = |a: usize| match a {
                 0 => (k as f64 + 0.5) / count as f64,
-                _ => (k as f64 * (2.0 + a as f64).sqrt() + 0.5).fract(),
+                _ => (k as f64 * prime(a).sqrt() + 0.5).fract(),
             };
             let place: Vec<f64> =
                 within.iter().enumerate().map(|(a, (low, high))| low + (high - low) * step(a)).collect();

@@ -48,7 +48,7 @@ pub(super) struct Ended {
     pub restricted: Option<Vec<f64>>,
     /// The standard deviation that each component at zero could have.
     pub could_be: Vec<Option<f64>>,
-    /// The likelihood rises below zero to where the variances are no covariance any more: it has no top there.
+    /// The likelihood rises below zero, and the search came to where the variances are no covariance any more before a top.
     pub is_open: bool,
     pub iterations: usize,
     pub converged: bool,
