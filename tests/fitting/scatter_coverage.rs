@@ -440,10 +440,10 @@ fn scatter_coverage_of_unequal_numbers_of_readings() {
             let campaign = parse(&format!(
                 r#"{{"bench": {{"id": "m", "sensors": {{"V": {{"unit": "V", "model": "a + s*x"}}}}}}, {},
                     "scatter": [{{"of": "V", "per": "position", "u": "estimate"}}], "readings": [{}]}}"#,
-                if k % 2 == 0 {
+                if k.is_multiple_of(2) {
                     r#""estimate": {"a": {}, "s": {}}"#
                 } else {
-                    r#""estimate": {"a": {}}, "known": {"s": 0.5}"#
+                    r#""estimate": {"a": {}}, "known": {"s": {"value": 0.5}}"#
                 },
                 readings.join(",")
             ));
