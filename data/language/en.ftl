@@ -429,6 +429,7 @@ identity-procedure = Procedure
 identity-environment = Environment
 identity-note = Note
 instrument-no-longer-valid = the calibration of { $name } was valid to { $valid_to }, and the measurement was on { $date }
+interval-sums-over-the-likelihood-of-the-variances = the readings hardly tell some of the variances: the intervals are those of all variances and correlation times that the readings allow, weighted by their likelihood, and not of the most likely ones alone
 scale-factor-errors-need-readings = nonlinearity, asymmetry, hysteresis and repeatability of scale factors are not given for a record that is streamed: reduce it to readings first (tumble reduce)
 scale-factor-error-has-limits = { $id } has limits, and these readings do not give it: it takes at least three rates about the sensor's input axis, and those of both senses, of both directions of approach or of several runs where it compares them
 
@@ -463,7 +464,7 @@ conformity-is-undecided = Conformity: undecided ({ $rule }).
 tone-plain = Note
 tone-good = In order
 tone-caution = Caution
-tone-bad = Rejected
+tone-bad = Not in order
 
 # the certificate
 angles-and-coefficients = Angles and coefficients

@@ -391,6 +391,7 @@ identity-procedure = 测试程序
 identity-environment = 环境条件
 identity-note = 备注
 instrument-no-longer-valid = { $name } 的校准有效期至 { $valid_to }，而测量日期为 { $date }
+interval-sums-over-the-likelihood-of-the-variances = 读数几乎不能确定某些方差：区间按似然对读数所容许的全部方差和相关时间加权求得，而不只取最可能的值
 scale-factor-errors-need-readings = 流式读取的记录不给出标度因数的非线性度、不对称度、迟滞和重复性：请先归约为读数（tumble reduce）
 scale-factor-error-has-limits = { $id } 设有限值，但这些读数不能给出该量：需要绕该传感器输入轴的至少三个速率，且视所比较的对象而定，需要两个转向、两个趋近方向或多次运行的读数
 
@@ -407,7 +408,7 @@ specific-risk-pass-where-conformity-is-at = 特定风险：合格概率不小于
 tone-plain = 说明
 tone-good = 正常
 tone-caution = 注意
-tone-bad = 拒绝
+tone-bad = 异常
 
 # 证书
 angles-and-coefficients = 角度与系数

@@ -67,8 +67,8 @@ pub use groups::ScaleHints;
 pub use inequalities::{Active, Inequality, Restricted, Side, restrict};
 pub use scale_uncertainty::ScaleUncertainty;
 pub use scatter::{
-    Absorbed, Felt, Floor, LineState, Memory, Pattern, ScatterLine, Scattered, Stepped, Variances, Whitening,
-    adjust_scattered, step_scattered,
+    Absorbed, Felt, Floor, LineState, Memory, Mixture, Node, Pattern, ScatterLine, Scattered, Stepped, Variances,
+    Whitening, adjust_scattered, step_scattered,
 };
 pub use sequential::Sequential;
 pub use unknowns::Unknowns;

@@ -3,10 +3,10 @@
 use crate::campaign::{Campaign, Deviating, Scatter, Size};
 use crate::design::DesignMatrix;
 use crate::elements::Elements;
-use crate::estimate::{Absorbed, Estimate, Group, LineState, ScaleUncertainty, Scattered, System};
+use crate::estimate::{Absorbed, Estimate, Group, LineState, Mixture, ScaleUncertainty, Scattered, System};
 use crate::linear::form;
-use crate::uncertainty::monte_carlo;
 use crate::uncertainty::{Contribution, Evaluation, Shape};
+use crate::uncertainty::{monte_carlo, quantiles};
 use crate::vocabulary::vocabulary;
 use faer::Mat;
 use faer::linalg::matmul::matmul;
@@ -70,6 +70,8 @@ pub struct ScatterSources {
     leans: Vec<(usize, Mat<f64>)>,
     /// Is the variance of every group of rows determined?
     pub determined: bool,
+    /// The unknowns over the whole likelihood of the variances, where its top says nothing of some.
+    mixture: Option<Mixture>,
     /// Lines of the campaign's scatter whose variance the readings do not tell, and what follows it.
     pub absorbed: Vec<(usize, Absorbed)>,
 }
@@ -158,6 +160,7 @@ impl ScatterSources {
             correction: None,
             leans: Vec::new(),
             determined: estimate.group_scale.iter().all(Option::is_some),
+            mixture: None,
             absorbed: Vec::new(),
             sources,
         };
@@ -198,6 +201,7 @@ impl ScatterSources {
             correction: None,
             leans: Vec::new(),
             determined,
+            mixture: None,
             absorbed: Vec::new(),
         }
     }
@@ -264,11 +268,15 @@ impl ScatterSources {
         let estimated = !leans.is_empty() || sources.iter().any(|s| s.component.is_some());
         ScatterSources {
             sensitivities: std::mem::replace(&mut found.sensitivities, Mat::new()),
-            covariance: &found.estimate.unknowns.covariance + &found.correction,
+            covariance: match &found.mixture {
+                Some(mixture) => summed_covariance(mixture).0,
+                None => &found.estimate.unknowns.covariance + &found.correction,
+            },
             spread: estimated.then(|| found.spread.clone()),
             correction: estimated.then(|| found.correction.clone()),
             leans,
             determined: found.group_variance.iter().all(Option::is_some),
+            mixture: found.mixture.take(),
             absorbed: found.absorbed.iter().enumerate().filter_map(|(k, own)| Some((k, own.clone()?))).collect(),
             sources,
         }
@@ -310,6 +318,7 @@ impl ScatterSources {
             correction: None,
             leans,
             determined,
+            mixture: None,
             absorbed: Vec::new(),
         }
     }
@@ -325,6 +334,7 @@ impl ScatterSources {
             correction: None,
             leans: Vec::new(),
             determined: self.determined,
+            mixture: None,
             absorbed: Vec::new(),
         };
         for source in &mut own.sources {
@@ -356,11 +366,18 @@ impl ScatterSources {
         let below = self.sources.iter().any(VarianceSource::is_below_zero);
         let (mut joint, mut all) = (Mat::zeros(self.covariance.nrows(), self.covariance.nrows()), Vec::new());
         for source in felt.chain(self.sources.iter().filter(|s| s.is_below_zero())) {
-            if below && source.evaluation == Evaluation::TypeA {
+            if (below || self.mixture.is_some()) && source.evaluation == Evaluation::TypeA {
                 joint += &source.share;
             } else {
                 all.push(factored(&source.share, source.dof));
             }
+        }
+        if let Some(mixture) = &self.mixture {
+            let (mut whole, dof) = summed_covariance(mixture);
+            let stated = self.sources.iter().filter(|s| s.evaluation != Evaluation::TypeA && s.share.nrows() > 0);
+            stated.for_each(|source| whole -= &source.share);
+            all.push(factored(&whole, dof));
+            return all;
         }
         if below {
             let part = |share: &Mat<f64>| -> f64 {
@@ -410,6 +427,17 @@ impl ScatterSources {
             })
             .collect();
         let Some(dof) = self.together(&|share| form(share, along)) else { return (contributions, None) };
+        if let Some((u, dof)) = self.mixture.as_ref().and_then(|own| summed(own, along)) {
+            // shares of the sources at the top of the likelihood, in the whole that they have over all of it
+            let of_type_a = |c: &&Contribution| c.evaluation == Evaluation::TypeA;
+            let all: f64 = contributions.iter().map(|c| c.u * c.u).sum();
+            let estimated: f64 = contributions.iter().filter(of_type_a).map(|c| c.u * c.u).sum();
+            let factor = if estimated > 0.0 { ((u * u - (all - estimated)).max(0.0) / estimated).sqrt() } else { 1.0 };
+            for own in contributions.iter_mut().filter(|c| c.evaluation == Evaluation::TypeA) {
+                (own.u, own.dof, own.distribution) = (own.u * factor, dof, Shape::T);
+            }
+            return (contributions, Some(dof));
+        }
         if below > 0.0 {
             let type_a = contributions.iter_mut().filter(|c| c.evaluation == Evaluation::TypeA);
             type_a.for_each(|c| (c.dof, c.distribution) = (dof, Shape::T));
@@ -419,6 +447,11 @@ impl ScatterSources {
             contributions.push(type_a("estimated weights (Kenward-Roger)".into(), added, dof));
         }
         (contributions, Some(dof))
+    }
+
+    /// Do the intervals come from the whole likelihood of the variances?
+    pub fn is_summed(&self) -> bool {
+        self.mixture.is_some()
     }
 
     /// Degrees of freedom of all estimated variances together (Satterthwaite, with their covariance): `of` is what is made of each part of the
@@ -454,6 +487,36 @@ impl VarianceSource {
     pub fn u_is_below(&self) -> bool {
         self.is_below_zero()
     }
+}
+
+/// Standard uncertainty and degrees of freedom of `along . x` over the likelihood of the variances: of the Student distribution that has the same
+/// probability within its 68 % and 95 % intervals, or the same 95 % interval and one degree of freedom where the sum has longer tails.
+fn summed(mixture: &Mixture, along: &[f64]) -> Option<(f64, f64)> {
+    let parts = mixture.along(along);
+    let half = |level: f64| quantiles::mixture_half_interval(&parts, mixture.dof, level);
+    let (near, far) = (half(0.6827)?, half(0.95)?);
+    let ratio = |dof: f64| Some(quantiles::coverage_factor(0.95, dof)? / quantiles::coverage_factor(0.6827, dof)?);
+    let (mut low, mut high) = (0.0_f64, 1e4_f64.ln());
+    for _ in 0..50 {
+        let middle = 0.5 * (low + high);
+        if ratio(middle.exp())? > far / near { low = middle } else { high = middle }
+    }
+    let dof = if high < 1e4_f64.ln() { high.exp() } else { f64::INFINITY };
+    Some((far / quantiles::coverage_factor(0.95, dof)?, dof))
+}
+
+/// Covariance of the unknowns over the likelihood of the variances, with the standard uncertainties of [`summed`]; and the least of their degrees of
+/// freedom.
+fn summed_covariance(mixture: &Mixture) -> (Mat<f64>, f64) {
+    let mean = mixture.covariance();
+    let (mut factor, mut least) = (vec![0.0; mean.nrows()], f64::INFINITY);
+    for (j, slot) in factor.iter_mut().enumerate() {
+        let along: Vec<f64> = (0..mean.nrows()).map(|k| f64::from(u8::from(k == j))).collect();
+        let Some((u, dof)) = summed(mixture, &along).filter(|_| mean[(j, j)] > 0.0) else { continue };
+        *slot = u / mean[(j, j)].sqrt();
+        least = least.min(dof);
+    }
+    (Mat::from_fn(mean.nrows(), mean.ncols(), |i, j| mean[(i, j)] * factor.at(i) * factor.at(j)), least)
 }
 
 /// A Type A contribution of many readings.

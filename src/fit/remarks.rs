@@ -63,6 +63,9 @@ pub(super) fn remarks(fit: &Fit) -> Vec<Sentence> {
             condition = format!("{condition:.1e}")
         ));
     }
+    if fit.noise.is_summed() {
+        found.push(sentence!("interval-sums-over-the-likelihood-of-the-variances"));
+    }
     found.extend(fit.untold_errors());
     found.extend(campaign.identity.expired().map(|(instrument, valid_to, date)| {
         sentence!("instrument-no-longer-valid", name = instrument.name, valid_to, date)

@@ -14,7 +14,7 @@
 use super::innovations::{FLICKER_ALLAN, Process, Products, flicker, flicker_level, markov, markov_mean};
 use crate::elements::Elements;
 use crate::number;
-use crate::uncertainty::quantiles::{fisher_f_survival, normal_quantile, student_t_two_sided};
+use crate::uncertainty::quantiles::{self, fisher_f_survival, normal_quantile};
 
 /// One segment of one channel.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -334,10 +334,10 @@ fn alike(segments: &[SegmentBlocks], record: f64, level: f64) -> Vec<MeanUncerta
         .map(|(k, segment)| {
             let mut result = plain(segment);
             let (start, length) = (segment.start / width, segment.length / width);
-            let parts: Vec<(f64, f64)> = seen
+            let parts: Vec<(f64, f64, f64)> = seen
                 .iter()
                 .filter(|s| s.weight > 1e-7)
-                .map(|s| (s.weight, (s.variance * s.description.variance(start, length, record / width).0).sqrt()))
+                .map(|s| (s.weight, 0.0, (s.variance * s.description.variance(start, length, record / width).0).sqrt()))
                 .collect();
             let family = |markov: bool| {
                 let of = seen.iter().filter(|s| match s.description.kind {
@@ -365,12 +365,13 @@ fn alike(segments: &[SegmentBlocks], record: f64, level: f64) -> Vec<MeanUncerta
             if segments.len() > 1 && chance * (segments.len() as f64) < NOISIER {
                 result.noisier = ratio.sqrt();
             }
-            let half = half_interval(&parts, nu, level) * result.noisier;
+            // a mixture of plain numbers has an interval
+            let half = quantiles::mixture_half_interval(&parts, nu, level).unwrap_or(0.0) * result.noisier;
             // levels lie between 0 and 1
             let factor = normal_quantile(0.5 + 0.5 * level).unwrap_or(1.96);
             result.u = (half / factor).max(result.resolution);
-            let first: f64 = parts.iter().map(|(w, s)| w * s * s).sum();
-            let second: f64 = parts.iter().map(|(w, s)| w * s.powi(4) * (1.0 + 2.0 / nu)).sum();
+            let first: f64 = parts.iter().map(|(w, _, s)| w * s * s).sum();
+            let second: f64 = parts.iter().map(|(w, _, s)| w * s.powi(4) * (1.0 + 2.0 / nu)).sum();
             result.dof = 2.0 * first * first / (second - first * first).max(1e-12 * second);
             // a segment without a slope of its own
             let (slope, variance) = likeliest.slopes.get(k).copied().unwrap_or((0.0, 0.0));
@@ -380,23 +381,6 @@ fn alike(segments: &[SegmentBlocks], record: f64, level: f64) -> Vec<MeanUncerta
             result
         })
         .collect()
-}
-
-/// Half of the interval that holds a mixture of Student distributions about zero with the probability `level`.
-fn half_interval(parts: &[(f64, f64)], nu: f64, level: f64) -> f64 {
-    let largest = parts.iter().map(|(_, s)| *s).fold(0.0, f64::max);
-    let (mut low, mut high) = (0.0, 100.0 * largest);
-    for _ in 0..60 {
-        let middle = 0.5 * (low + high);
-        let tail: f64 = parts
-            .iter()
-            .filter(|(_, s)| *s > 0.0)
-            // beyond all numbers: nothing
-            .map(|(w, s)| w * student_t_two_sided(middle / s, nu).unwrap_or(0.0))
-            .sum();
-        if tail > 1.0 - level { low = middle } else { high = middle }
-    }
-    0.5 * (low + high)
 }
 
 /// Correlation of neighbouring values.

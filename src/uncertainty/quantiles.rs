@@ -143,6 +143,46 @@ fn expanded(z: f64, nu: f64) -> Option<f64> {
     (t > 0.0 && t.is_finite()).then_some(t)
 }
 
+/// Half of the interval about zero that holds a sum of Student distributions with the probability `level`: weight, place and scale of each, `nu` degrees of freedom
+/// (infinite: normal). `None` where a number is none.
+///
+/// ```
+/// use tumble::uncertainty::quantiles::{coverage_factor, mixture_half_interval};
+/// let half = mixture_half_interval(&[(0.5, 0.0, 2.0), (0.5, 0.0, 2.0)], 5.0, 0.95).unwrap();
+/// assert!((half - 2.0 * coverage_factor(0.95, 5.0).unwrap()).abs() < 1e-9);
+/// ```
+pub fn mixture_half_interval(parts: &[(f64, f64, f64)], nu: f64, level: f64) -> Option<f64> {
+    let beyond = |x: f64| if nu.is_finite() { student_t_survival(x, nu) } else { normal_survival(x) };
+    let outside = |half: f64| -> Option<f64> {
+        let mut sum = 0.0;
+        for (weight, place, scale) in parts {
+            sum += weight
+                * if *scale > 0.0 {
+                    beyond((half - place) / scale)? + beyond((half + place) / scale)?
+                } else {
+                    f64::from(u8::from(place.abs() > half))
+                };
+        }
+        Some(sum)
+    };
+    let widest = parts.iter().map(|(_, place, scale)| place.abs() + scale).fold(0.0, f64::max);
+    let (mut low, mut high) = (0.0, widest);
+    while outside(high)? > 1.0 - level {
+        (low, high) = (high, 2.0 * high);
+        if !high.is_finite() {
+            return None;
+        }
+    }
+    while high - low > 1e-13 * high {
+        let middle = 0.5 * (low + high);
+        if middle <= low || middle >= high {
+            break;
+        }
+        if outside(middle)? > 1.0 - level { low = middle } else { high = middle }
+    }
+    Some(0.5 * (low + high))
+}
+
 /// Coverage factor `k` for a two-sided interval of coverage `level` (GUM G.3.2): `k = t_((1+level)/2)(nu)`.
 ///
 /// ```

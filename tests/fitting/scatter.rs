@@ -226,3 +226,45 @@ fn known_inputs_stand_with_what_scatters() {
     let share: f64 = report.scatter.iter().map(|s| s.share["b0"]).sum();
     assert_within(share, 1.0, 1e-12, "shares of b0");
 }
+
+/// A correlation time that 120 readings hardly tell: an offset had 0.4 degrees of freedom, and U was 21 times what it is with the correlation
+/// time of the same order known. The interval is of the error's size, its budget adds up, and the report says how it came about.
+#[test]
+fn a_correlation_time_that_is_hardly_known_leaves_intervals_of_the_size_of_the_errors() {
+    let fit = fitted(&crate::support::campaign("scatter/ou_dof01.json"));
+    let readings = fit.design.rows.len() as f64;
+    let sd = (fit.estimate.residuals.iter().map(|v| v * v).sum::<f64>() / readings).sqrt();
+    for own in &fit.parameters {
+        let uncertainty = own.uncertainty.unwrap();
+        // whatever is correlated, it is not known worse than one reading with one degree of freedom
+        assert!(uncertainty.dof >= 1.0 && uncertainty.expanded < 12.8 * sd, "{}: {uncertainty:?}", own.id);
+        let sum: f64 = own.budget.iter().map(|line| line.u * line.u).sum();
+        assert_within(sum.sqrt() / uncertainty.u, 1.0, 1e-9, &own.id);
+    }
+    assert!(fit.noise.is_summed());
+}
+
+/// Where the top of the likelihood says nothing, intervals are those of the whole of it: `tests/scripts/summed_likelihood.py`. The program's 60 nodes
+/// and its reach leave some 5e-4.
+#[test]
+fn intervals_over_the_whole_likelihood_are_those_of_a_dense_quadrature() {
+    let text = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/scatter/summed.json"));
+    let cases: Vec<serde_json::Value> = serde_json::from_str(&text.unwrap()).unwrap();
+    assert_eq!(cases.len(), 11);
+    for case in &cases {
+        let is_line = case["estimate"].as_array().unwrap().len() == 2;
+        let (model, unknowns) = if is_line { ("a + s*x", r#""a": {}, "s": {}"#) } else { ("a", r#""a": {}"#) };
+        let fit = fitted(&parse(&format!(
+            r#"{{"bench": {{"id": "m", "sensors": {{"V": {{"unit": "V", "model": "{model}"}}}}}}, "estimate": {{{unknowns}}},
+                "scatter": [{{"of": "V", "per": "position", "u": "estimate"}}], "readings": {}}}"#,
+            case["readings"]
+        )));
+        assert!(fit.noise.is_summed(), "{}", case["repeats"]);
+        for (k, own) in fit.parameters.iter().enumerate() {
+            let half = case["U"][k].as_f64().unwrap();
+            let name = format!("{} of {}", own.id, case["repeats"]);
+            assert_within(own.value.unwrap(), case["estimate"][k].as_f64().unwrap(), 1e-4 * half, &name);
+            assert_within(own.uncertainty.unwrap().expanded / half, 1.0, 1e-3, &name);
+        }
+    }
+}

@@ -414,3 +414,54 @@ fn scatter_coverage_of_schedules_drawn_at_random() {
     }
     assert!(all_without > 0, "no schedule was saturated");
 }
+
+/// Mountings with unequal numbers of readings, 3 to 9 of them with 1 to 12 readings each, a mean or a line: intervals are of the size of the errors, and
+/// hold at least what they promise in all. Where mountings hardly scatter they hold more: nothing that small samples say tells zero from little.
+#[test]
+fn scatter_coverage_of_unequal_numbers_of_readings() {
+    println!(
+        "{:<40} {:>9} {:>9} {:>7} {:>9}",
+        "unequal readings, sd of mountings", "intervals", "summed", "held", "widest"
+    );
+    for (row, size) in [0.1, 0.5, 1.0, 5.0].into_iter().enumerate() {
+        let count = asked(300, 20_000);
+        let of = |k: usize| {
+            let seed = (row * 1_000_000 + k) as u64;
+            let mut random = Pcg64Mcg::seed_from_u64(seed.wrapping_mul(0x5851_f42d_4c95_7f2d) ^ 77);
+            let mut readings = Vec::new();
+            for mounting in 0..3 + random.next_u32() % 7 {
+                let repeats = [1, 1, 2, 3, 4, 8, 12][(random.next_u32() % 7) as usize];
+                let (x, shift) = (random.next_u32() % 5, size * normal(&mut random));
+                readings.extend((0..repeats).map(|_| {
+                    let v = 1.0 + 0.5 * f64::from(x) + shift + normal(&mut random);
+                    format!(r#"{{"position": "{mounting}", "x": {x}, "V": {v}}}"#)
+                }));
+            }
+            let campaign = parse(&format!(
+                r#"{{"bench": {{"id": "m", "sensors": {{"V": {{"unit": "V", "model": "a + s*x"}}}}}}, {},
+                    "scatter": [{{"of": "V", "per": "position", "u": "estimate"}}], "readings": [{}]}}"#,
+                if k.is_multiple_of(2) {
+                    r#""estimate": {"a": {}, "s": {}}"#
+                } else {
+                    r#""estimate": {"a": {}}, "known": {"s": {"value": 0.5}}"#
+                },
+                readings.join(",")
+            ));
+            let fit = fit::fit(&campaign, &Settings::default()).unwrap();
+            let truth = [1.0, 0.5];
+            let told = fit.parameters.iter().zip(truth).filter_map(|(own, truth)| Some((own.interval?, truth)));
+            let own = told.map(|((low, high), truth)| (low <= truth && truth <= high, 0.5 * (high - low)));
+            (fit.noise.is_summed(), own.collect::<Vec<(bool, f64)>>())
+        };
+        let found: Vec<(bool, Vec<(bool, f64)>)> = (0..count).into_par_iter().map(of).collect();
+        let all: Vec<(bool, f64)> = found.iter().flat_map(|(_, own)| own.iter().copied()).collect();
+        let rate = 100.0 * all.iter().filter(|(held, _)| *held).count() as f64 / all.len() as f64;
+        let summed = found.iter().filter(|(summed, _)| *summed).count();
+        let widest = all.iter().fold(0.0_f64, |most, (_, half)| most.max(*half)) / (1.0 + size);
+        println!("{:<40} {:>9} {summed:>9} {rate:>7.2} {widest:>9.3}", size, all.len());
+        let chance = 4.0 * (95.0 * 5.0 / count as f64).sqrt() * f64::from(u8::from(count < 20_000));
+        assert!(rate >= 94.0 - chance && rate <= 98.5 + chance, "{size}: {rate}");
+        // with one degree of freedom one of 1,000 is 1,270 times u
+        assert!(widest < 1e4, "{size}: {widest}");
+    }
+}

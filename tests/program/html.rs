@@ -303,7 +303,7 @@ fn nothing_is_in_order_beside_what_is_not() {
     };
     assert!(said(&campaign("[1.5, 2.5]")) > 0);
     let failed = campaign("[0, 1]");
-    assert!(said(&failed) == 0 && failed.contains("Rejected"));
+    assert!(said(&failed) == 0 && failed.contains("Not in order"));
 }
 
 /// Of many suspicious readings five are printed; the report has them all.

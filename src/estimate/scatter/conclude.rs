@@ -14,6 +14,9 @@ use crate::estimate::factor::{product_by_rows, rank_tolerance};
 use crate::estimate::{Elimination, ScaleHints, Settings, System, solve};
 use faer::Mat;
 
+/// Below one degree of freedom Student's distribution has no mean; less the rounding of a design in which an unknown has exactly one.
+const FEWEST: f64 = 1.0 - 1e-6;
+
 /// Adjust `system` with lines of scatter, estimating what is not stated: scales of the estimated groups, variances and correlation times of
 /// lines. `least` are the scales that rounding alone would give each group (as for `adjust_hinted`); may be empty.
 ///
@@ -101,7 +104,8 @@ fn conclude(
     timed: &time::Timed<'_>,
     along: Option<&Along>,
 ) -> Result<Scattered> {
-    let Ended { theta, point, mut inference, kept, at_floor, restricted, could_be, iterations, converged } = ended;
+    let Ended { theta, point, mut inference, kept, at_floor, restricted, could_be, is_open, iterations, converged } =
+        ended;
     let absorbed = problem.absorbed(&kept)?;
     for (state, _) in problem.state.iter_mut().zip(&absorbed).filter(|(_, own)| own.is_some()) {
         *state = LineState::Absorbed;
@@ -155,6 +159,24 @@ fn conclude(
         }
     }
     let component = &problem.component;
+    let covariance = &point.estimate.unknowns.covariance;
+    let by_component: Vec<Mat<f64>> = free.iter().map(|g| around(&inference.gamma[*g])).collect();
+    // Satterthwaite's degrees of freedom of an unknown
+    let dof = |j: &usize| {
+        let pairs =
+            free.iter().zip(&by_component).flat_map(|one| free.iter().zip(&by_component).map(move |two| (one, two)));
+        let of_variance: f64 = pairs.map(|((g, a), (h, b))| a[(*j, *j)] * b[(*j, *j)] * spread[(*g, *h)]).sum();
+        2.0 * covariance[(*j, *j)] * covariance[(*j, *j)] / of_variance
+    };
+    let follows = |j: usize| {
+        let along: Vec<f64> = (0..covariance.nrows()).map(|k| f64::from(u8::from(k == j))).collect();
+        absorbed.iter().flatten().any(|own| own.touches(&along))
+    };
+    let judged = (0..covariance.nrows()).filter(|j| point.estimate.unknowns.is_estimable(*j) && !follows(*j));
+    let mixture = match is_open || judged.map(|j| dof(&j)).any(|dof| dof < FEWEST) {
+        true => problem.summed(&point, &theta, &kept, timed)?,
+        false => None,
+    };
     let leans = leaning.iter().map(|own| own.map(|c: usize| (c, around(&inference.gamma[c])))).collect();
     Ok(Scattered {
         group_variance: (0..groups).map(|g| (!undetermined(g)).then(|| reported[g])).collect(),
@@ -168,6 +190,7 @@ fn conclude(
         absorbed,
         spread,
         correction,
+        mixture,
         shares,
         sensitivities,
         standardized: [inference.residuals.rows.as_slice(), &inference.residuals.deviations].concat(),

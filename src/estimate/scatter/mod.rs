@@ -30,6 +30,7 @@
 //! | `restricted.rs` | the likelihood of parts of the rows, and Newton's way to its top |
 //! | `time.rs` | noise that is correlated in time |
 //! | `absorbed.rs` | variances that no residual shows, though unknowns follow them |
+//! | `mixture.rs` | the unknowns over the whole likelihood, where its top says nothing of some |
 //! | `conclude.rs` | the adjustment with what was found |
 //! | `cost.rs` | spread of the variances, Kenward and Roger's correction |
 
@@ -43,6 +44,7 @@ mod elimination;
 mod floor;
 mod inference;
 mod left_out;
+mod mixture;
 mod pattern;
 mod problem;
 mod reml;
@@ -54,6 +56,7 @@ pub use conclude::{adjust_scattered, step_scattered};
 pub(super) use cost::{correction, spread};
 pub use elimination::Whitening;
 pub use floor::{Floor, Variances};
+pub use mixture::{Mixture, Node};
 pub use pattern::Pattern;
 
 use crate::estimate::Estimate;
@@ -151,6 +154,8 @@ pub struct Scattered {
     pub absorbed: Vec<Option<Absorbed>>,
     /// What the small-sample correction adds to the covariance of the unknowns, `n x n`.
     pub correction: Mat<f64>,
+    /// The unknowns over the whole likelihood of the variances, where its top leaves one of them less than one degree of freedom.
+    pub mixture: Option<Mixture>,
     /// Each line's part of the covariance of the unknowns, `n x n`.
     pub shares: Vec<Mat<f64>>,
     /// `d x / d y`, `n x m`.

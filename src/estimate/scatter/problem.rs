@@ -122,9 +122,13 @@ impl<'a> Problem<'a> {
 
     /// The rows made independent at these variances of the components.
     pub fn whitening(&self, theta: &[f64]) -> Whitening {
+        self.whitening_with(self.lines, theta)
+    }
+
+    fn whitening_with(&self, lines: &[ScatterLine], theta: &[f64]) -> Whitening {
         let own = |(u, own): (&f64, &Option<usize>)| u * own.map_or(1.0, |g| theta[g].sqrt());
         let sd: Vec<f64> = self.system.u.iter().zip(&self.members.rows).map(own).collect();
-        Whitening::new(&self.pattern, &sd, self.lines, &self.variances(theta))
+        Whitening::new(&self.pattern, &sd, lines, &self.variances(theta))
     }
 
     /// The rows in the form that a whitening gives them.
@@ -140,7 +144,12 @@ impl<'a> Problem<'a> {
 
     /// The adjustment at these variances of the components; `None` where they are no covariance.
     pub fn at(&self, theta: &[f64]) -> Result<Option<Point>> {
-        let whitening = self.whitening(theta);
+        self.at_with(self.lines, theta)
+    }
+
+    /// The same with other correlation times.
+    pub(super) fn at_with(&self, lines: &[ScatterLine], theta: &[f64]) -> Result<Option<Point>> {
+        let whitening = self.whitening_with(lines, theta);
         if !whitening.is_positive() {
             return Ok(None);
         }

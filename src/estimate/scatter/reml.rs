@@ -48,6 +48,8 @@ pub(super) struct Ended {
     pub restricted: Option<Vec<f64>>,
     /// The standard deviation that each component at zero could have.
     pub could_be: Vec<Option<f64>>,
+    /// The likelihood rises below zero, and the search came to where the variances are no covariance any more before a top.
+    pub is_open: bool,
     pub iterations: usize,
     pub converged: bool,
 }
@@ -85,6 +87,7 @@ impl Problem<'_> {
             at_floor,
             restricted: None,
             could_be,
+            is_open: false,
             iterations: 0,
             converged: false,
         };
@@ -188,13 +191,15 @@ impl Problem<'_> {
             at_floor: ended.at_floor.clone(),
             restricted: Some(ended.theta.clone()),
             could_be: ended.could_be.clone(),
+            is_open: false,
             iterations: 0,
             converged: false,
         };
         self.iterate(&mut further, limits)?;
         further.iterations += ended.iterations;
-        if further.converged {
-            *ended = further;
+        match further.converged {
+            true => *ended = further,
+            false => ended.is_open = true,
         }
         Ok(())
     }

@@ -120,14 +120,14 @@ pub(super) fn with_times<'a>(
     Ok(Timed { lines: Cow::Owned(own), found, start, along: None })
 }
 
-fn set(lines: &mut [ScatterLine], line: usize, tau: f64) {
+pub(super) fn set(lines: &mut [ScatterLine], line: usize, tau: f64) {
     if let Some(memory) = lines.get_mut(line).and_then(|line| line.memory.as_mut()) {
         memory.tau = Some(tau);
     }
 }
 
 /// Logarithms of the shortest and longest correlation time that a line's times could show.
-fn range(line: &ScatterLine) -> (f64, f64) {
+pub(super) fn range(line: &ScatterLine) -> (f64, f64) {
     let mut times = line.memory.as_ref().map_or(Vec::new(), |memory| memory.time.clone());
     times.sort_by(f64::total_cmp);
     let whole = times.last().zip(times.first()).map_or(1.0, |(b, a)| b - a);
@@ -447,6 +447,7 @@ impl Problem<'_> {
             at_floor,
             restricted: None,
             could_be,
+            is_open: false,
             iterations: along.top.iterations,
             converged: along.top.converged,
         }))
