@@ -227,13 +227,19 @@ fn known_inputs_stand_with_what_scatters() {
     assert_within(share, 1.0, 1e-12, "shares of b0");
 }
 
-/// A correlation time that 120 readings hardly tell: an offset had 0.4 degrees of freedom, and U was 21 times what it is with the correlation
-/// time of the same order known. The interval is of the error's size, its budget adds up, and the report says how it came about.
+/// A correlation time that 120 readings hardly tell: by Satterthwaite the offset has 0.4 degrees of freedom, and U would be 0.016 g for readings that
+/// scatter by some 1e-5 g. The interval is of the error's size, its budget adds up, and the report says how it came about.
 #[test]
 fn a_correlation_time_that_is_hardly_known_leaves_intervals_of_the_size_of_the_errors() {
-    let fit = fitted(&crate::support::campaign("scatter/ou_dof01.json"));
-    let readings = fit.design.rows.len() as f64;
-    let sd = (fit.estimate.residuals.iter().map(|v| v * v).sum::<f64>() / readings).sqrt();
+    let campaign = crate::support::campaign("scatter/ou_dof01.json");
+    let fit = fitted(&campaign);
+    let mut plain = campaign;
+    plain.scatter.clear();
+    let sd = fitted(&plain).estimate.residual_sd().unwrap();
+    println!(
+        "residual standard deviation {sd}, U {:?}",
+        fit.parameters.iter().map(|p| p.uncertainty.unwrap().expanded).collect::<Vec<_>>()
+    );
     for own in &fit.parameters {
         let uncertainty = own.uncertainty.unwrap();
         // whatever is correlated, it is not known worse than one reading with one degree of freedom
