@@ -15,7 +15,7 @@ use crate::estimate::eight::Eight;
 use crate::fit::{self, Estimator, Settings, Weighting};
 use crate::quality::NormalScores;
 use crate::uncertainty::quantiles;
-use pulp::{Arch, Simd, WithSimd};
+use pulp::Arch;
 
 /// Most readings of a device, and most sensors, that go this way.
 const MOST_ROWS: usize = 2048;
@@ -307,7 +307,7 @@ impl Own {
             gradient.resize(lists, 0.0);
             if let Some(line) = &line.line {
                 let inputs = &inputs[..lists];
-                arch.dispatch(Gradient { line, places: places_here, inputs, room, values, gradient });
+                line.gradient(arch, places_here, inputs, room, (values, gradient));
             }
             if let Some(positions) = positions {
                 for l in 0..LANES {
@@ -376,25 +376,6 @@ impl Own {
         }
         // rows of very different weight want the refinement of a fit of their own
         sizes.map(|own| own.filter(|(own, least_u)| !(own.largest_u > UNLIKE * least_u)).map(|(own, _)| own))
-    }
-}
-
-/// A line at many places, by the widest instructions that there are.
-struct Gradient<'a> {
-    line: &'a ColumnLine,
-    places: usize,
-    inputs: &'a [f64],
-    room: &'a mut Lists,
-    values: &'a mut [f64],
-    gradient: &'a mut [f64],
-}
-
-impl WithSimd for Gradient<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        self.line.gradient(self.places, self.inputs, self.room, self.values, self.gradient);
     }
 }
 

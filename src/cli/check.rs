@@ -52,7 +52,7 @@ pub(super) fn check(path: &Path) -> Result<String> {
     let file = wire::campaign_of(&source)?;
     if file.has_rows() {
         let mut folder = files::Beside::new(path);
-        let (campaign, _, sample) = wire::read_rows_of(&file, &source, &mut folder)?;
+        let (campaign, _, sample) = wire::read_rows_of(&file, &source, &mut folder, None)?;
         Model::new(&campaign).map_err(|error| wire::locate(error, &source))?;
         return Ok(said("a campaign", &campaign, &format!("{} rows of a record", sample.rows)));
     }

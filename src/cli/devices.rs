@@ -104,7 +104,7 @@ impl DeviceCampaign {
     pub(super) fn stream(&self, settings: &Settings) -> Result<(crate::fit::Fit, Vec<Input>)> {
         let mut inputs = vec![self.input.clone()];
         let mut folder = Beside::new(&self.path);
-        let (campaign, mut rows, sample) = wire::read_rows_of(&self.file, &self.source, &mut folder)?;
+        let (campaign, mut rows, sample) = wire::read_rows_of(&self.file, &self.source, &mut folder, Some(settings))?;
         let fit = crate::fit::streamed::fit(campaign, &mut rows, &sample, settings);
         let fit = fit.map_err(|error| wire::locate(error, &self.source))?;
         inputs.extend(folder.inputs);

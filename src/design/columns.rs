@@ -3,6 +3,7 @@
 use super::Model;
 use super::line::Slot;
 use crate::algebra::{Lists, Tape};
+use pulp::{Arch, Simd, WithSimd};
 
 /// A sensor's line over columns and parameters alone.
 #[derive(Debug, Clone)]
@@ -40,18 +41,36 @@ impl ColumnLine {
         &self.reads
     }
 
-    /// Values at so many places, and derivatives by everything that it reads; a list of `places` numbers for each.
+    /// Values at so many places, and derivatives by everything that it reads; a list of `places` numbers for each. By the widest instructions that there are.
     ///
     /// The numbers of [`Model::predict`] at single instants, to the last bit: each derivative has one term, which nothing cancels.
-    #[inline(always)]
     pub(crate) fn gradient(
         &self,
+        arch: Arch,
         places: usize,
         inputs: &[f64],
         lists: &mut Lists,
-        values: &mut [f64],
-        gradient: &mut [f64],
+        (values, gradient): (&mut [f64], &mut [f64]),
     ) {
-        self.tape.gradient_of_many(places, inputs, lists, values, gradient);
+        arch.dispatch(Gradient { tape: &self.tape, places, inputs, lists, values, gradient });
+    }
+}
+
+/// What [`ColumnLine::gradient`] is asked.
+struct Gradient<'a> {
+    tape: &'a Tape,
+    places: usize,
+    inputs: &'a [f64],
+    lists: &'a mut Lists,
+    values: &'a mut [f64],
+    gradient: &'a mut [f64],
+}
+
+impl WithSimd for Gradient<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        self.tape.gradient_of_many(self.places, self.inputs, self.lists, self.values, self.gradient);
     }
 }

@@ -19,6 +19,7 @@ pub(crate) use columns::{ColumnLine, Read};
 pub use kinematics::{Instant, Kinematics, kinematics};
 pub use line::{Context, SensorModel};
 pub use mean::{Node, Smoothness, nodes};
+pub(crate) use model::missing_column;
 pub use model::{Model, Workspace};
 
 use crate::campaign::Campaign;

@@ -206,12 +206,7 @@ impl Model {
         for (gathered, sensor) in work.gathered.iter_mut().zip(sensors) {
             let model = self.sensors.get(*sensor).ok_or_else(|| beyond("sensors", *sensor, self.sensors.len()))?;
             if let Some(column) = model.missing_column(&campaign.readings, reading) {
-                return Err(Malformed::new(
-                    Fault::Missing,
-                    format!("the model line uses the column '{column}', and a reading lacks it"),
-                )
-                .expected(format!("a number for {column} in every reading"))
-                .at_path(row.place.clone()));
+                return Err(missing_column(column).at_path(row.place.clone()));
             }
             gathered.restart(*sensor, model.smoothness_for(&row.joints), self.parameters + self.joints);
         }
@@ -370,6 +365,12 @@ impl Model {
     pub fn sensor(&self, sensor: usize) -> Option<&SensorModel> {
         self.sensors.get(sensor)
     }
+}
+
+/// A model line follows a column that a reading does not have.
+pub(crate) fn missing_column(column: &str) -> Malformed {
+    Malformed::new(Fault::Missing, format!("the model line uses the column '{column}', and a reading lacks it"))
+        .expected(format!("a number for {column} in every reading"))
 }
 
 /// A model asked for what its campaign does not have; counted from 1.

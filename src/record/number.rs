@@ -8,8 +8,8 @@ const POWERS: [f64; 23] = [
 
 /// The number that `bytes` begin with, and how many bytes it takes; `mark` is the decimal mark.
 ///
-/// Up to 19 digits with a mantissa below 2^53 and a power of ten up to 22 are one exact product or quotient (Clinger 1990); anything else is
-/// `None`, and left to [`number`].
+/// Up to 19 digits with a mantissa below 2^53 and a power of ten up to 22 are one exact product or quotient (Clinger 1990); what is longer goes
+/// through the standard library.
 #[inline]
 pub(super) fn leading(bytes: &[u8], mark: u8) -> Option<(f64, usize)> {
     let mut at = 0;
@@ -49,7 +49,7 @@ pub(super) fn leading(bytes: &[u8], mark: u8) -> Option<(f64, usize)> {
         }
         exponent = before as i32 - digits as i32;
     }
-    if digits == 0 || digits > 19 {
+    if digits == 0 {
         return None;
     }
     if matches!(byte, Some(b'e' | b'E')) {
@@ -70,13 +70,25 @@ pub(super) fn leading(bytes: &[u8], mark: u8) -> Option<(f64, usize)> {
         }
         exponent = exponent.saturating_add(sign * power);
     }
-    if mantissa >= 1 << 53 {
-        return None;
-    }
-    let power = *POWERS.get(exponent.unsigned_abs() as usize)?;
+    let power = POWERS.get(exponent.unsigned_abs() as usize).filter(|_| digits <= 19 && mantissa < 1 << 53);
+    let Some(power) = power else { return Some((exactly(bytes.get(..at - 1)?, mark)?, at - 1)) };
     let size = if exponent < 0 { mantissa as f64 / power } else { mantissa as f64 * power };
     Some((if negative { -size } else { size }, at - 1))
 }
+
+/// Any decimal number, with another mark than a point of up to [`LONGEST`] bytes.
+fn exactly(bytes: &[u8], mark: u8) -> Option<f64> {
+    if mark == b'.' {
+        return std::str::from_utf8(bytes).ok()?.parse().ok();
+    }
+    let mut room = [0; LONGEST];
+    let text = room.get_mut(..bytes.len())?;
+    text.iter_mut().zip(bytes).for_each(|(to, byte)| *to = if *byte == mark { b'.' } else { *byte });
+    std::str::from_utf8(text).ok()?.parse().ok()
+}
+
+/// Bytes of a number: the digits of any double, written out, are fewer.
+const LONGEST: usize = 1100;
 
 /// A whole cell as a number: `Some(NaN)` where it says that nothing was read, `None` where it is a text.
 pub(super) fn number(cell: &[u8], mark: u8) -> Option<f64> {
@@ -86,14 +98,7 @@ pub(super) fn number(cell: &[u8], mark: u8) -> Option<f64> {
     {
         return Some(value);
     }
-    if is_absent(cell) {
-        return Some(f64::NAN);
-    }
-    if !cell.iter().all(|b| b.is_ascii_digit() || matches!(*b, b'+' | b'-' | b'e' | b'E') || *b == mark) {
-        return None;
-    }
-    let text: String = cell.iter().map(|b| if *b == mark { '.' } else { char::from(*b) }).collect();
-    text.parse().ok()
+    is_absent(cell).then_some(f64::NAN)
 }
 
 /// Does a cell say that nothing was read?

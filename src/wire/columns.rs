@@ -79,11 +79,13 @@ pub(super) fn columns(
     Ok(columns)
 }
 
-/// From the unit in a title to the one that is wanted; `None` where the numbers stay as they are. Words in brackets that are no unit (`V (channel 1)`)
-/// are a remark.
+/// From the unit in a title to the one that is wanted; `None` where the numbers stay as they are. A blank may stand within a unit (`T (Deg F)`); words
+/// in brackets that are no unit (`V (channel 1)`) are a remark.
 ///
 /// Errors: a unit that is not known, one of another dimension.
 pub(crate) fn from_title(what: &str, from: &str, to: &str) -> Result<Option<Conversion>> {
+    let joined: String = from.split_whitespace().collect();
+    let from = if Unit::parse(from).is_err() && Unit::parse(&joined).is_ok() { joined.as_str() } else { from };
     if from == to || from.is_empty() || from.contains(char::is_whitespace) && Unit::parse(from).is_err() {
         return Ok(None);
     }

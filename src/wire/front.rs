@@ -85,7 +85,7 @@ pub fn fit_rows(path: impl AsRef<Path>, settings: &Settings) -> Result<Fit> {
 /// Errors: those of [`fit_rows`].
 pub fn fit_rows_beside(source: &Source, folder: &Path, settings: &Settings) -> Result<Fit> {
     let mut folder = Beside(folder);
-    let (campaign, mut rows, sample) = read_rows_of(&campaign_of(source)?, source, &mut folder)?;
+    let (campaign, mut rows, sample) = read_rows_of(&campaign_of(source)?, source, &mut folder, Some(settings))?;
     streamed::fit(campaign, &mut rows, &sample, settings).map_err(|error| locate(error, source))
 }
 

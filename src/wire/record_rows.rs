@@ -7,14 +7,16 @@ use super::readings_file::{Cell, Meaning, ReadingFile, meaning};
 use super::samples_file::{SamplesFile, SegmentSource};
 use super::{Folder, Named, ScatterFile, Source, locate};
 use crate::bench::Bench;
-use crate::campaign::{Campaign, JointState, Observation, Reading};
+use crate::campaign::{Campaign, JointState, Observation, Reading, Readings};
+use crate::elements::{Elements, OrNan};
 use crate::error::{Fault, Malformed, Result};
+use crate::fit::Settings;
 use crate::fit::streamed::{self, Rows, Sample};
 use crate::number;
 use crate::record::{As, Block, Clock, Record};
 use crate::units::Conversion;
 
-/// A record that a campaign takes row by row.
+/// A record whose rows are the readings of a campaign.
 pub struct RecordRows<'a> {
     folder: &'a mut dyn Folder,
     path: String,
@@ -31,10 +33,23 @@ pub struct RecordRows<'a> {
     /// What is subtracted from the column of times.
     origin: Option<f64>,
     record: Option<Record>,
-    block: Block,
-    values: Vec<(Option<f64>, Option<f64>)>,
+    /// The columns as the record gives them.
+    raw: Block,
+    taken: Taken,
     row: u64,
     used: u64,
+}
+
+/// The rows of a block that are used.
+#[derive(Debug, Clone, Default)]
+struct Taken {
+    /// Rows before the block.
+    before: u64,
+    /// Place of each in the block, and its pattern.
+    rows: Vec<usize>,
+    pattern: Vec<usize>,
+    /// Angle, rate and turns of each joint, for those rows.
+    joints: Vec<[Vec<f64>; 3]>,
 }
 
 /// A column of the record that is read.
@@ -53,10 +68,10 @@ struct Read {
 #[derive(Debug, Clone, Default)]
 struct Pattern {
     position: String,
+    /// Numeric columns.
     numbers: Vec<(usize, f64)>,
-    states: Vec<[Option<f64>; 3]>,
-    values: Vec<(Option<f64>, Option<f64>)>,
-    samples: Option<f64>,
+    /// States of joints, values, their uncertainties and numbers of samples.
+    stated: Vec<(Meaning, f64)>,
 }
 
 /// Which rows are used.
@@ -68,18 +83,24 @@ enum Segments {
     Times(Vec<(usize, f64, f64)>),
 }
 
-/// A campaign whose readings are the rows of a record, with a sample of them; and the record.
+/// A campaign whose readings are the rows of a record, with a sample of them; and the record. With the settings of the fit that is to come, rows
+/// are folded on the way where that fit waits for nothing.
 ///
 /// Errors: those of a campaign; readings that are no samples as rows; keys that are of means; columns that the model needs and the record has not.
 pub fn read_rows_of<'a>(
     file: &CampaignFile,
     source: &Source,
     folder: &'a mut dyn Folder,
+    settings: Option<&Settings>,
 ) -> Result<(Campaign, RecordRows<'a>, Sample)> {
     let at = |error: Malformed| if error.place().file.is_empty() { locate(error, source) } else { error };
     let (bench, samples) = file.rows(folder).map_err(at)?;
     let mut rows = RecordRows::new(bench.clone(), file, samples, folder).map_err(at)?;
-    let sample = streamed::sample(&mut rows)?;
+    let campaign = |readings: &Readings| file.clone().with(bench.clone(), readings.clone()).map_err(at);
+    let sample = match settings {
+        Some(settings) => streamed::sample_and_fold(&mut rows, &campaign, settings)?,
+        None => streamed::sample(&mut rows)?,
+    };
     if sample.rows == 0 {
         return Err(at(Malformed::new(Fault::Missing, format!("no row of '{}' is used", samples.samples))
             .expected("rows in the segments that the campaign names")
@@ -93,7 +114,7 @@ pub fn read_rows_of<'a>(
             samples.samples, rows.row
         ));
     }
-    let campaign = file.clone().with(bench, sample.readings.clone()).map_err(at)?;
+    let campaign = campaign(&sample.readings)?;
     campaign.refuse_unread(rows.titles.iter().map(String::as_str)).map_err(at)?;
     Ok((campaign, rows, sample))
 }
@@ -120,8 +141,8 @@ impl<'a> RecordRows<'a> {
             rate: samples.rate_hz,
             origin: None,
             record: None,
-            block: Block::default(),
-            values: Vec::new(),
+            raw: Block::default(),
+            taken: Taken::default(),
             row: 0,
             used: 0,
             bench,
@@ -232,11 +253,7 @@ impl<'a> RecordRows<'a> {
     }
 
     fn pattern(&mut self, row: &ReadingFile, place: &str) -> Result<Pattern> {
-        let mut own = Pattern {
-            states: vec![[None; 3]; self.bench.joints().count()],
-            values: vec![(None, None); self.bench.sensors.len()],
-            ..Pattern::default()
-        };
+        let mut own = Pattern::default();
         for (key, cell) in &row.0 {
             let kind = meaning(&self.bench, key);
             let number = match cell {
@@ -259,20 +276,18 @@ impl<'a> RecordRows<'a> {
             if let Some(slot) = self.slot(kind, key) {
                 own.numbers.push((slot, number));
             }
-            set(&mut own.states, &mut own.values, &mut own.samples, kind, number);
+            own.stated.push((kind, number));
         }
         Ok(own)
     }
 
     /// Errors: a joint, or an input of a model line, that neither the record nor the positions have.
     fn complete(&self, record: &Record) -> Result<()> {
-        let first = self.patterns.first();
-        let has = |wanted: &dyn Fn(&Meaning) -> bool| self.read.iter().any(|own| wanted(&own.meaning));
+        let stated = self.patterns.first().into_iter().flat_map(|own| &own.stated).map(|(meaning, _)| meaning);
+        let read = self.read.iter().map(|own| &own.meaning).chain(stated);
+        let has = |wanted: &dyn Fn(&Meaning) -> bool| read.clone().any(wanted);
         for (k, joint) in self.bench.joints().enumerate() {
-            let stated =
-                first.and_then(|own| own.states.get(k)).is_some_and(|own| own[0].is_some() || own[1].is_some());
-            let read = has(&|own| matches!(own, Meaning::Angle(j) | Meaning::Rate(j) if *j == k));
-            if !stated && !read {
+            if !has(&|own| matches!(own, Meaning::Angle(j) | Meaning::Rate(j) if *j == k)) {
                 return Err(Malformed::new(Fault::Missing, format!("the joint '{joint}' has no state"))
                     .expected(format!(
                         "a column {joint}_deg (its angle) or {joint}_deg_s (its rate), or the same in \"positions\": [{{ ... }}]"
@@ -282,8 +297,7 @@ impl<'a> RecordRows<'a> {
             }
         }
         let sensors: Vec<&str> = self.bench.sensors.iter().map(|own| own.id.as_str()).collect();
-        let stated = first.is_some_and(|own| own.values.iter().any(|(value, _)| value.is_some()));
-        if !stated && !has(&|own| matches!(own, Meaning::Sensor(_))) {
+        if !has(&|own| matches!(own, Meaning::Sensor(_))) {
             return Err(Malformed::new(Fault::Missing, "no column of the record is a sensor")
                 .expected(format!(
                     "a column {} (or \"columns\": {{ \"{}\": its title }})",
@@ -296,115 +310,160 @@ impl<'a> RecordRows<'a> {
         Ok(())
     }
 
-    /// Row `k` of the block as a reading; `false` where it is not used.
-    fn fill(&mut self, k: usize, number: u64, file: &str, labels: &[String], into: &mut Reading) -> Result<bool> {
-        // a row of the block: `k` is below its count
-        let cell =
-            |column: usize| self.block.columns.get(column).and_then(|own| own.get(k)).copied().unwrap_or(f64::NAN);
-        let time_slot = self.names.iter().position(|name| name == "time_s");
-        into.columns.clear();
-        into.columns.resize(self.names.len(), None);
-        let mut states = [[None; 3]; MOST_JOINTS];
-        let mut values = std::mem::take(&mut self.values);
-        values.clear();
-        values.resize(self.bench.sensors.len(), (None, None));
-        let mut samples = None;
-        let mut time = None;
-        if let (Some(rate), Some(slot)) = (self.rate, time_slot) {
-            let own = (number - 1) as f64 / rate;
-            time = Some(own);
-            into.columns.get_mut(slot).into_iter().for_each(|to| *to = Some(own));
-        }
-        for (place, own) in self.read.iter().enumerate() {
-            let raw = cell(place);
-            if raw.is_nan() {
-                continue;
+    /// Which rows of the block are used, and what is the same in all rows of their positions. Errors: segments of times, and no times.
+    fn take(&mut self, record: &Record, time: Option<&[f64]>) -> Result<()> {
+        let Taken { rows, pattern, .. } = &mut self.taken;
+        let count = self.raw.rows();
+        (rows.clear(), pattern.clear());
+        let mut take = |k: usize, own: Option<usize>| {
+            if let Some(own) = own {
+                rows.push(k);
+                pattern.push(own);
             }
-            let value = match own.seconds {
-                Some((seconds, _)) => (raw - *self.origin.get_or_insert(raw)) * seconds,
-                None => own.conversion.map_or(raw, |conversion| conversion.apply(raw)),
-            };
-            if own.slot.is_some() && own.slot == time_slot {
-                time = Some(value);
-            }
-            if let Some(to) = own.slot.and_then(|slot| into.columns.get_mut(slot)) {
-                *to = Some(value);
-            }
-            set(&mut states, &mut values, &mut samples, own.meaning, value);
-        }
-        let label = self.label.map(|_| cell(self.read.len())).filter(|x| !x.is_nan());
-        let label = label.and_then(|x| labels.get(number::count(x))).map_or("", String::as_str);
-        let pattern = match &self.segments {
-            Segments::All => Some(0),
-            Segments::Labels if self.patterns.len() == 1 && self.patterns.iter().all(|own| own.position.is_empty()) => {
-                Some(0)
-            }
-            Segments::Labels => self.patterns.iter().position(|own| own.position == label),
-            Segments::Times(list) => match time {
-                Some(t) => list.iter().find(|(_, start, end)| t >= *start && t <= *end).map(|(own, ..)| *own),
-                None => {
-                    return Err(Malformed::new(
-                        Fault::Missing,
-                        "segments are given by their times, and the record has none",
-                    )
-                    .expected("a column of times (\"time\": its title), or \"rate_hz\"")
-                    .in_file(file));
-                }
-            },
         };
-        let Some(pattern) = pattern.and_then(|own| self.patterns.get(own)) else { return Ok(false) };
-        for (slot, number) in &pattern.numbers {
-            if let Some(to @ None) = into.columns.get_mut(*slot) {
-                *to = Some(*number);
+        match &self.segments {
+            Segments::All => (0..count).for_each(|k| take(k, Some(0))),
+            Segments::Labels if self.patterns.len() == 1 && self.patterns.iter().all(|own| own.position.is_empty()) => {
+                (0..count).for_each(|k| take(k, Some(0)));
+            }
+            Segments::Labels => {
+                let of = |label: &String| self.patterns.iter().position(|own| own.position == *label);
+                let by_label: Vec<Option<usize>> = record.labels().iter().map(of).collect();
+                let unlabelled = of(&String::new());
+                let labels = self.raw.columns.get(self.read.len()).map_or(&[][..], Vec::as_slice);
+                for (k, label) in labels.iter().enumerate() {
+                    let own = if label.is_nan() { None } else { by_label.get(number::count(*label)) };
+                    take(k, own.copied().unwrap_or(unlabelled));
+                }
+            }
+            Segments::Times(list) => {
+                let time = time.ok_or_else(|| {
+                    Malformed::new(Fault::Missing, "segments are given by their times, and the record has none")
+                        .expected("a column of times (\"time\": its title), or \"rate_hz\"")
+                        .in_file(record.name())
+                })?;
+                for (k, t) in time.iter().enumerate() {
+                    take(k, list.iter().find(|(_, start, end)| t >= start && t <= end).map(|(own, ..)| *own));
+                }
             }
         }
-        into.position.clear();
-        into.position.push_str(if label.is_empty() { &pattern.position } else { label });
-        into.place = table_place(number::index(number), file);
-        into.joints.clear();
-        for (joint, (own, stated)) in self.bench.joints().zip(states.iter().zip(&pattern.states)) {
-            let of = |k: usize| own.get(k).copied().flatten().or_else(|| stated.get(k).copied().flatten());
-            let state = JointState::from_keys(joint, of(0), of(1), of(2)).map_err(|error| error.under(&into.place))?;
-            into.joints.push(state);
+        Ok(())
+    }
+
+    /// Times of all rows of the block, where it has any.
+    fn times(&mut self) -> Option<Vec<f64>> {
+        let slot = self.names.iter().position(|name| name == "time_s")?;
+        let mut time =
+            self.rate.map(|rate| (0..self.raw.rows()).map(|k| (self.row + k as u64) as f64 / rate).collect());
+        for (own, raw) in self.read.iter().zip(&self.raw.columns).filter(|(own, _)| own.slot == Some(slot)) {
+            if own.seconds.is_some() && self.origin.is_none() {
+                self.origin = raw.iter().copied().find(|x| !x.is_nan());
+            }
+            let origin = self.origin.unwrap_or(f64::NAN); // no time at all so far
+            let converted = raw.iter().map(|x| match own.seconds {
+                Some((seconds, _)) => (x - origin) * seconds,
+                None => own.converted(*x),
+            });
+            over(time.get_or_insert_default(), converted);
         }
-        into.samples = samples.or(pattern.samples).unwrap_or(1.0);
-        into.observations.clear();
-        for (sensor, ((value, u), (stated, stated_u))) in values.iter().zip(&pattern.values).enumerate() {
-            let Some(value) = value.or(*stated) else { continue };
-            let u = u.or(*stated_u);
-            if u.is_some_and(|u| !(u > 0.0)) || !(into.samples > 0.0) {
+        time
+    }
+
+    /// The rows that are used, column by column, in the units of the readings. Errors: uncertainties and numbers of samples that are not positive.
+    fn columns_of(&mut self, file: &str, time: Option<&[f64]>, block: &mut streamed::Block) -> Result<()> {
+        let Taken { before, rows, pattern, joints } = &mut self.taken;
+        let count = rows.len();
+        block.clear(self.names.len(), self.bench.sensors.len());
+        block.rows = count;
+        joints.resize_with(self.bench.joints().count(), Default::default);
+        joints.iter_mut().flatten().for_each(Vec::clear);
+        let mut samples = Vec::new();
+        let time_slot = self.names.iter().position(|name| name == "time_s");
+        if let Some((to, time)) = time_slot.and_then(|slot| block.columns.get_mut(slot)).zip(time) {
+            to.extend(rows.iter().map(|k| time.at(*k)));
+        }
+        let whole = count == self.raw.rows();
+        for (own, raw) in self.read.iter().zip(&self.raw.columns) {
+            let converted: Vec<f64> = match (whole, own.slot.is_some() && own.slot == time_slot) {
+                (_, true) => continue,
+                (true, _) => raw.iter().map(|x| own.converted(*x)).collect(),
+                (false, _) => rows.iter().map(|k| own.converted(raw.at(*k))).collect(),
+            };
+            let target = own.meaning.list(&mut block.sensors, joints, &mut samples);
+            if let Some(to) = own.slot.and_then(|slot| block.columns.get_mut(slot)) {
+                over(to, converted.iter().copied());
+            }
+            if let Some(to) = target {
+                over(to, converted.into_iter());
+            }
+        }
+        for (p, own) in self.patterns.iter().enumerate() {
+            let fill = |to: &mut Vec<f64>, number: f64| {
+                if to.is_empty() {
+                    to.resize(count, f64::NAN);
+                }
+                let of = to.iter_mut().zip(pattern.iter()).filter(|(to, of)| **of == p && to.is_nan());
+                of.for_each(|(to, _)| *to = number);
+            };
+            for (slot, number) in &own.numbers {
+                block.columns.get_mut(*slot).into_iter().for_each(|to| fill(to, *number));
+            }
+            for (meaning, number) in &own.stated {
+                meaning.list(&mut block.sensors, joints, &mut samples).into_iter().for_each(|to| fill(to, *number));
+            }
+        }
+        // one sample where nothing says how many
+        samples.iter_mut().filter(|own| own.is_nan()).for_each(|own| *own = 1.0);
+        for own in &mut block.sensors {
+            own.samples.clone_from(&samples);
+            let read = |k: usize| !own.values.or_nan(k).is_nan();
+            let bad = |list: &[f64]| list.iter().enumerate().find(|(k, x)| **x <= 0.0 && read(*k)).map(|(k, _)| k);
+            if let Some(k) = bad(&own.u).or_else(|| bad(&samples)) {
                 return Err(Malformed::new(
                     Fault::Value,
                     "a standard uncertainty or a number of samples is not positive",
                 )
                 .expected("positive numbers (leave them out where they are not known)")
-                .at_path(into.place.clone()));
+                .at_path(table_place(number::index(*before) + rows.at(k) + 1, file)));
             }
-            into.observations.push(Observation { sensor, value, u, samples: into.samples });
         }
-        self.values = values;
-        Ok(true)
+        Ok(())
     }
 }
 
-/// Joints of a bench that rows are read for.
-const MOST_JOINTS: usize = 16;
+impl Read {
+    /// A number of the column in the unit of the readings.
+    fn converted(&self, x: f64) -> f64 {
+        self.conversion.map_or(x, |conversion| conversion.apply(x))
+    }
+}
 
-fn set(
-    states: &mut [[Option<f64>; 3]],
-    values: &mut [(Option<f64>, Option<f64>)],
-    samples: &mut Option<f64>,
-    kind: Meaning,
-    number: f64,
-) {
-    match kind {
-        Meaning::Angle(k) => states.get_mut(k).into_iter().for_each(|own| own[0] = Some(number)),
-        Meaning::Rate(k) => states.get_mut(k).into_iter().for_each(|own| own[1] = Some(number)),
-        Meaning::Turns(k) => states.get_mut(k).into_iter().for_each(|own| own[2] = Some(number)),
-        Meaning::Sensor(k) => values.get_mut(k).into_iter().for_each(|own| own.0 = Some(number)),
-        Meaning::SensorU(k) => values.get_mut(k).into_iter().for_each(|own| own.1 = Some(number)),
-        Meaning::Samples => *samples = Some(number),
-        Meaning::Position | Meaning::Column => {}
+/// Numbers over those of a list; what is absent leaves what is there.
+fn over(to: &mut Vec<f64>, from: impl Iterator<Item = f64>) {
+    if to.is_empty() {
+        to.extend(from);
+    } else {
+        to.iter_mut().zip(from).filter(|(_, x)| !x.is_nan()).for_each(|(to, x)| *to = x);
+    }
+}
+
+impl Meaning {
+    /// The list of a block that a key's numbers stand in; `None` for a position or a column that is nothing else.
+    fn list<'b>(
+        self,
+        sensors: &'b mut [streamed::Observed],
+        joints: &'b mut [[Vec<f64>; 3]],
+        samples: &'b mut Vec<f64>,
+    ) -> Option<&'b mut Vec<f64>> {
+        match self {
+            Meaning::Angle(k) => joints.get_mut(k).map(|own| &mut own[0]),
+            Meaning::Rate(k) => joints.get_mut(k).map(|own| &mut own[1]),
+            Meaning::Turns(k) => joints.get_mut(k).map(|own| &mut own[2]),
+            Meaning::Sensor(k) => sensors.get_mut(k).map(|own| &mut own.values),
+            Meaning::SensorU(k) => sensors.get_mut(k).map(|own| &mut own.u),
+            Meaning::Samples => Some(samples),
+            Meaning::Position | Meaning::Column => None,
+        }
     }
 }
 
@@ -423,55 +482,61 @@ impl Rows for RecordRows<'_> {
         Ok(())
     }
 
-    fn next(&mut self, readings: &mut Vec<Reading>) -> Result<bool> {
+    fn next(&mut self, block: &mut streamed::Block) -> Result<bool> {
         loop {
             let Some(mut record) = self.record.take() else { return Ok(false) };
-            let mut block = std::mem::take(&mut self.block);
-            let more = record.next(&mut block);
-            self.block = block;
-            if !more? {
-                readings.clear();
+            if !record.next(&mut self.raw)? {
                 return Ok(false);
             }
-            for (own, times) in self.read.iter_mut().zip(&self.block.columns) {
+            for (own, times) in self.read.iter_mut().zip(&self.raw.columns) {
                 if let Some((seconds, bare @ true)) = &mut own.seconds
                     && let Some((_, found)) = crate::record::unit_of(times)
                 {
                     (*seconds, *bare) = (found, false);
                 }
             }
-            let count = self.block.rows();
-            let mut used = 0;
-            for k in 0..count {
-                self.row += 1;
-                if readings.len() <= used {
-                    readings.push(empty());
-                }
-                let Some(into) = readings.get_mut(used) else { break };
-                if self.fill(k, self.row, record.name(), record.labels(), into)? {
-                    used += 1;
-                }
-            }
-            readings.truncate(used);
-            self.used += used as u64;
+            self.taken.before = self.row;
+            let time = self.times();
+            self.take(&record, time.as_deref())?;
+            self.columns_of(record.name(), time.as_deref(), block)?;
+            self.row += self.raw.rows() as u64;
+            self.used += block.rows as u64;
             self.record = Some(record);
-            if used > 0 {
+            if block.rows > 0 {
                 return Ok(true);
             }
         }
     }
-}
 
-fn empty() -> Reading {
-    Reading {
-        position: String::new(),
-        joints: Vec::new(),
-        columns: Vec::new(),
-        observations: Vec::new(),
-        samples: 1.0,
-        planned_u: Vec::new(),
-        remarks: Vec::new(),
-        place: String::new(),
+    fn reading(&self, block: &streamed::Block, k: usize, into: &mut Reading) -> Result<()> {
+        let number = |list: &Vec<f64>| list.get(k).copied().filter(|x| !x.is_nan());
+        let pattern = self.taken.pattern.get(k).and_then(|own| self.patterns.get(*own));
+        let labels = self.label.and_then(|_| self.raw.columns.get(self.read.len()));
+        let label =
+            labels.zip(self.taken.rows.get(k)).and_then(|(labels, row)| labels.get(*row)).filter(|x| !x.is_nan());
+        let texts = self.record.as_ref().map_or(&[][..], Record::labels);
+        let label = label.and_then(|x| texts.get(number::count(*x))).filter(|text| !text.is_empty());
+        into.position.clear();
+        into.position.push_str(label.or(pattern.map(|own| &own.position)).map_or("", String::as_str));
+        into.columns.clear();
+        into.columns.extend(block.columns.iter().map(number));
+        into.joints.clear();
+        for (joint, [angle, rate, turns]) in self.bench.joints().zip(&self.taken.joints) {
+            let state = JointState::from_keys(joint, number(angle), number(rate), number(turns));
+            into.joints.push(state.map_err(|error| error.under(&self.place(k)))?);
+        }
+        into.samples = block.sensors.first().and_then(|own| number(&own.samples)).unwrap_or(1.0);
+        into.observations.clear();
+        for (sensor, own) in block.sensors.iter().enumerate() {
+            let Some(value) = number(&own.values) else { continue };
+            into.observations.push(Observation { sensor, value, u: number(&own.u), samples: into.samples });
+        }
+        Ok(())
+    }
+
+    fn place(&self, k: usize) -> String {
+        let row = self.taken.rows.get(k).copied().unwrap_or_default(); // a row of the block
+        table_place(number::index(self.taken.before) + row + 1, self.record.as_ref().map_or("", Record::name))
     }
 }
 

@@ -249,6 +249,72 @@ fn quiet_residuals() {
     }
 }
 
+/// Records of linear models with white noise, of several blocks, with absent values, stated uncertainties, units and rows outside of the segments: read
+/// twice, and the numbers of the same readings at hand.
+#[test]
+fn linear_records_are_read_twice() {
+    use std::fmt::Write;
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut rng = Pcg64Mcg::seed_from_u64(3101);
+    for case in 0..draws(12, 60) {
+        let (stated, absent, marked) = (case % 2 == 0, case % 3 == 0, case % 4 < 2);
+        let terms = 2 + case % 5;
+        let model = (0..terms).fold("c".to_string(), |line, k| match k % 3 {
+            0 => line + &format!(" + b{k}*x{k}"),
+            1 => line + &format!(" + b{k}*x{k}^2"),
+            _ => line + &format!(" + b{k}*x{k}*x{}", k - 1),
+        });
+        let columns: String = (0..terms).map(|k| format!("x{k},")).collect();
+        let mut table = format!(
+            "time_s,{columns}y (mV){}{}\n",
+            if stated { ",y_u" } else { "" },
+            if marked { ",mark" } else { "" }
+        );
+        let mut used = table.replace(",mark", "");
+        let mut draw = || -> f64 { StandardNormal.sample(&mut rng) };
+        for i in 0..3000 {
+            let mut row = format!("{}", f64::from(i) * 0.01);
+            for _ in 0..terms {
+                write!(row, ",{}", draw()).expect("text");
+            }
+            let is_absent = absent && draw() > 1.5;
+            let value = if is_absent { String::new() } else { (1e6 + 30.0 * draw()).to_string() };
+            write!(row, ",{value}").expect("text");
+            if stated {
+                write!(row, ",{}", 0.01 + draw().abs()).expect("text");
+            }
+            let outside = marked && draw() > 1.0;
+            if !outside && !is_absent {
+                writeln!(used, "{row}").expect("text");
+            }
+            writeln!(table, "{row}{}", if marked { [",in", ",out"][usize::from(outside)] } else { "" }).expect("text");
+        }
+        std::fs::write(folder.path().join("log.csv"), table).expect("a table");
+        std::fs::write(folder.path().join("used.csv"), used).expect("a table");
+        let unknowns: String = (0..terms).map(|k| format!(r#", "b{k}": {{}}"#)).collect();
+        let by = if marked { r#", "by": "mark", "positions": [{ "position": "in" }]"# } else { "" };
+        let campaign = |readings: &str| {
+            let path = folder.path().join("c.campaign.json");
+            let text = format!(
+                r#"{{ "bench": {{ "id": "q", "chain": [], "sensors": {{ "y": {{ "unit": "V", "model": "{model}" }} }} }},
+                    "estimate": {{ "c": {{}}{unknowns} }}, "readings": {readings} }}"#
+            );
+            std::fs::write(&path, text).expect("a campaign");
+            path
+        };
+        let path = campaign(&format!(r#"{{ "samples": "log.csv", "as": "rows"{by} }}"#));
+        let rows = wire::fit_rows(path, &Settings::default()).unwrap_or_else(|error| panic!("{case}: {error}"));
+        let held = Campaign::from_path(campaign(r#""used.csv""#)).unwrap_or_else(|error| panic!("{case}: {error}"));
+        let held = tumble::fit(&held, &Settings::default()).unwrap_or_else(|error| panic!("{case}: {error}"));
+        assert_eq!(rows.streamed.as_ref().map(|own| own.passes), Some(2), "{case}");
+        for (own, other) in rows.parameters.iter().zip(&held.parameters) {
+            let (a, b) = (own.uncertainty.unwrap(), other.uncertainty.unwrap());
+            let apart = (own.value.unwrap() - other.value.unwrap()).abs() / b.u;
+            assert!(apart < 1e-9 && (a.u / b.u - 1.0).abs() < 1e-9, "{case} {}: {apart} {} {}", own.id, a.u, b.u);
+        }
+    }
+}
+
 /// A long record is thinned for its sample; numbers of rows are those of the record.
 #[test]
 fn sample_of_a_long_record() {

@@ -457,6 +457,8 @@ fn units_of_titles() {
     for (key, title, to) in [
         ("temperature_c", "T (K)", &(|x| x + 273.15) as &dyn Fn(f64) -> f64),
         ("temperature_k", "T (degC)", &|x| x - 273.15),
+        ("temperature_c", "Temp (Deg F)", &|x| 1.8 * x + 32.0),
+        ("temperature_c", "Temp (deg C)", &|x| x),
         ("time_s", "t (min)", &|x| x / 60.0),
         ("time_s", "t / h", &|x| x / 3600.0),
         ("time_s", "t [ms]", &|x| 1000.0 * x),

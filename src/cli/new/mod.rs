@@ -135,7 +135,7 @@ fn campaign(arguments: &Arguments, table: &Path, answers: &Answers) -> Result<Ou
         let source = Source { name: to.display().to_string(), text: files::json(&file)? };
         let mut folder = files::Beside::new(&to);
         if file.has_rows() {
-            return Ok((wire::read_rows_of(&file, &source, &mut folder)?.0, None));
+            return Ok((wire::read_rows_of(&file, &source, &mut folder, None)?.0, None));
         }
         let campaign = wire::campaign_from(file, &source, &mut folder)?;
         let fitted = if campaign.unknowns() > 0 && campaign.is_measured() {

@@ -12,7 +12,7 @@ use super::question::{Folding, Part, Question};
 use super::residuals::Residuals;
 use super::together::{Together, together};
 use super::{Rows, Sample, Streamed};
-use crate::campaign::{Campaign, Kind, Role};
+use crate::campaign::{Campaign, Role};
 use crate::design;
 use crate::error::Result;
 use crate::estimate::{Estimate, Group, System, Unknowns};
@@ -52,7 +52,6 @@ pub(super) fn conclude(
         points.iter().map(|list| list.iter().map(|noise| Folding::new(n, carried, *noise)).collect()).collect();
     let mut binned: Vec<Binned> = shape.noise.iter().map(|noise| Binned::new(&question, &inputs, *noise)).collect();
     let mut residuals: Vec<Residuals> = (0..sensors).map(|_| Residuals::new()).collect();
-    let kept: HashMap<u64, usize> = sample.numbers.iter().enumerate().map(|(k, number)| (*number, k)).collect();
     let mut independent: HashMap<(usize, usize), f64> = HashMap::new();
     question.walk(rows, &point, &further, &mut |s, chunk| {
         for own in &mut folding[s] {
@@ -64,10 +63,12 @@ pub(super) fn conclude(
         let rows = binned[s].push(n, &inputs, chunk, &left)?;
         let mut whitened = rows.col_as_slice(rows.ncols() - 1).to_vec();
         subtract(&mut whitened, &rows, &change);
-        for (i, (w, number)) in whitened.iter().zip(chunk.numbers).enumerate() {
-            residuals[s].push(*number, chunk.values[i], left[i], *w);
-            if let Some(k) = kept.get(number) {
-                independent.insert((*k, s), *w);
+        residuals[s].take(chunk.numbers, chunk.values, &left, &whitened);
+        let before = |own: &u64| chunk.numbers.first().is_some_and(|first| own < first);
+        let kept = sample.numbers.iter().enumerate().skip(sample.numbers.partition_point(before));
+        for (k, number) in kept.take_while(|(_, own)| chunk.numbers.last().is_some_and(|last| *own <= last)) {
+            if let Ok(i) = chunk.numbers.binary_search(number) {
+                independent.insert((k, s), whitened[i]);
             }
         }
         Ok(())
@@ -127,7 +128,7 @@ pub(super) fn conclude(
     let combinations = budgets.combinations(&solution);
     let known_sensitivities = budgets.known_sensitivities();
     let linear = match settings.estimator {
-        Estimator::Exact if !is_linear(&campaign) => {
+        Estimator::Exact if !question.is_linear => {
             let reference = campaign.reference_point();
             let step = self::solved(&mut question, rows, &shape, &reference)?;
             reference.iter().zip(&step.folded.unknowns.solution).map(|(x, dx)| x + dx).collect()
@@ -199,13 +200,6 @@ fn solved(question: &mut Question, rows: &mut dyn Rows, shape: &Shape, point: &[
     let parts: Vec<Option<&Part>> =
         parts.iter().enumerate().map(|(s, list)| list.first().filter(|_| question.is_read(s))).collect();
     together(question, &parts, &shape.open, &vec![1.0; parts.len()], point)
-}
-
-/// Is every model line linear in what is estimated?
-fn is_linear(campaign: &Campaign) -> bool {
-    let names: Vec<&str> = campaign.estimated().iter().map(|p| p.id.as_str()).collect();
-    campaign.estimated().iter().all(|p| p.kind != Kind::Tilt)
-        && campaign.bench.sensors.iter().all(|sensor| sensor.model.linear_in(&names))
 }
 
 /// Inputs over whose ranges the residuals are looked at: times, joints, and what the model lines use.

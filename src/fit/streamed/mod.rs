@@ -1,10 +1,13 @@
 //! Samples as rows: the fit of one device to a record of any length, in memory that depends on the unknowns and not on the rows.
 //!
 //! ```text
-//! record -> a sample of its rows -> start
-//! record -> rows of the design -> made independent -> folded        (a pass for each step of Gauss-Newton and of the noise)
+//! record -> blocks of columns -> a sample of the rows -> start
+//! record -> blocks -> rows of the design -> made independent -> folded   (a pass for each step of Gauss-Newton and of the noise)
 //! record -> residuals: order, shape, lack of fit, largest            (the last pass)
 //! ```
+//!
+//! Where the model is linear in its unknowns and the noise is white, no step waits for another: the pass that takes the sample folds the rows, and the last
+//! one is the second.
 //!
 //! Where means of standstills will not do (rotations with changing rate, temperature sweeps), every sample is a reading. Their noise is white, or white and
 //! correlated in time (a line of scatter `over` a column of times); [`crate::estimate::Sequential`] makes the rows independent as they come, and
@@ -12,7 +15,7 @@
 //!
 //! | file | subject |
 //! |---|---|
-//! | `rows.rs` | what a record is: rows that can be read again |
+//! | `rows.rs` | what a record is: blocks of rows, column by column, that can be read again |
 //! | `sample.rs` | the first look: how many rows, which ranges, a sample of them |
 //! | `question.rs` | what can be asked of a record; one pass over it |
 //! | `together.rs` | the triangles of several sensors in one adjustment |
@@ -37,13 +40,13 @@ mod sample;
 mod together;
 
 pub use residuals::{Bin, BinnedResiduals, Far, MeansTest, SensorResiduals};
-pub use rows::{Held, Rows};
+pub use rows::{Block, Held, Observed, Rows};
 pub use sample::{Sample, sample};
 
 use super::{Estimator, Fit, Settings};
-use crate::campaign::Campaign;
+use crate::campaign::{Campaign, Readings};
 use crate::error::Result;
-use question::Question;
+use question::{Folding, Noise, Part, Question};
 
 /// What a fit of a record has beside what every fit has: its rows are not at hand, the readings of the campaign are a sample of them.
 #[derive(Debug, Clone)]
@@ -62,6 +65,54 @@ pub struct Streamed {
     pub sensors: Vec<SensorResiduals>,
     /// Lack of fit over the ranges of the inputs.
     pub bins: Vec<BinnedResiduals>,
+}
+
+/// Rows that were folded while the sample was taken.
+#[derive(Debug, Clone)]
+pub(crate) struct First {
+    point: Vec<f64>,
+    parts: Vec<Vec<Part>>,
+}
+
+/// [`sample`], with the rows folded in the same pass where no step of the fit waits for another; `campaign` is that of some readings of the record.
+///
+/// Errors: those of reading the record, and of its rows.
+pub(crate) fn sample_and_fold(
+    rows: &mut dyn Rows,
+    campaign: &dyn Fn(&Readings) -> Result<Campaign>,
+    settings: &Settings,
+) -> Result<Sample> {
+    rows.rewind()?;
+    let (mut found, mut block) = (Sample::new(rows.columns()), Block::default());
+    let mut folding: Option<(Question, Vec<f64>, Vec<Folding>)> = None;
+    while rows.next(&mut block)? {
+        let (is_first, before) = (found.rows == 0, found.rows);
+        found.take(rows, &block)?;
+        if is_first {
+            // what is wrong with the question is said by the fit
+            folding = campaign(&found.readings).ok().and_then(|own| begun(&own, settings, rows.columns()));
+        }
+        if let Some((question, point, folding)) = &mut folding {
+            question.chunks((&*rows, &block), point, &[], before, &mut |s, chunk| {
+                folding
+                    .get_mut(s)
+                    .map_or(Ok(()), |own| own.push(chunk.rows.clone(), chunk.time, chunk.relative).map(drop))
+            })?;
+        }
+    }
+    let parts = |list: Vec<Folding>| list.into_iter().map(|own| vec![own.part()]).collect();
+    found.first = folding.map(|(_, point, folding)| First { point, parts: parts(folding) });
+    Ok(found)
+}
+
+/// A fit that has all that it needs before its rows are read: linear, with white noise.
+fn begun(campaign: &Campaign, settings: &Settings, columns: &[String]) -> Option<(Question, Vec<f64>, Vec<Folding>)> {
+    question::check(campaign, settings).ok()?;
+    let question = Question::new(campaign, settings, columns).ok()?;
+    let folding = || Folding::new(question.unknowns, question.carried.len(), Noise::WHITE);
+    let list = (question.is_linear && campaign.scatter.is_empty())
+        .then(|| campaign.bench.sensors.iter().map(|_| folding()).collect())?;
+    Some((question, campaign.reference_point(), list))
 }
 
 /// Fit a record. `campaign` has the readings of `sample`, which is [`sample`] of the same rows.
@@ -90,6 +141,10 @@ pub fn fit(campaign: Campaign, rows: &mut dyn Rows, sample: &Sample, settings: &
         Estimator::Linear => campaign.reference_point(),
     };
     let lines: Vec<_> = (0..campaign.bench.sensors.len()).map(|s| question.stated(s, &campaign)).collect();
-    let found = noise::search(&mut question, rows, &mut point, &lines)?;
+    let first = sample.first.clone();
+    if let Some(First { point: own, .. }) = &first {
+        point.clone_from(own);
+    }
+    let found = noise::search(&mut question, rows, &mut point, &lines, first.map(|own| own.parts))?;
     conclude::conclude(campaign, question, rows, sample, start, found, (point, &lines))
 }

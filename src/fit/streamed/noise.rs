@@ -10,7 +10,7 @@
 use super::Rows;
 use super::octaves::Noise;
 use super::octaves::{self, Octaves, Stated};
-use super::question::{Part, Question};
+use super::question::{Chunk, Part, Question};
 use super::together::{Together, merged, remainder, together};
 use crate::campaign::{Campaign, Size};
 use crate::elements::Elements;
@@ -160,18 +160,19 @@ fn effect(question: &Question, parts: &[Option<Part>], scale: &[f64], point: &[f
     Ok((0..n).map(|i| row(i).powi(2)).sum::<f64>().sqrt())
 }
 
-/// The solution and the noise; `point` is where it begins and ends.
+/// The solution and the noise; `point` is where it begins and ends, `first` what was folded there already.
 pub(super) fn search(
     question: &mut Question,
     rows: &mut dyn Rows,
     point: &mut [f64],
     lines: &[Option<Stated>],
+    mut first: Option<Vec<Vec<Part>>>,
 ) -> Result<Found> {
     let sensors = question.sensors.len();
     let n = question.unknowns;
     let linear_only = question.settings.estimator == Estimator::Linear;
     // the noise of the first passes: what is stated, white where something is to be estimated
-    let mut noise: Vec<Noise> = vec![Noise { white: 1.0, deviation: 0.0, tau: 1.0 }; sensors];
+    let mut noise: Vec<Noise> = vec![Noise::WHITE; sensors];
     for (own, stated) in noise.iter_mut().zip(lines) {
         if let Some(Stated { deviation: Some(deviation), tau: Some(tau), white: Some(_) }) = stated {
             *own = Noise { white: 1.0, deviation: *deviation, tau: *tau };
@@ -186,7 +187,7 @@ pub(super) fn search(
     for _ in 0..question.settings.iterations.max(1) {
         octaves.iter_mut().for_each(|own| *own = (Octaves::default(), 0, f64::NAN, f64::NAN));
         let lists: Vec<Vec<Noise>> = noise.iter().map(|own| vec![*own]).collect();
-        let parts = question.fold(rows, point, &lists, &mut |s, chunk| {
+        let mut look = |s: usize, chunk: &Chunk<'_>| {
             let last = chunk.rows.ncols() - 1;
             let (series, count, first, end) = &mut octaves[s];
             for ((y, relative), time) in chunk.rows.col_as_slice(last).iter().zip(chunk.relative).zip(chunk.time) {
@@ -197,7 +198,11 @@ pub(super) fn search(
                 }
                 *end = *time;
             }
-        })?;
+        };
+        let parts = match first.take() {
+            Some(parts) => parts,
+            None => question.fold(rows, point, &lists, &mut look)?,
+        };
         let parts = centre(&parts, question);
         let open: Vec<bool> = (0..sensors).map(|s| question.is_white_free(s) && open_at_first[s]).collect();
         let found = together(question, &as_refs(&parts), &open, &vec![1.0; sensors], point)?;
@@ -232,6 +237,11 @@ pub(super) fn search(
         }
         before = Some((here, point.to_vec(), change.clone(), 1.0));
         point.iter_mut().zip(&change).for_each(|(x, dx)| *x += dx);
+        if question.is_linear {
+            // the step is the whole way
+            stop = Stop::Settled;
+            break;
+        }
     }
     let mut state = Search { question, rows, point, noise, at_zero: vec![false; sensors], white, linear_only };
     let settled = state.run(lines, &octaves)?;

@@ -16,6 +16,11 @@ pub(super) struct Noise {
     pub tau: f64,
 }
 
+impl Noise {
+    /// White, of the rows' relative sizes.
+    pub(super) const WHITE: Noise = Noise { white: 1.0, deviation: 0.0, tau: 1.0 };
+}
+
 /// Sums of blocks of rows.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Octaves {

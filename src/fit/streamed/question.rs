@@ -1,20 +1,31 @@
 //! What is asked of a record, and one pass over it: rows of the design, sensor by sensor.
 
-use super::Rows;
 use super::octaves::Noise;
-use crate::campaign::{Campaign, Deviating, Per, Role, Scatter, Size};
-use crate::design::{self, Model};
-use crate::elements::Elements;
+use super::rows::blank;
+use super::{Block, Observed, Rows};
+use crate::algebra::Lists;
+use crate::campaign::{Campaign, Deviating, Kind, Per, Role, Scatter, Size};
+use crate::design::{self, ColumnLine, DesignMatrix, Model, Read};
+use crate::elements::{Elements, OrNan, Parts};
 use crate::error::{Fault, Malformed, Result};
 use crate::estimate::{Fold, Sequential};
 use crate::fit::{Remount, Settings, Weighting};
 use faer::Mat;
+use pulp::Arch;
+
+/// Rows whose design is made and folded at a time: what is worked on stays in a cache.
+const PART: usize = 256;
 
 /// A fit of a record.
 pub(super) struct Question {
-    /// The campaign; its readings are the block at hand.
+    /// The campaign, without readings but while lines follow a bench.
     campaign: Campaign,
     model: Model,
+    /// The sensors' lines, where all of them follow columns alone; a bench is followed reading by reading.
+    lines: Option<Vec<ColumnLine>>,
+    room: Lists,
+    /// Is every model line linear in the unknowns?
+    pub is_linear: bool,
     pub settings: Settings,
     pub unknowns: usize,
     /// Columns of the design that are carried along: known inputs with an uncertainty, by parameter.
@@ -136,8 +147,12 @@ impl Question {
                 Sensor { line, stated: read.map(|o| o.u.is_some()) }
             })
             .collect();
+        let model = Model::new(campaign)?;
         Ok(Question {
-            model: Model::new(campaign)?,
+            lines: (0..campaign.bench.sensors.len()).map(|s| model.column_line(s)).collect(),
+            room: Lists::default(),
+            is_linear: is_linear(campaign),
+            model,
             campaign: campaign.without_readings(columns),
             settings: *settings,
             unknowns: campaign.unknowns(),
@@ -173,114 +188,188 @@ impl Question {
     ) -> Result<()> {
         rows.rewind()?;
         self.passes += 1;
-        let mut before = 0_u64;
-        let mut block = std::mem::take(&mut self.campaign.readings.rows);
+        let (mut before, mut block) = (0_u64, Block::default());
         while rows.next(&mut block)? {
-            self.campaign.readings.rows = std::mem::take(&mut block);
-            self.chunks(point, further, before, each)?;
-            block = std::mem::take(&mut self.campaign.readings.rows);
-            before += block.len() as u64;
+            self.chunks((&*rows, &block), point, further, before, each)?;
+            before += block.rows as u64;
         }
         Ok(())
     }
 
-    fn chunks(
+    /// The rows of a block, `before` of them were given already.
+    pub(super) fn chunks(
         &mut self,
+        (rows, block): (&dyn Rows, &Block),
         point: &[f64],
         further: &[usize],
         before: u64,
         each: &mut dyn FnMut(usize, &Chunk<'_>) -> Result<()>,
     ) -> Result<()> {
-        let design = design::assemble(&self.campaign, &self.model, point)?;
-        let readings = &self.campaign.readings.rows;
-        for (s, sensor) in self.sensors.iter_mut().enumerate() {
-            let own: Vec<usize> =
-                design.rows.iter().enumerate().filter(|(_, origin)| origin.sensor == s).map(|(i, _)| i).collect();
-            if own.is_empty() {
-                continue;
-            }
-            let (mut numbers, mut time, mut relative, mut values) = (
-                Vec::with_capacity(own.len()),
-                Vec::with_capacity(own.len()),
-                Vec::with_capacity(own.len()),
-                Vec::with_capacity(own.len()),
-            );
-            let mut inputs = vec![Vec::with_capacity(own.len()); further.len()];
-            for origin in own.iter().filter_map(|i| design.rows.get(*i)) {
-                let Some(reading) = readings.get(origin.reading) else { continue };
-                let Some(value) = reading.observations.iter().find(|o| o.sensor == s) else { continue };
-                let is_stated = value.u.is_some();
-                if sensor.stated.is_some_and(|stated| stated != is_stated) {
-                    let id = self.campaign.bench.sensors.get(s).map_or("", |own| own.id.as_str());
-                    return Err(Malformed::new(
-                        Fault::Missing,
-                        format!("some readings of {id} have a stated uncertainty and some have none"),
-                    )
-                    .expected(format!(
-                        "{id}_u in every reading of {id}, or in none (then it is estimated from the residuals)"
-                    ))
-                    .at_path(reading.place.clone()));
-                }
-                sensor.stated = Some(is_stated);
-                let number = |column: usize| reading.columns.get(column).copied().flatten();
-                let at = match sensor.line {
-                    Some((_, column)) => number(column).ok_or_else(|| {
-                        let name = self.campaign.readings.columns.get(column).map_or("", String::as_str);
-                        Malformed::new(
-                            Fault::Missing,
-                            format!("a reading has no {name}, and noise is correlated over it"),
-                        )
-                        .expected(format!("{name} in every reading"))
-                        .at_path(reading.place.clone())
-                    })?,
-                    None => 0.0,
-                };
-                if let Some(last) = time.last().filter(|last| sensor.line.is_some() && at < **last) {
-                    return Err(backwards(at, *last).at_path(reading.place.clone()));
-                }
-                numbers.push(before + origin.reading as u64 + 1);
-                time.push(at);
-                relative.push(value.u.unwrap_or(1.0 / value.samples.sqrt()));
-                values.push(value.value);
-                for (list, column) in inputs.iter_mut().zip(further) {
-                    list.push(number(*column).unwrap_or(f64::NAN));
-                }
-            }
-            let (n, carried) = (self.unknowns, self.carried.len());
-            let mut rows = Mat::zeros(own.len(), n + carried + 1);
-            for j in 0..=n + carried {
-                let to = rows.col_as_slice_mut(j);
-                let from = match j.checked_sub(n) {
-                    None => Some(j),
-                    Some(k) => self.carried.get(k).copied(),
-                };
-                match from {
-                    Some(from) => {
-                        let from = design.jacobian.col_as_slice(from);
-                        to.iter_mut().zip(&own).for_each(|(to, i)| *to = from.at(*i));
-                    }
-                    None => to.iter_mut().zip(&own).zip(&values).for_each(|((to, i), value)| {
-                        *to = value - design.predicted.at(*i);
-                    }),
-                }
-            }
-            let chunk = Chunk {
-                numbers: &numbers,
-                time: &time,
-                relative: &relative,
-                values: &values,
-                rows: &rows,
-                inputs: &inputs,
+        let assembled = if self.lines.is_none() { Some(self.assembled(rows, block, point)?) } else { None };
+        for s in 0..self.sensors.len() {
+            let Some(observed) = block.sensors.get(s) else { continue };
+            let read = observed.values.iter().enumerate().filter(|(_, value)| !value.is_nan());
+            let own: Vec<usize> = read.map(|(k, _)| k).collect();
+            let Some(first) = own.first() else { continue };
+            self.look((rows, block), observed, s, &own)?;
+            // rows of the design are in the order of the readings
+            let of = |design: &DesignMatrix| -> Vec<usize> {
+                design.rows.iter().enumerate().filter(|(_, origin)| origin.sensor == s).map(|(i, _)| i).collect()
             };
-            each(s, &chunk).map_err(|error| {
-                let numbers = numbers.first().zip(numbers.last());
-                match numbers.filter(|_| error.place().path.starts_with("rows[")) {
-                    Some((first, last)) => error.at_path(format!("readings.rows, rows {first} to {last}")),
-                    None => error,
+            let places = assembled.as_ref().map(of).unwrap_or_default();
+            let whole = own.len() == block.rows;
+            for start in (0..own.len()).step_by(PART) {
+                let part = own.part(start..own.len().min(start + PART));
+                // most records have every value in every row
+                let pick = |list: &[f64]| -> Vec<f64> {
+                    match whole {
+                        true => list.part(start..start + part.len()).to_vec(),
+                        false => part.iter().map(|k| list.at(*k)).collect(),
+                    }
+                };
+                let values = pick(&observed.values);
+                let relative = match (observed.u.get(*first).filter(|u| !u.is_nan()), observed.samples.is_empty()) {
+                    (Some(_), _) => pick(&observed.u),
+                    (None, false) => pick(&observed.samples).into_iter().map(|samples| 1.0 / samples.sqrt()).collect(),
+                    (None, true) => vec![1.0; part.len()],
+                };
+                let list = |column: usize| block.columns.get(column).filter(|list| !list.is_empty());
+                let of_column = |column: usize| list(column).map_or(vec![f64::NAN; part.len()], |list| pick(list));
+                let time = match self.sensors.get(s).and_then(|own| own.line) {
+                    Some((_, column)) => of_column(column),
+                    None => vec![0.0; part.len()],
+                };
+                let mut design = Mat::zeros(part.len(), self.unknowns + self.carried.len() + 1);
+                match &assembled {
+                    Some(all) => self.copied(all, places.part(start..start + part.len()), &mut design),
+                    None => self.evaluated(s, point, part.len(), &of_column, &mut design),
                 }
-            })?;
+                let last = design.ncols() - 1;
+                design.col_as_slice_mut(last).iter_mut().zip(&values).for_each(|(to, value)| *to = value - *to);
+                let numbers: Vec<u64> = part.iter().map(|k| before + *k as u64 + 1).collect();
+                let inputs: Vec<Vec<f64>> = further.iter().map(|column| of_column(*column)).collect();
+                let chunk = Chunk {
+                    numbers: &numbers,
+                    time: &time,
+                    relative: &relative,
+                    values: &values,
+                    rows: &design,
+                    inputs: &inputs,
+                };
+                each(s, &chunk).map_err(|error| {
+                    let numbers = numbers.first().zip(numbers.last());
+                    match numbers.filter(|_| error.place().path.starts_with("rows[")) {
+                        Some((first, last)) => error.at_path(format!("readings.rows, rows {first} to {last}")),
+                        None => error,
+                    }
+                })?;
+            }
         }
         Ok(())
+    }
+
+    /// What a sensor's rows must have: an uncertainty in all or in none, the times and the columns that its line follows.
+    fn look(&mut self, (rows, block): (&dyn Rows, &Block), observed: &Observed, s: usize, own: &[usize]) -> Result<()> {
+        let missing = |column: usize| {
+            let list = block.columns.get(column).map_or(&[][..], Vec::as_slice);
+            own.iter().copied().find(|k| list.or_nan(*k).is_nan())
+        };
+        let name = |column: usize| self.campaign.readings.columns.get(column).map_or("", String::as_str);
+        let Some(sensor) = self.sensors.get_mut(s) else { return Ok(()) };
+        let is_stated = |k: usize| !observed.u.or_nan(k).is_nan();
+        let stated = sensor.stated.unwrap_or(own.first().is_some_and(|k| is_stated(*k)));
+        sensor.stated = Some(stated);
+        if let Some(k) = own.iter().find(|k| is_stated(**k) != stated) {
+            let id = self.campaign.bench.sensors.get(s).map_or("", |own| own.id.as_str());
+            return Err(Malformed::new(
+                Fault::Missing,
+                format!("some readings of {id} have a stated uncertainty and some have none"),
+            )
+            .expected(format!("{id}_u in every reading of {id}, or in none (then it is estimated from the residuals)"))
+            .at_path(rows.place(*k)));
+        }
+        if let Some((_, column)) = sensor.line {
+            if let Some(k) = missing(column) {
+                let name = name(column);
+                return Err(Malformed::new(
+                    Fault::Missing,
+                    format!("a reading has no {name}, and noise is correlated over it"),
+                )
+                .expected(format!("{name} in every reading"))
+                .at_path(rows.place(k)));
+            }
+            let time = |k: usize| block.columns.get(column).map_or(f64::NAN, |list| list.at(k));
+            for (before, k) in own.iter().zip(own.iter().skip(1)).filter(|(before, k)| time(**k) < time(**before)) {
+                return Err(backwards(time(*k), time(*before)).at_path(rows.place(*k)));
+            }
+        }
+        let reads = self.lines.as_ref().and_then(|lines| lines.get(s)).map_or(&[][..], ColumnLine::reads);
+        for own in reads {
+            let Read::Column(column) = own else { continue };
+            if let Some(k) = missing(*column) {
+                return Err(design::missing_column(name(*column)).at_path(rows.place(k)));
+            }
+        }
+        Ok(())
+    }
+
+    /// The block as readings, and their design.
+    fn assembled(&mut self, rows: &dyn Rows, block: &Block, point: &[f64]) -> Result<DesignMatrix> {
+        let readings = &mut self.campaign.readings.rows;
+        readings.resize_with(block.rows, blank);
+        for (k, reading) in readings.iter_mut().enumerate() {
+            rows.reading(block, k, reading)?;
+        }
+        design::assemble(&self.campaign, &self.model, point).or_else(|_| {
+            // once more, to say where
+            let readings = &mut self.campaign.readings.rows;
+            readings.iter_mut().enumerate().for_each(|(k, reading)| reading.place = rows.place(k));
+            design::assemble(&self.campaign, &self.model, point)
+        })
+    }
+
+    /// Rows of a design that was assembled: unknowns, carried columns, predictions.
+    fn copied(&self, from: &DesignMatrix, places: &[usize], to: &mut Mat<f64>) {
+        let columns = (0..self.unknowns).chain(self.carried.iter().copied());
+        for (j, column) in columns.enumerate() {
+            let column = from.jacobian.col_as_slice(column);
+            to.col_as_slice_mut(j).iter_mut().zip(places).for_each(|(to, i)| *to = column.at(*i));
+        }
+        let last = to.ncols() - 1;
+        to.col_as_slice_mut(last).iter_mut().zip(places).for_each(|(to, i)| *to = from.predicted.at(*i));
+    }
+
+    /// The same of a line that follows columns, for all rows at once.
+    fn evaluated(
+        &mut self,
+        s: usize,
+        point: &[f64],
+        rows: usize,
+        of_column: &dyn Fn(usize) -> Vec<f64>,
+        to: &mut Mat<f64>,
+    ) {
+        let Some(line) = self.lines.as_ref().and_then(|lines| lines.get(s)) else { return };
+        let mut inputs = Vec::with_capacity(line.reads().len() * rows);
+        for own in line.reads() {
+            match own {
+                Read::Column(column) => inputs.extend(of_column(*column)),
+                Read::Parameter(k) => inputs.resize(inputs.len() + rows, point.at(*k)),
+            }
+        }
+        let mut gradient = vec![0.0; inputs.len()];
+        let last = to.ncols() - 1;
+        let values = to.col_as_slice_mut(last);
+        line.gradient(Arch::new(), rows, &inputs, &mut self.room, (values, &mut gradient));
+        for (own, slope) in line.reads().iter().zip(gradient.chunks_exact(rows.max(1))) {
+            let Read::Parameter(k) = own else { continue };
+            let column = match *k < self.unknowns {
+                true => Some(*k),
+                false => self.carried.iter().position(|own| own == k).map(|place| self.unknowns + place),
+            };
+            if let Some(column) = column {
+                to.col_as_slice_mut(column).copy_from_slice(slope);
+            }
+        }
     }
 
     /// One pass: every sensor's rows folded with each of its noises.
@@ -303,6 +392,13 @@ impl Question {
         })?;
         Ok(folding.into_iter().map(|list| list.into_iter().map(Folding::part).collect()).collect())
     }
+}
+
+/// Is every model line linear in what is estimated?
+fn is_linear(campaign: &Campaign) -> bool {
+    let names: Vec<&str> = campaign.estimated().iter().map(|p| p.id.as_str()).collect();
+    campaign.estimated().iter().all(|p| p.kind != Kind::Tilt)
+        && campaign.bench.sensors.iter().all(|sensor| sensor.model.linear_in(&names))
 }
 
 fn backwards(at: f64, last: f64) -> Malformed {

@@ -3,7 +3,9 @@
 //! Residuals are those of independent rows: innovations over their standard deviations, which are white and normal if model and noise are right.
 
 use super::octaves::Octaves;
+use crate::elements::{Elements, Parts};
 use crate::estimate::Sum;
+use crate::linear::dot;
 use crate::quality::{RunsTest, runs_of};
 use crate::uncertainty::quantiles;
 
@@ -106,7 +108,8 @@ pub(super) struct Residuals {
     signs: [usize; 2],
     runs: usize,
     last: Option<bool>,
-    ring: Vec<f64>,
+    /// The last [`LONGEST`] of them.
+    recent: Vec<f64>,
     products: [Sum; LAGS],
     octaves: Octaves,
     largest: Vec<Far>,
@@ -120,44 +123,43 @@ impl Residuals {
             signs: [0; 2],
             runs: 0,
             last: None,
-            ring: vec![0.0; LONGEST],
+            recent: vec![0.0; LONGEST],
             products: [Sum::default(); LAGS],
             octaves: Octaves::default(),
             largest: Vec::new(),
         }
     }
 
-    /// Takes the residual `w` of an independent row, in standard deviations of it.
-    pub(super) fn push(&mut self, number: u64, value: f64, residual: f64, w: f64) {
-        let mut power = 1.0;
-        for sum in &mut self.powers {
-            power *= w;
-            sum.add(power);
+    /// Takes the residuals `w` of independent rows, in standard deviations of them, with the rows' numbers, values and residuals in the sensor's unit.
+    pub(super) fn take(&mut self, numbers: &[u64], values: &[f64], residuals: &[f64], w: &[f64]) {
+        for (k, w) in w.iter().enumerate() {
+            if *w != 0.0 {
+                let sign = *w > 0.0;
+                let [negative, positive] = &mut self.signs;
+                *(if sign { positive } else { negative }) += 1;
+                self.runs += usize::from(self.last != Some(sign));
+                self.last = Some(sign);
+            }
+            self.octaves.push(*w);
+            let least = self.largest.last().filter(|_| self.largest.len() >= KEPT).map_or(0.0, |far| far.w.abs());
+            if w.abs() > least {
+                let at = self.largest.partition_point(|far| far.w.abs() >= w.abs());
+                let number = numbers.get(k).copied().unwrap_or_default(); // one number, value and residual for each row
+                let far = Far { number, value: values.at(k), residual: residuals.at(k), w: *w, p: 1.0 };
+                self.largest.insert(at, far);
+                self.largest.truncate(KEPT);
+            }
         }
-        if w != 0.0 {
-            let sign = w > 0.0;
-            let [negative, positive] = &mut self.signs;
-            *(if sign { positive } else { negative }) += 1;
-            self.runs += usize::from(self.last != Some(sign));
-            self.last = Some(sign);
+        let squares: Vec<f64> = w.iter().map(|w| w * w).collect();
+        let powers = [w.iter().sum(), dot(w, w), dot(w, &squares), dot(&squares, &squares)];
+        self.powers.iter_mut().zip(powers).for_each(|(sum, own)| sum.add(own));
+        // the last rows before these, zeros where there are none, then these
+        self.recent.extend_from_slice(w);
+        for (lag, sum) in self.products.iter_mut().enumerate().map(|(k, sum)| (1 << k, sum)) {
+            sum.add(dot(self.recent.part(LONGEST - lag..LONGEST - lag + w.len()), w));
         }
-        let place = crate::number::index(self.rows) % LONGEST;
-        for (k, sum) in self.products.iter_mut().enumerate() {
-            // what has not been written yet is zero
-            let before = self.ring.get((place + LONGEST - (1 << k)) % LONGEST).copied().unwrap_or_default();
-            sum.add(before * w);
-        }
-        if let Some(slot) = self.ring.get_mut(place) {
-            *slot = w;
-        }
-        self.octaves.push(w);
-        self.rows += 1;
-        let least = self.largest.last().filter(|_| self.largest.len() >= KEPT).map_or(0.0, |far| far.w.abs());
-        if w.abs() > least {
-            let at = self.largest.partition_point(|far| far.w.abs() >= w.abs());
-            self.largest.insert(at, Far { number, value, residual, w, p: 1.0 });
-            self.largest.truncate(KEPT);
-        }
+        self.recent.drain(..w.len());
+        self.rows += w.len() as u64;
     }
 
     /// What they say, for residuals whose mean square should be `variance`.

@@ -1,25 +1,70 @@
-//! What a record is to a fit: readings in the order in which they were taken, that can be read again from the first.
+//! What a record is to a fit: blocks of rows, column by column, in the order in which they were taken, that can be read again from the first.
 
 use crate::campaign::{Reading, Readings};
 use crate::error::Result;
 
+/// Rows that were read together, column by column; what a row does not have is NaN.
+#[derive(Debug, Clone, Default)]
+pub struct Block {
+    /// How many rows.
+    pub rows: usize,
+    /// Numeric columns, in the order of [`Rows::columns`]; a list without numbers where no row has any.
+    pub columns: Vec<Vec<f64>>,
+    /// What each sensor said, in the bench's order.
+    pub sensors: Vec<Observed>,
+}
+
+/// What a sensor said in a block of rows; a list is empty where no row has such a number.
+#[derive(Debug, Clone, Default)]
+pub struct Observed {
+    /// Values.
+    pub values: Vec<f64>,
+    /// Their standard uncertainties.
+    pub u: Vec<f64>,
+    /// Samples averaged into each; 1 where there is no list.
+    pub samples: Vec<f64>,
+}
+
+impl Block {
+    /// Makes it empty, for so many columns and sensors.
+    pub fn clear(&mut self, columns: usize, sensors: usize) {
+        self.rows = 0;
+        self.columns.resize_with(columns, Vec::new);
+        self.columns.iter_mut().for_each(Vec::clear);
+        self.sensors.resize_with(sensors, Observed::default);
+        for own in &mut self.sensors {
+            for list in [&mut own.values, &mut own.u, &mut own.samples] {
+                list.clear();
+            }
+        }
+    }
+}
+
 /// A record that is read several times.
 pub trait Rows {
-    /// Names of the numeric columns that its readings have, as in [`Readings::columns`].
+    /// Names of the numeric columns that its blocks have, as in [`Readings::columns`].
     fn columns(&self) -> &[String];
 
     /// Begins again with the first row.
     fn rewind(&mut self) -> Result<()>;
 
-    /// The next rows into `readings` (what they held is gone); `false` at the end.
-    fn next(&mut self, readings: &mut Vec<Reading>) -> Result<bool>;
+    /// The next rows into `block` (what it held is gone); `false` at the end.
+    fn next(&mut self, block: &mut Block) -> Result<bool>;
+
+    /// Row `k` of the last block, which is given back, as a reading (what it held is gone); its place is left as it is.
+    fn reading(&self, block: &Block, k: usize, into: &mut Reading) -> Result<()>;
+
+    /// Where row `k` of the last block stands, for messages.
+    fn place(&self, k: usize) -> String;
 }
 
 /// Readings at hand, as a record.
 #[derive(Debug, Clone)]
 pub struct Held {
     readings: Readings,
-    next: usize,
+    sensors: usize,
+    /// Rows of the last block.
+    block: std::ops::Range<usize>,
 }
 
 /// Rows that are given at once.
@@ -28,7 +73,12 @@ const BLOCK: usize = 1024;
 impl Held {
     /// The record of these readings.
     pub fn new(readings: Readings) -> Self {
-        Held { readings, next: 0 }
+        let of = readings.rows.iter().flat_map(|row| &row.observations);
+        Held { sensors: of.map(|own| own.sensor + 1).max().unwrap_or(0), block: 0..0, readings }
+    }
+
+    fn row(&self, k: usize) -> Option<&Reading> {
+        self.readings.rows.get(self.block.start + k)
     }
 }
 
@@ -38,14 +88,50 @@ impl Rows for Held {
     }
 
     fn rewind(&mut self) -> Result<()> {
-        self.next = 0;
+        self.block = 0..0;
         Ok(())
     }
 
-    fn next(&mut self, readings: &mut Vec<Reading>) -> Result<bool> {
-        readings.clear();
-        readings.extend(self.readings.rows.iter().skip(self.next).take(BLOCK).cloned());
-        self.next += readings.len();
-        Ok(!readings.is_empty())
+    fn next(&mut self, block: &mut Block) -> Result<bool> {
+        self.block = self.block.end..self.readings.rows.len().min(self.block.end + BLOCK);
+        block.clear(self.readings.columns.len(), self.sensors);
+        block.rows = self.block.len();
+        for row in self.readings.rows.iter().skip(self.block.start).take(block.rows) {
+            for (to, value) in block.columns.iter_mut().zip(&row.columns) {
+                to.push(value.unwrap_or(f64::NAN));
+            }
+            for (s, to) in block.sensors.iter_mut().enumerate() {
+                let own = row.observations.iter().find(|own| own.sensor == s);
+                to.values.push(own.map_or(f64::NAN, |own| own.value));
+                to.u.push(own.and_then(|own| own.u).unwrap_or(f64::NAN));
+                to.samples.push(own.map_or(1.0, |own| own.samples));
+            }
+        }
+        Ok(block.rows > 0)
+    }
+
+    fn reading(&self, _: &Block, k: usize, into: &mut Reading) -> Result<()> {
+        if let Some(row) = self.row(k) {
+            into.clone_from(row);
+        }
+        Ok(())
+    }
+
+    fn place(&self, k: usize) -> String {
+        self.row(k).map(|row| row.place.clone()).unwrap_or_default()
+    }
+}
+
+/// A reading that says nothing.
+pub(super) fn blank() -> Reading {
+    Reading {
+        position: String::new(),
+        joints: Vec::new(),
+        columns: Vec::new(),
+        observations: Vec::new(),
+        samples: 1.0,
+        planned_u: Vec::new(),
+        remarks: Vec::new(),
+        place: String::new(),
     }
 }

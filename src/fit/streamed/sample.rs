@@ -1,11 +1,12 @@
 //! The first look at a record: how many rows it has, the ranges of its inputs, and a sample of its rows.
 
-use super::Rows;
-use crate::campaign::{Reading, Readings};
+use super::rows::blank;
+use super::{Block, Rows};
+use crate::campaign::Readings;
 use crate::error::Result;
 
 /// Most rows of a sample.
-const MOST: usize = 2000;
+const MOST: u64 = 2000;
 
 /// What is known of a record after one pass.
 #[derive(Debug, Clone, Default)]
@@ -18,35 +19,56 @@ pub struct Sample {
     pub rows: u64,
     /// Least and largest number of each column; infinite where it has none.
     pub ranges: Vec<(f64, f64)>,
+    /// What the pass has folded already.
+    pub(super) first: Option<super::First>,
 }
 
 /// Look at all rows of a record. Errors: those of reading it.
 pub fn sample(rows: &mut dyn Rows) -> Result<Sample> {
     rows.rewind()?;
-    let columns = rows.columns().to_vec();
-    let mut found = Sample { ranges: vec![(f64::INFINITY, f64::NEG_INFINITY); columns.len()], ..Sample::default() };
-    let mut kept: Vec<Reading> = Vec::new();
-    let (mut step, mut block) = (1_u64, Vec::new());
+    let (mut found, mut block) = (Sample::new(rows.columns()), Block::default());
     while rows.next(&mut block)? {
-        for reading in &block {
-            for ((low, high), value) in found.ranges.iter_mut().zip(&reading.columns) {
-                if let Some(value) = value {
-                    (*low, *high) = (low.min(*value), high.max(*value));
-                }
-            }
-            if found.rows.is_multiple_of(step) {
-                kept.push(reading.clone());
-                found.numbers.push(found.rows + 1);
-            }
-            found.rows += 1;
-            if kept.len() > MOST {
-                step *= 2;
-                let mut of = found.numbers.iter();
-                kept.retain(|_| of.next().is_some_and(|number| (number - 1).is_multiple_of(step)));
-                found.numbers.retain(|number| (number - 1).is_multiple_of(step));
-            }
+        found.take(rows, &block)?;
+    }
+    Ok(found)
+}
+
+impl Sample {
+    pub(super) fn new(columns: &[String]) -> Self {
+        Sample {
+            readings: Readings { columns: columns.to_vec(), rows: Vec::new() },
+            ranges: vec![(f64::INFINITY, f64::NEG_INFINITY); columns.len()],
+            ..Sample::default()
         }
     }
-    found.readings = Readings { columns, rows: kept };
-    Ok(found)
+
+    /// Takes the block that the record gave last.
+    pub(super) fn take(&mut self, rows: &dyn Rows, block: &Block) -> Result<()> {
+        for ((low, high), list) in self.ranges.iter_mut().zip(&block.columns) {
+            let (least, most) = list.iter().fold((*low, *high), |(low, high), x| (low.min(*x), high.max(*x)));
+            (*low, *high) = (least, most);
+        }
+        // rows are kept at steps of a power of two, doubled where they become too many
+        let step = |rows: u64| rows.div_ceil(MOST).next_power_of_two();
+        let (mut own, before) = (step(self.rows), self.rows);
+        let end = before + block.rows as u64;
+        let mut next = before.next_multiple_of(own);
+        while next < end {
+            let mut reading = blank();
+            let k = crate::number::index(next - before);
+            rows.reading(block, k, &mut reading)?;
+            reading.place = rows.place(k);
+            self.readings.rows.push(reading);
+            self.numbers.push(next + 1);
+            if step(next + 1) > own {
+                own = step(next + 1);
+                let mut of = self.numbers.iter();
+                self.readings.rows.retain(|_| of.next().is_some_and(|number| (number - 1).is_multiple_of(own)));
+                self.numbers.retain(|number| (number - 1).is_multiple_of(own));
+            }
+            next = (next + 1).next_multiple_of(own);
+        }
+        self.rows = end;
+        Ok(())
+    }
 }
