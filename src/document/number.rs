@@ -6,20 +6,31 @@ use crate::number;
 /// for names, units, degrees of freedom and k.
 const PLAIN: i32 = 11;
 
-/// A value rounded where its uncertainty ends: at the second significant digit of `u`, the third where `u` begins with 1 or 2,
-/// so that rounding changes no `u` by more than 2 % (GUM 7.2.6: two usually suffice).
+/// The decimal place of the second significant digit of an uncertainty, as it is rounded (GUM 7.2.6): 2 for 0.13 and for 0.0996, which is 0.10; -1 for 130. No
+/// place where there is no uncertainty.
+///
+/// ```
+/// use tumble::document::number::places;
+/// assert_eq!([0.13, 0.0996, 130.0].map(places), [Some(2), Some(2), Some(-1)]);
+/// assert_eq!([0.0, f64::NAN].map(places), [None, None]);
+/// ```
+pub fn places(uncertainty: f64) -> Option<i32> {
+    let is_one = uncertainty > 0.0 && uncertainty.is_finite();
+    let rounded = is_one.then(|| format!("{uncertainty:.1e}"))?;
+    rounded.split_once('e').and_then(|(_, exponent)| exponent.parse::<i32>().ok()).map(|exponent| 1 - exponent)
+}
+
+/// A value rounded at the second significant digit of its uncertainty, or to six digits where it has none.
 ///
 /// ```
 /// use tumble::document::number::rounded;
 /// assert_eq!(rounded(-162.0687, Some(0.5987)), "-162.07");
 /// assert_eq!(rounded(0.001234567, None), "0.00123457");
-/// assert_eq!(rounded(-3.3217e-11, Some(1.2e-12)), "-3.322e-11");
+/// assert_eq!(rounded(-3.3217e-11, Some(1.2e-12)), "-3.32e-11");
 /// ```
 pub fn rounded(value: f64, uncertainty: Option<f64>) -> String {
-    match uncertainty.filter(|u| *u > 0.0 && u.is_finite()) {
-        Some(u) => {
-            let lead = leading_digit(u);
-            let digits = if u < 3.0 * 10f64.powi(lead) { 2 - lead } else { 1 - lead };
+    match uncertainty.and_then(places) {
+        Some(digits) => {
             if !(-6..=PLAIN).contains(&digits) {
                 // the same digits behind the leading one; none where the value is below its uncertainty
                 let significant = if value == 0.0 { 0 } else { digits.saturating_add(leading_digit(value)) };

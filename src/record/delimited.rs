@@ -359,7 +359,7 @@ impl Delimited {
 
     fn no_time(&self, column: usize, cell: &[u8]) -> Malformed {
         self.no_number(column, cell)
-            .expected("a number, or a time such as 2026-11-20T09:14:03.25, 20.11.2026 09:14:03 or 14:03:01.25 (which number of 05/11/2026 is the day does not show)")
+            .expected("a number, or a time such as 2026-11-20T09:14:03.25, 20.11.2026 09:14:03 or 14:03:01.25 (of 05/11/2026 either number may be the day: two such dates that differ in one number show it)")
     }
 
     fn no_number(&self, column: usize, cell: &[u8]) -> Malformed {

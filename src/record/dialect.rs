@@ -316,7 +316,7 @@ fn parted(rows: &[(usize, &[u8])]) -> (u8, u8, usize) {
             continue;
         }
         let alike = last.iter().filter(|line| cells(line, delimiter).len() == width).count();
-        let mark = if delimiter == b',' { b'.' } else { decimal_mark(rows, delimiter) };
+        let mark = decimal_mark(rows, delimiter);
         let numbers = last.iter().filter(|line| mostly_numbers(line, delimiter, mark)).count();
         let score = alike + 2 * numbers;
         if best.is_none_or(|(most, ..)| score > most) {
@@ -328,7 +328,8 @@ fn parted(rows: &[(usize, &[u8])]) -> (u8, u8, usize) {
     (delimiter, mark, width)
 }
 
-/// The decimal mark: a comma where as many columns have numbers with no other mark as have numbers with a point.
+/// The decimal mark: a comma where as many columns have numbers with no other mark as have numbers with a point. Where commas part the cells too, such
+/// numbers stand in quotes, and the commas of `"1,234"` may part thousands: some number must show that they do not.
 fn decimal_mark(rows: &[(usize, &[u8])], delimiter: u8) -> u8 {
     let mut marks: Vec<(bool, bool)> = Vec::new();
     for (_, line) in rows {
@@ -341,7 +342,18 @@ fn decimal_mark(rows: &[(usize, &[u8])], delimiter: u8) -> u8 {
     }
     let commas = marks.iter().filter(|(comma, point)| *comma && !point).count();
     let points = marks.iter().filter(|(_, point)| *point).count();
-    if commas > 0 && commas >= points { b',' } else { b'.' }
+    let cell_of = |line: &[u8]| cells(line, delimiter).iter().any(|cell| is_marked(cell, b',') && !is_thousands(cell));
+    let shown = delimiter != b',' || rows.iter().any(|(_, line)| cell_of(line));
+    if commas > 0 && commas >= points && shown { b',' } else { b'.' }
+}
+
+/// May the comma of a number part its thousands?
+fn is_thousands(cell: &[u8]) -> bool {
+    let mut parts = cell.trim_ascii().split(|b| *b == b',');
+    let digits = |part: &[u8]| part.iter().all(u8::is_ascii_digit);
+    let sign = |part: &[u8]| part.strip_prefix(b"-").unwrap_or(part).to_vec();
+    parts.next().map(sign).is_some_and(|first| first != b"0" && first.len() <= 3 && digits(&first))
+        && parts.all(|part| part.len() == 3 && digits(part))
 }
 
 /// Is a cell a number with this decimal mark?

@@ -59,6 +59,7 @@ pub use dialect::Dialect;
 pub use heading::title;
 pub use held::{Cells, Held};
 pub use text::table_text;
+pub(crate) use times::WrittenTimes;
 
 use crate::elements::Parts;
 use crate::error::{Fault, Malformed, Result};

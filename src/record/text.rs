@@ -7,7 +7,7 @@ use std::io::{self, BufRead, BufReader, Read};
 /// How much is read at a time.
 const CHUNK: usize = 1 << 18;
 
-/// A stream of bytes, unpacked where it is gzip and converted to UTF-8 where it is UTF-16 (with a byte order mark); lines that end in a carriage return
+/// A stream of bytes, unpacked where it is gzip and converted to UTF-8 where it is UTF-16 (by its byte order mark, or by its zero bytes); lines that end in a carriage return
 /// alone (classic Mac OS) end in a line feed.
 ///
 /// Latin-1 stays as it is: its numbers are ASCII, and [`decoded`] reads its names. Errors: none yet; a truncated gzip shows as it is read.
@@ -19,11 +19,12 @@ pub(super) fn unpacked(from: impl Read + Send + 'static) -> io::Result<Box<dyn B
         Box::new(from)
     };
     let start = plain.fill_buf()?;
+    let little: fn([u8; 2]) -> u16 = u16::from_le_bytes;
     let (skip, wide) = match start {
         [0xEF, 0xBB, 0xBF, ..] => (3, None),
-        [0xFF, 0xFE, ..] => (2, Some(u16::from_le_bytes as fn([u8; 2]) -> u16)),
+        [0xFF, 0xFE, ..] => (2, Some(little)),
         [0xFE, 0xFF, ..] => (2, Some(u16::from_be_bytes as fn([u8; 2]) -> u16)),
-        _ => (0, None),
+        _ => (0, wide_of(start)),
     };
     plain.consume(skip);
     let mut text: Box<dyn BufRead + Send> = match wide {
@@ -37,6 +38,23 @@ pub(super) fn unpacked(from: impl Read + Send + 'static) -> io::Result<Box<dyn B
         text = Box::new(BufReader::with_capacity(CHUNK, Returns(text)));
     }
     Ok(text)
+}
+
+/// The order of the bytes of UTF-16 without a mark: of most characters of a table one of the two bytes is zero, and always the same one. A table of UTF-8 has
+/// none, and a binary format has zeros in both places, or few.
+fn wide_of(start: &[u8]) -> Option<fn([u8; 2]) -> u16> {
+    let pairs = start.part(..start.len().min(CHUNK)).as_chunks::<2>().0;
+    let (mut high, mut low) = (0, 0);
+    for [first, second] in pairs {
+        (high, low) = (high + usize::from(*first == 0), low + usize::from(*second == 0));
+    }
+    // nine characters of ten are of ASCII
+    let most = |zeros: usize, others: usize| others == 0 && !pairs.is_empty() && 10 * zeros >= 9 * pairs.len();
+    match (most(low, high), most(high, low)) {
+        (true, _) => Some(u16::from_le_bytes),
+        (_, true) => Some(u16::from_be_bytes),
+        _ => None,
+    }
 }
 
 /// Text whose lines end in carriage returns, with line feeds in their place.
@@ -93,8 +111,8 @@ pub(super) fn decoded(bytes: &[u8]) -> String {
 ///
 /// Errors: a gzip that ends too early.
 pub fn table_text(name: &str, bytes: &[u8]) -> Result<Option<String>> {
-    let packed =
-        bytes.starts_with(&[0x1F, 0x8B]) || bytes.starts_with(&[0xFF, 0xFE]) || bytes.starts_with(&[0xFE, 0xFF]);
+    let starts = |mark: &[u8]| bytes.starts_with(mark);
+    let packed = starts(&[0x1F, 0x8B]) || starts(&[0xFF, 0xFE]) || starts(&[0xFE, 0xFF]) || wide_of(bytes).is_some();
     if !packed {
         let foreign = std::str::from_utf8(bytes).is_err() && !bytes.contains(&0);
         return Ok(foreign.then(|| decoded(bytes)));

@@ -1,4 +1,5 @@
-//! Times as people write them: ISO 8601 with and without a zone, `20.11.2026 09:14:03`, `2026/11/20 09:14`, `11/20/26 2:03:01 PM`, `14:03:01.250`.
+//! Times as people write them: ISO 8601 with and without a zone, `20.11.2026 09:14:03`, `2026/11/20 09:14`, `11/20/26 2:03:01 PM`, `14:03:01.250`,
+//! `14:03:01:250`.
 
 use jiff::{Timestamp, civil, tz::TimeZone};
 
@@ -15,8 +16,20 @@ pub(super) enum Moment {
     OfDay(f64),
 }
 
-/// The time that a cell says; `None` where it says none. A date alone has four digits of the year: `1.2.03` is none.
+/// The time that a cell says; `None` where it says none. A date alone has four digits of the year: `1.2.03` is none. Of `05/11/2026` the day is taken to
+/// stand first; [`Times`] knows better after another day.
 pub(super) fn moment(cell: &[u8]) -> Option<Moment> {
+    dated(cell, Slashes::DayFirst)
+}
+
+/// Which number of a date parted by slashes is the day, where both may be.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Slashes {
+    DayFirst,
+    MonthFirst,
+}
+
+fn dated(cell: &[u8], order: Slashes) -> Option<Moment> {
     let text = std::str::from_utf8(cell).ok()?.trim();
     if text.len() < 5 || text.len() > 64 || !text.as_bytes().first()?.is_ascii_digit() {
         return None;
@@ -34,17 +47,27 @@ pub(super) fn moment(cell: &[u8]) -> Option<Moment> {
         _ => None,
     };
     let (date, rest) = text.find([' ', 'T', 't']).and_then(|k| text.split_at_checked(k)).unwrap_or((text, ""));
-    // an hour may have one digit
-    let padded = |time: &str| if time.find(':') == Some(1) { format!("0{time}") } else { time.to_string() };
+    // an hour may have one digit; a third colon stands before the milliseconds
+    let padded = |time: &str| -> Option<String> {
+        let hour = if time.find(':') == Some(1) { "0" } else { "" };
+        match time.match_indices(':').nth(2) {
+            Some((k, _)) => {
+                let (before, behind) = (time.get(..k)?, time.get(k + 1..)?);
+                let is_milliseconds = behind.len() == 3 && behind.bytes().all(|b| b.is_ascii_digit());
+                is_milliseconds.then(|| format!("{hour}{before}.{behind}"))
+            }
+            None => Some(format!("{hour}{time}")),
+        }
+    };
     if date.contains(':') {
         // hours and minutes alone are an angle or a duration as well
-        let time: civil::Time = if date.matches(':').count() == 2 { padded(text).parse().ok()? } else { return None };
+        let time: civil::Time = if date.matches(':').count() >= 2 { padded(text)?.parse().ok()? } else { return None };
         let since = time.duration_since(civil::Time::midnight()).as_secs_f64();
         return Some(Moment::OfDay(since + half_day(time.hour())?));
     }
     let between = rest.chars().next();
-    let time = padded(rest.trim_start_matches(['T', 't', ' ']));
-    let written = format!("{}{}{time}", iso(date, !time.is_empty())?, between.unwrap_or_default());
+    let time = padded(rest.trim_start_matches(['T', 't', ' ']))?;
+    let written = format!("{}{}{time}", iso(date, !time.is_empty(), order)?, between.unwrap_or_default());
     // nanoseconds since 1970 have more digits than a double
     let seconds = |at: Timestamp| at.as_second() as f64 + f64::from(at.subsec_nanosecond()) / 1e9;
     if let Ok(instant) = written.parse::<Timestamp>() {
@@ -54,9 +77,9 @@ pub(super) fn moment(cell: &[u8]) -> Option<Moment> {
     Some(Moment::Instant(seconds(there.to_zoned(TimeZone::UTC).ok()?.timestamp()) + half_day(there.hour())?))
 }
 
-/// A date in the order of ISO 8601. Of numbers parted by slashes the day must show: it is above 12. Beside a time of day the year may have two digits, as in
-/// POSIX of 1969 to 2068.
-fn iso(date: &str, timed: bool) -> Option<String> {
+/// A date in the order of ISO 8601. Of numbers parted by slashes the day is the one above 12, or else as `order` says. Beside a time of day the year may have
+/// two digits, as in POSIX of 1969 to 2068.
+fn iso(date: &str, timed: bool, order: Slashes) -> Option<String> {
     let parted = |mark: char| -> Option<[&str; 3]> { date.split(mark).collect::<Vec<_>>().try_into().ok() };
     let written = |y: &str, m: &str, d: &str| {
         let century = match (y.len(), y.parse::<u32>()) {
@@ -77,6 +100,10 @@ fn iso(date: &str, timed: bool) -> Option<String> {
             // of 26/11/20 either end may be the year
             (_, true, false) if c.len() == 4 => written(c, b, a),
             (_, false, true) => written(c, a, b),
+            (1 | 2, false, false) if c.len() == 4 => match order {
+                Slashes::DayFirst => written(c, b, a),
+                Slashes::MonthFirst => written(c, a, b),
+            },
             _ => None,
         };
     }
@@ -84,16 +111,52 @@ fn iso(date: &str, timed: bool) -> Option<String> {
     (digits || date.matches('-').count() == 2).then(|| date.to_string())
 }
 
+/// The two numbers before the year of a date parted by slashes, where either may be the day.
+fn either(cell: &[u8]) -> Option<(u32, u32)> {
+    let text = std::str::from_utf8(cell).ok()?.trim();
+    let date = text.get(..text.find([' ', 'T', 't']).unwrap_or(text.len()))?;
+    let [a, b, year]: [&str; 3] = date.split('/').collect::<Vec<_>>().try_into().ok()?;
+    let (first, second) = (a.parse().ok()?, b.parse().ok()?);
+    (a.len() <= 2 && year.len() == 4 && first <= 12 && second <= 12).then_some((first, second))
+}
+
+/// Written times, since the first of them.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct WrittenTimes {
+    times: Times,
+    first: Option<f64>,
+}
+
+impl WrittenTimes {
+    /// Seconds since the first time; `None` for what is none.
+    pub(crate) fn since_first(&mut self, text: &str) -> Option<f64> {
+        let at = self.times.seconds(text.as_bytes())?;
+        Some(at - *self.first.get_or_insert(at))
+    }
+}
+
 /// A column of times as it is read.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Times {
     last: f64,
     midnights: f64,
+    /// The order of dates parted by slashes, once two of them differ in one number: that one is the day.
+    order: Option<Slashes>,
+    /// The last such date.
+    date: Option<(u32, u32)>,
+    /// What is added, so that times go on where the order shows.
+    shift: f64,
 }
 
 impl Times {
     /// A written time in seconds since 1970; one of a day goes on over midnight.
+    ///
+    /// Of dates such as `05/11/2026` the day is taken to stand first until another date shows that it does not; times go on there. `None` where two such dates
+    /// differ in both numbers, and nothing before has shown the order.
     pub(super) fn seconds(&mut self, cell: &[u8]) -> Option<f64> {
+        if let Some((a, b)) = either(cell) {
+            return self.slashed(cell, (a, b));
+        }
         Some(match moment(cell)? {
             Moment::Instant(at) => at,
             Moment::OfDay(at) => {
@@ -104,5 +167,29 @@ impl Times {
                 SOME_DAY + self.midnights * DAY + at
             }
         })
+    }
+
+    fn slashed(&mut self, cell: &[u8], date: (u32, u32)) -> Option<f64> {
+        let instant = |cell: &[u8], order| match dated(cell, order)? {
+            Moment::Instant(at) => Some(at),
+            Moment::OfDay(_) => None,
+        };
+        if self.order.is_none() {
+            match self.date {
+                Some((a, b)) if a != date.0 && b == date.1 => self.order = Some(Slashes::DayFirst),
+                Some((a, b)) if a == date.0 && b != date.1 => {
+                    self.order = Some(Slashes::MonthFirst);
+                    // what was read before was one date, with the day first
+                    let year = cell.split(|b| *b == b'/').nth(2)?.split(u8::is_ascii_whitespace).next()?;
+                    let before = format!("{a:02}/{b:02}/{} 00:00", String::from_utf8_lossy(year));
+                    let wrong = instant(before.as_bytes(), Slashes::DayFirst)?;
+                    self.shift = wrong - instant(before.as_bytes(), Slashes::MonthFirst)?;
+                }
+                Some(last) if last != date => return None,
+                _ => {}
+            }
+            self.date = Some(date);
+        }
+        Some(instant(cell, self.order.unwrap_or(Slashes::DayFirst))? + self.shift)
     }
 }

@@ -1,6 +1,6 @@
 //! Readings from a table of any format that a record may have, and from the rows of one device of a table of many.
 
-use super::columns::{Column, columns};
+use super::columns::{Column, columns, from_title, key_unit};
 use super::locate::{csv_place, table_place};
 use super::readings_file::{Cell, CellRows, MOST_READINGS, ReadingFile, from_cells, too_many};
 use super::{Named, ScatterFile};
@@ -9,7 +9,7 @@ use crate::bench::Bench;
 use crate::campaign::Readings;
 use crate::elements::Elements;
 use crate::error::{Fault, Malformed, Result};
-use crate::record::{self, As, Block, RAGGED, Record, Said, UNREADABLE};
+use crate::record::{self, As, Block, RAGGED, Record, Said, UNREADABLE, WrittenTimes};
 use crate::units::Conversion;
 
 /// The readings of a table; `map` has the titles of columns with names of their own, `scatter` says what is read beside the model lines. Empty cells are absent values, `position` is a text, every other cell
@@ -70,7 +70,34 @@ fn read_blocks(
         }
         blocks.push(block);
     }
+    let used: Vec<&str> = bench.sensors.iter().flat_map(|sensor| sensor.model.names()).collect();
+    for (k, own) in keys.iter().enumerate() {
+        let unit = key_unit(bench, &own.key);
+        let from_seconds = match &unit {
+            Some(unit) => from_title(&own.key, "s", unit).ok(),
+            None => used.contains(&own.key.as_str()).then_some(None),
+        };
+        if let Some(from_seconds) = from_seconds {
+            written_times(record.labels(), &mut blocks, k, from_seconds);
+        }
+    }
     Ok((keys, blocks))
+}
+
+/// A column of written times (`2026-11-20T09:14:03`) as times since the first of them; one with other texts stays as it is.
+fn written_times(labels: &[String], blocks: &mut [Block], column: usize, from_seconds: Option<Conversion>) {
+    let mut clock = WrittenTimes::default();
+    let mut since = |cell: f64| match record::said(cell) {
+        Said::Text(label) => labels.get(label).and_then(|text| clock.since_first(text)),
+        Said::Nothing => Some(cell),
+        Said::Number(_) => None,
+    };
+    let cells = blocks.iter().filter_map(|block| block.columns.get(column)).flatten();
+    let Some(times) = cells.map(|cell| since(*cell)).collect::<Option<Vec<f64>>>() else { return };
+    let to = blocks.iter_mut().filter_map(|block| block.columns.get_mut(column)).flatten();
+    for (to, time) in to.zip(times).filter(|(_, time)| !time.is_nan()) {
+        *to = from_seconds.map_or(time, |conversion| conversion.apply(time));
+    }
 }
 
 /// The rows of a table that was read.

@@ -102,3 +102,27 @@ fn an_unknown_unit_in_a_title_is_refused() {
         .conversion(&tumble::units::Unit::parse("deg/s").expect("deg/s"));
     assert_eq!(to.expect("a rate").apply(10.0), 60.0);
 }
+
+/// Written times are seconds since the first of them, in the unit of their key.
+#[test]
+fn written_times_in_a_table_of_readings() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for (key, title, per_second, times) in [
+        ("time_s", "time", 1.0, ["2026-11-20T23:59:30Z", "2026-11-21T00:00:00Z", "2026-11-21T00:01:00Z"]),
+        ("time_s", "Zeit", 1.0, ["20.11.2026 09:14:00", "20.11.2026 09:14:30", "20.11.2026 09:15:30"]),
+        ("time_min", "t", 1.0 / 60.0, ["09:14:00.5", "09:14:30.5", "09:15:30.5"]),
+        ("t", "t", 1.0, ["05/11/2026 09:14:00", "05/11/2026 09:14:30", "05/11/2026 09:15:30"]),
+    ] {
+        let value = |seconds: f64| 2.0 + 0.5 * seconds * per_second;
+        let row = |(time, seconds): (&&str, f64)| format!("{time},{}\n", value(seconds));
+        let rows: String = times.iter().zip([0.0, 30.0, 90.0]).map(row).collect();
+        std::fs::write(folder.path().join("table.csv"), format!("{title},V\n{rows}")).expect("a table");
+        let text = format!(
+            r#"{{ "bench": {{ "id": "line", "sensors": {{ "V": {{ "model": "a + b*{key}" }} }} }}, "estimate": {{ "a": {{}}, "b": {{}} }},
+                "columns": {{ "{key}": "{title}" }}, "readings": "table.csv" }}"#
+        );
+        std::fs::write(folder.path().join("t.campaign.json"), text).expect("a campaign");
+        let found = solved(&Campaign::from_path(folder.path().join("t.campaign.json")).expect(key));
+        assert!((found[0] - 2.0).abs() < 1e-9 && (found[1] - 0.5).abs() < 1e-9, "{title}: {found:?}");
+    }
+}

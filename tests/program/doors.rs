@@ -90,6 +90,17 @@ fn doors(at: &Path) -> Vec<Door> {
         packed.write_all(&text).expect("packed");
         packed.finish().expect("packed")
     };
+    // UTF-16 without its mark, and numbers with decimal commas in quotes between commas
+    let unmarked = |text: Vec<u8>| {
+        let text = String::from_utf8(text).expect("UTF-8");
+        text.encode_utf16().flat_map(u16::to_be_bytes).collect::<Vec<u8>>()
+    };
+    let quoted = || {
+        let text = String::from_utf8(text(';', ',', "", "\n")).expect("UTF-8");
+        let cell = |cell: &str| if cell.contains(',') && !cell.starts_with('"') { format!("\"{cell}\"") } else { cell.into() };
+        let row = |line: &str| line.split(';').map(cell).collect::<Vec<_>>().join(",") + "\n";
+        text.lines().map(row).collect::<String>().into_bytes()
+    };
     let plain = || text(',', '.', "", "\n");
     let with_head = |head: &str| {
         let text = String::from_utf8(plain()).expect("UTF-8");
@@ -119,6 +130,8 @@ fn doors(at: &Path) -> Vec<Door> {
         ("px4.csv", with_head("serial,x[0],Temp (K),t (min),V [mV]\n")),
         ("marked.csv", [b"\xef\xbb\xbf".to_vec(), plain()].concat()),
         ("wide.csv", utf16(text(';', ',', "", "\r\n"))),
+        ("unmarked.csv", unmarked(text(',', '.', "", "\n"))),
+        ("quoted.csv", quoted()),
         ("packed.csv.gz", gzip(plain())),
         ("returns.csv", text(';', ',', "", "\r")),
         ("ended.csv", text(';', '.', "", ";\n")),
@@ -154,6 +167,8 @@ fn doors(at: &Path) -> Vec<Door> {
         "px4.csv",
         "marked.csv",
         "wide.csv",
+        "unmarked.csv",
+        "quoted.csv",
         "packed.csv.gz",
         "returns.csv",
         "ended.csv",

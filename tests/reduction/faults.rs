@@ -196,7 +196,7 @@ fn times_as_people_write_them() {
         "t,V\n1.2.3,1\n1.2.4,2\n1.2.5,3\n",
         "timestamp,V\nnever,1\nnow,2\n",
         // which number is the day, or the year, does not show; no clock of twelve hours has a thirteenth
-        "time,V\n05/11/2026 09:14:00,1\n05/11/2026 09:14:01,2\n",
+        "time,V\n05/11/2026 09:14:00,1\n06/12/2026 09:14:01,2\n",
         "time,V\n26/11/20 09:14:00,1\n26/11/20 09:14:01,2\n",
         "time,V\n13:14:00 AM,1\n13:14:01 AM,2\n",
     ] {
@@ -204,6 +204,20 @@ fn times_as_people_write_them() {
     }
     // a morning goes over into an afternoon, and midnight begins a day
     let over = |before: &str, after: &str| clock(&format!("time,V\n{before},1\n{after},2\n")).map(|(step, ..)| step);
+    // the number that differs is the day, and either may be it while none does
+    for (before, after) in [
+        ("05/11/2026 23:59:59", "06/11/2026 00:00:00"),
+        ("11/05/2026 23:59:59", "11/06/2026 00:00:00"),
+        ("05/11/2026 09:14:00", "05/11/2026 09:14:01"),
+        ("1/2/2026 11:59:59 PM", "1/3/2026 12:00:00 AM"),
+        ("09:14:00:250", "09:14:01:250"),
+        ("20.11.2026 09:14:59:999", "20.11.2026 09:15:00:999"),
+    ] {
+        assert_eq!(over(before, after), Ok(1.0), "{before} {after}");
+    }
+    // later dates stand in the order that showed
+    let days = clock("time,V\n11/05/2026 00:00:00,1\n11/06/2026 00:00:00,1\n11/07/2026 00:00:00,2\n");
+    assert_eq!(days.map(|(step, ..)| step), Ok(86_400.0));
     for (before, after) in
         [("11:59:59 AM", "12:00:00 PM"), ("12:59:59 PM", "1:00:00 PM"), ("11:59:59 PM", "12:00:00 AM")]
     {

@@ -334,11 +334,10 @@ fn real(xml: &mut Xml, quantity: &Quantity, (value, expanded, unit): (f64, f64, 
 
 /// Value and U: U with two significant digits, the value with the same decimal places (GUM 7.2.6).
 fn to_two_digits(value: f64, expanded: f64) -> [String; 2] {
-    // the exponent of the rounded U: 0.0999 is 0.10
-    let exponent = format!("{expanded:.1e}").split_once('e').and_then(|(_, exponent)| exponent.parse::<i32>().ok());
-    let Some(exponent) = exponent.filter(|_| expanded > 0.0) else { return [value, expanded].map(decimal) };
-    let rounded = |x: f64| match 1 - exponent {
-        places @ 0..=12 => format!("{x:.*}", number::unsigned(places)),
+    let Some(places) = crate::document::number::places(expanded) else { return [value, expanded].map(decimal) };
+    let exponent = 1 - places;
+    let rounded = |x: f64| match places {
+        0..=12 => format!("{x:.*}", number::unsigned(places)),
         _ => format!("{:.1}e{exponent}", x / 10f64.powi(exponent)),
     };
     let without_sign = |text: String| match text.bytes().any(|b| b.is_ascii_digit() && b != b'0') {
