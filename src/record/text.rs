@@ -40,8 +40,8 @@ pub(super) fn unpacked(from: impl Read + Send + 'static) -> io::Result<Box<dyn B
     Ok(text)
 }
 
-/// The order of the bytes of UTF-16 without a mark: of most characters of a table one of the two bytes is zero, and always the same one. A table of UTF-8 has
-/// none, and a binary format has zeros in both places, or few.
+/// The order of the bytes of UTF-16 without a mark: of most characters of a table one of the two bytes is zero, and always the same one, and it has lines. A
+/// table of UTF-8 has no zeros, and a binary format has them in both places, or few.
 fn wide_of(start: &[u8]) -> Option<fn([u8; 2]) -> u16> {
     let pairs = start.part(..start.len().min(CHUNK)).as_chunks::<2>().0;
     let (mut high, mut low) = (0, 0);
@@ -49,7 +49,8 @@ fn wide_of(start: &[u8]) -> Option<fn([u8; 2]) -> u16> {
         (high, low) = (high + usize::from(*first == 0), low + usize::from(*second == 0));
     }
     // nine characters of ten are of ASCII
-    let most = |zeros: usize, others: usize| others == 0 && !pairs.is_empty() && 10 * zeros >= 9 * pairs.len();
+    let has_lines = pairs.iter().any(|pair| matches!(pair, [b'\n', 0] | [0, b'\n']));
+    let most = |zeros: usize, others: usize| others == 0 && has_lines && 10 * zeros >= 9 * pairs.len();
     match (most(low, high), most(high, low)) {
         (true, _) => Some(u16::from_le_bytes),
         (_, true) => Some(u16::from_be_bytes),

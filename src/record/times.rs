@@ -47,26 +47,23 @@ fn dated(cell: &[u8], order: Slashes) -> Option<Moment> {
         _ => None,
     };
     let (date, rest) = text.find([' ', 'T', 't']).and_then(|k| text.split_at_checked(k)).unwrap_or((text, ""));
-    // an hour may have one digit; a third colon stands before the milliseconds
-    let padded = |time: &str| -> Option<String> {
+    // an hour may have one digit; a third colon stands before milliseconds, or in the zone
+    let padded = |time: &str| -> String {
         let hour = if time.find(':') == Some(1) { "0" } else { "" };
-        match time.match_indices(':').nth(2) {
-            Some((k, _)) => {
-                let (before, behind) = (time.get(..k)?, time.get(k + 1..)?);
-                let is_milliseconds = behind.len() == 3 && behind.bytes().all(|b| b.is_ascii_digit());
-                is_milliseconds.then(|| format!("{hour}{before}.{behind}"))
-            }
-            None => Some(format!("{hour}{time}")),
+        let third = time.match_indices(':').nth(2).and_then(|(k, _)| Some((time.get(..k)?, time.get(k + 1..)?)));
+        match third.filter(|(_, behind)| behind.len() == 3 && behind.bytes().all(|b| b.is_ascii_digit())) {
+            Some((before, behind)) => format!("{hour}{before}.{behind}"),
+            None => format!("{hour}{time}"),
         }
     };
     if date.contains(':') {
         // hours and minutes alone are an angle or a duration as well
-        let time: civil::Time = if date.matches(':').count() >= 2 { padded(text)?.parse().ok()? } else { return None };
+        let time: civil::Time = if date.matches(':').count() >= 2 { padded(text).parse().ok()? } else { return None };
         let since = time.duration_since(civil::Time::midnight()).as_secs_f64();
         return Some(Moment::OfDay(since + half_day(time.hour())?));
     }
     let between = rest.chars().next();
-    let time = padded(rest.trim_start_matches(['T', 't', ' ']))?;
+    let time = padded(rest.trim_start_matches(['T', 't', ' ']));
     let written = format!("{}{}{time}", iso(date, !time.is_empty(), order)?, between.unwrap_or_default());
     // nanoseconds since 1970 have more digits than a double
     let seconds = |at: Timestamp| at.as_second() as f64 + f64::from(at.subsec_nanosecond()) / 1e9;

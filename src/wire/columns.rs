@@ -84,8 +84,13 @@ pub(super) fn columns(
 ///
 /// Errors: a unit that is not known, one of another dimension.
 pub(crate) fn from_title(what: &str, from: &str, to: &str) -> Result<Option<Conversion>> {
+    // of "deg C" the product of two units has another dimension
     let joined: String = from.split_whitespace().collect();
-    let from = if Unit::parse(from).is_err() && Unit::parse(&joined).is_ok() { joined.as_str() } else { from };
+    let converts = |unit: &str| match (Unit::parse(unit), Unit::parse(to)) {
+        (Ok(own), Ok(wanted)) => own.conversion_for(&wanted, what).is_ok(),
+        _ => false,
+    };
+    let from = if converts(&joined) && !converts(from) { joined.as_str() } else { from };
     if from == to || from.is_empty() || from.contains(char::is_whitespace) && Unit::parse(from).is_err() {
         return Ok(None);
     }

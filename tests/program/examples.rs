@@ -89,16 +89,31 @@ fn place(page: &Path) -> tempfile::TempDir {
     copy
 }
 
-/// An excerpt of an output: its lines come in this order, `...` stands for any. It is kept as it is.
+/// An excerpt of an output: its lines come in this order, `...` stands for any. To renew it, a line that is not printed is replaced by the next one that
+/// begins with the same word.
 fn excerpt(shown: &[&str], printed: &str, path: &Path) -> String {
     assert!(!printed.contains("error:"), "{}: {printed}", path.display());
     let printed: Vec<&str> = printed.lines().collect();
+    let first = |line: &str| match line.split_whitespace().next() {
+        Some(rule) if rule.trim_matches('-').is_empty() => "-".to_string(),
+        word => word.unwrap_or_default().to_string(),
+    };
     let mut at = 0;
-    for line in shown.iter().filter(|line| **line != "...") {
-        let found = printed.get(at..).and_then(|rest| rest.iter().position(|own| own == line));
-        at += 1 + found.unwrap_or_else(|| panic!("{}: `{line}` is not printed", path.display()));
+    let mut renewed: Vec<&str> = Vec::new();
+    for line in shown {
+        if *line == "..." {
+            renewed.push(line);
+            continue;
+        }
+        let left = printed.get(at..).unwrap_or_default();
+        let alike = || left.iter().position(|own| first(own) == first(line));
+        let is_renewed = std::env::var_os("UPDATE").is_some();
+        let found = left.iter().position(|own| own == line).or_else(|| alike().filter(|_| is_renewed));
+        at += found.unwrap_or_else(|| panic!("{}: `{line}` is not printed", path.display()));
+        renewed.extend(printed.get(at));
+        at += 1;
     }
-    shown.join("\n")
+    renewed.join("\n")
 }
 
 /// A page with the outputs of its commands as they are now, and how many there are.

@@ -162,7 +162,7 @@ fn markdown_has_the_same_sections_and_numbers() {
     assert!(
         markdown
             .lines()
-            .any(|line| line.starts_with("| `dtheta_y2` ") && line.contains(" -162.07 ") && line.contains(" 1.23 "))
+            .any(|line| line.starts_with("| `dtheta_y2` ") && line.contains(" -162.1 ") && line.contains(" 1.2 "))
     );
     for block in markdown.split("\n\n").filter(|block| block.starts_with('|')) {
         let bars: Vec<usize> = block.lines().map(|line| line.replace("\\|", "").matches('|').count()).collect();

@@ -46,7 +46,8 @@ pub use sample::{Sample, sample};
 use super::{Estimator, Fit, Settings};
 use crate::campaign::{Campaign, Readings};
 use crate::error::Result;
-use question::{Folding, Noise, Part, Question};
+use octaves::Noise;
+use question::{Folding, Part, Question};
 
 /// What a fit of a record has beside what every fit has: its rows are not at hand, the readings of the campaign are a sample of them.
 #[derive(Debug, Clone)]
