@@ -241,10 +241,14 @@ impl Dialect {
         };
         let named = names.is_some();
         let mut texts_of = vec![(false, false); width];
+        let mut written_times = vec![false; width];
         for (_, line) in filled.iter().skip(first) {
-            for ((some, number), cell) in texts_of.iter_mut().zip(cells(line, delimiter)) {
+            for (((some, number), time), cell) in
+                texts_of.iter_mut().zip(&mut written_times).zip(cells(line, delimiter))
+            {
                 *some |= !cell.is_empty();
                 *number |= self::number(&cell, mark).is_some();
+                *time |= cell.contains(&b':') && moment(&cell).is_some();
             }
         }
         let mut columns: Vec<Column> = match names {
@@ -253,6 +257,10 @@ impl Dialect {
         };
         for (column, unit) in columns.iter_mut().zip(units.unwrap_or_default()) {
             column.unit = column.unit.take().or_else(|| Some(heading::bare(&unit)).filter(|u| !u.is_empty()));
+        }
+        // a written time is one in seconds, whatever its steps are
+        for (column, _) in columns.iter_mut().zip(written_times).filter(|(_, written)| *written) {
+            column.unit.get_or_insert_with(|| "s".into());
         }
         let mut seen = HashSet::new();
         if let Some(twice) = columns.iter().find(|own| !own.title.is_empty() && !seen.insert(own.title.as_str())) {

@@ -9,7 +9,7 @@ mod unpacked;
 
 use number::{leading, number};
 use std::io::Write;
-use times::{Moment, Times, moment};
+use times::{Moment, Times, WrittenTimes, moment};
 use unpacked::unpacked;
 
 #[test]
@@ -41,16 +41,33 @@ fn written_times() {
         ("31/03/2024 01:59:55", 1_711_850_395.0),
         ("31.03.24 01:59:55", 1_711_850_395.0),
         ("3/31/2024 01:59:55", 1_711_850_395.0),
+        ("31.03.2024 1:59:55:250", 1_711_850_395.25),
+        // either number may be the day: the first one, until another date shows that it is not
+        ("3/4/2024 01:00:00", 1_712_106_000.0),
     ] {
         assert_eq!(moment(text.as_bytes()), Some(Moment::Instant(seconds)), "{text}");
     }
     assert_eq!(moment(b"14:03:01.250"), Some(Moment::OfDay(50_581.25)));
-    for text in ["1.2.3", "1.2.34", "12", "3/4/2024 01:00:00", "12:30", "V", "2024-13-01T00:00:00"] {
+    for text in ["1.2.3", "1.2.34", "12", "3/4/24 01:00:00", "14:03:01:25", "12:30", "V", "2024-13-01T00:00:00"] {
         assert_eq!(moment(text.as_bytes()), None, "{text}");
     }
     let mut times = Times::default();
     let all: Vec<f64> = ["23:59:59.5", "00:00:00.0"].iter().filter_map(|t| times.seconds(t.as_bytes())).collect();
     assert!(matches!(all[..], [a, b] if b - a == 0.5));
+    let since = |texts: &[&str]| {
+        let mut times = WrittenTimes::default();
+        texts.iter().map(|text| times.since_first(text)).collect::<Vec<_>>()
+    };
+    let day = 86_400.0;
+    assert_eq!(
+        since(&["3/4/2024 23:00:00", "4/4/2024 01:00:00", "4/6/2024 01:00:00"]),
+        [0.0, 7200.0, 61.0 * day + 7200.0].map(Some)
+    );
+    assert_eq!(
+        since(&["3/4/2024 23:00:00", "3/5/2024 01:00:00", "4/5/2024 01:00:00"]),
+        [0.0, 7200.0, 31.0 * day + 7200.0].map(Some)
+    );
+    assert_eq!(since(&["3/4/2024 23:00:00", "4/5/2024 01:00:00"]), [Some(0.0), None]);
 }
 
 /// A megabyte of zeros packs into a thousand bytes; it is not unpacked further than the limit.

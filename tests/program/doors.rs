@@ -97,7 +97,8 @@ fn doors(at: &Path) -> Vec<Door> {
     };
     let quoted = || {
         let text = String::from_utf8(text(';', ',', "", "\n")).expect("UTF-8");
-        let cell = |cell: &str| if cell.contains(',') && !cell.starts_with('"') { format!("\"{cell}\"") } else { cell.into() };
+        let cell =
+            |cell: &str| if cell.contains(',') && !cell.starts_with('"') { format!("\"{cell}\"") } else { cell.into() };
         let row = |line: &str| line.split(';').map(cell).collect::<Vec<_>>().join(",") + "\n";
         text.lines().map(row).collect::<String>().into_bytes()
     };
