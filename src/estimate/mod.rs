@@ -66,6 +66,7 @@ pub use fold::{Fold, Folded};
 pub use groups::ScaleHints;
 pub use inequalities::{Active, Inequality, Restricted, Side, restrict};
 pub use scale_uncertainty::ScaleUncertainty;
+pub(crate) use scatter::satterthwaite;
 pub use scatter::{
     Absorbed, Felt, Floor, LineState, Memory, Mixture, Node, Pattern, ScatterLine, Scattered, Stepped, Variances,
     Whitening, adjust_scattered, step_scattered,

@@ -12,6 +12,7 @@
 use super::compensated::Sum;
 use crate::error::{Fault, Malformed, Result};
 use faer::Mat;
+use std::borrow::Cow;
 
 /// Noise of a sensor along a record: a white part whose size comes with the rows, and one that is correlated in time.
 ///
@@ -60,16 +61,9 @@ impl Sequential {
     ///
     /// Errors: times that do not rise (equal ones are taken where there is white noise), lengths that disagree, a row without any noise.
     pub fn whiten(&mut self, block: &mut Mat<f64>, time: &[f64], sd: &[f64]) -> Result<()> {
-        let (k, n) = block.shape();
-        if n != self.mean.len() || time.len() != k || sd.len() != k {
-            return Err(Malformed::new(
-                Fault::Value,
-                "a block of rows, its times and its noise are of different sizes",
-            )
-            .expected(format!("{} columns, {k} times, {k} standard deviations", self.mean.len()))
-            .found(format!("{n}, {} and {}", time.len(), sd.len())));
+        if self.take(block.shape(), time, sd)? {
+            return Ok(());
         }
-        self.gains(time, sd)?;
         let correlated = self.variance > 0.0;
         for (j, mean) in self.mean.iter_mut().enumerate() {
             let mut own = *mean;
@@ -85,8 +79,36 @@ impl Sequential {
             }
             *mean = own;
         }
-        self.rows += k as u64;
         Ok(())
+    }
+
+    /// The same with a block that stays as it is; white rows of unit variance are not copied. Errors: those of [`Sequential::whiten`].
+    pub fn whitened<'a>(&mut self, block: &'a Mat<f64>, time: &[f64], sd: &[f64]) -> Result<Cow<'a, Mat<f64>>> {
+        if self.variance == 0.0 && sd.iter().all(|sd| *sd == 1.0) {
+            self.take(block.shape(), time, sd)?;
+            return Ok(Cow::Borrowed(block));
+        }
+        let mut own = block.clone();
+        self.whiten(&mut own, time, sd)?;
+        Ok(Cow::Owned(own))
+    }
+
+    /// Counts the rows of a block and finds their gains; `true` where they are white and of unit variance.
+    fn take(&mut self, (k, n): (usize, usize), time: &[f64], sd: &[f64]) -> Result<bool> {
+        if n != self.mean.len() || time.len() != k || sd.len() != k {
+            return Err(Malformed::new(
+                Fault::Value,
+                "a block of rows, its times and its noise are of different sizes",
+            )
+            .expected(format!("{} columns, {k} times, {k} standard deviations", self.mean.len()))
+            .found(format!("{n}, {} and {}", time.len(), sd.len())));
+        }
+        self.rows += k as u64;
+        if self.variance == 0.0 && sd.iter().all(|sd| *sd == 1.0) {
+            return Ok(true);
+        }
+        self.gains(time, sd)?;
+        Ok(false)
     }
 
     /// `log |V|` of all rows so far.

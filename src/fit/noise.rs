@@ -3,7 +3,9 @@
 use crate::campaign::{Campaign, Deviating, Scatter, Size};
 use crate::design::DesignMatrix;
 use crate::elements::Elements;
-use crate::estimate::{Absorbed, Estimate, Group, LineState, Mixture, ScaleUncertainty, Scattered, System};
+use crate::estimate::{
+    Absorbed, Estimate, Group, LineState, Mixture, ScaleUncertainty, Scattered, System, satterthwaite,
+};
 use crate::linear::form;
 use crate::uncertainty::{Contribution, Evaluation, Shape};
 use crate::uncertainty::{monte_carlo, quantiles};
@@ -466,14 +468,7 @@ impl ScatterSources {
             self.sources.iter().filter(|s| s.component.is_some() || (below && s.evaluation == Evaluation::TypeA));
         let plain: f64 = parts.map(|s| of(&s.share)).sum();
         estimated.extend(self.leans.iter().map(|(c, lean)| (*c, of(lean))));
-        let inside = |g: usize| g < spread.nrows();
-        let mut of_variance = 0.0;
-        for (g, a) in estimated.iter().filter(|(g, _)| inside(*g)) {
-            for (h, b) in estimated.iter().filter(|(h, _)| inside(*h)) {
-                of_variance += a * b * spread[(*g, *h)];
-            }
-        }
-        Some(if of_variance > 0.0 { 2.0 * plain * plain / of_variance } else { f64::INFINITY })
+        Some(satterthwaite(plain, &estimated, spread))
     }
 }
 

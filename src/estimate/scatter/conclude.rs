@@ -161,19 +161,16 @@ fn conclude(
     let component = &problem.component;
     let covariance = &point.estimate.unknowns.covariance;
     let by_component: Vec<Mat<f64>> = free.iter().map(|g| around(&inference.gamma[*g])).collect();
-    // Satterthwaite's degrees of freedom of an unknown
-    let dof = |j: &usize| {
-        let pairs =
-            free.iter().zip(&by_component).flat_map(|one| free.iter().zip(&by_component).map(move |two| (one, two)));
-        let of_variance: f64 = pairs.map(|((g, a), (h, b))| a[(*j, *j)] * b[(*j, *j)] * spread[(*g, *h)]).sum();
-        2.0 * covariance[(*j, *j)] * covariance[(*j, *j)] / of_variance
+    let dof = |j: usize| {
+        let parts: Vec<(usize, f64)> = free.iter().zip(&by_component).map(|(g, own)| (*g, own[(j, j)])).collect();
+        satterthwaite(covariance[(j, j)], &parts, &spread)
     };
     let follows = |j: usize| {
         let along: Vec<f64> = (0..covariance.nrows()).map(|k| f64::from(u8::from(k == j))).collect();
         absorbed.iter().flatten().any(|own| own.touches(&along))
     };
     let judged = (0..covariance.nrows()).filter(|j| point.estimate.unknowns.is_estimable(*j) && !follows(*j));
-    let mixture = match is_open || judged.map(|j| dof(&j)).any(|dof| dof < FEWEST) {
+    let mixture = match is_open || judged.map(dof).any(|dof| dof < FEWEST) {
         true => problem.summed(&point, &theta, &kept, timed)?,
         false => None,
     };
@@ -202,4 +199,14 @@ fn conclude(
         converged,
         state: problem.state,
     })
+}
+
+/// Degrees of freedom of a variance that is a sum of parts with estimated factors, `2 v^2/sum_gh a_g a_h S_gh`: `parts` are the factors' indices and what `v` has
+/// of each, `spread` the relative covariance of the factors. Infinite where nothing of it is estimated.
+///
+/// F. E. Satterthwaite, An approximate distribution of estimates of variance components, Biometrics Bulletin 2 (1946), 110.
+pub(crate) fn satterthwaite(variance: f64, parts: &[(usize, f64)], spread: &Mat<f64>) -> f64 {
+    let inside = || parts.iter().filter(|(g, _)| *g < spread.nrows());
+    let of_variance: f64 = inside().map(|(g, a)| inside().map(|(h, b)| a * b * spread[(*g, *h)]).sum::<f64>()).sum();
+    if of_variance > 0.0 { 2.0 * variance * variance / of_variance } else { f64::INFINITY }
 }

@@ -52,6 +52,7 @@ mod restricted;
 mod time;
 
 pub use absorbed::Absorbed;
+pub(crate) use conclude::satterthwaite;
 pub use conclude::{adjust_scattered, step_scattered};
 pub(super) use cost::{correction, spread};
 pub use elimination::Whitening;

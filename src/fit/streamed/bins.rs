@@ -17,6 +17,7 @@ use crate::estimate::{Fold, Sum};
 use crate::number;
 use crate::uncertainty::quantiles;
 use faer::Mat;
+use std::borrow::Cow;
 
 /// Parts of a range.
 const BINS: usize = 8;
@@ -46,6 +47,9 @@ pub(super) struct Binned {
     folding: Folding,
     counts: Vec<[u64; BINS]>,
     sums: Vec<[Sum; BINS]>,
+    /// Unknowns, steps, observations of the last block, and the places of its ones among the steps.
+    rows: Mat<f64>,
+    ones: Vec<(usize, usize)>,
 }
 
 impl Binned {
@@ -54,6 +58,8 @@ impl Binned {
             folding: Folding::new(question.unknowns, inputs.len() * (BINS - 1), noise),
             counts: vec![[0; BINS]; inputs.len()],
             sums: vec![[Sum::default(); BINS]; inputs.len()],
+            rows: Mat::new(),
+            ones: Vec::new(),
         }
     }
 
@@ -64,9 +70,15 @@ impl Binned {
         inputs: &[Input],
         chunk: &Chunk<'_>,
         residuals: &[f64],
-    ) -> Result<Mat<f64>> {
+    ) -> Result<Cow<'_, Mat<f64>>> {
         let (k, steps) = (chunk.rows.nrows(), inputs.len() * (BINS - 1));
-        let mut rows = Mat::zeros(k, unknowns + steps + 1);
+        let rows = &mut self.rows;
+        if rows.shape() == (k, unknowns + steps + 1) {
+            self.ones.drain(..).for_each(|place| rows[place] = 0.0);
+        } else {
+            *rows = Mat::zeros(k, unknowns + steps + 1);
+            self.ones.clear();
+        }
         for j in 0..unknowns {
             rows.col_as_slice_mut(j).copy_from_slice(chunk.rows.col_as_slice(j));
         }
@@ -77,11 +89,13 @@ impl Binned {
                 self.counts[place][bin] += 1;
                 self.sums[place][bin].add(residuals[i]);
                 if bin > 0 {
-                    rows[(i, unknowns + place * (BINS - 1) + bin - 1)] = 1.0;
+                    let one = (i, unknowns + place * (BINS - 1) + bin - 1);
+                    rows[one] = 1.0;
+                    self.ones.push(one);
                 }
             }
         }
-        self.folding.push(rows, chunk.time, chunk.relative)
+        self.folding.push(&self.rows, chunk.time, chunk.relative)
     }
 
     /// The tests of all inputs; `others` are the triangles of the other sensors, `scale` the variance factors of all.
@@ -94,7 +108,7 @@ impl Binned {
         scale: &[f64],
     ) -> Result<Vec<BinnedResiduals>> {
         let n = question.unknowns;
-        let Binned { folding, counts, sums } = self;
+        let Binned { folding, counts, sums, .. } = self;
         let part = folding.part();
         let triangle = part.fold.triangle();
         let z = observed(&part);

@@ -55,7 +55,7 @@ pub(super) fn conclude(
     let mut independent: HashMap<(usize, usize), f64> = HashMap::new();
     question.walk(rows, &point, &further, &mut |s, chunk| {
         for own in &mut folding[s] {
-            own.push(chunk.rows.clone(), chunk.time, chunk.relative)?;
+            own.push(chunk.rows, chunk.time, chunk.relative)?;
         }
         let last = chunk.rows.ncols() - 1;
         let mut left = chunk.rows.col_as_slice(last).to_vec();

@@ -95,9 +95,7 @@ pub(crate) fn sample_and_fold(
         }
         if let Some((question, point, folding)) = &mut folding {
             question.chunks((&*rows, &block), point, &[], before, &mut |s, chunk| {
-                folding
-                    .get_mut(s)
-                    .map_or(Ok(()), |own| own.push(chunk.rows.clone(), chunk.time, chunk.relative).map(drop))
+                folding.get_mut(s).map_or(Ok(()), |own| own.push(chunk.rows, chunk.time, chunk.relative).map(drop))
             })?;
         }
     }

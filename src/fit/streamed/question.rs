@@ -12,6 +12,7 @@ use crate::estimate::{Fold, Sequential};
 use crate::fit::{Remount, Settings, Weighting};
 use faer::Mat;
 use pulp::Arch;
+use std::borrow::Cow;
 
 /// Rows whose design is made and folded at a time: what is worked on stays in a cache.
 const PART: usize = 256;
@@ -386,7 +387,7 @@ impl Question {
         self.walk(rows, point, &[], &mut |s, chunk| {
             look(s, chunk);
             for own in folding.get_mut(s).into_iter().flatten() {
-                own.push(chunk.rows.clone(), chunk.time, chunk.relative)?;
+                own.push(chunk.rows, chunk.time, chunk.relative)?;
             }
             Ok(())
         })?;
@@ -430,14 +431,13 @@ impl Folding {
         }
     }
 
-    /// Takes a block of rows, the observations in the last column, and gives it back made independent.
-    pub(super) fn push(&mut self, mut rows: Mat<f64>, time: &[f64], relative: &[f64]) -> Result<Mat<f64>> {
+    /// Takes a block of rows, the observations in the last column, and gives it back made independent; rows that are so already are not copied.
+    pub(super) fn push<'a>(&mut self, rows: &'a Mat<f64>, time: &[f64], relative: &[f64]) -> Result<Cow<'a, Mat<f64>>> {
         self.sd.clear();
         self.sd.extend(relative.iter().map(|own| own * self.white));
-        self.filter.whiten(&mut rows, time, &self.sd)?;
+        let rows = self.filter.whitened(rows, time, &self.sd)?;
         self.ones.resize(rows.nrows(), 1.0);
-        let observed = rows.col_as_slice(self.columns).to_vec();
-        self.fold.push(rows.subcols(0, self.columns), &observed, &self.ones)?;
+        self.fold.push(rows.subcols(0, self.columns), rows.col_as_slice(self.columns), &self.ones)?;
         Ok(rows)
     }
 
