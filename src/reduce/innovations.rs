@@ -1,8 +1,10 @@
 //! Covariances of block means, and what each block brings that the blocks before it did not foretell.
 
+use crate::linear::dot;
+
 /// A stationary process of block means: its covariance at each lag, up to a common factor and (where contrasts are all that counts) a common constant.
 pub(super) struct Process {
-    /// Prediction weights of each order: the weight of the value one, two, ... before.
+    /// Prediction weights of each order: of the first value, the second, ... up to the one before.
     weights: Vec<Vec<f64>>,
     /// Variance of what is not foretold.
     variances: Vec<f64>,
@@ -34,7 +36,7 @@ impl Process {
             if !(variance > 0.0) {
                 return None;
             }
-            weights.push(now.clone());
+            weights.push(now.iter().rev().copied().collect());
             variances.push(variance);
             let Some(next) = covariance.get(t + 1) else { break };
             let known: f64 = now.iter().zip(covariance.iter().skip(1).take(t).rev()).map(|(w, c)| w * c).sum();
@@ -51,9 +53,7 @@ impl Process {
     }
 
     fn innovations(&self, values: &[f64]) -> Vec<f64> {
-        let foretold = |t: usize, weights: &[f64]| -> f64 {
-            values.get(..t).map_or(0.0, |before| weights.iter().zip(before.iter().rev()).map(|(w, v)| w * v).sum())
-        };
+        let foretold = |t: usize, weights: &[f64]| values.get(..t).map_or(0.0, |before| dot(weights, before));
         values.iter().zip(&self.weights).enumerate().map(|(t, (v, weights))| v - foretold(t, weights)).collect()
     }
 
