@@ -23,6 +23,8 @@ use std::path::Path;
 
 /// Columns over which a sentence runs.
 const SENTENCE: u16 = 8;
+/// Last column that is printed, where no table has more: those of a sentence, and of the widest chart.
+const PRINTED: u16 = 10;
 /// Widths of columns, in characters.
 const WIDTHS: (f64, f64) = (11.0, 44.0);
 /// Rows that a chart covers.
@@ -196,9 +198,13 @@ impl<'a> Sheet<'a> {
     }
 
     fn widths(&mut self) -> std::result::Result<(), XlsxError> {
+        let mut last = PRINTED;
         for (column, wide) in (0..).zip(&self.wide) {
             self.sheet.set_column_width(column, *wide)?;
+            last = last.max(column);
         }
+        // the data of charts stand beside what is printed
+        self.sheet.set_print_area(0, 0, self.row, last)?;
         Ok(())
     }
 

@@ -5,8 +5,8 @@ use crate::document::chart::{Chart as Specification, Spot};
 use crate::language::{Language, say};
 use crate::uncertainty::quantiles::normal_quantile;
 use rust_xlsxwriter::{
-    Chart, ChartErrorBars, ChartErrorBarsType, ChartFormat, ChartLegendPosition, ChartLine, ChartLineDashType,
-    ChartMarker, ChartMarkerType, ChartRange, ChartType, Format, XlsxError,
+    Chart, ChartAxisCrossing, ChartErrorBars, ChartErrorBarsType, ChartFormat, ChartLegendPosition, ChartLine,
+    ChartLineDashType, ChartMarker, ChartMarkerType, ChartRange, ChartType, Format, XlsxError,
 };
 
 /// More points than this are thinned evenly: older programs draw no more in a series.
@@ -242,13 +242,15 @@ impl Sheet<'_> {
         let stacked = panel.kind == Kind::Stacked;
         let (along, up) = if stacked { (up, along) } else { (along, up) };
         let (x, y) = (along.as_str(), up.as_str());
-        // a bar chart lies: its names stand on the axis that the format calls x
+        chart.x_axis().set_name(x);
         if stacked {
-            chart.y_axis().set_name(x);
-            chart.x_axis().set_reverse();
+            // the first name on top, the numbers below
+            chart.y_axis().set_reverse().set_crossing(ChartAxisCrossing::Max);
         } else {
-            chart.x_axis().set_name(x);
             chart.y_axis().set_name(y);
+        }
+        if drawn == 1 {
+            chart.title().set_hidden();
         }
         if panel.kind == Kind::Logarithmic {
             chart.x_axis().set_log_base(10);
