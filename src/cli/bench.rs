@@ -1,12 +1,12 @@
 //! `tumble bench list | show ID [--svg FILE]`.
 
 use super::outputs::Outputs;
+use super::pages::picture;
 use super::plan::named_number;
 use super::{Outcome, files};
 use crate::bench::{self, Bench};
 use crate::campaign::JointState;
 use crate::document::chart::Chart;
-use crate::document::plot;
 use crate::error::{Fault, Malformed, Result};
 use crate::language::Language;
 use crate::report::{self, table};
@@ -51,7 +51,7 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
                     let mut outputs = Outputs::plan([Some(path.as_path())])?;
                     let bench = wire::read_bench(&source)?;
                     let scene = report::scene(&bench, &states(&bench, at)?);
-                    outputs.add(path, plot::draw(&Chart::Scene(scene), lang)?);
+                    outputs.add(path, picture(&Chart::Scene(scene), lang)?);
                     outputs.write()?;
                 }
             }

@@ -101,7 +101,7 @@ pub use correction::{correction_lines, given_sentence, validity_sentence};
 pub use diagnose::{
     AliasReport, AssertedReport, CellReport, ChangeReport, DiagnoseReport, EffectReport, GapReport, GapsReport,
     HoldoutReport, LevelReport, NoiseReport, PlaceReport, ResidualReport, SensorGapReport, StepReport,
-    UnexplainedReport, alias_note, diagnose_report, diagnose_table,
+    UnexplainedReport, alias_note, diagnose_document, diagnose_figure, diagnose_report,
 };
 pub use fit::{
     ArcsecReport, BudgetReport, CombinationValueReport, ConditionalReport, ConvergenceReport, CovarianceReport,

@@ -1,7 +1,7 @@
 //! A diagnosis of navigation errors as a person reads it at a terminal.
 
 use super::GapReport;
-use super::diagnose::words;
+use crate::document::number::probability;
 use super::navigate_diagnose::{
     NavigateDiagnoseReport, NavigationAliasReport, NavigationEffectReport, NavigationGapStepReport,
     NavigationSuspectReport,
@@ -161,7 +161,7 @@ fn found(effect: &NavigationEffectReport, alone: bool, lang: Language) -> String
     if let Some(u) = effect.u {
         text.push_str(&format!(", u = {}", rounded(u, Some(u))));
     }
-    text.push_str(&format!("{}t = {:.1}, {}", lang.semicolon(), effect.t, words::p_is(effect.p)));
+    text.push_str(&format!("{}t = {:.1}, p = {}", lang.semicolon(), effect.t, probability(effect.p)));
     let share = format!("{:.1}", 100.0 * effect.explains);
     let explains = match alone {
         true => say!(lang, "explains-of-the-gap", share),
@@ -254,7 +254,7 @@ fn gap(report: &NavigateDiagnoseReport, lang: Language) -> String {
             significant(gap.max, 4),
             significant(gap.chi_square, 4),
             gap.dof.to_string(),
-            gap.p.map_or("-".into(), words::p),
+            gap.p.map_or("-".into(), probability),
         ]
     };
     let mut rows = vec![row(say!(lang, "before-repair"), &report.gap.before)];

@@ -2,7 +2,7 @@
 
 use super::{
     Asked, BatchReport, ChangesReport, CompareReport, DiagnoseReport, FitReport, HistoryReport, NoiseAnalysisReport,
-    PlanReport, ReduceReport, batch_document, changes_document, compare_document, compare_report, diagnose_table,
+    PlanReport, ReduceReport, batch_document, changes_document, compare_document, compare_report, diagnose_document,
     fit_document, fit_summary, history_document, noise_document, plan_document, reduce_document, wrap,
 };
 #[cfg(feature = "navigate")]
@@ -32,7 +32,7 @@ shown! {
     CompareReport: |report| brief(&compare_document(report, &report.inputs, English));
     ChangesReport: |report| brief(&changes_document(report, English));
     HistoryReport: |report| brief(&history_document(report, English));
-    DiagnoseReport: |report| diagnose_table(report, English);
+    DiagnoseReport: |report| brief(&diagnose_document(report, None, English));
     PlanReport: |report| brief(&plan_document(report, None, false, English));
     BatchReport: |report| brief(&batch_document(report, None, &BTreeMap::new(), English));
     NoiseAnalysisReport: |report| brief(&noise_document(report, &[], false, English));

@@ -1,8 +1,5 @@
 //! Reports as pages that are not yet one document with the terminal's table: each returns a [`Page`], which is a `document`.
 
-mod cells;
-mod diagnose_figure;
-mod diagnose_page;
 #[cfg(feature = "navigate")]
 mod navigate;
 #[cfg(feature = "navigate")]
@@ -12,8 +9,6 @@ pub use crate::document::html::render;
 pub use crate::document::{
     Align, Cell, Content as PageBlock, Document as Page, Figure, MarkedLine, Section, Table, Tone,
 };
-pub use diagnose_figure::diagnose_svg;
-pub use diagnose_page::diagnose_page;
 #[cfg(feature = "navigate")]
 pub use navigate::navigate_page;
 #[cfg(feature = "navigate")]

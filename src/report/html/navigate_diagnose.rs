@@ -1,6 +1,6 @@
 //! The page of a diagnosis of navigation errors: what is missing, the gap shrinking, what else it could be.
 
-use super::diagnose_page::tone;
+use crate::report::diagnose::words::tone;
 use super::{Align, Figure, Page, Section, Table};
 use crate::diagnosis::NoiseFrom;
 use crate::document::chart::{Chart, Curve};
@@ -11,7 +11,7 @@ use crate::language::{Language, say};
 use crate::navigate::diagnose::NavigationDiagnosis;
 use crate::navigate::measured::{CHANNEL_NAMES, si_per_unit};
 use crate::navigate::remainder::GapOverTime;
-use crate::report::diagnose::words::p;
+use crate::document::number::probability as p;
 use crate::report::navigate_diagnose_table::{after, alias, between, grouped, runs, sentence as words, tried, unit};
 use crate::report::table::{rounded, significant};
 use crate::report::{GapReport, NavigateDiagnoseReport, NavigationEffectReport};
