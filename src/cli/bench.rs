@@ -7,9 +7,10 @@ use super::{Outcome, files};
 use crate::bench::{self, Bench};
 use crate::campaign::JointState;
 use crate::document::chart::Chart;
+use crate::document::terminal::plain;
 use crate::error::{Fault, Malformed, Result};
 use crate::language::Language;
-use crate::report::{self, table};
+use crate::report;
 use crate::wire::{self, Source};
 use clap::Subcommand;
 use std::path::{Path, PathBuf};
@@ -41,7 +42,7 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
                 let sensors: Vec<&str> = bench.sensors.iter().map(|s| s.id.as_str()).collect();
                 rows.push(vec![bench.id.clone(), format!("{} (sensors: {})", bench.title, sensors.join(", "))]);
             }
-            super::show(&table::plain(&["id", "what it is"], &rows))?;
+            super::show(&plain(&["id", "what it is"], &rows))?;
         }
         Arguments::Show { id, svg, at } => {
             let source = shown(id)?;

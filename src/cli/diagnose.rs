@@ -5,6 +5,7 @@ use super::outputs::Outputs;
 use super::pages;
 use super::{Outcome, batch, batch_diagnose, devices, files};
 use crate::diagnosis::{self, Diagnosis, Verdict};
+use crate::document::wrap;
 use crate::error::{Fault, Malformed, Result};
 use crate::fit::Remount;
 use crate::language::{Language, say};
@@ -138,12 +139,12 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
         arguments.pages.print(&document)?;
     }
     for remark in diagnosis.before.remarks() {
-        super::note(&report::wrap::hanging(&say!(lang, "fit-table-note", remark = remark.say(lang)), 2));
+        super::note(&wrap::hanging(&say!(lang, "fit-table-note", remark = remark.say(lang)), 2));
     }
     if let Some(names) = &model_names {
         super::note(&names.note(&diagnosis, lang));
         if let Some(note) = report::alias_note(&report, lang) {
-            super::note(&report::wrap::hanging(&say!(lang, "fit-table-note", remark = note), 2));
+            super::note(&wrap::hanging(&say!(lang, "fit-table-note", remark = note), 2));
         }
     }
     Ok(if diagnosis.verdict == Verdict::NothingMissing { Outcome::Done } else { Outcome::Rejected })

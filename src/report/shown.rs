@@ -3,12 +3,13 @@
 use super::{
     Asked, BatchReport, ChangesReport, CompareReport, DiagnoseReport, FitReport, HistoryReport, NoiseAnalysisReport,
     PlanReport, ReduceReport, batch_document, changes_document, compare_document, compare_report, diagnose_document,
-    fit_document, fit_summary, history_document, noise_document, plan_document, reduce_document, wrap,
+    fit_document, fit_summary, history_document, noise_document, plan_document, reduce_document,
 };
 #[cfg(feature = "navigate")]
-use super::{NavigateDiagnoseReport, NavigateReport, navigate_diagnose_table, navigate_table};
+use super::{NavigateDiagnoseReport, NavigateReport, navigate_diagnose_document, navigate_document};
 use crate::compare::Comparison;
 use crate::document::terminal::brief;
+use crate::document::wrap;
 use crate::fit::Fit;
 use crate::language::Language::English;
 use std::collections::BTreeMap;
@@ -41,6 +42,6 @@ shown! {
 
 #[cfg(feature = "navigate")]
 shown! {
-    NavigateReport: |report| navigate_table(report, English);
-    NavigateDiagnoseReport: |report| navigate_diagnose_table(report, English);
+    NavigateReport: |report| brief(&navigate_document(report, None, English));
+    NavigateDiagnoseReport: |report| brief(&navigate_diagnose_document(report, None, English));
 }

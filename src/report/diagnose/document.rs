@@ -17,11 +17,7 @@ const LISTED: usize = 24;
 const BRIEF: usize = 8;
 
 /// The document of a diagnosis; what was asked, and the diagnosis itself, give the picture and what was taken for granted.
-pub fn diagnose_document(
-    report: &DiagnoseReport,
-    of: Option<(&Campaign, &Diagnosis)>,
-    lang: Language,
-) -> Document {
+pub fn diagnose_document(report: &DiagnoseReport, of: Option<(&Campaign, &Diagnosis)>, lang: Language) -> Document {
     let mut document = Document::new(say!(lang, "diagnosis-of", title = report.bench));
     document.language = lang;
     document.subtitle = of.map_or_else(String::new, |(campaign, _)| lang.name(&campaign.bench.title).into_owned());
@@ -29,15 +25,16 @@ pub fn diagnose_document(
     document.colophon = colophon(&report.inputs, lang);
     let missing = Section::new(say!(lang, "what-is-missing"));
     let missing = report.effects.iter().fold(missing, |section, effect| section.block(card(report, effect, lang)));
+    let document = document.section(result(report, of, lang)).section(shrinking(report, lang));
+    let document = document.section(missing).section(pattern(report, lang));
+    let (where_, model) = (places(report, lang), model(report, lang));
+    // where nothing explains the gap, its places are all that is known of it
+    let [next, last] = if report.effects.is_empty() { [where_, model] } else { [model, where_] };
     document
-        .section(result(report, of, lang))
-        .section(shrinking(report, lang))
-        .section(missing)
-        .section(pattern(report, lang))
-        .section(model(report, lang))
+        .section(next)
         .section(scatter::section(&report.scatter, lang))
         .section(changes(report, lang))
-        .section(places(report, lang))
+        .section(last)
         .section(assumptions(report, of, lang))
 }
 
@@ -105,7 +102,7 @@ fn shrinking(report: &DiagnoseReport, lang: Language) -> Section {
         ("t", Align::Decimal),
         ("p", Align::Right),
     ])
-    .at(Detail::Roomy, &[2, 5]);
+    .at(Detail::Full, &[6, 7, 8]);
     let tested = report.steps.iter().any(|step| step.global_p.is_some());
     let of_one = |cell: Cell| if several { "".into() } else { cell };
     for step in report.steps.iter().take(LISTED) {
@@ -264,7 +261,8 @@ fn changes(report: &DiagnoseReport, lang: Language) -> Section {
         (say!(lang, "repair-shift"), Align::Decimal),
         (say!(lang, "shift-u"), Align::Decimal),
         (say!(lang, "unit"), Align::Left),
-    ]);
+    ])
+    .at(Detail::Roomy, &[5]);
     for p in &report.parameters {
         table.row(vec![
             Cell::name(&p.id),

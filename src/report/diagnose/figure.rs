@@ -15,12 +15,7 @@ const PANELS: usize = 6;
 const POINTS: usize = 2400;
 
 /// Residuals before and after, as the page of a diagnosis has them.
-pub fn diagnose_figure(
-    campaign: &Campaign,
-    diagnosis: &Diagnosis,
-    report: &DiagnoseReport,
-    lang: Language,
-) -> Figure {
+pub fn diagnose_figure(campaign: &Campaign, diagnosis: &Diagnosis, report: &DiagnoseReport, lang: Language) -> Figure {
     let sensors = shown(campaign, diagnosis, report);
     let total: usize = sensors.iter().filter_map(|k| gap_of(campaign, report, *k)).map(|own| own.readings).sum();
     let every = total.div_ceil(POINTS).max(1);
@@ -62,11 +57,7 @@ fn description(report: &DiagnoseReport, lang: Language) -> String {
     lang.sentence(&sensors.collect::<Vec<_>>().join(lang.semicolon()))
 }
 
-fn gap_of<'a>(
-    campaign: &Campaign,
-    report: &'a DiagnoseReport,
-    sensor: usize,
-) -> Option<&'a SensorGapReport> {
+fn gap_of<'a>(campaign: &Campaign, report: &'a DiagnoseReport, sensor: usize) -> Option<&'a SensorGapReport> {
     report.gap.sensors.get(&campaign.bench.sensors.get(sensor)?.id)
 }
 
