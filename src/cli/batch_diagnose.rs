@@ -7,9 +7,9 @@ use super::rows::{DiagnosedRow, EffectColumn, diagnosed};
 use super::{Outcome, rows::Format};
 use crate::batch::Device;
 use crate::diagnosis::{self, Settings, Verdict};
+use crate::document::terminal;
 use crate::error::{Fault, Malformed, Result};
 use crate::language::{Language, say};
-use crate::report;
 use crate::wire;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -120,10 +120,7 @@ pub(super) fn run(
             .collect();
         text += &format!(
             "\n{}",
-            report::table::plain(
-                &[say!(lang, "devices"), say!(lang, "title-regressor"), say!(lang, "effect-2")],
-                &cells
-            )
+            terminal::plain(&[say!(lang, "devices"), say!(lang, "title-regressor"), say!(lang, "effect-2")], &cells)
         );
     }
     match &many.to {

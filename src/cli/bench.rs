@@ -1,15 +1,16 @@
 //! `tumble bench list | show ID [--svg FILE]`.
 
 use super::outputs::Outputs;
+use super::pages::picture;
 use super::plan::named_number;
 use super::{Outcome, files};
 use crate::bench::{self, Bench};
 use crate::campaign::JointState;
 use crate::document::chart::Chart;
-use crate::document::plot;
+use crate::document::terminal::plain;
 use crate::error::{Fault, Malformed, Result};
 use crate::language::Language;
-use crate::report::{self, table};
+use crate::report;
 use crate::wire::{self, Source};
 use clap::Subcommand;
 use std::path::{Path, PathBuf};
@@ -41,7 +42,7 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
                 let sensors: Vec<&str> = bench.sensors.iter().map(|s| s.id.as_str()).collect();
                 rows.push(vec![bench.id.clone(), format!("{} (sensors: {})", bench.title, sensors.join(", "))]);
             }
-            super::show(&table::plain(&["id", "what it is"], &rows))?;
+            super::show(&plain(&["id", "what it is"], &rows))?;
         }
         Arguments::Show { id, svg, at } => {
             let source = shown(id)?;
@@ -51,7 +52,7 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
                     let mut outputs = Outputs::plan([Some(path.as_path())])?;
                     let bench = wire::read_bench(&source)?;
                     let scene = report::scene(&bench, &states(&bench, at)?);
-                    outputs.add(path, plot::draw(&Chart::Scene(scene), lang)?);
+                    outputs.add(path, picture(&Chart::Scene(scene), lang)?);
                     outputs.write()?;
                 }
             }

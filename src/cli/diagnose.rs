@@ -5,10 +5,11 @@ use super::outputs::Outputs;
 use super::pages;
 use super::{Outcome, batch, batch_diagnose, devices, files};
 use crate::diagnosis::{self, Diagnosis, Verdict};
+use crate::document::wrap;
 use crate::error::{Fault, Malformed, Result};
 use crate::fit::Remount;
 use crate::language::{Language, say};
-use crate::report::{self, html};
+use crate::report;
 use crate::wire::{self, BenchRef};
 use clap::Args;
 use std::path::{Path, PathBuf};
@@ -119,12 +120,12 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
     let diagnosis = diagnosis::diagnose(&campaign, &catalogue.effects, &settings)
         .map_err(|error| catalogue.locate(error, &source))?;
     let mut report = report::diagnose_report(&campaign, &diagnosis, &settings);
-    report.inputs = inputs.clone();
-    if arguments.pages.is_asked_for() {
-        outputs.extend(arguments.pages.page(&html::diagnose_page(&campaign, &diagnosis, &report, &inputs, lang)?)?);
-    }
+    report.inputs = inputs;
+    let document = report::diagnose_document(&report, Some((&campaign, &diagnosis)), lang);
+    outputs.extend(arguments.pages.page(&document)?);
     if let Some(path) = &arguments.svg {
-        outputs.add(path, html::diagnose_svg(&campaign, &diagnosis, &report, lang)?);
+        let figure = report::diagnose_figure(&campaign, &diagnosis, &report, lang);
+        outputs.add(path, pages::picture(&figure.chart, lang)?);
     }
     if let Some(path) = &arguments.json {
         outputs.add(path, files::json(&report)?);
@@ -135,15 +136,15 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
     let to_stdout = outputs.to_stdout();
     outputs.write()?;
     if !to_stdout {
-        super::show(&report::diagnose_table(&report, lang))?;
+        arguments.pages.print(&document)?;
     }
     for remark in diagnosis.before.remarks() {
-        super::note(&report::wrap::hanging(&say!(lang, "fit-table-note", remark = remark.say(lang)), 2));
+        super::note(&wrap::hanging(&say!(lang, "fit-table-note", remark = remark.say(lang)), 2));
     }
     if let Some(names) = &model_names {
         super::note(&names.note(&diagnosis, lang));
         if let Some(note) = report::alias_note(&report, lang) {
-            super::note(&report::wrap::hanging(&say!(lang, "fit-table-note", remark = note), 2));
+            super::note(&wrap::hanging(&say!(lang, "fit-table-note", remark = note), 2));
         }
     }
     Ok(if diagnosis.verdict == Verdict::NothingMissing { Outcome::Done } else { Outcome::Rejected })

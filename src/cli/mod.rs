@@ -211,7 +211,7 @@ fn print_bytes(bytes: &[u8]) -> Result<()> {
 
 /// A report for a person: lines within the width of a terminal.
 fn show(text: &str) -> Result<()> {
-    print(&crate::report::wrap::lines(text))
+    print(&crate::document::wrap::lines(text))
 }
 
 fn not_printed(error: &std::io::Error) -> Malformed {
@@ -260,7 +260,7 @@ static NOTED: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
 
 /// Print a line to stderr, once: a file that is read again has no more to say. Where nobody listens there is nobody to tell.
 fn note(text: &str) {
-    let text = crate::report::wrap::lines(&session::language().name(text));
+    let text = crate::document::wrap::lines(&session::language().name(text));
     // a process in which commands are embedded says it in each of them
     if embedded::is_embedded() || NOTED.lock().map_or(true, |mut noted| noted.insert(text.clone())) {
         note_as_it_is(&text);

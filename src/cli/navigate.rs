@@ -1,6 +1,7 @@
 //! `tumble navigate MISSION`.
 
 use super::outputs::{self, Outputs, Stream};
+use super::pages::Pages;
 use super::{Outcome, files};
 use crate::error::{Fault, Malformed, Result};
 use crate::language::Language;
@@ -28,9 +29,6 @@ pub(super) struct Arguments {
     /// Write the report as JSON to a file, or to stdout with '-'.
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
-    /// Write the report as a page with plots.
-    #[arg(long, value_name = "FILE")]
-    html: Option<PathBuf>,
     /// Write the errors in time as CSV.
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
@@ -49,6 +47,8 @@ pub(super) struct Arguments {
     /// Standard uncertainty of measured position errors, m; position is not measured without it.
     #[arg(long, value_name = "U", requires = "measured", allow_negative_numbers = true)]
     noise_m: Option<f64>,
+    #[command(flatten)]
+    pages: Pages,
 }
 
 pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
@@ -65,8 +65,10 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
         None => None,
     };
     let scenarios = study::scenarios(&mission.errors, file.scenarios.separation());
-    let paths = [&arguments.json, &arguments.html, &arguments.csv, &arguments.parquet, &arguments.measured];
-    let mut outputs = Outputs::plan(paths.map(|path| path.as_deref()))?;
+    let [html, md, xlsx] = arguments.pages.paths();
+    let [json, csv] = [&arguments.json, &arguments.csv].map(Option::as_deref);
+    let [parquet, measured] = [&arguments.parquet, &arguments.measured].map(Option::as_deref);
+    let mut outputs = Outputs::plan([html, md, xlsx, json, csv, parquet, measured])?;
     let mut tables = Tables::open(arguments, &outputs, &scenarios)?;
     let mut instruments = Instruments::new(arguments, &mission)?;
 
@@ -96,16 +98,15 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
     if let Some(path) = &arguments.measured {
         outputs.add(path, wire::write_measured(&instruments.measured, &mission));
     }
-    if let Some(path) = &arguments.html {
-        outputs.add(path, report::html::render(&report::html::navigate_page(&report, &flown, lang)?)?);
-    }
+    let document = report::navigate_document(&report, Some((&mission, &flown)), lang);
+    outputs.extend(arguments.pages.page(&document)?);
     if let Some(path) = &arguments.json {
         outputs.add(path, files::json(&report)?);
     }
     let to_stdout = outputs.to_stdout();
     outputs.write()?;
     if !to_stdout {
-        super::show(&report::navigate_table(&report, lang))?;
+        arguments.pages.print(&document)?;
     }
     Ok(Outcome::Done)
 }

@@ -1,9 +1,10 @@
 //! `tumble diagnose MISSION --measured FILE`.
 
 use super::outputs::Outputs;
-use super::pages::Pages;
+use super::pages::{Pages, picture};
 use super::{Outcome, files};
 use crate::diagnosis::Verdict;
+use crate::document::chart::Chart;
 use crate::error::Result;
 use crate::language::{Language, say};
 use crate::navigate::cause::Cause;
@@ -50,11 +51,12 @@ pub(super) fn run(question: &Question<'_>) -> Result<Outcome> {
     bar.finish_and_clear();
     let diagnosis = found.map_err(|error| wire::locate(error, &source))?;
     let report = report::navigate_diagnose_report(&mission, &measured, &diagnosis, &settings);
-    if question.pages.is_asked_for() {
-        outputs.extend(question.pages.page(&report::html::navigate_diagnose_page(&report, &diagnosis, lang)?)?);
-    }
+    let document = report::navigate_diagnose_document(&report, Some((&mission, &diagnosis)), lang);
+    outputs.extend(question.pages.page(&document)?);
     if let Some(path) = question.svg {
-        outputs.add(path, report::html::navigate_diagnose_svg(&report, &diagnosis, lang)?);
+        let figure = report::navigate_diagnose_figure(&report, &diagnosis, lang);
+        let chart = figure.map_or_else(|| Chart::curves(&[], "", "", ""), |figure| figure.chart);
+        outputs.add(path, picture(&chart, lang)?);
     }
     if let Some(path) = question.json {
         outputs.add(path, files::json(&report)?);
@@ -66,7 +68,7 @@ pub(super) fn run(question: &Question<'_>) -> Result<Outcome> {
     let to_stdout = outputs.to_stdout();
     outputs.write()?;
     if !to_stdout {
-        super::show(&report::navigate_diagnose_table(&report, lang))?;
+        question.pages.print(&document)?;
     }
     match question.write_model {
         Some(path) if found => super::note(&say!(lang, "wrote", file = path.display().to_string())),

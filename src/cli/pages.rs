@@ -2,7 +2,8 @@
 
 use super::{calibrations, files};
 use crate::compare;
-use crate::document::{Detail, Document, html, markdown, terminal};
+use crate::document::chart::Chart;
+use crate::document::{Detail, Document, html, markdown, plot, terminal};
 use crate::error::{Fault, Malformed, Result};
 use crate::fit::Fit;
 use crate::language::Language;
@@ -114,6 +115,11 @@ impl Pages {
         }
         Ok(texts)
     }
+}
+
+/// A chart as a file of its own, which needs paper.
+pub(super) fn picture(chart: &Chart, lang: Language) -> Result<String> {
+    Ok(plot::draw(chart, lang)?.replacen(">\n", ">\n<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n", 1))
 }
 
 /// The published closed forms beside a fit, where its bench has them and its campaign suits them.

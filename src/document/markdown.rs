@@ -82,8 +82,11 @@ pub(super) fn bar(cell: &str) -> String {
 }
 
 fn facts(list: &[(String, String)]) -> Option<String> {
-    let lines: Vec<String> =
-        list.iter().map(|(name, value)| format!("- {}: {}", inline(name), inline(value))).collect();
+    let line = |(name, value): &(String, String)| match name.as_str() {
+        "" => format!("- {}", inline(value)),
+        name => format!("- {}: {}", inline(name), inline(value)),
+    };
+    let lines: Vec<String> = list.iter().map(line).collect();
     (!lines.is_empty()).then(|| lines.join("\n"))
 }
 

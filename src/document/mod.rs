@@ -39,7 +39,7 @@
 //! | `html.rs`, `escape.rs`, `xml.rs` | a document as one HTML file |
 //! | `workbook/` | a document as a workbook |
 //!
-//! Deliberately absent: anything that depends on which answer it is; colours (the template and `plot` have them); clocks (the same answer
+//! Deliberately absent: anything that depends on which answer it is; colours (the style sheet and `plot` have them); clocks (the same answer
 //! always gives the same bytes).
 
 pub mod chart;
@@ -63,7 +63,6 @@ pub use table::{Align, Cell, Column, Row, Table};
 
 use crate::language::{Language, say};
 use chart::Chart;
-use serde::Serialize;
 
 /// How much a person sees.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord)]
@@ -78,7 +77,7 @@ pub enum Detail {
 }
 
 /// A document: what it is about, and its sections.
-#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Document {
     /// Heading.
     pub title: String,
@@ -89,14 +88,13 @@ pub struct Document {
     /// The sections, in order.
     pub sections: Vec<Section>,
     /// The language of its texts.
-    #[serde(skip)]
     pub language: Language,
     /// Version, inputs and their digests, at the end of a page.
     pub colophon: Vec<(String, String)>,
 }
 
 /// A heading and what stands under it.
-#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Section {
     /// Heading.
     pub heading: String,
@@ -105,24 +103,20 @@ pub struct Section {
     /// Blocks, in order.
     pub blocks: Vec<Block>,
     /// Detail of the blocks that are added next.
-    #[serde(skip)]
     detail: Detail,
 }
 
 /// One block of a section, and the detail at which it appears.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Block {
     /// At which detail it appears.
-    #[serde(skip)]
     pub detail: Detail,
     /// What it is.
-    #[serde(flatten)]
     pub content: Content,
 }
 
 /// What a block is. In every text a pair of backticks sets a name in code type.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[serde(tag = "kind", content = "is", rename_all = "lowercase")]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Content {
     /// A paragraph.
     Prose(String),
@@ -157,7 +151,7 @@ pub enum Content {
 }
 
 /// A line of algebra: what stood there, and what was added.
-#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct MarkedLine {
     /// What stood there.
     pub kept: String,
@@ -166,8 +160,7 @@ pub struct MarkedLine {
 }
 
 /// How a verdict or a row sounds.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Tone {
     /// Neither good nor bad.
     #[default]
@@ -203,14 +196,13 @@ impl Tone {
 }
 
 /// A figure.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Figure {
     /// What it shows, and how to read it.
     pub caption: String,
     /// The same for those who cannot see it: what is in it, in words.
     pub description: String,
     /// Its chart.
-    #[serde(skip)]
     pub chart: Chart,
     /// As wide as the page (else half of it).
     pub wide: bool,

@@ -2,10 +2,9 @@
 
 use super::number::{probability, rounded, significant};
 use super::{Detail, Tone};
-use serde::{Serialize, Serializer};
 
 /// A table.
-#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Table {
     /// What it shows; may be empty.
     pub caption: String,
@@ -18,25 +17,22 @@ pub struct Table {
     /// Set small: for long tables.
     pub small: bool,
     /// So many rows at brief detail, and how many more there are; all where it is not said.
-    #[serde(skip)]
     pub brief_rows: Option<usize>,
 }
 
 /// A column.
-#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Column {
     /// Title.
     pub title: String,
     /// Alignment.
     pub align: Align,
     /// At which detail it appears.
-    #[serde(skip)]
     pub detail: Detail,
 }
 
 /// Alignment of a column.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Align {
     /// Words, to the left.
     #[default]
@@ -50,7 +46,7 @@ pub enum Align {
 }
 
 /// A row.
-#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Row {
     /// Cells.
     pub cells: Vec<Cell>,
@@ -156,12 +152,6 @@ impl Cell {
                 text => text,
             },
         }
-    }
-}
-
-impl Serialize for Cell {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.serialize_str(&self.typeset())
     }
 }
 

@@ -1,7 +1,7 @@
 //! A document for a person at a terminal of 80 columns.
 
 use super::wrap::{self, WIDTH};
-use super::{Align, Cell, Content, Detail, Document, Section, Tone, markdown};
+use super::{Align, Cell, Content, Detail, Document, MarkedLine, Section, Tone, markdown};
 use crate::language::{Language, say};
 use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
 
@@ -45,7 +45,10 @@ pub fn section(section: &Section, detail: Detail, lang: Language) -> Option<Stri
 fn within(section: &Section, shown: Shown) -> Option<String> {
     let blocks = section.blocks.iter().filter(|block| block.detail <= shown.detail);
     let texts: Vec<(bool, String)> = blocks
-        .map(|block| (matches!(block.content, Content::Table(_)), content(&block.content, shown)))
+        .map(|block| {
+            let is_apart = matches!(block.content, Content::Table(_) | Content::Card { .. });
+            (is_apart, content(&block.content, shown))
+        })
         .filter(|(_, text)| !text.is_empty())
         .collect();
     if texts.is_empty() {
@@ -53,13 +56,13 @@ fn within(section: &Section, shown: Shown) -> Option<String> {
     }
     let mut text = bare(&section.heading).to_uppercase() + "\n";
     let mut before = false;
-    for (k, (is_table, block)) in texts.iter().enumerate() {
-        // a table stands by itself
-        if k > 0 && (*is_table || before) {
+    for (k, (is_apart, block)) in texts.iter().enumerate() {
+        // a table and a card stand by themselves
+        if k > 0 && (*is_apart || before) {
             text.push('\n');
         }
         text.push_str(block);
-        before = *is_table;
+        before = *is_apart;
     }
     Some(text)
 }
@@ -72,7 +75,7 @@ fn content(content: &Content, shown: Shown) -> String {
         Content::Verdict { tone, text } => line(&format!("{}{}{text}", tone.word(lang), lang.colon())),
         Content::List(points) => points.iter().map(|point| line(&format!("- {point}"))).collect(),
         Content::Formula(lines) => lines.iter().map(|own| wrap::hanging(&format!("  {own}"), 4) + "\n").collect(),
-        Content::Marked(lines) => lines.iter().map(|own| format!("  {}{}\n", own.kept, own.added)).collect(),
+        Content::Marked(lines) => lines.iter().map(marked).collect(),
         Content::Facts(list) => facts(list, lang),
         Content::Card { heading, tone, facts: list } => {
             let mark = mark(*tone);
@@ -82,6 +85,25 @@ fn content(content: &Content, shown: Shown) -> String {
         Content::Figures(_) if detail < Detail::Full => String::new(),
         Content::Figures(figures) => figures.iter().map(|figure| line(&figure.description)).collect(),
     }
+}
+
+/// A line of algebra with carets below what was added, wherever it breaks.
+fn marked(line: &MarkedLine) -> String {
+    let mut kept = line.kept.chars().filter(|c| !c.is_whitespace()).count();
+    let mut text = String::new();
+    for row in wrap::hanging(&format!("  {}{}", line.kept, line.added), 4).lines() {
+        let mut below = String::new();
+        for c in row.chars() {
+            let is_added = kept == 0 && !c.is_whitespace();
+            kept = kept.saturating_sub(usize::from(!c.is_whitespace()));
+            below.push(if is_added { '^' } else { ' ' });
+        }
+        text.push_str(&format!("{row}\n"));
+        if !below.trim_end().is_empty() {
+            text.push_str(&format!("{}\n", below.trim_end()));
+        }
+    }
+    text
 }
 
 /// Names and values; a value without a name goes on with the one before it.

@@ -192,7 +192,7 @@ impl Language {
     }
 
     /// A clause as a sentence: a capital letter where the language has them and a word begins it (the name of a parameter stays as it is), and a full
-    /// stop.
+    /// stop; nothing stays nothing.
     ///
     /// ```
     /// use tumble::language::Language;
@@ -212,7 +212,7 @@ impl Language {
         };
         let ended = clause.ends_with(['.', '!', '?', '\u{3002}', '\u{ff01}', '\u{ff1f}']);
         let stop = match self {
-            _ if ended => "",
+            _ if ended || clause.is_empty() => "",
             Language::English => ".",
             Language::Chinese => "。",
         };

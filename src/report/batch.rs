@@ -1,9 +1,10 @@
 //! Many devices: the summary as stable JSON, and rows of devices as a table.
 
 use super::Input;
-use super::table::{plain, rounded};
 use crate::batch::{Chance, Reason, Row, Summary, Verdict};
 use crate::campaign::{Campaign, Decision, Limited};
+use crate::document::number::rounded;
+use crate::document::terminal::plain;
 use crate::fit;
 use crate::language::{Language, say};
 use crate::report::ReportKind;

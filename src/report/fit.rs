@@ -199,7 +199,7 @@ impl FitReport {
     pub(super) fn correlated(&self) -> Vec<String> {
         self.correlations
             .iter()
-            .map(|(a, b, r)| format!("r({a}, {b}) = {}", super::table::significant(*r, 4)))
+            .map(|(a, b, r)| format!("r({a}, {b}) = {}", crate::document::number::significant(*r, 4)))
             .collect()
     }
 

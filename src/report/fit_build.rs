@@ -252,10 +252,10 @@ fn azimuth_note(result: &crate::fit::DerivedResult, level: f64) -> Option<Senten
         return None;
     }
     let (scale, unit) = if result.is_angle { (ARCSEC, "arcsec") } else { (1.0, "") };
-    let end = |end: f64| super::table::significant(end * scale, 5);
+    let end = |end: f64| crate::document::number::significant(end * scale, 5);
     Some(sentence!(
         "azimuth-interval",
-        level = super::table::percent(level),
+        level = crate::document::number::percent(level),
         low = end(low),
         high = end(high),
         unit = if unit.is_empty() { String::new() } else { format!(" {unit}") }

@@ -179,12 +179,12 @@ pub(super) fn checks(fit: &Fit) -> ChecksReport {
     let checks = &fit.checks;
     let level = fit.settings.level;
     let sensor = |s: usize| fit.campaign.sensor_id(s).to_string();
-    let significant = |x: f64| super::table::significant(x, 3);
+    let significant = |x: f64| crate::document::number::significant(x, 3);
     let mut verdict = Vec::new();
     let mut lack_of_fit = |test: LackOfFit, [found, none]: [fn(Sentence) -> Sentence; 2]| {
         let numbers = sentence!(
             "f-with-and-degrees-of-freedom-p",
-            f = if test.f.is_finite() { super::table::significant(test.f, 5) } else { "inf".into() },
+            f = if test.f.is_finite() { crate::document::number::significant(test.f, 5) } else { "inf".into() },
             between_dof = test.between_dof,
             pure_error_dof = test.pure_error_dof,
             p = significant(test.p)

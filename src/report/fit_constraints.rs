@@ -114,7 +114,7 @@ pub(super) fn constraints(fit: &Fit) -> Option<ConstraintsReport> {
             }
         })
         .collect();
-    let significant = |x: f64| super::table::significant(x, 3);
+    let significant = |x: f64| crate::document::number::significant(x, 3);
     let verdict = match status {
         ConstraintsStatus::Contradictory => {
             let named: Vec<String> = contradictory.iter().map(|k| (k + 1).to_string()).collect();
@@ -164,7 +164,7 @@ pub(super) fn constraint_text(campaign: &Campaign, constraint: &Constraint) -> S
     let angles = |parameters: &[usize]| parameters.iter().all(tilt);
     // digits enough to tell bounds apart, without those of a change of units
     let number = |x: f64| {
-        let text = super::table::significant(x, 12);
+        let text = crate::document::number::significant(x, 12);
         if text.contains('.') && !text.contains('e') {
             text.trim_end_matches('0').trim_end_matches('.').to_string()
         } else {

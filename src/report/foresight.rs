@@ -235,7 +235,7 @@ pub(super) fn group_lines(report: &ForesightReport, lang: Language) -> Vec<Group
             unit,
             at_a_reading: own.at_a_reading_in_u.unwrap_or(f64::NAN),
             moves: own.moves.as_ref().map_or(String::new(), |m| {
-                say!(lang, "moves-by", parameter = m.parameter, u = super::table::significant(m.in_u, 2))
+                say!(lang, "moves-by", parameter = m.parameter, u = crate::document::number::significant(m.in_u, 2))
             }),
             alike: group.members.iter().skip(1).map(|member| self::label(member, lang)).collect(),
             nearest: group.near.first().map(|n| {
@@ -250,7 +250,7 @@ pub(super) fn group_lines(report: &ForesightReport, lang: Language) -> Vec<Group
                 .near
                 .iter()
                 .map(|n| {
-                    let apart = super::table::significant(n.apart_from * scale, 2);
+                    let apart = crate::document::number::significant(n.apart_from * scale, 2);
                     say!(
                         lang,
                         "apart-from",
@@ -298,7 +298,7 @@ pub(super) fn rule_text(report: &ForesightReport, lang: Language) -> String {
     if report.groups.is_empty() {
         return say!(lang, "none-would-show-the-estimated-parameters-take").into();
     }
-    let number = |v: f64| super::table::significant(v, 3);
+    let number = |v: f64| crate::document::number::significant(v, 3);
     let residuals = match rule.with_residuals {
         Some(more) => say!(lang, "u-where-only-the-residuals-tell-the", more = number(more)),
         None => say!(lang, "nothing-where-only-the-residuals-would-tell").into(),

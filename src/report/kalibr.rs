@@ -1,7 +1,7 @@
 //! The noise of a record as the IMU file of kalibr.
 
 use super::noise_analysis::NoiseAnalysisReport;
-use super::table::significant;
+use crate::document::number::significant;
 use crate::error::{Fault, Malformed, Result};
 use crate::noise::{Term, si_factor};
 

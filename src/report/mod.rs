@@ -1,4 +1,4 @@
-//! Reports: results as stable JSON for programs, and as tables for a person.
+//! Reports: results as stable JSON for programs, and as documents for a person.
 //!
 //! Keys are public; new ones may be added, none renamed. Numbers that do not exist (an uncertainty without degrees of
 //! freedom, an infinite number of degrees of freedom) are null.
@@ -18,14 +18,13 @@
 //! | `plan.rs`, `plan_build.rs`, `plan_document.rs`, `plan_better.rs`, `plan_words.rs` | a schedule judged or chosen |
 //! | `foresight.rs` | which effects a schedule would show |
 //! | `guide.rs` | a step of a guided calibration |
-//! | `navigate.rs` | errors of a navigator over a mission |
-//! | `navigate_diagnose.rs`, `navigate_diagnose_table.rs` | effects found from the errors of a navigator |
+//! | `navigate.rs`, `navigate_document.rs` | errors of a navigator over a mission |
+//! | `navigate_diagnose.rs`, `navigate_diagnose_document.rs` | effects found from the errors of a navigator |
 //! | `separation.rs` | what is not estimable, and what would separate it |
 //! | `provenance.rs`, `colophon.rs` | files that a report was made from, and how a document says so |
 //! | `series.rs` | a mission over time as CSV or Parquet |
 //! | `shown.rs` | answers and reports as text (`Display`) |
 //! | `dcc/` | the digital calibration certificate |
-//! | `html/` | pages that are not one document with the terminal's table yet |
 //!
 //! Deliberately absent: computing anything.
 
@@ -48,8 +47,6 @@ mod fit_constraints;
 mod fit_document;
 mod foresight;
 mod guide;
-#[cfg(feature = "html")]
-pub mod html;
 mod kalibr;
 mod monte_carlo;
 #[cfg(feature = "navigate")]
@@ -57,9 +54,9 @@ mod navigate;
 #[cfg(feature = "navigate")]
 mod navigate_diagnose;
 #[cfg(feature = "navigate")]
-mod navigate_diagnose_table;
+mod navigate_diagnose_document;
 #[cfg(feature = "navigate")]
-mod navigate_table;
+mod navigate_document;
 mod noise_analysis;
 mod noise_document;
 mod plan;
@@ -79,9 +76,7 @@ pub mod series;
 mod sheet;
 mod shown;
 mod site;
-pub mod table;
 
-pub use crate::document::{markdown, wrap};
 use crate::vocabulary::vocabulary;
 
 pub use batch::{
@@ -101,7 +96,7 @@ pub use correction::{correction_lines, given_sentence, validity_sentence};
 pub use diagnose::{
     AliasReport, AssertedReport, CellReport, ChangeReport, DiagnoseReport, EffectReport, GapReport, GapsReport,
     HoldoutReport, LevelReport, NoiseReport, PlaceReport, ResidualReport, SensorGapReport, StepReport,
-    UnexplainedReport, alias_note, diagnose_report, diagnose_table,
+    UnexplainedReport, alias_note, diagnose_document, diagnose_figure, diagnose_report,
 };
 pub use fit::{
     ArcsecReport, BudgetReport, CombinationValueReport, ConditionalReport, ConvergenceReport, CovarianceReport,
@@ -145,9 +140,9 @@ pub use navigate_diagnose::{
     NavigationGapStepReport, RunReport, SeparationReport, UnexplainedNavigationReport, navigate_diagnose_report,
 };
 #[cfg(feature = "navigate")]
-pub use navigate_diagnose_table::navigate_diagnose_table;
+pub use navigate_diagnose_document::{navigate_diagnose_document, navigate_diagnose_figure};
 #[cfg(feature = "navigate")]
-pub use navigate_table::navigate_table;
+pub use navigate_document::navigate_document;
 pub use noise_analysis::{
     AgreementReport, CoefficientReport, DeviationReport, DeviationsReport, NoiseAnalysisReport, NoiseColumnReport,
     NoiseScatterReport, noise_column_report, noise_report,

@@ -70,8 +70,8 @@ pub fn monte_carlo_report(drawn: &Drawn, fit: &Fit) -> MonteCarloReport {
                 verdict.push(sentence!(
                     "the-first-order-does-not-describe-its",
                     id,
-                    level = super::table::percent(fit.settings.level),
-                    sd = super::table::significant(off / own.sd, 2)
+                    level = crate::document::number::percent(fit.settings.level),
+                    sd = crate::document::number::significant(off / own.sd, 2)
                 ));
             }
             DrawnReport {

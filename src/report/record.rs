@@ -1,6 +1,6 @@
 //! What a fit report says of a record that was streamed: how much was read, what the residuals are like, lack of fit over the inputs.
 
-use super::table::significant;
+use crate::document::number::significant;
 use crate::fit::Fit;
 use crate::fit::streamed::{BinnedResiduals, SensorResiduals};
 use crate::language::{Sentence, sentence};

@@ -2,13 +2,14 @@
 
 use super::{
     Asked, BatchReport, ChangesReport, CompareReport, DiagnoseReport, FitReport, HistoryReport, NoiseAnalysisReport,
-    PlanReport, ReduceReport, batch_document, changes_document, compare_document, compare_report, diagnose_table,
-    fit_document, fit_summary, history_document, noise_document, plan_document, reduce_document, wrap,
+    PlanReport, ReduceReport, batch_document, changes_document, compare_document, compare_report, diagnose_document,
+    fit_document, fit_summary, history_document, noise_document, plan_document, reduce_document,
 };
 #[cfg(feature = "navigate")]
-use super::{NavigateDiagnoseReport, NavigateReport, navigate_diagnose_table, navigate_table};
+use super::{NavigateDiagnoseReport, NavigateReport, navigate_diagnose_document, navigate_document};
 use crate::compare::Comparison;
 use crate::document::terminal::brief;
+use crate::document::wrap;
 use crate::fit::Fit;
 use crate::language::Language::English;
 use std::collections::BTreeMap;
@@ -32,7 +33,7 @@ shown! {
     CompareReport: |report| brief(&compare_document(report, &report.inputs, English));
     ChangesReport: |report| brief(&changes_document(report, English));
     HistoryReport: |report| brief(&history_document(report, English));
-    DiagnoseReport: |report| diagnose_table(report, English);
+    DiagnoseReport: |report| brief(&diagnose_document(report, None, English));
     PlanReport: |report| brief(&plan_document(report, None, false, English));
     BatchReport: |report| brief(&batch_document(report, None, &BTreeMap::new(), English));
     NoiseAnalysisReport: |report| brief(&noise_document(report, &[], false, English));
@@ -41,6 +42,6 @@ shown! {
 
 #[cfg(feature = "navigate")]
 shown! {
-    NavigateReport: |report| navigate_table(report, English);
-    NavigateDiagnoseReport: |report| navigate_diagnose_table(report, English);
+    NavigateReport: |report| brief(&navigate_document(report, None, English));
+    NavigateDiagnoseReport: |report| brief(&navigate_diagnose_document(report, None, English));
 }

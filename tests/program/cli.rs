@@ -66,7 +66,9 @@ fn answers_print_as_the_program_prints_them() {
     assert_eq!(fit.to_string(), tumble(&["fit", TABLE_1]).stdout.trim_end());
     let report = tumble(&["diagnose", TABLE_1, "--json", "-"]).stdout;
     let report: tumble::report::DiagnoseReport = serde_json::from_str(&report).expect("a report");
-    assert_eq!(report.to_string(), tumble(&["diagnose", TABLE_1]).stdout.trim_end());
+    // a program has options that show more rows, and a value has none
+    let printed = tumble(&["diagnose", TABLE_1]).stdout.replace(" (all with -v)", "");
+    assert_eq!(report.to_string(), printed.trim_end());
     let forms = tumble::compare::closed_forms(&campaign.bench.id).expect("closed forms");
     let comparison = tumble::compare(&campaign, &forms, &Default::default()).expect("a comparison");
     assert_eq!(comparison.to_string(), tumble(&["compare", TABLE_1]).stdout.trim_end());
@@ -192,7 +194,7 @@ fn aliases_are_told_with_a_written_model() {
     let told = run.stderr.split_whitespace().collect::<Vec<_>>().join(" ");
     assert!(run.code == 2 && told.contains("assumes the effect as named (a_S)") && told.contains("V0 by"), "{told}");
     let page = std::fs::read_to_string(page).expect("the page");
-    assert!(page.contains("u after includes") && !page.contains("U after"));
+    assert!(page.contains("The u after the repair includes"));
 }
 
 /// Long lines hang; every kind of file that has a schema is named where it is asked for.
@@ -201,7 +203,7 @@ fn lists_fit_a_terminal_and_are_complete() {
     let list = tumble(&["bench", "list"]).stdout;
     assert!(list.lines().all(|line| line.chars().count() <= 110), "{list}");
     let diagnosis = tumble(&["diagnose", TABLE_1]).stdout;
-    let told = diagnosis.lines().skip_while(|line| !line.contains("one more position discriminates")).take(2);
+    let told = diagnosis.lines().skip_while(|line| !line.contains("One more position discriminates")).take(2);
     assert!(told.clone().count() == 2 && told.clone().all(|line| line.chars().count() <= 110), "{diagnosis}");
     let help = tumble(&["schema", "--help"]).stdout;
     for kind in tumble::report::schemas() {

@@ -3,8 +3,8 @@
 use assert_cmd::Command;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
+use tumble::document::wrap::columns;
 use tumble::language::{Language, keys};
-use tumble::report::wrap::columns;
 
 /// Columns of the smallest terminal in use.
 const COLUMNS: usize = 80;

@@ -1,16 +1,18 @@
-//! The report of a diagnosis (`tumble diagnose --json`), and the same for a person at a terminal.
+//! The report of a diagnosis (`tumble diagnose --json`), and its document.
 
+mod document;
 mod effects;
+mod figure;
 mod gap;
-mod table;
 pub(super) mod words;
 
+pub use document::diagnose_document;
 pub use effects::{AliasReport, ChangeReport, EffectReport};
+pub use figure::diagnose_figure;
 pub use gap::{
     CellReport, GapReport, GapsReport, LevelReport, NoiseReport, PlaceReport, ResidualReport, SensorGapReport,
     UnexplainedReport,
 };
-pub use table::diagnose_table;
 pub use words::alias_note;
 
 use super::scatter::{self, ScatterReport};

@@ -1,11 +1,104 @@
-//! Sentences about a diagnosis that the terminal and the page share.
+//! Sentences about a diagnosis, and the table of what was found, of campaigns and of missions alike.
 
-pub use super::super::table::trimmed;
-use super::super::table::{rounded, significant};
 use super::super::{ARCSEC, PositionReport};
-use super::{AliasReport, ChangeReport, DiagnoseReport, EffectReport, LevelReport};
+use super::{AliasReport, AssertedReport, ChangeReport, DiagnoseReport, EffectReport, LevelReport};
 use crate::diagnosis::{Held, NoiseFrom, Verdict};
+use crate::document::number::{percent, significant, trimmed};
+use crate::document::{Align, Cell, Detail, Table, Tone};
 use crate::language::{Language, say};
+
+/// How a verdict sounds: a gap that is more than noise is not in order, whether or not it was explained.
+pub fn tone(verdict: Verdict) -> Tone {
+    match verdict {
+        Verdict::NothingMissing => Tone::Good,
+        Verdict::EffectsFound | Verdict::PartlyExplained | Verdict::Unexplained => Tone::Bad,
+        Verdict::NotDiagnosable => Tone::Caution,
+    }
+}
+
+/// What was found: a row of [`found`].
+pub struct Found<'a> {
+    /// The term.
+    pub regressor: &'a str,
+    /// What it is, or what the value is of.
+    pub quantity: String,
+    /// The sensor; empty where there is only one.
+    pub sensor: &'a str,
+    /// Value.
+    pub value: Option<f64>,
+    /// Standard uncertainty.
+    pub u: Option<f64>,
+    /// Expanded uncertainty.
+    pub expanded: Option<f64>,
+    /// Unit.
+    pub unit: &'a str,
+    /// Student's t.
+    pub t: f64,
+    /// Probability by chance.
+    pub p: f64,
+    /// Share of the gap's sum of squares.
+    pub explains: f64,
+}
+
+/// What was found, one thing a row; `expanded` is the title of the expanded uncertainties.
+pub fn found<'a>(rows: impl Iterator<Item = Found<'a>>, expanded: &str, lang: Language) -> Table {
+    let mut table = Table::new(&[
+        (say!(lang, "effect-2"), Align::Left),
+        (say!(lang, "quantity"), Align::Left),
+        (say!(lang, "sensor"), Align::Left),
+        (say!(lang, "value"), Align::Decimal),
+        ("u", Align::Decimal),
+        (expanded, Align::Decimal),
+        (say!(lang, "unit"), Align::Left),
+        ("t", Align::Decimal),
+        ("p", Align::Right),
+        (say!(lang, "explains"), Align::Right),
+    ])
+    .at(Detail::Roomy, &[9]);
+    let given = |own: Option<f64>| own.map_or_else(|| "".into(), |u| Cell::Value(u, Some(u)));
+    for own in rows {
+        table.row(vec![
+            Cell::name(own.regressor),
+            own.quantity.into(),
+            own.sensor.into(),
+            Cell::value(own.value, own.expanded.or(own.u)),
+            given(own.u),
+            given(own.expanded),
+            own.unit.into(),
+            Cell::Decimals(own.t, 1),
+            Cell::Probability(own.p),
+            Cell::Share(own.explains),
+        ]);
+    }
+    if table.rows.len() > 1 {
+        table.note = say!(lang, "explains-beyond-the-others").into();
+    }
+    table
+}
+
+/// What comes nearest of the catalogue, which is not accepted; empty for nothing.
+pub fn nearest(names: &[String], explains: f64, lang: Language) -> String {
+    match names.is_empty() {
+        true => String::new(),
+        false => {
+            let names = names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(" + ");
+            say!(lang, "nearest-of-the-catalogue-would-take-off", names, share = percent(explains))
+        }
+    }
+}
+
+/// Names in code type, what stands in parentheses after them as it is; of many so many.
+pub fn listed(names: &[String], most: usize, lang: Language) -> String {
+    let code = |text: &String| match text.split_once(" (") {
+        Some((name, rest)) => format!("`{name}` ({rest}"),
+        None => format!("`{text}`"),
+    };
+    let shown = names.iter().take(most).map(code).collect::<Vec<_>>().join(lang.comma());
+    match names.len().saturating_sub(most) {
+        0 => shown,
+        more => say!(lang, "and-more", shown, more = more.to_string()),
+    }
+}
 
 /// The verdict in one sentence, without a full stop.
 pub fn verdict(report: &DiagnoseReport, lang: Language) -> String {
@@ -73,14 +166,9 @@ pub fn noise_source(from: NoiseFrom, lang: Language) -> &'static str {
     }
 }
 
-/// A coefficient: value, standard uncertainty, expanded uncertainty, each rounded, and their unit; `None` where it is not determined.
-pub fn value(effect: &EffectReport) -> Option<(String, Option<String>, Option<String>, String)> {
-    let scale = if effect.arcsec.is_some() { ARCSEC } else { 1.0 };
-    let unit = if effect.arcsec.is_some() { "arcsec".to_string() } else { effect.unit.clone() };
-    let u = effect.u.map(|u| u * scale);
-    let expanded = effect.expanded.map(|u| u * scale);
-    let text = |v: f64| rounded(v, u);
-    Some((text(effect.value? * scale), u.map(text), expanded.map(text), unit))
+/// What the numbers of an effect are multiplied by, and the unit that they then have.
+pub fn scale(effect: &EffectReport) -> (f64, &str) {
+    if effect.arcsec.is_some() { (ARCSEC, "arcsec") } else { (1.0, &effect.unit) }
 }
 
 /// What the value is of: the coefficient, or the error of what was stated.
@@ -89,13 +177,9 @@ pub fn of(effect: &EffectReport, lang: Language) -> String {
         Some(("known", id)) => say!(lang, "error-of", id),
         Some(("prior", id)) => say!(lang, "error-of-the-prior-of", id),
         Some(("constraint", _)) => say!(lang, "it-misses-by").into(),
-        _ => effect.coefficient.clone(),
+        _ if effect.coefficient.is_empty() => String::new(),
+        _ => format!("`{}`", effect.coefficient),
     }
-}
-
-/// The same before a value: an equals sign, where it is no amount by which something misses.
-pub fn equals(effect: &EffectReport) -> &'static str {
-    if effect.regressor.starts_with("constraint:") { " " } else { " = " }
 }
 
 /// Whether the error of something stated is within what was stated; empty for anything else.
@@ -160,25 +244,12 @@ pub fn aliases(effect: &EffectReport, lang: Language) -> Aliases {
     sorted
 }
 
-/// What one more position would tell, and what none would.
-pub fn separation(effect: &EffectReport, lang: Language) -> Vec<String> {
-    let mut lines = Vec::new();
-    let positions = separating(effect, lang, |at| at);
-    if !positions.is_empty() {
-        lines.push(say!(lang, "one-more-position-would-tell-it", positions));
-    }
-    if !effect.separate_never.is_empty() {
-        lines.push(say!(lang, "no-position-tells-it-from", names = effect.separate_never.join(", ")));
-    }
-    lines
-}
-
 /// The positions that would tell an effect from its aliases, each with how many of them; empty for none.
-pub fn separating(effect: &EffectReport, lang: Language, show: impl Fn(String) -> String) -> String {
+pub fn separating(effect: &EffectReport, lang: Language) -> String {
     let told = effect.separate_by.iter().zip(&effect.separate_tells);
     let one = |(own, n): (&PositionReport, &usize)| {
         let [n, of] = [*n, effect.separate_of].map(|count| count.to_string());
-        say!(lang, "position-tells-from", at = show(position(own)), n, of)
+        say!(lang, "position-tells-from", at = format!("`{}`", position(own)), n, of)
     };
     told.map(one).collect::<Vec<String>>().join(lang.semicolon())
 }
@@ -190,17 +261,6 @@ fn seen(alias: &AliasReport, lang: Language) -> String {
     } else {
         say!(lang, "of-its-full-size", share = share(alias.size))
     }
-}
-
-/// A probability as `p = 0.01`.
-pub fn p_is(value: f64) -> String {
-    let text = p(value);
-    if text.starts_with('<') { format!("p {}", text.replace('<', "< ")) } else { format!("p = {text}") }
-}
-
-/// A probability; one that is too small to be a number says so.
-pub fn p(p: f64) -> String {
-    if p < 1e-99 { "<1e-99".into() } else { significant(p, 2) }
 }
 
 /// A share in percent, two digits.
@@ -222,13 +282,8 @@ pub fn level(level: &LevelReport) -> String {
 }
 
 /// A shift in standard uncertainties, one decimal, never a negative zero.
-pub fn in_u(shift: Option<f64>) -> String {
-    shift.map_or("-".into(), |s| format!("{:+.1}", if s.abs() < 0.05 { 0.0 } else { s }))
-}
-
-/// A shift with as many digits as its uncertainty carries.
-pub fn shift(shift: Option<f64>, u: Option<f64>) -> String {
-    shift.map_or("-".into(), |v| rounded(v, u))
+pub fn in_u(shift: f64) -> String {
+    format!("{:+.1}", if shift.abs() < 0.05 { 0.0 } else { shift })
 }
 
 /// What the standard uncertainties after are of; empty where they are those of the fit.
@@ -287,19 +342,16 @@ pub fn alias_note(report: &DiagnoseReport, lang: Language) -> Option<String> {
     ))
 }
 
-/// What was done with the constraints, one sentence each.
-pub fn constraints(report: &DiagnoseReport, lang: Language) -> Vec<String> {
-    let words = |state: Held| match state {
+/// What was done with a constraint.
+pub fn constraint(constraint: &AssertedReport, lang: Language) -> String {
+    let state = match constraint.state {
         Held::Equality => say!(lang, "constraint-kept"),
         Held::AtLimit => say!(lang, "constraint-kept-at-its-limit"),
         Held::Inactive => say!(lang, "constraint-met"),
         Held::Wrong => say!(lang, "constraint-wrong"),
         Held::LeftOut => say!(lang, "constraint-left-out"),
     };
-    let line = |c: &super::AssertedReport| {
-        say!(lang, "constraint-state", index = c.index.to_string(), text = c.text, state = words(c.state))
-    };
-    report.constraints.iter().map(line).collect()
+    say!(lang, "constraint-state", index = constraint.index.to_string(), text = constraint.text, state)
 }
 
 /// The holdout in one sentence; empty where there is none.

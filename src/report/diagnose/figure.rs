@@ -1,41 +1,21 @@
 //! The picture of a diagnosis: residuals before and after, grouped by the factor that the gap follows.
 
-use super::Figure;
+use super::DiagnoseReport;
+use super::gap::SensorGapReport;
 use crate::campaign::Campaign;
 use crate::diagnosis::{Diagnosis, Grouping, Level};
+use crate::document::Figure;
 use crate::document::chart::{Chart, GapPanel, GapPoint};
-use crate::document::plot;
-use crate::error::Result;
+use crate::document::number::{significant, trimmed};
 use crate::language::{Language, say};
-use crate::report::DiagnoseReport;
-use crate::report::diagnose::words;
-use crate::report::table::significant;
 
 /// Most sensors in one picture.
 const PANELS: usize = 6;
 /// More points than this in one picture are thinned; those far out stay.
 const POINTS: usize = 2400;
 
-/// The picture alone.
-///
-/// Errors: none that a diagnosis can cause.
-pub fn diagnose_svg(
-    campaign: &Campaign,
-    diagnosis: &Diagnosis,
-    report: &DiagnoseReport,
-    lang: Language,
-) -> Result<String> {
-    let svg = plot::draw(&figure(campaign, diagnosis, report, lang)?.chart, lang)?;
-    // alone it needs paper of its own
-    Ok(svg.replacen(">\n", ">\n<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n", 1))
-}
-
-pub(super) fn figure(
-    campaign: &Campaign,
-    diagnosis: &Diagnosis,
-    report: &DiagnoseReport,
-    lang: Language,
-) -> Result<Figure> {
+/// Residuals before and after, as the page of a diagnosis has them.
+pub fn diagnose_figure(campaign: &Campaign, diagnosis: &Diagnosis, report: &DiagnoseReport, lang: Language) -> Figure {
     let sensors = shown(campaign, diagnosis, report);
     let total: usize = sensors.iter().filter_map(|k| gap_of(campaign, report, *k)).map(|own| own.readings).sum();
     let every = total.div_ceil(POINTS).max(1);
@@ -61,8 +41,7 @@ pub(super) fn figure(
         caption.push(say!(lang, "further-sensors-are-not-drawn", n = left));
     }
     let caption = caption.join(lang.space());
-    let chart = Chart::Gap(panels, factor.into());
-    Ok(Figure { caption, description: description(report, lang), chart, wide: true })
+    Figure { caption, description: description(report, lang), chart: Chart::Gap(panels, factor.into()), wide: true }
 }
 
 /// The same in words.
@@ -78,11 +57,7 @@ fn description(report: &DiagnoseReport, lang: Language) -> String {
     lang.sentence(&sensors.collect::<Vec<_>>().join(lang.semicolon()))
 }
 
-fn gap_of<'a>(
-    campaign: &Campaign,
-    report: &'a DiagnoseReport,
-    sensor: usize,
-) -> Option<&'a crate::report::SensorGapReport> {
+fn gap_of<'a>(campaign: &Campaign, report: &'a DiagnoseReport, sensor: usize) -> Option<&'a SensorGapReport> {
     report.gap.sensors.get(&campaign.bench.sensors.get(sensor)?.id)
 }
 
@@ -138,7 +113,7 @@ fn ordered(grouping: &Grouping) -> Vec<(usize, String)> {
         .iter()
         .enumerate()
         .map(|(k, level)| match level {
-            Level::Number(v) => (k, Some(*v), words::trimmed(*v)),
+            Level::Number(v) => (k, Some(*v), trimmed(*v)),
             Level::Text(text) => (k, None, text.clone()),
         })
         .collect();

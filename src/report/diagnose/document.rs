@@ -1,0 +1,385 @@
+//! The document of a diagnosis: the verdict, what was found and the picture, how the gap shrinks, then what it rests on.
+
+use super::super::colophon::colophon;
+use super::super::fit_document::bench_figure;
+use super::super::scatter;
+use super::figure::{diagnose_figure, named};
+use super::{DiagnoseReport, EffectReport, words};
+use crate::campaign::{Campaign, Parameter, Role};
+use crate::diagnosis::{Diagnosis, Held, NoiseFrom, Verdict};
+use crate::document::number::{level, rounded, significant};
+use crate::document::{Align, Cell, Content, Detail, Document, MarkedLine, Section, Table, Tone};
+use crate::language::{Language, say};
+
+/// More aliases, levels, positions and steps than this are not listed; the JSON report has all.
+const LISTED: usize = 24;
+/// Levels that a terminal lists.
+const BRIEF: usize = 8;
+
+/// The document of a diagnosis; what was asked, and the diagnosis itself, give the picture and what was taken for granted.
+pub fn diagnose_document(report: &DiagnoseReport, of: Option<(&Campaign, &Diagnosis)>, lang: Language) -> Document {
+    let mut document = Document::new(say!(lang, "diagnosis-of", title = report.bench));
+    document.language = lang;
+    document.subtitle = of.map_or_else(String::new, |(campaign, _)| lang.name(&campaign.bench.title).into_owned());
+    document.facts = report.identity.facts(lang);
+    document.colophon = colophon(&report.inputs, lang);
+    let missing = Section::new(say!(lang, "what-is-missing"));
+    let missing = report.effects.iter().fold(missing, |section, effect| section.block(card(report, effect, lang)));
+    let document = document.section(result(report, of, lang)).section(shrinking(report, lang));
+    let document = document.section(missing).section(pattern(report, lang));
+    let (where_, model) = (places(report, lang), model(report, lang));
+    // where nothing explains the gap, its places are all that is known of it
+    let [next, last] = if report.effects.is_empty() { [where_, model] } else { [model, where_] };
+    document
+        .section(next)
+        .section(scatter::section(&report.scatter, lang))
+        .section(changes(report, lang))
+        .section(last)
+        .section(assumptions(report, of, lang))
+}
+
+/// The verdict, what was found, and the picture.
+fn result(report: &DiagnoseReport, of: Option<(&Campaign, &Diagnosis)>, lang: Language) -> Section {
+    let verdict = lang.sentence(&words::verdict(report, lang));
+    let mut section = Section::new(say!(lang, "result")).verdict(words::tone(report.verdict), verdict);
+    if report.verdict == Verdict::NotDiagnosable {
+        return section.prose(lang.sentence(&words::would_help(report, lang)));
+    }
+    if let Some(own) = &report.unexplained {
+        section = section
+            .prose(lang.sentence(&lang.name(&own.pattern)))
+            .prose(lang.sentence(&words::remainder(report, lang)))
+            .prose(words::nearest(&own.nearest, own.nearest_explains, lang));
+    }
+    section.table(effects(report, lang)).figures(
+        of.map(|(campaign, diagnosis)| diagnose_figure(campaign, diagnosis, report, lang)).into_iter().collect(),
+    )
+}
+
+/// What was found, an effect a row.
+fn effects(report: &DiagnoseReport, lang: Language) -> Table {
+    let several = report.model_before.len() > 1;
+    let found = report.effects.iter().map(|effect| {
+        let (scale, unit) = words::scale(effect);
+        words::Found {
+            regressor: &effect.regressor,
+            quantity: words::of(effect, lang),
+            sensor: effect.sensor.as_deref().filter(|_| several).unwrap_or_default(),
+            value: effect.value.map(|value| value * scale),
+            u: effect.u.map(|u| u * scale),
+            expanded: effect.expanded.map(|u| u * scale),
+            unit,
+            t: effect.t,
+            p: effect.p,
+            explains: effect.explains,
+        }
+    });
+    let level = report.effects.first().map_or(String::new(), |effect| level(effect.level));
+    // U stands for u
+    words::found(found, &format!("U ({level})"), lang).at(Detail::Full, &[4])
+}
+
+/// The gap as given and after each effect, then each sensor's.
+fn shrinking(report: &DiagnoseReport, lang: Language) -> Section {
+    let found = !report.effects.is_empty();
+    let section =
+        Section::new(if found { say!(lang, "the-gap-shrinks-step-by-step") } else { say!(lang, "the-gap-as-given") });
+    if report.verdict == Verdict::NotDiagnosable {
+        return section;
+    }
+    let several = report.gap.sensors.len() > 1;
+    let one = report.gap.sensors.values().next().filter(|_| !several);
+    let with_unit = |what: &str| one.map_or(what.to_string(), |own| in_unit(what, &own.unit));
+    let (sd, max) = (with_unit(say!(lang, "residual-sd")), with_unit(say!(lang, "max")));
+    let mut table = Table::new(&[
+        (say!(lang, "in-the-model"), Align::Left),
+        (&sd, Align::Decimal),
+        (&max, Align::Decimal),
+        (say!(lang, "chi-square"), Align::Decimal),
+        (say!(lang, "dof"), Align::Right),
+        (say!(lang, "p-of-what-is-left"), Align::Right),
+        (say!(lang, "strongest-further-candidate"), Align::Left),
+        ("t", Align::Decimal),
+        ("p", Align::Right),
+    ])
+    .at(Detail::Full, &[6, 7, 8]);
+    let tested = report.steps.iter().any(|step| step.global_p.is_some());
+    let of_one = |cell: Cell| if several { "".into() } else { cell };
+    for step in report.steps.iter().take(LISTED) {
+        let with = step.with.last().map_or(say!(lang, "as-given").into(), |last| format!("+ `{last}`"));
+        table.row(vec![
+            with.into(),
+            of_one(Cell::digits(step.gap.rms, 4)),
+            of_one(Cell::Digits(step.gap.max, 4)),
+            Cell::Digits(step.gap.chi_square, 4),
+            step.gap.dof.into(),
+            if tested { Cell::p(step.global_p) } else { "".into() },
+            step.strongest.as_ref().map_or_else(Cell::absent, Cell::name),
+            Cell::decimals(step.t, 1),
+            Cell::p(step.p),
+        ]);
+    }
+    let decision = report.steps.last().map_or(String::new(), |step| lang.sentence(&lang.name(&step.decision)));
+    let sd = one.map(|own| own.sd.map_or(say!(lang, "unknown").into(), |sd| in_text(&significant(sd, 3), &own.unit)));
+    let source = words::noise_source(report.gap.noise.from, lang).to_string();
+    let noise = sd.into_iter().chain([source]).collect::<Vec<_>>().join(lang.clause());
+    section
+        .table(table)
+        .prose(decision)
+        .table(if several { sensors(report, lang) } else { Table::default() })
+        .prose(lang.sentence(&say!(lang, "noise-floor", noise)))
+        .prose(lang.sentence(&words::tried(report, lang)))
+        .prose(lang.sentence(&words::holdout(report, lang)))
+}
+
+/// Each sensor's gap.
+fn sensors(report: &DiagnoseReport, lang: Language) -> Table {
+    let found = !report.effects.is_empty();
+    let mut table = Table::new(&[
+        (say!(lang, "sensor"), Align::Left),
+        (say!(lang, "unit"), Align::Left),
+        (say!(lang, "noise-sd"), Align::Decimal),
+        (if found { say!(lang, "sd-before") } else { say!(lang, "residual-sd") }, Align::Decimal),
+        (if found { say!(lang, "max-before") } else { say!(lang, "max") }, Align::Decimal),
+        (say!(lang, "sd-after"), Align::Decimal),
+        (say!(lang, "max-after"), Align::Decimal),
+    ]);
+    for (id, own) in &report.gap.sensors {
+        let after = |cell: Cell| if found { cell } else { "".into() };
+        table.row(vec![
+            Cell::name(id),
+            own.unit.as_str().into(),
+            Cell::digits(own.sd, 3),
+            Cell::digits(own.rms_before, 4),
+            Cell::Digits(own.max_before, 4),
+            after(Cell::digits(own.rms_after, 4)),
+            after(Cell::Digits(own.max_after, 4)),
+        ]);
+    }
+    table
+}
+
+/// What is to be known of an effect beside its size.
+fn card(report: &DiagnoseReport, effect: &EffectReport, lang: Language) -> Content {
+    let mut facts: Vec<(String, String)> = Vec::new();
+    let mut fact = |name: &str, text: String| {
+        if !text.is_empty() {
+            facts.push((name.to_string(), text));
+        }
+    };
+    if effect.value.is_none() {
+        fact(say!(lang, "title-value"), say!(lang, "the-repaired-model-does-not-determine-it").into());
+    }
+    if report.model_before.len() > 1 && effect.regressor.starts_with("tilt:") {
+        fact(say!(lang, "title-sensor"), say!(lang, "common-to-all").into());
+    }
+    for own in &effect.in_sensors {
+        let value = own.value.map_or(say!(lang, "not-determined").into(), |v| in_text(&rounded(v, own.u), &own.unit));
+        let u = own.u.map_or(String::new(), |u| format!(", u = {}", rounded(u, Some(u))));
+        let name = say!(lang, "in-sensor", sensor = own.sensor);
+        fact(&name, format!("`{}` = {value}{u}, t = {:.1}", own.coefficient, own.t));
+    }
+    fact(say!(lang, "stated-2"), words::against_stated(effect, lang));
+    fact(say!(lang, "title-probability"), words::probability(effect, lang));
+    let aliases = words::aliases(effect, lang);
+    let listed = |names: &[String]| words::listed(names, LISTED, lang);
+    fact(say!(lang, "cannot-be-told-from"), listed(&aliases.same));
+    fact(say!(lang, "fits-not-significantly-worse"), listed(&aliases.near));
+    fact(say!(lang, "only-through-small-terms"), listed(&aliases.small));
+    fact(say!(lang, "title-one-more-position-would-tell-it"), words::separating(effect, lang));
+    fact(say!(lang, "no-position-of-this-bench-tells-it"), listed(&effect.separate_never));
+    fact(say!(lang, "why-it-happens"), lang.name(&effect.why).into_owned());
+    fact(say!(lang, "to-confirm"), lang.name(&effect.confirm).into_owned());
+    let heading = say!(lang, "effect-named", name = lang.name(&effect.name), regressor = effect.regressor);
+    // a heading is no sentence: it has no full stop
+    let heading = lang.sentence(&heading).trim_end_matches(['.', '\u{3002}']).to_string();
+    Content::Card { heading, tone: Tone::Bad, facts }
+}
+
+/// Mean residuals at the states of the joints, where something is unexplained.
+fn pattern(report: &DiagnoseReport, lang: Language) -> Section {
+    let mut table = Table::new(&[
+        (say!(lang, "gap-at"), Align::Left),
+        (say!(lang, "sensor"), Align::Left),
+        (say!(lang, "readings-2"), Align::Right),
+        (say!(lang, "mean-gap"), Align::Decimal),
+        ("", Align::Bar),
+        (say!(lang, "in-sd"), Align::Decimal),
+    ])
+    .at(Detail::Full, &[4]);
+    let cells: Vec<_> = report.unexplained.iter().flat_map(|own| &own.cells).take(LISTED).collect();
+    let largest = cells.iter().fold(0.0_f64, |m, cell| m.max(cell.z.abs()));
+    for cell in &cells {
+        table.row(vec![
+            words::position(&cell.at).into(),
+            Cell::name(&cell.sensor),
+            cell.readings.into(),
+            Cell::Digits(cell.mean, 3),
+            (cell.z / largest).to_string().into(),
+            Cell::Decimals(cell.z, 1),
+        ]);
+    }
+    table.note = say!(lang, "mean-residual-at-each-state-of-the").into();
+    table.small = cells.len() > 12;
+    table.brief_rows = Some(2 * BRIEF);
+    Section::new(say!(lang, "the-pattern")).table(table)
+}
+
+/// Model lines, with what was appended marked, and what else the repair does.
+fn model(report: &DiagnoseReport, lang: Language) -> Section {
+    let line = |id: &str, kept: &str, added: &str| MarkedLine { kept: format!("{id} = {kept}"), added: added.into() };
+    let before: Vec<MarkedLine> = report.model_before.iter().map(|(id, own)| line(id, own, "")).collect();
+    let changed: Vec<MarkedLine> = report
+        .model_after
+        .iter()
+        .filter_map(|(id, after)| {
+            let (kept, added) = words::appended(report.model_before.get(id)?, after)?;
+            Some(line(id, kept, added))
+        })
+        .collect();
+    let mut repairs: Vec<String> = report.effects.iter().filter_map(|effect| words::repair(effect, lang)).collect();
+    if changed.is_empty() {
+        let own = report.effects.iter().filter(|e| !e.regressor.contains(':') && !e.coefficient.is_empty());
+        repairs.extend(own.map(|e| say!(lang, "is-estimated-no-longer-zero", id = format!("`{}`", e.coefficient))));
+    }
+    let section = Section::new(say!(lang, "the-model")).prose(say!(lang, "as-given-2")).block(Content::Marked(before));
+    let section = match changed.is_empty() {
+        true => section,
+        false => section.prose(say!(lang, "with-what-was-found")).block(Content::Marked(changed)),
+    };
+    section.list(repairs.iter().map(|text| lang.sentence(text)).collect())
+}
+
+/// Each parameter before and after.
+fn changes(report: &DiagnoseReport, lang: Language) -> Section {
+    let mut table = Table::new(&[
+        (say!(lang, "parameter"), Align::Left),
+        (say!(lang, "before-repair"), Align::Decimal),
+        ("u", Align::Decimal),
+        (say!(lang, "after-repair"), Align::Decimal),
+        ("u", Align::Decimal),
+        (say!(lang, "repair-shift"), Align::Decimal),
+        (say!(lang, "shift-u"), Align::Decimal),
+        (say!(lang, "unit"), Align::Left),
+    ])
+    .at(Detail::Roomy, &[5]);
+    for p in &report.parameters {
+        table.row(vec![
+            Cell::name(&p.id),
+            Cell::value(p.before, p.u_before),
+            Cell::value(p.u_before, p.u_before),
+            Cell::value(p.after, p.u_after),
+            Cell::value(p.u_after, p.u_after),
+            Cell::value(p.shift, p.u_after_as_named),
+            p.change_in_u.map_or_else(Cell::absent, |s| words::in_u(s).into()),
+            p.unit.as_str().into(),
+        ]);
+        table.tone(if p.change_in_u.is_some_and(|s| s.abs() > 2.0) { Tone::Caution } else { Tone::Plain });
+    }
+    table.note = say!(lang, "marked-shifts-of-more-than-twice-their").into();
+    let section = Section::new(say!(lang, "what-it-does-to-the-estimates"));
+    let differs = report.parameters.iter().any(|p| p.shift.is_some_and(|s| s != 0.0) || p.remainder_u > 0.0);
+    let section = if differs { section } else { section.full() };
+    section.table(table).prose(words::after_u(report, lang))
+}
+
+/// Levels of factors with a significant mean residual.
+fn places(report: &DiagnoseReport, lang: Language) -> Section {
+    let section = Section::new(say!(lang, "where-the-gap-is"));
+    if report.verdict == Verdict::NothingMissing {
+        return section;
+    }
+    let mut table = Table::new(&[
+        (say!(lang, "factor"), Align::Left),
+        (say!(lang, "level"), Align::Left),
+        (say!(lang, "sensor"), Align::Left),
+        (say!(lang, "readings-2"), Align::Right),
+        (say!(lang, "mean-gap"), Align::Decimal),
+        ("", Align::Bar),
+        (say!(lang, "in-sd"), Align::Decimal),
+        (say!(lang, "p-alone"), Align::Right),
+    ])
+    .at(Detail::Full, &[5]);
+    let shown: Vec<_> = report.places.iter().filter(|place| place.significant == Some(true)).take(LISTED).collect();
+    let largest = shown.iter().fold(0.0_f64, |m, place| m.max(place.z.abs()));
+    for place in &shown {
+        table.row(vec![
+            named(&place.factor, lang).into(),
+            words::level(&place.level).into(),
+            Cell::name(&place.sensor),
+            place.readings.into(),
+            Cell::Digits(place.mean, 3),
+            (place.z / largest).to_string().into(),
+            Cell::Decimals(place.z, 1),
+            Cell::Probability(place.p),
+        ]);
+    }
+    table.small = shown.len() > 12;
+    table.brief_rows = Some(BRIEF);
+    table.note = say!(lang, "means-of-the-residuals-with-the-model").into();
+    section.table(table)
+}
+
+/// What was taken for granted, and where it comes from.
+fn assumptions(report: &DiagnoseReport, of: Option<(&Campaign, &Diagnosis)>, lang: Language) -> Section {
+    let names = |ids: &[&str]| lang.list(&ids.iter().map(|id| format!("`{id}`")).collect::<Vec<_>>());
+    let mut points = Vec::new();
+    if !report.assumed_zero.is_empty() {
+        let zero: Vec<&str> = report.assumed_zero.iter().map(String::as_str).collect();
+        points.push(say!(lang, "taken-as-zero-neither-known-nor-estimated", assumed_zero = names(&zero)));
+    }
+    let mut facts = Vec::new();
+    if let Some((campaign, diagnosis)) = of {
+        let known = campaign.parameters.iter().filter_map(|p| match &p.role {
+            Role::Known(known) => {
+                let u = if known.u > 0.0 { format!(", u = {}", significant(known.u, 3)) } else { String::new() };
+                Some(format!("`{}` = {}{u}", p.id, in_text(&known.value.to_string(), &p.unit)))
+            }
+            _ => None,
+        });
+        let known: Vec<String> = known.collect();
+        if !known.is_empty() {
+            points.push(say!(lang, "taken-as-known", known = known.join("; ")));
+        }
+        let prior = |p: &&Parameter| matches!(p.role, Role::Estimated { prior: Some(_), .. });
+        let priors: Vec<&str> = campaign.estimated().iter().filter(prior).map(|p| p.id.as_str()).collect();
+        if !priors.is_empty() {
+            points.push(say!(lang, "priors-entered-as-rows-of-their-own", priors = names(&priors)));
+        }
+        points.push(match diagnosis.before.convergence.is_some() {
+            true => say!(lang, "the-models-are-fitted-exactly-gauss-newton").into(),
+            false => say!(lang, "gauss-newton-does-not-converge-here-so").into(),
+        });
+        let source = Some(lang.name(&campaign.bench.source).into_owned()).filter(|source| !source.is_empty());
+        facts.extend(source.map(|source| (say!(lang, "source").into(), source)));
+    }
+    points.push(
+        match report.gap.noise.from {
+            NoiseFrom::Residuals => say!(lang, "readings-of-one-sensor-scatter-alike-and-2"),
+            NoiseFrom::Stated => say!(lang, "the-readings-scatter-independently-as-their-stated"),
+            NoiseFrom::Replicates => say!(lang, "the-readings-scatter-independently-as-their-replicates"),
+        }
+        .into(),
+    );
+    facts.extend(report.inputs.first().map(|input| (say!(lang, "campaign").into(), input.name.clone())));
+    let constraints = |is_kept: bool| {
+        let own = report.constraints.iter();
+        own.filter(|c| matches!(c.state, Held::Equality | Held::Inactive) == is_kept)
+            .map(|c| lang.sentence(&words::constraint(c, lang)))
+            .collect::<Vec<_>>()
+    };
+    let section = Section::new(say!(lang, "what-was-assumed"));
+    let section = section.list(constraints(false)).full().list(constraints(true)).list(points);
+    let section = if facts.is_empty() { section } else { section.block(Content::Facts(facts)) };
+    section.figures(bench_figure(of.map(|(campaign, _)| campaign), lang))
+}
+
+/// A title with the unit of its numbers.
+fn in_unit(what: &str, unit: &str) -> String {
+    if unit.is_empty() { what.into() } else { format!("{what}, {unit}") }
+}
+
+/// A number with its unit, in a sentence.
+fn in_text(number: &str, unit: &str) -> String {
+    format!("{number} {unit}").trim_end().into()
+}
