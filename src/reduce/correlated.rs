@@ -200,7 +200,8 @@ fn classes(seen: &[(f64, f64)]) -> Vec<Vec<usize>> {
     classes
 }
 
-/// The uncertainty of each segment's mean; `record` is the length of the whole record in blocks.
+/// The uncertainty of each segment's mean; `record` is the length of the whole record in blocks. A segment without pieces is one that may be read: its
+/// uncertainty is that of a mean over its length, with the noise of the others.
 ///
 /// ```
 /// use tumble::reduce::{SegmentBlocks, mean_uncertainties};
@@ -240,7 +241,8 @@ pub fn mean_uncertainties(segments: &[SegmentBlocks], record: f64, level: f64) -
 
 /// The uncertainties of means over segments of the same noise.
 fn alike(segments: &[SegmentBlocks], record: f64, level: f64) -> Vec<MeanUncertainty> {
-    let mut lengths: Vec<f64> = segments.iter().map(|s| s.length).collect();
+    // a segment without samples is one that is asked about, and says nothing of the noise
+    let mut lengths: Vec<f64> = segments.iter().filter(|s| !s.pieces.is_empty()).map(|s| s.length).collect();
     lengths.sort_by(f64::total_cmp);
     let middling = lengths.get(lengths.len() / 2).copied().unwrap_or(1.0); // no segments, no answers
     // likewise
