@@ -38,8 +38,8 @@ pub struct Hold {
 pub enum Look {
     /// The bench stands, or turns at a constant rate.
     Standing(Box<Standing>),
-    /// It stood just now; a jerk may end as it began.
-    Jerk,
+    /// It stood just now, and a jerk may end as it began; or there are too few samples to tell.
+    Open,
     /// It moves.
     Moving,
 }
@@ -150,22 +150,28 @@ impl Hold {
             false => By::Still { window: self.window, threshold: self.threshold },
         };
         let mut found = segment(&trace, &by, self.guard, 0.0);
+        // windows begin eight times in the length of one, and none ends within a block
+        let window = self.window.max(4.0 * seconds(trace.block as u64));
+        let slack = 0.25 * window + seconds(2 * trace.block as u64);
         let Some(last) = found.segments.pop() else {
-            if seconds(trace.samples) > MOVING * self.window {
+            let kept = seconds(trace.samples);
+            if kept <= window + 2.0 * self.guard + slack {
+                // a standstill could not have shown yet
+                return Look::Open;
+            }
+            if kept > MOVING * self.window {
                 self.restart();
             }
             return Look::Moving;
         };
         let (start, end) = last.span();
-        // windows begin eight times in the length of one, and none ends within a block
-        let slack = 0.25 * self.window.max(4.0 * seconds(trace.block as u64)) + seconds(2 * trace.block as u64);
         let ago = seconds(trace.samples - end.min(trace.samples)) - self.guard - slack;
         if ago > JERK * self.window {
             self.restart();
             return Look::Moving;
         }
         if ago > 0.0 && !self.labelled {
-            return Look::Jerk;
+            return Look::Open;
         }
         let whole = seconds(start) <= self.guard + slack;
         let held = seconds(last.samples());

@@ -295,3 +295,98 @@ fn a_record_with_labels_is_followed_and_gone_on_with() {
         assert_eq!(one, other, "{name}");
     }
 }
+
+/// Three accelerometers and three gyros.
+const SIX: &str = r#"{ "bench": { "id": "six", "site": { "latitude_deg": 48 }, "units": { "rate": "deg/s", "force": "g" },
+    "chain": [ { "joint": "roll", "about": "x" }, { "joint": "pitch", "about": "y" } ],
+    "sensors": { "X": { "unit": "V", "axes": { "I": "x" }, "model": "bx + kx*a_I" }, "Y": { "unit": "V", "axes": { "I": "y" }, "model": "by + ky*a_I" },
+                 "Z": { "unit": "V", "axes": { "I": "z" }, "model": "bz + kz*a_I" }, "P": { "unit": "V", "axes": { "I": "x" }, "model": "bp + 0.01*w_I" },
+                 "Q": { "unit": "V", "axes": { "I": "y" }, "model": "bq + 0.01*w_I" }, "R": { "unit": "V", "axes": { "I": "z" }, "model": "br + 0.01*w_I" } } },
+  "estimate": { "bx": {}, "by": {}, "bz": {}, "kx": { "start": 1 }, "ky": { "start": 1 }, "kz": { "start": 1 }, "bp": {}, "bq": {}, "br": {} },
+  "readings": [ { "position": "up", "roll_deg": 0, "pitch_deg": 0 }, { "position": "down", "roll_deg": 180, "pitch_deg": 0 },
+    { "position": "left", "roll_deg": 90, "pitch_deg": 0 }, { "position": "right", "roll_deg": 270, "pitch_deg": 0 },
+    { "position": "nose", "roll_deg": 0, "pitch_deg": 90 }, { "position": "tail", "roll_deg": 0, "pitch_deg": 270 } ] }"#;
+
+/// Six channels of 1 kHz, every position held for ten minutes (a minute by default), 24 hours with `TUMBLE_LONG=1` (four minutes by default): the program's
+/// memory does not grow. Prints memory and processor time a sample.
+#[cfg(target_os = "linux")]
+#[test]
+fn memory_does_not_grow_with_the_samples() {
+    const RATE: usize = 1000;
+    let (positions, minutes) = (crate::draws::draws(4, 144), crate::draws::draws(1, 10));
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("schedule.campaign.json"), SIX).unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_tumble"));
+    command.current_dir(folder.path()).args(["guide", "schedule.campaign.json", "--json", "-", "--samples", "-"]);
+    command.args(["--rate", "1000"]);
+    for id in ["X", "Y", "Z", "P", "Q", "R"] {
+        command.args(["--noise", &format!("{id}={WANTED}")]);
+    }
+    // a goal that these positions reach, and not in this time
+    command.args(["--goal", "bx=2e-7"]);
+    let mut child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
+    let mut input = child.stdin.take().unwrap();
+    let asked = std::sync::Arc::new(std::sync::Mutex::new((String::new(), 0)));
+    let told = asked.clone();
+    let answers = BufReader::new(child.stdout.take().unwrap()).lines();
+    let reader = std::thread::spawn(move || {
+        for line in answers.map_while(Result::ok) {
+            let line: serde_json::Value = serde_json::from_str(&line).unwrap();
+            let position = line["next"]["position"].as_str().unwrap_or_default();
+            *told.lock().unwrap() = (position.to_string(), line["readings"].as_u64().unwrap());
+        }
+    });
+    let schedule = parse(SIX);
+    let point = schedule.reference_point();
+    let truth = Truth { point, noise: Vec::new(), effects: Vec::new(), scatter: Vec::new() };
+    let mut random = Pcg64Mcg::seed_from_u64(5);
+    let mut block = |values: &[f64], sd: f64, rows: usize| {
+        let mut text = String::new();
+        for _ in 0..rows {
+            let cells = values.iter().map(|value| {
+                let normal: f64 = StandardNormal.sample(&mut random);
+                format!("{:.7}", value + sd * normal)
+            });
+            text += &(cells.collect::<Vec<_>>().join(",") + "\n");
+        }
+        text
+    };
+    let status = |key: &str| -> f64 {
+        let text = std::fs::read_to_string(format!("/proc/{}/status", child.id())).unwrap();
+        let line = text.lines().find(|line| line.starts_with(key)).unwrap().to_string();
+        line.split_whitespace().nth(1).unwrap().parse::<f64>().unwrap() / 1024.0
+    };
+    input.write_all(b"X,Y,Z,P,Q,R\n").unwrap();
+    let mut peaks = Vec::new();
+    for _ in 0..positions {
+        while asked.lock().unwrap().0.is_empty() {
+            std::thread::sleep(std::time::Duration::from_millis(10));
+        }
+        let label = asked.lock().unwrap().0.clone();
+        let set = schedule.readings.rows.iter().find(|own| own.position == label).unwrap();
+        let read = measure(&schedule, &truth, &[], set, 1);
+        let values: Vec<f64> = read.observations.iter().map(|own| own.value).collect();
+        input.write_all(block(&values, 0.02, 2 * RATE).as_bytes()).unwrap();
+        // ten seconds of noise, again and again
+        let held = block(&values, SD, 10 * RATE);
+        for _ in 0..6 * minutes {
+            input.write_all(held.as_bytes()).unwrap();
+        }
+        peaks.push(status("VmHWM"));
+    }
+    let stat = std::fs::read_to_string(format!("/proc/{}/stat", child.id())).unwrap();
+    let ticks: Vec<f64> = stat.split_whitespace().skip(13).take(2).map(|own| own.parse().unwrap()).collect();
+    drop(input);
+    child.wait().unwrap();
+    reader.join().unwrap();
+    let samples = (positions * RATE * (60 * minutes + 2)) as f64;
+    let first = peaks[(6 * 60 / (6 * minutes)).min(peaks.len() / 2)];
+    println!(
+        "{samples:.3e} samples of six channels, {} readings: peak memory {first:.1} MB after an hour (or half), {:.1} MB at the end; {:.2} us of processor time a sample",
+        asked.lock().unwrap().1,
+        peaks[peaks.len() - 1],
+        1e4 * (ticks[0] + ticks[1]) / samples
+    );
+    assert!(asked.lock().unwrap().1 as usize >= positions - 1);
+    assert!(peaks[peaks.len() - 1] < 1.1 * first + 8.0);
+}

@@ -142,7 +142,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     if let Some(page) = &page {
         super::note(&format!("the page: {}", page.address()));
     }
-    let progress = Progress { line: super::bar(0), told: None };
+    let line = super::bar(0);
+    if let Ok(style) = indicatif::ProgressStyle::with_template("{wide_msg}") {
+        line.set_style(style);
+    }
+    let progress = Progress { line, told: None };
     let json = arguments.json.is_some();
     let mut session = Session { guide, journal, source, campaign, ever: Vec::new(), json, page, progress };
     let ended = session.run(entries)?;
@@ -462,6 +466,7 @@ impl Session {
             self.progress.line.suspend(|| super::show(&text))?;
         } else {
             self.progress.line.set_message(text.trim_end().to_string());
+            self.progress.line.tick();
         }
         Ok(())
     }

@@ -39,6 +39,8 @@ pub(super) struct Samples {
     /// A reading of which several positions may be the one.
     open: Option<ReadingFile>,
     still_sd: Vec<f64>,
+    /// Was the last row one that was looked at before?
+    passing: bool,
 }
 
 struct Table {
@@ -111,6 +113,7 @@ impl Samples {
             said: None,
             open: None,
             still_sd: Vec::new(),
+            passing: false,
         }
     }
 
@@ -136,14 +139,15 @@ impl Samples {
                 self.table.insert(own)
             }
         };
+        self.passing = passed;
         table.row(text, passed)
     }
 
     /// Everything that was passed is behind.
     pub fn is_past(&mut self) -> Result<()> {
         match &mut self.table {
-            Some(table) => table.flush(true),
-            None => Ok(()),
+            Some(table) if std::mem::take(&mut self.passing) => table.flush(true),
+            _ => Ok(()),
         }
     }
 
@@ -200,12 +204,16 @@ impl Samples {
         }
         let standing = match table.hold.look() {
             Look::Standing(own) => own,
-            Look::Jerk => return Ok(Step::Nothing),
+            Look::Open => return Ok(Step::Nothing),
             Look::Moving => return Ok(self.moves()),
         };
         if standing.start >= self.end && self.end > 0 {
             // another standstill
             self.left();
+            if let Some(was) = self.said.take().filter(|own| own.state == Holding::Held) {
+                (self.on, self.end) = (false, standing.end);
+                return Ok(self.say(Held { state: Holding::Left, ..was }));
+            }
         }
         self.end = standing.end;
         self.on &= standing.whole;
@@ -538,22 +546,26 @@ pub(super) fn placed(cells: &ReadingFile, beside: Beside) -> Result<Placed> {
             return Ok(Placed::Here(own));
         }
     }
-    let mut agree: Vec<Reading> = Vec::new();
+    let mut possible: Vec<(Reading, Agreement)> = Vec::new();
     for own in settings {
         // a setting at which the model lacks a column cannot be compared
         if let Ok(own) = at(own)
-            && guide.would_agree(&own).is_ok_and(|found| found != Agreement::Disagrees)
+            && let Ok(found) = guide.would_agree(&own)
+            && found != Agreement::Disagrees
         {
-            agree.push(own);
+            possible.push((own, found));
         }
     }
-    match (agree.len(), asked.filter(is_named)) {
-        (0, Some(asked)) => at(asked).map(Placed::Here),
-        (0, None) => lines::reading(cells.clone(), campaign, guide, asked).map(Placed::Here),
-        (1, _) => Ok(agree.into_iter().next().map_or(Placed::Which(Vec::new()), Placed::Here)),
-        _ => {
-            let one = |own: &Reading| format!("{}: {}", own.position, crate::guide::setting(campaign, &own.joints));
-            Ok(Placed::Which(agree.iter().map(one).collect()))
+    let agrees = possible.iter().any(|(_, found)| *found == Agreement::Agrees);
+    match (possible.as_slice(), asked.filter(is_named)) {
+        ([(own, _)], _) if agrees => Ok(Placed::Here(own.clone())),
+        (several, _) if agrees => {
+            let one = |(own, _): &(Reading, Agreement)| {
+                format!("{}: {}", own.position, crate::guide::setting(campaign, &own.joints))
+            };
+            Ok(Placed::Which(several.iter().map(one).collect()))
         }
+        (_, Some(asked)) => at(asked).map(Placed::Here),
+        _ => lines::reading(cells.clone(), campaign, guide, asked).map(Placed::Here),
     }
 }
