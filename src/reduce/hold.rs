@@ -67,7 +67,7 @@ pub struct Standing {
 pub struct Ahead {
     /// How much longer, s.
     pub seconds: f64,
-    /// Standard uncertainty of the mean then.
+    /// Standard uncertainty of the mean then: that of now, less by what the middling description of the noise makes it less.
     pub u: f64,
 }
 
@@ -212,8 +212,12 @@ impl Standing {
             let all: Vec<SegmentBlocks> = std::iter::once(block.clone()).chain((1..=DOUBLINGS).map(longer)).collect();
             let mut found = mean_uncertainties(&all, length(trace), LEVEL).into_iter();
             let uncertainty = found.next().unwrap_or_default();
-            let ahead = found.zip(all.iter().skip(1));
-            let ahead = ahead.map(|(found, own)| Ahead { seconds: (own.length - block.length) * seconds, u: found.u });
+            // u itself has in it what is not known of the noise yet, and that a longer hold tells
+            let now = uncertainty.middling.max(f64::MIN_POSITIVE);
+            let ahead = found.zip(all.iter().skip(1)).map(|(found, own)| Ahead {
+                seconds: (own.length - block.length) * seconds,
+                u: uncertainty.u * found.middling / now,
+            });
             (mean(trace, k, segment, &block, uncertainty), ahead.collect())
         };
         use rayon::prelude::*;

@@ -50,6 +50,7 @@ enum From {
     File {
         file: File,
         path: PathBuf,
+        regular: bool,
         read: u64,
         rest: Vec<u8>,
         at: usize,
@@ -72,7 +73,9 @@ impl Lines {
             false => {
                 let file = File::open(path)
                     .map_err(|error| Malformed::new(Fault::File, format!("cannot read '{name}': {error}")))?;
-                From::File { file, path: path.to_path_buf(), read: 0, rest: Vec::new(), at: 0 }
+                // a serial port is a file, too, and has no lines that could be read again
+                let regular = file.metadata().is_ok_and(|own| own.is_file());
+                From::File { file, path: path.to_path_buf(), regular, read: 0, rest: Vec::new(), at: 0 }
             }
         };
         let name = if matches!(from, From::Input) { "standard input".into() } else { name };
@@ -83,8 +86,9 @@ impl Lines {
         &self.name
     }
 
+    /// Is it a file whose lines are there again after a kill?
     pub fn is_file(&self) -> bool {
-        matches!(self.from, From::File { .. })
+        matches!(self.from, From::File { regular: true, .. })
     }
 
     /// The journal has the lines up to this one.
@@ -94,7 +98,7 @@ impl Lines {
 
     /// Beside a file, commands come from standard input.
     pub fn with_commands(mut self) -> Self {
-        if self.is_file() {
+        if matches!(self.from, From::File { .. }) {
             let (sender, receiver) = channel();
             std::thread::spawn(move || {
                 let lines = std::io::stdin().lines().map_while(std::io::Result::ok);
@@ -136,7 +140,7 @@ impl Lines {
                 let read = read.map_err(|error| broken(&self.name, error.to_string()))?;
                 Ok((read > 0).then(|| (String::from_utf8_lossy(&bytes).trim_end().to_string(), true)))
             }
-            From::File { file, path, read, rest, at } => loop {
+            From::File { file, path, regular, read, rest, at } => loop {
                 if let Some(Ok(command)) = self.commands.as_ref().map(Receiver::try_recv) {
                     return Ok(Some((command, false)));
                 }
@@ -148,7 +152,7 @@ impl Lines {
                 }
                 rest.drain(..std::mem::take(at));
                 let length = file.metadata().map_err(|error| broken(&self.name, error.to_string()))?.len();
-                if length < *read {
+                if *regular && length < *read {
                     return Err(broken(&self.name, "it has become shorter".into()));
                 }
                 let mut block = vec![0; 1 << 16];

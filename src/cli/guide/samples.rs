@@ -65,6 +65,11 @@ struct Table {
     hold: Hold,
 }
 
+/// Was this held for so long that it is worth a word that it was left?
+fn is_lasting(own: &Held) -> bool {
+    own.state == Holding::Held && own.held_s >= LEAST_S
+}
+
 /// What a row brings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Due {
@@ -210,7 +215,7 @@ impl Samples {
         if standing.start >= self.end && self.end > 0 {
             // another standstill
             self.left();
-            if let Some(was) = self.said.take().filter(|own| own.state == Holding::Held) {
+            if let Some(was) = self.said.take().filter(is_lasting) {
                 (self.on, self.end) = (false, standing.end);
                 return Ok(self.say(Held { state: Holding::Left, ..was }));
             }
@@ -254,11 +259,11 @@ impl Samples {
             base.joints.iter().map(JointState::rate_deg_s).find(|rate| *rate != 0.0).map(|rate| 360.0 / rate.abs());
         let least = turn_s.unwrap_or(0.0).max(if table.label.is_some() { 0.0 } else { LEAST_S });
         if standing.seconds < self.next_s.max(least) && !at_once {
-            held.means = self.said.as_ref().map_or(Vec::new(), |own| own.means.clone());
-            // a turn that is not whole, or as it was foreseen
-            let foreseen = self.said.as_ref().filter(|own| own.state == Holding::Held);
-            let foreseen = foreseen.and_then(|own| Some(own.wait_s? - (standing.seconds - own.held_s)));
-            held.wait_s = foreseen.filter(|_| self.next_s > 0.0).map(|wait| wait.max(0.0));
+            // as it was foreseen
+            if let Some(own) = self.said.as_ref().filter(|own| own.state == Holding::Held && self.next_s > 0.0) {
+                held.means = own.means.clone();
+                held.wait_s = own.wait_s.map(|wait| (wait - (standing.seconds - own.held_s)).max(0.0));
+            }
             return Ok(self.say(held));
         }
         let Some(means) = standing.means(table.sensors.len(), turn_s) else { return Ok(self.say(held)) };
@@ -289,7 +294,7 @@ impl Samples {
     /// The bench moves.
     fn moves(&mut self) -> Step {
         (self.on, self.end) = (false, 0);
-        let was = self.said.clone().filter(|own| own.state == Holding::Held);
+        let was = self.said.clone().filter(is_lasting);
         self.left();
         let state = if was.is_some() { Holding::Left } else { Holding::Moving };
         let held = was.map_or_else(|| Held::nothing(state), |own| Held { state, ..own });
