@@ -309,13 +309,13 @@ const SIX: &str = r#"{ "bench": { "id": "six", "site": { "latitude_deg": 48 }, "
     { "position": "left", "roll_deg": 90, "pitch_deg": 0 }, { "position": "right", "roll_deg": 270, "pitch_deg": 0 },
     { "position": "nose", "roll_deg": 0, "pitch_deg": 90 }, { "position": "tail", "roll_deg": 0, "pitch_deg": 270 } ] }"#;
 
-/// Six channels of 1 kHz, every position held for ten minutes (a minute by default), 24 hours with `TUMBLE_LONG=1` (four minutes by default): the program's
-/// memory does not grow. Prints memory and processor time a sample.
+/// Six channels of 1 kHz, every position held for two hours (a minute by default), 24 hours with `TUMBLE_LONG=1` (four minutes by default): the program's
+/// memory does not grow. (With readings it does, slowly: the diagnosis has them all.) Prints memory and processor time a sample.
 #[cfg(target_os = "linux")]
 #[test]
 fn memory_does_not_grow_with_the_samples() {
     const RATE: usize = 1000;
-    let (positions, minutes) = (crate::draws::draws(4, 144), crate::draws::draws(1, 10));
+    let (positions, minutes) = (crate::draws::draws(4, 12), crate::draws::draws(1, 120));
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("schedule.campaign.json"), SIX).unwrap();
     let mut command = Command::new(env!("CARGO_BIN_EXE_tumble"));
@@ -382,9 +382,9 @@ fn memory_does_not_grow_with_the_samples() {
     child.wait().unwrap();
     reader.join().unwrap();
     let samples = (positions * RATE * (60 * minutes + 2)) as f64;
-    let first = peaks[(6 * 60 / (6 * minutes)).min(peaks.len() / 2)];
+    let first = peaks[0];
     println!(
-        "{samples:.3e} samples of six channels, {} readings: peak memory {first:.1} MB after an hour (or half), {:.1} MB at the end; {:.2} us of processor time a sample",
+        "{samples:.3e} samples of six channels, {} readings: peak memory {first:.1} MB after the first position, {:.1} MB at the end; {:.2} us of processor time a sample",
         asked.lock().unwrap().1,
         peaks[peaks.len() - 1],
         1e4 * (ticks[0] + ticks[1]) / samples
