@@ -69,7 +69,8 @@ impl Conversation {
             }
         }
         let Some(thread) = self.thread.take() else { return Ok(None) };
-        let printed = py.detach(|| thread.join()).map_err(|_| PyRuntimeError::new_err("the work ended without a result"))?;
+        let printed =
+            py.detach(|| thread.join()).map_err(|_| PyRuntimeError::new_err("the work ended without a result"))?;
         self.exit_code = Some(printed.exit_code);
         match (&printed.error, printed.exit_code) {
             (Some(error), _) => Err(raised(py, error, None)),
