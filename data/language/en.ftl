@@ -1186,6 +1186,15 @@ guide-unreachable = { "  " }{ $id }: these positions do not reach its goal, howe
 guide-next = next: { $place } ({ $nats } nats for a cost of { $cost })
 guide-next-apart = next: { $place } (tells { $between } apart)
 guide-next-again = next: { $place } (the same position again)
+guide-moving = the bench moves
+guide-held = { $place }: held for { $seconds } s
+guide-held-mean = , { $sensor } u = { $u } { $unit } (wanted { $wanted })
+guide-held-wait = { $place }: held for { $seconds } s{ $means }; hold it { $wait } s longer
+guide-held-never = { $place }: held for { $seconds } s{ $means }; holding it does not reach what is wanted: 'take' reads it as it is
+guide-read = { $place }: read; set the next position
+guide-left = { $place }: LEFT after { $seconds } s{ $means }, and not read
+guide-which = position? Several agree with what was read; answer with a line: position LABEL
+  { "  " }{ $candidates }
 guide-reached = done: every goal is met, and nothing is missing or all of it is named; { $readings } readings, cost { $cost }
 guide-nothing-to-gain = stopped: no position of this schedule tells more of what is still wanted; { $readings } readings, cost { $cost }
 guide-most-readings = stopped: { $readings } readings were taken, the most that --most allows; cost { $cost }

@@ -1036,6 +1036,15 @@ guide-unreachable = { "  " }{ $id }：这些位置无论测多少次都达不到
 guide-next = 下一位置：{ $place }（{ $nats } 奈特，代价 { $cost }）
 guide-next-apart = 下一位置：{ $place }（区分 { $between }）
 guide-next-again = 下一位置：{ $place }（重复同一位置）
+guide-moving = 台架正在运动
+guide-held = { $place }：已保持 { $seconds } s
+guide-held-mean = ，{ $sensor } 的 u = { $u } { $unit }（要求 { $wanted }）
+guide-held-wait = { $place }：已保持 { $seconds } s{ $means }；还需保持 { $wait } s
+guide-held-never = { $place }：已保持 { $seconds } s{ $means }；继续保持达不到要求：输入 'take' 按现状读取
+guide-read = { $place }：已读取；请设置下一个位置
+guide-left = { $place }：{ $seconds } s 后离开{ $means }，未读取
+guide-which = 哪个位置？有几个位置与读数相符；请输入一行：position LABEL
+  { "  " }{ $candidates }
 guide-reached = 完成：各目标均已达到，无缺项或均已指明；{ $readings } 个读数，代价 { $cost }
 guide-nothing-to-gain = 停止：此方案中没有位置能提供更多所需信息；{ $readings } 个读数，代价 { $cost }
 guide-most-readings = 停止：已取 { $readings } 个读数，为 --most 所允许的上限；代价 { $cost }

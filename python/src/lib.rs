@@ -8,8 +8,10 @@
 //! | `fit.rs` | one fit |
 //! | `devices.rs` | many devices: arrays in, arrays out |
 //! | `command.rs` | commands of the program; simulated readings |
+//! | `converse.rs` | a command that is spoken with line by line |
 
 mod command;
+mod converse;
 mod devices;
 mod fit;
 mod question;
@@ -24,6 +26,8 @@ fn _tumble(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("MalformedError", work::malformed(module.py())?)?;
     module.add_class::<fit::Fit>()?;
     module.add_class::<devices::Devices>()?;
+    module.add_class::<converse::Conversation>()?;
+    module.add_function(wrap_pyfunction!(converse::guide_text, module)?)?;
     module.add_function(wrap_pyfunction!(question::sensors, module)?)?;
     module.add_function(wrap_pyfunction!(fit::fit, module)?)?;
     module.add_function(wrap_pyfunction!(fit::report_table, module)?)?;

@@ -5,6 +5,7 @@ use crate::error::Malformed;
 use clap::Parser;
 use std::cell::RefCell;
 use std::ffi::OsString;
+use std::sync::mpsc::{Receiver, Sender};
 
 /// What a command printed, and how it ended.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -23,6 +24,16 @@ thread_local! {
     static PRINTED: RefCell<Option<Printed>> = const { RefCell::new(None) };
 }
 
+thread_local! {
+    /// Of a command that is spoken with: lines that it is told, and what it says.
+    static SPOKEN: RefCell<Option<(Receiver<String>, Sender<String>)>> = const { RefCell::new(None) };
+}
+
+/// The next line that a command is told where it is spoken with, `None` in it at the end; else `None`.
+pub(super) fn told() -> Option<Option<String>> {
+    SPOKEN.with_borrow(|spoken| spoken.as_ref().map(|(input, _)| input.recv().ok()))
+}
+
 /// Is this a command within another process, which nobody answers?
 pub(super) fn is_embedded() -> bool {
     PRINTED.with_borrow(Option::is_some)
@@ -30,6 +41,13 @@ pub(super) fn is_embedded() -> bool {
 
 /// Keep what goes to stdout, if this thread is asked to; false where it should be printed.
 pub(super) fn keeps(bytes: &[u8]) -> bool {
+    let said = SPOKEN.with_borrow(|spoken| {
+        // who does not listen any more is told nothing
+        spoken.as_ref().map(|(_, output)| output.send(String::from_utf8_lossy(bytes).into_owned()).is_ok())
+    });
+    if said.is_some() {
+        return true;
+    }
     PRINTED.with_borrow_mut(|printed| printed.as_mut().map(|printed| printed.stdout.extend_from_slice(bytes)).is_some())
 }
 
@@ -99,4 +117,26 @@ pub fn run_embedded<A: Into<OsString>>(arguments: impl IntoIterator<Item = A>) -
     };
     // nothing printed is an empty text
     Printed { exit_code, error: malformed, ..PRINTED.take().unwrap_or_default() }
+}
+
+/// Run a command within this process that is spoken with, as `guide` is: what it would read from standard input comes as lines from `input` (it ends
+/// where nobody holds the other end), and what it would print goes to `output` at once. Otherwise as [`run_embedded`].
+///
+/// ```no_run
+/// let ((say, heard), (said, hear)) = (std::sync::mpsc::channel(), std::sync::mpsc::channel());
+/// let arguments = ["guide", "schedule.campaign.json", "--noise", "V=9e-4", "--json", "-"];
+/// let guide = std::thread::spawn(move || tumble::cli::converse(arguments, heard, said));
+/// let advice = hear.recv().unwrap();
+/// say.send("{\"V\": 0.0123}".to_string()).unwrap();
+/// # let _ = (advice, guide);
+/// ```
+pub fn converse<A: Into<OsString>>(
+    arguments: impl IntoIterator<Item = A>,
+    input: Receiver<String>,
+    output: Sender<String>,
+) -> Printed {
+    SPOKEN.set(Some((input, output)));
+    let printed = run_embedded(arguments);
+    SPOKEN.set(None);
+    printed
 }

@@ -81,12 +81,15 @@ pub(super) const GUIDE: &str = "Examples:
   tumble guide schedule.campaign.json --simulate unit.truth.json --goal 1
   tumble guide schedule.campaign.json --noise V=9e-4 --goal dtheta_y2=0.5
   tumble guide schedule.campaign.json --noise V=9e-4 --readings table.csv
+  tumble guide schedule.campaign.json --noise V=2e-5 --samples log.csv --rate 1000
   tumble guide schedule.campaign.json --noise V=9e-4 --json -
   tumble guide schedule.campaign.json --noise V=9e-4 --serve
   tumble guide schedule.campaign.json --noise V=9e-4 --resume
 
 At the prompt, a line is a reading at the position asked for ({\"V\": 0.0123}, or
-CSV after a line of titles), 'undo', 'undo N' or 'quit'.
+CSV after a line of titles), 'undo', 'undo N' or 'quit'. With --samples, a line
+is a row of samples, 'position LABEL' (where the bench stands), 'take' (read what
+is held as it is), or one of these commands.
 
 Exit codes: 0 every goal is met, and nothing is missing or all of it is named;
 1 the question is malformed, or the journal cannot be written; 2 it ended before.";

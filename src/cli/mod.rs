@@ -38,7 +38,8 @@ mod shell;
 mod show_error;
 mod simulate;
 
-pub use embedded::{Printed, run_embedded};
+pub use embedded::{Printed, converse, run_embedded};
+pub use guide::guide_text;
 pub use show_error::explain;
 
 use crate::error::{Fault, Malformed, Result};

@@ -7,6 +7,7 @@
 //! | file | subject |
 //! |---|---|
 //! | `advice.rs` | what is said |
+//! | `held.rs` | what is said while a position is held |
 //! | `evidence.rs` | what is believed of the unknowns, and how probable readings are |
 //! | `mistakes.rs` | which mistake at the bench explains a reading |
 //! | `seen.rs` | what the readings would have shown, and what a position is worth |
@@ -16,6 +17,7 @@
 
 mod advice;
 mod evidence;
+mod held;
 mod mistakes;
 mod seen;
 
@@ -23,6 +25,8 @@ pub use advice::{
     Advice, Agreement, Ending, Estimated, Explanation, Lacks, Mistake, MistakeKind, Named, Newest, Next, Progress,
     Residual, Suspected, Why,
 };
+
+pub use held::{Held, HeldMean, Holding};
 
 use crate::campaign::{Campaign, Reading, Readings};
 use crate::design::RowOrigin;
@@ -362,25 +366,44 @@ impl Guide {
 
     fn newest(&self) -> Result<Option<Newest>> {
         let Some((own, others)) = self.taken.split_last() else { return Ok(None) };
-        let agreement = mistakes::agreement(self.judge(&[]), others, own)?.filter(|own| own.predicted > 0);
-        let count = self.taken.len() as f64;
-        // 1/2 + 1/6 + 1/12 + ... = 1
-        let level = self.settings.false_alarms / (count * (count + 1.0));
-        let p = agreement.as_ref().and_then(|own| chi_square_survival(own.square.max(0.0), own.predicted as f64));
+        let Judged { agreement, deviation, p, level } = self.judged(others, own)?;
         Ok(Some(Newest {
             reading: self.taken.len(),
             position: own.position.clone(),
             setting: mistakes::setting(&self.campaign, &own.joints),
-            agreement: match p {
-                None => Agreement::NotPredicted,
-                Some(p) if p < level => Agreement::Disagrees,
-                Some(_) => Agreement::Agrees,
-            },
-            deviation: agreement.map(|own| own.largest),
+            agreement,
+            deviation,
             p,
             level,
             remarks: self.clock(others.last(), own),
         }))
+    }
+
+    /// A reading against others.
+    fn judged(&self, others: &[Reading], own: &Reading) -> Result<Judged> {
+        let found = mistakes::agreement(self.judge(&[]), others, own)?.filter(|own| own.predicted > 0);
+        let count = (others.len() + 1) as f64;
+        // 1/2 + 1/6 + 1/12 + ... = 1
+        let level = self.settings.false_alarms / (count * (count + 1.0));
+        let p = found.as_ref().and_then(|own| chi_square_survival(own.square.max(0.0), own.predicted as f64));
+        let agreement = match p {
+            None => Agreement::NotPredicted,
+            Some(p) if p < level => Agreement::Disagrees,
+            Some(_) => Agreement::Agrees,
+        };
+        Ok(Judged { agreement, deviation: found.map(|own| own.largest), p, level })
+    }
+
+    /// Would this reading agree with those that stand?
+    ///
+    /// Errors: a setting at which the model has no value.
+    pub fn would_agree(&self, reading: &Reading) -> Result<Agreement> {
+        Ok(self.judged(&self.taken, reading)?.agreement)
+    }
+
+    /// The standard uncertainty that is expected of a sensor's value (by index) at a position: as the schedule states it, or of the noise.
+    pub fn expected_u(&self, position: &Reading, sensor: usize) -> f64 {
+        self.noise.u(position, sensor)
     }
 
     /// A time that runs backwards.
@@ -579,6 +602,14 @@ impl Guide {
         }
         Ok(None)
     }
+}
+
+/// A reading against others.
+struct Judged {
+    agreement: Agreement,
+    deviation: Option<f64>,
+    p: Option<f64>,
+    level: f64,
 }
 
 fn unexplained(diagnosis: Option<&Diagnosis>) -> bool {

@@ -176,6 +176,18 @@ impl Delimited {
         Ok(true)
     }
 
+    /// The rows of further lines, of a table that grows somewhere else: nothing is read from where this one was opened.
+    ///
+    /// Errors: those of [`Delimited::next`].
+    pub fn lines(&mut self, text: &[u8], block: &mut Block) -> Result<()> {
+        block.columns.resize_with(self.selected, Vec::new);
+        block.columns.iter_mut().for_each(Vec::clear);
+        block.lines.clear();
+        block.written.clear();
+        (self.ended, self.cut) = (true, false);
+        self.rows(text, block).map(|_| ())
+    }
+
     fn fill(&mut self) -> Result<()> {
         let most = (CHUNK.saturating_sub(self.buffer.len())).max(CHUNK / 4) as u64;
         let read = (&mut self.from).take(most).read_to_end(&mut self.buffer);

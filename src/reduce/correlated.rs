@@ -40,6 +40,8 @@ pub struct SegmentBlocks {
 pub struct MeanUncertainty {
     /// Standard uncertainty: half of the interval of the level, divided by the normal factor.
     pub u: f64,
+    /// What it would be for the middling description of the noise, of which it is known without doubt: half of their probability lies below.
+    pub middling: f64,
     /// What it would be for noise without memory: `s/sqrt(n)`.
     pub white: f64,
     /// With the sum of the autocorrelations (white noise and a Markov process).
@@ -200,7 +202,8 @@ fn classes(seen: &[(f64, f64)]) -> Vec<Vec<usize>> {
     classes
 }
 
-/// The uncertainty of each segment's mean; `record` is the length of the whole record in blocks.
+/// The uncertainty of each segment's mean; `record` is the length of the whole record in blocks. A segment without pieces is one that may be read: its
+/// uncertainty is the middling one of a mean over its length, with the noise of the others.
 ///
 /// ```
 /// use tumble::reduce::{SegmentBlocks, mean_uncertainties};
@@ -240,7 +243,8 @@ pub fn mean_uncertainties(segments: &[SegmentBlocks], record: f64, level: f64) -
 
 /// The uncertainties of means over segments of the same noise.
 fn alike(segments: &[SegmentBlocks], record: f64, level: f64) -> Vec<MeanUncertainty> {
-    let mut lengths: Vec<f64> = segments.iter().map(|s| s.length).collect();
+    // a segment without samples is one that is asked about, and says nothing of the noise
+    let mut lengths: Vec<f64> = segments.iter().filter(|s| !s.pieces.is_empty()).map(|s| s.length).collect();
     lengths.sort_by(f64::total_cmp);
     let middling = lengths.get(lengths.len() / 2).copied().unwrap_or(1.0); // no segments, no answers
     // likewise
@@ -264,7 +268,8 @@ fn alike(segments: &[SegmentBlocks], record: f64, level: f64) -> Vec<MeanUncerta
     let plain = |segment: &SegmentBlocks| {
         let white = segment.sd / (segment.samples.max(1) as f64).sqrt();
         let resolution = if segment.sd < 0.5 * segment.step { segment.step / 12f64.sqrt() } else { 0.0 };
-        MeanUncertainty { u: white.max(resolution), white, resolution, noisier: 1.0, ..MeanUncertainty::default() }
+        let u = white.max(resolution);
+        MeanUncertainty { u, middling: u, white, resolution, noisier: 1.0, ..MeanUncertainty::default() }
     };
     if contrasts < 3 || !spread_out {
         return segments.iter().map(plain).collect();
@@ -365,11 +370,14 @@ fn alike(segments: &[SegmentBlocks], record: f64, level: f64) -> Vec<MeanUncerta
             if segments.len() > 1 && chance * (segments.len() as f64) < NOISIER {
                 result.noisier = ratio.sqrt();
             }
-            // a mixture of plain numbers has an interval
-            let half = quantiles::mixture_half_interval(&parts, nu, level).unwrap_or(0.0) * result.noisier;
+            result.middling = (weighted_median(&parts) * result.noisier).max(result.resolution);
+            // a mixture of plain numbers has an interval; it is the costly part, and of one that is asked about not wanted
+            let asked = segment.pieces.is_empty().then_some(0.0);
+            let half = asked.or_else(|| quantiles::mixture_half_interval(&parts, nu, level));
+            let half = half.unwrap_or(0.0) * result.noisier;
             // levels lie between 0 and 1
             let factor = normal_quantile(0.5 + 0.5 * level).unwrap_or(1.96);
-            result.u = (half / factor).max(result.resolution);
+            result.u = if asked.is_some() { result.middling } else { (half / factor).max(result.resolution) };
             let first: f64 = parts.iter().map(|(w, _, s)| w * s * s).sum();
             let second: f64 = parts.iter().map(|(w, _, s)| w * s.powi(4) * (1.0 + 2.0 / nu)).sum();
             result.dof = 2.0 * first * first / (second - first * first).max(1e-12 * second);
@@ -381,6 +389,20 @@ fn alike(segments: &[SegmentBlocks], record: f64, level: f64) -> Vec<MeanUncerta
             result
         })
         .collect()
+}
+
+/// The standard deviation below which half of the weight lies.
+fn weighted_median(parts: &[(f64, f64, f64)]) -> f64 {
+    let mut sorted: Vec<(f64, f64)> = parts.iter().map(|(weight, _, sd)| (*sd, *weight)).collect();
+    sorted.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let half = 0.5 * sorted.iter().map(|own| own.1).sum::<f64>();
+    let mut below = 0.0;
+    let middle = sorted.iter().find(|own| {
+        below += own.1;
+        below >= half
+    });
+    // there is a likeliest description
+    middle.map_or(0.0, |own| own.0)
 }
 
 /// Correlation of neighbouring values.

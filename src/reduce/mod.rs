@@ -13,11 +13,13 @@
 //! | `turns.rs` | whole turns, by a stated rate or an encoder's angle |
 //! | `correlated.rs` | the uncertainty of means, from all segments together |
 //! | `innovations.rs` | its arithmetic: covariances of block means, their innovations |
+//! | `hold.rs` | the same while samples come: what is held now, and how long still |
 //!
 //! Deliberately absent: corrections of any sample. Nothing is dropped unless the result says so.
 
 mod correlated;
 mod events;
+mod hold;
 mod innovations;
 mod segments;
 mod still;
@@ -26,6 +28,7 @@ mod turns;
 
 pub use correlated::{MeanUncertainty, SegmentBlocks, mean_uncertainties};
 pub use events::{Event, EventKind};
+pub use hold::{Ahead, Hold, Look, Standing};
 pub use segments::{By, Rejected, Segmentation, segment};
 pub use still::Stillness;
 pub use trace::Segment;
@@ -92,31 +95,39 @@ pub fn reduce(trace: &Trace, segmentation: Segmentation, turn_s: &[Option<f64>])
                 .enumerate()
                 .map(|(i, segment)| channel.block(trace, segment, turn_s.get(i).copied().flatten()))
                 .collect();
-            let uncertainties = mean_uncertainties(&blocks, trace.samples as f64 / trace.block as f64, LEVEL);
+            let uncertainties = mean_uncertainties(&blocks, length(trace), LEVEL);
             segments
                 .iter()
                 .zip(&blocks)
                 .zip(uncertainties)
-                .map(|((segment, block), uncertainty)| {
-                    let (slope, slope_u) = uncertainty.slope;
-                    let seconds = trace.block as f64 * trace.interval;
-                    let t = if slope_u > 0.0 { slope / slope_u } else { 0.0 };
-                    // not testable: no slope
-                    let p = student_t_two_sided(t, uncertainty.dof.max(1.0)).unwrap_or(1.0);
-                    let effective_n = if uncertainty.u > 0.0 { (block.sd / uncertainty.u).powi(2) } else { 1.0 };
-                    Mean {
-                        value: block.mean,
-                        sd: block.sd,
-                        n: block.samples,
-                        effective_n: effective_n.min(block.samples as f64),
-                        slope: (slope / seconds, slope_u / seconds, p),
-                        events: trace.count_events(k, segment),
-                        uncertainty,
-                    }
-                })
+                .map(|((segment, block), uncertainty)| mean(trace, k, segment, block, uncertainty))
                 .collect()
         })
         .collect();
     let means = (0..segments.len()).map(|i| per_channel.iter().filter_map(|c| c.get(i).cloned()).collect()).collect();
     Reduction { segments, rejected, means, stillness }
+}
+
+/// How long the record is, in blocks.
+fn length(trace: &Trace) -> f64 {
+    (trace.before + trace.samples) as f64 / trace.block as f64
+}
+
+/// The mean of a channel over a segment, whose uncertainty is known.
+fn mean(trace: &Trace, channel: usize, segment: &Segment, block: &SegmentBlocks, uncertainty: MeanUncertainty) -> Mean {
+    let (slope, slope_u) = uncertainty.slope;
+    let seconds = trace.block as f64 * trace.interval;
+    let t = if slope_u > 0.0 { slope / slope_u } else { 0.0 };
+    // not testable: no slope
+    let p = student_t_two_sided(t, uncertainty.dof.max(1.0)).unwrap_or(1.0);
+    let effective_n = if uncertainty.u > 0.0 { (block.sd / uncertainty.u).powi(2) } else { 1.0 };
+    Mean {
+        value: block.mean,
+        sd: block.sd,
+        n: block.samples,
+        effective_n: effective_n.min(block.samples as f64),
+        slope: (slope / seconds, slope_u / seconds, p),
+        events: trace.count_events(channel, segment),
+        uncertainty,
+    }
 }

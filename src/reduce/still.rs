@@ -67,7 +67,10 @@ pub(super) fn still(trace: &Trace, window: f64, threshold: f64, least: f64) -> (
         let step = channel.resolution();
         // none in a record shorter than a window
         let quantile = apart.get(number::count(apart.len() as f64 * QUANTILE)).copied().unwrap_or(0.0);
-        let variance = (quantile / OF_STILL).max(step * step / 12.0);
+        let seen = (quantile / OF_STILL).max(step * step / 12.0);
+        // what is known stands until the record is so much calmer that it would be told from what moves
+        let known = trace.still_sd.get(place).map(|sd| sd * sd).filter(|known| *known > 0.0);
+        let variance = known.filter(|known| *known <= threshold * seen).unwrap_or(seen);
         still_sd.push(variance.sqrt());
         if variance > 0.0 && place < trace.observed {
             ratios.iter_mut().zip(&variances).for_each(|(ratio, v)| *ratio = ratio.max(v / variance));

@@ -60,6 +60,10 @@ pub struct Trace {
     pub runs: Vec<Run>,
     /// The angle of an encoder in turns, where there is one: no channel that is reduced.
     pub angle: Option<Channel>,
+    /// Samples that came before its first one, and are not kept: they count where noise without a level of its own is judged.
+    pub before: u64,
+    /// Standard deviations of the still sensor that are known already, one for each channel; empty where none is.
+    pub still_sd: Vec<f64>,
     most: usize,
 }
 
@@ -82,6 +86,8 @@ impl Trace {
             resumed: false,
             runs: Vec::new(),
             angle: None,
+            before: 0,
+            still_sd: Vec::new(),
             most: MOST,
         }
     }
@@ -301,7 +307,7 @@ impl Channel {
         for piece in &segment.pieces {
             let range = trace.blocks(piece.start, piece.end);
             if count == 0 {
-                block.start = range.start as f64;
+                block.start = range.start as f64 + trace.before as f64 / trace.block as f64;
             }
             // a range beyond the trace adds nothing
             let means = self.means.get(range.clone()).unwrap_or_default();

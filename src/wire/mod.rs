@@ -73,7 +73,7 @@ pub use mission_file::{CalibrationFile, CovarianceFile, MissionFile, MissionSite
 pub use motion_file::{LegFile, LegsFile, MotionFile, OscillationFile, StaticFile, SwingFile};
 pub use named::Named;
 pub use readings_file::{Cell, ReadingFile};
-pub use readings_table::{device_readings, inline_devices, table_cells, table_layout};
+pub use readings_table::{device_readings, inline_devices, table_cells, table_keys, table_layout};
 pub use recipe::{ClockFrom, Encoder, Recipe, SegmentsBy, times};
 pub use record_rows::{RecordRows, read_rows_of};
 pub use reduced::{Computed, ReducedReading, Schedule, read_schedule};

@@ -41,6 +41,14 @@ pub fn table_cells(bench: &Bench, mut record: Record) -> Result<Vec<ReadingFile>
     Ok(found)
 }
 
+/// The key of each column of a table, and how its numbers convert to the key's unit.
+///
+/// Errors: two columns for one key, a unit that does not convert.
+pub fn table_keys(bench: &Bench, record: &Record) -> Result<Vec<(String, Option<Conversion>)>> {
+    let keys = columns(bench, record.columns(), &Named(Vec::new()), &|_| false, record.name())?;
+    Ok(keys.into_iter().map(|own| (own.key, own.conversion)).collect())
+}
+
 fn read_blocks(
     bench: &Bench,
     record: &mut Record,

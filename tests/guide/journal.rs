@@ -211,3 +211,25 @@ fn a_file_that_is_removed_or_cut_is_said() {
         assert_eq!(journal.matches("\"reading\"").count(), 1);
     }
 }
+
+#[test]
+fn it_is_spoken_with_inside_another_process() {
+    let folder = folder();
+    let path = |name: &str| folder.path().join(name).display().to_string();
+    let arguments: Vec<String> = ["guide", "--noise", "V=1e-4", "--json", "-", "--output"].map(String::from).to_vec();
+    let arguments = [arguments, vec![path("own.campaign.json"), path("schedule.campaign.json")]].concat();
+    let ((say, heard), (said, hear)) = (std::sync::mpsc::channel(), std::sync::mpsc::channel());
+    let guide = std::thread::spawn(move || tumble::cli::converse(arguments, heard, said));
+    let next = || serde_json::from_str::<tumble::report::GuideReport>(&hear.recv().unwrap()).unwrap();
+    let first = next();
+    assert_eq!(first.advice.readings, 0);
+    assert!(tumble::cli::guide_text(&first).starts_with("next: position 1: gamma 40 deg/s"), "{first:?}");
+    say.send("{\"W\": 1}".to_string()).unwrap();
+    assert!(next().error.is_some_and(|text| text.contains("no 'W'")));
+    say.send("{\"V\": -116.9}".to_string()).unwrap();
+    assert_eq!(next().advice.readings, 1);
+    drop(say);
+    let printed = guide.join().unwrap();
+    assert_eq!((printed.exit_code, printed.stdout.len()), (2, 0));
+    assert!(std::fs::read_to_string(path("own.campaign.json")).unwrap().contains("-116.9"));
+}

@@ -6,3 +6,4 @@ mod closed_loop;
 mod draws;
 mod journal;
 mod mistakes;
+mod samples;

@@ -9,6 +9,7 @@ mod allan;
 mod clocks;
 mod faults;
 mod formats;
+mod hold;
 mod labels;
 mod readings;
 mod real;

@@ -18,13 +18,14 @@ from ._commands import (
 )
 from ._devices import Devices, Quantity, fit_devices
 from ._fit import Fit, Parameter, Readings, fit
+from ._guide import Guide, Step, guide
 from ._question import Question
 from ._report import Figure, Node, NoteWarning, RejectedWarning, Report
 from ._tables import Table
 from ._tumble import MalformedError, __version__
 
 __all__ = [
-    "Devices", "Diagnosis", "Figure", "Fit", "MalformedError", "Navigation", "Node", "NoteWarning", "Parameter", "Quantity", "Question", "Readings",
-    "RejectedWarning", "Report", "Table", "__version__", "apply", "bench", "check", "compare", "diagnose", "diagnose_devices", "diagnose_mission", "export", "fit",
-    "fit_devices", "navigate", "noise", "plan", "reduce", "reports", "run", "schema", "simulate",
+    "Devices", "Diagnosis", "Figure", "Fit", "Guide", "MalformedError", "Navigation", "Node", "NoteWarning", "Parameter", "Quantity", "Question", "Readings",
+    "RejectedWarning", "Report", "Step", "Table", "__version__", "apply", "bench", "check", "compare", "diagnose", "diagnose_devices", "diagnose_mission", "export", "fit",
+    "fit_devices", "guide", "navigate", "noise", "plan", "reduce", "reports", "run", "schema", "simulate",
 ]

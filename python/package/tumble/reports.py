@@ -8,6 +8,7 @@ from typing import Any, Literal, TypeAlias
 from ._report import Node, Report
 
 __all__ = [
+    "Agreement",
     "AgreementReport",
     "AliasReport",
     "AlikeReport",
@@ -63,9 +64,12 @@ __all__ = [
     "DrawnReport",
     "EffectReport",
     "Effort",
+    "Ending",
     "ErrorReport",
+    "Estimated",
     "Estimator",
     "Evaluation",
+    "Explanation",
     "ExternalReport",
     "FarReport",
     "Fate",
@@ -80,7 +84,12 @@ __all__ = [
     "GravityBasis",
     "GravityReport",
     "GroupReport",
+    "GuideHeld",
+    "GuideReport",
+    "GuideVerdict",
     "Held",
+    "HeldMean",
+    "Holding",
     "HoldoutReport",
     "Identity",
     "ImprovedReport",
@@ -96,6 +105,7 @@ __all__ = [
     "KnownReport",
     "LackOfFitReport",
     "LackingReport",
+    "Lacks",
     "LagReport",
     "LegFile",
     "LegsFile",
@@ -103,9 +113,12 @@ __all__ = [
     "LotReport",
     "MeansReport",
     "MisprintReport",
+    "Mistake",
+    "MistakeKind",
     "MonteCarloReport",
     "MountingFile",
     "MovesReport",
+    "Named",
     "NavigateDiagnoseNoiseReport",
     "NavigateDiagnoseReport",
     "NavigateDiagnoseVerdict",
@@ -116,6 +129,8 @@ __all__ = [
     "NavigationGapStepReport",
     "NavigationSuspectReport",
     "NearReport",
+    "Newest",
+    "Next",
     "NoiseColumnReport",
     "NoiseFrom",
     "NoiseReport",
@@ -137,6 +152,7 @@ __all__ = [
     "PointSource",
     "PredictedDerivedReport",
     "PredictedReport",
+    "Progress",
     "ProspectReport",
     "QuantityFile",
     "QuantityReport",
@@ -150,6 +166,7 @@ __all__ = [
     "RefinedReport",
     "RejectedReport",
     "ReportKind",
+    "Residual",
     "ResidualReport",
     "ResultReport",
     "RobustMethod",
@@ -176,6 +193,7 @@ __all__ = [
     "Stop",
     "SummaryReport",
     "SuspectReport",
+    "Suspected",
     "SwingFile",
     "Term",
     "ThroughTiltsReport",
@@ -187,6 +205,7 @@ __all__ = [
     "ValidityFile",
     "VarianceFrom",
     "Verdict",
+    "Why",
     "Without",
     "WorkReport",
 ]
@@ -364,7 +383,7 @@ class OutlyingReport(Node):
 
     _keys = frozenset(["device", "id", "value", "z"])
 
-ReportKind: TypeAlias = Literal["fit", "batch", "compare", "compare-calibrations", "compare-history", "diagnose", "plan", "navigate", "navigate-diagnose", "noise", "reduce"]
+ReportKind: TypeAlias = Literal["fit", "batch", "compare", "compare-calibrations", "compare-history", "diagnose", "plan", "guide", "navigate", "navigate-diagnose", "noise", "reduce"]
 """What kind of report it is."""
 
 Verdict: TypeAlias = Literal["accepted", "rejected", "malformed"]
@@ -2100,6 +2119,282 @@ class FitReport(Report):
 
     _keys = frozenset(["assumed_zero", "bench", "checks", "conditional", "conformity", "constraints", "convergence", "correction", "correlation", "correlations", "covariance", "derived", "estimable_combinations", "estimator", "fit", "identity", "inputs", "known", "model", "monte_carlo", "nonlinear", "not_estimable", "parameters", "readings", "record", "report", "robust", "scatter", "site", "tumble"])
 
+Agreement: TypeAlias = Literal["agrees", "disagrees", "not-predicted"]
+"""Whether a reading agrees with the others."""
+
+Ending: TypeAlias = Literal["reached", "nothing-to-gain", "most-readings"]
+"""Why a guide ended."""
+
+
+class Estimated(Node):
+    """An estimated parameter so far."""
+
+    id: str
+    """Its name."""
+    u: float | None
+    """Its standard uncertainty, in `unit`."""
+    unit: str
+    """Unit of both."""
+    value: float | None
+    """Its value, in `unit`; none while it is not estimable."""
+
+    _keys = frozenset(["id", "u", "unit", "value"])
+
+
+class Explanation(Node):
+    """One explanation of a reading that does not agree."""
+
+    kind: MistakeKind
+    """The kind of mistake."""
+    probability: float
+    """Its probability."""
+    reading: int
+    """Number of the reading at which it was made, from 1."""
+    what: str
+    """The setting, sensors, tilt or effect."""
+
+    _keys = frozenset(["kind", "probability", "reading", "what"])
+
+
+class GuideHeld(Node):
+    """A position while samples come."""
+
+    candidates: list[str]
+    """Settings that agree, where it is asked for which one it is."""
+    held_s: float
+    """How long it has been held, without guard times, s."""
+    means: list[HeldMean]
+    """Each sensor's mean so far."""
+    position: str
+    """Label of the position that it is taken for."""
+    setting: str
+    """Its setting."""
+    state: Holding
+    """What the bench does."""
+    wait_s: float | None
+    """How much longer it is to be held, s; none where that is not known yet, or holding it does not reach what is wanted."""
+
+    _keys = frozenset(["candidates", "held_s", "means", "position", "setting", "state", "wait_s"])
+
+
+class HeldMean(Node):
+    """The mean of a sensor so far."""
+
+    mean: float
+    """The mean, in `unit`."""
+    sensor: str
+    """The sensor."""
+    u: float
+    """Its standard uncertainty, in `unit`."""
+    unit: str
+    """Unit of these."""
+    wanted: float
+    """The standard uncertainty that is wanted, in `unit`."""
+
+    _keys = frozenset(["mean", "sensor", "u", "unit", "wanted"])
+
+Holding: TypeAlias = Literal["moving", "held", "read", "which", "left"]
+"""What the samples say of the bench."""
+
+
+class Lacks(Node):
+    """What the model lacks."""
+
+    effects: list[Named]
+    """Effects that are named."""
+    gap_after: float | None
+    """The same ratio of variances with the effects that are named."""
+    gap_before: float | None
+    """Sum of squares of the residuals over its degrees of freedom, the model as given: a ratio of variances, near 1 where nothing is missing."""
+    verdict: GuideVerdict
+    """The verdict, as `diagnose` says it."""
+
+    _keys = frozenset(["effects", "gap_after", "gap_before", "verdict"])
+
+
+class Mistake(Node):
+    """What may have gone wrong."""
+
+    at: int | None
+    """Number of the reading at which it was made, where that has a probability of at least 0.95."""
+    chance: float
+    """Probability that it is chance."""
+    explanations: list[Explanation]
+    """Explanations, the most probable first: as many as have a probability of 0.95 together."""
+    named: MistakeKind | None
+    """The kind of mistake, where it has a probability of at least 0.95."""
+    reading: int
+    """Number of the reading that does not agree, from 1."""
+
+    _keys = frozenset(["at", "chance", "explanations", "named", "reading"])
+
+MistakeKind: TypeAlias = Literal["turned-180", "another-position", "wrong-sense", "exchanged-axes", "exchanged-sensors", "slipped-mounting", "bad-reading", "missing-effect"]
+"""What may have gone wrong at the bench."""
+
+
+class Named(Node):
+    """An effect that is named."""
+
+    aliases: list[str]
+    """What else it could be."""
+    name: str
+    """Its name."""
+    probability: float
+    """Probability that it, or one of its aliases, is there."""
+    regressor: str
+    """The term, as `diagnose` writes it."""
+    u: float | None
+    """Standard uncertainty of the coefficient, in `unit`."""
+    unit: str
+    """Unit of both."""
+    value: float | None
+    """Its coefficient, in `unit`."""
+
+    _keys = frozenset(["aliases", "name", "probability", "regressor", "u", "unit", "value"])
+
+
+class Newest(Node):
+    """The newest reading, against what the others predict."""
+
+    agreement: Agreement
+    """Does it agree?"""
+    deviation: float | None
+    """The largest difference from the prediction, in standard deviations of that difference."""
+    level: float
+    """The probability below which it does not agree: their sum over all readings is the family-wise level."""
+    p: float | None
+    """Probability of a difference as large by chance."""
+    position: str
+    """Its position's label."""
+    reading: int
+    """Number of the reading, from 1."""
+    remarks: list[str]
+    """What is odd about its other columns."""
+    setting: str
+    """Its setting."""
+
+    _keys = frozenset(["agreement", "deviation", "level", "p", "position", "reading", "remarks", "setting"])
+
+
+class Next(Node):
+    """The position to set next."""
+
+    between: list[str]
+    """Explanations that it tells apart."""
+    cost: float
+    """What setting and reading it costs, from where the bench stands, in the unit of the costs that were given."""
+    information: float | None
+    """What it is expected to tell, in nats (a pure number)."""
+    position: str
+    """Label of the position."""
+    set: dict[str, float]
+    """The setting as keys of a reading, in the units that the keys name."""
+    setting: str
+    """The setting, for a person."""
+    why: Why
+    """Why this one."""
+
+    _keys = frozenset(["between", "cost", "information", "position", "set", "setting", "why"])
+
+
+class Progress(Node):
+    """A goal and how far it is."""
+
+    goal: float
+    """The standard uncertainty that is wanted, in `unit`."""
+    id: str
+    """The parameter or derived quantity."""
+    met: bool
+    """Is it met?"""
+    u: float | None
+    """Its standard uncertainty, in `unit`."""
+    unit: str
+    """Unit of these."""
+    value: float | None
+    """Its value, in `unit`; none while it is not estimable."""
+
+    _keys = frozenset(["goal", "id", "met", "u", "unit", "value"])
+
+
+class Residual(Node):
+    """What the model in use leaves of a value."""
+
+    in_sd: float
+    """The residual in standard deviations of the value."""
+    reading: int
+    """Number of the reading, from 1."""
+    residual: float
+    """Value less prediction, in `unit`."""
+    sensor: str
+    """The sensor."""
+    unit: str
+    """Unit of the sensor."""
+
+    _keys = frozenset(["in_sd", "reading", "residual", "sensor", "unit"])
+
+
+class Suspected(Node):
+    """An effect that the model may lack."""
+
+    name: str
+    """Its name."""
+    probability: float
+    """Its probability."""
+    regressor: str
+    """The term, as `diagnose` writes it."""
+
+    _keys = frozenset(["name", "probability", "regressor"])
+
+GuideVerdict: TypeAlias = Literal["effects-found", "partly-explained", "nothing-missing", "unexplained", "not-diagnosable"]
+"""The verdict."""
+
+Why: TypeAlias = Literal["information", "tells-apart", "again"]
+"""Why a position comes next."""
+
+
+class GuideReport(Report):
+    """A line of `tumble guide --json -`: what is said after each reading and each undone one, after a line that was refused, and while a
+    position is held."""
+
+    cost: float
+    """What their work cost, in the unit of the costs that were given."""
+    diagnosis: Lacks | None
+    """What the model lacks."""
+    ended: Ending | None
+    """Why no more is asked for."""
+    error: str | None
+    """Why the last line was refused: the advice is that of before."""
+    goals: list[Progress]
+    """Every goal."""
+    held: GuideHeld | None
+    """The position that is held, where samples come: the advice is that of before."""
+    mistake: Mistake | None
+    """What could have gone wrong, while a reading does not agree."""
+    newest: Newest | None
+    """The newest reading, against the others."""
+    next: Next | None
+    """The position to set next; none at the end."""
+    nothing_missing_or_named: float
+    """Probability that nothing is missing, or that all of it is named."""
+    parameters: list[Estimated]
+    """Every estimated parameter."""
+    readings: int
+    """Readings that stand."""
+    report: ReportKind
+    """Always `guide`."""
+    residuals: list[Residual]
+    """What the model in use leaves of every value."""
+    suspected: list[Suspected]
+    """What else the model may lack, the most probable first."""
+    tumble: str
+    """Version of the program that wrote it."""
+    unreachable: list[str]
+    """Goals that no number of readings at these positions reaches."""
+    unseen_effects: int
+    """Effects of the catalogue that these readings could not have shown."""
+
+    _keys = frozenset(["cost", "diagnosis", "ended", "error", "goals", "held", "mistake", "newest", "next", "nothing_missing_or_named", "parameters", "readings", "report", "residuals", "suspected", "tumble", "unreachable", "unseen_effects"])
+
 
 class ChannelReport(Node):
     """The gap in one channel of one run."""
@@ -3452,6 +3747,10 @@ RecordSensorReport._parts = {"lags": (LagReport, False), "largest": (FarReport, 
 SiteReport._parts = {"gravity": (GravityReport, False)}
 SnoopingReport._parts = {"suspects": (SuspectReport, False)}
 FitReport._parts = {"checks": (ChecksReport, False), "conditional": (ConditionalReport, False), "conformity": (ConformityReport, False), "constraints": (ConstraintsReport, False), "convergence": (ConvergenceReport, False), "correction": (CorrectionFile, False), "correlation": (CovarianceReport, False), "covariance": (CovarianceReport, False), "derived": (DerivedReport, False), "estimable_combinations": (CombinationValueReport, False), "fit": (FitSummary, False), "identity": (Identity, False), "inputs": (Input, False), "known": (KnownReport, False), "monte_carlo": (MonteCarloReport, False), "not_estimable": (NotEstimableReport, False), "parameters": (ParameterReport, False), "readings": (ReadingReport, False), "record": (RecordReport, False), "robust": (RobustReport, False), "scatter": (ScatterReport, False), "site": (SiteReport, False)}
+GuideHeld._parts = {"means": (HeldMean, False)}
+Lacks._parts = {"effects": (Named, False)}
+Mistake._parts = {"explanations": (Explanation, False)}
+GuideReport._parts = {"diagnosis": (Lacks, False), "goals": (Progress, False), "held": (GuideHeld, False), "mistake": (Mistake, False), "newest": (Newest, False), "next": (Next, False), "parameters": (Estimated, False), "residuals": (Residual, False), "suspected": (Suspected, False)}
 LegsFile._parts = {"legs": (LegFile, False), "swing": (SwingFile, False)}
 NavigationEffectReport._parts = {"aliases": (NavigationAliasReport, False), "separate_by": (SeparationReport, False)}
 NavigationGapStepReport._parts = {"gap": (GapReport, False)}

@@ -20,6 +20,9 @@ pub(super) enum Entry {
         /// The line.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         line: Option<usize>,
+        /// Of samples: standard deviations of the still sensor, by which standstills are found.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        still_sd: Vec<f64>,
     },
     /// A reading that was taken back, by its number then, and in which line of the file that is followed.
     Undone {
@@ -34,7 +37,7 @@ pub(super) enum Entry {
 }
 
 impl Entry {
-    pub fn reading(campaign: &Campaign, reading: &Reading, line: Option<usize>) -> Self {
+    pub fn reading(campaign: &Campaign, reading: &Reading, line: Option<usize>, still_sd: &[f64]) -> Self {
         let columns = campaign.readings.columns.clone();
         let one = campaign.with_readings(Readings { columns, rows: vec![reading.clone()] });
         let file = wire::campaign_file(&one, BenchRef::Named(campaign.bench.id.clone()));
@@ -42,7 +45,7 @@ impl Entry {
             ReadingsRef::Inline(rows) => rows.into_iter().next(),
             _ => None,
         };
-        Entry::Reading { keys: cells.unwrap_or(Named(Vec::new())), line }
+        Entry::Reading { keys: cells.unwrap_or(Named(Vec::new())), line, still_sd: still_sd.to_vec() }
     }
 }
 

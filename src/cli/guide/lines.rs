@@ -1,4 +1,4 @@
-//! Readings and commands, one a line: from standard input, or from a file that grows.
+//! Readings, samples and commands, one a line: from standard input, or from a file that grows.
 
 use crate::bench::Bench;
 use crate::campaign::{Campaign, Reading};
@@ -6,10 +6,11 @@ use crate::elements::Parts;
 use crate::error::{Fault, Malformed, Result};
 use crate::guide::Guide;
 use crate::record::Record;
-use crate::wire::{self, Cell, ReadingFile};
+use crate::wire::{self, Cell, Named, ReadingFile};
 use std::fs::File;
 use std::io::{BufRead, Read};
 use std::path::{Path, PathBuf};
+use std::sync::mpsc::{Receiver, channel};
 use std::time::Duration;
 
 /// How often a file is looked at.
@@ -21,6 +22,12 @@ pub(super) enum Line {
     /// Take back a reading, the last one unless its number is given.
     Undo(Option<usize>),
     Quit,
+    /// A row of samples.
+    Row,
+    /// Where the bench stands.
+    Position(ReadingFile),
+    /// Read what is held as it is.
+    Take,
     Nothing,
 }
 
@@ -33,11 +40,29 @@ pub(super) struct Lines {
     count: usize,
     /// Lines that a journal has already.
     skip: usize,
+    /// Commands from standard input beside a file of samples.
+    commands: Option<Receiver<String>>,
 }
 
 enum From {
     Input,
-    File { file: File, path: PathBuf, read: u64, rest: Vec<u8> },
+    /// What was read of it, and from where on it was not given out.
+    File {
+        file: File,
+        path: PathBuf,
+        regular: bool,
+        read: u64,
+        rest: Vec<u8>,
+        at: usize,
+    },
+}
+
+/// A line with its number.
+pub(super) struct Numbered {
+    pub number: usize,
+    pub text: String,
+    /// Does a journal have it already?
+    pub passed: bool,
 }
 
 impl Lines {
@@ -48,19 +73,22 @@ impl Lines {
             false => {
                 let file = File::open(path)
                     .map_err(|error| Malformed::new(Fault::File, format!("cannot read '{name}': {error}")))?;
-                From::File { file, path: path.to_path_buf(), read: 0, rest: Vec::new() }
+                // a serial port is a file, too, and has no lines that could be read again
+                let regular = file.metadata().is_ok_and(|own| own.is_file());
+                From::File { file, path: path.to_path_buf(), regular, read: 0, rest: Vec::new(), at: 0 }
             }
         };
         let name = if matches!(from, From::Input) { "standard input".into() } else { name };
-        Ok(Lines { from, name, titles: None, count: 0, skip: 0 })
+        Ok(Lines { from, name, titles: None, count: 0, skip: 0, commands: None })
     }
 
     pub fn name(&self) -> &str {
         &self.name
     }
 
+    /// Is it a file whose lines are there again after a kill?
     pub fn is_file(&self) -> bool {
-        matches!(self.from, From::File { .. })
+        matches!(self.from, From::File { regular: true, .. })
     }
 
     /// The journal has the lines up to this one.
@@ -68,40 +96,63 @@ impl Lines {
         self.skip = self.skip.max(line);
     }
 
-    /// The next line with its number; `None` where no more can come. A file that grows is waited for.
-    ///
-    /// Errors: a file that cannot be read any more, is no longer there, or has become shorter.
-    pub fn next(&mut self, bench: &Bench) -> Result<Option<(usize, String)>> {
-        loop {
-            let Some(text) = self.line()? else { return Ok(None) };
-            self.count += 1;
-            if self.count > self.skip {
-                return Ok(Some((self.count, text)));
-            }
-            // titles among the lines that the journal has
-            let _ = self.parse(&text, bench);
+    /// Beside a file, commands come from standard input.
+    pub fn with_commands(mut self) -> Self {
+        if matches!(self.from, From::File { .. }) {
+            let (sender, receiver) = channel();
+            std::thread::spawn(move || {
+                let lines = std::io::stdin().lines().map_while(std::io::Result::ok);
+                lines.map(|line| sender.send(line)).all(|sent| sent.is_ok())
+            });
+            self.commands = Some(receiver);
         }
+        self
     }
 
-    fn line(&mut self) -> Result<Option<String>> {
+    /// The titles, once they are known.
+    pub fn titles(&self) -> Option<&str> {
+        self.titles.as_deref()
+    }
+
+    /// The next line; `None` where no more can come. A file that grows is waited for.
+    ///
+    /// Errors: a file that cannot be read any more, is no longer there, or has become shorter.
+    pub fn next(&mut self) -> Result<Option<Numbered>> {
+        Ok(self.line()?.map(|(text, counts)| {
+            self.count += usize::from(counts);
+            Numbered { number: self.count, text, passed: counts && self.count <= self.skip }
+        }))
+    }
+
+    /// A line, and whether it is one of the source's own.
+    fn line(&mut self) -> Result<Option<(String, bool)>> {
         let broken = |name: &str, error: String| {
             Malformed::new(Fault::File, format!("no more readings come from '{name}': {error}"))
                 .expected("a source that stays; --resume goes on with what was accepted")
         };
         match &mut self.from {
             From::Input => {
+                if let Some(told) = crate::cli::embedded::told() {
+                    return Ok(told.map(|text| (text, true)));
+                }
                 let mut bytes = Vec::new();
                 let read = std::io::stdin().lock().read_until(b'\n', &mut bytes);
                 let read = read.map_err(|error| broken(&self.name, error.to_string()))?;
-                Ok((read > 0).then(|| String::from_utf8_lossy(&bytes).trim_end().to_string()))
+                Ok((read > 0).then(|| (String::from_utf8_lossy(&bytes).trim_end().to_string(), true)))
             }
-            From::File { file, path, read, rest } => loop {
-                if let Some(end) = rest.iter().position(|byte| *byte == b'\n') {
-                    let line: Vec<u8> = rest.drain(..=end).collect();
-                    return Ok(Some(String::from_utf8_lossy(&line).trim_end().to_string()));
+            From::File { file, path, regular, read, rest, at } => loop {
+                if let Some(Ok(command)) = self.commands.as_ref().map(Receiver::try_recv) {
+                    return Ok(Some((command, false)));
                 }
+                let waiting = rest.part(*at..);
+                if let Some(end) = waiting.iter().position(|byte| *byte == b'\n') {
+                    let line = String::from_utf8_lossy(waiting.part(..end)).trim_end().to_string();
+                    *at += end + 1;
+                    return Ok(Some((line, true)));
+                }
+                rest.drain(..std::mem::take(at));
                 let length = file.metadata().map_err(|error| broken(&self.name, error.to_string()))?.len();
-                if length < *read {
+                if *regular && length < *read {
                     return Err(broken(&self.name, "it has become shorter".into()));
                 }
                 let mut block = vec![0; 1 << 16];
@@ -121,44 +172,84 @@ impl Lines {
         }
     }
 
+    /// What a line of samples says. Errors: it is neither a command, nor a position in JSON, nor a row below a line of titles.
+    pub fn parse_sample(&mut self, text: &str) -> Result<Line> {
+        // the usual row
+        if self.titles.is_some() && text.starts_with(|own: char| own.is_ascii_digit() || own == '-') {
+            return Ok(Line::Row);
+        }
+        let text = text.trim().trim_start_matches('\u{feff}');
+        if let Some(command) = command(text)? {
+            return Ok(command);
+        }
+        if text == "take" {
+            return Ok(Line::Take);
+        }
+        if let (Some(_), Some(("position", label))) = (&self.titles, text.split_once(char::is_whitespace)) {
+            let label = Cell::Text(label.trim().to_string());
+            return Ok(Line::Position(Named(vec![("position".into(), label)])));
+        }
+        if text.starts_with('{') {
+            return cells(text).map(Line::Position);
+        }
+        Ok(if self.is_titled(text)? { Line::Row } else { Line::Nothing })
+    }
+
     /// What a line says. Errors: it is neither a command, nor a reading in JSON or below a line of titles.
     pub fn parse(&mut self, text: &str, bench: &Bench) -> Result<Line> {
         let text = text.trim().trim_start_matches('\u{feff}');
-        let mut words = text.split_whitespace();
-        match (words.next(), words.next(), words.next()) {
-            (None, ..) => return Ok(Line::Nothing),
-            (Some("quit"), None, _) => return Ok(Line::Quit),
-            (Some("undo"), None, _) => return Ok(Line::Undo(None)),
-            (Some("undo"), Some(number), None) => {
-                return number.parse().map(|own| Line::Undo(Some(own))).map_err(|_| {
-                    Malformed::new(Fault::Syntax, "'undo' is not understood")
-                        .expected("undo, or undo and the number of a reading")
-                        .found(format!("'{number}'"))
-                });
-            }
-            _ => {}
+        if let Some(command) = command(text)? {
+            return Ok(command);
         }
         if text.starts_with('{') {
-            return serde_json::from_str(text).map(Line::Reading).map_err(|error| {
-                Malformed::new(Fault::Syntax, format!("the line is no reading: {error}"))
-                    .expected("a JSON object as in a campaign's readings, for example {\"V\": 0.0123}")
-            });
+            return cells(text).map(Line::Reading);
         }
-        let table = |text: String| Record::of_text(&self.name, text);
-        let Some(titles) = &self.titles else {
-            if let Ok(Record::Delimited(table)) = table(format!("{text}\n"))
-                && !table.dialect().named
-            {
-                return Err(Malformed::new(Fault::Missing, "there is no line of titles before the first row")
-                    .expected("titles as in a campaign's readings, for example position,alpha_deg,V")
-                    .found(format!("'{text}'")));
-            }
-            self.titles = Some(text.to_string());
+        if !self.is_titled(text)? {
             return Ok(Line::Nothing);
-        };
-        let rows = wire::table_cells(bench, table(format!("{titles}\n{text}\n"))?)?;
+        }
+        let titles = self.titles.as_deref().unwrap_or_default();
+        let rows = wire::table_cells(bench, Record::of_text(&self.name, format!("{titles}\n{text}\n"))?)?;
         Ok(rows.into_iter().next().map_or(Line::Nothing, Line::Reading))
     }
+
+    /// Are there titles above this line? If not, it is they.
+    fn is_titled(&mut self, text: &str) -> Result<bool> {
+        if self.titles.is_some() {
+            return Ok(true);
+        }
+        if let Ok(Record::Delimited(table)) = Record::of_text(&self.name, format!("{text}\n"))
+            && !table.dialect().named
+        {
+            return Err(Malformed::new(Fault::Missing, "there is no line of titles before the first row")
+                .expected("titles as in a campaign's readings, for example position,alpha_deg,V")
+                .found(format!("'{text}'")));
+        }
+        self.titles = Some(text.to_string());
+        Ok(false)
+    }
+}
+
+/// A command that every source has, or an empty line.
+fn command(text: &str) -> Result<Option<Line>> {
+    let mut words = text.split_whitespace();
+    Ok(Some(match (words.next(), words.next(), words.next()) {
+        (None, ..) => Line::Nothing,
+        (Some("quit"), None, _) => Line::Quit,
+        (Some("undo"), None, _) => Line::Undo(None),
+        (Some("undo"), Some(number), None) => Line::Undo(Some(number.parse().map_err(|_| {
+            Malformed::new(Fault::Syntax, "'undo' is not understood")
+                .expected("undo, or undo and the number of a reading")
+                .found(format!("'{number}'"))
+        })?)),
+        _ => return Ok(None),
+    }))
+}
+
+fn cells(text: &str) -> Result<ReadingFile> {
+    serde_json::from_str(text).map_err(|error| {
+        Malformed::new(Fault::Syntax, format!("the line is no reading: {error}"))
+            .expected("a JSON object as in a campaign's readings, for example {\"V\": 0.0123}")
+    })
 }
 
 /// Is this still the file at the path?
@@ -173,6 +264,22 @@ fn is_there(file: &File, path: &Path) -> bool {
     }
 }
 
+/// The label that keys of a reading say.
+pub(super) fn label(cells: &ReadingFile) -> Option<String> {
+    cells.0.iter().find_map(|(key, cell)| match cell {
+        Cell::Text(text) if key == "position" => Some(text.clone()),
+        Cell::Number(number) if key == "position" => Some(number.to_string()),
+        _ => None,
+    })
+}
+
+/// The position that keys of a reading are taken for: of their label, or as asked for.
+pub(super) fn base<'a>(keys: &ReadingFile, guide: &'a Guide, asked: Option<&'a Reading>) -> Option<&'a Reading> {
+    let label = label(keys);
+    let is_labelled = |own: &&Reading| label.as_ref().is_none_or(|label| own.position == *label);
+    asked.filter(is_labelled).or_else(|| guide.candidates().iter().find(is_labelled))
+}
+
 /// A reading of a line. Joints that it does not name stand as in the candidate of its label, or as asked for.
 ///
 /// Errors: those of a campaign's readings; a key that the campaign does not have; a joint of which nothing tells the state, or of which positions of
@@ -183,11 +290,7 @@ pub(super) fn reading(
     guide: &Guide,
     asked: Option<&Reading>,
 ) -> Result<Reading> {
-    let label = cells.0.iter().find_map(|(key, cell)| match cell {
-        Cell::Text(text) if key == "position" => Some(text.clone()),
-        Cell::Number(number) if key == "position" => Some(number.to_string()),
-        _ => None,
-    });
+    let label = label(&cells);
     let is_labelled = |own: &&Reading| label.as_ref().is_none_or(|label| own.position == *label);
     let labelled: Vec<&Reading> = match asked.filter(is_labelled) {
         Some(asked) => vec![asked],

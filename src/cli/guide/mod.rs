@@ -3,26 +3,34 @@
 //! | file | subject |
 //! |---|---|
 //! | `journal.rs` | what was accepted and decided, written before it is shown |
-//! | `lines.rs` | readings and commands, line by line |
+//! | `lines.rs` | readings, samples and commands, line by line |
+//! | `table.rs`, `samples.rs` | rows of samples; what they become: positions that are held, and their readings |
+//! | `place.rs` | where a reading of samples belongs |
+//! | `events.rs` | from line to line: what is accepted, and what is said |
 //! | `view.rs` | the advice for a person |
 //! | `serve.rs` | the page beside the table |
 
+mod events;
 mod journal;
 mod lines;
+mod place;
+mod samples;
 mod serve;
+mod table;
 mod view;
 
 use super::outputs::Outputs;
-use super::{Outcome, catalogue, files, plan as options, session};
-use crate::campaign::{Campaign, Reading, Readings};
+use super::{Outcome, catalogue, files, log, plan as options};
 use crate::error::{Fault, Malformed, Result};
-use crate::guide::{Advice, Ending, Guide, Settings};
-use crate::report::{ARCSEC, Input, guide_report};
-use crate::simulate::{self, Truth};
+use crate::guide::{Ending, Guide, Settings};
+use crate::language::Language;
+use crate::report::{ARCSEC, GuideReport, Input};
 use crate::{plan, wire};
 use clap::Args;
-use journal::{Entry, Journal};
-use lines::{Line, Lines};
+use events::{Progress, Session, Source};
+use journal::Journal;
+use lines::Lines;
+use samples::Samples;
 use serve::Page;
 use std::net::IpAddr;
 use std::path::{Path, PathBuf};
@@ -36,6 +44,19 @@ pub(super) struct Arguments {
     /// titles; 'undo', 'undo N' and 'quit' are commands.
     #[arg(long, value_name = "FILE", default_value = "-", conflicts_with = "simulate")]
     readings: PathBuf,
+    /// Samples instead, as a logger writes them: a table that grows, or - for standard input; CSV after a line of titles. Standstills (a constant
+    /// rate is one) become readings once their mean is as certain as the schedule or --noise says; 'position LABEL', 'take', 'undo', 'undo N' and
+    /// 'quit' are commands, on standard input also beside a file.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["readings", "simulate"])]
+    samples: Option<PathBuf>,
+    #[command(flatten)]
+    clock: log::Clock,
+    /// Window of the static detector, s, and guard time at both ends of a standstill.
+    #[arg(long, default_value_t = 0.5, value_name = "S", value_parser = super::reduce::positive, requires = "samples")]
+    window: f64,
+    /// Largest variance of a still window, in variances of the still sensor.
+    #[arg(long, default_value_t = 4.0, value_name = "RATIO", value_parser = super::reduce::positive, requires = "samples")]
+    threshold: f64,
     /// Try it without hardware: readings at the positions asked for, made from a truth (see `simulate`).
     #[arg(long, value_name = "TRUTH")]
     simulate: Option<PathBuf>,
@@ -112,14 +133,25 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     let path = arguments.journal.clone().unwrap_or_else(|| beside(&arguments.output));
     let mut outputs = Outputs::plan([Some(arguments.output.as_path())])?;
     let (journal, entries) = Journal::open(&path, &digest, arguments.resume)?;
-    let readings = if truth.is_some() { None } else { Some(Lines::open(&arguments.readings)?) };
-    let source = Source { lines: readings, truth, seed: arguments.seed, given: guide.taken().to_vec() };
+    let lines = match (&truth, &arguments.samples) {
+        (Some(_), _) => None,
+        (None, Some(path)) => Some(Lines::open(path)?.with_commands()),
+        (None, None) => Some(Lines::open(&arguments.readings)?),
+    };
+    let clock = arguments.clock.source();
+    let samples = arguments.samples.as_ref().map(|_| Samples::new(clock, arguments.window, arguments.threshold));
+    let source = Source { lines, samples, truth, seed: arguments.seed, given: guide.taken().to_vec() };
     let page = arguments.serve.map(|port| Page::open(arguments.listen, port, &campaign.bench)).transpose()?;
     if let Some(page) = &page {
         super::note(&format!("the page: {}", page.address()));
     }
-    let mut session =
-        Session { guide, journal, source, campaign, ever: Vec::new(), json: arguments.json.is_some(), page };
+    let line = super::bar(0);
+    if let Ok(style) = indicatif::ProgressStyle::with_template("{wide_msg}") {
+        line.set_style(style);
+    }
+    let progress = Progress { line, told: None };
+    let json = arguments.json.is_some();
+    let mut session = Session { guide, journal, source, campaign, ever: Vec::new(), json, page, progress };
     let ended = session.run(entries)?;
     let mut result = session.guide.campaign();
     let bytes = std::fs::read(&path).unwrap_or_default();
@@ -136,178 +168,22 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     Ok(if ended == Some(Ending::Reached) { Outcome::Done } else { Outcome::Rejected })
 }
 
+fn json(value: &impl serde::Serialize) -> Result<String> {
+    serde_json::to_string(value)
+        .map_err(|error| Malformed::new(Fault::Value, format!("the advice cannot be written as JSON: {error}")))
+}
+
 fn beside(output: &Path) -> PathBuf {
     let name = output.file_name().map_or("guided".into(), |name| name.to_string_lossy().into_owned());
     let stem = name.strip_suffix(".campaign.json").or(name.strip_suffix(".json")).unwrap_or(&name).to_string();
     output.with_file_name(format!("{stem}.journal.jsonl"))
 }
 
-/// Where readings come from.
-struct Source {
-    lines: Option<Lines>,
-    truth: Option<Truth>,
-    seed: u64,
-    /// Readings of the campaign's own file.
-    given: Vec<Reading>,
-}
-
-struct Session {
-    guide: Guide,
-    journal: Journal,
-    source: Source,
-    campaign: Campaign,
-    /// Every reading that was accepted, those that were undone among them: what a simulation goes on from.
-    ever: Vec<Reading>,
-    json: bool,
-    page: Option<Page>,
-}
-
-impl Session {
-    /// Replay what the journal has, then go on until the guide or the readings end.
-    fn run(&mut self, entries: Vec<Entry>) -> Result<Option<Ending>> {
-        let mut fresh = false;
-        let mut replayed: Option<Advice> = None;
-        for entry in entries {
-            replayed = None;
-            match entry {
-                Entry::Reading { keys, line } => {
-                    let own = lines::reading(keys, &self.campaign, &self.guide, None)?;
-                    self.skip_to(line);
-                    self.accept(own)?;
-                    fresh = true;
-                }
-                Entry::Undone { number, line } => {
-                    self.skip_to(line);
-                    self.guide.undo(number)?;
-                    fresh = false;
-                }
-                // what is open between steps follows from the advice of each
-                Entry::Next(_) => replayed = Some(self.guide.advise(fresh)?),
-            }
-        }
-        loop {
-            let advice = match replayed.take() {
-                Some(advice) => advice,
-                None => {
-                    let advice = self.guide.advise(fresh)?;
-                    self.journal.append(&Entry::Next(advice.next.as_ref().map(|next| next.set.clone())))?;
-                    advice
-                }
-            };
-            self.show(&advice, None)?;
-            if advice.ended.is_some() {
-                return Ok(advice.ended);
-            }
-            match self.event(&advice)? {
-                None => return Ok(None),
-                Some(was_reading) => fresh = was_reading,
-            }
-        }
-    }
-
-    /// The journal has the lines of the followed file up to this one.
-    fn skip_to(&mut self, line: Option<usize>) {
-        if let (Some(lines), Some(line)) = (&mut self.source.lines, line) {
-            lines.skip_to(line);
-        }
-    }
-
-    fn accept(&mut self, reading: Reading) -> Result<()> {
-        self.guide.accept(reading)?;
-        self.ever.extend(self.guide.taken().last().cloned());
-        Ok(())
-    }
-
-    /// The advice; with an error, that the last line was refused.
-    fn show(&self, advice: &Advice, refused: Option<&Malformed>) -> Result<()> {
-        if self.json || self.page.is_some() {
-            let report = guide_report(advice, refused.map(ToString::to_string));
-            let line = serde_json::to_string(&report).map_err(|error| {
-                Malformed::new(Fault::Value, format!("the advice cannot be written as JSON: {error}"))
-            })?;
-            if let Some(page) = &self.page {
-                page.publish("step", &line);
-            }
-            if self.json {
-                return super::print(&(line + "\n"));
-            }
-        }
-        match refused {
-            Some(error) => super::show_error::show(error),
-            None => super::show(&view::text(advice, session::language()))?,
-        }
-        Ok(())
-    }
-
-    /// The next accepted reading (true) or undone one (false); `None` at the end of the readings.
-    fn event(&mut self, advice: &Advice) -> Result<Option<bool>> {
-        let asked = advice.next.as_ref().and_then(|next| {
-            let same =
-                |own: &&Reading| own.position == next.position && view::setting(&self.campaign, own) == next.setting;
-            self.guide.candidates().iter().find(same).or(self.guide.taken().last())
-        });
-        let asked = asked.cloned();
-        if self.source.truth.is_some() {
-            let Some(asked) = asked else { return Ok(None) };
-            return self.simulated(asked);
-        }
-        loop {
-            let Some(lines) = &mut self.source.lines else { return Ok(None) };
-            let (line, text) = match lines.next(&self.campaign.bench)? {
-                None => return Ok(None),
-                Some(own) => own,
-            };
-            let followed = lines.is_file().then_some(line);
-            let event = match lines.parse(&text, &self.campaign.bench) {
-                Ok(Line::Nothing) => continue,
-                Ok(Line::Quit) => return Ok(None),
-                Ok(Line::Undo(number)) => {
-                    let number = number.unwrap_or(self.guide.taken().len());
-                    let undone = self.guide.clone().undo(number);
-                    undone.map(|()| (Entry::Undone { number, line: followed }, None))
-                }
-                Ok(Line::Reading(cells)) => {
-                    let read = lines::reading(cells, &self.campaign, &self.guide, asked.as_ref());
-                    let accepted = read.and_then(|own| self.guide.clone().accept(own.clone()).map(|()| own));
-                    accepted.map(|own| (Entry::reading(&self.campaign, &own, followed), Some(own)))
-                }
-                Err(error) => Err(error),
-            };
-            match event {
-                Ok((entry, reading)) => {
-                    self.journal.append(&entry)?;
-                    match (entry, reading) {
-                        (Entry::Undone { number, .. }, _) => self.guide.undo(number)?,
-                        (_, Some(own)) => {
-                            self.accept(own)?;
-                            return Ok(Some(true));
-                        }
-                        _ => {}
-                    }
-                    return Ok(Some(false));
-                }
-                // a line that is not understood is said, and the next one is waited for
-                Err(error) => {
-                    let refused = error.at_line(line, 1).in_file(lines.name());
-                    self.show(advice, Some(&refused))?;
-                }
-            }
-        }
-    }
-
-    fn simulated(&mut self, asked: Reading) -> Result<Option<bool>> {
-        let Some(truth) = &self.source.truth else { return Ok(None) };
-        // all of them from the start: noise and deviations go on where they were
-        let rows = self.source.given.iter().chain(&self.ever).map(Reading::unread);
-        let mounted = Reading { position: self.guide.label(&asked), ..asked.clone() };
-        let rows: Vec<Reading> = rows.chain([mounted]).collect();
-        let columns = self.campaign.readings.columns.clone();
-        let schedule = self.campaign.with_readings(Readings { columns, rows });
-        let all = simulate::simulate(&schedule, truth, self.source.seed)?;
-        let Some(own) = all.readings.rows.last().cloned() else { return Ok(None) };
-        let own = Reading { position: asked.position, ..own };
-        self.journal.append(&Entry::reading(&self.campaign, &own, None))?;
-        self.accept(own)?;
-        Ok(Some(true))
-    }
+/// What a line of `tumble guide --json -` says to a person, in English.
+pub fn guide_text(report: &GuideReport) -> String {
+    let text = match &report.held {
+        Some(held) => view::held(held, Language::English),
+        None => view::text(&report.advice, Language::English),
+    };
+    crate::report::wrap::lines(&text)
 }

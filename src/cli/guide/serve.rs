@@ -24,6 +24,8 @@ const MOST: usize = 64;
 #[derive(Default)]
 struct Told {
     events: Vec<String>,
+    /// The last of those that replace each other, and how many there were.
+    latest: (String, usize),
     ended: bool,
     connections: usize,
 }
@@ -75,10 +77,18 @@ impl Page {
         &self.address
     }
 
+    /// What holds until the next one of its kind, or the next event.
+    pub fn replace(&self, event: &str, data: &str) {
+        let mut told = self.told.0.lock().unwrap_or_else(PoisonError::into_inner);
+        told.latest = (format!("event: {event}\ndata: {data}\n\n"), told.latest.1 + 1);
+        self.told.1.notify_all();
+    }
+
     /// One more event, for every page that is open or will be.
     pub fn publish(&self, event: &str, data: &str) {
         let mut told = self.told.0.lock().unwrap_or_else(PoisonError::into_inner);
         told.events.push(format!("event: {event}\ndata: {data}\n\n"));
+        told.latest.0.clear();
         self.told.1.notify_all();
     }
 }
@@ -180,13 +190,16 @@ fn events(mut stream: TcpStream, told: &Shared) -> std::io::Result<()> {
         stream,
         "HTTP/1.1 200 OK\r\nContent-Type: text/event-stream\r\nCache-Control: no-store\r\nX-Content-Type-Options: nosniff\r\nConnection: close\r\n\r\n"
     )?;
-    let mut sent = 0;
+    let mut sent = (0, 0);
     loop {
         let (count, fresh, ended) = {
             let own = told.0.lock().unwrap_or_else(PoisonError::into_inner);
-            let waited = told.1.wait_timeout_while(own, PATIENCE, |own| own.events.len() <= sent && !own.ended);
+            let is_told = |own: &Told| (own.events.len(), own.latest.1) == sent;
+            let waited = told.1.wait_timeout_while(own, PATIENCE, |own| is_told(own) && !own.ended);
             let own = waited.unwrap_or_else(PoisonError::into_inner).0;
-            (own.events.len(), own.events.iter().skip(sent).cloned().collect::<String>(), own.ended)
+            let latest = (own.latest.1 > sent.1).then_some(&own.latest.0);
+            let fresh = own.events.iter().skip(sent.0).chain(latest).cloned().collect::<String>();
+            ((own.events.len(), own.latest.1), fresh, own.ended)
         };
         sent = count;
         // a comment where there is nothing new shows whether the page is still open

@@ -2,7 +2,9 @@
 
 use crate::campaign::{Campaign, Reading};
 use crate::document::number::{rounded, trimmed};
-use crate::guide::{Advice, Agreement, Ending, Explanation, Mistake, MistakeKind, Newest, Next, Progress, Why};
+use crate::guide::{
+    Advice, Agreement, Ending, Explanation, Held, Holding, Mistake, MistakeKind, Newest, Next, Progress, Why,
+};
 use crate::language::{Language, say};
 use crate::report::ARCSEC;
 
@@ -45,6 +47,29 @@ pub(super) fn text(advice: &Advice, lang: Language) -> String {
         Ending::MostReadings => say!(lang, "guide-most-readings", readings, cost),
     }));
     lines.iter().map(|line| format!("{line}\n")).collect()
+}
+
+/// What is said while a position is held.
+pub(super) fn held(own: &Held, lang: Language) -> String {
+    let place = position(&own.position, &own.setting, lang);
+    let seconds = format!("{:.1}", own.held_s);
+    let mean = |own: &crate::guide::HeldMean| {
+        let (u, wanted) = (rounded(own.u, Some(own.u)), trimmed(own.wanted));
+        say!(lang, "guide-held-mean", sensor = own.sensor, u, wanted, unit = own.unit).to_string()
+    };
+    let means = own.means.iter().map(mean).collect::<String>();
+    let line = match (own.state, own.wait_s) {
+        (Holding::Moving, _) => say!(lang, "guide-moving").to_string(),
+        (Holding::Held, Some(wait)) => {
+            say!(lang, "guide-held-wait", place, seconds, means, wait = format!("{wait:.1}")).to_string()
+        }
+        (Holding::Held, None) if own.means.is_empty() => say!(lang, "guide-held", place, seconds).to_string(),
+        (Holding::Held, None) => say!(lang, "guide-held-never", place, seconds, means).to_string(),
+        (Holding::Read, _) => say!(lang, "guide-read", place).to_string(),
+        (Holding::Left, _) => say!(lang, "guide-left", place, seconds, means).to_string(),
+        (Holding::Which, _) => say!(lang, "guide-which", candidates = own.candidates.join("\n  ")).to_string(),
+    };
+    line + "\n"
 }
 
 fn position(label: &str, setting: &str, lang: Language) -> String {

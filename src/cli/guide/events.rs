@@ -1,0 +1,320 @@
+//! From line to line: what is accepted, and what is said.
+
+use super::journal::{Entry, Journal};
+use super::lines::{self, Line, Lines, Numbered};
+use super::place::{Placed, placed};
+use super::samples::{Beside, Samples, Step};
+use super::serve::Page;
+use super::table::Due;
+use super::{json, view};
+use crate::campaign::{Campaign, Reading, Readings};
+use crate::cli;
+use crate::cli::session;
+use crate::error::{Fault, Malformed, Result};
+use crate::guide::{Advice, Ending, Guide, Held, Holding};
+use crate::report::{GuideReport, guide_report};
+use crate::simulate::{self, Truth};
+use std::time::{Duration, Instant};
+
+/// Where readings come from.
+pub(super) struct Source {
+    pub lines: Option<Lines>,
+    /// The lines are samples.
+    pub samples: Option<Samples>,
+    pub truth: Option<Truth>,
+    pub seed: u64,
+    /// Readings of the campaign's own file.
+    pub given: Vec<Reading>,
+}
+
+pub(super) struct Session {
+    pub guide: Guide,
+    pub journal: Journal,
+    pub source: Source,
+    pub campaign: Campaign,
+    /// Every reading that was accepted, those that were undone among them: what a simulation goes on from.
+    pub ever: Vec<Reading>,
+    pub json: bool,
+    pub page: Option<Page>,
+    pub progress: Progress,
+}
+
+/// What is said while a position is held.
+pub(super) struct Progress {
+    /// A line of the terminal that is written again and again.
+    pub line: indicatif::ProgressBar,
+    pub told: Option<(Instant, Holding)>,
+}
+
+/// How often it is said at most while nothing else happens.
+const OFTEN: Duration = Duration::from_millis(250);
+
+/// What a line brought.
+enum Event {
+    /// Lines that are not understood, or change nothing.
+    None,
+    Undo(usize),
+    Reading(Box<Reading>),
+    End,
+}
+
+impl Session {
+    /// Replay what the journal has, then go on until the guide or the readings end.
+    pub fn run(&mut self, entries: Vec<Entry>) -> Result<Option<Ending>> {
+        let mut fresh = false;
+        let mut replayed: Option<Advice> = None;
+        for entry in entries {
+            replayed = None;
+            match entry {
+                Entry::Reading { keys, line, still_sd } => {
+                    let own = lines::reading(keys, &self.campaign, &self.guide, None)?;
+                    self.skip_to(line);
+                    if let Some(samples) = &mut self.source.samples {
+                        samples.resume(still_sd);
+                    }
+                    self.accept(own)?;
+                    fresh = true;
+                }
+                Entry::Undone { number, line } => {
+                    self.skip_to(line);
+                    self.guide.undo(number)?;
+                    fresh = false;
+                }
+                // what is open between steps follows from the advice of each
+                Entry::Next(_) => replayed = Some(self.guide.advise(fresh)?),
+            }
+        }
+        loop {
+            let advice = match replayed.take() {
+                Some(advice) => advice,
+                None => {
+                    let advice = self.guide.advise(fresh)?;
+                    self.journal.append(&Entry::Next(advice.next.as_ref().map(|next| next.set.clone())))?;
+                    advice
+                }
+            };
+            self.show(&advice, None)?;
+            if advice.ended.is_some() {
+                return Ok(advice.ended);
+            }
+            match self.event(&advice)? {
+                None => return Ok(None),
+                Some(was_reading) => fresh = was_reading,
+            }
+        }
+    }
+
+    /// The journal has the lines of the followed file up to this one.
+    fn skip_to(&mut self, line: Option<usize>) {
+        if let (Some(lines), Some(line)) = (&mut self.source.lines, line) {
+            lines.skip_to(line);
+        }
+    }
+
+    fn accept(&mut self, reading: Reading) -> Result<()> {
+        self.guide.accept(reading)?;
+        self.ever.extend(self.guide.taken().last().cloned());
+        Ok(())
+    }
+
+    /// The advice; with an error, that the last line was refused.
+    fn show(&self, advice: &Advice, refused: Option<&Malformed>) -> Result<()> {
+        if self.json || self.page.is_some() {
+            let line = json(&guide_report(advice, refused.map(ToString::to_string)))?;
+            if let Some(page) = &self.page {
+                page.publish("step", &line);
+            }
+            if self.json {
+                return cli::print(&(line + "\n"));
+            }
+        }
+        self.progress.line.suspend(|| match refused {
+            Some(error) => {
+                cli::show_error::show(error);
+                Ok(())
+            }
+            None => cli::show(&view::text(advice, session::language())),
+        })
+    }
+
+    /// The next accepted reading (true) or undone one (false); `None` at the end of the readings.
+    fn event(&mut self, advice: &Advice) -> Result<Option<bool>> {
+        let asked = advice.next.as_ref().and_then(|next| {
+            let same =
+                |own: &&Reading| own.position == next.position && view::setting(&self.campaign, own) == next.setting;
+            self.guide.candidates().iter().find(same).or(self.guide.taken().last())
+        });
+        let asked = asked.cloned();
+        if self.source.truth.is_some() {
+            let Some(asked) = asked else { return Ok(None) };
+            return self.simulated(asked);
+        }
+        let mut refused_before = false;
+        loop {
+            let Some(lines) = &mut self.source.lines else { return Ok(None) };
+            let next = lines.next()?;
+            let (line, from) = (next.as_ref().map_or(0, |own| own.number), lines.name().to_string());
+            let followed = lines.is_file().then_some(line);
+            let event = match next {
+                Some(own) => self.line(&own, asked.as_ref(), advice),
+                None => self.last(asked.as_ref(), advice),
+            };
+            let still_sd = self.source.samples.as_ref().map_or(&[] as &[f64], Samples::still_sd);
+            match event {
+                Ok(Event::None) => refused_before = false,
+                Ok(Event::End) => return Ok(None),
+                Ok(Event::Undo(number)) => {
+                    self.journal.append(&Entry::Undone { number, line: followed })?;
+                    self.guide.undo(number)?;
+                    return Ok(Some(false));
+                }
+                Ok(Event::Reading(own)) => {
+                    self.journal.append(&Entry::reading(&self.campaign, &own, followed, still_sd))?;
+                    self.accept(*own)?;
+                    return Ok(Some(true));
+                }
+                // a line that is not understood is said, and the next one is waited for; of many in a row the first
+                Err(error) if self.source.samples.is_none() || !refused_before => {
+                    refused_before = true;
+                    let refused = error.at_line(line, 1).in_file(&from);
+                    self.show(advice, Some(&refused))?;
+                }
+                Err(_) => {}
+            }
+        }
+    }
+
+    /// What a line brings. Errors: it is not understood, or nothing can be done with it.
+    fn line(&mut self, own: &Numbered, asked: Option<&Reading>, advice: &Advice) -> Result<Event> {
+        let Some(lines) = &mut self.source.lines else { return Ok(Event::End) };
+        let bench = &self.campaign.bench;
+        let parsed = match &self.source.samples {
+            Some(_) => lines.parse_sample(&own.text),
+            None => lines.parse(&own.text, bench),
+        };
+        if let (Some(samples), false) = (&mut self.source.samples, own.passed) {
+            samples.is_past()?;
+        }
+        let beside = Beside { campaign: &self.campaign, guide: &self.guide, asked, last: self.ever.last() };
+        match (parsed, &mut self.source.samples) {
+            // titles among the lines that the journal has, and rows that the clock must have seen
+            (Ok(Line::Row), Some(samples)) if own.passed => {
+                samples.row(lines.titles().unwrap_or_default(), &own.text, true, &self.campaign).map(|_| Event::None)
+            }
+            _ if own.passed => Ok(Event::None),
+            (Ok(Line::Nothing), _) => Ok(Event::None),
+            (Ok(Line::Quit), _) => Ok(Event::End),
+            (Ok(Line::Undo(number)), _) => {
+                let number = number.unwrap_or(self.guide.taken().len());
+                self.guide.clone().undo(number).map(|()| Event::Undo(number))
+            }
+            (Ok(Line::Reading(cells)), _) => {
+                lines::reading(cells, &self.campaign, &self.guide, asked).and_then(|own| self.accepted(own))
+            }
+            (Ok(Line::Row), Some(samples)) => {
+                let titles = lines.titles().unwrap_or_default();
+                match samples.row(titles, &own.text, false, &self.campaign)? {
+                    Due::Nothing => Ok(Event::None),
+                    due => {
+                        let step = samples.look(beside, false, due == Due::Ended)?;
+                        self.step(step, asked, advice)
+                    }
+                }
+            }
+            (Ok(Line::Take), Some(samples)) => {
+                if !samples.holds() {
+                    return Err(Malformed::new(Fault::Missing, "there is nothing to take")
+                        .expected("a position that is held and is not read yet"));
+                }
+                let step = samples.look(beside, true, false)?;
+                self.step(step, asked, advice)
+            }
+            (Ok(Line::Position(keys)), Some(samples)) => match samples.name(keys) {
+                Some(cells) => self.step(Step::Read(cells), asked, advice),
+                None => Ok(Event::None),
+            },
+            (Ok(Line::Row | Line::Take | Line::Position(_)), None) => Ok(Event::None),
+            (Err(error), _) => Err(error),
+        }
+    }
+
+    /// No more lines come: what the samples hold at their end may be enough.
+    fn last(&mut self, asked: Option<&Reading>, advice: &Advice) -> Result<Event> {
+        let beside = Beside { campaign: &self.campaign, guide: &self.guide, asked, last: self.ever.last() };
+        let Some(samples) = &mut self.source.samples else { return Ok(Event::End) };
+        samples.finish()?;
+        let step = samples.look(beside, false, true)?;
+        Ok(match self.step(step, asked, advice)? {
+            Event::Reading(own) => Event::Reading(own),
+            _ => Event::End,
+        })
+    }
+
+    /// What the samples say.
+    fn step(&mut self, step: Step, asked: Option<&Reading>, advice: &Advice) -> Result<Event> {
+        let cells = match step {
+            Step::Nothing => return Ok(Event::None),
+            Step::Said(held) => return self.tell(advice, held).map(|()| Event::None),
+            Step::Read(cells) => cells,
+        };
+        let beside = Beside { campaign: &self.campaign, guide: &self.guide, asked, last: self.ever.last() };
+        let placed = placed(&cells, beside)?;
+        let Some(samples) = &mut self.source.samples else { return Ok(Event::None) };
+        match placed {
+            Placed::Here(own) => {
+                samples.ask(None);
+                self.accepted(own)
+            }
+            Placed::Which(candidates) => {
+                samples.ask(Some(cells));
+                let held = Held { candidates, ..Held::nothing(Holding::Which) };
+                self.tell(advice, held).map(|()| Event::None)
+            }
+        }
+    }
+
+    /// A reading that the guide takes.
+    fn accepted(&self, own: Reading) -> Result<Event> {
+        self.guide.clone().accept(own.clone()).map(|()| Event::Reading(Box::new(own)))
+    }
+
+    /// What is held: on the line of the terminal, as a line of JSON, and on the page.
+    fn tell(&mut self, advice: &Advice, held: Held) -> Result<()> {
+        let now = Instant::now();
+        let soon = |(at, state): (Instant, Holding)| state == held.state && now.duration_since(at) < OFTEN;
+        if self.progress.told.is_some_and(soon) {
+            return Ok(());
+        }
+        self.progress.told = Some((now, held.state));
+        if let Some(page) = &self.page {
+            page.replace("held", &json(&held)?);
+        }
+        if self.json {
+            return cli::print(&(json(&GuideReport { held: Some(held), ..guide_report(advice, None) })? + "\n"));
+        }
+        let text = view::held(&held, session::language());
+        if matches!(held.state, Holding::Left | Holding::Which) {
+            self.progress.line.suspend(|| cli::show(&text))?;
+        } else {
+            self.progress.line.set_message(text.trim_end().to_string());
+            self.progress.line.tick();
+        }
+        Ok(())
+    }
+
+    fn simulated(&mut self, asked: Reading) -> Result<Option<bool>> {
+        let Some(truth) = &self.source.truth else { return Ok(None) };
+        // all of them from the start: noise and deviations go on where they were
+        let rows = self.source.given.iter().chain(&self.ever).map(Reading::unread);
+        let mounted = Reading { position: self.guide.label(&asked), ..asked.clone() };
+        let rows: Vec<Reading> = rows.chain([mounted]).collect();
+        let columns = self.campaign.readings.columns.clone();
+        let schedule = self.campaign.with_readings(Readings { columns, rows });
+        let all = simulate::simulate(&schedule, truth, self.source.seed)?;
+        let Some(own) = all.readings.rows.last().cloned() else { return Ok(None) };
+        let own = Reading { position: asked.position, ..own };
+        self.journal.append(&Entry::reading(&self.campaign, &own, None, &[]))?;
+        self.accept(own)?;
+        Ok(Some(true))
+    }
+}

@@ -1,0 +1,282 @@
+//! Samples as they come: rows below a line of titles, what is held, and the reading that it becomes.
+//!
+//! What is said and read follows from the rows alone, not from when they come: a record that is followed again gives the same readings.
+
+use super::lines;
+use super::table::{Due, Table};
+use crate::campaign::{Campaign, JointState, Reading};
+use crate::error::Result;
+use crate::guide::{Guide, Held, HeldMean, Holding};
+use crate::record::ClockFrom;
+use crate::reduce::{Ahead, Look};
+use crate::wire::{Cell, Named, ReadingFile};
+
+/// Shorter standstills are not read, s: as in a record.
+const LEAST_S: f64 = 1.0;
+/// Means are looked at again when this share of what is held has come in addition: white noise makes u less by a fifth.
+const MORE: f64 = 0.5;
+/// Windows of a position that was read after which no more of it is kept.
+const KEPT: f64 = 64.0;
+
+/// A stream of samples.
+pub(super) struct Samples {
+    pub clock: ClockFrom,
+    pub window: f64,
+    pub threshold: f64,
+    table: Option<Table>,
+    /// What was said of where the bench stands, and whether a standstill has it already.
+    named: Option<(ReadingFile, bool)>,
+    /// Does the bench stand where it was read last?
+    on: bool,
+    /// The last sample of what was held at the last look.
+    end: u64,
+    /// How long it must be held, s, before its means are looked at again.
+    next_s: f64,
+    said: Option<Held>,
+    /// A reading of which several positions may be the one.
+    open: Option<ReadingFile>,
+    still_sd: Vec<f64>,
+    /// Was the last row one that was looked at before?
+    passing: bool,
+}
+
+/// Was this held for so long that it is worth a word that it was left?
+fn is_lasting(own: &Held) -> bool {
+    own.state == Holding::Held && own.held_s >= LEAST_S
+}
+
+/// What a look brings.
+pub(super) enum Step {
+    Nothing,
+    Said(Held),
+    Read(ReadingFile),
+}
+
+/// What samples are looked at with.
+#[derive(Clone, Copy)]
+pub(super) struct Beside<'a> {
+    pub campaign: &'a Campaign,
+    pub guide: &'a Guide,
+    pub asked: Option<&'a Reading>,
+    /// The reading that was accepted last.
+    pub last: Option<&'a Reading>,
+}
+
+impl Samples {
+    pub fn new(clock: ClockFrom, window: f64, threshold: f64) -> Self {
+        Samples {
+            clock,
+            window,
+            threshold,
+            table: None,
+            named: None,
+            on: false,
+            end: 0,
+            next_s: 0.0,
+            said: None,
+            open: None,
+            still_sd: Vec::new(),
+            passing: false,
+        }
+    }
+
+    /// A journal has a reading, which was judged by a still sensor of these standard deviations.
+    pub fn resume(&mut self, still_sd: Vec<f64>) {
+        (self.on, self.still_sd) = (true, still_sd);
+    }
+
+    /// The standard deviations of the still sensor that are known.
+    pub fn still_sd(&self) -> &[f64] {
+        self.table.as_ref().map_or(&[], |own| own.hold.still_sd())
+    }
+
+    /// A row below these titles. `passed`: it was looked at before.
+    ///
+    /// Errors: titles of no sensor, cells that are no numbers, times that do not increase.
+    pub fn row(&mut self, titles: &str, text: &str, passed: bool, campaign: &Campaign) -> Result<Due> {
+        let table = match &mut self.table {
+            Some(own) => own,
+            None => {
+                let mut own = Table::new(titles, text, self, campaign)?;
+                own.hold.set_still_sd(self.still_sd.clone());
+                self.table.insert(own)
+            }
+        };
+        self.passing = passed;
+        table.row(text, passed)
+    }
+
+    /// Everything that was passed is behind.
+    pub fn is_past(&mut self) -> Result<()> {
+        match &mut self.table {
+            Some(table) if std::mem::take(&mut self.passing) => table.flush(true),
+            _ => Ok(()),
+        }
+    }
+
+    /// No more rows come: what was not looked at is.
+    pub fn finish(&mut self) -> Result<()> {
+        match &mut self.table {
+            Some(table) => table.flush(false),
+            None => Ok(()),
+        }
+    }
+
+    /// The bench stands at a position with these keys, or will at the next standstill; or else a reading that waits for its position, with them.
+    pub fn name(&mut self, keys: ReadingFile) -> Option<ReadingFile> {
+        if let Some(Named(mut cells)) = self.open.clone() {
+            cells.retain(|(key, _)| keys.get(key).is_none());
+            return Some(Named(keys.0.into_iter().chain(cells).collect()));
+        }
+        if std::mem::take(&mut self.on) {
+            self.next_s = 0.0;
+            self.table.iter_mut().for_each(|own| own.hold.restart());
+        }
+        self.named = Some((keys, false));
+        None
+    }
+
+    /// A reading waits for its position, or (`None`) waits no more.
+    pub fn ask(&mut self, cells: Option<ReadingFile>) {
+        self.open = cells;
+    }
+
+    /// Is anything held that is not read?
+    pub fn holds(&self) -> bool {
+        self.open.is_none() && self.said.as_ref().is_some_and(|own| own.state == Holding::Held)
+    }
+
+    /// What is held; `at_once`: it is read as it is; `ended`: with its label, too.
+    pub fn look(&mut self, beside: Beside, at_once: bool, ended: bool) -> Result<Step> {
+        let Some(mut table) = self.table.take() else { return Ok(Step::Nothing) };
+        let at_once = at_once || ended && table.label.is_some();
+        let step = self.looked(&mut table, beside, at_once);
+        if table.label.is_some() && ended {
+            table.hold.restart();
+            table.run = table.next_run();
+            (self.on, self.next_s) = (false, 0.0);
+        }
+        self.table = Some(table);
+        step
+    }
+
+    fn looked(&mut self, table: &mut Table, beside: Beside, at_once: bool) -> Result<Step> {
+        if table.label.is_some() && table.run.is_empty() {
+            table.hold.restart();
+            return Ok(self.moves());
+        }
+        let standing = match table.hold.look() {
+            Look::Standing(own) => own,
+            Look::Open => return Ok(Step::Nothing),
+            Look::Moving => return Ok(self.moves()),
+        };
+        if standing.start >= self.end && self.end > 0 {
+            // another standstill
+            self.left();
+            if let Some(was) = self.said.take().filter(is_lasting) {
+                (self.on, self.end) = (false, standing.end);
+                return Ok(self.say(Held { state: Holding::Left, ..was }));
+            }
+        }
+        self.end = standing.end;
+        self.on &= standing.whole;
+        if let Some((_, used)) = &mut self.named {
+            *used = true;
+        }
+        let mut keys = self.named.as_ref().map_or(Named(Vec::new()), |(own, _)| own.clone());
+        if table.label.is_some() {
+            keys = Named(vec![("position".into(), Cell::Text(table.run.clone()))]);
+        }
+        keys.0.extend(table.joints(beside, &standing));
+        let again = beside.asked.zip(beside.last).is_some_and(|(asked, last)| asked.joints == last.joints);
+        let base = lines::base(&keys, beside.guide, beside.asked).or(beside.guide.candidates().first());
+        let Some(base) = base else { return Ok(Step::Nothing) };
+        let mut held = Held {
+            position: base.position.clone(),
+            setting: crate::guide::setting(beside.campaign, &base.joints),
+            held_s: standing.seconds,
+            ..Held::nothing(Holding::Held)
+        };
+        if self.on && (!again || self.open.is_some()) {
+            if standing.seconds > KEPT * self.window {
+                table.hold.restart();
+            }
+            if let Some(last) = beside.last.filter(|_| self.open.is_none()) {
+                held.state = Holding::Read;
+                held.position = last.position.clone();
+                held.setting = crate::guide::setting(beside.campaign, &last.joints);
+                return Ok(self.say(held));
+            }
+            return Ok(Step::Nothing);
+        }
+        if self.open.is_some() {
+            return Ok(Step::Nothing);
+        }
+        self.on = false;
+        let turn_s =
+            base.joints.iter().map(JointState::rate_deg_s).find(|rate| *rate != 0.0).map(|rate| 360.0 / rate.abs());
+        let least = turn_s.unwrap_or(0.0).max(if table.label.is_some() { 0.0 } else { LEAST_S });
+        if standing.seconds < self.next_s.max(least) && !at_once {
+            // as it was foreseen
+            if let Some(own) = self.said.as_ref().filter(|own| own.state == Holding::Held && self.next_s > 0.0) {
+                held.means = own.means.clone();
+                held.wait_s = own.wait_s.map(|wait| (wait - (standing.seconds - own.held_s)).max(0.0));
+            }
+            return Ok(self.say(held));
+        }
+        let Some(means) = standing.means(table.sensors.len(), turn_s) else { return Ok(self.say(held)) };
+        let mut wait = Some(0.0_f64);
+        for ((mean, ahead), sensor) in means.iter().zip(&table.sensors) {
+            let Some(own) = beside.campaign.bench.sensors.get(*sensor) else { continue };
+            let (wanted, u) = (beside.guide.expected_u(base, *sensor), mean.uncertainty.u);
+            let until = Ahead::until(standing.seconds, mean, ahead, wanted);
+            wait = wait.zip(until).map(|(a, b)| a.max(b));
+            held.means.push(HeldMean { sensor: own.id.clone(), mean: mean.value, u, wanted, unit: own.unit.clone() });
+        }
+        held.wait_s = wait;
+        let more = MORE * standing.seconds;
+        self.next_s = standing.seconds + wait.map_or(more, |wait| wait.min(more));
+        if wait != Some(0.0) && !at_once {
+            return Ok(self.say(held));
+        }
+        let cells = table.cells(beside.campaign, &standing, &means, keys);
+        let known = standing.still_sd();
+        if !known.is_empty() {
+            table.hold.set_still_sd(known);
+        }
+        table.hold.restart();
+        (self.on, self.named, self.said, self.end, self.next_s) = (true, None, None, 0, 0.0);
+        Ok(Step::Read(cells))
+    }
+
+    /// The bench moves.
+    fn moves(&mut self) -> Step {
+        (self.on, self.end) = (false, 0);
+        let was = self.said.clone().filter(is_lasting);
+        self.left();
+        let state = if was.is_some() { Holding::Left } else { Holding::Moving };
+        let held = was.map_or_else(|| Held::nothing(state), |own| Held { state, ..own });
+        self.say(held)
+    }
+
+    /// What was held is so no more.
+    fn left(&mut self) {
+        self.next_s = 0.0;
+        self.named = self.named.take().filter(|(_, used)| !used);
+    }
+
+    fn say(&mut self, held: Held) -> Step {
+        // of what moves, or was left, nothing more is to be said
+        let quiet = |own: &Held| matches!(own.state, Holding::Moving | Holding::Left);
+        let told = self.said.as_ref().is_some_and(|own| {
+            own.state == held.state && held.state != Holding::Held || quiet(own) && held.state == Holding::Moving
+        });
+        match told {
+            true => Step::Nothing,
+            false => {
+                self.said = Some(held.clone());
+                Step::Said(held)
+            }
+        }
+    }
+}
