@@ -101,8 +101,9 @@ fn the_same_report_has_the_same_bytes_and_replaces_its_own_workbook_alone() {
             }
         }
     }
-    assert_eq!(marks.len(), 1);
-    let (name, value) = &marks[0];
+    // what is printed of each sheet has a name, too
+    let own: Vec<_> = marks.iter().filter(|(name, _)| !name.contains("Print_Area")).collect();
+    let [(name, value)] = own[..] else { panic!("{marks:?}") };
     edited.define_name(name, &format!("={value}")).unwrap();
     edited.save(path("same.xlsx")).unwrap();
     edited.worksheet_from_index(0).unwrap().write_string(40, 0, "mine").unwrap();

@@ -3,9 +3,9 @@
 use super::journal::{Entry, Journal};
 use super::lines::{self, Line, Lines, Numbered};
 use super::place::{Placed, placed};
-use super::samples::{Beside, Samples, Step};
+use super::samples::{Samples, Step};
 use super::serve::Page;
-use super::table::Due;
+use super::table::{Beside, Due};
 use super::{json, view};
 use crate::campaign::{Campaign, Reading, Readings};
 use crate::cli;

@@ -185,5 +185,5 @@ pub fn guide_text(report: &GuideReport) -> String {
         Some(held) => view::held(held, Language::English),
         None => view::text(&report.advice, Language::English),
     };
-    crate::report::wrap::lines(&text)
+    crate::document::wrap::lines(&text)
 }

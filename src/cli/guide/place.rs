@@ -1,7 +1,7 @@
 //! Where a reading of samples belongs.
 
 use super::lines;
-use super::samples::Beside;
+use super::table::Beside;
 use crate::campaign::Reading;
 use crate::error::Result;
 use crate::guide::Agreement;

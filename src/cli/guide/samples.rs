@@ -3,10 +3,10 @@
 //! What is said and read follows from the rows alone, not from when they come: a record that is followed again gives the same readings.
 
 use super::lines;
-use super::table::{Due, Table};
-use crate::campaign::{Campaign, JointState, Reading};
+use super::table::{Beside, Due, Standstills, Table};
+use crate::campaign::{Campaign, JointState};
 use crate::error::Result;
-use crate::guide::{Guide, Held, HeldMean, Holding};
+use crate::guide::{Held, HeldMean, Holding};
 use crate::record::ClockFrom;
 use crate::reduce::{Ahead, Look};
 use crate::wire::{Cell, Named, ReadingFile};
@@ -20,9 +20,7 @@ const KEPT: f64 = 64.0;
 
 /// A stream of samples.
 pub(super) struct Samples {
-    pub clock: ClockFrom,
-    pub window: f64,
-    pub threshold: f64,
+    standstills: Standstills,
     table: Option<Table>,
     /// What was said of where the bench stands, and whether a standstill has it already.
     named: Option<(ReadingFile, bool)>,
@@ -52,22 +50,10 @@ pub(super) enum Step {
     Read(ReadingFile),
 }
 
-/// What samples are looked at with.
-#[derive(Clone, Copy)]
-pub(super) struct Beside<'a> {
-    pub campaign: &'a Campaign,
-    pub guide: &'a Guide,
-    pub asked: Option<&'a Reading>,
-    /// The reading that was accepted last.
-    pub last: Option<&'a Reading>,
-}
-
 impl Samples {
     pub fn new(clock: ClockFrom, window: f64, threshold: f64) -> Self {
         Samples {
-            clock,
-            window,
-            threshold,
+            standstills: Standstills { clock, window, threshold },
             table: None,
             named: None,
             on: false,
@@ -97,7 +83,7 @@ impl Samples {
         let table = match &mut self.table {
             Some(own) => own,
             None => {
-                let mut own = Table::new(titles, text, self, campaign)?;
+                let mut own = Table::new(titles, text, &self.standstills, campaign)?;
                 own.hold.set_still_sd(self.still_sd.clone());
                 self.table.insert(own)
             }
@@ -198,7 +184,7 @@ impl Samples {
             ..Held::nothing(Holding::Held)
         };
         if self.on && (!again || self.open.is_some()) {
-            if standing.seconds > KEPT * self.window {
+            if standing.seconds > KEPT * self.standstills.window {
                 table.hold.restart();
             }
             if let Some(last) = beside.last.filter(|_| self.open.is_none()) {

@@ -1,10 +1,10 @@
 //! Rows of samples: their columns and their clock, until they go into what is held.
 
-use super::samples::{Beside, Samples};
-use crate::campaign::{Campaign, JointState};
+use crate::campaign::{Campaign, JointState, Reading};
 use crate::elements::Parts;
 use crate::error::{Fault, Malformed, Result};
-use crate::record::{As, Block, Clock, Delimited, Record};
+use crate::guide::Guide;
+use crate::record::{As, Block, Clock, ClockFrom, Delimited, Record};
 use crate::reduce::{Ahead, Hold, Mean, Standing, Unwrap};
 use crate::units::Conversion;
 use crate::wire::{self, Cell, Named, ReadingFile};
@@ -48,12 +48,29 @@ pub(super) enum Due {
     Ended,
 }
 
+/// How standstills are found: where times come from, the window in s, and the largest variance of a still window in variances of the still sensor.
+pub(super) struct Standstills {
+    pub clock: ClockFrom,
+    pub window: f64,
+    pub threshold: f64,
+}
+
+/// What samples are looked at with.
+#[derive(Clone, Copy)]
+pub(super) struct Beside<'a> {
+    pub campaign: &'a Campaign,
+    pub guide: &'a Guide,
+    pub asked: Option<&'a Reading>,
+    /// The reading that was accepted last.
+    pub last: Option<&'a Reading>,
+}
+
 impl Table {
-    pub fn new(titles: &str, first: &str, samples: &Samples, campaign: &Campaign) -> Result<Self> {
+    pub fn new(titles: &str, first: &str, found_by: &Standstills, campaign: &Campaign) -> Result<Self> {
         let record = Record::of_text("samples", format!("{titles}\n{first}\n"))?;
-        let time = samples.clock.column(&record)?;
-        let clock = samples.clock.ticks(&record, time)?;
-        let unused = samples.clock.unused(&record);
+        let time = found_by.clock.column(&record)?;
+        let clock = found_by.clock.ticks(&record, time)?;
+        let unused = found_by.clock.unused(&record);
         let titled = wire::table_keys(&campaign.bench, &record)?;
         let mut chosen: Vec<(usize, String)> = Vec::new();
         let place =
@@ -83,7 +100,7 @@ impl Table {
         rows.select(&wanted);
         let units = |k: &usize| rows.dialect().columns.get(*k).and_then(|own| own.unit.clone()).unwrap_or_default();
         let named = chosen.iter().map(|(k, key)| (key.clone(), units(k))).collect();
-        let hold = Hold::new(named, observed, samples.window, samples.threshold, samples.window);
+        let hold = Hold::new(named, observed, found_by.window, found_by.threshold, found_by.window);
         let conversion = |(k, _): &(usize, String)| titled.get(*k).and_then(|(_, own)| *own);
         let turns =
             |(_, key): &(usize, String)| (joints.contains(key) && key.ends_with("_deg")).then(|| Unwrap::new(360.0));
