@@ -314,7 +314,8 @@ impl<'a> RecordRows<'a> {
     fn take(&mut self, record: &Record, time: Option<&[f64]>) -> Result<()> {
         let Taken { rows, pattern, .. } = &mut self.taken;
         let count = self.raw.rows();
-        (rows.clear(), pattern.clear());
+        rows.clear();
+        pattern.clear();
         let mut take = |k: usize, own: Option<usize>| {
             if let Some(own) = own {
                 rows.push(k);

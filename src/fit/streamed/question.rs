@@ -300,7 +300,8 @@ impl Question {
                 .at_path(rows.place(k)));
             }
             let time = |k: usize| block.columns.get(column).map_or(f64::NAN, |list| list.at(k));
-            for (before, k) in own.iter().zip(own.iter().skip(1)).filter(|(before, k)| time(**k) < time(**before)) {
+            let mut steps = own.iter().zip(own.iter().skip(1));
+            if let Some((before, k)) = steps.find(|(before, k)| time(**k) < time(**before)) {
                 return Err(backwards(time(*k), time(*before)).at_path(rows.place(*k)));
             }
         }
