@@ -7,7 +7,7 @@ use crate::language::Language;
 
 const STYLE: &str = include_str!("../../data/templates/page.css");
 
-/// Pages of more sections than this have links to them.
+/// Pages of more sections than this have links to them: fewer are seen at once. Nothing else depends on it.
 const LINKED: usize = 3;
 
 /// A document as one HTML file.

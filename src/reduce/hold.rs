@@ -12,13 +12,14 @@ use crate::number;
 
 /// Most blocks of a channel: 16 s of 1 kHz as they are, and four blocks to a window of half a second for half an hour.
 const BLOCKS: usize = 1 << 14;
-/// Looks in the length of a window.
+/// Looks in the length of a window: what has become still is seen half a window later at most. Results do not depend on it.
 const LOOKS: f64 = 2.0;
 /// Windows without standing after which what lies before them is forgotten, with no standstill among them; and after one. Stretches within the
 /// second are one position with a jerk between them (see `segments.rs`).
 const MOVING: f64 = 16.0;
 const JERK: f64 = 4.0;
-/// How much longer holds are asked about: doublings of what is held.
+/// How much longer holds are asked about: doublings of what is held. A thousand times as
+/// long makes the u of white noise 32 times smaller; what takes longer is said to be out of reach.
 const DOUBLINGS: i32 = 10;
 
 /// Samples as they come, and what is held.

@@ -15,7 +15,7 @@ use crate::wire::{Cell, Named, ReadingFile};
 const LEAST_S: f64 = 1.0;
 /// Means are looked at again when this share of what is held has come in addition: white noise makes u less by a fifth.
 const MORE: f64 = 0.5;
-/// Windows of a position that was read after which no more of it is kept.
+/// Windows of a position that was read after which no more of it is kept: half a minute at the default window, a bound on memory alone, since a reading changes no more.
 const KEPT: f64 = 64.0;
 
 /// A stream of samples.

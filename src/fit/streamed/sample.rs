@@ -5,7 +5,7 @@ use super::{Block, Rows};
 use crate::campaign::Readings;
 use crate::error::Result;
 
-/// Most rows of a sample.
+/// Most rows of a sample, kept at steps of a power of two: 1000 to 2000 of a longer record are the readings that a report shows, and where a search begins.
 const MOST: u64 = 2000;
 
 /// What is known of a record after one pass.
