@@ -12,7 +12,7 @@ use crate::number;
 
 /// Most blocks of a channel: 16 s of 1 kHz as they are, and four blocks to a window of half a second for half an hour.
 const BLOCKS: usize = 1 << 14;
-/// Looks in the length of a window: what has become still is seen half a window later at most. Results do not depend on it.
+/// Looks in the length of a window: what has become still is seen half a window later at most. A reading is taken at a look.
 const LOOKS: f64 = 2.0;
 /// Windows without standing after which what lies before them is forgotten, with no standstill among them; and after one. Stretches within the
 /// second are one position with a jerk between them (see `segments.rs`).
