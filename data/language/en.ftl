@@ -596,6 +596,9 @@ the-gap-is-noise = nothing is missing: the residuals are no larger than the nois
 nothing-missing-noise-from-residuals = no effect is significant; the noise is estimated from the residuals, so completeness cannot be tested
 something-is-missing = the residuals exceed the noise, and no effect of the catalogue explains them
 nothing-can-be-diagnosed = nothing can be diagnosed: there are as many readings as unknowns, so no residuals remain
+effects-are-suspected = the residuals exceed the noise; suspected, but not probable enough for a name: { $suspected }
+and-further-effects-are-suspected = { $found }; suspected beside it: { $suspected }
+effect-with-probability = { $name }, probability { $p }
 effect-named = { $name } (`{ $regressor }`)
 effect-or-others = { $n ->
     [one] { $name }, or one other effect that this schedule cannot distinguish from it

@@ -1,86 +1,130 @@
-//! What not knowing which alias it is does to the parameters.
+//! What not knowing which explanation it is does to the parameters.
 //!
 //! ```text
 //! x(S) = x - A+ C_S k,    k = (C_S'^T C_S')^-1 C_S'^T r        half-width_j = max over aliases |x_j(S with the alias) - x_j(S)|
 //! ```
 //!
-//! Aliases fit the readings alike and yet move the parameters differently, by what the model absorbs of each. Each has its probability, and the
-//! variance of the parameters over them adds to their covariance (J. Hoeting, D. Madigan, A. Raftery, C. Volinsky: Bayesian model averaging,
-//! Statistical Science 14 (1999), 382, eq. 3): `u^2 = u(S)^2 + sum_k P_k (x_k - x(S))^2`, about the value that is reported.
+//! Explanations fit the readings alike and yet move the parameters differently, by what the model absorbs of each. Each has its posterior
+//! probability, and the variance of the parameters over them adds to their covariance (J. Hoeting, D. Madigan, A. Raftery, C. Volinsky: Bayesian
+//! model averaging, Statistical Science 14 (1999), 382, eq. 3): `u^2 = u(S)^2 + sum_k P_k (x_k - x(S))^2`, about the value that is reported.
 
 use super::candidate::Candidate;
-use super::criteria::Question;
 use super::evidence::Evidence;
 use super::noise::Weighted;
-use super::sets::Rival;
 use crate::elements::Elements;
 use crate::linear::Triangle;
+use std::collections::HashMap;
 
-/// Weight of each rival against the named member of its place, which has 1: `exp(-(excess + plausibility penalty - plausibility penalty of the member) / 2)`.
-pub(super) fn shares(question: &Question<'_>, set: &[usize], rivals: &[Rival]) -> Vec<f64> {
-    let share = |rival: &Rival| {
-        let named = question.burden(set);
-        let own = question.burden(&rival.replaced(set));
-        // a rival that fits better by chance counts for no more than the named one
-        (-0.5 * (rival.excess.max(0.0) + (own - named).max(0.0))).exp()
-    };
-    rivals.iter().map(share).collect()
+/// What could stand in the place of a named effect.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Rival {
+    /// The named effect, by place.
+    pub place: usize,
+    /// The candidate that could stand there.
+    pub candidate: usize,
+    /// Its probability over that of the named effect.
+    pub share: f64,
+    /// How much worse it fits, in noise variances.
+    pub excess: f64,
 }
 
-/// For each unknown, `n`: the largest shift if a rival were the effect, and the standard deviation over all of them with their weights.
-pub(super) fn moved_by(
-    candidates: &[Candidate],
-    evidence: &Evidence,
-    weighted: &Weighted,
-    set: &[usize],
-    rivals: &[Rival],
-    shares: &[f64],
-) -> Vec<(f64, f64)> {
-    let unknowns = weighted.estimate.unknowns.solution.len();
-    let Some(named) = moved(candidates, evidence, weighted, set) else { return vec![(0.0, 0.0); unknowns] };
-    let mut squares = vec![(0.0_f64, 0.0_f64); unknowns];
-    for place in 0..set.len() {
-        let mut own = vec![(0.0_f64, 0.0_f64); unknowns];
-        let mut all = 1.0;
-        for (rival, share) in rivals.iter().zip(shares).filter(|(rival, _)| rival.place == place) {
+/// A set of effects with its probability: for each effect the candidates of its column, with their shares.
+#[derive(Debug, Clone)]
+pub(super) struct Explanation {
+    pub probability: f64,
+    pub members: Vec<Vec<(usize, f64)>>,
+}
+
+/// What effects do to the unknowns, computed once for each candidate.
+pub(super) struct Shifts<'a> {
+    candidates: &'a [Candidate],
+    evidence: &'a Evidence,
+    weighted: &'a Weighted,
+    unknowns: usize,
+    of: HashMap<usize, Option<Vec<f64>>>,
+}
+
+impl<'a> Shifts<'a> {
+    pub fn new(candidates: &'a [Candidate], evidence: &'a Evidence, weighted: &'a Weighted) -> Self {
+        let unknowns = weighted.estimate.unknowns.solution.len();
+        Shifts { candidates, evidence, weighted, unknowns, of: HashMap::new() }
+    }
+
+    /// `-A+ c` for a column that the model leaves with norm one; `None` where it leaves next to nothing.
+    fn unit(&mut self, index: usize) -> Option<Vec<f64>> {
+        let (candidates, evidence, weighted) = (self.candidates, self.evidence, self.weighted);
+        let own = || {
+            let candidate = candidates.get(index)?;
+            let left = evidence.pool.visible().get(index).copied()? * weighted.norm(&candidate.column);
+            let absorbed = weighted.absorbed(&candidate.column).ok()?;
+            let shift: Vec<f64> = absorbed.iter().map(|x| -x / left).collect();
+            shift.iter().all(|x| x.is_finite()).then_some(shift)
+        };
+        self.of.entry(index).or_insert_with(own).clone()
+    }
+
+    /// Mean and variance of the shift of every unknown by a set, each effect being one of the candidates of its column.
+    fn of(&mut self, members: &[Vec<(usize, f64)>]) -> Option<(Vec<f64>, Vec<f64>)> {
+        let first: Vec<usize> = members.iter().map(|own| own.first().map(|(j, _)| *j)).collect::<Option<_>>()?;
+        let cosine = |a: usize, b: usize| self.evidence.cosines(a).at(b);
+        let gram = |i: usize, k: usize| {
+            if i == k { 1.0 } else { first.get(i).zip(first.get(k)).map_or(f64::NAN, |(a, b)| cosine(*a, *b)) }
+        };
+        let scores =
+            first.iter().map(|j| self.evidence.pool.scores().get(*j).copied()).collect::<Option<Vec<f64>>>()?;
+        // directions of which less than a thousandth is their own are one
+        let sizes = Triangle::of(first.len(), gram, |_| 1e-6)?.solve(&scores);
+        let (mut mean, mut variance) = (vec![0.0; self.unknowns], vec![0.0; self.unknowns]);
+        for ((own, first), size) in members.iter().zip(&first).zip(sizes) {
+            let all: f64 = own.iter().map(|(_, share)| share).sum();
+            let (mut one, mut two) = (vec![0.0; self.unknowns], vec![0.0; self.unknowns]);
+            for (j, share) in own {
+                let signed = size * self.evidence.cosines(*first).get(*j).map_or(1.0, |g| g.signum());
+                let unit = self.unit(*j)?;
+                for ((one, two), x) in one.iter_mut().zip(&mut two).zip(&unit) {
+                    *one += share / all * signed * x;
+                    *two += share / all * (signed * x) * (signed * x);
+                }
+            }
+            for (((mean, variance), one), two) in mean.iter_mut().zip(&mut variance).zip(one).zip(two) {
+                *mean += one;
+                *variance += (two - one * one).max(0.0);
+            }
+        }
+        Some((mean, variance))
+    }
+
+    /// For each unknown: the largest shift if a rival were the effect, and the standard deviation over all explanations with their probabilities.
+    pub fn about(&mut self, set: &[usize], rivals: &[Rival], explanations: &[Explanation]) -> Vec<(f64, f64)> {
+        let alone = |set: &[usize]| -> Vec<Vec<(usize, f64)>> { set.iter().map(|j| vec![(*j, 1.0)]).collect() };
+        let mut found = vec![(0.0_f64, 0.0_f64); self.unknowns];
+        let Some((named, _)) = self.of(&alone(set)) else { return found };
+        for place in 0..set.len() {
+            let mut widest = vec![0.0_f64; self.unknowns];
             // what only small tilts leave would need an absurd coefficient
-            let small = |j: usize| candidates.get(j).is_none_or(|c| c.vanishing);
-            // rivals of several members count once, at the first place
-            if small(rival.candidate) || rival.with.iter().any(|j| small(*j)) || !rival.is_first() {
-                continue;
+            let plain =
+                |own: &&Rival| own.place == place && self.candidates.get(own.candidate).is_some_and(|c| !c.vanishing);
+            let plain: Vec<usize> = rivals.iter().filter(plain).map(|own| own.candidate).collect();
+            for candidate in plain {
+                let mut other = set.to_vec();
+                other.iter_mut().skip(place).take(1).for_each(|own| *own = candidate);
+                let Some((moved, _)) = self.of(&alone(&other)) else { continue };
+                widest.iter_mut().zip(moved.iter().zip(&named)).for_each(|(w, (a, b))| *w = w.max((a - b).abs()));
             }
-            let other = rival.replaced(set);
-            let Some(moved) = moved(candidates, evidence, weighted, &other) else { continue };
-            all += share;
-            for ((own, here), named) in own.iter_mut().zip(&moved).zip(&named) {
-                let shift = (here - named).abs();
-                own.0 = own.0.max(shift);
-                own.1 += share * shift * shift;
+            found.iter_mut().zip(widest).for_each(|(own, w)| own.0 = own.0.hypot(w));
+        }
+        let mut all = 0.0;
+        let mut square = vec![0.0; self.unknowns];
+        for own in explanations {
+            let Some((mean, variance)) = self.of(&own.members) else { continue };
+            all += own.probability;
+            for (slot, ((mean, variance), named)) in square.iter_mut().zip(mean.iter().zip(variance).zip(&named)) {
+                *slot += own.probability * ((mean - named) * (mean - named) + variance);
             }
         }
-        for (sum, (widest, variance)) in squares.iter_mut().zip(own) {
-            sum.0 += widest * widest;
-            sum.1 += variance / all;
+        if all > 0.0 {
+            found.iter_mut().zip(square).for_each(|(own, square)| own.1 = (square / all).sqrt());
         }
+        found
     }
-    squares.into_iter().map(|(widest, variance)| (widest.sqrt(), variance.sqrt())).collect()
-}
-
-/// What a set of effects does to the unknowns: `-A+ C_S k`.
-fn moved(candidates: &[Candidate], evidence: &Evidence, weighted: &Weighted, set: &[usize]) -> Option<Vec<f64>> {
-    let cosine = |a: usize, b: usize| evidence.cosines(a).at(b);
-    let gram = |i: usize, k: usize| {
-        set.get(i).zip(set.get(k)).map_or(f64::NAN, |(a, b)| if i == k { 1.0 } else { cosine(*a, *b) })
-    };
-    let scores = set.iter().map(|j| evidence.pool.scores().get(*j).copied()).collect::<Option<Vec<f64>>>()?;
-    // directions of which less than a thousandth is their own are one
-    let sizes = Triangle::of(set.len(), gram, |_| 1e-6)?.solve(&scores);
-    let mut moved = vec![0.0; weighted.estimate.unknowns.solution.len()];
-    for (member, size) in set.iter().zip(sizes) {
-        let candidate = candidates.get(*member)?;
-        let left = evidence.pool.visible().get(*member).copied()? * weighted.norm(&candidate.column);
-        let absorbed = weighted.absorbed(&candidate.column).ok()?;
-        moved.iter_mut().zip(absorbed).for_each(|(x, own)| *x -= own * (size / left));
-    }
-    moved.iter().all(|x| x.is_finite()).then_some(moved)
 }

@@ -52,25 +52,7 @@ pub(super) fn build(
     for candidate in &mut found {
         candidate.vanishing = candidate.size < settings.vanishing;
     }
-    let hangs: Vec<bool> = found.iter().map(|candidate| hangs_on_tilts(candidate, &found, &settings)).collect();
-    found.iter_mut().zip(hangs).for_each(|(candidate, hangs)| candidate.vanishing |= hangs);
     Ok(found)
-}
-
-/// Is a jump (`sign(w_O)`) at more than a small share of the readings decided by what only small tilts leave of its input? Its column can then be bent
-/// to many patterns by tilts that no reading determines.
-fn hangs_on_tilts(candidate: &Candidate, found: &[Candidate], settings: &Settings) -> bool {
-    let inside = candidate.regressor.strip_prefix("sign(").and_then(|rest| rest.strip_suffix(')'));
-    let Some(name) = inside else { return false };
-    let absolute = format!("abs({name})");
-    let same =
-        |own: &&Candidate| own.sensor == candidate.sensor && (own.regressor == name || own.regressor == absolute);
-    let Some(input) = found.iter().find(same) else { return false };
-    let largest = input.column.iter().fold(0.0_f64, |largest, v| largest.max(v.abs()));
-    let small = settings.vanishing * largest / input.size.max(f64::MIN_POSITIVE);
-    let rows = candidate.column.iter().zip(&input.column).filter(|(own, _)| **own != 0.0);
-    let (all, by_tilts) = rows.fold((0, 0), |(all, few), (_, v)| (all + 1, few + usize::from(v.abs() < small)));
-    by_tilts as f64 > settings.jumps_by_tilts * all as f64
 }
 
 /// Columns of terms that no tilt moves, by regressor and sensor.

@@ -60,6 +60,14 @@ impl Applies {
     }
 }
 
+/// Placeholders that stand for readings, positions, times or time constants of one campaign, as many as it has.
+const COUNTED: [&str; 5] = ["{reading}", "{other}", "{position}", "{break}", "{tau}"];
+
+/// Does a term of the catalogue stand for one thing that happened at any of many places? All of them together are as probable as another effect.
+pub(super) fn is_one_of_many(term: &str) -> bool {
+    COUNTED.iter().any(|placeholder| term.contains(placeholder))
+}
+
 /// One member of a family: what each placeholder stands for.
 pub(super) type Filling = Vec<(&'static str, String)>;
 

@@ -126,35 +126,6 @@ impl Evidence {
         }
     }
 
-    /// The best pair: each of two effects may hide the other. The probability of anything as strong by chance, among all pairs; chi-square
-    /// or F of two degrees of freedom, with Sidak's inequality.
-    pub fn hidden_pair(&self, pairs: &[(f64, Vec<usize>)]) -> Option<f64> {
-        let given = self.given(&pairs.first()?.1)?;
-        let squares: f64 = given.steps.iter().map(|(_, own)| own).sum();
-        let p = match (&self.strata, self.from) {
-            (Some(strata), _) => strata.pair(&given)?,
-            (None, NoiseFrom::Stated) => chi_square_survival(squares, 2.0)?,
-            (None, from) => {
-                let pure = given.pure.as_ref().map(|(_, dof, _)| *dof).filter(|_| from == NoiseFrom::Replicates);
-                let dof = pure.filter(|dof| *dof > 0).unwrap_or(given.dof);
-                fisher_f_survival(0.5 * squares / self.variance(&given), 2.0, dof as f64)?
-            }
-        };
-        let tests = 0.5 * (self.tests * self.tests) as f64;
-        Some(-f64::exp_m1(tests * f64::ln_1p(-p.clamp(0.0, 1.0))))
-    }
-
-    /// Are variances of what scatters estimated?
-    pub fn has_strata(&self) -> bool {
-        self.strata.is_some()
-    }
-
-    /// What a set takes off twice the logarithm of the restricted likelihood, the variances of what scatters being estimated with it; `None`
-    /// where they are stated.
-    pub fn gain(&self, set: &[usize]) -> Option<f64> {
-        Some(self.strata.as_ref()?.gain(&self.given(&[])?, &self.given(set)?))
-    }
-
     /// Cosines of a candidate with all, orthogonalised; empty for one that does not exist.
     pub fn cosines(&self, index: usize) -> &[f64] {
         self.cosines.get(index).map_or(&[], |own| own.get_or_init(|| self.pool.cosines(index)))
@@ -196,19 +167,6 @@ impl Evidence {
     /// Sum of squares left by a set; infinite for one that is not independent.
     pub fn rss_of(&self, set: &[usize]) -> f64 {
         self.given(set).map_or(f64::INFINITY, |given| given.rss)
-    }
-
-    /// Variance of unit weight, for differences of sums of squares.
-    pub fn variance(&self, given: &Given) -> f64 {
-        if let Some(strata) = &self.strata {
-            return strata.variance(given);
-        }
-        match (self.from, &given.pure) {
-            (NoiseFrom::Stated, _) => 1.0,
-            (NoiseFrom::Replicates, Some((sum, dof, _))) if *dof > 0 => sum / *dof as f64,
-            _ if given.dof > 0 => given.rss / given.dof as f64,
-            _ => 1.0,
-        }
     }
 
     /// Student's t (or the normal z) of a candidate given the set, and its degrees of freedom (infinite where the noise is stated).
@@ -307,28 +265,6 @@ impl Evidence {
         let rss = (self.rss_of(set) - score * score).max(0.0);
         let remainder = self.remainders.left(&directions, &residual, rss);
         Some(self.remainders.evidence(remainder, &directions, &residual, score))
-    }
-
-    /// Probability that several candidates together take off as much by chance of what a set leaves: against the noise where the rest is noise
-    /// of stated size, else against the rest (F). `None` where none of them is left, or too little beside them.
-    pub fn together(&self, set: &[usize], others: &[usize], is_noise: bool) -> Option<f64> {
-        let (mut directions, residual) = self.directions(set)?;
-        let before = directions.len();
-        let mut taken = 0.0;
-        for j in others.iter().filter(|j| !set.contains(j)) {
-            if let Some((direction, _)) = self.further(&directions, *j) {
-                taken += dot(&direction, &residual).powi(2);
-                directions.push(direction);
-            }
-        }
-        let (own, all) = ((directions.len() - before) as f64, dot(&residual, &residual));
-        let rest = self.dof as f64 - directions.len() as f64;
-        match self.from {
-            _ if own < 1.0 => None,
-            NoiseFrom::Stated if is_noise => chi_square_survival(taken, own),
-            _ if rest < 1.0 => None,
-            _ => fisher_f_survival((taken / own) / ((all - taken).max(f64::MIN_POSITIVE) / rest), own, rest),
-        }
     }
 
     /// Probability of residuals as large as these if the model with the set were complete; `None` where only they tell the noise.

@@ -1,18 +1,14 @@
 //! From a search to a diagnosis: findings with aliases, the gap before and after, what the repair does to each parameter.
 
-use super::criteria::Question;
+use super::ambiguity::{Rival, Shifts};
+use super::augmented::{Seen, State};
 use super::evidence::Evidence;
 use super::noise::{NoiseFrom, Weighted};
-use super::pass::Seen;
-use super::posterior;
 use super::remainder::Remainder;
-use super::search::Found;
 use super::separate::Separation;
-use super::sets::Rival;
 use super::settings::Settings;
-use super::support::Support;
-use super::{Candidate, Diagnosis, Gap, NoiseFloor, Unexplained, Verdict};
-use super::{ambiguity, holdout, places, separate, steps, vetted};
+use super::{Candidate, Diagnosis, Gap, NoiseFloor, Suspect, Unexplained, Verdict};
+use super::{holdout, places, separate, steps};
 use crate::campaign::{Campaign, Kind};
 use crate::error::Result;
 use crate::fit::{self, Fit};
@@ -145,11 +141,21 @@ pub(super) fn conclude(
     repaired: Option<(Campaign, Fit)>,
     settings: &Settings,
 ) -> Result<Diagnosis> {
-    let Seen { candidates, evidence, weighted, design, plausibility_penalty, found } = seen;
-    let ordered = match &found {
-        Found::Set { set, .. } if repaired.is_some() => steps::order(&evidence, set),
-        _ => Vec::new(),
-    };
+    let Seen {
+        candidates,
+        evidence,
+        weighted,
+        design,
+        named,
+        suspected,
+        rivals,
+        explanations,
+        state,
+        further,
+        outside,
+    } = seen;
+    let own: Vec<usize> = named.iter().map(|(j, _)| *j).collect();
+    let ordered = if repaired.is_some() { steps::order(&evidence, &own) } else { Vec::new() };
     let set: &[usize] = &ordered;
     let scale = row_scale(&weighted);
     let gap_before = gap(&before, &weighted, &evidence, &[]);
@@ -157,13 +163,12 @@ pub(super) fn conclude(
         Some((_, after)) => gap(after, &weighted, &evidence, set),
         None => gap_before.clone(),
     };
-    let pattern_in_time = vetted::pattern(campaign, &design, &weighted, &gap_after.residuals, settings);
-    let verdict = match &found {
+    let verdict = match state {
         _ if weighted.estimate.dof == 0 => Verdict::NotDiagnosable,
-        Found::Nothing if pattern_in_time.is_none() => Verdict::NothingMissing,
-        Found::Set { complete: true, .. } if pattern_in_time.is_none() => Verdict::EffectsFound,
-        Found::Set { .. } if repaired.is_some() => Verdict::PartlyExplained,
-        _ => Verdict::Unexplained,
+        State::Nothing => Verdict::NothingMissing,
+        State::Named if outside < settings.suspected => Verdict::EffectsFound,
+        State::Named => Verdict::PartlyExplained,
+        State::Suspected | State::Outside => Verdict::Unexplained,
     };
     let is_left = matches!(verdict, Verdict::PartlyExplained | Verdict::Unexplained);
     let left = evidence.directions(set).filter(|_| is_left);
@@ -173,11 +178,8 @@ pub(super) fn conclude(
     });
     let sd = noise_sd(&weighted, repaired.as_ref().map_or(&before, |(_, after)| after));
     let unexplained = left.map(|(_, residual)| {
-        let nearest: &[usize] = match &found {
-            Found::Set { nearest, .. } | Found::Unexplained { nearest, .. } => nearest,
-            Found::Nothing => &[],
-        };
-        let with: Vec<usize> = set.iter().chain(nearest).copied().collect();
+        let nearest = || suspected.iter().map(|(j, _)| *j);
+        let with: Vec<usize> = set.iter().copied().chain(nearest()).collect();
         let rest = evidence.rss_of(set);
         let explains = if rest > 0.0 { (1.0 - evidence.rss_of(&with) / rest).max(0.0) } else { 0.0 };
         let mut after = weighted.clone();
@@ -192,13 +194,7 @@ pub(super) fn conclude(
         };
         after.residual = residual;
         let cells = places::cells(campaign, &design, &after);
-        let mut pattern = match (&found, &pattern_in_time) {
-            (Found::Nothing, Some(own)) => own.what.clone(),
-            _ => places::pattern(campaign, &design, &after, &cells),
-        };
-        if let (Some(own), false) = (&pattern_in_time, matches!(found, Found::Nothing)) {
-            pattern.push_str(&format!("; {}", own.what));
-        }
+        let pattern = places::pattern(campaign, &design, &after, &cells);
         let follows = remainder.as_ref().and_then(|own| evidence.remainders.grouping(own)).map(|g| g.name.clone());
         let sd = remainder.as_ref().zip(sd).map(|(own, sd)| match own.grouping {
             Some(_) => sd * (own.ratio * own.variance).sqrt(),
@@ -209,29 +205,16 @@ pub(super) fn conclude(
             follows,
             sd,
             cells,
-            nearest: nearest.iter().filter_map(|j| candidates.get(*j).cloned()).collect(),
+            nearest: nearest().filter_map(|j| candidates.get(j).cloned()).collect(),
             nearest_explains: explains,
         }
     });
-    let columns: Vec<&Vec<f64>> = candidates.iter().map(|c| &c.column).collect();
-    let basis = weighted.estimate.factor.thin_q();
-    let support = Support { weighted: &weighted, basis, columns: &columns, positions: &[], hangs: settings.hangs };
-    let question = Question::without_families(settings, &plausibility_penalty, Some(&support));
-    let rivals: Vec<Rival> = match &found {
-        // places are those of the order in which the effects are reported
-        Found::Set { set: own, rivals, .. } => rivals
-            .iter()
-            .filter_map(|rival| {
-                let member = own.get(rival.place)?;
-                let place = set.iter().position(|j| j == member)?;
-                let at = |other: &usize| own.get(*other).and_then(|member| set.iter().position(|j| j == member));
-                let instead = rival.instead.iter().map(at).collect::<Option<_>>()?;
-                Some(Rival { place, instead, ..rival.clone() })
-            })
-            .collect(),
-        _ => Vec::new(),
+    // places are those of the order in which the effects are reported
+    let place = |rival: Rival| {
+        let member = own.get(rival.place)?;
+        Some(Rival { place: set.iter().position(|j| j == member)?, ..rival })
     };
-    let shares = ambiguity::shares(&question, set, &rivals);
+    let rivals: Vec<Rival> = rivals.into_iter().filter_map(place).collect();
     let mut effects = Vec::new();
     if let Some((repaired, after)) = &repaired {
         let own = Effects {
@@ -242,8 +225,9 @@ pub(super) fn conclude(
             set,
             rivals: &rivals,
             complete: remainder.is_none(),
+            probabilities: &named,
         };
-        effects = own.findings(&question, &shares, repaired, after);
+        effects = own.findings(repaired, after);
         if let Some(remainder) = &remainder {
             for finding in &mut effects {
                 let index = repaired.estimated().iter().position(|p| p.id == finding.effect.coefficient);
@@ -254,7 +238,7 @@ pub(super) fn conclude(
         }
     }
     let effects = common(effects);
-    let moved = ambiguity::moved_by(&candidates, &evidence, &weighted, set, &rivals, &shares);
+    let moved = Shifts::new(&candidates, &evidence, &weighted).about(set, &rivals, &explanations);
     let finished = repaired.as_ref().map_or(&before, |(_, after)| after);
     let mut changes = if verdict == Verdict::NotDiagnosable { Vec::new() } else { changes(&before, finished, &moved) };
     if let Some(remainder) = &remainder {
@@ -266,7 +250,8 @@ pub(super) fn conclude(
         }
     }
     let after = repaired.as_ref().map(|(_, fit)| fit);
-    let steps = steps::steps(campaign, (&before, after), &candidates, &evidence, set, &weighted, settings)?;
+    let decided = steps::Decided { state, suspected: &suspected, further, outside, settings };
+    let steps = steps::steps(campaign, (&before, after), &candidates, &evidence, set, &weighted, &decided)?;
     let holdout = holdout::holdout(campaign, &before, after, (&scale, &weighted));
     let would_help =
         if verdict == Verdict::NotDiagnosable { separate::redundancy(campaign, &before) } else { Vec::new() };
@@ -286,6 +271,11 @@ pub(super) fn conclude(
         row_sd: scale,
         grouping: None,
         constraints: Vec::new(),
+        suspected: suspected
+            .iter()
+            .filter_map(|(j, p)| Some(Suspect { effect: candidates.get(*j)?.clone(), probability: *p }))
+            .collect(),
+        state: (verdict != Verdict::NotDiagnosable).then_some(state),
         repaired: None,
         averaged: None,
         after: repaired.map(|(_, after)| after),
@@ -376,21 +366,16 @@ struct Effects<'a> {
     rivals: &'a [Rival],
     /// Is the rest noise? Then the noise alone is what an effect is compared with.
     complete: bool,
+    /// Of each named candidate, that it or one of its aliases is there.
+    probabilities: &'a [(usize, f64)],
 }
 
 impl Effects<'_> {
-    fn findings(&self, question: &Question<'_>, shares: &[f64], repaired: &Campaign, after: &Fit) -> Vec<Finding> {
-        (0..self.set.len()).filter_map(|place| self.finding(place, question, shares, repaired, after)).collect()
+    fn findings(&self, repaired: &Campaign, after: &Fit) -> Vec<Finding> {
+        (0..self.set.len()).filter_map(|place| self.finding(place, repaired, after)).collect()
     }
 
-    fn finding(
-        &self,
-        place: usize,
-        question: &Question<'_>,
-        shares: &[f64],
-        repaired: &Campaign,
-        after: &Fit,
-    ) -> Option<Finding> {
+    fn finding(&self, place: usize, repaired: &Campaign, after: &Fit) -> Option<Finding> {
         let evidence = self.evidence;
         let member = self.set.get(place)?;
         let effect = self.candidates.get(*member)?;
@@ -399,29 +384,24 @@ impl Effects<'_> {
         let standing = evidence.standing(&others, *member).filter(|_| !self.complete);
         let (alone, dof_alone) = evidence.t(&without, *member);
         let (t, dof) = standing.map_or((alone, dof_alone), |own| (own.t, own.dof));
-        let posterior = posterior::of(evidence, &others, *member, self.complete, question);
         let own = evidence.cosines(*member);
-        let at_place = || self.rivals.iter().zip(shares).filter(|(rival, _)| rival.place == place);
-        // probability of the class as far as its aliases are listed
-        let listed = |j: usize| at_place().any(|(rival, _)| rival.candidate == j);
-        let probability = vetted::with_aliases(&posterior, *member, listed);
-        let all = 1.0 + at_place().map(|(_, share)| share).sum::<f64>();
+        let at_place = || self.rivals.iter().filter(|rival| rival.place == place);
+        let probability = self.probabilities.iter().find(|(j, _)| j == member).map_or(0.0, |(_, p)| *p);
+        let all = 1.0 + at_place().map(|rival| rival.share).sum::<f64>();
         let mut aliases: Vec<(u32, f64, usize, Alias)> = at_place()
-            .filter_map(|(rival, share)| {
+            .filter_map(|rival| {
                 let other = self.candidates.get(rival.candidate)?;
                 let cosine = own.get(rival.candidate).map_or(0.0, |g| g.abs());
-                let with = rival.with.iter().filter_map(|j| self.candidates.get(*j));
-                let with: Vec<&str> = with.map(|c| c.regressor.as_str()).collect();
                 let alias = Alias {
                     regressor: other.regressor.clone(),
                     name: other.name.clone(),
                     exact: 1.0 - cosine < 1e-6,
                     excess: rival.excess.max(0.0),
-                    probability: probability * share / all,
+                    probability: probability * rival.share / all,
                     vanishing: other.vanishing,
                     visible: other.visible,
                     size: other.size,
-                    together_with: (!with.is_empty()).then(|| with.join(" and ")),
+                    together_with: None,
                 };
                 let order = u32::from(other.rank);
                 let order = order + if other.vanishing { 300 } else { 0 };

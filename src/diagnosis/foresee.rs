@@ -2,21 +2,21 @@
 //!
 //! ```text
 //! c' = c - Q Q'c,   u = 1 / |c'|           c: an effect's column for coefficient 1, Q: the basis of the model, both weighted
-//! smallest effect that shows:              delta u,    delta = z(1 - a/2) + z(power),  a = 1 - (1 - level)^(1/tests)
+//! smallest effect that shows:              delta u,    delta = z(1 - a/2) + z(power),  a = 2 (1 - Phi(t))
 //! smallest that is not taken for another:  x u / sqrt(1 - r^2),  x^2 - 2 z(power) x = 9,  r the cosine of the two c'
 //! ```
 //!
-//! `level` is what `diagnose` spends on names, `tests` the number of distinct directions that it tests (Sidak; [`super::level`]), and 9 the
-//! difference of the sums of squares, in noise variances, at which it drops a rival: with the size a of the effect in units of u that difference
-//! has the mean `(1 - r^2) a^2` and twice the root of that as its standard deviation, so that both smallest sizes are those of one power.
-//! Where only residuals tell the noise, `delta` is that of Student's t. One bad reading is not among the effects: its minimal detectable bias
-//! stands in the judgement of the schedule.
+//! `a` is the level of the size from which `diagnose` names an effect alone, by its odds and the probability that a name needs
+//! ([`super::score`]), and 9 the difference of the sums of squares, in noise variances, at which it drops a rival: with the size a of the effect in
+//! units of u that difference has the mean `(1 - r^2) a^2` and twice the root of that as its standard deviation, so that both smallest sizes are
+//! those of one power. Where only residuals tell the noise, `delta` is that of Student's t. One bad reading is not among the effects: its minimal
+//! detectable bias stands in the judgement of the schedule.
 
 use super::catalogue::Effect;
-use super::level;
 use super::pool::Pool;
 use super::prospective::effects;
-use super::{Candidate, Settings};
+use super::score::Priors;
+use super::{Candidate, Settings, augmented};
 use crate::bench::Sensor;
 use crate::campaign::{Campaign, Kind, coefficient_unit};
 use crate::design::{self, Model};
@@ -25,7 +25,7 @@ use crate::error::Result;
 use crate::estimate;
 use crate::plan::{Independent, Noise};
 use crate::simulate::Regressor;
-use crate::uncertainty::quantiles::{normal_quantile, student_t_quantile};
+use crate::uncertainty::quantiles::{normal_quantile, normal_survival, student_t_quantile};
 use crate::vocabulary::vocabulary;
 use faer::Mat;
 
@@ -179,19 +179,19 @@ pub fn foresee(campaign: &Campaign, catalogue: &[Effect], noise: &Noise) -> Resu
         });
     }
     let (mut groups, cosines) = alike(&pool, &mut prospects);
-    let significance = Settings::default().significance;
-    let levels = level::single_levels(campaign, catalogue, &independent.u, significance).ok();
-    let rule = match &levels {
-        Some(levels) => rule(levels.tests, levels.usual, estimate.dof),
-        None => {
-            let tests = tests.max(groups.len()).max(1);
-            rule(tests, -f64::exp_m1(f64::ln_1p(-Settings::at(significance).names()) / tests as f64), estimate.dof)
-        }
+    let settings = Settings::default();
+    let priors = Priors::at(settings.significance);
+    let alone = |ln_odds: f64| {
+        // a size has a level
+        normal_survival(priors.threshold(ln_odds, settings.probability)).map_or(1.0, |p| 2.0 * p)
     };
-    for prospect in &mut prospects {
+    let odds = augmented::odds(prospects.iter().map(|own| &own.effect), &priors, |_| 1.0);
+    // the plainest of all
+    let usual = alone(odds.iter().copied().fold(f64::NEG_INFINITY, f64::max));
+    let rule = rule(tests.max(groups.len()).max(1), usual, estimate.dof);
+    for (prospect, odds) in prospects.iter_mut().zip(odds) {
         let Some(u) = prospect.u else { continue };
-        let own = levels.as_ref().map(|levels| levels.of(&prospect.effect.regressor, prospect.effect.sensor));
-        let minimal = own.map_or(rule.noncentrality, noncentrality) * u;
+        let minimal = noncentrality(alone(odds)) * u;
         let values = prospect.effect.column.iter().zip(&independent.u).map(|(c, u)| (c.abs() * minimal, u));
         prospect.at_a_reading = values.map(|(c, u)| (c, c / u)).reduce(|a, b| if b.0 > a.0 { b } else { a });
         let sd = |k: usize| estimate.unknowns.covariance[(k, k)].sqrt();

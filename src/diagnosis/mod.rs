@@ -9,8 +9,9 @@
 //! | `catalogue.rs` | effects as data |
 //! | `assumptions.rs` | priors and constraints: held, and candidates themselves |
 //! | `averaged.rs` | long records |
-//! | `passes.rs` | search and repair in turn |
-//! | `pass.rs` | one pass of the search at one point |
+//! | `score.rs` | the posterior of sets of effects and a remainder |
+//! | `bank.rs` | remainders that know nothing of the catalogue |
+//! | `augmented.rs` | score and exact fit in turn |
 //! | `settings.rs` | every threshold, with its meaning and source |
 //! | `candidates.rs` | each effect as a column of this campaign |
 //! | `sizes.rs` | what only small tilts leave, and what is rounding |
@@ -18,22 +19,15 @@
 //! | `pool.rs` | lazy orthogonalisation of many columns |
 //! | `evidence.rs` | evidence given a set, family-wise probabilities, the global test |
 //! | `screen.rs` | long campaigns: which bad readings, positions and steps get a column |
-//! | `families.rs` | what the members of a family share, and which of them build any pattern |
 //! | `remounting.rs` | positions that scatter |
 //! | `strata.rs` | evidence where variances of what scatters are estimated |
 //! | `remainder.rs` | what no effect explains, as a component of variance |
-//! | `search.rs` | the smallest complete set |
-//! | `sets.rs` | sets by what they leave, and their rivals |
 //! | `stepwise.rs` | one effect after another beside an unexplained rest |
 //! | `posterior.rs` | probabilities of effects and aliases |
-//! | `serial.rs` | patterns in the order of time |
-//! | `vetted.rs` | names that are not probable enough taken back |
 //! | `steps.rs` | the gap after each effect |
 //! | `finding.rs` | from a search to the answer |
-//! | `support.rs` | effects that hang on one position alone |
 //! | `repair.rs` | the effect in the model line |
 //! | `separate.rs` | positions that would tell rivals apart |
-//! | `level.rs` | the level that one column must pass |
 //! | `foresee.rs` | what a diagnosis could find on a schedule |
 //! | `prospective.rs` | its columns, where nobody has measured yet |
 //! | `ambiguity.rs` | what the aliases do to the parameters |
@@ -45,21 +39,19 @@
 
 mod ambiguity;
 mod assumptions;
+mod augmented;
 mod averaged;
+mod bank;
 mod candidate;
 mod candidates;
 mod catalogue;
 mod criteria;
 mod evidence;
-mod families;
 mod finding;
 mod foresee;
 mod holdout;
-mod level;
 mod missed;
 mod noise;
-mod pass;
-mod passes;
 mod places;
 #[cfg(feature = "navigate")]
 mod plain;
@@ -69,27 +61,23 @@ mod prospective;
 mod remainder;
 mod remounting;
 mod repair;
+mod score;
 mod screen;
-mod search;
 mod separate;
-mod serial;
-mod sets;
 mod settings;
 mod sizes;
 mod steps;
 mod stepwise;
 mod strata;
-mod support;
-mod vetted;
 
 pub use assumptions::Held;
+pub use augmented::{State, candidates};
 pub use candidate::Candidate;
 pub use catalogue::{Applies, BUILT_IN, Effect};
 pub use finding::{Alias, Change, Finding, InSensor};
 pub use foresee::{Alike, Fate, Foresight, Near, Prospect, Rule, foresee, is_angle};
 pub use holdout::Holdout;
 pub use noise::NoiseFrom;
-pub use pass::candidates;
 pub use places::{Grouping, Level, Place, PlaceMean};
 #[cfg(feature = "navigate")]
 pub(crate) use plain::{Plain, Stands};
@@ -165,6 +153,15 @@ pub struct Unexplained {
     pub nearest_explains: f64,
 }
 
+/// An effect that is suspected.
+#[derive(Debug, Clone)]
+pub struct Suspect {
+    /// The effect.
+    pub effect: Candidate,
+    /// Posterior probability that it or one of its aliases is present.
+    pub probability: f64,
+}
+
 /// Everything that a diagnosis found.
 #[derive(Debug, Clone)]
 pub struct Diagnosis {
@@ -202,6 +199,10 @@ pub struct Diagnosis {
     pub row_sd: Vec<f64>,
     /// What was done with each constraint.
     pub constraints: Vec<Held>,
+    /// Effects that are probable, but not enough for a name: no part of the repaired model.
+    pub suspected: Vec<Suspect>,
+    /// What the posterior says; `None` where nothing can be diagnosed.
+    pub state: Option<State>,
     /// The repaired question with its constraints as they were asked for, without those found wrong; `None` where nothing was found.
     pub repaired: Option<Campaign>,
     /// Of a long record: readings, and how many averages of them were compared.
@@ -255,17 +256,15 @@ fn given(campaign: &Campaign, catalogue: &[Effect], settings: &Settings) -> Resu
     let question = campaign;
     let campaign = &assumed.campaign;
     let before = fit_exactly(campaign)?;
-    let mut pass = pass::Pass::new(campaign, &assumed.asked, catalogue, *settings, before.design.point.clone())?;
-    let (seen, repaired) = passes::run(&mut pass, campaign, settings)?;
+    let asking = augmented::Question { campaign, asked: &assumed.asked, catalogue, settings };
+    let (seen, repaired) = augmented::run(asking, &before.design.point)?;
     let grouping = places::grouping(campaign, &seen.design, &seen.weighted);
-    let without_column = pass.without_column;
     let mut diagnosis = finding::conclude(campaign, before, seen, repaired, settings)?;
     if let Some(after) = &diagnosis.after {
         for finding in &mut diagnosis.effects {
             missed::missed(campaign, after, finding);
         }
     }
-    diagnosis.candidates.0 += without_column;
     diagnosis.grouping = grouping;
     diagnosis.constraints = assumed.held;
     let wrong = diagnosis.effects.iter().filter_map(|own| assumptions::constraint_of(&own.effect));

@@ -2,7 +2,6 @@
 
 use crate::campaign::{Campaign, JointState};
 use crate::design::DesignMatrix;
-use crate::elements::Elements;
 use crate::error::Result;
 use crate::estimate::{Estimate, Floor, Group, System, Variances};
 use crate::fit::{self, Weighting};
@@ -86,18 +85,6 @@ impl Weighted {
         matrix
     }
 
-    /// Orthonormal basis of the design's rows, each by its weight alone; `None` where that is the basis of the estimate.
-    pub fn basis(&self, design: &DesignMatrix, unknowns: usize) -> Option<Mat<f64>> {
-        self.floor.as_ref()?;
-        let m = self.weight.len();
-        let readings = design.jacobian.nrows();
-        let rows = Mat::from_fn(m, unknowns, |i, j| if i < readings { design.jacobian[(i, j)] } else { 0.0 });
-        let u = self.weight.iter().map(|w| 1.0 / w).collect();
-        let system = System { rows, observed: vec![0.0; m], u, group: vec![Group::Known; m] };
-        let found = crate::estimate::adjust(&system, &crate::estimate::Settings::default()).ok()?;
-        Some(found.factor.thin_q().to_owned())
-    }
-
     /// Shift of every unknown by a column of the readings that is not in the model.
     pub fn absorbed(&self, column: &[f64]) -> Result<Vec<f64>> {
         match &self.floor {
@@ -106,14 +93,21 @@ impl Weighted {
         }
     }
 
-    /// Residuals of the readings once some columns are in the model too.
-    pub fn residuals_with(&self, design: &DesignMatrix, n: usize, columns: &[&Vec<f64>]) -> Result<Vec<f64>> {
+    /// The readings' rows with some columns, and the solution for the unknowns and these.
+    fn solved_with<'a>(
+        &self,
+        design: &DesignMatrix,
+        n: usize,
+        columns: impl Iterator<Item = &'a Vec<f64>>,
+    ) -> Result<(Mat<f64>, Vec<f64>)> {
         let m = self.weight.len();
         let readings = design.jacobian.nrows();
+        let columns: Vec<&Vec<f64>> = columns.collect();
         let all = Mat::from_fn(m, n + columns.len(), |i, j| match j.checked_sub(n) {
             None if i < readings => design.jacobian[(i, j)],
             None => 0.0,
-            Some(k) => columns.at(k).at(i),
+            // columns end with the readings
+            Some(k) => columns.get(k).and_then(|own| own.get(i)).copied().unwrap_or_default(),
         });
         let mut white = Mat::zeros(m, all.ncols());
         for j in 0..all.ncols() {
@@ -122,11 +116,28 @@ impl Weighted {
         let system =
             System { rows: white, observed: self.residual.clone(), u: vec![1.0; m], group: vec![Group::Known; m] };
         let found = crate::estimate::adjust(&system, &crate::estimate::Settings::default())?;
+        Ok((all, found.unknowns.solution))
+    }
+
+    /// Residuals of the readings once some columns are in the model too.
+    pub fn residuals_with(&self, design: &DesignMatrix, n: usize, columns: &[&Vec<f64>]) -> Result<Vec<f64>> {
+        let (all, solution) = self.solved_with(design, n, columns.iter().copied())?;
         let mut rest = self.estimate.residuals.clone();
-        for (j, x) in found.unknowns.solution.iter().enumerate() {
+        for (j, x) in solution.iter().enumerate() {
             rest.iter_mut().zip(all.col_as_slice(j)).for_each(|(v, a)| *v -= a * x);
         }
         Ok(rest)
+    }
+
+    /// Coefficients of some columns, each beside the others and the model.
+    pub fn sizes_with<'a>(
+        &self,
+        design: &DesignMatrix,
+        n: usize,
+        columns: impl Iterator<Item = &'a Vec<f64>>,
+    ) -> Result<Vec<f64>> {
+        let (_, mut solution) = self.solved_with(design, n, columns)?;
+        Ok(solution.split_off(n.min(solution.len())))
     }
 }
 
@@ -137,8 +148,6 @@ pub(super) struct Finished {
     pub scales: Vec<Option<f64>>,
     /// The variances of all that scatters.
     pub variances: Option<Variances>,
-    /// Regressors and sensors of the effects in it.
-    pub with: Vec<(String, Option<usize>)>,
 }
 
 /// Rows with the same joint states, sensor and model inputs.

@@ -7,7 +7,7 @@ use super::noise::NoiseFrom;
 use super::posterior;
 use super::remainder::{Felt, Remainders};
 use super::settings::Settings;
-use super::{sets, stepwise};
+use super::stepwise;
 use faer::Mat;
 
 /// Columns against a residual, and what each costs in plausibility.
@@ -48,7 +48,12 @@ impl Plain {
 
     fn question<'a>(&'a self, settings: &'a Settings) -> Question<'a> {
         // what is doubtful is a course of time that fits better: it stands in the way of what is plain
-        Question { doubtful_yields: false, ..Question::without_families(settings, &self.plausibility_penalty, None) }
+        Question {
+            settings,
+            plausibility_penalty: &self.plausibility_penalty,
+            doubtful_yields: false,
+            is_pattern: &|_| false,
+        }
     }
 
     /// The effects that stand one after another, each beyond doubt against the noise and what is still unexplained; `is_pattern` says which sets can
@@ -76,7 +81,7 @@ impl Plain {
     pub fn nearest(&self, set: &[usize], count: usize) -> Vec<usize> {
         let mut longer = set.to_vec();
         while longer.len() < set.len() + count {
-            match sets::extended(&self.evidence, &longer) {
+            match stepwise::extended(&self.evidence, &longer) {
                 Some(next) => longer = next,
                 None => break,
             }

@@ -22,8 +22,6 @@ const COUNTS: f64 = 1e-3;
 pub(super) struct Posterior {
     /// That the member, or one that the readings cannot tell from it, is there.
     pub probability: f64,
-    /// Probability of each candidate that has any, the member among them.
-    pub of: Vec<(usize, f64)>,
 }
 
 /// For the place of `member` beside the others; `whole` where the rest is noise, which has no remainder.
@@ -101,10 +99,7 @@ pub(super) fn of(
         let all: f64 = weights.iter().map(|(_, w, _)| w).sum::<f64>() + (-0.5 * none).exp() + together;
         let class = weights.iter().filter(|(_, _, cosine)| *cosine >= settings.alias_cosine);
         let probability = (class.map(|(_, w, _)| w).sum::<f64>() + together) / all;
-        Some(Posterior {
-            probability: if probability.is_finite() { probability } else { 0.0 },
-            of: weights.iter().map(|(j, w, _)| (*j, w / all)).collect(),
-        })
+        Some(Posterior { probability: if probability.is_finite() { probability } else { 0.0 } })
     };
     // a probability of zero: dependent columns give no support
     own().unwrap_or_default()

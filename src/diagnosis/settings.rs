@@ -26,6 +26,8 @@ pub struct Settings {
     pub above_remainder: f64,
     /// Least posterior probability that an effect or one of its aliases is present, for it to be named. Default 0.95.
     pub probability: f64,
+    /// The same for it to be suspected, for nothing to be missing, and for a pattern outside the catalogue to be there. Default 0.5.
+    pub suspected: f64,
     /// Standard deviation of an effect before the readings are seen, in its own standard uncertainties. Default 30: a plain effect; the Occam
     /// factor of each further effect is its logarithm (D. MacKay, Neural Computation 4 (1992), 415).
     pub prior_size: f64,
@@ -36,13 +38,6 @@ pub struct Settings {
     pub alias_cosine: f64,
     /// Smallest |t| of each of three or more effects that explain the gap together. Default 5.5: weak ones approximate almost any pattern.
     pub each_of_many: f64,
-    /// Beside a harmonic above the fourth, all other harmonics of its angle together need a probability by chance of more than this. Default
-    /// 0.01: several such harmonics build any pattern of an angle.
-    pub whole_pattern: f64,
-    /// and its other phase an own probability of more than this. Default 0.003: three standard deviations.
-    pub other_phase: f64,
-    /// Odds by which a set of several effects must outweigh an unknown remainder (twice their logarithm). Default 6: odds of 20.
-    pub outweighs: f64,
     /// Plausibility penalty, in noise variances, of one rank of the catalogue among explanations that fit alike. Default 0.4: a fifth of a nat.
     pub rank_penalty: f64,
     /// Largest value of a term over what its inputs could make of it, below which only small tilts leave anything of it. Default 0.02: tilts of
@@ -50,31 +45,6 @@ pub struct Settings {
     pub vanishing: f64,
     /// Share of a column that the model leaves, below which it is mostly absorbed and treated alike. Default 0.01.
     pub absorbed: f64,
-    /// Cosine with the column of a standing tilt from which a candidate resembles it. Default 0.9: the tilt leaves less than a fifth of its square.
-    pub resembles_tilt: f64,
-    /// Plausibility penalty of such a candidate, in noise variances. Default 4.5: half of what is not told apart. Where the tilt stands all columns
-    /// are those of the tilt, which has the first claim; a candidate that fits better by more than this takes its place.
-    pub beside_tilt: f64,
-    /// Plausibility bonus, in noise variances, of the error of a value that was only asserted (a known value without an uncertainty, a constraint).
-    /// Default 0.3: less than one rank, so that it decides among equals only.
-    pub asserted: f64,
-    /// Share of the fall of the sum of squares which its column promises that the exact fit with an effect has to reach. Default 0.5.
-    pub kept_promise: f64,
-    /// Share of the readings at which the sign of a jump may hang on small tilts, before it counts as a term that only these leave. Default 0.1:
-    /// tilts that no reading determines bend its column otherwise.
-    pub jumps_by_tilts: f64,
-    /// Harmonics up to this order are effects by themselves; higher ones together can build any pattern of an angle. Default 4, as in the catalogue.
-    pub own_harmonics: usize,
-    /// Orders above these that may stand in one set, each alone in its phase. Default 3.
-    pub high_orders: usize,
-    /// Largest share of the readings that may be bad, and of the positions that may be remounted wrongly, in one set (but two at least). Default
-    /// 0.05: more of them expand a pattern that has another reason.
-    pub singles: f64,
-    /// Steps in time that may stand in one set. Default 3: more build any course of time.
-    pub steps: usize,
-    /// Share of its norm below which an effect's column hangs on the one position that was left out. Default 0.001. Where only residuals tell the
-    /// noise, one effect of a set may hang on a position: what its mounting did cannot be told from it.
-    pub hangs: f64,
     /// Deviances by which two kinds of scatter of the positions (remounting, setting of a joint) differ before one of them is preferred. Default 6:
     /// odds of 20.
     pub scatters_apart: f64,
@@ -100,26 +70,14 @@ impl Default for Settings {
             indistinguishable: 9.0,
             above_remainder: 7.2,
             probability: 0.95,
+            suspected: 0.5,
             prior_size: 30.0,
             in_catalogue: 4.0,
             alias_cosine: 0.5,
             each_of_many: 5.5,
-            whole_pattern: 0.01,
-            other_phase: 0.003,
-            outweighs: 6.0,
             rank_penalty: 0.4,
             vanishing: 0.02,
             absorbed: 0.01,
-            resembles_tilt: 0.9,
-            beside_tilt: 4.5,
-            asserted: 0.3,
-            kept_promise: 0.5,
-            jumps_by_tilts: 0.1,
-            own_harmonics: 4,
-            high_orders: 3,
-            singles: 0.05,
-            steps: 3,
-            hangs: 1e-3,
             scatters_apart: 6.0,
             exchanged: 30.0,
             exchanged_left: 0.25,

@@ -1,5 +1,6 @@
 //! The gap step by step: as given, after the first effect, after the second, with the model line growing.
 
+use super::augmented::State;
 use super::evidence::Evidence;
 use super::noise::Weighted;
 use super::settings::Settings;
@@ -39,6 +40,40 @@ pub struct GapStep {
     pub decision: String,
 }
 
+/// What the posterior says once all that is named is in the model.
+pub(super) struct Decided<'a> {
+    pub state: State,
+    pub suspected: &'a [(usize, f64)],
+    /// Probability that anything is missing beyond the effects named.
+    pub further: f64,
+    /// Probability of a remainder that no effect is.
+    pub outside: f64,
+    pub settings: &'a Settings,
+}
+
+impl Decided<'_> {
+    /// Why nothing is added after the last effect.
+    fn last(&self, name: impl Fn(usize) -> String) -> String {
+        let (further, outside) = (short(self.further), short(self.outside));
+        let probable = self.suspected.iter().reduce(|best, own| if own.1 > best.1 { own } else { best });
+        match (self.state, probable) {
+            (_, Some((j, p))) => {
+                let level = self.settings.probability;
+                format!("{} is suspected: its probability is {}, and a name needs {level}", name(*j), short(*p))
+            }
+            _ if self.outside >= self.settings.suspected => {
+                format!(
+                    "a pattern that no candidate is has probability {outside}, and no further candidate is probable beside it"
+                )
+            }
+            (State::Outside, _) => {
+                format!("something is missing with probability {further}, and no candidate is probable")
+            }
+            _ => format!("nothing further: more is missing with probability {further}"),
+        }
+    }
+}
+
 /// One step for each effect in this order, and one before them.
 pub(super) fn steps(
     campaign: &Campaign,
@@ -47,7 +82,7 @@ pub(super) fn steps(
     evidence: &Evidence,
     set: &[usize],
     weighted: &Weighted,
-    settings: &Settings,
+    decided: &Decided<'_>,
 ) -> Result<Vec<GapStep>> {
     let name = |j: usize| candidates.get(j).map_or(String::new(), |c| c.regressor.clone());
     let mut steps = Vec::with_capacity(set.len() + 1);
@@ -71,23 +106,9 @@ pub(super) fn steps(
         let square: f64 = residuals().map(|v| v * v).sum();
         let dof = fit.estimate.dof;
         let model = fit.campaign.bench.sensors.iter().map(|s| (s.id.clone(), s.model.to_string())).collect();
-        let level = if count == 0 { settings.names() } else { settings.further * settings.names() };
-        let decision = match (set.get(count), &strongest) {
-            (Some(next), _) => format!("{} is added", name(*next)),
-            (None, Some(own)) if own.p > level && global_p.is_none_or(|p| p > settings.whole()) => {
-                let reason = if count == 0 { "" } else { " (the simpler explanation has the first claim)" };
-                format!(
-                    "nothing further: {} has p = {}, and a name needs p below {}{reason}",
-                    name(own.index),
-                    short(own.p),
-                    short(level)
-                )
-            }
-            (None, Some(own)) if own.p <= level => format!(
-                "{} is significant, but no candidate stands above what is left, clearly ahead of the others",
-                name(own.index)
-            ),
-            (None, _) => "more than noise is left, and no candidate is significant".to_string(),
+        let decision = match set.get(count) {
+            Some(next) => format!("{} is added", name(*next)),
+            None => decided.last(name),
         };
         steps.push(GapStep {
             evidence: Step {
@@ -124,5 +145,9 @@ pub(super) fn order(evidence: &Evidence, set: &[usize]) -> Vec<usize> {
 }
 
 fn short(p: f64) -> String {
-    if p >= 0.01 { format!("{p:.2}") } else { format!("{p:.1e}") }
+    match p {
+        p if p < 0.01 => format!("{p:.1e}"),
+        p if p > 0.99 => "above 0.99".to_string(),
+        p => format!("{p:.2}"),
+    }
 }

@@ -4,11 +4,9 @@
 //! probable than every other explanation. What hides behind another effect is looked for in pairs and triples. At the end each member must
 //! stand beside the others, in whatever order they were found.
 
-use super::criteria::{Question, leaves_no_pattern, leaves_noise, without};
+use super::criteria::{Question, leaves_noise, without};
 use super::evidence::Evidence;
 use super::posterior;
-use super::sets::{self, Rival, extended};
-use super::settings::Settings;
 use crate::elements::Elements;
 
 /// Leaders that are tried as the first of a pair.
@@ -137,9 +135,7 @@ fn exchange(evidence: &Evidence, set: &[usize], question: &Question<'_>) -> Vec<
 /// Does every member stand beside the others?
 fn all_stand(evidence: &Evidence, set: &[usize], question: &Question<'_>) -> bool {
     let complete = evidence.given(set).is_some_and(|given| leaves_noise(evidence, &given, question.settings));
-    if (question.is_pattern)(set)
-        || (set.iter().any(|j| (question.needs_all)(*j)) && !leaves_no_pattern(evidence, set, question))
-    {
+    if (question.is_pattern)(set) {
         return false;
     }
     (0..set.len()).all(|place| stands(evidence, set, place, complete, question))
@@ -172,8 +168,10 @@ fn stands(evidence: &Evidence, set: &[usize], place: usize, complete: bool, ques
     posterior.probability >= settings.probability
 }
 
-/// What could stand in the place of each member, in units of noise and remainder together.
-pub(super) fn rivals(evidence: &Evidence, set: &[usize], settings: &Settings) -> Vec<Rival> {
-    let rss = evidence.rss_of(set);
-    sets::rivals(evidence, set, &[], rss, scale(evidence, rss, set.len()), settings.indistinguishable)
+/// A set with the candidate that takes off most beside it.
+pub(super) fn extended(evidence: &Evidence, set: &[usize]) -> Option<Vec<usize>> {
+    let given = evidence.given(set)?;
+    let size = |j: usize| given.score.get(j).map_or(0.0, |s| s.abs());
+    let best = (0..evidence.pool.len()).max_by(|a, b| size(*a).total_cmp(&size(*b)))?;
+    (size(best) > 0.0).then(|| set.iter().copied().chain([best]).collect())
 }

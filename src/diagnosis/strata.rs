@@ -13,7 +13,6 @@
 use super::noise::Weighted;
 use super::pool::Pool;
 use crate::elements::Elements;
-use crate::uncertainty::quantiles::fisher_f_survival;
 use faer::Mat;
 
 /// What is left of a stratum is not taken for less than the noise of the readings in it, nor than this.
@@ -99,29 +98,6 @@ impl Strata {
         self.noise.at(index)
     }
 
-    /// What a set takes off twice the logarithm of the restricted likelihood, in the direction where it takes off least.
-    pub fn gain(&self, nothing: &Given, given: &Given) -> f64 {
-        let own = |(j, _): &(usize, f64)| {
-            let (before, after) = (self.left(nothing, *j)?, self.left(given, *j)?);
-            (after.1 > 0.0).then(|| after.1 * (before.0 / before.1 / (after.0 / after.1)).ln())
-        };
-        // rows of one noise: the whole gain
-        let gains = given.steps.iter().map(|step| own(step).unwrap_or(step.1));
-        gains.fold(f64::INFINITY, f64::min)
-    }
-
-    /// Probability that two candidates together take off as much by chance: F against what they leave in the first one's direction.
-    pub fn pair(&self, given: &Given) -> Option<f64> {
-        let [(first, a), (second, b)] = given.steps.as_slice() else { return None };
-        let (sum, dof) = self.left(given, *first)?;
-        let other = self.left(given, *second)?;
-        let (sum, dof) = if other.0 / other.1 > sum / dof { other } else { (sum, dof) };
-        if dof < 1.0 {
-            return None;
-        }
-        fisher_f_survival(0.5 * (a + b) / (sum / dof), 2.0, dof)
-    }
-
     /// Student's t and its degrees of freedom.
     pub fn t(&self, given: &Given, index: usize, score: f64) -> (f64, f64) {
         let Some((sum, dof)) = self.left(given, index) else { return (score, f64::INFINITY) };
@@ -131,17 +107,5 @@ impl Strata {
         }
         let rest = (sum - score * score).max(self.least(index) * dof);
         (score / (rest / dof).sqrt(), dof)
-    }
-
-    /// Variance of unit weight where the effects are: the mean of their directions.
-    pub fn variance(&self, given: &Given) -> f64 {
-        let own = |(j, _): &(usize, f64)| {
-            let (sum, dof) = self.left(given, *j)?;
-            (dof > 0.0).then(|| sum / dof)
-        };
-        let count = given.steps.len();
-        // likewise
-        let sum: f64 = given.steps.iter().map(|step| own(step).unwrap_or(1.0)).sum();
-        if count > 0 { (sum / count as f64).max(1e-6) } else { 1.0 }
     }
 }

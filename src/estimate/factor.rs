@@ -126,6 +126,13 @@ impl Factor {
         self.embedding.as_ref().map_or(&self.scale, |embedding| &embedding.scale)
     }
 
+    /// `log det A'A` of the rows.
+    pub fn log_determinant(&self) -> f64 {
+        let r = self.r();
+        let scale: f64 = self.basis().iter().filter_map(|j| self.scale().get(*j)).map(|scale| scale.ln()).sum();
+        2.0 * ((0..r.nrows()).map(|k| r[(k, k)].abs().ln()).sum::<f64>() + scale)
+    }
+
     /// How the columns outside the basis follow it; empty where equations eliminated some unknowns.
     pub fn couplings(&self) -> Vec<Coupling> {
         if self.embedding.is_some() {

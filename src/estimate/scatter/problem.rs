@@ -157,9 +157,7 @@ impl<'a> Problem<'a> {
         let factor = &estimate.factor;
         let mut deviance = whitening.log_determinant() + estimate.sum_of_squares;
         deviance += self.left_out.log_determinant_at(theta);
-        let r = factor.r();
-        deviance += 2.0 * (0..r.nrows()).map(|k| r[(k, k)].abs().ln()).sum::<f64>();
-        deviance += 2.0 * factor.basis().iter().map(|j| factor.scale()[*j].ln()).sum::<f64>();
+        deviance += factor.log_determinant();
         let mut basis = factor.basis().to_vec();
         basis.sort_unstable();
         Ok(Some(Point { whitening, estimate, deviance, basis }))

@@ -18,7 +18,7 @@ pub use words::alias_note;
 use super::scatter::{self, ScatterReport};
 use super::{Input, PositionReport, VERSION, fit_constraints, position_keys};
 use crate::campaign::{Campaign, Identity};
-use crate::diagnosis::{self, Diagnosis, Held, Verdict};
+use crate::diagnosis::{self, Diagnosis, Held, State, Suspect, Verdict};
 use crate::report::ReportKind;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -47,6 +47,13 @@ pub struct DiagnoseReport {
     pub significance: f64,
     /// What is missing, in the order in which it takes the gap off.
     pub effects: Vec<EffectReport>,
+    /// What the posterior says: `nothing` is missing, an effect at least is `named`, none is and one at least is `suspected`, or what is missing is
+    /// `outside` the catalogue; absent where nothing can be diagnosed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub state: Option<State>,
+    /// Effects that are probable, but not enough for a name: they are no part of the repaired model.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub suspected: Vec<SuspectReport>,
     /// Model line of each sensor as given.
     pub model_before: BTreeMap<String, String>,
     /// Model line of each sensor with the effects.
@@ -81,6 +88,20 @@ pub struct DiagnoseReport {
     pub assumed_zero: Vec<String>,
     /// What was done with each constraint of the campaign.
     pub constraints: Vec<AssertedReport>,
+}
+
+/// An effect that is suspected.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
+pub struct SuspectReport {
+    /// The appended term without its coefficient.
+    pub regressor: String,
+    /// Name in the field's words.
+    pub name: String,
+    /// The sensor; null for what is common to all.
+    pub sensor: Option<String>,
+    /// Posterior probability that it or one of its aliases is present, 0.5 to 0.95.
+    pub probability: f64,
 }
 
 /// A constraint of the campaign in a diagnosis.
@@ -163,6 +184,8 @@ pub fn diagnose_report(campaign: &Campaign, diagnosis: &Diagnosis, settings: &di
         verdict: diagnosis.verdict,
         significance: settings.significance,
         effects: effects::effects(campaign, diagnosis),
+        state: diagnosis.state,
+        suspected: diagnosis.suspected.iter().map(|own| suspect(campaign, own)).collect(),
         model_before: model(&diagnosis.before.campaign),
         model_after: model(&after.campaign),
         gap: gap::gaps(campaign, diagnosis),
@@ -184,6 +207,15 @@ pub fn diagnose_report(campaign: &Campaign, diagnosis: &Diagnosis, settings: &di
         would_help: diagnosis.would_help.iter().map(|joints| position_keys(campaign, joints)).collect(),
         assumed_zero: diagnosis.before.assumed_zero().map(str::to_string).collect(),
         constraints: asserted(campaign, &diagnosis.constraints),
+    }
+}
+
+fn suspect(campaign: &Campaign, own: &Suspect) -> SuspectReport {
+    SuspectReport {
+        regressor: own.effect.regressor.clone(),
+        name: own.effect.name.clone(),
+        sensor: own.effect.sensor.map(|k| campaign.sensor_id(k).to_string()),
+        probability: own.probability,
     }
 }
 

@@ -107,18 +107,33 @@ pub fn verdict(report: &DiagnoseReport, lang: Language) -> String {
     let n = report.effects.len();
     let names = report.effects.iter().map(|effect| named(effect, lang)).collect::<Vec<_>>();
     let names = names.join(say!(lang, "effects-and"));
+    let suspected = suspected(report, lang);
     match report.verdict {
-        Verdict::EffectsFound => say!(lang, "effects-are-missing", n, names),
+        Verdict::EffectsFound if report.suspected.is_empty() => say!(lang, "effects-are-missing", n, names),
+        Verdict::EffectsFound => {
+            let found = say!(lang, "effects-are-missing", n, names);
+            say!(lang, "and-further-effects-are-suspected", found, suspected)
+        }
         Verdict::PartlyExplained => {
             let found = say!(lang, "effects-are-missing", n, names);
             say!(lang, "what-remains-is-more-than-noise", found)
         }
+        Verdict::Unexplained if !report.suspected.is_empty() => say!(lang, "effects-are-suspected", suspected),
         Verdict::NothingMissing if line_estimated => say!(lang, "nothing-missing-scatter-estimated").into(),
         Verdict::NothingMissing if known => say!(lang, "the-gap-is-noise").into(),
         Verdict::NothingMissing => say!(lang, "nothing-missing-noise-from-residuals").into(),
         Verdict::Unexplained => say!(lang, "something-is-missing").into(),
         Verdict::NotDiagnosable => say!(lang, "nothing-can-be-diagnosed").into(),
     }
+}
+
+/// The effects that are suspected, each with its probability.
+pub fn suspected(report: &DiagnoseReport, lang: Language) -> String {
+    let own = |own: &super::SuspectReport| {
+        let name = say!(lang, "effect-named", name = lang.name(&own.name), regressor = own.regressor);
+        say!(lang, "effect-with-probability", name, p = format!("{:.0} %", 100.0 * own.probability))
+    };
+    report.suspected.iter().map(own).collect::<Vec<_>>().join(say!(lang, "effects-and"))
 }
 
 /// An effect with how many others it could as well be.

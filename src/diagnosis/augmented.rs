@@ -1,0 +1,738 @@
+//! Score and exact fit in turn: every set is judged at the point, and with the rows, of the model that has it.
+//!
+//! A gap moves the tilts, and columns depend on them; where an effect exists only through tilts, their columns depend on it. So the set that is
+//! most probable is fitted exactly, the columns are made anew at its solution, and the sets are judged again, until the set stands still. Sets
+//! with a tilt or a known value that could stand in a member's place are tried too: they put the inputs elsewhere. Of all that were fitted the
+//! most probable one, each by its own columns, is kept.
+
+use super::ambiguity::{Explanation, Rival};
+use super::bank::bank;
+use super::candidates::{Kept, build};
+use super::catalogue::is_one_of_many;
+use super::evidence::Evidence;
+use super::noise::{self, Finished, NoiseFrom, Weighted};
+use super::pool::Pool;
+use super::remainder::Remainders;
+use super::repair::repaired;
+use super::score::{Class, Member, Posterior, Priors, Problem, Score};
+use super::screen::{Chosen, Screen};
+use super::{Candidate, Effect, Settings, assumptions, fit_exactly, screen};
+use crate::campaign::{Campaign, Role};
+use crate::design::{self, DesignMatrix, Model};
+use crate::error::Result;
+use crate::estimate::Variances;
+use crate::fit::{self, Fit};
+use crate::simulate::Regressor;
+use crate::vocabulary::vocabulary;
+use std::cmp::Ordering;
+use std::collections::{BTreeMap, HashMap};
+
+/// Sets that are fitted first, rounds of exact fits, and fits of each round: they bound the work.
+const FOLLOWED: usize = 6;
+const VIEWS: usize = 6;
+const RIVALS: usize = 8;
+/// Least probability of a set that is judged at its own solution.
+const COMPETES: f64 = 0.02;
+/// Factor by which the gap of the model as given may differ from point to point: beyond it an exact fit went astray.
+const STRAIGHT: f64 = 2.0;
+/// Cosine from which a column may be there in the place of a tilt, and tilts that are fitted by themselves first.
+const RESEMBLES: f64 = 0.9;
+const FIRST: usize = 3;
+/// Odds against the best from which a set with another tilt is tried.
+const TRIED: f64 = 1e-7;
+
+/// Members of a class are as probable as the best but for this factor: their own odds decide which one stands for them.
+const NEAR: f64 = 3.0;
+/// Odds and probabilities of members of a class that differ by a smaller share are equal.
+const EQUAL: f64 = 1e-6;
+
+/// Regressors and sensors of a set.
+type Names = Vec<(String, Option<usize>)>;
+
+vocabulary! {
+    /// What the posterior says of a campaign.
+    State {
+        /// Nothing is missing.
+        Nothing = "nothing",
+        /// One effect at least is named.
+        Named = "named",
+        /// No effect is probable enough for a name, and one at least is suspected.
+        Suspected = "suspected",
+        /// Something is missing, and no effect is probable.
+        Outside = "outside",
+    }
+}
+
+/// What the readings say of one model at one point.
+pub(super) struct Seen {
+    pub candidates: Vec<Candidate>,
+    pub evidence: Evidence,
+    pub weighted: Weighted,
+    pub design: DesignMatrix,
+    /// Effects, each with the probability that it or one of its aliases is there.
+    pub named: Vec<(usize, f64)>,
+    pub suspected: Vec<(usize, f64)>,
+    /// What could stand in the place of a named one.
+    pub rivals: Vec<Rival>,
+    /// What is probable in all.
+    pub explanations: Vec<Explanation>,
+    pub state: State,
+    /// Probability that anything is missing beyond the effects named.
+    pub further: f64,
+    /// Probability of a remainder that no effect is.
+    pub outside: f64,
+}
+
+/// What was seen, and the repaired campaign with its exact fit if effects were named.
+pub(super) type Outcome = (Seen, Option<(Campaign, Fit)>);
+
+/// Columns at one point.
+struct Seeing {
+    design: DesignMatrix,
+    weighted: Weighted,
+    candidates: Vec<Candidate>,
+    /// Members of long families that have none.
+    without_column: usize,
+}
+
+/// A campaign whose effects are looked for.
+pub(super) struct Question<'a> {
+    pub campaign: &'a Campaign,
+    /// For each equation, the constraint that was asked for.
+    pub asked: &'a [usize],
+    pub catalogue: &'a [Effect],
+    pub settings: &'a Settings,
+}
+
+/// What was seen at one point.
+struct View {
+    design: DesignMatrix,
+    weighted: Weighted,
+    candidates: Vec<Candidate>,
+    without_column: usize,
+    score: Score,
+    /// What its evidences and those of other points differ by.
+    unit: f64,
+    posterior: Posterior,
+}
+
+impl View {
+    fn index(&self, (regressor, sensor): &(String, Option<usize>)) -> Option<usize> {
+        self.candidates.iter().position(|c| c.regressor == *regressor && c.sensor == *sensor)
+    }
+
+    fn names(&self, set: &[u16]) -> Names {
+        let own = |j: &u16| self.candidates.get(usize::from(*j)).map(|c| (c.regressor.clone(), c.sensor));
+        let mut names: Names = set.iter().filter_map(own).collect();
+        names.sort();
+        names
+    }
+
+    fn members(&self, names: &Names) -> Option<Vec<&Candidate>> {
+        names.iter().map(|own| self.index(own).and_then(|j| self.candidates.get(j))).collect()
+    }
+
+    /// ln odds of all that have the column of a candidate.
+    fn odds(&self, j: usize) -> f64 {
+        let first = self.score.alike.iter().position(|own| own.iter().any(|i| usize::from(*i) == j));
+        first.and_then(|j| self.score.prior.get(j)).copied().unwrap_or(f64::NEG_INFINITY)
+    }
+
+    /// The posterior with what some sets have at their own solutions; of several with the same columns here the most probable counts.
+    fn settle(&mut self, judged: &[(Names, Option<f64>)]) {
+        let mut own: BTreeMap<Vec<u16>, f64> = BTreeMap::new();
+        // an exact fit that leads elsewhere says nothing of its set
+        for (names, value) in judged.iter().filter_map(|(names, value)| Some((names, (*value)?))) {
+            if let Some(set) = standing(&self.candidates, &self.score.alike, names) {
+                let most = own.entry(set).or_insert(f64::NEG_INFINITY);
+                *most = most.max(value);
+            }
+        }
+        own.iter().for_each(|(set, value)| self.score.overrule(set, value - self.unit));
+        self.posterior = self.score.posterior();
+    }
+}
+
+fn standing(candidates: &[Candidate], alike: &[Vec<u16>], names: &Names) -> Option<Vec<u16>> {
+    let place = |(regressor, sensor): &(String, Option<usize>)| {
+        let j = candidates.iter().position(|c| c.regressor == *regressor && c.sensor == *sensor)?;
+        let j = u16::try_from(j).ok()?;
+        let first = alike.iter().position(|own| own.contains(&j)).and_then(|k| u16::try_from(k).ok());
+        Some(first.unwrap_or(j))
+    };
+    let mut set: Vec<u16> = names.iter().map(place).collect::<Option<_>>()?;
+    set.sort_unstable();
+    set.dedup();
+    Some(set)
+}
+
+fn moves(candidate: &Candidate) -> bool {
+    matches!(candidate.kind, Regressor::Tilt(_) | Regressor::Known(_))
+}
+
+/// ln odds of each candidate. Members of a family that stands for readings, positions, times or time constants share the odds of one effect.
+/// Each counts among what is expected with the share of its sizes that are not absurd.
+pub(super) fn odds<'a>(
+    candidates: impl Iterator<Item = &'a Candidate> + Clone,
+    priors: &Priors,
+    plain: impl Fn(usize) -> f64,
+) -> Vec<f64> {
+    let shared = |c: &Candidate| is_one_of_many(&c.family);
+    let mut members: HashMap<(&str, Option<usize>), f64> = HashMap::new();
+    for candidate in candidates.clone().filter(|c| shared(c)) {
+        *members.entry((candidate.family.as_str(), candidate.sensor)).or_default() += 1.0;
+    }
+    let own = |c: &Candidate| {
+        // what is not shared is one
+        let share = members.get(&(c.family.as_str(), c.sensor)).filter(|_| shared(c)).copied().unwrap_or(1.0);
+        // of equals the first rank, and before it what was only asserted
+        let rank = if assumptions::is_assumption(c) { -1.0 } else { f64::from(c.rank) };
+        -share.ln() - priors.rank * rank
+    };
+    let each: Vec<f64> = candidates.map(own).collect();
+    let all: f64 = each.iter().enumerate().map(|(j, own)| own.exp() * plain(j)).sum();
+    // so many are expected in all where anything is missing
+    each.into_iter().map(|own| own + (priors.expected / all.max(f64::MIN_POSITIVE)).ln()).collect()
+}
+
+/// For each candidate, scaled to a largest value of one, the coefficient with which it would make this share of the largest reading of its sensor if its
+/// inputs were as large as they could be: what only small tilts leave needs an absurd one.
+fn plain(candidates: &[Candidate], design: &DesignMatrix, share: f64) -> Vec<f64> {
+    let mut largest: Vec<f64> = Vec::new();
+    for (origin, value) in design.rows.iter().zip(&design.predicted) {
+        largest.resize(largest.len().max(origin.sensor + 1), 0.0);
+        largest.iter_mut().skip(origin.sensor).take(1).for_each(|most| *most = most.max(value.abs()));
+    }
+    let of = |candidate: &Candidate| {
+        let all = candidate.column.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
+        let most = candidate.column.iter().zip(&design.rows).fold(0.0_f64, |most, (v, origin)| {
+            let reading = largest.get(origin.sensor).copied().filter(|own| *own > 0.0);
+            reading.map_or(most, |reading| most.max(v.abs() / reading))
+        });
+        // what no reading of any size feels has none
+        if most > 0.0 { share * candidate.size * all / most } else { f64::INFINITY }
+    };
+    candidates.iter().map(of).collect()
+}
+
+/// The rows of the augmented model: its derivatives to the tilts go through the effects too. The gap stays that of the model as given.
+fn augment(campaign: &Campaign, design: &mut DesignMatrix, fit: &Fit, effects: &[&Candidate]) {
+    let given = campaign.reference_point();
+    let columns = fit.design.jacobian.ncols();
+    for (k, parameter) in campaign.parameters.iter().enumerate().take(design.jacobian.ncols()) {
+        if let Some(own) = fit.campaign.parameter_index(&parameter.id).filter(|own| *own < columns) {
+            design.jacobian.col_as_slice_mut(k).copy_from_slice(fit.design.jacobian.col_as_slice(own));
+        }
+    }
+    design.predicted.clone_from(&fit.design.predicted);
+    for effect in effects {
+        let index = fit.campaign.parameter_index(&effect.coefficient).filter(|own| *own < columns);
+        let Some(own) = index else { continue };
+        let before = campaign.parameter_index(&effect.coefficient).and_then(|k| given.get(k)).copied();
+        // what the campaign does not have was zero in it
+        let size = fit.design.point.get(own).map_or(0.0, |value| value - before.unwrap_or_default());
+        let slopes = fit.design.jacobian.col_as_slice(own);
+        design.predicted.iter_mut().zip(slopes).for_each(|(predicted, slope)| *predicted -= slope * size);
+    }
+}
+
+/// A column below this share of its norm is none.
+const VANISHED: f64 = 1e-6;
+
+/// Does a column of the given model vanish at a solution? A norm with an offset may explain all readings without its triad: scale factors 0, offset = g.
+fn is_trivial(given: &DesignMatrix, fit: &Fit, campaign: &Campaign) -> bool {
+    let norm = |design: &DesignMatrix, k: usize| design.jacobian.col_as_slice(k).iter().map(|v| v * v).sum::<f64>();
+    let unknowns = campaign.estimated().iter().enumerate().take(given.jacobian.ncols());
+    let there = |id: &str| fit.campaign.parameter_index(id).filter(|own| *own < fit.design.jacobian.ncols());
+    unknowns
+        .filter_map(|(k, own)| Some((k, there(&own.id)?)))
+        .any(|(k, own)| norm(&fit.design, own) < VANISHED * VANISHED * norm(given, k))
+}
+
+struct Search<'a> {
+    question: Question<'a>,
+    model: Model,
+    priors: Priors,
+    chosen: Chosen,
+    kept: Kept,
+}
+
+impl<'a> Search<'a> {
+    fn new(question: Question<'a>) -> Result<Self> {
+        let model = Model::new(question.campaign)?;
+        let chosen = screen::chosen(question.campaign);
+        let priors = Priors::at(question.settings.significance);
+        Ok(Search { question, model, priors, chosen, kept: Kept::new() })
+    }
+
+    /// The rows at a point; with the derivatives of the model that has some effects, if they were fitted and it is to be seen by itself.
+    fn rows(
+        &self,
+        point: &[f64],
+        fit: Option<(&Fit, &[&Candidate])>,
+        by_itself: bool,
+    ) -> Result<(DesignMatrix, Weighted)> {
+        let campaign = self.question.campaign;
+        let mut design = design::assemble(campaign, &self.model, point)?;
+        let mut finished = None;
+        if let Some((fit, effects)) = fit {
+            let same = (fit.design.jacobian.nrows(), fit.design.predicted.len())
+                == (design.jacobian.nrows(), design.predicted.len());
+            if by_itself && same && !effects.iter().any(|c| assumptions::is_assumption(c)) {
+                augment(campaign, &mut design, fit, effects);
+            } else {
+                let given = campaign.reference_point();
+                for own in effects.iter().filter_map(|effect| campaign.parameter_index(&effect.coefficient)) {
+                    let moved = point.get(own).zip(given.get(own)).map_or(0.0, |(now, before)| now - before);
+                    if own >= campaign.unknowns() && own < design.jacobian.ncols() {
+                        let slopes = design.jacobian.col_as_slice(own).to_vec();
+                        design.predicted.iter_mut().zip(slopes).for_each(|(own, slope)| *own -= slope * moved);
+                    }
+                }
+            }
+            let variances = match fit.campaign.scatter.is_empty() {
+                true => None,
+                false => fit::scattered(&fit.campaign, &fit.design).ok().map(|found| Variances::from(&found)),
+            };
+            finished = Some(Finished { scales: fit.estimate.group_scale.clone(), variances });
+        }
+        let weighted = noise::weigh(campaign, &design, finished.as_ref())?;
+        Ok((design, weighted))
+    }
+
+    fn see(&mut self, point: &[f64], fit: Option<(&Fit, &[&Candidate])>) -> Result<Seeing> {
+        let Question { campaign, asked, catalogue, settings } = self.question;
+        let (design, weighted) = self.rows(point, fit, false)?;
+        let given: Vec<&Vec<f64>> = fit.iter().flat_map(|(_, effects)| effects.iter().map(|c| &c.column)).collect();
+        let mut without_column = 0;
+        for given in [&given, &[][..]] {
+            let scan = Screen::new(campaign, &design, &weighted, &self.chosen, given);
+            self.chosen.add(scan.strongest(&self.chosen).into_iter().map(|(member, _)| member));
+            without_column = scan.without_column(&self.chosen);
+        }
+        self.chosen.add(screen::exchanged(campaign, &design, &weighted, settings));
+        let rows = weighted.weight.len();
+        let mut candidates = build(campaign, catalogue, &self.model, &design, rows, &self.chosen, &mut self.kept)?;
+        candidates.extend(assumptions::candidates(campaign, asked, &design)?);
+        candidates.truncate(usize::from(u16::MAX));
+        Ok(Seeing { design, weighted, candidates, without_column })
+    }
+
+    fn view(
+        &mut self,
+        point: &[f64],
+        fit: Option<(&Fit, &[&Candidate])>,
+        judged: &[(Names, Option<f64>)],
+    ) -> Result<View> {
+        let Question { campaign, settings, .. } = self.question;
+        let Seeing { design, weighted, mut candidates, without_column } = self.see(point, fit)?;
+        let columns = weighted.columns(candidates.iter().map(|c| &c.column).collect::<Vec<_>>().into_iter());
+        let absurd = plain(&candidates, &design, self.priors.plain);
+        let counted = |j: usize| {
+            let largest = absurd.get(j).map_or(f64::INFINITY, |size| size * columns.col(j).norm_l2());
+            self.priors.share_below(largest)
+        };
+        let odds = odds(candidates.iter(), &self.priors, counted);
+        let kernels = bank(campaign, &design, &weighted);
+        let problem = Problem {
+            residual: &weighted.residual,
+            basis: weighted.estimate.factor.thin_q(),
+            columns: columns.as_ref(),
+            prior: &odds,
+            plain: &absurd,
+            known: weighted.from == NoiseFrom::Stated,
+            kernels: &kernels,
+            sharing: None,
+        };
+        let mut score = Score::new(&problem, self.priors);
+        let starts = judged.iter().filter(|(_, value)| value.is_some());
+        let starts = starts.filter_map(|(names, _)| standing(&candidates, &score.alike, names));
+        score.search(&starts.filter(|set| !set.is_empty()).collect::<Vec<_>>());
+        let unit = unit(&weighted);
+        for (candidate, visible) in candidates.iter_mut().zip(&score.visible) {
+            candidate.visible = *visible;
+            candidate.vanishing |= *visible < settings.absorbed;
+        }
+        let posterior = score.posterior();
+        let mut view = View { design, weighted, candidates, without_column, score, unit, posterior };
+        view.settle(judged);
+        Ok(view)
+    }
+
+    /// ln p(y, S) at the solution of a set, by the rows of the model that has it: Laplace's integral.
+    fn evidence(
+        &mut self,
+        (point, fit): (&[f64], &Fit),
+        effects: &[&Candidate],
+        odds: &[f64],
+        beside: (&[usize], usize),
+    ) -> Result<(f64, Weighted)> {
+        let Question { campaign, asked, catalogue, .. } = self.question;
+        let (design, weighted) = self.rows(point, Some((fit, effects)), true)?;
+        let families: Vec<Effect> =
+            catalogue.iter().filter(|own| effects.iter().any(|c| c.family == own.term)).cloned().collect();
+        let rows = weighted.weight.len();
+        let mut found = build(campaign, &families, &self.model, &design, rows, &self.chosen, &mut self.kept)?;
+        found.extend(assumptions::candidates(campaign, asked, &design)?);
+        let same = |effect: &&Candidate| {
+            found.iter().find(|c| c.regressor == effect.regressor && c.sensor == effect.sensor).cloned()
+        };
+        let Some(own) = effects.iter().map(same).collect::<Option<Vec<Candidate>>>() else {
+            return Ok((f64::NEG_INFINITY, weighted));
+        };
+        let columns = weighted.columns(own.iter().map(|c| &c.column).collect::<Vec<_>>().into_iter());
+        let kernels = bank(campaign, &design, &weighted).into_iter().enumerate();
+        let kernels: Vec<_> = kernels.filter(|(place, _)| beside.0.contains(place)).map(|(_, own)| own).collect();
+        let problem = Problem {
+            residual: &weighted.residual,
+            basis: weighted.estimate.factor.thin_q(),
+            columns: columns.as_ref(),
+            prior: odds,
+            plain: &plain(&own, &design, self.priors.plain),
+            known: weighted.from == NoiseFrom::Stated,
+            kernels: &kernels,
+            sharing: Some(beside.1),
+        };
+        let mut score = Score::new(&problem, self.priors);
+        let names: Names = own.iter().map(|c| (c.regressor.clone(), c.sensor)).collect();
+        let set = standing(&own, &score.alike, &names).filter(|set| set.len() == effects.len());
+        let value = set.map_or(f64::NEG_INFINITY, |set| score.of(&set)) + unit(&weighted);
+        Ok((if value.is_nan() { f64::NEG_INFINITY } else { value }, weighted))
+    }
+
+    /// The exact fit with some effects, begun from a point, and where it puts all parameters of the campaign.
+    fn exact(&self, at: &View, effects: &[&Candidate], from: &[f64]) -> Result<(Campaign, Fit, Vec<f64>)> {
+        let campaign = self.question.campaign;
+        let repaired = repaired(campaign, effects)?;
+        let mut beside = repaired.clone();
+        let sizes = at.weighted.sizes_with(&at.design, campaign.unknowns(), effects.iter().map(|c| &c.column));
+        let linear = effects.iter().zip(sizes.unwrap_or_default()).filter(|(c, _)| !assumptions::is_assumption(c));
+        let linear = linear.map(|(c, size)| {
+            let before = campaign.parameter_index(&c.coefficient).and_then(|k| campaign.parameters.get(k));
+            // what the campaign does not have was zero in it
+            (c.coefficient.as_str(), size + before.map_or(0.0, |p| p.reference()))
+        });
+        let places = campaign.parameters.iter().zip(from).map(|(p, value)| (p.id.as_str(), *value));
+        for (id, value) in places.chain(linear) {
+            let own = repaired.parameter_index(id).and_then(|k| beside.parameters.get_mut(k));
+            if let Some(Role::Estimated { start, .. }) = own.map(|p| &mut p.role) {
+                *start = Some(value);
+            }
+        }
+        let mut fit = fit_exactly(&beside)?;
+        fit.campaign.parameters = repaired.parameters.clone();
+        let given = campaign.reference_point();
+        let estimated = repaired.unknowns();
+        let place = |id: &str| repaired.parameter_index(id).filter(|k| *k < estimated);
+        let own = |(k, value): (usize, &f64)| {
+            let found = campaign.parameters.get(k).and_then(|p| place(&p.id)).and_then(|k| fit.point.get(k));
+            found.or_else(|| given.get(k)).copied().unwrap_or(*value)
+        };
+        let point = from.iter().enumerate().map(own).collect();
+        Ok((repaired, fit, point))
+    }
+}
+
+/// What the evidences of all points and weights differ by: `ln |V^-1| / 2 - ln |A'V^-1 A| / 2`.
+fn unit(weighted: &Weighted) -> f64 {
+    let factor = &weighted.estimate.factor;
+    let rows = match &weighted.floor {
+        Some(floor) => -0.5 * floor.whitening().log_determinant(),
+        None => weighted.weight.iter().map(|w| w.ln()).sum::<f64>(),
+    };
+    rows - 0.5 * factor.log_determinant()
+}
+
+/// The campaign as given, with what sets at their own solutions are compared.
+struct Home {
+    design: DesignMatrix,
+    weighted: Weighted,
+}
+
+/// A set at its own solution.
+struct Stood {
+    value: f64,
+    names: Names,
+    point: Vec<f64>,
+    fit: Fit,
+}
+
+impl Search<'_> {
+    /// A set at its own solution, fitted from a point; `None` where its exact fit leads elsewhere.
+    fn stand(&mut self, home: &Home, at: &mut View, names: &Names, from: &[f64]) -> Result<Option<Stood>> {
+        let set = standing(&at.candidates, &at.score.alike, names);
+        let beside = set.map(|set| at.score.beside(&set)).unwrap_or_default();
+        let sharing = at.score.sharing;
+        let at = &*at;
+        let Some(effects) = at.members(names) else { return Ok(None) };
+        let own = names.iter().filter_map(|own| at.index(own));
+        let odds: Vec<f64> = own.map(|j| at.odds(j)).collect();
+        let Ok((_, fit, point)) = self.exact(at, &effects, from) else { return Ok(None) };
+        if is_trivial(&home.design, &fit, self.question.campaign) {
+            return Ok(None);
+        }
+        let (value, weighted) = self.evidence((&point, &fit), &effects, &odds, (&beside, sharing))?;
+        // at a jump of a term the model may leave other directions open: its evidence is on no scale with the rest
+        if weighted.estimate.factor.rank() != home.weighted.estimate.factor.rank() {
+            return Ok(None);
+        }
+        let gap = home.weighted.squares(&weighted.estimate.residuals) / home.weighted.rss;
+        // what the model as given misses is the same from every point from which it is seen straight
+        let straight = gap > 1.0 / STRAIGHT && gap < STRAIGHT;
+        Ok(straight.then(|| Stood { value, names: names.clone(), point, fit }))
+    }
+}
+
+/// Sets that were judged, and the best of them.
+struct Judged {
+    nothing: f64,
+    values: Vec<(Names, Option<f64>)>,
+    best: Option<Stood>,
+}
+
+impl Judged {
+    fn knows(&self, names: &Names) -> bool {
+        self.values.iter().any(|(own, _)| own == names)
+    }
+
+    /// Each set at its own solution, fitted from a point of which there is a view.
+    fn judge(
+        &mut self,
+        search: &mut Search<'_>,
+        home: &Home,
+        (at, from): (&mut View, &[f64]),
+        wanted: Vec<Names>,
+    ) -> Result<()> {
+        for names in wanted {
+            if self.knows(&names) {
+                continue;
+            }
+            let stood = search.stand(home, at, &names, from)?;
+            self.values.push((names, stood.as_ref().map(|own| own.value)));
+            let least = self.best.as_ref().map_or(self.nothing, |own| own.value);
+            self.best = stood.filter(|own| own.value > least).or(self.best.take());
+        }
+        Ok(())
+    }
+
+    /// Sets of a view that are probable and not judged.
+    fn open(&self, view: &View) -> Vec<Names> {
+        let likely = view.posterior.sets.iter().filter(|(p, _)| *p >= COMPETES).map(|(_, set)| view.names(set));
+        likely.filter(|names| !self.knows(names)).take(RIVALS).collect()
+    }
+}
+
+/// The effects of a campaign that stands fitted at a point.
+pub(super) fn run(question: Question<'_>, home: &[f64]) -> Result<Outcome> {
+    let mut search = Search::new(question)?;
+    let mut first = search.view(home, None, &[])?;
+    let base = &Home { design: first.design.clone(), weighted: first.weighted.clone() };
+    let nothing = first.score.of(&[]) + first.unit;
+    let mut judged = Judged { nothing, values: vec![(Names::new(), Some(nothing))], best: None };
+    let is_judged = first.weighted.estimate.dof > 0;
+    if is_judged {
+        let wanted = hypotheses(&first);
+        judged.judge(&mut search, base, (&mut first, home), wanted)?;
+        // a large tilt moves the columns of what is beside it: what that is shows from where the tilt alone leads
+        for names in movers(&first) {
+            let Some(own) = search.stand(base, &mut first, &names, home)? else { continue };
+            let effects: Vec<Candidate> = first.members(&names).unwrap_or_default().into_iter().cloned().collect();
+            let fitted: Vec<&Candidate> = effects.iter().collect();
+            let mut view = search.view(&own.point, Some((&own.fit, &fitted)), &judged.values)?;
+            let wanted = judged.open(&view);
+            judged.judge(&mut search, base, (&mut view, &own.point), wanted)?;
+        }
+    }
+    let mut there: Option<(Names, View)> = None;
+    for _ in 0..VIEWS {
+        match (&judged.best, &mut there) {
+            (Some(own), Some((names, view))) if *names == own.names => view.settle(&judged.values),
+            (Some(own), _) => {
+                let at = there.as_ref().map_or(&first, |(_, view)| view);
+                let effects: Vec<Candidate> = at.members(&own.names).unwrap_or_default().into_iter().cloned().collect();
+                let fitted: Vec<&Candidate> = effects.iter().collect();
+                let view = search.view(&own.point, Some((&own.fit, &fitted)), &judged.values)?;
+                there = Some((own.names.clone(), view));
+            }
+            (None, _) => first.settle(&judged.values),
+        }
+        let wanted = judged.open(there.as_ref().map_or(&first, |(_, view)| view));
+        if wanted.is_empty() || !is_judged {
+            break;
+        }
+        let from = judged.best.as_ref().map_or(home, |own| &own.point).to_vec();
+        let at = there.as_mut().map_or(&mut first, |(_, view)| view);
+        judged.judge(&mut search, base, (at, &from), wanted)?;
+    }
+    let point = judged.best.as_ref().map_or(home, |own| &own.point);
+    let (names, view) = there.unwrap_or((Names::new(), first));
+    outcome(&search, &names, view, point)
+}
+
+/// Tilts and known values that resemble a member of a probable set of several, each by itself: the most probable sets first.
+fn movers(view: &View) -> Vec<Names> {
+    let mut found: Vec<Names> = Vec::new();
+    let candidates = || (0_u16..).zip(&view.candidates).filter(|(_, c)| moves(c));
+    let likely = view.posterior.sets.iter().take_while(|(p, _)| *p >= COMPETES);
+    for (_, set) in likely.filter(|(_, set)| set.len() > 1) {
+        for member in set {
+            let others: Vec<u16> = set.iter().copied().filter(|j| j != member).collect();
+            let alike = view.score.alike.get(usize::from(*member));
+            let near = |j: u16| {
+                alike.is_some_and(|own| own.contains(&j)) || view.score.cosine(&others, *member, j) >= RESEMBLES
+            };
+            for (j, _) in candidates().filter(|(j, _)| near(*j)) {
+                let names = view.names(&[j]);
+                if !found.contains(&names) {
+                    found.push(names);
+                }
+            }
+        }
+    }
+    found.truncate(FIRST);
+    found
+}
+
+/// The most probable set, and those in which a tilt or a known value stands in a member's place.
+fn hypotheses(view: &View) -> Vec<Names> {
+    let mut wanted: Vec<Names> = view.posterior.sets.iter().take(1).map(|(_, set)| view.names(set)).collect();
+    // what is estimated to scatter hides effects until they are in the model
+    if view.weighted.floor.is_some() && view.weighted.from == NoiseFrom::Residuals {
+        let best = |size: usize| view.posterior.sets.iter().find(|(_, set)| set.len() == size);
+        wanted.extend([1, 2].into_iter().filter_map(best).map(|(_, set)| view.names(set)));
+    }
+    let mut seen: Vec<u16> = Vec::new();
+    for (probability, set) in &view.posterior.sets {
+        if wanted.len() >= FOLLOWED || *probability < TRIED {
+            break;
+        }
+        for (place, member) in set.iter().enumerate() {
+            for other in view.score.alike.get(usize::from(*member)).into_iter().flatten() {
+                if view.candidates.get(usize::from(*other)).is_some_and(moves) && !seen.contains(other) {
+                    seen.push(*other);
+                    let mut with = set.clone();
+                    with.iter_mut().skip(place).take(1).for_each(|slot| *slot = *other);
+                    wanted.push(view.names(&with));
+                }
+            }
+        }
+    }
+    wanted.truncate(FOLLOWED);
+    wanted
+}
+
+/// Explanations that count where the parameters are told, and their least probability.
+const EXPLANATIONS: (usize, f64) = (64, 1e-3);
+
+/// What is named, what could stand in its place, and the model with it.
+fn outcome(search: &Search<'_>, stood: &Names, mut view: View, point: &[f64]) -> Result<Outcome> {
+    let settings = search.question.settings;
+    let posterior = view.posterior.clone();
+    // of all that are nearly as probable in a place as any the one with the best odds by itself; of equals the more probable, then by name
+    let front = |class: &Class| {
+        let name = |own: &Member| view.candidates.get(own.candidate).map_or("", |c| c.regressor.as_str());
+        let most = class.members.iter().fold(0.0_f64, |most, own| most.max(own.probability));
+        let order = |a: f64, b: f64| if (a - b).abs() <= EQUAL * a { Ordering::Equal } else { a.total_cmp(&b) };
+        let near = class.members.iter().filter(|own| own.probability * NEAR >= most);
+        near.copied().max_by(|a, b| {
+            let probable = || order(a.probability / most, b.probability / most);
+            order(a.odds, b.odds).then_with(probable).then_with(|| name(b).cmp(name(a)))
+        })
+    };
+    let mut named: Vec<(Member, &Class)> = Vec::new();
+    let mut suspected: Vec<(Member, &Class)> = Vec::new();
+    for class in &posterior.classes {
+        let Some(own) = front(class) else { continue };
+        match class.probability {
+            p if p >= settings.probability => named.push((own, class)),
+            p if p >= settings.suspected => suspected.push((own, class)),
+            _ => {}
+        }
+    }
+    let mut rivals: Vec<Rival> = Vec::new();
+    for (place, (member, class)) in named.iter().enumerate() {
+        for other in class.members.iter().filter(|own| own.candidate != member.candidate) {
+            let share = other.probability / member.probability;
+            let excess = -2.0 * (share / (other.odds / member.odds)).ln();
+            // what needs another effect beside it is there as well, but stands in its place no more than this
+            if excess <= 2.0 * search.priors.alias {
+                rivals.push(Rival { place, candidate: other.candidate, share, excess });
+            }
+        }
+    }
+    rivals.sort_by(|a, b| a.place.cmp(&b.place).then(a.excess.total_cmp(&b.excess)));
+    let effects: Vec<&Candidate> = named.iter().filter_map(|(own, _)| view.candidates.get(own.candidate)).collect();
+    let repair = match effects.is_empty() {
+        true => None,
+        false => search.exact(&view, &effects, point).ok().map(|(repaired, fit, _)| (repaired, fit)),
+    };
+    let repair = match repair {
+        Some((_, fit)) if is_trivial(&view.design, &fit, search.question.campaign) => None,
+        other => other,
+    };
+    let state = match (repair.is_some(), suspected.is_empty()) {
+        (true, _) => State::Named,
+        _ if posterior.nothing >= settings.suspected => State::Nothing,
+        (_, false) => State::Suspected,
+        _ => State::Outside,
+    };
+    // columns of which next to nothing is left tell nothing of the parameters
+    let seen = |j: usize| view.candidates.get(j).is_some_and(|c| c.visible >= settings.absorbed);
+    let likely = posterior.sets.iter().take(EXPLANATIONS.0).filter(|(p, _)| *p >= EXPLANATIONS.1);
+    let mut explanations = Vec::new();
+    for (probability, set) in likely.filter(|_| state != State::Nothing) {
+        let members = view.score.shares(set).into_iter();
+        let members = members.map(|own| own.into_iter().filter(|(j, _)| seen(*j)).collect()).collect();
+        explanations.push(Explanation { probability: *probability, members });
+    }
+    let columns: Vec<&Vec<f64>> = view.candidates.iter().map(|c| &c.column).collect();
+    let remainders = Remainders::new(search.question.campaign, &view.design, &view.weighted);
+    let mut evidence = Evidence::new(&view.weighted, &columns, remainders);
+    evidence.tests += view.without_column;
+    evidence.found_with(&stood.iter().filter_map(|own| view.index(own)).collect::<Vec<_>>());
+    // what is there beyond the effects named
+    let further = 1.0 - posterior.alone.iter().take(named.len() + 1).sum::<f64>();
+    let probable = |own: &[(Member, &Class)]| own.iter().map(|(j, class)| (j.candidate, class.probability)).collect();
+    let (named, suspected) = (probable(&named), probable(&suspected));
+    let View { candidates, weighted, design, .. } = view;
+    let outside = posterior.outside;
+    let further = further.clamp(0.0, 1.0);
+    let seen = Seen {
+        candidates,
+        evidence,
+        weighted,
+        design,
+        named,
+        suspected,
+        rivals,
+        explanations,
+        state,
+        further,
+        outside,
+    };
+    Ok((seen, repair))
+}
+
+/// Every candidate for this campaign at its fitted model, with the standard uncertainty that its coefficient would have in it.
+///
+/// What a schedule can see: an effect of less than five of these hides in the noise. Infinite where the model absorbs it.
+/// Errors: as [`super::diagnose`].
+pub fn candidates(campaign: &Campaign, catalogue: &[Effect]) -> Result<Vec<(Candidate, f64)>> {
+    let assumed = assumptions::hold(campaign)?;
+    let fit = fit_exactly(&assumed.campaign)?;
+    let settings = Settings::default();
+    let question = Question { campaign: &assumed.campaign, asked: &assumed.asked, catalogue, settings: &settings };
+    let point: Vec<f64> = fit.point.iter().take(fit.design.point.len()).copied().collect();
+    let Seeing { weighted, mut candidates, .. } = Search::new(question)?.see(&point, None)?;
+    let columns = weighted.columns(candidates.iter().map(|c| &c.column).collect::<Vec<_>>().into_iter());
+    let visible = Pool::new(columns, weighted.estimate.factor.thin_q(), &weighted.residual);
+    for (candidate, visible) in candidates.iter_mut().zip(visible.visible()) {
+        candidate.visible = *visible;
+        candidate.vanishing |= *visible < settings.absorbed;
+    }
+    let with_u = |candidate: Candidate| {
+        let u = 1.0 / (weighted.norm(&candidate.column) * candidate.visible);
+        (candidate, u)
+    };
+    Ok(candidates.into_iter().map(with_u).collect())
+}

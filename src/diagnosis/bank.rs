@@ -1,0 +1,167 @@
+//! Kernels that know nothing of the catalogue.
+#![allow(
+    clippy::indexing_slicing,
+    clippy::cast_possible_truncation,
+    reason = "a dense kernel: every list is as long as the design's rows; an angle in billionths of a radian fits"
+)]
+
+use super::noise::{NoiseFrom, Weighted, positions};
+use super::score::Kernel;
+use crate::campaign::{Campaign, JointState};
+use crate::design::DesignMatrix;
+use faer::Mat;
+use std::collections::HashMap;
+
+struct Row {
+    sensor: usize,
+    reading: usize,
+}
+
+fn group<K: std::hash::Hash + Eq>(keys: impl Iterator<Item = K>) -> (Vec<usize>, usize) {
+    let mut seen: HashMap<K, usize> = HashMap::new();
+    let mut out = vec![];
+    for key in keys {
+        let next = seen.len();
+        out.push(*seen.entry(key).or_insert(next));
+    }
+    (out, seen.len())
+}
+
+pub(super) fn bank(campaign: &Campaign, design: &DesignMatrix, at: &Weighted) -> Vec<Kernel> {
+    let n = at.weight.len();
+    let rows: Vec<Row> = design.rows.iter().map(|o| Row { sensor: o.sensor, reading: o.reading }).collect();
+    let m = rows.len();
+    let sensors = rows.iter().map(|r| r.sensor).max().map_or(1, |s| s + 1);
+    // rms of noise by sensor: a deviation is alike in all readings of a sensor
+    let mut scale = vec![(0.0, 0.0); sensors];
+    for (r, w) in rows.iter().zip(&at.weight) {
+        scale[r.sensor].0 += w * w;
+        scale[r.sensor].1 += 1.0;
+    }
+    let unit: Vec<f64> = rows.iter().map(|r| 1.0 / (scale[r.sensor].0 / scale[r.sensor].1 as f64).sqrt()).collect();
+    let states = |r: &Row| campaign.readings.rows.get(r.reading).map(|x| x.joints.clone()).unwrap_or_default();
+    let bits = |s: &JointState| {
+        let (a, b, c) = s.keys();
+        [a, b, c].map(|v| v.map_or(u64::MAX, |v| (v + 0.0).to_bits()))
+    };
+    let mut found: Vec<Kernel> = vec![];
+    let mut add = |factor: Mat<f64>| {
+        // whitened, mean diagonal one
+        let k = factor.ncols();
+        let mut f = Mat::<f64>::zeros(n, k);
+        for j in 0..k {
+            let mut col: Vec<f64> = (0..m).map(|i| factor[(i, j)] * unit[i]).collect();
+            // rows of priors have none
+            col.resize(n, 0.0);
+            f.col_as_slice_mut(j).copy_from_slice(&at.whiten(&col));
+        }
+        let trace: f64 = (0..k).map(|j| f.col(j).squared_norm_l2()).sum();
+        if !(trace > 0.0) {
+            return;
+        }
+        let s = (m as f64 / trace).sqrt();
+        f *= faer::Scale(s);
+        found.push(Kernel { factor: f });
+    };
+    let indicator = |g: &(Vec<usize>, usize), x: &dyn Fn(usize) -> f64| {
+        Mat::from_fn(m, g.1, |i, j| if g.0[i] == j { x(i) } else { 0.0 })
+    };
+    let one = |_: usize| 1.0;
+    // the turning rate of a reading over the largest
+    let rate: Vec<f64> = rows.iter().map(|r| states(r).iter().map(|s| s.rate_deg_s()).sum::<f64>()).collect();
+    let fastest = rate.iter().fold(0.0_f64, |a, b| a.max(b.abs()));
+    let times_rate = |i: usize| if fastest > 0.0 { rate[i] / fastest } else { 0.0 };
+    let rates = group(rate.iter().map(|r| r.to_bits())).1;
+    let setting = group(rows.iter().map(|r| (r.sensor, states(r).iter().map(bits).collect::<Vec<_>>())));
+    let still = |s: &JointState| {
+        if s.rate_deg_s() == 0.0 { bits(s) } else { [0; 3] }
+    };
+    let place = group(rows.iter().map(|r| (r.sensor, states(r).iter().map(still).collect::<Vec<_>>())));
+    let labels = positions(campaign, design, n);
+    let label = group(rows.iter().enumerate().map(|(i, r)| (r.sensor, labels[i])));
+    if setting.1 < m {
+        add(indicator(&setting, &one));
+    }
+    if place.1 > 1 && place.0 != setting.0 {
+        add(indicator(&place, &one));
+    }
+    if label.1 > 1 && label.0 != place.0 && label.0 != setting.0 && label.1 < m {
+        add(indicator(&label, &one));
+    }
+    if rates > 1 {
+        if place.1 > 1 {
+            add(indicator(&place, &times_rate));
+        }
+        let by_rate = group(rows.iter().enumerate().map(|(i, r)| (r.sensor, rate[i].to_bits())));
+        if by_rate.1 > 2 && by_rate.0 != setting.0 {
+            add(indicator(&by_rate, &one));
+        }
+    }
+    for k in 0..campaign.bench.joints().count() {
+        let angle: Vec<Option<f64>> = rows
+            .iter()
+            .map(|r| match states(r).get(k) {
+                Some(JointState::Held { angle_deg }) => Some(angle_deg.to_radians()),
+                _ => None,
+            })
+            .collect();
+        let (_, distinct) =
+            group(angle.iter().flatten().map(|a| (a.rem_euclid(std::f64::consts::TAU) * 1e9).round() as i64));
+        if distinct < 3 {
+            continue;
+        }
+        let most = (distinct / 2).min(24);
+        for (is_smooth, length) in [(true, 1.0), (false, 0.3)] {
+            for by_rate in [false, true] {
+                if by_rate && rates < 2 {
+                    continue;
+                }
+                let factor = Mat::from_fn(m, sensors * 2 * most, |i, j| {
+                    let (s, h) = (j / (2 * most), j % (2 * most));
+                    let order = (h / 2 + 1) as f64;
+                    let Some(a) = angle[i].filter(|_| s == rows[i].sensor) else { return 0.0 };
+                    let w = if is_smooth {
+                        (-0.25 * order * order * length * length).exp()
+                    } else {
+                        (1.0 / (1.0 + (order * length).powi(2))).sqrt()
+                    };
+                    let v = if h % 2 == 0 { (order * a).cos() } else { (order * a).sin() };
+                    w * v * if by_rate { times_rate(i) } else { 1.0 }
+                });
+                add(factor);
+            }
+        }
+    }
+    // time, or order
+    let column = campaign.readings.columns.iter().position(|c| c == "time_s");
+    let time: Vec<f64> = rows
+        .iter()
+        .map(|r| {
+            let t = column.and_then(|c| campaign.readings.rows.get(r.reading)?.columns.get(c).copied().flatten());
+            t.unwrap_or(r.reading as f64)
+        })
+        .collect();
+    let (a, b) = time.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), t| (a.min(*t), b.max(*t)));
+    if b > a && m > 4 {
+        let most = (m / sensors.max(1)).saturating_sub(1).min(64).min(240 / sensors.max(1)).max(1);
+        let lengths = [(true, 0.3), (true, 0.1), (false, 1.0), (false, 0.1), (false, 0.02)];
+        let by_rate = lengths.iter().filter(|_| rates > 1).map(|own| (*own, true));
+        for ((is_smooth, length), by_rate) in lengths.iter().map(|own| (*own, false)).chain(by_rate) {
+            let factor = Mat::from_fn(m, sensors * most, |i, j| {
+                let (s, h) = (j / most, (j % most + 1) as f64);
+                if s != rows[i].sensor {
+                    return 0.0;
+                }
+                let f = std::f64::consts::PI * h * length;
+                let w = if is_smooth { (-0.25 * f * f).exp() } else { (1.0 / (1.0 + f * f)).sqrt() };
+                let course = w * (std::f64::consts::PI * h * (time[i] - a) / (b - a)).cos();
+                if by_rate { course * times_rate(i) } else { course }
+            });
+            add(factor);
+        }
+    }
+    if at.from == NoiseFrom::Stated && m <= 400 {
+        add(Mat::from_fn(m, m, |i, j| if i == j { 1.0 / (at.weight[i] * unit[i]) } else { 0.0 }));
+    }
+    found
+}

@@ -1,0 +1,943 @@
+//! Posterior over (set of effects) x (kernel and size of a remainder).
+//!
+//! ```text
+//! V = s^2 (I + t^2 K),  beta_j and t with density 1/(L |.|): all sizes are drawn alike.
+//! known:   ln p = -1/2 ln|V| - 1/2 q_S + sum_j [1/2 ln 2pi - ln(2 L |beta_j|)] - 1/2 ln|G_S|
+//! unknown: ln p = -1/2 ln|V| + ln Gamma((nu-k)/2) - (nu-k)/2 ln q_S + sum_j [1/2 ln pi - ln(2 L |beta_j|)] - 1/2 ln|G_S|
+//! ```
+
+#![allow(
+    clippy::indexing_slicing,
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "a dense kernel: lengths are those of the columns that `Score::new` is given, which are no more than a u16 counts"
+)]
+
+use faer::{Mat, MatRef, Side};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Effects that are expected where anything is missing.
+const EXPECTED: f64 = 0.3;
+/// Odds of any effect against nothing, for each hundredth of significance a third.
+const FIRST: f64 = 30.0;
+/// Probability of something outside the catalogue where anything is missing: below one half, so that a remainder of which the readings say nothing is
+/// not reported.
+const OUTSIDE: f64 = 0.3;
+/// Most sets whose neighbours are looked at after the search.
+const SPREAD: usize = 100;
+
+/// Columns with a smaller cosine, beside the model and the other effects, are different explanations of what is hardly seen.
+const ALIKE: f64 = 0.5;
+/// Logarithm of the odds of a place against none from which what explains it as well is the same explanation, whatever the cosine here: each set
+/// may be judged at another point. Of two columns with the cosine c one has c^2 of what the other explains.
+const PLAIN: f64 = 12.0;
+/// Columns with a larger cosine differ by what another small effect makes up: with it they stand in each other's place.
+const NEARLY: f64 = 0.95;
+/// Share of a set's probability below which a kernel beside it is left out where the set is judged at its own solution.
+const NEGLIGIBLE: f64 = 1e-3;
+/// Most sets whose members are told as classes.
+const TOLD: usize = 8;
+
+/// What is believed before the readings are seen.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Priors {
+    /// Sizes, in noise standard deviations, between which each is as probable as any other of its logarithm: of effects and of remainders.
+    pub smallest: f64,
+    pub largest: f64,
+    /// Probability that something outside the catalogue is there.
+    pub outside: f64,
+    /// Effects that are expected where anything is missing: the odds of all kinds together.
+    pub expected: f64,
+    /// The same against nothing: a campaign is as its model says, or it is not, and then what is missing need not be one thing.
+    pub first: f64,
+    /// What one rank of the catalogue takes off the logarithm of the odds.
+    pub rank: f64,
+    /// Logarithm of the odds by which explanations may differ that stand in each other's place.
+    pub alias: f64,
+    /// Most effects of a set.
+    pub most: usize,
+    /// Fewest directions of a remainder: of fewer it is an effect in all but name.
+    pub least_rank: usize,
+    /// Share of the largest reading from which an effect, with inputs as large as they could be, is the less probable the larger it is.
+    pub plain: f64,
+}
+
+impl Priors {
+    /// With the odds at which nothing is reported in so many of the campaigns in which nothing is missing.
+    pub fn at(significance: f64) -> Self {
+        Priors {
+            smallest: 0.1,
+            largest: 1e4,
+            outside: OUTSIDE,
+            expected: EXPECTED,
+            first: FIRST * significance,
+            rank: 0.2,
+            alias: 4.5,
+            most: 6,
+            least_rank: 5,
+            plain: 0.01,
+        }
+    }
+    pub fn range(&self) -> f64 {
+        (self.largest / self.smallest).ln()
+    }
+
+    /// The share of the range of sizes that a density `1 / (|b| (1 + |b| / size))` has left, of that which all sizes have alike.
+    pub fn share_below(&self, size: f64) -> f64 {
+        ((1.0 + size / self.smallest).ln() / self.range()).min(1.0)
+    }
+
+    /// ln of what nothing has over the odds of what is missing.
+    pub fn nothing(&self) -> f64 {
+        (self.expected / self.first).ln()
+    }
+
+    /// `|t|` of an effect alone, against noise that is known, from which it is there with this probability: `t^2 / 2 - ln t = c`.
+    pub fn threshold(&self, ln_odds: f64, probability: f64) -> f64 {
+        let c = (probability / (1.0 - probability)).ln() + (2.0 * self.range()).ln() - 0.5 * std::f64::consts::TAU.ln()
+            + self.nothing()
+            - ln_odds;
+        (0..20).fold(5.0_f64, |t, _| (2.0 * (c + t.max(1.0).ln())).max(1.0).sqrt())
+    }
+}
+
+/// A kernel `F F'`, rows of the weighted system.
+pub(super) struct Kernel {
+    pub factor: Mat<f64>,
+}
+
+pub(super) struct Problem<'a> {
+    pub residual: &'a [f64],
+    pub basis: MatRef<'a, f64>,
+    pub columns: MatRef<'a, f64>,
+    /// ln odds of each candidate.
+    pub prior: &'a [f64],
+    /// Coefficient of each column from which it is the less probable the larger it is.
+    pub plain: &'a [f64],
+    pub known: bool,
+    pub kernels: &'a [Kernel],
+    /// So many share the probability of a remainder; those that are not here have next to none.
+    pub sharing: Option<usize>,
+}
+
+struct Prepared {
+    lambda: Vec<f64>,
+    along_z: Vec<f64>,
+    along_c: Mat<f64>,
+}
+
+/// Sufficient statistics in the space that the model leaves.
+pub(super) struct Score {
+    settings: Priors,
+    known: bool,
+    nu: f64,
+    zz: f64,
+    /// ln odds of all that have one column.
+    pub prior: Vec<f64>,
+    /// Of each of these its odds, and one over the size from which it is the less probable the larger it is.
+    own: Vec<Vec<(f64, f64)>>,
+    /// projected columns, unit norm
+    c: Mat<f64>,
+    pub visible: Vec<f64>,
+    /// Candidates with the same column, by the one that stands for them.
+    pub alike: Vec<Vec<u16>>,
+    norm: Vec<f64>,
+    b: Vec<f64>,
+    kernels: Vec<Prepared>,
+    /// The kernel of the bank that each one is; nothing for none.
+    from: Vec<Option<usize>>,
+    /// So many share the probability of a remainder.
+    pub sharing: usize,
+    gram: Vec<Option<Vec<f64>>>,
+    pub visited: BTreeMap<(u16, Vec<u16>), f64>,
+    /// Of these the ones whose integral over t was made, without the prior of the kernel, and their best t.
+    integrated: BTreeMap<(u16, Vec<u16>), (f64, f64)>,
+    /// Sets whose neighbours were looked at.
+    expanded: BTreeSet<(u16, Vec<u16>)>,
+    pub best: f64,
+}
+
+#[derive(Clone)]
+struct State {
+    set: Vec<u16>,
+    g: Vec<Vec<f64>>,
+    inverse: Vec<f64>,
+    beta: Vec<f64>,
+    q: f64,
+    logdet: f64,
+    value: f64,
+}
+
+fn project(basis: MatRef<'_, f64>, m: &mut Mat<f64>) {
+    for _ in 0..2 {
+        let a = basis.transpose() * &*m;
+        *m -= basis * a;
+    }
+}
+
+pub(super) fn ln_gamma(x: f64) -> f64 {
+    // Stirling with shift
+    let (mut x, mut s) = (x, 0.0);
+    while x < 8.0 {
+        s -= x.ln();
+        x += 1.0;
+    }
+    s + (x - 0.5) * x.ln() - x + 0.918_938_533_204_672_8 + 1.0 / (12.0 * x) - 1.0 / (360.0 * x.powi(3))
+        + 1.0 / (1260.0 * x.powi(5))
+}
+
+impl Score {
+    pub fn new(p: &Problem<'_>, settings: Priors) -> Self {
+        let (n, k) = (p.residual.len(), p.columns.ncols());
+        let mut c = p.columns.to_owned();
+        let before: Vec<f64> = (0..k).map(|j| c.col(j).norm_l2()).collect();
+        project(p.basis, &mut c);
+        let mut visible = vec![0.0; k];
+        let mut plain = vec![f64::INFINITY; k];
+        for j in 0..k {
+            let own = c.col(j).norm_l2();
+            visible[j] = if before[j] > 0.0 { own / before[j] } else { 0.0 };
+            let scale = if own > 0.0 && visible[j] > 1e-6 { 1.0 / own } else { 0.0 };
+            if scale == 0.0 {
+                visible[j] = 0.0;
+            }
+            plain[j] = p.plain[j] * own;
+            c.col_mut(j).iter_mut().for_each(|v| *v *= scale);
+        }
+        let mut z = Mat::from_fn(n, 1, |i, _| p.residual[i]);
+        project(p.basis, &mut z);
+        let dotz = |col: faer::ColRef<'_, f64>| -> f64 { col.iter().zip(z.col(0).iter()).map(|(a, b)| a * b).sum() };
+        let zz = dotz(z.col(0));
+        let b: Vec<f64> = (0..k).map(|j| dotz(c.col(j))).collect();
+        let dot2 = |x: faer::ColRef<'_, f64>, y: faer::ColRef<'_, f64>| -> f64 {
+            x.iter().zip(y.iter()).map(|(a, b)| a * b).sum()
+        };
+        let mut kernels = vec![Prepared { lambda: vec![], along_z: vec![], along_c: Mat::zeros(0, k) }];
+        let mut from = vec![None];
+        let mut factors = vec![];
+        for (place, kernel) in p.kernels.iter().enumerate() {
+            let mut f = kernel.factor.clone();
+            project(p.basis, &mut f);
+            let gram = f.transpose() * &f;
+            let Ok(eig) = gram.self_adjoint_eigen(Side::Lower) else { continue };
+            let s: Vec<f64> = eig.S().column_vector().iter().copied().collect();
+            let top = s.iter().fold(0.0_f64, |a, b| a.max(*b));
+            let wide = s.iter().filter(|l| **l > 0.05 * top).count();
+            if wide < settings.least_rank {
+                continue;
+            }
+            let keep: Vec<usize> = (0..s.len()).filter(|i| s[*i] > 1e-7 * top && s[*i] > 1e-12).collect();
+            let w = Mat::from_fn(s.len(), keep.len(), |i, j| eig.U()[(i, keep[j])] / s[keep[j]].sqrt());
+            let u = &f * w;
+            let along_z = (0..keep.len()).map(|j| dotz(u.col(j))).collect();
+            let along_c = u.transpose() * &c;
+            // what it does to a few vectors tells kernels that are alike
+            let trial = Mat::from_fn(n, 8, |i, v| (12.9898 * (i + 1) as f64 * (v as f64 + 1.7)).sin());
+            let does = &f * (f.transpose() * trial);
+            let own = does.norm_l2();
+            let same = |other: &Mat<f64>| {
+                let inner: f64 =
+                    (0..8).map(|v| does.col(v).iter().zip(other.col(v).iter()).map(|(a, b)| a * b).sum::<f64>()).sum();
+                inner > 0.97 * own * other.norm_l2()
+            };
+            if factors.iter().any(same) {
+                continue;
+            }
+            factors.push(does);
+            from.push(Some(place));
+            kernels.push(Prepared { lambda: keep.iter().map(|i| s[*i]).collect(), along_z, along_c });
+        }
+        let nu = (n - p.basis.ncols().min(n)) as f64;
+        let mut norm: Vec<f64> = (0..k).map(|j| if visible[j] > 0.0 { 1.0 } else { 0.0 }).collect();
+        // one column for those that are the same: the first of the most probable stands for all
+        let b: Vec<f64> = b;
+        let mut order: Vec<usize> = (0..k).filter(|j| norm[*j] > 0.0).collect();
+        order.sort_by(|x, y| b[*x].abs().total_cmp(&b[*y].abs()));
+        let mut alike: Vec<Vec<u16>> = vec![vec![]; k];
+        let mut prior = p.prior.to_vec();
+        let mut own: Vec<Vec<(f64, f64)>> = vec![vec![]; k];
+        let mut taken = vec![false; k];
+        for (n, &j) in order.iter().enumerate() {
+            if taken[j] {
+                continue;
+            }
+            let mut group = vec![j];
+            for &i in order[n + 1..].iter() {
+                if b[i].abs() - b[j].abs() > 1e-7 * zz.sqrt() {
+                    break;
+                }
+                if !taken[i] && dot2(c.col(i), c.col(j)).abs() > 1.0 - 1e-9 {
+                    group.push(i);
+                }
+            }
+            group.sort_by(|x, y| p.prior[*y].total_cmp(&p.prior[*x]).then(x.cmp(y)));
+            let first = group[0];
+            let top = p.prior[first];
+            prior[first] = top + group.iter().map(|i| (p.prior[*i] - top).exp()).sum::<f64>().ln();
+            for i in &group {
+                taken[*i] = true;
+                if *i != first {
+                    norm[*i] = 0.0;
+                }
+            }
+            own[first] = group.iter().map(|i| (p.prior[*i].exp(), 1.0 / plain[*i].max(f64::MIN_POSITIVE))).collect();
+            alike[first] = group.iter().map(|i| *i as u16).collect();
+        }
+        Score {
+            settings,
+            known: p.known,
+            nu,
+            zz,
+            prior,
+            own,
+            alike,
+            c,
+            visible,
+            norm,
+            b,
+            sharing: p.sharing.unwrap_or(kernels.len() - 1),
+            kernels,
+            from,
+            gram: vec![None; k],
+            visited: BTreeMap::new(),
+            integrated: BTreeMap::new(),
+            expanded: BTreeSet::new(),
+            best: f64::NEG_INFINITY,
+        }
+    }
+
+    fn gram0(&mut self, m: usize) -> Vec<f64> {
+        if self.gram[m].is_none() {
+            let col = self.c.transpose() * self.c.col(m);
+            self.gram[m] = Some(col.iter().copied().collect());
+        }
+        self.gram[m].clone().unwrap_or_default()
+    }
+
+    fn shrink(&self, kernel: usize, t: f64) -> Vec<f64> {
+        self.kernels[kernel].lambda.iter().map(|l| t * t * l / (1.0 + t * t * l)).collect()
+    }
+
+    /// c_j' V^-1 c_m for all j.
+    fn column(&mut self, kernel: usize, shrink: &[f64], m: usize) -> Vec<f64> {
+        let mut g = self.gram0(m);
+        let own = &self.kernels[kernel];
+        if shrink.is_empty() {
+            return g;
+        }
+        let w: Vec<f64> = shrink.iter().enumerate().map(|(i, d)| d * own.along_c[(i, m)]).collect();
+        for (j, g) in g.iter_mut().enumerate() {
+            let col = own.along_c.col_as_slice(j);
+            *g -= col.iter().zip(&w).map(|(a, b)| a * b).sum::<f64>();
+        }
+        g
+    }
+
+    fn at(&self, kernel: usize, shrink: &[f64], t: f64) -> (Vec<f64>, Vec<f64>, f64, f64) {
+        let own = &self.kernels[kernel];
+        let w: Vec<f64> = shrink.iter().zip(&own.along_z).map(|(d, z)| d * z).collect();
+        let mut b = self.b.clone();
+        let mut d = self.norm.clone();
+        for j in 0..b.len() {
+            let col = own.along_c.col_as_slice(j);
+            if !shrink.is_empty() && self.norm[j] > 0.0 {
+                for ((a, w), s) in col.iter().zip(&w).zip(shrink) {
+                    b[j] -= a * w;
+                    d[j] -= a * a * s;
+                }
+            }
+        }
+        let q = self.zz - w.iter().zip(&own.along_z).map(|(a, b)| a * b).sum::<f64>();
+        let logdet = own.lambda.iter().map(|l| (1.0 + t * t * l).ln()).sum();
+        (b, d, q, logdet)
+    }
+
+    /// ln of the odds of a column and of the density of its size, but for the range: all sizes are drawn alike, absurd ones less and less.
+    fn believed(&self, j: usize, square: f64) -> f64 {
+        let size = square.sqrt();
+        (self.odds(j as u16, size) / size).ln()
+    }
+
+    /// ln p(y, S | K, t) but for what all share.
+    fn evidence(&self, k: usize, q: f64, logdet_v: f64, logdet_g: f64, believed: f64) -> f64 {
+        let l = 2.0 * self.settings.range();
+        let kf = k as f64;
+        let each = -kf * l.ln() + believed - 0.5 * logdet_g - 0.5 * logdet_v;
+        if self.known {
+            each - 0.5 * q + kf * 0.5 * std::f64::consts::TAU.ln()
+        } else {
+            let nu = self.nu - kf;
+            if nu < 1.0 {
+                return f64::NEG_INFINITY;
+            }
+            let q = q.max(1e-14 * self.zz).max(f64::MIN_POSITIVE);
+            each + ln_gamma(0.5 * nu) - 0.5 * nu * q.ln() + kf * 0.5 * std::f64::consts::PI.ln()
+        }
+    }
+
+    fn sigma2(&self, q: f64, k: usize) -> f64 {
+        if self.known { 1.0 } else { q / (self.nu - k as f64).max(1.0) }
+    }
+
+    fn state(
+        &mut self,
+        kernel: usize,
+        shrink: &[f64],
+        base: &(Vec<f64>, Vec<f64>, f64, f64),
+        set: &[u16],
+    ) -> Option<State> {
+        let mut state =
+            State { set: vec![], g: vec![], inverse: vec![], beta: vec![], q: base.2, logdet: 0.0, value: 0.0 };
+        for m in set {
+            let j = *m as usize;
+            let (h, d, bb) = step(&state, base, j)?;
+            extend(&mut state, h, d, bb, *m);
+            let col = self.column(kernel, shrink, j);
+            state.g.push(col);
+        }
+        let s2 = self.sigma2(state.q, set.len());
+        let k = set.len();
+        let square = |i: usize| state.beta[i] * state.beta[i] + s2 * state.inverse[i * k + i];
+        let believed: f64 = (0..k).map(|i| self.believed(set[i] as usize, square(i))).sum();
+        state.value = self.evidence(k, state.q, base.3, state.logdet, believed);
+        Some(state)
+    }
+
+    /// value of S + j for all j
+    fn additions(&self, state: &State, base: &(Vec<f64>, Vec<f64>, f64, f64), least: f64) -> Vec<f64> {
+        let k = state.set.len();
+        let own_q = state.q.max(1e-14 * self.zz).max(f64::MIN_POSITIVE);
+        (0..self.b.len())
+            .map(|j| {
+                if self.norm[j] == 0.0 || state.set.contains(&(j as u16)) || !self.prior[j].is_finite() {
+                    return f64::NEG_INFINITY;
+                }
+                let Some((h, d, bb)) = step(state, base, j) else { return f64::NEG_INFINITY };
+                let q = state.q - bb * bb / d;
+                // sizes and volume cost: what a column takes off bounds what it gains
+                let gain = if self.known {
+                    0.5 * (state.q - q)
+                } else {
+                    0.5 * (self.nu - k as f64) * (own_q / q.max(1e-14 * self.zz).max(f64::MIN_POSITIVE)).ln()
+                };
+                if state.value + gain + self.prior[j] + 2.0 < least {
+                    return f64::NEG_INFINITY;
+                }
+                let s2 = self.sigma2(q, k + 1);
+                let bj = bb / d;
+                let mut believed = self.believed(j, bj * bj + s2 / d);
+                for (i, h) in h.iter().enumerate() {
+                    let bi = state.beta[i] - h * bj;
+                    let u = state.inverse[i * k + i] + h * h / d;
+                    believed += self.believed(state.set[i] as usize, bi * bi + s2 * u);
+                }
+                self.evidence(k + 1, q, base.3, state.logdet + d.ln(), believed)
+            })
+            .collect()
+    }
+
+    fn grid(&self) -> Vec<f64> {
+        let n = (2.0 * self.settings.range() / 2f64.ln()).ceil() as usize;
+        (0..=n).map(|k| self.settings.smallest * 2f64.powf(0.5 * k as f64)).collect()
+    }
+
+    /// ln of the integral over t, and the best t; what was only approximated beside another t gives way to it.
+    fn integral(&mut self, kernel: usize, set: &[u16]) -> Option<(f64, f64)> {
+        let mut key = (kernel as u16, set.to_vec());
+        key.1.sort_unstable();
+        if let Some(known) = self.integrated.get(&key) {
+            return Some(*known);
+        }
+        let found = self.integrate(kernel, set)?;
+        if found.0.is_finite() {
+            let value = found.0 + self.prior_of(kernel, set);
+            self.best = self.best.max(value);
+            let _approximate = self.visited.insert(key.clone(), value);
+            let _first = self.integrated.insert(key, found);
+        }
+        Some(found)
+    }
+
+    fn integrate(&mut self, kernel: usize, set: &[u16]) -> Option<(f64, f64)> {
+        if kernel == 0 {
+            let base = self.at(0, &[], 0.0);
+            return Some((self.state(0, &[], &base, set)?.value, 0.0));
+        }
+        let (mut best, mut at, mut values) = (f64::NEG_INFINITY, 0.0, vec![]);
+        for t in self.grid() {
+            let shrink = self.shrink(kernel, t);
+            // only what the set needs
+            let (value, _) = self.quick(kernel, &shrink, t, set)?;
+            if value > best {
+                (best, at) = (value, t);
+            }
+            values.push(value);
+        }
+        let width = 0.5 * 2f64.ln() / self.settings.range();
+        let sum: f64 = values.iter().map(|v| (v - best).exp()).sum();
+        Some((best + (sum * width).ln(), at))
+    }
+
+    /// One set, solved with nothing but what it needs: ln p, and its sizes.
+    fn quick(&mut self, kernel: usize, shrink: &[f64], t: f64, set: &[u16]) -> Option<(f64, Vec<f64>)> {
+        for m in set {
+            self.gram0(*m as usize);
+        }
+        let own = &self.kernels[kernel];
+        let k = set.len();
+        let inner = |a: &dyn Fn(usize) -> f64, b: &dyn Fn(usize) -> f64| -> f64 {
+            shrink.iter().enumerate().map(|(i, s)| s * a(i) * b(i)).sum()
+        };
+        let logdet_v: f64 = own.lambda.iter().map(|l| (1.0 + t * t * l).ln()).sum();
+        let z = |i: usize| own.along_z[i];
+        let mut q = self.zz - inner(&z, &z);
+        let mut g = vec![0.0; k * k];
+        let mut b = vec![0.0; k];
+        for (x, m) in set.iter().enumerate() {
+            let c = |i: usize| own.along_c[(i, *m as usize)];
+            b[x] = self.b[*m as usize] - inner(&c, &z);
+            for (y, o) in set.iter().enumerate() {
+                let e = |i: usize| own.along_c[(i, *o as usize)];
+                g[x * k + y] = self.gram[*m as usize].as_ref()?[*o as usize] - inner(&c, &e);
+            }
+        }
+        let (inverse, logdet) = invert(&g, k)?;
+        let beta: Vec<f64> = (0..k).map(|i| (0..k).map(|j| inverse[i * k + j] * b[j]).sum()).collect();
+        q -= beta.iter().zip(&b).map(|(a, b)| a * b).sum::<f64>();
+        let s2 = self.sigma2(q, k);
+        let square = |i: usize| beta[i] * beta[i] + s2 * inverse[i * k + i];
+        let believed: f64 = (0..k).map(|i| self.believed(set[i] as usize, square(i))).sum();
+        Some((self.evidence(k, q, logdet_v, logdet, believed), beta))
+    }
+
+    /// The size of each member of a set beside its most probable remainder.
+    fn sizes(&mut self, set: &[u16]) -> Vec<f64> {
+        let of = |key: &(u16, Vec<u16>)| self.visited.get(key).copied().unwrap_or(f64::NEG_INFINITY);
+        let kernels = (0..self.kernels.len() as u16).map(|kernel| (kernel, set.to_vec()));
+        let best = kernels.max_by(|a, b| of(a).total_cmp(&of(b))).map_or(0, |(kernel, _)| usize::from(kernel));
+        let t = self.integral(best, set).map_or(0.0, |(_, t)| t);
+        let shrink = if best == 0 { vec![] } else { self.shrink(best, t) };
+        self.quick(best, &shrink, t, set).map_or_else(|| vec![0.0; set.len()], |(_, sizes)| sizes)
+    }
+
+    /// Odds of each candidate of a column at a size.
+    fn at_size(&self, j: u16, size: f64) -> impl Iterator<Item = (usize, f64)> {
+        let own = self.alike[j as usize].iter().zip(&self.own[j as usize]);
+        own.map(move |(i, (odds, absurd))| (*i as usize, odds / (1.0 + size.abs() * absurd)))
+    }
+
+    /// Odds of a column at a size.
+    fn odds(&self, j: u16, size: f64) -> f64 {
+        self.at_size(j, size).map(|(_, odds)| odds).sum()
+    }
+
+    /// The candidates that each member of a set stands for, with their odds at its size.
+    pub fn shares(&mut self, set: &[u16]) -> Vec<Vec<(usize, f64)>> {
+        let sizes = self.sizes(set);
+        set.iter().zip(sizes).map(|(j, size)| self.at_size(*j, size).collect()).collect()
+    }
+
+    fn kernel_prior(&self, kernel: usize) -> f64 {
+        let n = self.sharing.max(1) as f64;
+        if kernel == 0 { (1.0 - self.settings.outside).ln() } else { (self.settings.outside / n).ln() }
+    }
+
+    /// ln prior of a remainder, and of nothing at all.
+    fn prior_of(&self, kernel: usize, set: &[u16]) -> f64 {
+        let nothing = kernel == 0 && set.is_empty();
+        self.kernel_prior(kernel) + if nothing { self.settings.nothing() } else { 0.0 }
+    }
+
+    fn record(&mut self, kernel: usize, set: &[u16], value: f64) {
+        let value = value + self.prior_of(kernel, set);
+        if !value.is_finite() || value < self.best - 25.0 {
+            return;
+        }
+        self.best = self.best.max(value);
+        let mut key = (kernel as u16, set.to_vec());
+        key.1.sort_unstable();
+        if self.integrated.contains_key(&key) {
+            return;
+        }
+        let slot = self.visited.entry(key).or_insert(f64::NEG_INFINITY);
+        *slot = slot.max(value);
+    }
+
+    fn record_all(&mut self, kernel: usize, set: &[u16], values: &[f64], shift: f64) {
+        let least = self.best - 25.0 - self.kernel_prior(kernel) - shift;
+        let mut key = set.to_vec();
+        for (j, value) in values.iter().enumerate() {
+            if *value > least {
+                key.push(j as u16);
+                self.record(kernel, &key, value + shift);
+                key.pop();
+            }
+        }
+    }
+
+    /// What one addition, exchange or omission makes of a set, each with its value at the best t of the set; all of it is recorded.
+    fn neighbours(&mut self, kernel: usize, set: &[u16]) -> Option<(f64, Vec<(f64, Vec<u16>)>)> {
+        let (integral, t) = self.integral(kernel, set)?;
+        let mut key = (kernel as u16, set.to_vec());
+        key.1.sort_unstable();
+        let _again = self.expanded.insert(key);
+        let shrink = if kernel == 0 { vec![] } else { self.shrink(kernel, t) };
+        let base = self.at(kernel, &shrink, t);
+        let state = self.state(kernel, &shrink, &base, set)?;
+        let shift = integral - state.value;
+        let mut options: Vec<(f64, Vec<u16>)> = vec![];
+        let consider = |options: &mut Vec<(f64, Vec<u16>)>, values: &[f64], of: &[u16]| {
+            let top = values.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1));
+            if let Some((j, v)) = top.filter(|(_, v)| **v > f64::NEG_INFINITY) {
+                let mut next = of.to_vec();
+                next.push(j as u16);
+                options.push((*v + shift, next));
+            }
+        };
+        if set.len() < self.settings.most {
+            let values = self.additions(&state, &base, self.best - 25.0 - self.kernel_prior(kernel) - shift);
+            self.record_all(kernel, set, &values, shift);
+            consider(&mut options, &values, set);
+        }
+        for place in 0..set.len() {
+            let mut less = set.to_vec();
+            let _gone = less.remove(place);
+            let Some(own) = self.state(kernel, &shrink, &base, &less) else { continue };
+            self.record(kernel, &less, own.value + shift);
+            let values = self.additions(&own, &base, self.best - 25.0 - self.kernel_prior(kernel) - shift);
+            self.record_all(kernel, &less, &values, shift);
+            consider(&mut options, &values, &less);
+            options.push((own.value + shift, less));
+        }
+        options.sort_by(|a, b| b.0.total_cmp(&a.0));
+        Some((integral, options))
+    }
+
+    /// From a set to its best neighbour until none is better.
+    fn climb(&mut self, kernel: usize, start: Vec<u16>) -> Vec<u16> {
+        let mut set = start;
+        for _ in 0..16 {
+            let Some((integral, options)) = self.neighbours(kernel, &set) else { return set };
+            let better = options.into_iter().take(3).take_while(|(value, _)| *value >= integral - 3.0);
+            let better = better.map(|(_, next)| next).find(|next| {
+                let same = next.len() == set.len() && next.iter().all(|j| set.contains(j));
+                !same && self.integral(kernel, next).is_some_and(|(there, _)| there > integral + 1e-6)
+            });
+            let Some(next) = better else { return set };
+            set = next;
+        }
+        set
+    }
+
+    /// The neighbours of every set that is nearly as probable as the best: what could stand in several places at once.
+    fn spread(&mut self) {
+        for _ in 0..SPREAD {
+            let near = |value: f64| value > self.best - self.settings.alias;
+            let next = self.visited.iter().filter(|(key, value)| near(**value) && !self.expanded.contains(*key));
+            let Some((kernel, set)) = next.max_by(|a, b| a.1.total_cmp(b.1)).map(|(key, _)| key.clone()) else {
+                return;
+            };
+            let _kept = self.expanded.insert((kernel, set.clone()));
+            let _recorded = self.neighbours(usize::from(kernel), &set);
+        }
+    }
+
+    /// Pairs that show only together.
+    fn pairs(&mut self, kernel: usize, set: &[u16]) -> Option<Vec<u16>> {
+        let k = self.b.len();
+        if k * k * self.c.nrows() > 200_000_000 || set.len() + 2 > self.settings.most {
+            return None;
+        }
+        let (integral, t) = self.integral(kernel, set)?;
+        let shrink = if kernel == 0 { vec![] } else { self.shrink(kernel, t) };
+        let base = self.at(kernel, &shrink, t);
+        let own = self.state(kernel, &shrink, &base, set)?;
+        let shift = integral - own.value;
+        let (mut best, mut found) = (integral - shift, None);
+        for j in 0..k {
+            if self.norm[j] == 0.0 || set.contains(&(j as u16)) {
+                continue;
+            }
+            let mut with = set.to_vec();
+            with.push(j as u16);
+            let Some(state) = self.state(kernel, &shrink, &base, &with) else { continue };
+            let values = self.additions(&state, &base, best.max(self.best - 12.0 - self.kernel_prior(kernel) - shift));
+            self.record_all(kernel, &with, &values, shift);
+            for (i, v) in values.iter().enumerate() {
+                if *v > best {
+                    best = *v;
+                    let mut next = with.clone();
+                    next.push(i as u16);
+                    found = Some(next);
+                }
+            }
+        }
+        found
+    }
+
+    pub fn search(&mut self, starts: &[Vec<u16>]) {
+        let mut white = self.climb(0, vec![]);
+        if let Some(pair) = self.pairs(0, &[]) {
+            let other = self.climb(0, pair);
+            if self.value(0, &other) > self.value(0, &white) {
+                white = other;
+            }
+        }
+        let mut ranked = vec![];
+        for kernel in 0..self.kernels.len() {
+            let mut own = vec![];
+            for start in [vec![], white.clone()].into_iter().chain(starts.iter().cloned()) {
+                let found = self.climb(kernel, start);
+                own.push((self.value(kernel, &found), found));
+            }
+            own.sort_by(|a, b| b.0.total_cmp(&a.0));
+            if let Some((value, set)) = own.into_iter().next() {
+                ranked.push((value, kernel, set));
+            }
+        }
+        ranked.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let Some((top, _, _)) = ranked.first().cloned() else { return };
+        for (value, kernel, set) in ranked.into_iter().take(3) {
+            if value < top - 8.0 {
+                break;
+            }
+            if let Some(pair) = self.pairs(kernel, &set) {
+                self.climb(kernel, pair);
+            }
+        }
+        self.spread();
+        // what the best sets are under every kernel, until no approximate value is among the best
+        for _ in 0..4 {
+            let mut sets: Vec<(f64, Vec<u16>)> = self.marginal().into_iter().map(|(s, v)| (v, s)).collect();
+            sets.sort_by(|a, b| b.0.total_cmp(&a.0).then_with(|| a.1.cmp(&b.1)));
+            let before = self.integrated.len();
+            for (_, set) in sets.into_iter().take(12) {
+                for kernel in 0..self.kernels.len() {
+                    let _kept = self.integral(kernel, &set);
+                }
+            }
+            if self.integrated.len() == before {
+                break;
+            }
+        }
+    }
+
+    fn value(&mut self, kernel: usize, set: &[u16]) -> f64 {
+        self.integral(kernel, set).map_or(f64::NEG_INFINITY, |(v, _)| v) + self.prior_of(kernel, set)
+    }
+
+    /// ln of the sum over kernels for each set visited.
+    pub fn marginal(&self) -> BTreeMap<Vec<u16>, f64> {
+        let mut sums: BTreeMap<Vec<u16>, f64> = BTreeMap::new();
+        for ((_, set), value) in &self.visited {
+            *sums.entry(set.clone()).or_insert(0.0) += (value - self.best).exp();
+        }
+        sums.into_iter().map(|(s, v)| (s, v.ln())).collect()
+    }
+
+    /// Cosine of two columns beside the model and some others, by size; zero where one of them was never in a set.
+    pub fn cosine(&self, others: &[u16], a: u16, b: u16) -> f64 {
+        let rows: Option<Vec<&Vec<f64>>> =
+            others.iter().chain([&a]).map(|j| self.gram.get(usize::from(*j))?.as_ref()).collect();
+        let Some((own, beside)) = rows.as_ref().and_then(|rows| rows.split_last()) else { return 0.0 };
+        let k = others.len();
+        let gram: Vec<f64> = beside.iter().flat_map(|row| others.iter().map(|j| row[*j as usize])).collect();
+        let Some((inverse, _)) = invert(&gram, k) else { return 0.0 };
+        let along = |x: u16, y: u16| -> f64 {
+            let pair = |i: usize, l: usize| beside[i][x as usize] * inverse[i * k + l] * beside[l][y as usize];
+            (0..k).flat_map(|i| (0..k).map(move |l| (i, l))).map(|(i, l)| pair(i, l)).sum()
+        };
+        let (left, right) = (1.0 - along(a, a), 1.0 - along(b, b));
+        if left > 1e-9 && right > 1e-9 { ((own[b as usize] - along(a, b)) / (left * right).sqrt()).abs() } else { 0.0 }
+    }
+
+    pub fn posterior(&mut self) -> Posterior {
+        let total: f64 = self.visited.values().map(|v| (v - self.best).exp()).sum();
+        let mut sets: Vec<(f64, Vec<u16>)> = self.marginal().into_iter().map(|(s, v)| (v.exp() / total, s)).collect();
+        sets.sort_by(|a, b| b.0.total_cmp(&a.0).then_with(|| a.1.cmp(&b.1)));
+        let mut kernels = vec![0.0; self.kernels.len()];
+        for ((k, _), v) in &self.visited {
+            kernels[*k as usize] += (v - self.best).exp() / total;
+        }
+        let mut classes: Vec<Class> = vec![];
+        // many that stand in each other's place share what one without them has: not only the best set tells what is probable
+        let least = sets.first().map_or(0.0, |(top, _)| top * (-self.settings.alias).exp());
+        let sizes: Vec<Vec<f64>> = sets.iter().take(TOLD).map(|(_, set)| self.sizes(set)).collect();
+        let told = sets.iter().zip(sizes).take_while(|((p, _), _)| *p >= least);
+        for (order, ((top, set), sizes)) in told.enumerate() {
+            for (place, size) in sizes.into_iter().enumerate() {
+                let mut less = set.clone();
+                let member = less.remove(place);
+                let mut class = vec![(member, *top)];
+                // by what the readings say alone
+                let like = |p: f64, j: u16| p.max(1e-300).ln() - self.odds(j, size).ln();
+                let without = sets.iter().find(|(_, other)| *other == less).map_or(0.0, |(p, _)| *p);
+                let is_plain = like(*top, member) - without.max(1e-300).ln() >= PLAIN;
+                for (p, other) in sets.iter().filter(|(_, other)| other.len() == set.len()) {
+                    let extra: Vec<u16> = other.iter().filter(|j| !less.contains(j)).copied().collect();
+                    if let [j] = extra[..]
+                        && j != member
+                        && like(*p, j) >= like(*top, member) - self.settings.alias
+                        && (is_plain || self.cosine(&less, member, j) >= ALIKE)
+                    {
+                        class.push((j, *p));
+                    }
+                }
+                let mut nearly: Vec<(u16, f64)> = Vec::new();
+                for (p, other) in &sets {
+                    if *p < *top * 1e-4 || other.iter().any(|j| class.iter().any(|(own, _)| own == j)) {
+                        continue;
+                    }
+                    let known = |j: &&u16| nearly.iter().any(|(own, _)| own == *j);
+                    if other.iter().any(|j| known(&j)) {
+                        continue;
+                    }
+                    let extra = other.iter().copied().filter(|j| !set.contains(j));
+                    nearly.extend(extra.filter(|j| self.cosine(&less, member, *j) >= NEARLY).map(|j| (j, *p)));
+                }
+                class.extend(nearly);
+                let each = |(j, p): &(u16, f64)| {
+                    let (j, p) = (*j, *p);
+                    let all = self.odds(j, size);
+                    let one = move |(i, odds): (usize, f64)| Member { candidate: i, probability: p * odds / all, odds };
+                    self.at_size(j, size).map(one)
+                };
+                let mut members: Vec<Member> = class.iter().flat_map(each).collect();
+                // of further sets only what is in no class yet; members of the best set are different effects
+                let told = |own: &Class| own.members.iter().any(|a| members.iter().any(|b| a.candidate == b.candidate));
+                if order > 0 && classes.iter().any(told) {
+                    continue;
+                }
+                let probability = sets
+                    .iter()
+                    .filter(|(_, s)| s.iter().any(|j| class.iter().any(|(c, _)| c == j)))
+                    .map(|(p, _)| p)
+                    .sum();
+                members.sort_by(|a, b| b.probability.total_cmp(&a.probability).then(a.candidate.cmp(&b.candidate)));
+                classes.push(Class { members, probability });
+            }
+        }
+        let nothing = self.visited.get(&(0, vec![])).map_or(0.0, |v| (v - self.best).exp() / total);
+        let mut alone = vec![0.0; self.settings.most + 1];
+        for ((_, set), v) in self.visited.iter().filter(|((k, _), _)| *k == 0) {
+            if let Some(own) = alone.get_mut(set.len()) {
+                *own += (v - self.best).exp() / total;
+            }
+        }
+        let outside = kernels.iter().skip(1).sum();
+        Posterior { sets, classes, nothing, outside, alone }
+    }
+
+    /// What a set has at its own solution takes the place of what the columns of another one say of it; minus infinity where it has none.
+    pub fn overrule(&mut self, set: &[u16], value: f64) {
+        let each: Vec<f64> = (0..self.kernels.len()).map(|kernel| self.value(kernel, set)).collect();
+        let shift = value - ln_sum(&each);
+        self.visited.retain(|(_, own), _| own != set);
+        for (kernel, own) in each.into_iter().enumerate() {
+            // a set that only stands at its own solution has no remainder that is known here
+            let own = if shift == f64::INFINITY && kernel == 0 { value } else { own + shift };
+            if own.is_finite() {
+                let _first = self.visited.insert((kernel as u16, set.to_vec()), own);
+            }
+        }
+        self.best = self.visited.values().fold(f64::NEG_INFINITY, |best, own| best.max(*own));
+    }
+
+    /// Places in the bank of the kernels that matter beside a set.
+    pub fn beside(&mut self, set: &[u16]) -> Vec<usize> {
+        let values: Vec<f64> = (0..self.kernels.len()).map(|k| self.value(k, set)).collect();
+        let least = ln_sum(&values) + NEGLIGIBLE.ln();
+        self.from.iter().zip(values).filter(|(_, value)| *value >= least).filter_map(|(place, _)| *place).collect()
+    }
+
+    /// ln of the sum over kernels of one set.
+    pub fn of(&mut self, set: &[u16]) -> f64 {
+        let values: Vec<f64> = (0..self.kernels.len()).map(|k| self.value(k, set)).collect();
+        ln_sum(&values)
+    }
+}
+
+fn ln_sum(values: &[f64]) -> f64 {
+    let top = values.iter().fold(f64::NEG_INFINITY, |a, b| a.max(*b));
+    if top.is_finite() { top + values.iter().map(|v| (v - top).exp()).sum::<f64>().ln() } else { top }
+}
+
+/// A candidate that could stand in a place.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Member {
+    pub candidate: usize,
+    /// The probability of the set that has it there.
+    pub probability: f64,
+    /// Its odds before the readings are seen, at its size.
+    pub odds: f64,
+}
+
+/// What could stand in one place of the most probable set.
+#[derive(Debug, Clone)]
+pub(super) struct Class {
+    pub members: Vec<Member>,
+    /// That any of them is there.
+    pub probability: f64,
+}
+
+/// What is probable once the readings are seen.
+#[derive(Debug, Clone)]
+pub(super) struct Posterior {
+    /// Sets, whatever the remainder, the most probable first.
+    pub sets: Vec<(f64, Vec<u16>)>,
+    pub classes: Vec<Class>,
+    /// No effect and no remainder.
+    pub nothing: f64,
+    /// A remainder, whatever the effects.
+    pub outside: f64,
+    /// So many effects and no remainder.
+    pub alone: Vec<f64>,
+}
+
+fn step(state: &State, base: &(Vec<f64>, Vec<f64>, f64, f64), j: usize) -> Option<(Vec<f64>, f64, f64)> {
+    let k = state.set.len();
+    let g: Vec<f64> = state.g.iter().map(|col| col[j]).collect();
+    let h: Vec<f64> = (0..k).map(|i| (0..k).map(|l| state.inverse[i * k + l] * g[l]).sum()).collect();
+    let d = base.1[j] - g.iter().zip(&h).map(|(a, b)| a * b).sum::<f64>();
+    let bb = base.0[j] - g.iter().zip(&state.beta).map(|(a, b)| a * b).sum::<f64>();
+    (d > 1e-4 * base.1[j] && d > 1e-12).then_some((h, d, bb))
+}
+
+fn extend(state: &mut State, h: Vec<f64>, d: f64, bb: f64, m: u16) {
+    let k = state.set.len();
+    let bj = bb / d;
+    let mut inverse = vec![0.0; (k + 1) * (k + 1)];
+    for i in 0..k {
+        for l in 0..k {
+            inverse[i * (k + 1) + l] = state.inverse[i * k + l] + h[i] * h[l] / d;
+        }
+        inverse[i * (k + 1) + k] = -h[i] / d;
+        inverse[k * (k + 1) + i] = -h[i] / d;
+        state.beta[i] -= h[i] * bj;
+    }
+    inverse[k * (k + 1) + k] = 1.0 / d;
+    state.inverse = inverse;
+    state.beta.push(bj);
+    state.q -= bb * bj;
+    state.logdet += d.ln();
+    state.set.push(m);
+}
+
+fn invert(g: &[f64], k: usize) -> Option<(Vec<f64>, f64)> {
+    if k == 0 {
+        return Some((vec![], 0.0));
+    }
+    let m = Mat::from_fn(k, k, |i, j| g[i * k + j]);
+    let llt = m.llt(Side::Lower).ok()?;
+    let l = llt.L();
+    let logdet = (0..k).map(|i| 2.0 * l[(i, i)].ln()).sum();
+    use faer::linalg::solvers::Solve;
+    let inv = llt.solve(Mat::<f64>::identity(k, k));
+    let mut out = vec![0.0; k * k];
+    for i in 0..k {
+        for j in 0..k {
+            out[i * k + j] = inv[(i, j)];
+        }
+    }
+    Some((out, logdet))
+}
