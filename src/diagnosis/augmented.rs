@@ -14,7 +14,7 @@ use super::noise::{self, Finished, NoiseFrom, Weighted};
 use super::pool::Pool;
 use super::remainder::Remainders;
 use super::repair::repaired;
-use super::score::{Class, Member, Posterior, Priors, Problem, Score};
+use super::score::{Class, Deviations, Kernel, Member, Posterior, Priors, Problem, Score};
 use super::screen::{Chosen, Screen};
 use super::{Candidate, Effect, Settings, assumptions, fit_exactly, screen};
 use crate::campaign::{Campaign, Role};
@@ -41,7 +41,8 @@ const FIRST: usize = 3;
 /// Odds against the best from which a set with another tilt is tried.
 const TRIED: f64 = 1e-7;
 
-/// Members of a class are as probable as the best but for this factor: their own odds decide which one stands for them.
+/// Members of a class are as probable as the best but for this factor: their own odds decide which one stands for them. Smaller odds are not worth
+/// more than a bare mention (H. Jeffreys, Theory of Probability, app. B; R. Kass, A. Raftery, JASA 90 (1995), 777).
 const NEAR: f64 = 3.0;
 /// Odds and probabilities of members of a class that differ by a smaller share are equal.
 const EQUAL: f64 = 1e-6;
@@ -79,8 +80,12 @@ pub(super) struct Seen {
     pub state: State,
     /// Probability that anything is missing beyond the effects named.
     pub further: f64,
+    /// The same beyond the effects named or suspected.
+    pub unaccounted: f64,
     /// Probability of a remainder that no effect is.
     pub outside: f64,
+    /// What deviates beside the named effects.
+    pub deviations: Deviations,
 }
 
 /// What was seen, and the repaired campaign with its exact fit if effects were named.
@@ -111,6 +116,7 @@ struct View {
     candidates: Vec<Candidate>,
     without_column: usize,
     score: Score,
+    kernels: Vec<Kernel>,
     /// What its evidences and those of other points differ by.
     unit: f64,
     posterior: Posterior,
@@ -354,7 +360,7 @@ impl<'a> Search<'a> {
             candidate.vanishing |= *visible < settings.absorbed;
         }
         let posterior = score.posterior();
-        let mut view = View { design, weighted, candidates, without_column, score, unit, posterior };
+        let mut view = View { design, weighted, candidates, without_column, score, kernels, unit, posterior };
         view.settle(judged);
         Ok(view)
     }
@@ -631,9 +637,14 @@ fn outcome(search: &Search<'_>, stood: &Names, mut view: View, point: &[f64]) ->
     // of all that are nearly as probable in a place as any the one with the best odds by itself; of equals the more probable, then by name
     let front = |class: &Class| {
         let name = |own: &Member| view.candidates.get(own.candidate).map_or("", |c| c.regressor.as_str());
-        let most = class.members.iter().fold(0.0_f64, |most, own| most.max(own.probability));
+        let plain = |own: &&Member| view.candidates.get(own.candidate).is_some_and(|c| !c.vanishing);
+        let top = |own: &mut dyn Iterator<Item = &Member>| own.fold(0.0_f64, |most, own| most.max(own.probability));
+        let all = top(&mut class.members.iter());
+        // what only small tilts leave never stands for a plain one in whose place it could be
+        let most = Some(top(&mut class.members.iter().filter(plain)));
+        let most = most.filter(|own| own.ln() >= all.ln() - search.priors.alias).unwrap_or(all);
         let order = |a: f64, b: f64| if (a - b).abs() <= EQUAL * a { Ordering::Equal } else { a.total_cmp(&b) };
-        let near = class.members.iter().filter(|own| own.probability * NEAR >= most);
+        let near = class.members.iter().filter(|own| own.probability * NEAR >= most && own.probability <= most);
         near.copied().max_by(|a, b| {
             let probable = || order(a.probability / most, b.probability / most);
             order(a.odds, b.odds).then_with(probable).then_with(|| name(b).cmp(name(a)))
@@ -690,11 +701,16 @@ fn outcome(search: &Search<'_>, stood: &Names, mut view: View, point: &[f64]) ->
     let mut evidence = Evidence::new(&view.weighted, &columns, remainders);
     evidence.tests += view.without_column;
     evidence.found_with(&stood.iter().filter_map(|own| view.index(own)).collect::<Vec<_>>());
-    // what is there beyond the effects named
-    let further = 1.0 - posterior.alone.iter().take(named.len() + 1).sum::<f64>();
+    // what is there beyond the effects named, and beyond those that are suspected too
+    let beyond = |effects: usize| 1.0 - posterior.alone.iter().take(effects + 1).sum::<f64>();
+    let (further, unaccounted) = (beyond(named.len()), beyond(named.len() + suspected.len()));
     let probable = |own: &[(Member, &Class)]| own.iter().map(|(j, class)| (j.candidate, class.probability)).collect();
-    let (named, suspected) = (probable(&named), probable(&suspected));
-    let View { candidates, weighted, design, .. } = view;
+    let (named, suspected): (Vec<(usize, f64)>, Vec<(usize, f64)>) = (probable(&named), probable(&suspected));
+    let names: Names =
+        named.iter().filter_map(|(j, _)| view.candidates.get(*j)).map(|c| (c.regressor.clone(), c.sensor)).collect();
+    let set = standing(&view.candidates, &view.score.alike, &names).unwrap_or_default();
+    let deviations = view.score.deviations(&set);
+    let View { candidates, weighted, design, kernels, .. } = view;
     let outside = posterior.outside;
     let further = further.clamp(0.0, 1.0);
     let seen = Seen {
@@ -708,7 +724,9 @@ fn outcome(search: &Search<'_>, stood: &Names, mut view: View, point: &[f64]) ->
         explanations,
         state,
         further,
+        unaccounted,
         outside,
+        deviations: Deviations { each: deviations, kernels },
     };
     Ok((seen, repair))
 }

@@ -4,7 +4,7 @@ use super::ambiguity::{Rival, Shifts};
 use super::augmented::{Seen, State};
 use super::evidence::Evidence;
 use super::noise::{NoiseFrom, Weighted};
-use super::remainder::Remainder;
+use super::score::Deviations;
 use super::separate::Separation;
 use super::settings::Settings;
 use super::{Candidate, Diagnosis, Gap, NoiseFloor, Suspect, Unexplained, Verdict};
@@ -152,7 +152,9 @@ pub(super) fn conclude(
         explanations,
         state,
         further,
+        unaccounted,
         outside,
+        deviations,
     } = seen;
     let own: Vec<usize> = named.iter().map(|(j, _)| *j).collect();
     let ordered = if repaired.is_some() { steps::order(&evidence, &own) } else { Vec::new() };
@@ -166,7 +168,7 @@ pub(super) fn conclude(
     let verdict = match state {
         _ if weighted.estimate.dof == 0 => Verdict::NotDiagnosable,
         State::Nothing => Verdict::NothingMissing,
-        State::Named if outside < settings.suspected => Verdict::EffectsFound,
+        State::Named if unaccounted < settings.suspected => Verdict::EffectsFound,
         State::Named => Verdict::PartlyExplained,
         State::Suspected | State::Outside => Verdict::Unexplained,
     };
@@ -228,26 +230,21 @@ pub(super) fn conclude(
             probabilities: &named,
         };
         effects = own.findings(repaired, after);
-        if let Some(remainder) = &remainder {
-            for finding in &mut effects {
-                let index = repaired.estimated().iter().position(|p| p.id == finding.effect.coefficient);
-                let extra = index.and_then(|j| beyond_noise(after, &weighted, &evidence, remainder, j));
-                // what the repaired model does not estimate has no further uncertainty
-                finding.u = finding.u.map(|u| u.hypot(extra.unwrap_or(0.0)));
-            }
+        for finding in &mut effects {
+            let index = repaired.estimated().iter().position(|p| p.id == finding.effect.coefficient);
+            let extra = index.and_then(|j| beyond_noise(after, &weighted, &deviations, j));
+            // what the repaired model does not estimate has no further uncertainty
+            finding.u = finding.u.map(|u| u.hypot(extra.unwrap_or(0.0)));
         }
     }
     let effects = common(effects);
     let moved = Shifts::new(&candidates, &evidence, &weighted).about(set, &rivals, &explanations);
     let finished = repaired.as_ref().map_or(&before, |(_, after)| after);
     let mut changes = if verdict == Verdict::NotDiagnosable { Vec::new() } else { changes(&before, finished, &moved) };
-    if let Some(remainder) = &remainder {
-        for change in &mut changes {
-            let index = finished.campaign.estimated().iter().position(|p| p.id == change.id);
-            let extra = index.and_then(|j| beyond_noise(finished, &weighted, &evidence, remainder, j));
-            // likewise
-            change.remainder_u = extra.unwrap_or(0.0);
-        }
+    for change in &mut changes {
+        let index = finished.campaign.estimated().iter().position(|p| p.id == change.id);
+        // likewise
+        change.remainder_u = index.and_then(|j| beyond_noise(finished, &weighted, &deviations, j)).unwrap_or(0.0);
     }
     let after = repaired.as_ref().map(|(_, fit)| fit);
     let decided = steps::Decided { state, suspected: &suspected, further, outside, settings };
@@ -283,16 +280,8 @@ pub(super) fn conclude(
     })
 }
 
-/// Standard uncertainty of an estimate from what is unexplained, beyond that of the noise: `l = W A C e_j`, `l'V l - l'l`.
-///
-/// A remainder estimated from few degrees of freedom has the variance of Student's t, `nu / (nu - 2)` (JCGM 101, 6.4.9.4).
-fn beyond_noise(
-    fit: &Fit,
-    weighted: &Weighted,
-    evidence: &Evidence,
-    remainder: &Remainder,
-    index: usize,
-) -> Option<f64> {
+/// Standard uncertainty of an estimate from what deviates beyond the noise: `l = W A C e_j`, `E[l'V l] - l'l` over all that may deviate.
+fn beyond_noise(fit: &Fit, weighted: &Weighted, deviations: &Deviations, index: usize) -> Option<f64> {
     let n = fit.covariance.nrows();
     if index >= n {
         return None;
@@ -316,9 +305,8 @@ fn beyond_noise(
         }
     }
     let white: f64 = combination.iter().map(|l| l * l).sum();
-    let extra = evidence.remainders.variance_of(remainder, &combination) - white;
-    let heavy = if remainder.dof > 2.5 { remainder.dof / (remainder.dof - 2.0) } else { 5.0 };
-    (extra > 0.0 && extra.is_finite()).then(|| (extra * heavy).sqrt())
+    let extra = deviations.variance_of(&combination) - white;
+    (extra > 0.0 && extra.is_finite()).then(|| extra.sqrt())
 }
 
 /// Standard uncertainty of each row by the noise floor.

@@ -219,13 +219,6 @@ impl Remainders {
         Standing { t, dof: 1.0 / inverse, remainder }
     }
 
-    /// Variance of a linear combination of the weighted rows, `l'V l`.
-    pub fn variance_of(&self, remainder: &Remainder, combination: &[f64]) -> f64 {
-        let white: f64 = combination.iter().map(|l| l * l).sum();
-        let shared = self.grouping(remainder).map_or(0.0, |own| own.sum(combination).iter().map(|s| s * s).sum());
-        remainder.variance * (white + remainder.ratio * shared)
-    }
-
     /// Noise larger than stated, each reading by itself; or the noise itself where nothing states it.
     fn by_reading(&self, directions: usize, rss: f64) -> Remainder {
         let dof = self.rows.saturating_sub(self.rank + directions).max(1) as f64;

@@ -16,13 +16,13 @@
 use faer::{Mat, MatRef, Side};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Effects that are expected where anything is missing.
-const EXPECTED: f64 = 0.3;
+/// Effects that are expected beside others where anything is missing: one finding in four has a second one.
+const EXPECTED: f64 = 0.25;
 /// Odds of any effect against nothing, for each hundredth of significance a third.
 const FIRST: f64 = 30.0;
-/// Probability of something outside the catalogue where anything is missing: below one half, so that a remainder of which the readings say nothing is
-/// not reported.
-const OUTSIDE: f64 = 0.3;
+/// Probability of something outside the catalogue where anything is missing. The catalogue has what happens to instruments: that none of it
+/// is the cause is rare. A remainder needs one of the bank's kernels and a size, each effect a term of the catalogue and a size.
+const OUTSIDE: f64 = 0.03;
 /// Most sets whose neighbours are looked at after the search.
 const SPREAD: usize = 100;
 
@@ -66,8 +66,8 @@ impl Priors {
     /// With the odds at which nothing is reported in so many of the campaigns in which nothing is missing.
     pub fn at(significance: f64) -> Self {
         Priors {
-            smallest: 0.1,
-            largest: 1e4,
+            smallest: 1.0,
+            largest: 1e3,
             outside: OUTSIDE,
             expected: EXPECTED,
             first: FIRST * significance,
@@ -75,7 +75,7 @@ impl Priors {
             alias: 4.5,
             most: 6,
             least_rank: 5,
-            plain: 0.01,
+            plain: 1.0,
         }
     }
     pub fn range(&self) -> f64 {
@@ -376,7 +376,10 @@ impl Score {
     }
 
     fn sigma2(&self, q: f64, k: usize) -> f64 {
-        if self.known { 1.0 } else { q / (self.nu - k as f64).max(1.0) }
+        if self.known {
+            return 1.0;
+        }
+        q.max(1e-14 * self.zz).max(f64::MIN_POSITIVE) / (self.nu - k as f64).max(1.0)
     }
 
     fn state(
@@ -464,10 +467,7 @@ impl Score {
             return Some((self.state(0, &[], &base, set)?.value, 0.0));
         }
         let (mut best, mut at, mut values) = (f64::NEG_INFINITY, 0.0, vec![]);
-        for t in self.grid() {
-            let shrink = self.shrink(kernel, t);
-            // only what the set needs
-            let (value, _) = self.quick(kernel, &shrink, t, set)?;
+        for (t, value, _) in self.profile(kernel, set)? {
             if value > best {
                 (best, at) = (value, t);
             }
@@ -478,11 +478,43 @@ impl Score {
         Some((best + (sum * width).ln(), at))
     }
 
-    /// One set, solved with nothing but what it needs: ln p, and its sizes.
-    fn quick(&mut self, kernel: usize, shrink: &[f64], t: f64, set: &[u16]) -> Option<(f64, Vec<f64>)> {
+    /// ln p of a set at each size `t` of a remainder, and the variance of unit weight there.
+    fn profile(&mut self, kernel: usize, set: &[u16]) -> Option<Vec<(f64, f64, f64)>> {
         for m in set {
             self.gram0(*m as usize);
         }
+        let sizes = if kernel == 0 { vec![0.0] } else { self.grid() };
+        let own = |t: f64| {
+            let shrink = if kernel == 0 { vec![] } else { self.shrink(kernel, t) };
+            // only what the set needs
+            let (value, _, q) = self.quick(kernel, &shrink, t, set)?;
+            let free = self.nu - set.len() as f64 - 2.0;
+            // the mean of an inverse gamma distribution; of two degrees of freedom and fewer there is none
+            let variance = if self.known { 1.0 } else { q / if free > 0.5 { free } else { 0.5 } };
+            Some((t, value, variance))
+        };
+        sizes.into_iter().map(own).collect()
+    }
+
+    /// What deviates beside a set: each kernel of the bank, or none, at each size with its probability and the variance of unit weight.
+    pub fn deviations(&mut self, set: &[u16]) -> Vec<Deviation> {
+        let mut found = vec![];
+        for kernel in 0..self.kernels.len() {
+            let (prior, place) = (self.prior_of(kernel, set), self.from[kernel]);
+            let width = if kernel == 0 { 1.0 } else { 0.5 * 2f64.ln() / self.settings.range() };
+            for (t, value, variance) in self.profile(kernel, set).unwrap_or_default() {
+                let probability = value + prior + f64::ln(width);
+                found.push(Deviation { kernel: place, ratio: t * t, variance, probability });
+            }
+        }
+        let all = ln_sum(&found.iter().map(|own| own.probability).collect::<Vec<_>>());
+        found.iter_mut().for_each(|own| own.probability = (own.probability - all).exp());
+        found.retain(|own| own.probability > 1e-9);
+        found
+    }
+
+    /// One set, solved with nothing but what it needs: ln p, its sizes, and the sum of squares.
+    fn quick(&self, kernel: usize, shrink: &[f64], t: f64, set: &[u16]) -> Option<(f64, Vec<f64>, f64)> {
         let own = &self.kernels[kernel];
         let k = set.len();
         let inner = |a: &dyn Fn(usize) -> f64, b: &dyn Fn(usize) -> f64| -> f64 {
@@ -507,7 +539,7 @@ impl Score {
         let s2 = self.sigma2(q, k);
         let square = |i: usize| beta[i] * beta[i] + s2 * inverse[i * k + i];
         let believed: f64 = (0..k).map(|i| self.believed(set[i] as usize, square(i))).sum();
-        Some((self.evidence(k, q, logdet_v, logdet, believed), beta))
+        Some((self.evidence(k, q, logdet_v, logdet, believed), beta, q))
     }
 
     /// The size of each member of a set beside its most probable remainder.
@@ -517,7 +549,10 @@ impl Score {
         let best = kernels.max_by(|a, b| of(a).total_cmp(&of(b))).map_or(0, |(kernel, _)| usize::from(kernel));
         let t = self.integral(best, set).map_or(0.0, |(_, t)| t);
         let shrink = if best == 0 { vec![] } else { self.shrink(best, t) };
-        self.quick(best, &shrink, t, set).map_or_else(|| vec![0.0; set.len()], |(_, sizes)| sizes)
+        for m in set {
+            self.gram0(*m as usize);
+        }
+        self.quick(best, &shrink, t, set).map_or_else(|| vec![0.0; set.len()], |(_, sizes, _)| sizes)
     }
 
     /// Odds of each candidate of a column at a size.
@@ -860,6 +895,37 @@ impl Score {
 fn ln_sum(values: &[f64]) -> f64 {
     let top = values.iter().fold(f64::NEG_INFINITY, |a, b| a.max(*b));
     if top.is_finite() { top + values.iter().map(|v| (v - top).exp()).sum::<f64>().ln() } else { top }
+}
+
+/// A remainder: a kernel of the bank, or none, at one size.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Deviation {
+    pub kernel: Option<usize>,
+    /// `t^2`.
+    pub ratio: f64,
+    /// Variance of unit weight.
+    pub variance: f64,
+    pub probability: f64,
+}
+
+/// All that may deviate, with the kernels of the bank.
+pub(super) struct Deviations {
+    pub each: Vec<Deviation>,
+    pub kernels: Vec<Kernel>,
+}
+
+impl Deviations {
+    /// Variance of a combination `l` of the weighted rows: `sum_k P_k s_k^2 (l'l + t_k^2 l'K l)`.
+    pub fn variance_of(&self, l: &[f64]) -> f64 {
+        let white: f64 = l.iter().map(|l| l * l).sum();
+        let along = |own: &Kernel| -> f64 {
+            let sum = |j: usize| own.factor.col_as_slice(j).iter().zip(l).map(|(f, l)| f * l).sum::<f64>();
+            (0..own.factor.ncols()).map(|j| sum(j).powi(2)).sum()
+        };
+        let shared: Vec<f64> = self.kernels.iter().map(along).collect();
+        let of = |own: &Deviation| own.kernel.and_then(|k| shared.get(k)).map_or(0.0, |shared| own.ratio * shared);
+        self.each.iter().map(|own| own.probability * own.variance * (white + of(own))).sum()
+    }
 }
 
 /// A candidate that could stand in a place.

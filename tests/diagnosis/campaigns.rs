@@ -313,8 +313,8 @@ fn names_that_once_were_wrong() {
     ];
     let wrong = campaigns.into_iter().filter_map(|(mode, stated, schedule, seed)| {
         let own = trial(mode, stated, schedule, seed, (&drawn, &catalogue))?;
-        // beside a pattern that no one knows it may be suspected only
-        let suspected = mode == "mixed" && own.suspected == 1 && own.wrong.is_empty();
+        // beside a pattern that no one knows, or where two plain effects explain what one does through a tilt, it may be suspected only
+        let suspected = matches!(mode, "mixed" | "tilts") && own.suspected == 1 && own.wrong.is_empty();
         (!is_right(&own) && !suspected)
             .then(|| format!("{seed} {schedule} {:?}: {} {}", own.hidden, own.verdict.name(), own.report))
     });

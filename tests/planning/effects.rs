@@ -56,17 +56,17 @@ fn effects_of_the_smallest_size_are_found_with_the_promised_power() {
             }],
             scatter: vec![],
         };
-        // named: it, or what has the same direction
-        let members = &foresight.groups[prospect.group.unwrap()].members;
-        let class: Vec<&str> =
-            members.iter().map(|k| foresight.prospects[*k].effect.regressor.as_str()).collect();
+        // named: it, or an alias of it
+        let is_named = |own: &diagnosis::Finding| {
+            own.effect.regressor == name || own.aliases.iter().any(|alias| alias.regressor == name)
+        };
         let count = draws(60, 1000) as u64;
         let found = |share: f64| {
             (0..count)
                 .filter(|seed| {
                     let measured = simulate::simulate(&schedule, &truth(share), *seed).unwrap();
                     let made = diagnosis::diagnose(&measured, &effects, &diagnosis::Settings::default()).unwrap();
-                    made.effects.iter().any(|own| class.contains(&own.effect.regressor.as_str()))
+                    made.effects.iter().any(is_named)
                 })
                 .count() as f64
                 / count as f64
