@@ -35,6 +35,8 @@ struct Trial {
     /// and how many are suspected.
     suspected: usize,
     wrong: Vec<String>,
+    /// Of each effect named or suspected its probability, and whether it is there.
+    stated_as: Vec<(f64, bool)>,
     /// Is the first effect plain above noise and pattern together?
     stands: bool,
     verdict: Verdict,
@@ -191,17 +193,17 @@ fn trial(
         own.effect.regressor == *h || own.aliases.iter().any(|alias| alias.regressor == *h)
     };
     let right = (0..catalogued).filter(|h| (0..found.effects.len()).any(|k| names(k, &hidden[*h]))).count();
-    let deserved = |k: usize| {
-        let finding = &found.effects[k];
-        let mut columns = vec![&finding.effect.column];
+    let resembles = |own: &Candidate| {
+        let mut columns = vec![&own.column];
         columns
             .extend(hidden.iter().filter_map(|h| all.iter().find(|(c, _)| c.regressor == *h)).map(|(c, _)| &c.column));
         if unknown {
             columns.push(&pattern);
         }
         let gram = cosines(&model, &columns);
-        (1..columns.len()).any(|j| gram[(0, j)].abs() >= DESERVED) || hidden.iter().any(|h| names(k, h))
+        (1..columns.len()).any(|j| gram[(0, j)].abs() >= DESERVED)
     };
+    let deserved = |k: usize| resembles(&found.effects[k].effect) || hidden.iter().any(|h| names(k, h));
     // on this schedule a pattern from outside may be a sum of columns of the catalogue
     let is_sum = |(candidate, _): &(Candidate, f64)| {
         found
@@ -220,6 +222,9 @@ fn trial(
         && if unknown { made(&pattern) } else { chosen.last().is_some_and(is_sum) };
     let wrong = (0..found.effects.len()).filter(|k| !a_sum && !deserved(*k));
     let wrong = wrong.map(|k| found.effects[k].effect.regressor.clone()).collect();
+    let named_as = (0..found.effects.len()).map(|k| (found.effects[k].probability, a_sum || deserved(k)));
+    let stated_as =
+        named_as.chain(found.suspected.iter().map(|own| (own.probability, resembles(&own.effect)))).collect();
     debug_assert!(named <= catalogued);
     let held = held(&found, &truth);
     let own = found.effects.iter().map(|own| {
@@ -245,6 +250,7 @@ fn trial(
         hidden,
         right,
         wrong,
+        stated_as,
         stands,
         verdict: found.verdict,
         held,
@@ -446,6 +452,18 @@ fn seeded(schedules: &[&'static str], few: usize, full: usize) {
                 t.report
             );
         }
+    }
+    println!("stated probability   effects   there");
+    for tenth in 5..10 {
+        let (low, high) = (tenth as f64 / 10.0, if tenth == 9 { 1.01 } else { (tenth + 1) as f64 / 10.0 });
+        let own = trials.iter().flat_map(|t| &t.stated_as).filter(|(p, _)| *p >= low && *p < high);
+        let (count, there, sum) =
+            own.fold((0, 0, 0.0), |sum, (p, there)| (sum.0 + 1, sum.1 + usize::from(*there), sum.2 + p));
+        println!(
+            "{low:.1} to {:.1}, mean {:.3} {count:>7} {there:>7}",
+            high.min(1.0),
+            sum / f64::max(count as f64, 1.0)
+        );
     }
     // floors below what is measured (see the table), wide enough for few campaigns, so that a loss shows
     for (mode, stated, right, wrong, held) in table {
