@@ -696,21 +696,32 @@ fn outcome(search: &Search<'_>, stood: &Names, mut view: View, point: &[f64]) ->
         let members = members.map(|own| own.into_iter().filter(|(j, _)| seen(*j)).collect()).collect();
         explanations.push(Explanation { probability: *probability, members });
     }
-    let columns: Vec<&Vec<f64>> = view.candidates.iter().map(|c| &c.column).collect();
-    let remainders = Remainders::new(search.question.campaign, &view.design, &view.weighted);
-    let mut evidence = Evidence::new(&view.weighted, &columns, remainders);
-    evidence.tests += view.without_column;
-    evidence.found_with(&stood.iter().filter_map(|own| view.index(own)).collect::<Vec<_>>());
     // what is there beyond the effects named, and beyond those that are suspected too
     let beyond = |effects: usize| 1.0 - posterior.alone.iter().take(effects + 1).sum::<f64>();
     let (further, unaccounted) = (beyond(named.len()), beyond(named.len() + suspected.len()));
     let probable = |own: &[(Member, &Class)]| own.iter().map(|(j, class)| (j.candidate, class.probability)).collect();
     let (named, suspected): (Vec<(usize, f64)>, Vec<(usize, f64)>) = (probable(&named), probable(&suspected));
-    let names: Names =
+    let mut names: Names =
         named.iter().filter_map(|(j, _)| view.candidates.get(*j)).map(|c| (c.regressor.clone(), c.sensor)).collect();
+    names.sort();
     let set = standing(&view.candidates, &view.score.alike, &names).unwrap_or_default();
-    let deviations = view.score.deviations(&set);
-    let View { candidates, weighted, design, kernels, .. } = view;
+    let mut deviations = view.score.deviations(&set);
+    let View { candidates, mut weighted, design, kernels, without_column, .. } = view;
+    // where only residuals tell the noise, it is that of the model with what is named, not with what is suspected
+    if weighted.from == NoiseFrom::Residuals && weighted.floor.is_none() && names != *stood {
+        let scales = repair.as_ref().map(|(_, fit)| fit.estimate.group_scale.clone());
+        let finished = scales.map(|scales| Finished { scales, variances: None });
+        let own = noise::weigh(search.question.campaign, &design, finished.as_ref())?;
+        let square = |own: &Weighted| own.weight.iter().map(|w| w * w).sum::<f64>();
+        let ratio = square(&own) / square(&weighted);
+        deviations.iter_mut().for_each(|deviation| deviation.variance *= ratio);
+        weighted = own;
+    }
+    let columns: Vec<&Vec<f64>> = candidates.iter().map(|c| &c.column).collect();
+    let remainders = Remainders::new(search.question.campaign, &design, &weighted);
+    let mut evidence = Evidence::new(&weighted, &columns, remainders);
+    evidence.tests += without_column;
+    evidence.found_with(&named.iter().map(|(j, _)| *j).collect::<Vec<_>>());
     let outside = posterior.outside;
     let further = further.clamp(0.0, 1.0);
     let seen = Seen {
