@@ -10,7 +10,7 @@ use std::sync::Arc;
 /// One device's rows of a table.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Device {
-    /// Its serial number, or whatever the column says that tells devices apart.
+    /// Its serial number, or another label of the column that identifies the device.
     pub label: String,
     /// Input columns of each row, one row after the other; NaN where a cell is empty.
     pub inputs: Vec<f64>,
@@ -125,7 +125,7 @@ impl Device {
         Some(format!("{} {number} of {file}", if is_line { "line" } else { "row" }))
     }
 
-    /// How often every row stands there, value by value to the last digit, where that is more than once: chance does not repeat all of them.
+    /// How often every row occurs, value by value to the last digit, where that is more than once: chance does not repeat all of them.
     pub(super) fn times(&self) -> Option<usize> {
         let (inputs, sensors) = (self.inputs.len() / self.rows.max(1), self.values.len() / self.rows.max(1));
         let same = |a: usize, b: usize| {

@@ -146,7 +146,7 @@ impl Identity {
                 [unit.manufacturer.clone(), unit.kind.clone(), serial].into_iter().flatten().collect();
             add(say!(lang, "identity-unit"), Some(words.join(lang.comma())));
         }
-        add(say!(lang, "identity-date"), self.date.clone());
+        add(&lang.title(say!(lang, "date")), self.date.clone());
         add(say!(lang, "identity-place"), self.place.clone());
         add(say!(lang, "identity-operator"), self.operator.clone());
         for instrument in &self.instruments {

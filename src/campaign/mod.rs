@@ -54,7 +54,7 @@ pub struct Campaign {
     pub limits: Vec<Limit>,
     /// The rule of that judgement.
     pub decision: Decision,
-    /// The column of the readings that tells devices apart, where they are many.
+    /// The column of the readings that identifies the device, if they are of many devices.
     pub by: Option<String>,
 }
 
@@ -302,7 +302,7 @@ pub(crate) fn derived(campaign: &Campaign, id: &str, line: Expression, unit: Opt
             Fault::NameClash,
             format!("the derived quantity '{id}' has the name of a parameter"),
         )
-        .expected("a name of its own"));
+        .expected("a different name"));
     }
     let own = campaign.unit_of(&line);
     let symbol = |unit: &Unit| unit.symbol().to_string();

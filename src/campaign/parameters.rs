@@ -236,7 +236,7 @@ fn in_radians(id: &str, kind: Kind, unit: Option<&str>, value: f64, path: &str) 
         return Ok(());
     }
     Err(Malformed::new(Fault::Missing, format!("'{id}' (a tilt) has no unit, and is no angle in radians"))
-        .expected("a \"unit\" beside it, for example \"arcsec\"; radians where there is none")
+        .expected("a \"unit\", for example \"arcsec\"; radians without one")
         .found(format!("{value} without a unit"))
         .at_path(path))
 }

@@ -156,7 +156,7 @@ impl JointState {
             }
             if deg_s.is_none_or(|rate| rate == 0.0) {
                 return Err(Malformed::new(Fault::Missing, format!("{joint}_turns needs a rate"))
-                    .expected(format!("{joint}_deg_s other than zero beside {joint}_turns"))
+                    .expected(format!("{joint}_deg_s other than zero with {joint}_turns"))
                     .at_path(format!("{joint}_turns")));
             }
         }
@@ -166,10 +166,8 @@ impl JointState {
                 .found("neither")),
             (Some(angle_deg), None | Some(0.0), None) => Ok(JointState::Held { angle_deg }),
             (None, Some(0.0), _) => {
-                Err(Malformed::new(Fault::Missing, format!("the joint '{joint}' stands still, but where?"))
-                    .expected(format!(
-                        "{joint}_deg beside {joint}_deg_s = 0 (any angle, where no reading depends on it)"
-                    ))
+                Err(Malformed::new(Fault::Missing, format!("the joint '{joint}' is at rest, but its angle is missing"))
+                    .expected(format!("{joint}_deg with {joint}_deg_s = 0 (any angle, if no reading depends on it)"))
                     .found("a rate of zero and no angle")
                     .at_path(format!("{joint}_deg_s")))
             }

@@ -226,7 +226,7 @@ impl Campaign {
         Ok(self)
     }
 
-    /// Add one line; two that say the same cannot be told apart.
+    /// Add one line; two with the same effect cannot be distinguished.
     pub fn add_scatter(&mut self, line: Scatter) -> Result<()> {
         let same = |other: &&Scatter| {
             let (a, b) = (&other.of, &line.of);
@@ -289,7 +289,7 @@ impl ScatterRequest {
         }
         if self.dof.is_some() && self.estimate {
             return Err(Malformed::new(Fault::Value, "degrees of freedom of a standard deviation that is estimated")
-                .expected("\"dof\" only beside a stated \"u\": the readings tell the others")
+                .expected("\"dof\" only with a stated \"u\": for an estimated one the readings determine it")
                 .at_path("dof"));
         }
         let mut lines = Vec::with_capacity(self.of.len());
@@ -325,7 +325,7 @@ impl ScatterRequest {
         }
         let other = self.per.as_deref().is_some_and(|per| per != "reading");
         if other || self.u.is_some() || self.estimate || self.over.is_some() {
-            return Err(Malformed::new(Fault::Value, "a correlation is of the readings' own noise")
+            return Err(Malformed::new(Fault::Value, "only the noise of the readings can be correlated")
                 .expected("\"of\", \"per\": \"reading\" and \"correlation\" alone; the sizes are those of the sensors' readings")
                 .at_path("correlation"));
         }
@@ -492,7 +492,7 @@ fn deviating(campaign: &Campaign, name: &str) -> Result<Deviating> {
     }
     match campaign.parameter_index(name) {
         Some(k) => Ok(Deviating::Parameter(k)),
-        None => Err(unknown_name(campaign, name, "and nothing else can scatter")),
+        None => Err(unknown_name(campaign, name, "and no other quantity can have a random effect")),
     }
 }
 

@@ -72,7 +72,7 @@ pub(super) fn run(question: &Question<'_>) -> Result<Outcome> {
     }
     match question.write_model {
         Some(path) if found => super::note(&say!(lang, "wrote", file = path.display().to_string())),
-        Some(_) => super::note(say!(lang, "note-no-error-was-found")),
+        Some(_) => super::note(&say!(lang, "note-nothing-found", what = "error")),
         None => {}
     }
     Ok(if diagnosis.verdict == Verdict::NothingMissing { Outcome::Done } else { Outcome::Rejected })

@@ -33,7 +33,7 @@ pub(super) struct Arguments {
     /// Averaging times in each octave.
     #[arg(long, default_value_t = 1, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=32))]
     per_octave: u8,
-    /// Probability of the intervals.
+    /// Coverage probability of the intervals.
     #[arg(long, default_value_t = 0.95, value_name = "P", value_parser = level)]
     level: f64,
     /// Also list the deviations at every averaging time.

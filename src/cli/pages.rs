@@ -24,7 +24,7 @@ pub(super) struct Pages {
     /// Write the report as a workbook (.xlsx): one sheet a section, numbers as numbers, figures as charts.
     #[arg(long, value_name = "FILE")]
     xlsx: Option<PathBuf>,
-    /// Print all that a page says.
+    /// Print everything that a page contains.
     #[arg(short, long)]
     verbose: bool,
 }
@@ -122,7 +122,7 @@ pub(super) fn picture(chart: &Chart, lang: Language) -> Result<String> {
     Ok(plot::draw(chart, lang)?.replacen(">\n", ">\n<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n", 1))
 }
 
-/// The published closed forms beside a fit, where its bench has them and its campaign suits them.
+/// The published closed forms for comparison with a fit, where its bench has them and its campaign suits them.
 pub(super) fn closed_forms(fit: &Fit) -> Option<report::CompareReport> {
     // closed forms take all readings, and of a stream there is a sample of them
     let forms = fit.streamed.is_none().then(|| compare::closed_forms(&fit.campaign.bench.id).ok()).flatten()?;

@@ -66,7 +66,7 @@ pub fn compare(campaign: &Campaign, forms: &ClosedForms, settings: &Settings) ->
     compared(campaign, forms, settings, None)
 }
 
-/// The same of a fit that is at hand. Errors: those of [`compare`].
+/// The same of a fit. Errors: those of [`compare`].
 pub fn compare_fit(fit: &Fit, forms: &ClosedForms) -> Result<Comparison> {
     compared(&fit.campaign, forms, &fit.settings, Some(fit))
 }

@@ -75,19 +75,19 @@ pub(super) fn steps(
         let decision = match (set.get(count), &strongest) {
             (Some(next), _) => format!("{} is added", name(*next)),
             (None, Some(own)) if own.p > level && global_p.is_none_or(|p| p > settings.whole()) => {
-                let reason = if count == 0 { "" } else { " (the simpler explanation has the first claim)" };
+                let further = if count == 0 { "" } else { "further " };
                 format!(
-                    "nothing further: {} has p = {}, and a name needs p below {}{reason}",
+                    "no {further}effect is significant (best: {}, p = {}; limit {})",
                     name(own.index),
                     short(own.p),
                     short(level)
                 )
             }
             (None, Some(own)) if own.p <= level => format!(
-                "{} is significant, but no candidate stands above what is left, clearly ahead of the others",
+                "{} is significant against the noise, but no candidate against the unexplained residuals and clearly better than the others",
                 name(own.index)
             ),
-            (None, _) => "more than noise is left, and no candidate is significant".to_string(),
+            (None, _) => "the residuals exceed the noise, and no candidate is significant".to_string(),
         };
         steps.push(GapStep {
             evidence: Step {

@@ -37,6 +37,7 @@
 //! | `terminal.rs`, `wrap.rs` | a document for a terminal of 80 columns |
 //! | `markdown.rs` | a document as Markdown |
 //! | `html.rs`, `escape.rs`, `xml.rs` | a document as one HTML file |
+//! | `glossary.rs` | the terms that a page uses, with their definitions from the guide |
 //! | `workbook/` | a document as a workbook |
 //!
 //! Deliberately absent: anything that depends on which answer it is; colours (the style sheet and `plot` have them); clocks (the same answer
@@ -45,6 +46,8 @@
 pub mod chart;
 #[cfg(feature = "html")]
 mod escape;
+#[cfg(feature = "html")]
+mod glossary;
 #[cfg(feature = "html")]
 pub mod html;
 pub mod markdown;

@@ -496,7 +496,7 @@ fn nonlinearity(
     found
 }
 
-/// Robust estimates stand alone: neither constraints nor shared deviations are supported beside them.
+/// Robust estimation is supported neither with constraints nor with shared deviations.
 fn check_combination(campaign: &Campaign, settings: &Settings) -> Result<()> {
     if let Remount::Stated(u) = settings.remount
         && !(u > 0.0 && u.is_finite())
@@ -509,7 +509,7 @@ fn check_combination(campaign: &Campaign, settings: &Settings) -> Result<()> {
         return Ok(());
     }
     if !campaign.constraints.is_empty() {
-        return Err(Malformed::new(Fault::Value, "robust estimation beside constraints is not supported")
+        return Err(Malformed::new(Fault::Value, "robust estimation with constraints is not supported")
             .expected("constraints with least squares, or a robust estimate without constraints")
             .at_path("constraints"));
     }

@@ -84,18 +84,17 @@ impl Language {
         catalogue::of(self).message(key, arguments).unwrap_or_else(|| key.to_string())
     }
 
-    /// A word of a closed vocabulary of the reports (`free`, `at-bound`), as message `<group>-<word>`; the word itself where there is none.
+    /// A word of a closed vocabulary of the reports (`free`, `at-bound`), by the message `term-<group>`; the word itself where there is none.
     ///
     /// ```
     /// use tumble::language::Language;
     /// assert_eq!(Language::Chinese.term("state", "not-estimable"), "不可估计");
     /// assert_eq!(Language::Chinese.term("state", "anything else"), "anything else");
     /// ```
-    pub fn term(self, group: &str, word: &str) -> Cow<'static, str> {
-        match catalogue::of(self).words.get(format!("{group}-{}", word.replace(' ', "-")).as_str()) {
-            Some(text) => Cow::Borrowed(text.as_str()),
-            None => Cow::Owned(word.to_string()),
-        }
+    pub fn term(self, group: &str, word: &str) -> String {
+        let argument = [("word", Argument::Text(word.to_string()))];
+        let said = catalogue::of(self).message(&format!("term-{group}"), &argument);
+        said.unwrap_or_else(|| word.to_string())
     }
 
     /// A text that the program has as data (of a built-in bench, comparison or effect, a note of a computation) in this language; a text that is
@@ -110,6 +109,20 @@ impl Language {
         match self {
             Language::English => Cow::Borrowed(text),
             Language::Chinese => names::chinese(text).map_or(Cow::Borrowed(text), Cow::Owned),
+        }
+    }
+
+    /// A word as a title: in English with a capital letter.
+    ///
+    /// ```
+    /// use tumble::language::Language;
+    /// assert_eq!(Language::English.title("effect"), "Effect");
+    /// ```
+    pub fn title(self, word: &str) -> String {
+        let mut letters = word.chars();
+        match (self, letters.next()) {
+            (Language::English, Some(first)) => first.to_uppercase().chain(letters).collect(),
+            _ => word.to_string(),
         }
     }
 

@@ -229,7 +229,7 @@ impl<'de> Deserialize<'de> for KnownSection {
                 let mut section = KnownSection::default();
                 while let Some(key) = map.next_key::<String>()? {
                     if section.get(&key).is_some() || (key == "from" && section.from.is_some()) {
-                        return Err(A::Error::custom(format!("the key '{key}' stands twice, expected each name once")));
+                        return Err(A::Error::custom(format!("the key '{key}' occurs twice, expected each name once")));
                     }
                     match key.as_str() {
                         "from" => section.from = Some(map.next_value()?),
@@ -313,7 +313,7 @@ impl CampaignFile {
             ReadingsRef::Inline(_) if !self.columns.is_empty() => {
                 return Err(Malformed::new(
                     Fault::Value,
-                    "\"columns\" names columns of a file, and the readings stand here",
+                    "\"columns\" names columns of a file, but the readings are in the campaign itself",
                 )
                 .expected("the path of a table as \"readings\", or no \"columns\"")
                 .at_path("columns"));
@@ -347,7 +347,7 @@ impl CampaignFile {
         };
         self.one_device()?;
         if !samples.columns.is_empty() && !self.columns.is_empty() {
-            return Err(Malformed::new(Fault::Value, "\"columns\" stands twice")
+            return Err(Malformed::new(Fault::Value, "\"columns\" occurs twice")
                 .expected("\"columns\" of the campaign, or of its \"readings\"")
                 .at_path("readings.columns"));
         }
@@ -358,7 +358,7 @@ impl CampaignFile {
         match self.by {
             None => Ok(()),
             Some(_) => {
-                Err(Malformed::new(Fault::Value, "\"by\" tells devices apart, and a record of samples is of one")
+                Err(Malformed::new(Fault::Value, "\"by\" separates devices, and a record of samples is of one device")
                     .expected("a table of readings for \"by\" (tumble reduce makes one of each record)")
                     .at_path("by"))
             }

@@ -119,7 +119,7 @@ impl MissionFile {
             return Err(Malformed::new(Fault::Value, "the Monte Carlo run has too many draws")
                 .at_path("calibration.monte_carlo")
                 .expected(format!(
-                    "at most {MOST_DRAWS}, each a flight of its own (so many give a standard deviation to 0.2 %)"
+                    "at most {MOST_DRAWS}, each a separate flight (this number gives a standard deviation to 0.2 %)"
                 ))
                 .found(draws.to_string()));
         }

@@ -213,7 +213,7 @@ impl<'a> RecordRows<'a> {
                 Fault::Missing,
                 "several positions, and nothing says which rows belong to which",
             )
-            .expected("\"by\": a column of labels, or \"times\"; or one position that stands for all rows")
+            .expected("\"by\": a column of labels, or \"times\"; or one position for all rows")
             .found(format!("{} positions", list.len()))
             .at_path("readings.positions"));
         }

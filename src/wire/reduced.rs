@@ -51,7 +51,7 @@ impl Schedule {
     /// Errors: readings in another file; lists that are no schedule's.
     pub(super) fn new(file: CampaignFile, bench: Bench, path: &str) -> Result<Schedule> {
         let ReadingsRef::Inline(list) = &file.readings else {
-            return Err(Malformed::new(Fault::Value, "the schedule's readings stand in another file")
+            return Err(Malformed::new(Fault::Value, "the schedule's readings are in another file")
                 .expected("the positions in the schedule itself")
                 .at_path(path));
         };
@@ -189,7 +189,7 @@ impl Schedule {
             1 => Ok(vec![0; labels.len()]),
             n if n == labels.len() => Ok((0..n).collect()),
             n => Err(Malformed::new(Fault::Value, format!("the schedule has {n} positions, the record {} segments", labels.len()))
-                .expected("as many segments as positions, in the same order; or segments labelled as the positions are; or one row that stands for all")
+                .expected("as many segments as positions, in the same order; or segments labelled as the positions are; or one row for all")
                 .found(format!("segments {}", labels.join(", ")))),
         }
     }
@@ -250,7 +250,7 @@ impl CampaignFile {
         if samples.is_rows() {
             return Err(Malformed::new(
                 Fault::Value,
-                "samples as rows are streamed and never all at hand: only `tumble fit` and `tumble check` take them",
+                "samples as rows are streamed and never all in memory: only `tumble fit` and `tumble check` take them",
             )
             .expected("the record's path as \"readings\" (all rows are held, up to 2000000), or samples without \"as\": \"rows\" (their means)")
             .at_path("readings.as"));

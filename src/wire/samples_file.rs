@@ -198,7 +198,7 @@ impl SamplesFile {
                 .at_path("counts_per_turn"));
         }
         if !self.columns.is_empty() && !columns.is_empty() {
-            return Err(Malformed::new(Fault::Value, "\"columns\" stands twice")
+            return Err(Malformed::new(Fault::Value, "\"columns\" occurs twice")
                 .expected("\"columns\" of the campaign, or of its \"readings\"")
                 .at_path("columns"));
         }

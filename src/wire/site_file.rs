@@ -85,7 +85,7 @@ impl SiteFile {
             (None, None) => 0.0,
             (None, Some(rate)) if rate != 0.0 => {
                 return Err(Malformed::new(Fault::Missing, "an Earth rate needs a latitude")
-                    .expected("latitude_deg beside earth_rate_deg_h")
+                    .expected("latitude_deg with earth_rate_deg_h")
                     .at_path("site"));
             }
             (_, Some(rate)) => rate,
@@ -122,7 +122,7 @@ impl SiteFile {
             (None, None, Some(altitude_m)) => {
                 if self.latitude_deg.is_none() {
                     return Err(Malformed::new(Fault::Missing, "normal gravity needs a latitude")
-                        .expected("latitude_deg beside altitude_m")
+                        .expected("latitude_deg with altitude_m")
                         .at_path("site"));
                 }
                 if !(-12e3..=100e3).contains(&altitude_m) {

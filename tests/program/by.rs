@@ -395,7 +395,7 @@ fn a_row_that_is_wrong_is_its_devices_fault() {
             "{why}"
         );
     }
-    assert!(own["D4"]["why"].contains("every row stands there 2 times"), "{}", own["D4"]["why"]);
+    assert!(own["D4"]["why"].contains("every row occurs 2 times"), "{}", own["D4"]["why"]);
     let nobody = &own[""];
     assert_eq!(nobody["verdict"], "malformed");
     assert!(nobody["why"].contains("2 rows have no label"), "{}", nobody["why"]);

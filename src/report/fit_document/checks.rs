@@ -23,7 +23,7 @@ pub(super) fn checks(report: &FitReport, lang: Language) -> Section {
             Cell::from(if by_replicates { say!(lang, "lack-of-fit") } else { say!(lang, "lack-of-fit-by-position") }),
             say!(
                 lang,
-                "f-with-and",
+                "f-test",
                 f = Cell::digits(test.f, 4).text(),
                 between_dof = test.between_dof,
                 pure_error_dof = test.pure_error_dof
