@@ -156,7 +156,7 @@ pub struct Scattering {
     pub u_dof: f64,
     /// Probability of a larger ratio if all devices were alike.
     pub p: f64,
-    /// Standard deviation of the devices' true values that explains the rest, `sqrt(sd^2 - u^2)`; 0 where nothing is left.
+    /// Standard deviation of the devices' true values that explains the excess scatter, `sqrt(sd^2 - u^2)`; 0 where nothing is left.
     pub sd_of_devices: f64,
 }
 
@@ -167,7 +167,7 @@ impl Scattering {
     }
 }
 
-/// A device that stands apart.
+/// An outlying device.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OutlyingDevice {
     /// The device.
@@ -346,7 +346,7 @@ impl Summary {
         Some(Quantity { devices: n, mean, sd: variance.map(f64::sqrt), quantiles, u: rms(sums.u), scattering })
     }
 
-    /// Devices that stand apart from the others in some quantity, at 1 % over all devices and quantities, the farthest first.
+    /// Devices that are outliers in some quantity, at 1 % over all devices and quantities, the farthest first.
     ///
     /// `z = (x - median) / (1.4826 MAD)`, two-sided normal (B. Iglewicz, D. Hoaglin, How to Detect and Handle Outliers (1993), 3.3).
     pub fn outlying(&self, most: usize) -> Vec<OutlyingDevice> {

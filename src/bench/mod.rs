@@ -25,7 +25,7 @@ use crate::error::{Fault, Malformed, Result};
 use crate::units::Unit;
 use nalgebra::Vector3;
 
-/// A bench: where it stands, in which units it speaks, its chain of rotations and its sensors.
+/// A bench: its site, its units, its chain of rotations and its sensors.
 #[derive(Debug, Clone)]
 pub struct Bench {
     /// Short name, for example `gyro-turntable`.
@@ -66,7 +66,7 @@ pub struct DerivedQuantity {
     pub unit: Option<String>,
 }
 
-/// Where the bench stands.
+/// The site of the bench.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Site {
     /// Geodetic latitude in degrees, north positive.

@@ -34,7 +34,7 @@ use crate::units::Unit;
 pub struct Campaign {
     /// Where and with what was measured.
     pub bench: Bench,
-    /// Units of the coefficients, as the model lines tell them.
+    /// Units of the coefficients, as they follow from the model lines.
     pub units: Inferred,
     /// Every coefficient and tilt: the estimated first (in the campaign's order), then the known, then those assumed zero.
     pub parameters: Vec<Parameter>,

@@ -77,7 +77,7 @@ pub struct Change {
     pub per_day: Option<f64>,
 }
 
-/// A difference beside its uncertainty.
+/// A difference and its uncertainty.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Judged {
     /// Standard uncertainty of the difference.

@@ -128,7 +128,7 @@ impl Argument {
     }
 }
 
-/// What can stand as an argument.
+/// What can be an argument.
 pub trait Value {
     /// It as an argument.
     fn argument(&self) -> Argument;

@@ -156,7 +156,7 @@ impl Language {
         }
     }
 
-    /// What stands between the items of a list.
+    /// The separator of the items of a list.
     pub fn comma(self) -> &'static str {
         match self {
             Language::English => ", ",
@@ -164,7 +164,7 @@ impl Language {
         }
     }
 
-    /// What stands between the clauses of a sentence.
+    /// The separator of the clauses of a sentence.
     pub fn semicolon(self) -> &'static str {
         match self {
             Language::English => "; ",
@@ -172,7 +172,7 @@ impl Language {
         }
     }
 
-    /// What stands between two parts of a clause.
+    /// The separator of two parts of a clause.
     pub fn clause(self) -> &'static str {
         match self {
             Language::English => ", ",
@@ -180,7 +180,7 @@ impl Language {
         }
     }
 
-    /// What stands between a heading and what it announces.
+    /// The mark between a heading and what it announces.
     pub fn colon(self) -> &'static str {
         match self {
             Language::English => ": ",
@@ -196,7 +196,7 @@ impl Language {
         }
     }
 
-    /// What stands between two sentences of a paragraph.
+    /// The separator of two sentences of a paragraph.
     pub fn space(self) -> &'static str {
         match self {
             Language::English => " ",

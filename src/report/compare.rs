@@ -51,7 +51,7 @@ impl CompareReport {
         self.largest_relative_difference.is_some_and(|difference| difference < SQUARE)
     }
 
-    /// What stands in the rows: angles, coefficients, or both.
+    /// What the rows are: angles, coefficients, or both.
     pub fn quantity(&self, lang: Language) -> &'static str {
         let angles = self.all.quantities.iter().filter(|q| q.is_angle()).count();
         match angles {

@@ -164,7 +164,7 @@ vocabulary! {
         Fit = "fit",
         /// Many devices.
         Batch = "batch",
-        /// Published closed forms beside least squares.
+        /// Published closed forms compared with least squares.
         Compare = "compare",
         /// Two calibrations of one unit.
         CompareCalibrations = "compare-calibrations",

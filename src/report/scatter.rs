@@ -23,7 +23,7 @@ pub struct ScatterReport {
     pub per: String,
     /// How many values it took; readings for a sensor's own noise.
     pub levels: usize,
-    /// Its standard deviation in `unit`; a factor where uncertainties are stated with each reading; null where it cannot be told.
+    /// Its standard deviation in `unit`; a factor where uncertainties are stated with each reading; null where it cannot be determined.
     pub sd: Option<f64>,
     /// Standard uncertainty of an estimated standard deviation, in `unit`; at zero, what it could be.
     pub u_sd: Option<f64>,

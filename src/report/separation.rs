@@ -26,7 +26,7 @@ pub struct NotEstimableReport {
     /// The sensor to be read there, where it is one that no reading has now.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub separate_sensor: Option<String>,
-    /// Do readings respond to it, but only in the second order, or through a factor that they do not tell from zero? Then nothing is known of
+    /// Do readings respond to it, but only in the second order, or through a factor that they do not distinguish from zero? Then nothing is known of
     /// other positions.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub weak: bool,

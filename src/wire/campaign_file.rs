@@ -27,7 +27,7 @@ use std::fmt;
 pub struct CampaignFile {
     /// A built-in bench id, the path of a bench file, or the bench itself.
     pub bench: BenchRef,
-    /// Where the bench stands: what is said here replaces what the bench says.
+    /// The site of the bench; keys given here replace those of the bench.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub site: Option<SiteFile>,
     /// Relative standard uncertainties of the rates of turning joints in ppm; they replace the bench's.
@@ -81,10 +81,10 @@ pub struct CampaignFile {
     /// What scatters beyond the readings' own noise, one line each.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub scatter: Vec<ScatterFile>,
-    /// The column of the readings that tells devices apart: one fit for each of its values.
+    /// The column of the readings that identifies the device: one fit for each of its values.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub by: Option<String>,
-    /// Columns of a table of readings or of samples that have names of their own, by the key that they stand for: `"theta_deg": "Winkel (deg)"`. A unit in
+    /// Columns of a table of readings or of samples that have other titles, by their key: `"theta_deg": "Winkel (deg)"`. A unit in
     /// brackets is converted to the key's.
     #[serde(default, skip_serializing_if = "Named::is_empty")]
     pub columns: Named<String>,
@@ -102,7 +102,7 @@ pub enum BenchRef {
     Inline(Box<BenchFile>),
 }
 
-/// Readings in the file or in a CSV beside it.
+/// Readings in this file or in a CSV file in the same folder.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
 #[serde(untagged)]
 pub enum ReadingsRef {
@@ -272,7 +272,7 @@ struct EarlierCovariance {
 pub struct KnownFile {
     /// Value, in `unit`.
     pub value: f64,
-    /// Unit; without one a tilt is in radians, a coefficient in the unit that the model line tells.
+    /// Unit; without one a tilt is in radians, a coefficient in the unit that follows from the model line.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
     /// Type B standard uncertainty, in `unit`; 0 for an exact value.
@@ -299,7 +299,7 @@ pub struct EstimateFile {
     /// Standard uncertainty of the prior.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub prior_u: Option<f64>,
-    /// Unit of these numbers; without one a tilt is in radians, a coefficient in the unit that the model line tells.
+    /// Unit of these numbers; without one a tilt is in radians, a coefficient in the unit that follows from the model line.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
 }

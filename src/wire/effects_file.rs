@@ -16,7 +16,7 @@ pub struct EffectsFile {
     pub effects: Vec<EffectFile>,
 }
 
-/// One effect, or a family of them: in every text, placeholders stand for what the campaign has.
+/// One effect, or a family of them: placeholders in its texts are replaced by names of the campaign.
 ///
 /// `{i}` and `{j}` two axes of the sensor, `{joint}` a joint, `{turning}` a joint that turns, `{column}` a column of the readings that the sensor's line uses, `{k}` 1 to 4 (to 12 where the schedule carries it), `{tilt}` a tilt assumed zero,
 /// `{known}` a known parameter, `{position}` a label, `{reading}` a number from 1, `{tau}` a time constant, `{break}` a time between readings.
@@ -30,7 +30,7 @@ pub struct EffectFile {
     /// Name of the coefficient in the repaired model line; made from the term unless given.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub coefficient: String,
-    /// Order among effects that the readings cannot tell apart: 0 the most plausible; 3 unless given.
+    /// Order among effects that the readings cannot distinguish: 0 the most plausible; 3 unless given.
     #[serde(default = "middling")]
     pub rank: u8,
     /// Which sensors can have it.

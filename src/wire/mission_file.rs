@@ -78,7 +78,7 @@ pub struct CalibrationFile {
     pub report: String,
     /// For each error source, its combination of the report's parameters: source unit per parameter unit.
     pub carry: Named<Named<f64>>,
-    /// Draws of the Monte Carlo run beside the linear covariance; 0 for none.
+    /// Draws of the Monte Carlo run in addition to the linear covariance; 0 for none.
     #[serde(default = "draws")]
     pub monte_carlo: u64,
 }

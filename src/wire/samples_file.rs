@@ -16,7 +16,7 @@ pub struct SamplesFile {
     /// What becomes of the samples: their means, unless given.
     #[serde(default, rename = "as", skip_serializing_if = "Option::is_none")]
     pub taken_as: Option<SamplesAs>,
-    /// The positions that were taken, as readings without sensor values; one row stands for all segments. Without it: one empty row. As rows: what is the
+    /// The positions that were taken, as readings without sensor values; one row applies to all segments. Without it: one empty row. As rows: what is the
     /// same in every row of a position.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub positions: Vec<ReadingFile>,

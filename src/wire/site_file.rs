@@ -6,7 +6,7 @@ use crate::units::Unit;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Where the bench stands. A campaign's site replaces what it says of the bench's.
+/// The site of the bench. Keys of a campaign's site replace those of the bench's.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SiteFile {

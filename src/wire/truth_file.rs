@@ -44,7 +44,7 @@ pub struct TrueScatterFile {
 pub struct TrueValueFile {
     /// The value, in `unit`.
     pub value: f64,
-    /// Unit; without one a tilt is in radians, a coefficient in the unit that the model line tells.
+    /// Unit; without one a tilt is in radians, a coefficient in the unit that follows from the model line.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
 }

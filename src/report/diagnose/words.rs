@@ -36,7 +36,7 @@ pub struct Found<'a> {
     pub t: f64,
     /// Probability by chance.
     pub p: f64,
-    /// Share of the gap's sum of squares.
+    /// Share of the residual sum of squares.
     pub explains: f64,
 }
 
