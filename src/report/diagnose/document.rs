@@ -240,7 +240,7 @@ fn model(report: &DiagnoseReport, lang: Language) -> Section {
     let mut repairs: Vec<String> = report.effects.iter().filter_map(|effect| words::repair(effect, lang)).collect();
     if changed.is_empty() {
         let own = report.effects.iter().filter(|e| !e.regressor.contains(':') && !e.coefficient.is_empty());
-        repairs.extend(own.map(|e| say!(lang, "is-estimated-no-longer-zero", id = format!("`{}`", e.coefficient))));
+        repairs.extend(own.map(|e| say!(lang, "is-now-estimated", id = format!("`{}`", e.coefficient), was = "tilt")));
     }
     let section = Section::new(say!(lang, "the-model"))
         .prose(format!("{}{}", lang.title(say!(lang, "as-given")), lang.colon().trim_end()))
