@@ -130,7 +130,7 @@ pub struct Together {
 
 impl Changes {
     /// Is the test of all changes together below one minus the level? `None` where there is no such test.
-    pub fn together_is_significant(&self) -> Option<bool> {
+    pub(crate) fn together_is_significant(&self) -> Option<bool> {
         self.together.as_ref().map(|test| test.p < 1.0 - self.level)
     }
 }

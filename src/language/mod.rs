@@ -181,7 +181,7 @@ impl Language {
     }
 
     /// The mark between a heading and what it announces.
-    pub fn colon(self) -> &'static str {
+    pub(crate) fn colon(self) -> &'static str {
         match self {
             Language::English => ": ",
             Language::Chinese => "\u{ff1a}",
@@ -189,7 +189,7 @@ impl Language {
     }
 
     /// A text in parentheses.
-    pub fn in_parentheses(self, text: &str) -> String {
+    pub(crate) fn in_parentheses(self, text: &str) -> String {
         match self {
             Language::English => format!("({text})"),
             Language::Chinese => format!("\u{ff08}{text}\u{ff09}"),
