@@ -1,5 +1,16 @@
 # Sentences and terms of the reports in English. Arguments are formatted before they come here.
 
+## Punctuation
+
+mark-comma = { ", " }
+mark-clause = { ", " }
+mark-semicolon = { "; " }
+mark-colon = { ": " }
+mark-stop = { "." }
+mark-space = { " " }
+in-parentheses = ({ $text })
+has-capitals = yes
+
 ## Lists and counts
 
 list-and = { $before } and { $last }
@@ -1151,6 +1162,7 @@ positions-deg = { $across } (deg)
 deg-across-deg-up = { $across } (deg) across, { $up } (deg) up
 
 # report/foresight.rs
+regressor-of-sensor = { $regressor } of { $sensor }
 foresight-nearly = nearly { $regressor } ({ $cosine })
 apart-from = { $regressor } ({ $cosine }, apart from { $apart })
 none-would-show-the-estimated-parameters-take = none would be detectable: the estimated parameters absorb every effect that these positions excite

@@ -1,5 +1,16 @@
 # 报告用语(简体中文)。术语依据:JJF 1059.1、JJF 1001、GJB 2426A、GJB 1037A。参数在进入语句之前已经格式化。
 
+## 标点
+
+mark-comma = { "、" }
+mark-clause = { "，" }
+mark-semicolon = { "；" }
+mark-colon = { "：" }
+mark-stop = { "。" }
+mark-space = { "" }
+in-parentheses = （{ $text }）
+has-capitals = no
+
 ## 列举与计数
 
 list-and = { $before } 和 { $last }
@@ -1063,6 +1074,7 @@ averaging-time-s = 平均时间，s
 time-since-the-first-sample-s = 自第一个采样起的时间，s
 positions-deg = { $across }（deg）
 deg-across-deg-up = 横轴 { $across }（deg），纵轴 { $up }（deg）
+regressor-of-sensor = { $regressor }（{ $sensor }）
 foresight-nearly = 近似 { $regressor }（{ $cosine }）
 apart-from = { $regressor }（{ $cosine }，自 { $apart } 起可区分）
 none-would-show-the-estimated-parameters-take = 均不能发现：这些位置所激励的误差项全部被待估参数吸收

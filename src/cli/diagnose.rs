@@ -96,7 +96,7 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
         let single = [
             (arguments.write_model.is_some(), "--write-model"),
             (arguments.svg.is_some(), "--svg"),
-            (arguments.pages.is_asked_for(), "--html, --md or --xlsx"),
+            (arguments.pages.is_asked_for(), "a page (--html and its like)"),
             (arguments.json.is_some(), "--json"),
         ];
         if let Some((_, option)) = single.iter().find(|(asked, _)| *asked) {
@@ -110,13 +110,12 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
         super::note(&note);
     }
     let model_names = arguments.write_model.as_deref().map(ModelNames::new).transpose()?;
-    let [html, md, xlsx] = arguments.pages.paths();
     let [bench, repaired] = match &model_names {
         Some(names) => [Some(names.bench.as_path()), Some(names.campaign.as_path())],
         None => [None, None],
     };
     let (svg, json) = (arguments.svg.as_deref(), arguments.json.as_deref());
-    let mut outputs = Outputs::plan([html, md, xlsx, svg, json, bench, repaired])?;
+    let mut outputs = arguments.pages.outputs([svg, json, bench, repaired])?;
     let diagnosis = diagnosis::diagnose(&campaign, &catalogue.effects, &settings)
         .map_err(|error| catalogue.locate(error, &source))?;
     let mut report = report::diagnose_report(&campaign, &diagnosis, &settings);

@@ -1,6 +1,5 @@
 //! `tumble fit CAMPAIGN`.
 
-use super::outputs::Outputs;
 use super::{Outcome, batch, devices, files, pages};
 use crate::error::{Fault, Malformed, Result};
 use crate::fit::{self, Estimator, Remount, RobustMethod, Weighting};
@@ -157,8 +156,7 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
         return many(arguments, question, lang);
     }
     arguments.many.refuse_alone(&[("--reports", arguments.reports.is_some())])?;
-    let [html, md, xlsx] = arguments.pages.paths();
-    let mut outputs = Outputs::plan([html, md, xlsx, arguments.certificate.path(), arguments.json.as_deref()])?;
+    let mut outputs = arguments.pages.outputs([arguments.certificate.path(), arguments.json.as_deref()])?;
     let (fit, source, inputs) = fitted(&question, &settings(arguments))?;
     let listed = arguments.readings.is_some() && own_files.is_empty();
     let lists = listed || arguments.json.is_some() || arguments.pages.is_asked_for();

@@ -2,7 +2,7 @@
 
 /// `--lang` for a command that has nothing to say in a language: accepted where the others have it, but not shown.
 pub(super) fn no_language() -> clap::Arg {
-    clap::Arg::new("lang").long("lang").hide(true).default_value("en").value_parser(super::language)
+    clap::Arg::new("lang").long("lang").hide(true).default_value("en").value_parser(super::language())
 }
 
 /// The program.

@@ -58,8 +58,8 @@ struct Cli {
     /// Allow an output to replace an existing file that is not a report (a campaign, a bench).
     #[arg(long, global = true)]
     force: bool,
-    /// Language of tables, pages, certificates and notes: en or zh. JSON and error messages are in English.
-    #[arg(long, global = true, value_name = "en|zh", default_value = "en", hide_default_value = true, value_parser = language)]
+    /// Language of tables, pages, certificates and notes. JSON and error messages are in English.
+    #[arg(long, global = true, value_name = "CODE", default_value = "en", value_parser = language())]
     lang: Language,
 }
 
@@ -152,8 +152,10 @@ pub fn main() -> ExitCode {
     }
 }
 
-fn language(code: &str) -> std::result::Result<Language, String> {
-    Language::of(code).ok_or_else(|| "expected en or zh".into())
+/// A language by its code.
+fn language() -> impl clap::builder::TypedValueParser<Value = Language> {
+    use clap::builder::{PossibleValuesParser, TypedValueParser};
+    PossibleValuesParser::new(Language::ALL.map(Language::code)).map(|code| Language::of(&code).unwrap_or_default())
 }
 
 /// The commands whose results are shown in every language.

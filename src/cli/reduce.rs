@@ -1,6 +1,5 @@
 //! `tumble reduce LOG`.
 
-use super::outputs::Outputs;
 use super::{Outcome, files, log, pages};
 use crate::error::{Fault, Malformed, Result};
 use crate::language::Language;
@@ -80,8 +79,7 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
         return Ok(Outcome::Rejected);
     }
     let report = report::reduce_report(record.name(), &reduced);
-    let [html, md, xlsx] = arguments.pages.paths();
-    let mut outputs = Outputs::plan([html, md, xlsx, arguments.json.as_deref(), arguments.to.as_deref()])?;
+    let mut outputs = arguments.pages.outputs([arguments.json.as_deref(), arguments.to.as_deref()])?;
     if arguments.pages.is_asked_for() {
         let inputs = vec![files::input(&parted(&arguments.log).0)?];
         let picture = report::record_chart(&reduced.trace, &reduced.reduction.segments);

@@ -1,8 +1,7 @@
 //! The terms of a page: the guide's glossary is their one source, in both languages.
 
 use super::escape::inline;
-use crate::language::{Language, say};
-use std::sync::LazyLock;
+use crate::language::{Each, Language, say};
 
 /// A row of the glossary: the names of a term, as headings and columns have them, and its meaning.
 struct Term {
@@ -10,8 +9,7 @@ struct Term {
     meaning: &'static str,
 }
 
-static ENGLISH: LazyLock<Vec<Term>> = LazyLock::new(|| read(include_str!("../../docs/guide/glossary.md")));
-static CHINESE: LazyLock<Vec<Term>> = LazyLock::new(|| read(include_str!("../../docs/guide/glossary.zh.md")));
+static READ: Each<Vec<Term>> = Each::new();
 
 /// The rows of the page's table, without its head.
 fn read(page: &'static str) -> Vec<Term> {
@@ -32,10 +30,7 @@ pub(super) struct Terms {
 
 impl Terms {
     pub(super) fn new(language: Language) -> Self {
-        let all = match language {
-            Language::English => &*ENGLISH,
-            Language::Chinese => &*CHINESE,
-        };
+        let all = READ.of(language, |language| read(language.glossary()));
         Terms { language, all, used: Vec::new() }
     }
 

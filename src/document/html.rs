@@ -3,6 +3,7 @@
 
 use super::escape::{bar, escape, inline};
 use super::glossary::Terms;
+use super::wrap::columns;
 use super::{Align, Cell, Content, Document, Figure, Row, Table, Tone, plot};
 use crate::error::Result;
 use crate::language::Language;
@@ -82,7 +83,7 @@ fn content(content: &Content, terms: &mut Terms, lang: Language) -> Result<Strin
         Content::Card { heading, tone, facts: list } => {
             format!("<div class=\"card {}\">\n<h3>{}</h3>\n{}</div>\n", class(*tone), inline(heading), facts(list))
         }
-        Content::Table(own) => table(own, terms, lang),
+        Content::Table(own) => table(own, terms),
         Content::Figures(figures) => {
             let figures = figures.iter().map(|own| figure(own, lang)).collect::<Result<String>>()?;
             format!("<div class=\"figures\">\n{figures}</div>\n")
@@ -118,7 +119,7 @@ fn figure(figure: &Figure, lang: Language) -> Result<String> {
     ))
 }
 
-fn table(table: &Table, terms: &mut Terms, lang: Language) -> String {
+fn table(table: &Table, terms: &mut Terms) -> String {
     let mut own = table.clone();
     own.typeset();
     let align = |align: Align| match align {
@@ -127,12 +128,12 @@ fn table(table: &Table, terms: &mut Terms, lang: Language) -> String {
         Align::Decimal => "decimal",
         Align::Bar => "bar",
     };
-    // a cell of more letters than this may be broken on a narrow screen
-    let long = if lang == Language::Chinese { 14 } else { 28 };
+    // a cell wider than so many letters may be broken on a narrow screen
+    let long = 28;
     let cell = |row: &Row, k: usize, column: Align| {
         // cells that were typeset are texts
         let text = row.cells.get(k).map(Cell::text).unwrap_or_default();
-        let words = if text.chars().count() > long { " words" } else { "" };
+        let words = if columns(&text) > long { " words" } else { "" };
         let inner = match column {
             Align::Bar => bar(&text),
             _ if k == 0 && !row.link.is_empty() => {

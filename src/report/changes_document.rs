@@ -1,7 +1,8 @@
 //! The documents of two calibrations of one unit, and of the history of many.
 
 use super::colophon::colophon;
-use super::{CalibratedReport, ChangesReport, HistoryReport, TogetherReport, changes, date_of};
+use super::{CalibratedReport, ChangesReport, HistoryReport, changes, date_of};
+use crate::compare::calibrations::Together;
 use crate::document::chart::{Chart, History, Interval};
 use crate::document::number::{dof, level, significant};
 use crate::document::{Align, Cell, Detail, Document, Figure, Section, Table, Tone};
@@ -105,7 +106,7 @@ pub fn changes_document(report: &ChangesReport, lang: Language) -> Document {
 }
 
 /// The test of all parameters together.
-fn all_together(t: &TogetherReport, lang: Language) -> String {
+fn all_together(t: &Together, lang: Language) -> String {
     let test = match t.scatter_dof {
         Some(scatter) => {
             let f = significant(t.statistic / t.dof as f64, 3);

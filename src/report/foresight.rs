@@ -211,9 +211,9 @@ pub(super) struct GroupLine {
 
 /// A regressor with its sensor, as reports have it (`a_S of gyro`), in a language.
 fn label(text: &str, lang: Language) -> String {
-    match (lang, text.split_once(" of ")) {
-        (Language::Chinese, Some((regressor, sensor))) => format!("{regressor}{}", lang.in_parentheses(sensor)),
-        _ => text.to_string(),
+    match text.split_once(" of ") {
+        Some((regressor, sensor)) => say!(lang, "regressor-of-sensor", regressor, sensor),
+        None => text.to_string(),
     }
 }
 
