@@ -63,5 +63,4 @@ pub use parts_row::Coverage;
 pub use repeat::repeats;
 pub use row::{Reason, Row, Solved, Verdict};
 pub use stream::{Read, Restart, Tables, stream};
-pub(crate) use summary::OutlyingDevice;
 pub use summary::{Chance, Lot, NotInOrder, Quantity, Scattering, Summary};

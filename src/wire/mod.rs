@@ -53,7 +53,7 @@ pub use correction_file::{
     CorrectedSensorFile, CorrectionFile, CorrectionParametersFile, InputFile, MountingFile, QuantityFile, ValidityFile,
 };
 pub use derived_file::{DerivedFile, DerivedLine};
-pub(crate) use effects_file::{AppliesFile, EffectFile, EffectsFile};
+pub(crate) use effects_file::EffectsFile;
 pub use effects_file::{built_in_effects, read_effects};
 pub use folder::Folder;
 pub use front::{bench_ref, fit_rows, fit_rows_beside, read_campaign_beside};
@@ -77,7 +77,7 @@ pub use named::Named;
 pub use readings_file::{Cell, ReadingFile};
 pub use readings_table::{device_readings, inline_devices, table_cells, table_keys, table_layout};
 pub use recipe::{ClockFrom, Encoder, Recipe, SegmentsBy, times};
-pub(crate) use record_rows::{RecordRows, read_rows_of};
+pub(crate) use record_rows::read_rows_of;
 pub use reduced::{Computed, ReducedReading, Schedule, read_schedule};
 pub use reduction::Reduced;
 pub use samples_file::{SamplesAs, SamplesFile, TimesFile, TimesLine};
@@ -85,8 +85,8 @@ pub use scatter_file::{EstimateWord, NumberOrEstimate, OneOrSeveral, ScatterFile
 pub use schema::schema;
 pub(crate) use schema::{SCHEMAS, identified};
 pub use site_file::{GravityFile, SiteFile};
+pub(crate) use truth_file::TruthFile;
 pub use truth_file::read_truth;
-pub(crate) use truth_file::{HiddenFile, NoiseFile, TrueScatterFile, TrueValueFile, TruthFile};
 pub use write::{bench_file, campaign_file};
 
 use crate::bench::Bench;
