@@ -210,12 +210,12 @@ impl Language {
     }
 
     /// The mark between a heading and what it announces.
-    pub fn colon(self) -> &'static str {
+    pub(crate) fn colon(self) -> &'static str {
         self.word("mark-colon")
     }
 
     /// A text in parentheses.
-    pub fn in_parentheses(self, text: &str) -> String {
+    pub(crate) fn in_parentheses(self, text: &str) -> String {
         say!(self, "in-parentheses", text)
     }
 
