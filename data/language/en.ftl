@@ -1,5 +1,16 @@
 # Sentences and terms of the reports in English. Arguments are formatted before they come here.
 
+## Punctuation
+
+mark-comma = { ", " }
+mark-clause = { ", " }
+mark-semicolon = { "; " }
+mark-colon = { ": " }
+mark-stop = { "." }
+mark-space = { " " }
+in-parentheses = ({ $text })
+has-capitals = yes
+
 ## Lists and counts
 
 list-and = { $before } and { $last }
@@ -43,28 +54,13 @@ degrees-of-freedom = degrees of freedom
 
 ## Closed vocabularies of the reports, as JSON has them
 
-state-free = free
-state-at-bound = at-bound
-state-not-estimable = not-estimable
-outcome-pass = pass
-outcome-fail = fail
-outcome-undecided = undecided
-estimator-exact = exact
-estimator-linear = linear
-distribution-normal = normal
-distribution-rectangular = rectangular
-distribution-triangular = triangular
-distribution-t = t
-from-stated = stated
-from-estimated = estimated
-constraint-equality = equality
-constraint-inactive = inactive
-constraint-active = active
-constraint-contradictory = contradictory
-constraint-not-applied = not-applied
-side-lower = lower
-side-upper = upper
-side-norm = norm
+term-state = { $word }
+term-outcome = { $word }
+term-estimator = { $word }
+term-distribution = { $word }
+term-from = { $word }
+term-constraint = { $word }
+term-side = { $word }
 
 # report/fit_table.rs
 derived = derived
@@ -73,32 +69,34 @@ estimate = estimate
 dof = dof
 unit = unit
 state = state
-record-of-rows-read = record of { $rows } rows, read in { $passes }; the list of readings and the pictures show { $shown } of them
+record-of-rows-read = record of { $rows } rows, read in { $passes }; the table of readings and the figures have { $shown } of them
 rows-in-a-mean = rows in a mean
 pairs-of-means = pairs
 sd-over-that-of-independent-rows = sd against independent rows
 lack-of-fit-over = lack of fit over
 row-of-the-record = row
-accepted = accepted
-that-of-rounding-to-its-last-digit = that of rounding to { $step } (its last digit, over sqrt 12): its readings scatter no more
-the-rounding-of-its-readings-which-show = the rounding of its readings, which show no scatter
+that-of-rounding-to-its-last-digit = from rounding to { $step } (the last digit, divided by sqrt 12); the readings do not scatter more than this
+the-rounding-of-its-readings-which-show = from the rounding of the readings, which show no scatter
 estimated-from-these-readings = estimated from these readings
 residual-sd-of = Residual standard deviation of `{ $sensor }`: { $sd }, { $how }.
 residual-sd-of-none-no-degrees-of = Residual standard deviation of `{ $sensor }`: none (no degrees of freedom), so no uncertainty can be given.
 inconsistent-disagrees-with-the-other-sights-by = `{ $sensor }` is inconsistent: it disagrees with the other sights by { $mean_residual_deg } deg on average. Check for another side of the target, a wrong point, or a starting value that is too far away.
 fit-table-note = note: { $remark }
-fit-table-known = known: { $known }
 correlated-inputs = correlated: { $list }
 no-reading-responds-to-at-the-reference = No reading responds to { $moved } at the reference point, because every factor that multiplies it is zero there: the iteration started from a point nearby.
 held-where-the-iteration-began-since-the = Held at the starting value, because the exact model determines them too weakly elsewhere: { $held }.
 gauss-newton-converged-after = Gauss-Newton converged after { $steps }; the linear estimates (one step from the reference point) are the same within 0.1 u.
-u-holds-only-for-as-held-another = U holds only for `{ $held }` as held: a value that differs by { $by } changes { $shifts }.
-derived-without-a-value = derived quantities without a value, because they need what is not estimable: { $names }
-no-reading-responds-to-it-at-this = no reading responds to it at this point
-no-reading-responds-to-it = no reading responds to it
-a-reading-of-would-separate-it = a reading of { $sensor } would separate them
-a-reading-of-at-would-separate-it = a reading of { $sensor } at { $keys } would separate them
-a-reading-at-would-separate-it = a reading at { $keys } would separate them
+u-holds-only-for-as-held-another = U is valid only for `{ $held }` held at this value: a change of it by { $by } changes { $shifts }.
+derived-without-a-value = derived quantities without a value, because they depend on parameters that are not estimable: { $names }
+no-reading-responds = { $here ->
+    [yes] no reading responds to it at this point
+   *[no] no reading responds to it
+}
+a-reading-would-separate = { $what ->
+    [position] a reading at { $keys } would separate them
+    [sensor] a reading of { $sensor } would separate them
+   *[both] a reading of { $sensor } at { $keys } would separate them
+}
 reading = reading
 position = position
 sensor = sensor
@@ -117,12 +115,11 @@ distribution = distribution
 contribution = contribution
 share = share
 correlation = correlation
-is-at-a-bound-interval-to-of = `{ $id }` is at a bound: { $level } interval { $low } to { $high } { $unit } (that of the free estimate, cut to what is allowed).
-is-at-a-bound-and-the-whole = `{ $id }` is at a bound, and the whole { $level } interval of the free estimate is not allowed: bound and readings disagree.
+is-at-a-bound-interval-to-of = `{ $id }` is at a bound: { $level } interval { $low } to { $high } { $unit } (that of the free estimate, truncated at the bounds).
+is-at-a-bound-and-the-whole = `{ $id }` is at a bound, and the { $level } interval of the free estimate is entirely outside the bounds: bounds and readings are inconsistent.
 yes = yes
 monte-carlo = Monte Carlo
 mean = mean
-high = high
 coverage-ellipsoid-of-k-p = coverage ellipsoid of { $order }: k_p = { $k }
 scale-factor-errors-are-not-drawn = not drawn: { $errors }
 
@@ -131,11 +128,11 @@ the-lines-are-linear-in-the-inputs = The lines are linear in the inputs: this co
 within-the-range-of-the-calibration-it = Within the range of the calibration ({ $within }) the remaining error is at most { $errors }
 below-the-standard-uncertainty-of-the-calibration = , below the standard uncertainty of the calibration everywhere there.
 no-part = none
-within-of-that-range-it-stays-below = ; within { $part } of that range it stays below the standard uncertainty of the calibration. Beyond, use the exact lines: `tumble apply` does.
+within-of-that-range-it-stays-below = ; within { $part } of that range it stays below the standard uncertainty of the calibration. Outside it, use the exact lines, as `tumble apply` does.
 the-exact-lines-tumble-apply-leave-nothing = ; with the exact lines (`tumble apply`) no error remains.
 correction-otherwise = { $id } (otherwise { $otherwise }{ $unit })
-these-sensors-do-not-determine-give-it = These sensors do not determine { $given }: supply it as a column of the record.
-correction-none-of-the-sensors-follows-a = correction: none of the sensors follows a rate w_* or a specific force a_* that the fit determines
+these-sensors-do-not-determine-give-it = These sensors do not determine { $given }: give it as a column of the record.
+correction-none-of-the-sensors-follows-a = no correction: no sensor measures a rate w_* or a specific force a_* that the fit determines
 input = input
 bias = bias
 
@@ -153,9 +150,10 @@ residuals-and-correlations = Residuals and correlations
 # report/html/fit_answer.rs
 result = Result
 not-everything-is-estimable-is-free-see = Not everything is estimable. The readings do not determine { $free }: see below.
-the-readings-scatter-more-than-their-stated = the readings scatter more than their stated uncertainties allow: the model is incomplete, or the uncertainties are too small
-the-readings-scatter-as-their-stated-uncertainties = the readings scatter as their stated uncertainties say
-global-test-chi-square-with-p = Global test: { $words } (chi-square { $chi_square } with { $dof }, p = { $p }).
+global-test-chi-square-with-p = Global test: { $rejected ->
+    [yes] the readings scatter more than their stated uncertainties allow: the model is incomplete, or the uncertainties are too small
+   *[no] the readings scatter as their stated uncertainties say
+} (chi-square { $chi_square } with { $dof }, p = { $p }).
 the-readings-state-no-uncertainty-of-their = No uncertainty is stated for the readings: their standard deviation is estimated from the residuals, so these readings alone cannot test the model.
 no-degrees-of-freedom-the-readings-just = No degrees of freedom: there are as many readings as parameters, so the readings cannot test the model.
 one-linear-step-is-not-enough-gauss = One linear step is not enough: Gauss-Newton would go on by more than 0.1 u in { $what }. Fit without `--linear`.
@@ -211,8 +209,10 @@ none-lies-beyond-standard-deviations = None lies beyond { $limit } standard devi
 diamonds-lie-beyond-standard-deviations-reading = Diamonds lie beyond { $limit } standard deviations: reading { $far }.
 diamonds-of-them-lie-beyond-standard-deviations = Diamonds, { $n } of them, lie beyond { $limit } standard deviations.
 one-reading-in-is-drawn = One reading in { $every } is drawn.
-residuals-of-without-what-is-shared = Residuals of { $id }, deviations that readings share taken out, before bands of two standard deviations. { $beyond }{ $thinned }
-residuals-of-before-bands-of-two-standard = Residuals of { $id } before bands of two standard deviations. { $beyond }{ $thinned }
+residuals-of-figure = { $shared ->
+    [yes] Residuals of { $id }, deviations that readings share taken out, before bands of two standard deviations. { $beyond }{ $thinned }
+   *[no] Residuals of { $id } before bands of two standard deviations. { $beyond }{ $thinned }
+}
 residuals-of = Residuals of { $id }: { $beyond }
 fit-figures-residual = { $id } residual
 normal-plot-of-the-studentized-residuals-with = Normal plot of the studentized residuals with its pointwise 95 % band: normal residuals follow the line.
@@ -225,12 +225,16 @@ strongest-correlation-between-and = Strongest correlation: { $r } between { $a }
 # report/html/fit_readings.rs
 taken-as-zero-neither-known-nor-estimated = Taken as zero, neither known nor estimated: { $assumed_zero }.
 site-latitude-earth-rate-deg-h = Site: latitude { $latitude_deg }°, Earth rate { $earth_rate_deg_h } deg/h, { $said }.
-no-site-no-earth-rate-and-gravity = No site: no Earth rate, and gravity is 1 g.
-linear-rows-are-exact-derivatives-at-the = Linear: rows are exact derivatives at the reference point, and one step is taken from it.
-exact-rows-are-exact-derivatives-iterated-to = Exact: rows are exact derivatives, iterated to the solution.
+no-site-no-earth-rate-and-gravity = No site is given: the Earth rate is taken as zero, gravity as 1 g.
+rows-are-exact-derivatives = { $iterated ->
+    [yes] Exact: rows are exact derivatives, iterated to the solution.
+   *[no] Linear: rows are exact derivatives at the reference point, and one step is taken from it.
+}
 uncertainties-of-the-readings-are-as-stated = Uncertainties of the readings are as stated.
-readings-of-one-sensor-scatter-alike-and = The readings of one sensor have independent errors of equal standard deviation, estimated from the residuals.
-beside-what-scatters-readings-scatter-alike = In addition to the random effects listed above, the readings of one sensor have independent errors of equal standard deviation, estimated from the residuals.
+errors-are-independent = { $scattering ->
+    [yes] In addition to the random effects listed above, the readings of one sensor have independent errors of equal standard deviation, estimated from the residuals.
+   *[no] The readings of one sensor have independent errors of equal standard deviation, estimated from the residuals.
+}
 entered-as-rows-of-their-own = { $prior } entered as additional rows.
 known = known
 exact = exact
@@ -241,13 +245,12 @@ the-first-of-are-listed-the-json = The first { $listed } of { $n } are listed; t
 readings = Readings
 
 # report/html/checks_page.rs
-the-robust-estimator-did-not-settle = The robust estimator ({ $method }) did not settle.
+the-robust-estimator-did-not-settle = The robust estimator ({ $method }) did not converge.
 checks = Checks
 test = test
 statistic = statistic
 lack-of-fit = lack of fit
 lack-of-fit-by-position = lack of fit by position
-f-with-and = F = { $f } with { $between_dof } and { $pure_error_dof } ν
 runs-of = runs of `{ $sensor }`
 runs-expected = { $runs } runs, { $expected } expected
 normality = normality
@@ -258,7 +261,7 @@ weakest-reading = weakest reading
 effect = effect
 change-without-suspects = change without suspects
 external-reliability = External reliability
-effect-what-the-smallest-detectable-fault-of = Effect: change of the parameter if the smallest detectable error of the reading remains undetected.
+effect-what-the-smallest-detectable-fault-of = Effect: change of the parameter by the smallest detectable error of the reading.
 constraints-and-weights = Constraints and weights
 constraint = constraint
 side = side
@@ -270,7 +273,7 @@ checks-page-interval = interval ({ $level })
 shortest = shortest
 first-order = first order
 of-trials-seed = { $trials } of { $asked } trials, seed { $seed }.
-marked-the-first-order-is-not-good = { $trials } Marked: the first order is not good to two digits of the uncertainty.
+marked-the-first-order-is-not-good = { $trials } Marked: the interval of first order is not correct to two digits of the uncertainty.
 
 # report/html/conformity_page.rs
 conformity = Conformity
@@ -297,8 +300,10 @@ bars-type = { $name } (Type { $type_b })
 # report/html/compare_page.rs
 least-squares-beside-the-published-closed-forms = Least squares and the published closed forms
 comparison-with-the-published-closed-forms = Comparison with the published closed forms
-group-by-group-and-without-the-earth = Group by group and without the Earth rate, which the formulas ignore, they agree with least squares to { $difference } of the value: they are its square special case.
-group-by-group-and-without-the-earth-2 = Group by group and without the Earth rate, which the formulas ignore, they differ from least squares by up to { $difference } of the value: these positions are not their square case.
+group-by-group-without-earth-rate = { $square ->
+    [yes] Group by group and without the Earth rate, which the formulas ignore, they agree with least squares to { $difference } of the value: they are its square special case.
+   *[no] Group by group and without the Earth rate, which the formulas ignore, they differ from least squares by up to { $difference } of the value: these positions are not their square case.
+}
 mean-of-closed-forms = mean of closed forms
 least-squares-all-readings = least squares, all readings
 printed = printed
@@ -316,8 +321,6 @@ misprints-found = Misprints found
 closed-form-and-least-squares-differ-by = closed form and least squares differ by at most { $difference } of the value.
 
 # report/conformity.rs
-lower = lower
-upper = upper
 
 # report/site.rs
 at-latitude-deg-and-m = at latitude { $latitude } deg and { $altitude } m
@@ -337,8 +340,10 @@ specific-risk-pass-where-conformity-is-at = specific risk: pass where conformity
 gravity-is-not-stated-and-taken-as = gravity is not stated and taken as { $standard_gravity_m_s2 } m/s^2; local gravity differs by up to 3000 ppm, and so do coefficients for m/s^2: give site.gravity, or site.latitude_deg with site.altitude_m
 
 # report/scatter.rs
-the-readings-scatter-no-more-than-without = estimated as zero: the residuals show no variance due to it; u and dof do not assume that it is zero
-the-readings-scatter-no-more-than-without-2 = estimated as zero: the residuals show no variance due to it
+estimated-as-zero = { $below ->
+    [yes] estimated as zero: the residuals show no variance due to it; u and dof do not assume that it is zero
+   *[no] estimated as zero: the residuals show no variance due to it
+}
 no-reading-feels-it-here = no reading depends on it here
 these-readings-cannot-tell-it-from-their = these readings cannot distinguish it from { $others }: the sum of the variances is used; repeated readings at one level would separate them
 the-unknowns-take-up-its-deviations = its { $count ->
@@ -373,13 +378,19 @@ no-position-of-this-bench-would-separate-2 = no position of this bench would sep
 hides-in-and = { $last } is absorbed by { $join } and { $before }
 
 # report/fit_checks.rs
-f-with-and-degrees-of-freedom-p = F = { $f } with { $between_dof } and { $pure_error_dof } degrees of freedom, p = { $p }
-lack-of-fit-the-model-leaves-more-2 = LACK OF FIT: the residuals exceed the scatter of replicates ({ $numbers })
-replicates-scatter-as-much-as-the-model = the residuals agree with the scatter of replicates ({ $numbers })
-lack-of-fit-between-positions = LACK OF FIT by position: the residuals between positions exceed the scatter of the readings of a position ({ $numbers })
-positions-scatter-as-their-readings = the residuals between positions agree with the scatter of the readings of a position ({ $numbers })
+lack-of-fit-by-replicates = { $rejected ->
+    [yes] LACK OF FIT: the residuals exceed the scatter of replicates ({ $test }, p = { $p })
+   *[no] the residuals agree with the scatter of replicates ({ $test }, p = { $p })
+}
+lack-of-fit-between-positions = { $rejected ->
+    [yes] LACK OF FIT by position: the residuals between positions exceed the scatter of the readings of a position ({ $test }, p = { $p })
+   *[no] the residuals between positions agree with the scatter of the readings of a position ({ $test }, p = { $p })
+}
 diagnose-says-what-is-missing = run `tumble diagnose` on this campaign to find what the model lacks
-residuals-of-have-too-runs-of-one = residuals of { $sensor } have too { $word } runs of one sign ({ $runs } for { $expected } expected, p = { $p }): something drifts or alternates
+residuals-of-have-too-runs-of-one = residuals of { $sensor } have too { $few ->
+    [yes] few
+   *[no] many
+} runs of one sign ({ $runs } for { $expected } expected, p = { $p }): something drifts or alternates
 residuals-are-not-normal-shapiro-francia-w = residuals are not normal (Shapiro-Francia W' = { $w }, p = { $p })
 lack-of-fit-over-an-input = LACK OF FIT over { $input }: a step function over eighths of its range explains more of the residuals of { $sensor } than noise does (chi-square { $chi_square } with { $dof } degrees of freedom, p = { $p })
 lack-of-fit-or-correlation = a lack of fit of { $sensor } over { $inputs } cannot be distinguished from that correlation: state the correlation of the noise first
@@ -405,19 +416,18 @@ all-values-of-lie-within-degrees-and = all values of { $name } lie within 6.3 de
 rates-outside-those-of-the-table = { $name } = { $rate } deg/s: the rates of this table are { $least } to { $most } deg/s; is it in rad/s or another unit?
 rates-would-be-round-as-radians = all values of { $name } lie within 6.3 deg/s and would be multiples of 5 deg/s if they were in rad/s: are they?
 tilt-is-no-small-rotation = { $id } = { $tilt } deg is not a small tilt: with { $factor } as known, the readings of { $sensor } appear too large by orders of magnitude; are they in { $unit }, or in a thousandth of it?
-factor-is-thousands-off-its-start = { $id } is { $ratio } times its start, and carries most of the readings: are the readings of { $sensor } in { $unit }?
-every-reading-of-a-channel-is-the-same = every reading of { $sensor } is { $value } although its inputs change: the channel is stuck, or its resolution shows nothing
+factor-is-thousands-off-its-start = { $id } is { $ratio } times its start, and most of the readings depend on it: are the readings of { $sensor } in { $unit }?
+every-reading-of-a-channel-is-the-same = every reading of { $sensor } is { $value } although its inputs change: the channel is stuck, or its resolution is too coarse
 every-row-stands-there-several-times = every row occurs { $times } times with identical digits: if rows were entered more than once, u is too small by the square root of that number
 condition-the-readings-hardly-tell-some-parameters = condition { $condition }: some parameters are nearly confounded; check the units of the inputs and the correlations
 belongs-to-the-bench-and-stays-there = { $others } { $n ->
-    [one] belongs to the bench and stays there
-   *[other] belong to the bench and stay there
+    [one] belongs to the bench, not to the unit
+   *[other] belong to the bench, not to the unit
 }.
 
 # campaign/identity.rs
 identity-unit = Unit
 identity-serial = serial { $serial }
-identity-date = Date
 identity-place = Place
 identity-operator = Operator
 identity-instrument = Instrument
@@ -428,9 +438,9 @@ identity-procedure = Procedure
 identity-environment = Environment
 identity-note = Note
 instrument-no-longer-valid = the calibration of { $name } was valid to { $valid_to }, and the measurement was on { $date }
-interval-sums-over-the-likelihood-of-the-variances = the readings hardly tell some of the variances: the intervals are those of all variances and correlation times that the readings allow, weighted by their likelihood, and not of the most likely ones alone
-scale-factor-errors-need-readings = nonlinearity, asymmetry, hysteresis and repeatability of scale factors are not given for a record that is streamed: reduce it to readings first (tumble reduce)
-scale-factor-error-has-limits = { $id } has limits, and these readings do not give it: it takes at least three rates about the sensor's input axis, and those of both senses, of both directions of approach or of several runs where it compares them
+interval-sums-over-the-likelihood-of-the-variances = the readings determine some variances poorly: intervals are averaged over all variances and correlation times that the readings allow, weighted by their likelihood, instead of using the most likely values alone
+scale-factor-errors-need-readings = nonlinearity, asymmetry, hysteresis and repeatability of scale factors are not computed for a streamed record: reduce it to readings first (tumble reduce)
+scale-factor-error-has-limits = { $id } has limits, but these readings do not determine it: it needs at least three rates about the input axis of the sensor, and, if it compares them, both senses, both directions of approach or several runs
 
 # sources of scatter
 what-scatters-2 = random effect
@@ -444,22 +454,14 @@ source-readings-of = readings of { $sensor }
 source-priors = priors
 source-per = { $of } per { $per }
 source-over-per = { $of } over { $over } per { $per }
-per-reading = reading
-per-position = position
 per-campaign = campaign
 source-note-sentence = `{ $source }`: { $note }.
 these-readings-cannot-tell-it-from-the-rest = these readings cannot distinguish it from the other random effects: the sum of the variances is used; repeated readings at one level would separate them
-joined-sources = { $before } and { $other }
 
 # words of several reports
 correction-error-in = { $error } { $unit } in { $id }
-runs-few = few
-runs-many = many
-state-and-meaning = { $state }{ $between }. { $meaning }
 from-to = { $a } to { $b }
-conformity-passes = Conformity: pass ({ $rule }).
-conformity-fails = Conformity: fail ({ $rule }).
-conformity-is-undecided = Conformity: undecided ({ $rule }).
+conformity-is = Conformity: { $outcome } ({ $rule }).
 tone-plain = Note
 tone-good = In order
 tone-caution = Caution
@@ -473,11 +475,15 @@ dcc-known = Known: { $known }.
 dcc-assumed-zero = Assumed zero: { $assumed_zero }.
 dcc-not-estimable = Not estimable and therefore not given: { $text }.
 dcc-robust = Robust estimator: { $method }.
-dcc-global-test-failed = Global chi-square test failed, p = { $p }.
-dcc-global-test-passed = Global chi-square test passed, p = { $p }.
+dcc-global-test = { $rejected ->
+    [yes] Global chi-square test failed, p = { $p }.
+   *[no] Global chi-square test passed, p = { $p }.
+}
 dcc-what-scatters = Standard deviations of the deviations that the uncertainties take into account.
-dcc-estimated-values = estimated ({ $levels } values)
-dcc-stated-values = stated ({ $levels } values)
+dcc-values = { $estimated ->
+    [yes] estimated ({ $levels } values)
+   *[no] stated ({ $levels } values)
+}
 dcc-standard-uncertainty = standard uncertainty { $u }
 dcc-covariance = Covariance of the estimates
 dcc-jointly = all estimates jointly
@@ -489,15 +495,14 @@ dcc-uncertainty = Expanded uncertainties: standard uncertainties multiplied by t
 dcc-not-stated = not stated
 
 # why Gauss-Newton ended
-distribution-arcsine = arcsine
 
 # why Gauss-Newton ended
-stop-settled = the last step no longer matters
-stop-unsettled = the scales inside the last step did not settle
-stop-limit = the steps did not end
-stop-stalled = steps stay long while the fit no longer becomes better: the readings hardly determine some direction
-stop-no-descent = no part of the last step makes the fit better
-stop-out-of-range = numbers leave the range of a double
+stop-settled = converged: the last step is negligible
+stop-unsettled = the scale factors of the weights did not converge in the last step
+stop-limit = the limit of the number of steps was reached
+stop-stalled = the steps remain large although the fit no longer improves: the readings determine some combination of parameters poorly
+stop-no-descent = no fraction of the last step improves the fit
+stop-out-of-range = numerical overflow after the last step
 
 # report/changes.rs
 before = before
@@ -506,7 +511,7 @@ difference = difference
 per-day = per day
 the-unit-has-changed = the unit has changed
 no-change-beyond-the-uncertainties = no change beyond the uncertainties
-f-with-and-degrees-of-freedom = F = { $f } with { $dof } and { $scatter_dof } degrees of freedom
+f-test = F = { $f } with { $between_dof } and { $pure_error_dof } degrees of freedom
 chi-square-with-degrees-of-freedom = chi-square { $statistic } with { $dof } degrees of freedom
 all-parameters-together-p = all parameters together: { $test }, p = { $p }: { $verdict }
 birge-ratio = Birge ratio
@@ -519,9 +524,6 @@ per-year = per year
 
 # report/html/changes_page.rs
 two-calibrations-of-one-unit = Two calibrations of one unit
-title-before = Before
-title-after = After
-the-answer = Result
 no-quantity-changed-by-more-than-the = No quantity changed by more than the uncertainties of the two calibrations allow.
 changed-by-more-than-the-uncertainties-allow = Changed by more than the uncertainties allow: { $ids }.
 no-input-is-shared-both-calibrations-count = No input is shared: both calibrations count as independent.
@@ -535,8 +537,10 @@ combined-estimate = Combined estimate
 history-of-calibrations = History of { $calibrations } calibrations
 no-quantity-drifts-by-more-than-its = No quantity drifts by more than its calibrations scatter.
 drift-beyond-the-scatter-of-the-calibrations = Drift beyond the scatter of the calibrations: { $drifts }.
-leaves-its-limits-about-2 = `{ $id }` leaves its limits about { $day }.
-left-its-limits-about-2 = `{ $id }` left its limits about { $day }.
+leaves-its-limits = { $past ->
+    [yes] `{ $id }` left its limits about { $day }.
+   *[no] `{ $id }` leaves its limits about { $day }.
+}
 over-time = { $id } over time
 with-bars-of-u-dashed-limits-line = `{ $id }` with bars of 2 u; dashed: limits; line: trend where it is significant.
 over-time-2 = Over time
@@ -545,9 +549,11 @@ over-time-2 = Over time
 year = year
 
 # compare/misprints.rs
-the-tables-own-readings-give-another-value = the table's own readings give another value
-printed-with-the-opposite-sign-to-the = printed with the opposite sign to the table and the formulas
-printed-with-the-opposite-sign-to-the-2 = printed with the opposite sign to the table and the formulas, and off in the last digit
+the-tables-own-readings-give-another-value = the readings of the table give a different value
+printed-with-the-opposite-sign = { $off ->
+    [yes] printed with the opposite sign to the table and the formulas, and off in the last digit
+   *[no] printed with the opposite sign to the table and the formulas
+}
 this-is-the-value-of-group-not = this is the value of group { $value }, not the mean
 not-the-mean-of-the-table = not the mean of the table
 mean-of = mean of { $id }
@@ -555,9 +561,9 @@ in-the-printed-equation = { $id } in the printed equation
 the-printed-equation-has-the-printed-chain = the printed equation has { $id }, the printed chain of rotations has not
 coefficient-of-in-the-printed-equation = coefficient of { $id } in the printed equation
 the-chain-of-rotations-gives-the-opposite = the chain of rotations gives the opposite sign
-the-chain-of-rotations-gives-another-value = the chain of rotations gives another value
-reports-are-of-two-units = the reports are of two units, { $first } and { $second }: what differs is no change of one unit
-first-report-is-the-later-one = the first report is the later one ({ $first }, the second { $second }): before and after are exchanged
+the-chain-of-rotations-gives-another-value = the chain of rotations gives a different value
+reports-are-of-two-units = the reports are of different units, { $first } and { $second }: the differences are not changes of one unit
+first-report-is-the-later-one = the first report ({ $first }) is later than the second ({ $second }): before and after are exchanged
 quantity-at = { $id } at { $value }
 
 # fit/azimuth.rs
@@ -591,45 +597,61 @@ effects-are-missing = { $n ->
 }
 effects-and = ; and{" "}
 what-remains-is-more-than-noise = { $found }; the remaining residuals exceed the noise, and no effect of the catalogue explains them
-nothing-missing-scatter-estimated = no effect is significant; the variances of the random effects are estimated from these readings, so completeness cannot be tested
-the-gap-is-noise = nothing is missing: the residuals are no larger than the noise
-nothing-missing-noise-from-residuals = no effect is significant; the noise is estimated from the residuals, so completeness cannot be tested
-something-is-missing = the residuals exceed the noise, and no effect of the catalogue explains them
-nothing-can-be-diagnosed = nothing can be diagnosed: there are as many readings as unknowns, so no residuals remain
 effects-are-suspected = the residuals exceed the noise; suspected, but not probable enough for a name: { $suspected }
 and-further-effects-are-suspected = { $found }; suspected beside it: { $suspected }
 effect-with-probability = { $name }, probability { $p }
+nothing-is-missing = { $noise ->
+    [known] nothing is missing: the residuals are no larger than the noise
+    [scatter] no effect is significant; the variances of the random effects are estimated from these readings, so completeness cannot be tested
+   *[residuals] no effect is significant; the noise is estimated from the residuals, so completeness cannot be tested
+}
+unexplained = { $of ->
+    [mission] the residuals exceed the noise, and no error of the unit, the start or the reference explains them
+   *[campaign] the residuals exceed the noise, and no effect of the catalogue explains them
+}
+not-diagnosable = { $of ->
+    [mission] nothing can be diagnosed: fewer than three values were measured
+   *[campaign] nothing can be diagnosed: there are as many readings as unknowns, so no residuals remain
+}
 effect-named = { $name } (`{ $regressor }`)
 effect-or-others = { $n ->
     [one] { $name }, or one other effect that this schedule cannot distinguish from it
    *[other] { $name }, or one of { $n } other effects that this schedule cannot distinguish from it
 }
-readings-were-averaged = ; { $from } readings were averaged to { $groups }, each of one setting in one stretch of time
-candidates-tried = { $candidates } candidates tried, { $distinct } of them distinct on this schedule, for which every p accounts; significance { $significance }{ $averaged }
+readings-were-averaged = ; { $from } readings were averaged to { $groups }, each of one setting over one interval of time
+candidates-tried = { $candidates } candidates tried, { $distinct } of them distinct on this schedule; every p is corrected for their number; significance { $significance }{ $averaged }
 one-further-reading-would-help = one further reading would discriminate, best at { $positions }
 positions-or = ; or{" "}
 diagnosis-of = { $title }: diagnosis
-explains-beyond-the-others = explains: share of the residual sum of squares, beyond the others.
-noise-from-residuals = estimated from the residuals of the final model; there is no independent estimate, so lack of fit cannot be tested
-noise-as-stated = as stated
-noise-from-replicates = from replicates
+explains-beyond-the-others = explains: share of the residual sum of squares, in addition to the other effects.
+noise-from = { $from ->
+    [stated] as stated
+    [replicates] from replicates
+   *[residuals] estimated from the residuals of the final model; there is no independent estimate, so lack of fit cannot be tested
+}
 error-of = error of { $id }
 error-of-the-prior-of = error of the prior of { $id }
-it-misses-by = error
+it-misses-by = error of the constraint
 it-was-stated-as-exact = it was stated as exact
-within-its-stated-uncertainty = this is { $times } times its stated standard uncertainty: consistent, but the readings determine it more precisely; estimate it with the stated value as a prior
-beyond-its-stated-uncertainty = this is { $times } times its stated standard uncertainty: the stated value is wrong
-is-estimated-no-longer-zero = { $id } is estimated, no longer taken as zero
-is-estimated-no-longer-known = { $id } is estimated, no longer taken as known
-is-estimated-without-its-prior = { $id } is estimated without its prior
+against-its-stated-uncertainty = { $within ->
+    [yes] this is { $times } times its stated standard uncertainty: consistent, but the readings determine it more precisely; estimate it with the stated value as a prior
+   *[no] this is { $times } times its stated standard uncertainty: the stated value is wrong
+}
+is-now-estimated = { $was ->
+    [known] { $id } is estimated, no longer taken as known
+    [prior] { $id } is estimated without its prior
+   *[tilt] { $id } is estimated, no longer taken as zero
+}
 constraint-is-taken-away = constraint { $number } is removed
 together-with = with { $other }
 position-tells-from = { $at } (discriminates { $n } of { $of })
 the-model-has-all-but = the model contains all but { $share } of it
 of-its-full-size = { $share } of its full size
-u-after-includes-aliases-and-remainder = The u after the repair includes the possibility that an alias is the effect (each alias shifts the estimates differently, weighted by its probability), and the unexplained residuals; shift/u uses u without these.
-u-after-includes-aliases = The u after the repair includes the possibility that an alias is the effect (each alias shifts the estimates differently, weighted by its probability); shift/u uses u without it.
-u-after-includes-remainder = The u after the repair includes the unexplained residuals; shift/u uses u without them.
+u-after-includes = { $what ->
+    [both] The u after the repair includes the possibility that an alias is the effect (each alias shifts the estimates differently, weighted by its probability), and the unexplained residuals; shift/u uses u without these.
+    [aliases] The u after the repair includes the possibility that an alias is the effect (each alias shifts the estimates differently, weighted by its probability); shift/u uses u without it.
+   *[remainder] The u after the repair includes the unexplained residuals; shift/u uses u without them.
+}
 what-is-unexplained-follows = the unexplained residuals follow { $name }
 what-is-unexplained-differs = the unexplained residuals differ from reading to reading
 with-a-standard-deviation-of = { $follows }, with a standard deviation of { $sd } { $unit }
@@ -673,9 +695,11 @@ single-wrong-values = { $n ->
 }
 ratio-unit = (ratio)
 in-the-mission = In the mission
-causes-tried = { $tried } causes tried, { $distinct } of them distinct in these data, for which every p accounts; significance { $significance }
-refits-until-settled = The full simulation was flown { $times } times, until the refit settled.
-refits-until-given-up = The full simulation was flown { $times } times, until the refit was given up.
+causes-tried = { $tried } causes tried, { $distinct } of them distinct in these data; every p is corrected for their number; significance { $significance }
+refits = { $converged ->
+    [yes] The full simulation was run { $times } times until the refit converged.
+   *[no] The full simulation was run { $times } times; the refit did not converge.
+}
 the-gap-by-channel = The gap by channel
 would-tell-best-first = Discriminating runs, best first
 run-tells-of = { $motion } ({ $tells } of { $possible }, by { $by } sd)
@@ -693,20 +717,15 @@ count-device = { $n ->
     [one] { $n } device
    *[other] { $n } devices
 }
-verdict-accepted = accepted
-verdict-rejected = rejected
-verdict-malformed = malformed
-verdict-effects-found = effects-found
-verdict-partly-explained = partly-explained
-verdict-nothing-missing = nothing-missing
-verdict-unexplained = unexplained
-verdict-not-diagnosable = not-diagnosable
+term-verdict = { $word }
 devices-by = { $devices } by { $by }: { $verdicts }
 title-regressor = regressor
 wrote = wrote { $file }
 wrote-both = wrote { $bench } and { $campaign }
-note-no-effect-was-found = note: no effect was found, so no repaired model is written
-note-no-error-was-found = note: no error was found, so no mission is written
+note-nothing-found = { $what ->
+    [error] note: no error was found, so no mission is written
+   *[effect] note: no effect was found, so no repaired model is written
+}
 
 # report/diagnose/table.rs
 not-determined = not determined
@@ -721,8 +740,7 @@ sd-after = sd after
 max-after = max after
 noise-floor = noise floor: { $noise }
 as-given = as given
-nearest-of-the-catalogue-would-take-off = Nearest of the catalogue: { $names } would explain { $share } % and leave more than noise, so it is not accepted.
-readings-2 = readings
+nearest-of-the-catalogue-would-take-off = Best combination of the catalogue: { $names } would explain { $share } %, but the remaining residuals exceed the noise, so it is not accepted.
 mean-gap = mean residual
 level = level
 p-alone = p alone
@@ -733,21 +751,17 @@ what-is-missing = What is missing
 unknown = unknown
 noise-sd = noise sd
 common-to-all = common to all
-title-sensor = Sensor
-title-value = Value
 the-repaired-model-does-not-determine-it = not estimable in the repaired model
 stated-2 = Stated
 title-probability = Probability
 explains = explains
-cannot-be-told-from = Cannot be distinguished from
 fits-not-significantly-worse = Fits not significantly worse
 only-through-small-terms = Through tilt-dependent terms only
 no-position-of-this-bench-tells-it = No position of this bench distinguishes it from
 why-it-happens = Why it happens
 to-confirm = To confirm
 the-model = The model
-as-given-2 = As given:
-with-what-was-found = With the effects found:
+with-what-was-found = with the effects found
 the-pattern = The pattern
 mean-residual-at-each-state-of-the = Mean residual at each state of the joints, the most significant first; bars are in standard deviations.
 marked-shifts-of-more-than-twice-their = Marked: shifts of more than twice their standard uncertainty.
@@ -762,9 +776,11 @@ the-gap-shrinks-step-by-step = The gap shrinks step by step
 the-gap-as-given = The gap as given
 taken-as-known = Taken as known: { $known }.
 priors-entered-as-rows-of-their-own = Priors entered as additional rows: { $priors }.
-readings-of-one-sensor-scatter-alike-and-2 = The readings of one sensor have independent errors of equal standard deviation, estimated from the residuals of the final model only.
-the-readings-scatter-independently-as-their-stated = The readings scatter independently, as their stated uncertainties say.
-the-readings-scatter-independently-as-their-replicates = The readings scatter independently, as their replicates say.
+readings-are-independent = { $from ->
+    [stated] The readings scatter independently, as their stated uncertainties say.
+    [replicates] The readings scatter independently, as their replicates say.
+   *[residuals] The readings of one sensor have independent errors of equal standard deviation, estimated from the residuals of the final model only.
+}
 the-models-are-fitted-exactly-gauss-newton = The models are fitted exactly (Gauss-Newton); the candidates are compared at their solution.
 gauss-newton-does-not-converge-here-so = Gauss-Newton does not converge here, so the linear estimator was diagnosed.
 
@@ -774,8 +790,10 @@ each-reading-minus-the-model-circles-with = Each reading minus the model: circle
 readings-are-grouped-by-which-the-gap = Readings are grouped by { $factor }, which explains most of the residuals; a bar is the mean of a group for the model as given.
 one-reading-in-is-drawn-and-all = One reading in { $every } is drawn, and all outlying ones.
 every-reading-is-drawn = Every reading is drawn.
-residual-sd-2 = { $id }: residual sd { $before } { $unit }
-residual-sd-before-and-after = { $id }: residual sd { $before } { $unit } before and { $after } after
+residual-sd-in-figure = { $repaired ->
+    [yes] { $id }: residual sd { $before } { $unit } before and { $after } after
+   *[no] { $id }: residual sd { $before } { $unit }
+}
 
 # report/plot/gap.rs
 readings-in-their-order = readings in their order
@@ -788,17 +806,18 @@ devices-tested = tested
 expected-by-chance = expected by chance
 beyond-chance = beyond chance
 chance-alone-finds = A device may have several reasons. Expected by chance: devices that the test finds at { $level } where nothing is wrong. Beyond chance: devices that it finds at { $level } over all devices together.
-reason-malformed = no readings of this campaign
-reason-not-estimable = not estimable
-reason-stuck-channel = stuck channel
-reason-global-test = global test failed
-reason-no-convergence = no convergence
-reason-constraints = constraints
-reason-lack-of-fit = lack of fit
-reason-suspicious-readings = suspicious readings
-reason-repeated-rows = repeated rows
-reason-outside-limits = outside limits
-reason-undecided = undecided
+term-reason = { $word ->
+    [malformed] no readings of this campaign
+    [not-estimable] not estimable
+    [stuck-channel] stuck channel
+    [global-test] global test failed
+    [no-convergence] no convergence
+    [lack-of-fit] lack of fit
+    [suspicious-readings] suspicious readings
+    [repeated-rows] repeated rows
+    [outside-limits] outside limits
+   *[other] { $word }
+}
 sd-of-devices = sd of devices
 scale-factor-errors-have-columns = nonlinearity, asymmetry, hysteresis and repeatability of scale factors have columns where "limits" ask for them, for example of { $id }
 verdict = verdict
@@ -819,8 +838,10 @@ least = least
 most = most
 accepted-devices-only-sd-between-devices-u = Accepted devices only. sd: between devices; u: root mean square of the devices' standard uncertainties; sd of devices: the part of sd that the scatter of their readings does not explain; p if alike: probability of such an sd if all devices were alike (F, or chi-square where uncertainties are stated).
 batch-page-over = { $id } over { $devices }
-histogram-of-curve-what-the-scatter-of = Histogram of `{ $id }`; curve: expected from the scatter of the readings alone; dashed: limits.
-histogram-of-curve-what-the-scatter-of-2 = Histogram of `{ $id }`; curve: expected from the scatter of the readings alone.
+histogram = { $limited ->
+    [yes] Histogram of `{ $id }`; curve: expected from the scatter of the readings alone; dashed: limits.
+   *[no] Histogram of `{ $id }`; curve: expected from the scatter of the readings alone.
+}
 distributions = Distributions
 each-histogram-shows-the-accepted-devices-the = Each histogram shows the accepted devices; the curve is expected from the scatter of the readings alone; dashed lines are limits. Outlying values are counted in the last bar.
 devices-that-are-not-in-order = Devices that are not in order
@@ -842,13 +863,13 @@ time-h = time, h
 single-values-far-off = outliers
 time-s = time, s
 these-data-cannot-show = These data cannot show { $sources }.
-something-is-missing-that-no-error-of = the residuals exceed the noise, and no error of the unit, the start or the reference explains them
-nothing-can-be-diagnosed-fewer-than-three = nothing can be diagnosed: fewer than three values were measured
-the-mission-had-and-has-with-it = { $before } before, { $after } with it
+the-mission-had-and-has-with-it = { $before } before, { $after } with the error included
 absurd = (implausible size)
 rms = rms
-noise-u-is-not-stated-everywhere-so = u is not stated for every channel, so it is estimated from the residuals (lack of fit cannot be tested)
-noise-the-stated-standard-uncertainties = the stated standard uncertainties
+noise-of-mission = { $stated ->
+    [yes] the stated standard uncertainties
+   *[no] u is not stated for every channel, so it is estimated from the residuals (lack of fit cannot be tested)
+}
 from-residuals = from residuals
 
 # report/html/navigate_diagnose.rs
@@ -859,7 +880,6 @@ channel = channel
 values = values
 rms-before = rms before
 rms-after = rms after
-with-what-was-found-2 = with the effects found
 gap-of = Residuals of `{ $name }`{ $where_ }
 gap-of-root-mean-square-before-after = Residuals of { $name }{ $where_ }: root mean square { $before } before, { $after } after
 what-is-left = remaining residuals
@@ -892,8 +912,10 @@ is-not-estimable = { $text } is not estimable
 value-times = { $value } ({ $count } times)
 separated-by = separated by { $position }
 arcsec-of = { $e } arcsec of { $id }
-u-at-equal-readings = u at equal readings
-u-at-equal-cost = u at equal cost
+u-at-equal-effort = { $cost ->
+    [yes] u at equal cost
+   *[no] u at equal readings
+}
 cannot-be-determined-by-any-choice = { $text } cannot be determined by any choice of these candidates
 to-run-in-this-order = To run, in this order
 fewer-readings-cannot-reach-it = ; fewer readings cannot reach it
@@ -902,21 +924,15 @@ shows-from = shows from
 and-shifts = and shifts
 with-criterion = { $proof } (criterion { $criterion })
 readings-at-a-spot = { $n } at { $across } { $x }, { $up } { $y }
-title-effect = Effect
 title-effects = Effects
 plan-rank = rank { $rank }, { $dof }
 combinations-cannot-be-estimated = { $n ->
     [one] { $n } combination of unknowns cannot be estimated.
    *[other] { $n } combinations of unknowns cannot be estimated.
 }
-sd-from-given = given
-sd-from-stated = stated
-sd-from-residuals = residuals
-point-from-given = given
-point-from-fitted = fitted
-point-from-start = start
-point-from-prior = prior
-criterion-goal = goal
+term-sd-from = { $word }
+term-point-from = { $word }
+term-criterion = { $word }
 count-mounting = { $n ->
     [one] { $n } mounting
    *[other] { $n } mountings
@@ -947,19 +963,22 @@ tilt = tilt
 carried-by = by
 none-at-the-equator = none (at the equator)
 schuler-earth-foucault = Schuler { $schuler } min, Earth { $earth } h, Foucault { $foucault }
-quantity-tilt = tilt
 quantity-azimuth = azimuth error
 quantity-velocity = velocity error
 quantity-position = position error
 
 # report/noise_table.rs
 below = below (95 %)
-their-sum-does-not-describe-the-deviations = Their sum does not describe the deviations
-no-coefficients-constant = No coefficients: all samples are equal
-no-coefficients-short = No coefficients: fewer than five octaves of averaging times, which take 80 samples
-no-coefficients-undescribed = No coefficients: no sum of the terms describes these deviations
-random-walk-sampled = The rate random walk is taken as sampled at the end of each interval of { $interval } s rather than averaged over it: this describes the deviations better
-their-sum-describes-the-deviations = Their sum describes the deviations
+their-sum-describes = { $well ->
+    [yes] Their sum describes the deviations
+   *[no] Their sum does not describe the deviations
+}
+no-coefficients = { $why ->
+    [constant] No coefficients: all samples are equal
+    [short] No coefficients: fewer than five octaves of averaging times, which need 80 samples
+   *[undescribed] No coefficients: no sum of the terms describes these deviations
+}
+random-walk-sampled = The rate random walk is modelled as sampled at the end of each interval of { $interval } s, not as averaged over it: this describes the deviations better
 chi-square-dof-p = chi-square { $chi }, { $dof } dof, p { $p }
 in-stretches = in { $n } stretches
 samples-mean = { $samples } samples in { $unit }, mean { $mean }.
@@ -978,8 +997,10 @@ allan-deviation = Allan deviation, { $unit }
 
 # report/reduction_table.rs
 segments-begin-and-end-with-blocks-of = Segments begin and end with blocks of { $block } samples.
-in-segment-is-times-noisier-than-elsewhere = { $column } in segment { $segment } is { $times } times noisier than elsewhere: its u is as much larger.
-in-segment-the-noise-is-another = { $column } in segment { $segment } is { $times } times noisier from sample to sample than elsewhere: its u is based on its own noise and on that of similar segments.
+noisier-segment = { $apart ->
+    [yes] { $column } in segment { $segment } is { $times } times noisier from sample to sample than elsewhere: its u is based on its own noise and on that of similar segments.
+   *[no] { $column } in segment { $segment } is { $times } times noisier than elsewhere: its u is as much larger.
+}
 segment-in-the-mean = segment { $segment }, { $column }: { $events } (in the mean)
 from-s = from, s
 reason = reason
@@ -1009,11 +1030,7 @@ h-in-steps-of-s = { $duration } h in steps of { $step } s
 duration = Duration
 vertical-channel = Vertical channel
 scenario = scenario
-tilt-arcsec = tilt (arcsec)
-azimuth-arcsec = azimuth (arcsec)
-velocity-m-s = velocity (m/s)
-position-m = position (m)
-perfect-unit-a-perfect-unit-the-navigators = `perfect_unit`: a perfect unit, the navigator's own error.
+perfect-unit-a-perfect-unit-the-navigators = `perfect_unit`: a perfect unit, that is, the error of the navigator itself.
 azimuth = azimuth
 velocity = velocity
 what-the-calibrations-uncertainty-does = What the calibration's uncertainty does
@@ -1024,18 +1041,18 @@ monte-carlo-draws = Monte Carlo, { $draws } draws
 convention = Convention
 periods = Periods
 root-mean-square-errors = Root mean square errors
-against-the-first-motion = Against the first motion
+against-the-first-motion = Relative to the first motion
 errors-in-time = Errors in time: { $scenario }
 at-most-at-the-end = { $label }: at most { $most } { $unit }, { $last } { $unit } at the end
 of-against-time = { $what } of { $of } against time; { $ends }.
 curve-of = { $what } of { $of }
-after-h-the-position-is-off-by = { $motion }: after { $time } h the position is off by { $position } m (rms { $position_rms } m), the azimuth by { $azimuth } arcsec (rms { $azimuth_rms })
+after-h-the-position-is-off-by = { $motion }: after { $time } h the position error is { $position } m (rms { $position_rms } m), the azimuth error { $azimuth } arcsec (rms { $azimuth_rms } arcsec)
 with-most-of-it-from-position-rms = { $text }, in scenario `{ $scenario }`; mainly from { $sources } (position, rms)
 position-at-the-end-m = position at the end (m)
-ratios-of-root-mean-squares-where-the = Ratios of root mean squares; - where the first motion has no such error beyond the navigator's own.
+ratios-of-root-mean-squares-where-the = Ratios of root mean squares; - where the error in the first motion is no larger than that of the navigator itself.
 
 # report/plan_table.rs
-every-remounting-scatters-sd-rad-for-a = every remounting scatters { $id }: sd { $sd } (rad for a tilt)
+every-remounting-scatters-sd-rad-for-a = random change of { $id } at every remounting: sd { $sd } (rad for a tilt)
 zero-no-parameter-has-a-start-prior = zero (no parameter has a start, prior or --at)
 plan-table-others = { $count } others = 0
 in-with-cost = { $readings } in { $mountings } with { $rate_changes }, cost { $cost }
@@ -1044,40 +1061,47 @@ largest-near-the-reference = largest near the reference
 predicted-u = predicted u
 strongest-correlation = strongest correlation
 undetected-fault = undetected fault
-so-many-values-what-a-diagnosis-could = too many values: the effects that a diagnosis could find are not predicted, and the values are not listed
+so-many-values-what-a-diagnosis-could = too many values: detectable effects are not predicted, and the values are not listed
 counted-above-with-tilts-of-arcsec-the = included above: with tilts of { $tilts } arcsec, the uncertainty of { $known } adds { $u }{ $unit } to { $parameter }
 not-counted-the-uncertainty-of-acts-through = not included: the uncertainty of { $known } acts through the tilts, whose size is unknown before the measurement; tilts of { $tilts } arcsec would add { $u }{ $unit } to { $parameter } (--tilts { $tilts } includes it)
 plan-table-times = { $length } times
-the-best-all-choices-of-these-candidates = the best: all { $all } choices of these candidates at this cost were tried (proven 100 %)
-the-best-all-choices-of-these-candidates-2 = the best: all { $all } choices of these candidates were tried (proven 100 %)
-proven-to-be-at-least-as-good = proven to be at least { $share } as good as the best possible choice of these candidates at this cost
-proven-to-be-at-least-as-good-2 = proven to be at least { $share } as good as the best possible choice of these candidates
-the-bound-allows-more-mountings-than-the = the bound allows more mountings than the cost does, so the choice may well be the best
-so-few-portions-cannot-follow-the-best = so few portions cannot approximate the optimal weights; more or smaller portions come nearer
+best-of-all-choices = { $limited ->
+    [yes] the best: all { $all } choices of these candidates at this cost were tried (proven 100 %)
+   *[no] the best: all { $all } choices of these candidates were tried (proven 100 %)
+}
+proven-efficiency = { $limited ->
+    [yes] proven to be at least { $share } as good as the best possible choice of these candidates at this cost
+   *[no] proven to be at least { $share } as good as the best possible choice of these candidates
+}
+the-bound-allows-more-mountings-than-the = the bound is for more mountings than the cost allows, so the choice may be the best
+so-few-portions-cannot-follow-the-best = with so few portions the optimal weights can only be approximated roughly; more or smaller portions come nearer
 the-bound-itself-may-be-too-high = the bound itself may be { $gap } too high
-no-angle-is-worth-moving = moving angles off the candidates does not improve the schedule, in steps down to { $resolution } deg
-angles-moved-off-the-candidates = angles moved off the candidates at { $mountings }, in steps down to { $resolution } deg: { $gain } % better than the choice
-angles-moved-as-far-as-the-effort-went = angles moved off the candidates at { $mountings }, in steps down to { $resolution } deg (search stopped at its limit): { $gain } % better than the choice
-within-a-budget-of-for-what-was = within a budget of { $cost } for what was chosen
-at-no-more-cost-than-the-given = at no more cost than the given schedule, { $cost } for so many readings (--any-cost: at any)
+no-angle-is-worth-moving = moving angles between the candidates does not improve the schedule, in steps down to { $resolution } deg
+angles-moved = { $finished ->
+    [yes] angles moved off the candidates at { $mountings }, in steps down to { $resolution } deg: { $gain } % better than the choice
+   *[no] angles moved off the candidates at { $mountings }, in steps down to { $resolution } deg (search stopped at its limit): { $gain } % better than the choice
+}
+within-a-budget-of-for-what-was = cost limit of the search: { $cost }
+at-no-more-cost-than-the-given = cost limit of the search: that of as many readings of the given schedule, { $cost } (--any-cost: no limit)
 without-it-nothing-determines = without it { $parameter } is not estimable
 without-it-u-of-grows-by = without it u of { $parameter } grows by { $share } %
-it-adds-little = it adds little
+it-adds-little = it changes little
 u-of-their-coefficients-and = u of their coefficients { $p } and { $q }
 nothing-tells-them-apart = nothing distinguishes them
 and-both-in-the-model-before = { $a } and { $b }, both in the model: before, { $before }
 with-the-added-positions = with the added positions, { $after }
-no-candidate-tells-them-apart-so-nothing = no candidate discriminates them, so nothing is added
 positions-share-deviations-planned-for = readings share deviations ({ $line }); the chosen positions are planned for { $levels } (a sweep takes the value of the schedule's first reading; --candidates FILE offers others)
 no-candidate-would-separate-it-but-all = no candidate would separate them, but all candidates have { $held } only (--candidates FILE takes others)
 of-is-found-with-probability-where-the = { $effect } of { $size } is found with probability { $power } where the u of its coefficient { $coefficient } is at most { $u }
-the-goal-counts = the goal counts { $counted }
-the-goal-counts-but-not = the goal counts { $counted }, but not { $derived }
+the-goal-counts = { $some ->
+    [yes] the goal counts { $counted }, but not { $derived }
+   *[no] the goal counts { $counted }
+}
 this-is-the-cheapest-schedule-that-was = this is the cheapest schedule that was found; that none is cheaper is not proven
 determined-instead-2 = determined instead: { $instead }
 leverage = leverage
-its-largest-effect-on-an-angle = its largest effect on an angle
-no-candidate-tells-and-apart-so-nothing = No candidate discriminates { $a } and { $b }, so nothing is added.
+its-largest-effect-on-an-angle = largest undetected change of an angle
+no-candidate-discriminates = No candidate discriminates { $a } and { $b }, so nothing is added.
 seed-of-starts-ended-here = , seed { $seed }, { $hits } of { $starts } starts ended here
 of-its-readings-chosen-among-candidate-portions = { $chosen } of its readings chosen among { $candidates } candidate portions, criterion { $criterion }{ $starts }
 even-all-candidates-together-do-not-determine = Even all candidates together do not determine `{ $id }`.
@@ -1086,7 +1110,6 @@ u-better = u better
 gain = gain
 
 # report/html/plan_page.rs
-model-of-2 = Model of { $id }
 noise-of-2 = Noise of { $id }
 judged-at-2 = Judged at
 the-two-effects = The two effects
@@ -1096,13 +1119,16 @@ its-readings = Its readings
 what-rests-on-each-reading = Reliability of each reading
 model-and-noise = Model and noise
 the-better-schedule-2 = The better schedule
-the-goal-is-reached-the-largest-uncertainty-2 = The goal is reached: the largest uncertainty is { $share } of its limit{ $proof }.
-the-goal-is-not-reached-at-best-2 = The goal is not reached: at best, the largest uncertainty is { $share } of its limit.
+goal-reached = { $reached ->
+    [yes] The goal is reached: the largest uncertainty is { $share } of its limit{ $proof }.
+   *[no] The goal is not reached: at best, the largest uncertainty is { $share } of its limit.
+}
 still-to-run-2 = Still to run: { $work }.
-title-parameter = Parameter
 predicted-standard-uncertainties = Predicted standard uncertainties
-at-equal-effort-the-given-schedule-repeated = At equal effort: the given schedule repeated, or cut, to the readings of the better one.
-at-equal-effort-the-given-schedule-repeated-2 = At equal effort: the given schedule repeated, or cut, to the cost of the better one.
+at-equal-effort = { $cost ->
+    [yes] At equal effort: the given schedule repeated, or cut, to the cost of the better one.
+   *[no] At equal effort: the given schedule repeated, or cut, to the readings of the better one.
+}
 mounting = mounting
 position-values-in-the-order-to-run = position, values in the order to run
 why-it-is-there = why it is there
@@ -1111,9 +1137,11 @@ where-the-positions-lie = Where the positions lie
 squares-the-schedules-positions = Squares: the schedule's positions.
 dots-candidates-squares-the-given-schedule-discs = Dots: candidates. Squares: the given schedule. Discs with numbers: the better schedule and its readings at each position.
 then-at-a-reading-in-its-u = then at a reading, in its u
-cannot-be-told-from-2 = cannot be distinguished from
-effects-that-would-show-on-the-better = Effects that would show on the better schedule, one line for each direction
-effects-that-would-show-on-this-schedule = Effects that would show on this schedule, one line for each direction
+cannot-be-distinguished-from = cannot be distinguished from
+effects-that-would-show = { $better ->
+    [yes] Effects that would show on the better schedule, one row for each distinguishable direction
+   *[no] Effects that would show on this schedule, one row for each distinguishable direction
+}
 nearly-alike-cosine-beside-the-model-and = Nearly alike: cosine after projection on the model, and the size from which the two can be distinguished.
 taken-up-by = absorbed by
 effects-that-never-show-estimated-parameters-take = Effects that can never be detected: estimated parameters absorb them and are biased
@@ -1137,16 +1165,14 @@ positions-deg = { $across } (deg)
 deg-across-deg-up = { $across } (deg) across, { $up } (deg) up
 
 # report/foresight.rs
+regressor-of-sensor = { $regressor } of { $sensor }
 foresight-nearly = nearly { $regressor } ({ $cosine })
 apart-from = { $regressor } ({ $cosine }, apart from { $apart })
 none-would-show-the-estimated-parameters-take = none would be detectable: the estimated parameters absorb every effect that these positions excite
-u-where-only-the-residuals-tell-the = ; { $more } u where the noise is known from the residuals only
-nothing-where-only-the-residuals-would-tell = ; nothing where the noise would be known from the residuals only
+u-where-only-the-residuals-tell-the = ; { $more } u if the noise is known from the residuals only
+nothing-where-only-the-residuals-would-tell = ; no effect if the noise is known from the residuals only
 smallest-size-that-shows-u-significance-for = smallest size that shows: { $size } u (significance { $significance } for { $directions } together, power { $power }){ $residuals }
-event-absent = absent
-event-saturation = saturation
-event-spike = spike
-event-stuck = stuck
+term-event = { $word }
 before-repair = before
 after-repair = after
 repair-shift = shift
@@ -1154,12 +1180,15 @@ title-devices-by = { $devices } by { $by }
 gauss-newton-did-not-converge-after = Gauss-Newton did not converge after { $steps }: { $stop }.
 gauss-newton-converged-and-differs = Gauss-Newton converged after { $steps }. The linear estimates (one step from the reference point) differ by more than 0.1 u (exact minus linear): { $what }.
 reduction-segment = Segment { $segment }: { $notes }.
+terms = Terms
 meaning = meaning
 lot = lot
 control-limits = control limits
 plan-of = Plan: { $title }
-more-rows = ... and { $n } more rows
-more-rows-by-option = ... and { $n } more rows (all with -v)
+more-rows = { $option ->
+    [yes] ... and { $n } more rows (all with -v)
+   *[no] ... and { $n } more rows
+}
 nearly-alike = nearly alike
 iterations = Iterations
 iteration = iteration
@@ -1169,13 +1198,13 @@ share-of-the-step = share of the step
 
 # cli/guide/view.rs
 guide-position = position { $label }: { $setting }
-guide-not-predicted = reading { $reading }, { $place }: the others do not predict it yet
+guide-not-predicted = reading { $reading }, { $place }: not yet predicted by the others
 guide-agrees = reading { $reading }, { $place }: agrees ({ $sd } sd)
-guide-disagrees = reading { $reading }, { $place }: DOES NOT AGREE, { $sd } sd off
+guide-disagrees = reading { $reading }, { $place }: DOES NOT AGREE ({ $sd } sd)
 guide-time-goes-back = time_s goes back from { $before } to { $now }
 guide-likely-at = { "  " }likely at reading { $reading }: { $kind }
 guide-likely = { "  " }likely: { $kind }
-guide-not-told = { "  " }what happened cannot be told yet:
+guide-not-told = { "  " }the cause cannot be identified yet:
 guide-explanation = { "    " }{ $probability }  reading { $reading }, { $kind }: { $what }
 guide-more = { "    " }and { $count } more
 guide-goal-open = { "  " }{ $id }: not estimable yet, goal { $goal } { $unit }
@@ -1184,31 +1213,34 @@ guide-goal-met = { "  " }{ $id } = { $value } { $unit }, u = { $u }, goal { $goa
 guide-diagnosis = { "  " }diagnosis: { $verdict }
 guide-size = , { $value } { $unit }, u = { $u }
 guide-effect = { "    " }{ $name } ({ $terms }){ $size }, probability { $probability }
-guide-nothing-missing = { "  " }nothing missing, or all named: probability { $probability }; effects that could not show yet: { $unseen }
-guide-unreachable = { "  " }{ $id }: these positions do not reach its goal, however often they are taken
+guide-nothing-missing = { "  " }probability that no effect is missing or all are named: { $probability }; effects not yet observable: { $unseen }
+guide-unreachable = { "  " }{ $id }: its goal cannot be reached with these positions
 guide-next = next: { $place } ({ $nats } nats for a cost of { $cost })
-guide-next-apart = next: { $place } (tells { $between } apart)
+guide-next-apart = next: { $place } (discriminates { $between })
 guide-next-again = next: { $place } (the same position again)
 guide-moving = the bench moves
 guide-held = { $place }: held for { $seconds } s
 guide-held-mean = , { $sensor } u = { $u } { $unit } (wanted { $wanted })
 guide-held-wait = { $place }: held for { $seconds } s{ $means }; hold it { $wait } s longer
-guide-held-never = { $place }: held for { $seconds } s{ $means }; holding it does not reach what is wanted: 'take' reads it as it is
+guide-held-never = { $place }: held for { $seconds } s{ $means }; the wanted u cannot be reached by holding; 'take' reads the mean so far
 guide-read = { $place }: read; set the next position
 guide-left = { $place }: LEFT after { $seconds } s{ $means }, and not read
 guide-which = position? Several agree with what was read; answer with a line: position LABEL
   { "  " }{ $candidates }
-guide-reached = done: every goal is met, and nothing is missing or all of it is named; { $readings } readings, cost { $cost }
-guide-nothing-to-gain = stopped: no position of this schedule tells more of what is still wanted; { $readings } readings, cost { $cost }
-guide-most-readings = stopped: { $readings } readings were taken, the most that --most allows; cost { $cost }
-mistake-turned-180 = a joint turned by 180 degrees
-mistake-another-position = another position of the schedule
-mistake-wrong-sense = a rate of the wrong sense
-mistake-exchanged-axes = exchanged joints
-mistake-exchanged-sensors = exchanged sensors
-mistake-slipped-mounting = a mounting that slipped
-mistake-bad-reading = a bad value
-mistake-missing-effect = an effect that the model lacks
+guide-reached = done: every goal is met, and no effect is missing or all are named; { $readings } readings, cost { $cost }
+guide-nothing-to-gain = stopped: no position of this schedule gives further information on what is still wanted; { $readings } readings, cost { $cost }
+guide-most-readings = stopped: the limit of { $readings } readings was reached (--most); cost { $cost }
+term-mistake = { $word ->
+    [turned-180] a joint turned by 180 degrees
+    [another-position] another position of the schedule
+    [wrong-sense] a rate of the wrong sense
+    [exchanged-axes] exchanged joints
+    [exchanged-sensors] exchanged sensors
+    [slipped-mounting] a mounting that slipped
+    [bad-reading] a bad value
+    [missing-effect] an effect that the model lacks
+   *[other] { $word }
+}
 
 # Run sheets and drawings of benches
 run-sheet = Run sheet: { $bench }

@@ -1,5 +1,16 @@
 # 报告用语(简体中文)。术语依据:JJF 1059.1、JJF 1001、GJB 2426A、GJB 1037A。参数在进入语句之前已经格式化。
 
+## 标点
+
+mark-comma = { "、" }
+mark-clause = { "，" }
+mark-semicolon = { "；" }
+mark-colon = { "：" }
+mark-stop = { "。" }
+mark-space = { "" }
+in-parentheses = （{ $text }）
+has-capitals = no
+
 ## 列举与计数
 
 list-and = { $before } 和 { $last }
@@ -16,29 +27,49 @@ degrees-of-freedom = 自由度
 
 ## 报告的固定词汇
 
-state-free = 自由
-state-at-bound = 位于界限上
-state-not-estimable = 不可估计
-outcome-pass = 合格
-outcome-fail = 不合格
-outcome-undecided = 不能判定
-estimator-exact = 精确
-estimator-linear = 线性
-distribution-normal = 正态
-distribution-rectangular = 均匀
-distribution-triangular = 三角
-distribution-arcsine = 反正弦
-distribution-t = t
-from-stated = 给定
-from-estimated = 估计
-constraint-equality = 等式
-constraint-inactive = 不起作用
-constraint-active = 起作用
-constraint-contradictory = 相互矛盾
-constraint-not-applied = 未施加
-side-lower = 下限
-side-upper = 上限
-side-norm = 范数
+term-state = { $word ->
+    [free] 自由
+    [at-bound] 位于界限上
+    [not-estimable] 不可估计
+   *[other] { $word }
+}
+term-outcome = { $word ->
+    [pass] 合格
+    [fail] 不合格
+    [undecided] 不能判定
+   *[other] { $word }
+}
+term-estimator = { $word ->
+    [exact] 精确
+    [linear] 线性
+   *[other] { $word }
+}
+term-distribution = { $word ->
+    [normal] 正态
+    [rectangular] 均匀
+    [triangular] 三角
+    [arcsine] 反正弦
+   *[other] { $word }
+}
+term-from = { $word ->
+    [stated] 给定
+    [estimated] 估计
+   *[other] { $word }
+}
+term-constraint = { $word ->
+    [equality] 等式
+    [inactive] 不起作用
+    [active] 起作用
+    [contradictory] 相互矛盾
+    [not-applied] 未施加
+   *[other] { $word }
+}
+term-side = { $word ->
+    [lower] 下限
+    [upper] 上限
+    [norm] 范数
+   *[other] { $word }
+}
 
 # report/fit_table.rs
 derived = 间接量
@@ -53,7 +84,6 @@ pairs-of-means = 对数
 sd-over-that-of-independent-rows = 标准差与独立行之比
 lack-of-fit-over = 失拟检验的输入
 row-of-the-record = 行
-accepted = 接受
 that-of-rounding-to-its-last-digit = 取自修约到 { $step }（末位，除以 √12）：读数的分散不超过此值
 the-rounding-of-its-readings-which-show = 取自读数的修约，读数未表现出分散
 estimated-from-these-readings = 由本组读数估计
@@ -61,18 +91,21 @@ residual-sd-of = `{ $sensor }` 的残差标准差：{ $sd }，{ $how }。
 residual-sd-of-none-no-degrees-of = `{ $sensor }` 的残差标准差：无（自由度为零），因此不能给出不确定度。
 inconsistent-disagrees-with-the-other-sights-by = `{ $sensor }` 不一致：与其余瞄准读数平均相差 { $mean_residual_deg } deg。请检查是否瞄准了目标的另一面、瞄错了点或初值相差太远。
 fit-table-note = 注：{ $remark }
-fit-table-known = 已知量：{ $known }
 correlated-inputs = 相关的已知量：{ $list }
 no-reading-responds-to-at-the-reference = 在参考点处没有读数对 { $moved } 有响应（与其相乘的量全为零）：拟合从参考点旁边开始。
 held-where-the-iteration-began-since-the = 保持迭代初值，因为精确模型在其以外对下列参数的约束太弱：{ $held }。
 gauss-newton-converged-after = 高斯-牛顿法经 { $steps }收敛；线性估计值（从参考点出发的一步）与之相差不超过 0.1 u。
 u-holds-only-for-as-held-another = U 仅在 `{ $held }` 保持现值时成立：将其改变 { $by }，则 { $shifts } 随之改变。
 derived-without-a-value = 以下间接量没有结果，因为它们依赖不可估计的参数：{ $names }
-no-reading-responds-to-it-at-this = 在该点没有读数对其有响应
-no-reading-responds-to-it = 没有读数对其有响应
-a-reading-of-would-separate-it = 增加 { $sensor } 的一个读数即可将其分离
-a-reading-of-at-would-separate-it = 在 { $keys } 处增加 { $sensor } 的一个读数即可将其分离
-a-reading-at-would-separate-it = 在 { $keys } 处增加一个读数即可将其分离
+no-reading-responds = { $here ->
+    [yes] 在该点没有读数对其有响应
+   *[no] 没有读数对其有响应
+}
+a-reading-would-separate = { $what ->
+    [position] 在 { $keys } 处增加一个读数即可将其分离
+    [sensor] 增加 { $sensor } 的一个读数即可将其分离
+   *[both] 在 { $keys } 处增加 { $sensor } 的一个读数即可将其分离
+}
 reading = 读数
 position = 位置
 sensor = 传感器
@@ -96,7 +129,6 @@ is-at-a-bound-and-the-whole = `{ $id }` 位于界限上，而无约束估计的 
 yes = 是
 monte-carlo = 蒙特卡洛法
 mean = 均值
-high = 上端
 coverage-ellipsoid-of-k-p = { $order } 的包含椭球：k_p = { $k }
 scale-factor-errors-are-not-drawn = 未抽样：{ $errors }
 
@@ -127,9 +159,10 @@ residuals-and-correlations = 残差与相关系数
 # report/html/fit_answer.rs
 result = 结论
 not-everything-is-estimable-is-free-see = 有的参数不可估计：读数不能确定 { $free }，见下文。
-the-readings-scatter-more-than-their-stated = 读数的分散程度超出所给不确定度，模型有遗漏或不确定度给得过小
-the-readings-scatter-as-their-stated-uncertainties = 读数的分散程度与所给不确定度相符
-global-test-chi-square-with-p = 整体检验：{ $words }（χ² = { $chi_square }，{ $dof }，p = { $p }）。
+global-test-chi-square-with-p = 整体检验：{ $rejected ->
+    [yes] 读数的分散程度超出所给不确定度，模型有遗漏或不确定度给得过小
+   *[no] 读数的分散程度与所给不确定度相符
+}（χ² = { $chi_square }，{ $dof }，p = { $p }）。
 the-readings-state-no-uncertainty-of-their = 读数未给出自身的不确定度：其分散由残差估计，因此仅凭这些读数不能检验模型。
 no-degrees-of-freedom-the-readings-just = 自由度为零：读数恰好确定参数，无从检核。
 one-linear-step-is-not-enough-gauss = 一步线性解不够：高斯-牛顿法还会使下列参数改变 0.1 u 以上：{ $what }。请去掉 `--linear` 再拟合。
@@ -147,7 +180,7 @@ tumble-apply-corrects-a-record-by-the = `tumble apply` 按精确模型修正记�
 the-rotation-from-the-sensors-axes-to = 从传感器轴到安装面的旋转需要 { $tilts }；其中 { $missing } 在此不可估计。
 direction-cosines-of-the-corrected-inputs-on = 修正后输入量在安装面坐标系中的方向余弦
 a-corrected-input-points-along-the-sensors = 修正后的输入量沿传感器自身的轴。相对于安装面（最后一个转轴之后的坐标系），这些轴转过了 { $tilts }；在安装面上已知的角速率或比力沿各轴的分量由下表给出：
-belongs-to-the-bench-and-stays-there = { $others } 属于测试装置，不随器件带走。
+belongs-to-the-bench-and-stays-there = { $others } 属于测试装置，不随被测件带走。
 
 # report/html/fit_estimates.rs
 angle = 角度
@@ -177,8 +210,10 @@ none-lies-beyond-standard-deviations = 没有读数超出 { $limit } 倍标准�
 diamonds-lie-beyond-standard-deviations-reading = 菱形表示超出 { $limit } 倍标准差的读数：第 { $far } 个。
 diamonds-of-them-lie-beyond-standard-deviations = 菱形表示超出 { $limit } 倍标准差的读数，共 { $n } 个。
 one-reading-in-is-drawn = 每 { $every } 个读数画出一个。
-residuals-of-without-what-is-shared = { $id } 的残差（已扣除各读数共有的偏差）与两倍标准差带。{ $beyond }{ $thinned }
-residuals-of-before-bands-of-two-standard = { $id } 的残差与两倍标准差带。{ $beyond }{ $thinned }
+residuals-of-figure = { $shared ->
+    [yes] { $id } 的残差（已扣除各读数共有的偏差）与两倍标准差带。{ $beyond }{ $thinned }
+   *[no] { $id } 的残差与两倍标准差带。{ $beyond }{ $thinned }
+}
 residuals-of = { $id } 的残差：{ $beyond }
 fit-figures-residual = { $id } 残差
 normal-plot-of-the-studentized-residuals-with = 学生化残差的正态概率图及逐点 95 % 带：残差服从正态分布时各点沿直线分布。
@@ -192,11 +227,15 @@ strongest-correlation-between-and = 最强的相关：{ $a } 与 { $b } 之间�
 taken-as-zero-neither-known-nor-estimated = 取为零，既非已知也未估计：{ $assumed_zero }。
 site-latitude-earth-rate-deg-h = 测试地点：纬度 { $latitude_deg }°，地球自转角速率 { $earth_rate_deg_h } deg/h，{ $said }。
 no-site-no-earth-rate-and-gravity = 未给测试地点：不计地球自转角速率，重力取 1 g。
-linear-rows-are-exact-derivatives-at-the = 线性：各行取参考点处的精确导数，由此走一步。
-exact-rows-are-exact-derivatives-iterated-to = 精确：各行取精确导数，迭代至解。
+rows-are-exact-derivatives = { $iterated ->
+    [yes] 精确：各行取精确导数，迭代至解。
+   *[no] 线性：各行取参考点处的精确导数，由此走一步。
+}
 uncertainties-of-the-readings-are-as-stated = 读数的不确定度按所给取用。
-readings-of-one-sensor-scatter-alike-and = 同一传感器的读数分散程度相同且相互独立，其大小由残差得出。
-beside-what-scatters-readings-scatter-alike = 除“分散性来源”一节所列各项外，同一传感器的读数分散程度相同且相互独立，其大小由残差得出。
+errors-are-independent = { $scattering ->
+    [yes] 除“分散性来源”一节所列各项外，同一传感器的读数分散程度相同且相互独立，其大小由残差得出。
+   *[no] 同一传感器的读数分散程度相同且相互独立，其大小由残差得出。
+}
 entered-as-rows-of-their-own = { $prior }各作为一行参与平差。
 known = 已知量
 exact = 精确
@@ -213,7 +252,6 @@ test = 检验
 statistic = 统计量
 lack-of-fit = 失拟检验
 lack-of-fit-by-position = 按位置的失拟检验
-f-with-and = F = { $f }，ν 为 { $between_dof } 和 { $pure_error_dof }
 runs-of = `{ $sensor }` 的游程检验
 runs-expected = 游程 { $runs } 个，期望 { $expected } 个
 normality = 正态性
@@ -263,8 +301,10 @@ bars-type = { $name }（{ $type_b } 类）
 # report/html/compare_page.rs
 least-squares-beside-the-published-closed-forms = 最小二乘与已发表闭式公式的比较
 comparison-with-the-published-closed-forms = 与已发表闭式公式的比较
-group-by-group-and-without-the-earth = 逐组比较且不计地球自转角速率（公式将其忽略）时，两者相差不超过量值的 { $difference }：公式是最小二乘的恰定特例。
-group-by-group-and-without-the-earth-2 = 逐组比较且不计地球自转角速率（公式将其忽略）时，两者相差达量值的 { $difference }：这些位置不是公式的恰定情形。
+group-by-group-without-earth-rate = { $square ->
+    [yes] 逐组比较且不计地球自转角速率（公式将其忽略）时，两者相差不超过量值的 { $difference }：公式是最小二乘的恰定特例。
+   *[no] 逐组比较且不计地球自转角速率（公式将其忽略）时，两者相差达量值的 { $difference }：这些位置不是公式的恰定情形。
+}
 mean-of-closed-forms = 闭式公式均值
 least-squares-all-readings = 最小二乘（全部读数）
 printed = 原文值
@@ -282,8 +322,6 @@ misprints-found = 发现的排印错误
 closed-form-and-least-squares-differ-by = 闭式公式与最小二乘相差至多为量值的 { $difference }。
 
 # report/conformity.rs
-lower = 下限
-upper = 上限
 
 # report/site.rs
 at-latitude-deg-and-m = 纬度 { $latitude } deg，高程 { $altitude } m
@@ -305,16 +343,15 @@ source-readings-of = { $sensor } 的读数
 source-priors = 先验值
 source-per = { $of }（按{ $per }）
 source-over-per = { $of }（按{ $per }，随 { $over } 相关）
-per-reading = 读数
-per-position = 位置
 per-campaign = 整次测试
 source-note-sentence = { $source }：{ $note }。
-the-readings-scatter-no-more-than-without = 没有它读数的分散也不过如此：估计为零；u 与自由度并不依赖其为零
-the-readings-scatter-no-more-than-without-2 = 没有它读数的分散也不过如此：估计为零
+estimated-as-zero = { $below ->
+    [yes] 没有它读数的分散也不过如此：估计为零；u 与自由度并不依赖其为零
+   *[no] 没有它读数的分散也不过如此：估计为零
+}
 no-reading-feels-it-here = 此处没有读数受其影响
 these-readings-cannot-tell-it-from-their = 这些读数不能将其与{ $others }分开：按两者之和处理；在同一水平上重复读数即可分开
 these-readings-cannot-tell-it-from-the-rest = 这些读数不能将其与其余分散性来源分开：按两者之和处理；在同一水平上重复读数即可分开
-joined-sources = { $before }和{ $other }
 the-unknowns-take-up-its-deviations = 待估参数吸收了其全部 { $count } 个偏差，无从得知其大小，因而无法给出 { $names } 的 u：{ $levels }
 more-readings = 至少还需在相同输入下再取 { $more } 个读数
 more-mountings = 至少还需重新安装 { $more } 次（重复测量某一位置）
@@ -329,15 +366,19 @@ no-position-of-this-bench-would-separate-2 = 本测试装置的任何位置都�
 hides-in-and = { $last } 隐含在 { $join } 和 { $before } 之中
 
 # report/fit_checks.rs
-f-with-and-degrees-of-freedom-p = F = { $f }，自由度 { $between_dof } 和 { $pure_error_dof }，p = { $p }
-lack-of-fit-the-model-leaves-more-2 = 失拟：模型的剩余大于重复读数的分散（{ $numbers }）
-replicates-scatter-as-much-as-the-model = 重复读数的分散与模型的剩余相当（{ $numbers }）
-lack-of-fit-between-positions = 按位置失拟：模型在各位置之间的剩余大于同一位置读数的分散（{ $numbers }）
-positions-scatter-as-their-readings = 模型在各位置之间的剩余与同一位置读数的分散相当（{ $numbers }）
+lack-of-fit-by-replicates = { $rejected ->
+    [yes] 失拟：模型的剩余大于重复读数的分散（{ $test }，p = { $p }）
+   *[no] 重复读数的分散与模型的剩余相当（{ $test }，p = { $p }）
+}
+lack-of-fit-between-positions = { $rejected ->
+    [yes] 按位置失拟：模型在各位置之间的剩余大于同一位置读数的分散（{ $test }，p = { $p }）
+   *[no] 模型在各位置之间的剩余与同一位置读数的分散相当（{ $test }，p = { $p }）
+}
 diagnose-says-what-is-missing = 对本次试验运行 `tumble diagnose` 可查明模型缺少什么
-residuals-of-have-too-runs-of-one = { $sensor } 残差的同号游程过{ $word }（{ $runs } 个，期望 { $expected } 个，p = { $p }）：存在漂移或交替变化
-runs-few = 少
-runs-many = 多
+residuals-of-have-too-runs-of-one = { $sensor } 残差的同号游程过{ $few ->
+    [yes] 少
+   *[no] 多
+}（{ $runs } 个，期望 { $expected } 个，p = { $p }）：存在漂移或交替变化
 residuals-are-not-normal-shapiro-francia-w = 残差不服从正态分布（Shapiro-Francia W' = { $w }，p = { $p }）
 lack-of-fit-over-an-input = 失拟：把 { $input } 的范围八等分，各段的阶跃对 { $sensor } 的解释超过噪声（χ² = { $chi_square }，自由度 { $dof }，p = { $p }）
 lack-of-fit-or-correlation = { $sensor } 在 { $inputs } 上的失拟与该相关无法区分：请先说明噪声的时间相关
@@ -379,7 +420,6 @@ stop-out-of-range = 数值超出双精度范围
 # campaign/identity.rs
 identity-unit = 被测件
 identity-serial = 出厂编号 { $serial }
-identity-date = 日期
 identity-place = 地点
 identity-operator = 操作者
 identity-instrument = 测量设备
@@ -396,11 +436,8 @@ scale-factor-error-has-limits = { $id } 设有限值，但这些读数不能给�
 
 # 多处使用
 correction-error-in = { $id } 为 { $error } { $unit }
-state-and-meaning = { $state }{ $between }。{ $meaning }
 from-to = { $a } 至 { $b }
-conformity-passes = 符合性：合格（{ $rule }）。
-conformity-fails = 符合性：不合格（{ $rule }）。
-conformity-is-undecided = 符合性：不能判定（{ $rule }）。
+conformity-is = 合格评定：{ $outcome }（{ $rule }）。
 simple-acceptance-the-estimate-inside-the-limits = 简单接受：估计值在限内即合格（JCGM 106, 8.2）
 guard-band-w-u-pass-inside-by = 保护带 w = U({ $percent } %)：在限内且距限不小于 U 为合格，在限外且距限不小于 U 为不合格（JCGM 106, 8.3）
 specific-risk-pass-where-conformity-is-at = 特定风险：合格概率不小于 { $percent } % 为合格，不合格概率不小于该值为不合格（JCGM 106, 7）
@@ -417,11 +454,15 @@ dcc-known = 已知量：{ $known }。
 dcc-assumed-zero = 设为零：{ $assumed_zero }。
 dcc-not-estimable = 不可估计，因而未给出：{ $text }。
 dcc-robust = 稳健估计：{ $method }。
-dcc-global-test-failed = 整体 χ² 检验未通过，p = { $p }。
-dcc-global-test-passed = 整体 χ² 检验通过，p = { $p }。
+dcc-global-test = { $rejected ->
+    [yes] 整体 χ² 检验未通过，p = { $p }。
+   *[no] 整体 χ² 检验通过，p = { $p }。
+}
 dcc-what-scatters = 不确定度中已计入的各偏差的标准差。
-dcc-estimated-values = 由读数估计（{ $levels } 个水平）
-dcc-stated-values = 给定（{ $levels } 个水平）
+dcc-values = { $estimated ->
+    [yes] 由读数估计（{ $levels } 个水平）
+   *[no] 给定（{ $levels } 个水平）
+}
 dcc-standard-uncertainty = 标准不确定度 { $u }
 dcc-covariance = 估计值的协方差
 dcc-jointly = 全部估计值联合
@@ -441,7 +482,7 @@ reports-are-of-two-units = 两份报告属于两个被测件（{ $first } 与 { 
 first-report-is-the-later-one = 第一份报告的日期较晚（{ $first }，第二份为 { $second }）：前次与后次可能颠倒
 the-unit-has-changed = 被测件已发生变化
 no-change-beyond-the-uncertainties = 没有超出不确定度的变化
-f-with-and-degrees-of-freedom = F = { $f }，自由度 { $dof } 和 { $scatter_dof }
+f-test = F = { $f }，自由度 { $between_dof } 和 { $pure_error_dof }
 chi-square-with-degrees-of-freedom = χ² = { $statistic }，自由度 { $dof }
 all-parameters-together-p = 全部参数一并检验：{ $test }，p = { $p }：{ $verdict }
 birge-ratio = Birge 比
@@ -452,9 +493,6 @@ file = 文件
 last = 末次
 per-year = 每年变化
 two-calibrations-of-one-unit = 同一被测件的两次标定
-title-before = 前次
-title-after = 本次
-the-answer = 结论
 no-quantity-changed-by-more-than-the = 没有量的变化超出两次标定的不确定度。
 changed-by-more-than-the-uncertainties-allow = 变化超出不确定度的量：{ $ids }。
 no-input-is-shared-both-calibrations-count = 没有共用的输入量：两次标定按相互独立处理。
@@ -468,8 +506,10 @@ combined-estimate = 合并估计值
 history-of-calibrations = { $calibrations } 次标定的历史
 no-quantity-drifts-by-more-than-its = 没有量的漂移超出其各次标定的分散。
 drift-beyond-the-scatter-of-the-calibrations = 漂移超出各次标定分散的量：{ $drifts }。
-leaves-its-limits-about-2 = `{ $id }` 约于 { $day } 超限。
-left-its-limits-about-2 = `{ $id }` 约于 { $day } 已超限。
+leaves-its-limits = { $past ->
+    [yes] `{ $id }` 约于 { $day } 已超限。
+   *[no] `{ $id }` 约于 { $day } 超限。
+}
 over-time = { $id } 随时间的变化
 with-bars-of-u-dashed-limits-line = `{ $id }`，误差棒为 2 u；虚线：限值；实线：显著时的趋势。
 over-time-2 = 随时间的变化
@@ -477,8 +517,10 @@ year = 年
 
 # compare/misprints.rs
 the-tables-own-readings-give-another-value = 由表中读数得出的是另一个值
-printed-with-the-opposite-sign-to-the = 印刷的符号与表和公式相反
-printed-with-the-opposite-sign-to-the-2 = 印刷的符号与表和公式相反，且末位有差
+printed-with-the-opposite-sign = { $off ->
+    [yes] 印刷的符号与表和公式相反，且末位有差
+   *[no] 印刷的符号与表和公式相反
+}
 this-is-the-value-of-group-not = 这是第 { $value } 组的值，不是均值
 not-the-mean-of-the-table = 不是表中数据的均值
 mean-of = { $id } 的均值
@@ -520,14 +562,22 @@ effects-are-missing = { $n ->
 }
 effects-and = ；以及
 what-remains-is-more-than-noise = { $found }；余下部分仍大于噪声，误差项目录中没有能够解释它的项
-nothing-missing-scatter-estimated = 没有误差项的显著性超出偶然；分散程度由本组读数估计，因此这组读数只能说明到此
-the-gap-is-noise = 模型不缺误差项：残差仅为噪声
-nothing-missing-noise-from-residuals = 没有误差项的显著性超出偶然；噪声只能由残差得知，因此这组读数只能说明到此
-something-is-missing = 模型缺少某种误差项，而误差项目录中没有能够解释它的项
 effects-are-suspected = 模型缺少某种误差项；有嫌疑但概率不足以命名的误差项：{ $suspected }
 and-further-effects-are-suspected = { $found }；此外有嫌疑的误差项：{ $suspected }
 effect-with-probability = { $name }，概率 { $p }
-nothing-can-be-diagnosed = 无法诊断：读数刚好够确定各未知量，没有多余读数可供检验
+nothing-is-missing = { $noise ->
+    [known] 模型不缺误差项：残差仅为噪声
+    [scatter] 没有误差项的显著性超出偶然；分散程度由本组读数估计，因此这组读数只能说明到此
+   *[residuals] 没有误差项的显著性超出偶然；噪声只能由残差得知，因此这组读数只能说明到此
+}
+unexplained = { $of ->
+    [mission] 缺少某种误差，而惯性装置、初始条件和基准的误差均不能解释它
+   *[campaign] 模型缺少某种误差项，而误差项目录中没有能够解释它的项
+}
+not-diagnosable = { $of ->
+    [mission] 无法诊断：实测数据少于三个
+   *[campaign] 无法诊断：读数刚好够确定各未知量，没有多余读数可供检验
+}
 effect-named = { $name }（`{ $regressor }`）
 effect-or-others = { $n ->
     [1] { $name }，或另外一个在本试验编排下与其无法区分的误差项
@@ -539,26 +589,34 @@ one-further-reading-would-help = 再增加一个读数即可诊断，最佳位�
 positions-or = ；或
 diagnosis-of = { $title }：诊断
 explains-beyond-the-others = 解释程度：在其他各项之外，所占残差平方和的份额。
-noise-from-residuals = 取自最终模型的残差：别无其他依据，因此无法检验模型是否完备
-noise-as-stated = 按所给值
-noise-from-replicates = 由重复读数估计
+noise-from = { $from ->
+    [stated] 按所给值
+    [replicates] 由重复读数估计
+   *[residuals] 取自最终模型的残差：别无其他依据，因此无法检验模型是否完备
+}
 error-of = { $id } 的误差
 error-of-the-prior-of = { $id } 的先验值误差
 it-misses-by = 不符值
 it-was-stated-as-exact = 原先给定为精确值
-within-its-stated-uncertainty = 为其所给标准不确定度的 { $times } 倍：并非错误，只是读数对它的约束更强；宜以所给值作为先验值加以估计
-beyond-its-stated-uncertainty = 为其所给标准不确定度的 { $times } 倍：所给值有误
-is-estimated-no-longer-zero = { $id } 改为待估参数，不再取零
-is-estimated-no-longer-known = { $id } 改为待估参数，不再作为已知量
-is-estimated-without-its-prior = { $id } 不用先验值进行估计
+against-its-stated-uncertainty = { $within ->
+    [yes] 为其所给标准不确定度的 { $times } 倍：并非错误，只是读数对它的约束更强；宜以所给值作为先验值加以估计
+   *[no] 为其所给标准不确定度的 { $times } 倍：所给值有误
+}
+is-now-estimated = { $was ->
+    [known] { $id } 改为待估参数，不再作为已知量
+    [prior] { $id } 不用先验值进行估计
+   *[tilt] { $id } 改为待估参数，不再取零
+}
 constraint-is-taken-away = 去掉约束 { $number }
 together-with = 与 { $other } 同时存在
 position-tells-from = { $at }（可区分 { $n } 项，共 { $of } 项）
 the-model-has-all-but = 除 { $share } 外均已含在模型中
 of-its-full-size = 仅为其满量值的 { $share }
-u-after-includes-aliases-and-remainder = 修正后的 u 计入了混淆项也可能是真实误差项这一情况（各混淆项使估计值移动的量不同，按各自概率计入），并计入了未能解释的部分；变化量与不含这两部分的 u 相比。
-u-after-includes-aliases = 修正后的 u 计入了混淆项也可能是真实误差项这一情况（各混淆项使估计值移动的量不同，按各自概率计入）；变化量与不含这一部分的 u 相比。
-u-after-includes-remainder = 修正后的 u 计入了未能解释的部分；变化量与不含这一部分的 u 相比。
+u-after-includes = { $what ->
+    [both] 修正后的 u 计入了混淆项也可能是真实误差项这一情况（各混淆项使估计值移动的量不同，按各自概率计入），并计入了未能解释的部分；变化量与不含这两部分的 u 相比。
+    [aliases] 修正后的 u 计入了混淆项也可能是真实误差项这一情况（各混淆项使估计值移动的量不同，按各自概率计入）；变化量与不含这一部分的 u 相比。
+   *[remainder] 修正后的 u 计入了未能解释的部分；变化量与不含这一部分的 u 相比。
+}
 what-is-unexplained-follows = 未能解释的部分随{ $name }变化
 what-is-unexplained-differs = 未能解释的部分逐个读数各不相同
 with-a-standard-deviation-of = { $follows }，标准差为 { $sd } { $unit }
@@ -594,8 +652,10 @@ single-wrong-values = { $n ->
 ratio-unit = （比值）
 in-the-mission = 任务文件中
 causes-tried = 试用误差源 { $tried } 种，其中 { $distinct } 种在这些数据中互不相同，各 p 值均已计入这一点；显著性水平 { $significance }
-refits-until-settled = 完整仿真运行了 { $times } 次，直至重新拟合稳定。
-refits-until-given-up = 完整仿真运行了 { $times } 次，最终放弃重新拟合。
+refits = { $converged ->
+    [yes] 完整仿真运行了 { $times } 次，直至重新拟合稳定。
+   *[no] 完整仿真运行了 { $times } 次，最终放弃重新拟合。
+}
 the-gap-by-channel = 各通道的残差
 would-tell-best-first = 可以区分的航程，最佳者在前
 run-tells-of = { $motion }（可区分 { $possible } 项中的 { $tells } 项，相差 { $by } 倍标准差）
@@ -610,21 +670,26 @@ navigation-errors = 导航误差
 what-was-found = 所发现的误差
 two-u = 两倍 u
 count-device = { $n } 个被测件
-verdict-accepted = 接受
-verdict-rejected = 拒绝
-verdict-malformed = 数据不合要求
-verdict-effects-found = 发现误差项
-verdict-partly-explained = 部分得到解释
-verdict-nothing-missing = 无缺项
-verdict-unexplained = 无法解释
-verdict-not-diagnosable = 无法诊断
+term-verdict = { $word ->
+    [accepted] 接受
+    [rejected] 拒绝
+    [malformed] 数据不合要求
+    [effects-found] 发现误差项
+    [partly-explained] 部分得到解释
+    [nothing-missing] 无缺项
+    [unexplained] 无法解释
+    [not-diagnosable] 无法诊断
+   *[other] { $word }
+}
 devices-by = { $devices }（按 { $by } 区分）：{ $verdicts }
 title-regressor = 回归项
 effect-2 = 误差项
 wrote = 已写出 { $file }
 wrote-both = 已写出 { $bench } 和 { $campaign }
-note-no-effect-was-found = 注：未发现误差项，因此不写出修正后的模型
-note-no-error-was-found = 注：未发现误差，因此不写出任务文件
+note-nothing-found = { $what ->
+    [error] 注：未发现误差，因此不写出任务文件
+   *[effect] 注：未发现误差项，因此不写出修正后的模型
+}
 not-determined = 不能确定
 why = 成因
 and-more = { $shown } 以及另外 { $more } 项
@@ -638,7 +703,6 @@ max-after = 修正后最大
 noise-floor = 噪声水平：{ $noise }
 as-given = 原模型
 nearest-of-the-catalogue-would-take-off = 目录中最接近的是 { $names }：可减少 { $share } %，余下部分仍大于噪声，因此不予采用。
-readings-2 = 读数
 mean-gap = 平均残差
 level = 水平
 p-alone = 单独的 p
@@ -647,21 +711,17 @@ what-is-missing = 缺少的误差项
 unknown = 未知
 noise-sd = 噪声标准差
 common-to-all = 各传感器共有
-title-sensor = 传感器
-title-value = 量值
 the-repaired-model-does-not-determine-it = 修正后的模型不能确定它
 stated-2 = 所给值
 title-probability = 概率
 explains = 解释程度
-cannot-be-told-from = 无法区分的项
 fits-not-significantly-worse = 拟合优度无显著差别的项
 only-through-small-terms = 只能通过微小项起作用的项
 no-position-of-this-bench-tells-it = 本测试装置的任何位置都不能与之区分的项
 why-it-happens = 成因
 to-confirm = 验证方法
 the-model = 模型
-as-given-2 = 原模型：
-with-what-was-found = 计入所发现的误差项：
+with-what-was-found = 计入所发现的误差项
 the-pattern = 残差的规律
 mean-residual-at-each-state-of-the = 各转轴状态下的平均残差，最显著者在前；条形以标准差为单位。
 marked-shifts-of-more-than-twice-their = 有标记的行：变化超过其标准不确定度的两倍。
@@ -676,9 +736,11 @@ the-gap-shrinks-step-by-step = 残差逐步减小的过程
 the-gap-as-given = 原模型的残差
 taken-as-known = 作为已知量：{ $known }。
 priors-entered-as-rows-of-their-own = 先验值作为单独的观测行：{ $priors }。
-readings-of-one-sensor-scatter-alike-and-2 = 同一传感器的各读数分散程度相同且相互独立；分散的大小只能由最终模型的残差得知。
-the-readings-scatter-independently-as-their-stated = 各读数相互独立，分散程度按所给不确定度。
-the-readings-scatter-independently-as-their-replicates = 各读数相互独立，分散程度由重复读数得知。
+readings-are-independent = { $from ->
+    [stated] 各读数相互独立，分散程度按所给不确定度。
+    [replicates] 各读数相互独立，分散程度由重复读数得知。
+   *[residuals] 同一传感器的各读数分散程度相同且相互独立；分散的大小只能由最终模型的残差得知。
+}
 the-models-are-fitted-exactly-gauss-newton = 模型按精确形式拟合（高斯-牛顿法）；各候选项在其解处进行比较。
 gauss-newton-does-not-converge-here-so = 高斯-牛顿法在此不收敛，因此按线性估计进行诊断。
 each-reading-minus-the-model-as-given = 各读数减去原模型。
@@ -686,8 +748,10 @@ each-reading-minus-the-model-circles-with = 各读数减去模型：空心圆为
 readings-are-grouped-by-which-the-gap = 读数按残差所依从的主要因素（{ $factor }）分组；横线为修正前的组平均值。
 one-reading-in-is-drawn-and-all = 每 { $every } 个读数画出一个，远离的读数全部画出。
 every-reading-is-drawn = 全部读数均已画出。
-residual-sd-2 = { $id }：残差标准差 { $before } { $unit }
-residual-sd-before-and-after = { $id }：残差标准差修正前 { $before } { $unit }，修正后 { $after }
+residual-sd-in-figure = { $repaired ->
+    [yes] { $id }：残差标准差修正前 { $before } { $unit }，修正后 { $after }
+   *[no] { $id }：残差标准差 { $before } { $unit }
+}
 readings-in-their-order = 按顺序排列的读数
 readings-by = 按 { $factor } 分组的读数
 noise-standard-deviations = 噪声，±2 倍标准差
@@ -696,17 +760,20 @@ devices-tested = 已检验
 expected-by-chance = 偶然预期
 beyond-chance = 超出偶然
 chance-alone-finds = 一个被测件可有多个原因。偶然预期：并无异常时该检验在 { $level } 水平上检出的被测件数。超出偶然：就全部被测件而言在 { $level } 水平上检出的被测件数。
-reason-malformed = 读数不符合本测试文件
-reason-not-estimable = 不可估计
-reason-stuck-channel = 通道卡死
-reason-global-test = 整体检验未通过
-reason-no-convergence = 不收敛
-reason-constraints = 约束
-reason-lack-of-fit = 失拟
-reason-suspicious-readings = 可疑读数
-reason-repeated-rows = 重复的行
-reason-outside-limits = 超出限值
-reason-undecided = 不能判定
+term-reason = { $word ->
+    [malformed] 读数不符合本测试文件
+    [not-estimable] 不可估计
+    [stuck-channel] 通道卡死
+    [global-test] 整体检验未通过
+    [no-convergence] 不收敛
+    [constraints] 约束
+    [lack-of-fit] 失拟
+    [suspicious-readings] 可疑读数
+    [repeated-rows] 重复的行
+    [outside-limits] 超出限值
+    [undecided] 不能判定
+   *[other] { $word }
+}
 sd-of-devices = 被测件间标准差
 scale-factor-errors-have-columns = 标度因数的非线性度、不对称度、迟滞和重复性仅在 "limits" 对其设限时才有列，例如 { $id }
 verdict = 结论
@@ -715,7 +782,7 @@ one-fit-for-each = 单独拟合的依据
 model-of = { $sensor } 的模型
 all-are-accepted = { $devices }全部接受。
 of-are-not-accepted-rejected-a-rank = { $devices }中有 { $bad } 个未接受：{ $rejected } 个被拒绝（秩亏、整体检验未通过或不收敛），{ $malformed } 个的读数不符合本测试文件。
-conformity-rule-pass-undecided-fail = 符合性（判定规则 `{ $decision }`）：合格 { $pass }，不能判定 { $undecided }，不合格 { $fail }。
+conformity-rule-pass-undecided-fail = 合格评定（判定规则 `{ $decision }`）：合格 { $pass }，不能判定 { $undecided }，不合格 { $fail }。
 in-no-quantity-do-devices-differ-by = 各量在被测件之间的差异均未超出其读数的分散。
 devices-differ-by-more-than-their-readings = 下列量在被测件之间的差异超出其读数的分散（p < 0.01）：{ $names }。即生产的分散大于测量的分散。
 fitted-by-the-factorisation-of-a-schedule = { $common } 个利用多个被测件共用试验编排的分解进行拟合，{ $alone } 个单独拟合。
@@ -725,8 +792,10 @@ least = 最小
 most = 最大
 accepted-devices-only-sd-between-devices-u = 仅统计已接受的被测件。sd：被测件间的标准差；u：各被测件标准不确定度的方均根；被测件间标准差：sd 中不能由各自读数的分散解释的部分；无差异时的 p：若各被测件无差异，出现如此标准差的概率（F 检验，给定不确定度时为 χ² 检验）。
 batch-page-over = { $id }，{ $devices }
-histogram-of-curve-what-the-scatter-of = `{ $id }` 的直方图；曲线为仅由各被测件读数的分散所致的分布；虚线为限值。
-histogram-of-curve-what-the-scatter-of-2 = `{ $id }` 的直方图；曲线为仅由各被测件读数的分散所致的分布。
+histogram = { $limited ->
+    [yes] `{ $id }` 的直方图；曲线为仅由各被测件读数的分散所致的分布；虚线为限值。
+   *[no] `{ $id }` 的直方图；曲线为仅由各被测件读数的分散所致的分布。
+}
 distributions = 分布
 each-histogram-shows-the-accepted-devices-the = 各直方图为已接受的被测件；曲线为仅由各自读数的分散所致的分布，虚线为限值。远离的值计入最末一格。
 devices-that-are-not-in-order = 异常被测件
@@ -746,13 +815,13 @@ time-h = 时间，h
 single-values-far-off = 单个离群值
 time-s = 时间，s
 these-data-cannot-show = 这些数据不能反映 { $sources }。
-something-is-missing-that-no-error-of = 缺少某种误差，而惯性装置、初始条件和基准的误差均不能解释它
-nothing-can-be-diagnosed-fewer-than-three = 无法诊断：实测数据少于三个
 the-mission-had-and-has-with-it = 原为 { $before }，计入后为 { $after }
 absurd = （不合理）
 rms = 方均根
-noise-u-is-not-stated-everywhere-so = 并非处处给出 u，因此取自各通道的余下残差（无法检验完备性）
-noise-the-stated-standard-uncertainties = 按所给标准不确定度
+noise-of-mission = { $stated ->
+    [yes] 按所给标准不确定度
+   *[no] 并非处处给出 u，因此取自各通道的余下残差（无法检验完备性）
+}
 from-residuals = 取自残差
 measured-navigation-errors = 实测
 values-are-changes-of-the-missions-errors = 量值为任务文件中误差的改变量。
@@ -761,7 +830,6 @@ channel = 通道
 values = 数据个数
 rms-before = 修正前方均根
 rms-after = 修正后方均根
-with-what-was-found-2 = 计入所发现的误差
 gap-of = `{ $name }`{ $where_ } 的残差
 gap-of-root-mean-square-before-after = { $name }{ $where_ } 的残差：方均根修正前 { $before }，修正后 { $after }
 what-is-left = 余下部分
@@ -787,8 +855,10 @@ is-not-estimable = { $text } 不可估计
 value-times = { $value }（{ $count } 次）
 separated-by = 可用 { $position } 将其分离
 arcsec-of = { $id } { $e } arcsec
-u-at-equal-readings = 读数相同时 u
-u-at-equal-cost = 费用相同时 u
+u-at-equal-effort = { $cost ->
+    [yes] 费用相同时 u
+   *[no] 读数相同时 u
+}
 cannot-be-determined-by-any-choice = { $text } 用这些候选位置的任何组合都不能确定
 to-run-in-this-order = 按下列顺序进行
 fewer-readings-cannot-reach-it = ；更少的读数不能达到
@@ -797,18 +867,26 @@ shows-from = 可发现的最小值
 and-shifts = 所致变化
 with-criterion = { $proof }（准则 { $criterion }）
 readings-at-a-spot = { $across } { $x }，{ $up } { $y } 处{ $n }
-title-effect = 误差项
 title-effects = 误差项
 plan-rank = 秩 { $rank }，{ $dof }
 combinations-cannot-be-estimated = 有 { $n } 个未知量组合不可估计。
-sd-from-given = 命令行给定
-sd-from-stated = 按所给值
-sd-from-residuals = 由残差估计
-point-from-given = 命令行给定
-point-from-fitted = 拟合值
-point-from-start = 初值
-point-from-prior = 先验值
-criterion-goal = 达到目标
+term-sd-from = { $word ->
+    [given] 命令行给定
+    [stated] 按所给值
+    [residuals] 由残差估计
+   *[other] { $word }
+}
+term-point-from = { $word ->
+    [given] 命令行给定
+    [fitted] 拟合值
+    [start] 初值
+    [prior] 先验值
+   *[other] { $word }
+}
+term-criterion = { $word ->
+    [goal] 达到目标
+   *[other] { $word }
+}
 count-mounting = { $n } 次安装
 count-rate-change = { $n } 次变速
 count-direction = { $n } 个方向
@@ -821,17 +899,20 @@ tilt = 水平姿态误差
 carried-by = 方法
 none-at-the-equator = 无（位于赤道）
 schuler-earth-foucault = 舒勒周期 { $schuler } min，地球自转周期 { $earth } h，傅科周期 { $foucault }
-quantity-tilt = 水平姿态误差
 quantity-azimuth = 方位误差
 quantity-velocity = 速度误差
 quantity-position = 位置误差
 below = 上限（95 %）
-their-sum-does-not-describe-the-deviations = 各项之和不能描述实测偏差
-no-coefficients-constant = 无系数：所有采样值相同
-no-coefficients-short = 无系数：平均时间不足五个倍频程（需 80 个采样）
-no-coefficients-undescribed = 无系数：各项之和无法给出这样的偏差
+their-sum-describes = { $well ->
+    [yes] 各项之和能够描述实测偏差
+   *[no] 各项之和不能描述实测偏差
+}
+no-coefficients = { $why ->
+    [constant] 无系数：所有采样值相同
+    [short] 无系数：平均时间不足五个倍频程（需 80 个采样）
+   *[undescribed] 无系数：各项之和无法给出这样的偏差
+}
 random-walk-sampled = 速率随机游走按每个 { $interval } s 间隔末端的瞬时值（而非间隔内的平均值）处理：以更少的项即可描述实测偏差
-their-sum-describes-the-deviations = 各项之和能够描述实测偏差
 chi-square-dof-p = χ² = { $chi }，自由度 { $dof }，p = { $p }
 in-stretches = ，分为 { $n } 段
 samples-mean = { $samples } 个采样，单位 { $unit }，均值 { $mean }。
@@ -846,8 +927,10 @@ overlapping-allan-deviation-of-samples-with-its = { $samples } 个采样的重�
 allan-deviation-of-against-averaging-time-on = { $column } 的阿伦偏差与平均时间的关系，双对数坐标；数值见表。
 allan-deviation = 阿伦偏差，{ $unit }
 segments-begin-and-end-with-blocks-of = 各段的起止以 { $block } 个采样的数据块为单位。
-in-segment-is-times-noisier-than-elsewhere = { $column } 在第 { $segment } 段的噪声为其他段的 { $times } 倍：其 u 相应增大。
-in-segment-the-noise-is-another = { $column } 在第 { $segment } 段相邻样本之间的噪声为其他段的 { $times } 倍：其 u 取自该段及与其相似各段自身的噪声。
+noisier-segment = { $apart ->
+    [yes] { $column } 在第 { $segment } 段相邻样本之间的噪声为其他段的 { $times } 倍：其 u 取自该段及与其相似各段自身的噪声。
+   *[no] { $column } 在第 { $segment } 段的噪声为其他段的 { $times } 倍：其 u 相应增大。
+}
 segment-in-the-mean = 第 { $segment } 段，{ $column }：{ $events }（计入均值）
 from-s = 起，s
 reason = 原因
@@ -873,10 +956,6 @@ h-in-steps-of-s = { $duration } h，步长 { $step } s
 duration = 时长
 vertical-channel = 垂直通道
 scenario = 情形
-tilt-arcsec = 水平姿态（arcsec）
-azimuth-arcsec = 方位（arcsec）
-velocity-m-s = 速度（m/s）
-position-m = 位置（m）
 perfect-unit-a-perfect-unit-the-navigators = `perfect_unit`：理想惯性装置，即导航解算自身的误差。
 azimuth = 方位
 velocity = 速度
@@ -908,16 +987,22 @@ so-many-values-what-a-diagnosis-could = 读数过多：不预测诊断所能发�
 counted-above-with-tilts-of-arcsec-the = 上表已计入：失准角为 { $tilts } arcsec 时，{ $known } 的不确定度给 { $parameter } 带来 { $u }{ $unit }
 not-counted-the-uncertainty-of-acts-through = 未计入：{ $known } 的不确定度通过失准角起作用，其大小不能由试验编排得知；失准角为 { $tilts } arcsec 时将给 { $parameter } 带来 { $u }{ $unit }（用 --tilts { $tilts } 计入）
 plan-table-times = { $length } 次
-the-best-all-choices-of-these-candidates = 最优：在此费用下，这些候选位置的全部 { $all } 种组合均已试过（已证明 100 %）
-the-best-all-choices-of-these-candidates-2 = 最优：这些候选位置的全部 { $all } 种组合均已试过（已证明 100 %）
-proven-to-be-at-least-as-good = 已证明至少达到在此费用下这些候选位置最优组合的 { $share }
-proven-to-be-at-least-as-good-2 = 已证明至少达到这些候选位置最优组合的 { $share }
+best-of-all-choices = { $limited ->
+    [yes] 最优：在此费用下，这些候选位置的全部 { $all } 种组合均已试过（已证明 100 %）
+   *[no] 最优：这些候选位置的全部 { $all } 种组合均已试过（已证明 100 %）
+}
+proven-efficiency = { $limited ->
+    [yes] 已证明至少达到在此费用下这些候选位置最优组合的 { $share }
+   *[no] 已证明至少达到这些候选位置最优组合的 { $share }
+}
 the-bound-allows-more-mountings-than-the = 理论界允许的安装次数多于费用所允许的，因此该选择很可能就是最优
 so-few-portions-cannot-follow-the-best = 份数太少，不能贴近最优权重；增加份数或减小每份可更接近
 the-bound-itself-may-be-too-high = 理论界本身可能偏高 { $gap }
 no-angle-is-worth-moving = 没有角度值得移离候选位置（最小步距 { $resolution }°）
-angles-moved-off-the-candidates = 在 { $mountings }中将角度移离候选位置（最小步距 { $resolution }°）：比原选择好 { $gain } %
-angles-moved-as-far-as-the-effort-went = 在计算量限度内，在 { $mountings }中将角度移离候选位置（最小步距 { $resolution }°）：比原选择好 { $gain } %
+angles-moved = { $finished ->
+    [yes] 在 { $mountings }中将角度移离候选位置（最小步距 { $resolution }°）：比原选择好 { $gain } %
+   *[no] 在计算量限度内，在 { $mountings }中将角度移离候选位置（最小步距 { $resolution }°）：比原选择好 { $gain } %
+}
 within-a-budget-of-for-what-was = 所选部分的费用限额为 { $cost }
 at-no-more-cost-than-the-given = 费用不超过所给试验编排，相同读数数目时为 { $cost }（--any-cost：不限费用）
 without-it-nothing-determines = 去掉它则无法确定 { $parameter }
@@ -927,24 +1012,24 @@ u-of-their-coefficients-and = 二者系数的 u 为 { $p } 和 { $q }
 nothing-tells-them-apart = 无法区分二者
 and-both-in-the-model-before = { $a } 与 { $b } 同在模型中：原编排，{ $before }
 with-the-added-positions = 增加位置后，{ $after }
-no-candidate-tells-them-apart-so-nothing = 没有候选位置能区分二者，因此不增加位置
 positions-share-deviations-planned-for = 读数共有偏差（{ $line }）；所选位置按 { $levels } 规划（扫描采用方案中第一个读数的值；可用 --candidates 文件 另行给出）
 no-candidate-would-separate-it-but-all = 没有候选位置能将其分离，但全部候选位置都限于 { $held }（可用 --candidates 文件 另行给出）
 of-is-found-with-probability-where-the = 大小为 { $size } 的 { $effect }，当其系数 { $coefficient } 的 u 不大于 { $u } 时，以概率 { $power } 被发现
-the-goal-counts = 目标所计的量：{ $counted }
-the-goal-counts-but-not = 目标所计的量：{ $counted }；不计 { $derived }
+the-goal-counts = { $some ->
+    [yes] 目标所计的量：{ $counted }；不计 { $derived }
+   *[no] 目标所计的量：{ $counted }
+}
 this-is-the-cheapest-schedule-that-was = 这是已找到的费用最低的试验编排；未证明没有更低者
 determined-instead-2 = 可确定的是：{ $instead }
 leverage = 杠杆值
 its-largest-effect-on-an-angle = 最大影响
-no-candidate-tells-and-apart-so-nothing = 没有候选位置能区分 { $a } 与 { $b }，因此不增加位置。
+no-candidate-discriminates = 没有候选位置能区分 { $a } 与 { $b }，因此不增加位置。
 seed-of-starts-ended-here = ，随机种子 { $seed }，{ $starts } 个起点中有 { $hits } 个收敛于此
 of-its-readings-chosen-among-candidate-portions = 其中 { $chosen } 个读数选自 { $candidates } 份候选，准则 { $criterion }{ $starts }
 even-all-candidates-together-do-not-determine = 即使使用全部候选位置也不能确定 `{ $id }`。
 u-given = 原编排 u
 u-better = 更优 u
 gain = 改善倍数
-model-of-2 = { $id } 的模型
 noise-of-2 = { $id } 的噪声
 judged-at-2 = 评定点
 the-two-effects = 两个误差项
@@ -954,13 +1039,16 @@ its-readings = 其各读数
 what-rests-on-each-reading = 各读数的作用
 model-and-noise = 模型与噪声
 the-better-schedule-2 = 更优的试验编排
-the-goal-is-reached-the-largest-uncertainty-2 = 目标已达到：最大不确定度为其限值的 { $share } 倍{ $proof }。
-the-goal-is-not-reached-at-best-2 = 目标未达到：最好时，最大不确定度为其限值的 { $share } 倍。
+goal-reached = { $reached ->
+    [yes] 目标已达到：最大不确定度为其限值的 { $share } 倍{ $proof }。
+   *[no] 目标未达到：最好时，最大不确定度为其限值的 { $share } 倍。
+}
 still-to-run-2 = 尚待进行：{ $work }。
-title-parameter = 参数
 predicted-standard-uncertainties = 预计标准不确定度
-at-equal-effort-the-given-schedule-repeated = 相同工作量：将原试验编排重复或截短，使读数数目与更优的试验编排相同。
-at-equal-effort-the-given-schedule-repeated-2 = 相同工作量：将原试验编排重复或截短，使费用与更优的试验编排相同。
+at-equal-effort = { $cost ->
+    [yes] 相同工作量：将原试验编排重复或截短，使费用与更优的试验编排相同。
+   *[no] 相同工作量：将原试验编排重复或截短，使读数数目与更优的试验编排相同。
+}
 mounting = 安装
 position-values-in-the-order-to-run = 位置，数值按进行的顺序
 why-it-is-there = 选取理由
@@ -969,9 +1057,11 @@ where-the-positions-lie = 位置分布
 squares-the-schedules-positions = 方块：试验编排的各位置。
 dots-candidates-squares-the-given-schedule-discs = 小点：候选位置。方块：原试验编排。带数字的圆：更优的试验编排及其在各位置的读数。
 then-at-a-reading-in-its-u = 对单个读数，以其 u 计
-cannot-be-told-from-2 = 无法区分的项
-effects-that-would-show-on-the-better = 在更优的试验编排下可以发现的误差项，每个方向一行
-effects-that-would-show-on-this-schedule = 在本试验编排下可以发现的误差项，每个方向一行
+cannot-be-distinguished-from = 无法区分的项
+effects-that-would-show = { $better ->
+    [yes] 在更优的试验编排下可以发现的误差项，每个方向一行
+   *[no] 在本试验编排下可以发现的误差项，每个方向一行
+}
 nearly-alike-cosine-beside-the-model-and = 近似相同者：列出扣除模型后的方向余弦，以及前者不致被误认为后者的最小值。
 taken-up-by = 吸收它的参数
 effects-that-never-show-estimated-parameters-take = 无法发现的误差项：被待估参数吸收，并使其产生偏差
@@ -987,16 +1077,20 @@ averaging-time-s = 平均时间，s
 time-since-the-first-sample-s = 自第一个采样起的时间，s
 positions-deg = { $across }（deg）
 deg-across-deg-up = 横轴 { $across }（deg），纵轴 { $up }（deg）
+regressor-of-sensor = { $regressor }（{ $sensor }）
 foresight-nearly = 近似 { $regressor }（{ $cosine }）
 apart-from = { $regressor }（{ $cosine }，自 { $apart } 起可区分）
 none-would-show-the-estimated-parameters-take = 均不能发现：这些位置所激励的误差项全部被待估参数吸收
 u-where-only-the-residuals-tell-the = ；噪声只能由残差得知时为 { $more } u
 nothing-where-only-the-residuals-would-tell = ；噪声只能由残差得知时不能发现
 smallest-size-that-shows-u-significance-for = 可发现的最小值：{ $size } u（{ $directions }合计显著性水平 { $significance }，检验功效 { $power }）{ $residuals }
-event-absent = 缺失
-event-saturation = 饱和
-event-spike = 尖峰
-event-stuck = 卡滞
+term-event = { $word ->
+    [absent] 缺失
+    [saturation] 饱和
+    [spike] 尖峰
+    [stuck] 卡滞
+   *[other] { $word }
+}
 before-repair = 修正前
 after-repair = 修正后
 repair-shift = 变化
@@ -1004,12 +1098,15 @@ title-devices-by = { $devices }（按 { $by } 区分）
 gauss-newton-did-not-converge-after = 高斯-牛顿法经 { $steps }仍未收敛：{ $stop }。
 gauss-newton-converged-and-differs = 高斯-牛顿法经 { $steps }收敛。线性估计值（从参考点出发的一步）与之相差超过 0.1 u（精确减线性）：{ $what }。
 reduction-segment = 第 { $segment } 段：{ $notes }。
+terms = 术语
 meaning = 含义
 lot = 批次
 control-limits = 控制限
 plan-of = 计划：{ $title }
-more-rows = ……另有 { $n } 行
-more-rows-by-option = ……另有 { $n } 行（-v 全部列出）
+more-rows = { $option ->
+    [yes] ……另有 { $n } 行（-v 全部列出）
+   *[no] ……另有 { $n } 行
+}
 nearly-alike = 近似相同
 iterations = 迭代过程
 iteration = 迭代
@@ -1051,14 +1148,17 @@ guide-which = 哪个位置？有几个位置与读数相符；请输入一行：
 guide-reached = 完成：各目标均已达到，无缺项或均已指明；{ $readings } 个读数，代价 { $cost }
 guide-nothing-to-gain = 停止：此方案中没有位置能提供更多所需信息；{ $readings } 个读数，代价 { $cost }
 guide-most-readings = 停止：已取 { $readings } 个读数，为 --most 所允许的上限；代价 { $cost }
-mistake-turned-180 = 关节转了 180 度
-mistake-another-position = 方案中的另一位置
-mistake-wrong-sense = 转动方向相反
-mistake-exchanged-axes = 关节互换
-mistake-exchanged-sensors = 传感器互换
-mistake-slipped-mounting = 安装松动
-mistake-bad-reading = 坏值
-mistake-missing-effect = 模型缺少的误差项
+term-mistake = { $word ->
+    [turned-180] 关节转了 180 度
+    [another-position] 方案中的另一位置
+    [wrong-sense] 转动方向相反
+    [exchanged-axes] 关节互换
+    [exchanged-sensors] 传感器互换
+    [slipped-mounting] 安装松动
+    [bad-reading] 坏值
+    [missing-effect] 模型缺少的误差项
+   *[other] { $word }
+}
 
 # Run sheets and drawings of benches
 run-sheet = 测量记录表：{ $bench }

@@ -195,7 +195,8 @@ pub fn numbers<'py>(py: Python<'py>, count: usize, value: impl Fn(usize) -> f64)
 }
 
 pub fn language(code: &str) -> PyResult<Language> {
-    Language::of(code).ok_or_else(|| PyValueError::new_err(format!("no language '{code}': expected 'en' or 'zh'")))
+    let codes = || Language::ALL.map(|own| format!("'{}'", own.code())).join(" or ");
+    Language::of(code).ok_or_else(|| PyValueError::new_err(format!("no language '{code}': expected {}", codes())))
 }
 
 /// How to fit, from the arguments of Python.

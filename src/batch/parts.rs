@@ -72,7 +72,7 @@ impl Parts {
     /// Errors: what a step without the readings cannot do, and what does it.
     pub fn new(template: &Campaign, settings: &Settings) -> Result<Self> {
         let refuse = |what: &str, path: &str| {
-            Err(Malformed::new(Fault::Value, format!("{what}: that needs all readings of a device at hand"))
+            Err(Malformed::new(Fault::Value, format!("{what}: that needs all readings of a device in memory"))
                 .expected("the ordinary fit of each device (tumble fit CAMPAIGN --by COLUMN)")
                 .at_path(path))
         };

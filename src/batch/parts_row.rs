@@ -52,7 +52,7 @@ impl Parts {
             list if !list.contains(&true) => Ok(false),
             _ => Err(Malformed::new(
                 Fault::Missing,
-                "the scatter of several sensors (or beside priors) is to be estimated, which needs all readings at hand",
+                "the scatter of several sensors (or with priors) is to be estimated, which needs all readings in memory",
             )
             .expected("stated uncertainties of the readings, or the ordinary fit of each device")),
         }

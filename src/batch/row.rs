@@ -262,7 +262,7 @@ impl Remarks {
             self.say(Reason::SuspiciousReadings, words);
         }
         if let Some(times) = device.times() {
-            self.say(Reason::RepeatedRows, format!("every row stands there {times} times"));
+            self.say(Reason::RepeatedRows, format!("every row occurs {times} times"));
         }
     }
 

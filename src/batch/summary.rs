@@ -156,20 +156,20 @@ pub struct Scattering {
     pub u_dof: f64,
     /// Probability of a larger ratio if all devices were alike.
     pub p: f64,
-    /// Standard deviation of the devices' true values that explains the rest, `sqrt(sd^2 - u^2)`; 0 where nothing is left.
+    /// Standard deviation of the devices' true values that explains the excess scatter, `sqrt(sd^2 - u^2)`; 0 where nothing is left.
     pub sd_of_devices: f64,
 }
 
 impl Scattering {
     /// Do devices differ by more than their readings scatter: is so large a ratio less probable than 1 %?
-    pub fn is_significant(&self) -> bool {
+    pub(crate) fn is_significant(&self) -> bool {
         self.p < 0.01
     }
 }
 
-/// A device that stands apart.
+/// An outlying device.
 #[derive(Debug, Clone, PartialEq)]
-pub struct OutlyingDevice {
+pub(crate) struct OutlyingDevice {
     /// The device.
     pub label: String,
     /// The quantity, by its index.
@@ -346,10 +346,10 @@ impl Summary {
         Some(Quantity { devices: n, mean, sd: variance.map(f64::sqrt), quantiles, u: rms(sums.u), scattering })
     }
 
-    /// Devices that stand apart from the others in some quantity, at 1 % over all devices and quantities, the farthest first.
+    /// Devices that are outliers in some quantity, at 1 % over all devices and quantities, the farthest first.
     ///
     /// `z = (x - median) / (1.4826 MAD)`, two-sided normal (B. Iglewicz, D. Hoaglin, How to Detect and Handle Outliers (1993), 3.3).
-    pub fn outlying(&self, most: usize) -> Vec<OutlyingDevice> {
+    pub(crate) fn outlying(&self, most: usize) -> Vec<OutlyingDevice> {
         let mut found = Vec::new();
         let all = (self.values.len() as f64).max(1.0);
         // no devices: no limit is drawn

@@ -14,9 +14,11 @@ mod gravity;
 mod modulation;
 mod rotation;
 
-pub use builtin::{BuiltIn, built_in, built_ins};
+pub(crate) use builtin::built_ins;
+pub use builtin::{BuiltIn, built_in};
 pub use earth::{EARTH_RATE_DEG_H, STANDARD_GRAVITY_M_S2};
-pub use gravity::{GravityFrom, NORMAL_GRAVITY_FORMULA, NORMAL_GRAVITY_U_M_S2, normal_gravity};
+pub use gravity::{GravityFrom, normal_gravity};
+pub(crate) use gravity::{NORMAL_GRAVITY_FORMULA, NORMAL_GRAVITY_U_M_S2};
 pub use modulation::Modulation;
 pub use rotation::{Axis, sin_cos_deg};
 
@@ -25,7 +27,7 @@ use crate::error::{Fault, Malformed, Result};
 use crate::units::Unit;
 use nalgebra::Vector3;
 
-/// A bench: where it stands, in which units it speaks, its chain of rotations and its sensors.
+/// A bench: its site, its units, its chain of rotations and its sensors.
 #[derive(Debug, Clone)]
 pub struct Bench {
     /// Short name, for example `gyro-turntable`.
@@ -66,7 +68,7 @@ pub struct DerivedQuantity {
     pub unit: Option<String>,
 }
 
-/// Where the bench stands.
+/// The site of the bench.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Site {
     /// Geodetic latitude in degrees, north positive.

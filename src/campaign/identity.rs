@@ -124,7 +124,7 @@ impl Identity {
     }
 
     /// Instruments whose certificate was no longer valid on the day of the measurement, with both days.
-    pub fn expired(&self) -> impl Iterator<Item = (&Instrument, &str, &str)> {
+    pub(crate) fn expired(&self) -> impl Iterator<Item = (&Instrument, &str, &str)> {
         let date = self.date.as_deref().and_then(day);
         self.instruments.iter().filter_map(move |own| {
             let (valid_to, date) = (own.valid_to.as_deref().and_then(day)?, date?);
@@ -146,7 +146,7 @@ impl Identity {
                 [unit.manufacturer.clone(), unit.kind.clone(), serial].into_iter().flatten().collect();
             add(say!(lang, "identity-unit"), Some(words.join(lang.comma())));
         }
-        add(say!(lang, "identity-date"), self.date.clone());
+        add(&lang.title(say!(lang, "date")), self.date.clone());
         add(say!(lang, "identity-place"), self.place.clone());
         add(say!(lang, "identity-operator"), self.operator.clone());
         for instrument in &self.instruments {

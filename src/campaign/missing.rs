@@ -75,7 +75,7 @@ fn is_unused(bench: &Bench, column: &str) -> bool {
     !bench.joints().any(of_joint) && !bench.sensors.iter().any(|sensor| sensor.model.names().contains(&column))
 }
 
-/// Refuse an estimated coefficient whose terms are all zero, since a factor beside it is taken as zero.
+/// Refuse an estimated coefficient whose terms are all zero, since it is multiplied by a factor that is taken as zero.
 pub(super) fn refuse_without_factor(bench: &Bench, parameters: &[Parameter]) -> Result<()> {
     let is_zero =
         |name: &str| parameters.iter().any(|p| p.id == name && p.role == Role::AssumedZero && p.kind != Kind::Tilt);
@@ -96,8 +96,10 @@ pub(super) fn refuse_without_factor(bench: &Bench, parameters: &[Parameter]) -> 
             }
         }
         if let Some(factor) = factor {
-            let what =
-                format!("'{}' stands only beside '{factor}', which is neither a column, known nor estimated", own.id);
+            let what = format!(
+                "'{}' occurs only multiplied by '{factor}', which is neither a column, known nor estimated",
+                own.id
+            );
             return Err(Malformed::new(Fault::UnknownName, what)
                 .expected(format!(
                     "'{factor}' in the readings, in known or in estimate, so that '{}' can be estimated",

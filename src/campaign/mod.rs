@@ -16,12 +16,14 @@ mod scatter;
 mod units;
 
 pub use identity::{Condition, Identity, Instrument, UnitUnderTest, day};
-pub use inputs::{GRAVITY, LATITUDE, RATE};
+pub use inputs::RATE;
 pub use limits::{Decision, Limit, Limited, ScaleFactor};
 pub use parameters::{Constraint, Derived, Distribution, Kind, Known, Parameter, Prior, Role};
 pub use readings::{JointState, Observation, Reading, Readings};
-pub use scatter::{Deviating, Over, Per, Scatter, ScatterRequest, Size};
-pub use units::{Inferred, coefficient_unit};
+pub(crate) use scatter::ScatterRequest;
+pub use scatter::{Deviating, Over, Per, Scatter, Size};
+pub use units::Inferred;
+pub(crate) use units::coefficient_unit;
 
 use crate::algebra::Expression;
 use crate::bench::Bench;
@@ -34,7 +36,7 @@ use crate::units::Unit;
 pub struct Campaign {
     /// Where and with what was measured.
     pub bench: Bench,
-    /// Units of the coefficients, as the model lines tell them.
+    /// Units of the coefficients, as they follow from the model lines.
     pub units: Inferred,
     /// Every coefficient and tilt: the estimated first (in the campaign's order), then the known, then those assumed zero.
     pub parameters: Vec<Parameter>,
@@ -54,7 +56,7 @@ pub struct Campaign {
     pub limits: Vec<Limit>,
     /// The rule of that judgement.
     pub decision: Decision,
-    /// The column of the readings that tells devices apart, where they are many.
+    /// The column of the readings that identifies the device, if they are of many devices.
     pub by: Option<String>,
 }
 
@@ -217,7 +219,7 @@ impl Campaign {
     }
 
     /// Does the schedule carry any sensor value? Without one it is a schedule, to be simulated or planned.
-    pub fn is_measured(&self) -> bool {
+    pub(crate) fn is_measured(&self) -> bool {
         self.readings.rows.iter().any(|reading| !reading.observations.is_empty())
     }
 }
@@ -302,7 +304,7 @@ pub(crate) fn derived(campaign: &Campaign, id: &str, line: Expression, unit: Opt
             Fault::NameClash,
             format!("the derived quantity '{id}' has the name of a parameter"),
         )
-        .expected("a name of its own"));
+        .expected("a different name"));
     }
     let own = campaign.unit_of(&line);
     let symbol = |unit: &Unit| unit.symbol().to_string();

@@ -27,7 +27,7 @@ pub struct Parameter {
     pub id: String,
     /// Tilt or coefficient.
     pub kind: Kind,
-    /// `rad` for tilts; for coefficients as the model line tells, else as given, else empty.
+    /// `rad` for tilts; for coefficients as it follows from the model line, else as given, else empty.
     pub unit: String,
     /// What it means, for a person; may be empty.
     pub meaning: String,
@@ -202,7 +202,7 @@ fn meaning(bench: &Bench, id: &str) -> String {
         .unwrap_or_default()
 }
 
-/// The unit in which a parameter is carried: radians, or what the model line tells; `None` where it leaves the unit open.
+/// The unit of a parameter in computations: radians, or the unit that follows from the model line; `None` where it leaves the unit open.
 pub(super) fn internal_unit(units: &Inferred, id: &str, kind: Kind) -> Option<Unit> {
     match kind {
         Kind::Tilt => Unit::parse("rad").ok(),
@@ -236,7 +236,7 @@ fn in_radians(id: &str, kind: Kind, unit: Option<&str>, value: f64, path: &str) 
         return Ok(());
     }
     Err(Malformed::new(Fault::Missing, format!("'{id}' (a tilt) has no unit, and is no angle in radians"))
-        .expected("a \"unit\" beside it, for example \"arcsec\"; radians where there is none")
+        .expected("a \"unit\", for example \"arcsec\"; radians without one")
         .found(format!("{value} without a unit"))
         .at_path(path))
 }

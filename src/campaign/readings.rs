@@ -108,7 +108,7 @@ impl Readings {
 
 impl JointState {
     /// The same turning at another rate; `None` for a joint that stands.
-    pub fn at_rate(&self, rate_deg_s: f64) -> Option<JointState> {
+    pub(crate) fn at_rate(&self, rate_deg_s: f64) -> Option<JointState> {
         match *self {
             JointState::Held { .. } => None,
             JointState::WholeTurns { .. } => Some(JointState::WholeTurns { rate_deg_s }),
@@ -138,7 +138,7 @@ impl JointState {
     /// assert_eq!(JointState::from_keys("gamma", None, Some(20.0), None).unwrap(), JointState::WholeTurns { rate_deg_s: 20.0 });
     /// assert!(JointState::from_keys("gamma", None, None, None).is_err());
     /// ```
-    pub fn from_keys(joint: &str, deg: Option<f64>, deg_s: Option<f64>, turns: Option<f64>) -> Result<Self> {
+    pub(crate) fn from_keys(joint: &str, deg: Option<f64>, deg_s: Option<f64>, turns: Option<f64>) -> Result<Self> {
         if let Some(turns) = turns {
             if !(turns > 0.0) {
                 return Err(Malformed::new(Fault::Value, format!("{joint}_turns must be positive"))
@@ -156,7 +156,7 @@ impl JointState {
             }
             if deg_s.is_none_or(|rate| rate == 0.0) {
                 return Err(Malformed::new(Fault::Missing, format!("{joint}_turns needs a rate"))
-                    .expected(format!("{joint}_deg_s other than zero beside {joint}_turns"))
+                    .expected(format!("{joint}_deg_s other than zero with {joint}_turns"))
                     .at_path(format!("{joint}_turns")));
             }
         }
@@ -166,10 +166,8 @@ impl JointState {
                 .found("neither")),
             (Some(angle_deg), None | Some(0.0), None) => Ok(JointState::Held { angle_deg }),
             (None, Some(0.0), _) => {
-                Err(Malformed::new(Fault::Missing, format!("the joint '{joint}' stands still, but where?"))
-                    .expected(format!(
-                        "{joint}_deg beside {joint}_deg_s = 0 (any angle, where no reading depends on it)"
-                    ))
+                Err(Malformed::new(Fault::Missing, format!("the joint '{joint}' is at rest, but its angle is missing"))
+                    .expected(format!("{joint}_deg with {joint}_deg_s = 0 (any angle, if no reading depends on it)"))
                     .found("a rate of zero and no angle")
                     .at_path(format!("{joint}_deg_s")))
             }

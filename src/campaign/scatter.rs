@@ -79,7 +79,7 @@ pub struct Over {
 
 /// A line as a file asks for it.
 #[derive(Debug, Clone, Default)]
-pub struct ScatterRequest {
+pub(crate) struct ScatterRequest {
     /// Names of what deviates.
     pub of: Vec<String>,
     /// `reading`, `position`, `campaign` or a column.
@@ -104,12 +104,12 @@ pub struct ScatterRequest {
 
 impl Scatter {
     /// Is it a joint that deviates?
-    pub fn is_of_a_joint(&self) -> bool {
+    pub(crate) fn is_of_a_joint(&self) -> bool {
         matches!(self.of, Deviating::Joint(_))
     }
 
     /// What deviates, by name.
-    pub fn of_name(&self, campaign: &Campaign) -> String {
+    pub(crate) fn of_name(&self, campaign: &Campaign) -> String {
         let sensor = |k: &usize| campaign.sensor_id(*k).to_string();
         match &self.of {
             Deviating::Sensor(k) => sensor(k),
@@ -175,7 +175,7 @@ impl Per {
 
     /// The level of a reading by name, where the factor links positions: empty for the whole campaign, the column's value else. `None` for a
     /// reading that lacks the column, and for factors that link none.
-    pub fn level_name<'a>(&self, readings: &Readings, reading: &'a Reading) -> Option<Cow<'a, str>> {
+    pub(crate) fn level_name<'a>(&self, readings: &Readings, reading: &'a Reading) -> Option<Cow<'a, str>> {
         match self {
             Per::Campaign => Some("".into()),
             Per::Column(name) => value(readings.columns.iter().position(|c| c == name), name, reading),
@@ -196,7 +196,7 @@ impl Campaign {
     ///
     /// Errors: names that the bench does not have, columns that the readings lack or that say nothing, lines that say the same, sizes that are
     /// not positive; each with its place.
-    pub fn with_scatter(mut self, requests: Vec<ScatterRequest>) -> Result<Self> {
+    pub(crate) fn with_scatter(mut self, requests: Vec<ScatterRequest>) -> Result<Self> {
         for (k, request) in requests.into_iter().enumerate() {
             let place = format!("scatter[{k}]");
             for line in request.into_lines(&self, &place).map_err(|error| error.under(&place))? {
@@ -226,8 +226,8 @@ impl Campaign {
         Ok(self)
     }
 
-    /// Add one line; two that say the same cannot be told apart.
-    pub fn add_scatter(&mut self, line: Scatter) -> Result<()> {
+    /// Add one line; two with the same effect cannot be distinguished.
+    pub(crate) fn add_scatter(&mut self, line: Scatter) -> Result<()> {
         let same = |other: &&Scatter| {
             let (a, b) = (&other.of, &line.of);
             let of = match (a, b) {
@@ -289,7 +289,7 @@ impl ScatterRequest {
         }
         if self.dof.is_some() && self.estimate {
             return Err(Malformed::new(Fault::Value, "degrees of freedom of a standard deviation that is estimated")
-                .expected("\"dof\" only beside a stated \"u\": the readings tell the others")
+                .expected("\"dof\" only with a stated \"u\": for an estimated one the readings determine it")
                 .at_path("dof"));
         }
         let mut lines = Vec::with_capacity(self.of.len());
@@ -325,7 +325,7 @@ impl ScatterRequest {
         }
         let other = self.per.as_deref().is_some_and(|per| per != "reading");
         if other || self.u.is_some() || self.estimate || self.over.is_some() {
-            return Err(Malformed::new(Fault::Value, "a correlation is of the readings' own noise")
+            return Err(Malformed::new(Fault::Value, "only the noise of the readings can be correlated")
                 .expected("\"of\", \"per\": \"reading\" and \"correlation\" alone; the sizes are those of the sensors' readings")
                 .at_path("correlation"));
         }
@@ -492,7 +492,7 @@ fn deviating(campaign: &Campaign, name: &str) -> Result<Deviating> {
     }
     match campaign.parameter_index(name) {
         Some(k) => Ok(Deviating::Parameter(k)),
-        None => Err(unknown_name(campaign, name, "and nothing else can scatter")),
+        None => Err(unknown_name(campaign, name, "and no other quantity can have a random effect")),
     }
 }
 

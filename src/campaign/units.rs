@@ -9,7 +9,7 @@ use crate::error::Result;
 use crate::units::{self, Conversion, Unit};
 use std::collections::{BTreeMap, HashMap};
 
-/// What the model lines of a bench tell about units.
+/// Units of a bench as they follow from its model lines.
 #[derive(Debug, Clone, Default)]
 pub struct Inferred {
     /// Unit of each coefficient that the lines (or stated units) determine.
@@ -155,7 +155,7 @@ impl super::Campaign {
     }
 }
 
-/// The unit of a coefficient as the model lines tell it; `None` where they leave it open.
+/// The unit of a coefficient as it follows from the model lines; `None` where they leave it open.
 ///
 /// ```
 /// use tumble::{bench, campaign, wire};
@@ -164,7 +164,7 @@ impl super::Campaign {
 /// assert_eq!(campaign::coefficient_unit(&bench, &[], "kIO").as_deref(), Some("V/(deg/s)^2"));
 /// # Ok::<(), tumble::error::Malformed>(())
 /// ```
-pub fn coefficient_unit(bench: &Bench, columns: &[String], coefficient: &str) -> Option<String> {
+pub(crate) fn coefficient_unit(bench: &Bench, columns: &[String], coefficient: &str) -> Option<String> {
     Inferred::new(bench, columns, &[]).unit(coefficient).map(|unit| unit.symbol().to_string())
 }
 

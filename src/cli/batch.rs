@@ -4,7 +4,6 @@ use super::Outcome;
 use super::batch_reports::{self, Reports};
 use super::devices::{DeviceCampaign, Many, Others};
 use super::files;
-use super::outputs::Outputs;
 use super::pages::Pages;
 use super::rows::{Columns, Format, Rows};
 use crate::batch::{self, Device, Fleet, Layout, Row, Summary};
@@ -36,8 +35,7 @@ pub(super) fn fit(
             .found(settings.level.to_string()));
     }
     let names = report::batch_quantities(template);
-    let [html, md, xlsx] = pages.paths();
-    let mut outputs = Outputs::plan([many.to.as_deref(), html, md, xlsx, json])?;
+    let mut outputs = pages.outputs([many.to.as_deref(), json])?;
     let terminal = std::io::stdout().is_terminal();
     let stdout = PathBuf::from("-");
     // rows go to the file, else to stdout unless a person sits there or a report goes there
@@ -98,7 +96,7 @@ pub(super) fn fit(
         found.inputs = table.inputs()?;
     }
     let devices = match reports {
-        Some(folder) => batch_reports::reports(&table, folder, html.or(md), &found, settings, lang)?,
+        Some(folder) => batch_reports::reports(&table, folder, pages.linked(), &found, settings, lang)?,
         None => Reports::default(),
     };
     if let Some(folder) = reports.filter(|_| !devices.texts.is_empty()) {

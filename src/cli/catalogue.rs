@@ -14,7 +14,7 @@ pub(super) struct Catalogue {
 }
 
 impl Catalogue {
-    /// The user's effects first, so that their names stand where both have the same term.
+    /// The user's effects first, so that their names are used where both have the same term.
     pub fn new(own: Option<Source>) -> Result<Self> {
         let mut effects = match &own {
             Some(source) => wire::read_effects(source)?,

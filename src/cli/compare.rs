@@ -41,8 +41,7 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
 
 /// The files that are asked for.
 fn outputs(arguments: &Arguments) -> Result<Outputs> {
-    let [html, md, xlsx] = arguments.pages.paths();
-    Outputs::plan([html, md, xlsx, arguments.json.as_deref()])
+    arguments.pages.outputs([arguments.json.as_deref()])
 }
 
 /// Write what is asked for, or print the document where nothing goes to stdout.

@@ -24,7 +24,7 @@ pub(super) struct Many {
     /// One fit for each value of this column of the readings: a serial number. It replaces the campaign's "by".
     #[arg(long, value_name = "COLUMN")]
     by: Option<String>,
-    /// With many devices: write one row a device to a file, as .csv, .jsonl or .parquet; without it CSV goes to stdout, on a terminal a table.
+    /// With many devices: write one row for each device to a file (.csv, .jsonl or .parquet). Without it: CSV to stdout, a table on a terminal.
     #[arg(long, value_name = "FILE")]
     pub(super) to: Option<PathBuf>,
     /// With many devices: the column of dates or lots for control charts; lot, batch, date or day unless given.
@@ -90,7 +90,7 @@ impl DeviceCampaign {
         &self.source
     }
 
-    /// Are there several devices to be told apart?
+    /// Are there several devices?
     pub(super) fn is_of_many(&self) -> bool {
         self.by.is_some() || self.files.len() > 1
     }
@@ -263,7 +263,7 @@ impl DeviceTable<'_> {
         self.template.as_ref().ok_or_else(|| Malformed::new(Fault::Missing, "there is no campaign"))
     }
 
-    /// What tells devices apart.
+    /// The column that identifies the device.
     pub(super) fn by(&self) -> &str {
         self.by.as_deref().unwrap_or("file")
     }
@@ -277,7 +277,7 @@ impl DeviceTable<'_> {
         self.question.of_device(self.template()?, layout, device)
     }
 
-    /// Hand on the devices, in chunks; `restart` forgets what was handed on, where the rows of a device do not stand together. `sink` says whether
+    /// Hand on the devices, in chunks; `restart` forgets what was handed on, where the rows of a device are not contiguous. `sink` says whether
     /// devices were of use.
     pub(super) fn read(
         &self,
@@ -309,9 +309,7 @@ impl DeviceTable<'_> {
         })?;
         if let Some((first, others)) = read.blanks_differ.split_first() {
             let more = if others.is_empty() { String::new() } else { format!(" and {} others", others.len()) };
-            super::note(&format!(
-                "note: '{first}'{more} stand with different blanks around them, and are taken as one device each"
-            ));
+            super::note(&format!("note: '{first}'{more} differ only in blanks, and each is taken as one device"));
         }
         Ok(())
     }

@@ -20,20 +20,20 @@ pub(super) struct Arguments {
     /// The campaign file (JSON; standard input with '-'), or a mission file with '--measured'.
     #[arg(required_unless_present = "readings")]
     campaign: Option<PathBuf>,
-    /// Measured navigation errors of a mission (CSV, with the columns of `tumble navigate --csv` and `_u` beside them).
+    /// Measured navigation errors of a mission (CSV, with the columns of `tumble navigate --csv`, and `_u` for their standard uncertainties).
     #[arg(long, value_name = "FILE", conflicts_with = "effects")]
     measured: Option<PathBuf>,
-    /// A catalogue of your own effects, tried beside the built-in ones (`tumble schema effects` has its form).
+    /// A catalogue of further effects to try with the built-in ones (`tumble schema effects` has its form).
     #[arg(long, value_name = "FILE")]
     effects: Option<PathBuf>,
     /// Probability of reporting anything when nothing is missing.
     #[arg(long, default_value_t = 0.01, value_name = "P", allow_negative_numbers = true)]
     significance: f64,
-    /// Remounting scatters each sensor's offset at each position: estimated, or with this standard uncertainty in the sensor's unit. Other
-    /// deviations are "scatter" lines of the campaign.
+    /// Random offset of each sensor at each position (set-up repeatability): 'estimate' its variance, or state its standard uncertainty in
+    /// the sensor's unit. Other random effects are "scatter" lines of the campaign.
     #[arg(long, value_name = "estimate|U", value_parser = super::fit::remount, allow_negative_numbers = true, conflicts_with = "measured")]
     remount: Option<Remount>,
-    /// Write the repaired bench to NAME.bench.json and, beside it, the repaired campaign to NAME.campaign.json; with '--measured' the
+    /// Write the repaired bench to NAME.bench.json and the repaired campaign to NAME.campaign.json in the same folder; with '--measured' the
     /// mission with the errors added.
     #[arg(long, value_name = "NAME.bench.json")]
     write_model: Option<PathBuf>,
@@ -44,8 +44,8 @@ pub(super) struct Arguments {
     /// is largest.
     #[arg(long, value_name = "FILE")]
     svg: Option<PathBuf>,
-    /// Files of readings (CSV, Parquet, gzip; patterns with * and ?) in place of the campaign's: several without '--by' are a device each.
-    /// The campaign may stand behind them.
+    /// Files of readings (CSV, Parquet, gzip; patterns with * and ?) in place of the campaign's: without '--by', each file is one device.
+    /// The campaign may follow them.
     #[arg(long, value_name = "FILE", num_args = 1.., conflicts_with = "measured")]
     readings: Vec<PathBuf>,
     #[command(flatten)]
@@ -96,7 +96,7 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
         let single = [
             (arguments.write_model.is_some(), "--write-model"),
             (arguments.svg.is_some(), "--svg"),
-            (arguments.pages.is_asked_for(), "--html, --md or --xlsx"),
+            (arguments.pages.is_asked_for(), "a page (--html and its like)"),
             (arguments.json.is_some(), "--json"),
         ];
         if let Some((_, option)) = single.iter().find(|(asked, _)| *asked) {
@@ -110,13 +110,12 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
         super::note(&note);
     }
     let model_names = arguments.write_model.as_deref().map(ModelNames::new).transpose()?;
-    let [html, md, xlsx] = arguments.pages.paths();
     let [bench, repaired] = match &model_names {
         Some(names) => [Some(names.bench.as_path()), Some(names.campaign.as_path())],
         None => [None, None],
     };
     let (svg, json) = (arguments.svg.as_deref(), arguments.json.as_deref());
-    let mut outputs = Outputs::plan([html, md, xlsx, svg, json, bench, repaired])?;
+    let mut outputs = arguments.pages.outputs([svg, json, bench, repaired])?;
     let diagnosis = diagnosis::diagnose(&campaign, &catalogue.effects, &settings)
         .map_err(|error| catalogue.locate(error, &source))?;
     let mut report = report::diagnose_report(&campaign, &diagnosis, &settings);
@@ -193,7 +192,7 @@ impl ModelNames {
                 bench = self.bench.display().to_string(),
                 campaign = self.campaign.display().to_string()
             ),
-            None => say!(lang, "note-no-effect-was-found").into(),
+            None => say!(lang, "note-nothing-found", what = "effect"),
         }
     }
 }

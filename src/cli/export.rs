@@ -19,7 +19,7 @@ pub(super) struct Arguments {
     /// Write to a file; without it, to stdout.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
-    /// What the names of C and the function of MATLAB begin with ('tumble' unless said), so that several units fit into one program.
+    /// Prefix of the names in C and of the function in MATLAB (default 'tumble'), so that one program can hold several units.
     #[arg(long, value_name = "NAME")]
     prefix: Option<String>,
     /// For kalibr: the noise of the unit's samples, a report of `tumble noise LOG --json FILE`.

@@ -73,7 +73,7 @@ fn bytes(path: &Path, name: &str) -> Result<Vec<u8>> {
     }
 }
 
-/// Read a campaign; what it refers to is looked for beside it. Also gives its source, for errors that come later.
+/// Read a campaign; files that it refers to are looked for in its folder. Also gives its source, for errors that come later.
 pub(super) fn campaign(path: &Path) -> Result<(Campaign, Source)> {
     campaign_and_inputs(path).map(|(campaign, source, _)| (campaign, source))
 }
@@ -160,7 +160,7 @@ impl Folder for Beside {
 pub(super) fn one_device(campaign: &Campaign) {
     if let Some(by) = &campaign.by {
         super::note(&format!(
-            "note: all positions are taken as those of one device; \"by\": \"{by}\" tells devices apart in fit and diagnose only"
+            "note: all positions are taken as those of one device; \"by\": \"{by}\" is used by fit and diagnose only"
         ));
     }
 }

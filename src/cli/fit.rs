@@ -1,6 +1,5 @@
 //! `tumble fit CAMPAIGN`.
 
-use super::outputs::Outputs;
 use super::{Outcome, batch, devices, files, pages};
 use crate::error::{Fault, Malformed, Result};
 use crate::fit::{self, Estimator, Remount, RobustMethod, Weighting};
@@ -29,16 +28,16 @@ pub(super) struct Arguments {
     /// Coverage probability of expanded uncertainties.
     #[arg(long, default_value_t = 0.95, value_name = "P", allow_negative_numbers = true)]
     level: f64,
-    /// Bear bad readings: Huber, Tukey (bisquare) or L1 instead of least squares.
+    /// Robust estimation in the presence of outliers: Huber, Tukey (bisquare) or L1 instead of least squares.
     #[arg(long, value_name = "METHOD", value_parser = robust_method)]
     robust: Option<RobustMethod>,
-    /// Readings that share a position share a random offset: 'estimate' its variance, or state its standard uncertainty.
+    /// Random offset common to the readings of a position (set-up repeatability): 'estimate' its variance, or state its standard uncertainty.
     #[arg(long, value_name = "estimate|U", value_parser = remount, allow_negative_numbers = true)]
     remount: Option<Remount>,
-    /// Propagate distributions by so many Monte Carlo trials beside the first order (GUM Supplements 1 and 2).
+    /// Also propagate distributions by N Monte Carlo trials (GUM Supplements 1 and 2).
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     monte_carlo: Option<usize>,
-    /// Seed of the Monte Carlo.
+    /// Seed of the Monte Carlo trials.
     #[arg(long, default_value_t = 1, value_name = "SEED", requires = "monte_carlo", allow_negative_numbers = true)]
     seed: u64,
     /// Also print the uncertainty budget of every quantity, and the correlations.
@@ -50,15 +49,15 @@ pub(super) struct Arguments {
     /// Write the report as JSON to a file, or to stdout with '-'.
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
-    /// Files of readings (CSV, Parquet, gzip; patterns with * and ?) in place of the campaign's: several without '--by' are a device each.
-    /// The campaign may stand behind them.
+    /// Files of readings (CSV, Parquet, gzip; patterns with * and ?) in place of the campaign's: without '--by', each file is one device.
+    /// The campaign may follow them.
     /// Without a FILE: also list every reading with its residual, redundancy and minimal detectable bias.
     #[arg(long, value_name = "FILE", num_args = 0..)]
     readings: Option<Vec<PathBuf>>,
     #[command(flatten)]
     many: devices::Many,
-    /// With many devices: write a page for each device that is not accepted, lies outside a limit or stands apart into a folder (at most
-    /// 100 pages); --html and --md lead to them.
+    /// With many devices: write into this folder a page for each device that is not accepted, is outside a limit or is an outlier (at most
+    /// 100 pages); --html and --md have links to them.
     #[arg(long, value_name = "FOLDER")]
     reports: Option<PathBuf>,
     #[command(flatten)]
@@ -157,8 +156,7 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
         return many(arguments, question, lang);
     }
     arguments.many.refuse_alone(&[("--reports", arguments.reports.is_some())])?;
-    let [html, md, xlsx] = arguments.pages.paths();
-    let mut outputs = Outputs::plan([html, md, xlsx, arguments.certificate.path(), arguments.json.as_deref()])?;
+    let mut outputs = arguments.pages.outputs([arguments.certificate.path(), arguments.json.as_deref()])?;
     let (fit, source, inputs) = fitted(&question, &settings(arguments))?;
     let listed = arguments.readings.is_some() && own_files.is_empty();
     let lists = listed || arguments.json.is_some() || arguments.pages.is_asked_for();

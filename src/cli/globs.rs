@@ -4,7 +4,7 @@ use crate::elements::Parts;
 use crate::error::{Fault, Malformed, Result};
 use std::path::{Path, PathBuf};
 
-/// The files that these names stand for, those of one pattern in the order of their names.
+/// The files that these names denote, those of one pattern in the order of their names.
 ///
 /// Errors: a pattern that no file has.
 pub(super) fn expand(names: &[PathBuf]) -> Result<Vec<PathBuf>> {

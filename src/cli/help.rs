@@ -1,8 +1,8 @@
-//! What stands under a command's `--help`: examples and exit codes.
+//! The text below a command's `--help`: examples and exit codes.
 
 /// `--lang` for a command that has nothing to say in a language: accepted where the others have it, but not shown.
 pub(super) fn no_language() -> clap::Arg {
-    clap::Arg::new("lang").long("lang").hide(true).default_value("en").value_parser(super::language)
+    clap::Arg::new("lang").long("lang").hide(true).default_value("en").value_parser(super::language())
 }
 
 /// The program.
@@ -17,10 +17,10 @@ Exit codes:
   1  the question is malformed (a file, an option, a value), or a result cannot be written
   2  done, and the answer is \"rejected\": an unknown is not estimable, a global test failed, an effect is missing
 
-Languages: --lang zh shows tables, pages, certificates and notes in Chinese; JSON is the same in every language, and what an error
-says is English.
+Languages: --lang zh shows tables, pages, certificates and notes in Chinese. JSON is the same in every language; error messages are in
+English.
 
-Colours are left out where NO_COLOR is set, TERM is dumb, or the output is no terminal.";
+No colours are used if NO_COLOR is set, TERM is dumb, or the output is not a terminal.";
 
 /// `fit`.
 pub(super) const FIT: &str = "Examples:
@@ -31,15 +31,16 @@ pub(super) const FIT: &str = "Examples:
   tumble fit gyro.campaign.json --readings today.csv
   tumble fit gyro.campaign.json --by serial --readings 'runs/*.parquet' --to devices.parquet --html line.html
 
-Exit codes: 0 done; 1 the question is malformed; 2 an unknown is not estimable or its uncertainty cannot be known, the
-global test failed, a limit is not kept or that is undecided; with many devices, that some of them is malformed or ends so.";
+Exit codes: 0 done; 1 the question is malformed; 2 an unknown is not estimable or its uncertainty cannot be evaluated, the
+global test failed, or conformity with a limit is fail or undecided; with many devices: one of these for at least one device, or
+a malformed device.";
 
 /// `compare`.
 pub(super) const COMPARE: &str = "Examples:
   tumble compare table1.campaign.json --html compare.html
   tumble compare before.fit.json after.fit.json
 
-Exit codes: 0 done, with two calibrations: no change beyond the uncertainties; 1 the question is malformed, or this bench has no
+Exit codes: 0 done (two calibrations: no change beyond the uncertainties); 1 the question is malformed, or this bench has no
 published closed forms; 2 the unit has changed.";
 
 /// `diagnose`.
@@ -91,8 +92,8 @@ CSV after a line of titles), 'undo', 'undo N' or 'quit'. With --samples, a line
 is a row of samples, 'position LABEL' (where the bench stands), 'take' (read what
 is held as it is), or one of these commands.
 
-Exit codes: 0 every goal is met, and nothing is missing or all of it is named;
-1 the question is malformed, or the journal cannot be written; 2 it ended before.";
+Exit codes: 0 every goal is met, and no effect is missing or all are named;
+1 the question is malformed, or the journal cannot be written; 2 ended earlier.";
 
 /// `bench`.
 pub(super) const BENCH: &str = "Examples:
@@ -107,15 +108,15 @@ pub(super) const NEW: &str = "Examples:
   tumble new phone.csv --samples still --bench accelerometer-triad-norm --position norm=9.81 --start 's_x=1'
   tumble new lab
 
-At a terminal, what no option says is asked for. Nothing is ever replaced.
+At a terminal, missing options are asked for. No file is ever replaced.
 
-Exit codes: 0 done; 1 an answer is missing or malformed; 2 files were written, and these readings do not determine some unknown.";
+Exit codes: 0 done; 1 an answer is missing or malformed; 2 files were written, but these readings do not determine every unknown.";
 
 /// `check`.
 pub(super) const CHECK: &str = "Example:
   tumble check mine.bench.json table1.campaign.json
 
-Exit codes: 0 every file is sound; 1 one is malformed.";
+Exit codes: 0 every file is valid; 1 a file is malformed.";
 
 /// `completions`.
 pub(super) const COMPLETIONS: &str = "Examples:

@@ -55,11 +55,11 @@ use std::sync::Mutex;
 struct Cli {
     #[command(subcommand)]
     command: Command,
-    /// Let an output replace an existing campaign, bench or other file that is no report.
+    /// Allow an output to replace an existing file that is not a report (a campaign, a bench).
     #[arg(long, global = true)]
     force: bool,
-    /// The language of tables, pages, certificates and notes: en or zh; JSON, and what an error says, is English.
-    #[arg(long, global = true, value_name = "en|zh", default_value = "en", hide_default_value = true, value_parser = language)]
+    /// Language of tables, pages, certificates and notes. JSON and error messages are in English.
+    #[arg(long, global = true, value_name = "CODE", default_value = "en", value_parser = language())]
     lang: Language,
 }
 
@@ -68,29 +68,29 @@ enum Command {
     /// Estimate every angle and coefficient of a campaign, each with its uncertainty.
     #[command(after_help = help::FIT)]
     Fit(fit::Arguments),
-    /// The published closed forms beside least squares; or two calibrations of one unit, or the history of many.
+    /// Compare least squares with the published closed forms; or two calibrations of one unit, or the history of many.
     #[command(after_help = help::COMPARE)]
     Compare(compare::Arguments),
     /// Correct a record with a calibration.
     Apply(apply::Arguments),
     /// Write a calibration's correction as source code, or for another program.
     Export(export::Arguments),
-    /// Find where simulation and measurement disagree, name the missing effect, add it, show the gap shrink.
+    /// Find where simulation and measurement disagree, identify the missing effect, add it to the model, show the gap shrink.
     #[command(after_help = help::DIAGNOSE)]
     Diagnose(diagnose::Arguments),
     /// Readings from a schedule and a truth, with seeded noise and hidden effects.
     #[command(after_help = help::SIMULATE)]
     Simulate(simulate::Arguments),
-    /// What calibration errors do to a strapdown navigator over hours.
+    /// Propagate calibration errors through a strapdown navigator over hours.
     #[command(after_help = help::NAVIGATE)]
     Navigate(navigate::Arguments),
-    /// How well a schedule will do before anyone measures, and the best positions to choose or add.
+    /// Predict the uncertainties of a schedule before it is measured; find the best positions to choose or add.
     #[command(after_help = help::PLAN)]
     Plan(Box<plan::Arguments>),
-    /// Beside the experiment: is this reading good, what next, when may I stop?
+    /// Guide an experiment as it runs: check each reading, propose the next position, say when to stop.
     #[command(after_help = help::GUIDE, arg = help::no_language())]
     Guide(Box<guide::Arguments>),
-    /// From a logger's samples to readings: segments, means, and an uncertainty that holds for correlated noise.
+    /// Reduce a logger's samples to readings: segments, means, and uncertainties that are valid for correlated noise.
     Reduce(Box<reduce::Arguments>),
     /// Allan deviations of a record at rest, and its noise coefficients (IEEE Std 952) with uncertainties.
     Noise(noise::Arguments),
@@ -152,14 +152,16 @@ pub fn main() -> ExitCode {
     }
 }
 
-fn language(code: &str) -> std::result::Result<Language, String> {
-    Language::of(code).ok_or_else(|| "expected en or zh".into())
+/// A language by its code.
+fn language() -> impl clap::builder::TypedValueParser<Value = Language> {
+    use clap::builder::{PossibleValuesParser, TypedValueParser};
+    PossibleValuesParser::new(Language::ALL.map(Language::code)).map(|code| Language::of(&code).unwrap_or_default())
 }
 
-/// The commands whose results are told in every language.
+/// The commands whose results are shown in every language.
 const TRANSLATED: &str = "fit, compare, apply, export, diagnose, simulate, navigate, plan, reduce, noise";
 
-/// Is a command told in a language?
+/// Are the results of a command shown in every language?
 fn speaks(command: &Command, lang: Language) -> Result<()> {
     match command {
         _ if lang == Language::English => Ok(()),
@@ -259,7 +261,7 @@ fn is_dumb() -> bool {
 /// What was noted on stderr.
 static NOTED: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
 
-/// Print a line to stderr, once: a file that is read again has no more to say. Where nobody listens there is nobody to tell.
+/// Print a line to stderr, once: a file that is read again has no more to say. A closed stderr is ignored.
 fn note(text: &str) {
     let text = crate::document::wrap::lines(&session::language().name(text));
     // a process in which commands are embedded says it in each of them

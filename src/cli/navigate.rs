@@ -65,10 +65,9 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
         None => None,
     };
     let scenarios = study::scenarios(&mission.errors, file.scenarios.separation());
-    let [html, md, xlsx] = arguments.pages.paths();
     let [json, csv] = [&arguments.json, &arguments.csv].map(Option::as_deref);
     let [parquet, measured] = [&arguments.parquet, &arguments.measured].map(Option::as_deref);
-    let mut outputs = Outputs::plan([html, md, xlsx, json, csv, parquet, measured])?;
+    let mut outputs = arguments.pages.outputs([json, csv, parquet, measured])?;
     let mut tables = Tables::open(arguments, &outputs, &scenarios)?;
     let mut instruments = Instruments::new(arguments, &mission)?;
 

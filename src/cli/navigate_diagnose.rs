@@ -1,6 +1,5 @@
 //! `tumble diagnose MISSION --measured FILE`.
 
-use super::outputs::Outputs;
 use super::pages::{Pages, picture};
 use super::{Outcome, files};
 use crate::diagnosis::Verdict;
@@ -35,8 +34,7 @@ pub(super) fn run(question: &Question<'_>) -> Result<Outcome> {
     let (file, source) = files::mission(question.mission)?;
     let mission = file.mission().map_err(|error| wire::locate(error, &source))?;
     let measured = wire::read_measured(&files::read(question.measured)?, &mission)?;
-    let [html, md, xlsx] = question.pages.paths();
-    let mut outputs = Outputs::plan([html, md, xlsx, question.json, question.svg, question.write_model])?;
+    let mut outputs = question.pages.outputs([question.json, question.svg, question.write_model])?;
     let settings = Settings::at(question.significance);
     let bar = ProgressBar::new(1000);
     if let Ok(style) = ProgressStyle::with_template("{spinner} {elapsed} [{bar:20}] {wide_msg}") {
@@ -72,7 +70,7 @@ pub(super) fn run(question: &Question<'_>) -> Result<Outcome> {
     }
     match question.write_model {
         Some(path) if found => super::note(&say!(lang, "wrote", file = path.display().to_string())),
-        Some(_) => super::note(say!(lang, "note-no-error-was-found")),
+        Some(_) => super::note(&say!(lang, "note-nothing-found", what = "error")),
         None => {}
     }
     Ok(if diagnosis.verdict == Verdict::NothingMissing { Outcome::Done } else { Outcome::Rejected })

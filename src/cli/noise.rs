@@ -1,6 +1,5 @@
 //! `tumble noise LOG`.
 
-use super::outputs::Outputs;
 use super::{Outcome, files, log, pages};
 use crate::elements::Parts;
 use crate::error::{Fault, Malformed, Result};
@@ -33,7 +32,7 @@ pub(super) struct Arguments {
     /// Averaging times in each octave.
     #[arg(long, default_value_t = 1, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=32))]
     per_octave: u8,
-    /// Probability of the intervals.
+    /// Coverage probability of the intervals.
     #[arg(long, default_value_t = 0.95, value_name = "P", value_parser = level)]
     level: f64,
     /// Also list the deviations at every averaging time.
@@ -114,8 +113,7 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
         reports.push(report::noise_column_report(&column.name, &unit, &analyse(ladder, interval, arguments.level)));
     }
     let report = report::noise_report(record.name(), interval, clock.source(), reports);
-    let [html, md, xlsx] = arguments.pages.paths();
-    let mut outputs = Outputs::plan([html, md, xlsx, arguments.json.as_deref()])?;
+    let mut outputs = arguments.pages.outputs([arguments.json.as_deref(), arguments.kalibr.as_deref()])?;
     if arguments.pages.is_asked_for() {
         let inputs = vec![files::input(&crate::record::parted(&arguments.log).0)?];
         outputs.extend(arguments.pages.page(&report::noise_document(&report, &inputs, true, lang))?);

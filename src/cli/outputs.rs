@@ -43,7 +43,7 @@ impl Outputs {
                     Place::Stdout => "two outputs go to standard output".to_string(),
                     _ => format!("two outputs go to '{name}'"),
                 };
-                return Err(Malformed::new(Fault::NameClash, what).expected("a file of its own for each output"));
+                return Err(Malformed::new(Fault::NameClash, what).expected("a different file for each output"));
             }
             let Place::Regular(target) = place else { continue };
             if target.is_dir() {

@@ -23,7 +23,7 @@ const TABLES: [&str; 5] = [".csv", ".tsv", ".jsonl", ".ndjson", ".gz"];
 /// Titles that end a row of a device, in rows of fits and of diagnoses.
 const OF_DEVICES: [&[&str]; 2] = [&["normality_p", "suspects", "schedule", "why"], &["units", "p", "aliases", "why"]];
 
-/// What stands before the digest in the first line of a file that is read again.
+/// The text before the digest in the first line of a file that is read again.
 const MARK: &str = "{\n  \"$comment\": \"Written by tumble ";
 const DIGEST: &str = ", which replaces it unless it was changed; SHA-256 of the lines below: ";
 

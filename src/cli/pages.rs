@@ -1,5 +1,6 @@
 //! `--html`, `--md` and `--dcc`: a report as a page or a certificate.
 
+use super::outputs::Outputs;
 use super::{calibrations, files};
 use crate::compare;
 use crate::document::chart::Chart;
@@ -24,10 +25,13 @@ pub(super) struct Pages {
     /// Write the report as a workbook (.xlsx): one sheet a section, numbers as numbers, figures as charts.
     #[arg(long, value_name = "FILE")]
     xlsx: Option<PathBuf>,
-    /// Print all that a page says.
+    /// Print everything that a page contains.
     #[arg(short, long)]
     verbose: bool,
 }
+
+/// How the content of a format is made.
+type Render = fn(&Document) -> Result<Vec<u8>>;
 
 /// Where to write a fit as a calibration certificate.
 #[derive(Debug, Args)]
@@ -86,14 +90,28 @@ fn as_found(path: &Path, left: &FitReport) -> Result<FitReport> {
 pub(super) type Texts = Vec<(PathBuf, Vec<u8>)>;
 
 impl Pages {
-    /// The files that are asked for.
-    pub(super) fn paths(&self) -> [Option<&Path>; 3] {
-        [self.html.as_deref(), self.md.as_deref(), self.xlsx.as_deref()]
+    /// Every format: the file that is asked for, and how its content is made.
+    fn formats(&self) -> [(Option<&Path>, Render); 3] {
+        [
+            (self.html.as_deref(), |page| Ok(html::render(page)?.into_bytes())),
+            (self.md.as_deref(), |page| Ok(markdown::render(page).into_bytes())),
+            (self.xlsx.as_deref(), workbook),
+        ]
+    }
+
+    /// The outputs of a command: its pages, and its other files.
+    pub(super) fn outputs<'a>(&'a self, others: impl IntoIterator<Item = Option<&'a Path>>) -> Result<Outputs> {
+        Outputs::plan(self.formats().map(|(path, _)| path).into_iter().chain(others))
     }
 
     /// Is any page asked for?
     pub(super) fn is_asked_for(&self) -> bool {
-        self.paths().iter().any(Option::is_some)
+        self.formats().iter().any(|(path, _)| path.is_some())
+    }
+
+    /// The page that has links to pages of single devices.
+    pub(super) fn linked(&self) -> Option<&Path> {
+        self.html.as_deref().or(self.md.as_deref())
     }
 
     /// What is printed of a document.
@@ -103,17 +121,8 @@ impl Pages {
 
     /// Lay out a page, if it is asked for.
     pub(super) fn page(&self, page: &Document) -> Result<Texts> {
-        let mut texts = Texts::new();
-        if let Some(path) = &self.html {
-            texts.push((path.clone(), html::render(page)?.into_bytes()));
-        }
-        if let Some(path) = &self.md {
-            texts.push((path.clone(), markdown::render(page).into_bytes()));
-        }
-        if let Some(path) = &self.xlsx {
-            texts.push((path.clone(), workbook(page)?));
-        }
-        Ok(texts)
+        let asked = self.formats().into_iter().filter_map(|(path, render)| Some((path?.to_path_buf(), render)));
+        asked.map(|(path, render)| Ok((path, render(page)?))).collect()
     }
 }
 
@@ -122,7 +131,7 @@ pub(super) fn picture(chart: &Chart, lang: Language) -> Result<String> {
     Ok(plot::draw(chart, lang)?.replacen(">\n", ">\n<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n", 1))
 }
 
-/// The published closed forms beside a fit, where its bench has them and its campaign suits them.
+/// The published closed forms for comparison with a fit, where its bench has them and its campaign suits them.
 pub(super) fn closed_forms(fit: &Fit) -> Option<report::CompareReport> {
     // closed forms take all readings, and of a stream there is a sample of them
     let forms = fit.streamed.is_none().then(|| compare::closed_forms(&fit.campaign.bench.id).ok()).flatten()?;

@@ -1,6 +1,5 @@
 //! `tumble reduce LOG`.
 
-use super::outputs::Outputs;
 use super::{Outcome, files, log, pages};
 use crate::error::{Fault, Malformed, Result};
 use crate::language::Language;
@@ -39,7 +38,7 @@ pub(super) struct Arguments {
     /// Largest variance of a still window, in variances of the still sensor.
     #[arg(long, default_value_t = 4.0, value_name = "RATIO", value_parser = positive, conflicts_with_all = ["by", "times"])]
     threshold: f64,
-    /// Left out at both ends of a segment, s (static segments: 0.5 s unless given).
+    /// Guard time omitted at both ends of a segment, s (static segments: 0.5 s by default).
     #[arg(long, value_name = "S")]
     guard: Option<f64>,
     /// Segments shorter than this are not used, s (static segments: 1 s unless given).
@@ -48,10 +47,10 @@ pub(super) struct Arguments {
     /// Turning segments are cut to whole turns by the angle in this column (an encoder's), instead of by the schedule's rates.
     #[arg(long, value_name = "COLUMN")]
     encoder: Option<String>,
-    /// What the encoder reads more after a turn; 360 unless given.
+    /// Encoder counts per turn; 360 by default.
     #[arg(long, value_name = "N", value_parser = positive, requires = "encoder")]
     counts_per_turn: Option<f64>,
-    /// Show where each uncertainty comes from.
+    /// Show the sources of each uncertainty.
     #[arg(long)]
     sources: bool,
     /// Write the report as JSON to a file, or to stdout with '-'.
@@ -70,7 +69,7 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
     let to_campaign = arguments.to.as_deref().is_some_and(|to| to.extension().is_none_or(|e| e != "csv"));
     if to_campaign && schedule.is_none() {
         return Err(Malformed::new(Fault::Missing, "a campaign needs the schedule that was run")
-            .expected("--for SCHEDULE beside --to, or a name that ends in .csv for a table of readings")
+            .expected("--for SCHEDULE with --to, or a name that ends in .csv for a table of readings")
             .at_path("--to"));
     }
     let (record, reduced) = recipe(arguments)?.reduce_for(&mut || log::open(&arguments.log), schedule.as_mut())?;
@@ -80,8 +79,7 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
         return Ok(Outcome::Rejected);
     }
     let report = report::reduce_report(record.name(), &reduced);
-    let [html, md, xlsx] = arguments.pages.paths();
-    let mut outputs = Outputs::plan([html, md, xlsx, arguments.json.as_deref(), arguments.to.as_deref()])?;
+    let mut outputs = arguments.pages.outputs([arguments.json.as_deref(), arguments.to.as_deref()])?;
     if arguments.pages.is_asked_for() {
         let inputs = vec![files::input(&parted(&arguments.log).0)?];
         let picture = report::record_chart(&reduced.trace, &reduced.reduction.segments);

@@ -49,7 +49,7 @@ pub(super) enum Cell<'a> {
 /// What the rows have, in order.
 #[derive(Debug, Clone)]
 pub(super) struct Columns {
-    /// Column that tells devices apart.
+    /// Column that identifies the device.
     pub by: String,
     /// Column of dates or lots.
     pub lot: Option<String>,
@@ -179,7 +179,7 @@ impl Rows {
     }
 }
 
-/// A text as a cell. What a spreadsheet would take for a formula stands behind an apostrophe, which it shows as text.
+/// A text as a cell. What a spreadsheet would take for a formula gets a leading apostrophe, so that it is shown as text.
 fn quoted(text: &str, to: &mut Vec<u8>) {
     let formula = text.starts_with(['=', '+', '-', '@', '\t']) && text.parse::<f64>().is_err();
     if formula || text.contains([',', '"', '\n', '\r']) {
@@ -387,7 +387,7 @@ pub(super) struct EffectColumn {
     pub aliases: Vec<String>,
 }
 
-/// One row a device: how many effects, and the regressors, values, u, probabilities and aliases of all of them, parted by semicolons.
+/// One row for each device: how many effects, and the regressors, values, u, probabilities and aliases of all of them, parted by semicolons.
 pub(super) fn diagnosed(by: &str, rows: &[DiagnosedRow], format: Format) -> Vec<u8> {
     let names = ["verdict", "effects", "regressors", "names", "values", "u", "units", "p", "aliases", "why"];
     let kind = |name: &str| if name == "effects" { Kind::Count } else { Kind::Text };

@@ -127,7 +127,7 @@ fn may_be_quoted(text: &str) -> bool {
     text.trim_start().starts_with(['{', '[']) || (names.clone().count() > 1 && names.all(is_name))
 }
 
-/// The text of the file that the error stands in, if it is small enough to be quoted.
+/// The text of the file that has the error, if it is small enough to be quoted.
 fn quoted(file: &str) -> Option<String> {
     let path = Path::new(file);
     let there = std::fs::metadata(path).ok()?;

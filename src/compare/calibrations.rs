@@ -12,6 +12,8 @@
 
 use crate::uncertainty::quantiles::{chi_square_survival, coverage_factor, fisher_f_survival, student_t_two_sided};
 use nalgebra::{DMatrix, DVector};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 /// One calibration's results, as a report holds them.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -58,46 +60,63 @@ pub struct InputShare {
     pub c: f64,
 }
 
-/// What became of one quantity.
-#[derive(Debug, Clone, PartialEq)]
+/// How one quantity changed.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(rename = "ChangeOfReport")]
+#[non_exhaustive]
 pub struct Change {
     /// Its name.
     pub id: String,
-    /// Unit of the numbers.
+    /// Unit of all numbers but ratios.
     pub unit: String,
-    /// Before and after.
-    pub values: (f64, f64),
-    /// Standard uncertainties of both; `None` where none is known.
-    pub u: (Option<f64>, Option<f64>),
-    /// After minus before.
+    /// Estimate before, in `unit`.
+    pub before: f64,
+    /// Its standard uncertainty, in `unit`.
+    pub u_before: Option<f64>,
+    /// Estimate after, in `unit`.
+    pub after: f64,
+    /// Its standard uncertainty, in `unit`.
+    pub u_after: Option<f64>,
+    /// After minus before, in `unit`.
     pub difference: f64,
-    /// Uncertainty of the difference; `None` where one is missing, or where nothing but shared inputs is uncertain.
-    pub judged: Option<Judged>,
-    /// Difference per day, where both have a date.
+    /// Standard uncertainty of the difference, shared inputs taken out, in `unit`.
+    pub u: Option<f64>,
+    /// Its effective degrees of freedom; null for infinite.
+    pub dof: Option<f64>,
+    /// Its expanded uncertainty, in `unit`.
+    #[serde(rename = "U")]
+    pub expanded: Option<f64>,
+    /// `difference / U`, a pure number.
+    pub e_n: Option<f64>,
+    /// Probability of a larger difference by chance.
+    pub p: Option<f64>,
+    /// Is the change significant, all quantities tested together (Holm)?
+    pub significant: Option<bool>,
+    /// Difference, in `unit` per day.
     pub per_day: Option<f64>,
+    /// Weighted mean of both, in `unit`.
+    pub combined: Option<f64>,
+    /// Standard uncertainty of the mean, as it is where both agree, in `unit`.
+    pub u_combined: Option<f64>,
+    /// Birge ratio: well above 1 the two do not agree, and the mean's uncertainty is too small by it.
+    pub birge: Option<f64>,
 }
 
-/// A difference beside its uncertainty.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Judged {
-    /// Standard uncertainty of the difference.
-    pub u: f64,
-    /// Effective degrees of freedom.
-    pub dof: f64,
-    /// Expanded uncertainty.
-    pub expanded: f64,
-    /// `difference / U`; beyond 1 in size, the change is more than the uncertainties allow.
-    pub e_n: f64,
-    /// Probability of a larger difference by chance.
+/// The test of all changes together.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(rename = "TogetherReport")]
+#[non_exhaustive]
+pub struct Together {
+    /// `d' C^-1 d` of the differences, a pure number.
+    pub statistic: f64,
+    /// Degrees of freedom: how many quantities.
+    pub dof: usize,
+    /// Degrees of freedom of the scatter; null where it is known (chi-square, else F).
+    pub scatter_dof: Option<f64>,
+    /// Probability of a larger one by chance.
     pub p: f64,
-    /// Is it significant with all quantities tested together (Holm)?
+    /// Is it below one minus the level?
     pub significant: bool,
-    /// Weighted mean of both.
-    pub mean: f64,
-    /// Its standard uncertainty, before the Birge ratio.
-    pub mean_u: f64,
-    /// Birge ratio; well above 1 the two do not agree.
-    pub birge: f64,
 }
 
 /// All changes between two calibrations.
@@ -115,26 +134,6 @@ pub struct Changes {
     pub level: f64,
 }
 
-/// The test of all changes together.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Together {
-    /// `d' C_d^-1 d`.
-    pub statistic: f64,
-    /// Its degrees of freedom.
-    pub dof: usize,
-    /// Degrees of freedom of the scatter; infinite where it was stated (then chi-square, else F).
-    pub scatter_dof: f64,
-    /// Probability of a larger one by chance.
-    pub p: f64,
-}
-
-impl Changes {
-    /// Is the test of all changes together below one minus the level? `None` where there is no such test.
-    pub fn together_is_significant(&self) -> Option<bool> {
-        self.together.as_ref().map(|test| test.p < 1.0 - self.level)
-    }
-}
-
 /// Compare two calibrations of one unit; with `shared` false every input counts as independent.
 ///
 /// ```
@@ -147,7 +146,7 @@ impl Changes {
 ///     covariance: DMatrix::from_element(1, 1, 25.0), ..Determination::default() };
 /// let found = changes(&of(10.0), &of(20.0), 0.95, true);
 /// // u^2 = 25 + 25 - 2*9 = 32
-/// assert!((found.changes[0].judged.unwrap().u - 32f64.sqrt()).abs() < 1e-12);
+/// assert!((found.changes[0].u.unwrap() - 32f64.sqrt()).abs() < 1e-12);
 /// ```
 pub fn changes(a: &Determination, b: &Determination, level: f64, shared: bool) -> Changes {
     let pairs: Vec<(usize, usize)> = a
@@ -170,22 +169,25 @@ pub fn changes(a: &Determination, b: &Determination, level: f64, shared: bool) -
         let common = if shared { common(before, after, a, b) } else { 0.0 };
         let difference = after.value - before.value;
         let days = a.day.zip(b.day).map(|(a, b)| b - a).filter(|days| *days != 0.0);
-        changes.push(Change {
+        let plain = Change {
             id: before.id.clone(),
             unit: before.unit.clone(),
-            values: (before.value, after.value),
-            u: (before.u, after.u),
+            before: before.value,
+            u_before: before.u,
+            after: after.value,
+            u_after: after.u,
             difference,
-            judged: judge(before, after, common, level),
             per_day: days.map(|days| difference / days),
-        });
+            ..Change::default()
+        };
+        changes.push(judged(&plain, (before.dof, after.dof), common, level).unwrap_or(plain));
     }
     holm(&mut changes, 1.0 - level);
     let only = |one: &Determination, used: &dyn Fn(usize) -> bool| {
         one.quantities.iter().enumerate().filter(|(k, _)| !used(*k)).map(|(_, q)| q.id.clone()).collect()
     };
     let only_in = (only(a, &|k| pairs.iter().any(|(i, _)| *i == k)), only(b, &|k| pairs.iter().any(|(_, j)| *j == k)));
-    let together = together(a, b, &pairs, shared);
+    let together = together(a, b, &pairs, shared, level);
     Changes { changes, shared: names, only_in, together, level }
 }
 
@@ -214,8 +216,9 @@ fn common(p: &Quantity, q: &Quantity, a: &Determination, b: &Determination) -> f
     alone + both.sum::<f64>()
 }
 
-fn judge(a: &Quantity, b: &Quantity, common: f64, level: f64) -> Option<Judged> {
-    let (ua, ub) = (a.u?, b.u?);
+/// A change with the uncertainty of its difference; `None` where one is missing, or where nothing but shared inputs is uncertain.
+fn judged(change: &Change, (dof_a, dof_b): (f64, f64), common: f64, level: f64) -> Option<Change> {
+    let (ua, ub) = (change.u_before?, change.u_after?);
     let square = ua * ua + ub * ub - 2.0 * common;
     // what is left of equal parts by rounding is no uncertainty
     if !(square > 1e-12 * (ua * ua + ub * ub)) {
@@ -224,43 +227,49 @@ fn judge(a: &Quantity, b: &Quantity, common: f64, level: f64) -> Option<Judged> 
     let u = square.sqrt();
     // Welch and Satterthwaite: the sum of u_i^4/nu_i over the parts of a result is its u^4/nu, whatever is shared
     let own = |u: f64, dof: f64| if dof.is_finite() && dof > 0.0 { u.powi(4) / dof } else { 0.0 };
-    let below = own(ua, a.dof) + own(ub, b.dof);
+    let below = own(ua, dof_a) + own(ub, dof_b);
     let dof = if below > 0.0 { square * square / below } else { f64::INFINITY };
     let expanded = coverage_factor(level, dof)? * u;
-    let difference = b.value - a.value;
+    let difference = change.difference;
     // least squares of two correlated values: weights from C^-1 (1, 1)'
     let (wa, wb) = (ub * ub - common, ua * ua - common);
-    let mean = (wa * a.value + wb * b.value) / (wa + wb);
-    let mean_u = ((ua * ua * ub * ub - common * common) / square).max(0.0).sqrt();
-    Some(Judged {
-        u,
-        dof,
-        expanded,
-        e_n: difference / expanded,
-        p: student_t_two_sided(difference / u, dof)?,
-        significant: false,
-        mean,
-        mean_u,
-        birge: difference.abs() / u,
+    let finite = |x: f64| x.is_finite().then_some(x);
+    Some(Change {
+        u: Some(u),
+        dof: finite(dof),
+        expanded: Some(expanded),
+        e_n: finite(difference / expanded),
+        p: Some(student_t_two_sided(difference / u, dof)?),
+        significant: Some(false),
+        combined: finite((wa * change.before + wb * change.after) / (wa + wb)),
+        u_combined: finite(((ua * ua * ub * ub - common * common) / square).max(0.0).sqrt()),
+        birge: Some(difference.abs() / u),
+        ..change.clone()
     })
 }
 
 /// Mark what is significant with all tested together: S. Holm, Scand. J. Statist. 6 (1979) 65.
 fn holm(changes: &mut [Change], alpha: f64) {
-    let mut order: Vec<(usize, f64)> = changes.iter().enumerate().filter_map(|(k, c)| Some((k, c.judged?.p))).collect();
+    let mut order: Vec<(usize, f64)> = changes.iter().enumerate().filter_map(|(k, c)| Some((k, c.p?))).collect();
     order.sort_by(|x, y| x.1.total_cmp(&y.1));
     let count = order.len();
     for (rank, (k, p)) in order.into_iter().enumerate() {
         if !(p <= alpha / (count - rank) as f64) {
             return;
         }
-        if let Some(judged) = changes.get_mut(k).and_then(|c| c.judged.as_mut()) {
-            judged.significant = true;
+        if let Some(change) = changes.get_mut(k) {
+            change.significant = Some(true);
         }
     }
 }
 
-fn together(a: &Determination, b: &Determination, pairs: &[(usize, usize)], shared: bool) -> Option<Together> {
+fn together(
+    a: &Determination,
+    b: &Determination,
+    pairs: &[(usize, usize)],
+    shared: bool,
+    level: f64,
+) -> Option<Together> {
     // derived quantities depend on the parameters: only those whose covariance is known take part
     let known = |d: &Determination, k: usize| d.covariance.get((k, k)).is_some_and(|variance| variance.is_finite());
     let pairs: Vec<(usize, usize)> = pairs.iter().copied().filter(|(i, j)| known(a, *i) && known(b, *j)).collect();
@@ -304,7 +313,8 @@ fn together(a: &Determination, b: &Determination, pairs: &[(usize, usize)], shar
     } else {
         chi_square_survival(statistic, n as f64)?
     };
-    Some(Together { statistic, dof: n, scatter_dof, p })
+    let known = scatter_dof.is_finite().then_some(scatter_dof);
+    Some(Together { statistic, dof: n, scatter_dof: known, p, significant: p < 1.0 - level })
 }
 
 /// A quantity over many calibrations: a straight line against time, and when it leaves its limits.

@@ -64,9 +64,9 @@ pub(super) fn find(
         }
         let same_as = groups.iter().find(|g| g.printed.get(k).copied().flatten() == Some(*print));
         let explanation = if agrees(-computed) || agrees(-of_entries) {
-            sentence!("printed-with-the-opposite-sign-to-the")
+            sentence!("printed-with-the-opposite-sign", off = false)
         } else if [computed, of_entries].iter().any(|value| (value + print).abs() <= 2.0 * slack) {
-            sentence!("printed-with-the-opposite-sign-to-the-2")
+            sentence!("printed-with-the-opposite-sign", off = true)
         } else if let Some(value) = same_as.and_then(|g| g.group) {
             sentence!("this-is-the-value-of-group-not", value)
         } else {

@@ -66,8 +66,8 @@ pub fn compare(campaign: &Campaign, forms: &ClosedForms, settings: &Settings) ->
     compared(campaign, forms, settings, None)
 }
 
-/// The same of a fit that is at hand. Errors: those of [`compare`].
-pub fn compare_fit(fit: &Fit, forms: &ClosedForms) -> Result<Comparison> {
+/// The same of a fit. Errors: those of [`compare`].
+pub(crate) fn compare_fit(fit: &Fit, forms: &ClosedForms) -> Result<Comparison> {
     compared(&fit.campaign, forms, &fit.settings, Some(fit))
 }
 

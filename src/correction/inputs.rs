@@ -35,6 +35,6 @@ pub struct LineInput {
     pub direction: Vector3<f64>,
     /// Solved for, or given.
     pub role: InputRole,
-    /// The value that stands where none is given: zero for rates and forces, the mean of the calibration's readings for columns.
+    /// The value that is used where none is given: zero for rates and forces, the mean of the calibration's readings for columns.
     pub fallback: f64,
 }

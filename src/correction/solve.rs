@@ -110,8 +110,8 @@ impl Corrector {
         &self.parts
     }
 
-    /// What stands for the given inputs where nothing is given, one value for each of them.
-    pub fn fallbacks(&self) -> Vec<f64> {
+    /// The values of given inputs where none are given, one value for each of them.
+    pub(crate) fn fallbacks(&self) -> Vec<f64> {
         self.inputs.iter().filter(|i| i.role == InputRole::Given).map(|i| i.fallback).collect()
     }
 

@@ -52,7 +52,7 @@ pub(super) fn found(
             let best = ranked(&model.campaign, &sources, &model.design)?.into_iter().next();
             if let Some((_, name, sd)) = best.filter(|(gain, ..)| p(*gain, sources.len()) <= settings.names()) {
                 own.pattern.push_str(&format!(
-                    "; positions that scatter ({name}, {sd}) would look the same: mount some settings again to tell"
+                    "; a random effect of position ({name}, {sd}) cannot be distinguished from it: repeat some mountings to separate them"
                 ));
             }
         }

@@ -16,7 +16,7 @@ pub struct Settings {
     pub whole_share: f64,
     /// Share spent on serial patterns of the residuals in the order of time. Default 0.2.
     pub serial_share: f64,
-    /// A further effect must be so many times less likely by chance than the first. Default 0.1: the simpler explanation has the first claim.
+    /// A further effect must be so many times less likely by chance than the first. Default 0.1: of two explanations that fit, the simpler one is preferred.
     pub further: f64,
     /// Explanations whose sums of squares differ by less, in noise variances, are not told apart. Default 9: three standard deviations of the
     /// difference of one parameter (Wilks).

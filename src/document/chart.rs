@@ -59,7 +59,7 @@ pub struct GapPoint {
     pub before: f64,
     /// With what was found; `None` where nothing was.
     pub after: Option<f64>,
-    /// Half width of the noise band; `None` where nothing tells the noise.
+    /// Half width of the noise band; `None` where the noise is unknown.
     pub band: Option<f64>,
 }
 
@@ -174,7 +174,7 @@ pub struct Ring {
     pub zero: Vector3<f64>,
     /// Its angle; where it turns, that at which it begins.
     pub angle_deg: f64,
-    /// Its rate; 0 for one that stands still.
+    /// Its rate; 0 for a joint at rest.
     pub rate_deg_s: f64,
 }
 
@@ -193,7 +193,7 @@ pub struct Scene {
 
 impl Chart {
     /// Curves over time.
-    pub fn curves(lines: &[Curve], what: &str, unit: &str, along: &str) -> Self {
+    pub(crate) fn curves(lines: &[Curve], what: &str, unit: &str, along: &str) -> Self {
         Chart::Curves(lines.to_vec(), [what, unit, along].map(String::from))
     }
 }

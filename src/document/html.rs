@@ -1,6 +1,9 @@
-//! A document as one self-contained HTML file, for the screen and for print: no network, no script. Every text is escaped.
+//! A document as one self-contained HTML file, for the screen and for print: no network, no script. Every text is escaped. Terms in headings and
+//! columns lead to their definitions at the end of the page.
 
 use super::escape::{bar, escape, inline};
+use super::glossary::Terms;
+use super::wrap::columns;
 use super::{Align, Cell, Content, Document, Figure, Row, Table, Tone, plot};
 use crate::error::Result;
 use crate::language::Language;
@@ -42,15 +45,17 @@ pub fn render(document: &Document) -> Result<String> {
         page.push_str(&format!("<nav>\n{}</nav>\n", document.sections.iter().map(link).collect::<String>()));
     }
     page.push_str("<main>\n");
+    let mut terms = Terms::new(lang);
     for section in &document.sections {
-        let heading = inline(&section.heading);
+        let heading = terms.title(&section.heading);
         page.push_str(&format!("<section id=\"{}\">\n<h2>{heading}</h2>\n", escape(&section.anchor)));
         for block in &section.blocks {
-            page.push_str(&content(&block.content, lang)?);
+            page.push_str(&content(&block.content, &mut terms, lang)?);
         }
         page.push_str("</section>\n");
     }
     page.push_str("</main>\n");
+    page.push_str(&terms.definitions());
     if !document.colophon.is_empty() {
         page.push_str(&format!("<footer>\n{}</footer>\n", facts(&document.colophon)));
     }
@@ -58,7 +63,7 @@ pub fn render(document: &Document) -> Result<String> {
     Ok(page)
 }
 
-fn content(content: &Content, lang: Language) -> Result<String> {
+fn content(content: &Content, terms: &mut Terms, lang: Language) -> Result<String> {
     Ok(match content {
         Content::Prose(text) => format!("<p>{}</p>\n", inline(text)),
         Content::Verdict { tone, text } => {
@@ -78,7 +83,7 @@ fn content(content: &Content, lang: Language) -> Result<String> {
         Content::Card { heading, tone, facts: list } => {
             format!("<div class=\"card {}\">\n<h3>{}</h3>\n{}</div>\n", class(*tone), inline(heading), facts(list))
         }
-        Content::Table(own) => table(own, lang),
+        Content::Table(own) => table(own, terms),
         Content::Figures(figures) => {
             let figures = figures.iter().map(|own| figure(own, lang)).collect::<Result<String>>()?;
             format!("<div class=\"figures\">\n{figures}</div>\n")
@@ -114,7 +119,7 @@ fn figure(figure: &Figure, lang: Language) -> Result<String> {
     ))
 }
 
-fn table(table: &Table, lang: Language) -> String {
+fn table(table: &Table, terms: &mut Terms) -> String {
     let mut own = table.clone();
     own.typeset();
     let align = |align: Align| match align {
@@ -123,12 +128,12 @@ fn table(table: &Table, lang: Language) -> String {
         Align::Decimal => "decimal",
         Align::Bar => "bar",
     };
-    // a cell of more letters than this may be broken on a narrow screen
-    let long = if lang == Language::Chinese { 14 } else { 28 };
+    // a cell wider than so many letters may be broken on a narrow screen
+    let long = 28;
     let cell = |row: &Row, k: usize, column: Align| {
         // cells that were typeset are texts
         let text = row.cells.get(k).map(Cell::text).unwrap_or_default();
-        let words = if text.chars().count() > long { " words" } else { "" };
+        let words = if columns(&text) > long { " words" } else { "" };
         let inner = match column {
             Align::Bar => bar(&text),
             _ if k == 0 && !row.link.is_empty() => {
@@ -148,7 +153,7 @@ fn table(table: &Table, lang: Language) -> String {
         text.push_str(&format!("<caption>{}</caption>\n", inline(&own.caption)));
     }
     let title = |column: &super::Column| {
-        format!("<th scope=\"col\" class=\"{}\">{}</th>\n", align(column.align), inline(&column.title))
+        format!("<th scope=\"col\" class=\"{}\">{}</th>\n", align(column.align), terms.title(&column.title))
     };
     let titles: String = own.columns.iter().map(title).collect();
     let rows: String = own.rows.iter().map(row).collect();

@@ -37,6 +37,7 @@
 //! | `terminal.rs`, `wrap.rs` | a document for a terminal of 80 columns |
 //! | `markdown.rs` | a document as Markdown |
 //! | `html.rs`, `escape.rs`, `xml.rs` | a document as one HTML file |
+//! | `glossary.rs` | the terms that a page uses, with their definitions from the guide |
 //! | `workbook/` | a document as a workbook |
 //!
 //! Deliberately absent: anything that depends on which answer it is; colours (the style sheet and `plot` have them); clocks (the same answer
@@ -45,6 +46,8 @@
 pub mod chart;
 #[cfg(feature = "html")]
 mod escape;
+#[cfg(feature = "html")]
+mod glossary;
 #[cfg(feature = "html")]
 pub mod html;
 pub mod markdown;
@@ -83,7 +86,7 @@ pub struct Document {
     pub title: String,
     /// One line under the title.
     pub subtitle: String,
-    /// What it is about, as names and values, beside the title.
+    /// What it is about, as names and values, below the title.
     pub facts: Vec<(String, String)>,
     /// The sections, in order.
     pub sections: Vec<Section>,
@@ -93,7 +96,7 @@ pub struct Document {
     pub colophon: Vec<(String, String)>,
 }
 
-/// A heading and what stands under it.
+/// A heading and its content.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Section {
     /// Heading.
@@ -230,7 +233,7 @@ impl Document {
 }
 
 impl Section {
-    /// What is not in order stands before what is; beside a verdict that is bad, nothing is called good. A column in which no row has anything is
+    /// Verdicts that are not in order come before the others; with a bad verdict, no other is called good. A column in which no row has anything is
     /// left out.
     fn settle(&mut self) {
         let tone = |block: &Block| match &block.content {

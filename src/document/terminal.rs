@@ -145,7 +145,7 @@ fn table(own: &super::Table, Shown { detail, lang, has_options }: Shown) -> Stri
     text.push_str(&set(&titles, &rows, &right));
     if own.rows.len() > most {
         let n = own.rows.len() - most;
-        let more = if has_options { say!(lang, "more-rows-by-option", n = n) } else { say!(lang, "more-rows", n = n) };
+        let more = say!(lang, "more-rows", n, option = has_options);
         text.push_str(&(more + "\n"));
     }
     if detail >= Detail::Full && !own.note.is_empty() {

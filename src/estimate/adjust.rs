@@ -90,7 +90,7 @@ pub fn adjust(system: &System, settings: &Settings) -> Result<Estimate> {
 }
 
 /// The same with what is known of the groups' scales beforehand.
-pub fn adjust_hinted(system: &System, hints: &ScaleHints<'_>, settings: &Settings) -> Result<Estimate> {
+pub(crate) fn adjust_hinted(system: &System, hints: &ScaleHints<'_>, settings: &Settings) -> Result<Estimate> {
     crate::stop::poll();
     system.check()?;
     let count = groups::count(&system.group);
@@ -143,7 +143,7 @@ pub fn adjust_hinted(system: &System, hints: &ScaleHints<'_>, settings: &Setting
     estimate.in_range()
 }
 
-/// One group, and nothing beside it: its scale changes no weight relative to another.
+/// One group alone: its scale changes no weight relative to another.
 fn is_alone(system: &System, count: usize) -> bool {
     count == 1 && !system.group.contains(&Group::Known)
 }

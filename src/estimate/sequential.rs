@@ -29,7 +29,7 @@ use std::borrow::Cow;
 /// # Ok::<(), tumble::error::Malformed>(())
 /// ```
 #[derive(Debug, Clone)]
-pub struct Sequential {
+pub(crate) struct Sequential {
     variance: f64,
     tau: f64,
     /// Variance of the deviation given the rows so far, and its mean for each column.

@@ -10,12 +10,12 @@ use crate::quality::{self, LackOfFit, NormalityTest, RunsTest, Snooping, Whitene
 use std::collections::HashMap;
 use std::hash::BuildHasherDefault;
 
-/// What the checks found; each is `None` where the readings cannot tell.
+/// Results of the checks; each is `None` where the readings do not allow it.
 #[derive(Debug, Clone, Default)]
 pub struct Checks {
-    /// What the model leaves beside what replicates scatter.
+    /// Lack of fit against the scatter of replicates.
     pub lack_of_fit: Option<LackOfFit>,
-    /// What the model leaves between positions beside what readings of one position scatter; where nothing is replicated.
+    /// Lack of fit between positions against the scatter of the readings of one position; where nothing is replicated.
     pub between_positions: Option<LackOfFit>,
     /// Order of the signs of the residuals, for each sensor (by its index).
     pub runs: Vec<(usize, RunsTest)>,

@@ -40,7 +40,8 @@ pub use conformity::{Conformity, Judged, judge};
 pub use gauss_newton::{Convergence, Iteration, Stop};
 pub(crate) use gauss_newton::{INVISIBLE, NEGLIGIBLE};
 pub use names::{NamedCombination, describe};
-pub use noise::{ScatterSources, VarianceFrom, VarianceSource, is_correlation};
+pub(crate) use noise::is_correlation;
+pub use noise::{ScatterSources, VarianceFrom, VarianceSource};
 pub use parameters::{CombinationResult, DerivedResult, ParameterResult, State};
 pub use propagate::{Drawn, Joint, MOST_TRIALS, draw};
 pub use questions::Angle;
@@ -48,8 +49,8 @@ pub(crate) use ranges::{LEAST, MOST, check as check_ranges, check_rows};
 pub use robust::{RobustMethod, RobustRecord};
 pub use rules::{ActiveConstraint, Constraints};
 pub use scale_factor::{ScaleFactorError, ScaleFactorFrom};
-pub(crate) use scatter::spelled_out;
-pub use scatter::{floor, own_noise, scatter_lines, stated_variances, whitening};
+pub use scatter::{floor, scatter_lines, whitening};
+pub(crate) use scatter::{own_noise, spelled_out, stated_variances};
 pub(crate) use separate::separations;
 pub use separate::{RankDefect, candidates};
 pub(crate) use step::{adjust_meeting_equations, adjust_with_equations, contradicting_equations, scattered};
@@ -196,7 +197,7 @@ impl Fit {
 
     /// Estimated parameters whose uncertainty cannot be known, since they follow deviations of this line of the campaign's scatter, and nothing
     /// else shows these.
-    pub fn without_u_for(&self, line: usize) -> Vec<&str> {
+    pub(crate) fn without_u_for(&self, line: usize) -> Vec<&str> {
         let Some((_, own)) = self.noise.absorbed.iter().find(|(k, _)| *k == line) else { return Vec::new() };
         let touched = |k: usize| {
             let along: Vec<f64> = (0..=k).map(|j| f64::from(u8::from(j == k))).collect();
@@ -221,7 +222,7 @@ impl Fit {
     }
 
     /// Do the readings contradict the bounds that are active, at the level? `None` where none is active.
-    pub fn bounds_are_rejected(&self) -> Option<bool> {
+    pub(crate) fn bounds_are_rejected(&self) -> Option<bool> {
         self.bounds_p().map(|p| p < 1.0 - self.settings.level)
     }
 
@@ -263,14 +264,14 @@ impl Fit {
 
     /// What the smallest fault of a row that a test at 0.1 % finds with 80 % power would do to an estimated parameter (by index) if nobody found
     /// it: external reliability; `None` where no such fault is known.
-    pub fn external(&self, row: usize, parameter: usize) -> Option<f64> {
+    pub(crate) fn external(&self, row: usize, parameter: usize) -> Option<f64> {
         let fault = self.checks.detectable.get(row).copied().flatten()?;
         let felt = parameter < self.noise.sensitivities.nrows() && row < self.noise.sensitivities.ncols();
         felt.then(|| self.noise.sensitivities[(parameter, row)] * fault)
     }
 
     /// Sensors whose estimated scatter is no more than the rounding of their readings: a campaign without noise.
-    pub fn at_rounding(&self) -> Vec<&str> {
+    pub(crate) fn at_rounding(&self) -> Vec<&str> {
         let least = system::rounding(&self.campaign, &self.design, &self.system);
         let mut found = Vec::new();
         for (origin, group) in self.design.rows.iter().zip(&self.system.group) {
@@ -496,7 +497,7 @@ fn nonlinearity(
     found
 }
 
-/// Robust estimates stand alone: neither constraints nor shared deviations are supported beside them.
+/// Robust estimation is supported neither with constraints nor with shared deviations.
 fn check_combination(campaign: &Campaign, settings: &Settings) -> Result<()> {
     if let Remount::Stated(u) = settings.remount
         && !(u > 0.0 && u.is_finite())
@@ -509,7 +510,7 @@ fn check_combination(campaign: &Campaign, settings: &Settings) -> Result<()> {
         return Ok(());
     }
     if !campaign.constraints.is_empty() {
-        return Err(Malformed::new(Fault::Value, "robust estimation beside constraints is not supported")
+        return Err(Malformed::new(Fault::Value, "robust estimation with constraints is not supported")
             .expected("constraints with least squares, or a robust estimate without constraints")
             .at_path("constraints"));
     }

@@ -1,16 +1,11 @@
 //! The catalogues: Fluent files, read once.
 
-use super::{Argument, Language};
+use super::{Argument, Each, Language};
 use fluent_bundle::concurrent::FluentBundle;
 use fluent_bundle::{FluentArgs, FluentResource};
 use std::collections::{BTreeMap, BTreeSet};
-use std::sync::LazyLock;
 
-const ENGLISH: &str = include_str!("../../data/language/en.ftl");
-const CHINESE: &str = include_str!("../../data/language/zh.ftl");
-
-static READ_ENGLISH: LazyLock<Catalogue> = LazyLock::new(|| Catalogue::read(Language::English));
-static READ_CHINESE: LazyLock<Catalogue> = LazyLock::new(|| Catalogue::read(Language::Chinese));
+static READ: Each<Catalogue> = Each::new();
 
 /// The messages of one language.
 pub(super) struct Catalogue {
@@ -22,7 +17,7 @@ pub(super) struct Catalogue {
 
 impl Catalogue {
     fn read(language: Language) -> Self {
-        let text = text_of(language);
+        let text = language.parts().sentences;
         let mut bundle = FluentBundle::new_concurrent(language.tag().parse().into_iter().collect());
         // names and numbers stand as they are, without marks of direction
         bundle.set_use_isolating(false);
@@ -53,17 +48,7 @@ impl Catalogue {
 
 /// The catalogue of a language.
 pub(super) fn of(language: Language) -> &'static Catalogue {
-    match language {
-        Language::English => &READ_ENGLISH,
-        Language::Chinese => &READ_CHINESE,
-    }
-}
-
-fn text_of(language: Language) -> &'static str {
-    match language {
-        Language::English => ENGLISH,
-        Language::Chinese => CHINESE,
-    }
+    READ.of(language, Catalogue::read)
 }
 
 /// Every message of a file with the names of its arguments.
@@ -90,7 +75,7 @@ fn messages(text: &str) -> BTreeMap<String, BTreeSet<String>> {
 
 /// Every key of a language's catalogue with the names of its arguments, and whatever of the file is not valid Fluent.
 pub fn keys(language: Language) -> (BTreeMap<String, BTreeSet<String>>, Vec<String>) {
-    let text = text_of(language);
+    let text = language.parts().sentences;
     let faults = match FluentResource::try_new(text.to_string()) {
         Ok(_) => Vec::new(),
         Err((_, faults)) => faults.iter().map(ToString::to_string).collect(),

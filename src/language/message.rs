@@ -11,10 +11,10 @@ use std::fmt;
 ///
 /// ```
 /// use tumble::language::{Argument, Language, Sentence};
-/// let sentence = Sentence::new("fit-table-known", vec![("known", Argument::Text("g = 9.8".into()))]);
-/// assert_eq!(sentence.to_string(), "known: g = 9.8");
-/// assert_eq!(sentence.say(Language::Chinese), "已知量\u{ff1a}g = 9.8");
-/// assert_eq!(serde_json::to_string(&sentence).unwrap(), "\"known: g = 9.8\"");
+/// let sentence = Sentence::new("error-of", vec![("id", Argument::Text("kI".into()))]);
+/// assert_eq!(sentence.to_string(), "error of kI");
+/// assert_eq!(sentence.say(Language::Chinese), "kI 的误差");
+/// assert_eq!(serde_json::to_string(&sentence).unwrap(), "\"error of kI\"");
 /// ```
 #[derive(Debug, Clone)]
 pub struct Sentence(Kind);
@@ -128,7 +128,7 @@ impl Argument {
     }
 }
 
-/// What can stand as an argument.
+/// What can be an argument.
 pub trait Value {
     /// It as an argument.
     fn argument(&self) -> Argument;
@@ -143,6 +143,13 @@ impl<T: Value + ?Sized> Value for &T {
 impl Value for str {
     fn argument(&self) -> Argument {
         Argument::Text(self.to_string())
+    }
+}
+
+/// `yes` or `no`, between which a message selects.
+impl Value for bool {
+    fn argument(&self) -> Argument {
+        Argument::Text(if *self { "yes" } else { "no" }.to_string())
     }
 }
 

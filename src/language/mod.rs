@@ -26,6 +26,7 @@ pub use message::{Argument, Sentence, Value};
 pub use names::names;
 
 use std::borrow::Cow;
+use std::sync::OnceLock;
 
 /// A language in which results are shown.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Hash)]
@@ -37,24 +38,60 @@ pub enum Language {
     Chinese,
 }
 
+/// All that a language consists of.
+struct Parts {
+    /// ISO 639-1.
+    code: &'static str,
+    /// BCP 47.
+    tag: &'static str,
+    /// Sentences and punctuation, in Fluent.
+    sentences: &'static str,
+    /// Texts that the program has as data, by their English form; JSON.
+    names: &'static str,
+    /// The glossary of the guide.
+    #[cfg(feature = "html")]
+    glossary: &'static str,
+}
+
 impl Language {
     /// All of them.
     pub const ALL: [Language; 2] = [Language::English, Language::Chinese];
 
+    const fn parts(self) -> Parts {
+        match self {
+            Language::English => Parts {
+                code: "en",
+                tag: "en",
+                sentences: include_str!("../../data/language/en.ftl"),
+                names: "{}",
+                #[cfg(feature = "html")]
+                glossary: include_str!("../../docs/guide/glossary.md"),
+            },
+            Language::Chinese => Parts {
+                code: "zh",
+                tag: "zh-CN",
+                sentences: include_str!("../../data/language/zh.ftl"),
+                names: include_str!("../../data/language/names.zh.json"),
+                #[cfg(feature = "html")]
+                glossary: include_str!("../../docs/guide/glossary.zh.md"),
+            },
+        }
+    }
+
     /// Its ISO 639-1 code: `en`, `zh`.
     pub fn code(self) -> &'static str {
-        match self {
-            Language::English => "en",
-            Language::Chinese => "zh",
-        }
+        self.parts().code
     }
 
     /// Its BCP 47 tag, as pages carry it: `en`, `zh-CN`.
     pub fn tag(self) -> &'static str {
-        match self {
-            Language::English => "en",
-            Language::Chinese => "zh-CN",
-        }
+        self.parts().tag
+    }
+
+    /// The page of the guide that explains terms.
+    #[cfg(feature = "html")]
+    pub(crate) const fn glossary(self) -> &'static str {
+        self.parts().glossary
     }
 
     /// The language of a code.
@@ -84,18 +121,17 @@ impl Language {
         catalogue::of(self).message(key, arguments).unwrap_or_else(|| key.to_string())
     }
 
-    /// A word of a closed vocabulary of the reports (`free`, `at-bound`), as message `<group>-<word>`; the word itself where there is none.
+    /// A word of a closed vocabulary of the reports (`free`, `at-bound`), by the message `term-<group>`; the word itself where there is none.
     ///
     /// ```
     /// use tumble::language::Language;
     /// assert_eq!(Language::Chinese.term("state", "not-estimable"), "不可估计");
     /// assert_eq!(Language::Chinese.term("state", "anything else"), "anything else");
     /// ```
-    pub fn term(self, group: &str, word: &str) -> Cow<'static, str> {
-        match catalogue::of(self).words.get(format!("{group}-{}", word.replace(' ', "-")).as_str()) {
-            Some(text) => Cow::Borrowed(text.as_str()),
-            None => Cow::Owned(word.to_string()),
-        }
+    pub fn term(self, group: &str, word: &str) -> String {
+        let argument = [("word", Argument::Text(word.to_string()))];
+        let said = catalogue::of(self).message(&format!("term-{group}"), &argument);
+        said.unwrap_or_else(|| word.to_string())
     }
 
     /// A text that the program has as data (of a built-in bench, comparison or effect, a note of a computation) in this language; a text that is
@@ -107,10 +143,25 @@ impl Language {
     /// assert_eq!(Language::Chinese.name("my own effect"), "my own effect");
     /// ```
     pub fn name(self, text: &str) -> Cow<'_, str> {
-        match self {
-            Language::English => Cow::Borrowed(text),
-            Language::Chinese => names::chinese(text).map_or(Cow::Borrowed(text), Cow::Owned),
+        names::say(self, text).map_or(Cow::Borrowed(text), Cow::Owned)
+    }
+
+    /// A word as a title: with a capital letter where the language has them.
+    ///
+    /// ```
+    /// use tumble::language::Language;
+    /// assert_eq!(Language::English.title("effect"), "Effect");
+    /// ```
+    pub fn title(self, word: &str) -> String {
+        let mut letters = word.chars();
+        match letters.next() {
+            Some(first) if self.has_capitals() => first.to_uppercase().chain(letters).collect(),
+            _ => word.to_string(),
         }
+    }
+
+    fn has_capitals(self) -> bool {
+        self.word("has-capitals") == "yes"
     }
 
     /// So many of something: the message `count-<what>` with its plural.
@@ -143,52 +194,34 @@ impl Language {
         }
     }
 
-    /// What stands between the items of a list.
+    /// The separator of the items of a list.
     pub fn comma(self) -> &'static str {
-        match self {
-            Language::English => ", ",
-            Language::Chinese => "\u{3001}",
-        }
+        self.word("mark-comma")
     }
 
-    /// What stands between the clauses of a sentence.
+    /// The separator of the clauses of a sentence.
     pub fn semicolon(self) -> &'static str {
-        match self {
-            Language::English => "; ",
-            Language::Chinese => "\u{ff1b}",
-        }
+        self.word("mark-semicolon")
     }
 
-    /// What stands between two parts of a clause.
+    /// The separator of two parts of a clause.
     pub fn clause(self) -> &'static str {
-        match self {
-            Language::English => ", ",
-            Language::Chinese => "\u{ff0c}",
-        }
+        self.word("mark-clause")
     }
 
-    /// What stands between a heading and what it announces.
-    pub fn colon(self) -> &'static str {
-        match self {
-            Language::English => ": ",
-            Language::Chinese => "\u{ff1a}",
-        }
+    /// The mark between a heading and what it announces.
+    pub(crate) fn colon(self) -> &'static str {
+        self.word("mark-colon")
     }
 
     /// A text in parentheses.
-    pub fn in_parentheses(self, text: &str) -> String {
-        match self {
-            Language::English => format!("({text})"),
-            Language::Chinese => format!("\u{ff08}{text}\u{ff09}"),
-        }
+    pub(crate) fn in_parentheses(self, text: &str) -> String {
+        say!(self, "in-parentheses", text)
     }
 
-    /// What stands between two sentences of a paragraph.
+    /// The separator of two sentences of a paragraph.
     pub fn space(self) -> &'static str {
-        match self {
-            Language::English => " ",
-            Language::Chinese => "",
-        }
+        self.word("mark-space")
     }
 
     /// A clause as a sentence: a capital letter where the language has them and a word begins it (the name of a parameter stays as it is), and a full
@@ -206,17 +239,28 @@ impl Language {
         let word = clause.split_whitespace().next().unwrap_or_default().trim_end_matches([',', ':', '.']);
         let is_word =
             word.chars().all(|c| c.is_lowercase() || c == '-' || c == '\'') && (word.len() > 1 || word == "a");
-        let begin: String = match (self, first) {
-            (Language::English, Some(c)) if is_word => c.to_uppercase().collect(),
-            (_, first) => first.into_iter().collect(),
+        let begin: String = match first {
+            Some(c) if is_word && self.has_capitals() => c.to_uppercase().collect(),
+            first => first.into_iter().collect(),
         };
         let ended = clause.ends_with(['.', '!', '?', '\u{3002}', '\u{ff01}', '\u{ff1f}']);
-        let stop = match self {
-            _ if ended || clause.is_empty() => "",
-            Language::English => ".",
-            Language::Chinese => "。",
-        };
+        let stop = if ended || clause.is_empty() { "" } else { self.word("mark-stop") };
         format!("{begin}{}{stop}", letters.as_str())
+    }
+}
+
+/// Something that is made once for each language.
+pub(crate) struct Each<T>([OnceLock<T>; Language::ALL.len()]);
+
+impl<T> Each<T> {
+    pub(crate) const fn new() -> Self {
+        Each([const { OnceLock::new() }; Language::ALL.len()])
+    }
+
+    pub(crate) fn of(&self, language: Language, make: impl FnOnce(Language) -> T) -> &T {
+        let [english, ..] = &self.0;
+        // every language has its place: the array is as long as the list of them
+        self.0.get(language as usize).unwrap_or(english).get_or_init(|| make(language))
     }
 }
 

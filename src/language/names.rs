@@ -1,11 +1,9 @@
 //! Texts that the program has as data (benches, effects, notes of a computation) in another language, by their English text.
 
+use super::{Each, Language};
 use std::collections::BTreeMap;
-use std::sync::LazyLock;
 
-const CHINESE: &str = include_str!("../../data/language/names.zh.json");
-
-static READ: LazyLock<Names> = LazyLock::new(|| Names::read(CHINESE));
+static READ: Each<Names> = Each::new();
 
 /// Texts by their English form; `{name}` stands for any part, which is looked up in its turn.
 struct Names {
@@ -21,15 +19,15 @@ struct Pattern {
     translation: String,
 }
 
-/// Chinese for a text, if it is known.
-pub(super) fn chinese(text: &str) -> Option<String> {
-    READ.say(text)
+/// A text in a language, if it is known there.
+pub(super) fn say(language: Language, text: &str) -> Option<String> {
+    READ.of(language, |language| Names::read(language.parts().names)).say(text)
 }
 
-/// The English texts that have a translation, as the file has them.
-pub fn names() -> impl Iterator<Item = String> {
+/// The English texts that have a translation, as the language's file has them.
+pub fn names(language: Language) -> impl Iterator<Item = String> {
     // the project's own file, which a test reads
-    let names: BTreeMap<String, String> = serde_json::from_str(CHINESE).unwrap_or_default();
+    let names: BTreeMap<String, String> = serde_json::from_str(language.parts().names).unwrap_or_default();
     names.into_keys()
 }
 

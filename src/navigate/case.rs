@@ -55,7 +55,7 @@ impl<'a> Case<'a> {
         settings.common.check()?;
         let stated = measured.cells().all(|cell| cell.u.is_some());
         if mission.errors.is_noisy() && !stated {
-            return Err(Malformed::new(Fault::Missing, "random walks and unknown noise cannot be told apart")
+            return Err(Malformed::new(Fault::Missing, "random walks and unknown noise cannot be distinguished")
                 .expected("a standard uncertainty (a column with _u) of everything measured, or a mission without random walks"));
         }
         let columns = Columns::new(mission, measured);

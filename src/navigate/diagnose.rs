@@ -104,7 +104,7 @@ pub fn diagnose_with(
     progress: &mut dyn FnMut(f64, &str),
 ) -> Result<NavigationDiagnosis> {
     let over_a_pole = || {
-        Malformed::new(Fault::Value, "the mission's own errors carry its navigator over a pole")
+        Malformed::new(Fault::Value, "the errors of the mission carry its navigator over a pole")
             .at_path("errors")
             .expected("errors with which the mission can be flown")
     };

@@ -142,7 +142,7 @@ impl Remainder<'_> {
         channels.sort_by(|a, b| b.0.total_cmp(&a.0));
         let sentence = channels.first().map_or(String::new(), |(_, motion, channel, group)| {
             let largest = CHANNEL_NAMES.at(*channel);
-            format!("the gap is largest in {largest} ({motion}): {}", course(group))
+            format!("the residuals are largest in {largest} ({motion}): {}", course(group))
         });
         (cells, sentence)
     }

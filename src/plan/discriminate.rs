@@ -155,7 +155,7 @@ const ROUNDING: f64 = 1e-10;
 fn check_terms(campaign: &Campaign, offer: &Offer, terms: [&Term; 2]) -> Result<()> {
     let names = terms.map(|term| name(campaign, &term.regressor));
     if names[0] == names[1] && terms[0].sensor == terms[1].sensor {
-        return Err(Malformed::new(Fault::Value, "an effect is to be told apart from itself")
+        return Err(Malformed::new(Fault::Value, "the two effects to be discriminated are the same")
             .expected("two different effects")
             .found(format!("'{}' twice", names[0])));
     }

@@ -164,7 +164,7 @@ fn rows_of(
             Fault::Value,
             format!("positions cannot be chosen where {} links them by the time between them", line.name(&schedule)),
         )
-        .expected("lines of \"scatter\" without \"over\"; a schedule with its times as it stands is judged with any")
+        .expected("lines of \"scatter\" without \"over\"; with \"over\", a schedule with its times can be evaluated, not improved")
         .at_path(line.place.clone()));
     }
     let (lines, variance) = lines(&schedule, &design, noise, &u);

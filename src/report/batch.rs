@@ -35,7 +35,7 @@ pub struct BatchReport {
     pub estimator: fit::Estimator,
     /// Coverage probability of expanded uncertainties.
     pub level: f64,
-    /// The column that tells devices apart; `file` where each file is a device.
+    /// The column that identifies the device; `file` if each file is a device.
     pub by: String,
     /// Devices, and how many of them are what.
     pub devices: DeviceCounts,
@@ -43,7 +43,7 @@ pub struct BatchReport {
     pub conformity: Option<ConformityCounts>,
     /// Every estimated parameter and derived quantity over the accepted devices.
     pub quantities: Vec<DistributionReport>,
-    /// Devices that stand apart, the farthest first, at most 50.
+    /// Outlying devices, the farthest first, at most 50.
     pub outlying: Vec<OutlyingReport>,
     /// Devices that are not accepted or lie outside a limit, the worst first, at most 100: those without an answer, those that a test rejects
     /// (the least probable first), those outside a limit, those that their limits leave undecided.
@@ -157,11 +157,11 @@ pub struct BetweenReport {
     /// Do devices differ by more than their readings scatter (p below 1 %)?
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub significant: Option<bool>,
-    /// Standard deviation of the devices' true values that explains the rest, in the quantity's unit.
+    /// Standard deviation of the devices' true values that explains the excess scatter, in the quantity's unit.
     pub sd_of_devices: f64,
 }
 
-/// A device that stands apart.
+/// An outlying device.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[non_exhaustive]
 pub struct OutlyingReport {
@@ -209,7 +209,7 @@ pub struct LotReport {
 
 impl LotReport {
     /// Does the lot's mean of a quantity lie beyond its control limits?
-    pub fn is_beyond(&self, of: &DistributionReport) -> bool {
+    pub(crate) fn is_beyond(&self, of: &DistributionReport) -> bool {
         self.mean.get(&of.id).zip(self.control.get(&of.id)).is_some_and(|(mean, by)| (mean - of.mean).abs() > *by)
     }
 }
@@ -381,9 +381,9 @@ pub fn batch_rows(campaign: &Campaign, by: &str, rows: &[Row], lang: Language) -
     let cells: Vec<Vec<String>> = rows
         .iter()
         .map(|row| {
-            let mut cells = vec![row.label.clone(), lang.term("verdict", row.verdict.name()).into_owned()];
+            let mut cells = vec![row.label.clone(), lang.term("verdict", row.verdict.name())];
             if limited {
-                cells.push(row.conformity.map_or("-".into(), |own| lang.term("outcome", own.name()).into_owned()));
+                cells.push(row.conformity.map_or("-".into(), |own| lang.term("outcome", own.name())));
             }
             cells.extend(row.value.iter().zip(&row.u).map(|(x, u)| match x.is_nan() {
                 true => "-".into(),

@@ -27,7 +27,7 @@ pub fn batch_document(
     document.facts = vec![
         (say!(lang, "bench").into(), format!("`{}`", report.bench)),
         (say!(lang, "one-fit-for-each").into(), format!("`{}`", report.by)),
-        (say!(lang, "estimator").into(), lang.term("estimator", &report.estimator.to_string()).into_owned()),
+        (say!(lang, "estimator").into(), lang.term("estimator", &report.estimator.to_string())),
     ];
     document
         .facts
@@ -45,7 +45,7 @@ pub fn batch_document(
 
 fn answer(report: &BatchReport, lang: Language) -> Section {
     let own = &report.devices;
-    let mut section = Section::new(say!(lang, "the-answer"));
+    let mut section = Section::new(say!(lang, "result"));
     let bad = own.rejected + own.malformed;
     section = match bad {
         0 => section.verdict(Tone::Good, say!(lang, "all-are-accepted", devices = lang.count(own.all, "device"))),
@@ -171,10 +171,7 @@ fn distributions(report: &BatchReport, fitted: Option<(&Campaign, &Summary)>, la
         figures.push(Figure {
             chart: Chart::Distribution(chart),
             caption: say!(lang, "batch-page-over", id = q.id, devices = lang.count(q.devices, "device")),
-            description: match q.limits {
-                Some(_) => say!(lang, "histogram-of-curve-what-the-scatter-of", id = q.id),
-                None => say!(lang, "histogram-of-curve-what-the-scatter-of-2", id = q.id),
-            },
+            description: say!(lang, "histogram", limited = q.limits.is_some(), id = q.id),
             wide: false,
         });
     }

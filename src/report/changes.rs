@@ -1,7 +1,7 @@
 //! Two calibrations of one unit side by side, and the history of many (`tumble compare A B`).
 
 use super::{ARCSEC, FitReport, VERSION};
-use crate::compare::calibrations::{Changes, Determination, InputShare, Quantity, Trend};
+use crate::compare::calibrations::{Change, Changes, Determination, InputShare, Quantity, Together, Trend};
 use crate::language::{Language, say};
 use crate::number;
 use crate::report::ReportKind;
@@ -25,11 +25,11 @@ pub struct ChangesReport {
     /// Coverage probability of expanded uncertainties.
     pub level: f64,
     /// Each quantity that both have (angles in arcsec).
-    pub changes: Vec<ChangeOfReport>,
+    pub changes: Vec<Change>,
     /// Known inputs that both share: they moved both results alike and do not count twice.
     pub shared: Vec<String>,
     /// All changes of parameters together.
-    pub together: Option<TogetherReport>,
+    pub together: Option<Together>,
     /// Quantities that only the earlier one has.
     pub only_before: Vec<String>,
     /// Quantities that only the later one has.
@@ -48,63 +48,6 @@ pub struct CalibratedReport {
     pub date: Option<String>,
     /// Serial number of the unit.
     pub serial: Option<String>,
-}
-
-/// How one quantity changed.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
-pub struct ChangeOfReport {
-    /// Its name.
-    pub id: String,
-    /// Unit of all numbers but ratios.
-    pub unit: String,
-    /// Estimate before, in `unit`.
-    pub before: f64,
-    /// Its standard uncertainty, in `unit`.
-    pub u_before: Option<f64>,
-    /// Estimate after, in `unit`.
-    pub after: f64,
-    /// Its standard uncertainty, in `unit`.
-    pub u_after: Option<f64>,
-    /// After minus before, in `unit`.
-    pub difference: f64,
-    /// Standard uncertainty of the difference, shared inputs taken out, in `unit`.
-    pub u: Option<f64>,
-    /// Its effective degrees of freedom; null for infinite.
-    pub dof: Option<f64>,
-    /// Its expanded uncertainty, in `unit`.
-    #[serde(rename = "U")]
-    pub expanded: Option<f64>,
-    /// `difference / U`, a pure number.
-    pub e_n: Option<f64>,
-    /// Probability of a larger difference by chance.
-    pub p: Option<f64>,
-    /// Is the change significant, all quantities tested together (Holm)?
-    pub significant: Option<bool>,
-    /// Difference, in `unit` per day.
-    pub per_day: Option<f64>,
-    /// Weighted mean of both, in `unit`.
-    pub combined: Option<f64>,
-    /// Standard uncertainty of the mean, as it is where both agree, in `unit`.
-    pub u_combined: Option<f64>,
-    /// Birge ratio: well above 1 the two do not agree, and the mean's uncertainty is too small by it.
-    pub birge: Option<f64>,
-}
-
-/// The test of all changes together.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
-pub struct TogetherReport {
-    /// `d' C^-1 d` of the differences, a pure number.
-    pub statistic: f64,
-    /// Degrees of freedom: how many quantities.
-    pub dof: usize,
-    /// Degrees of freedom of the scatter; null where it is known (chi-square, else F).
-    pub scatter_dof: Option<f64>,
-    /// Probability of a larger one by chance.
-    pub p: f64,
-    /// Is it below one minus the level?
-    pub significant: bool,
 }
 
 /// A calibration's results, ready to be compared: angles in arcsec.
@@ -158,44 +101,15 @@ pub fn determination(name: &str, report: &FitReport, day: Option<f64>) -> Determ
 
 /// The report of two calibrations.
 pub fn changes_report(changes: &Changes, before: CalibratedReport, after: CalibratedReport) -> ChangesReport {
-    let finite = |x: f64| x.is_finite().then_some(x);
     ChangesReport {
         tumble: VERSION.into(),
         report: ReportKind::CompareCalibrations,
         before,
         after,
         level: changes.level,
-        changes: changes
-            .changes
-            .iter()
-            .map(|c| ChangeOfReport {
-                id: c.id.clone(),
-                unit: c.unit.clone(),
-                before: c.values.0,
-                u_before: c.u.0,
-                after: c.values.1,
-                u_after: c.u.1,
-                difference: c.difference,
-                u: c.judged.map(|j| j.u),
-                dof: c.judged.and_then(|j| finite(j.dof)),
-                expanded: c.judged.map(|j| j.expanded),
-                e_n: c.judged.and_then(|j| finite(j.e_n)),
-                p: c.judged.map(|j| j.p),
-                significant: c.judged.map(|j| j.significant),
-                per_day: c.per_day,
-                combined: c.judged.and_then(|j| finite(j.mean)),
-                u_combined: c.judged.and_then(|j| finite(j.mean_u)),
-                birge: c.judged.map(|j| j.birge),
-            })
-            .collect(),
+        changes: changes.changes.clone(),
         shared: changes.shared.clone(),
-        together: changes.together.map(|t| TogetherReport {
-            statistic: t.statistic,
-            dof: t.dof,
-            scatter_dof: finite(t.scatter_dof),
-            p: t.p,
-            significant: changes.together_is_significant() == Some(true),
-        }),
+        together: changes.together,
         only_before: changes.only_in.0.clone(),
         only_after: changes.only_in.1.clone(),
     }
@@ -203,7 +117,7 @@ pub fn changes_report(changes: &Changes, before: CalibratedReport, after: Calibr
 
 impl ChangesReport {
     /// Did anything change by more than the uncertainties allow?
-    pub fn is_changed(&self) -> bool {
+    pub(crate) fn is_changed(&self) -> bool {
         self.together.is_some_and(|t| t.significant) || self.changes.iter().any(|c| c.significant == Some(true))
     }
 }

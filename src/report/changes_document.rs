@@ -1,7 +1,8 @@
 //! The documents of two calibrations of one unit, and of the history of many.
 
 use super::colophon::colophon;
-use super::{CalibratedReport, ChangesReport, HistoryReport, TogetherReport, changes, date_of};
+use super::{CalibratedReport, ChangesReport, HistoryReport, changes, date_of};
+use crate::compare::calibrations::Together;
 use crate::document::chart::{Chart, History, Interval};
 use crate::document::number::{dof, level, significant};
 use crate::document::{Align, Cell, Detail, Document, Figure, Section, Table, Tone};
@@ -12,11 +13,11 @@ pub fn changes_document(report: &ChangesReport, lang: Language) -> Document {
     let mut document = Document::new(say!(lang, "two-calibrations-of-one-unit"));
     document.language = lang;
     document.facts = vec![
-        (say!(lang, "title-before").into(), who(&report.before, lang)),
-        (say!(lang, "title-after").into(), who(&report.after, lang)),
+        (lang.title(say!(lang, "before")), who(&report.before, lang)),
+        (lang.title(say!(lang, "after")), who(&report.after, lang)),
     ];
     document.colophon = colophon(&[], lang);
-    let mut answer = Section::new(say!(lang, "the-answer"));
+    let mut answer = Section::new(say!(lang, "result"));
     let changed: Vec<&str> =
         report.changes.iter().filter(|c| c.significant == Some(true)).map(|c| c.id.as_str()).collect();
     let names = |ids: &[&str]| lang.list(&ids.iter().map(|id| format!("`{id}`")).collect::<Vec<_>>());
@@ -105,11 +106,11 @@ pub fn changes_document(report: &ChangesReport, lang: Language) -> Document {
 }
 
 /// The test of all parameters together.
-fn all_together(t: &TogetherReport, lang: Language) -> String {
+fn all_together(t: &Together, lang: Language) -> String {
     let test = match t.scatter_dof {
         Some(scatter) => {
             let f = significant(t.statistic / t.dof as f64, 3);
-            say!(lang, "f-with-and-degrees-of-freedom", f, dof = t.dof, scatter_dof = dof(scatter))
+            say!(lang, "f-test", f, between_dof = t.dof, pure_error_dof = dof(scatter))
         }
         None => say!(lang, "chi-square-with-degrees-of-freedom", statistic = significant(t.statistic, 4), dof = t.dof),
     };
@@ -132,7 +133,7 @@ pub fn history_document(report: &HistoryReport, lang: Language) -> Document {
     document.language = lang;
     document.facts = report.calibrations.iter().map(|c| (c.date.clone().unwrap_or_default(), who(c, lang))).collect();
     document.colophon = colophon(&[], lang);
-    let mut answer = Section::new(say!(lang, "the-answer"));
+    let mut answer = Section::new(say!(lang, "result"));
     let drifts: Vec<&str> =
         report.trends.iter().filter(|t| t.significant == Some(true)).map(|t| t.id.as_str()).collect();
     answer = if drifts.is_empty() {
@@ -151,11 +152,7 @@ pub fn history_document(report: &HistoryReport, lang: Language) -> Document {
         if let Some(day) = t.leaves {
             // a line says where a quantity goes; whether it conforms, each calibration says
             let (id, day) = (&t.id, date_of(day));
-            let text = match t.has_left() {
-                true => say!(lang, "left-its-limits-about-2", id, day),
-                false => say!(lang, "leaves-its-limits-about-2", id, day),
-            };
-            answer = answer.verdict(Tone::Caution, text);
+            answer = answer.verdict(Tone::Caution, say!(lang, "leaves-its-limits", past = t.has_left(), id, day));
         }
     }
     let year = 365.2425;

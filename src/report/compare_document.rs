@@ -21,12 +21,13 @@ pub(super) fn section(report: &CompareReport, lang: Language) -> Section {
     let mut section = Section::new(say!(lang, "comparison-with-the-published-closed-forms"));
     let ignored = report.groups.iter().flat_map(|g| &g.quantities).any(|q| q.without_earth_rate.is_some());
     if let Some(difference) = report.largest_relative_difference.map(|difference| significant(difference, 2)) {
-        section = match (report.is_square_case(), ignored) {
-            (true, true) => section.verdict(Tone::Good, say!(lang, "group-by-group-and-without-the-earth", difference)),
-            (false, true) => {
-                section.verdict(Tone::Caution, say!(lang, "group-by-group-and-without-the-earth-2", difference))
-            }
-            (_, false) => section.verdict(
+        let square = report.is_square_case();
+        section = match ignored {
+            true => section.verdict(
+                if square { Tone::Good } else { Tone::Caution },
+                say!(lang, "group-by-group-without-earth-rate", square, difference),
+            ),
+            false => section.verdict(
                 Tone::Plain,
                 lang.sentence(&say!(lang, "closed-form-and-least-squares-differ-by", difference)),
             ),

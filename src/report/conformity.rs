@@ -91,11 +91,12 @@ pub fn conformity(fit: &Fit) -> Option<ConformityReport> {
 /// How the conformity of a report sounds, and the sentence.
 pub(super) fn verdict(conformity: &ConformityReport, lang: Language) -> (Tone, String) {
     let rule = &conformity.rule;
-    match conformity.outcome {
-        Conformity::Pass => (Tone::Good, say!(lang, "conformity-passes", rule)),
-        Conformity::Fail => (Tone::Bad, say!(lang, "conformity-fails", rule)),
-        Conformity::Undecided => (Tone::Caution, say!(lang, "conformity-is-undecided", rule)),
-    }
+    let tone = match conformity.outcome {
+        Conformity::Pass => Tone::Good,
+        Conformity::Fail => Tone::Bad,
+        Conformity::Undecided => Tone::Caution,
+    };
+    (tone, say!(lang, "conformity-is", outcome = lang.term("outcome", conformity.outcome.name()), rule))
 }
 
 /// Conformity with the limits of the campaign; an empty section where it has none.

@@ -89,7 +89,7 @@ pub fn validity_sentence(correction: &CorrectionFile, lang: Language) -> String 
     text
 }
 
-/// What must be given with the readings, and what stands for it where it is not.
+/// What must be given with the readings, and the value that is used if it is not.
 pub fn given_sentence(correction: &CorrectionFile, lang: Language) -> Option<String> {
     let given: Vec<String> = correction
         .inputs

@@ -204,7 +204,7 @@ impl FitReport {
     }
 
     /// Do the readings say that the model lacks something, or that some of them are bad?
-    pub fn is_misfit(&self) -> bool {
+    pub(crate) fn is_misfit(&self) -> bool {
         self.fit.global_test_rejected == Some(true)
             || self.checks.misfit().is_some_and(|test| test.rejected)
             || self.checks.snooping.as_ref().is_some_and(|found| !found.suspects.is_empty())
@@ -414,7 +414,7 @@ pub struct ConvergenceReport {
     pub stop: Stop,
     /// Parameters that the reference point does not determine and that kept their reference values.
     pub held: Vec<String>,
-    /// Parameters that no reading responds to at the reference point, where what they are multiplied by is zero: started beside it.
+    /// Parameters that no reading responds to at the reference point, where their factor is zero: the iteration started from a point nearby.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub moved: Vec<String>,
     /// Each iteration.

@@ -38,7 +38,7 @@ impl ChecksReport {
 
 impl LackOfFitReport {
     /// Is the model wrong beyond doubt, at the significance at which a single bad reading is?
-    pub fn is_beyond_doubt(&self) -> bool {
+    pub(crate) fn is_beyond_doubt(&self) -> bool {
         self.p < crate::quality::ALPHA
     }
 }
@@ -181,15 +181,14 @@ pub(super) fn checks(fit: &Fit) -> ChecksReport {
     let sensor = |s: usize| fit.campaign.sensor_id(s).to_string();
     let significant = |x: f64| crate::document::number::significant(x, 3);
     let mut verdict = Vec::new();
-    let mut lack_of_fit = |test: LackOfFit, [found, none]: [fn(Sentence) -> Sentence; 2]| {
-        let numbers = sentence!(
-            "f-with-and-degrees-of-freedom-p",
-            f = if test.f.is_finite() { crate::document::number::significant(test.f, 5) } else { "inf".into() },
-            between_dof = test.between_dof,
-            pure_error_dof = test.pure_error_dof,
-            p = significant(test.p)
-        );
-        verdict.push(if test.rejected { found(numbers) } else { none(numbers) });
+    let mut lack_of_fit = |test: LackOfFit, by_position: bool| {
+        let f = if test.f.is_finite() { crate::document::number::significant(test.f, 5) } else { "inf".into() };
+        let (rejected, p) = (test.rejected, significant(test.p));
+        let test_said = sentence!("f-test", f, between_dof = test.between_dof, pure_error_dof = test.pure_error_dof);
+        verdict.push(match by_position {
+            false => sentence!("lack-of-fit-by-replicates", rejected, test = test_said, p),
+            true => sentence!("lack-of-fit-between-positions", rejected, test = test_said, p),
+        });
         LackOfFitReport {
             f: finite(test.f),
             between_dof: test.between_dof,
@@ -199,23 +198,14 @@ pub(super) fn checks(fit: &Fit) -> ChecksReport {
             rejected: test.rejected,
         }
     };
-    let by_replicates: [fn(Sentence) -> Sentence; 2] = [
-        |numbers| sentence!("lack-of-fit-the-model-leaves-more-2", numbers),
-        |numbers| sentence!("replicates-scatter-as-much-as-the-model", numbers),
-    ];
-    let by_position: [fn(Sentence) -> Sentence; 2] = [
-        |numbers| sentence!("lack-of-fit-between-positions", numbers),
-        |numbers| sentence!("positions-scatter-as-their-readings", numbers),
-    ];
-    let by_replicates = checks.lack_of_fit.map(|test| lack_of_fit(test, by_replicates));
-    let by_position = checks.between_positions.map(|test| lack_of_fit(test, by_position));
+    let by_replicates = checks.lack_of_fit.map(|test| lack_of_fit(test, false));
+    let by_position = checks.between_positions.map(|test| lack_of_fit(test, true));
     for (s, test) in checks.runs.iter().filter(|(_, test)| test.is_rejected(level)) {
         let few = (test.runs as f64) < test.expected;
-        let word = if few { sentence!("runs-few") } else { sentence!("runs-many") };
         verdict.push(sentence!(
             "residuals-of-have-too-runs-of-one",
             sensor = sensor(*s),
-            word,
+            few,
             runs = test.runs,
             expected = significant(test.expected),
             p = significant(test.p)

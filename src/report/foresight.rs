@@ -16,7 +16,7 @@ pub struct ForesightReport {
     pub rule: RuleReport,
     /// Every effect of the catalogue that this bench and these columns allow.
     pub effects: Vec<ProspectReport>,
-    /// Effects that nothing on this schedule tells apart, the plainest first; most groups have one member.
+    /// Effects that this schedule cannot distinguish, the most plausible first; most groups have one member.
     pub groups: Vec<AlikeReport>,
     /// Families of effects that were passed over, with the columns that the schedule lacks for them.
     pub passed_over: Vec<PassedOverReport>,
@@ -34,7 +34,7 @@ pub struct RuleReport {
     pub tests: usize,
     /// `z(1 - a/2) + z(power)` with `a` the level of one test (Sidak), a pure number; the noise is known.
     pub noncentrality: f64,
-    /// The same where only the residuals tell the noise; null with too few degrees of freedom.
+    /// The same if the noise is known from the residuals only; null with too few degrees of freedom.
     pub with_residuals: Option<f64>,
 }
 
@@ -54,7 +54,7 @@ pub struct ProspectReport {
     pub left: f64,
     /// Unit of the coefficient; may be empty.
     pub unit: String,
-    /// Standard uncertainty of the coefficient beside the others, in `unit`; null unless detectable.
+    /// Standard uncertainty of the coefficient estimated together with the others, in `unit`; null unless detectable.
     pub u: Option<f64>,
     /// Smallest size that shows, in `unit`.
     pub minimal: Option<f64>,
@@ -84,7 +84,7 @@ pub struct MovesReport {
     pub in_u: f64,
 }
 
-/// Effects that nothing tells apart.
+/// Effects that cannot be distinguished.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[non_exhaustive]
 pub struct AlikeReport {
@@ -104,7 +104,7 @@ pub struct NearReport {
     pub regressor: String,
     /// The other group, from 0.
     pub group: usize,
-    /// Cosine of the angle between the two, beside the model, -1 to 1.
+    /// Cosine of the angle between the two after projection on the model, -1 to 1.
     pub cosine: f64,
     /// Size of the first effect of this group from which it is not taken for the other, in its coefficient's unit.
     pub apart_from: f64,
@@ -211,9 +211,9 @@ pub(super) struct GroupLine {
 
 /// A regressor with its sensor, as reports have it (`a_S of gyro`), in a language.
 fn label(text: &str, lang: Language) -> String {
-    match (lang, text.split_once(" of ")) {
-        (Language::Chinese, Some((regressor, sensor))) => format!("{regressor}{}", lang.in_parentheses(sensor)),
-        _ => text.to_string(),
+    match text.split_once(" of ") {
+        Some((regressor, sensor)) => say!(lang, "regressor-of-sensor", regressor, sensor),
+        None => text.to_string(),
     }
 }
 

@@ -85,8 +85,7 @@ pub use batch::{
 };
 pub use batch_document::batch_document;
 pub use changes::{
-    CalibratedReport, ChangeOfReport, ChangesReport, HistoryReport, TogetherReport, TrendReport, changes_report,
-    date_of, determination, history_report,
+    CalibratedReport, ChangesReport, HistoryReport, TrendReport, changes_report, date_of, determination, history_report,
 };
 pub use changes_document::{changes_document, history_document};
 pub use compare::{CompareReport, GroupReport, MisprintReport, QuantityReport, compare_report};
@@ -164,7 +163,7 @@ vocabulary! {
         Fit = "fit",
         /// Many devices.
         Batch = "batch",
-        /// Published closed forms beside least squares.
+        /// Published closed forms compared with least squares.
         Compare = "compare",
         /// Two calibrations of one unit.
         CompareCalibrations = "compare-calibrations",

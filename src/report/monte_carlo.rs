@@ -5,7 +5,7 @@ use crate::language::{Sentence, sentence};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Monte Carlo beside the first order.
+/// Monte Carlo compared with the first order.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[non_exhaustive]
 pub struct MonteCarloReport {

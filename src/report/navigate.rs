@@ -221,7 +221,7 @@ fn warning(mission: &Mission, own: &study::Unresolved) -> String {
     let [tilt, azimuth, velocity, position] = own.own;
     let digits = |value: f64| crate::document::number::significant(value, 3);
     let mut text = format!(
-        "in {} a perfect unit is wrong by {} arcsec of tilt, {} arcsec of azimuth, {} m/s and {} m: the navigator's own error",
+        "in {} a perfect unit is wrong by {} arcsec of tilt, {} arcsec of azimuth, {} m/s and {} m: the error of the navigator",
         own.motion,
         digits(tilt * ARCSEC),
         digits(azimuth * ARCSEC),

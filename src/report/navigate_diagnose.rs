@@ -33,7 +33,7 @@ pub struct NavigateDiagnoseReport {
     pub runs: Vec<RunReport>,
     /// Rows of the file that belong to other scenarios and were left out.
     pub left_out: usize,
-    /// `effects-found`, `partly-explained` (what was found stands, and something is left), `nothing-missing`, `unexplained`, or `not-diagnosable` (fewer than three values).
+    /// `effects-found`, `partly-explained` (effects were found, and unexplained residuals remain), `nothing-missing`, `unexplained`, or `not-diagnosable` (fewer than three values).
     pub verdict: Verdict,
     /// Probability of reporting anything when nothing is missing.
     pub significance: f64,
@@ -46,7 +46,7 @@ pub struct NavigateDiagnoseReport {
     /// The gap (measured minus predicted) before and after, in standard uncertainties (where the mission has random walks: of
     /// innovations, so that they are independent); `noise.sd` is null, `channels` has that of each.
     pub gap: GapsReport,
-    /// The gap as it shrinks: before, after the cause that takes off most, after that and the next, ..., each set fitted anew; the last with
+    /// The gap as it shrinks: before, after the cause that reduces it most, after that and the next, ..., each set fitted anew; the last with
     /// single values left out. Empty where nothing was found.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub gap_steps: Vec<NavigationGapStepReport>,
@@ -96,7 +96,7 @@ pub struct RunReport {
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[non_exhaustive]
 pub struct NavigationEffectReport {
-    /// The cause: an error source as missions are told of it, such a bias with its change in time (`gyro_bias_x:ramp`,
+    /// The cause: an error source as mission files name it, such a bias with its change in time (`gyro_bias_x:ramp`,
     /// `gyro_bias_x:wave(3600)`), a random walk
     /// (`angle_random_walk`, `velocity_random_walk`; of biases `rate_random_walk`, `acceleration_random_walk_x`), a fault of the reference (`reference:phi_up_arcsec:step(7200)`), or a single value (`reading:17`, the number of its row).
     pub regressor: String,
@@ -116,14 +116,14 @@ pub struct NavigationEffectReport {
     pub t: f64,
     /// Probability of evidence as strong by chance, among all that was tried.
     pub p: f64,
-    /// Probability that it, or an error that cannot be told from it, is present; absent for random walks and single values.
+    /// Probability that it, or an error that cannot be distinguished from it, is present; absent for random walks and single values.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub probability: Option<f64>,
-    /// Share of the gap's sum of squares that it takes off.
+    /// Share of the residual sum of squares that it removes.
     pub explains: f64,
     /// What else it could be.
     pub aliases: Vec<NavigationAliasReport>,
-    /// Motions that would tell them apart, best first; as a mission file has them.
+    /// Motions that would discriminate them, best first; as a mission file has them.
     pub separate_by: Vec<SeparationReport>,
 }
 
@@ -145,11 +145,11 @@ pub struct NavigationAliasReport {
     pub excess: f64,
     /// Would it need a size that no navigator's unit has?
     pub absurd: bool,
-    /// A second error that must then stand in the place of another finding.
+    /// A second error that must then replace another one that was found.
     pub together_with: Option<String>,
 }
 
-/// A motion that would tell an error from its aliases.
+/// A motion that would discriminate an error from its aliases.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[non_exhaustive]
 pub struct SeparationReport {
@@ -157,7 +157,7 @@ pub struct SeparationReport {
     pub motion: MotionFile,
     /// In words.
     pub is: String,
-    /// The aliases that it tells from the error.
+    /// The aliases that it discriminates from the error.
     pub tells: Vec<String>,
     /// By how many standard deviations at least, with as many rows and the same noise as the first run.
     pub by: f64,
@@ -197,7 +197,7 @@ pub struct UnexplainedNavigationReport {
     pub cells: Vec<NavigationCellReport>,
     /// The errors that come nearest together; they are not accepted.
     pub nearest: Vec<String>,
-    /// Share of the gap's sum of squares that those would take off.
+    /// Share of the residual sum of squares that those would remove.
     pub nearest_explains: f64,
 }
 

@@ -94,9 +94,9 @@ fn sentence(report: &NavigateDiagnoseReport, lang: Language) -> String {
         Verdict::PartlyExplained => {
             say!(lang, "what-remains-is-more-than-noise", found = found_in_words(report, lang))
         }
-        Verdict::NothingMissing => say!(lang, "the-gap-is-noise").into(),
-        Verdict::Unexplained => say!(lang, "something-is-missing-that-no-error-of").into(),
-        Verdict::NotDiagnosable => say!(lang, "nothing-can-be-diagnosed-fewer-than-three").into(),
+        Verdict::NothingMissing => say!(lang, "nothing-is-missing", noise = "known"),
+        Verdict::Unexplained => say!(lang, "unexplained", of = "mission"),
+        Verdict::NotDiagnosable => say!(lang, "not-diagnosable", of = "mission"),
     }
 }
 
@@ -154,10 +154,8 @@ fn shrinking(report: &NavigateDiagnoseReport, lang: Language) -> Section {
     if steps.len() < 2 && !report.effects.is_empty() {
         row(say!(lang, "after-repair").into(), &report.gap.after);
     }
-    let noise = match report.gap.noise.from {
-        NoiseFrom::Residuals => say!(lang, "noise-u-is-not-stated-everywhere-so"),
-        _ => say!(lang, "noise-the-stated-standard-uncertainties"),
-    };
+    let stated = report.gap.noise.from != NoiseFrom::Residuals;
+    let noise = say!(lang, "noise-of-mission", stated);
     let [tried, distinct] = [report.candidates, report.distinct_candidates].map(|n| n.to_string());
     let significance = report.significance.to_string();
     let found = !report.effects.is_empty();
@@ -181,7 +179,7 @@ fn card(effect: &NavigationEffectReport, lang: Language) -> Option<Content> {
         let shown = names.iter().take(LISTED).cloned().collect::<Vec<_>>().join(lang.semicolon());
         let more = names.len().saturating_sub(LISTED);
         let shown = if more > 0 { say!(lang, "and-more", shown, more = more.to_string()) } else { shown };
-        facts.push((say!(lang, "cannot-be-told-from").into(), shown));
+        facts.push((lang.title(say!(lang, "cannot-be-distinguished-from")), shown));
     }
     let possible = effect.aliases.iter().filter(|alias| !alias.absurd && alias.together_with.is_none()).count();
     let run = |own: &SeparationReport| {
@@ -280,10 +278,7 @@ fn places(report: &NavigateDiagnoseReport, lang: Language) -> Section {
 /// How the causes were compared, what these data cannot show, and the mission.
 fn origin(report: &NavigateDiagnoseReport, mission: Option<&Mission>, lang: Language) -> Section {
     let times = report.refits.to_string();
-    let refits = match report.settled {
-        true => say!(lang, "refits-until-settled", times),
-        false => say!(lang, "refits-until-given-up", times),
-    };
+    let refits = say!(lang, "refits", converged = report.settled, times);
     let mut section = Section::new(say!(lang, "what-was-assumed"));
     if !report.invisible.is_empty() {
         let sources = grouped(&report.invisible).join(lang.comma());
@@ -355,7 +350,7 @@ fn gap_figure(
     };
     let mut lines = vec![line(say!(lang, "before-repair"), &|point| point.1)];
     if !report.effects.is_empty() {
-        lines.push(line(say!(lang, "with-what-was-found-2"), &|point| point.2));
+        lines.push(line(say!(lang, "with-what-was-found"), &|point| point.2));
     }
     let (name, where_) = channel_of(report, series);
     let [before, after] = [channel.before.0, channel.after.0].map(|size| significant(scale * size, 3));

@@ -22,7 +22,7 @@ type Quantity = (&'static str, &'static str, fn(&NavigationError) -> f64);
 const QUANTITIES: [Quantity; 4] = [
     ("quantity-position", "m", |e| e.distance()),
     ("quantity-azimuth", "arcsec", |e| e.attitude[2] * ARCSEC),
-    ("quantity-tilt", "arcsec", |e| e.tilt() * ARCSEC),
+    ("tilt", "arcsec", |e| e.tilt() * ARCSEC),
     ("quantity-velocity", "m/s", |e| e.speed()),
 ];
 
@@ -141,18 +141,19 @@ fn number(value: Option<f64>) -> Cell {
 
 /// A table of sizes under names: the titles of the names, the sizes, and one more size at the end.
 fn table(names: [&str; 2], units: bool, last: Option<&str>, lang: Language) -> Table {
-    let sizes = match units {
-        true => [
-            say!(lang, "tilt-arcsec"),
-            say!(lang, "azimuth-arcsec"),
-            say!(lang, "velocity-m-s"),
-            say!(lang, "position-m"),
-        ],
-        false => [say!(lang, "tilt"), say!(lang, "azimuth"), say!(lang, "velocity"), say!(lang, "per-position")],
-    };
+    let sizes = [
+        (say!(lang, "tilt"), "arcsec"),
+        (say!(lang, "azimuth"), "arcsec"),
+        (say!(lang, "velocity"), "m/s"),
+        (say!(lang, "position"), "m"),
+    ];
+    let sizes = sizes.map(|(what, unit)| match units {
+        true => format!("{what} {}", lang.in_parentheses(unit)),
+        false => what.to_string(),
+    });
     let names = names.into_iter().map(|title| (title, Align::Left));
-    let columns: Vec<(&str, Align)> =
-        names.chain(sizes.into_iter().chain(last).map(|title| (title, Align::Decimal))).collect();
+    let sizes = sizes.iter().map(String::as_str).chain(last);
+    let columns: Vec<(&str, Align)> = names.chain(sizes.map(|title| (title, Align::Decimal))).collect();
     Table::new(&columns)
 }
 

@@ -26,22 +26,17 @@ pub fn noise_document(report: &NoiseAnalysisReport, inputs: &[Input], deviations
 }
 
 /// Why there are no coefficients.
-fn reason(without: Without, lang: Language) -> &'static str {
-    match without {
-        Without::Constant => say!(lang, "no-coefficients-constant"),
-        Without::Short => say!(lang, "no-coefficients-short"),
-        Without::Undescribed => say!(lang, "no-coefficients-undescribed"),
-    }
+fn reason(without: Without, lang: Language) -> String {
+    say!(lang, "no-coefficients", why = without.name())
 }
 
 /// Does the sum of the coefficients describe the deviations?
 fn described(a: &AgreementReport, lang: Language) -> (Tone, String) {
     let [chi, p] = [significant(a.chi_square, 3), significant(a.p, 2)];
     let test = lang.in_parentheses(&say!(lang, "chi-square-dof-p", chi, dof = a.dof.to_string(), p));
-    match a.describes {
-        Some(false) => (Tone::Caution, format!("{} {test}", say!(lang, "their-sum-does-not-describe-the-deviations"))),
-        _ => (Tone::Good, format!("{} {test}", say!(lang, "their-sum-describes-the-deviations"))),
-    }
+    let well = a.describes != Some(false);
+    let tone = if well { Tone::Good } else { Tone::Caution };
+    (tone, format!("{} {test}", say!(lang, "their-sum-describes", well)))
 }
 
 fn section(column: &NoiseColumnReport, deviations: bool, lang: Language) -> Section {
@@ -55,7 +50,7 @@ fn section(column: &NoiseColumnReport, deviations: bool, lang: Language) -> Sect
         section = section.verdict(tone, lang.sentence(&text));
     }
     if let Some(without) = column.without {
-        section = section.verdict(Tone::Caution, lang.sentence(reason(without, lang)));
+        section = section.verdict(Tone::Caution, lang.sentence(&reason(without, lang)));
     }
     let mean = column.mean.map_or("-".into(), |mean| significant(mean, 6));
     section =

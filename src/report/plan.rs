@@ -29,7 +29,7 @@ pub struct PlanReport {
     pub noise: BTreeMap<String, SensorNoiseReport>,
     /// Parameters that every remounting scatters, with the standard deviation (radians for tilts).
     pub remount: BTreeMap<String, f64>,
-    /// Where each estimated parameter stands at which the schedules are judged.
+    /// The value of each estimated parameter at which the schedules are evaluated.
     #[serde(default)]
     pub judged_at: Vec<PointReport>,
     /// Effects that the schedule is asked to find.
@@ -73,11 +73,11 @@ pub struct PointReport {
     pub from: PointSource,
 }
 
-/// What cannot be told at the point of judging though it could nearby.
+/// What cannot be predicted at the point of evaluation although it could be nearby.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[non_exhaustive]
 pub struct LackingReport {
-    /// Parameters whose uncertainty cannot be told.
+    /// Parameters whose uncertainty cannot be predicted.
     pub untold: Vec<String>,
     /// Parameters without a stated value on which these uncertainties depend.
     pub needs: Vec<String>,
@@ -330,7 +330,7 @@ pub struct ImprovedReport {
     /// Why each chosen mounting is there.
     #[serde(default)]
     pub reasons: Vec<ReasonReport>,
-    /// The two effects to be told apart, if two were named.
+    /// The two effects to be discriminated, if two were named.
     pub separation: Option<DiscriminationReport>,
 }
 
@@ -340,7 +340,7 @@ pub struct ImprovedReport {
 pub struct SharedReport {
     /// The line of scatter: `V per day`.
     pub line: String,
-    /// The column that tells the levels.
+    /// The column of the levels.
     pub column: String,
     /// Its values at the chosen positions.
     pub levels: Vec<String>,
@@ -364,7 +364,7 @@ pub struct ReasonReport {
 pub struct DiscriminationReport {
     /// Regressors.
     pub effects: [String; 2],
-    /// Standard uncertainties before, in each coefficient's unit; null where nothing tells them apart.
+    /// Standard uncertainties before, in each coefficient's unit; null where nothing distinguishes them.
     pub before: [Option<f64>; 2],
     /// Standard uncertainties with the added positions, in each coefficient's unit.
     pub after: [Option<f64>; 2],

@@ -1,6 +1,6 @@
 //! The better schedule of a plan in words: how it was found, how good it is, its positions and why each is there.
 
-use super::{DiscriminationReport, Effort, FindReport, GoalReport, ImprovedReport, PlannedPositionReport};
+use super::{DiscriminationReport, FindReport, GoalReport, ImprovedReport, PlannedPositionReport};
 use crate::document::number::significant;
 use crate::elements::Parts;
 use crate::language::{Language, say};
@@ -64,16 +64,10 @@ pub(super) fn proof(improved: &ImprovedReport, lang: Language) -> Option<String>
     let limited = improved.cost_limit.is_some();
     if let Some(all) = improved.enumerated {
         let all = all.to_string();
-        return Some(match limited {
-            true => say!(lang, "the-best-all-choices-of-these-candidates", all),
-            false => say!(lang, "the-best-all-choices-of-these-candidates-2", all),
-        });
+        return Some(say!(lang, "best-of-all-choices", limited, all));
     }
     let share = percent(improved.efficiency?);
-    Some(match limited {
-        true => say!(lang, "proven-to-be-at-least-as-good", share),
-        false => say!(lang, "proven-to-be-at-least-as-good-2", share),
-    })
+    Some(say!(lang, "proven-efficiency", limited, share))
 }
 
 /// What moving the angles between the candidates brought.
@@ -84,10 +78,7 @@ pub(super) fn moved(improved: &ImprovedReport, lang: Language) -> Option<String>
         return Some(say!(lang, "no-angle-is-worth-moving", resolution));
     }
     let (mountings, gain) = (lang.count(refined.moved, "mounting"), significant(100.0 * refined.gain, 2));
-    Some(match refined.finished {
-        true => say!(lang, "angles-moved-off-the-candidates", mountings, resolution, gain),
-        false => say!(lang, "angles-moved-as-far-as-the-effort-went", mountings, resolution, gain),
-    })
+    Some(say!(lang, "angles-moved", finished = refined.finished, mountings, resolution, gain))
 }
 
 /// Why the efficiency is below 0.99: the bound, or the few portions.
@@ -137,7 +128,7 @@ pub(super) fn apart(separation: &DiscriminationReport, lang: Language) -> Vec<St
     let mut lines = vec![say!(lang, "and-both-in-the-model-before", a, b, before = known(&separation.before))];
     lines.push(match separation.after {
         [Some(_), Some(_)] => say!(lang, "with-the-added-positions", after = known(&separation.after)),
-        _ => say!(lang, "no-candidate-tells-them-apart-so-nothing").into(),
+        _ => say!(lang, "no-candidate-discriminates", a, b),
     });
     lines
 }
@@ -165,10 +156,8 @@ pub(super) fn goal_notes(improved: &ImprovedReport, goal: &GoalReport, lang: Lan
     let counted = goal.limits.keys().map(String::as_str).collect::<Vec<_>>().join(", ");
     let derived = improved.judgement.derived.iter().map(|d| d.id.as_str());
     let derived: Vec<&str> = derived.filter(|id| !goal.limits.contains_key(*id)).collect();
-    let mut notes = vec![match derived.is_empty() {
-        true => say!(lang, "the-goal-counts", counted),
-        false => say!(lang, "the-goal-counts-but-not", counted, derived = derived.join(", ")),
-    }];
+    let some = !derived.is_empty();
+    let mut notes = vec![say!(lang, "the-goal-counts", counted, some, derived = derived.join(", "))];
     if goal.is_cheapest_found && goal.reached {
         notes.push(say!(lang, "this-is-the-cheapest-schedule-that-was").into());
     }
@@ -180,13 +169,5 @@ pub(super) fn not_told_apart(improved: &ImprovedReport, lang: Language) -> Optio
     let separation = improved.separation.as_ref()?;
     let [a, b] = &separation.effects;
     let none = separation.after.iter().any(Option::is_none);
-    none.then(|| say!(lang, "no-candidate-tells-and-apart-so-nothing", a, b))
-}
-
-/// The given schedule with as many readings, or at the cost, of the better one.
-pub(super) fn equal_effort(effort: Effort, lang: Language) -> &'static str {
-    match effort {
-        Effort::Readings => say!(lang, "u-at-equal-readings"),
-        Effort::Cost => say!(lang, "u-at-equal-cost"),
-    }
+    none.then(|| say!(lang, "no-candidate-discriminates", a, b))
 }

@@ -4,7 +4,7 @@ use super::colophon::colophon;
 use super::fit_document::bench_figure;
 use super::foresight::{group_lines, hidden, lacking, not_exercised, rule_text};
 use super::plan_better::{
-    apart, cost_limit, equal_effort, found_with, goal_notes, mountings, moved, not_told_apart, proof, reason, shortfall,
+    apart, cost_limit, found_with, goal_notes, mountings, moved, not_told_apart, proof, reason, shortfall,
 };
 use super::plan_words::{judged_at, lacking as lacking_value, nowhere, shared, through_tilts, work_of};
 use super::{Effort, FindReport, ForesightReport, ImprovedReport, JudgementReport};
@@ -66,7 +66,9 @@ pub fn plan_document(
 /// The model and the noise that the plan was made with.
 fn model(report: &PlanReport, campaign: Option<&Campaign>, lang: Language) -> Section {
     let mut facts: Vec<(String, String)> = Vec::new();
-    facts.extend(report.model.iter().map(|(id, line)| (say!(lang, "model-of-2", id), format!("`{id} = {line}`"))));
+    facts.extend(
+        report.model.iter().map(|(id, line)| (say!(lang, "model-of", sensor = id), format!("`{id} = {line}`"))),
+    );
     facts.extend(report.noise.iter().map(|(id, noise)| {
         let from = lang.in_parentheses(&lang.term("sd-from", &noise.from.to_string()));
         (say!(lang, "noise-of-2", id), format!("{} {} {from}", significant(noise.sd, 4), noise.unit))
@@ -93,12 +95,8 @@ fn answer(improved: &ImprovedReport, finds: &[FindReport], lang: Language) -> Se
     if let Some(goal) = &improved.goal {
         let share = goal.largest_share.map_or(say!(lang, "unknown").into(), |s| significant(s, 3));
         let proof = if goal.is_fewest { say!(lang, "fewer-readings-cannot-reach-it") } else { "" };
-        section = match goal.reached {
-            true => {
-                section.verdict(Tone::Good, say!(lang, "the-goal-is-reached-the-largest-uncertainty-2", share, proof))
-            }
-            false => section.verdict(Tone::Bad, say!(lang, "the-goal-is-not-reached-at-best-2", share)),
-        };
+        let tone = if goal.reached { Tone::Good } else { Tone::Bad };
+        section = section.verdict(tone, say!(lang, "goal-reached", reached = goal.reached, share, proof));
     }
     if let Some(goal) = &improved.goal {
         section = goal_notes(improved, goal, lang)
@@ -132,20 +130,17 @@ fn answer(improved: &ImprovedReport, finds: &[FindReport], lang: Language) -> Se
         let tone = if separation.after.iter().all(Option::is_some) { Tone::Good } else { Tone::Bad };
         section = apart(separation, lang).into_iter().fold(section, |section, line| section.verdict(tone, line));
     }
+    let cost = improved.effort == Effort::Cost;
     let mut table = Table::new(&[
-        (say!(lang, "title-parameter"), Align::Left),
+        (&lang.title(say!(lang, "parameter")), Align::Left),
         (say!(lang, "u-given"), Align::Decimal),
-        (equal_effort(improved.effort, lang), Align::Decimal),
+        (&say!(lang, "u-at-equal-effort", cost), Align::Decimal),
         (say!(lang, "u-better"), Align::Decimal),
         (say!(lang, "gain"), Align::Decimal),
         (say!(lang, "unit"), Align::Left),
     ]);
     table.caption = say!(lang, "predicted-standard-uncertainties").into();
-    table.note = match improved.effort {
-        Effort::Readings => say!(lang, "at-equal-effort-the-given-schedule-repeated"),
-        Effort::Cost => say!(lang, "at-equal-effort-the-given-schedule-repeated-2"),
-    }
-    .into();
+    table.note = say!(lang, "at-equal-effort", cost);
     for c in &improved.comparison {
         table.row(vec![
             Cell::name(&c.id),
@@ -269,22 +264,19 @@ fn map(campaign: &Campaign, report: &PlanReport, candidates: Option<&Readings>, 
 /// What a diagnosis could find.
 fn effects_section(effects: &ForesightReport, better: bool, lang: Language) -> Section {
     let mut table = Table::new(&[
-        (say!(lang, "title-effect"), Align::Left),
+        (&lang.title(say!(lang, "effect-2")), Align::Left),
         (say!(lang, "meaning"), Align::Left),
         (say!(lang, "shows-from"), Align::Decimal),
         (say!(lang, "unit"), Align::Left),
         (say!(lang, "then-at-a-reading-in-its-u"), Align::Decimal),
         (say!(lang, "and-shifts"), Align::Left),
-        (say!(lang, "cannot-be-told-from-2"), Align::Left),
+        (say!(lang, "cannot-be-distinguished-from"), Align::Left),
         (say!(lang, "nearly-alike"), Align::Left),
     ])
     .at(Detail::Full, &[1, 7]);
     table.small = true;
     table.brief_rows = Some(LISTED);
-    table.caption = match better {
-        true => say!(lang, "effects-that-would-show-on-the-better").into(),
-        false => say!(lang, "effects-that-would-show-on-this-schedule").into(),
-    };
+    table.caption = say!(lang, "effects-that-would-show", better);
     table.note = say!(lang, "nearly-alike-cosine-beside-the-model-and").into();
     for line in group_lines(effects, lang) {
         let alike: Vec<String> = line.alike.iter().map(|name| format!("`{name}`")).collect();
@@ -341,7 +333,7 @@ fn effects_section(effects: &ForesightReport, better: bool, lang: Language) -> S
 /// A schedule judged; where a better one stands before it, a terminal leaves it out.
 fn judged(heading: &str, j: &JudgementReport, beside: bool, lang: Language) -> Section {
     let mut table = Table::new(&[
-        (say!(lang, "title-parameter"), Align::Left),
+        (&lang.title(say!(lang, "parameter")), Align::Left),
         (say!(lang, "predicted-u"), Align::Decimal),
         (say!(lang, "unit"), Align::Left),
         (say!(lang, "strongest-correlation"), Align::Left),
@@ -429,7 +421,7 @@ fn some_of(list: &[String], most: usize, lang: Language) -> String {
 fn readings(heading: &str, j: &JudgementReport, listed: bool, lang: Language) -> Section {
     let mut readings = Table::new(&[
         ("#", Align::Right),
-        (say!(lang, "per-position"), Align::Left),
+        (say!(lang, "position"), Align::Left),
         (say!(lang, "gap-at"), Align::Left),
         (say!(lang, "sensor"), Align::Left),
         (say!(lang, "leverage"), Align::Decimal),

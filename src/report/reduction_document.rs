@@ -118,10 +118,8 @@ fn notes(report: &ReduceReport, lang: Language) -> Vec<String> {
     let mut notes = Vec::new();
     for (segment, m) in each(report).filter(|(_, m)| m.noisier > 1.0) {
         let [column, segment, times] = [m.column.clone(), segment.to_string(), significant(m.noisier, 2)];
-        notes.push(match m.apart {
-            Some(true) => say!(lang, "in-segment-the-noise-is-another", column, segment, times),
-            _ => say!(lang, "in-segment-is-times-noisier-than-elsewhere", column, segment, times),
-        });
+        let apart = m.apart == Some(true);
+        notes.push(say!(lang, "noisier-segment", apart, column, segment, times));
     }
     for segment in report.segments.iter().filter(|s| !s.notes.is_empty()) {
         let said: Vec<_> = segment.notes.iter().map(|note| lang.name(note)).collect();
@@ -143,7 +141,7 @@ fn events(m: &SegmentMeanReport, lang: Language) -> String {
 fn overview(report: &ReduceReport, lang: Language) -> Table {
     let means = || report.segments.first().into_iter().flat_map(|s| &s.means);
     let mut columns = vec![
-        (say!(lang, "per-position"), Align::Left),
+        (say!(lang, "position"), Align::Left),
         (say!(lang, "from-s"), Align::Decimal),
         (say!(lang, "to-s"), Align::Decimal),
     ];
@@ -160,7 +158,7 @@ fn overview(report: &ReduceReport, lang: Language) -> Table {
 /// A row for each mean, with what its uncertainty would be in other ways.
 fn table(report: &ReduceReport, lang: Language) -> Table {
     let mut table = Table::new(&[
-        (say!(lang, "per-position"), Align::Left),
+        (say!(lang, "position"), Align::Left),
         (say!(lang, "column"), Align::Left),
         ("n", Align::Right),
         (say!(lang, "mean"), Align::Decimal),

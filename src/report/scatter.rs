@@ -23,7 +23,7 @@ pub struct ScatterReport {
     pub per: String,
     /// How many values it took; readings for a sensor's own noise.
     pub levels: usize,
-    /// Its standard deviation in `unit`; a factor where uncertainties are stated with each reading; null where it cannot be told.
+    /// Its standard deviation in `unit`; a factor where uncertainties are stated with each reading; null where it cannot be determined.
     pub sd: Option<f64>,
     /// Standard uncertainty of an estimated standard deviation, in `unit`; at zero, what it could be.
     pub u_sd: Option<f64>,
@@ -138,8 +138,7 @@ fn one(fit: &Fit, source: &VarianceSource) -> ScatterReport {
 /// What the numbers alone do not say.
 fn note(fit: &Fit, source: &VarianceSource, each: bool) -> Option<Sentence> {
     let text = match source.state {
-        LineState::AtZero if source.u_is_below() => sentence!("the-readings-scatter-no-more-than-without"),
-        LineState::AtZero => sentence!("the-readings-scatter-no-more-than-without-2"),
+        LineState::AtZero => sentence!("estimated-as-zero", below = source.u_is_below()),
         LineState::NotFelt => sentence!("no-reading-feels-it-here"),
         LineState::Inseparable => {
             let others: Vec<&str> = fit
@@ -152,9 +151,8 @@ fn note(fit: &Fit, source: &VarianceSource, each: bool) -> Option<Sentence> {
             match others.split_first() {
                 None => sentence!("these-readings-cannot-tell-it-from-the-rest"),
                 Some((first, rest)) => {
-                    let both = |before: Sentence, other: &&str| {
-                        sentence!("joined-sources", before, other = source_sentence(other))
-                    };
+                    let both =
+                        |before: Sentence, other: &&str| sentence!("list-and", before, last = source_sentence(other));
                     let others = rest.iter().fold(source_sentence(first), both);
                     sentence!("these-readings-cannot-tell-it-from-their", others)
                 }
@@ -211,8 +209,8 @@ fn source_sentence(source: &str) -> Sentence {
     }
     let Some((of, per)) = source.rsplit_once(" per ") else { return Sentence::text(source) };
     let per = match per {
-        "reading" => sentence!("per-reading"),
-        "position" => sentence!("per-position"),
+        "reading" => sentence!("reading"),
+        "position" => sentence!("position"),
         "campaign" => sentence!("per-campaign"),
         column => Sentence::text(column),
     };

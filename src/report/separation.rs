@@ -26,7 +26,7 @@ pub struct NotEstimableReport {
     /// The sensor to be read there, where it is one that no reading has now.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub separate_sensor: Option<String>,
-    /// Do readings respond to it, but only in the second order, or through a factor that they do not tell from zero? Then nothing is known of
+    /// Do readings respond to it, but only in the second order, or through a factor that they do not distinguish from zero? Then nothing is known of
     /// other positions.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub weak: bool,
@@ -37,13 +37,13 @@ impl NotEstimableReport {
     pub(super) fn further(&self, lang: Language) -> Option<String> {
         let keys = |position: &PositionReport| position.iter().map(|(key, value)| format!("{key} = {value}")).collect();
         let keys: Vec<String> = self.separate_by.as_ref().map(keys)?;
-        let is_here = keys.is_empty();
-        let keys = keys.join(lang.comma());
-        Some(match &self.separate_sensor {
-            None => say!(lang, "a-reading-at-would-separate-it", keys),
-            Some(sensor) if is_here => say!(lang, "a-reading-of-would-separate-it", sensor),
-            Some(sensor) => say!(lang, "a-reading-of-at-would-separate-it", sensor, keys),
-        })
+        let what = match (&self.separate_sensor, keys.is_empty()) {
+            (None, _) => "position",
+            (Some(_), true) => "sensor",
+            (Some(_), false) => "both",
+        };
+        let (sensor, keys) = (self.separate_sensor.as_deref().unwrap_or_default(), keys.join(lang.comma()));
+        Some(say!(lang, "a-reading-would-separate", what, sensor, keys))
     }
 
     /// What is said where no position is named that would separate it.

@@ -72,7 +72,7 @@ impl Hidden {
 }
 
 impl Hidden {
-    /// The unit of its coefficient: radians for a tilt, else what the sensor's line with the term tells; `None` where that is open.
+    /// The unit of its coefficient: radians for a tilt, else the unit that follows from the sensor's line with the term; `None` where that is open.
     pub fn unit(&self, campaign: &Campaign) -> Option<String> {
         let sensor = self.sensor.or((campaign.bench.sensors.len() == 1).then_some(0));
         let sensor = sensor.and_then(|k| campaign.bench.sensors.get(k));

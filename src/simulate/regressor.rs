@@ -6,7 +6,7 @@ use crate::campaign::{Campaign, Role};
 use crate::design::SensorModel;
 use crate::error::{Fault, Malformed, Result};
 
-/// The factor of an effect beside its coefficient.
+/// The factor by which the coefficient of an effect is multiplied.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Regressor {
     /// A term of inputs: `a_S`, `gamma_deg_s*cos(2*beta)`, `step(time_s-1200)`.

@@ -238,7 +238,7 @@ impl LinkFile {
             }
             (Some(_), false) => {
                 return Err(Malformed::new(Fault::Value, "only a tilt can follow a joint's angle")
-                    .expected("\"times\" beside \"tilt\", or a joint without it")
+                    .expected("\"times\" together with \"tilt\", or a joint without it")
                     .at_path(format!("chain[{k}].times")));
             }
         };

@@ -81,7 +81,7 @@ impl CampaignBuilder {
         self
     }
 
-    /// A known parameter with its Type B standard uncertainty, both in the unit that the model line tells (a tilt in radians).
+    /// A known parameter with its Type B standard uncertainty, both in the unit that follows from the model line (a tilt in radians).
     pub fn known(self, id: impl Into<String>, value: f64, u: f64) -> Self {
         self.known_with(id, KnownFile { value, u: Some(u), ..KnownFile::default() })
     }

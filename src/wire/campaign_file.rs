@@ -27,7 +27,7 @@ use std::fmt;
 pub struct CampaignFile {
     /// A built-in bench id, the path of a bench file, or the bench itself.
     pub bench: BenchRef,
-    /// Where the bench stands: what is said here replaces what the bench says.
+    /// The site of the bench; keys given here replace those of the bench.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub site: Option<SiteFile>,
     /// Relative standard uncertainties of the rates of turning joints in ppm; they replace the bench's.
@@ -81,10 +81,10 @@ pub struct CampaignFile {
     /// What scatters beyond the readings' own noise, one line each.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub scatter: Vec<ScatterFile>,
-    /// The column of the readings that tells devices apart: one fit for each of its values.
+    /// The column of the readings that identifies the device: one fit for each of its values.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub by: Option<String>,
-    /// Columns of a table of readings or of samples that have names of their own, by the key that they stand for: `"theta_deg": "Winkel (deg)"`. A unit in
+    /// Columns of a table of readings or of samples that have other titles, by their key: `"theta_deg": "Winkel (deg)"`. A unit in
     /// brackets is converted to the key's.
     #[serde(default, skip_serializing_if = "Named::is_empty")]
     pub columns: Named<String>,
@@ -102,7 +102,7 @@ pub enum BenchRef {
     Inline(Box<BenchFile>),
 }
 
-/// Readings in the file or in a CSV beside it.
+/// Readings in this file or in a CSV file in the same folder.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
 #[serde(untagged)]
 pub enum ReadingsRef {
@@ -229,7 +229,7 @@ impl<'de> Deserialize<'de> for KnownSection {
                 let mut section = KnownSection::default();
                 while let Some(key) = map.next_key::<String>()? {
                     if section.get(&key).is_some() || (key == "from" && section.from.is_some()) {
-                        return Err(A::Error::custom(format!("the key '{key}' stands twice, expected each name once")));
+                        return Err(A::Error::custom(format!("the key '{key}' occurs twice, expected each name once")));
                     }
                     match key.as_str() {
                         "from" => section.from = Some(map.next_value()?),
@@ -272,7 +272,7 @@ struct EarlierCovariance {
 pub struct KnownFile {
     /// Value, in `unit`.
     pub value: f64,
-    /// Unit; without one a tilt is in radians, a coefficient in the unit that the model line tells.
+    /// Unit; without one a tilt is in radians, a coefficient in the unit that follows from the model line.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
     /// Type B standard uncertainty, in `unit`; 0 for an exact value.
@@ -299,21 +299,21 @@ pub struct EstimateFile {
     /// Standard uncertainty of the prior.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub prior_u: Option<f64>,
-    /// Unit of these numbers; without one a tilt is in radians, a coefficient in the unit that the model line tells.
+    /// Unit of these numbers; without one a tilt is in radians, a coefficient in the unit that follows from the model line.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
 }
 
 impl CampaignFile {
     /// Turn the file into a checked campaign, with the bench, the readings or the samples that it refers to.
-    pub fn into_campaign(mut self, folder: &mut dyn Folder) -> Result<Campaign> {
+    pub(crate) fn into_campaign(mut self, folder: &mut dyn Folder) -> Result<Campaign> {
         let bench = self.own_bench(&mut |name| folder.text(name))?;
         self.with_earlier(&mut |name| folder.text(name))?;
         let readings = match std::mem::replace(&mut self.readings, ReadingsRef::Inline(Vec::new())) {
             ReadingsRef::Inline(_) if !self.columns.is_empty() => {
                 return Err(Malformed::new(
                     Fault::Value,
-                    "\"columns\" names columns of a file, and the readings stand here",
+                    "\"columns\" names columns of a file, but the readings are in the campaign itself",
                 )
                 .expected("the path of a table as \"readings\", or no \"columns\"")
                 .at_path("columns"));
@@ -347,7 +347,7 @@ impl CampaignFile {
         };
         self.one_device()?;
         if !samples.columns.is_empty() && !self.columns.is_empty() {
-            return Err(Malformed::new(Fault::Value, "\"columns\" stands twice")
+            return Err(Malformed::new(Fault::Value, "\"columns\" occurs twice")
                 .expected("\"columns\" of the campaign, or of its \"readings\"")
                 .at_path("readings.columns"));
         }
@@ -358,7 +358,7 @@ impl CampaignFile {
         match self.by {
             None => Ok(()),
             Some(_) => {
-                Err(Malformed::new(Fault::Value, "\"by\" tells devices apart, and a record of samples is of one")
+                Err(Malformed::new(Fault::Value, "\"by\" separates devices, and a record of samples is of one device")
                     .expected("a table of readings for \"by\" (tumble reduce makes one of each record)")
                     .at_path("by"))
             }
@@ -381,7 +381,7 @@ impl CampaignFile {
     }
 
     /// Take the known parameters of a fit's report, where the campaign names one.
-    pub fn with_earlier(&mut self, fetch: Fetch<'_>) -> Result<()> {
+    pub(crate) fn with_earlier(&mut self, fetch: Fetch<'_>) -> Result<()> {
         let Some(path) = self.known.from.take() else { return Ok(()) };
         let source = fetch(&path).map_err(|e| e.at_path("known.from"))?;
         let earlier: EarlierFit = serde_json::from_str(&source.text).map_err(|error| {

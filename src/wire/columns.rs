@@ -50,8 +50,8 @@ pub(super) fn columns(
         let mut keys = map.0.iter().filter(|(_, wanted)| stands_for(wanted, own)).map(|(key, _)| key);
         let key = match (keys.next(), keys.next()) {
             (Some(first), Some(second)) => {
-                return Err(fault(Fault::NameClash, format!("the column '{found}' stands for two keys"))
-                    .expected("a column of its own for each key of \"columns\"")
+                return Err(fault(Fault::NameClash, format!("the column '{found}' is given for two keys"))
+                    .expected("a different column for each key of \"columns\"")
                     .found(format!("'{first}' and '{second}'")));
             }
             (Some(key), None) => key.clone(),

@@ -26,7 +26,7 @@ pub struct ConstraintFile {
     /// The largest value of `norm_of`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub at_most: Option<f64>,
-    /// Unit of the bounds; without one tilts are in radians, coefficients in the unit that the model line tells.
+    /// Unit of the bounds; without one tilts are in radians, coefficients in the unit that follows from the model line.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
 }

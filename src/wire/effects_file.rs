@@ -11,18 +11,18 @@ use std::collections::HashMap;
 /// A catalogue of effects.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct EffectsFile {
+pub(crate) struct EffectsFile {
     /// The effects.
     pub effects: Vec<EffectFile>,
 }
 
-/// One effect, or a family of them: in every text, placeholders stand for what the campaign has.
+/// One effect, or a family of them: placeholders in its texts are replaced by names of the campaign.
 ///
 /// `{i}` and `{j}` two axes of the sensor, `{joint}` a joint, `{turning}` a joint that turns, `{column}` a column of the readings that the sensor's line uses, `{k}` 1 to 4 (to 12 where the schedule carries it), `{tilt}` a tilt assumed zero,
 /// `{known}` a known parameter, `{position}` a label, `{reading}` a number from 1, `{tau}` a time constant, `{break}` a time between readings.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct EffectFile {
+pub(crate) struct EffectFile {
     /// The term to append to the model line, without its coefficient; or `tilt:`, `known:`, `position:`, `reading:`, `exchange:`, `approach:`, `rate:`, `sense:` and a name.
     pub term: String,
     /// Its name in the field's words.
@@ -30,7 +30,7 @@ pub struct EffectFile {
     /// Name of the coefficient in the repaired model line; made from the term unless given.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub coefficient: String,
-    /// Order among effects that the readings cannot tell apart: 0 the most plausible; 3 unless given.
+    /// Order among effects that the readings cannot distinguish: 0 the most plausible; 3 unless given.
     #[serde(default = "middling")]
     pub rank: u8,
     /// Which sensors can have it.
@@ -54,7 +54,7 @@ fn middling() -> u8 {
 /// Which sensors an effect applies to, told by the inputs of their model lines.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
-pub enum AppliesFile {
+pub(crate) enum AppliesFile {
     /// Every sensor.
     #[default]
     Any,

@@ -28,8 +28,8 @@ impl Campaign {
     /// Errors: what is wrong, with line, column and JSON path.
     pub fn from_json(text: &str) -> Result<Campaign> {
         read_campaign(&Source { name: "campaign".into(), text: text.into() }, &mut |name| {
-            Err(Malformed::new(Fault::File, format!("'{name}' is a file, and this text stands for itself")).expected(
-                "a built-in bench, or bench and readings in the text (Campaign::from_path looks beside a file)",
+            Err(Malformed::new(Fault::File, format!("'{name}' is a file, and a text cannot refer to files")).expected(
+                "a built-in bench, or bench and readings in the text (Campaign::from_path looks in the folder of its file)",
             ))
         })
     }

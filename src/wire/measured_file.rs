@@ -150,7 +150,7 @@ fn columns(headers: &[record::Column], file: &str, line: usize) -> Result<Vec<Co
             }
         };
         if columns.contains(&column) {
-            return Err(at(Malformed::new(Fault::NameClash, format!("the column '{name}' stands twice"))
+            return Err(at(Malformed::new(Fault::NameClash, format!("the column '{name}' occurs twice"))
                 .expected("each column once")
                 .at_path(name)));
         }
@@ -165,7 +165,7 @@ fn columns(headers: &[record::Column], file: &str, line: usize) -> Result<Vec<Co
     }
     for (channel, name) in CHANNEL_NAMES.iter().enumerate() {
         if columns.contains(&Column::Uncertainty(channel)) && !columns.contains(&Column::Value(channel)) {
-            return Err(missing("an uncertainty has no values", format!("a column '{name}' beside '{name}_u'")));
+            return Err(missing("an uncertainty has no values", format!("a column '{name}' for '{name}_u'")));
         }
     }
     Ok(columns)

@@ -78,7 +78,7 @@ pub struct CalibrationFile {
     pub report: String,
     /// For each error source, its combination of the report's parameters: source unit per parameter unit.
     pub carry: Named<Named<f64>>,
-    /// Draws of the Monte Carlo run beside the linear covariance; 0 for none.
+    /// Draws of the Monte Carlo run in addition to the linear covariance; 0 for none.
     #[serde(default = "draws")]
     pub monte_carlo: u64,
 }
@@ -119,7 +119,7 @@ impl MissionFile {
             return Err(Malformed::new(Fault::Value, "the Monte Carlo run has too many draws")
                 .at_path("calibration.monte_carlo")
                 .expected(format!(
-                    "at most {MOST_DRAWS}, each a flight of its own (so many give a standard deviation to 0.2 %)"
+                    "at most {MOST_DRAWS}, each a separate flight (this number gives a standard deviation to 0.2 %)"
                 ))
                 .found(draws.to_string()));
         }

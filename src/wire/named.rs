@@ -39,7 +39,7 @@ impl<'de, T: Deserialize<'de>> Deserialize<'de> for Named<T> {
                 let (mut entries, mut seen) = (Vec::new(), HashSet::new());
                 while let Some(key) = map.next_key::<String>()? {
                     if !seen.insert(key.clone()) {
-                        return Err(A::Error::custom(format!("the key '{key}' stands twice, expected each name once")));
+                        return Err(A::Error::custom(format!("the key '{key}' occurs twice, expected each name once")));
                     }
                     entries.push((key, map.next_value()?));
                 }

@@ -38,8 +38,10 @@ pub(super) fn into_readings(bench: &Bench, rows: Vec<ReadingFile>) -> Result<Rea
             row.0.iter().filter_map(|(_, cell)| if let Cell::List(list) = cell { Some(list.len()) } else { None });
         total += lists.map(|count| count as f64).product::<f64>();
         if total > MOST_READINGS {
-            return Err(Malformed::new(Fault::Value, "the lists of this schedule stand for too many readings")
-                .expected(format!("at most {MOST_READINGS:.0} readings in all; a line with several lists stands for all their combinations"))
+            return Err(Malformed::new(Fault::Value, "the lists of this schedule give too many readings")
+                .expected(format!(
+                    "at most {MOST_READINGS:.0} readings in all; a line with several lists gives all their combinations"
+                ))
                 .found(format!("{total:.0} up to here"))
                 .at_path(format!("readings[{k}]")));
         }

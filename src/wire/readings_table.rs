@@ -182,7 +182,7 @@ pub fn device_readings(bench: &Bench, layout: &Layout, device: &Device) -> Resul
             several => format!("{several} rows have no label of a device"),
         };
         return Err(Malformed::new(Fault::Missing, what)
-            .expected("a label in every row, in the column that tells devices apart")
+            .expected("a label in every row, in the column that identifies the device")
             .found(if device.rows == 1 { "an empty cell" } else { "empty cells, the first of them here" })
             .at_path(place(0)));
     }

@@ -17,7 +17,7 @@ use crate::record::{As, Block, Clock, Record};
 use crate::units::Conversion;
 
 /// A record whose rows are the readings of a campaign.
-pub struct RecordRows<'a> {
+pub(crate) struct RecordRows<'a> {
     folder: &'a mut dyn Folder,
     path: String,
     bench: Bench,
@@ -87,7 +87,7 @@ enum Segments {
 /// are folded on the way where that fit waits for nothing.
 ///
 /// Errors: those of a campaign; readings that are no samples as rows; keys that are of means; columns that the model needs and the record has not.
-pub fn read_rows_of<'a>(
+pub(crate) fn read_rows_of<'a>(
     file: &CampaignFile,
     source: &Source,
     folder: &'a mut dyn Folder,
@@ -213,7 +213,7 @@ impl<'a> RecordRows<'a> {
                 Fault::Missing,
                 "several positions, and nothing says which rows belong to which",
             )
-            .expected("\"by\": a column of labels, or \"times\"; or one position that stands for all rows")
+            .expected("\"by\": a column of labels, or \"times\"; or one position for all rows")
             .found(format!("{} positions", list.len()))
             .at_path("readings.positions"));
         }

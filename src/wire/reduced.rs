@@ -51,7 +51,7 @@ impl Schedule {
     /// Errors: readings in another file; lists that are no schedule's.
     pub(super) fn new(file: CampaignFile, bench: Bench, path: &str) -> Result<Schedule> {
         let ReadingsRef::Inline(list) = &file.readings else {
-            return Err(Malformed::new(Fault::Value, "the schedule's readings stand in another file")
+            return Err(Malformed::new(Fault::Value, "the schedule's readings are in another file")
                 .expected("the positions in the schedule itself")
                 .at_path(path));
         };
@@ -189,13 +189,13 @@ impl Schedule {
             1 => Ok(vec![0; labels.len()]),
             n if n == labels.len() => Ok((0..n).collect()),
             n => Err(Malformed::new(Fault::Value, format!("the schedule has {n} positions, the record {} segments", labels.len()))
-                .expected("as many segments as positions, in the same order; or segments labelled as the positions are; or one row that stands for all")
+                .expected("as many segments as positions, in the same order; or segments labelled as the positions are; or one row for all")
                 .found(format!("segments {}", labels.join(", ")))),
         }
     }
 
     /// Duration of a turn of the joint that turns in a row, s.
-    pub fn turn_s(&self, place: usize) -> Option<f64> {
+    pub(crate) fn turn_s(&self, place: usize) -> Option<f64> {
         let row = self.rows.get(place)?;
         self.bench.joints().find_map(|joint| match row.get(&format!("{joint}_deg_s")) {
             Some(Cell::Number(rate)) if *rate != 0.0 => Some(360.0 / rate.abs()),
@@ -250,7 +250,7 @@ impl CampaignFile {
         if samples.is_rows() {
             return Err(Malformed::new(
                 Fault::Value,
-                "samples as rows are streamed and never all at hand: only `tumble fit` and `tumble check` take them",
+                "samples as rows are streamed and never all in memory: only `tumble fit` and `tumble check` take them",
             )
             .expected("the record's path as \"readings\" (all rows are held, up to 2000000), or samples without \"as\": \"rows\" (their means)")
             .at_path("readings.as"));

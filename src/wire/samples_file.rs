@@ -16,7 +16,7 @@ pub struct SamplesFile {
     /// What becomes of the samples: their means, unless given.
     #[serde(default, rename = "as", skip_serializing_if = "Option::is_none")]
     pub taken_as: Option<SamplesAs>,
-    /// The positions that were taken, as readings without sensor values; one row stands for all segments. Without it: one empty row. As rows: what is the
+    /// The positions that were taken, as readings without sensor values; one row applies to all segments. Without it: one empty row. As rows: what is the
     /// same in every row of a position.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub positions: Vec<ReadingFile>,
@@ -104,7 +104,7 @@ pub struct TimesLine {
 
 impl SamplesFile {
     /// Is every sample a reading?
-    pub fn is_rows(&self) -> bool {
+    pub(crate) fn is_rows(&self) -> bool {
         self.taken_as == Some(SamplesAs::Rows)
     }
 
@@ -198,7 +198,7 @@ impl SamplesFile {
                 .at_path("counts_per_turn"));
         }
         if !self.columns.is_empty() && !columns.is_empty() {
-            return Err(Malformed::new(Fault::Value, "\"columns\" stands twice")
+            return Err(Malformed::new(Fault::Value, "\"columns\" occurs twice")
                 .expected("\"columns\" of the campaign, or of its \"readings\"")
                 .at_path("columns"));
         }

@@ -6,7 +6,7 @@ use crate::units::Unit;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Where the bench stands. A campaign's site replaces what it says of the bench's.
+/// The site of the bench. Keys of a campaign's site replace those of the bench's.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SiteFile {
@@ -85,7 +85,7 @@ impl SiteFile {
             (None, None) => 0.0,
             (None, Some(rate)) if rate != 0.0 => {
                 return Err(Malformed::new(Fault::Missing, "an Earth rate needs a latitude")
-                    .expected("latitude_deg beside earth_rate_deg_h")
+                    .expected("latitude_deg with earth_rate_deg_h")
                     .at_path("site"));
             }
             (_, Some(rate)) => rate,
@@ -122,7 +122,7 @@ impl SiteFile {
             (None, None, Some(altitude_m)) => {
                 if self.latitude_deg.is_none() {
                     return Err(Malformed::new(Fault::Missing, "normal gravity needs a latitude")
-                        .expected("latitude_deg beside altitude_m")
+                        .expected("latitude_deg with altitude_m")
                         .at_path("site"));
                 }
                 if !(-12e3..=100e3).contains(&altitude_m) {

@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 /// What the readings are made from.
 #[derive(Debug, Clone, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct TruthFile {
+pub(crate) struct TruthFile {
     /// True values of tilts and coefficients; a known one of the campaign that is not listed is as the campaign says, any other is zero.
     #[serde(default)]
     pub values: Named<TrueValueFile>,
@@ -30,7 +30,7 @@ pub struct TruthFile {
 /// True size of a line of scatter.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct TrueScatterFile {
+pub(crate) struct TrueScatterFile {
     /// Standard deviation, in the unit of the campaign's line.
     pub sd: f64,
     /// Correlation time, where the line is correlated over a time.
@@ -41,10 +41,10 @@ pub struct TrueScatterFile {
 /// A true value.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct TrueValueFile {
+pub(crate) struct TrueValueFile {
     /// The value, in `unit`.
     pub value: f64,
-    /// Unit; without one a tilt is in radians, a coefficient in the unit that the model line tells.
+    /// Unit; without one a tilt is in radians, a coefficient in the unit that follows from the model line.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
 }
@@ -52,7 +52,7 @@ pub struct TrueValueFile {
 /// Noise of a sensor, Gaussian and independent from reading to reading.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct NoiseFile {
+pub(crate) struct NoiseFile {
     /// Standard deviation of one sample, in `unit`; a reading with `n` samples averaged has it over the root of n.
     pub sd: f64,
     /// Unit; that of the sensor unless given.
@@ -73,7 +73,7 @@ fn yes() -> bool {
 /// A hidden effect.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct HiddenFile {
+pub(crate) struct HiddenFile {
     /// A term without its coefficient (`a_S`, `step(time_s-1200)`), or `tilt:ID`, `known:ID`, `position:LABEL`, `reading:N`, `approach:JOINT`.
     pub regressor: String,
     /// Its coefficient, in `unit`.

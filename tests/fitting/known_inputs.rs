@@ -82,11 +82,11 @@ fn shared_inputs_that_are_correlated() {
         ..Determination::default()
     };
     let found = changes(&of(10.0, 0.5), &of(20.0, 0.5), 0.95, true);
-    assert!((found.changes[0].judged.expect("judged").u - 32f64.sqrt()).abs() < 1e-12);
+    assert!((found.changes[0].u.expect("judged") - 32f64.sqrt()).abs() < 1e-12);
     assert!((found.together.expect("a test").statistic - 100.0 / 32.0).abs() < 1e-12);
     // not the same inputs: their correlation is not shared
     let other = changes(&of(10.0, 0.5), &of(20.0, 0.4), 0.95, true);
-    assert!((other.changes[0].judged.expect("judged").u - 44f64.sqrt()).abs() < 1e-12);
+    assert!((other.changes[0].u.expect("judged") - 44f64.sqrt()).abs() < 1e-12);
 }
 
 /// Three inputs of which two are one and the same: a semidefinite matrix, as good as any. One that no three inputs can have is refused.

@@ -401,6 +401,6 @@ fn rows_of_a_rate() {
 #[test]
 fn rows_are_no_readings_at_hand() {
     let error = tumble::Campaign::from_path(data("streamed/stated.campaign.json")).expect_err("rows");
-    assert!(error.to_string().contains("never all at hand"), "{error}");
+    assert!(error.to_string().contains("never all in memory"), "{error}");
     assert_eq!(error.place().path, "readings.as");
 }

@@ -47,7 +47,12 @@ pub fn element(text: &str) -> Element {
                 if !element.children.is_empty() {
                     element.text = element.text.trim().to_string();
                 }
-                open.last_mut().unwrap().children.push(element);
+                let within = open.last_mut().unwrap();
+                // the words of a link are words of the sentence
+                if element.name == "a" {
+                    within.text.push_str(&element.text);
+                }
+                within.children.push(element);
             }
             Event::Text(text) => open.last_mut().unwrap().text.push_str(&text.xml10_content()),
             Event::GeneralRef(reference) => {

@@ -395,7 +395,7 @@ fn a_row_that_is_wrong_is_its_devices_fault() {
             "{why}"
         );
     }
-    assert!(own["D4"]["why"].contains("every row stands there 2 times"), "{}", own["D4"]["why"]);
+    assert!(own["D4"]["why"].contains("every row occurs 2 times"), "{}", own["D4"]["why"]);
     let nobody = &own[""];
     assert_eq!(nobody["verdict"], "malformed");
     assert!(nobody["why"].contains("2 rows have no label"), "{}", nobody["why"]);
@@ -423,7 +423,7 @@ fn labels_with_blanks_are_said_to_be_one() {
         let found = run(folder.path(), &["fit", "c.campaign.json"]);
         let own = table(&found.stdout);
         assert_eq!((own.len(), own["1"]["readings"].as_str()), (2, "8"), "{}", found.stdout);
-        assert!(found.stderr.contains("'1' stand with different blanks"), "{blank}: {}", found.stderr);
+        assert!(found.stderr.contains("'1' differ only in blanks"), "{blank}: {}", found.stderr);
     }
     let plain = line_campaign(&format!("{HEAD}{}\n", device_rows("  1", 1, 8).join("\n")));
     assert!(run(plain.path(), &["fit", "c.campaign.json"]).stderr.is_empty());

@@ -72,7 +72,7 @@ fn what_is_ambiguous_is_answered_with_the_columns_found() {
     let length = told(&table("Winkel (mm)", "Spannung", 1.0, 1.0, false), r#""theta_deg": "Winkel", "A": "Spannung""#);
     assert!(length.contains("Winkel (mm)") && length.contains("deg"), "{length}");
     let twice = told(&good, r#""theta_deg": "Spannung", "A": "Spannung""#);
-    assert!(twice.contains("stands for two keys"), "{twice}");
+    assert!(twice.contains("is given for two keys"), "{twice}");
     let both = told(&table("theta_deg", "A", 1.0, 1.0, false), r#""theta_deg": "Bemerkung""#);
     assert!(both.contains("two columns are 'theta_deg'"), "{both}");
     let inline = Campaign::from_json(&format!(

@@ -36,6 +36,47 @@ fn tree(page: &str) -> Element {
     )
 }
 
+/// Terms in headings and columns lead to their definitions, each once, which are those of the guide's glossary in the language of the page.
+#[test]
+fn terms_lead_to_their_definitions() {
+    let rows = |page: &str| -> Vec<(String, String)> {
+        let page = fs::read_to_string(format!("docs/guide/{page}")).unwrap();
+        let row = |line: &str| {
+            let (names, meaning) = line.strip_prefix("| ")?.strip_suffix(" |")?.split_once(" | ")?;
+            Some((names.to_string(), meaning.to_string()))
+        };
+        page.lines().filter_map(row).skip(1).collect()
+    };
+    let [english, chinese] = ["glossary.md", "glossary.zh.md"].map(rows);
+    assert!(english.len() == chinese.len() && english.len() > 40, "{} {}", english.len(), chinese.len());
+    for (lang, glossary, some) in [("en", &english, "MDB, minimal detectable bias"), ("zh", &chinese, "最小可探测偏差")]
+    {
+        let (_, text, _) = tumble(&["fit", TABLE_1, "--html", "-", "--lang", lang]);
+        let root = tree(&text);
+        let used: Vec<String> = root
+            .all("a")
+            .iter()
+            .filter_map(|a| a.attribute("href")?.strip_prefix('#').map(String::from))
+            .filter(|anchor| anchor.starts_with("term-"))
+            .collect();
+        let mut defined: Vec<String> =
+            root.all("dt").iter().filter_map(|dt| dt.attribute("id").map(String::from)).collect();
+        let mut once = used.clone();
+        once.sort();
+        defined.sort();
+        assert!(used.len() > 8 && once == defined, "{lang}: {used:?} {defined:?}");
+        let names: Vec<String> =
+            root.all("dt").iter().filter(|dt| dt.attribute("id").is_some()).map(|dt| dt.text.clone()).collect();
+        assert!(names.iter().any(|name| name == some), "{lang}: {names:?}");
+        for name in names {
+            let row = glossary.iter().find(|(names, _)| *names == name).unwrap_or_else(|| panic!("{lang}: {name}"));
+            // `text` is that of the element itself, without code in it
+            let said = root.all("dd").iter().any(|dd| dd.text == row.1);
+            assert!(said || row.1.contains('`'), "{lang}: {}", row.1);
+        }
+    }
+}
+
 fn headings(page: &str) -> Vec<String> {
     tree(page).all("h2").into_iter().map(|h| h.text).collect()
 }
@@ -58,6 +99,7 @@ fn a_page_is_one_well_formed_file_that_loads_nothing() {
             .all("a")
             .iter()
             .filter_map(|a| a.attribute("href").map(|h| h.trim_start_matches('#').into()))
+            .filter(|anchor: &String| !anchor.starts_with("term-"))
             .collect();
         let ids: Vec<String> = root.all("section").iter().filter_map(|s| s.attribute("id").map(String::from)).collect();
         assert_eq!(anchors, ids);

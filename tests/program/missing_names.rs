@@ -84,5 +84,5 @@ fn a_coefficient_beside_a_factor_that_is_nowhere_is_refused() {
     campaign(at, r#""estimate": { "a": {}, "b": {}, "c": {} }"#, "\"r.csv\"");
     let (code, text) = run(at, &["fit", "c.campaign.json"]);
     assert_eq!(code, Some(1), "{text}");
-    assert!(text.contains("'c' stands only beside 'temp'"), "{text}");
+    assert!(text.contains("'c' occurs only multiplied by 'temp'"), "{text}");
 }

@@ -66,7 +66,7 @@ fn en_below_one_in_95_percent() {
             let b = calibrated(&schedule, second.0, second.1, &mut random);
             let found = changes(&a, &b, 0.95, one_standard);
             for (hit, change) in hits.iter_mut().zip(&found.changes) {
-                *hit += usize::from(change.judged.is_some_and(|j| j.e_n.abs() <= 1.0));
+                *hit += usize::from(change.e_n.is_some_and(|e_n| e_n.abs() <= 1.0));
             }
             quiet += usize::from(found.together.is_some_and(|t| t.p >= 0.05));
         }

@@ -16,13 +16,13 @@ fn one(value: f64, u: f64, dof: f64) -> Determination {
 #[test]
 fn two_values_by_hand() {
     let found = changes(&one(1.0, 0.3, f64::INFINITY), &one(2.0, 0.4, f64::INFINITY), 0.95, true);
-    let judged = found.changes[0].judged.unwrap();
-    assert!((judged.u - 0.5).abs() < 1e-15 && (judged.birge - 2.0).abs() < 1e-15);
+    let judged = &found.changes[0];
+    assert!((judged.u.unwrap() - 0.5).abs() < 1e-15 && (judged.birge.unwrap() - 2.0).abs() < 1e-15);
     // k = 1.959964 (normal), E_n = 1/(1.959964*0.5)
-    assert!((judged.e_n - 1.0 / 0.979_981_992_270_027).abs() < 1e-12);
-    assert!((judged.mean - (1.0 / 0.09 + 2.0 / 0.16) / (1.0 / 0.09 + 1.0 / 0.16)).abs() < 1e-14);
-    assert!((judged.mean_u - 0.24).abs() < 1e-15);
-    assert!(judged.significant && (found.together.unwrap().statistic - 4.0).abs() < 1e-12);
+    assert!((judged.e_n.unwrap() - 1.0 / 0.979_981_992_270_027).abs() < 1e-12);
+    assert!((judged.combined.unwrap() - (1.0 / 0.09 + 2.0 / 0.16) / (1.0 / 0.09 + 1.0 / 0.16)).abs() < 1e-14);
+    assert!((judged.u_combined.unwrap() - 0.24).abs() < 1e-15);
+    assert!(judged.significant == Some(true) && (found.together.unwrap().statistic - 4.0).abs() < 1e-12);
 }
 
 #[test]

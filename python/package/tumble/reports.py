@@ -221,7 +221,7 @@ class BetweenReport(Node):
     p: float
     """Probability of a larger ratio if all devices were alike."""
     sd_of_devices: float
-    """Standard deviation of the devices' true values that explains the rest, in the quantity's unit."""
+    """Standard deviation of the devices' true values that explains the excess scatter, in the quantity's unit."""
     significant: bool | None
     """Do devices differ by more than their readings scatter (p below 1 %)?"""
     u: float
@@ -370,7 +370,7 @@ class NotInOrderReport(Node):
 
 
 class OutlyingReport(Node):
-    """A device that stands apart."""
+    """An outlying device."""
 
     device: str
     """The device."""
@@ -396,7 +396,7 @@ class BatchReport(Report):
     bench: str
     """The bench."""
     by: str
-    """The column that tells devices apart; `file` where each file is a device."""
+    """The column that identifies the device; `file` if each file is a device."""
     chance: dict[str, ChanceReport] | None
     """For each test of the devices, by the reason that it gives, what chance alone finds."""
     conformity: ConformityCounts | None
@@ -417,7 +417,7 @@ class BatchReport(Report):
     """Devices that are not accepted or lie outside a limit, the worst first, at most 100: those without an answer, those that a test rejects
     (the least probable first), those outside a limit, those that their limits leave undecided."""
     outlying: list[OutlyingReport]
-    """Devices that stand apart, the farthest first, at most 50."""
+    """Outlying devices, the farthest first, at most 50."""
     quantities: list[DistributionReport]
     """Every estimated parameter and derived quantity over the accepted devices."""
     reasons: dict[str, int] | None
@@ -723,7 +723,7 @@ class AliasReport(Node):
     size: float
     """Largest value of its term here over what its inputs could make of it, a pure number."""
     together_with: str | None
-    """A second effect that must then stand in the place of another finding."""
+    """A second effect that must then replace another one that was found."""
     visible: float
     """Share of its column that the model as given leaves, 0 to 1."""
 
@@ -806,7 +806,7 @@ class EffectReport(Node):
     confirm: str
     """How to confirm it."""
     explains: float
-    """Share of the gap's sum of squares that it takes off."""
+    """Share of the residual sum of squares that it removes."""
     gap_after: GapReport | None
     """The gap with this effect and those before it in the model."""
     in_sensors: list[SensorSizeReport]
@@ -826,13 +826,13 @@ class EffectReport(Node):
     sensor: str | None
     """The sensor; null for what is common to all."""
     separate_by: list[dict[str, float]]
-    """Positions that would tell them apart, best first."""
+    """Positions that would discriminate them, best first."""
     separate_never: list[str]
-    """Aliases among them that no position of this bench tells."""
+    """Aliases among them that no position of this bench discriminates."""
     separate_of: int
-    """of so many that a position could tell in principle."""
+    """of the number that a position could discriminate in principle."""
     separate_tells: list[int]
-    """How many aliases each of these positions tells,"""
+    """How many aliases each of these positions discriminates,"""
     stated_u: float | None
     """Standard uncertainty that was stated for a known parameter or a prior which is found wrong, in `unit`; null for anything else."""
     t: float
@@ -840,7 +840,7 @@ class EffectReport(Node):
     u: float | None
     """Its standard uncertainty, in `unit`."""
     unit: str
-    """Unit; empty where the term does not tell."""
+    """Unit; empty where the term does not determine it."""
     value: float | None
     """Coefficient, in `unit`; for a known parameter, a prior or a constraint its error; null where the repaired model does not determine it."""
     visible: float
@@ -861,7 +861,7 @@ class GapReport(Node):
     max: float
     """Largest residual by size, in the first sensor's unit (of navigation errors: in standard uncertainties)."""
     p: float | None
-    """Probability of a gap as large by chance; null where only residuals tell the noise."""
+    """Probability of a gap as large by chance; null where the noise is known from the residuals only."""
     rms: float | None
     """`sqrt(sum v^2 / dof)`; null without degrees of freedom. With sensors of several units it has none: see `sensors`."""
 
@@ -935,7 +935,7 @@ class DiagnoseNoiseReport(Node):
     from_: NoiseFrom
     """`replicates`, `stated` or `residuals` (of the finished model: then completeness cannot be tested)."""
     sd: float | None
-    """Standard deviation of a reading of the first sensor, in its unit; null where nothing tells."""
+    """Standard deviation of a reading of the first sensor, in its unit; null where it is unknown."""
 
     _keys = frozenset(["from", "sd"])
 
@@ -975,7 +975,7 @@ class ResidualReport(Node):
     position: str
     """Its position."""
     sd: float | None
-    """Standard deviation of the reading by the noise floor, in the sensor's unit; null where nothing tells."""
+    """Standard deviation of the reading by the noise floor, in the sensor's unit; null where it is unknown."""
     sensor: str
     """The sensor."""
 
@@ -1002,7 +1002,7 @@ class ScatterReport(Node):
     per: str
     """How often it takes a new value: `reading`, `position`, `campaign` or a column."""
     sd: float | None
-    """Its standard deviation in `unit`; a factor where uncertainties are stated with each reading; null where it cannot be told."""
+    """Its standard deviation in `unit`; a factor where uncertainties are stated with each reading; null where it cannot be determined."""
     share: dict[str, float]
     """Share of each parameter's variance."""
     source: str
@@ -1075,7 +1075,7 @@ class UnexplainedReport(Node):
     nearest: list[str]
     """The candidates that come nearest together; they are not accepted."""
     nearest_explains: float
-    """Share of the gap's sum of squares that those would take off."""
+    """Share of the residual sum of squares that those would remove."""
     pattern: str
     """In one sentence."""
     sd: float | None
@@ -1106,7 +1106,7 @@ class DiagnoseReport(Report):
     distinct_candidates: int
     """How many of them are distinct on this schedule: the number of tests that every p accounts for."""
     effects: list[EffectReport]
-    """What is missing, in the order in which it takes the gap off."""
+    """What is missing, in the order in which it reduces the residuals."""
     gap: GapsReport
     """The gap before and after, and the noise floor."""
     holdout: HoldoutReport | None
@@ -1120,7 +1120,7 @@ class DiagnoseReport(Report):
     model_before: dict[str, str]
     """Model line of each sensor as given."""
     parameters: list[ChangeReport]
-    """Each estimated parameter before and after, its uncertainty with what is not known about aliases and the rest."""
+    """Each estimated parameter before and after, its uncertainty including possible aliases and unexplained residuals."""
     report: ReportKind
     """Always `diagnose`."""
     residuals: list[ResidualReport]
@@ -1381,7 +1381,7 @@ class ConvergenceReport(Node):
     iterations: list[IterationReport]
     """Each iteration."""
     moved: list[str] | None
-    """Parameters that no reading responds to at the reference point, where what they are multiplied by is zero: started beside it."""
+    """Parameters that no reading responds to at the reference point, where their factor is zero: the iteration started from a point nearby."""
     stop: Stop
     """Why it ended."""
 
@@ -1751,7 +1751,7 @@ class MeansReport(Node):
 
 
 class MonteCarloReport(Node):
-    """Monte Carlo beside the first order."""
+    """Monte Carlo compared with the first order."""
 
     asked: int
     """Trials asked for."""
@@ -1813,8 +1813,8 @@ class NotEstimableReport(Node):
     text: str
     """The same as a line of text."""
     weak: bool | None
-    """Do readings respond to it, but only in the second order, or through a factor that they do not tell from zero? Then nothing is known of
-    other positions."""
+    """Do readings respond to it, but only in the second order, or through a factor that they do not distinguish from zero? Then nothing is
+    known of other positions."""
 
     _keys = frozenset(["combination", "direction", "estimable", "hides", "separate_by", "separate_sensor", "text", "weak"])
 
@@ -2467,7 +2467,7 @@ class NavigationAliasReport(Node):
     regressor: str
     """The error source."""
     together_with: str | None
-    """A second error that must then stand in the place of another finding."""
+    """A second error that must then replace another one that was found."""
     unit: str
     """Its unit."""
     value: float | None
@@ -2507,20 +2507,19 @@ class NavigationEffectReport(Node):
     before: float | None
     """The mission's value before, in `unit`; null where no mission holds such a cause."""
     explains: float
-    """Share of the gap's sum of squares that it takes off."""
+    """Share of the residual sum of squares that it removes."""
     name: str
     """Name in the field's words."""
     p: float
     """Probability of evidence as strong by chance, among all that was tried."""
     probability: float | None
-    """Probability that it, or an error that cannot be told from it, is present; absent for random walks and single values."""
+    """Probability that it, or an error that cannot be distinguished from it, is present; absent for random walks and single values."""
     regressor: str
-    """The cause: an error source as missions are told of it, such a bias with its change in time (`gyro_bias_x:ramp`,
-    `gyro_bias_x:wave(3600)`), a random walk (`angle_random_walk`, `velocity_random_walk`; of biases `rate_random_walk`,
-    `acceleration_random_walk_x`), a fault of the reference (`reference:phi_up_arcsec:step(7200)`), or a single value (`reading:17`, the
-    number of its row)."""
+    """The cause: an error source as mission files name it, such a bias with its change in time (`gyro_bias_x:ramp`, `gyro_bias_x:wave(3600)`),
+    a random walk (`angle_random_walk`, `velocity_random_walk`; of biases `rate_random_walk`, `acceleration_random_walk_x`), a fault of the
+    reference (`reference:phi_up_arcsec:step(7200)`), or a single value (`reading:17`, the number of its row)."""
     separate_by: list[SeparationReport]
-    """Motions that would tell them apart, best first; as a mission file has them."""
+    """Motions that would discriminate them, best first; as a mission file has them."""
     t: float
     """Student's t (normal where the noise is stated), the other effects given."""
     u: float | None
@@ -2567,7 +2566,7 @@ class NavigateDiagnoseNoiseReport(Node):
     from_: NoiseFrom
     """`replicates`, `stated` or `residuals` (of the finished model: then completeness cannot be tested)."""
     sd: float | None
-    """Standard deviation of a reading of the first sensor, in its unit; null where nothing tells."""
+    """Standard deviation of a reading of the first sensor, in its unit; null where it is unknown."""
 
     _keys = frozenset(["from", "sd"])
 
@@ -2610,7 +2609,7 @@ class RunReport(Node):
 
 
 class SeparationReport(Node):
-    """A motion that would tell an error from its aliases."""
+    """A motion that would discriminate an error from its aliases."""
 
     by: float
     """By how many standard deviations at least, with as many rows and the same noise as the first run."""
@@ -2619,7 +2618,7 @@ class SeparationReport(Node):
     motion: MotionFile
     """The motion, as a mission file has it."""
     tells: list[str]
-    """The aliases that it tells from the error."""
+    """The aliases that it discriminates from the error."""
 
     _keys = frozenset(["by", "is", "motion", "tells"])
 
@@ -2677,7 +2676,7 @@ class UnexplainedNavigationReport(Node):
     nearest: list[str]
     """The errors that come nearest together; they are not accepted."""
     nearest_explains: float
-    """Share of the gap's sum of squares that those would take off."""
+    """Share of the residual sum of squares that those would remove."""
     pattern: str
     """In one sentence."""
 
@@ -2702,7 +2701,7 @@ class NavigateDiagnoseReport(Report):
     """The gap (measured minus predicted) before and after, in standard uncertainties (where the mission has random walks: of innovations, so
     that they are independent); `noise.sd` is null, `channels` has that of each."""
     gap_steps: list[NavigationGapStepReport] | None
-    """The gap as it shrinks: before, after the cause that takes off most, after that and the next, ..., each set fitted anew; the last with
+    """The gap as it shrinks: before, after the cause that reduces it most, after that and the next, ..., each set fitted anew; the last with
     single values left out. Empty where nothing was found."""
     invisible: list[str]
     """Error sources that these data cannot show at any size that a navigator's unit has."""
@@ -2733,7 +2732,7 @@ class NavigateDiagnoseReport(Report):
     unexplained: UnexplainedNavigationReport | None
     """What is unexplained (beside what was found); null unless the verdict says so."""
     verdict: NavigateDiagnoseVerdict
-    """`effects-found`, `partly-explained` (what was found stands, and something is left), `nothing-missing`, `unexplained`, or
+    """`effects-found`, `partly-explained` (effects were found, and unexplained residuals remain), `nothing-missing`, `unexplained`, or
     `not-diagnosable` (fewer than three values)."""
 
     _keys = frozenset(["candidates", "channels", "distinct_candidates", "effects", "gap", "gap_steps", "invisible", "left_out", "mission", "model_after", "model_before", "refits", "report", "runs", "settled", "significance", "steps", "suspects", "tumble", "unexplained", "verdict"])
@@ -3039,7 +3038,7 @@ class NoiseReport(Report):
 
 
 class AlikeReport(Node):
-    """Effects that nothing tells apart."""
+    """Effects that cannot be distinguished."""
 
     first: int
     """The plainest, as an index into `effects`, from 0."""
@@ -3087,7 +3086,7 @@ class DiscriminationReport(Node):
     after: list[float | None]
     """Standard uncertainties with the added positions, in each coefficient's unit."""
     before: list[float | None]
-    """Standard uncertainties before, in each coefficient's unit; null where nothing tells them apart."""
+    """Standard uncertainties before, in each coefficient's unit; null where nothing distinguishes them."""
     effects: list[str]
     """Regressors."""
 
@@ -3123,7 +3122,7 @@ class ForesightReport(Node):
     effects: list[ProspectReport]
     """Every effect of the catalogue that this bench and these columns allow."""
     groups: list[AlikeReport]
-    """Effects that nothing on this schedule tells apart, the plainest first; most groups have one member."""
+    """Effects that this schedule cannot distinguish, the most plausible first; most groups have one member."""
     passed_over: list[PassedOverReport]
     """Families of effects that were passed over, with the columns that the schedule lacks for them."""
     rule: RuleReport
@@ -3197,7 +3196,7 @@ class ImprovedReport(Node):
     seed: int
     """Seed that gives the same schedule again."""
     separation: DiscriminationReport | None
-    """The two effects to be told apart, if two were named."""
+    """The two effects to be discriminated, if two were named."""
     shared: list[SharedReport] | None
     """Lines of scatter by which the chosen positions share deviations, and the levels that they are planned for."""
     starts: int
@@ -3248,12 +3247,12 @@ class JudgementReport(Node):
 
 
 class LackingReport(Node):
-    """What cannot be told at the point of judging though it could nearby."""
+    """What cannot be predicted at the point of evaluation although it could be nearby."""
 
     needs: list[str]
     """Parameters without a stated value on which these uncertainties depend."""
     untold: list[str]
-    """Parameters whose uncertainty cannot be told."""
+    """Parameters whose uncertainty cannot be predicted."""
 
     _keys = frozenset(["needs", "untold"])
 
@@ -3275,7 +3274,7 @@ class NearReport(Node):
     apart_from: float
     """Size of the first effect of this group from which it is not taken for the other, in its coefficient's unit."""
     cosine: float
-    """Cosine of the angle between the two, beside the model, -1 to 1."""
+    """Cosine of the angle between the two after projection on the model, -1 to 1."""
     group: int
     """The other group, from 0."""
     regressor: str
@@ -3430,7 +3429,7 @@ class ProspectReport(Node):
     shifts: dict[str, float]
     """Shift of each estimated parameter for coefficient 1, in the parameter's unit (rad for tilts)."""
     u: float | None
-    """Standard uncertainty of the coefficient beside the others, in `unit`; null unless detectable."""
+    """Standard uncertainty of the coefficient estimated together with the others, in `unit`; null unless detectable."""
     unit: str
     """Unit of the coefficient; may be empty."""
 
@@ -3477,7 +3476,7 @@ class RuleReport(Node):
     tests: int
     """Distinct directions: tests that are made."""
     with_residuals: float | None
-    """The same where only the residuals tell the noise; null with too few degrees of freedom."""
+    """The same if the noise is known from the residuals only; null with too few degrees of freedom."""
 
     _keys = frozenset(["noncentrality", "power", "significance", "tests", "with_residuals"])
 
@@ -3499,7 +3498,7 @@ class SharedReport(Node):
     """Deviations that chosen positions share."""
 
     column: str
-    """The column that tells the levels."""
+    """The column of the levels."""
     levels: list[str]
     """Its values at the chosen positions."""
     line: str
@@ -3554,7 +3553,7 @@ class PlanReport(Report):
     improved: ImprovedReport | None
     """The better schedule, if one was asked for."""
     judged_at: list[PointReport]
-    """Where each estimated parameter stands at which the schedules are judged."""
+    """The value of each estimated parameter at which the schedules are evaluated."""
     model: dict[str, str]
     """Model line of each sensor."""
     noise: dict[str, SensorNoiseReport]

@@ -28,10 +28,10 @@ pub(super) struct Arguments {
     /// Also write the standard uncertainty of each input from the calibration (not the noise of the sample), as <input>_u.
     #[arg(long)]
     u: bool,
-    /// Frame of the inputs: the sensors' own, or turned to the mounting face by the tilts after the last joint.
+    /// Frame of the inputs: the sensor axes, or the mounting face (rotated by the tilts after the last joint).
     #[arg(long, value_enum, default_value_t = Frame::Sensor)]
     frame: Frame,
-    /// A sensor's column in the record, where it has another name; repeat for several.
+    /// Column of a sensor in the record, if its title differs from the sensor's name; repeat for several.
     #[arg(long, value_name = "SENSOR=COLUMN", value_parser = pair)]
     column: Vec<(String, String)>,
 }
@@ -52,7 +52,7 @@ struct Plan {
     sensors: Vec<usize>,
     /// From the unit of each of these columns to the sensor's.
     conversions: Vec<Option<Conversion>>,
-    /// Column of each given input and the conversion to its unit; `None` where its fallback stands.
+    /// Column of each given input and the conversion to its unit; `None` where its fallback is used.
     given: Vec<Option<(usize, Conversion)>>,
     /// Columns that are copied.
     kept: Vec<usize>,

@@ -24,7 +24,7 @@ impl Answers {
         self.terminal
     }
 
-    /// One answer. `proposal` stands for an empty line, and for none at all where nobody can be asked.
+    /// One answer. `proposal` is the answer for an empty line, and where nobody can be asked.
     ///
     /// Errors: an option that cannot be read; no option, no proposal and nobody to ask.
     pub(super) fn one<T>(

@@ -133,7 +133,7 @@ fn own(arguments: &Arguments, answers: &Answers, columns: &[Column], stem: &str)
     let mut file: BenchFile = serde_json::from_value(json!({
         "id": stem, "title": format!("Made by tumble new for {stem}"),
         "notes": [
-            "readings give each joint NAME as NAME_deg where it stands, or NAME_deg_s where it turns (the mean over whole turns)",
+            "readings give each joint NAME as NAME_deg at rest, or NAME_deg_s while it turns (the mean over whole turns)",
             "a tilt is a small unknown angle, estimated in rad and arcsec; every other name in a model line is a column of the readings or a coefficient"
         ],
         "chain": chain.into_iter().flatten().collect::<Vec<_>>(), "sensors": {}
@@ -143,7 +143,7 @@ fn own(arguments: &Arguments, answers: &Answers, columns: &[Column], stem: &str)
     Ok(file)
 }
 
-/// Where the bench stands, if that matters: the Earth turns every gyro.
+/// The site of the bench, if it matters: the Earth turns every gyro.
 pub(super) fn site(
     arguments: &Arguments,
     answers: &Answers,

@@ -33,19 +33,19 @@ pub(super) struct Arguments {
     /// A built-in bench, a bench file, or `own`: a bench made of `--chain` and `--model`.
     #[arg(long, value_name = "ID|FILE|own")]
     bench: Option<String>,
-    /// Own bench: joints and tilts (with `~`) from the ground to the sensor, each with its axis, for example `beta:x,~dtheta_y:y`; `none`.
+    /// For `--bench own`: joints and tilts (with `~`) from the ground to the sensor, each with its axis, for example `beta:x,~dtheta_y:y`; `none`.
     #[arg(long, value_name = "LINKS")]
     chain: Option<String>,
-    /// Own bench: a sensor with its model line, for example `V [mV] = V0 + kI*a_x`.
+    /// For `--bench own`: a sensor with its model line, for example `V [mV] = V0 + kI*a_x`.
     #[arg(long, value_name = "LINE")]
     model: Vec<String>,
     /// Latitude of the bench in degrees, where the Earth's rate is in the readings.
     #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
     latitude: Option<String>,
-    /// Which column is what, beyond what titles and units say: `gamma_deg_s=Rate,V=Output (mV)`.
+    /// Meaning of columns whose titles and units do not say it: `gamma_deg_s=Rate,V=Output (mV)`.
     #[arg(long, value_name = "KEY=TITLE", value_delimiter = ',')]
     columns: Vec<String>,
-    /// The table is a logger's record: means where it stands still, every sample a reading (rows), or means by labels in this column.
+    /// The table is a logger's record: means of its standstills (still), every sample a reading (rows), or means by the labels in this column.
     #[arg(long, value_name = "still|rows|COLUMN")]
     samples: Option<String>,
     /// Samples a second of a record without a column of times.
@@ -57,10 +57,10 @@ pub(super) struct Arguments {
     /// A known parameter: `kI=-2.92+-0.004 V/(deg/s)`; `NAME=0` alone leaves it out of the model. All others are estimated.
     #[arg(long, value_name = "NAME=VALUE", allow_hyphen_values = true)]
     known: Vec<String>,
-    /// Where an estimate begins, where the model is not linear in it: `s_x=0.0024 m/s^2`.
+    /// Starting value of an estimate in which the model is not linear: `s_x=0.0024 m/s^2`.
     #[arg(long, value_name = "NAME=VALUE", allow_hyphen_values = true)]
     start: Vec<String>,
-    /// The campaign file; TABLE.campaign.json beside the table unless given.
+    /// The campaign file; by default TABLE.campaign.json in the folder of the table.
     #[arg(long, value_name = "FILE")]
     to: Option<PathBuf>,
 }
@@ -211,9 +211,10 @@ fn campaign(arguments: &Arguments, table: &Path, answers: &Answers) -> Result<Ou
 }
 
 /// What a campaign says to the person who goes on with it.
-const REMARK: &str = "\"estimate\" is determined by the readings, \"known\" is taken as given with its u, what stands under neither is zero";
+const REMARK: &str =
+    "\"estimate\" is determined by the readings, \"known\" is taken as given with its u, what is in neither is zero";
 
-/// A file as JSON with the schema that stands beside it, and a remark.
+/// A file as JSON with a reference to its schema, and a remark.
 fn headed(kind: &str, remark: &str, value: &impl serde::Serialize) -> Result<String> {
     let (text, remark) = (files::json(value)?, files::json(&remark)?);
     let rest = text.strip_prefix("{\n").unwrap_or(&text);
@@ -229,7 +230,7 @@ fn free(path: &Path) -> Result<()> {
     }
 }
 
-/// A path as a file in `folder` names it: its bare name where it stands beside.
+/// A path as a file in `folder` names it: its bare name if it is in this folder.
 fn beside(folder: &Path, path: &Path) -> String {
     let there = path.parent().map(Path::to_path_buf).unwrap_or_default();
     let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();

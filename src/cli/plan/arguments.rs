@@ -7,34 +7,34 @@ use std::path::PathBuf;
 /// What to judge, what to look for and what to write.
 #[derive(Debug, Args)]
 pub(in crate::cli) struct Arguments {
-    /// The schedule, or a campaign whose values play no part (but tell the noise).
+    /// The schedule, or a campaign, whose values are used for the noise only.
     pub(super) schedule: PathBuf,
-    /// Standard deviation of one sample of a sensor, in its unit: V=9e-4 (a reading with n samples has it over the root of n). Repeat for each
+    /// Standard deviation of one sample of a sensor, in its unit: V=9e-4 (divided by the root of n for a reading with n samples). Repeat for each
     /// sensor.
     #[arg(long, value_name = "SENSOR=SD")]
     pub(super) noise: Vec<String>,
-    /// A tilt that every remounting scatters, with the standard deviation in arcsec: dtheta_y2=0.5.
+    /// A tilt with a random change at every remounting, and its standard deviation in arcsec: dtheta_y2=0.5.
     #[arg(long, value_name = "TILT=ARCSEC")]
     pub(super) remount: Vec<String>,
-    /// Expected size of the tilts in arcsec: known scale factors act through them, and no reading tells their size yet.
+    /// Expected size of the tilts in arcsec: the uncertainty of known scale factors acts through them.
     #[arg(long, value_name = "ARCSEC", allow_negative_numbers = true)]
     pub(super) tilts: Option<f64>,
-    /// Judge at this value of an estimated parameter (arcsec for a tilt): K=1.3. Else at what the readings say, its start, its prior, or zero.
+    /// Evaluate at this value of an estimated parameter (arcsec for a tilt): K=1.3. By default its fitted value, start, prior, or zero.
     #[arg(long, value_name = "NAME=VALUE")]
     pub(super) at: Vec<String>,
-    /// A catalogue of your own effects, tried beside the built-in ones (`tumble schema effects` has its form).
+    /// A catalogue of further effects to try with the built-in ones (`tumble schema effects` has its form).
     #[arg(long, value_name = "FILE")]
     pub(super) effects: Option<PathBuf>,
-    /// Find the best schedule of so many readings that costs no more than the given one does for as many (--budget: another limit).
+    /// Find the best schedule of N readings at no more than the cost of N readings of the given one (--budget: another limit).
     #[arg(long, value_name = "N", group = "refinable", conflicts_with_all = ["add", "goal"])]
     pub(super) choose: Option<usize>,
-    /// With --choose: whatever it costs.
+    /// With --choose: without a limit of cost.
     #[arg(long, requires = "choose", conflicts_with = "budget")]
     pub(super) any_cost: bool,
-    /// Keep the schedule and find the best so many readings to add.
+    /// Keep the schedule and find the best N readings to add.
     #[arg(long, value_name = "N", group = "refinable", conflicts_with = "goal")]
     pub(super) add: Option<usize>,
-    /// Keep the schedule and find the positions to add (2, or --add N) that tell two effects apart: a_S a_S^2, or tilt:dtheta_z1 a_S.
+    /// Keep the schedule and find the positions to add (2, or --add N) that discriminate two effects: a_S a_S^2, or tilt:dtheta_z1 a_S.
     #[arg(long, num_args = 2, value_names = ["EFFECT", "EFFECT"], conflicts_with_all = ["choose", "goal", "budget"])]
     pub(super) separate: Vec<String>,
     /// The sensor that may have the effects of --separate, --find and --beside, where the bench has several.
@@ -45,14 +45,13 @@ pub(in crate::cli) struct Arguments {
     #[arg(long, value_name = "[NAME=]U", groups = ["searched", "refinable"])]
     pub(super) goal: Vec<String>,
     /// Find the fewest readings that show an effect of this size with the power of --power: a_S=1e-3, or tilt:dtheta_z2=20 (arcsec). It becomes
-    /// one more unknown, with a limit on its uncertainty; --goal may stand beside it.
+    /// one more unknown, with a limit on its uncertainty; can be combined with --goal.
     #[arg(long, value_name = "EFFECT=SIZE", groups = ["searched", "refinable"], conflicts_with_all = ["choose", "add", "separate", "budget"])]
     pub(super) find: Vec<String>,
     /// With --find: probability that an effect of that size is found.
     #[arg(long, value_name = "P", default_value_t = 0.8, requires = "find")]
     pub(super) power: f64,
-    /// Judge and search with this effect as one more unknown: what is found must not be taken for it, and the schedule is good with it and
-    /// without. Repeat for several.
+    /// Evaluate and search with this effect as one more unknown, so that the schedule is good with it and without it. Repeat for several.
     #[arg(long, value_name = "EFFECT")]
     pub(super) beside: Vec<String>,
     /// Find the best schedule that costs no more than this, with the costs of --cost.
@@ -71,8 +70,8 @@ pub(in crate::cli) struct Arguments {
     /// readings), E (worst determined combination of the angles), or a quantity: dtheta_z2, gamma.
     #[arg(long, value_name = "D|A|G|I|E|NAME", default_value = "D")]
     pub(super) criterion: String,
-    /// Then move the chosen angles between the candidates, in multiples of DEG, as long as that is better (with --goal or --find, one
-    /// reading fewer may then be enough).
+    /// Then move the chosen angles between the candidates, in multiples of DEG, as long as that is better (with --goal or --find this may save
+    /// a reading).
     #[arg(long, value_name = "DEG", requires = "refinable", conflicts_with = "separate")]
     pub(super) refine: Option<f64>,
     /// Portions in which readings are chosen: single readings, both senses of a rate, all rates of a mounting.
@@ -81,7 +80,7 @@ pub(in crate::cli) struct Arguments {
     /// A schedule whose positions are the candidates (its lists sweep joints and rates); a sweep of the bench unless given.
     #[arg(long, value_name = "FILE")]
     pub(super) candidates: Option<PathBuf>,
-    /// Step of the sweep over joints that stand still.
+    /// Step of the sweep over joints at rest.
     #[arg(long, value_name = "DEG", default_value_t = 45.0, allow_negative_numbers = true)]
     pub(super) step: f64,
     /// Further rates for the sweep, in deg/s, for every joint that the schedule turns: 5,-5,60,-60.

@@ -13,14 +13,14 @@ use crate::simulate::Regressor;
 use crate::wire;
 use indicatif::ProgressBar;
 
-/// Positions that are added to tell two effects apart.
+/// Positions that are added to discriminate two effects.
 const ADDED: usize = 2;
 /// More starts than this are a slip of the keyboard; the effort that they may take is limited besides.
 const MOST_STARTS: usize = 1_000_000;
 /// More readings than this are not chosen.
 const MOST_READINGS: usize = 100_000;
 
-/// The two effects to be told apart.
+/// The two effects to be discriminated.
 pub(super) fn terms(effects: &[String; 2], campaign: &Campaign, sensor: Option<&str>) -> Result<[Term; 2]> {
     let [a, b] = effects;
     Ok([term(a, campaign, sensor)?, term(b, campaign, sensor)?])

@@ -5,7 +5,6 @@ mod asked;
 
 pub(super) use arguments::Arguments;
 
-use super::outputs::Outputs;
 use super::pages::workbook;
 use super::{Outcome, files};
 use crate::campaign::{Campaign, Reading, Readings};
@@ -28,15 +27,8 @@ const MOST_FORESEEN: usize = 100_000;
 pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
     let (campaign, source) = files::campaign(&arguments.schedule)?;
     files::one_device(&campaign);
-    let [html, md, xlsx] = arguments.pages.paths();
-    let mut outputs = Outputs::plan([
-        arguments.write.as_deref(),
-        arguments.sheet.as_deref(),
-        html,
-        md,
-        xlsx,
-        arguments.json.as_deref(),
-    ])?;
+    let mut outputs =
+        arguments.pages.outputs([arguments.write.as_deref(), arguments.sheet.as_deref(), arguments.json.as_deref()])?;
     // an option has no place in the file
     let located = |error: Malformed| match error.place().path.is_empty() {
         true => error,

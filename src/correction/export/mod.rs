@@ -241,9 +241,8 @@ fn comment(calibration: &Calibration, origin: &Origin) -> Vec<String> {
         .join(", ")
     };
     let readings: Vec<String> = calibration.lines.iter().map(|l| format!("{} ({})", l.sensor, l.unit)).collect();
-    let mut comment = vec![
-        "Correction of a calibrated unit: readings to rates and specific forces along the sensors' own axes.".into(),
-    ];
+    let mut comment =
+        vec!["Correction of a calibrated unit: readings to rates and specific forces along the sensor axes.".into()];
     comment.extend(origin_lines(origin));
     comment.push(format!("Readings, in this order: {}.", readings.join(", ")));
     comment.push(format!("Inputs, in this order: {}.", inputs(InputRole::Solved)));

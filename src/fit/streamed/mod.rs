@@ -49,7 +49,7 @@ use crate::error::Result;
 use octaves::Noise;
 use question::{Folding, Part, Question};
 
-/// What a fit of a record has beside what every fit has: its rows are not at hand, the readings of the campaign are a sample of them.
+/// Additional results of a streamed fit: its rows are not in memory, and the readings of the campaign are a sample of them.
 #[derive(Debug, Clone)]
 pub struct Streamed {
     /// Rows of the record.

@@ -37,7 +37,7 @@ use std::io;
 use texts::{Texts, Xml, text, told, within};
 
 /// Version of the schema that certificates follow.
-pub const SCHEMA_VERSION: &str = "3.3.0";
+pub(crate) const SCHEMA_VERSION: &str = "3.3.0";
 
 /// A fit as a digital calibration certificate, with the identities of a lab file; `as_found` is the report of the same unit before it was
 /// adjusted.
@@ -245,10 +245,7 @@ fn remarks(report: &FitReport, lang: Language) -> Vec<String> {
     remarks.extend(report.fit.remarks.iter().map(|remark| lang.sentence(&remark.say(lang))));
     if let Some(p) = report.fit.p {
         let p = format!("{p:.3}");
-        remarks.push(match report.fit.rejected {
-            true => say!(lang, "dcc-global-test-failed", p),
-            false => say!(lang, "dcc-global-test-passed", p),
-        });
+        remarks.push(say!(lang, "dcc-global-test", rejected = report.fit.rejected, p));
     }
     remarks
 }
@@ -282,10 +279,7 @@ fn scatter(xml: &mut Xml, report: &FitReport, prefix: &str, texts: Texts<'_>) ->
 
 fn about_source(source: &super::ScatterReport, lang: Language) -> String {
     let levels = source.levels.to_string();
-    let mut clauses = vec![match source.estimated {
-        true => say!(lang, "dcc-estimated-values", levels),
-        false => say!(lang, "dcc-stated-values", levels),
-    }];
+    let mut clauses = vec![say!(lang, "dcc-values", estimated = source.estimated, levels)];
     clauses.extend(source.u_sd.map(|u| say!(lang, "dcc-standard-uncertainty", u = decimal(u))));
     let mut said = clauses.join(lang.clause());
     if let Some(note) = &source.note {

@@ -41,11 +41,8 @@ pub(super) fn of_quantity(
 
 /// The outcome in words, with the rule and the probability that it rests on.
 fn declaration(conformity: &ConformityReport, limited: &LimitedReport, lang: Language) -> String {
-    let mut said = match limited.outcome {
-        Conformity::Pass => say!(lang, "conformity-passes", rule = conformity.rule),
-        Conformity::Fail => say!(lang, "conformity-fails", rule = conformity.rule),
-        Conformity::Undecided => say!(lang, "conformity-is-undecided", rule = conformity.rule),
-    };
+    let outcome = lang.term("outcome", limited.outcome.name());
+    let mut said = say!(lang, "conformity-is", outcome, rule = conformity.rule);
     if let Some(probability) = limited.probability {
         said.push_str(lang.space());
         said.push_str(&say!(lang, "dcc-probability", probability = percent(probability)));

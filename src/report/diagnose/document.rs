@@ -6,7 +6,7 @@ use super::super::scatter;
 use super::figure::{diagnose_figure, named};
 use super::{DiagnoseReport, EffectReport, words};
 use crate::campaign::{Campaign, Parameter, Role};
-use crate::diagnosis::{Diagnosis, Held, NoiseFrom, Verdict};
+use crate::diagnosis::{Diagnosis, Held, Verdict};
 use crate::document::number::{level, rounded, significant};
 use crate::document::{Align, Cell, Content, Detail, Document, MarkedLine, Section, Table, Tone};
 use crate::language::{Language, say};
@@ -168,10 +168,10 @@ fn card(report: &DiagnoseReport, effect: &EffectReport, lang: Language) -> Conte
         }
     };
     if effect.value.is_none() {
-        fact(say!(lang, "title-value"), say!(lang, "the-repaired-model-does-not-determine-it").into());
+        fact(&lang.title(say!(lang, "value")), say!(lang, "the-repaired-model-does-not-determine-it").into());
     }
     if report.model_before.len() > 1 && effect.regressor.starts_with("tilt:") {
-        fact(say!(lang, "title-sensor"), say!(lang, "common-to-all").into());
+        fact(&lang.title(say!(lang, "sensor")), say!(lang, "common-to-all").into());
     }
     for own in &effect.in_sensors {
         let value = own.value.map_or(say!(lang, "not-determined").into(), |v| in_text(&rounded(v, own.u), &own.unit));
@@ -183,7 +183,7 @@ fn card(report: &DiagnoseReport, effect: &EffectReport, lang: Language) -> Conte
     fact(say!(lang, "title-probability"), words::probability(effect, lang));
     let aliases = words::aliases(effect, lang);
     let listed = |names: &[String]| words::listed(names, LISTED, lang);
-    fact(say!(lang, "cannot-be-told-from"), listed(&aliases.same));
+    fact(&lang.title(say!(lang, "cannot-be-distinguished-from")), listed(&aliases.same));
     fact(say!(lang, "fits-not-significantly-worse"), listed(&aliases.near));
     fact(say!(lang, "only-through-small-terms"), listed(&aliases.small));
     fact(say!(lang, "title-one-more-position-would-tell-it"), words::separating(effect, lang));
@@ -201,7 +201,7 @@ fn pattern(report: &DiagnoseReport, lang: Language) -> Section {
     let mut table = Table::new(&[
         (say!(lang, "gap-at"), Align::Left),
         (say!(lang, "sensor"), Align::Left),
-        (say!(lang, "readings-2"), Align::Right),
+        (say!(lang, "readings").to_lowercase().as_str(), Align::Right),
         (say!(lang, "mean-gap"), Align::Decimal),
         ("", Align::Bar),
         (say!(lang, "in-sd"), Align::Decimal),
@@ -240,12 +240,16 @@ fn model(report: &DiagnoseReport, lang: Language) -> Section {
     let mut repairs: Vec<String> = report.effects.iter().filter_map(|effect| words::repair(effect, lang)).collect();
     if changed.is_empty() {
         let own = report.effects.iter().filter(|e| !e.regressor.contains(':') && !e.coefficient.is_empty());
-        repairs.extend(own.map(|e| say!(lang, "is-estimated-no-longer-zero", id = format!("`{}`", e.coefficient))));
+        repairs.extend(own.map(|e| say!(lang, "is-now-estimated", id = format!("`{}`", e.coefficient), was = "tilt")));
     }
-    let section = Section::new(say!(lang, "the-model")).prose(say!(lang, "as-given-2")).block(Content::Marked(before));
+    let section = Section::new(say!(lang, "the-model"))
+        .prose(format!("{}{}", lang.title(say!(lang, "as-given")), lang.colon().trim_end()))
+        .block(Content::Marked(before));
     let section = match changed.is_empty() {
         true => section,
-        false => section.prose(say!(lang, "with-what-was-found")).block(Content::Marked(changed)),
+        false => section
+            .prose(format!("{}{}", lang.title(say!(lang, "with-what-was-found")), lang.colon().trim_end()))
+            .block(Content::Marked(changed)),
     };
     section.list(repairs.iter().map(|text| lang.sentence(text)).collect())
 }
@@ -293,7 +297,7 @@ fn places(report: &DiagnoseReport, lang: Language) -> Section {
         (say!(lang, "factor"), Align::Left),
         (say!(lang, "level"), Align::Left),
         (say!(lang, "sensor"), Align::Left),
-        (say!(lang, "readings-2"), Align::Right),
+        (say!(lang, "readings").to_lowercase().as_str(), Align::Right),
         (say!(lang, "mean-gap"), Align::Decimal),
         ("", Align::Bar),
         (say!(lang, "in-sd"), Align::Decimal),
@@ -353,14 +357,7 @@ fn assumptions(report: &DiagnoseReport, of: Option<(&Campaign, &Diagnosis)>, lan
         let source = Some(lang.name(&campaign.bench.source).into_owned()).filter(|source| !source.is_empty());
         facts.extend(source.map(|source| (say!(lang, "source").into(), source)));
     }
-    points.push(
-        match report.gap.noise.from {
-            NoiseFrom::Residuals => say!(lang, "readings-of-one-sensor-scatter-alike-and-2"),
-            NoiseFrom::Stated => say!(lang, "the-readings-scatter-independently-as-their-stated"),
-            NoiseFrom::Replicates => say!(lang, "the-readings-scatter-independently-as-their-replicates"),
-        }
-        .into(),
-    );
+    points.push(say!(lang, "readings-are-independent", from = report.gap.noise.from.name()));
     facts.extend(report.inputs.first().map(|input| (say!(lang, "campaign").into(), input.name.clone())));
     let constraints = |is_kept: bool| {
         let own = report.constraints.iter();

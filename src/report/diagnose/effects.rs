@@ -29,7 +29,7 @@ pub struct EffectReport {
     pub expanded: Option<f64>,
     /// Coverage probability of the expanded uncertainty.
     pub level: f64,
-    /// Unit; empty where the term does not tell.
+    /// Unit; empty where the term does not determine it.
     pub unit: String,
     /// The value in arcseconds, for an angle.
     pub arcsec: Option<f64>,
@@ -39,7 +39,7 @@ pub struct EffectReport {
     pub t: f64,
     /// Probability of evidence as strong by chance, among all that was tried.
     pub p: f64,
-    /// Share of the gap's sum of squares that it takes off.
+    /// Share of the residual sum of squares that it removes.
     pub explains: f64,
     /// Why it happens.
     pub why: String,
@@ -57,13 +57,13 @@ pub struct EffectReport {
     pub in_sensors: Vec<SensorSizeReport>,
     /// What else it could be on this schedule.
     pub aliases: Vec<AliasReport>,
-    /// Positions that would tell them apart, best first.
+    /// Positions that would discriminate them, best first.
     pub separate_by: Vec<PositionReport>,
-    /// How many aliases each of these positions tells,
+    /// How many aliases each of these positions discriminates,
     pub separate_tells: Vec<usize>,
-    /// of so many that a position could tell in principle.
+    /// of the number that a position could discriminate in principle.
     pub separate_of: usize,
-    /// Aliases among them that no position of this bench tells.
+    /// Aliases among them that no position of this bench discriminates.
     pub separate_never: Vec<String>,
 }
 
@@ -109,7 +109,7 @@ pub struct AliasReport {
     pub visible: f64,
     /// Largest value of its term here over what its inputs could make of it, a pure number.
     pub size: f64,
-    /// A second effect that must then stand in the place of another finding.
+    /// A second effect that must then replace another one that was found.
     pub together_with: Option<String>,
 }
 

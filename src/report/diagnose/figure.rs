@@ -49,10 +49,8 @@ fn description(report: &DiagnoseReport, lang: Language) -> String {
     let sensors = report.gap.sensors.iter().map(|(id, own)| {
         let rms = |v: Option<f64>| v.map_or_else(|| say!(lang, "unknown").to_string(), |v| significant(v, 3));
         let (before, unit) = (rms(own.rms_before), &own.unit);
-        match report.effects.is_empty() {
-            true => say!(lang, "residual-sd-2", id, before, unit),
-            false => say!(lang, "residual-sd-before-and-after", id, before, unit, after = rms(own.rms_after)),
-        }
+        let (repaired, after) = (!report.effects.is_empty(), rms(own.rms_after));
+        say!(lang, "residual-sd-in-figure", repaired, id, before, unit, after)
     });
     lang.sentence(&sensors.collect::<Vec<_>>().join(lang.semicolon()))
 }

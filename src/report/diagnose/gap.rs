@@ -34,7 +34,7 @@ pub struct GapReport {
     pub chi_square: f64,
     /// Degrees of freedom.
     pub dof: usize,
-    /// Probability of a gap as large by chance; null where only residuals tell the noise.
+    /// Probability of a gap as large by chance; null where the noise is known from the residuals only.
     pub p: Option<f64>,
 }
 
@@ -62,7 +62,7 @@ pub struct SensorGapReport {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[non_exhaustive]
 pub struct NoiseReport {
-    /// Standard deviation of a reading of the first sensor, in its unit; null where nothing tells.
+    /// Standard deviation of a reading of the first sensor, in its unit; null where it is unknown.
     pub sd: Option<f64>,
     /// `replicates`, `stated` or `residuals` (of the finished model: then completeness cannot be tested).
     pub from: NoiseFrom,
@@ -115,7 +115,7 @@ pub struct UnexplainedReport {
     pub cells: Vec<CellReport>,
     /// The candidates that come nearest together; they are not accepted.
     pub nearest: Vec<String>,
-    /// Share of the gap's sum of squares that those would take off.
+    /// Share of the residual sum of squares that those would remove.
     pub nearest_explains: f64,
 }
 
@@ -149,7 +149,7 @@ pub struct ResidualReport {
     pub before: f64,
     /// After, in the sensor's unit.
     pub after: f64,
-    /// Standard deviation of the reading by the noise floor, in the sensor's unit; null where nothing tells.
+    /// Standard deviation of the reading by the noise floor, in the sensor's unit; null where it is unknown.
     pub sd: Option<f64>,
 }
 

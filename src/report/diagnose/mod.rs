@@ -45,7 +45,7 @@ pub struct DiagnoseReport {
     pub verdict: Verdict,
     /// Probability of reporting anything when nothing is missing.
     pub significance: f64,
-    /// What is missing, in the order in which it takes the gap off.
+    /// What is missing, in the order in which it reduces the residuals.
     pub effects: Vec<EffectReport>,
     /// What the posterior says: `nothing` is missing, an effect at least is `named`, none is and one at least is `suspected`, or what is missing is
     /// `outside` the catalogue; absent where nothing can be diagnosed.
@@ -76,7 +76,7 @@ pub struct DiagnoseReport {
     pub candidates: usize,
     /// How many of them are distinct on this schedule: the number of tests that every p accounts for.
     pub distinct_candidates: usize,
-    /// Each estimated parameter before and after, its uncertainty with what is not known about aliases and the rest.
+    /// Each estimated parameter before and after, its uncertainty including possible aliases and unexplained residuals.
     pub parameters: Vec<ChangeReport>,
     /// Readings of a long record, which were averaged; null where each was compared by itself.
     pub averaged_from: Option<usize>,

@@ -36,7 +36,7 @@ pub struct Found<'a> {
     pub t: f64,
     /// Probability by chance.
     pub p: f64,
-    /// Share of the gap's sum of squares.
+    /// Share of the residual sum of squares.
     pub explains: f64,
 }
 
@@ -119,11 +119,11 @@ pub fn verdict(report: &DiagnoseReport, lang: Language) -> String {
             say!(lang, "what-remains-is-more-than-noise", found)
         }
         Verdict::Unexplained if !report.suspected.is_empty() => say!(lang, "effects-are-suspected", suspected),
-        Verdict::NothingMissing if line_estimated => say!(lang, "nothing-missing-scatter-estimated").into(),
-        Verdict::NothingMissing if known => say!(lang, "the-gap-is-noise").into(),
-        Verdict::NothingMissing => say!(lang, "nothing-missing-noise-from-residuals").into(),
-        Verdict::Unexplained => say!(lang, "something-is-missing").into(),
-        Verdict::NotDiagnosable => say!(lang, "nothing-can-be-diagnosed").into(),
+        Verdict::NothingMissing if line_estimated => say!(lang, "nothing-is-missing", noise = "scatter"),
+        Verdict::NothingMissing if known => say!(lang, "nothing-is-missing", noise = "known"),
+        Verdict::NothingMissing => say!(lang, "nothing-is-missing", noise = "residuals"),
+        Verdict::Unexplained => say!(lang, "unexplained", of = "campaign"),
+        Verdict::NotDiagnosable => say!(lang, "not-diagnosable", of = "campaign"),
     }
 }
 
@@ -173,12 +173,8 @@ pub fn would_help(report: &DiagnoseReport, lang: Language) -> String {
 }
 
 /// Where the noise floor comes from.
-pub fn noise_source(from: NoiseFrom, lang: Language) -> &'static str {
-    match from {
-        NoiseFrom::Residuals => say!(lang, "noise-from-residuals"),
-        NoiseFrom::Stated => say!(lang, "noise-as-stated"),
-        NoiseFrom::Replicates => say!(lang, "noise-from-replicates"),
-    }
+pub fn noise_source(from: NoiseFrom, lang: Language) -> String {
+    say!(lang, "noise-from", from = from.name())
 }
 
 /// What the numbers of an effect are multiplied by, and the unit that they then have.
@@ -204,19 +200,17 @@ pub fn against_stated(effect: &EffectReport, lang: Language) -> String {
         return say!(lang, "it-was-stated-as-exact").into();
     }
     let times = value.abs() / stated;
-    if times <= 2.0 {
-        return say!(lang, "within-its-stated-uncertainty", times = format!("{times:.1}"));
-    }
-    say!(lang, "beyond-its-stated-uncertainty", times = significant(times, 2))
+    let within = times <= 2.0;
+    let times = if within { format!("{times:.1}") } else { significant(times, 2) };
+    say!(lang, "against-its-stated-uncertainty", within, times)
 }
 
 /// What the repair does to the question besides a longer model line.
 pub fn repair(effect: &EffectReport, lang: Language) -> Option<String> {
     let id = &effect.coefficient;
     Some(match effect.regressor.split_once(':') {
-        Some(("tilt", _)) => say!(lang, "is-estimated-no-longer-zero", id),
-        Some(("known", _)) => say!(lang, "is-estimated-no-longer-known", id),
-        Some(("prior", parameter)) => say!(lang, "is-estimated-without-its-prior", id = parameter),
+        Some((was @ ("tilt" | "known"), _)) => say!(lang, "is-now-estimated", id, was),
+        Some((was @ "prior", parameter)) => say!(lang, "is-now-estimated", id = parameter, was),
         Some(("constraint", number)) => say!(lang, "constraint-is-taken-away", number),
         _ => return None,
     })
@@ -302,15 +296,16 @@ pub fn in_u(shift: f64) -> String {
 }
 
 /// What the standard uncertainties after are of; empty where they are those of the fit.
-pub fn after_u(report: &DiagnoseReport, lang: Language) -> &'static str {
+pub fn after_u(report: &DiagnoseReport, lang: Language) -> String {
     let aliases = report.parameters.iter().any(|p| p.alias_u > 0.0);
     let rest = report.parameters.iter().any(|p| p.remainder_u > 0.0);
-    match (aliases, rest) {
-        (true, true) => say!(lang, "u-after-includes-aliases-and-remainder"),
-        (true, false) => say!(lang, "u-after-includes-aliases"),
-        (false, true) => say!(lang, "u-after-includes-remainder"),
-        (false, false) => "",
-    }
+    let what = match (aliases, rest) {
+        (true, true) => "both",
+        (true, false) => "aliases",
+        (false, true) => "remainder",
+        (false, false) => return String::new(),
+    };
+    say!(lang, "u-after-includes", what)
 }
 
 /// What is unexplained in one sentence: what it follows and how large it is.

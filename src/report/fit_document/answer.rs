@@ -64,13 +64,11 @@ fn global_test(report: &FitReport, lang: Language) -> Option<(Tone, String)> {
     let fit = &report.fit;
     match (fit.chi_square, fit.p) {
         (Some(chi_square), Some(p)) => {
-            let (tone, words) = match fit.global_test_rejected {
-                Some(true) => (Tone::Bad, say!(lang, "the-readings-scatter-more-than-their-stated")),
-                _ => (Tone::Good, say!(lang, "the-readings-scatter-as-their-stated-uncertainties")),
-            };
+            let rejected = fit.global_test_rejected == Some(true);
+            let tone = if rejected { Tone::Bad } else { Tone::Good };
             let [chi_square, p] = [significant(chi_square, 4), significant(p, 3)];
             let dof = lang.count(fit.dof, "degree");
-            Some((tone, say!(lang, "global-test-chi-square-with-p", words, chi_square, dof, p)))
+            Some((tone, say!(lang, "global-test-chi-square-with-p", rejected, chi_square, dof, p)))
         }
         _ if fit.dof == 0 => Some((Tone::Caution, say!(lang, "no-degrees-of-freedom-the-readings-just").into())),
         _ if fit.variance == VarianceFrom::Estimated && report.checks.misfit().is_none() => {

@@ -23,7 +23,7 @@ pub(super) fn checks(report: &FitReport, lang: Language) -> Section {
             Cell::from(if by_replicates { say!(lang, "lack-of-fit") } else { say!(lang, "lack-of-fit-by-position") }),
             say!(
                 lang,
-                "f-with-and",
+                "f-test",
                 f = Cell::digits(test.f, 4).text(),
                 between_dof = test.between_dof,
                 pure_error_dof = test.pure_error_dof
@@ -227,7 +227,7 @@ pub(super) fn iterations(report: &FitReport, lang: Language) -> Section {
     Section::new(say!(lang, "iterations")).full().table(table)
 }
 
-/// Monte Carlo beside the first order.
+/// Monte Carlo compared with the first order.
 pub(super) fn monte_carlo(report: &FitReport, lang: Language) -> Section {
     let Some(drawn) = &report.monte_carlo else { return Section::new(say!(lang, "monte-carlo")) };
     let interval = say!(lang, "checks-page-interval", level = level(report.level()));

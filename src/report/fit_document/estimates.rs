@@ -100,10 +100,9 @@ pub(super) fn not_estimable(report: &FitReport, lang: Language) -> Section {
     let mut section = Section::new(say!(lang, "not-estimable-from-these-readings"));
     for defect in &report.not_estimable {
         let only: Vec<String> = defect.estimable.iter().map(|c| format!("`{}`", c.text)).collect();
-        let instead = match (only.is_empty(), defect.weak) {
-            (true, true) => say!(lang, "no-reading-responds-to-it-at-this").to_string(),
-            (true, false) => say!(lang, "no-reading-responds-to-it").to_string(),
-            _ => say!(lang, "only-determined", only = lang.list(&only), n = only.len()),
+        let instead = match only.is_empty() {
+            true => say!(lang, "no-reading-responds", here = defect.weak),
+            false => say!(lang, "only-determined", only = lang.list(&only), n = only.len()),
         };
         let mut said = say!(lang, "the-parameters-can-move-along-and-no", text = defect.text, instead);
         if let Some(hides) = &defect.hides {

@@ -173,10 +173,7 @@ pub(super) fn residual_figures(fit: &Fit, report: &FitReport, lang: Language) ->
             String::new()
         };
         figures.push(Figure {
-            caption: match shared {
-                false => say!(lang, "residuals-of-before-bands-of-two-standard", id = sensor.id, beyond, thinned),
-                true => say!(lang, "residuals-of-without-what-is-shared", id = sensor.id, beyond, thinned),
-            },
+            caption: say!(lang, "residuals-of-figure", shared, id = sensor.id, beyond, thinned),
             description: say!(lang, "residuals-of", id = sensor.id, beyond),
             chart: Chart::Residuals(rows, say!(lang, "fit-figures-residual", id = sensor.id), sensor.unit.clone()),
             wide: true,

@@ -57,15 +57,11 @@ pub(super) fn assumptions(report: &FitReport, asked: &Asked<'_>, lang: Language)
         ]);
     }
     let section = Section::new(say!(lang, "what-was-assumed")).list(points).table(table).full();
-    let estimator = match report.estimator {
-        Estimator::Linear => say!(lang, "linear-rows-are-exact-derivatives-at-the"),
-        Estimator::Exact => say!(lang, "exact-rows-are-exact-derivatives-iterated-to"),
-    };
+    let estimator = say!(lang, "rows-are-exact-derivatives", iterated = report.estimator == Estimator::Exact);
     let scattering = asked.fit.is_some_and(|fit| !fit.campaign.scatter.is_empty());
     let variance = match report.fit.variance {
-        VarianceFrom::Stated => say!(lang, "uncertainties-of-the-readings-are-as-stated"),
-        VarianceFrom::Estimated if !scattering => say!(lang, "readings-of-one-sensor-scatter-alike-and"),
-        VarianceFrom::Estimated => say!(lang, "beside-what-scatters-readings-scatter-alike"),
+        VarianceFrom::Stated => say!(lang, "uncertainties-of-the-readings-are-as-stated").into(),
+        VarianceFrom::Estimated => say!(lang, "errors-are-independent", scattering),
     };
     let mut origin = Vec::new();
     let source = asked.fit.map(|fit| fit.campaign.bench.source.as_str()).filter(|source| !source.is_empty());
