@@ -1193,6 +1193,7 @@ guide-held-wait = { $place }: held for { $seconds } s{ $means }; hold it { $wait
 guide-held-never = { $place }: held for { $seconds } s{ $means }; holding it does not reach what is wanted: 'take' reads it as it is
 guide-read = { $place }: read; set the next position
 guide-left = { $place }: LEFT after { $seconds } s{ $means }, and not read
+guide-port-is-back = the serial port { $name } is there again
 guide-which = position? Several agree with what was read; answer with a line: position LABEL
   { "  " }{ $candidates }
 guide-reached = done: every goal is met, and nothing is missing or all of it is named; { $readings } readings, cost { $cost }

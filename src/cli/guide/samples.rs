@@ -30,7 +30,11 @@ pub(super) struct Samples {
     end: u64,
     /// How long it must be held, s, before its means are looked at again.
     next_s: f64,
+    /// The same, and no shorter than a standstill is.
+    due_s: f64,
     said: Option<Held>,
+    /// What the last look found, where it is a position that is held and not read.
+    held_now: Option<Held>,
     /// A reading of which several positions may be the one.
     open: Option<ReadingFile>,
     still_sd: Vec<f64>,
@@ -59,7 +63,9 @@ impl Samples {
             on: false,
             end: 0,
             next_s: 0.0,
+            due_s: 0.0,
             said: None,
+            held_now: None,
             open: None,
             still_sd: Vec::new(),
             passing: false,
@@ -100,6 +106,14 @@ impl Samples {
         }
     }
 
+    /// Rows are missing before the next one.
+    #[cfg(feature = "serial")]
+    pub fn interrupt(&mut self) -> Result<()> {
+        self.finish()?;
+        self.table.iter_mut().for_each(|own| own.hold.interrupt());
+        Ok(())
+    }
+
     /// No more rows come: what was not looked at is.
     pub fn finish(&mut self) -> Result<()> {
         match &mut self.table {
@@ -132,11 +146,34 @@ impl Samples {
         self.open.is_none() && self.said.as_ref().is_some_and(|own| own.state == Holding::Held)
     }
 
+    /// A few more rows came: what is held is so for as much longer, until its means are due.
+    pub fn glance(&mut self, beside: Beside) -> Result<Step> {
+        let Some((hold, held)) = self.table.as_ref().map(|own| &own.hold).zip(self.held_now.as_ref()) else {
+            return Ok(Step::Nothing);
+        };
+        let by = hold.since_s();
+        let held = Held {
+            held_s: held.held_s + by,
+            wait_s: held.wait_s.map(|wait| (wait - by).max(0.0)),
+            until_s: hold.now_s(),
+            ..held.clone()
+        };
+        if held.held_s >= self.due_s { self.look(beside, false, false) } else { Ok(Step::Said(held)) }
+    }
+
     /// What is held; `at_once`: it is read as it is; `ended`: with its label, too.
     pub fn look(&mut self, beside: Beside, at_once: bool, ended: bool) -> Result<Step> {
         let Some(mut table) = self.table.take() else { return Ok(Step::Nothing) };
         let at_once = at_once || ended && table.label.is_some();
-        let step = self.looked(&mut table, beside, at_once);
+        let until_s = table.hold.now_s();
+        self.held_now = None;
+        let step = self.looked(&mut table, beside, at_once).map(|step| match step {
+            Step::Said(held) => Step::Said(Held { until_s, ..held }),
+            other => other,
+        });
+        if let Ok(Step::Said(held)) = &step {
+            self.held_now = Some(held.clone()).filter(|own| own.state == Holding::Held);
+        }
         if table.label.is_some() && ended {
             table.hold.restart();
             table.run = table.next_run();
@@ -202,7 +239,8 @@ impl Samples {
         let turn_s =
             base.joints.iter().map(JointState::rate_deg_s).find(|rate| *rate != 0.0).map(|rate| 360.0 / rate.abs());
         let least = turn_s.unwrap_or(0.0).max(if table.label.is_some() { 0.0 } else { LEAST_S });
-        if standing.seconds < self.next_s.max(least) && !at_once {
+        self.due_s = self.next_s.max(least);
+        if standing.seconds < self.due_s && !at_once {
             // as it was foreseen
             if let Some(own) = self.said.as_ref().filter(|own| own.state == Holding::Held && self.next_s > 0.0) {
                 held.means = own.means.clone();
@@ -212,16 +250,24 @@ impl Samples {
         }
         let Some(means) = standing.means(table.sensors.len(), turn_s) else { return Ok(self.say(held)) };
         let mut wait = Some(0.0_f64);
+        let all_wanted = beside.guide.wanted_u(base)?;
         for ((mean, ahead), sensor) in means.iter().zip(&table.sensors) {
-            let Some(own) = beside.campaign.bench.sensors.get(*sensor) else { continue };
-            let (wanted, u) = (beside.guide.expected_u(base, *sensor), mean.uncertainty.u);
-            let until = Ahead::until(standing.seconds, mean, ahead, wanted);
+            let sensors = &beside.campaign.bench.sensors;
+            let Some((own, wanted)) = sensors.get(*sensor).zip(all_wanted.get(*sensor).copied()) else { continue };
+            let (planned, u) = (beside.guide.planned_u(base, *sensor), mean.uncertainty.u);
+            let until = |wanted: f64| Ahead::until(standing.seconds, mean, ahead, wanted);
+            // noise that no hold averages so far is held for what was planned
+            let (wanted, until) = match until(wanted) {
+                None if planned > wanted => (planned, until(planned)),
+                own => (wanted, own),
+            };
             wait = wait.zip(until).map(|(a, b)| a.max(b));
             held.means.push(HeldMean { sensor: own.id.clone(), mean: mean.value, u, wanted, unit: own.unit.clone() });
         }
         held.wait_s = wait;
         let more = MORE * standing.seconds;
         self.next_s = standing.seconds + wait.map_or(more, |wait| wait.min(more));
+        self.due_s = self.next_s.max(least);
         if wait != Some(0.0) && !at_once {
             return Ok(self.say(held));
         }
