@@ -119,12 +119,22 @@ impl Hold {
 
     /// Samples since the last look.
     fn since(&self) -> u64 {
-        self.trace.before + self.trace.samples - self.looked
+        self.count() - self.looked
     }
 
-    /// Seconds since the last look.
-    pub fn since_s(&self) -> f64 {
-        self.since() as f64 * self.trace.interval
+    /// Samples so far, those that are not kept among them.
+    pub fn count(&self) -> u64 {
+        self.trace.before + self.trace.samples
+    }
+
+    /// How long so many samples take, s.
+    pub fn seconds(&self, samples: u64) -> f64 {
+        samples as f64 * self.trace.interval
+    }
+
+    /// Samples of half a window.
+    pub fn half_window(&self) -> u64 {
+        number::count_u64((self.window / LOOKS / self.trace.interval).round()).max(1)
     }
 
     /// Time of the newest sample, s since the first row.
@@ -172,7 +182,7 @@ impl Hold {
 
     /// It was looked at; what is open then is decided in so many seconds.
     fn is_looked_at(&mut self, decided_s: f64) {
-        self.looked = self.trace.before + self.trace.samples;
+        self.looked = self.count();
         let seconds = (self.window / LOOKS).min(decided_s.max(0.0));
         self.next = number::count_u64((seconds / self.trace.interval).round()).max(1);
     }

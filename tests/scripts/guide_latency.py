@@ -65,7 +65,7 @@ def main():
             text = json.loads(line)
             if text.get("held"):
                 if not own.page:
-                    seen.append((now, text["held"]["until_s"], text["held"]["state"]))
+                    seen.append((now, text["held"].get("until_s", 0.0), text["held"]["state"]))
             elif text.get("next"):
                 asked["now"], asked["readings"] = text["next"]["position"], text["readings"]
 
