@@ -7,3 +7,5 @@ mod draws;
 mod journal;
 mod mistakes;
 mod samples;
+#[cfg(all(target_os = "linux", feature = "serial"))]
+mod serial;
