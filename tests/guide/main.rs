@@ -7,5 +7,5 @@ mod draws;
 mod journal;
 mod mistakes;
 mod samples;
-#[cfg(all(target_os = "linux", feature = "serial"))]
+#[cfg(feature = "serial")]
 mod serial;

@@ -118,7 +118,8 @@ fn a_change_is_looked_at_when_the_newest_window_tells_it() {
         let names = ["a", "b"].map(|name| (name.to_string(), String::new()));
         let mut hold = Hold::new(names.to_vec(), 2, 0.5, 4.0, 0.5);
         assert_eq!(hold.rows(1.0 / HZ), glance);
-        let (moves, rests) = (1000 + 7 * phase, 1300 + 17 * phase);
+        // a jerk that is too short to forget what was before it
+        let (moves, rests) = (1000 + 7 * phase, 1250 + 11 * phase);
         let mut looks = Vec::new();
         for from in (0..2000).step_by(glance) {
             let one = |row: usize, normal: &mut dyn FnMut() -> f64| {
