@@ -426,14 +426,13 @@ impl Guide {
         Ok(self.judged(&self.taken, reading)?.agreement)
     }
 
-    /// The standard uncertainties of the sensors' values that a position is to be held for. Where goals are open, that which tells most of them, and of
-    /// what may be missing, for its cost: a reading's cost is that of a hold as planned, and white noise is supposed to take four times as long for
-    /// half of u. Otherwise as planned: as the schedule states it, or of the noise.
+    /// The standard uncertainties of the sensors' values that a position is to be held for: as planned, by the schedule or of the noise; where goals alone
+    /// are still open, and this reading meets them with a larger one, that one. White noise is supposed to take a quarter of the time for twice as much.
     ///
     /// Errors: those of a goal's quantity.
     pub fn wanted_u(&self, position: &Reading) -> Result<Vec<f64>> {
         let planned = (0..self.campaign.bench.sensors.len()).map(|sensor| self.noise.u(position, sensor));
-        let times = match (&self.open, &self.table) {
+        let share = match (&self.open, &self.table) {
             (Some(open), Some(table)) if !open.again.as_ref().is_some_and(|own| same_position(own, position)) => {
                 let (goals, last) = (open.goals.as_slice(), self.taken.last());
                 let wanted = Wanted { goals, effects: open.effects, last, costs: &self.settings.costs };
@@ -441,12 +440,7 @@ impl Guide {
             }
             _ => 1.0,
         };
-        Ok(planned.map(|u| u / times.sqrt()).collect())
-    }
-
-    /// The standard uncertainty that is planned for a sensor's value (by index) at a position: as the schedule states it, or of the noise.
-    pub fn planned_u(&self, position: &Reading, sensor: usize) -> f64 {
-        self.noise.u(position, sensor)
+        Ok(planned.map(|u| u / share.sqrt()).collect())
     }
 
     /// A time that runs backwards.

@@ -192,14 +192,30 @@ struct Weighing<'a> {
 }
 
 impl Weighing<'_> {
-    /// What a position tells that is held so many times as long as planned, in nats.
-    fn nats(&self, (rows, columns): &Block, times: f64) -> Option<f64> {
-        let (seen, scale) = (self.seen, times.sqrt());
-        let scaled = |own: &Vec<f64>| own.iter().map(|a| a * scale).collect::<Vec<f64>>();
-        let rows: Vec<Vec<f64>> = rows.iter().map(scaled).collect();
-        let through: Vec<Vec<f64>> = rows.iter().map(|row| seen.told.through(row)).collect();
+    /// Would all goals be met by a reading at a position that is held for this share of what was planned?
+    fn meets(&self, (rows, _): &Block, share: f64) -> bool {
+        let scale = share.sqrt();
+        let rows: Vec<Vec<f64>> = rows.iter().map(|row| row.iter().map(|a| a * scale).collect()).collect();
+        let Some((through, factor)) = self.through(&rows) else { return false };
+        self.limits.iter().all(|(along, variance, limit)| {
+            let mut own: Vec<f64> = through.iter().map(|row| dot(row, along)).collect();
+            factor.forward(&mut own);
+            variance - dot(&own, &own) <= *limit
+        })
+    }
+
+    /// The rows of a position by `L^-1`, and the factor of what they would spread by.
+    fn through(&self, rows: &[Vec<f64>]) -> Option<(Vec<Vec<f64>>, Triangle)> {
+        let through: Vec<Vec<f64>> = rows.iter().map(|row| self.seen.told.through(row)).collect();
         let spread = |i: usize, j: usize| f64::from(u8::from(i == j)) + dot(&through[i], &through[j]);
         let factor = Triangle::of(rows.len(), spread, |_| 0.0)?;
+        Some((through, factor))
+    }
+
+    /// What a position tells, in nats.
+    fn nats(&self, (rows, columns): &Block) -> Option<f64> {
+        let seen = self.seen;
+        let (through, factor) = self.through(rows)?;
         let square = |mut own: Vec<f64>| {
             factor.forward(&mut own);
             dot(&own, &own)
@@ -213,9 +229,8 @@ impl Weighing<'_> {
             let none =
                 Hypothesis { probability: self.nothing, mean: vec![0.0; rows.len()], variance: vec![1.0; rows.len()] };
             let one = |(k, probability): &(usize, f64)| {
-                let (own, column) = (&seen.effects[*k], scaled(&columns[*k]));
-                let mut error: Vec<f64> =
-                    rows.iter().zip(&column).map(|(row, f)| f - dot(row, &own.taken_up)).collect();
+                let (own, column) = (&seen.effects[*k], &columns[*k]);
+                let mut error: Vec<f64> = rows.iter().zip(column).map(|(row, f)| f - dot(row, &own.taken_up)).collect();
                 factor.forward(&mut error);
                 let mean = error.iter().map(|e| own.mean * e).collect();
                 let variance = error.iter().map(|e| 1.0 + own.variance * e * e).collect();
@@ -347,7 +362,7 @@ impl Seen {
     pub fn worth(&self, table: &Table, model: &Campaign, wanted: &Wanted) -> Result<Vec<Worth>> {
         let weighing = self.weighing(model, wanted)?;
         let one = |(position, block): (usize, &Block)| {
-            Some(Worth { position, nats: weighing.nats(block, 1.0)?, cost: wanted.cost(&table.positions[position]) })
+            Some(Worth { position, nats: weighing.nats(block)?, cost: wanted.cost(&table.positions[position]) })
         };
         let mut all: Vec<Worth> = self.blocks.iter().enumerate().filter_map(one).collect();
         let rate = |own: &Worth| own.nats / own.cost.max(f64::MIN_POSITIVE);
@@ -356,22 +371,14 @@ impl Seen {
         Ok(all)
     }
 
-    /// How many times as long as planned a position is to be held (in steps of two, for white noise), so that what it tells is most for its cost: a
-    /// reading's cost is that of one that is held as long as planned. Until all unknowns are determined, and where holding costs nothing, as planned.
+    /// What share of the planned length a position is to be held for (in steps of two, for white noise): the smallest with which all goals are met, where
+    /// nothing else is wanted; otherwise all of it.
     pub fn worth_holding(&self, table: &Table, model: &Campaign, wanted: &Wanted, position: &Reading) -> Result<f64> {
         let weighing = self.weighing(model, wanted)?;
-        let reading = wanted.costs.reading;
-        let Some((place, block)) = table.find(position).and_then(|k| Some((k, self.blocks.get(k)?))) else {
-            return Ok(1.0);
-        };
-        if weighing.open || !(reading > 0.0) {
-            return Ok(1.0);
-        }
-        let rest = wanted.cost(&table.positions[place]) - reading;
-        let rate = |times: f64| weighing.nats(block, times).unwrap_or(0.0) / (rest + reading * times);
-        let lengths = (-HOLDS..=HOLDS).map(|k| 2.0_f64.powi(k));
-        let best = lengths.map(|times| (times, rate(times))).max_by(|a, b| a.1.total_cmp(&b.1));
-        Ok(best.filter(|(_, rate)| *rate > 0.0).map_or(1.0, |(times, _)| times))
+        let block = table.find(position).and_then(|place| self.blocks.get(place));
+        let Some(block) = block.filter(|_| !weighing.open && !wanted.effects) else { return Ok(1.0) };
+        let shares = (0..=HALVINGS).rev().map(|k| 0.5_f64.powi(k));
+        Ok(shares.into_iter().find(|share| weighing.meets(block, *share)).unwrap_or(1.0))
     }
 
     /// Goals that all candidates together, however often they are taken, do not reach.
@@ -397,9 +404,8 @@ const MOST: usize = 8;
 const LEAST: f64 = 0.001;
 /// Fewer nats than these are nothing.
 const NOTHING: f64 = 1e-6;
-/// Doublings of the length of a hold that are weighed, both ways: from an eighth of what u is planned as to eight times as much. A position that is worth more
-/// than this is asked for again.
-const HOLDS: i32 = 6;
+/// Halvings of the length of a hold that are weighed: down to eight times what u is planned as, which is beyond what one more reading is asked for.
+const HALVINGS: i32 = 6;
 /// Readings, as a square root, that stand for any number of them.
 const OFTEN: f64 = 1e2;
 

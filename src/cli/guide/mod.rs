@@ -152,9 +152,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     let guide = Guide::new(&campaign, &candidates, &catalogue.effects, settings).map_err(located)?;
     let digest = Input::new("", source.text.as_bytes()).sha256;
     let path = arguments.journal.clone().unwrap_or_else(|| beside(&arguments.output));
+    // a source that cannot be had leaves no journal behind
+    let stream = arguments.stream()?;
     let mut outputs = Outputs::plan([Some(arguments.output.as_path())])?;
     let (journal, entries) = Journal::open(&path, &digest, arguments.resume)?;
-    let stream = arguments.stream()?;
     let (clock, is_stream) = (arguments.clock.source(), stream.is_some());
     let lines = match (&truth, stream) {
         (Some(_), _) => None,

@@ -319,13 +319,8 @@ impl Samples {
         for ((mean, ahead), sensor) in means.iter().zip(&table.sensors) {
             let sensors = &beside.campaign.bench.sensors;
             let Some((own, wanted)) = sensors.get(*sensor).zip(all_wanted.get(*sensor).copied()) else { continue };
-            let (planned, u) = (beside.guide.planned_u(base, *sensor), mean.uncertainty.u);
-            let until = |wanted: f64| Ahead::until(standing.seconds, mean, ahead, wanted);
-            // noise that no hold averages so far is held for what was planned
-            let (wanted, until) = match until(wanted) {
-                None if planned > wanted => (planned, until(planned)),
-                own => (wanted, own),
-            };
+            let u = mean.uncertainty.u;
+            let until = Ahead::until(standing.seconds, mean, ahead, wanted);
             wait = wait.zip(until).map(|(a, b)| a.max(b));
             held.means.push(HeldMean { sensor: own.id.clone(), mean: mean.value, u, wanted, unit: own.unit.clone() });
         }
