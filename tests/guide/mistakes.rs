@@ -1,5 +1,5 @@
 //! Mistakes at the bench that change a value by 20 standard deviations or more: flagged at the reading, and named, there or after three more
-//! readings. 6 calibrations of each kind by default, 100 with `TUMBLE_LONG=1`; `TUMBLE_SEED=7` draws others.
+//! readings. 6 calibrations of each kind by default, 100 with `TUMBLE_LONG=1`; `TUMBLE_SEED=7` draws others, `TUMBLE_KIND=slipped` those of one kind.
 //!
 //! Named right: what was done is among the explanations that have a probability of 0.95 together, at its reading; of a slip, that its kind is named,
 //! which has 0.95 alone. The table also says how many these explanations are, and how often the first of them is right.
@@ -181,7 +181,8 @@ fn mistakes_at_the_bench() {
     println!(
         "mistake           calibrations  flagged at once  named at once  named after {AFTER} more  first is right  explanations  flags before / readings judged"
     );
-    for (row, kind) in KINDS.into_iter().enumerate() {
+    let only = std::env::var("TUMBLE_KIND").unwrap_or_default();
+    for (row, kind) in KINDS.into_iter().enumerate().filter(|(_, kind)| kind.contains(&only)) {
         // benches on which the mistake can be made at all
         let trials: Vec<Trial> =
             (0..3 * count as u64).into_par_iter().filter_map(|k| trial(kind, first + 1000 * row as u64 + k)).collect();
