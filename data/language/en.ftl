@@ -1225,6 +1225,7 @@ guide-held-wait = { $place }: held for { $seconds } s{ $means }; hold it { $wait
 guide-held-never = { $place }: held for { $seconds } s{ $means }; the wanted u cannot be reached by holding; 'take' reads the mean so far
 guide-read = { $place }: read; set the next position
 guide-left = { $place }: LEFT after { $seconds } s{ $means }, and not read
+guide-port-is-back = the serial port { $name } is there again
 guide-which = position? Several agree with what was read; answer with a line: position LABEL
   { "  " }{ $candidates }
 guide-reached = done: every goal is met, and no effect is missing or all are named; { $readings } readings, cost { $cost }

@@ -1143,6 +1143,7 @@ guide-held-wait = { $place }：已保持 { $seconds } s{ $means }；还需保持
 guide-held-never = { $place }：已保持 { $seconds } s{ $means }；继续保持达不到要求：输入 'take' 按现状读取
 guide-read = { $place }：已读取；请设置下一个位置
 guide-left = { $place }：{ $seconds } s 后离开{ $means }，未读取
+guide-port-is-back = 串口 { $name } 又接上了
 guide-which = 哪个位置？有几个位置与读数相符；请输入一行：position LABEL
   { "  " }{ $candidates }
 guide-reached = 完成：各目标均已达到，无缺项或均已指明；{ $readings } 个读数，代价 { $cost }

@@ -108,7 +108,8 @@ pub struct Newest {
     pub setting: String,
     /// Does it agree?
     pub agreement: Agreement,
-    /// The largest difference from the prediction, in standard deviations of that difference.
+    /// How far it is from what the others predict, all its values together, in standard deviations: the normal deviate that chance exceeds with
+    /// probability `p`, which decides; negative where the value that is furthest off is below.
     pub deviation: Option<f64>,
     /// Probability of a difference as large by chance.
     pub p: Option<f64>,

@@ -31,6 +31,9 @@ pub struct Held {
     pub setting: String,
     /// How long it has been held, without guard times, s.
     pub held_s: f64,
+    /// Time of the newest sample that this is of, s since the first row.
+    #[serde(default)]
+    pub until_s: f64,
     /// How much longer it is to be held, s; none where that is not known yet, or holding it does not reach what is wanted.
     pub wait_s: Option<f64>,
     /// Each sensor's mean so far.
@@ -58,6 +61,15 @@ impl Held {
     /// A state alone.
     pub fn nothing(state: Holding) -> Self {
         let (position, setting) = Default::default();
-        Held { state, position, setting, held_s: 0.0, wait_s: None, means: Vec::new(), candidates: Vec::new() }
+        Held {
+            state,
+            position,
+            setting,
+            held_s: 0.0,
+            until_s: 0.0,
+            wait_s: None,
+            means: Vec::new(),
+            candidates: Vec::new(),
+        }
     }
 }

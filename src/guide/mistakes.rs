@@ -257,8 +257,8 @@ pub(super) struct Agreement {
     pub square: f64,
     /// Values of it that the others predict.
     pub predicted: usize,
-    /// The largest difference from its prediction, in standard deviations of that difference.
-    pub largest: f64,
+    /// Is the value that is furthest off below what was predicted?
+    pub is_below: bool,
 }
 
 /// Does a reading agree with the others? `None` where nothing can be said.
@@ -269,14 +269,21 @@ pub(super) fn agreement(judge: Judge, others: &[Reading], own: &Reading) -> Resu
         return Ok(None);
     };
     let rows = Rows::of(judge.model, judge.beliefs, std::slice::from_ref(own), &before.point, judge.noise)?;
-    let (mut predicted, mut largest) = (0, 0.0_f64);
-    for (row, rest) in rows.slopes.iter().zip(&rows.rest) {
+    let is_predicted = |row: &&Vec<f64>| {
         let (variance, nothing) = before.told.variance_from(judge.beliefs, row, &[Source::Nothing]);
-        if nothing < 0.5 * (1.0 + variance) {
-            predicted += 1;
-            let own = rest / (1.0 + variance).sqrt();
-            largest = if own.abs() > largest.abs() { own } else { largest };
-        }
-    }
-    Ok(Some(Agreement { square: after.told.target - before.told.target, predicted, largest }))
+        nothing < 0.5 * (1.0 + variance)
+    };
+    let predicted = rows.slopes.iter().filter(is_predicted).count();
+    // what is left when all readings have their say has the sign of what the others alone predict, also where slopes at their point do not reach so far
+    let mut left: Vec<f64> = after
+        .rows
+        .origins
+        .iter()
+        .zip(&after.rows.residual)
+        .zip(&after.rows.sd)
+        .filter_map(|((origin, residual), sd)| (origin.reading == others.len()).then_some(residual / sd))
+        .collect();
+    left.sort_by(|a, b| b.abs().total_cmp(&a.abs()));
+    let is_below = left.first().is_some_and(|own| *own < 0.0);
+    Ok(Some(Agreement { square: after.told.target - before.told.target, predicted, is_below }))
 }

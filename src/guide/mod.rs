@@ -36,11 +36,12 @@ use crate::fit::{self, Fit};
 use crate::language::{Sentence, sentence};
 use crate::plan::{self, Costs, Goal, Noise, Offer, Term};
 use crate::simulate::Regressor;
-use crate::uncertainty::quantiles::chi_square_survival;
+use crate::uncertainty::quantiles::{chi_square_survival, normal_quantile};
 use evidence::{Beliefs, Judge, Solved};
 #[cfg(feature = "cli")]
 pub(crate) use mistakes::setting;
 use seen::{Seen, Table, Wanted, Worth, same_position};
+use std::sync::Arc;
 
 /// What a guide is asked.
 #[derive(Debug, Clone)]
@@ -100,6 +101,18 @@ pub struct Guide {
     table: Option<Table>,
     /// Did the last diagnosis leave something unexplained?
     unexplained: bool,
+    /// What the last advice was made from, where goals are open: what positions are held for.
+    open: Option<Arc<Open>>,
+}
+
+/// Goals that are open, and what the readings so far tell of them.
+#[derive(Debug)]
+struct Open {
+    seen: Seen,
+    goals: Vec<(Goal, Option<f64>)>,
+    effects: bool,
+    /// The setting that is to be as it was read last.
+    again: Option<Reading>,
 }
 
 impl Guide {
@@ -162,6 +175,7 @@ impl Guide {
             beliefs,
             table: None,
             unexplained: false,
+            open: None,
         };
         for row in campaign.readings.rows.iter().filter(|row| !row.observations.is_empty()) {
             guide.accept(row.clone())?;
@@ -306,6 +320,9 @@ impl Guide {
         self.decide(&mut advice, (&table, seen.as_ref()), diagnosis.as_ref())?;
         self.unexplained = unexplained(diagnosis.as_ref());
         self.table = Some(table);
+        let (goals, effects) = (self.open_goals(&advice), !self.is_certain(&advice));
+        let again = advice.next.as_ref().filter(|own| own.why == Why::Again).and(self.taken.last().cloned());
+        self.open = seen.filter(|_| !goals.is_empty()).map(|seen| Arc::new(Open { seen, goals, effects, again }));
         Ok(advice)
     }
 
@@ -391,7 +408,15 @@ impl Guide {
             Some(p) if p < level => Agreement::Disagrees,
             Some(_) => Agreement::Agrees,
         };
-        Ok(Judged { agreement, deviation: found.map(|own| own.largest), p, level })
+        let deviation = found.zip(p).map(|(own, p)| {
+            // as a value of one normal variable; of a probability below what a number can hold, the root of the sum itself, which is a little more
+            let far = match normal_quantile(0.5 * p) {
+                Some(own) if p > f64::MIN_POSITIVE => own.abs(),
+                _ => own.square.max(0.0).sqrt(),
+            };
+            if own.is_below { -far } else { far }
+        });
+        Ok(Judged { agreement, deviation, p, level })
     }
 
     /// Would this reading agree with those that stand?
@@ -401,9 +426,21 @@ impl Guide {
         Ok(self.judged(&self.taken, reading)?.agreement)
     }
 
-    /// The standard uncertainty that is expected of a sensor's value (by index) at a position: as the schedule states it, or of the noise.
-    pub fn expected_u(&self, position: &Reading, sensor: usize) -> f64 {
-        self.noise.u(position, sensor)
+    /// The standard uncertainties of the sensors' values that a position is to be held for: as planned, by the schedule or of the noise; where goals alone
+    /// are still open, and this reading meets them with a larger one, that one. White noise is supposed to take a quarter of the time for twice as much.
+    ///
+    /// Errors: those of a goal's quantity.
+    pub fn wanted_u(&self, position: &Reading) -> Result<Vec<f64>> {
+        let planned = (0..self.campaign.bench.sensors.len()).map(|sensor| self.noise.u(position, sensor));
+        let share = match (&self.open, &self.table) {
+            (Some(open), Some(table)) if !open.again.as_ref().is_some_and(|own| same_position(own, position)) => {
+                let (goals, last) = (open.goals.as_slice(), self.taken.last());
+                let wanted = Wanted { goals, effects: open.effects, last, costs: &self.settings.costs };
+                open.seen.worth_holding(table, &self.model, &wanted, position)?
+            }
+            _ => 1.0,
+        };
+        Ok(planned.map(|u| u / share.sqrt()).collect())
     }
 
     /// A time that runs backwards.
@@ -441,6 +478,17 @@ impl Guide {
         self.settings.goals.iter().map(one).collect()
     }
 
+    fn is_certain(&self, advice: &Advice) -> bool {
+        advice.nothing_missing_or_named >= self.settings.probability
+    }
+
+    /// The goals that these positions reach, each with its u now.
+    fn open_goals(&self, advice: &Advice) -> Vec<(Goal, Option<f64>)> {
+        let all = self.settings.goals.iter().zip(&advice.goals);
+        let reachable = all.filter(|(goal, _)| !advice.unreachable.contains(&goal.id));
+        reachable.map(|(goal, own)| (goal.clone(), own.u)).collect()
+    }
+
     fn decide(
         &self,
         advice: &mut Advice,
@@ -463,7 +511,7 @@ impl Guide {
             advice.next = Some(next);
             return Ok(());
         }
-        let certain = advice.nothing_missing_or_named >= self.settings.probability;
+        let certain = self.is_certain(advice);
         let goals_met = match advice.goals.as_slice() {
             [] => determined,
             goals => goals.iter().all(|goal| goal.met),
@@ -473,14 +521,7 @@ impl Guide {
             return Ok(());
         }
         let reachable = |id: &String| !advice.unreachable.contains(id);
-        let goals: Vec<(Goal, Option<f64>)> = self
-            .settings
-            .goals
-            .iter()
-            .zip(&advice.goals)
-            .filter(|(goal, _)| reachable(&goal.id))
-            .map(|(goal, own)| (goal.clone(), own.u))
-            .collect();
+        let goals = self.open_goals(advice);
         let reachable_met = determined && advice.goals.iter().all(|own| own.met || !reachable(&own.id));
         // what no candidate's effect explains is not explained by more of the same
         let exhausted = self.candidates.iter().all(|own| self.taken.iter().any(|reading| same_position(reading, own)));

@@ -158,6 +158,7 @@ pub(super) struct Worth {
 }
 
 /// What is wanted of the next position.
+#[derive(Clone, Copy)]
 pub(super) struct Wanted<'a> {
     /// These goals, each with the u that it has now where a fit tells it.
     pub goals: &'a [(Goal, Option<f64>)],
@@ -166,6 +167,84 @@ pub(super) struct Wanted<'a> {
     /// Where the bench stands.
     pub last: Option<&'a Reading>,
     pub costs: &'a Costs,
+}
+
+impl Wanted<'_> {
+    /// What setting a position and reading it costs from where the bench stands.
+    fn cost(&self, position: &Reading) -> f64 {
+        let before: Vec<Reading> = self.last.cloned().into_iter().collect();
+        let run: Vec<Reading> = before.iter().chain([position]).cloned().collect();
+        self.costs.work(&run).cost - self.costs.work(&before).cost
+    }
+}
+
+/// What is wanted, in numbers.
+struct Weighing<'a> {
+    seen: &'a Seen,
+    /// Is an unknown not determined that could be?
+    open: bool,
+    effects: bool,
+    /// Of each direction of a goal: `L^-1 a`, its variance, and the one that is wanted.
+    limits: Vec<(Vec<f64>, f64, f64)>,
+    /// Probability that nothing is missing, and of the effects that count.
+    nothing: f64,
+    likely: Vec<(usize, f64)>,
+}
+
+impl Weighing<'_> {
+    /// Would all goals be met by a reading at a position that is held for this share of what was planned?
+    fn meets(&self, (rows, _): &Block, share: f64) -> bool {
+        let scale = share.sqrt();
+        let rows: Vec<Vec<f64>> = rows.iter().map(|row| row.iter().map(|a| a * scale).collect()).collect();
+        let Some((through, factor)) = self.through(&rows) else { return false };
+        self.limits.iter().all(|(along, variance, limit)| {
+            let mut own: Vec<f64> = through.iter().map(|row| dot(row, along)).collect();
+            factor.forward(&mut own);
+            variance - dot(&own, &own) <= *limit
+        })
+    }
+
+    /// The rows of a position by `L^-1`, and the factor of what they would spread by.
+    fn through(&self, rows: &[Vec<f64>]) -> Option<(Vec<Vec<f64>>, Triangle)> {
+        let through: Vec<Vec<f64>> = rows.iter().map(|row| self.seen.told.through(row)).collect();
+        let spread = |i: usize, j: usize| f64::from(u8::from(i == j)) + dot(&through[i], &through[j]);
+        let factor = Triangle::of(rows.len(), spread, |_| 0.0)?;
+        Some((through, factor))
+    }
+
+    /// What a position tells, in nats.
+    fn nats(&self, (rows, columns): &Block) -> Option<f64> {
+        let seen = self.seen;
+        let (through, factor) = self.through(rows)?;
+        let square = |mut own: Vec<f64>| {
+            factor.forward(&mut own);
+            dot(&own, &own)
+        };
+        let of_goal = |(along, variance, limit): &(Vec<f64>, f64, f64)| {
+            let less = variance - square(through.iter().map(|row| dot(row, along)).collect());
+            // beyond the goal nothing is gained
+            0.5 * (variance.max(*limit) / less.max(*limit)).ln()
+        };
+        let missing = || {
+            let none =
+                Hypothesis { probability: self.nothing, mean: vec![0.0; rows.len()], variance: vec![1.0; rows.len()] };
+            let one = |(k, probability): &(usize, f64)| {
+                let (own, column) = (&seen.effects[*k], &columns[*k]);
+                let mut error: Vec<f64> = rows.iter().zip(column).map(|(row, f)| f - dot(row, &own.taken_up)).collect();
+                factor.forward(&mut error);
+                let mean = error.iter().map(|e| own.mean * e).collect();
+                let variance = error.iter().map(|e| 1.0 + own.variance * e * e).collect();
+                Hypothesis { probability: *probability, mean, variance }
+            };
+            let all: Vec<Hypothesis> = [none].into_iter().chain(self.likely.iter().map(one)).collect();
+            told(&all)
+        };
+        Some(match self.open {
+            true => 0.5 * factor.log_determinant(),
+            false if self.effects => self.limits.iter().map(of_goal).sum::<f64>() + missing(),
+            false => self.limits.iter().map(of_goal).sum(),
+        })
+    }
 }
 
 impl Seen {
@@ -258,8 +337,8 @@ impl Seen {
         Ok(gradients(model, quantity)?.iter().map(|own| self.beliefs.along(own)).collect())
     }
 
-    /// What each position is worth, for its cost, the best first; nothing where no position tells anything.
-    pub fn worth(&self, table: &Table, model: &Campaign, wanted: &Wanted) -> Result<Vec<Worth>> {
+    /// What is wanted, in numbers.
+    fn weighing<'a>(&'a self, model: &Campaign, wanted: &Wanted) -> Result<Weighing<'a>> {
         let open = !self.undetermined(model).is_empty();
         let mut limits: Vec<(Vec<f64>, f64, f64)> = Vec::new();
         for (goal, u) in wanted.goals.iter().filter(|_| !open) {
@@ -276,50 +355,30 @@ impl Seen {
             .map(|(k, own)| (k, share * own.evidence.exp()))
             .filter(|(_, probability)| *probability > LEAST * share || *probability > LEAST)
             .collect();
-        let before: Vec<Reading> = wanted.last.cloned().into_iter().collect();
-        let spent = wanted.costs.work(&before).cost;
-        let one = |(position, (rows, columns)): (usize, &Block)| {
-            let through: Vec<Vec<f64>> = rows.iter().map(|row| self.told.through(row)).collect();
-            let spread = |i: usize, j: usize| f64::from(u8::from(i == j)) + dot(&through[i], &through[j]);
-            let factor = Triangle::of(rows.len(), spread, |_| 0.0)?;
-            let square = |mut own: Vec<f64>| {
-                factor.forward(&mut own);
-                dot(&own, &own)
-            };
-            let of_goal = |(along, variance, limit): &(Vec<f64>, f64, f64)| {
-                let less = variance - square(through.iter().map(|row| dot(row, along)).collect());
-                // beyond the goal nothing is gained
-                0.5 * (variance.max(*limit) / less.max(*limit)).ln()
-            };
-            let missing = || {
-                let none =
-                    Hypothesis { probability: nothing, mean: vec![0.0; rows.len()], variance: vec![1.0; rows.len()] };
-                let one = |(k, probability): &(usize, f64)| {
-                    let (own, column) = (&self.effects[*k], &columns[*k]);
-                    let mut error: Vec<f64> =
-                        rows.iter().zip(column).map(|(row, f)| f - dot(row, &own.taken_up)).collect();
-                    factor.forward(&mut error);
-                    let mean = error.iter().map(|e| own.mean * e).collect();
-                    let variance = error.iter().map(|e| 1.0 + own.variance * e * e).collect();
-                    Hypothesis { probability: *probability, mean, variance }
-                };
-                let all: Vec<Hypothesis> = [none].into_iter().chain(likely.iter().map(one)).collect();
-                told(&all)
-            };
-            let reading = &table.positions[position];
-            let run: Vec<Reading> = before.iter().chain([reading]).cloned().collect();
-            let nats = match open {
-                true => 0.5 * factor.log_determinant(),
-                false if wanted.effects => limits.iter().map(of_goal).sum::<f64>() + missing(),
-                false => limits.iter().map(of_goal).sum(),
-            };
-            Some(Worth { position, nats, cost: wanted.costs.work(&run).cost - spent })
+        Ok(Weighing { seen: self, open, effects: wanted.effects, limits, nothing, likely })
+    }
+
+    /// What each position is worth, for its cost, the best first; nothing where no position tells anything.
+    pub fn worth(&self, table: &Table, model: &Campaign, wanted: &Wanted) -> Result<Vec<Worth>> {
+        let weighing = self.weighing(model, wanted)?;
+        let one = |(position, block): (usize, &Block)| {
+            Some(Worth { position, nats: weighing.nats(block)?, cost: wanted.cost(&table.positions[position]) })
         };
         let mut all: Vec<Worth> = self.blocks.iter().enumerate().filter_map(one).collect();
         let rate = |own: &Worth| own.nats / own.cost.max(f64::MIN_POSITIVE);
         all.retain(|own| own.nats > NOTHING);
         all.sort_by(|a, b| rate(b).total_cmp(&rate(a)));
         Ok(all)
+    }
+
+    /// What share of the planned length a position is to be held for (in steps of two, for white noise): the smallest with which all goals are met, where
+    /// nothing else is wanted; otherwise all of it.
+    pub fn worth_holding(&self, table: &Table, model: &Campaign, wanted: &Wanted, position: &Reading) -> Result<f64> {
+        let weighing = self.weighing(model, wanted)?;
+        let block = table.find(position).and_then(|place| self.blocks.get(place));
+        let Some(block) = block.filter(|_| !weighing.open && !wanted.effects) else { return Ok(1.0) };
+        let shares = (0..=HALVINGS).rev().map(|k| 0.5_f64.powi(k));
+        Ok(shares.into_iter().find(|share| weighing.meets(block, *share)).unwrap_or(1.0))
     }
 
     /// Goals that all candidates together, however often they are taken, do not reach.
@@ -345,6 +404,8 @@ const MOST: usize = 8;
 const LEAST: f64 = 0.001;
 /// Fewer nats than these are nothing.
 const NOTHING: f64 = 1e-6;
+/// Halvings of the length of a hold that are weighed: down to eight times what u is planned as, which is beyond what one more reading is asked for.
+const HALVINGS: i32 = 6;
 /// Readings, as a square root, that stand for any number of them.
 const OFTEN: f64 = 1e2;
 

@@ -4,6 +4,7 @@
 //! rows -> trace (of what is held, in bounded memory) -> segments -> the last one, if it lasts until now -> means, u, u of a longer hold
 //! ```
 
+use super::still::newest;
 use super::{
     By, LEVEL, Mean, Segment, SegmentBlocks, Segmentation, Stillness, Trace, length, mean, mean_uncertainties, segment,
     whole_turns,
@@ -12,8 +13,11 @@ use crate::number;
 
 /// Most blocks of a channel: 16 s of 1 kHz as they are, and four blocks to a window of half a second for half an hour.
 const BLOCKS: usize = 1 << 14;
-/// Looks in the length of a window: what has become still is seen half a window later at most. A reading is taken at a look.
+/// Looks in the length of a window, which go through all that is held, where the newest window says nothing new. A reading is taken at a look.
 const LOOKS: f64 = 2.0;
+/// Samples are taken in so often, s: a glance at the newest window tells whether a look is due. What is said is then at most so old, which is half of
+/// what a person notices (50 ms); a glance costs a hundredth of a look.
+const GLANCE_S: f64 = 0.025;
 /// Windows without standing after which what lies before them is forgotten, with no standstill among them; and after one. Stretches within the
 /// second are one position with a jerk between them (see `segments.rs`).
 const MOVING: f64 = 16.0;
@@ -32,6 +36,13 @@ pub struct Hold {
     /// Runs of a label are held, whatever the samples say.
     labelled: bool,
     interrupted: bool,
+    /// Samples, of all, at the last look, and after how many more there is one at the latest.
+    looked: u64,
+    next: u64,
+    /// The standard deviations of the still sensor that the last look judged by; none before the first one.
+    judged_sd: Vec<f64>,
+    /// The newest window that was glanced at, and whether it was still.
+    glanced: Option<(u64, bool)>,
 }
 
 /// What the samples say now.
@@ -78,7 +89,8 @@ impl Hold {
     pub fn new(channels: Vec<(String, String)>, observed: usize, window: f64, threshold: f64, guard: f64) -> Self {
         let mut trace = Trace::new(channels).with_blocks(BLOCKS);
         trace.observed = observed;
-        Hold { trace, window, threshold, guard, labelled: false, interrupted: false }
+        let (looked, next, judged_sd, glanced) = Default::default();
+        Hold { trace, window, threshold, guard, labelled: false, interrupted: false, looked, next, judged_sd, glanced }
     }
 
     /// Labels tell what is held: each run of one is asked for by [`Hold::restart`].
@@ -87,9 +99,47 @@ impl Hold {
         self
     }
 
-    /// Rows from one look to the next, at a sampling interval of `interval` seconds.
+    /// Rows from one glance to the next, at a sampling interval of `interval` seconds.
     pub fn rows(&self, interval: f64) -> usize {
-        number::count((self.window / LOOKS / interval).round()).max(1)
+        number::count((GLANCE_S.min(self.window / LOOKS) / interval).round()).max(1)
+    }
+
+    /// Is a look due: has the newest window become still, or is it so no more; is a question that was open decided by now; or is the last look
+    /// half a window ago?
+    pub fn is_due(&mut self) -> bool {
+        let known = if self.judged_sd.is_empty() { &self.trace.still_sd } else { &self.judged_sd };
+        let before = self.glanced;
+        if !known.is_empty() && !self.labelled {
+            let found = newest(&self.trace, self.window, self.threshold, known);
+            self.glanced = found.or(before);
+        }
+        let has_turned = before.zip(self.glanced).is_some_and(|((_, before), (_, now))| before != now);
+        has_turned || self.since() >= self.next
+    }
+
+    /// Samples since the last look.
+    fn since(&self) -> u64 {
+        self.count() - self.looked
+    }
+
+    /// Samples so far, those that are not kept among them.
+    pub fn count(&self) -> u64 {
+        self.trace.before + self.trace.samples
+    }
+
+    /// How long so many samples take, s.
+    pub fn seconds(&self, samples: u64) -> f64 {
+        samples as f64 * self.trace.interval
+    }
+
+    /// Samples of half a window.
+    pub fn half_window(&self) -> u64 {
+        number::count_u64((self.window / LOOKS / self.trace.interval).round()).max(1)
+    }
+
+    /// Time of the newest sample, s since the first row.
+    pub fn now_s(&self) -> f64 {
+        self.trace.samples.checked_sub(1).map_or(0.0, |last| self.trace.time(last))
     }
 
     /// Further rows, at these times (s since the first row of all), spaced by `interval`. At once at most [`Hold::rows`] of them.
@@ -125,6 +175,16 @@ impl Hold {
         trace.before = old.before + old.samples;
         trace.still_sd = old.still_sd.clone();
         self.trace = trace;
+        self.judged_sd.clear();
+        self.glanced = None;
+        self.is_looked_at(f64::INFINITY);
+    }
+
+    /// It was looked at; what is open then is decided in so many seconds.
+    fn is_looked_at(&mut self, decided_s: f64) {
+        self.looked = self.count();
+        let seconds = (self.window / LOOKS).min(decided_s.max(0.0));
+        self.next = number::count_u64((seconds / self.trace.interval).round()).max(1);
     }
 
     /// The standard deviations of the still sensor that are known, one for each channel.
@@ -151,13 +211,17 @@ impl Hold {
             false => By::Still { window: self.window, threshold: self.threshold },
         };
         let mut found = segment(&trace, &by, self.guard, 0.0);
+        self.judged_sd = found.stillness.as_ref().map_or(Vec::new(), |own| own.still_sd.clone());
+        self.is_looked_at(f64::INFINITY);
         // windows begin eight times in the length of one, and none ends within a block
         let window = self.window.max(4.0 * seconds(trace.block as u64));
         let slack = 0.25 * window + seconds(2 * trace.block as u64);
         let Some(last) = found.segments.pop() else {
             let kept = seconds(trace.samples);
-            if kept <= window + 2.0 * self.guard + slack {
+            let shows = window + 2.0 * self.guard + slack;
+            if kept <= shows {
                 // a standstill could not have shown yet
+                self.is_looked_at(shows - kept + trace.interval);
                 return Look::Open;
             }
             if kept > MOVING * self.window {
@@ -172,6 +236,7 @@ impl Hold {
             return Look::Moving;
         }
         if ago > 0.0 && !self.labelled {
+            self.is_looked_at(JERK * self.window - ago + trace.interval);
             return Look::Open;
         }
         let whole = seconds(start) <= self.guard + slack;

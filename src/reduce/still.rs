@@ -22,11 +22,35 @@ const OF_STILL: f64 = 0.9;
 /// Windows begin so often in the length of one.
 const STRIDE: usize = 8;
 
+/// Blocks of a window, and from where one begins to where the next one does.
+fn windows(trace: &Trace, window: f64) -> (usize, usize) {
+    let length = number::count((window / (trace.block as f64 * trace.interval)).round()).max(4);
+    (length, (length / STRIDE).max(1))
+}
+
+/// The newest window that is whole: the sample at which it begins, counted from the first of all, and whether it is still by these standard
+/// deviations of the still sensor.
+pub(super) fn newest(trace: &Trace, window: f64, threshold: f64, still_sd: &[f64]) -> Option<(u64, bool)> {
+    let (length, stride) = windows(trace, window);
+    let blocks = trace.channels.first().map_or(0, |c| c.means.len());
+    let start = blocks.checked_sub(length)? / stride * stride;
+    let n = length as f64;
+    let is_still = trace.channels.iter().zip(still_sd).take(trace.observed).all(|(channel, sd)| {
+        let range = start..start + length;
+        // a channel in blocks of one sample keeps no squares
+        let inside = channel.squares.get(range.clone()).unwrap_or_default().iter().sum::<f64>() / trace.block as f64;
+        let Some(own) = channel.means.get(range) else { return false };
+        let mean = own.iter().sum::<f64>() / n;
+        let square = own.iter().map(|v| (v - mean) * (v - mean)).sum::<f64>() + inside;
+        !(*sd > 0.0) || square / (n - 1.0) <= threshold * sd * sd
+    });
+    Some((trace.before + (start * trace.block) as u64, is_still))
+}
+
 /// Still stretches in blocks, and what they were judged by. `window` and `least` in seconds.
 pub(super) fn still(trace: &Trace, window: f64, threshold: f64, least: f64) -> (Vec<(usize, usize)>, Stillness) {
     let seconds = trace.block as f64 * trace.interval;
-    let length = number::count((window / seconds).round()).max(4);
-    let stride = (length / STRIDE).max(1);
+    let (length, stride) = windows(trace, window);
     let blocks = trace.channels.first().map_or(0, |c| c.means.len());
     let starts: Vec<usize> = (0..).map(|k| k * stride).take_while(|start| start + length <= blocks).collect();
     // short gaps are bridged: what moved in one shows in the window's variance; samples that are missing for as long as a window end it

@@ -7,3 +7,5 @@ mod draws;
 mod journal;
 mod mistakes;
 mod samples;
+#[cfg(feature = "serial")]
+mod serial;

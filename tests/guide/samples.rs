@@ -29,9 +29,9 @@ const HZ: f64 = 100.0;
 const SD: f64 = 2e-4;
 const WANTED: f64 = 1.5e-5;
 /// Positions are held for so long that hardly any of them, whatever its noise looks like by chance, is not known so well.
-const LONG_S: f64 = 30.0;
+pub const LONG_S: f64 = 30.0;
 
-struct Table {
+pub struct Table {
     schedule: Campaign,
     truth: Truth,
     random: Pcg64Mcg,
@@ -40,7 +40,7 @@ struct Table {
 }
 
 impl Table {
-    fn new(seed: u64) -> Self {
+    pub fn new(seed: u64) -> Self {
         let schedule = parse(SCHEDULE);
         let mut point = schedule.reference_point();
         let shifts = [3e-3, -2e-3, 1e-3, 4e-3, -1e-3, 2e-3];
@@ -74,7 +74,7 @@ impl Table {
     }
 
     /// Move there in two seconds, the hand shaking, and hold it; at first it stands there.
-    fn hold(&mut self, label: &str, seconds: f64) -> String {
+    pub fn hold(&mut self, label: &str, seconds: f64) -> String {
         self.run(label, seconds, None)
     }
 
@@ -97,13 +97,13 @@ impl Table {
     }
 }
 
-fn folder() -> tempfile::TempDir {
+pub fn folder() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("schedule.campaign.json"), SCHEDULE).unwrap();
     folder
 }
 
-fn tumble(folder: &Path, more: &[&str]) -> Command {
+pub fn tumble(folder: &Path, more: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_tumble"));
     let noise = ["X", "Y", "Z"].map(|id| format!("{id}={WANTED}"));
     command.current_dir(folder).args(["guide", "schedule.campaign.json", "--json", "-"]);
@@ -115,8 +115,8 @@ fn tumble(folder: &Path, more: &[&str]) -> Command {
 }
 
 /// A guide that is spoken with.
-struct Spoken {
-    child: Child,
+pub struct Spoken {
+    pub child: Child,
     input: ChildStdin,
     answers: std::io::Lines<BufReader<ChildStdout>>,
 }
@@ -124,23 +124,27 @@ struct Spoken {
 impl Spoken {
     fn begin(folder: &Path, more: &[&str]) -> Self {
         let mut command = tumble(folder, &["--samples", "-", "--time", "t_s"]);
-        let mut child =
-            command.args(more).stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
+        command.args(more);
+        Spoken::of(command)
+    }
+
+    pub fn of(mut command: Command) -> Self {
+        let mut child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
         let input = child.stdin.take().unwrap();
         let answers = BufReader::new(child.stdout.take().unwrap()).lines();
         Spoken { child, input, answers }
     }
 
-    fn say(&mut self, text: &str) {
+    pub fn say(&mut self, text: &str) {
         self.input.write_all(text.as_bytes()).unwrap();
     }
 
-    fn next(&mut self) -> serde_json::Value {
+    pub fn next(&mut self) -> serde_json::Value {
         serde_json::from_str(&self.answers.next().unwrap().unwrap()).unwrap()
     }
 
     /// The next line that says an advice, or a state of what is held.
-    fn until(&mut self, state: Option<&str>) -> serde_json::Value {
+    pub fn until(&mut self, state: Option<&str>) -> serde_json::Value {
         loop {
             let line = self.next();
             if line["held"]["state"].as_str() == state {
@@ -150,14 +154,14 @@ impl Spoken {
     }
 }
 
-fn readings(folder: &Path) -> Vec<serde_json::Value> {
+pub fn readings(folder: &Path) -> Vec<serde_json::Value> {
     let journal = std::fs::read_to_string(folder.join("guided.journal.jsonl")).unwrap();
     let entries = journal.lines().skip(1).map(|line| serde_json::from_str::<serde_json::Value>(line).unwrap());
     entries.filter_map(|own| Some(own.get("reading")?["keys"].clone())).collect()
 }
 
 /// A reading stands at its position, and its mean within 4 u of the truth; its u is that of white noise, or a little more.
-fn is_sound(table: &Table, keys: &serde_json::Value, label: &str) {
+pub fn is_sound(table: &Table, keys: &serde_json::Value, label: &str) {
     let told = keys["position"].as_str().unwrap();
     assert!(told == label || told.starts_with(&format!("{label} again")), "{keys}: not {label}");
     for (id, value) in ["X", "Y", "Z"].iter().zip(table.quiet(label)) {

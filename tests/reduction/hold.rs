@@ -106,3 +106,40 @@ fn what_moves_is_not_held_and_what_is_known_of_the_still_sensor_stays() {
     assert!(matches!(hold.look(), Look::Moving));
     assert!(matches!(unknowing.look(), Look::Standing(_)));
 }
+
+/// What begins to move, and what has come to rest, is looked at within an eighth of a window (where windows begin) and a glance after a window tells it,
+/// whenever it happens between the looks that come anyway; and while nothing changes there are no more looks than those.
+#[test]
+fn a_change_is_looked_at_when_the_newest_window_tells_it() {
+    let (window, glance) = (100, 5);
+    for phase in 0..12 {
+        let mut random = Pcg64Mcg::seed_from_u64(20 + phase as u64);
+        let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
+        let names = ["a", "b"].map(|name| (name.to_string(), String::new()));
+        let mut hold = Hold::new(names.to_vec(), 2, 0.5, 4.0, 0.5);
+        assert_eq!(hold.rows(1.0 / HZ), glance);
+        // a jerk that is too short to forget what was before it
+        let (moves, rests) = (1000 + 7 * phase, 1250 + 11 * phase);
+        let mut looks = Vec::new();
+        for from in (0..2000).step_by(glance) {
+            let one = |row: usize, normal: &mut dyn FnMut() -> f64| {
+                if (moves..rests).contains(&row) { normal() } else { 0.01 * normal() }
+            };
+            let columns: Vec<Vec<f64>> =
+                (0..2).map(|_| (from..from + glance).map(|row| one(row, &mut normal)).collect()).collect();
+            let times: Vec<f64> = (from..from + glance).map(|row| row as f64 / HZ).collect();
+            hold.push(&columns.iter().map(Vec::as_slice).collect::<Vec<_>>(), &times, 1.0 / HZ);
+            if hold.is_due() {
+                hold.look();
+                looks.push(from + glance);
+            }
+        }
+        let within = |from: usize, rows: usize| looks.iter().any(|at| (from..=from + rows).contains(at));
+        let soon = window / 8 + 2 * glance;
+        // one sample that moves is a hundred times the noise
+        assert!(within(moves + 1, soon), "{phase}: {looks:?}");
+        assert!(within(rests + window - window / 8, window / 4 + soon), "{phase}: {looks:?}");
+        let anyway = 2000 / (window / 2);
+        assert!(looks.len() <= anyway + 6, "{phase}: {} looks", looks.len());
+    }
+}

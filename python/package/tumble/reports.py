@@ -2171,10 +2171,12 @@ class GuideHeld(Node):
     """Its setting."""
     state: Holding
     """What the bench does."""
+    until_s: float
+    """Time of the newest sample that this is of, s since the first row."""
     wait_s: float | None
     """How much longer it is to be held, s; none where that is not known yet, or holding it does not reach what is wanted."""
 
-    _keys = frozenset(["candidates", "held_s", "means", "position", "setting", "state", "wait_s"])
+    _keys = frozenset(["candidates", "held_s", "means", "position", "setting", "state", "until_s", "wait_s"])
 
 
 class HeldMean(Node):
@@ -2259,7 +2261,8 @@ class Newest(Node):
     agreement: Agreement
     """Does it agree?"""
     deviation: float | None
-    """The largest difference from the prediction, in standard deviations of that difference."""
+    """How far it is from what the others predict, all its values together, in standard deviations: the normal deviate that chance exceeds with
+    probability `p`, which decides; negative where the value that is furthest off is below."""
     level: float
     """The probability below which it does not agree: their sum over all readings is the family-wise level."""
     p: float | None

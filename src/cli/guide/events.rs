@@ -1,7 +1,7 @@
 //! From line to line: what is accepted, and what is said.
 
 use super::journal::{Entry, Journal};
-use super::lines::{self, Line, Lines, Numbered};
+use super::lines::{self, Line, Lines, Next, Numbered};
 use super::place::{Placed, placed};
 use super::samples::{Samples, Step};
 use super::serve::Page;
@@ -12,7 +12,9 @@ use crate::cli;
 use crate::cli::session;
 use crate::error::{Fault, Malformed, Result};
 use crate::guide::{Advice, Ending, Guide, Held, Holding};
-use crate::report::{GuideReport, guide_report};
+#[cfg(feature = "serial")]
+use crate::language::say;
+use crate::report::guide_report;
 use crate::simulate::{self, Truth};
 use std::time::{Duration, Instant};
 
@@ -44,10 +46,13 @@ pub(super) struct Progress {
     /// A line of the terminal that is written again and again.
     pub line: indicatif::ProgressBar,
     pub told: Option<(Instant, Holding)>,
+    /// The advice as a line of JSON: each line beside it has the same one.
+    pub line_of_advice: String,
 }
 
-/// How often it is said at most while nothing else happens.
-const OFTEN: Duration = Duration::from_millis(250);
+/// How often it is said at most while nothing else happens: as often as samples are taken in (`hold.rs`) where they come in time; a record that is read
+/// faster is not said row by row.
+const OFTEN: Duration = Duration::from_millis(20);
 
 /// What a line brought.
 enum Event {
@@ -118,9 +123,12 @@ impl Session {
     }
 
     /// The advice; with an error, that the last line was refused.
-    fn show(&self, advice: &Advice, refused: Option<&Malformed>) -> Result<()> {
+    fn show(&mut self, advice: &Advice, refused: Option<&Malformed>) -> Result<()> {
         if self.json || self.page.is_some() {
             let line = json(&guide_report(advice, refused.map(ToString::to_string)))?;
+            if refused.is_none() {
+                self.progress.line_of_advice.clone_from(&line);
+            }
             if let Some(page) = &self.page {
                 page.publish("step", &line);
             }
@@ -152,12 +160,26 @@ impl Session {
         let mut refused_before = false;
         loop {
             let Some(lines) = &mut self.source.lines else { return Ok(None) };
-            let next = lines.next()?;
+            let next = match lines.next()? {
+                Next::Line(own) => Some(own),
+                Next::End => None,
+                #[cfg(feature = "serial")]
+                Next::Away(error) => {
+                    self.show(advice, Some(&error))?;
+                    continue;
+                }
+                #[cfg(feature = "serial")]
+                Next::Back => {
+                    self.is_back(advice)?;
+                    continue;
+                }
+            };
+            let Some(lines) = &self.source.lines else { return Ok(None) };
             let (line, from) = (next.as_ref().map_or(0, |own| own.number), lines.name().to_string());
             let followed = lines.is_file().then_some(line);
             let event = match next {
-                Some(own) => self.line(&own, asked.as_ref(), advice),
-                None => self.last(asked.as_ref(), advice),
+                Some(own) => self.line(&own, asked.as_ref()),
+                None => self.last(asked.as_ref()),
             };
             let still_sd = self.source.samples.as_ref().map_or(&[] as &[f64], Samples::still_sd);
             match event {
@@ -184,8 +206,18 @@ impl Session {
         }
     }
 
+    /// A source that was away is there again: what it said in between is missing.
+    #[cfg(feature = "serial")]
+    fn is_back(&mut self, advice: &Advice) -> Result<()> {
+        self.source.samples.iter_mut().try_for_each(Samples::interrupt)?;
+        let name = self.source.lines.as_ref().map_or("", Lines::name).to_string();
+        let said = say!(session::language(), "guide-port-is-back", name).to_string();
+        self.progress.line.suspend(|| cli::note_as_it_is(&said));
+        self.show(advice, None)
+    }
+
     /// What a line brings. Errors: it is not understood, or nothing can be done with it.
-    fn line(&mut self, own: &Numbered, asked: Option<&Reading>, advice: &Advice) -> Result<Event> {
+    fn line(&mut self, own: &Numbered, asked: Option<&Reading>) -> Result<Event> {
         let Some(lines) = &mut self.source.lines else { return Ok(Event::End) };
         let bench = &self.campaign.bench;
         let parsed = match &self.source.samples {
@@ -213,13 +245,12 @@ impl Session {
             }
             (Ok(Line::Row), Some(samples)) => {
                 let titles = lines.titles().unwrap_or_default();
-                match samples.row(titles, &own.text, false, &self.campaign)? {
-                    Due::Nothing => Ok(Event::None),
-                    due => {
-                        let step = samples.look(beside, false, due == Due::Ended)?;
-                        self.step(step, asked, advice)
-                    }
-                }
+                let step = match samples.row(titles, &own.text, false, &self.campaign)? {
+                    Due::Nothing => return Ok(Event::None),
+                    Due::Glance => samples.glance(beside)?,
+                    due => samples.look(beside, false, due == Due::Ended)?,
+                };
+                self.step(step, asked)
             }
             (Ok(Line::Take), Some(samples)) => {
                 if !samples.holds() {
@@ -227,10 +258,10 @@ impl Session {
                         .expected("a position that is held and is not read yet"));
                 }
                 let step = samples.look(beside, true, false)?;
-                self.step(step, asked, advice)
+                self.step(step, asked)
             }
             (Ok(Line::Position(keys)), Some(samples)) => match samples.name(keys) {
-                Some(cells) => self.step(Step::Read(cells), asked, advice),
+                Some(cells) => self.step(Step::Read(cells), asked),
                 None => Ok(Event::None),
             },
             (Ok(Line::Row | Line::Take | Line::Position(_)), None) => Ok(Event::None),
@@ -239,22 +270,22 @@ impl Session {
     }
 
     /// No more lines come: what the samples hold at their end may be enough.
-    fn last(&mut self, asked: Option<&Reading>, advice: &Advice) -> Result<Event> {
+    fn last(&mut self, asked: Option<&Reading>) -> Result<Event> {
         let beside = Beside { campaign: &self.campaign, guide: &self.guide, asked, last: self.ever.last() };
         let Some(samples) = &mut self.source.samples else { return Ok(Event::End) };
         samples.finish()?;
         let step = samples.look(beside, false, true)?;
-        Ok(match self.step(step, asked, advice)? {
+        Ok(match self.step(step, asked)? {
             Event::Reading(own) => Event::Reading(own),
             _ => Event::End,
         })
     }
 
     /// What the samples say.
-    fn step(&mut self, step: Step, asked: Option<&Reading>, advice: &Advice) -> Result<Event> {
+    fn step(&mut self, step: Step, asked: Option<&Reading>) -> Result<Event> {
         let cells = match step {
             Step::Nothing => return Ok(Event::None),
-            Step::Said(held) => return self.tell(advice, held).map(|()| Event::None),
+            Step::Said(held) => return self.tell(held).map(|()| Event::None),
             Step::Read(cells) => cells,
         };
         let beside = Beside { campaign: &self.campaign, guide: &self.guide, asked, last: self.ever.last() };
@@ -268,7 +299,7 @@ impl Session {
             Placed::Which(candidates) => {
                 samples.ask(Some(cells));
                 let held = Held { candidates, ..Held::nothing(Holding::Which) };
-                self.tell(advice, held).map(|()| Event::None)
+                self.tell(held).map(|()| Event::None)
             }
         }
     }
@@ -279,7 +310,7 @@ impl Session {
     }
 
     /// What is held: on the line of the terminal, as a line of JSON, and on the page.
-    fn tell(&mut self, advice: &Advice, held: Held) -> Result<()> {
+    fn tell(&mut self, held: Held) -> Result<()> {
         let now = Instant::now();
         let soon = |(at, state): (Instant, Holding)| state == held.state && now.duration_since(at) < OFTEN;
         if self.progress.told.is_some_and(soon) {
@@ -290,7 +321,8 @@ impl Session {
             page.replace("held", &json(&held)?);
         }
         if self.json {
-            return cli::print(&(json(&GuideReport { held: Some(held), ..guide_report(advice, None) })? + "\n"));
+            let line = self.progress.line_of_advice.strip_suffix('}').unwrap_or_default();
+            return cli::print(&format!("{line},\"held\":{}}}\n", json(&held)?));
         }
         let text = view::held(&held, session::language());
         if matches!(held.state, Holding::Left | Holding::Which) {

@@ -1,5 +1,7 @@
 //! Readings, samples and commands, one a line: from standard input, or from a file that grows.
 
+#[cfg(feature = "serial")]
+use super::port::{Came, Port};
 use crate::bench::Bench;
 use crate::campaign::{Campaign, Reading};
 use crate::elements::Parts;
@@ -13,8 +15,9 @@ use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, channel};
 use std::time::Duration;
 
-/// How often a file is looked at.
-const PAUSE: Duration = Duration::from_millis(50);
+/// How often a file is looked at: what was written in it is at most so old when it is read (with what is taken in once in 25 ms, less than the 50 ms that
+/// a person notices). A look costs some microseconds.
+const PAUSE: Duration = Duration::from_millis(10);
 
 /// What a line says.
 pub(super) enum Line {
@@ -55,6 +58,26 @@ enum From {
         rest: Vec<u8>,
         at: usize,
     },
+    /// A serial port; what came since the last end of a line; is the next line the first since it was opened?
+    #[cfg(feature = "serial")]
+    Port {
+        port: Port,
+        rest: Vec<u8>,
+        at: usize,
+        fresh: bool,
+    },
+}
+
+/// What comes next.
+pub(super) enum Next {
+    Line(Numbered),
+    /// Nothing more comes until a port is there again.
+    #[cfg(feature = "serial")]
+    Away(Malformed),
+    /// It is.
+    #[cfg(feature = "serial")]
+    Back,
+    End,
 }
 
 /// A line with its number.
@@ -82,6 +105,15 @@ impl Lines {
         Ok(Lines { from, name, titles: None, count: 0, skip: 0, commands: None })
     }
 
+    /// A serial port, `/dev/ttyUSB0:115200`.
+    #[cfg(feature = "serial")]
+    pub fn port(asked: &str) -> Result<Self> {
+        let port = Port::open(asked)?;
+        let name = port.name();
+        let from = From::Port { port, rest: Vec::new(), at: 0, fresh: true };
+        Ok(Lines { from, name, titles: None, count: 0, skip: 0, commands: None })
+    }
+
     pub fn name(&self) -> &str {
         &self.name
     }
@@ -96,9 +128,9 @@ impl Lines {
         self.skip = self.skip.max(line);
     }
 
-    /// Beside a file, commands come from standard input.
+    /// Beside a file or a port, commands come from standard input.
     pub fn with_commands(mut self) -> Self {
-        if matches!(self.from, From::File { .. }) {
+        if !matches!(self.from, From::Input) {
             let (sender, receiver) = channel();
             std::thread::spawn(move || {
                 let lines = std::io::stdin().lines().map_while(std::io::Result::ok);
@@ -109,19 +141,64 @@ impl Lines {
         self
     }
 
+    /// Titles that the source does not say.
+    pub fn with_titles(mut self, titles: Option<&str>) -> Self {
+        self.titles = titles.map(str::to_string);
+        self
+    }
+
     /// The titles, once they are known.
     pub fn titles(&self) -> Option<&str> {
         self.titles.as_deref()
     }
 
-    /// The next line; `None` where no more can come. A file that grows is waited for.
+    /// The next line. A file that grows is waited for, and so is a port that was unplugged.
     ///
     /// Errors: a file that cannot be read any more, is no longer there, or has become shorter.
-    pub fn next(&mut self) -> Result<Option<Numbered>> {
-        Ok(self.line()?.map(|(text, counts)| {
-            self.count += usize::from(counts);
-            Numbered { number: self.count, text, passed: counts && self.count <= self.skip }
-        }))
+    pub fn next(&mut self) -> Result<Next> {
+        #[cfg(feature = "serial")]
+        if let From::Port { .. } = self.from {
+            return Ok(self.of_port());
+        }
+        Ok(self.line()?.map_or(Next::End, |(text, counts)| self.numbered(text, counts)))
+    }
+
+    /// `counts`: it is one of the source's own.
+    fn numbered(&mut self, text: String, counts: bool) -> Next {
+        self.count += usize::from(counts);
+        Next::Line(Numbered { number: self.count, text, passed: counts && self.count <= self.skip })
+    }
+
+    #[cfg(feature = "serial")]
+    fn of_port(&mut self) -> Next {
+        loop {
+            if let Some(Ok(command)) = self.commands.as_ref().map(Receiver::try_recv) {
+                return self.numbered(command, false);
+            }
+            // only a port is asked
+            let From::Port { port, rest, at, fresh } = &mut self.from else { return Next::End };
+            if let Some(line) = whole(rest, at) {
+                // the end of a row, of which the beginning came before the port was opened
+                let is_row = |own: char| own.is_ascii_digit() || "+-.,;\t ".contains(own);
+                if std::mem::take(fresh) && line.starts_with(is_row) {
+                    continue;
+                }
+                return self.numbered(line, true);
+            }
+            let mut block = vec![0; 1 << 12];
+            match port.read(&mut block) {
+                Came::Nothing => {}
+                Came::Bytes(count) => rest.extend_from_slice(block.part(..count)),
+                Came::Gone(why) => {
+                    (*at, *fresh) = (0, true);
+                    rest.clear();
+                    let said = format!("nothing more comes from the serial port '{}': {why}", self.name);
+                    let waits = "the cable plugged in again: the guide waits for it, and goes on; or 'quit'";
+                    return Next::Away(Malformed::new(Fault::File, said).expected(waits));
+                }
+                Came::Back => return Next::Back,
+            }
+        }
     }
 
     /// A line, and whether it is one of the source's own.
@@ -140,17 +217,15 @@ impl Lines {
                 let read = read.map_err(|error| broken(&self.name, error.to_string()))?;
                 Ok((read > 0).then(|| (String::from_utf8_lossy(&bytes).trim_end().to_string(), true)))
             }
+            #[cfg(feature = "serial")]
+            From::Port { .. } => Ok(None),
             From::File { file, path, regular, read, rest, at } => loop {
                 if let Some(Ok(command)) = self.commands.as_ref().map(Receiver::try_recv) {
                     return Ok(Some((command, false)));
                 }
-                let waiting = rest.part(*at..);
-                if let Some(end) = waiting.iter().position(|byte| *byte == b'\n') {
-                    let line = String::from_utf8_lossy(waiting.part(..end)).trim_end().to_string();
-                    *at += end + 1;
+                if let Some(line) = whole(rest, at) {
                     return Ok(Some((line, true)));
                 }
-                rest.drain(..std::mem::take(at));
                 let length = file.metadata().map_err(|error| broken(&self.name, error.to_string()))?.len();
                 if *regular && length < *read {
                     return Err(broken(&self.name, "it has become shorter".into()));
@@ -179,6 +254,10 @@ impl Lines {
             return Ok(Line::Row);
         }
         let text = text.trim().trim_start_matches('\u{feff}');
+        // a board that was switched on anew says its titles again
+        if self.titles.as_deref() == Some(text) {
+            return Ok(Line::Nothing);
+        }
         if let Some(command) = command(text)? {
             return Ok(command);
         }
@@ -243,6 +322,18 @@ fn command(text: &str) -> Result<Option<Line>> {
         })?)),
         _ => return Ok(None),
     }))
+}
+
+/// The next whole line of what came; where there is none, what was given out is dropped.
+fn whole(rest: &mut Vec<u8>, at: &mut usize) -> Option<String> {
+    let waiting = rest.part(*at..);
+    let Some(end) = waiting.iter().position(|byte| *byte == b'\n') else {
+        rest.drain(..std::mem::take(at));
+        return None;
+    };
+    let line = String::from_utf8_lossy(waiting.part(..end)).trim_end().to_string();
+    *at += end + 1;
+    Some(line)
 }
 
 fn cells(text: &str) -> Result<ReadingFile> {

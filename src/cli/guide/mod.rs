@@ -3,7 +3,7 @@
 //! | file | subject |
 //! |---|---|
 //! | `journal.rs` | what was accepted and decided, written before it is shown |
-//! | `lines.rs` | readings, samples and commands, line by line |
+//! | `lines.rs`, `port.rs` | readings, samples and commands, line by line; from a serial port |
 //! | `table.rs`, `samples.rs` | rows of samples; what they become: positions that are held, and their readings |
 //! | `place.rs` | where a reading of samples belongs |
 //! | `events.rs` | from line to line: what is accepted, and what is said |
@@ -14,6 +14,8 @@ mod events;
 mod journal;
 mod lines;
 mod place;
+#[cfg(feature = "serial")]
+mod port;
 mod samples;
 mod serve;
 mod table;
@@ -47,15 +49,23 @@ pub(super) struct Arguments {
     /// Samples instead, as a logger writes them: a table that grows, or - for standard input; CSV after a line of titles. Standstills (a constant
     /// rate is one) become readings once their mean is as certain as the schedule or --noise says; 'position LABEL', 'take', 'undo', 'undo N' and
     /// 'quit' are commands, on standard input also beside a file.
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["readings", "simulate"])]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["readings", "simulate"], group = "stream")]
     samples: Option<PathBuf>,
+    /// The same from a serial port, with its bits a second (115200 unless given): /dev/ttyUSB0:57600, COM3. Commands come from standard input. Where the
+    /// cable is unplugged, the port is waited for.
+    #[cfg(feature = "serial")]
+    #[arg(long, value_name = "PORT[:BAUD]", conflicts_with_all = ["readings", "samples", "simulate"], group = "stream")]
+    serial: Option<String>,
+    /// Titles of the samples' columns, where the source says none: t_s,X,Y,Z.
+    #[arg(long, value_name = "TITLES", requires = "stream")]
+    titles: Option<String>,
     #[command(flatten)]
     clock: log::Clock,
     /// Window of the static detector, s, and guard time at both ends of a standstill.
-    #[arg(long, default_value_t = 0.5, value_name = "S", value_parser = super::reduce::positive, requires = "samples")]
+    #[arg(long, default_value_t = 0.5, value_name = "S", value_parser = super::reduce::positive, requires = "stream")]
     window: f64,
     /// Largest variance of a still window, in variances of the still sensor.
-    #[arg(long, default_value_t = 4.0, value_name = "RATIO", value_parser = super::reduce::positive, requires = "samples")]
+    #[arg(long, default_value_t = 4.0, value_name = "RATIO", value_parser = super::reduce::positive, requires = "stream")]
     threshold: f64,
     /// Try it without hardware: readings at the positions asked for, made from a truth (see `simulate`).
     #[arg(long, value_name = "TRUTH")]
@@ -106,6 +116,17 @@ pub(super) struct Arguments {
     listen: IpAddr,
 }
 
+impl Arguments {
+    /// Where samples come from, if they do.
+    fn stream(&self) -> Result<Option<Lines>> {
+        #[cfg(feature = "serial")]
+        if let Some(port) = &self.serial {
+            return Lines::port(port).map(Some);
+        }
+        self.samples.as_deref().map(Lines::open).transpose()
+    }
+}
+
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     let (campaign, source) = files::campaign(&arguments.campaign)?;
     let located = |error| wire::locate(error, &source);
@@ -131,15 +152,17 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     let guide = Guide::new(&campaign, &candidates, &catalogue.effects, settings).map_err(located)?;
     let digest = Input::new("", source.text.as_bytes()).sha256;
     let path = arguments.journal.clone().unwrap_or_else(|| beside(&arguments.output));
+    // a source that cannot be had leaves no journal behind
+    let stream = arguments.stream()?;
     let mut outputs = Outputs::plan([Some(arguments.output.as_path())])?;
     let (journal, entries) = Journal::open(&path, &digest, arguments.resume)?;
-    let lines = match (&truth, &arguments.samples) {
+    let (clock, is_stream) = (arguments.clock.source(), stream.is_some());
+    let lines = match (&truth, stream) {
         (Some(_), _) => None,
-        (None, Some(path)) => Some(Lines::open(path)?.with_commands()),
+        (None, Some(lines)) => Some(lines.with_commands().with_titles(arguments.titles.as_deref())),
         (None, None) => Some(Lines::open(&arguments.readings)?),
     };
-    let clock = arguments.clock.source();
-    let samples = arguments.samples.as_ref().map(|_| Samples::new(clock, arguments.window, arguments.threshold));
+    let samples = is_stream.then(|| Samples::new(clock, arguments.window, arguments.threshold));
     let source = Source { lines, samples, truth, seed: arguments.seed, given: guide.taken().to_vec() };
     let page = arguments.serve.map(|port| Page::open(arguments.listen, port, &campaign.bench)).transpose()?;
     if let Some(page) = &page {
@@ -149,7 +172,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     if let Ok(style) = indicatif::ProgressStyle::with_template("{wide_msg}") {
         line.set_style(style);
     }
-    let progress = Progress { line, told: None };
+    if !line.is_hidden() {
+        line.set_draw_target(indicatif::ProgressDrawTarget::stderr_with_hz(50));
+    }
+    let progress = Progress { line, told: None, line_of_advice: String::new() };
     let json = arguments.json.is_some();
     let mut session = Session { guide, journal, source, campaign, ever: Vec::new(), json, page, progress };
     let ended = session.run(entries)?;

@@ -8,13 +8,16 @@ use crate::campaign::{Campaign, JointState};
 use crate::error::Result;
 use crate::guide::{Held, HeldMean, Holding};
 use crate::record::ClockFrom;
-use crate::reduce::{Ahead, Look};
+use crate::reduce::{Ahead, Look, Mean, Standing};
 use crate::wire::{Cell, Named, ReadingFile};
+use std::sync::Arc;
+use std::thread::JoinHandle;
 
 /// Shorter standstills are not read, s: as in a record.
 const LEAST_S: f64 = 1.0;
-/// Means are looked at again when this share of what is held has come in addition: white noise makes u less by a fifth.
-const MORE: f64 = 0.5;
+/// Means are looked at again when this share of what is held has come in addition, unless they are foreseen to be wanted before: white noise makes u less by
+/// three tenths, and looking costs as much as the samples of seconds.
+const MORE: f64 = 1.0;
 /// Windows of a position that was read after which no more of it is kept: half a minute at the default window, a bound on memory alone, since a reading changes no more.
 const KEPT: f64 = 64.0;
 
@@ -30,7 +33,12 @@ pub(super) struct Samples {
     end: u64,
     /// How long it must be held, s, before its means are looked at again.
     next_s: f64,
+    /// The same, and no shorter than a standstill is.
+    due_s: f64,
     said: Option<Held>,
+    /// What the last look found, where it is a position that is held and not read; and the samples until then.
+    held_now: Option<(Held, u64)>,
+    weighing: Option<Weighing>,
     /// A reading of which several positions may be the one.
     open: Option<ReadingFile>,
     still_sd: Vec<f64>,
@@ -41,6 +49,27 @@ pub(super) struct Samples {
 /// Was this held for so long that it is worth a word that it was left?
 fn is_lasting(own: &Held) -> bool {
     own.state == Holding::Held && own.held_s >= LEAST_S
+}
+
+/// Means of what was held, which take their time beside the samples that come.
+struct Weighing {
+    means: JoinHandle<Option<Vec<(Mean, Vec<Ahead>)>>>,
+    standing: Arc<Standing>,
+    /// The samples until then, and those at which they are asked for: by a count of samples, so that what is read follows from the rows alone.
+    from: u64,
+    due: u64,
+}
+
+/// How what is held is looked at.
+enum At {
+    /// While samples come.
+    Ease,
+    /// It is read as it is.
+    Once,
+    /// No more samples come.
+    End,
+    /// Its means are there, so many seconds later.
+    Weighed(Option<Vec<(Mean, Vec<Ahead>)>>, f64),
 }
 
 /// What a look brings.
@@ -59,7 +88,10 @@ impl Samples {
             on: false,
             end: 0,
             next_s: 0.0,
+            due_s: 0.0,
             said: None,
+            held_now: None,
+            weighing: None,
             open: None,
             still_sd: Vec::new(),
             passing: false,
@@ -100,6 +132,14 @@ impl Samples {
         }
     }
 
+    /// Rows are missing before the next one.
+    #[cfg(feature = "serial")]
+    pub fn interrupt(&mut self) -> Result<()> {
+        self.finish()?;
+        self.table.iter_mut().for_each(|own| own.hold.interrupt());
+        Ok(())
+    }
+
     /// No more rows come: what was not looked at is.
     pub fn finish(&mut self) -> Result<()> {
         match &mut self.table {
@@ -114,6 +154,7 @@ impl Samples {
             cells.retain(|(key, _)| keys.get(key).is_none());
             return Some(Named(keys.0.into_iter().chain(cells).collect()));
         }
+        self.weighing = None;
         if std::mem::take(&mut self.on) {
             self.next_s = 0.0;
             self.table.iter_mut().for_each(|own| own.hold.restart());
@@ -132,11 +173,37 @@ impl Samples {
         self.open.is_none() && self.said.as_ref().is_some_and(|own| own.state == Holding::Held)
     }
 
+    /// A few more rows came: what is held is so for as much longer, until its means are due.
+    pub fn glance(&mut self, beside: Beside) -> Result<Step> {
+        let Some(hold) = self.table.as_ref().map(|own| &own.hold) else { return Ok(Step::Nothing) };
+        if self.weighing.as_ref().is_some_and(|own| hold.count() >= own.due) {
+            return self.look(beside, false, false);
+        }
+        let Some((held, at)) = &self.held_now else { return Ok(Step::Nothing) };
+        let by = hold.seconds(hold.count() - at);
+        let held = Held {
+            held_s: held.held_s + by,
+            wait_s: held.wait_s.map(|wait| (wait - by).max(0.0)),
+            until_s: hold.now_s(),
+            ..held.clone()
+        };
+        let is_due = held.held_s >= self.due_s && self.weighing.is_none();
+        if is_due { self.look(beside, false, false) } else { Ok(Step::Said(held)) }
+    }
+
     /// What is held; `at_once`: it is read as it is; `ended`: with its label, too.
     pub fn look(&mut self, beside: Beside, at_once: bool, ended: bool) -> Result<Step> {
         let Some(mut table) = self.table.take() else { return Ok(Step::Nothing) };
         let at_once = at_once || ended && table.label.is_some();
-        let step = self.looked(&mut table, beside, at_once);
+        let until_s = table.hold.now_s();
+        self.held_now = None;
+        let step = self.looked(&mut table, beside, at_once, ended).map(|step| match step {
+            Step::Said(held) => Step::Said(Held { until_s, ..held }),
+            other => other,
+        });
+        if let Ok(Step::Said(held)) = &step {
+            self.held_now = Some((held.clone(), table.hold.count())).filter(|(own, _)| own.state == Holding::Held);
+        }
         if table.label.is_some() && ended {
             table.hold.restart();
             table.run = table.next_run();
@@ -146,10 +213,21 @@ impl Samples {
         step
     }
 
-    fn looked(&mut self, table: &mut Table, beside: Beside, at_once: bool) -> Result<Step> {
+    fn looked(&mut self, table: &mut Table, beside: Beside, at_once: bool, ended: bool) -> Result<Step> {
         if table.label.is_some() && table.run.is_empty() {
             table.hold.restart();
             return Ok(self.moves());
+        }
+        let count = table.hold.count();
+        let due = |own: &mut Weighing| at_once || ended || count >= own.due;
+        if let Some(own) = self.weighing.take_if(due).filter(|_| !at_once) {
+            let later_s = table.hold.seconds(count - own.from);
+            // a thread that was lost found nothing
+            let means = own.means.join().unwrap_or_default();
+            let step = self.weighed(table, beside, &own.standing, At::Weighed(means, later_s))?;
+            if !ended || matches!(step, Step::Read(_)) {
+                return Ok(step);
+            }
         }
         let standing = match table.hold.look() {
             Look::Standing(own) => own,
@@ -169,11 +247,21 @@ impl Samples {
         if let Some((_, used)) = &mut self.named {
             *used = true;
         }
+        let at = match (at_once, ended) {
+            (true, _) => At::Once,
+            (_, true) => At::End,
+            _ => At::Ease,
+        };
+        self.weighed(table, beside, &Arc::from(standing), at)
+    }
+
+    /// What is said of a position that is held, and whether it is read.
+    fn weighed(&mut self, table: &mut Table, beside: Beside, standing: &Arc<Standing>, at: At) -> Result<Step> {
         let mut keys = self.named.as_ref().map_or(Named(Vec::new()), |(own, _)| own.clone());
         if table.label.is_some() {
             keys = Named(vec![("position".into(), Cell::Text(table.run.clone()))]);
         }
-        keys.0.extend(table.joints(beside, &standing));
+        keys.0.extend(table.joints(beside, standing));
         let again = beside.asked.zip(beside.last).is_some_and(|(asked, last)| asked.joints == last.joints);
         let base = lines::base(&keys, beside.guide, beside.asked).or(beside.guide.candidates().first());
         let Some(base) = base else { return Ok(Step::Nothing) };
@@ -202,36 +290,55 @@ impl Samples {
         let turn_s =
             base.joints.iter().map(JointState::rate_deg_s).find(|rate| *rate != 0.0).map(|rate| 360.0 / rate.abs());
         let least = turn_s.unwrap_or(0.0).max(if table.label.is_some() { 0.0 } else { LEAST_S });
-        if standing.seconds < self.next_s.max(least) && !at_once {
-            // as it was foreseen
-            if let Some(own) = self.said.as_ref().filter(|own| own.state == Holding::Held && self.next_s > 0.0) {
-                held.means = own.means.clone();
-                held.wait_s = own.wait_s.map(|wait| (wait - (standing.seconds - own.held_s)).max(0.0));
+        self.due_s = self.next_s.max(least);
+        let is_due = standing.seconds >= self.due_s && self.weighing.is_none();
+        let (means, at_once, later_s) = match at {
+            At::Weighed(means, later_s) => (means, false, later_s),
+            At::Once => (standing.means(table.sensors.len(), turn_s), true, 0.0),
+            At::End if is_due => (standing.means(table.sensors.len(), turn_s), false, 0.0),
+            At::Ease | At::End => {
+                if is_due {
+                    let (own, channels) = (standing.clone(), table.sensors.len());
+                    let means = std::thread::spawn(move || own.means(channels, turn_s));
+                    let from = table.hold.count();
+                    let due = from + table.hold.half_window();
+                    self.weighing = Some(Weighing { means, standing: standing.clone(), from, due });
+                }
+                // as it was foreseen
+                if let Some(own) = self.said.as_ref().filter(|own| own.state == Holding::Held && self.next_s > 0.0) {
+                    held.means = own.means.clone();
+                    held.wait_s = own.wait_s.map(|wait| (wait - (standing.seconds - own.held_s)).max(0.0));
+                }
+                return Ok(self.say(held));
             }
-            return Ok(self.say(held));
-        }
-        let Some(means) = standing.means(table.sensors.len(), turn_s) else { return Ok(self.say(held)) };
+        };
+        held.held_s += later_s;
+        let Some(means) = means else { return Ok(self.say(held)) };
         let mut wait = Some(0.0_f64);
+        let all_wanted = beside.guide.wanted_u(base)?;
         for ((mean, ahead), sensor) in means.iter().zip(&table.sensors) {
-            let Some(own) = beside.campaign.bench.sensors.get(*sensor) else { continue };
-            let (wanted, u) = (beside.guide.expected_u(base, *sensor), mean.uncertainty.u);
+            let sensors = &beside.campaign.bench.sensors;
+            let Some((own, wanted)) = sensors.get(*sensor).zip(all_wanted.get(*sensor).copied()) else { continue };
+            let u = mean.uncertainty.u;
             let until = Ahead::until(standing.seconds, mean, ahead, wanted);
             wait = wait.zip(until).map(|(a, b)| a.max(b));
             held.means.push(HeldMean { sensor: own.id.clone(), mean: mean.value, u, wanted, unit: own.unit.clone() });
         }
-        held.wait_s = wait;
+        held.wait_s = wait.map(|wait| (wait - later_s).max(0.0));
         let more = MORE * standing.seconds;
         self.next_s = standing.seconds + wait.map_or(more, |wait| wait.min(more));
+        self.due_s = self.next_s.max(least);
         if wait != Some(0.0) && !at_once {
             return Ok(self.say(held));
         }
-        let cells = table.cells(beside.campaign, &standing, &means, keys);
+        let cells = table.cells(beside.campaign, standing, &means, keys);
         let known = standing.still_sd();
         if !known.is_empty() {
             table.hold.set_still_sd(known);
         }
         table.hold.restart();
         (self.on, self.named, self.said, self.end, self.next_s) = (true, None, None, 0, 0.0);
+        self.weighing = None;
         Ok(Step::Read(cells))
     }
 
@@ -248,6 +355,7 @@ impl Samples {
     /// What was held is so no more.
     fn left(&mut self) {
         self.next_s = 0.0;
+        self.weighing = None;
         self.named = self.named.take().filter(|(_, used)| !used);
     }
 

@@ -137,6 +137,8 @@ fn drawn(bench: &Bench) -> serde_json::Value {
 fn answer(mut stream: TcpStream, token: &str, told: &Shared) -> std::io::Result<()> {
     stream.set_read_timeout(Some(PATIENCE))?;
     stream.set_write_timeout(Some(PATIENCE))?;
+    // an event is small, and does not wait for the answer to the one before
+    stream.set_nodelay(true)?;
     let mut lines = BufReader::new(stream.try_clone()?.take(HEAD)).lines();
     let first = lines.next().transpose()?.unwrap_or_default();
     let (mut host, mut origin) = (String::new(), None);

@@ -42,6 +42,8 @@ pub(super) struct Table {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Due {
     Nothing,
+    /// A few more rows are in.
+    Glance,
     /// A look is due.
     Look,
     /// The rows before had another label.
@@ -160,7 +162,11 @@ impl Table {
         self.times.extend(self.time.and_then(|k| self.block.columns.get(k)).and_then(|own| own.first()));
         if due == Due::Nothing && self.columns.first().map_or(0, Vec::len) >= self.due {
             self.flush(passed)?;
-            due = if passed { Due::Nothing } else { Due::Look };
+            due = match self.hold.is_due() {
+                _ if passed => Due::Nothing,
+                true => Due::Look,
+                false => Due::Glance,
+            };
         }
         Ok(due)
     }
