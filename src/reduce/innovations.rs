@@ -59,7 +59,16 @@ impl Process {
 
     /// Innovations of values, each in its standard deviation.
     pub fn whitened(&self, values: &[f64]) -> Vec<f64> {
-        self.innovations(values).into_iter().zip(&self.variances).map(|(v, variance)| v / variance.sqrt()).collect()
+        self.in_deviations(&self.innovations(values), values.len())
+    }
+
+    /// The same of a constant and of a ramp over the first `count` places.
+    pub fn whitened_line(&self, count: usize) -> (Vec<f64>, Vec<f64>) {
+        (self.in_deviations(&self.constant, count), self.in_deviations(&self.ramp, count))
+    }
+
+    fn in_deviations(&self, innovations: &[f64], count: usize) -> Vec<f64> {
+        innovations.iter().zip(&self.variances).take(count).map(|(v, variance)| v / variance.sqrt()).collect()
     }
 
     /// The logarithm of the determinant of the covariance of the first `count` values.

@@ -140,7 +140,8 @@ pub(super) fn products(process: &Process, values: &[f64], turned: &Turned, colum
     let (mut basis, mut log): (Vec<Vec<f64>>, f64) = (Vec::with_capacity(1 + turned.kept.len()), process.log(n));
     let own = columns.get(turned.design).map(Vec::as_slice).unwrap_or_default();
     let kept = turned.kept.iter().filter_map(|k| own.get(*k)?.get(..n).map(<[f64]>::to_vec));
-    for mut column in std::iter::once(process.whitened(&vec![1.0; n])).chain(kept) {
+    let (constant, ramp) = process.whitened_line(n);
+    for mut column in std::iter::once(constant).chain(kept) {
         project(&mut column, &basis);
         // its length, squared, is its part of the determinant
         log += 2.0 * normalise(&mut column).max(f64::MIN_POSITIVE).ln();
@@ -148,12 +149,11 @@ pub(super) fn products(process: &Process, values: &[f64], turned: &Turned, colum
         normalise(&mut column);
         basis.push(column);
     }
-    let free = |values: &[f64]| {
-        let mut own = process.whitened(values);
+    let free = |mut own: Vec<f64>| {
         project(&mut own, &basis);
         project(&mut own, &basis);
         own
     };
-    let (x, t) = (free(values), free(&(0..n).map(|k| k as f64).collect::<Vec<f64>>()));
+    let (x, t) = (free(process.whitened(values)), free(ramp));
     Products { xx: dot(&x, &x), xt: dot(&x, &t), tt: dot(&t, &t), one: 1.0, log, ..Products::default() }
 }
