@@ -1,6 +1,7 @@
 //! Parquet in blocks: the selected columns of one row group after the other.
 
 use super::columnar_labels::{self, Pages};
+use super::guard::guarded;
 use super::times::Times;
 use super::{As, Block, Column, Labels, UNREADABLE};
 use crate::error::{Fault, Malformed, Result};
@@ -56,6 +57,10 @@ enum Meaning {
 
 impl Meaning {
     fn of(column: &ColumnDescriptor) -> Self {
+        // lists and maps have several values in a row
+        if column.max_rep_level() > 0 {
+            return Meaning::Unread;
+        }
         let scale = column.type_scale();
         let of_time = |unit: &TimeUnit, instant| Meaning::Time(seconds(unit), instant);
         match (column.logical_type_ref(), column.converted_type()) {
@@ -241,6 +246,10 @@ impl Columnar {
     ///
     /// Errors: a file that is no Parquet, or was cut off.
     pub fn open(name: &str, file: File) -> Result<Self> {
+        guarded(|| Self::opened(name, file)).unwrap_or_else(|| Err(damaged(name)))
+    }
+
+    fn opened(name: &str, file: File) -> Result<Self> {
         let reader = SerializedFileReader::new(file).map_err(|error| fault(name, &error))?;
         let schema = reader.metadata().file_metadata().schema_descr();
         let meanings: Vec<Meaning> = schema.columns().iter().map(|column| Meaning::of(column)).collect();
@@ -307,6 +316,11 @@ impl Columnar {
 
     /// The next rows, of one row group.
     pub fn next(&mut self, block: &mut Block) -> Result<bool> {
+        let read = guarded(|| self.following(block));
+        read.unwrap_or_else(|| Err(damaged(&self.name)))
+    }
+
+    fn following(&mut self, block: &mut Block) -> Result<bool> {
         block.columns.resize_with(self.wanted.len(), Vec::new);
         loop {
             block.columns.iter_mut().for_each(Vec::clear);
@@ -345,6 +359,8 @@ impl Columnar {
                         let logical =
                             own.map(|own| (own.converted_type(), own.logical_type_ref().map(|own| format!("{own:?}"))));
                         let name = logical.map(|(old, new)| new.unwrap_or_else(|| old.to_string())).unwrap_or_default();
+                        let is_list = own.is_some_and(|own| own.max_rep_level() > 0);
+                        let name = if is_list { "LIST or MAP (several values in a row)".into() } else { name };
                         Err(ParquetError::NYI(format!("values of the type {name}")))
                     }
                     (kind, Open::Labels(pages)) => pages.read(ROWS, to, &mut self.labels).map(|()| {
@@ -389,9 +405,14 @@ fn seconds(unit: &TimeUnit) -> f64 {
 
 fn fault(name: &str, error: &ParquetError) -> Malformed {
     Malformed::new(Fault::File, format!("'{name}' cannot be read as Parquet"))
-        .expected("a whole file, uncompressed or compressed by snappy, gzip, lz4 or zstd")
+        .expected("a whole file, uncompressed or compressed by snappy, gzip, brotli, lz4 or zstd")
         .found(error.to_string())
         .in_file(name)
+}
+
+/// Its reader panicked.
+fn damaged(name: &str) -> Malformed {
+    fault(name, &ParquetError::General("its structure is damaged".into()))
 }
 
 type Read = std::result::Result<(), ParquetError>;

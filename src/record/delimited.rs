@@ -222,7 +222,7 @@ impl Delimited {
             // what the quick way does not take: remarks, blank lines, quotes, absent values, faults
             block.columns.iter_mut().for_each(|column| column.truncate(rows));
             let plain = rest.iter().position(|b| *b == b'\n').map(|k| k + 1);
-            let is_remark = is_remark(rest.part(..plain.unwrap_or(rest.len())));
+            let is_remark = is_remark(rest.part(..plain.unwrap_or(rest.len())), self.dialect.delimiter);
             let end = if is_remark { plain.ok_or(false) } else { row_end(rest) };
             if end.is_err() && !self.ended && rest.len() < LONGEST {
                 return Ok(rest.len());
@@ -315,7 +315,7 @@ impl Delimited {
 
     fn slow(&mut self, line: &[u8], block: &mut Block, unended: bool) -> Result<()> {
         let Dialect { delimiter, mark, .. } = self.dialect;
-        if is_blank(line, delimiter) || is_remark(line) {
+        if is_blank(line, delimiter) || is_remark(line, delimiter) {
             return Ok(());
         }
         let mut found = written_cells(line, delimiter);

@@ -31,11 +31,17 @@ pub struct Dialect {
     pub(super) texts: Vec<bool>,
 }
 
-/// Is a line a remark?
-pub(super) fn is_remark(line: &[u8]) -> bool {
+/// Is a line a remark? A semicolon begins one where it does not part cells.
+pub(super) fn is_remark(line: &[u8], delimiter: u8) -> bool {
     let line = line.trim_ascii_start();
-    line.starts_with(b"#") || line.starts_with(b"%") || line.starts_with(b"//")
+    line.starts_with(b"#")
+        || line.starts_with(b"%")
+        || line.starts_with(b"//")
+        || (delimiter != b';' && line.starts_with(b";"))
 }
+
+/// What delimiter is taken where none is known yet: the one whose lines may begin with an empty cell.
+const UNKNOWN: u8 = b';';
 
 /// Does a line hold nothing, or nothing but empty cells (as spreadsheets write rows below a table)?
 pub(super) fn is_blank(line: &[u8], delimiter: u8) -> bool {
@@ -75,7 +81,7 @@ pub(super) fn rows(mut text: &[u8]) -> Vec<(usize, &[u8])> {
     while !text.is_empty() {
         let plain = text.iter().position(|b| *b == b'\n').map_or(text.len(), |k| k + 1);
         // a quote that is never closed is a character
-        let end = if is_remark(text) { Ok(plain) } else { row_end(text) };
+        let end = if is_remark(text.part(..plain), UNKNOWN) { Ok(plain) } else { row_end(text) };
         let end = end.unwrap_or_else(|quoted| if quoted { plain } else { text.len() });
         let (row, rest) = text.split_at(end);
         found.push((line, row.without_break()));
@@ -165,17 +171,23 @@ impl Dialect {
     pub fn of(head: &[u8]) -> Result<Dialect> {
         let all = rows(head);
         let whole = all.len().saturating_sub(usize::from(all.len() > 3)); // the last one may be cut
-        let rows: Vec<(usize, &[u8])> = all
+        // LabVIEW measurements (.lvm): tagged lines until the last end of a head, then names, with one for comments behind them
+        let is_lvm = all.first().is_some_and(|(_, line)| line.starts_with(b"LabVIEW Measurement"));
+        let ends_head = |(_, line): &(usize, &[u8])| is_lvm && line.starts_with(b"***End_of_Header***");
+        let head_lines = all.iter().rposition(ends_head).map_or(0, |k| k + 1);
+        let mut rows: Vec<(usize, &[u8])> = all
             .iter()
             .take(whole)
+            .skip(head_lines)
             .copied()
-            .filter(|(_, line)| !line.trim_ascii().is_empty() && !is_remark(line))
+            .filter(|(_, line)| !line.trim_ascii().is_empty() && !is_remark(line, UNKNOWN))
             .collect();
         if rows.is_empty() {
             return Err(Malformed::new(Fault::Missing, "the table is empty")
                 .expected("a line of names and rows of numbers, or rows of numbers alone"));
         }
         let (delimiter, mark, width) = parted(&rows);
+        rows.retain(|(_, line)| !is_remark(line, delimiter));
         let values = |line: &[u8]| {
             let cells = cells(line, delimiter);
             cells.len() == width && cells.iter().any(|cell| is_value(cell, mark))
@@ -199,7 +211,8 @@ impl Dialect {
         let width = filled.iter().map(|(_, line)| used(line)).filter(|used| *used <= width).max().unwrap_or(width);
         let texts = |line: &[u8]| -> Vec<String> {
             let mut own: Vec<String> = cells(line, delimiter).iter().map(|cell| decoded(cell)).collect();
-            while own.len() > width && own.last().is_some_and(String::is_empty) {
+            let is_none = |name: &String| name.is_empty() || (is_lvm && name == "Comment");
+            while own.len() > width && own.last().is_some_and(is_none) {
                 own.pop();
             }
             own
@@ -283,12 +296,16 @@ impl Dialect {
     }
 }
 
-/// Names in the last remark above the rows, where it is parted as they are: `#timestamp [ns],w_x [rad s^-1]`.
+/// Names in the last remark above the rows, where it is parted as they are: `#timestamp [ns],w_x [rad s^-1]`; or, behind what the remark is about, as they
+/// are: `;Headers, time, Ax`.
 fn remark_titles(all: &[(usize, &[u8])], before: usize, delimiter: u8, width: usize) -> Option<Vec<String>> {
     let above = all.iter().take_while(|(line, _)| *line < before);
-    let bare = above.filter(|(_, line)| is_remark(line)).last()?.1.trim_ascii_start();
-    let bare = bare.iter().position(|b| !matches!(b, b'#' | b'%' | b'/')).map_or(&[][..], |k| bare.part(k..));
-    let titles: Vec<String> = cells(bare.trim_ascii(), delimiter).iter().map(|cell| decoded(cell)).collect();
+    let bare = above.filter(|(_, line)| is_remark(line, delimiter)).last()?.1.trim_ascii_start();
+    let bare = bare.iter().position(|b| !matches!(b, b'#' | b'%' | b'/' | b';')).map_or(&[][..], |k| bare.part(k..));
+    let mut titles: Vec<String> = cells(bare.trim_ascii(), delimiter).iter().map(|cell| decoded(cell)).collect();
+    if titles.len() == width + 1 {
+        titles.remove(0);
+    }
     let named = titles.iter().all(|title| title.starts_with(char::is_alphabetic));
     (width > 1 && titles.len() == width && named).then_some(titles)
 }

@@ -25,9 +25,7 @@ pub(super) fn open(name: &str, path: &Path, table: Option<&str>) -> Result<Held>
     let read = || -> std::result::Result<Vec<Array>, Error> {
         let file = File::open_streaming(path)?;
         let mut arrays = Vec::new();
-        let most =
-            std::fs::metadata(path).map_or(0, |there| there.len()).saturating_mul(MOST_PACKED).saturating_add(SLACK);
-        group(&file.root(), "", 0, most, &mut arrays)?;
+        group(&file.root(), "", 0, std::fs::metadata(path).map_or(0, |there| there.len()), &mut arrays)?;
         Ok(arrays)
     };
     let gave_up = || broken(&"its structure is damaged");
@@ -35,14 +33,20 @@ pub(super) fn open(name: &str, path: &Path, table: Option<&str>) -> Result<Held>
     Held::choose(name, "dataset or group", tables(arrays), table)
 }
 
-fn group(from: &Group, path: &str, depth: usize, most: u64, arrays: &mut Vec<Array>) -> std::result::Result<(), Error> {
+fn group(
+    from: &Group,
+    path: &str,
+    depth: usize,
+    bytes: u64,
+    arrays: &mut Vec<Array>,
+) -> std::result::Result<(), Error> {
     for name in from.datasets()? {
-        dataset(&from.dataset(&name)?, path, &name, most, arrays)?;
+        dataset(&from.dataset(&name)?, path, &name, bytes, arrays)?;
     }
     // MATLAB keeps the contents of cells in a group of this name
     for name in from.groups()?.into_iter().filter(|name| name != "#refs#" && depth < DEEPEST) {
         let inside = if path.is_empty() { name.clone() } else { format!("{path}/{name}") };
-        group(&from.group(&name)?, &inside, depth + 1, most, arrays)?;
+        group(&from.group(&name)?, &inside, depth + 1, bytes, arrays)?;
     }
     Ok(())
 }
@@ -51,7 +55,7 @@ fn dataset(
     from: &Dataset,
     path: &str,
     name: &str,
-    most: u64,
+    bytes: u64,
     arrays: &mut Vec<Array>,
 ) -> std::result::Result<(), Error> {
     let shape = from.shape()?;
@@ -62,11 +66,17 @@ fn dataset(
     if text("MATLAB_class").is_some_and(|class| class == "char" || class == "cell") {
         return Ok(());
     }
-    let claimed = shape.iter().fold(8_u64, |all, side| all.saturating_mul(*side));
-    if claimed > most {
+    let claims = |shape: &[u64]| shape.iter().fold(8_u64, |all, side| all.saturating_mul(*side));
+    let claimed = claims(&shape).max(claims(&from.chunk_shape()?.unwrap_or_default()));
+    if claimed > bytes.saturating_mul(MOST_PACKED).saturating_add(SLACK) {
         return Err(Error::Shape(format!(
             "the dataset '{name}' says that it has {claimed} bytes, more than the file can hold"
         )));
+    }
+    // a list of pieces that cannot be listed is followed by their reader, piece by piece
+    let pieces = if from.is_chunked() { from.chunks().unwrap_or_default() } else { Vec::new() };
+    if pieces.iter().any(|own| own.address.saturating_add(own.storage_size) > bytes) {
+        return Err(Error::Shape(format!("a piece of the dataset '{name}' reaches beyond the end of the file")));
     }
     let unit = text("units").or_else(|| text("unit"));
     let kind = from.dtype()?;

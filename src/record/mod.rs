@@ -34,7 +34,7 @@ mod columnar;
 mod columnar_labels;
 mod delimited;
 mod dialect;
-#[cfg(any(feature = "excel", feature = "hdf5"))]
+#[cfg(any(feature = "excel", feature = "hdf5", feature = "parquet"))]
 mod guard;
 #[cfg(feature = "hdf5")]
 mod hdf5;

@@ -12,6 +12,7 @@
 //! that turns beside one that stands) make a class of their own.
 
 use super::innovations::{FLICKER_ALLAN, Process, Products, flicker, flicker_level, markov, markov_mean};
+use super::turning::{self, Designs, Turned};
 use crate::elements::Elements;
 use crate::number;
 use crate::uncertainty::quantiles::{self, fisher_f_survival, normal_quantile};
@@ -33,6 +34,10 @@ pub struct SegmentBlocks {
     pub samples: u64,
     /// Smallest step between values of the channel.
     pub step: f64,
+    /// Where a joint turns: its angle at each block of each piece, in turns. The harmonics of the turn are no noise.
+    pub angles: Vec<Vec<f64>>,
+    /// How much larger the standard deviation of the level is than that of a mean of as many samples, since parts of turns are missing; 1, or 0 where nothing turns.
+    pub above: f64,
 }
 
 /// The uncertainty of a mean and what it rests on.
@@ -241,6 +246,34 @@ pub fn mean_uncertainties(segments: &[SegmentBlocks], record: f64, level: f64) -
     all
 }
 
+/// Part of a segment that a likelihood looks at.
+struct Piece {
+    /// Means of its blocks.
+    values: Vec<f64>,
+    /// The harmonics of the turn in it.
+    turned: Option<Turned>,
+    /// What it tells of the noise: its values less what is free in it.
+    contrasts: usize,
+}
+
+/// The pieces of a segment that tell something, in blocks of `wide` means.
+fn looked_at(segment: &SegmentBlocks, wide: usize, designs: &mut Designs) -> Vec<Piece> {
+    let mut found = Vec::new();
+    for (place, piece) in segment.pieces.iter().enumerate() {
+        let angles = segment.angles.get(place).map(|own| own.chunks(LONGEST * wide));
+        let mut angles = angles.into_iter().flatten();
+        for blocks in piece.chunks(LONGEST * wide) {
+            let values: Vec<f64> = blocks.chunks_exact(wide).map(|c| c.iter().sum::<f64>() / wide as f64).collect();
+            let turned = angles.next().map(|own| designs.of(own, wide));
+            let contrasts = turned.as_ref().map_or(values.len().saturating_sub(1), |own| own.contrasts(values.len()));
+            if contrasts > 0 {
+                found.push(Piece { values, turned, contrasts });
+            }
+        }
+    }
+    found
+}
+
 /// The uncertainties of means over segments of the same noise.
 fn alike(segments: &[SegmentBlocks], record: f64, level: f64) -> Vec<MeanUncertainty> {
     // a segment without samples is one that is asked about, and says nothing of the noise
@@ -252,21 +285,14 @@ fn alike(segments: &[SegmentBlocks], record: f64, level: f64) -> Vec<MeanUncerta
     let wide = number::count((most / LONGEST as f64).ceil().min((middling / LEAST as f64).floor()).max(1.0));
     let width = wide as f64;
     // blocks of the likelihood, in pieces that it can look at
-    let pieces: Vec<Vec<Vec<f64>>> = segments
-        .iter()
-        .map(|segment| {
-            let wide_means = |piece: &Vec<f64>| {
-                let means = piece.chunks_exact(wide).map(|c| c.iter().sum::<f64>() / width).collect::<Vec<f64>>();
-                means.chunks(LONGEST).map(<[f64]>::to_vec).collect::<Vec<_>>()
-            };
-            segment.pieces.iter().flat_map(wide_means).filter(|piece| piece.len() > 1).collect()
-        })
-        .collect();
-    let longest = pieces.iter().flatten().map(Vec::len).max().unwrap_or(0);
-    let contrasts: usize = pieces.iter().flatten().map(|piece| piece.len() - 1).sum();
-    let spread_out = pieces.iter().flatten().any(|p| p.iter().any(|v| Some(v) != p.first()));
+    let mut designs = Designs::default();
+    let pieces: Vec<Vec<Piece>> = segments.iter().map(|segment| looked_at(segment, wide, &mut designs)).collect();
+    let longest = pieces.iter().flatten().map(|piece| piece.values.len()).max().unwrap_or(0);
+    let contrasts: usize = pieces.iter().flatten().map(|piece| piece.contrasts).sum();
+    let is_spread = |values: &[f64]| values.iter().any(|v| Some(v) != values.first());
+    let spread_out = pieces.iter().flatten().any(|piece| is_spread(&piece.values));
     let plain = |segment: &SegmentBlocks| {
-        let white = segment.sd / (segment.samples.max(1) as f64).sqrt();
+        let white = segment.above.max(1.0) * segment.sd / (segment.samples.max(1) as f64).sqrt();
         let resolution = if segment.sd < 0.5 * segment.step { segment.step / 12f64.sqrt() } else { 0.0 };
         let u = white.max(resolution);
         MeanUncertainty { u, middling: u, white, resolution, noisier: 1.0, ..MeanUncertainty::default() }
@@ -293,14 +319,18 @@ fn alike(segments: &[SegmentBlocks], record: f64, level: f64) -> Vec<MeanUncerta
             crate::stop::poll();
             let Some(process) = Process::new(&description.covariance) else { continue };
             let (mut log, mut q) = (0.0, 0.0);
+            let columns = designs.innovations(&process);
             let (mut slopes, mut own) = (Vec::new(), Vec::new());
             for segment in &pieces {
                 let (mut t, mut tx, mut sum, mut dof) = (0.0, 0.0, 0.0, 0.0);
                 for piece in segment {
-                    let p: Products = process.products(piece);
+                    let p: Products = match &piece.turned {
+                        None => process.products(&piece.values),
+                        Some(turned) => turning::products(&process, &piece.values, turned, &columns),
+                    };
                     let residual = (p.xx - p.x1 * p.x1 / p.one).max(0.0);
                     sum += residual;
-                    dof += (piece.len() - 1) as f64;
+                    dof += piece.contrasts as f64;
                     t += p.tt - p.t1 * p.t1 / p.one;
                     tx += p.xt - p.t1 * p.x1 / p.one;
                     log -= 0.5 * (p.log + p.one.ln());
@@ -370,11 +400,13 @@ fn alike(segments: &[SegmentBlocks], record: f64, level: f64) -> Vec<MeanUncerta
             if segments.len() > 1 && chance * (segments.len() as f64) < NOISIER {
                 result.noisier = ratio.sqrt();
             }
-            result.middling = (weighted_median(&parts) * result.noisier).max(result.resolution);
+            // of a level that stands beside harmonics
+            let larger = result.noisier * segment.above.max(1.0);
+            result.middling = (weighted_median(&parts) * larger).max(result.resolution);
             // a mixture of plain numbers has an interval; it is the costly part, and of one that is asked about not wanted
             let asked = segment.pieces.is_empty().then_some(0.0);
             let half = asked.or_else(|| quantiles::mixture_half_interval(&parts, nu, level));
-            let half = half.unwrap_or(0.0) * result.noisier;
+            let half = half.unwrap_or(0.0) * larger;
             // levels lie between 0 and 1
             let factor = normal_quantile(0.5 + 0.5 * level).unwrap_or(1.96);
             result.u = if asked.is_some() { result.middling } else { (half / factor).max(result.resolution) };
@@ -406,11 +438,11 @@ fn weighted_median(parts: &[(f64, f64, f64)]) -> f64 {
 }
 
 /// Correlation of neighbouring values.
-fn lag1(pieces: &[Vec<f64>]) -> f64 {
-    let count: usize = pieces.iter().map(Vec::len).sum();
-    let mean = pieces.iter().flatten().sum::<f64>() / count.max(1) as f64;
+fn lag1(pieces: &[Piece]) -> f64 {
+    let count: usize = pieces.iter().map(|piece| piece.values.len()).sum();
+    let mean = pieces.iter().flat_map(|piece| &piece.values).sum::<f64>() / count.max(1) as f64;
     let (mut cross, mut own) = (0.0, 0.0);
-    for piece in pieces {
+    for Piece { values: piece, .. } in pieces {
         own += piece.iter().map(|v| (v - mean).powi(2)).sum::<f64>();
         cross += piece.iter().zip(piece.iter().skip(1)).map(|(a, b)| (a - mean) * (b - mean)).sum::<f64>();
     }

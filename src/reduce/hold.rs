@@ -273,7 +273,7 @@ impl Standing {
                 let times = 2.0_f64.powi(k);
                 let samples = number::count_u64(block.samples as f64 * times);
                 let (length, start, sd, step) = (block.length * times, block.start, block.sd, block.step);
-                SegmentBlocks { pieces: Vec::new(), start, length, mean: block.mean, sd, samples, step }
+                SegmentBlocks { start, length, mean: block.mean, sd, samples, step, ..SegmentBlocks::default() }
             };
             let all: Vec<SegmentBlocks> = std::iter::once(block.clone()).chain((1..=DOUBLINGS).map(longer)).collect();
             let mut found = mean_uncertainties(&all, length(trace), LEVEL).into_iter();

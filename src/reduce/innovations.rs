@@ -57,6 +57,25 @@ impl Process {
         values.iter().zip(&self.weights).enumerate().map(|(t, (v, weights))| v - foretold(t, weights)).collect()
     }
 
+    /// Innovations of values, each in its standard deviation.
+    pub fn whitened(&self, values: &[f64]) -> Vec<f64> {
+        self.in_deviations(&self.innovations(values), values.len())
+    }
+
+    /// The same of a constant and of a ramp over the first `count` places.
+    pub fn whitened_line(&self, count: usize) -> (Vec<f64>, Vec<f64>) {
+        (self.in_deviations(&self.constant, count), self.in_deviations(&self.ramp, count))
+    }
+
+    fn in_deviations(&self, innovations: &[f64], count: usize) -> Vec<f64> {
+        innovations.iter().zip(&self.variances).take(count).map(|(v, variance)| v / variance.sqrt()).collect()
+    }
+
+    /// The logarithm of the determinant of the covariance of the first `count` values.
+    pub fn log(&self, count: usize) -> f64 {
+        self.variances.iter().take(count).map(|variance| variance.ln()).sum()
+    }
+
     /// The sums of one piece.
     pub fn products(&self, values: &[f64]) -> Products {
         let mut p = Products::default();

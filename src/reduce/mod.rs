@@ -10,6 +10,7 @@
 //! | `events.rs` | spikes, stuck values, saturation, absent values |
 //! | `still.rs` | where a record stands still |
 //! | `segments.rs` | segments by a column, a list of times or the static detector |
+//! | `turning.rs` | what repeats with a turn, apart from the noise |
 //! | `turns.rs` | whole turns, by a stated rate or an encoder's angle |
 //! | `correlated.rs` | the uncertainty of means, from all segments together |
 //! | `innovations.rs` | its arithmetic: covariances of block means, their innovations |
@@ -24,6 +25,7 @@ mod innovations;
 mod segments;
 mod still;
 mod trace;
+mod turning;
 mod turns;
 
 pub use correlated::{MeanUncertainty, SegmentBlocks, mean_uncertainties};

@@ -151,7 +151,7 @@ fn words(trace: &Trace, start: u64, end: u64) -> Vec<String> {
 }
 
 /// A segment of one piece.
-pub(super) fn one(range: Range<u64>) -> Vec<Range<u64>> {
+fn one(range: Range<u64>) -> Vec<Range<u64>> {
     std::iter::once(range).collect()
 }
 

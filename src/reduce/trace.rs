@@ -2,6 +2,7 @@
 
 use super::correlated::SegmentBlocks;
 use super::events::{Event, EventKind, Watch};
+use super::turning;
 use crate::elements::Parts;
 use crate::number;
 use std::ops::Range;
@@ -224,6 +225,13 @@ impl Trace {
         first.min(most)..last.min(most).max(first.min(most))
     }
 
+    /// The angle at each block of a piece in turns: by the encoder, or by the time that a turn takes.
+    fn turned(&self, piece: &Range<u64>, turn_s: f64) -> Vec<f64> {
+        let encoder = self.angle.as_ref().map(|channel| channel.means.as_slice()).unwrap_or_default();
+        let by_time = |k: usize| self.time((k * self.block) as u64) / turn_s;
+        self.blocks(piece.start, piece.end).map(|k| encoder.get(k).copied().unwrap_or_else(|| by_time(k))).collect()
+    }
+
     /// Events of a channel within a segment, by kind.
     pub fn count_events(&self, channel: usize, segment: &Segment) -> Vec<(EventKind, u64)> {
         let mut counts: Vec<(EventKind, u64)> = Vec::new();
@@ -299,7 +307,7 @@ impl Channel {
         self.means = self.means.as_chunks::<2>().0.iter().map(|[a, b]| 0.5 * (a + b)).collect();
     }
 
-    /// The blocks of a segment, what repeats with a turn taken out.
+    /// The blocks of a segment, what repeats with a turn (of so many seconds; where an encoder tells the angle, of that) taken out.
     pub fn block(&self, trace: &Trace, segment: &Segment, turn_s: Option<f64>) -> SegmentBlocks {
         let mut block = SegmentBlocks { start: 0.0, length: 0.0, ..SegmentBlocks::default() };
         let (mut sum, mut within) = (0.0, 0.0);
@@ -323,44 +331,11 @@ impl Channel {
         block.mean = mean;
         block.sd = ((within + between * trace.block as f64) / (block.samples.max(2) - 1) as f64).sqrt();
         if let Some(turn) = turn_s {
-            let period = turn / (trace.block as f64 * trace.interval);
-            block.pieces.iter_mut().for_each(|piece| without_harmonics(piece, period));
+            block.angles = segment.pieces.iter().map(|piece| trace.turned(piece, turn)).collect();
+            (block.mean, block.above) = turning::without_turn(&mut block.pieces, &block.angles);
         }
         block.step = self.watch.step();
         block
-    }
-}
-
-/// Take the first three harmonics of a period out of whole periods of values, down to the noise: the mean power of the four nearest frequencies that fit
-/// into the values and are none of the harmonics.
-fn without_harmonics(values: &mut [f64], period: f64) {
-    let n = values.len() as f64;
-    if !(period > 8.0) || n < period {
-        return;
-    }
-    let turns = (n / period).round();
-    let amplitude = |cycles: f64| {
-        let w = std::f64::consts::TAU * cycles / n;
-        values.iter().enumerate().fold((0.0, 0.0), |(c, s), (k, v)| {
-            let (sin, cos) = (w * k as f64).sin_cos();
-            (c + v * cos, s + v * sin)
-        })
-    };
-    let power = |(c, s): (f64, f64)| c * c + s * s;
-    let is_noise = |cycles: &f64| *cycles > 0.0 && (cycles % turns != 0.0 || *cycles > 3.0 * turns);
-    let orders = [1.0, 2.0, 3.0].map(|order| {
-        let cycles = order * turns;
-        let beside = (1..).flat_map(|by| [cycles - f64::from(by), cycles + f64::from(by)]).filter(is_noise).take(4);
-        let noise = 0.25 * beside.map(|cycles| power(amplitude(cycles))).sum::<f64>();
-        let (c, s) = amplitude(n / period * order);
-        let less = 1.0 - (noise / power((c, s)).max(f64::MIN_POSITIVE)).sqrt();
-        (std::f64::consts::TAU * order / period, 2.0 / n * less * c, 2.0 / n * less * s)
-    });
-    for (k, v) in values.iter_mut().enumerate() {
-        for (w, c, s) in &orders {
-            let (sin, cos) = (w * k as f64).sin_cos();
-            *v -= c * cos + s * sin;
-        }
     }
 }
 

@@ -1,10 +1,10 @@
 //! Segments in which a joint turned, cut to whole turns: by the time that a turn takes, or by the angle of an encoder.
 
-use super::segments::one;
 use super::{Rejected, Segmentation, Trace};
-use crate::number;
+use std::ops::Range;
 
 /// Shorten segments in which a joint turned to whole turns, in their middle; `turn_s` has the duration of a turn. Those without one are rejected.
+/// What is left out of a segment, and what is absent, takes its time.
 pub fn whole_turns(trace: &Trace, segmentation: &mut Segmentation, turn_s: &[Option<f64>]) -> Vec<Option<f64>> {
     let mut kept = Vec::new();
     let mut turns = Vec::new();
@@ -12,16 +12,19 @@ pub fn whole_turns(trace: &Trace, segmentation: &mut Segmentation, turn_s: &[Opt
         let mut segment = segment;
         if let Some(turn) = turn {
             let (start, end) = segment.span();
-            let lasting = (end - start) as f64 * trace.interval;
+            let begins = trace.time(start);
+            let lasting = trace.time(end.saturating_sub(1)) + trace.interval - begins;
             let whole = (lasting / turn + 1e-9).floor();
             if whole < 1.0 {
                 let reason = format!("{lasting:.3} s long: less than a turn of {turn:.3} s");
                 segmentation.rejected.push(Rejected { samples: start..end, reason });
                 continue;
             }
-            let samples = number::count_u64((whole * turn / trace.interval).round());
-            let from = start + (end - start - samples.min(end - start)) / 2;
-            segment.pieces = one(from..(from + samples).min(end));
+            // the samples nearest to where the turns begin and end
+            let nearest = |time: f64| trace.sample(time - 0.5 * trace.interval);
+            let from = nearest(begins + 0.5 * (lasting - whole * turn));
+            let to = nearest(trace.time(from) + whole * turn).max(from + 1).min(end);
+            segment.pieces = within(&segment.pieces, from, to);
             segment.notes.push(format!("{whole} whole turns"));
         }
         kept.push(segment);
@@ -29,6 +32,11 @@ pub fn whole_turns(trace: &Trace, segmentation: &mut Segmentation, turn_s: &[Opt
     }
     segmentation.segments = kept;
     turns
+}
+
+/// The parts of pieces from a sample to another.
+fn within(pieces: &[Range<u64>], from: u64, to: u64) -> Vec<Range<u64>> {
+    pieces.iter().map(|own| own.start.max(from)..own.end.min(to)).filter(|own| own.start < own.end).collect()
 }
 
 /// An angle that moves by less than this share of a turn within a segment stands still.
@@ -73,7 +81,7 @@ pub fn whole_turns_of(trace: &Trace, segmentation: &mut Segmentation) -> Vec<Opt
         // an encoder that stays short of an angle by rounding reaches it at the end
         let at = |angle: f64| own.iter().position(|v| forward(v) >= angle - 1e-9).unwrap_or(length);
         let (from, to) = (at(rest), at(rest + whole));
-        segment.pieces = one(sample(first + from)..sample(first + to).min(end));
+        segment.pieces = within(&segment.pieces, sample(first + from), sample(first + to).min(end));
         segment.notes.push(format!("{whole} whole turns by the encoder"));
         durations.push(Some((to - from) as f64 * trace.block as f64 * trace.interval / whole));
         kept.push(segment);

@@ -211,10 +211,13 @@ pub(super) fn from_cells(bench: &Bench, rows: impl CellRows) -> Result<Readings>
         }
         Ok(())
     })?;
+    // a unit behind a name makes it no other name
+    let name = |column: &str| crate::record::title(column).0;
     for column in &columns {
-        let clash = if bench.chain.iter().any(|link| link.name() == column) {
-            format!("a link of the chain; expected {column}_deg or {column}_deg_s for a joint")
-        } else if is_axis_input(bench, column) {
+        let named = &name(column);
+        let clash = if bench.chain.iter().any(|link| link.name() == named) {
+            format!("a link of the chain; expected {named}_deg or {named}_deg_s for a joint")
+        } else if is_axis_input(bench, named) {
             "an input along an axis, which comes from the chain".to_string()
         } else {
             continue;
@@ -226,7 +229,7 @@ pub(super) fn from_cells(bench: &Bench, rows: impl CellRows) -> Result<Readings>
             .at_path(format!("{place}.{column}")));
     }
     for column in &columns {
-        if let Some(axis) = undeclared_axis(bench, column) {
+        if let Some(axis) = undeclared_axis(bench, &name(column)) {
             let place = place_of(&rows, column)?;
             let axes: Vec<&str> =
                 bench.sensors.iter().flat_map(|s| s.axes.iter().map(|(axis, _)| axis.as_str())).collect();

@@ -428,6 +428,25 @@ fn every_log_through_every_door() {
     assert_eq!(seen, 6);
 }
 
+/// A unit behind a name makes it no other name: a table with a column called like an input along an axis is refused alike.
+#[test]
+fn names_of_axis_inputs_with_units() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    let bench = r#"{ "id": "line", "chain": [], "sensors": { "V": { "unit": "rad/s", "model": "a + b*time_s" } } }"#;
+    for (k, titles) in ["w_x,w_y", "w_x [rad/s],w_y [rad/s]", "w_x (rad/s),w_y", "w_x,w_y [rad/s]"].iter().enumerate() {
+        let rows: String = (0..9).map(|k| format!("{},{},{}\n", k, k % 3, 0.1 * f64::from(k * k % 7))).collect();
+        let table = format!("t{k}.csv");
+        std::fs::write(at.join(&table), format!("time_s,{titles}\n{rows}")).expect("a table");
+        let text = format!(
+            r#"{{ "bench": {bench}, "estimate": {{ "a": {{}}, "b": {{}} }}, "columns": {{ "V": "w_y" }}, "readings": "{table}" }}"#
+        );
+        std::fs::write(at.join("c.campaign.json"), text).expect("a campaign");
+        let (code, _, error) = run(at, &["fit", "c.campaign.json", "--json", "-"]);
+        assert!(code == 1 && error.contains("has the name of something else"), "{titles}: {error}");
+    }
+}
+
 /// A column of texts that a model line wants numbers of is no column that is not there: every door says so.
 #[test]
 fn texts_for_numbers() {

@@ -2,6 +2,7 @@
 
 use crate::support::*;
 use assert_cmd::Command;
+use serde_json::Value;
 use std::path::{Path, PathBuf};
 use tumble::record::{As, Block, Record};
 
@@ -213,6 +214,113 @@ fn readings_of_a_campaign() {
     let place = rows[0].iter().position(|title| *title == "K1").expect("K1");
     for row in &rows[1..] {
         assert!((row[place].parse::<f64>().expect("a number") - 1.3).abs() < 1e-12, "{out}");
+    }
+}
+
+/// Moments, days, times of day and durations in workbooks of both epochs are seconds, as Python's calendar has them (tests/scripts/workbook_dates.py).
+#[test]
+fn dates_in_workbooks() {
+    let wanted = json("records/dates.json");
+    for name in ["dates-1900.xlsx", "dates-1904.xlsx"] {
+        let mut record = Record::at(&file(name)).unwrap_or_else(|error| panic!("{name}: {error}"));
+        let titles: Vec<String> = record.columns().iter().map(|column| column.title.clone()).collect();
+        assert_eq!(titles, ["when", "day", "clock", "lasted", "V (mV)"], "{name}");
+        record.select(&(0..titles.len()).map(|k| (k, As::Time)).collect::<Vec<_>>());
+        let (mut block, mut found) = (Block::default(), vec![Vec::new(); titles.len()]);
+        while record.next(&mut block).unwrap_or_else(|error| panic!("{name}: {error}")) {
+            found.iter_mut().zip(&block.columns).for_each(|(own, part)| own.extend_from_slice(part));
+        }
+        for (title, values) in titles.iter().zip(&found) {
+            let wanted = numbers(&wanted[title.as_str()]);
+            assert_eq!(values.len(), wanted.len(), "{name} {title}");
+            for (value, wanted) in values.iter().zip(&wanted) {
+                // a day's number has 4e-12 days in its last digit: a microsecond
+                assert!((value - wanted).abs() <= 1.0e-6, "{name} {title}: {value}, not {wanted}");
+            }
+        }
+    }
+}
+
+/// Parquet compressed by brotli, and with a column of lists: that alone is refused, by the name of its type (tests/scripts/parquet_kinds.py).
+#[test]
+fn kinds_of_parquet() {
+    let x: Vec<f64> = (0..100).map(|k| 1.0 + f64::from(7 * k % 5) / 64.0).collect();
+    let found = columns(&file("brotli.parquet")).unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!((found[1].0.as_str(), &found[1].1), ("x", &x));
+    let (code, out, error) = tumble(&data("records"), &["noise", "list.parquet", "--columns", "x", "--json", "-"]);
+    assert!(code == 0 && out.contains("\"samples\": 100"), "{error}");
+    let (code, _, error) = tumble(&data("records"), &["noise", "list.parquet"]);
+    let flat = error.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(code == 1 && flat.contains("LIST or MAP") && flat.contains("v.list.element"), "{error}");
+}
+
+/// Two loggers from start to end: the X16 of Gulf Coast Data Concepts (remarks behind semicolons, the names in the last of them) held in six positions, and a LabVIEW
+/// measurement (.lvm: two heads of tagged lines, a name for comments behind the others) in either decimal mark. Laid out as their manuals print them.
+#[test]
+fn logs_of_two_more_loggers() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    // two values in turn: the mean of an even count is known exactly, and no two neighbours are equal
+    let shake = |k: usize| if k % 2 == 0 { 6.0 } else { -6.0 };
+    let positions = [[0.0, 0.0, 2048.0], [0.0, 0.0, -2048.0], [2048.0, 0.0, 0.0], [0.0, -2048.0, 0.0]];
+    let mut text = String::from(
+        ";Title, http://www.gcdataconcepts.com, x16-1d, ADXL345\r\n;Version, 1110, Build date, Dec 30 2015, SN:CCDC4016131F31B\r\n\
+         ;Start_time, 2026-11-20, 10:25:14.000\r\n;Temperature, -999.00, deg C, Vbat, 1444, mv\r\n;SampleRate, 100,Hz\r\n\
+         ;Deadband, 0, counts\r\n;DeadbandTimeout, 0,sec\r\n;Headers, time,Ax,Ay,Az\r\n",
+    );
+    for k in 0..2400 {
+        let own = positions[k / 600];
+        // moved in the last second of each
+        let by = if k % 600 < 500 { shake(k) } else { 300.0 * (k as f64 * 0.7).sin() };
+        let cells: Vec<String> = own.iter().map(|v| format!("{}", (v + 20.0 + by).round())).collect();
+        text.push_str(&format!("{:.3},{}\r\n", k as f64 / 100.0 + 0.003, cells.join(",")));
+    }
+    text.push_str(";shutdown: switched off\r\n");
+    std::fs::write(at.join("DATA-001.CSV"), &text).expect("a log");
+    let (code, out, error) = tumble(at, &["reduce", "DATA-001.CSV", "--json", "-"]);
+    assert_eq!(code, 0, "{error}");
+    let report: Value = serde_json::from_str(&out).expect("a report");
+    let segments = report["segments"].as_array().expect("segments");
+    assert_eq!(segments.len(), 4, "{out}");
+    for (segment, own) in segments.iter().zip(positions) {
+        let means = segment["means"].as_array().expect("means");
+        for (mean, (name, truth)) in means.iter().zip(["Ax", "Ay", "Az"].into_iter().zip(own)) {
+            // an odd count leaves one value of the shake
+            assert!((number(&mean["mean"]) - truth - 20.0).abs() <= 6.0 / 300.0, "{mean}");
+            assert_eq!(mean["column"], name);
+        }
+    }
+    let mut text = String::from(
+        "LabVIEW Measurement\t\r\nWriter_Version\t2\r\nReader_Version\t2\r\nSeparator\tTab\r\nDecimal_Separator\t.\r\nMulti_Headings\tNo\r\n\
+         X_Columns\tOne\r\nTime_Pref\tRelative\r\nOperator\tlab\r\nDate\t2026/11/20\r\nTime\t09:14:03.1234567\r\n***End_of_Header***\t\r\n\t\r\n\
+         Channels\t2\t\t\r\nSamples\t2000\t2000\t\r\nDate\t2026/11/20\t2026/11/20\t\r\nTime\t09:14:03.2\t09:14:03.2\t\r\n\
+         Y_Unit_Label\tVolts\tVolts\t\r\nX_Dimension\tTime\tTime\t\r\nX0\t0.0000000000000000E+0\t0.0000000000000000E+0\t\r\n\
+         Delta_X\t0.010000\t0.010000\t\r\n***End_of_Header***\t\t\t\r\nX_Value\tgyro\tlevel\tComment\r\n",
+    );
+    for k in 0..2000 {
+        let (gyro, level) = (0.5 + 1e-3 * shake(k), 0.1 * (k / 1000) as f64 + 1e-3 * shake(k + 1));
+        text.push_str(&format!("{:.6}\t{gyro:.6}\t{level:.6}\r\n", k as f64 / 100.0));
+    }
+    let comma =
+        text.replace("Decimal_Separator\t.", "Decimal_Separator\t,").replace("\t0.", "\t0,").replace("\n0.", "\n0,");
+    let comma = (1..20).fold(comma, |text, k| text.replace(&format!("\n{k}."), &format!("\n{k},")));
+    let comma = comma.replace("\t-0.", "\t-0,");
+    std::fs::write(at.join("times.csv"), "start_s,end_s,position\n0,10,a\n10,20,b\n").expect("times");
+    for (name, text) in [("run.lvm", &text), ("run_de.lvm", &comma)] {
+        std::fs::write(at.join(name), text).expect("a log");
+        let (code, _, error) = tumble(at, &["reduce", name, "--times", "times.csv"]);
+        assert!(code == 1 && error.contains("no column of times") && error.contains("X_Value, gyro, level"), "{error}");
+        let arguments = ["reduce", name, "--times", "times.csv", "--time", "X_Value", "--json", "-"];
+        let (code, out, error) = tumble(at, &arguments);
+        assert_eq!(code, 0, "{name}: {error}");
+        let report: Value = serde_json::from_str(&out).expect("a report");
+        for (k, level) in [0.0, 0.1].into_iter().enumerate() {
+            let own = &report["segments"][k];
+            assert_eq!(own["n"], 1000, "{name}");
+            for (mean, truth) in own["means"].as_array().expect("means").iter().zip([0.5, level]) {
+                assert!((number(&mean["mean"]) - truth).abs() < 1e-12, "{name}: {mean}");
+            }
+        }
     }
 }
 

@@ -1,0 +1,159 @@
+//! What repeats with a turn, and the noise that is left: nothing is taken for noise at the harmonics of the turn, where the sensor's input stands.
+//!
+//! The input of a sensor on a turning table is an unknown multiple of each of the first harmonics of the joint's angle. The level of a stretch is
+//! that of least squares with these harmonics (over whole turns: the mean of the samples). The noise's likelihood is the restricted one: that of the
+//! contrasts which are free of the level and of the harmonics, whatever their amplitudes. So the power of the noise at the harmonics is neither
+//! lost nor guessed; that it is not seen widens what is known of the noise.
+
+use super::innovations::{Process, Products};
+use crate::elements::Elements;
+use crate::linear::{Triangle, dot, normalise, project};
+
+/// Harmonics of the turn: those that the angles between axes, their squares (centripetal terms, two misalignments) and three angles in a row give.
+const HARMONICS: [f64; 3] = [1.0, 2.0, 3.0];
+/// A level and the waves of the harmonics.
+const WAVES: usize = 7;
+/// A wave whose part outside the level and the other waves is below this share of it is none of its own: rounding, the root of the machine precision.
+const OWN: f64 = 1.5e-8;
+/// Columns that differ by less are the same: the rounding of times.
+const SAME: f64 = 1e-9;
+
+/// Waves of the harmonics of angles (in turns, from where the first stands), each value a mean over `wide` of them.
+fn waves(angles: &[f64], wide: usize) -> Vec<Vec<f64>> {
+    let first = angles.first().copied().unwrap_or(0.0); // of no angles: no waves
+    let mut columns: [Vec<f64>; WAVES] = Default::default();
+    for own in angles.chunks_exact(wide) {
+        let mut sums = [0.0; WAVES];
+        for turns in own {
+            sums.iter_mut().zip(row(turns - first)).for_each(|(sum, wave)| *sum += wave);
+        }
+        columns.iter_mut().zip(sums).for_each(|(column, sum)| column.push(sum / wide as f64));
+    }
+    columns.into_iter().skip(1).collect()
+}
+
+/// One, and the waves of each harmonic at an angle in turns.
+fn row(turns: f64) -> [f64; WAVES] {
+    let wave = |order: f64| (std::f64::consts::TAU * order * turns).sin_cos();
+    let [(s1, c1), (s2, c2), (s3, c3)] = HARMONICS.map(wave);
+    [1.0, c1, s1, c2, s2, c3, s3]
+}
+
+/// Takes the harmonics of the turn out of the pieces of one stretch, together. Gives the level, and how much larger the standard deviation of it is than that
+/// of the mean, for noise without memory: 1 over whole turns.
+pub(super) fn without_turn(pieces: &mut [Vec<f64>], angles: &[Vec<f64>]) -> (f64, f64) {
+    let n = pieces.iter().map(Vec::len).sum::<usize>().max(1) as f64;
+    let mean = pieces.iter().flatten().sum::<f64>() / n;
+    let first = angles.iter().flatten().next().copied().unwrap_or(0.0); // of no angles: no harmonics
+    let rows = || angles.iter().flatten().map(|turns| row(turns - first));
+    let mut products = vec![[0.0; WAVES + 1]; WAVES + 1];
+    for (row, v) in rows().zip(pieces.iter().flatten()) {
+        for (a, sums) in row.iter().chain(&[v - mean]).zip(&mut products) {
+            sums.iter_mut().zip(row).for_each(|(sum, b)| *sum += a * b);
+        }
+    }
+    let entry = |i: usize, j: usize| products.get(i).and_then(|own| own.get(j)).copied().unwrap_or(f64::NAN);
+    let of = |kept: &[usize]| {
+        Triangle::of(kept.len(), |i, j| entry(kept.at(i), kept.at(j)), |i| OWN * entry(kept.at(i), kept.at(i)))
+    };
+    let mut kept: Vec<usize> = Vec::new();
+    for k in 0..WAVES {
+        kept.push(k);
+        if of(&kept).is_none() {
+            kept.pop();
+        }
+    }
+    // without blocks there is no level
+    let Some(triangle) = of(&kept).filter(|_| kept.first() == Some(&0)) else { return (mean, 1.0) };
+    let right: Vec<f64> = kept.iter().map(|k| entry(WAVES, *k)).collect();
+    let found = triangle.solve(&right);
+    for (row, v) in rows().zip(pieces.iter_mut().flatten()) {
+        let waves = kept.iter().zip(&found).skip(1);
+        *v -= waves.map(|(k, amplitude)| amplitude * row.get(*k).copied().unwrap_or(0.0)).sum::<f64>(); // k is a column
+    }
+    let variance = triangle.inverse().first().and_then(|own| own.first()).copied().unwrap_or(f64::NAN);
+    (mean + found.first().copied().unwrap_or(f64::NAN), (variance * n).sqrt())
+}
+
+/// Harmonics of a piece of a stretch: those of a longer piece that begins like it stand for it, too.
+#[derive(Debug, Clone)]
+pub(super) struct Turned {
+    /// Which of the columns.
+    design: usize,
+    /// Which of them are its own.
+    kept: Vec<usize>,
+}
+
+impl Turned {
+    /// What is known of the noise: its values less the level and the harmonics.
+    pub fn contrasts(&self, values: usize) -> usize {
+        values.saturating_sub(1 + self.kept.len())
+    }
+}
+
+/// Columns of harmonics, each once.
+#[derive(Debug, Default)]
+pub(super) struct Designs(Vec<Vec<Vec<f64>>>);
+
+impl Designs {
+    /// The harmonics of a piece whose angles are these, in means over `wide`.
+    pub fn of(&mut self, angles: &[f64], wide: usize) -> Turned {
+        let columns = waves(angles, wide);
+        let mut ones = vec![1.0; columns.first().map_or(0, Vec::len)];
+        normalise(&mut ones);
+        let mut basis = vec![ones];
+        let mut kept = Vec::new();
+        for (k, column) in columns.iter().enumerate() {
+            let mut apart = column.clone();
+            let before = normalise(&mut apart);
+            project(&mut apart, &basis);
+            let left = normalise(&mut apart);
+            // of a mean over whole periods rounding is left
+            if before > OWN && left > OWN {
+                project(&mut apart, &basis);
+                normalise(&mut apart);
+                basis.push(apart);
+                kept.push(k);
+            }
+        }
+        let alike = |(own, other): (&Vec<f64>, &Vec<f64>)| own.iter().zip(other).all(|(a, b)| (a - b).abs() < SAME);
+        let found = self.0.iter().position(|own| own.iter().zip(&columns).all(alike));
+        let design = found.unwrap_or(self.0.len());
+        match self.0.get_mut(design) {
+            // the longer stands for both
+            Some(own) if own.first().map(Vec::len) < columns.first().map(Vec::len) => *own = columns,
+            Some(_) => {}
+            None => self.0.push(columns),
+        }
+        Turned { design, kept }
+    }
+
+    /// What a process does not foretell of them.
+    pub fn innovations(&self, process: &Process) -> Vec<Vec<Vec<f64>>> {
+        self.0.iter().map(|own| own.iter().map(|column| process.whitened(column)).collect()).collect()
+    }
+}
+
+/// The sums of a piece whose level and harmonics are free: of what stands outside these. `one` is 1, and `log` has the determinant of all of them.
+pub(super) fn products(process: &Process, values: &[f64], turned: &Turned, columns: &[Vec<Vec<f64>>]) -> Products {
+    let n = values.len();
+    let (mut basis, mut log): (Vec<Vec<f64>>, f64) = (Vec::with_capacity(1 + turned.kept.len()), process.log(n));
+    let own = columns.get(turned.design).map(Vec::as_slice).unwrap_or_default();
+    let kept = turned.kept.iter().filter_map(|k| own.get(*k)?.get(..n).map(<[f64]>::to_vec));
+    let (constant, ramp) = process.whitened_line(n);
+    for mut column in std::iter::once(constant).chain(kept) {
+        project(&mut column, &basis);
+        // its length, squared, is its part of the determinant
+        log += 2.0 * normalise(&mut column).max(f64::MIN_POSITIVE).ln();
+        project(&mut column, &basis);
+        normalise(&mut column);
+        basis.push(column);
+    }
+    let free = |mut own: Vec<f64>| {
+        project(&mut own, &basis);
+        project(&mut own, &basis);
+        own
+    };
+    let (x, t) = (free(process.whitened(values)), free(ramp));
+    Products { xx: dot(&x, &x), xt: dot(&x, &t), tt: dot(&t, &t), one: 1.0, log, ..Products::default() }
+}
