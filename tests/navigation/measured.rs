@@ -36,7 +36,7 @@ fn bad_files_are_named_with_line_and_column() {
         ("time_s,position_east\n0,1\n", Fault::UnknownKey, "unknown column 'position_east'", "position_east", 1),
         ("time_s,phi_east_deg\n0,1\n", Fault::UnknownKey, "unknown column 'phi_east_deg'", "phi_east_deg", 1),
         ("# a remark\ntime_s,x\n0,1\n", Fault::UnknownKey, "unknown column 'x'", "x", 2),
-        ("time_s,time_s,position_east_m\n0,0,1\n", Fault::NameClash, "occurs twice", "time_s", 1),
+        ("time_s,time_s,position_east_m\n0,0,1\n", Fault::NameClash, "stands twice", "time_s", 1),
         ("time_s,position_east_m_u,phi_up_arcsec\n0,1,1\n", Fault::Missing, "has no values", "", 1),
         (
             "time_s,position_east_m\n0,1\n60,far\n",
