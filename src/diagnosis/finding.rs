@@ -241,7 +241,8 @@ pub(super) fn conclude(
     let moved = Shifts::new(&candidates, &evidence, &weighted).about(set, &rivals, &explanations);
     let finished = repaired.as_ref().map_or(&before, |(_, after)| after);
     let mut changes = if verdict == Verdict::NotDiagnosable { Vec::new() } else { changes(&before, finished, &moved) };
-    for change in &mut changes {
+    // where nothing is missing the fit's own uncertainties are those of the report
+    for change in changes.iter_mut().filter(|_| verdict != Verdict::NothingMissing) {
         let index = finished.campaign.estimated().iter().position(|p| p.id == change.id);
         // likewise
         change.remainder_u = index.and_then(|j| beyond_noise(finished, &weighted, &deviations, j)).unwrap_or(0.0);

@@ -207,7 +207,10 @@ fn malformed_questions_exit_with_1_and_say_what_was_expected() {
         (&["plan", PUBLISHED, "--noise", "V=1", "--budget", "20"], "a budget of "),
         (&["plan", PUBLISHED, "--noise", "V=1", "--tilts=-1"], "zero or more"),
         (&["plan", PUBLISHED, "--noise", "V=1", "--separate", "a_S", "a_Q"], "a joint's name"),
-        (&["plan", PUBLISHED, "--noise", "V=1", "--separate", "a_O*a_S", "a_S*a_O"], "apart from itself"),
+        (
+            &["plan", PUBLISHED, "--noise", "V=1", "--separate", "a_O*a_S", "a_S*a_O"],
+            "to be discriminated are the same",
+        ),
         (&["plan", PUBLISHED, "--noise", "V=1", "--separate", "w_I", "a_S"], "zero at every candidate and reading"),
         (&["plan", "empty.json", "--noise", "V=1"], "at least one reading"),
     ];

@@ -175,6 +175,7 @@ fn foreign(text: &str, own: &BTreeSet<String>) -> Vec<String> {
         "compX",
         "MAD",
         // regressors, columns and options as a person writes them
+        "kOO",
         "kPP",
         "reading",
         "approach",
