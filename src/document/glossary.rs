@@ -41,7 +41,7 @@ impl Terms {
         let name = text.get(..end).unwrap_or(text).trim_end();
         // single letters are symbols: u is not U
         let is = |own: &&str| *own == name || own.chars().count() > 1 && own.to_lowercase() == name.to_lowercase();
-        match self.all.iter().position(|term| term.names.iter().any(|own| is(&own))) {
+        match self.all.iter().position(|term| term.names.iter().any(&is)) {
             Some(place) if !self.used.contains(&place) => {
                 self.used.push(place);
                 format!("<a class=\"term\" href=\"#term-{place}\">{}</a>", inline(text))

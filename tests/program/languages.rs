@@ -158,6 +158,8 @@ fn foreign(text: &str, own: &BTreeSet<String>) -> Vec<String> {
         "WGS",
         "Somigliana",
         "IMU",
+        "ISO",
+        "GJB",
         "ICRA",
         "Tedaldi",
         "Pretto",

@@ -263,7 +263,7 @@ fn logs_of_two_more_loggers() {
     let folder = tempfile::tempdir().expect("a folder");
     let at = folder.path();
     // two values in turn: the mean of an even count is known exactly, and no two neighbours are equal
-    let shake = |k: usize| if k % 2 == 0 { 6.0 } else { -6.0 };
+    let shake = |k: usize| if k.is_multiple_of(2) { 6.0 } else { -6.0 };
     let positions = [[0.0, 0.0, 2048.0], [0.0, 0.0, -2048.0], [2048.0, 0.0, 0.0], [0.0, -2048.0, 0.0]];
     let mut text = String::from(
         ";Title, http://www.gcdataconcepts.com, x16-1d, ADXL345\r\n;Version, 1110, Build date, Dec 30 2015, SN:CCDC4016131F31B\r\n\

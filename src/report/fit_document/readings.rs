@@ -67,7 +67,7 @@ pub(super) fn assumptions(report: &FitReport, asked: &Asked<'_>, lang: Language)
     let source = asked.fit.map(|fit| fit.campaign.bench.source.as_str()).filter(|source| !source.is_empty());
     origin.extend(source.map(|source| (say!(lang, "source").into(), lang.name(source).into_owned())));
     origin.extend(asked.inputs.first().map(|input| (say!(lang, "campaign").into(), input.name.clone())));
-    let section = section.list(vec![estimator.into(), variance.into()]);
+    let section = section.list(vec![estimator, variance]);
     let section = if origin.is_empty() { section } else { section.block(Content::Facts(origin)) };
     section.figures(bench_figure(asked.fit.map(|fit| &fit.campaign), lang))
 }
