@@ -104,7 +104,7 @@ impl Malformed {
     }
 
     /// The path, whatever was there before.
-    pub(crate) fn moved_to(mut self, path: impl Into<String>) -> Self {
+    pub fn moved_to(mut self, path: impl Into<String>) -> Self {
         self.0.place.path = path.into();
         self
     }

@@ -112,7 +112,7 @@ impl Expression {
     }
 
     /// Is it something less one, as the relative error `K/1.299 - 1`? The number beside the one then has the unit of what it divides.
-    pub(crate) fn is_less_one(&self) -> bool {
+    pub fn is_less_one(&self) -> bool {
         matches!(self.postfix.as_slice(), [.., Item::Number(1.0), Item::Binary(Operator::Subtract)])
     }
 
@@ -154,7 +154,7 @@ impl Expression {
     /// assert_eq!(part.map(|part| part.to_string()).as_deref(), Some("b1/x"));
     /// # Ok::<(), tumble::error::Malformed>(())
     /// ```
-    pub(crate) fn without_value(&self, value_of: &dyn Fn(&str) -> f64) -> Option<Expression> {
+    pub fn without_value(&self, value_of: &dyn Fn(&str) -> f64) -> Option<Expression> {
         // where each operand begins in the postfix order, and its value
         let mut stack: Vec<(usize, f64)> = Vec::new();
         for (end, item) in self.postfix.iter().enumerate() {
@@ -187,7 +187,7 @@ impl Expression {
     /// assert!(Expression::parse("atan2(a, b) + c")?.as_azimuth().is_none());
     /// # Ok::<(), tumble::error::Malformed>(())
     /// ```
-    pub(crate) fn as_azimuth(&self) -> Option<(f64, Expression, Expression)> {
+    pub fn as_azimuth(&self) -> Option<(f64, Expression, Expression)> {
         /// What an operand is: a constant, or a factor times the azimuth of two parts of the postfix order.
         #[derive(Clone)]
         enum Part {
@@ -244,7 +244,7 @@ impl Expression {
     /// assert!(Expression::parse("sqrt(a^2 + b)")?.as_norm().is_none());
     /// # Ok::<(), tumble::error::Malformed>(())
     /// ```
-    pub(crate) fn as_norm(&self) -> Option<Vec<Expression>> {
+    pub fn as_norm(&self) -> Option<Vec<Expression>> {
         let (Item::Call(Function::Sqrt), inner) = self.postfix.split_last()? else { return None };
         // where each operand begins, and its components where it is a sum of squares
         let mut stack: Vec<(usize, Option<Vec<Expression>>)> = Vec::new();

@@ -63,7 +63,7 @@ impl Function {
     }
 
     /// The function of that name, if there is one.
-    pub(crate) fn from_name(name: &str) -> Option<Function> {
+    pub fn from_name(name: &str) -> Option<Function> {
         Function::ALL.into_iter().find(|function| function.name() == name)
     }
 

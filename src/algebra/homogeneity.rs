@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 
 /// A product of powers of the units of names, and of the radian.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Powers<'a> {
+pub struct Powers<'a> {
     /// Name and power.
     pub names: BTreeMap<&'a str, f64>,
     /// Power of the radian, which functions of angles take and give.
@@ -36,7 +36,7 @@ pub enum Reason {
 
 /// A product of powers that must be a pure number.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Relation<'a> {
+pub struct Relation<'a> {
     /// The product.
     pub powers: Powers<'a>,
     /// Why.
@@ -45,7 +45,7 @@ pub(crate) struct Relation<'a> {
 
 /// The unit of a line, and what its names' units must satisfy.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub(crate) struct Homogeneity<'a> {
+pub struct Homogeneity<'a> {
     /// Unit of the line; `None` where it is a number only.
     pub unit: Option<Powers<'a>>,
     /// What must hold inside the line.
@@ -97,7 +97,7 @@ impl Expression {
     /// assert_eq!(found.relations[0].powers.names[&"kI"], -1.0);
     /// # Ok::<(), tumble::error::Malformed>(())
     /// ```
-    pub(crate) fn homogeneity(&self) -> Homogeneity<'_> {
+    pub fn homogeneity(&self) -> Homogeneity<'_> {
         let mut relations = Vec::new();
         let state = self.fold(|node| rule(node, &mut relations));
         Homogeneity { unit: state.number.is_none().then_some(state.powers), relations }

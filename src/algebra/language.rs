@@ -50,17 +50,12 @@ impl Expression {
     /// assert_eq!(slope.as_deref(), Some("(-(k * (2.0 * ipow(w_I, 1))))"));
     /// # Ok::<(), tumble::error::Malformed>(())
     /// ```
-    pub(crate) fn in_language(&self, language: &Language, name: &dyn Fn(&str) -> String) -> String {
+    pub fn in_language(&self, language: &Language, name: &dyn Fn(&str) -> String) -> String {
         self.written(language, name, "").text
     }
 
     /// The derivative of the line by one of its names; `None` where it is zero everywhere.
-    pub(crate) fn slope_in_language(
-        &self,
-        language: &Language,
-        name: &dyn Fn(&str) -> String,
-        by: &str,
-    ) -> Option<String> {
+    pub fn slope_in_language(&self, language: &Language, name: &dyn Fn(&str) -> String, by: &str) -> Option<String> {
         self.written(language, name, by).slope
     }
 

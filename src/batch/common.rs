@@ -28,7 +28,7 @@ pub(super) const NETWORK: usize = 256;
 
 /// What all devices of one schedule share.
 #[derive(Debug, Clone)]
-pub(crate) struct Common {
+pub struct Common {
     pub(super) campaign: Campaign,
     pub(super) settings: Settings,
     pub(super) kernel: Kernel,

@@ -54,7 +54,7 @@ mod simd_tests;
 mod stream;
 mod summary;
 
-pub(crate) use common::Common;
+pub use common::Common;
 pub use device::{Device, Run};
 pub use fleet::{Fleet, Schedules};
 pub use layout::{Layout, Use};
@@ -63,4 +63,4 @@ pub use parts_row::Coverage;
 pub use repeat::repeats;
 pub use row::{Reason, Row, Solved, Verdict};
 pub use stream::{Read, Restart, Tables, stream};
-pub use summary::{Chance, Lot, NotInOrder, Quantity, Scattering, Summary};
+pub use summary::{Chance, Lot, NotInOrder, OutlyingDevice, Quantity, Scattering, Summary};

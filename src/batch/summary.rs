@@ -162,14 +162,14 @@ pub struct Scattering {
 
 impl Scattering {
     /// Do devices differ by more than their readings scatter: is so large a ratio less probable than 1 %?
-    pub(crate) fn is_significant(&self) -> bool {
+    pub fn is_significant(&self) -> bool {
         self.p < 0.01
     }
 }
 
 /// An outlying device.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct OutlyingDevice {
+pub struct OutlyingDevice {
     /// The device.
     pub label: String,
     /// The quantity, by its index.
@@ -349,7 +349,7 @@ impl Summary {
     /// Devices that are outliers in some quantity, at 1 % over all devices and quantities, the farthest first.
     ///
     /// `z = (x - median) / (1.4826 MAD)`, two-sided normal (B. Iglewicz, D. Hoaglin, How to Detect and Handle Outliers (1993), 3.3).
-    pub(crate) fn outlying(&self, most: usize) -> Vec<OutlyingDevice> {
+    pub fn outlying(&self, most: usize) -> Vec<OutlyingDevice> {
         let mut found = Vec::new();
         let all = (self.values.len() as f64).max(1.0);
         // no devices: no limit is drawn

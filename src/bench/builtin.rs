@@ -37,7 +37,7 @@ const BUILT_INS: &[BuiltIn] = &[
 ];
 
 /// All built-in benches.
-pub(crate) fn built_ins() -> &'static [BuiltIn] {
+pub fn built_ins() -> &'static [BuiltIn] {
     BUILT_INS
 }
 

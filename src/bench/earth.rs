@@ -24,9 +24,9 @@ pub const EARTH_RATE_RAD_S: f64 = 7.292_115e-5;
 /// The same in degrees per hour, rounded to seven digits.
 pub const EARTH_RATE_DEG_H: f64 = 15.041067;
 /// Normal gravity on the equator, m/s^2.
-pub(crate) const EQUATORIAL_GRAVITY_M_S2: f64 = 9.780_325_335_9;
+pub const EQUATORIAL_GRAVITY_M_S2: f64 = 9.780_325_335_9;
 /// `k` of Somigliana's formula.
-pub(crate) const SOMIGLIANA: f64 = 0.001_931_852_652_41;
+pub const SOMIGLIANA: f64 = 0.001_931_852_652_41;
 /// Centrifugal force over gravity on the equator, `m = w^2 a^2 b / GM`.
 pub const CENTRIFUGAL_RATIO: f64 = 0.003_449_786_506_84;
 

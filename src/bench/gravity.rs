@@ -20,10 +20,10 @@ pub enum GravityFrom {
 
 /// Standard uncertainty of normal gravity as a value of local gravity, m/s^2: 50 mGal, about the root mean square of free-air anomalies on
 /// land; mountains and deep basins are worse.
-pub(crate) const NORMAL_GRAVITY_U_M_S2: f64 = 5e-4;
+pub const NORMAL_GRAVITY_U_M_S2: f64 = 5e-4;
 
 /// The formula of [`normal_gravity`], as outputs name it.
-pub(crate) const NORMAL_GRAVITY_FORMULA: &str =
+pub const NORMAL_GRAVITY_FORMULA: &str =
     "normal gravity, WGS 84: Somigliana's formula, free-air reduction to second order";
 
 /// Normal gravity of the WGS 84 ellipsoid, in m/s^2, at a geodetic latitude and an altitude above the ellipsoid.

@@ -124,7 +124,7 @@ impl Identity {
     }
 
     /// Instruments whose certificate was no longer valid on the day of the measurement, with both days.
-    pub(crate) fn expired(&self) -> impl Iterator<Item = (&Instrument, &str, &str)> {
+    pub fn expired(&self) -> impl Iterator<Item = (&Instrument, &str, &str)> {
         let date = self.date.as_deref().and_then(day);
         self.instruments.iter().filter_map(move |own| {
             let (valid_to, date) = (own.valid_to.as_deref().and_then(day)?, date?);

@@ -16,14 +16,12 @@ mod scatter;
 mod units;
 
 pub use identity::{Condition, Identity, Instrument, UnitUnderTest, day};
-pub use inputs::RATE;
+pub use inputs::{GRAVITY, LATITUDE, RATE};
 pub use limits::{Decision, Limit, Limited, ScaleFactor};
 pub use parameters::{Constraint, Derived, Distribution, Kind, Known, Parameter, Prior, Role};
 pub use readings::{JointState, Observation, Reading, Readings};
-pub(crate) use scatter::ScatterRequest;
-pub use scatter::{Deviating, Over, Per, Scatter, Size};
-pub use units::Inferred;
-pub(crate) use units::coefficient_unit;
+pub use scatter::{Deviating, Over, Per, Scatter, ScatterRequest, Size};
+pub use units::{Inferred, coefficient_unit};
 
 use crate::algebra::Expression;
 use crate::bench::Bench;
@@ -219,7 +217,7 @@ impl Campaign {
     }
 
     /// Does the schedule carry any sensor value? Without one it is a schedule, to be simulated or planned.
-    pub(crate) fn is_measured(&self) -> bool {
+    pub fn is_measured(&self) -> bool {
         self.readings.rows.iter().any(|reading| !reading.observations.is_empty())
     }
 }

@@ -108,7 +108,7 @@ impl Readings {
 
 impl JointState {
     /// The same turning at another rate; `None` for a joint that stands.
-    pub(crate) fn at_rate(&self, rate_deg_s: f64) -> Option<JointState> {
+    pub fn at_rate(&self, rate_deg_s: f64) -> Option<JointState> {
         match *self {
             JointState::Held { .. } => None,
             JointState::WholeTurns { .. } => Some(JointState::WholeTurns { rate_deg_s }),
@@ -138,7 +138,7 @@ impl JointState {
     /// assert_eq!(JointState::from_keys("gamma", None, Some(20.0), None).unwrap(), JointState::WholeTurns { rate_deg_s: 20.0 });
     /// assert!(JointState::from_keys("gamma", None, None, None).is_err());
     /// ```
-    pub(crate) fn from_keys(joint: &str, deg: Option<f64>, deg_s: Option<f64>, turns: Option<f64>) -> Result<Self> {
+    pub fn from_keys(joint: &str, deg: Option<f64>, deg_s: Option<f64>, turns: Option<f64>) -> Result<Self> {
         if let Some(turns) = turns {
             if !(turns > 0.0) {
                 return Err(Malformed::new(Fault::Value, format!("{joint}_turns must be positive"))

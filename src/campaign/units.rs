@@ -164,7 +164,7 @@ impl super::Campaign {
 /// assert_eq!(campaign::coefficient_unit(&bench, &[], "kIO").as_deref(), Some("V/(deg/s)^2"));
 /// # Ok::<(), tumble::error::Malformed>(())
 /// ```
-pub(crate) fn coefficient_unit(bench: &Bench, columns: &[String], coefficient: &str) -> Option<String> {
+pub fn coefficient_unit(bench: &Bench, columns: &[String], coefficient: &str) -> Option<String> {
     Inferred::new(bench, columns, &[]).unit(coefficient).map(|unit| unit.symbol().to_string())
 }
 

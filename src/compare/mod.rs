@@ -67,7 +67,7 @@ pub fn compare(campaign: &Campaign, forms: &ClosedForms, settings: &Settings) ->
 }
 
 /// The same of a fit. Errors: those of [`compare`].
-pub(crate) fn compare_fit(fit: &Fit, forms: &ClosedForms) -> Result<Comparison> {
+pub fn compare_fit(fit: &Fit, forms: &ClosedForms) -> Result<Comparison> {
     compared(&fit.campaign, forms, &fit.settings, Some(fit))
 }
 

@@ -76,7 +76,7 @@ impl Calibration {
     }
 
     /// What the calibration covered of a rate or force.
-    pub(crate) fn range_of(&self, input: &LineInput) -> f64 {
+    pub fn range_of(&self, input: &LineInput) -> f64 {
         if input.quantity == Quantity::Rate { self.span.rate } else { self.span.force }
     }
 

@@ -28,4 +28,4 @@ mod validity;
 pub use calibration::{CalibratedLine, Calibration, Mounting, Span};
 pub use inputs::{InputRole, LineInput, Quantity};
 pub use solve::{Corrected, Corrector};
-pub(crate) use validity::linearity;
+pub use validity::{Linearity, linearity};

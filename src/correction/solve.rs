@@ -111,7 +111,7 @@ impl Corrector {
     }
 
     /// The values of given inputs where none are given, one value for each of them.
-    pub(crate) fn fallbacks(&self) -> Vec<f64> {
+    pub fn fallbacks(&self) -> Vec<f64> {
         self.inputs.iter().filter(|i| i.role == InputRole::Given).map(|i| i.fallback).collect()
     }
 

@@ -4,7 +4,7 @@ use super::{Calibration, Corrector};
 
 /// How far `q = M (s - b)` is from the exact correction, over the inputs that the calibration covered.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Linearity {
+pub struct Linearity {
     /// Half range of each solved input.
     pub range: Vec<f64>,
     /// Largest error of the linear form of each input within the range (a grid of its ends, middle and half-way points).
@@ -22,7 +22,7 @@ const LEVELS: [f64; 5] = [-1.0, -0.5, 0.0, 0.5, 1.0];
 /// The linear form against the exact lines over the range of the calibration.
 ///
 /// With up to three inputs all combinations of the levels are tried; with more, those of the ends, and each input alone.
-pub(crate) fn linearity(calibration: &Calibration, corrector: &Corrector) -> Linearity {
+pub fn linearity(calibration: &Calibration, corrector: &Corrector) -> Linearity {
     let range: Vec<f64> = calibration.solved().map(|input| calibration.range_of(input)).collect();
     let points = grid(range.len());
     let given = corrector.fallbacks();

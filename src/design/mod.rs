@@ -17,8 +17,7 @@ mod model;
 
 pub(crate) use columns::{ColumnLine, Read};
 pub use kinematics::{Instant, Kinematics, kinematics};
-pub(crate) use line::Context;
-pub use line::SensorModel;
+pub use line::{Context, SensorModel};
 pub use mean::{Node, Smoothness, nodes};
 pub(crate) use model::missing_column;
 pub use model::{Model, Workspace};

@@ -45,7 +45,7 @@ pub struct Workspace {
 
 impl SensorModel {
     /// The line at one instant, given the kinematics there.
-    pub(crate) fn value_at(&self, context: &Context<'_>, work: &mut Workspace) -> f64 {
+    pub fn value_at(&self, context: &Context<'_>, work: &mut Workspace) -> f64 {
         self.fill(context, &mut work.inputs);
         self.tape.value(&work.inputs, &mut work.scratch)
     }
@@ -139,8 +139,13 @@ impl Model {
         Ok(Model { sensors, tilts, parameters: campaign.parameters.len(), joints })
     }
 
+    /// The same, with derivatives by the angles of all joints.
+    pub fn with_joints(campaign: &Campaign) -> Result<Self> {
+        Ok(Model { joints: campaign.bench.joints().count(), ..Model::new(campaign)? })
+    }
+
     /// How many derivatives by joints' angles follow those by parameters in a gradient: all joints, or none.
-    pub(crate) fn joint_derivatives(&self) -> usize {
+    pub fn joint_derivatives(&self) -> usize {
         self.joints
     }
 
@@ -152,7 +157,7 @@ impl Model {
     }
 
     /// The tilts of the chain among the values of all parameters, in chain order.
-    pub(crate) fn tilts_of(&self, point: &[f64]) -> Vec<f64> {
+    pub fn tilts_of(&self, point: &[f64]) -> Vec<f64> {
         self.tilts.iter().map(|k| point.at(*k)).collect()
     }
 
@@ -181,7 +186,7 @@ impl Model {
 
     /// The same for several sensors of one reading, which share the inputs: `visit(place in sensors, mean, gradient)`; where wanted, derivatives
     /// by the joints' angles (rad) follow those by the parameters.
-    pub(crate) fn predict_all(
+    pub fn predict_all(
         &self,
         campaign: &Campaign,
         reading: usize,
@@ -335,7 +340,7 @@ impl Model {
     }
 
     /// The smallest part of a sensor's line that has no value at some instant of a reading, and the inputs that stand in it.
-    pub(crate) fn without_value(
+    pub fn without_value(
         &self,
         campaign: &Campaign,
         reading: usize,

@@ -62,7 +62,7 @@ pub fn significant(value: f64, digits: i32) -> String {
 }
 
 /// Six digits at most, no idle zeros.
-pub(crate) fn trimmed(value: f64) -> String {
+pub fn trimmed(value: f64) -> String {
     let text = significant(value, 6);
     if text.contains('.') && !text.contains('e') {
         return text.trim_end_matches('0').trim_end_matches('.').to_string();
@@ -86,7 +86,7 @@ pub fn level(level: f64) -> String {
 }
 
 /// The number of [`level`] without its sign, for sentences that have it.
-pub(crate) fn level_in_percent(level: f64) -> String {
+pub fn level_in_percent(level: f64) -> String {
     trim(significant(100.0 * level, 8))
 }
 

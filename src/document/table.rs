@@ -142,7 +142,7 @@ impl Cell {
     }
 
     /// Its text in the signs of a printed page.
-    pub(crate) fn typeset(&self) -> String {
+    pub fn typeset(&self) -> String {
         match self {
             Cell::Text(text) => text.clone(),
             Cell::Dof(dof) if super::number::dof(*dof) == "inf" => "\u{221e}".into(),
@@ -205,7 +205,7 @@ impl Table {
     }
 
     /// How the last row sounds.
-    pub(crate) fn tone(&mut self, tone: Tone) -> &mut Self {
+    pub fn tone(&mut self, tone: Tone) -> &mut Self {
         self.rows.last_mut().into_iter().for_each(|row| row.tone = tone);
         self
     }

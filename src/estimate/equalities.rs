@@ -15,7 +15,7 @@ use faer::Mat;
 
 /// `sum c_j x_j = value`.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Equation {
+pub struct Equation {
     /// Unknown and coefficient.
     pub terms: Vec<(usize, f64)>,
     /// The value.
@@ -24,7 +24,7 @@ pub(crate) struct Equation {
 
 /// What a list of equations comes to.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) enum Equations {
+pub enum Equations {
     /// They agree: eliminated unknowns, `x = offset + lift t` with `t` the others.
     Consistent(Elimination),
     /// These contradict each other, by index.
@@ -149,7 +149,7 @@ impl Equations {
 /// assert!((triangle.unknowns.covariance[(0, 0)] - 2.0 / 3.0).abs() < 1e-12);
 /// # Ok::<(), tumble::error::Malformed>(())
 /// ```
-pub(crate) fn adjust_on(system: &System, elimination: &Elimination, settings: &Settings) -> Result<Estimate> {
+pub fn adjust_on(system: &System, elimination: &Elimination, settings: &Settings) -> Result<Estimate> {
     let Elimination { kept, lift, offset } = elimination;
     let (m, n) = system.shape();
     if lift.nrows() != n {

@@ -64,7 +64,7 @@ impl Fold {
     }
 
     /// The same with further columns that are carried along, behind those of the unknowns.
-    pub(crate) fn carrying(unknowns: usize, columns: usize) -> Self {
+    pub fn carrying(unknowns: usize, columns: usize) -> Self {
         let size = unknowns + columns + 1;
         Fold { triangle: Mat::zeros(size, size), unknowns, about: Vec::new(), rows: 0 }
     }

@@ -55,26 +55,23 @@ mod sequential;
 mod small_qr;
 mod unknowns;
 
-pub(crate) use adjust::adjust_hinted;
-pub use adjust::{Estimate, Solution, adjust, solve};
-pub use basis::Combination;
-pub(crate) use basis::Coupling;
+pub use adjust::{Estimate, Solution, adjust, adjust_hinted, solve};
+pub use basis::{Combination, Coupling};
 pub(crate) use compensated::Sum;
 pub(crate) use cone_program::solver_settings;
-pub use equalities::Elimination;
-pub(crate) use equalities::{Equation, Equations, adjust_on};
+pub use equalities::{Elimination, Equation, Equations, adjust_on};
 pub use factor::Factor;
 pub(crate) use factor::product_by_rows;
 pub use fold::{Fold, Folded};
 pub use groups::ScaleHints;
 pub use inequalities::{Active, Inequality, Restricted, Side, restrict};
 pub use scale_uncertainty::ScaleUncertainty;
+pub(crate) use scatter::satterthwaite;
 pub use scatter::{
-    Absorbed, Felt, Floor, LineState, Memory, Mixture, Node, Pattern, ScatterLine, Scattered, Variances, Whitening,
-    adjust_scattered,
+    Absorbed, Felt, Floor, LineState, Memory, Mixture, Node, Pattern, ScatterLine, Scattered, Stepped, Variances,
+    Whitening, adjust_scattered, step_scattered,
 };
-pub(crate) use scatter::{Stepped, satterthwaite, step_scattered};
-pub(crate) use sequential::Sequential;
+pub use sequential::Sequential;
 pub use unknowns::Unknowns;
 
 use crate::error::{Fault, Malformed, Result};

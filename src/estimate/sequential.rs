@@ -29,7 +29,7 @@ use std::borrow::Cow;
 /// # Ok::<(), tumble::error::Malformed>(())
 /// ```
 #[derive(Debug, Clone)]
-pub(crate) struct Sequential {
+pub struct Sequential {
     variance: f64,
     tau: f64,
     /// Variance of the deviation given the rows so far, and its mean for each column.

@@ -40,8 +40,7 @@ pub use conformity::{Conformity, Judged, judge};
 pub use gauss_newton::{Convergence, Iteration, Stop};
 pub(crate) use gauss_newton::{INVISIBLE, NEGLIGIBLE};
 pub use names::{NamedCombination, describe};
-pub(crate) use noise::is_correlation;
-pub use noise::{ScatterSources, VarianceFrom, VarianceSource};
+pub use noise::{ScatterSources, VarianceFrom, VarianceSource, is_correlation};
 pub use parameters::{CombinationResult, DerivedResult, ParameterResult, State};
 pub use propagate::{Drawn, Joint, MOST_TRIALS, draw};
 pub use questions::Angle;
@@ -49,8 +48,8 @@ pub(crate) use ranges::{LEAST, MOST, check as check_ranges, check_rows};
 pub use robust::{RobustMethod, RobustRecord};
 pub use rules::{ActiveConstraint, Constraints};
 pub use scale_factor::{ScaleFactorError, ScaleFactorFrom};
-pub use scatter::{floor, scatter_lines, whitening};
-pub(crate) use scatter::{own_noise, spelled_out, stated_variances};
+pub(crate) use scatter::spelled_out;
+pub use scatter::{floor, own_noise, scatter_lines, stated_variances, whitening};
 pub(crate) use separate::separations;
 pub use separate::{RankDefect, candidates};
 pub(crate) use step::{adjust_meeting_equations, adjust_with_equations, contradicting_equations, scattered};
@@ -197,7 +196,7 @@ impl Fit {
 
     /// Estimated parameters whose uncertainty cannot be known, since they follow deviations of this line of the campaign's scatter, and nothing
     /// else shows these.
-    pub(crate) fn without_u_for(&self, line: usize) -> Vec<&str> {
+    pub fn without_u_for(&self, line: usize) -> Vec<&str> {
         let Some((_, own)) = self.noise.absorbed.iter().find(|(k, _)| *k == line) else { return Vec::new() };
         let touched = |k: usize| {
             let along: Vec<f64> = (0..=k).map(|j| f64::from(u8::from(j == k))).collect();
@@ -222,7 +221,7 @@ impl Fit {
     }
 
     /// Do the readings contradict the bounds that are active, at the level? `None` where none is active.
-    pub(crate) fn bounds_are_rejected(&self) -> Option<bool> {
+    pub fn bounds_are_rejected(&self) -> Option<bool> {
         self.bounds_p().map(|p| p < 1.0 - self.settings.level)
     }
 
@@ -264,14 +263,14 @@ impl Fit {
 
     /// What the smallest fault of a row that a test at 0.1 % finds with 80 % power would do to an estimated parameter (by index) if nobody found
     /// it: external reliability; `None` where no such fault is known.
-    pub(crate) fn external(&self, row: usize, parameter: usize) -> Option<f64> {
+    pub fn external(&self, row: usize, parameter: usize) -> Option<f64> {
         let fault = self.checks.detectable.get(row).copied().flatten()?;
         let felt = parameter < self.noise.sensitivities.nrows() && row < self.noise.sensitivities.ncols();
         felt.then(|| self.noise.sensitivities[(parameter, row)] * fault)
     }
 
     /// Sensors whose estimated scatter is no more than the rounding of their readings: a campaign without noise.
-    pub(crate) fn at_rounding(&self) -> Vec<&str> {
+    pub fn at_rounding(&self) -> Vec<&str> {
         let least = system::rounding(&self.campaign, &self.design, &self.system);
         let mut found = Vec::new();
         for (origin, group) in self.design.rows.iter().zip(&self.system.group) {

@@ -479,7 +479,7 @@ impl VarianceSource {
     }
 
     /// Do the uncertainties not rely on a variance that was estimated as zero?
-    pub(crate) fn u_is_below(&self) -> bool {
+    pub fn u_is_below(&self) -> bool {
         self.is_below_zero()
     }
 }
@@ -529,6 +529,6 @@ fn type_a(source: String, variance: f64, dof: f64) -> Contribution {
 }
 
 /// Is this line a correlation, which has no size of its own?
-pub(crate) fn is_correlation(line: &Scatter) -> bool {
+pub fn is_correlation(line: &Scatter) -> bool {
     matches!(line.of, Deviating::Correlated(..))
 }

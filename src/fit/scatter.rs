@@ -98,7 +98,7 @@ fn scatter_line(campaign: &Campaign, design: &DesignMatrix, u: &[f64], line: &Sc
 }
 
 /// What the rows keep of their standard uncertainties where a correlation shares out a part: `sqrt(1 - |r|) u`.
-pub(crate) fn own_noise(campaign: &Campaign, design: &DesignMatrix, u: &[f64]) -> Vec<f64> {
+pub fn own_noise(campaign: &Campaign, design: &DesignMatrix, u: &[f64]) -> Vec<f64> {
     let mut own = u.to_vec();
     for line in &campaign.scatter {
         let Deviating::Correlated(sensors, r) = &line.of else { continue };
@@ -128,7 +128,7 @@ pub fn floor(campaign: &Campaign, design: &DesignMatrix, system: &System, varian
 }
 
 /// The variances of a campaign's lines as far as they are stated; zero for those to be estimated.
-pub(crate) fn stated_variances(campaign: &Campaign) -> Vec<f64> {
+pub fn stated_variances(campaign: &Campaign) -> Vec<f64> {
     let of = |line: &Scatter| match (&line.of, &line.size) {
         (Deviating::Correlated(..), _) | (_, Size::Column(_)) => 1.0,
         (_, Size::Stated { sd, .. }) => sd * sd,

@@ -91,7 +91,7 @@ pub struct Coefficients {
 
 impl Coefficients {
     /// Does their sum describe the Allan variances? Not where so large a chi-square has a probability below 1 %.
-    pub(crate) fn describes(&self) -> bool {
+    pub fn describes(&self) -> bool {
         !(self.p < 0.01)
     }
 }

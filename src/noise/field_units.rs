@@ -5,7 +5,7 @@ use crate::bench::STANDARD_GRAVITY_M_S2 as STANDARD_GRAVITY;
 
 /// A unit of a coefficient, and what a value in the record's unit and seconds is multiplied by.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct FieldUnit {
+pub struct FieldUnit {
     /// As a person writes it.
     pub symbol: String,
     /// The factor.
@@ -44,7 +44,7 @@ fn force(unit: &str) -> Option<f64> {
 /// let n = field_unit(Term::RandomWalk, "deg/s");
 /// assert_eq!((n.symbol.as_str(), n.factor), ("deg/sqrt(h)", 60.0));
 /// ```
-pub(crate) fn field_unit(term: Term, unit: &str) -> FieldUnit {
+pub fn field_unit(term: Term, unit: &str) -> FieldUnit {
     let (symbol, factor) = match (rate(unit), force(unit), term) {
         (Some(r), _, Term::Quantization) => ("arcsec".into(), 3600.0 * r),
         (Some(r), _, Term::RandomWalk) => ("deg/sqrt(h)".into(), 60.0 * r),
@@ -66,6 +66,6 @@ pub(crate) fn field_unit(term: Term, unit: &str) -> FieldUnit {
 }
 
 /// A unit of rate (`true`) in rad/s, or of specific force in m/s^2, as a factor; `None` for others.
-pub(crate) fn si_factor(unit: &str) -> Option<(bool, f64)> {
+pub fn si_factor(unit: &str) -> Option<(bool, f64)> {
     rate(unit).map(|r| (true, r * std::f64::consts::PI / 180.0)).or_else(|| force(unit).map(|f| (false, f)))
 }

@@ -24,7 +24,7 @@ mod ladder;
 
 pub use coefficients::{Coefficient, Coefficients, Term};
 pub use edf::{Kind, equivalent_dof, interval};
-pub(crate) use field_units::{field_unit, si_factor};
+pub use field_units::{FieldUnit, field_unit, si_factor};
 pub use ladder::{Ladder, Sums};
 
 use crate::vocabulary::vocabulary;

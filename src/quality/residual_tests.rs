@@ -46,7 +46,7 @@ pub fn runs(residuals: &[f64]) -> Option<RunsTest> {
 }
 
 /// The runs test of so many residuals of either sign in so many runs. `None` with fewer than eight residuals, or all of one sign.
-pub(crate) fn runs_of(positive: usize, negative: usize, runs: usize) -> Option<RunsTest> {
+pub fn runs_of(positive: usize, negative: usize, runs: usize) -> Option<RunsTest> {
     let all = positive + negative;
     if all < FEWEST || positive == 0 || negative == 0 {
         return None;

@@ -47,7 +47,7 @@ const SQUARE: f64 = 1e-6;
 
 impl CompareReport {
     /// Are the formulas the square special case of least squares for these readings?
-    pub(crate) fn is_square_case(&self) -> bool {
+    pub fn is_square_case(&self) -> bool {
         self.largest_relative_difference.is_some_and(|difference| difference < SQUARE)
     }
 

@@ -38,7 +38,7 @@ impl ChecksReport {
 
 impl LackOfFitReport {
     /// Is the model wrong beyond doubt, at the significance at which a single bad reading is?
-    pub(crate) fn is_beyond_doubt(&self) -> bool {
+    pub fn is_beyond_doubt(&self) -> bool {
         self.p < crate::quality::ALPHA
     }
 }

@@ -170,7 +170,7 @@ pub fn monte_carlo(
 /// // ten million trials of seven outputs at 95 %: less than a seventh of the values
 /// assert!(values_kept(10_000_000, 7, 0.95) < 10_000_000);
 /// ```
-pub(crate) fn values_kept(trials: usize, outputs: usize, level: f64) -> usize {
+pub fn values_kept(trials: usize, outputs: usize, level: f64) -> usize {
     let tail = tail(trials, level);
     let drawn = (TOGETHER * BLOCK).min(trials.next_multiple_of(BLOCK));
     outputs.saturating_mul(2 * (tail + slack(tail)) + drawn)

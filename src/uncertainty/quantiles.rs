@@ -151,7 +151,7 @@ fn expanded(z: f64, nu: f64) -> Option<f64> {
 /// let half = mixture_half_interval(&[(0.5, 0.0, 2.0), (0.5, 0.0, 2.0)], 5.0, 0.95).unwrap();
 /// assert!((half - 2.0 * coverage_factor(0.95, 5.0).unwrap()).abs() < 1e-9);
 /// ```
-pub(crate) fn mixture_half_interval(parts: &[(f64, f64, f64)], nu: f64, level: f64) -> Option<f64> {
+pub fn mixture_half_interval(parts: &[(f64, f64, f64)], nu: f64, level: f64) -> Option<f64> {
     let beyond = |x: f64| if nu.is_finite() { student_t_survival(x, nu) } else { normal_survival(x) };
     let outside = |half: f64| -> Option<f64> {
         let mut sum = 0.0;

@@ -39,7 +39,7 @@ impl Dimension {
     }
 
     /// Is it a pure number or a power of an angle?
-    pub(crate) fn is_angle_or_number(&self) -> bool {
+    pub fn is_angle_or_number(&self) -> bool {
         self.own.is_empty() && self.base.iter().enumerate().all(|(k, power)| k == ANGLE || power.abs() <= SAME)
     }
 

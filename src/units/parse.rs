@@ -32,7 +32,7 @@ impl Unit {
     }
 
     /// The same, with names that the table does not have and that stand for units of their own.
-    pub(crate) fn parse_with(text: &str, own: &[String]) -> Result<Unit> {
+    pub fn parse_with(text: &str, own: &[String]) -> Result<Unit> {
         unit(text, Own::These(own)).map(|(unit, _)| unit)
     }
 

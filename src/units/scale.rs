@@ -59,7 +59,7 @@ pub struct Conversion {
 
 impl Conversion {
     /// The conversion that changes nothing.
-    pub(crate) const NONE: Conversion = Conversion { numerator: 1.0, denominator: 1.0, offset: 0.0 };
+    pub const NONE: Conversion = Conversion { numerator: 1.0, denominator: 1.0, offset: 0.0 };
 
     /// The same between scales whose zeros differ.
     pub(super) fn shifted(self, offset: f64) -> Conversion {
@@ -67,7 +67,7 @@ impl Conversion {
     }
 
     /// The conversion of a difference of two values, such as a standard uncertainty.
-    pub(crate) fn of_differences(self) -> Conversion {
+    pub fn of_differences(self) -> Conversion {
         Conversion { offset: 0.0, ..self }
     }
 

@@ -146,7 +146,7 @@ impl Unit {
     /// From this unit to the one that is wanted, or a sentence with the wanted unit.
     ///
     /// Between scales of temperature a value is shifted (by 273.15 from `degC` to `K`); [`Conversion::of_differences`] is without the shift.
-    pub(crate) fn conversion_for(&self, to: &Unit, what: &str) -> Result<Conversion> {
+    pub fn conversion_for(&self, to: &Unit, what: &str) -> Result<Conversion> {
         let is_temperature = self.dimension.base.get(TEMPERATURE) == Some(&1.0) && self.factors.len() == 1;
         let shifted = |plain: Conversion| match is_temperature {
             true => plain.shifted(table::zero(&self.symbol) * plain.factor() - table::zero(&to.symbol)),

@@ -306,7 +306,7 @@ pub struct EstimateFile {
 
 impl CampaignFile {
     /// Turn the file into a checked campaign, with the bench, the readings or the samples that it refers to.
-    pub(crate) fn into_campaign(mut self, folder: &mut dyn Folder) -> Result<Campaign> {
+    pub fn into_campaign(mut self, folder: &mut dyn Folder) -> Result<Campaign> {
         let bench = self.own_bench(&mut |name| folder.text(name))?;
         self.with_earlier(&mut |name| folder.text(name))?;
         let readings = match std::mem::replace(&mut self.readings, ReadingsRef::Inline(Vec::new())) {
@@ -381,7 +381,7 @@ impl CampaignFile {
     }
 
     /// Take the known parameters of a fit's report, where the campaign names one.
-    pub(crate) fn with_earlier(&mut self, fetch: Fetch<'_>) -> Result<()> {
+    pub fn with_earlier(&mut self, fetch: Fetch<'_>) -> Result<()> {
         let Some(path) = self.known.from.take() else { return Ok(()) };
         let source = fetch(&path).map_err(|e| e.at_path("known.from"))?;
         let earlier: EarlierFit = serde_json::from_str(&source.text).map_err(|error| {

@@ -11,7 +11,7 @@ use std::collections::HashMap;
 /// A catalogue of effects.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct EffectsFile {
+pub struct EffectsFile {
     /// The effects.
     pub effects: Vec<EffectFile>,
 }
@@ -22,7 +22,7 @@ pub(crate) struct EffectsFile {
 /// `{known}` a known parameter, `{position}` a label, `{reading}` a number from 1, `{tau}` a time constant, `{break}` a time between readings.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct EffectFile {
+pub struct EffectFile {
     /// The term to append to the model line, without its coefficient; or `tilt:`, `known:`, `position:`, `reading:`, `exchange:`, `approach:`, `rate:`, `sense:` and a name.
     pub term: String,
     /// Its name in the field's words.
@@ -54,7 +54,7 @@ fn middling() -> u8 {
 /// Which sensors an effect applies to, told by the inputs of their model lines.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
-pub(crate) enum AppliesFile {
+pub enum AppliesFile {
     /// Every sensor.
     #[default]
     Any,

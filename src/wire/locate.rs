@@ -96,7 +96,7 @@ fn escaped_offset(raw: &str, inner: usize) -> usize {
 /// ```
 /// assert_eq!(tumble::wire::line_and_column("ab\ncd", 4), (2, 2));
 /// ```
-pub(crate) fn line_and_column(text: &str, offset: usize) -> (usize, usize) {
+pub fn line_and_column(text: &str, offset: usize) -> (usize, usize) {
     let mut end = offset.min(text.len());
     while !text.is_char_boundary(end) {
         end -= 1;

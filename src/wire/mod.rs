@@ -53,8 +53,7 @@ pub use correction_file::{
     CorrectedSensorFile, CorrectionFile, CorrectionParametersFile, InputFile, MountingFile, QuantityFile, ValidityFile,
 };
 pub use derived_file::{DerivedFile, DerivedLine};
-pub(crate) use effects_file::EffectsFile;
-pub use effects_file::{built_in_effects, read_effects};
+pub use effects_file::{AppliesFile, EffectFile, EffectsFile, built_in_effects, read_effects};
 pub use folder::Folder;
 pub use front::{bench_ref, fit_rows, fit_rows_beside, read_campaign_beside};
 #[cfg(feature = "navigate")]
@@ -65,8 +64,7 @@ pub use lab::{
 };
 pub use limits_file::{LimitFile, LimitInUnit};
 use locate::in_source;
-pub(crate) use locate::line_and_column;
-pub use locate::locate;
+pub use locate::{line_and_column, locate};
 #[cfg(feature = "navigate")]
 pub use measured_file::{read_measured, write_measured};
 #[cfg(feature = "navigate")]
@@ -77,16 +75,15 @@ pub use named::Named;
 pub use readings_file::{Cell, ReadingFile};
 pub use readings_table::{device_readings, inline_devices, table_cells, table_keys, table_layout};
 pub use recipe::{ClockFrom, Encoder, Recipe, SegmentsBy, times};
-pub(crate) use record_rows::read_rows_of;
+pub use record_rows::{RecordRows, read_rows_of};
 pub use reduced::{Computed, ReducedReading, Schedule, read_schedule};
 pub use reduction::Reduced;
 pub use samples_file::{SamplesAs, SamplesFile, TimesFile, TimesLine};
 pub use scatter_file::{EstimateWord, NumberOrEstimate, OneOrSeveral, ScatterFile};
-pub use schema::schema;
-pub(crate) use schema::{SCHEMAS, identified};
+pub(crate) use schema::identified;
+pub use schema::{SCHEMAS, schema};
 pub use site_file::{GravityFile, SiteFile};
-pub(crate) use truth_file::TruthFile;
-pub use truth_file::read_truth;
+pub use truth_file::{HiddenFile, NoiseFile, TrueScatterFile, TrueValueFile, TruthFile, read_truth};
 pub use write::{bench_file, campaign_file};
 
 use crate::bench::Bench;
@@ -168,7 +165,7 @@ pub fn read_campaign(source: &Source, fetch: Fetch<'_>) -> Result<Campaign> {
 }
 
 /// Read a campaign file, with everything that it refers to: benches, tables of readings in any format, records of samples.
-pub(crate) fn read_campaign_in(source: &Source, folder: &mut dyn Folder) -> Result<Campaign> {
+pub fn read_campaign_in(source: &Source, folder: &mut dyn Folder) -> Result<Campaign> {
     campaign_from(campaign_of(source)?, source, folder)
 }
 
@@ -178,7 +175,7 @@ pub fn campaign_of(source: &Source) -> Result<CampaignFile> {
 }
 
 /// The campaign of a file that was parsed, with everything that it refers to.
-pub(crate) fn campaign_from(file: CampaignFile, source: &Source, folder: &mut dyn Folder) -> Result<Campaign> {
+pub fn campaign_from(file: CampaignFile, source: &Source, folder: &mut dyn Folder) -> Result<Campaign> {
     file.into_campaign(folder).map_err(|error| in_source(error, source))
 }
 

@@ -17,7 +17,7 @@ use crate::record::{As, Block, Clock, Record};
 use crate::units::Conversion;
 
 /// A record whose rows are the readings of a campaign.
-pub(crate) struct RecordRows<'a> {
+pub struct RecordRows<'a> {
     folder: &'a mut dyn Folder,
     path: String,
     bench: Bench,
@@ -87,7 +87,7 @@ enum Segments {
 /// are folded on the way where that fit waits for nothing.
 ///
 /// Errors: those of a campaign; readings that are no samples as rows; keys that are of means; columns that the model needs and the record has not.
-pub(crate) fn read_rows_of<'a>(
+pub fn read_rows_of<'a>(
     file: &CampaignFile,
     source: &Source,
     folder: &'a mut dyn Folder,

@@ -195,7 +195,7 @@ impl Schedule {
     }
 
     /// Duration of a turn of the joint that turns in a row, s.
-    pub(crate) fn turn_s(&self, place: usize) -> Option<f64> {
+    pub fn turn_s(&self, place: usize) -> Option<f64> {
         let row = self.rows.get(place)?;
         self.bench.joints().find_map(|joint| match row.get(&format!("{joint}_deg_s")) {
             Some(Cell::Number(rate)) if *rate != 0.0 => Some(360.0 / rate.abs()),

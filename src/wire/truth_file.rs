@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 /// What the readings are made from.
 #[derive(Debug, Clone, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct TruthFile {
+pub struct TruthFile {
     /// True values of tilts and coefficients; a known one of the campaign that is not listed is as the campaign says, any other is zero.
     #[serde(default)]
     pub values: Named<TrueValueFile>,
@@ -30,7 +30,7 @@ pub(crate) struct TruthFile {
 /// True size of a line of scatter.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct TrueScatterFile {
+pub struct TrueScatterFile {
     /// Standard deviation, in the unit of the campaign's line.
     pub sd: f64,
     /// Correlation time, where the line is correlated over a time.
@@ -41,7 +41,7 @@ pub(crate) struct TrueScatterFile {
 /// A true value.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct TrueValueFile {
+pub struct TrueValueFile {
     /// The value, in `unit`.
     pub value: f64,
     /// Unit; without one a tilt is in radians, a coefficient in the unit that follows from the model line.
@@ -52,7 +52,7 @@ pub(crate) struct TrueValueFile {
 /// Noise of a sensor, Gaussian and independent from reading to reading.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct NoiseFile {
+pub struct NoiseFile {
     /// Standard deviation of one sample, in `unit`; a reading with `n` samples averaged has it over the root of n.
     pub sd: f64,
     /// Unit; that of the sensor unless given.
@@ -73,7 +73,7 @@ fn yes() -> bool {
 /// A hidden effect.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct HiddenFile {
+pub struct HiddenFile {
     /// A term without its coefficient (`a_S`, `step(time_s-1200)`), or `tilt:ID`, `known:ID`, `position:LABEL`, `reading:N`, `approach:JOINT`.
     pub regressor: String,
     /// Its coefficient, in `unit`.

@@ -92,7 +92,7 @@ fn write(document: &Document) -> std::result::Result<Vec<u8>, XlsxError> {
 }
 
 /// Has nobody changed a cell of a workbook since this program wrote it?
-pub(crate) fn is_untouched(path: &Path) -> bool {
+pub fn is_untouched(path: &Path) -> bool {
     use calamine::{Data, Reader, Xlsx, open_workbook};
     let Ok(mut workbook) = open_workbook::<Xlsx<_>, _>(path) else { return false };
     let mark = workbook.defined_names().iter().find(|(name, _)| name == MARK).map(|(_, value)| value.clone());

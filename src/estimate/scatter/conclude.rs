@@ -50,7 +50,7 @@ pub fn adjust_scattered(
 /// A step on the way to a solution: no more of it than where it leads. `before` is a step from a point nearby.
 ///
 /// Errors: those of [`adjust`](crate::estimate::adjust).
-pub(crate) fn step_scattered(
+pub fn step_scattered(
     system: &System,
     lines: &[ScatterLine],
     least: &[f64],

@@ -52,8 +52,8 @@ mod restricted;
 mod time;
 
 pub use absorbed::Absorbed;
-pub use conclude::adjust_scattered;
-pub(crate) use conclude::{satterthwaite, step_scattered};
+pub(crate) use conclude::satterthwaite;
+pub use conclude::{adjust_scattered, step_scattered};
 pub(super) use cost::{correction, spread};
 pub use elimination::Whitening;
 pub use floor::{Floor, Variances};
@@ -175,7 +175,7 @@ pub struct Scattered {
 
 /// A step with what scatters, as an iteration needs it on its way.
 #[derive(Debug, Clone)]
-pub(crate) struct Stepped {
+pub struct Stepped {
     /// Estimate of the unknowns, `n`; those outside the basis are zero.
     pub solution: Vec<f64>,
     /// Number of independent columns.
