@@ -1,9 +1,13 @@
 //! What a search is asked, and when a set of effects is enough.
 
+#[cfg(feature = "navigate")]
 use super::evidence::Evidence;
+#[cfg(feature = "navigate")]
 use super::settings::Settings;
+#[cfg(feature = "navigate")]
 use crate::elements::Elements;
 
+#[cfg(feature = "navigate")]
 /// What a search is asked beside its evidence.
 pub(super) struct Question<'a> {
     pub settings: &'a Settings,
@@ -16,6 +20,7 @@ pub(super) struct Question<'a> {
     pub is_pattern: &'a dyn Fn(&[usize]) -> bool,
 }
 
+#[cfg(feature = "navigate")]
 impl Question<'_> {
     pub fn burden(&self, set: &[usize]) -> f64 {
         set.iter().map(|j| self.plausibility_penalty.at(*j)).sum()
@@ -28,6 +33,7 @@ impl Question<'_> {
     }
 }
 
+#[cfg(feature = "navigate")]
 /// Is no candidate significant, and the rest noise?
 pub(super) fn leaves_noise(evidence: &Evidence, given: &super::strata::Given, settings: &Settings) -> bool {
     let global = evidence.global(given);
@@ -35,6 +41,7 @@ pub(super) fn leaves_noise(evidence: &Evidence, given: &super::strata::Given, se
         && global.is_none_or(|p| p > settings.whole())
 }
 
+#[cfg(feature = "navigate")]
 /// What a further effect costs in twice the logarithm of the odds: its Occam factor, and its share of all that was tried.
 pub(super) fn price(evidence: &Evidence, index: usize, settings: &Settings) -> f64 {
     // no count of its own: as one of all

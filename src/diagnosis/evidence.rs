@@ -206,6 +206,7 @@ impl Evidence {
     }
 
     /// The candidate with the strongest evidence given the set: `t^2`, less what its family's tests cost.
+    #[cfg(feature = "navigate")]
     pub fn strongest(&self, given: &Given) -> Option<Strongest> {
         self.strongest_of(given, |_| true)
     }

@@ -56,6 +56,7 @@ mod places;
 #[cfg(feature = "navigate")]
 mod plain;
 mod pool;
+#[cfg(feature = "navigate")]
 mod posterior;
 mod prospective;
 mod remainder;
@@ -67,6 +68,7 @@ mod separate;
 mod settings;
 mod sizes;
 mod steps;
+#[cfg(feature = "navigate")]
 mod stepwise;
 mod strata;
 

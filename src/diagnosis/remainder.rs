@@ -179,6 +179,7 @@ impl Remainders {
     }
 
     /// The same with a given grouping, or each reading by itself.
+    #[cfg(feature = "navigate")]
     pub fn left_by(&self, index: Option<usize>, directions: &[Vec<f64>], residual: &[f64], rss: f64) -> Remainder {
         let white = self.by_reading(directions.len(), rss);
         let own = index.and_then(|index| self.fit(index, directions, residual, rss));

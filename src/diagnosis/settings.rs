@@ -113,16 +113,19 @@ impl Settings {
     }
 
     /// Level of the global test.
+    #[cfg(feature = "navigate")]
     pub(crate) fn whole(&self) -> f64 {
         self.whole_share * self.significance
     }
 
     /// Level of the test for serial patterns.
+    #[cfg(feature = "navigate")]
     pub(crate) fn serial(&self) -> f64 {
         self.serial_share * self.significance
     }
 
     /// Plausibility penalty of a term that only small tilts leave: as wide as what is not told apart, so that a plain term always stands before it.
+    #[cfg(feature = "navigate")]
     pub(super) fn small_handicap(&self) -> f64 {
         self.indistinguishable
     }
