@@ -110,7 +110,9 @@ pub(super) fn bank(campaign: &Campaign, design: &DesignMatrix, at: &Weighted) ->
         if distinct < 3 {
             continue;
         }
+        // beyond half the distinct angles harmonics repeat; of order 24 the smooth kernels have nothing left, and the rough one 2 %
         let most = (distinct / 2).min(24);
+        // radians: a lobe as wide as a quarter turn, and one of a third of that
         for (is_smooth, length) in [(true, 1.0), (false, 0.3)] {
             for by_rate in [false, true] {
                 if by_rate && rates < 2 {
@@ -143,7 +145,9 @@ pub(super) fn bank(campaign: &Campaign, design: &DesignMatrix, at: &Weighted) ->
         .collect();
     let (a, b) = time.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), t| (a.min(*t), b.max(*t)));
     if b > a && m > 4 {
+        // 64 waves bound the work, 240 that of all sensors together
         let most = (m / sensors.max(1)).saturating_sub(1).min(64).min(240 / sensors.max(1)).max(1);
+        // shares of the whole time, from a slow course to what forgets within a few readings: a factor of 3 to 10 apart; choices, not derived
         let lengths = [(true, 0.3), (true, 0.1), (false, 1.0), (false, 0.1), (false, 0.02)];
         let by_rate = lengths.iter().filter(|_| rates > 1).map(|own| (*own, true));
         for ((is_smooth, length), by_rate) in lengths.iter().map(|own| (*own, false)).chain(by_rate) {
@@ -160,6 +164,7 @@ pub(super) fn bank(campaign: &Campaign, design: &DesignMatrix, at: &Weighted) ->
             add(factor);
         }
     }
+    // a dense factor: 400 rows bound the work
     if at.from == NoiseFrom::Stated && m <= 400 {
         add(Mat::from_fn(m, m, |i, j| if i == j { 1.0 / (at.weight[i] * unit[i]) } else { 0.0 }));
     }

@@ -26,6 +26,8 @@ const OUTSIDE: f64 = 0.03;
 /// Most sets whose neighbours are looked at after the search.
 const SPREAD: usize = 100;
 
+/// Sets that are less probable than the best by more than this (ln, 1e-11) are not kept: all of them together change no probability.
+const KEPT: f64 = 25.0;
 /// Columns with a smaller cosine, beside the model and the other effects, are different explanations of what is hardly seen.
 const ALIKE: f64 = 0.5;
 /// Logarithm of the odds of a place against none from which what explains it as well is the same explanation, whatever the cosine here: each set
@@ -222,6 +224,7 @@ impl Score {
             let Ok(eig) = gram.self_adjoint_eigen(Side::Lower) else { continue };
             let s: Vec<f64> = eig.S().column_vector().iter().copied().collect();
             let top = s.iter().fold(0.0_f64, |a, b| a.max(*b));
+            // directions in which it deviates by less than a fifth of its largest are next to none of its own: a choice
             let wide = s.iter().filter(|l| **l > 0.05 * top).count();
             if wide < settings.least_rank {
                 continue;
@@ -238,6 +241,7 @@ impl Score {
             let same = |other: &Mat<f64>| {
                 let inner: f64 =
                     (0..8).map(|v| does.col(v).iter().zip(other.col(v).iter()).map(|(a, b)| a * b).sum::<f64>()).sum();
+                // kernels that do the same to a few vectors, to 3 %, are one: a choice that bounds the bank
                 inner > 0.97 * own * other.norm_l2()
             };
             if factors.iter().any(same) {
@@ -585,7 +589,7 @@ impl Score {
 
     fn record(&mut self, kernel: usize, set: &[u16], value: f64) {
         let value = value + self.prior_of(kernel, set);
-        if !value.is_finite() || value < self.best - 25.0 {
+        if !value.is_finite() || value < self.best - KEPT {
             return;
         }
         self.best = self.best.max(value);
@@ -599,7 +603,7 @@ impl Score {
     }
 
     fn record_all(&mut self, kernel: usize, set: &[u16], values: &[f64], shift: f64) {
-        let least = self.best - 25.0 - self.kernel_prior(kernel) - shift;
+        let least = self.best - KEPT - self.kernel_prior(kernel) - shift;
         let mut key = set.to_vec();
         for (j, value) in values.iter().enumerate() {
             if *value > least {
@@ -630,7 +634,7 @@ impl Score {
             }
         };
         if set.len() < self.settings.most {
-            let values = self.additions(&state, &base, self.best - 25.0 - self.kernel_prior(kernel) - shift);
+            let values = self.additions(&state, &base, self.best - KEPT - self.kernel_prior(kernel) - shift);
             self.record_all(kernel, set, &values, shift);
             consider(&mut options, &values, set);
         }
@@ -639,7 +643,7 @@ impl Score {
             let _gone = less.remove(place);
             let Some(own) = self.state(kernel, &shrink, &base, &less) else { continue };
             self.record(kernel, &less, own.value + shift);
-            let values = self.additions(&own, &base, self.best - 25.0 - self.kernel_prior(kernel) - shift);
+            let values = self.additions(&own, &base, self.best - KEPT - self.kernel_prior(kernel) - shift);
             self.record_all(kernel, &less, &values, shift);
             consider(&mut options, &values, &less);
             options.push((own.value + shift, less));
@@ -653,6 +657,7 @@ impl Score {
         let mut set = start;
         for _ in 0..16 {
             let Some((integral, options)) = self.neighbours(kernel, &set) else { return set };
+            // values of neighbours are those at the set's own size of remainder: the three best, and 3 in ln, allow for that
             let better = options.into_iter().take(3).take_while(|(value, _)| *value >= integral - 3.0);
             let better = better.map(|(_, next)| next).find(|next| {
                 let same = next.len() == set.len() && next.iter().all(|j| set.contains(j));
@@ -680,6 +685,7 @@ impl Score {
     /// Pairs that show only together.
     fn pairs(&mut self, kernel: usize, set: &[u16]) -> Option<Vec<u16>> {
         let k = self.b.len();
+        // bounds the work: pairs times rows, about a second
         if k * k * self.c.nrows() > 200_000_000 || set.len() + 2 > self.settings.most {
             return None;
         }
@@ -733,6 +739,7 @@ impl Score {
         ranked.sort_by(|a, b| b.0.total_cmp(&a.0));
         let Some((top, _, _)) = ranked.first().cloned() else { return };
         for (value, kernel, set) in ranked.into_iter().take(3) {
+            // no pair beside a kernel that is 3000 times less probable
             if value < top - 8.0 {
                 break;
             }

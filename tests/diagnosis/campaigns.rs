@@ -366,7 +366,7 @@ fn is_right(trial: &Trial) -> bool {
 /// three rates with some repeated, 10 to 40 heads of an accelerometer; ten shapes, times the rate or not.
 #[test]
 fn drawn_campaigns() {
-    seeded(&DRAWN, 42, 700);
+    seeded(&DRAWN, 84, 700);
 }
 
 #[test]
@@ -433,7 +433,7 @@ fn seeded(schedules: &[&'static str], few: usize, full: usize) {
                 schedule.unwrap_or("all")
             );
             if schedule.is_none() {
-                table.push((mode, stated, share(right, n), share(wrong, all().count()), share(held.0, held.1)));
+                table.push((mode, stated, n, share(right, n), share(wrong, all().count()), share(held.0, held.1)));
             }
         }
         for t in trials
@@ -465,15 +465,24 @@ fn seeded(schedules: &[&'static str], few: usize, full: usize) {
             sum / f64::max(count as f64, 1.0)
         );
     }
-    // floors below what is measured (see the table), wide enough for few campaigns, so that a loss shows
-    for (mode, stated, right, wrong, held) in table {
+    // all rows together have few enough chances: 94 and 2 % are measured on the campaigns that are drawn, and a loss of a tenth shows
+    let beside = |t: &&Trial| matches!(t.mode, "mixed" | "outside");
+    let alone = trials.iter().filter(|t| !beside(t));
+    let right = share(alone.clone().filter(|t| is_right(t)).count(), alone.count());
+    assert!(right >= 0.85, "{right} right where the catalogue has all that is hidden");
+    let patterns = trials.iter().filter(beside);
+    let wrong = patterns.clone().filter(|t| !t.wrong.is_empty()).count() as f64 / patterns.count().max(1) as f64;
+    assert!(wrong <= 0.15, "a wrong name in {wrong} beside a pattern that no one knows");
+    // each row: floors below what is measured (see the table), wide enough for few campaigns
+    for (mode, stated, n, right, wrong, held) in table {
         let least = match mode {
             "one" | "none" => 0.75,
             "two" | "mixed" | "outside" => 0.5,
             "three" => 0.3,
             _ => 0.1,
         };
-        assert!(right >= least, "{mode}, noise stated: {stated}: {right} right");
+        // where an effect stands in fewer than six campaigns beside a pattern, their share says nothing: all rows together are held to above
+        assert!(n < 6 || right >= least, "{mode}, noise stated: {stated}: {right} right");
         assert!(wrong <= if mode == "tilts" { 0.8 } else { 0.5 }, "{mode}: {wrong} with a wrong name");
         // three campaigns of tilts have nine intervals: a tilt that is taken for a known value costs three of them
         let least = if mode == "tilts" { 0.5 } else { 0.7 };
