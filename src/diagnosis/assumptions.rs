@@ -130,6 +130,7 @@ fn blank(column: Vec<f64>) -> Candidate {
         family: String::new(),
         harmonic: 0,
         rank: 0,
+        one_of_many: false,
         why: String::new(),
         confirm: String::new(),
         existing: None,

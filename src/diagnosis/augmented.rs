@@ -8,11 +8,9 @@
 use super::ambiguity::{Explanation, Rival};
 use super::bank::bank;
 use super::candidates::{Kept, build};
-use super::catalogue::is_one_of_many;
 use super::evidence::Evidence;
 use super::noise::{self, Finished, NoiseFrom, Weighted};
 use super::pool::Pool;
-use super::remainder::Remainders;
 use super::repair::repaired;
 use super::score::{Class, Deviations, Kernel, Member, Posterior, Priors, Problem, Score};
 use super::screen::{Chosen, Screen};
@@ -183,7 +181,7 @@ pub(super) fn odds<'a>(
     priors: &Priors,
     plain: impl Fn(usize) -> f64,
 ) -> Vec<f64> {
-    let shared = |c: &Candidate| is_one_of_many(&c.family);
+    let shared = |c: &Candidate| c.one_of_many;
     let mut members: HashMap<(&str, Option<usize>), f64> = HashMap::new();
     for candidate in candidates.clone().filter(|c| shared(c)) {
         *members.entry((candidate.family.as_str(), candidate.sensor)).or_default() += 1.0;
@@ -718,8 +716,7 @@ fn outcome(search: &Search<'_>, stood: &Names, mut view: View, point: &[f64]) ->
         weighted = own;
     }
     let columns: Vec<&Vec<f64>> = candidates.iter().map(|c| &c.column).collect();
-    let remainders = Remainders::new(search.question.campaign, &design, &weighted);
-    let mut evidence = Evidence::new(&weighted, &columns, remainders);
+    let mut evidence = Evidence::new(&weighted, &columns);
     evidence.tests += without_column;
     evidence.found_with(&named.iter().map(|(j, _)| *j).collect::<Vec<_>>());
     let outside = posterior.outside;

@@ -45,7 +45,7 @@ pub(super) fn bank(campaign: &Campaign, design: &DesignMatrix, at: &Weighted) ->
         [a, b, c].map(|v| v.map_or(u64::MAX, |v| (v + 0.0).to_bits()))
     };
     let mut found: Vec<Kernel> = vec![];
-    let mut add = |factor: Mat<f64>| {
+    let mut add = |follows: Option<String>, factor: Mat<f64>| {
         // whitened, mean diagonal one
         let k = factor.ncols();
         let mut f = Mat::<f64>::zeros(n, k);
@@ -61,12 +61,15 @@ pub(super) fn bank(campaign: &Campaign, design: &DesignMatrix, at: &Weighted) ->
         }
         let s = (m as f64 / trace).sqrt();
         f *= faer::Scale(s);
-        found.push(Kernel { factor: f });
+        found.push(Kernel { follows, factor: f });
     };
     let indicator = |g: &(Vec<usize>, usize), x: &dyn Fn(usize) -> f64| {
         Mat::from_fn(m, g.1, |i, j| if g.0[i] == j { x(i) } else { 0.0 })
     };
     let one = |_: usize| 1.0;
+    let named = |what: &str, by_rate: bool| {
+        Some(if by_rate { format!("{what}, in proportion to the rate") } else { what.to_string() })
+    };
     // the turning rate of a reading over the largest
     let rate: Vec<f64> = rows.iter().map(|r| states(r).iter().map(|s| s.rate_deg_s()).sum::<f64>()).collect();
     let fastest = rate.iter().fold(0.0_f64, |a, b| a.max(b.abs()));
@@ -80,24 +83,24 @@ pub(super) fn bank(campaign: &Campaign, design: &DesignMatrix, at: &Weighted) ->
     let labels = positions(campaign, design, n);
     let label = group(rows.iter().enumerate().map(|(i, r)| (r.sensor, labels[i])));
     if setting.1 < m {
-        add(indicator(&setting, &one));
+        add(named("the setting", false), indicator(&setting, &one));
     }
     if place.1 > 1 && place.0 != setting.0 {
-        add(indicator(&place, &one));
+        add(named("the angles", false), indicator(&place, &one));
     }
     if label.1 > 1 && label.0 != place.0 && label.0 != setting.0 && label.1 < m {
-        add(indicator(&label, &one));
+        add(named("the position", false), indicator(&label, &one));
     }
     if rates > 1 {
         if place.1 > 1 {
-            add(indicator(&place, &times_rate));
+            add(named("the angles", true), indicator(&place, &times_rate));
         }
         let by_rate = group(rows.iter().enumerate().map(|(i, r)| (r.sensor, rate[i].to_bits())));
         if by_rate.1 > 2 && by_rate.0 != setting.0 {
-            add(indicator(&by_rate, &one));
+            add(named("the rate", false), indicator(&by_rate, &one));
         }
     }
-    for k in 0..campaign.bench.joints().count() {
+    for (k, joint) in campaign.bench.joints().enumerate() {
         let angle: Vec<Option<f64>> = rows
             .iter()
             .map(|r| match states(r).get(k) {
@@ -130,7 +133,7 @@ pub(super) fn bank(campaign: &Campaign, design: &DesignMatrix, at: &Weighted) ->
                     let v = if h % 2 == 0 { (order * a).cos() } else { (order * a).sin() };
                     w * v * if by_rate { times_rate(i) } else { 1.0 }
                 });
-                add(factor);
+                add(named(&joint.to_string(), by_rate), factor);
             }
         }
     }
@@ -161,12 +164,12 @@ pub(super) fn bank(campaign: &Campaign, design: &DesignMatrix, at: &Weighted) ->
                 let course = w * (std::f64::consts::PI * h * (time[i] - a) / (b - a)).cos();
                 if by_rate { course * times_rate(i) } else { course }
             });
-            add(factor);
+            add(named(if column.is_some() { "time" } else { "the order of the readings" }, by_rate), factor);
         }
     }
     // a dense factor: 400 rows bound the work
     if at.from == NoiseFrom::Stated && m <= 400 {
-        add(Mat::from_fn(m, m, |i, j| if i == j { 1.0 / (at.weight[i] * unit[i]) } else { 0.0 }));
+        add(None, Mat::from_fn(m, m, |i, j| if i == j { 1.0 / (at.weight[i] * unit[i]) } else { 0.0 }));
     }
     found
 }

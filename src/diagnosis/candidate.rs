@@ -21,6 +21,8 @@ pub struct Candidate {
     pub harmonic: usize,
     /// Order among what cannot be told apart, 0 first.
     pub rank: u8,
+    /// Do all members of its family together have the odds of one effect?
+    pub one_of_many: bool,
     /// Why it happens.
     pub why: String,
     /// How to confirm it.

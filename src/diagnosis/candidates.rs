@@ -75,16 +75,16 @@ struct Maker<'a> {
 impl Maker<'_> {
     fn effect(&mut self, effect: &Effect) -> Result<()> {
         let campaign = self.campaign;
-        let mut common = false;
         for (k, sensor) in campaign.bench.sensors.iter().enumerate() {
             if !effect.applies.to(sensor) {
                 continue;
             }
+            let mut common = false;
             for filling in effect.fillings(campaign, sensor) {
                 for (filling, row) in self.scanned(effect, filling, k) {
                     let text = fill(&effect.term, &filling);
-                    common = text.starts_with("tilt:") || text.starts_with("known:");
-                    self.member(effect, &filling, &text, k, row)
+                    common = self
+                        .member(effect, &filling, &text, k, row)
                         .map_err(|e| e.at_path(format!("{}.term", effect.place)))?;
                 }
             }
@@ -132,6 +132,7 @@ impl Maker<'_> {
         vec![(filling, None)]
     }
 
+    /// Makes the candidate; tells whether it is common to all sensors.
     fn member(
         &mut self,
         effect: &Effect,
@@ -139,7 +140,7 @@ impl Maker<'_> {
         text: &str,
         sensor: usize,
         step: Option<f64>,
-    ) -> Result<()> {
+    ) -> Result<bool> {
         let campaign = self.campaign;
         let kind = Regressor::parse(campaign, Some(sensor), text)?;
         let (regressor, owner) = match &kind {
@@ -152,7 +153,7 @@ impl Maker<'_> {
             _ => (text.to_string(), Some(sensor)),
         };
         if !self.seen.insert((regressor.clone(), owner)) {
-            return Ok(());
+            return Ok(owner.is_none());
         }
         let mut column = match (&kind, step) {
             (Regressor::Tilt(k) | Regressor::Known(k), _) => self.jacobian(*k),
@@ -173,14 +174,14 @@ impl Maker<'_> {
                             }
                             column
                         }
-                        None => return Ok(()),
+                        None => return Ok(owner.is_none()),
                     },
                 }
             }
             (other, _) => indicator(campaign, &self.design.rows, other, sensor),
         };
         if column.iter().any(|value| !value.is_finite()) || column.iter().all(|value| *value == 0.0) {
-            return Ok(());
+            return Ok(owner.is_none());
         }
         column.resize(self.rows, 0.0);
         let existing = existing_coefficient(campaign, sensor, &kind);
@@ -200,6 +201,7 @@ impl Maker<'_> {
             // a term without {k} is no harmonic
             harmonic: filling.iter().find(|(key, _)| *key == "{k}").and_then(|(_, k)| k.parse().ok()).unwrap_or(0),
             rank: effect.rank,
+            one_of_many: effect.one_of_many,
             why: fill(&effect.why, filling),
             confirm: fill(&effect.confirm, filling),
             existing,
@@ -208,7 +210,7 @@ impl Maker<'_> {
             size: 1.0,
             column,
         });
-        Ok(())
+        Ok(owner.is_none())
     }
 
     fn jacobian(&self, parameter: usize) -> Vec<f64> {

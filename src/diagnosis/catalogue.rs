@@ -24,6 +24,8 @@ pub struct Effect {
     pub coefficient: String,
     /// Order among what cannot be told apart, 0 first.
     pub rank: u8,
+    /// One thing that happens at any of many places (a reading, a time): all members together are as probable as another effect.
+    pub one_of_many: bool,
     /// Which sensors can have it.
     pub applies: Applies,
     /// Columns without which it is passed over.
@@ -58,14 +60,6 @@ impl Applies {
             Applies::Accelerometer => has("a_") && !has("w_"),
         }
     }
-}
-
-/// Placeholders that stand for readings, positions, times or time constants of one campaign, as many as it has.
-const COUNTED: [&str; 5] = ["{reading}", "{other}", "{position}", "{break}", "{tau}"];
-
-/// Does a term of the catalogue stand for one thing that happened at any of many places? All of them together are as probable as another effect.
-pub(super) fn is_one_of_many(term: &str) -> bool {
-    COUNTED.iter().any(|placeholder| term.contains(placeholder))
 }
 
 /// One member of a family: what each placeholder stands for.

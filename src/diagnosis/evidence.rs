@@ -2,6 +2,7 @@
 
 use super::noise::{NoiseFrom, Weighted, weighted_columns};
 use super::pool::Pool;
+#[cfg(feature = "navigate")]
 use super::remainder::{Remainders, Standing};
 use super::strata::{Given, Strata};
 use crate::elements::Elements;
@@ -26,6 +27,7 @@ pub(super) struct Evidence {
     /// Tests that each candidate's probability accounts for: a family that stands for readings, positions or times counts as one effect, which
     /// its members share.
     pub multiplicity: Vec<f64>,
+    #[cfg(feature = "navigate")]
     pub remainders: Remainders,
     basis: Mat<f64>,
     residual: Vec<f64>,
@@ -51,7 +53,7 @@ pub(super) struct Strongest {
 }
 
 impl Evidence {
-    pub fn new(weighted: &Weighted, columns: &[&Vec<f64>], remainders: Remainders) -> Self {
+    pub fn new(weighted: &Weighted, columns: &[&Vec<f64>]) -> Self {
         let matrix = weighted.columns(columns.iter().copied());
         let pure = weighted.replicates.as_ref().map(|replicates| {
             // within replicates nothing scatters but the rows' own noise
@@ -84,7 +86,8 @@ impl Evidence {
             strata,
             tests,
             multiplicity: vec![tests as f64; pool.len()],
-            remainders,
+            #[cfg(feature = "navigate")]
+            remainders: Remainders::plain(0, true, Vec::new()),
             basis: weighted.estimate.factor.thin_q().to_owned(),
             residual: weighted.residual.clone(),
             cosines: vec![OnceCell::new(); pool.len()],
@@ -257,6 +260,7 @@ impl Evidence {
         Some((own, score))
     }
 
+    #[cfg(feature = "navigate")]
     /// Evidence for a candidate beside a set, against the noise and what is left with both in the model.
     pub fn standing(&self, set: &[usize], index: usize) -> Option<Standing> {
         let (mut directions, mut residual) = self.directions(set)?;

@@ -174,10 +174,6 @@ pub(super) fn conclude(
     };
     let is_left = matches!(verdict, Verdict::PartlyExplained | Verdict::Unexplained);
     let left = evidence.directions(set).filter(|_| is_left);
-    let remainder = left.as_ref().map(|(directions, residual)| {
-        let rss = residual.iter().map(|v| v * v).sum();
-        evidence.remainders.left(directions, residual, rss)
-    });
     let sd = noise_sd(&weighted, repaired.as_ref().map_or(&before, |(_, after)| after));
     let unexplained = left.map(|(_, residual)| {
         let nearest = || suspected.iter().map(|(j, _)| *j);
@@ -197,11 +193,9 @@ pub(super) fn conclude(
         after.residual = residual;
         let cells = places::cells(campaign, &design, &after);
         let pattern = places::pattern(campaign, &design, &after, &cells);
-        let follows = remainder.as_ref().and_then(|own| evidence.remainders.grouping(own)).map(|g| g.name.clone());
-        let sd = remainder.as_ref().zip(sd).map(|(own, sd)| match own.grouping {
-            Some(_) => sd * (own.ratio * own.variance).sqrt(),
-            None => sd * (own.variance - 1.0).max(0.0).sqrt(),
-        });
+        let foremost = deviations.foremost();
+        let follows = foremost.and_then(|(kernel, _)| kernel.follows.clone());
+        let sd = foremost.zip(sd).map(|((_, variance), sd)| sd * variance.sqrt());
         Unexplained {
             pattern,
             follows,
@@ -226,16 +220,12 @@ pub(super) fn conclude(
             design: &design,
             set,
             rivals: &rivals,
-            complete: remainder.is_none(),
+            complete: !is_left,
+            weighted: &weighted,
+            deviations: &deviations,
             probabilities: &named,
         };
         effects = own.findings(repaired, after);
-        for finding in &mut effects {
-            let index = repaired.estimated().iter().position(|p| p.id == finding.effect.coefficient);
-            let extra = index.and_then(|j| beyond_noise(after, &weighted, &deviations, j));
-            // what the repaired model does not estimate has no further uncertainty
-            finding.u = finding.u.map(|u| u.hypot(extra.unwrap_or(0.0)));
-        }
     }
     let effects = common(effects);
     let moved = Shifts::new(&candidates, &evidence, &weighted).about(set, &rivals, &explanations);
@@ -355,6 +345,8 @@ struct Effects<'a> {
     rivals: &'a [Rival],
     /// Is the rest noise? Then the noise alone is what an effect is compared with.
     complete: bool,
+    weighted: &'a Weighted,
+    deviations: &'a Deviations,
     /// Of each named candidate, that it or one of its aliases is there.
     probabilities: &'a [(usize, f64)],
 }
@@ -370,9 +362,14 @@ impl Effects<'_> {
         let effect = self.candidates.get(*member)?;
         let others = super::criteria::without(self.set, place);
         let without = evidence.given(&others)?;
-        let standing = evidence.standing(&others, *member).filter(|_| !self.complete);
-        let (alone, dof_alone) = evidence.t(&without, *member);
-        let (t, dof) = standing.map_or((alone, dof_alone), |own| (own.t, own.dof));
+        let (alone, dof) = evidence.t(&without, *member);
+        let (value, u, unit) = coefficient(self.campaign, repaired, after, effect);
+        let index = repaired.estimated().iter().position(|p| p.id == effect.coefficient);
+        let extra = index.and_then(|j| beyond_noise(after, self.weighted, self.deviations, j));
+        // what the repaired model does not estimate has no further uncertainty
+        let u = u.map(|u| u.hypot(extra.unwrap_or(0.0)));
+        let beside = value.zip(u).filter(|(_, u)| !self.complete && *u > 0.0).map(|(value, u)| value / u);
+        let t = beside.unwrap_or(alone);
         let own = evidence.cosines(*member);
         let at_place = || self.rivals.iter().filter(|rival| rival.place == place);
         let probability = self.probabilities.iter().find(|(j, _)| j == member).map_or(0.0, |(_, p)| *p);
@@ -401,7 +398,6 @@ impl Effects<'_> {
         aliases.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
         let columns: Vec<&Candidate> = aliases.iter().filter_map(|(_, _, j, _)| self.candidates.get(*j)).collect();
         let separation = separate::positions(self.campaign, self.design, effect, &columns);
-        let (value, u, unit) = coefficient(self.campaign, repaired, after, effect);
         let rss = evidence.rss_of(self.set);
         Some(Finding {
             effect: effect.clone(),

@@ -288,6 +288,7 @@ fn of(
         family: "scatter:position".into(),
         harmonic: 0,
         rank: 2,
+        one_of_many: false,
         why: "the unit, fixture or joint does not come back to the same place when it is mounted again".into(),
         confirm: "mount one position several times; state the scatter as a line of the campaign".into(),
         existing: None,

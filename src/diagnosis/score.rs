@@ -105,6 +105,8 @@ impl Priors {
 
 /// A kernel `F F'`, rows of the weighted system.
 pub(super) struct Kernel {
+    /// What readings share that deviate alike; nothing where each deviates by itself.
+    pub follows: Option<String>,
     pub factor: Mat<f64>,
 }
 
@@ -922,6 +924,16 @@ pub(super) struct Deviations {
 }
 
 impl Deviations {
+    /// The most probable kernel and the mean of `t^2 s^2` there: the variance of what is left over that of the noise.
+    pub fn foremost(&self) -> Option<(&Kernel, f64)> {
+        let of = |k: usize| self.each.iter().filter(move |own| own.kernel == Some(k));
+        let probable = |k: usize| of(k).map(|own| own.probability).sum::<f64>();
+        let best = (0..self.kernels.len()).max_by(|a, b| probable(*a).total_cmp(&probable(*b)))?;
+        let variance: f64 = of(best).map(|own| own.probability * own.ratio * own.variance).sum();
+        let all = probable(best);
+        self.kernels.get(best).filter(|_| all > 0.0).map(|kernel| (kernel, variance / all))
+    }
+
     /// Variance of a combination `l` of the weighted rows: `sum_k P_k s_k^2 (l'l + t_k^2 l'K l)`.
     pub fn variance_of(&self, l: &[f64]) -> f64 {
         let white: f64 = l.iter().map(|l| l * l).sum();

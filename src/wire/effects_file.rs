@@ -33,6 +33,9 @@ pub struct EffectFile {
     /// Order among effects that the readings cannot distinguish: 0 the most plausible; 3 unless given.
     #[serde(default = "middling")]
     pub rank: u8,
+    /// One thing that happens at any of many places, such as a bad reading: all members together are as probable as another effect.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub one_of_many: bool,
     /// Which sensors can have it.
     #[serde(default)]
     pub sensors: AppliesFile,
@@ -87,6 +90,7 @@ pub fn read_effects(source: &Source) -> Result<Vec<Effect>> {
             name: own.name,
             coefficient: own.coefficient,
             rank: own.rank,
+            one_of_many: own.one_of_many,
             applies: match own.sensors {
                 AppliesFile::Any => Applies::Any,
                 AppliesFile::Gyro => Applies::Gyro,

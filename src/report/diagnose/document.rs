@@ -170,7 +170,7 @@ fn card(report: &DiagnoseReport, effect: &EffectReport, lang: Language) -> Conte
     if effect.value.is_none() {
         fact(&lang.title(say!(lang, "value")), say!(lang, "the-repaired-model-does-not-determine-it").into());
     }
-    if report.model_before.len() > 1 && effect.regressor.starts_with("tilt:") {
+    if report.model_before.len() > 1 && effect.sensor.is_none() && effect.in_sensors.is_empty() {
         fact(&lang.title(say!(lang, "sensor")), say!(lang, "common-to-all").into());
     }
     for own in &effect.in_sensors {
