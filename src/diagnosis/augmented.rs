@@ -71,6 +71,8 @@ pub(super) struct Seen {
     /// Effects, each with the probability that it or one of its aliases is there.
     pub named: Vec<(usize, f64)>,
     pub suspected: Vec<(usize, f64)>,
+    /// The t of each named one beside the most probable remainder.
+    pub t: Vec<f64>,
     /// What could stand in the place of a named one.
     pub rivals: Vec<Rival>,
     /// What is probable in all.
@@ -704,6 +706,15 @@ fn outcome(search: &Search<'_>, stood: &Names, mut view: View, point: &[f64]) ->
     names.sort();
     let set = standing(&view.candidates, &view.score.alike, &names).unwrap_or_default();
     let mut deviations = view.score.deviations(&set);
+    let each = view.score.t(&set);
+    let t_of = |(j, _): &(usize, f64)| {
+        let stands_for = |first: &u16| {
+            view.score.alike.get(usize::from(*first)).is_some_and(|own| own.iter().any(|i| usize::from(*i) == *j))
+        };
+        // what does not stand in the set has no evidence beside a remainder
+        set.iter().position(stands_for).and_then(|place| each.get(place)).map_or(0.0, |t| t.abs())
+    };
+    let t = named.iter().map(t_of).collect();
     let View { candidates, mut weighted, design, kernels, without_column, .. } = view;
     // where only residuals tell the noise, it is that of the model with what is named, not with what is suspected
     if weighted.from == NoiseFrom::Residuals && weighted.floor.is_none() && names != *stood {
@@ -728,6 +739,7 @@ fn outcome(search: &Search<'_>, stood: &Names, mut view: View, point: &[f64]) ->
         design,
         named,
         suspected,
+        t,
         rivals,
         explanations,
         state,

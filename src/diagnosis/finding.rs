@@ -148,6 +148,7 @@ pub(super) fn conclude(
         design,
         named,
         suspected,
+        t,
         rivals,
         explanations,
         state,
@@ -224,6 +225,7 @@ pub(super) fn conclude(
             weighted: &weighted,
             deviations: &deviations,
             probabilities: &named,
+            t: &t,
         };
         effects = own.findings(repaired, after);
     }
@@ -349,6 +351,8 @@ struct Effects<'a> {
     deviations: &'a Deviations,
     /// Of each named candidate, that it or one of its aliases is there.
     probabilities: &'a [(usize, f64)],
+    /// The t of each of these beside the most probable remainder.
+    t: &'a [f64],
 }
 
 impl Effects<'_> {
@@ -368,11 +372,12 @@ impl Effects<'_> {
         let extra = index.and_then(|j| beyond_noise(after, self.weighted, self.deviations, j));
         // what the repaired model does not estimate has no further uncertainty
         let u = u.map(|u| u.hypot(extra.unwrap_or(0.0)));
-        let beside = value.zip(u).filter(|(_, u)| !self.complete && *u > 0.0).map(|(value, u)| value / u);
-        let t = beside.unwrap_or(alone);
         let own = evidence.cosines(*member);
         let at_place = || self.rivals.iter().filter(|rival| rival.place == place);
-        let probability = self.probabilities.iter().find(|(j, _)| j == member).map_or(0.0, |(_, p)| *p);
+        let named = self.probabilities.iter().position(|(j, _)| j == member);
+        let probability = named.and_then(|k| self.probabilities.get(k)).map_or(0.0, |(_, p)| *p);
+        let beside = named.and_then(|k| self.t.get(k)).filter(|_| !self.complete);
+        let t = beside.map_or(alone, |t| t.copysign(alone));
         let all = 1.0 + at_place().map(|rival| rival.share).sum::<f64>();
         let mut aliases: Vec<(u32, f64, usize, Alias)> = at_place()
             .filter_map(|rival| {

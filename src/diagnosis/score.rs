@@ -172,6 +172,14 @@ struct State {
     value: f64,
 }
 
+/// A set with one remainder of one size: ln p, its sizes and their t, and the sum of squares that is left.
+struct Solved {
+    value: f64,
+    sizes: Vec<f64>,
+    t: Vec<f64>,
+    squares: f64,
+}
+
 fn project(basis: MatRef<'_, f64>, m: &mut Mat<f64>) {
     for _ in 0..2 {
         let a = basis.transpose() * &*m;
@@ -493,7 +501,7 @@ impl Score {
         let own = |t: f64| {
             let shrink = if kernel == 0 { vec![] } else { self.shrink(kernel, t) };
             // only what the set needs
-            let (value, _, q) = self.quick(kernel, &shrink, t, set)?;
+            let Solved { value, squares: q, .. } = self.quick(kernel, &shrink, t, set)?;
             let free = self.nu - set.len() as f64 - 2.0;
             // the mean of an inverse gamma distribution; of two degrees of freedom and fewer there is none
             let variance = if self.known { 1.0 } else { q / if free > 0.5 { free } else { 0.5 } };
@@ -519,8 +527,8 @@ impl Score {
         found
     }
 
-    /// One set, solved with nothing but what it needs: ln p, its sizes, and the sum of squares.
-    fn quick(&self, kernel: usize, shrink: &[f64], t: f64, set: &[u16]) -> Option<(f64, Vec<f64>, f64)> {
+    /// One set, solved with nothing but what it needs.
+    fn quick(&self, kernel: usize, shrink: &[f64], t: f64, set: &[u16]) -> Option<Solved> {
         let own = &self.kernels[kernel];
         let k = set.len();
         let inner = |a: &dyn Fn(usize) -> f64, b: &dyn Fn(usize) -> f64| -> f64 {
@@ -545,11 +553,12 @@ impl Score {
         let s2 = self.sigma2(q, k);
         let square = |i: usize| beta[i] * beta[i] + s2 * inverse[i * k + i];
         let believed: f64 = (0..k).map(|i| self.believed(set[i] as usize, square(i))).sum();
-        Some((self.evidence(k, q, logdet_v, logdet, believed), beta, q))
+        let t = (0..k).map(|i| beta[i] / (s2 * inverse[i * k + i]).sqrt().max(f64::MIN_POSITIVE)).collect();
+        Some(Solved { value: self.evidence(k, q, logdet_v, logdet, believed), sizes: beta, t, squares: q })
     }
 
-    /// The size of each member of a set beside its most probable remainder.
-    fn sizes(&mut self, set: &[u16]) -> Vec<f64> {
+    /// A set beside its most probable remainder.
+    fn beside_best(&mut self, set: &[u16]) -> Option<Solved> {
         let of = |key: &(u16, Vec<u16>)| self.visited.get(key).copied().unwrap_or(f64::NEG_INFINITY);
         let kernels = (0..self.kernels.len() as u16).map(|kernel| (kernel, set.to_vec()));
         let best = kernels.max_by(|a, b| of(a).total_cmp(&of(b))).map_or(0, |(kernel, _)| usize::from(kernel));
@@ -558,7 +567,17 @@ impl Score {
         for m in set {
             self.gram0(*m as usize);
         }
-        self.quick(best, &shrink, t, set).map_or_else(|| vec![0.0; set.len()], |(_, sizes, _)| sizes)
+        self.quick(best, &shrink, t, set)
+    }
+
+    /// The size of each member of a set beside its most probable remainder.
+    fn sizes(&mut self, set: &[u16]) -> Vec<f64> {
+        self.beside_best(set).map_or_else(|| vec![0.0; set.len()], |own| own.sizes)
+    }
+
+    /// The t of each member of a set beside its most probable remainder: `b_j / (s (G_S^-1)_jj^1/2)`.
+    pub fn t(&mut self, set: &[u16]) -> Vec<f64> {
+        self.beside_best(set).map_or_else(|| vec![0.0; set.len()], |own| own.t)
     }
 
     /// Odds of each candidate of a column at a size.
