@@ -11,7 +11,7 @@ use crate::campaign::{Campaign, Observation, Per, Reading, Readings};
 use std::collections::{HashMap, HashSet};
 
 /// Campaigns with more readings than this are averaged,
-const LONG: usize = 8000;
+pub(super) const LONG: usize = 8000;
 /// to about so many.
 const KEPT: usize = 1500;
 /// A column with no more distinct values than this is a label: it is never averaged.

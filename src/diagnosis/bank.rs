@@ -9,6 +9,7 @@ use super::noise::{NoiseFrom, Weighted, positions};
 use super::score::Kernel;
 use crate::campaign::{Campaign, JointState};
 use crate::design::DesignMatrix;
+use crate::plan::Independent;
 use faer::Mat;
 use std::collections::HashMap;
 
@@ -27,7 +28,29 @@ fn group<K: std::hash::Hash + Eq>(keys: impl Iterator<Item = K>) -> (Vec<usize>,
     (out, seen.len())
 }
 
-pub(super) fn bank(campaign: &Campaign, design: &DesignMatrix, at: &Weighted) -> Vec<Kernel> {
+/// The rows of a bank: their weights, a column of them as independent values of unit variance, and whether the noise is stated.
+pub(super) struct Rows<'a> {
+    weight: Vec<f64>,
+    white: Box<dyn Fn(&[f64]) -> Vec<f64> + 'a>,
+    stated: bool,
+}
+
+impl<'a> From<&'a Weighted> for Rows<'a> {
+    fn from(at: &'a Weighted) -> Self {
+        let white = Box::new(|column: &[f64]| at.whiten(column));
+        Rows { weight: at.weight.clone(), white, stated: at.from == NoiseFrom::Stated }
+    }
+}
+
+impl<'a> From<&'a Independent> for Rows<'a> {
+    fn from(at: &'a Independent) -> Self {
+        let weight = at.u.iter().map(|u| 1.0 / u).collect();
+        Rows { weight, white: Box::new(|column: &[f64]| at.white(column)), stated: true }
+    }
+}
+
+pub(super) fn bank<'a>(campaign: &Campaign, design: &DesignMatrix, at: impl Into<Rows<'a>>) -> Vec<Kernel> {
+    let at = at.into();
     let n = at.weight.len();
     let rows: Vec<Row> = design.rows.iter().map(|o| Row { sensor: o.sensor, reading: o.reading }).collect();
     let m = rows.len();
@@ -53,7 +76,7 @@ pub(super) fn bank(campaign: &Campaign, design: &DesignMatrix, at: &Weighted) ->
             let mut col: Vec<f64> = (0..m).map(|i| factor[(i, j)] * unit[i]).collect();
             // rows of priors have none
             col.resize(n, 0.0);
-            f.col_as_slice_mut(j).copy_from_slice(&at.whiten(&col));
+            f.col_as_slice_mut(j).copy_from_slice(&(at.white)(&col));
         }
         let trace: f64 = (0..k).map(|j| f.col(j).squared_norm_l2()).sum();
         if !(trace > 0.0) {
@@ -168,7 +191,7 @@ pub(super) fn bank(campaign: &Campaign, design: &DesignMatrix, at: &Weighted) ->
         }
     }
     // a dense factor: 400 rows bound the work
-    if at.from == NoiseFrom::Stated && m <= 400 {
+    if at.stated && m <= 400 {
         add(None, Mat::from_fn(m, m, |i, j| if i == j { 1.0 / (at.weight[i] * unit[i]) } else { 0.0 }));
     }
     found

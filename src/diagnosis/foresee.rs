@@ -2,21 +2,23 @@
 //!
 //! ```text
 //! c' = c - Q Q'c,   u = 1 / |c'|           c: an effect's column for coefficient 1, Q: the basis of the model, both weighted
-//! smallest effect that shows:              delta u,    delta = z(1 - a/2) + z(power),  a = 2 (1 - Phi(t))
+//! smallest effect that shows:              delta u,    delta = m + z(power) sqrt(1 + s^2)
 //! smallest that is not taken for another:  x u / sqrt(1 - r^2),  x^2 - 2 z(power) x = 9,  r the cosine of the two c'
 //! ```
 //!
-//! `a` is the level of the size from which `diagnose` names an effect alone, by its odds and the probability that a name needs
-//! ([`super::score`]), and 9 the difference of the sums of squares, in noise variances, at which it drops a rival: with the size a of the effect in
-//! units of u that difference has the mean `(1 - r^2) a^2` and twice the root of that as its standard deviation, so that both smallest sizes are
-//! those of one power. Where only residuals tell the noise, `delta` is that of Student's t. One bad reading is not among the effects: its minimal
-//! detectable bias stands in the judgement of the schedule.
+//! `m` is the `t` from which `diagnose` names an effect, and `s` its standard deviation over readings of noise: its class then has the probability
+//! that a name needs against nothing, every other effect and every remainder of the bank, by the score that decides there ([`super::score`]).
+//! 9 is the difference of the sums of squares, in noise variances, at which it drops a rival: with the size a of the effect in units of u that
+//! difference has the mean `(1 - r^2) a^2` and twice the root of that as its standard deviation, so that both smallest sizes are those of one power.
+//! Where only residuals tell the noise, `delta` is that of Student's t. One bad reading is not among the effects: its minimal detectable bias
+//! stands in the judgement of the schedule.
 
+use super::bank::bank;
 use super::catalogue::Effect;
 use super::pool::Pool;
 use super::prospective::effects;
-use super::score::Priors;
-use super::{Candidate, Settings, augmented};
+use super::score::{Priors, Problem, Score};
+use super::{Candidate, Settings, augmented, averaged};
 use crate::bench::Sensor;
 use crate::campaign::{Campaign, Kind, coefficient_unit};
 use crate::design::{self, Model};
@@ -28,6 +30,8 @@ use crate::simulate::Regressor;
 use crate::uncertainty::quantiles::{normal_quantile, normal_survival, student_t_quantile};
 use crate::vocabulary::vocabulary;
 use faer::Mat;
+use rand_distr::{Distribution, StandardNormal};
+use rand_pcg::{Pcg64Mcg, rand_core::SeedableRng};
 
 /// The rule behind every smallest size.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -123,6 +127,8 @@ pub struct Foresight {
     pub passed_over: Vec<(String, Vec<String>)>,
 }
 
+/// Readings of noise beside which the score is asked: their mean scatters by a fifth of what one of them does.
+const DRAWS: usize = 24;
 /// Power of the smallest sizes.
 const POWER: f64 = 0.8;
 /// A column this small against its size at general positions and small tilts is zero but for rounding.
@@ -151,7 +157,31 @@ pub fn foresee(campaign: &Campaign, catalogue: &[Effect], noise: &Noise) -> Resu
         weighted.col_as_slice_mut(j).copy_from_slice(&independent.white(&effect.column));
     }
     let norm: Vec<f64> = (0..effects.len()).map(|j| weighted.col(j).norm_l2()).collect();
-    let pool = Pool::new(weighted, estimate.factor.thin_q(), &vec![0.0; rows]);
+    let settings = Settings::default();
+    let priors = Priors::at(settings.significance);
+    let zeros = vec![0.0; rows];
+    // longer records are averaged before they are diagnosed
+    let kernels = if rows <= averaged::LONG { bank(campaign, &design, &independent) } else { Vec::new() };
+    let mut odds = augmented::odds(effects.iter().map(|(effect, _)| effect), &priors, |_| 1.0);
+    let noise = effects.len()..effects.len() + DRAWS;
+    odds.resize(noise.end, f64::NEG_INFINITY);
+    let mut generator = Pcg64Mcg::seed_from_u64(0);
+    let columns = Mat::from_fn(rows, noise.end, |i, j| match j.checked_sub(noise.start) {
+        None => weighted[(i, j)],
+        Some(_) => StandardNormal.sample(&mut generator),
+    });
+    let problem = Problem {
+        residual: &zeros,
+        basis: estimate.factor.thin_q(),
+        columns: columns.as_ref(),
+        prior: &odds,
+        plain: &vec![f64::INFINITY; noise.end],
+        known: true,
+        kernels: &kernels,
+        sharing: None,
+    };
+    let mut score = Score::new(&problem, priors);
+    let pool = Pool::new(weighted, estimate.factor.thin_q(), &zeros);
     let mut prospects: Vec<Prospect> = Vec::with_capacity(effects.len());
     for (((effect, size), norm), left) in effects.into_iter().zip(norm).zip(pool.visible()) {
         let largest = effect.column.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
@@ -179,19 +209,16 @@ pub fn foresee(campaign: &Campaign, catalogue: &[Effect], noise: &Noise) -> Resu
         });
     }
     let (mut groups, cosines) = alike(&pool, &mut prospects);
-    let settings = Settings::default();
-    let priors = Priors::at(settings.significance);
-    let alone = |ln_odds: f64| {
-        // a size has a level
-        normal_survival(priors.threshold(ln_odds, settings.probability)).map_or(1.0, |p| 2.0 * p)
-    };
-    let odds = augmented::odds(prospects.iter().map(|own| &own.effect), &priors, |_| 1.0);
-    // the plainest of all
-    let usual = alone(odds.iter().copied().fold(f64::NEG_INFINITY, f64::max));
+    let from = |j: usize| score.named_from(j, noise.clone(), settings.probability);
+    let named: Vec<Option<(f64, f64)>> = (0..prospects.len()).map(from).collect();
+    let seen =
+        prospects.iter().zip(&named).filter(|(own, _)| own.u.is_some()).filter_map(|(_, named)| named.map(|(t, _)| t));
+    // the plainest of all; where a schedule shows none, one that competes with chance alone
+    let usual = seen.reduce(f64::min).unwrap_or_else(|| priors.threshold(settings.probability));
     let rule = rule(tests.max(groups.len()).max(1), usual, estimate.dof);
-    for (prospect, odds) in prospects.iter_mut().zip(odds) {
-        let Some(u) = prospect.u else { continue };
-        let minimal = noncentrality(alone(odds)) * u;
+    for (prospect, named) in prospects.iter_mut().zip(named) {
+        let Some((u, (t, sd))) = prospect.u.zip(named) else { continue };
+        let minimal = (t + z(POWER) * sd.hypot(1.0)) * u;
         let values = prospect.effect.column.iter().zip(&independent.u).map(|(c, u)| (c.abs() * minimal, u));
         prospect.at_a_reading = values.map(|(c, u)| (c, c / u)).reduce(|a, b| if b.0 > a.0 { b } else { a });
         let sd = |k: usize| estimate.unknowns.covariance[(k, k)].sqrt();
@@ -224,25 +251,22 @@ pub fn foresee(campaign: &Campaign, catalogue: &[Effect], noise: &Noise) -> Resu
     Ok(Foresight { rule, prospects, groups, passed_over: passed_over.collect() })
 }
 
-/// What is written of the rule, for one of so many tests at its level.
-fn rule(tests: usize, alone: f64, dof: usize) -> Rule {
+/// What is written of the rule: for one of so many tests, where `|t|` beyond this names an effect.
+fn rule(tests: usize, named: f64, dof: usize) -> Rule {
     let nu = dof.saturating_sub(1) as f64;
     // the noncentral t by its normal approximation (M. Abramowitz, I. A. Stegun 1964, 26.7.10)
-    let with_residuals = student_t_quantile(1.0 - 0.5 * alone, nu)
+    // a size has a level
+    let with_residuals = normal_survival(named)
+        .and_then(|p| student_t_quantile(1.0 - p, nu))
         .filter(|_| nu >= 1.0)
         .map(|t| t * (1.0 - 0.25 / nu) + z(POWER) * (1.0 + 0.5 * t * t / nu).sqrt());
     let significance = Settings::default().significance;
-    Rule { significance, power: POWER, tests, noncentrality: noncentrality(alone), with_residuals }
+    Rule { significance, power: POWER, tests, noncentrality: named + z(POWER), with_residuals }
 }
 
 fn z(p: f64) -> f64 {
     // probabilities between 0 and 1 have a quantile
     normal_quantile(p).unwrap_or(0.0)
-}
-
-/// Size of an effect, in units of its u, that a two-sided test at this level sees with the power of the rule.
-fn noncentrality(alone: f64) -> f64 {
-    z(1.0 - 0.5 * alone) + z(POWER)
 }
 
 /// What must be left of an effect beside another one, in units of u, for the other to be dropped with the power of the rule.

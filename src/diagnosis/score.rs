@@ -94,11 +94,12 @@ impl Priors {
         (self.expected / self.first).ln()
     }
 
-    /// `|t|` of an effect alone, against noise that is known, from which it is there with this probability: `t^2 / 2 - ln t = c`.
-    pub fn threshold(&self, ln_odds: f64, probability: f64) -> f64 {
+    /// `|t|` of an effect that nothing but chance competes with, the noise being known, from which it is there with this probability:
+    /// `t^2 / 2 - ln t = c`.
+    pub fn threshold(&self, probability: f64) -> f64 {
         let c = (probability / (1.0 - probability)).ln() + (2.0 * self.range()).ln() - 0.5 * std::f64::consts::TAU.ln()
             + self.nothing()
-            - ln_odds;
+            - self.expected.ln();
         (0..20).fold(5.0_f64, |t, _| (2.0 * (c + t.max(1.0).ln())).max(1.0).sqrt())
     }
 }
@@ -787,6 +788,76 @@ impl Score {
 
     fn value(&mut self, kernel: usize, set: &[u16]) -> f64 {
         self.integral(kernel, set).map_or(f64::NEG_INFINITY, |(v, _)| v) + self.prior_of(kernel, set)
+    }
+
+    /// The `t` from which what could stand in an effect's place has a probability, if it is what the readings show and the noise is known, with its
+    /// standard deviation over some columns of noise that are there beside it. Single effects and remainders compete:
+    ///
+    /// ```text
+    /// t_i = c t + e_i,     -2 ln p(K, x) = ln|V| - sum_d w_d (p_d t + e_d)^2,    w = x^2 l/(1 + x^2 l),   c, p: cosines with the effect's column
+    /// ```
+    pub fn named_from(
+        &mut self,
+        candidate: usize,
+        noise: std::ops::Range<usize>,
+        probability: f64,
+    ) -> Option<(f64, f64)> {
+        let is_own = |own: &Vec<u16>| own.iter().any(|i| usize::from(*i) == candidate);
+        let first = self.alike.iter().position(is_own)?;
+        let along = self.gram0(first);
+        let open: Vec<usize> = (0..along.len()).filter(|j| self.norm[*j] > 0.0 && self.prior[*j].is_finite()).collect();
+        let each = 0.5 * std::f64::consts::TAU.ln() - (2.0 * self.settings.range()).ln() + self.kernel_prior(0);
+        let nothing = self.prior_of(0, &[]);
+        let width = 0.5 * 2f64.ln() / self.settings.range();
+        let sizes: Vec<(usize, f64)> =
+            (1..self.kernels.len()).flat_map(|kernel| self.grid().into_iter().map(move |x| (kernel, x))).collect();
+        let mut found: Vec<f64> = vec![];
+        for column in noise {
+            let scale = self.nu.sqrt();
+            let own = self.gram0(column)[first] * scale;
+            let row = self.gram0(column);
+            let beside: Vec<f64> = (0..along.len()).map(|j| row[j] * scale - along[j] * own).collect();
+            // ln p of a remainder: a + b t + c t^2
+            let mut remainders: Vec<[f64; 3]> = vec![];
+            for &(kernel, size) in &sizes {
+                let (shrink, at) = (self.shrink(kernel, size), &self.kernels[kernel]);
+                let volume: f64 = at.lambda.iter().map(|l| (1.0 + size * size * l).ln()).sum();
+                let mut sum = [self.prior_of(kernel, &[]) + width.ln() - 0.5 * volume, 0.0, 0.0];
+                for (d, w) in shrink.iter().enumerate() {
+                    let p = at.along_c[(d, first)];
+                    let e = at.along_c[(d, column)] * scale - p * own;
+                    sum = [sum[0] + 0.5 * w * e * e, sum[1] + w * p * e, sum[2] + 0.5 * w * p * p];
+                }
+                remainders.push(sum);
+            }
+            let share = |t: f64| {
+                let score = |j: usize| along[j] * t + beside[j];
+                let like = |j: usize| 0.5 * score(j).powi(2) + each;
+                let is_plain = like(first) - nothing >= PLAIN;
+                let in_class =
+                    |j: usize| like(first) - like(j) <= self.settings.alias && (is_plain || along[j].abs() >= ALIKE);
+                let value = |j: &usize| (in_class(*j), like(*j) + self.believed(*j, score(*j).powi(2) + 1.0));
+                let values: Vec<(bool, f64)> = open.iter().map(value).collect();
+                let outside = remainders.iter().map(|[a, b, c]| a + b * t + c * t * t);
+                let class: Vec<f64> = values.iter().filter(|(own, _)| *own).map(|(_, value)| *value).collect();
+                let all: Vec<f64> = values.iter().map(|(_, value)| *value).chain(outside).chain([nothing]).collect();
+                (ln_sum(&class) - ln_sum(&all)).exp()
+            };
+            // what is not named from thirty standard uncertainties on never is
+            let (mut low, mut high) = (1.0, 30.0);
+            if share(high) < probability {
+                return None;
+            }
+            for _ in 0..12 {
+                let middle = 0.5 * (low + high);
+                if share(middle) >= probability { high = middle } else { low = middle }
+            }
+            found.push(high);
+        }
+        let count = found.len() as f64;
+        let mean = found.iter().sum::<f64>() / count;
+        let variance = found.iter().map(|t| (t - mean).powi(2)).sum::<f64>() / (count - 1.0).max(1.0);
+        (count > 0.0).then(|| (mean, variance.sqrt()))
     }
 
     /// ln of the sum over kernels for each set visited.

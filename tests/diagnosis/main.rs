@@ -8,6 +8,7 @@ mod files;
 mod hidden;
 #[path = "../markup/mod.rs"]
 mod markup;
+mod promised;
 mod questions;
 mod scatter;
 mod schedules;
