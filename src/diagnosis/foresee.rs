@@ -209,14 +209,14 @@ pub fn foresee(campaign: &Campaign, catalogue: &[Effect], noise: &Noise) -> Resu
         });
     }
     let (mut groups, cosines) = alike(&pool, &mut prospects);
-    let from = |j: usize| score.named_from(j, noise.clone(), settings.probability);
-    let named: Vec<Option<(f64, f64)>> = (0..prospects.len()).map(from).collect();
-    let seen =
-        prospects.iter().zip(&named).filter(|(own, _)| own.u.is_some()).filter_map(|(_, named)| named.map(|(t, _)| t));
+    let mut from = |group: &Alike| score.named_from(*group.members.first()?, noise.clone(), settings.probability);
+    let of_groups: Vec<Option<(f64, f64)>> = groups.iter().map(&mut from).collect();
+    let seen = of_groups.iter().flatten().map(|(t, _)| *t);
     // the plainest of all; where a schedule shows none, one that competes with chance alone
     let usual = seen.reduce(f64::min).unwrap_or_else(|| priors.threshold(settings.probability));
     let rule = rule(tests.max(groups.len()).max(1), usual, estimate.dof);
-    for (prospect, named) in prospects.iter_mut().zip(named) {
+    for prospect in &mut prospects {
+        let named = prospect.group.and_then(|g| of_groups.get(g).copied().flatten());
         let Some((u, (t, sd))) = prospect.u.zip(named) else { continue };
         let minimal = (t + z(POWER) * sd.hypot(1.0)) * u;
         let values = prospect.effect.column.iter().zip(&independent.u).map(|(c, u)| (c.abs() * minimal, u));
@@ -335,7 +335,7 @@ fn unit(campaign: &Campaign, effect: &Candidate) -> String {
 }
 
 fn has_kinks(effect: &Candidate) -> bool {
-    ["abs(", "sign(", "step("].iter().any(|function| effect.regressor.contains(function))
+    matches!(&effect.kind, Regressor::Term(line) if !line.is_smooth_in(&|_| true))
 }
 
 /// Is the coefficient of this effect an angle?
