@@ -1228,6 +1228,13 @@ guide-left = { $place }: LEFT after { $seconds } s{ $means }, and not read
 guide-port-is-back = the serial port { $name } is there again
 guide-which = position? Several agree with what was read; answer with a line: position LABEL
   { "  " }{ $candidates }
+guide-view-set = Set
+guide-view-held = Held
+guide-view-goals = Goals: u against what is wanted
+guide-view-goal = { $id }: u = { $u }, wanted { $goal } { $unit }
+guide-view-residuals = Residuals in standard deviations, by reading
+guide-view-missing = What may be missing: probability
+guide-view-nothing = nothing missing, or all of it named
 guide-reached = done: every goal is met, and no effect is missing or all are named; { $readings } readings, cost { $cost }
 guide-nothing-to-gain = stopped: no position of this schedule gives further information on what is still wanted; { $readings } readings, cost { $cost }
 guide-most-readings = stopped: the limit of { $readings } readings was reached (--most); cost { $cost }

@@ -1146,6 +1146,13 @@ guide-left = { $place }：{ $seconds } s 后离开{ $means }，未读取
 guide-port-is-back = 串口 { $name } 又接上了
 guide-which = 哪个位置？有几个位置与读数相符；请输入一行：position LABEL
   { "  " }{ $candidates }
+guide-view-set = 设置
+guide-view-held = 保持
+guide-view-goals = 目标：u 与要求值
+guide-view-goal = { $id }：u = { $u }，要求 { $goal } { $unit }
+guide-view-residuals = 残差（标准差倍数），按读数
+guide-view-missing = 可能缺少的误差项：概率
+guide-view-nothing = 无遗漏，或均已命名
 guide-reached = 完成：各目标均已达到，无缺项或均已指明；{ $readings } 个读数，代价 { $cost }
 guide-nothing-to-gain = 停止：此方案中没有位置能提供更多所需信息；{ $readings } 个读数，代价 { $cost }
 guide-most-readings = 停止：已取 { $readings } 个读数，为 --most 所允许的上限；代价 { $cost }

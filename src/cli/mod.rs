@@ -39,7 +39,7 @@ mod show_error;
 mod simulate;
 
 pub use embedded::{Printed, converse, run_embedded};
-pub use guide::guide_text;
+pub use guide::{guide_screen, guide_text};
 pub use show_error::explain;
 
 use crate::error::{Fault, Malformed, Result};

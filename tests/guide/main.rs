@@ -9,3 +9,4 @@ mod mistakes;
 mod samples;
 #[cfg(feature = "serial")]
 mod serial;
+mod view;

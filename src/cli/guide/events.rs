@@ -4,6 +4,7 @@ use super::journal::{Entry, Journal};
 use super::lines::{self, Line, Lines, Next, Numbered};
 use super::place::{Placed, placed};
 use super::samples::{Samples, Step};
+use super::screen::Screen;
 use super::serve::Page;
 use super::table::{Beside, Due};
 use super::{json, view};
@@ -38,6 +39,8 @@ pub(super) struct Session {
     pub ever: Vec<Reading>,
     pub json: bool,
     pub page: Option<Page>,
+    /// The view of the terminal, in the place of lines.
+    pub screen: Option<Screen>,
     pub progress: Progress,
 }
 
@@ -136,6 +139,10 @@ impl Session {
                 return cli::print(&(line + "\n"));
             }
         }
+        let asked = self.asked(advice);
+        if let Some(screen) = &mut self.screen {
+            return screen.step(advice, asked.as_ref(), refused.map(ToString::to_string));
+        }
         self.progress.line.suspend(|| match refused {
             Some(error) => {
                 cli::show_error::show(error);
@@ -145,14 +152,16 @@ impl Session {
         })
     }
 
+    /// The position of an advice.
+    fn asked(&self, advice: &Advice) -> Option<Reading> {
+        let next = advice.next.as_ref()?;
+        let same = |own: &&Reading| own.position == next.position && view::setting(&self.campaign, own) == next.setting;
+        self.guide.candidates().iter().find(same).or(self.guide.taken().last()).cloned()
+    }
+
     /// The next accepted reading (true) or undone one (false); `None` at the end of the readings.
     fn event(&mut self, advice: &Advice) -> Result<Option<bool>> {
-        let asked = advice.next.as_ref().and_then(|next| {
-            let same =
-                |own: &&Reading| own.position == next.position && view::setting(&self.campaign, own) == next.setting;
-            self.guide.candidates().iter().find(same).or(self.guide.taken().last())
-        });
-        let asked = asked.cloned();
+        let asked = self.asked(advice);
         if self.source.truth.is_some() {
             let Some(asked) = asked else { return Ok(None) };
             return self.simulated(asked);
@@ -323,6 +332,9 @@ impl Session {
         if self.json {
             let line = self.progress.line_of_advice.strip_suffix('}').unwrap_or_default();
             return cli::print(&format!("{line},\"held\":{}}}\n", json(&held)?));
+        }
+        if let Some(screen) = &mut self.screen {
+            return screen.held(&held);
         }
         let text = view::held(&held, session::language());
         if matches!(held.state, Holding::Left | Holding::Which) {

@@ -7,7 +7,7 @@
 //! | `table.rs`, `samples.rs` | rows of samples; what they become: positions that are held, and their readings |
 //! | `place.rs` | where a reading of samples belongs |
 //! | `events.rs` | from line to line: what is accepted, and what is said |
-//! | `view.rs` | the advice for a person |
+//! | `view.rs`, `screen.rs` | the advice for a person: as lines, and as one screen |
 //! | `serve.rs` | the page beside the table |
 
 mod events;
@@ -17,6 +17,7 @@ mod place;
 #[cfg(feature = "serial")]
 mod port;
 mod samples;
+mod screen;
 mod serve;
 mod table;
 mod view;
@@ -33,6 +34,8 @@ use events::{Progress, Session, Source};
 use journal::Journal;
 use lines::Lines;
 use samples::Samples;
+use screen::Screen;
+pub use screen::guide_screen;
 use serve::Page;
 use std::net::IpAddr;
 use std::path::{Path, PathBuf};
@@ -108,6 +111,9 @@ pub(super) struct Arguments {
     /// Advice as lines of JSON on standard output, for a program that drives the table: its "next" is answered by a line of --readings.
     #[arg(long, value_name = "-", value_parser = ["-"])]
     json: Option<String>,
+    /// Show everything on one screen of the terminal: the bench in the position to set, the goals, the residuals and what may be missing.
+    #[arg(long, conflicts_with = "json")]
+    view: bool,
     /// Serve a page beside the table, on a port of this machine (any that is free unless given); its address, with a token, is written to the terminal.
     #[arg(long, value_name = "PORT", num_args = 0..=1, default_missing_value = "0")]
     serve: Option<u16>,
@@ -129,6 +135,8 @@ impl Arguments {
 
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     let (campaign, source) = files::campaign(&arguments.campaign)?;
+    // before anything is written
+    let screen = arguments.view.then(|| Screen::open(&campaign.bench)).transpose()?;
     let located = |error| wire::locate(error, &source);
     files::one_device(&campaign);
     let catalogue = catalogue::catalogue(arguments.effects.as_deref())?;
@@ -177,7 +185,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     }
     let progress = Progress { line, told: None, line_of_advice: String::new() };
     let json = arguments.json.is_some();
-    let mut session = Session { guide, journal, source, campaign, ever: Vec::new(), json, page, progress };
+    let mut session = Session { guide, journal, source, campaign, ever: Vec::new(), json, page, screen, progress };
     let ended = session.run(entries)?;
     let mut result = session.guide.campaign();
     let bytes = std::fs::read(&path).unwrap_or_default();

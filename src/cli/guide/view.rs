@@ -40,13 +40,18 @@ pub(super) fn text(advice: &Advice, lang: Language) -> String {
     }
     lines.extend(advice.unreachable.iter().map(|id| say!(lang, "guide-unreachable", id)));
     lines.extend(advice.next.iter().map(|own| next(own, lang)));
+    lines.extend(advice.ended.map(|own| ending(own, advice, lang)));
+    lines.iter().map(|line| format!("{line}\n")).collect()
+}
+
+/// How it ended.
+pub(super) fn ending(own: Ending, advice: &Advice, lang: Language) -> String {
     let (readings, cost) = (advice.readings.to_string(), advice.cost.to_string());
-    lines.extend(advice.ended.map(|own| match own {
+    match own {
         Ending::Reached => say!(lang, "guide-reached", readings, cost),
         Ending::NothingToGain => say!(lang, "guide-nothing-to-gain", readings, cost),
         Ending::MostReadings => say!(lang, "guide-most-readings", readings, cost),
-    }));
-    lines.iter().map(|line| format!("{line}\n")).collect()
+    }
 }
 
 /// What is said while a position is held.
@@ -79,7 +84,7 @@ fn position(label: &str, setting: &str, lang: Language) -> String {
     }
 }
 
-fn newest(own: &Newest, lang: Language) -> Vec<String> {
+pub(super) fn newest(own: &Newest, lang: Language) -> Vec<String> {
     let (reading, sd) = (own.reading.to_string(), format!("{:.1}", tenths(own.deviation.unwrap_or(0.0))));
     let place = position(&own.position, &own.setting, lang);
     let said = match own.agreement {
@@ -99,7 +104,7 @@ fn kind(own: MistakeKind, lang: Language) -> String {
     lang.term("mistake", own.name()).to_string()
 }
 
-fn mistake(own: &Mistake, lang: Language) -> Vec<String> {
+pub(super) fn mistake(own: &Mistake, lang: Language) -> Vec<String> {
     let first = match (own.named, own.at) {
         (Some(named), Some(at)) => say!(lang, "guide-likely-at", kind = kind(named, lang), reading = at.to_string()),
         (Some(named), None) => say!(lang, "guide-likely", kind = kind(named, lang)),
@@ -115,8 +120,13 @@ fn mistake(own: &Mistake, lang: Language) -> Vec<String> {
     [first].into_iter().chain(own.explanations.iter().take(LISTED).map(one)).chain(more).collect()
 }
 
-fn goal(own: &Progress, lang: Language) -> String {
-    let (scale, unit) = if own.unit == "rad" { (ARCSEC, "arcsec") } else { (1.0, own.unit.as_str()) };
+/// The factor to the unit in which a value is shown, and that.
+pub(super) fn shown_in(unit: &str) -> (f64, &str) {
+    if unit == "rad" { (ARCSEC, "arcsec") } else { (1.0, unit) }
+}
+
+pub(super) fn goal(own: &Progress, lang: Language) -> String {
+    let (scale, unit) = shown_in(&own.unit);
     let (id, goal) = (&own.id, trimmed(own.goal * scale));
     match own.value.zip(own.u) {
         None => say!(lang, "guide-goal-open", id, goal, unit),
@@ -131,7 +141,7 @@ fn goal(own: &Progress, lang: Language) -> String {
     }
 }
 
-fn next(own: &Next, lang: Language) -> String {
+pub(super) fn next(own: &Next, lang: Language) -> String {
     let place = position(&own.position, &own.setting, lang);
     match (own.why, own.information) {
         (Why::Information, Some(nats)) => {

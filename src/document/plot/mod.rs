@@ -45,6 +45,8 @@ use crate::number;
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
+#[cfg(feature = "cli")]
+pub(crate) use scene::{radius, seen, unseen};
 
 /// Width of a figure as wide as the page.
 const WIDE: u32 = 1856;

@@ -50,6 +50,18 @@ impl Eye {
     }
 }
 
+#[cfg(feature = "cli")]
+/// A point of the room (east, north, up) as the picture has it: to the right, up, away.
+pub(crate) fn seen(point: &Vector3<f64>) -> Vector3<f64> {
+    Eye::new().0 * point
+}
+
+#[cfg(feature = "cli")]
+/// The point of the room that the picture has there.
+pub(crate) fn unseen(point: &Vector3<f64>) -> Vector3<f64> {
+    Eye::new().0.transpose() * point
+}
+
 fn draw(area: &Area<'_>, scene: &Scene, lang: Language) -> Drawn {
     let eye = Eye::new();
     for (k, ring) in scene.rings.iter().enumerate() {
@@ -90,7 +102,7 @@ fn draw(area: &Area<'_>, scene: &Scene, lang: Language) -> Drawn {
 }
 
 /// Radii from the outermost joint to the innermost.
-fn radius(k: usize, of: usize) -> f64 {
+pub(crate) fn radius(k: usize, of: usize) -> f64 {
     let step = if of > 1 { (0.42 / (of - 1) as f64).min(0.16) } else { 0.0 };
     1.0 - step * k as f64
 }

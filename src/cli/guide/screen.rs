@@ -1,0 +1,297 @@
+//! The view of a terminal (`--view`): the position to set, what is held, the goals, the residuals and what may be missing, on one screen.
+//!
+//! The terminal stays as it is otherwise: commands are typed below the view, and nothing needs to be undone where the program is interrupted.
+
+use super::view;
+use crate::bench::Bench;
+use crate::campaign::{JointState, Reading};
+use crate::cli::session;
+use crate::document::number::{rounded, trimmed};
+use crate::document::plot;
+use crate::error::{Fault, Malformed, Result};
+use crate::guide::{Advice, Agreement, Ending, Held, Progress, Residual};
+use crate::language::{Language, say};
+use crate::report::{GuideReport, scene};
+use nalgebra::Vector3;
+use ratatui::backend::{CrosstermBackend, TestBackend};
+use ratatui::layout::{Constraint, Layout, Position};
+use ratatui::style::{Color, Modifier, Style};
+use ratatui::symbols::Marker;
+use ratatui::text::{Line, Span};
+use ratatui::widgets::canvas::{Canvas, Context, Line as Stroke, Points};
+use ratatui::widgets::{Block, Borders, Paragraph, Wrap};
+use ratatui::{Frame, Terminal};
+use std::io::{IsTerminal, Stdout};
+
+/// Pieces of a ring.
+const PIECES: u32 = 48;
+/// Half of the drawing's width and height, in radii of the outermost ring: labels stand beyond it.
+const EDGE: [f64; 2] = [1.9, 1.35];
+/// Cells of a bar.
+const BAR: usize = 12;
+/// Most rows of what may be missing.
+const ROWS: usize = 6;
+
+/// What is on the screen.
+#[derive(Default)]
+struct Shown {
+    advice: Option<Advice>,
+    joints: Vec<JointState>,
+    held: Option<Held>,
+    refused: Option<String>,
+}
+
+/// A terminal with the view on it.
+pub(super) struct Screen {
+    terminal: Terminal<CrosstermBackend<Stdout>>,
+    bench: Bench,
+    shown: Shown,
+}
+
+impl Screen {
+    /// Errors: standard output is no terminal.
+    pub fn open(bench: &Bench) -> Result<Self> {
+        let out = std::io::stdout();
+        if !out.is_terminal() {
+            return Err(Malformed::new(Fault::Value, "--view needs a terminal, and standard output is none")
+                .expected("a terminal, or the command without --view"));
+        }
+        let terminal = Terminal::new(CrosstermBackend::new(out)).map_err(|error| fault(&error))?;
+        Ok(Screen { terminal, bench: bench.clone(), shown: Shown::default() })
+    }
+
+    /// After a step or a line that was refused: `asked` is the position of the advice.
+    pub fn step(&mut self, advice: &Advice, asked: Option<&Reading>, refused: Option<String>) -> Result<()> {
+        self.shown = Shown {
+            advice: Some(advice.clone()),
+            joints: asked.map_or_else(Vec::new, |own| own.joints.clone()),
+            held: None,
+            refused,
+        };
+        // what was typed stands on the screen too
+        self.terminal.clear().map_err(|error| fault(&error))?;
+        self.draw()
+    }
+
+    /// While a position is held.
+    pub fn held(&mut self, held: &Held) -> Result<()> {
+        self.shown.held = Some(held.clone());
+        self.draw()
+    }
+
+    fn draw(&mut self) -> Result<()> {
+        let (bench, shown) = (&self.bench, &self.shown);
+        let drawn = self.terminal.draw(|frame| draw(frame, bench, shown, session::language()));
+        drawn.map(|_| ()).map_err(|error| fault(&error))
+    }
+}
+
+impl Drop for Screen {
+    /// What is said next stands below the view.
+    fn drop(&mut self) {
+        let below = self.terminal.size().map_or(0, |size| size.height.saturating_sub(1));
+        // a terminal that is gone needs no more
+        let _ = self.terminal.set_cursor_position(Position { x: 0, y: below });
+        let _ = self.terminal.show_cursor();
+    }
+}
+
+fn fault(error: &dyn std::fmt::Display) -> Malformed {
+    Malformed::new(Fault::File, format!("the view cannot be drawn: {error}")).expected("a terminal that stays open")
+}
+
+/// The view as text, so many columns wide and rows high; `joints` are those of the position to set.
+///
+/// Errors: no size.
+pub fn guide_screen(bench: &Bench, report: &GuideReport, joints: &[JointState], size: [u16; 2]) -> Result<String> {
+    let [width, height] = size;
+    let shown = Shown {
+        advice: Some(report.advice.clone()),
+        joints: joints.to_vec(),
+        held: report.held.clone(),
+        refused: report.error.clone(),
+    };
+    let mut terminal = Terminal::new(TestBackend::new(width, height)).map_err(|error| fault(&error))?;
+    terminal.draw(|frame| draw(frame, bench, &shown, Language::English)).map_err(|error| fault(&error))?;
+    let cells = terminal.backend().buffer().content();
+    let rows = cells.chunks(usize::from(width).max(1));
+    Ok(rows.map(|row| row.iter().map(|cell| cell.symbol()).collect::<String>().trim_end().to_string() + "\n").collect())
+}
+
+fn titled(title: &str) -> Block<'static> {
+    Block::new().borders(Borders::TOP).title(format!(" {title} "))
+}
+
+fn draw(frame: &mut Frame<'_>, bench: &Bench, shown: &Shown, lang: Language) {
+    let [said, body, typed] =
+        Layout::vertical([Constraint::Length(4), Constraint::Min(12), Constraint::Length(2)]).areas(frame.area());
+    let Some(advice) = &shown.advice else { return };
+    frame.render_widget(
+        Paragraph::new(sentences(advice, shown.refused.as_deref(), lang)).wrap(Wrap { trim: true }),
+        said,
+    );
+    let [left, right] =
+        Layout::horizontal([Constraint::Percentage(46), Constraint::Percentage(54)]).spacing(2).areas(body);
+    let held = shown.held.as_ref().map_or(0, |own| 3 + own.means.len() as u16);
+    let [next, picture, holding] =
+        Layout::vertical([Constraint::Length(4), Constraint::Min(6), Constraint::Length(held)]).areas(left);
+    let text = advice.next.as_ref().map_or_else(String::new, |own| view::next(own, lang));
+    let set = Paragraph::new(text).style(Modifier::BOLD).wrap(Wrap { trim: true });
+    frame.render_widget(set.block(titled(say!(lang, "guide-view-set"))), next);
+    if advice.next.is_some() && !bench.chain.is_empty() {
+        frame.render_widget(drawing(bench, &shown.joints), picture);
+    }
+    if let Some(own) = &shown.held {
+        let text = Paragraph::new(view::held(own, lang)).wrap(Wrap { trim: true });
+        frame.render_widget(text.block(titled(say!(lang, "guide-view-held"))), holding);
+    }
+    let missing = missing(advice, lang);
+    let [goals, residuals, effects] = Layout::vertical([
+        Constraint::Length(1 + advice.goals.len() as u16),
+        Constraint::Min(6),
+        Constraint::Length(1 + missing.len() as u16),
+    ])
+    .areas(right);
+    let rows: Vec<Line<'_>> = advice.goals.iter().map(|own| goal(own, lang)).collect();
+    frame.render_widget(Paragraph::new(rows).block(titled(say!(lang, "guide-view-goals"))), goals);
+    frame.render_widget(chart(&advice.residuals, lang), residuals);
+    frame.render_widget(Paragraph::new(missing).block(titled(say!(lang, "guide-view-missing"))), effects);
+    if advice.ended.is_none() {
+        frame.render_widget(Paragraph::new("> ").block(Block::new().borders(Borders::TOP)), typed);
+        frame.set_cursor_position(Position { x: typed.x + 2, y: typed.y + 1 });
+    }
+}
+
+/// The last reading, a likely mistake, or why a line was refused; at the end how it ended.
+fn sentences(advice: &Advice, refused: Option<&str>, lang: Language) -> Vec<Line<'static>> {
+    let bad = Style::new().fg(Color::Red).add_modifier(Modifier::BOLD);
+    let mut lines: Vec<Line<'static>> = Vec::new();
+    // the first line of an error says what is wrong
+    lines.extend(refused.and_then(|text| text.lines().next()).map(|text| Line::styled(text.to_string(), bad)));
+    if let Some(own) = &advice.newest {
+        let style = if own.agreement == Agreement::Disagrees { bad } else { Style::new() };
+        lines.extend(view::newest(own, lang).into_iter().map(|text| Line::styled(text, style)));
+    }
+    lines.extend(
+        advice.mistake.iter().flat_map(|own| view::mistake(own, lang)).take(2).map(|text| Line::styled(text, bad)),
+    );
+    if let Some(ended) = advice.ended {
+        let style = if ended == Ending::Reached { Style::new().fg(Color::Green) } else { bad };
+        lines.push(Line::styled(view::ending(ended, advice, lang), style.add_modifier(Modifier::BOLD)));
+    }
+    lines
+}
+
+/// A bar that is full at 1.
+fn bar(share: f64, colour: Color) -> [Span<'static>; 2] {
+    let full = crate::number::count((share.clamp(0.0, 1.0) * BAR as f64).round());
+    [Span::styled("█".repeat(full), colour), Span::styled("░".repeat(BAR.saturating_sub(full)), Color::DarkGray)]
+}
+
+/// A goal: its bar is full where `u` is what is wanted.
+fn goal(own: &Progress, lang: Language) -> Line<'static> {
+    let share = own.u.filter(|u| *u > 0.0).map_or(0.0, |u| own.goal / u);
+    let colour = if own.met { Color::Green } else { Color::Yellow };
+    let (scale, unit) = view::shown_in(&own.unit);
+    let text = match own.u.map(|u| u * scale) {
+        None => view::goal(own, lang).trim_start().to_string(),
+        Some(u) => {
+            say!(lang, "guide-view-goal", id = &own.id, u = rounded(u, Some(u)), goal = trimmed(own.goal * scale), unit)
+                .into()
+        }
+    };
+    Line::from_iter(bar(share, colour).into_iter().chain([Span::raw(format!(" {text}"))]))
+}
+
+/// Effects named and suspected with their probabilities, and that nothing more is missing.
+fn missing(advice: &Advice, lang: Language) -> Vec<Line<'static>> {
+    let row = |probability: f64, text: String, colour: Color| {
+        let text = Span::raw(format!(" {probability:.3} {text}"));
+        Line::from_iter(bar(probability, colour).into_iter().chain([text]))
+    };
+    let named = advice.diagnosis.iter().flat_map(|own| &own.effects);
+    let named =
+        named.map(|own| row(own.probability, format!("{} {}", own.regressor, lang.name(&own.name)), Color::Red));
+    let suspected = advice.suspected.iter();
+    let suspected =
+        suspected.map(|own| row(own.probability, format!("{} {}", own.regressor, lang.name(&own.name)), Color::Yellow));
+    let nothing = row(advice.nothing_missing_or_named, say!(lang, "guide-view-nothing").into(), Color::Green);
+    [nothing].into_iter().chain(named).chain(suspected).take(ROWS).collect()
+}
+
+/// Residuals in standard deviations by reading, with a line at two of them on either side.
+fn chart(residuals: &[Residual], lang: Language) -> Canvas<'static, impl Fn(&mut Context<'_>) + use<>> {
+    let points: Vec<(f64, f64)> = residuals.iter().map(|own| (own.reading as f64, own.in_sd)).collect();
+    let most = points.iter().fold(3.0_f64, |most, (_, y)| most.max(y.abs()));
+    let last = points.iter().fold(2.0_f64, |last, (x, _)| last.max(*x));
+    Canvas::default()
+        .block(titled(say!(lang, "guide-view-residuals")))
+        .marker(Marker::Braille)
+        .x_bounds([0.0, last + 1.0])
+        .y_bounds([-1.15 * most, 1.15 * most])
+        .paint(move |own| {
+            for (y, colour) in [(0.0, Color::Gray), (2.0, Color::DarkGray), (-2.0, Color::DarkGray)] {
+                own.draw(&Stroke::new(0.0, y, last + 1.0, y, colour));
+            }
+            own.layer();
+            own.print(0.0, 2.0, "+2");
+            own.print(0.0, -2.0, "-2");
+            for (x, y) in &points {
+                let colour = if y.abs() > 2.0 { Color::Red } else { Color::Cyan };
+                own.print(*x, *y, Span::styled("●", colour));
+            }
+        })
+}
+
+/// The bench as the position has it: a ring for each joint with a mark at its angle, the unit's axes, gravity and the Earth rate.
+fn drawing(bench: &Bench, joints: &[JointState]) -> Canvas<'static, impl Fn(&mut Context<'_>) + use<>> {
+    let scene = scene(bench, joints);
+    Canvas::default().marker(Marker::Braille).x_bounds([-EDGE[0], EDGE[0]]).y_bounds([-EDGE[1], EDGE[1]]).paint(
+        move |own| {
+            let at = |point: &Vector3<f64>| {
+                let seen = plot::seen(point);
+                (seen.x, seen.y)
+            };
+            let stroke = |own: &mut Context<'_>, from: &Vector3<f64>, to: &Vector3<f64>, colour: Color| {
+                let ((x1, y1), (x2, y2)) = (at(from), at(to));
+                own.draw(&Stroke::new(x1, y1, x2, y2, colour));
+            };
+            let middle = Vector3::zeros();
+            let mut labels: Vec<(Vector3<f64>, String, Color)> = Vec::new();
+            for (k, ring) in scene.rings.iter().enumerate() {
+                let radius = plot::radius(k, scene.rings.len());
+                let second = ring.axis.cross(&ring.zero);
+                let on = |angle: f64| (ring.zero * angle.cos() + second * angle.sin()) * radius;
+                let step = std::f64::consts::TAU / f64::from(PIECES);
+                let round: Vec<(f64, f64)> = (0..PIECES).map(|k| at(&on(f64::from(k) * step))).collect();
+                own.draw(&Points { coords: &round, color: Color::DarkGray });
+                let angle = ring.angle_deg.to_radians();
+                // where it turns, a third of a turn in its sense
+                let sweep = if ring.rate_deg_s == 0.0 { 0.0 } else { ring.rate_deg_s.signum() * 8.0 * step };
+                let arc: Vec<(f64, f64)> = (0..=32).map(|k| at(&on(angle + sweep * f64::from(k) / 16.0))).collect();
+                let colour = if sweep == 0.0 { Color::Blue } else { Color::Red };
+                own.draw(&Points { coords: &arc, color: colour });
+                stroke(own, &(on(angle) * 0.8), &on(angle), colour);
+                labels.push((ring.axis * (radius + 0.12), ring.label.clone(), Color::Reset));
+            }
+            for (name, direction) in &scene.inputs {
+                let end = scene.unit * direction * 0.62;
+                stroke(own, &middle, &end, Color::Magenta);
+                labels.push((end, name.clone(), Color::Magenta));
+            }
+            let side = Vector3::new(-1.2, 0.7, 0.0);
+            let side = plot::unseen(&side);
+            stroke(own, &side, &(side - Vector3::z() * 0.42), Color::Green);
+            labels.push((side - Vector3::z() * 0.42, "g".into(), Color::Green));
+            if let Some(direction) = scene.earth_rate {
+                stroke(own, &side, &(side + direction * 0.42), Color::Blue);
+                labels.push((side + direction * 0.42, "\u{3a9}".into(), Color::Blue));
+            }
+            own.layer();
+            for (end, text, colour) in labels {
+                let (x, y) = at(&end);
+                own.print(x, y, Span::styled(text, colour));
+            }
+        },
+    )
+}
