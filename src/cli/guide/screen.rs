@@ -13,7 +13,7 @@ use crate::guide::{Advice, Agreement, Ending, Held, Progress, Residual};
 use crate::language::{Language, say};
 use crate::report::{GuideReport, scene};
 use nalgebra::Vector3;
-use ratatui::backend::{CrosstermBackend, TestBackend};
+use ratatui::backend::{Backend, ClearType, CrosstermBackend, TestBackend};
 use ratatui::layout::{Constraint, Layout, Position};
 use ratatui::style::{Color, Modifier, Style};
 use ratatui::symbols::Marker;
@@ -51,13 +51,11 @@ pub(super) struct Screen {
 impl Screen {
     /// Errors: standard output is no terminal.
     pub fn open(bench: &Bench) -> Result<Self> {
-        let out = std::io::stdout();
-        if !out.is_terminal() {
+        if !std::io::stdout().is_terminal() {
             return Err(Malformed::new(Fault::Value, "--view needs a terminal, and standard output is none")
                 .expected("a terminal, or the command without --view"));
         }
-        let terminal = Terminal::new(CrosstermBackend::new(out)).map_err(|error| fault(&error))?;
-        Ok(Screen { terminal, bench: bench.clone(), shown: Shown::default() })
+        Ok(Screen { terminal: fresh().map_err(|error| fault(&error))?, bench: bench.clone(), shown: Shown::default() })
     }
 
     /// After a step or a line that was refused: `asked` is the position of the advice.
@@ -68,8 +66,8 @@ impl Screen {
             held: None,
             refused,
         };
-        // what was typed stands on the screen too
-        self.terminal.clear().map_err(|error| fault(&error))?;
+        // what was typed stands on the screen too; clearing by the terminal itself would ask it where its cursor is, which is answered on standard input
+        self.terminal = fresh().map_err(|error| fault(&error))?;
         self.draw()
     }
 
@@ -94,6 +92,13 @@ impl Drop for Screen {
         let _ = self.terminal.set_cursor_position(Position { x: 0, y: below });
         let _ = self.terminal.show_cursor();
     }
+}
+
+/// A terminal with nothing on it.
+fn fresh() -> std::io::Result<Terminal<CrosstermBackend<Stdout>>> {
+    let mut terminal = Terminal::new(CrosstermBackend::new(std::io::stdout()))?;
+    terminal.backend_mut().clear_region(ClearType::All)?;
+    Ok(terminal)
 }
 
 fn fault(error: &dyn std::fmt::Display) -> Malformed {
