@@ -96,27 +96,6 @@ impl Evidence {
         }
     }
 
-    /// Whitened columns against a residual, with nothing in the model; so many of them are distinct.
-    #[cfg(feature = "navigate")]
-    pub fn plain(columns: Mat<f64>, residual: Vec<f64>, tests: usize, from: NoiseFrom, remainders: Remainders) -> Self {
-        let basis = Mat::zeros(residual.len(), 0);
-        let pool = Pool::new(columns, basis.as_ref(), &residual);
-        Evidence {
-            cosines: vec![OnceCell::new(); pool.len()],
-            tests,
-            rss: dot(&residual, &residual),
-            dof: residual.len(),
-            from,
-            multiplicity: vec![tests as f64; pool.len()],
-            remainders,
-            basis,
-            residual,
-            pure: None,
-            strata: None,
-            pool,
-        }
-    }
-
     /// The effects that were in the model from which the variances of what scatters come.
     pub fn found_with(&mut self, set: &[usize]) {
         // dependent columns: the set tells nothing more
@@ -205,13 +184,7 @@ impl Evidence {
         alone.unwrap_or(1.0).clamp(0.0, 1.0)
     }
 
-    /// The candidate with the strongest evidence given the set: `t^2`, less what its family's tests cost.
-    #[cfg(feature = "navigate")]
-    pub fn strongest(&self, given: &Given) -> Option<Strongest> {
-        self.strongest_of(given, |_| true)
-    }
-
-    /// The same among some of them.
+    /// Of some candidates the one with the strongest evidence given the set: `t^2`, less what its family's tests cost.
     pub fn strongest_of(&self, given: &Given, wanted: impl Fn(usize) -> bool) -> Option<Strongest> {
         let mut best: Option<(usize, f64, f64, f64)> = None;
         for index in 0..self.pool.len() {

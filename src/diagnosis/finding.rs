@@ -368,7 +368,7 @@ impl Effects<'_> {
         let evidence = self.evidence;
         let member = self.set.get(place)?;
         let effect = self.candidates.get(*member)?;
-        let others = super::criteria::without(self.set, place);
+        let others: Vec<usize> = self.set.iter().copied().filter(|j| j != member).collect();
         let without = evidence.given(&others)?;
         let standing = evidence.standing(&others, *member).filter(|_| !self.complete);
         let (alone, dof_alone) = evidence.t(&without, *member);

@@ -43,14 +43,6 @@ pub(super) struct Grouping {
     turned: Option<Mat<f64>>,
 }
 
-/// A grouping of rows that belong to no campaign: the group of each row, and how much of its group's deviation the row feels.
-#[cfg(feature = "navigate")]
-pub(crate) struct Felt {
-    pub name: String,
-    pub group: Vec<Option<usize>>,
-    pub size: Vec<f64>,
-}
-
 /// The remainder of one model.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Remainder {
@@ -99,22 +91,6 @@ impl Remainders {
         let z = relative_weights(campaign, design, &weighted.own_weight);
         for (name, in_time, group) in groupings(campaign, design) {
             remainders.add(name, in_time, group, (&z, weighted));
-        }
-        remainders
-    }
-
-    /// Groupings of rows that belong to no campaign, with nothing in the model.
-    #[cfg(feature = "navigate")]
-    pub fn plain(rows: usize, known: bool, groupings: Vec<Felt>) -> Self {
-        let mut remainders = Remainders { groupings: Vec::new(), known, rows, rank: 0, basis: Mat::zeros(rows, 0) };
-        for Felt { name, mut group, size } in groupings {
-            group.resize(rows, None);
-            let felt = |(g, z): (&Option<usize>, &f64)| g.map(|_| z * z);
-            let squares: Vec<f64> = group.iter().zip(&size).filter_map(felt).collect();
-            let rms = (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt();
-            if rms > 0.0 && group.iter().flatten().max().is_some_and(|last| last + 1 >= FEWEST_GROUPS) {
-                remainders.push(name, group, size.iter().map(|z| z / rms).collect());
-            }
         }
         remainders
     }
@@ -176,14 +152,6 @@ impl Remainders {
             }
         }
         best
-    }
-
-    /// The same with a given grouping, or each reading by itself.
-    #[cfg(feature = "navigate")]
-    pub fn left_by(&self, index: Option<usize>, directions: &[Vec<f64>], residual: &[f64], rss: f64) -> Remainder {
-        let white = self.by_reading(directions.len(), rss);
-        let own = index.and_then(|index| self.fit(index, directions, residual, rss));
-        own.filter(|own| own.deviance < white.deviance).unwrap_or(white)
     }
 
     /// Evidence for the last of the directions, whose score is `score`, against what is left.
