@@ -39,9 +39,6 @@ const FIRST: usize = 3;
 /// Odds against the best from which a set with another tilt is tried.
 const TRIED: f64 = 1e-7;
 
-/// Members of a class are as probable as the best but for this factor: their own odds decide which one stands for them. Smaller odds are not worth
-/// more than a bare mention (H. Jeffreys, Theory of Probability, app. B; R. Kass, A. Raftery, JASA 90 (1995), 777).
-const NEAR: f64 = 3.0;
 /// Odds and probabilities of members of a class that differ by a smaller share are equal.
 const EQUAL: f64 = 1e-6;
 
@@ -140,8 +137,7 @@ impl View {
 
     /// ln odds of all that have the column of a candidate.
     fn odds(&self, j: usize) -> f64 {
-        let first = self.score.alike.iter().position(|own| own.iter().any(|i| usize::from(*i) == j));
-        first.and_then(|j| self.score.prior.get(j)).copied().unwrap_or(f64::NEG_INFINITY)
+        self.score.standing(j).and_then(|j| self.score.prior.get(usize::from(j))).copied().unwrap_or(f64::NEG_INFINITY)
     }
 
     /// The posterior with what some sets have at their own solutions; of several with the same columns here the most probable counts.
@@ -149,7 +145,7 @@ impl View {
         let mut own: BTreeMap<Vec<u16>, f64> = BTreeMap::new();
         // an exact fit that leads elsewhere says nothing of its set
         for (names, value) in judged.iter().filter_map(|(names, value)| Some((names, (*value)?))) {
-            if let Some(set) = standing(&self.candidates, &self.score.alike, names) {
+            if let Some(set) = standing(&self.candidates, &self.score, names) {
                 let most = own.entry(set).or_insert(f64::NEG_INFINITY);
                 *most = most.max(value);
             }
@@ -159,12 +155,11 @@ impl View {
     }
 }
 
-fn standing(candidates: &[Candidate], alike: &[Vec<u16>], names: &Names) -> Option<Vec<u16>> {
+fn standing(candidates: &[Candidate], score: &Score, names: &Names) -> Option<Vec<u16>> {
     let place = |(regressor, sensor): &(String, Option<usize>)| {
         let j = candidates.iter().position(|c| c.regressor == *regressor && c.sensor == *sensor)?;
         let j = u16::try_from(j).ok()?;
-        let first = alike.iter().position(|own| own.contains(&j)).and_then(|k| u16::try_from(k).ok());
-        Some(first.unwrap_or(j))
+        Some(usize::from(j)).and_then(|k| score.standing(k)).or(Some(j))
     };
     let mut set: Vec<u16> = names.iter().map(place).collect::<Option<_>>()?;
     set.sort_unstable();
@@ -195,10 +190,7 @@ pub(super) fn odds<'a>(
         let rank = if assumptions::is_assumption(c) { -1.0 } else { f64::from(c.rank) };
         -share.ln() - priors.rank * rank
     };
-    let each: Vec<f64> = candidates.map(own).collect();
-    let all: f64 = each.iter().enumerate().map(|(j, own)| own.exp() * plain(j)).sum();
-    // so many are expected in all where anything is missing
-    each.into_iter().map(|own| own + (priors.expected / all.max(f64::MIN_POSITIVE)).ln()).collect()
+    priors.shared(candidates.map(own).collect(), plain)
 }
 
 /// For each candidate, scaled to a largest value of one, the coefficient with which it would make this share of the largest reading of its sensor if its
@@ -352,7 +344,7 @@ impl<'a> Search<'a> {
         };
         let mut score = Score::new(&problem, self.priors);
         let starts = judged.iter().filter(|(_, value)| value.is_some());
-        let starts = starts.filter_map(|(names, _)| standing(&candidates, &score.alike, names));
+        let starts = starts.filter_map(|(names, _)| standing(&candidates, &score, names));
         score.search(&starts.filter(|set| !set.is_empty()).collect::<Vec<_>>());
         let unit = unit(&weighted);
         for (candidate, visible) in candidates.iter_mut().zip(&score.visible) {
@@ -401,7 +393,7 @@ impl<'a> Search<'a> {
         };
         let mut score = Score::new(&problem, self.priors);
         let names: Names = own.iter().map(|c| (c.regressor.clone(), c.sensor)).collect();
-        let set = standing(&own, &score.alike, &names).filter(|set| set.len() == effects.len());
+        let set = standing(&own, &score, &names).filter(|set| set.len() == effects.len());
         let value = set.map_or(f64::NEG_INFINITY, |set| score.of(&set)) + unit(&weighted);
         Ok((if value.is_nan() { f64::NEG_INFINITY } else { value }, weighted))
     }
@@ -466,7 +458,7 @@ struct Stood {
 impl Search<'_> {
     /// A set at its own solution, fitted from a point; `None` where its exact fit leads elsewhere.
     fn stand(&mut self, home: &Home, at: &mut View, names: &Names, from: &[f64]) -> Result<Option<Stood>> {
-        let set = standing(&at.candidates, &at.score.alike, names);
+        let set = standing(&at.candidates, &at.score, names);
         let beside = set.map(|set| at.score.beside(&set)).unwrap_or_default();
         let sharing = at.score.sharing;
         let at = &*at;
@@ -644,8 +636,7 @@ fn outcome(search: &Search<'_>, stood: &Names, mut view: View, point: &[f64]) ->
         let most = Some(top(&mut class.members.iter().filter(plain)));
         let most = most.filter(|own| own.ln() >= all.ln() - search.priors.alias).unwrap_or(all);
         let order = |a: f64, b: f64| if (a - b).abs() <= EQUAL * a { Ordering::Equal } else { a.total_cmp(&b) };
-        let near = class.members.iter().filter(|own| own.probability * NEAR >= most && own.probability <= most);
-        near.copied().max_by(|a, b| {
+        class.near(most).copied().max_by(|a, b| {
             let probable = || order(a.probability / most, b.probability / most);
             order(a.odds, b.odds).then_with(probable).then_with(|| name(b).cmp(name(a)))
         })
@@ -704,7 +695,7 @@ fn outcome(search: &Search<'_>, stood: &Names, mut view: View, point: &[f64]) ->
     let mut names: Names =
         named.iter().filter_map(|(j, _)| view.candidates.get(*j)).map(|c| (c.regressor.clone(), c.sensor)).collect();
     names.sort();
-    let set = standing(&view.candidates, &view.score.alike, &names).unwrap_or_default();
+    let set = standing(&view.candidates, &view.score, &names).unwrap_or_default();
     let mut deviations = view.score.deviations(&set);
     let each = view.score.t(&set);
     let t_of = |(j, _): &(usize, f64)| {

@@ -49,6 +49,16 @@ impl<'a> From<&'a Independent> for Rows<'a> {
     }
 }
 
+/// Lengths of what goes with time, smoothly or not: shares of the whole time, from a slow course to what forgets within a few readings: a factor of 3 to 10
+/// apart; choices, not derived.
+pub(crate) const LENGTHS: [(bool, f64); 5] = [(true, 0.3), (true, 0.1), (false, 1.0), (false, 0.1), (false, 0.02)];
+
+/// What a kernel of such a length has of the wave `cos(pi h t)`, `t` from 0 to 1: the root of its spectrum.
+pub(crate) fn share_of_wave(h: f64, (is_smooth, length): (bool, f64)) -> f64 {
+    let f = std::f64::consts::PI * h * length;
+    if is_smooth { (-0.25 * f * f).exp() } else { (1.0 / (1.0 + f * f)).sqrt() }
+}
+
 pub(super) fn bank<'a>(campaign: &Campaign, design: &DesignMatrix, at: impl Into<Rows<'a>>) -> Vec<Kernel> {
     let at = at.into();
     let n = at.weight.len();
@@ -173,18 +183,14 @@ pub(super) fn bank<'a>(campaign: &Campaign, design: &DesignMatrix, at: impl Into
     if b > a && m > 4 {
         // 64 waves bound the work, 240 that of all sensors together
         let most = (m / sensors.max(1)).saturating_sub(1).min(64).min(240 / sensors.max(1)).max(1);
-        // shares of the whole time, from a slow course to what forgets within a few readings: a factor of 3 to 10 apart; choices, not derived
-        let lengths = [(true, 0.3), (true, 0.1), (false, 1.0), (false, 0.1), (false, 0.02)];
-        let by_rate = lengths.iter().filter(|_| rates > 1).map(|own| (*own, true));
-        for ((is_smooth, length), by_rate) in lengths.iter().map(|own| (*own, false)).chain(by_rate) {
+        let by_rate = LENGTHS.iter().filter(|_| rates > 1).map(|own| (*own, true));
+        for (length, by_rate) in LENGTHS.iter().map(|own| (*own, false)).chain(by_rate) {
             let factor = Mat::from_fn(m, sensors * most, |i, j| {
                 let (s, h) = (j / most, (j % most + 1) as f64);
                 if s != rows[i].sensor {
                     return 0.0;
                 }
-                let f = std::f64::consts::PI * h * length;
-                let w = if is_smooth { (-0.25 * f * f).exp() } else { (1.0 / (1.0 + f * f)).sqrt() };
-                let course = w * (std::f64::consts::PI * h * (time[i] - a) / (b - a)).cos();
+                let course = share_of_wave(h, length) * (std::f64::consts::PI * h * (time[i] - a) / (b - a)).cos();
                 if by_rate { course * times_rate(i) } else { course }
             });
             add(named(if column.is_some() { "time" } else { "the order of the readings" }, by_rate), factor);

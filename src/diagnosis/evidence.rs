@@ -2,8 +2,6 @@
 
 use super::noise::{NoiseFrom, Weighted, weighted_columns};
 use super::pool::Pool;
-#[cfg(feature = "navigate")]
-use super::remainder::{Remainders, Standing};
 use super::strata::{Given, Strata};
 use crate::elements::Elements;
 use crate::linear::{dot, norm};
@@ -27,8 +25,6 @@ pub(super) struct Evidence {
     /// Tests that each candidate's probability accounts for: a family that stands for readings, positions or times counts as one effect, which
     /// its members share.
     pub multiplicity: Vec<f64>,
-    #[cfg(feature = "navigate")]
-    pub remainders: Remainders,
     basis: Mat<f64>,
     residual: Vec<f64>,
     pure: Option<Pure>,
@@ -86,8 +82,6 @@ impl Evidence {
             strata,
             tests,
             multiplicity: vec![tests as f64; pool.len()],
-            #[cfg(feature = "navigate")]
-            remainders: Remainders::plain(0, true, Vec::new()),
             basis: weighted.estimate.factor.thin_q().to_owned(),
             residual: weighted.residual.clone(),
             cosines: vec![OnceCell::new(); pool.len()],
@@ -95,27 +89,6 @@ impl Evidence {
             dof: weighted.estimate.dof,
             from: weighted.from,
             pure,
-            pool,
-        }
-    }
-
-    /// Whitened columns against a residual, with nothing in the model; so many of them are distinct.
-    #[cfg(feature = "navigate")]
-    pub fn plain(columns: Mat<f64>, residual: Vec<f64>, tests: usize, from: NoiseFrom, remainders: Remainders) -> Self {
-        let basis = Mat::zeros(residual.len(), 0);
-        let pool = Pool::new(columns, basis.as_ref(), &residual);
-        Evidence {
-            cosines: vec![OnceCell::new(); pool.len()],
-            tests,
-            rss: dot(&residual, &residual),
-            dof: residual.len(),
-            from,
-            multiplicity: vec![tests as f64; pool.len()],
-            remainders,
-            basis,
-            residual,
-            pure: None,
-            strata: None,
             pool,
         }
     }
@@ -208,13 +181,7 @@ impl Evidence {
         alone.unwrap_or(1.0).clamp(0.0, 1.0)
     }
 
-    /// The candidate with the strongest evidence given the set: `t^2`, less what its family's tests cost.
-    #[cfg(feature = "navigate")]
-    pub fn strongest(&self, given: &Given) -> Option<Strongest> {
-        self.strongest_of(given, |_| true)
-    }
-
-    /// The same among some of them.
+    /// Of some candidates the one with the strongest evidence given the set: `t^2`, less what its family's tests cost.
     pub fn strongest_of(&self, given: &Given, wanted: impl Fn(usize) -> bool) -> Option<Strongest> {
         let mut best: Option<(usize, f64, f64, f64)> = None;
         for index in 0..self.pool.len() {
@@ -258,18 +225,6 @@ impl Evidence {
         own.iter_mut().for_each(|v| *v /= size);
         let score = dot(&own, &self.residual);
         Some((own, score))
-    }
-
-    #[cfg(feature = "navigate")]
-    /// Evidence for a candidate beside a set, against the noise and what is left with both in the model.
-    pub fn standing(&self, set: &[usize], index: usize) -> Option<Standing> {
-        let (mut directions, mut residual) = self.directions(set)?;
-        let (own, score) = self.further(&directions, index)?;
-        residual.iter_mut().zip(&own).for_each(|(r, d)| *r -= score * d);
-        directions.push(own);
-        let rss = (self.rss_of(set) - score * score).max(0.0);
-        let remainder = self.remainders.left(&directions, &residual, rss);
-        Some(self.remainders.evidence(remainder, &directions, &residual, score))
     }
 
     /// Probability of residuals as large as these if the model with the set were complete; `None` where only they tell the noise.

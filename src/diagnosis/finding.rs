@@ -364,7 +364,7 @@ impl Effects<'_> {
         let evidence = self.evidence;
         let member = self.set.get(place)?;
         let effect = self.candidates.get(*member)?;
-        let others = super::criteria::without(self.set, place);
+        let others: Vec<usize> = self.set.iter().copied().filter(|j| j != member).collect();
         let without = evidence.given(&others)?;
         let (alone, dof) = evidence.t(&without, *member);
         let (value, u, unit) = coefficient(self.campaign, repaired, after, effect);

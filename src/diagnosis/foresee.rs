@@ -271,7 +271,8 @@ fn z(p: f64) -> f64 {
 
 /// What must be left of an effect beside another one, in units of u, for the other to be dropped with the power of the rule.
 fn apart() -> f64 {
-    z(POWER) + (z(POWER).powi(2) + Settings::default().indistinguishable).sqrt()
+    let alias = Priors::at(Settings::default().significance).alias;
+    z(POWER) + (z(POWER).powi(2) + 2.0 * alias).sqrt()
 }
 
 /// Change of every unknown when the effect, with coefficient 1, is in the readings and not in the model.

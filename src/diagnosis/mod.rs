@@ -21,9 +21,6 @@
 //! | `screen.rs` | long campaigns: which bad readings, positions and steps get a column |
 //! | `remounting.rs` | positions that scatter |
 //! | `strata.rs` | evidence where variances of what scatters are estimated |
-//! | `remainder.rs` | what no effect explains, as a component of variance |
-//! | `stepwise.rs` | one effect after another beside an unexplained rest |
-//! | `posterior.rs` | probabilities of effects and aliases |
 //! | `steps.rs` | the gap after each effect |
 //! | `finding.rs` | from a search to the answer |
 //! | `repair.rs` | the effect in the model line |
@@ -45,7 +42,6 @@ mod bank;
 mod candidate;
 mod candidates;
 mod catalogue;
-mod criteria;
 mod evidence;
 mod finding;
 mod foresee;
@@ -53,13 +49,8 @@ mod holdout;
 mod missed;
 mod noise;
 mod places;
-#[cfg(feature = "navigate")]
-mod plain;
 mod pool;
-#[cfg(feature = "navigate")]
-mod posterior;
 mod prospective;
-mod remainder;
 mod remounting;
 mod repair;
 mod score;
@@ -68,12 +59,12 @@ mod separate;
 mod settings;
 mod sizes;
 mod steps;
-#[cfg(feature = "navigate")]
-mod stepwise;
 mod strata;
 
 pub use assumptions::Held;
 pub use augmented::{State, candidates};
+#[cfg(feature = "navigate")]
+pub(crate) use bank::{LENGTHS, share_of_wave};
 pub use candidate::Candidate;
 pub use catalogue::{Applies, BUILT_IN, Effect};
 pub use finding::{Alias, Change, Finding, InSensor};
@@ -81,11 +72,9 @@ pub use foresee::{Alike, Fate, Foresight, Near, Prospect, Rule, foresee, is_angl
 pub use holdout::Holdout;
 pub use noise::NoiseFrom;
 pub use places::{Grouping, Level, Place, PlaceMean};
-#[cfg(feature = "navigate")]
-pub(crate) use plain::{Plain, Stands};
 pub use pool::{Pool, VISIBLE};
 #[cfg(feature = "navigate")]
-pub(crate) use remainder::Felt;
+pub(crate) use score::{Class, Deviations, Kernel, Posterior, Priors, Problem, Score};
 pub use separate::Separation;
 pub use settings::Settings;
 pub use steps::{GapStep, Step};

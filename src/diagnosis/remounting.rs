@@ -29,6 +29,9 @@ struct Source {
     lines: Vec<Scatter>,
 }
 
+/// Share of the significance at which positions scatter: the other half is that of the effects.
+const SHARE: f64 = 0.5;
+
 /// The diagnosis with positions that scatter, if they do and that leaves nothing unexplained; else as it is.
 pub(super) fn found(
     campaign: &Campaign,
@@ -50,7 +53,9 @@ pub(super) fn found(
         if let (true, Some(own)) = (left, &mut first.unexplained) {
             let model = first.after.as_ref().unwrap_or(&first.before);
             let best = ranked(&model.campaign, &sources, &model.design)?.into_iter().next();
-            if let Some((_, name, sd)) = best.filter(|(gain, ..)| p(*gain, sources.len()) <= settings.names()) {
+            if let Some((_, name, sd)) =
+                best.filter(|(gain, ..)| p(*gain, sources.len()) <= SHARE * settings.significance)
+            {
                 own.pattern.push_str(&format!(
                     "; a random effect of position ({name}, {sd}) cannot be distinguished from it: repeat some mountings to separate them"
                 ));
@@ -63,7 +68,7 @@ pub(super) fn found(
     let ranking = ranked_beside_settings(&model.campaign, &self::sources(&model.campaign), &model.design)?;
     let Some((gain, best, _)) = ranking.first() else { return Ok(first) };
     let p = p(*gain, sources.len());
-    if !(p <= settings.names()) {
+    if !(p <= SHARE * settings.significance) {
         return Ok(first);
     }
     let Some(source) = sources.iter().find(|own| own.name == *best) else { return Ok(first) };

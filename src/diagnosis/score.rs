@@ -37,12 +37,15 @@ const PLAIN: f64 = 12.0;
 const NEARLY: f64 = 0.95;
 /// Share of a set's probability below which a kernel beside it is left out where the set is judged at its own solution.
 const NEGLIGIBLE: f64 = 1e-3;
+/// Members of a class are as probable as the best but for this factor: their own odds decide which one stands for them. Smaller odds are not worth
+/// more than a bare mention (H. Jeffreys, Theory of Probability, app. B; R. Kass, A. Raftery, JASA 90 (1995), 777).
+const NEAR: f64 = 3.0;
 /// Most sets whose members are told as classes.
 const TOLD: usize = 8;
 
 /// What is believed before the readings are seen.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Priors {
+pub(crate) struct Priors {
     /// Sizes, in noise standard deviations, between which each is as probable as any other of its logarithm: of effects and of remainders.
     pub smallest: f64,
     pub largest: f64,
@@ -89,6 +92,12 @@ impl Priors {
         ((1.0 + size / self.smallest).ln() / self.range()).min(1.0)
     }
 
+    /// ln odds of candidates from what each has by itself (ln): so many are expected in all where anything is missing, each counted with its share of sizes.
+    pub fn shared(&self, each: Vec<f64>, share: impl Fn(usize) -> f64) -> Vec<f64> {
+        let all: f64 = each.iter().enumerate().map(|(j, own)| own.exp() * share(j)).sum();
+        each.into_iter().map(|own| own + (self.expected / all.max(f64::MIN_POSITIVE)).ln()).collect()
+    }
+
     /// ln of what nothing has over the odds of what is missing.
     pub fn nothing(&self) -> f64 {
         (self.expected / self.first).ln()
@@ -105,13 +114,13 @@ impl Priors {
 }
 
 /// A kernel `F F'`, rows of the weighted system.
-pub(super) struct Kernel {
+pub(crate) struct Kernel {
     /// What readings share that deviate alike; nothing where each deviates by itself.
     pub follows: Option<String>,
     pub factor: Mat<f64>,
 }
 
-pub(super) struct Problem<'a> {
+pub(crate) struct Problem<'a> {
     pub residual: &'a [f64],
     pub basis: MatRef<'a, f64>,
     pub columns: MatRef<'a, f64>,
@@ -132,7 +141,7 @@ struct Prepared {
 }
 
 /// Sufficient statistics in the space that the model leaves.
-pub(super) struct Score {
+pub(crate) struct Score {
     settings: Priors,
     known: bool,
     nu: f64,
@@ -181,6 +190,18 @@ struct Solved {
     squares: f64,
 }
 
+/// Eigenvalues of a Gram matrix and its eigenvectors; no vectors where it is diagonal.
+fn principal(gram: &Mat<f64>) -> Option<(Vec<f64>, Option<Mat<f64>>)> {
+    let k = gram.ncols();
+    let own: Vec<f64> = (0..k).map(|i| gram[(i, i)]).collect();
+    let is_zero = |i: usize, j: usize| gram[(i, j)].abs() <= 1e-12 * (own[i] * own[j]).sqrt();
+    if (0..k).all(|j| (0..j).all(|i| is_zero(i, j))) {
+        return Some((own, None));
+    }
+    let eigen = gram.self_adjoint_eigen(Side::Lower).ok()?;
+    Some((eigen.S().column_vector().iter().copied().collect(), Some(eigen.U().to_owned())))
+}
+
 fn project(basis: MatRef<'_, f64>, m: &mut Mat<f64>) {
     for _ in 0..2 {
         let a = basis.transpose() * &*m;
@@ -188,7 +209,7 @@ fn project(basis: MatRef<'_, f64>, m: &mut Mat<f64>) {
     }
 }
 
-pub(super) fn ln_gamma(x: f64) -> f64 {
+pub(crate) fn ln_gamma(x: f64) -> f64 {
     // Stirling with shift
     let (mut x, mut s) = (x, 0.0);
     while x < 8.0 {
@@ -232,8 +253,7 @@ impl Score {
             let mut f = kernel.factor.clone();
             project(p.basis, &mut f);
             let gram = f.transpose() * &f;
-            let Ok(eig) = gram.self_adjoint_eigen(Side::Lower) else { continue };
-            let s: Vec<f64> = eig.S().column_vector().iter().copied().collect();
+            let Some((s, turn)) = principal(&gram) else { continue };
             let top = s.iter().fold(0.0_f64, |a, b| a.max(*b));
             // directions in which it deviates by less than a fifth of its largest are next to none of its own: a choice
             let wide = s.iter().filter(|l| **l > 0.05 * top).count();
@@ -241,8 +261,10 @@ impl Score {
                 continue;
             }
             let keep: Vec<usize> = (0..s.len()).filter(|i| s[*i] > 1e-7 * top && s[*i] > 1e-12).collect();
-            let w = Mat::from_fn(s.len(), keep.len(), |i, j| eig.U()[(i, keep[j])] / s[keep[j]].sqrt());
-            let u = &f * w;
+            let u = match turn {
+                Some(turn) => &f * Mat::from_fn(s.len(), keep.len(), |i, j| turn[(i, keep[j])] / s[keep[j]].sqrt()),
+                None => Mat::from_fn(n, keep.len(), |i, j| f[(i, keep[j])] / s[keep[j]].sqrt()),
+            };
             let along_z = (0..keep.len()).map(|j| dotz(u.col(j))).collect();
             let along_c = u.transpose() * &c;
             // what it does to a few vectors tells kernels that are alike
@@ -319,6 +341,12 @@ impl Score {
             expanded: BTreeSet::new(),
             best: f64::NEG_INFINITY,
         }
+    }
+
+    /// The column that stands for a candidate; `None` where nothing of it is seen.
+    pub fn standing(&self, candidate: usize) -> Option<u16> {
+        let place = self.alike.iter().position(|own| own.iter().any(|j| usize::from(*j) == candidate))?;
+        u16::try_from(place).ok()
     }
 
     fn gram0(&mut self, m: usize) -> Vec<f64> {
@@ -532,20 +560,20 @@ impl Score {
     fn quick(&self, kernel: usize, shrink: &[f64], t: f64, set: &[u16]) -> Option<Solved> {
         let own = &self.kernels[kernel];
         let k = set.len();
-        let inner = |a: &dyn Fn(usize) -> f64, b: &dyn Fn(usize) -> f64| -> f64 {
-            shrink.iter().enumerate().map(|(i, s)| s * a(i) * b(i)).sum()
-        };
+        let inner =
+            |a: &[f64], b: &[f64]| -> f64 { shrink.iter().zip(a).zip(b).map(|((s, a), b)| s * a * b).sum::<f64>() };
         let logdet_v: f64 = own.lambda.iter().map(|l| (1.0 + t * t * l).ln()).sum();
-        let z = |i: usize| own.along_z[i];
-        let mut q = self.zz - inner(&z, &z);
+        let z = &own.along_z;
+        let mut q = self.zz - inner(z, z);
         let mut g = vec![0.0; k * k];
         let mut b = vec![0.0; k];
         for (x, m) in set.iter().enumerate() {
-            let c = |i: usize| own.along_c[(i, *m as usize)];
-            b[x] = self.b[*m as usize] - inner(&c, &z);
-            for (y, o) in set.iter().enumerate() {
-                let e = |i: usize| own.along_c[(i, *o as usize)];
-                g[x * k + y] = self.gram[*m as usize].as_ref()?[*o as usize] - inner(&c, &e);
+            let c = own.along_c.col_as_slice(*m as usize);
+            b[x] = self.b[*m as usize] - inner(c, z);
+            for (y, o) in set.iter().enumerate().take(x + 1) {
+                let both =
+                    self.gram[*m as usize].as_ref()?[*o as usize] - inner(c, own.along_c.col_as_slice(*o as usize));
+                (g[x * k + y], g[y * k + x]) = (both, both);
             }
         }
         let (inverse, logdet) = invert(&g, k)?;
@@ -998,7 +1026,7 @@ fn ln_sum(values: &[f64]) -> f64 {
 
 /// A remainder: a kernel of the bank, or none, at one size.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Deviation {
+pub(crate) struct Deviation {
     pub kernel: Option<usize>,
     /// `t^2`.
     pub ratio: f64,
@@ -1008,7 +1036,7 @@ pub(super) struct Deviation {
 }
 
 /// All that may deviate, with the kernels of the bank.
-pub(super) struct Deviations {
+pub(crate) struct Deviations {
     pub each: Vec<Deviation>,
     pub kernels: Vec<Kernel>,
 }
@@ -1039,7 +1067,7 @@ impl Deviations {
 
 /// A candidate that could stand in a place.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Member {
+pub(crate) struct Member {
     pub candidate: usize,
     /// The probability of the set that has it there.
     pub probability: f64,
@@ -1049,15 +1077,22 @@ pub(super) struct Member {
 
 /// What could stand in one place of the most probable set.
 #[derive(Debug, Clone)]
-pub(super) struct Class {
+pub(crate) struct Class {
     pub members: Vec<Member>,
     /// That any of them is there.
     pub probability: f64,
 }
 
+impl Class {
+    /// Members of which any may stand for all: as probable as `most`, but for what is hardly worth a mention.
+    pub fn near(&self, most: f64) -> impl Iterator<Item = &Member> {
+        self.members.iter().filter(move |own| own.probability * NEAR >= most && own.probability <= most)
+    }
+}
+
 /// What is probable once the readings are seen.
 #[derive(Debug, Clone)]
-pub(super) struct Posterior {
+pub(crate) struct Posterior {
     /// Sets, whatever the remainder, the most probable first.
     pub sets: Vec<(f64, Vec<u16>)>,
     pub classes: Vec<Class>,

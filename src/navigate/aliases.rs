@@ -12,7 +12,7 @@ const PAIRED: usize = 8;
 impl Walk<'_> {
     pub(super) fn aliases(&self, linear: &Linear, set: &[usize], place: usize, scale: f64) -> Vec<Alias> {
         let own = set.get(place).and_then(|j| linear.causes.get(*j));
-        let rivals = linear.products.rivals(set, place, self.case.settings.common.indistinguishable * scale * scale);
+        let rivals = linear.products.rivals(set, place, self.case.settings.indistinguishable * scale * scale);
         let alone: Vec<usize> = rivals.iter().map(|(j, ..)| *j).collect();
         let one = |(j, excess, exact): (usize, f64, bool)| -> Option<Alias> {
             let source = *linear.causes.get(j)?;
@@ -58,7 +58,7 @@ impl Walk<'_> {
         if set.len() > PAIRED {
             return found;
         }
-        let excess = self.case.settings.common.indistinguishable * scale * scale;
+        let excess = self.case.settings.indistinguishable * scale * scale;
         let is_constant = |j: &usize| linear.causes.get(*j).is_some_and(Cause::is_constant);
         let constants: Vec<usize> = (0..linear.causes.len()).filter(is_constant).collect();
         for other in (0..set.len()).filter(|other| *other != place) {

@@ -146,23 +146,18 @@ impl Walk<'_> {
             None => 1.0,
         };
         // in a complete set each competes with all others too
-        let plain = partly.is_none().then(|| self.plain(&linear, state, true));
+        let judged = partly.is_none().then(|| self.judge(&linear, state, true));
         let tests = self.distinct as f64;
         // t beyond all numbers: certain
         let p_of = |t: f64, tests: f64| (2.0 * normal_survival(t.abs()).unwrap_or_default() * tests).min(1.0);
         let mut findings = Vec::new();
         for (place, cause) in state.set.iter().enumerate() {
             let (Some(value), Some(u)) = (state.values.get(place).copied(), state.u.get(place)) else { continue };
-            let stands = match (partly, &plain) {
-                (Some(own), _) => own.stands.get(place).copied(),
-                (None, Some(plain)) => plain.stands(&set, place, true, &case.settings.common),
-                (None, None) => None,
-            };
+            let stands = partly.and_then(|own| own.stands.get(place));
+            let own = linear.causes.iter().position(|own| own == cause);
+            let alone = judged.as_ref().zip(own).map(|(judged, j)| judged.probability(j));
             // beside an unexplained rest the uncertainty counts it
-            let u = match stands.filter(|_| partly.is_some()) {
-                Some(stands) if stands.t != 0.0 => (value / stands.t).abs(),
-                _ => scale * u,
-            };
+            let u = stands.map_or(scale * u, |own| own.u);
             let mut others = set.clone();
             others.remove(place);
             let without = linear.products.solve(&others).map_or(rss, |solved| solved.rss);
@@ -172,8 +167,8 @@ impl Walk<'_> {
                 value,
                 u: Some(u).filter(|u| u.is_finite()),
                 t,
-                p: stands.filter(|_| partly.is_some()).map_or(p_of(t, tests), |own| own.p),
-                probability: stands.map(|own| own.probability),
+                p: p_of(t, tests),
+                probability: stands.map(|own| own.probability).or(alone),
                 explains: ((without - rss) / whole).clamp(0.0, 1.0),
                 aliases: self.aliases(&linear, &set, place, scale),
                 separate_by: Vec::new(),

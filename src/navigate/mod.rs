@@ -13,9 +13,10 @@
 //! | [`measured`], [`signatures`], `whiten` | measured navigation errors, their design matrix, random walks taken out |
 //! | [`cause`], `changing` | what can be behind a gap, and what it does |
 //! | `search`, `refine` (`sharpen`, `single`, `periodic`), `walk` | a few of many columns by inner products; sets of causes refined on the full simulation; both in turn |
-//! | `partly` | what stands beside something that nothing explains, by the search of campaigns |
+//! | `judged`, `bank` | the posterior of sets of causes and of what none of them explains, by the score of campaigns |
+//! | `partly` | what stands beside something that nothing explains |
 //! | [`settings`] | every threshold, with its reason |
-//! | `wander` | a random walk that the mission does not state |
+//! | `wander`, `shortened` | a random walk that the mission does not state; long records in fewer rows for it |
 //! | [`diagnose`] (`case`, `conclude`, `aliases`, `gap_steps`), [`separate`], [`remainder`] | the diagnosis, how the gap shrinks, motions that would tell aliases apart, what is left |
 //! | [`run`] | a mission flown: rows to a sink, memory independent of the duration |
 //!
@@ -23,6 +24,7 @@
 //! channel (held at the site's altitude), alignment, aiding, a Kalman filter.
 
 mod aliases;
+mod bank;
 mod case;
 pub mod cause;
 mod changing;
@@ -34,6 +36,7 @@ mod finding;
 mod gap;
 mod gap_steps;
 mod instant;
+mod judged;
 pub mod linear;
 pub mod measured;
 mod mechanise;
@@ -51,6 +54,7 @@ mod search;
 pub mod separate;
 pub mod settings;
 mod sharpen;
+mod shortened;
 pub mod signatures;
 mod simd_batch;
 mod single;

@@ -1,30 +1,31 @@
 //! Causes that stand beside something which nothing explains.
 //!
-//! Where no set of causes leaves noise, the search of campaigns (`diagnosis`, one effect after another) is asked on the linear model: each cause
-//! must be beyond doubt against the noise *and* what is still unexplained, a component of variance whose grouping (a channel, a stretch of time) and
-//! size are estimated with it. What it names is refined on the full simulation and asked again from there, until the names settle. Causes that
-//! change in time can build any course of time: beside an unexplained rest they are candidates that others must beat, but are not named.
+//! Where no set of causes leaves noise, the posterior of sets of causes beside what none explains ([`judged`](super::judged)) is asked on the linear
+//! model. What is probable is refined on the full simulation and asked again from there, until the names settle. Causes that change in time can
+//! build any course of time: beside an unexplained rest they are candidates that others must beat, but are not named.
 
 use super::cause::Cause;
-use super::measured::{CHANNELS, Cell};
 use super::refine::{State, Walk};
-use super::walk::Linear;
-use crate::diagnosis::{Felt, NoiseFrom, Plain, Stands};
-use crate::elements::Elements;
-use std::collections::HashMap;
+use crate::diagnosis::NoiseFrom;
 
 /// Rounds of naming and refining, at most.
 const ROUNDS: usize = 6;
-/// Stretches of so many consecutive rows of a run may share what nothing explains.
-const STRETCHES: [usize; 5] = [3, 6, 12, 24, 48];
-/// Candidates that are told as the nearest to what is left.
-const NEAREST: usize = 3;
+
+/// A cause that stands beside others and what nothing explains.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Stands {
+    /// That the cause, or one that cannot be told from it, is there.
+    pub probability: f64,
+    /// Standard uncertainty, SI, with all that may deviate.
+    pub u: f64,
+}
 
 /// What stands, and what comes nearest to the rest.
 pub(super) struct Partly {
     pub state: State,
     /// For each cause of the state.
     pub stands: Vec<Stands>,
+    /// What is suspected beside it.
     pub nearest: Vec<Cause>,
     /// The share of what is left that they would take off.
     pub nearest_share: f64,
@@ -54,35 +55,44 @@ impl Walk<'_> {
         if out != state.out {
             state = self.refine(&state.set.clone(), &state.values.clone(), &out)?;
         }
+        self.relinearise(&state);
         let mut before: Vec<Vec<Cause>> = Vec::new();
         for _ in 0..ROUNDS {
             let linear = self.linear(&state);
-            let plain = self.plain(&linear, &state, false);
+            let mut judged = self.judge(&linear, &state, false);
             // causes that change in time build any course of time
-            let is_pattern = |set: &[usize]| {
-                let changing = |j: &&usize| linear.causes.get(**j).is_none_or(Cause::is_course);
-                set.iter().filter(changing).count() > 0
-            };
-            let start: Vec<usize> =
-                state.set.iter().filter_map(|cause| linear.causes.iter().position(|own| own == cause)).collect();
-            let set = plain.one_after_another(&start, &settings, &is_pattern);
+            let is_course = |j: usize| linear.causes.get(j).is_none_or(Cause::is_course);
+            let mut likely = judged.likely(settings.suspected);
+            likely.sort_by_key(|(j, _)| *j);
+            let is_named = |(j, p): &(usize, f64)| *p >= settings.probability && !is_course(*j);
+            let (named, nearest): (Vec<(usize, f64)>, Vec<(usize, f64)>) = likely.into_iter().partition(is_named);
+            let set: Vec<usize> = named.iter().map(|(j, _)| *j).collect();
             let causes: Vec<Cause> = set.iter().filter_map(|j| linear.causes.get(*j).copied()).collect();
+            if causes.is_empty() {
+                return None;
+            }
             let same = causes.len() == state.set.len() && causes.iter().all(|cause| state.set.contains(cause));
-            if same && !before.is_empty() {
-                let stands = state.set.iter().filter_map(|cause| {
+            if same {
+                let beyond = judged.beyond_noise(&set);
+                let stands = state.set.iter().zip(&state.u).filter_map(|(cause, u)| {
                     let place = causes.iter().position(|own| own == cause)?;
-                    plain.stands(&set, place, false, &settings)
+                    let (j, probability) = *named.get(place)?;
+                    let beyond = beyond.get(place)?.sqrt() / linear.norms.get(j)?;
+                    Some(Stands { probability, u: u.hypot(beyond) })
                 });
                 let stands: Vec<Stands> = stands.collect();
-                let nearest = plain.nearest(&set, NEAREST);
+                let nearest: Vec<usize> = nearest.iter().map(|(j, _)| *j).collect();
                 let with: Vec<usize> = set.iter().chain(&nearest).copied().collect();
-                let nearest_share = 1.0 - plain.rss_of(&with) / plain.rss_of(&set).max(f64::MIN_POSITIVE);
+                let rss = |set: &[usize]| linear.products.solve(set).map(|solved| solved.rss);
+                let left = rss(&with).zip(rss(&set)).map(|(with, set)| with / set.max(f64::MIN_POSITIVE));
+                // what depends on what is named takes off nothing
+                let nearest_share = 1.0 - left.unwrap_or(1.0);
                 let nearest = nearest.iter().filter_map(|j| linear.causes.get(*j).copied()).collect();
-                let all = stands.len() == state.set.len() && !state.set.is_empty();
+                let all = stands.len() == state.set.len();
                 return all.then_some(Partly { state, stands, nearest, nearest_share });
             }
             // names that come round again do not settle
-            if causes.is_empty() || before.contains(&causes) {
+            if before.contains(&causes) {
                 return None;
             }
             before.push(causes.clone());
@@ -99,56 +109,4 @@ impl Walk<'_> {
         }
         None
     }
-
-    /// The question of a linear model for the search of campaigns: its rows without those that are left out. Where something is unexplained each
-    /// channel is weighed by what is left in it, if that is more than its noise.
-    pub(super) fn plain(&self, linear: &Linear, state: &State, whole: bool) -> Plain {
-        let mut left = [self.case.left(&state.flown.predicted)];
-        self.case.weigh(self.u, &state.out, &mut left);
-        let [left] = left;
-        let cells = self.case.measured.cells().zip(&left).enumerate().filter(|(at, _)| !state.out.contains(at));
-        let cells: Vec<(usize, Cell, f64)> = cells.map(|(at, (cell, left))| (at, cell, *left)).collect();
-        let size = |channel: usize| {
-            let own = cells.iter().filter(|(_, cell, _)| cell.channel == channel);
-            let (sum, count) = own.fold((0.0, 0.0), |(sum, count), (.., v)| (sum + v * v, count + 1.0));
-            if whole { 1.0 } else { (sum / f64::max(count, 1.0)).sqrt().max(1.0) }
-        };
-        let sizes: [f64; CHANNELS] = std::array::from_fn(size);
-        let kept = |column: &[f64]| -> Vec<f64> {
-            // columns have a value for each cell
-            let one = |(at, cell, _): &(usize, Cell, f64)| column.get(*at).copied().map(|v| v / sizes.at(cell.channel));
-            cells.iter().filter_map(one).collect()
-        };
-        let columns: Vec<Vec<f64>> = linear.products.columns().iter().map(|column| kept(column)).collect();
-        // beside an unexplained rest a course of time is as doubtful as what only small tilts leave in a campaign
-        let doubtful = self.case.settings.common.indistinguishable;
-        let penalty = linear.products.plausibility_penalty.iter().zip(&linear.causes).map(|(own, cause)| match cause {
-            // what has none is not seen: a column of zeros
-            _ if !own.is_finite() => 0.0,
-            cause if cause.is_course() => own.max(doubtful),
-            _ => *own,
-        });
-        let from = if whole { NoiseFrom::Stated } else { NoiseFrom::Residuals };
-        let residual = kept(linear.products.residual());
-        Plain::new(&columns, residual, self.distinct, from, groupings(&cells), penalty.collect())
-    }
-}
-
-/// What a rest may be shared by: stretches of time of every channel, or of one.
-fn groupings(cells: &[(usize, Cell, f64)]) -> Vec<Felt> {
-    let mut found = Vec::new();
-    for stretch in STRETCHES {
-        for one in std::iter::once(None).chain((0..CHANNELS).map(Some)) {
-            let mut places: HashMap<(usize, usize, usize), usize> = HashMap::new();
-            let mut group = |cell: &Cell| {
-                let count = places.len();
-                let key = (cell.run, cell.row / stretch, cell.channel);
-                one.is_none_or(|own| own == cell.channel).then(|| *places.entry(key).or_insert(count))
-            };
-            let group = cells.iter().map(|(_, cell, _)| group(cell)).collect();
-            let of = one.map_or(String::new(), |channel| format!(" of channel {channel}"));
-            found.push(Felt { name: format!("stretches of {stretch} rows{of}"), group, size: vec![1.0; cells.len()] });
-        }
-    }
-    found
 }

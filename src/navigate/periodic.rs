@@ -108,7 +108,7 @@ impl<'a> Walk<'a> {
         let price = |own: &WaveFit| self.penalty + settings.rank_penalty * own.cause.rank();
         found.retain(|own| own.gain > price(own) && !self.case.is_absurd(&own.cause, own.size));
         found.sort_by(|a, b| b.gain.total_cmp(&a.gain));
-        let near = found.first().map_or(0.0, |best| best.gain - self.penalty - settings.common.indistinguishable);
+        let near = found.first().map_or(0.0, |best| best.gain - self.penalty - settings.indistinguishable);
         found.retain(|own| own.gain >= near);
         found.truncate(TRIED);
         found

@@ -2,10 +2,13 @@
 
 use super::case::{Case, Flown};
 use super::cause::Cause;
+use super::changing::Columns;
 use super::random_walk::Wander;
 use super::search::{Products, Solved};
 use crate::diagnosis::NoiseFrom;
 use crate::linear::{dot, normalise};
+use std::cell::RefCell;
+use std::rc::Rc;
 
 /// Gauss-Newton steps of one refinement, at most.
 const STEPS: usize = 25;
@@ -56,7 +59,18 @@ pub(super) struct Walk<'a> {
     pub wander: Option<Wander>,
     /// The part of the whole that is being done: its start and its end, shares.
     pub part: (f64, f64),
+    /// Columns of all causes, weighed.
+    pub weighed: RefCell<Option<Rc<Weighed>>>,
     pub progress: &'a mut Progress<'a>,
+}
+
+/// Columns of all causes, weighed and of unit norm, with their norms: the same for every state with the same values left out.
+pub(super) struct Weighed {
+    /// Of these raw columns and random walks.
+    raw: Rc<Vec<Vec<f64>>>,
+    columns: Rc<Columns>,
+    out: Vec<usize>,
+    pub unit: Vec<(Rc<Vec<f64>>, f64)>,
 }
 
 /// What is told of a long search: the share that is done, about, and what is being tried.
@@ -69,8 +83,8 @@ impl<'a> Walk<'a> {
         (penalty, distinct): (f64, usize),
         progress: &'a mut Progress<'a>,
     ) -> Walk<'a> {
-        let (seen, flights, moved, ordinary, wander) = (Vec::new(), 0, 0, None, None);
-        Walk { case, u, penalty, distinct, seen, flights, moved, ordinary, wander, part: (0.0, 1.0), progress }
+        let (seen, flights, moved, ordinary, wander, weighed) = (Vec::new(), 0, 0, None, None, RefCell::new(None));
+        Walk { case, u, penalty, distinct, seen, flights, moved, ordinary, wander, part: (0.0, 1.0), weighed, progress }
     }
 
     /// Tell that a set is being tried, in the given round of the present part.
@@ -80,6 +94,27 @@ impl<'a> Walk<'a> {
         let (start, end) = self.part;
         let share = end - (end - start) * 0.7_f64.powf(round as f64);
         (self.progress)(share, &names.join(" + "));
+    }
+
+    /// Columns of all causes as the question stands.
+    pub fn weighed(&self, out: &[usize]) -> Rc<Weighed> {
+        let is_own = |own: &&Rc<Weighed>| {
+            Rc::ptr_eq(&own.raw, &self.case.raw) && Rc::ptr_eq(&own.columns, &self.case.columns) && own.out == out
+        };
+        if let Some(own) = self.weighed.borrow().as_ref().filter(is_own) {
+            return own.clone();
+        }
+        let mut columns = self.case.raw.to_vec();
+        self.case.weigh(self.u, out, &mut columns);
+        let unit = |mut column: Vec<f64>| {
+            let norm = normalise(&mut column);
+            (Rc::new(column), norm)
+        };
+        let unit = columns.into_iter().map(unit).collect();
+        let (raw, columns) = (self.case.raw.clone(), self.case.columns.clone());
+        let own = Rc::new(Weighed { raw, columns, out: out.to_vec(), unit });
+        *self.weighed.borrow_mut() = Some(own.clone());
+        own
     }
 
     /// Gauss-Newton on the full simulation, damped where a step does not lead down; `None` where the set is not independent or cannot be flown.
@@ -107,7 +142,7 @@ impl<'a> Walk<'a> {
             self.case.weigh(self.u, out, &mut columns);
             let residual = columns.pop()?;
             let norms: Vec<f64> = columns.iter_mut().map(|column| normalise(column)).collect();
-            let products = Products::new(columns, &residual, vec![0.0; set.len()], 0.0);
+            let products = Products::plain(columns, &residual);
             let all: Vec<usize> = (0..set.len()).collect();
             let of = |solved: &Solved| -> Vec<f64> {
                 solved.values.iter().zip(&norms).map(|(x, norm)| if *norm > 0.0 { x / norm } else { 0.0 }).collect()

@@ -22,7 +22,7 @@ pub(super) const INDEPENDENT: f64 = 1e-7;
 
 /// Inner products of columns (weighted, of unit norm) with each other and with a residual.
 pub(super) struct Products {
-    columns: Vec<Vec<f64>>,
+    columns: Vec<Rc<Vec<f64>>>,
     residual: Vec<f64>,
     /// Rows of `C' C`, made when they are asked for: those of the columns that a set has held.
     gram: RefCell<Vec<Option<Rc<Vec<f64>>>>>,
@@ -46,8 +46,14 @@ pub(super) struct Solved {
 }
 
 impl Products {
+    /// The same of columns that all take part and cost nothing.
+    pub fn plain(columns: Vec<Vec<f64>>, residual: &[f64]) -> Products {
+        let count = columns.len();
+        Products::new(columns.into_iter().map(Rc::new).collect(), residual, vec![0.0; count], 0.0)
+    }
+
     /// All products; columns may be zero (they are never taken).
-    pub fn new(columns: Vec<Vec<f64>>, residual: &[f64], plausibility_penalty: Vec<f64>, penalty: f64) -> Products {
+    pub fn new(columns: Vec<Rc<Vec<f64>>>, residual: &[f64], plausibility_penalty: Vec<f64>, penalty: f64) -> Products {
         let along = columns.iter().map(|column| dot(column, residual)).collect();
         let squares = columns.iter().map(|column| dot(column, column)).collect();
         let gram = RefCell::new(vec![None; columns.len()]);
@@ -56,7 +62,7 @@ impl Products {
     }
 
     /// The columns, and the residual that they explain.
-    pub fn columns(&self) -> &[Vec<f64>] {
+    pub fn columns(&self) -> &[Rc<Vec<f64>>] {
         &self.columns
     }
 
@@ -69,7 +75,7 @@ impl Products {
         if let Some(row) = self.gram.borrow().get(i).and_then(Clone::clone) {
             return row;
         }
-        let own = self.columns.at(i);
+        let own = &self.columns[i];
         let row: Rc<Vec<f64>> = Rc::new(self.columns.iter().map(|column| dot(own, column)).collect());
         self.gram.borrow_mut().get_mut(i).into_iter().for_each(|slot| *slot = Some(row.clone()));
         row

@@ -2,13 +2,21 @@
 
 use crate::diagnosis;
 
-/// How to diagnose measured navigation errors: what a diagnosis of a campaign is told, and what navigation has beside it.
+/// How to diagnose measured navigation errors.
 ///
 /// The defaults were calibrated by the seeded experiments of `tests/navigation`, which print their tables.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
-    /// Significance, its shares, probability, what is not told apart: as for a campaign, but for `in_catalogue`, which is 0 here.
+    /// Significance, and the probabilities from which a cause is named and suspected: as for a campaign.
     pub common: diagnosis::Settings,
+    /// Share of the significance that is spent on the test of all that is left: it sees what no cause explains. Default 0.2; of what the walk needs to
+    /// add a cause all is counted in its penalty.
+    pub whole_share: f64,
+    /// Share spent on serial patterns beside a random walk. Default 0.2.
+    pub serial_share: f64,
+    /// Explanations whose sums of squares differ by less, in variances of the noise, are not told apart. Default 9: three standard deviations of the
+    /// difference of one parameter (Wilks).
+    pub indistinguishable: f64,
     /// Plausibility penalty of one rank of the causes, in variances of the noise. Default 2: a nat; biases come before scale factors, these before
     /// what changes in time.
     pub rank_penalty: f64,
@@ -39,7 +47,10 @@ pub struct Settings {
 impl Default for Settings {
     fn default() -> Self {
         Settings {
-            common: Settings::common(diagnosis::Settings::default()),
+            common: diagnosis::Settings::default(),
+            whole_share: 0.2,
+            serial_share: 0.2,
+            indistinguishable: 9.0,
             rank_penalty: 2.0,
             absurd_penalty: 5.0,
             unseen: 5.0,
@@ -56,11 +67,6 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// Courses of time that have no name are common beside navigation errors: they have even odds.
-    fn common(settings: diagnosis::Settings) -> diagnosis::Settings {
-        diagnosis::Settings { in_catalogue: 0.0, ..settings }
-    }
-
     /// The defaults at another significance.
     ///
     /// ```
@@ -68,6 +74,16 @@ impl Settings {
     /// assert_eq!((settings.common.significance, settings.rank_penalty), (0.05, 2.0));
     /// ```
     pub fn at(significance: f64) -> Self {
-        Settings { common: Settings::common(diagnosis::Settings::at(significance)), ..Settings::default() }
+        Settings { common: diagnosis::Settings::at(significance), ..Settings::default() }
+    }
+
+    /// Level of the test of all that is left.
+    pub(super) fn whole(&self) -> f64 {
+        self.whole_share * self.common.significance
+    }
+
+    /// Level of the test for serial patterns.
+    pub(super) fn serial(&self) -> f64 {
+        self.serial_share * self.common.significance
     }
 }

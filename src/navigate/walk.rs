@@ -6,6 +6,7 @@ use super::errors::{Instrument, Kind};
 use super::refine::{Seen, State, Walk};
 use super::search::{self, Products};
 use crate::linear::{dot, normalise};
+use std::rc::Rc;
 
 /// Rounds of improving and refining, at most.
 const ROUNDS: usize = 24;
@@ -145,7 +146,7 @@ impl<'a> Walk<'a> {
         let gap = self.case.gap(&left, self.u, &state.out, state.set.len());
         let changing = state.set.iter().filter(|cause| !cause.is_constant()).count();
         let settings = &self.case.settings;
-        state.settled && changing <= settings.changing && gap.p.is_none_or(|p| p > settings.common.whole())
+        state.settled && changing <= settings.changing && gap.p.is_none_or(|p| p > settings.whole())
     }
 
     /// Is a state complete, and no further cause beyond chance?
@@ -182,34 +183,36 @@ impl<'a> Walk<'a> {
         let mut causes = self.case.causes.clone();
         causes.extend(state.set.iter().filter(|own| !self.case.causes.contains(own)));
         let mut laid = self.case.left(&state.flown.predicted);
-        let mut columns: Vec<Vec<f64>> = Vec::with_capacity(causes.len() + 1);
-        for (j, cause) in causes.iter().enumerate() {
-            let member = state.set.iter().position(|own| own == cause);
-            columns.push(match member.and_then(|k| state.flown.jacobian.get(k)) {
-                Some(own) => own.clone(),
-                // `raw` has a column for each cause
-                None => self.case.raw.get(j).cloned().unwrap_or_default(),
-            });
-        }
         for (column, value) in state.flown.jacobian.iter().zip(&state.values) {
             laid.iter_mut().zip(column).for_each(|(y, c)| *y += c * value);
         }
-        columns.push(laid);
-        self.case.weigh(self.u, &state.out, &mut columns);
+        let mut own = state.flown.jacobian.clone();
+        own.push(laid);
+        self.case.weigh(self.u, &state.out, &mut own);
         // it was pushed above
-        let residual = columns.pop().unwrap_or_default();
+        let residual = own.pop().unwrap_or_default();
+        let weighed = self.weighed(&state.out);
         let settings = &self.case.settings;
+        let mut columns: Vec<Rc<Vec<f64>>> = Vec::with_capacity(causes.len());
         let mut plausibility_penalty = Vec::with_capacity(causes.len());
         let mut norms = Vec::with_capacity(causes.len());
-        for (cause, column) in causes.iter().zip(&mut columns) {
-            let norm = normalise(column);
+        for (j, cause) in causes.iter().enumerate() {
+            let member = state.set.iter().position(|own| own == cause).and_then(|k| own.get_mut(k));
+            let (column, norm) = match (member, weighed.unit.get(j)) {
+                (Some(own), _) => {
+                    let norm = normalise(own);
+                    (Rc::new(std::mem::take(own)), norm)
+                }
+                (None, Some(own)) => own.clone(),
+                // each cause of the question has a column, each further one is a member
+                (None, None) => (Rc::new(vec![0.0; residual.len()]), 0.0),
+            };
             let seen = norm > 0.0 && !self.case.is_invisible(cause, norm);
-            if !seen {
-                column.fill(0.0);
-            }
-            let alone = if seen { dot(column, &residual) / norm } else { 0.0 };
+            let column = if seen { column } else { Rc::new(vec![0.0; residual.len()]) };
+            let alone = if seen { dot(&column, &residual) / norm } else { 0.0 };
             let absurd = if self.case.is_absurd(cause, alone) { settings.absurd_penalty } else { 0.0 };
             plausibility_penalty.push(if seen { settings.rank_penalty * cause.rank() + absurd } else { f64::INFINITY });
+            columns.push(column);
             norms.push(norm);
         }
         let products = Products::new(columns, &residual, plausibility_penalty, self.penalty);

@@ -7,7 +7,7 @@
 //! -2 ln L(q) = sum e^2 + sum ln(h P h^T + u^2)          (the causes fitted anew for each q)
 //! ```
 //!
-//! A walk is named where it is far likelier than none and than every set of other causes, and where its innovations are white: of the right size
+//! Long records are asked in fewer rows ([`shortened`](super::shortened)). A walk is named where it is far likelier than none and than every set of other causes, and where its innovations are white: of the right size
 //! in each channel, without memory from row to row. A pattern that is none is not: nothing else fits the sizes of seven channels with one number.
 
 use super::case::Case;
@@ -17,6 +17,7 @@ use super::measured::CHANNELS;
 use super::random_walk::{Wander, with};
 use super::refine::{State, Walk};
 use super::search::Products;
+use super::shortened::Shortened;
 use super::signatures::{Instant, instants, motion, times};
 use super::whiten::{Walks, whiten};
 use crate::diagnosis::NoiseFrom;
@@ -30,6 +31,19 @@ const RANGE: (f64, f64) = (1e-9, 1e-2);
 const GYRO_RANGE: (f64, f64) = (1e-13, 1e-6);
 const ACCELEROMETER_RANGE: (f64, f64) = (1e-10, 1e-3);
 const FACTOR: f64 = 4.0;
+
+/// The rows in which walks are looked for.
+#[derive(Clone, Copy)]
+struct Rows<'a> {
+    short: &'a Shortened,
+    /// Values that are left out.
+    out: &'a [usize],
+    /// What the mission's own walks build up, and what one of the walks does for a density of one.
+    stated: &'a [Vec<Instant>],
+    unit: &'a [Vec<Instant>],
+    /// What a walk is beside; the last of the columns is what they explain.
+    columns: &'a [Vec<f64>],
+}
 
 /// Does a walk of a bias move this one of the six?
 fn moves(cause: &Cause, place: usize) -> bool {
@@ -55,7 +69,7 @@ impl<'a> Walk<'a> {
         self.case = moved;
         let turned = self.wander_along(&state);
         self.case = case;
-        let alike = self.case.settings.common.indistinguishable;
+        let alike = self.case.settings.indistinguishable;
         match (along, turned) {
             (Some(along), Some(turned)) => Some(if turned.deviance + alike < along.deviance { turned } else { along }),
             (along, turned) => along.or(turned),
@@ -70,29 +84,32 @@ impl<'a> Walk<'a> {
             laid.iter_mut().zip(column).for_each(|(y, c)| *y += c * value);
         }
         columns.push(laid);
+        let short = Shortened::new(self.case.measured, &self.case.without(self.u, &state.out));
+        let columns: Vec<Vec<f64>> = columns.iter().map(|column| short.column(column)).collect();
+        let (out, stated) = (short.out(&state.out), short.instants(&self.case.columns.walks.instants));
+        let carrying = |instrument| short.instants(&self.case.columns.carrying(&self.unit(instrument)));
+        let none = Rows { short: &short, out: &out, stated: &stated, unit: &[], columns: &columns };
         let gyro = Instrument::Gyro;
         let both = [gyro, Instrument::Accelerometer];
         let mut found: Vec<Wander> = Vec::new();
         for instrument in both {
-            let unit = self.case.columns.carrying(&self.unit(Some(instrument)));
-            let cause = Cause::RandomWalk(instrument);
-            found.extend(self.likeliest(cause, RANGE, &unit, &state.out, &columns));
+            let unit = carrying(Some(instrument));
+            found.extend(self.likeliest(Cause::RandomWalk(instrument), RANGE, &Rows { unit: &unit, ..none }));
         }
-        let unit = self.case.columns.carrying(&self.unit(None));
+        let unit = carrying(None);
+        let rows = Rows { unit: &unit, ..none };
         for instrument in both {
             let range = if instrument == gyro { GYRO_RANGE } else { ACCELEROMETER_RANGE };
             for axis in [None, Some(0), Some(1), Some(2)] {
                 let cause = Cause::BiasWalk(instrument, axis);
-                found.extend(self.likeliest(cause, range, &unit, &state.out, &columns));
+                found.extend(self.likeliest(cause, range, &rows));
             }
         }
         found.sort_by(|a, b| a.deviance.total_cmp(&b.deviance));
         let mut found = found.into_iter();
         let mut best = found.next()?;
-        let alike = self.case.settings.common.indistinguishable;
-        if matches!(best.cause, Cause::BiasWalk(..))
-            && self.waves(&best.cause, &unit, &state.out, &columns) < best.deviance + alike
-        {
+        let alike = self.case.settings.indistinguishable;
+        if matches!(best.cause, Cause::BiasWalk(..)) && self.waves(&best.cause, &rows) < best.deviance + alike {
             return None;
         }
         let others = found.map(|own| (own.cause, own.density, own.deviance - best.deviance));
@@ -102,25 +119,26 @@ impl<'a> Walk<'a> {
 
     /// `-2 ln L` of the likeliest wave of the biases that a walk moves, without any walk: a walk follows any slow course, and is named only where it is
     /// clearly likelier than a regular one. A wave counts its amplitudes and its rate.
-    fn waves(&self, cause: &Cause, unit: &[Vec<Instant>], out: &[usize], columns: &[Vec<f64>]) -> f64 {
+    fn waves(&self, cause: &Cause, rows: &Rows<'_>) -> f64 {
         let is_bias = |own: &ErrorSource| own.kind == Kind::Bias && own.instrument != Instrument::Start;
         let biases: Vec<ErrorSource> = ErrorSource::catalogue().into_iter().filter(is_bias).collect();
         let moved: Vec<&ErrorSource> =
             biases.iter().enumerate().filter(|(place, _)| moves(cause, *place)).map(|(_, own)| own).collect();
         let last = self.last();
-        let rows = self.case.measured.runs.iter().map(|run| run.rows.len()).max().unwrap_or_default(); // no run, no wave
+        let count = self.case.measured.runs.iter().map(|run| run.rows.len()).max().unwrap_or_default(); // no run, no wave
         let price = (2.0 * moved.len() as f64 + 1.0) * (self.case.measured.count() as f64).max(1.0).ln();
         // half waves over the run: whole numbers, then finer and finer about the best
-        let most = (rows / 5).min(60) as f64;
+        let most = (count / 5).min(60) as f64;
         let fit = |half: f64| -> f64 {
             let waves = |own: &&ErrorSource| {
                 [0.0, FRAC_PI_2].map(|phase| Cause::Changing(**own, Change::Wave { period: 2.0 * last / half, phase }))
             };
-            let columns_of = moved.iter().flat_map(waves).map(|wave| self.case.columns.of(&wave));
+            let columns_of = moved.iter().flat_map(waves).map(|wave| rows.short.column(&self.case.columns.of(&wave)));
             let mut all: Vec<Vec<f64>> = columns_of.filter(|c| dot(c, c) > 0.0).collect();
-            all.extend(columns.iter().cloned());
+            all.extend(rows.columns.iter().cloned());
             // dependent columns are no explanation
-            self.deviance(cause, unit, 0.0, out, &all).map_or(f64::INFINITY, |(deviance, _)| deviance + price)
+            self.deviance(cause, 0.0, &Rows { columns: &all, ..*rows })
+                .map_or(f64::INFINITY, |(deviance, _)| deviance + price)
         };
         let (mut best, mut at, mut half) = (f64::INFINITY, 1.0, 1.0);
         while half < most {
@@ -144,15 +162,8 @@ impl<'a> Walk<'a> {
     }
 
     /// The density at which a walk is likeliest, if it is far likelier than none and leaves white innovations.
-    fn likeliest(
-        &self,
-        cause: Cause,
-        range: (f64, f64),
-        unit: &[Vec<Instant>],
-        out: &[usize],
-        columns: &[Vec<f64>],
-    ) -> Option<Wander> {
-        let fit = |density: f64| self.deviance(&cause, unit, density, out, columns).map(|(deviance, _)| deviance);
+    fn likeliest(&self, cause: Cause, range: (f64, f64), rows: &Rows<'_>) -> Option<Wander> {
+        let fit = |density: f64| self.deviance(&cause, density, rows).map(|(deviance, _)| deviance);
         let none = fit(0.0)?;
         let mut best = (none, 0.0);
         let mut density = range.0;
@@ -168,18 +179,28 @@ impl<'a> Walk<'a> {
         // golden section on the logarithm
         let share = 0.5 * (5f64.sqrt() - 1.0);
         let (mut low, mut high) = ((best.1 / FACTOR).ln(), (best.1 * FACTOR).ln());
+        let inner = |low: f64, high: f64| (high - share * (high - low), low + share * (high - low));
+        let (a, b) = inner(low, high);
+        let (mut left, mut right) = (fit(a.exp())?, fit(b.exp())?);
         for _ in 0..18 {
-            let (a, b) = (high - share * (high - low), low + share * (high - low));
-            if fit(a.exp())? < fit(b.exp())? { high = b } else { low = a }
+            let (a, b) = inner(low, high);
+            // one of the next two points is one of these
+            if left < right {
+                high = b;
+                (left, right) = (fit(inner(low, high).0.exp())?, left);
+            } else {
+                low = a;
+                (left, right) = (right, fit(inner(low, high).1.exp())?);
+            }
         }
         let density = (0.5 * (low + high)).exp();
-        let (deviance, white) = self.deviance(&cause, unit, density, out, columns)?;
+        let (deviance, white) = self.deviance(&cause, density, rows)?;
         // curvature of the deviance in the density's logarithm
         let step = 0.1_f64;
         let bend = (fit(density * step.exp())? - 2.0 * deviance + fit(density * (-step).exp())?) / (step * step);
         let u = if bend > 0.0 { density * (2.0 / bend).sqrt() } else { density };
         let found = Wander { cause, density, u, deviance, gain: none - deviance, others: Vec::new() };
-        (found.gain > self.penalty && self.is_white(&white, out) && self.is_flat(&white, out)).then_some(found)
+        (found.gain > self.penalty && self.is_white(&white, rows) && self.is_flat(&white, rows)).then_some(found)
     }
 
     /// The score of a state with all that its random walk costs.
@@ -200,16 +221,15 @@ impl<'a> Walk<'a> {
     }
 
     /// A walk of this density beside the mission's own.
-    pub fn walks(&self, cause: &Cause, unit: &[Vec<Instant>], density: f64) -> Walks {
-        let own = &self.case.columns.walks;
+    fn walks(&self, cause: &Cause, density: f64, unit: &[Vec<Instant>], stated: &[Vec<Instant>]) -> Walks {
         let square = density * density;
         let mut instants = unit.to_vec();
         instants.iter_mut().flatten().flat_map(|own| own.walk.iter_mut().flatten()).for_each(|v| *v *= square);
-        for (own, more) in instants.iter_mut().flatten().zip(own.instants.iter().flatten()) {
+        for (own, more) in instants.iter_mut().flatten().zip(stated.iter().flatten()) {
             let pairs = own.walk.iter_mut().flatten().zip(more.walk.iter().flatten());
             pairs.for_each(|(v, more)| *v += more);
         }
-        let mut biases = own.biases;
+        let mut biases = self.case.columns.walks.biases;
         let moved = biases.iter_mut().enumerate().filter(|(place, _)| moves(cause, *place));
         moved.for_each(|(_, q)| *q += square);
         Walks { instants, biases }
@@ -217,28 +237,20 @@ impl<'a> Walk<'a> {
 
     /// The question with a walk of a bias that no mission states.
     pub fn beside(&self, case: &Case<'a>, wander: &Wander) -> Case<'a> {
-        case.with_walks(self.walks(&wander.cause, &self.unit(None), wander.density))
+        case.with_walks(self.walks(&wander.cause, wander.density, &self.unit(None), &self.case.columns.walks.instants))
     }
 
     /// `-2 ln L` with a density beside the mission's own walks, and the innovations that are left; the last of the columns is what they explain.
-    fn deviance(
-        &self,
-        cause: &Cause,
-        unit: &[Vec<Instant>],
-        density: f64,
-        out: &[usize],
-        columns: &[Vec<f64>],
-    ) -> Option<(f64, Vec<f64>)> {
-        let case = &self.case;
-        let walks = self.walks(cause, unit, density);
-        let mut columns = columns.to_vec();
-        let size = whiten(case.measured, &walks, &case.without(self.u, out), &mut columns);
+    fn deviance(&self, cause: &Cause, density: f64, rows: &Rows<'_>) -> Option<(f64, Vec<f64>)> {
+        let walks = self.walks(cause, density, rows.unit, rows.stated);
+        let mut columns = rows.columns.to_vec();
+        let size = whiten(&rows.short.measured, &walks, &rows.short.u, &mut columns);
         let residual = columns.pop()?;
         let count = columns.len();
         columns.iter_mut().for_each(|column| {
             normalise(column);
         });
-        let products = Products::new(columns.clone(), &residual, vec![0.0; count], 0.0);
+        let products = Products::plain(columns.clone(), &residual);
         let solved = products.damped(&(0..count).collect::<Vec<usize>>(), 1e-9)?;
         let mut left = residual;
         for (column, value) in columns.iter().zip(&solved.values) {
@@ -249,10 +261,11 @@ impl<'a> Walk<'a> {
     }
 
     /// Are innovations of unit size in each channel of each run, in both its halves, and without memory?
-    fn is_white(&self, white: &[f64], out: &[usize]) -> bool {
-        let mut groups: Vec<Vec<f64>> = vec![Vec::new(); self.case.measured.runs.len() * CHANNELS];
-        for (at, (cell, value)) in self.case.measured.cells().zip(white).enumerate() {
-            if !out.contains(&at) {
+    fn is_white(&self, white: &[f64], rows: &Rows<'_>) -> bool {
+        let measured = &rows.short.measured;
+        let mut groups: Vec<Vec<f64>> = vec![Vec::new(); measured.runs.len() * CHANNELS];
+        for (at, (cell, value)) in measured.cells().zip(white).enumerate() {
+            if !rows.out.contains(&at) {
                 groups.get_mut(cell.run * CHANNELS + cell.channel).into_iter().for_each(|group| group.push(*value));
             }
         }
@@ -270,10 +283,11 @@ impl<'a> Walk<'a> {
 
     /// Is the spectrum of innovations flat? Walks follow any slow course so well that innovations keep their size; what they cannot follow is a line
     /// or a band of their spectrum, summed over the channels: `2 |sum e_j exp(-i w j)|^2 / n` is chi-square with two degrees of freedom each.
-    fn is_flat(&self, white: &[f64], out: &[usize]) -> bool {
-        let cells: Vec<_> = self.case.measured.cells().enumerate().filter(|(at, _)| !out.contains(at)).collect();
+    fn is_flat(&self, white: &[f64], rows: &Rows<'_>) -> bool {
+        let measured = &rows.short.measured;
+        let cells: Vec<_> = measured.cells().enumerate().filter(|(at, _)| !rows.out.contains(at)).collect();
         let (mut worst, mut tests) = (1.0_f64, 0.0);
-        for run in 0..self.case.measured.runs.len() {
+        for run in 0..measured.runs.len() {
             let series = |channel: usize| -> Vec<f64> {
                 let own = cells.iter().filter(|(_, cell)| cell.run == run && cell.channel == channel);
                 own.filter_map(|(at, _)| white.get(*at).copied()).collect()
@@ -315,6 +329,6 @@ impl<'a> Walk<'a> {
                 (last, next) = (next, 2 * next);
             }
         }
-        worst * f64::max(tests, 1.0) > self.case.settings.common.serial()
+        worst * f64::max(tests, 1.0) > self.case.settings.serial()
     }
 }

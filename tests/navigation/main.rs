@@ -10,3 +10,4 @@ mod measured;
 mod missions;
 mod navigator;
 mod partly;
+mod random;

@@ -1,0 +1,127 @@
+//! The posterior of sets of causes, and of what none of them explains, on the linear model at a state: the score of campaigns (`diagnosis`).
+
+use super::bank::{Condensed, bank};
+use super::cause::{Cause, Change};
+use super::refine::{State, Walk};
+use super::walk::Linear;
+use crate::diagnosis::{Deviations, Kernel, NoiseFrom, Posterior, Priors, Problem, Score};
+use faer::Mat;
+use faer::linalg::solvers::Solve;
+
+/// Sizes of effects and remainders from one standard deviation to so many, at least.
+const LARGEST: f64 = 1e3;
+
+/// What is probable at a state.
+pub(super) struct Judged {
+    score: Score,
+    pub posterior: Posterior,
+    kernels: Vec<Kernel>,
+    /// Columns of all causes, of unit norm before they were condensed.
+    columns: Mat<f64>,
+}
+
+/// ln odds of each cause but for what all share: a nat for a penalty of two variances; steps, warm-ups and waves of one bias or channel share the odds
+/// of one.
+fn odds(causes: &[Cause], rank_penalty: f64, rows: usize) -> Vec<f64> {
+    let kind = |change: &Change| std::mem::discriminant(change);
+    let same = |a: &Cause, b: &Cause| match (a, b) {
+        (Cause::Changing(a, x), Cause::Changing(b, y)) => a == b && kind(x) == kind(y),
+        (Cause::Reference(a, Some(x)), Cause::Reference(b, Some(y))) => a == b && kind(x) == kind(y),
+        _ => a == b,
+    };
+    let count = |own: &Cause| match own {
+        // one of as many frequencies as these rows tell apart
+        Cause::Changing(_, Change::Wave { .. }) | Cause::Reference(_, Some(Change::Wave { .. })) => rows.div_ceil(2),
+        _ => causes.iter().filter(|other| same(own, other)).count(),
+    };
+    causes.iter().map(|own| -(count(own).max(1) as f64).ln() - 0.5 * rank_penalty * own.rank()).collect()
+}
+
+impl Walk<'_> {
+    /// The posterior at a state; `whole` where noise alone is beside its causes.
+    pub(super) fn judge(&self, linear: &Linear, state: &State, whole: bool) -> Judged {
+        let (case, settings) = (&self.case, &self.case.settings);
+        let rows = Condensed::new(case.measured, &state.out);
+        let columns = rows.matrix(linear.products.columns().iter().map(|own| own.as_slice()));
+        let residual = rows.of(linear.products.residual());
+        let mut left = [case.left(&state.flown.predicted)];
+        case.weigh(self.u, &state.out, &mut left);
+        let left = rows.of(&left[0]);
+        let kernels = if whole { Vec::new() } else { bank(case, self.u, &state.out, &rows, &left) };
+        let largest = residual.iter().fold(LARGEST, |most, v| most.max(v.abs()));
+        let priors =
+            Priors { most: settings.causes.max(state.set.len()), largest, ..Priors::at(settings.common.significance) };
+        // of each its largest plausible size, as a coefficient of its unit column
+        let sizes = linear.causes.iter().zip(&linear.norms).map(|(cause, norm)| cause.limit() * norm);
+        let absurd: Vec<f64> = sizes.map(|size| if size > 0.0 { size } else { f64::INFINITY }).collect();
+        let longest = case.measured.runs.iter().map(|run| run.rows.len()).max();
+        // without rows there is no run
+        let own = odds(&linear.causes, settings.rank_penalty, longest.unwrap_or_default());
+        let share = |j: usize| priors.share_below(absurd.get(j).copied().unwrap_or(f64::INFINITY));
+        let none = Mat::zeros(rows.len(), 0);
+        let problem = Problem {
+            residual: &residual,
+            basis: none.as_ref(),
+            columns: columns.as_ref(),
+            prior: &priors.shared(own, share),
+            plain: &absurd,
+            // beside an unexplained rest the noise itself may be larger than stated
+            known: whole && case.from == NoiseFrom::Stated,
+            kernels: &kernels,
+            sharing: None,
+        };
+        let mut score = Score::new(&problem, priors);
+        let of = |cause: &Cause| linear.causes.iter().position(|own| own == cause).and_then(|j| score.standing(j));
+        let start: Vec<u16> = state.set.iter().filter_map(of).collect();
+        score.search(&[start]);
+        let posterior = score.posterior();
+        Judged { score, posterior, kernels, columns }
+    }
+}
+
+impl Judged {
+    /// What is likely, with the probability that it, or what cannot be told from it, is there: the most probable in each place, the first of the catalogue
+    /// among those that are nearly as probable.
+    pub fn likely(&self, least: f64) -> Vec<(usize, f64)> {
+        let mut found = Vec::new();
+        for class in self.posterior.classes.iter().filter(|class| class.probability >= least) {
+            let most = class.members.iter().fold(0.0_f64, |most, own| most.max(own.probability));
+            let front = class.near(most).max_by(|a, b| a.odds.total_cmp(&b.odds).then(b.candidate.cmp(&a.candidate)));
+            found.extend(front.map(|own| (own.candidate, class.probability)));
+        }
+        found
+    }
+
+    /// That a cause, or what cannot be told from it, is there.
+    pub fn probability(&self, index: usize) -> f64 {
+        let holds = |own: &&crate::diagnosis::Class| own.members.iter().any(|m| m.candidate == index);
+        let class = self.posterior.classes.iter().filter(holds).map(|own| own.probability).fold(0.0, f64::max);
+        let stands = self.score.standing(index);
+        let sets = self.posterior.sets.iter().filter(|(_, set)| stands.is_some_and(|own| set.contains(&own)));
+        let sum: f64 = sets.map(|(p, _)| p).sum();
+        class.max(sum)
+    }
+
+    /// Variance of the coefficient of each member of a set, estimated by least squares with the noise alone, over all that may deviate, less that of the
+    /// noise: `l = C (C'C)^-1 e_j`, `E[l'V l] - l'l`.
+    pub fn beyond_noise(&mut self, set: &[usize]) -> Vec<f64> {
+        let standing: Vec<u16> = set.iter().filter_map(|j| self.score.standing(*j)).collect();
+        let each = self.score.deviations(&standing);
+        let deviations = Deviations { each, kernels: std::mem::take(&mut self.kernels) };
+        let chosen = Mat::from_fn(self.columns.nrows(), set.len(), |i, k| {
+            // a set has columns of the model
+            set.get(k).filter(|j| **j < self.columns.ncols()).map_or(0.0, |j| self.columns[(i, *j)])
+        });
+        let gram = chosen.transpose() * &chosen;
+        let inverse = gram.partial_piv_lu().solve(&Mat::<f64>::identity(set.len(), set.len()));
+        let combinations = &chosen * inverse;
+        let extra = |k: usize| {
+            let own = combinations.col_as_slice(k);
+            let white: f64 = own.iter().map(|l| l * l).sum();
+            (deviations.variance_of(own) - white).max(0.0)
+        };
+        let found = (0..set.len()).map(extra).collect();
+        self.kernels = deviations.kernels;
+        found
+    }
+}

@@ -1,0 +1,271 @@
+//! Missions drawn at random: courses, sites, durations and rows that no other test has, and what is hidden in them of every kind that can be named and of
+//! some that cannot. A name is wrong where a finding, with all its aliases, is nothing of what is hidden.
+//!
+//! One mission of each kind in the suite; more by `TUMBLE_LONG=1` or `TUMBLE_TRIALS=n`, others by `TUMBLE_SEED=n`, one kind alone by `TUMBLE_KIND=name`.
+use crate::laws::{U, changing, flown, measured, seed, trials, uniform};
+use rand_distr::{Distribution, StandardNormal};
+use rand_pcg::Pcg64Mcg;
+use rayon::prelude::*;
+use tumble::diagnosis::Verdict;
+use tumble::navigate::diagnose::{Finding, NavigationDiagnosis, diagnose};
+use tumble::navigate::errors::{ErrorSource, ImuErrors};
+use tumble::navigate::measured::{CHANNEL_NAMES, Channels};
+use tumble::navigate::mission::{Mission, Site};
+use tumble::navigate::motion::{Attitude, Leg, Legs, Motion, Oscillation};
+use tumble::navigate::settings::Settings;
+
+/// The vertical accelerometer does nothing where the vertical channel is held.
+const BIASES: [&str; 5] = ["gyro_bias_x", "gyro_bias_y", "gyro_bias_z", "accelerometer_bias_x", "accelerometer_bias_y"];
+const MATRIX: [&str; 6] = [
+    "gyro_scale_factor_z",
+    "accelerometer_scale_factor_z",
+    "gyro_installation_xz",
+    "gyro_installation_yz",
+    "accelerometer_installation_xz",
+    "accelerometer_installation_yz",
+];
+
+fn between(random: &mut Pcg64Mcg, least: f64, most: f64) -> f64 {
+    least + (most - least) * uniform(random)
+}
+
+/// Equally likely in its logarithm.
+fn magnitude(random: &mut Pcg64Mcg, least: f64, most: f64) -> f64 {
+    let sign = if uniform(random) < 0.5 { -1.0 } else { 1.0 };
+    sign * least * (most / least).powf(uniform(random))
+}
+
+fn one_of(random: &mut Pcg64Mcg, ids: &[&str]) -> ErrorSource {
+    ErrorSource::named(ids[(uniform(random) * ids.len() as f64) as usize]).unwrap()
+}
+
+/// At rest in any heading, swinging with any periods, or some legs with turns between them.
+fn course(random: &mut Pcg64Mcg, duration: f64) -> (Motion, f64) {
+    let heading = between(random, -180.0, 180.0).to_radians();
+    match (3.0 * uniform(random)) as usize {
+        0 => (Motion::at_rest(0.0, 0.0, heading), 0.5),
+        1 => {
+            let mut angle = |mean: f64, most: f64| Oscillation {
+                mean,
+                amplitude: between(random, 1.0, most).to_radians(),
+                period: between(random, 4.0, 14.0),
+                phase: between(random, 0.0, 6.0),
+            };
+            let attitude = Attitude { pitch: angle(0.0, 8.0), roll: angle(0.0, 12.0), yaw: angle(heading, 6.0) };
+            (Motion::swing(attitude).unwrap(), 0.1)
+        }
+        _ => {
+            let leg =
+                |duration: f64, acceleration: f64, turn: f64| Leg { duration, acceleration, turn: turn.to_radians() };
+            // shares of the mission that leave time for the last leg: 0.12 + 3 x 0.2, and at most 400 s of changes
+            let part =
+                |random: &mut Pcg64Mcg, most: f64| 100.0 * (between(random, 0.05, most) * duration / 100.0).floor();
+            let mut legs = vec![leg(part(random, 0.12), 0.0, 0.0), leg(100.0, between(random, 0.05, 0.2), 0.0)];
+            for _ in 0..(1.0 + 3.0 * uniform(random)) as usize {
+                legs.push(leg(part(random, 0.2), 0.0, 0.0));
+                legs.push(leg(100.0, 0.0, between(random, -1.5, 1.5)));
+            }
+            legs.push(leg(f64::INFINITY, 0.0, 0.0));
+            (Motion::legs(Legs { heading, speed: 0.0, legs }), 0.5)
+        }
+    }
+}
+
+fn drawn(random: &mut Pcg64Mcg) -> (Mission, Vec<f64>) {
+    let site = Site {
+        latitude_rad: between(random, -65.0, 65.0).to_radians(),
+        longitude_rad: between(random, -3.0, 3.0),
+        altitude_m: between(random, 0.0, 3000.0),
+    };
+    let hours = between(random, 2.0, 5.0);
+    let duration = (hours * 3600.0 / 100.0).round() * 100.0;
+    let (motion, step) = course(random, duration);
+    let mission = Mission::new(site, step, duration, 100.0, motion).unwrap();
+    let apart = duration / between(random, 90.0, 160.0);
+    let times = (0..).map(|k| apart * f64::from(k)).take_while(|time| *time <= duration).collect();
+    (mission, times)
+}
+
+/// So many standard uncertainties, root mean square over all values.
+fn sized(mut truth: Vec<Channels>, size: f64) -> Vec<Channels> {
+    let squares = |z: &Channels| z.iter().zip(U).map(|(z, u)| (z / u) * (z / u) / 7.0).sum::<f64>();
+    let rms = (truth.iter().map(squares).sum::<f64>() / truth.len() as f64).sqrt();
+    truth.iter_mut().flatten().for_each(|v| *v *= size / rms);
+    truth
+}
+
+/// A walk of a bias in steps of a minute, SI after an hour.
+fn walk(mission: &Mission, source: &ErrorSource, times: &[f64], random: &mut Pcg64Mcg) -> Vec<Channels> {
+    let minutes = (mission.duration() / 60.0) as usize + 2;
+    let mut value = 0.0;
+    let course: Vec<f64> = (0..minutes)
+        .map(|_| {
+            let unit: f64 = StandardNormal.sample(random);
+            value += unit;
+            value
+        })
+        .collect();
+    changing(mission, source, times, &|time| course[((time / 60.0) as usize).min(minutes - 1)])
+}
+
+const KINDS: [&str; 11] = [
+    "nothing",
+    "five biases",
+    "outliers",
+    "two biases",
+    "bias and matrix term",
+    "wave of a bias",
+    "wave of the reference",
+    "square wave of the reference",
+    "step of the reference",
+    "walk of a bias",
+    "two walks of biases",
+];
+
+/// What is hidden, and for each part of it the names that are right: a finding or an alias whose name begins so.
+fn hidden(kind: &str, mission: &Mission, times: &[f64], random: &mut Pcg64Mcg) -> (Vec<Channels>, Vec<Vec<String>>) {
+    let mut truth = vec![[0.0; 7]; times.len()];
+    let mut right = Vec::new();
+    let mut add = |own: Vec<Channels>, names: &[String]| {
+        truth.iter_mut().zip(own).for_each(|(z, own)| z.iter_mut().zip(own).for_each(|(z, v)| *z += v));
+        right.push(names.to_vec());
+    };
+    let constants = |ids: &[ErrorSource], random: &mut Pcg64Mcg| {
+        let mut errors = ImuErrors::default();
+        for source in ids {
+            // the size at which it alone is so many standard uncertainties
+            let unit = 1e-3 * source.si_per_unit();
+            let column = flown(mission, &ImuErrors::single(*source, unit), times);
+            let squares = |z: &Channels| z.iter().zip(U).map(|(z, u)| (z / u) * (z / u) / 7.0).sum::<f64>();
+            let rms = (column.iter().map(squares).sum::<f64>() / column.len() as f64).sqrt();
+            source.set(&mut errors, magnitude(random, 3.0, 100.0) * unit / rms.max(1e-9));
+        }
+        flown(mission, &errors, times)
+    };
+    let turn = std::f64::consts::TAU;
+    // of one to eight waves in the run
+    let period = mission.duration() / between(random, 1.0, 8.0);
+    let phase = between(random, 0.0, turn);
+    let wave = move |time: f64| (turn * time / period + phase).sin();
+    let channel = (7.0 * uniform(random)) as usize;
+    let reference = |f: &dyn Fn(f64) -> f64, size: f64| -> Vec<Channels> {
+        times.iter().map(|t| std::array::from_fn(|c| if c == channel { size * U[c] * f(*t) } else { 0.0 })).collect()
+    };
+    let of_channel = |suffix: &str| format!("reference:{}{suffix}", CHANNEL_NAMES[channel]);
+    let size = magnitude(random, 3.0, 60.0);
+    match kind {
+        "five biases" | "two biases" | "bias and matrix term" => {
+            let ids = match kind {
+                "five biases" => BIASES.map(|id| ErrorSource::named(id).unwrap()).to_vec(),
+                "two biases" => vec![one_of(random, &BIASES[..3]), one_of(random, &BIASES[3..])],
+                _ => vec![one_of(random, &BIASES), one_of(random, &MATRIX)],
+            };
+            add(constants(&ids, random), &[ids[0].id()]);
+            ids.iter().skip(1).for_each(|source| add(Vec::new(), &[source.id()]));
+        }
+        "outliers" => {
+            for _ in 0..(1.0 + 3.0 * uniform(random)) as usize {
+                let (row, channel) =
+                    ((uniform(random) * times.len() as f64) as usize, (7.0 * uniform(random)) as usize);
+                let mut own = vec![[0.0; 7]; times.len()];
+                own[row][channel] = magnitude(random, 8.0, 100.0) * U[channel];
+                add(own, &[format!("reading:{}", row + 1)]);
+            }
+        }
+        "wave of a bias" => {
+            let source = one_of(random, &BIASES);
+            add(sized(changing(mission, &source, times, &wave), size), &[format!("{}:wave", source.id())]);
+        }
+        "wave of the reference" => add(reference(&wave, size), &[of_channel(":wave")]),
+        // its switches are steps; its first wave is nine tenths of its norm
+        "square wave of the reference" => {
+            add(reference(&|t| wave(t).signum(), size), &[of_channel(":step"), of_channel(":wave")]);
+        }
+        "step of the reference" => {
+            let start = between(random, 0.1, 0.9) * mission.duration();
+            add(reference(&|t| f64::from(u8::from(t >= start)), size), &[of_channel(":step")]);
+        }
+        "walk of a bias" | "two walks of biases" => {
+            for ids in [&BIASES[..3], &BIASES[3..]].into_iter().take(if kind.starts_with("two") { 2 } else { 1 }) {
+                let source = if kind.starts_with("two") { one_of(random, ids) } else { one_of(random, &BIASES) };
+                let size = magnitude(random, 3.0, 60.0);
+                let name =
+                    if source.id().starts_with("gyro") { "rate_random_walk" } else { "acceleration_random_walk" };
+                // a walk has a mean
+                add(sized(walk(mission, &source, times, random), size), &[name.to_string(), source.id()]);
+            }
+        }
+        _ => {}
+    }
+    (truth, right)
+}
+
+fn holds(finding: &Finding, right: &[String]) -> bool {
+    let is = |id: String| right.iter().any(|own| id == *own || id.starts_with(own.as_str()));
+    is(finding.source.id()) || finding.aliases.iter().any(|alias| is(alias.source.id()))
+}
+
+fn wrong_names(found: &NavigationDiagnosis, right: &[Vec<String>]) -> usize {
+    found.findings.iter().filter(|finding| !right.iter().any(|own| holds(finding, own))).count()
+}
+
+/// What came of one mission.
+struct Outcome {
+    /// Every part of what is hidden is named, and some part is.
+    all: bool,
+    some: bool,
+    wrong: bool,
+    /// Something is hidden, and the verdict is that nothing is missing.
+    overlooked: bool,
+    text: String,
+}
+
+/// One row of the table: the kind, how many were drawn, in how many all or some of what is hidden is named, in how many anything is named wrong or overlooked.
+#[test]
+fn missions_drawn_at_random() {
+    let only = std::env::var("TUMBLE_KIND").ok();
+    let (mut all, mut all_wrong, mut lost) = (0, 0, 0);
+    for (place, kind) in KINDS.iter().enumerate().filter(|(_, kind)| only.as_ref().is_none_or(|own| own == *kind)) {
+        let outcomes: Vec<Outcome> = (0..trials(1, 40))
+            .into_par_iter()
+            .map(|trial| {
+                let mut random = seed(5_000 + 100 * trial + place as u64);
+                let (mission, times) = drawn(&mut random);
+                let (truth, right) = hidden(kind, &mission, &times, &mut random);
+                let data = measured(&times, &truth, &mut random);
+                let found = diagnose(&mission, &data, &Settings::default()).unwrap();
+                let is = |own: &Vec<String>| found.findings.iter().any(|finding| holds(finding, own));
+                let value = |own: &Finding| {
+                    let (source, value) = (own.source, own.value / own.source.si_per_unit());
+                    let p = own.probability.map_or(String::new(), |p| format!(", P {p:.3}"));
+                    format!("{} = {value:.3e} {}{p}", source.id(), source.unit())
+                };
+                let values: Vec<String> = found.findings.iter().map(value).collect();
+                Outcome {
+                    all: right.iter().all(is),
+                    some: right.iter().any(is),
+                    wrong: wrong_names(&found, &right) > 0,
+                    overlooked: !right.is_empty() && found.verdict == Verdict::NothingMissing,
+                    text: format!("trial {trial}: {right:?}: {} {values:?}", found.verdict.name()),
+                }
+            })
+            .collect();
+        let count = |of: &dyn Fn(&Outcome) -> bool| outcomes.iter().filter(|own| of(own)).count();
+        let (named, some) = (count(&|own| own.all), count(&|own| own.some));
+        let (wrong, overlooked) = (count(&|own| own.wrong), count(&|own| own.overlooked));
+        println!(
+            "{kind:30} drawn {:3}  all named {named:3}  some {some:3}  wrong names in {wrong:3}  overlooked {overlooked:3}",
+            outcomes.len()
+        );
+        outcomes
+            .iter()
+            .filter(|own| own.wrong || own.overlooked)
+            .take(8)
+            .for_each(|own| println!("      {}", own.text));
+        (all, all_wrong, lost) = (all + outcomes.len(), all_wrong + wrong, lost + overlooked);
+    }
+    println!("drawn at random: wrong names in {all_wrong} of {all}, overlooked {lost}");
+    // three standard deviations of so few above 3 %
+    let n = all as f64;
+    assert!(all_wrong as f64 <= 0.03 * n + 3.0 * (0.03 * 0.97 * n).sqrt() && lost == 0);
+}
