@@ -23,6 +23,10 @@ const FIRST: f64 = 30.0;
 /// Probability of something outside the catalogue where anything is missing. The catalogue has what happens to instruments: that none of it
 /// is the cause is rare. A remainder needs one of the bank's kernels and a size, each effect a term of the catalogue and a size.
 const OUTSIDE: f64 = 0.03;
+/// The same of the many that grow (6e-6): they are only looked through.
+const GROWN: f64 = 12.0;
+/// Sets of each length that grow side by side where nothing but effects is there: they bound the work.
+const BEAM: usize = 24;
 /// Most sets whose neighbours are looked at after the search.
 const SPREAD: usize = 100;
 
@@ -652,8 +656,9 @@ impl Score {
         *slot = slot.max(value);
     }
 
-    fn record_all(&mut self, kernel: usize, set: &[u16], values: &[f64], shift: f64) {
-        let least = self.best - KEPT - self.kernel_prior(kernel) - shift;
+    /// Those that are less probable than the best by no more than this (ln).
+    fn record_all(&mut self, kernel: usize, set: &[u16], values: &[f64], (shift, kept): (f64, f64)) {
+        let least = self.best - kept - self.kernel_prior(kernel) - shift;
         let mut key = set.to_vec();
         for (j, value) in values.iter().enumerate() {
             if *value > least {
@@ -685,7 +690,7 @@ impl Score {
         };
         if set.len() < self.settings.most {
             let values = self.additions(&state, &base, self.best - KEPT - self.kernel_prior(kernel) - shift);
-            self.record_all(kernel, set, &values, shift);
+            self.record_all(kernel, set, &values, (shift, KEPT));
             consider(&mut options, &values, set);
         }
         for place in 0..set.len() {
@@ -694,7 +699,7 @@ impl Score {
             let Some(own) = self.state(kernel, &shrink, &base, &less) else { continue };
             self.record(kernel, &less, own.value + shift);
             let values = self.additions(&own, &base, self.best - KEPT - self.kernel_prior(kernel) - shift);
-            self.record_all(kernel, &less, &values, shift);
+            self.record_all(kernel, &less, &values, (shift, KEPT));
             consider(&mut options, &values, &less);
             options.push((own.value + shift, less));
         }
@@ -732,47 +737,75 @@ impl Score {
         }
     }
 
-    /// Pairs that show only together.
-    fn pairs(&mut self, kernel: usize, set: &[u16]) -> Option<Vec<u16>> {
+    /// The best sets with two effects more, some of which show only together; the best first. None where there are too many pairs.
+    fn pairs(&mut self, kernel: usize, set: &[u16]) -> Vec<Vec<u16>> {
         let k = self.b.len();
         // bounds the work: pairs times rows, about a second
         if k * k * self.c.nrows() > 200_000_000 || set.len() + 2 > self.settings.most {
-            return None;
+            return vec![];
         }
-        let (integral, t) = self.integral(kernel, set)?;
+        // the best by themselves first: the others are bounded by what they found
+        let mut singles = self.longer(kernel, set, vec![set.to_vec()]);
+        let others = (0..k as u16).filter(|j| self.norm[*j as usize] > 0.0 && !set.contains(j));
+        let others = others.map(|j| {
+            let mut with = [set, &[j]].concat();
+            with.sort_unstable();
+            with
+        });
+        let others: Vec<Vec<u16>> = others.filter(|with| !singles.contains(with)).collect();
+        singles.extend(others);
+        self.longer(kernel, set, singles)
+    }
+
+    /// The best sets with one effect more than some sets have, the best first: so many that the first effect of each need not be in the best set.
+    /// Remainders have the size that they have beside `at`.
+    fn longer(&mut self, kernel: usize, at: &[u16], sets: Vec<Vec<u16>>) -> Vec<Vec<u16>> {
+        let Some((integral, t)) = self.integral(kernel, at) else { return vec![] };
         let shrink = if kernel == 0 { vec![] } else { self.shrink(kernel, t) };
         let base = self.at(kernel, &shrink, t);
-        let own = self.state(kernel, &shrink, &base, set)?;
+        let Some(own) = self.state(kernel, &shrink, &base, at) else { return vec![] };
         let shift = integral - own.value;
-        let (mut best, mut found) = (integral - shift, None);
-        for j in 0..k {
-            if self.norm[j] == 0.0 || set.contains(&(j as u16)) {
-                continue;
-            }
-            let mut with = set.to_vec();
-            with.push(j as u16);
-            let Some(state) = self.state(kernel, &shrink, &base, &with) else { continue };
-            let values = self.additions(&state, &base, best.max(self.best - 12.0 - self.kernel_prior(kernel) - shift));
-            self.record_all(kernel, &with, &values, shift);
-            for (i, v) in values.iter().enumerate() {
-                if *v > best {
-                    best = *v;
-                    let mut next = with.clone();
-                    next.push(i as u16);
-                    found = Some(next);
+        let mut found: Vec<(f64, Vec<u16>)> = vec![];
+        for set in sets {
+            let Some(state) = self.state(kernel, &shrink, &base, &set) else { continue };
+            let least = if found.len() < BEAM { f64::NEG_INFINITY } else { found[BEAM - 1].0 };
+            let record = self.best - GROWN - self.kernel_prior(kernel) - shift;
+            let values = self.additions(&state, &base, least.min(record));
+            self.record_all(kernel, &set, &values, (shift, GROWN));
+            for (j, value) in values.iter().enumerate().filter(|(_, value)| **value > least) {
+                let mut next = [&set[..], &[j as u16]].concat();
+                next.sort_unstable();
+                let place = found.partition_point(|(other, _)| other >= value);
+                // each set is met once from each of its members
+                if place < BEAM && !found.iter().any(|(_, other)| *other == next) {
+                    found.insert(place, (*value, next));
+                    found.truncate(BEAM);
                 }
             }
         }
-        found
+        found.into_iter().map(|(_, set)| set).collect()
     }
 
     pub fn search(&mut self, starts: &[Vec<u16>]) {
         let mut white = self.climb(0, vec![]);
-        if let Some(pair) = self.pairs(0, &[]) {
-            let other = self.climb(0, pair);
-            if self.value(0, &other) > self.value(0, &white) {
-                white = other;
+        let mut level = self.pairs(0, &[]);
+        if level.is_empty() {
+            level = self.longer(0, &[], vec![vec![]]);
+        }
+        // what shows only with two others is there where one effect more gains nothing, and two do
+        let (mut most, mut without_gain) = (self.value(0, &white), 0);
+        while let Some(first) = level.first().cloned() {
+            let own = self.value(0, &first);
+            without_gain = if own > most { 0 } else { without_gain + 1 };
+            if own > most - self.settings.alias {
+                let other = self.climb(0, first.clone());
+                if self.value(0, &other) > self.value(0, &white) {
+                    white = other;
+                }
             }
+            most = most.max(own);
+            let is_last = without_gain == 2 || first.len() >= self.settings.most;
+            level = if is_last { vec![] } else { self.longer(0, &[], level) };
         }
         let mut ranked = vec![];
         for kernel in 0..self.kernels.len() {
@@ -793,7 +826,7 @@ impl Score {
             if value < top - 8.0 {
                 break;
             }
-            if let Some(pair) = self.pairs(kernel, &set) {
+            if let Some(pair) = self.pairs(kernel, &set).into_iter().next() {
                 self.climb(kernel, pair);
             }
         }
