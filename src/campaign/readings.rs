@@ -167,7 +167,9 @@ impl JointState {
             (Some(angle_deg), None | Some(0.0), None) => Ok(JointState::Held { angle_deg }),
             (None, Some(0.0), _) => {
                 Err(Malformed::new(Fault::Missing, format!("the joint '{joint}' is at rest, but its angle is missing"))
-                    .expected(format!("{joint}_deg with {joint}_deg_s = 0 (any angle, if no reading depends on it)"))
+                    .expected(format!(
+                        "{joint}_deg with {joint}_deg_s = 0: a column that is empty where the joint turns (any angle, if no reading depends on it)"
+                    ))
                     .found("a rate of zero and no angle")
                     .at_path(format!("{joint}_deg_s")))
             }

@@ -1,12 +1,9 @@
 //! An error as a person reads it: the sentence, the place with the line and a caret, what was expected and what was found.
 
+use crate::document::wrap;
 use crate::elements::TextPart;
 use crate::error::Malformed;
 use crate::language::say;
-use miette::{
-    GraphicalReportHandler, GraphicalTheme, LabeledSpan, MietteDiagnostic, MietteError, MietteSpanContents, Report,
-    Severity, SourceCode, SourceSpan, SpanContents,
-};
 use std::path::Path;
 
 /// Longest file that is read again to be quoted; beyond it a fault gets its place in words only.
@@ -61,10 +58,6 @@ fn rendered(error: &Malformed, colour: bool, text: Option<&str>) -> String {
     if !place.path.is_empty() {
         message.push_str(&format!("\n  {}", say!(lang, "error-at", path = readable(&place.path))));
     }
-    let mut diagnostic = MietteDiagnostic::new(message).with_severity(Severity::Error);
-    if !help.is_empty() {
-        diagnostic = diagnostic.with_help(help);
-    }
     let excerpt = || {
         if place.span.is_none() && place.line == 0 {
             return None;
@@ -80,24 +73,64 @@ fn rendered(error: &Malformed, colour: bool, text: Option<&str>) -> String {
         let (start, len) = place.span.or_else(of_line)?;
         Excerpt::around(text, &place.file, start, len)
     };
-    let excerpt = excerpt();
-    let report = match excerpt {
-        Some(excerpt) => {
-            let diagnostic = diagnostic.with_label(LabeledSpan::underline(excerpt.span));
-            Report::new(diagnostic).with_source_code(excerpt)
-        }
-        None => Report::new(diagnostic),
-    };
-    let theme = match colour {
-        true => GraphicalTheme::unicode(),
-        false if super::is_dumb() => GraphicalTheme::none(),
-        false => GraphicalTheme::unicode_nocolor(),
-    };
+    let ink = Ink::of(colour);
+    let bar = ink.red(ink.bar);
+    let mut out = beside(&message, &format!("  {} ", ink.red(ink.cross)), &format!("  {bar} "));
+    if let Some(excerpt) = excerpt() {
+        out.push_str(&excerpt.drawn(&ink));
+    }
+    if !help.is_empty() {
+        out.push_str(&beside(&help, &format!("  {} ", ink.cyan("help:")), "        "));
+    }
+    out
+}
+
+/// Lines of a text, wrapped, the first beside its mark and the others below it.
+fn beside(text: &str, first: &str, further: &str) -> String {
+    // the marks for further lines are as wide; they have no colour, or letters that are not seen
+    let width = wrap::WIDTH - 2 - if further.trim().is_empty() { further.len() } else { 4 };
+    let wrapped = text.split('\n').map(|line| wrap::narrow(line, 0, width)).collect::<Vec<_>>().join("\n");
     let mut out = String::new();
-    let handler = GraphicalReportHandler::new_themed(theme).with_context_lines(1).with_width(80);
-    match handler.render_report(&mut out, report.as_ref()) {
-        Ok(()) => out,
-        Err(_) => format!("error: {error}"),
+    for (k, line) in wrapped.split('\n').enumerate() {
+        out.push_str(format!("{}{line}", if k == 0 { first } else { further }).trim_end());
+        out.push('\n');
+    }
+    out
+}
+
+/// The strokes of an error, and whether it has colours.
+struct Ink {
+    cross: &'static str,
+    bar: &'static str,
+    gap: &'static str,
+    /// The corners of the frame, and its line.
+    top: &'static str,
+    bottom: &'static str,
+    line: &'static str,
+    under: &'static str,
+    colour: bool,
+}
+
+impl Ink {
+    fn of(colour: bool) -> Self {
+        match super::is_dumb() && !colour {
+            true => Ink { cross: "x", bar: "|", gap: ":", top: ",", bottom: "`", line: "-", under: "^", colour },
+            false => {
+                Ink { cross: "×", bar: "│", gap: "·", top: "╭", bottom: "╰", line: "─", under: "─", colour }
+            }
+        }
+    }
+
+    fn styled(&self, code: &str, text: &str) -> String {
+        if self.colour { format!("\u{1b}[{code}m{text}\u{1b}[0m") } else { text.into() }
+    }
+
+    fn red(&self, text: &str) -> String {
+        self.styled("31", text)
+    }
+
+    fn cyan(&self, text: &str) -> String {
+        self.styled("36", text)
     }
 }
 
@@ -147,7 +180,10 @@ struct Excerpt {
     text: String,
     /// Lines of the file before the excerpt.
     lines_before: usize,
-    /// What is underlined, in bytes of the excerpt.
+    /// The line of the fault among those of the excerpt, and its column in the file, in bytes from 1 as in the sentence.
+    line: usize,
+    column: usize,
+    /// What is underlined, in bytes of that line.
     span: (usize, usize),
 }
 
@@ -167,8 +203,9 @@ impl Excerpt {
         let left: String =
             if skipped > 0 { "…".chars().chain(left.chars().skip(skipped)).collect() } else { left.into() };
         let mut excerpt = previous.map_or(String::new(), |line| clipped(line.trim_end_matches('\r'), WHOLE) + "\n");
+        let column = before.len() - line_start + 1;
         excerpt.push_str(&left);
-        let span = (excerpt.len(), len.min(after.len()));
+        let span = (left.len(), len.min(after.len()));
         excerpt.push_str(&after);
         if let Some(next) = following.next() {
             excerpt.push('\n');
@@ -176,8 +213,49 @@ impl Excerpt {
         }
         let excerpt = super::visible(&excerpt).into_owned();
         let line = before.bytes().filter(|b| *b == b'\n').count();
-        Some(Excerpt { file: file.into(), text: excerpt, lines_before: line - usize::from(previous.is_some()), span })
+        let own = usize::from(previous.is_some());
+        Some(Excerpt { file: file.into(), text: excerpt, lines_before: line - own, line: own, column, span })
     }
+
+    /// The lines with their numbers in a frame, the fault underlined.
+    fn drawn(&self, ink: &Ink) -> String {
+        let mut lines: Vec<&str> = self.text.lines().collect();
+        // the fault may be that the text has ended
+        lines.extend((lines.len() == self.line).then_some(""));
+        let wide = (self.lines_before + lines.len()).to_string().len();
+        let margin = " ".repeat(wide + 2);
+        let number = self.lines_before + self.line + 1;
+        let place = ink.styled("36;1;4", &format!("{}:{number}:{}", self.file, self.column));
+        let mut out = format!("{margin}{}{}[{place}]\n", ink.top, ink.line);
+        for (k, line) in lines.iter().enumerate() {
+            let number = ink.styled("2", &format!("{:>wide$}", self.lines_before + k + 1));
+            out.push_str(format!(" {number} {} {}", ink.bar, tabs_as_spaces(line)).trim_end());
+            out.push('\n');
+            if k == self.line {
+                let (start, end) = (self.span.0, self.span.0 + self.span.1.max(1));
+                let upto = |end: usize| {
+                    let part: String = line.char_indices().take_while(|(at, _)| *at < end).map(|(_, c)| c).collect();
+                    wrap::columns(&tabs_as_spaces(&part))
+                };
+                let (left, size) = (upto(start), upto(end).saturating_sub(upto(start)).max(1));
+                let mark = ink.styled("35;1", &ink.under.repeat(size));
+                out.push_str(&format!("{margin}{} {}{mark}\n", ink.gap, " ".repeat(left)));
+            }
+        }
+        out + &format!("{margin}{}{}\n", ink.bottom, ink.line.repeat(4))
+    }
+}
+
+/// A line whose tabs are the spaces up to every fourth column.
+fn tabs_as_spaces(line: &str) -> String {
+    let mut text = String::with_capacity(line.len());
+    for part in line.split_inclusive('\t') {
+        text.push_str(part.trim_end_matches('\t'));
+        if part.ends_with('\t') {
+            text.push_str(&" ".repeat(4 - wrap::columns(&text) % 4));
+        }
+    }
+    text
 }
 
 /// The first characters of a line, and a mark where it goes on.
@@ -185,24 +263,5 @@ fn clipped(line: &str, most: usize) -> String {
     match line.char_indices().nth(most) {
         Some((end, _)) => format!("{}…", line.part(..end)),
         None => line.to_string(),
-    }
-}
-
-impl SourceCode for Excerpt {
-    fn read_span<'a>(
-        &'a self,
-        span: &SourceSpan,
-        lines_before: usize,
-        lines_after: usize,
-    ) -> Result<Box<dyn SpanContents<'a> + 'a>, MietteError> {
-        let inner = self.text.read_span(span, lines_before, lines_after)?;
-        Ok(Box::new(MietteSpanContents::new_named(
-            self.file.clone(),
-            inner.data(),
-            *inner.span(),
-            self.lines_before + inner.line(),
-            inner.column(),
-            inner.line_count(),
-        )))
     }
 }

@@ -78,6 +78,40 @@ fn a_table_becomes_a_campaign_that_runs() {
     assert_eq!(file["columns"]["V"], "Ausgang [mV]");
 }
 
+/// Readings at rest between steps of rate need an angle, in a column that the others leave empty: the error says so. What the same table then
+/// becomes has the identities that a certificate needs.
+#[test]
+fn a_table_becomes_a_certificate() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    rates(folder);
+    let table = std::fs::read_to_string(folder.join("Drehtisch.csv")).expect("a table");
+    // at rest the Earth's rate alone is in the reading
+    let rest = format!("{:.6}", 2.5 + 20.0 * EARTH_RATE_DEG_S * LATITUDE_DEG.to_radians().sin()).replace('.', ",");
+    std::fs::write(folder.join("Ruhe.csv"), format!("{table}11;0,0;{rest}\n")).expect("a table");
+    let start = "new Ruhe.csv --bench gyro-rate-steps --latitude 52.1 --serial 7";
+    let given = |more: &str| -> Vec<String> { format!("{start} {more}").split(' ').map(str::to_string).collect() };
+    let run = |given: &[String]| tumble(folder, &given.iter().map(String::as_str).collect::<Vec<_>>());
+    let (code, _, told) = run(&given("--date 2026-03-12"));
+    let told = told.split_whitespace().filter(|word| *word != "│").collect::<Vec<_>>().join(" ");
+    assert!(code == 1 && told.contains("a column that is empty where the joint turns"), "{told}");
+    let rows =
+        table.lines().enumerate().map(|(k, line)| format!("{line};{}\n", if k == 0 { "Winkel (°)" } else { "" }));
+    std::fs::write(folder.join("Ruhe.csv"), rows.collect::<String>() + &format!("11;0,0;{rest};0\n")).expect("a table");
+    for wrong in ["12.03.2026", "2026-02-30"] {
+        let (code, _, told) = run(&given(&format!("--date {wrong}")));
+        assert!(code == 1 && told.contains("this is no day"), "{wrong}: {told}");
+    }
+    let (code, out, told) = run(&given("--date 2026-03-12"));
+    assert_eq!(code, 0, "{out}{told}");
+    let lab = "new lab --id C-1 --country DE --issued 2026-11-20 --laboratory Lab --city Bremen --person A --customer B --customer-city Jena";
+    assert_eq!(tumble(folder, &lab.split(' ').collect::<Vec<_>>()).0, 0);
+    let (code, _, told) = tumble(folder, &["fit", "Ruhe.campaign.json", "--dcc", "c.xml", "--lab", "lab.json"]);
+    assert_eq!(code, 0, "{told}");
+    let certificate = std::fs::read_to_string(folder.join("c.xml")).expect("a certificate");
+    assert!(certificate.contains("2026-03-12") && certificate.contains("<dcc:value>7</dcc:value>"), "{certificate}");
+}
+
 /// What is known is taken with its unit and u; what the readings do not determine is said, and is exit code 2.
 #[test]
 fn what_is_known_is_told() {
@@ -202,8 +236,9 @@ fn a_person_is_asked() {
         println!("no `script` here: not tried");
         return;
     };
-    // no record; a bench that is not there, one that is; the three columns; a latitude; known values, one of them malformed
-    let answers = "\nno-bench\ngyro-rate-steps\n-\n\n\nnorth\n52.1\nA=0\nK2=none\n\n";
+    // no record; a bench that is not there, one that is; the three columns; a latitude; known values, one of them malformed; a serial
+    // number, and no day
+    let answers = "\nno-bench\ngyro-rate-steps\n-\n\n\nnorth\n52.1\nA=0\nK2=none\n\nG-7\n\n";
     child.stdin.take().expect("a terminal").write_all(answers.as_bytes()).expect("answers");
     let output = child.wait_with_output().expect("an end");
     let told = String::from_utf8_lossy(&output.stdout);
@@ -212,4 +247,7 @@ fn a_person_is_asked() {
     let report = report(folder, "Drehtisch.campaign.json");
     assert!((estimate(&report, "K").0 - 0.02).abs() < 5e-10);
     assert_eq!(report["assumed_zero"], serde_json::json!(["A"]));
+    let file = std::fs::read_to_string(folder.join("Drehtisch.campaign.json")).expect("a campaign");
+    let file: Value = serde_json::from_str(&file).expect("JSON");
+    assert_eq!((&file["unit"]["serial"], file.get("date")), (&Value::from("G-7"), None));
 }

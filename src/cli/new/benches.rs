@@ -160,7 +160,9 @@ pub(super) fn site(
     );
     answers.one(arguments.latitude.as_deref(), question, None, |text| {
         let latitude = text.parse().ok().filter(|deg: &f64| deg.abs() <= 90.0).ok_or_else(|| {
-            Malformed::new(Fault::Value, "this is no latitude").expected("-90 to 90").found(format!("'{text}'"))
+            Malformed::new(Fault::Value, "this is no latitude")
+                .expected("-90 to 90, with a decimal point")
+                .found(format!("'{text}'"))
         })?;
         Ok(Some(SiteFile { latitude_deg: Some(latitude), ..SiteFile::default() }))
     })

@@ -12,6 +12,7 @@ mod columns;
 mod lab;
 
 use super::{Outcome, files, outputs::Outputs, session};
+use crate::campaign::UnitUnderTest;
 use crate::error::{Fault, Malformed, Result};
 use crate::fit;
 use crate::record::{self, Record, parted};
@@ -60,6 +61,12 @@ pub(super) struct Arguments {
     /// Starting value of an estimate in which the model is not linear: `s_x=0.0024 m/s^2`.
     #[arg(long, value_name = "NAME=VALUE", allow_hyphen_values = true)]
     start: Vec<String>,
+    /// Serial number of the unit; a certificate needs it.
+    #[arg(long)]
+    serial: Option<String>,
+    /// Day of the measurement; a certificate needs it.
+    #[arg(long, value_name = "YYYY-MM-DD")]
+    date: Option<String>,
     /// The campaign file; by default TABLE.campaign.json in the folder of the table.
     #[arg(long, value_name = "FILE")]
     to: Option<PathBuf>,
@@ -184,6 +191,20 @@ fn campaign(arguments: &Arguments, table: &Path, answers: &Answers) -> Result<Ou
         }
         given.extend(more);
     };
+    let told = |given: &Option<String>, option: &str, question: &str, fits: fn(&str) -> bool| {
+        let question = format!("{question}, which a certificate needs; empty: none");
+        answers.one(given.as_deref(), (option, &question), Some(""), |text| match text.is_empty() || fits(text) {
+            true => Ok(Some(text.to_string()).filter(|text| !text.is_empty())),
+            false => {
+                Err(Malformed::new(Fault::Value, "this is no day").expected("YYYY-MM-DD").found(format!("'{text}'")))
+            }
+        })
+    };
+    let serial = told(&arguments.serial, "--serial", "serial number of the unit", |_| true)?;
+    campaign.unit = serial.map(|serial| UnitUnderTest { serial: Some(serial), ..UnitUnderTest::default() });
+    campaign.date = told(&arguments.date, "--date", "day of the measurement, YYYY-MM-DD", |text| {
+        crate::compare::calibrations::day_number(text).is_some()
+    })?;
     let mut texts = vec![(to.clone(), headed("campaign", REMARK, &campaign)?)];
     if let Some(bench) = &own.new {
         texts.push((own.path.clone(), headed("bench", "see the notes", bench)?));
