@@ -85,6 +85,8 @@ pub struct Coefficients {
     pub dof: usize,
     /// Probability of so large a sum of squares if the line holds.
     pub p: f64,
+    /// The first averaging time that they describe, s, where shorter ones are left out: what a filter or a logger makes of the noise there is none of the terms.
+    pub from: Option<f64>,
     /// The sampling interval where a rate random walk fits better as a walk that is sampled than as one averaged over each interval, s.
     pub walk_sampled: Option<f64>,
 }
@@ -222,7 +224,26 @@ fn least_squares(columns: &[&Vec<f64>], y: &[f64]) -> Option<(Vec<f64>, Vec<Vec<
 /// each set of terms the squares solve the weighted least squares of `e`, renewed until they hold; the set is the likeliest, each term
 /// taken for as much as chance gives in one record of a hundred. u is such that 1.96 u covers 95 %, over that set and those with more terms, as
 /// likely as they are. `None` for fewer than five averaging times, or where nothing varies.
+///
+/// Where no sum of the terms describes all averaging times, the shortest are left out until one does. What a filter leaves of white noise (and of samples
+/// that a logger holds) falls as `1/tau` beside it, its uncertainty grows as `sqrt(tau)`: one octave more is left out, so that the rest, which the
+/// test just does not see, is small beside u.
 pub(super) fn coefficients(sums: &[Sums], cells: &Cells, interval: f64) -> Option<Coefficients> {
+    let all = described(sums, cells, interval)?;
+    if all.describes() {
+        return Some(all);
+    }
+    let from = |k: usize| {
+        let own = sums.get(k..)?;
+        Some(Coefficients { from: Some(own.first()?.m as f64 * interval), ..described(own, cells, interval)? })
+    };
+    let later = (1..sums.len()).find_map(|k| Some((k, from(k).filter(Coefficients::describes)?)));
+    let Some((k, first)) = later else { return Some(all) };
+    Some(from(k + 1).filter(Coefficients::describes).unwrap_or(first))
+}
+
+/// The same of all averaging times.
+fn described(sums: &[Sums], cells: &Cells, interval: f64) -> Option<Coefficients> {
     let points = Points::new(sums, cells)?;
     let set = |set: usize| -> [bool; 5] { std::array::from_fn(|k| set >> k & 1 == 1) };
     // whether a logger takes values or means of a random walk is not known: the one that is likelier
@@ -267,7 +288,7 @@ pub(super) fn coefficients(sums: &[Sums], cells: &Cells, interval: f64) -> Optio
     // a misfit that is not finite is rejected
     let p = chi_square_survival(best.chi_square, dof.max(1) as f64).unwrap_or(0.0);
     let walk_sampled = (best.sampled && best.active[3]).then_some(interval);
-    Some(Coefficients { terms, squares, chi_square: best.chi_square, dof, p, walk_sampled })
+    Some(Coefficients { terms, squares, chi_square: best.chi_square, dof, p, from: None, walk_sampled })
 }
 
 impl Points {

@@ -32,9 +32,10 @@ pub(super) fn unpacked(from: impl Read + Send + 'static) -> io::Result<Box<dyn B
         Some(unit) => Box::new(BufReader::with_capacity(CHUNK, Utf16 { from: plain, unit, ready: Vec::new(), at: 0 })),
     };
     let start = text.fill_buf()?;
-    // one at the end may have its line feed still to come
-    let returns = start.split_last().is_some_and(|(_, before)| before.contains(&b'\r'));
-    if returns && !start.contains(&b'\n') {
+    // a quoted cell may hold a break of the other kind; a return at the end may have its line feed still to come
+    let returns = start.windows(2).filter(|pair| matches!(pair, [b'\r', other] if *other != b'\n')).count();
+    let feeds = start.iter().filter(|byte| **byte == b'\n').count();
+    if returns > feeds {
         text = Box::new(BufReader::with_capacity(CHUNK, Returns(text)));
     }
     Ok(text)

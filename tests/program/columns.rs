@@ -86,7 +86,7 @@ fn what_is_ambiguous_is_answered_with_the_columns_found() {
 fn an_unknown_unit_in_a_title_is_refused() {
     let folder = tempfile::tempdir().expect("a folder");
     let map = r#""theta_deg": "Winkel", "A": "Spannung""#;
-    for (angle, volts, unit) in [("Winkel (Grd)", "Spannung (V)", "Grd"), ("Winkel (deg)", "Spannung [mVolt]", "mVolt")]
+    for (angle, volts, unit) in [("Winkel (Grd)", "Spannung (V)", "Grd"), ("Winkel (deg)", "Spannung [mWolt]", "mWolt")]
     {
         let error = campaign(folder.path(), &table(angle, volts, 1.0, 1.0, false), map).expect_err(unit).to_string();
         assert!(
@@ -94,6 +94,10 @@ fn an_unknown_unit_in_a_title_is_refused() {
             "{error}"
         );
     }
+    // words that may say a unit are none that is passed over
+    let error =
+        campaign(folder.path(), &table("Winkel (deg)", "Spannung (in mV)", 1.0, 1.0, false), map).expect_err("a unit");
+    assert!(error.to_string().contains("'in mV' is no unit that is known"), "{error}");
     let remark = table("Winkel (degrees)", "Spannung (channel 1 of 4)", 1.0, 1.0, false);
     assert!((solved(&campaign(folder.path(), &remark, map).expect("a remark"))[1] - 1.3).abs() < 1e-12);
     // a turn a minute is 6 deg/s
