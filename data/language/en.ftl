@@ -975,7 +975,7 @@ their-sum-describes = { $well ->
 }
 no-coefficients = { $why ->
     [constant] No coefficients: all samples are equal
-    [short] No coefficients: fewer than five octaves of averaging times, which need 80 samples
+    [short] No coefficients: fewer than five octaves of averaging times, which need 80 samples with at most a tenth of them missing
    *[undescribed] No coefficients: no sum of the terms describes these deviations
 }
 described-from = Averaging times below { $from } s are left out: a filter of the sensor, or samples that are held or quantized, are none of these terms

@@ -909,7 +909,7 @@ their-sum-describes = { $well ->
 }
 no-coefficients = { $why ->
     [constant] 无系数：所有采样值相同
-    [short] 无系数：平均时间不足五个倍频程（需 80 个采样）
+    [short] 无系数：平均时间不足五个倍频程（需 80 个采样，缺失不超过十分之一）
    *[undescribed] 无系数：各项之和无法给出这样的偏差
 }
 described-from = 短于 { $from } s 的平均时间未采用：传感器的滤波、保持或量化的采样不属于这些项

@@ -128,6 +128,9 @@ fn sampled_walk(interval: f64, tau: f64) -> f64 {
 const FAMILY: f64 = 0.01;
 /// What one more term must take off `-2 ln L`: the square of the normal quantile at a fifth of that.
 const TERM: f64 = 8.2838;
+/// Octaves that are left out beyond those where the test sees that a filter (or samples that are held) bends the deviations. What it does not see is a few u; it falls
+/// as `1/tau`, and u grows as `sqrt(tau)`: after three octaves it is a twenty-third of what it was beside u.
+const MORE: usize = 3;
 const ROUNDS: usize = 30;
 /// Of the distributions that the model's neighbours give, those less likely than this do not count.
 const LIKELY: f64 = 1e-3;
@@ -225,9 +228,7 @@ fn least_squares(columns: &[&Vec<f64>], y: &[f64]) -> Option<(Vec<f64>, Vec<Vec<
 /// taken for as much as chance gives in one record of a hundred. u is such that 1.96 u covers 95 %, over that set and those with more terms, as
 /// likely as they are. `None` for fewer than five averaging times, or where nothing varies.
 ///
-/// Where no sum of the terms describes all averaging times, the shortest are left out until one does. What a filter leaves of white noise (and of samples
-/// that a logger holds) falls as `1/tau` beside it, its uncertainty grows as `sqrt(tau)`: one octave more is left out, so that the rest, which the
-/// test just does not see, is small beside u.
+/// Where no sum of the terms describes all averaging times, the shortest are left out until one does, and [`MORE`] octaves more.
 pub(super) fn coefficients(sums: &[Sums], cells: &Cells, interval: f64) -> Option<Coefficients> {
     let all = described(sums, cells, interval)?;
     if all.describes() {
@@ -237,9 +238,8 @@ pub(super) fn coefficients(sums: &[Sums], cells: &Cells, interval: f64) -> Optio
         let own = sums.get(k..)?;
         Some(Coefficients { from: Some(own.first()?.m as f64 * interval), ..described(own, cells, interval)? })
     };
-    let later = (1..sums.len()).find_map(|k| Some((k, from(k).filter(Coefficients::describes)?)));
-    let Some((k, first)) = later else { return Some(all) };
-    Some(from(k + 1).filter(Coefficients::describes).unwrap_or(first))
+    let Some(k) = (1..sums.len()).find(|k| from(*k).is_some_and(|own| own.describes())) else { return Some(all) };
+    (k..=k + MORE).rev().find_map(|k| from(k).filter(Coefficients::describes))
 }
 
 /// The same of all averaging times.

@@ -225,8 +225,13 @@ impl Dialect {
         let titles = above.iter().take(above.len() - usize::from(units.is_some())).filter(is_wide);
         // what has no number and empty cells is a row below the names
         let is_full = |line: &&Vec<String>| line.iter().all(|cell| !cell.is_empty());
+        let before = filled.get(first).map_or(0, |(k, _)| *k);
+        let remarked = || remark_titles(&all, before, delimiter, width);
+        // units below names that stand in a remark
+        let only = above.last().filter(|line| is_units(line) && above.iter().filter(is_wide).count() == 1);
         let (names, units, first) =
             match (above.as_slice(), titles.clone().rfind(is_full).or(titles.clone().next_back())) {
+                _ if only.is_some() && remarked().is_some() => (remarked(), only.cloned(), first),
                 ([_, names, units, ..], _) if is_toa5 => {
                     // a time stamp and the record's number have no unit
                     let of =
@@ -237,10 +242,7 @@ impl Dialect {
                     let place = above.iter().rposition(|line| line == names).map_or(first, |k| k + 1);
                     (Some(names.clone()), units.cloned(), if units.is_some() { first } else { place })
                 }
-                (_, None) => {
-                    let before = filled.get(first).map_or(0, |(k, _)| *k);
-                    (remark_titles(&all, before, delimiter, width), None, first)
-                }
+                (_, None) => (remarked(), None, first),
             };
         // the line of the names, from 1
         let is_names = |line: &[u8]| names.as_ref().is_some_and(|names| texts(line) == *names);
@@ -328,7 +330,7 @@ fn remark_titles(all: &[(usize, &[u8])], before: usize, delimiter: u8, width: us
     let bare = above.filter(|(_, line)| is_remark(line, delimiter)).last()?.1.trim_ascii_start();
     let is_mark = |b: &u8| matches!(b, b'#' | b'%' | b'/' | b';') && *b != delimiter;
     let bare = bare.iter().position(|b| !is_mark(b)).map_or(&[][..], |k| bare.part(k..));
-    let mut titles: Vec<String> = cells(bare.trim_ascii(), delimiter).iter().map(|cell| decoded(cell)).collect();
+    let mut titles: Vec<String> = cells(bare, delimiter).iter().map(|cell| decoded(cell)).collect();
     while titles.len() > width && titles.last().is_some_and(String::is_empty) {
         titles.pop();
     }

@@ -52,7 +52,7 @@ fn what_cancels_cancels_exactly() {
 fn units_as_people_spell_them() {
     let degree = std::f64::consts::PI / 180.0;
     for (texts, si, expected) in [
-        (&["rad s-1", "rad s^-1", "rad·s⁻¹", "rad/sec", "RAD/S", "radians per second", "rad.s-1"][..], "rad/s", 1.0),
+        (&["rad s-1", "rad s^-1", "rad·s⁻¹", "rad/sec", "RAD/s", "radians per second", "rad.s-1"][..], "rad/s", 1.0),
         (
             &["deg/s", "°/s", "º/s", "˚/s", "dps", "DPS", "Deg/s", "degrees/second", "度/秒", "deg s-1", "Grad/s"],
             "rad/s",

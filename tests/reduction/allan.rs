@@ -1,5 +1,6 @@
 //! Deviations against NIST SP 1065 and Stable32; coefficients against records whose coefficients are known.
 
+use crate::draws::draws;
 use crate::support::*;
 use rand_distr::{Distribution, StandardNormal, StandardUniform};
 use rand_pcg::Pcg64Mcg;
