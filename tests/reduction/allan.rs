@@ -312,7 +312,8 @@ fn white_noise_behind_filters_and_faults() {
         let (mut found, mut inside, mut wrong, mut from) = (0, 0, 0, 0.0);
         for seed in 0..records {
             let mut random = Pcg64Mcg::seed_from_u64(500 + seed as u64);
-            let white: Vec<f64> = (0..count + 10).map(|_| 0.05 * StandardNormal.sample(&mut random) as f64).collect();
+            let white: Vec<f64> =
+                (0..count + 10).map(|_| StandardNormal.sample(&mut random)).map(|x: f64| 0.05 * x).collect();
             let mean =
                 |m: usize| (0..count).map(|k| white[k..k + m].iter().sum::<f64>() / m as f64).collect::<Vec<f64>>();
             let held = |m: usize| (0..count).map(|k| white[k / m * m]).collect::<Vec<f64>>();
