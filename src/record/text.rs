@@ -33,8 +33,15 @@ pub(super) fn unpacked(from: impl Read + Send + 'static) -> io::Result<Box<dyn B
     };
     let start = text.fill_buf()?;
     // a quoted cell may hold a break of the other kind; a return at the end may have its line feed still to come
-    let returns = start.windows(2).filter(|pair| matches!(pair, [b'\r', other] if *other != b'\n')).count();
-    let feeds = start.iter().filter(|byte| **byte == b'\n').count();
+    let (mut quoted, mut returns, mut feeds) = (false, 0, 0);
+    for pair in start.windows(2) {
+        match pair {
+            [b'"', _] => quoted = !quoted,
+            [b'\r', other] if !quoted && *other != b'\n' => returns += 1,
+            [b'\n', _] if !quoted => feeds += 1,
+            _ => {}
+        }
+    }
     if returns > feeds {
         text = Box::new(BufReader::with_capacity(CHUNK, Returns(text)));
     }
