@@ -975,9 +975,11 @@ their-sum-describes = { $well ->
 }
 no-coefficients = { $why ->
     [constant] No coefficients: all samples are equal
-    [short] No coefficients: fewer than five octaves of averaging times, which need 80 samples
+    [short] No coefficients: fewer than five octaves of averaging times, which need 80 samples with at most a tenth of them missing
    *[undescribed] No coefficients: no sum of the terms describes these deviations
 }
+described-from = Averaging times below { $from } s are left out: a filter of the sensor, or samples that are held or quantized, are none of these terms
+samples-left-out = Samples left out as if they were missing: { $events }
 random-walk-sampled = The rate random walk is modelled as sampled at the end of each interval of { $interval } s, not as averaged over it: this describes the deviations better
 chi-square-dof-p = chi-square { $chi }, { $dof } dof, p { $p }
 in-stretches = in { $n } stretches

@@ -909,9 +909,11 @@ their-sum-describes = { $well ->
 }
 no-coefficients = { $why ->
     [constant] 无系数：所有采样值相同
-    [short] 无系数：平均时间不足五个倍频程（需 80 个采样）
+    [short] 无系数：平均时间不足五个倍频程（需 80 个采样，缺失不超过十分之一）
    *[undescribed] 无系数：各项之和无法给出这样的偏差
 }
+described-from = 短于 { $from } s 的平均时间未采用：传感器的滤波、保持或量化的采样不属于这些项
+samples-left-out = 按缺失处理的采样：{ $events }
 random-walk-sampled = 速率随机游走按每个 { $interval } s 间隔末端的瞬时值（而非间隔内的平均值）处理：以更少的项即可描述实测偏差
 chi-square-dof-p = χ² = { $chi }，自由度 { $dof }，p = { $p }
 in-stretches = ，分为 { $n } 段

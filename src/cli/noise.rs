@@ -5,9 +5,11 @@ use crate::elements::Parts;
 use crate::error::{Fault, Malformed, Result};
 use crate::language::Language;
 use crate::noise::{Ladder, analyse};
-use crate::record::{As, Block};
+use crate::record::{As, Block, Clock as Ticks, Record};
+use crate::reduce::{Event, EventKind, Odd};
 use crate::report;
 use clap::Args;
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 /// What to analyse and what to write.
@@ -52,20 +54,33 @@ fn level(text: &str) -> std::result::Result<f64, String> {
     text.parse().ok().filter(|p| *p > 0.0 && *p < 1.0).ok_or_else(|| "expected a probability between 0 and 1".into())
 }
 
-pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
-    let mut record = log::open(&arguments.log)?;
-    let columns = log::numeric_columns(&record, &arguments.columns, &arguments.clock)?;
-    let time = arguments.clock.column(&record)?;
-    let titled: Vec<_> = columns.iter().filter_map(|k| record.columns().get(*k).cloned()).collect();
+/// What a record says of one column from place to place.
+enum Piece<'a> {
+    /// Samples; one that is not finite is missing.
+    Samples(&'a [f64]),
+    /// So many are missing.
+    Missing(u64),
+    /// How many are missing is not known.
+    Interrupt,
+}
+
+/// The columns of a record from its beginning to its end.
+fn read(
+    arguments: &Arguments,
+    record: &mut Record,
+    columns: &[usize],
+    see: &mut dyn FnMut(usize, Piece<'_>),
+) -> Result<Ticks> {
+    let time = arguments.clock.column(record)?;
+    let titles: Vec<String> = columns.iter().filter_map(|k| Some(record.columns().get(*k)?.title.clone())).collect();
     let mut selected: Vec<(usize, As)> = columns.iter().map(|k| (*k, As::Number)).collect();
     selected.extend(time.map(|k| (k, As::Time)));
     record.select(&selected);
-    let mut ladders: Vec<Ladder> = titled.iter().map(|_| Ladder::new(usize::from(arguments.per_octave))).collect();
-    let mut clock = arguments.clock.ticks(&record, time)?;
+    let mut clock = arguments.clock.ticks(record, time)?;
     let mut block = Block::default();
     let mut last = f64::NAN;
     while record.next(&mut block)? {
-        titled.iter().zip(&block.columns).try_for_each(|(own, values)| record.squarable(&own.title, values))?;
+        titles.iter().zip(&block.columns).try_for_each(|(own, values)| record.squarable(own, values))?;
         let times = time.and_then(|_| block.columns.last());
         let stretches = clock.stretches(times.map(Vec::as_slice), block.rows(), arguments.from, arguments.to)?;
         // samples that a gap before a stretch left out
@@ -80,26 +95,104 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
             })
             .collect();
         last = times.and_then(|times| times.last()).copied().unwrap_or(last);
-        for (ladder, values) in ladders.iter_mut().zip(&block.columns) {
+        for (k, values) in block.columns.iter().enumerate().take(titles.len()) {
             let mut joined: Vec<f64> = Vec::with_capacity(values.len());
             for (stretch, missing) in stretches.iter().zip(&missing) {
                 match missing.map(|lost| (lost >= 0.0, crate::number::count_u64(lost))) {
                     None => {}
                     Some((true, lost)) if lost <= Ladder::BRIDGED => joined.extend((0..lost).map(|_| f64::NAN)),
                     Some((forward, lost)) => {
-                        ladder.push(&std::mem::take(&mut joined));
+                        see(k, Piece::Samples(&std::mem::take(&mut joined)));
                         // a clock that was set back does not say how long the gap is
-                        if forward { ladder.missing(lost) } else { ladder.interrupt() }
+                        see(k, if forward { Piece::Missing(lost) } else { Piece::Interrupt });
                     }
                 }
                 joined.extend_from_slice(values.part(stretch.rows.clone()));
             }
-            ladder.push(&joined);
+            see(k, Piece::Samples(&joined));
         }
+    }
+    Ok(clock)
+}
+
+/// A column as it is seen: its deviations, and what is odd in it.
+#[derive(Clone)]
+struct Seen {
+    ladder: Ladder,
+    odd: Odd,
+}
+
+impl Seen {
+    fn see(&mut self, piece: &Piece<'_>) {
+        match piece {
+            Piece::Samples(samples) => self.ladder.push(samples),
+            Piece::Missing(count) => self.ladder.missing(*count),
+            Piece::Interrupt => self.ladder.interrupt(),
+        }
+    }
+}
+
+/// Samples without those of events: they are missing.
+struct Without {
+    events: Vec<Event>,
+    /// The first event that is not over, and samples so far.
+    at: usize,
+    samples: u64,
+}
+
+impl Without {
+    fn of(&mut self, samples: &[f64]) -> Vec<f64> {
+        let mut left = samples.to_vec();
+        for sample in left.iter_mut().filter(|sample| sample.is_finite()) {
+            while self.events.get(self.at).is_some_and(|event| event.sample + event.length <= self.samples) {
+                self.at += 1;
+            }
+            if self.events.get(self.at).is_some_and(|event| event.sample <= self.samples) {
+                *sample = f64::NAN;
+            }
+            self.samples += 1;
+        }
+        left
+    }
+}
+
+pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
+    let mut record = log::open(&arguments.log)?;
+    let columns = log::numeric_columns(&record, &arguments.columns, &arguments.clock)?;
+    let titled: Vec<_> = columns.iter().filter_map(|k| record.columns().get(*k).cloned()).collect();
+    let fresh = Seen { ladder: Ladder::new(usize::from(arguments.per_octave)), odd: Odd::default() };
+    let mut seen = vec![fresh.clone(); titled.len()];
+    let clock = read(arguments, &mut record, &columns, &mut |k, piece| {
+        if let Some(own) = seen.get_mut(k) {
+            own.see(&piece);
+            if let Piece::Samples(samples) = piece {
+                own.odd.see(samples);
+            }
+        }
+    })?;
+    let (mut ladders, events): (Vec<Ladder>, Vec<Vec<Event>>) =
+        seen.into_iter().map(|own| (own.ladder, own.odd.events())).unzip();
+    // what is odd is no noise: a file is read once more without it
+    let again = events.iter().any(|own| !own.is_empty()) && crate::record::parted(&arguments.log).0.is_file();
+    let mut left_out: Vec<BTreeMap<EventKind, u64>> = vec![BTreeMap::new(); titled.len()];
+    if again {
+        for (counts, own) in left_out.iter_mut().zip(&events) {
+            own.iter().for_each(|event| *counts.entry(event.kind).or_default() += event.length);
+        }
+        let mut rest: Vec<(Seen, Without)> =
+            events.into_iter().map(|events| (fresh.clone(), Without { events, at: 0, samples: 0 })).collect();
+        read(arguments, &mut log::open(&arguments.log)?, &columns, &mut |k, piece| {
+            let Some((own, without)) = rest.get_mut(k) else { return };
+            match piece {
+                Piece::Samples(samples) => own.see(&Piece::Samples(&without.of(samples))),
+                piece => own.see(&piece),
+            }
+        })?;
+        ladders = rest.into_iter().map(|(own, _)| own.ladder).collect();
     }
     let interval = clock.interval()?;
     let mut reports = Vec::new();
-    for (column, ladder) in titled.iter().zip(&ladders) {
+    for ((column, ladder), left_out) in titled.iter().zip(&ladders).zip(left_out) {
         if ladder.samples() < 32 {
             return Err(Malformed::new(
                 Fault::Missing,
@@ -110,7 +203,8 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
             .in_file(record.name()));
         }
         let unit = column.unit.clone().or_else(|| arguments.unit.clone()).unwrap_or_else(|| "unit".into());
-        reports.push(report::noise_column_report(&column.name, &unit, &analyse(ladder, interval, arguments.level)));
+        let own = report::noise_column_report(&column.name, &unit, &analyse(ladder, interval, arguments.level));
+        reports.push(report::NoiseColumnReport { left_out, ..own });
     }
     let report = report::noise_report(record.name(), interval, clock.source(), reports);
     let mut outputs = arguments.pages.outputs([arguments.json.as_deref(), arguments.kalibr.as_deref()])?;

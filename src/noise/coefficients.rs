@@ -85,6 +85,8 @@ pub struct Coefficients {
     pub dof: usize,
     /// Probability of so large a sum of squares if the line holds.
     pub p: f64,
+    /// The first averaging time that they describe, s, where shorter ones are left out: what a filter or a logger makes of the noise there is none of the terms.
+    pub from: Option<f64>,
     /// The sampling interval where a rate random walk fits better as a walk that is sampled than as one averaged over each interval, s.
     pub walk_sampled: Option<f64>,
 }
@@ -126,6 +128,8 @@ fn sampled_walk(interval: f64, tau: f64) -> f64 {
 const FAMILY: f64 = 0.01;
 /// What one more term must take off `-2 ln L`: the square of the normal quantile at a fifth of that.
 const TERM: f64 = 8.2838;
+/// Octaves that are left out beyond those where the test sees that a filter bends the deviations: what it just does not see halves with each.
+const MORE: usize = 1;
 const ROUNDS: usize = 30;
 /// Of the distributions that the model's neighbours give, those less likely than this do not count.
 const LIKELY: f64 = 1e-3;
@@ -146,6 +150,8 @@ struct Points {
     ends: Vec<f64>,
     /// Row i has the points up to i.
     grams: Vec<Vec<Gram>>,
+    /// Is the part that falls as quantization does free in its sign? What a filter takes of white noise falls so.
+    is_filtered: bool,
 }
 
 /// At some squares: residuals and columns, white, and `-2 ln L`.
@@ -222,13 +228,32 @@ fn least_squares(columns: &[&Vec<f64>], y: &[f64]) -> Option<(Vec<f64>, Vec<Vec<
 /// each set of terms the squares solve the weighted least squares of `e`, renewed until they hold; the set is the likeliest, each term
 /// taken for as much as chance gives in one record of a hundred. u is such that 1.96 u covers 95 %, over that set and those with more terms, as
 /// likely as they are. `None` for fewer than five averaging times, or where nothing varies.
+///
+/// Where no sum of the terms describes all averaging times, a filter or a logger that holds its samples bends the shortest. Beyond its own length it takes from the
+/// Allan variance of white noise what falls as `1/tau^2`: the term of quantization is then free in its sign, and none of the answer. The shortest averaging
+/// times are left out until such a sum describes the others.
 pub(super) fn coefficients(sums: &[Sums], cells: &Cells, interval: f64) -> Option<Coefficients> {
-    let points = Points::new(sums, cells)?;
+    let all = described(sums, cells, interval, false)?;
+    if all.describes() {
+        return Some(all);
+    }
+    let from = |k: usize| {
+        let own = sums.get(k..)?;
+        Some(Coefficients { from: Some(own.first()?.m as f64 * interval), ..described(own, cells, interval, true)? })
+    };
+    let Some(k) = (1..sums.len()).find(|k| from(*k).is_some_and(|own| own.describes())) else { return Some(all) };
+    (k..=k + MORE).rev().find_map(|k| from(k).filter(Coefficients::describes))
+}
+
+/// The same of all averaging times.
+fn described(sums: &[Sums], cells: &Cells, interval: f64, is_filtered: bool) -> Option<Coefficients> {
+    let points = Points { is_filtered, ..Points::new(sums, cells)? };
     let set = |set: usize| -> [bool; 5] { std::array::from_fn(|k| set >> k & 1 == 1) };
     // whether a logger takes values or means of a random walk is not known: the one that is likelier
     let tried = (1..32).flat_map(|number| [(set(number), false), (set(number), true)]);
     let mut fits: Vec<Fitted> = tried
         .filter(|(active, sampled)| active[..4].contains(&true) && (active[3] || !sampled))
+        .filter(|(active, _)| !is_filtered || (active[0] && active[1..4].contains(&true)))
         .filter_map(|(active, sampled)| points.fit(active, sampled))
         .collect();
     let best = fits.iter().min_by(|a, b| a.penalized().total_cmp(&b.penalized()))?.clone();
@@ -254,6 +279,9 @@ pub(super) fn coefficients(sums: &[Sums], cells: &Cells, interval: f64) -> Optio
     let value = |k: usize, fit: &Fitted| if k == 4 { points.slope.abs() } else { fit.squares[k].sqrt() };
     let terms = std::array::from_fn(|k| {
         let (term, p, unit) = (Term::ALL[k], chance(k), units[k]);
+        if k == 0 && is_filtered {
+            return Coefficient { term, value: None, u: None, p: 1.0, below: None };
+        }
         if best.active[k] && p < FAMILY / 5.0 {
             let u = points.uncertainty(k, value(k, &best), &best, &larger).map(|u| u * unit);
             return Coefficient { term, value: Some(value(k, &best) * unit), u, p, below: None };
@@ -262,12 +290,15 @@ pub(super) fn coefficients(sums: &[Sums], cells: &Cells, interval: f64) -> Optio
         let below = points.below(k, with.unwrap_or(&best)).map(|below| below * unit);
         Coefficient { term, value: None, u: None, p, below }
     });
-    let squares = std::array::from_fn(|k| if best.active[k] { (value(k, &best) * units[k]).powi(2) } else { 0.0 });
+    let squares = std::array::from_fn(|k| {
+        let square = if k == 4 { points.slope.powi(2) } else { best.squares[k] };
+        if best.active[k] { square * units[k].powi(2) } else { 0.0 }
+    });
     let dof = (points.m.len() + 1).saturating_sub(best.count());
     // a misfit that is not finite is rejected
     let p = chi_square_survival(best.chi_square, dof.max(1) as f64).unwrap_or(0.0);
     let walk_sampled = (best.sampled && best.active[3]).then_some(interval);
-    Some(Coefficients { terms, squares, chi_square: best.chi_square, dof, p, walk_sampled })
+    Some(Coefficients { terms, squares, chi_square: best.chi_square, dof, p, from: None, walk_sampled })
 }
 
 impl Points {
@@ -290,7 +321,8 @@ impl Points {
         }
         let means = cells.means(&m, MISSING);
         let ends = sums.iter().zip(&m).map(|(s, m)| 3.0 * (s.missing_factors()[0] - 1.0).max(0.0) / m).collect();
-        let mut points = Points { m, variances, slope, means, columns: Default::default(), ends, grams };
+        let mut points =
+            Points { m, variances, slope, means, columns: Default::default(), ends, grams, is_filtered: false };
         points.columns = std::array::from_fn(|k| {
             let own = |(i, s): (usize, &Sums)| {
                 let mut one = [0.0; 4];
@@ -318,7 +350,8 @@ impl Points {
     /// Residuals and columns at these squares.
     fn white(&self, squares: &[f64; 4], fit: &Fitted) -> Option<White> {
         let n = self.m.len();
-        let own = fit.averaged(squares);
+        let mut own = fit.averaged(squares);
+        own[0] = own[0].max(0.0);
         let column = |k: usize, i: usize| {
             let steps = if k == 3 && fit.sampled { self.columns[1][i] / 6.0 } else { 0.0 };
             self.columns[k][i] + steps
@@ -379,7 +412,8 @@ impl Points {
             let above = |(c, v): (&f64, &f64)| if *c > 0.0 { v / c } else { f64::INFINITY };
             self.columns[k].iter().zip(&self.variances).map(above).fold(f64::INFINITY, f64::min)
         };
-        let mut squares: [f64; 4] = std::array::from_fn(|k| if active[k] { touch(k) } else { 0.0 });
+        let is_free = |k: usize| self.is_filtered && k == 0;
+        let mut squares: [f64; 4] = std::array::from_fn(|k| if active[k] && !is_free(k) { touch(k) } else { 0.0 });
         let mut ramp = if active[4] { self.slope.abs() } else { 0.0 };
         match held {
             Some((4, value)) => ramp = value,
@@ -400,11 +434,15 @@ impl Points {
                 let columns: Vec<&Vec<f64>> = which.iter().map(|k| &white.columns[*k]).collect();
                 let (x, covariance) = least_squares(&columns, &y)?;
                 let z = |i: usize| x[i] / covariance[i][i].sqrt();
-                match (0..x.len()).filter(|i| x[*i] < 0.0).min_by(|a, b| z(*a).total_cmp(&z(*b))) {
+                match (0..x.len()).filter(|i| x[*i] < 0.0 && !is_free(which[*i])).min_by(|a, b| z(*a).total_cmp(&z(*b)))
+                {
                     Some(i) if which.len() > 1 => drop(which.remove(i)),
                     _ => {
                         break std::array::from_fn(|k| {
-                            which.iter().position(|w| *w == k).map_or(0.0, |i| x[i].max(0.0))
+                            which
+                                .iter()
+                                .position(|w| *w == k)
+                                .map_or(0.0, |i| if is_free(k) { x[i] } else { x[i].max(0.0) })
                         });
                     }
                 }
@@ -413,7 +451,7 @@ impl Points {
             let step = if round < ROUNDS / 3 { 1.0 } else { 0.5 };
             free.iter().for_each(|k| fit.squares[*k] = before[*k] + step * (next[*k] - before[*k]));
             white = self.white(&fit.squares, &fit)?;
-            if (0..4).all(|k| (fit.squares[k] - before[k]).abs() <= 1e-6 * fit.squares[k].max(before[k])) {
+            if (0..4).all(|k| (fit.squares[k] - before[k]).abs() <= 1e-6 * fit.squares[k].abs().max(before[k].abs())) {
                 break;
             }
         }
@@ -421,7 +459,7 @@ impl Points {
             let own = (0..self.m.len()).map(|i| self.columns[k][i] * fit.squares[k] / self.variances[i]);
             own.fold(0.0, f64::max)
         };
-        if held.is_none() && fit.noises().into_iter().any(|k| !(share(k) > 1e-9)) {
+        if held.is_none() && fit.noises().into_iter().any(|k| !is_free(k) && !(share(k) > 1e-9)) {
             return None;
         }
         (fit.chi_square, fit.cost) = (dot(&white.residuals, &white.residuals), white.cost);

@@ -1,7 +1,8 @@
 //! The clock of a record: a column of times or a stated rate; stretches between gaps.
 
-use super::{Column, Record, find, listed};
+use super::{Column, Record, listed};
 use crate::error::{Fault, Malformed, Result};
+use crate::units::Unit;
 use crate::vocabulary::vocabulary;
 use std::ops::Range;
 
@@ -47,13 +48,41 @@ const SHORT: f64 = 0.25;
 /// Steps back in more than one of so many rows: not a clock that was set, but rows that are not sorted.
 const RARE: u64 = 100;
 
-/// Names under which a column of times is found, alone and with a unit behind: `time_ms`.
-const TIMES: [&str; 7] = ["time", "t", "timestamp", "Zeit", "datetime", "date time", "date_time"];
-const BEHIND: [&str; 5] = ["_s", "", "_ms", "_us", "_ns"];
+/// Names under which a column of times is found, in this order and in either case, alone and with a unit behind: `time_ms`.
+const TIMES: [&str; 13] = [
+    "time",
+    "t",
+    "timestamp",
+    "zeit",
+    "datetime",
+    "date time",
+    "date_time",
+    "date/time",
+    "elapsed time",
+    "elapsed",
+    "seconds",
+    "stamp",
+    "时间",
+];
 
 fn times_of(columns: &[Column]) -> Option<usize> {
-    let names = TIMES.iter().flat_map(|name| BEHIND.iter().map(move |unit| format!("{name}{unit}")));
-    names.into_iter().find_map(|name| find(columns, &name))
+    let rank = |column: &Column| {
+        let bare = behind(&column.name).and_then(|unit| column.name.strip_suffix(unit)?.strip_suffix('_'));
+        let name = bare.unwrap_or(&column.name);
+        // T is a temperature
+        let alike = |own: &&str| *own == name || (own.chars().count() > 1 && *own == name.to_lowercase());
+        let place = TIMES.iter().position(|own| alike(&own))?;
+        // one that says its unit comes first
+        Some((place, bare.is_none() && column.unit.is_none()))
+    };
+    let ranked = columns.iter().enumerate().filter_map(|(k, column)| Some((rank(column)?, k)));
+    ranked.min().map(|(_, k)| k)
+}
+
+/// The unit of time at the end of a column's name: `time_ms`.
+fn behind(name: &str) -> Option<&str> {
+    let (_, unit) = name.rsplit_once('_')?;
+    crate::units::of_column(name).and_then(|own| seconds(&own)).map(|_| unit)
 }
 
 /// Where the times of samples come from.
@@ -152,8 +181,7 @@ impl Clock {
     ///
     /// Errors: a unit that is none of time.
     pub fn column(column: &Column, file: &str) -> Result<Self> {
-        let behind = column.name.rsplit_once('_').map(|(_, unit)| unit.to_string());
-        let unit = column.unit.clone().or_else(|| behind.filter(|unit| seconds(unit).is_some()));
+        let unit = column.unit.clone().or_else(|| behind(&column.name).map(str::to_string));
         let factor = match unit.as_deref() {
             None => 1.0,
             Some(unit) => seconds(unit).ok_or_else(|| {
@@ -448,20 +476,26 @@ impl Clock {
 
 /// Unix time from 2001 to 2103.
 const SINCE_1970: std::ops::Range<f64> = 1e9..4.2e9;
+/// Days of spreadsheets (since the end of 1899) and of MATLAB (since the year 0), from 2000 to 2100.
+const DAYS: [std::ops::Range<f64>; 2] = [36_526.0..73_051.0, 730_486.0..767_011.0];
 
 /// The unit of times that say none, and its seconds; `None` where fewer than two are there.
 ///
-/// Unix time tells its unit by its size, from 2001 to 2103. Of other times a step of 1000 s and more is none of a logger of inertial sensors: below
-/// 10^6 it is counted in microseconds, above in nanoseconds.
+/// Unix time tells its unit by its size, from 2001 to 2103; days do where as seconds they would be those of more than 10,000 samples a second. Of other
+/// times a step of 1000 s and more is none of a logger of inertial sensors: below 10^6 it is counted in microseconds, above in nanoseconds.
 pub(crate) fn unit_of(times: &[f64]) -> Option<(&'static str, f64)> {
     const UNITS: [(&str, f64); 4] = [("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)];
     const SLOW: f64 = 1e3;
+    const FAST: f64 = 1e-4;
     let first = *times.first()?;
     let mut steps: Vec<f64> = times.iter().zip(times.iter().skip(1)).take(4001).map(|(a, b)| b - a).collect();
     steps.retain(|step| *step > 0.0);
     let middle = steps.len() / 2;
     let (_, median, _) = (!steps.is_empty()).then(|| steps.select_nth_unstable_by(middle, f64::total_cmp))?;
     let unix = |(_, seconds): &&(&str, f64)| SINCE_1970.contains(&(first * seconds)) && *median * seconds < SLOW;
+    if *median < FAST && DAYS.iter().any(|days| days.contains(&first)) {
+        return Some(("days", 86_400.0));
+    }
     let [second, _, micro, nano] = UNITS;
     let by_steps = if *median < SLOW {
         second
@@ -475,13 +509,7 @@ pub(crate) fn unit_of(times: &[f64]) -> Option<(&'static str, f64)> {
 
 /// Seconds in a unit of time.
 fn seconds(unit: &str) -> Option<f64> {
-    Some(match unit.trim() {
-        "s" | "sec" | "second" | "seconds" | "Sekunden" => 1.0,
-        "ms" => 1e-3,
-        "us" | "µs" | "μs" => 1e-6,
-        "ns" => 1e-9,
-        "min" => 60.0,
-        "h" => 3600.0,
-        _ => return None,
-    })
+    let (own, second) = (Unit::parse(unit.trim()).ok()?, Unit::parse("s").ok()?);
+    // a pure number is none of time
+    Some(own.conversion(&second)?.apply(1.0))
 }

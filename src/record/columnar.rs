@@ -31,6 +31,8 @@ pub struct Columnar {
     /// Are labels of the row groups before forgotten?
     forgets: bool,
     times: Times,
+    /// The first time of columns of times.
+    since: std::collections::HashMap<usize, f64>,
     scratch: Scratch,
 }
 
@@ -272,6 +274,7 @@ impl Columnar {
             labels: Labels::default(),
             forgets: false,
             times: Times::default(),
+            since: Default::default(),
             scratch: Scratch::default(),
         })
     }
@@ -376,7 +379,16 @@ impl Columnar {
                         labels(reader, &mut self.scratch, to, meaning, &mut self.labels)
                     }
                     (_, Open::Values(reader)) => {
-                        numbers(reader, &mut self.scratch, to, meaning, *kind, &mut self.times)
+                        let read = numbers(reader, &mut self.scratch, to, meaning, *kind, &mut self.times);
+                        // readings have times since the first, as of a table of text
+                        if matches!(kind, As::Mixed | As::Cell) && matches!(meaning, Meaning::Time(..) | Meaning::Date)
+                        {
+                            let first = to.iter().copied().find(|time| !time.is_nan());
+                            let since = self.since.get(column).copied().or(first);
+                            self.since.extend(since.map(|since| (*column, since)));
+                            to.iter_mut().for_each(|time| *time -= since.unwrap_or(0.0)); // no time at all so far
+                        }
+                        read
                     }
                 }
                 .map_err(|error| fault(&self.name, &error).at_path(title))?;

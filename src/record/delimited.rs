@@ -2,10 +2,11 @@
 
 use super::dialect::{Line, is_blank, is_remark, row_end, written_cells};
 use super::number::{leading, number};
-use super::times::Times;
+use super::times::{Times, WrittenTimes};
 use super::{As, Block, Dialect, Labels, RAGGED, UNREADABLE, text, text_cell};
 use crate::elements::Parts;
 use crate::error::{Fault, Malformed, Result};
+use std::collections::HashMap;
 use std::io::{BufRead, Read};
 
 /// How much of a table its dialect is taken from; more where its first lines are longer.
@@ -40,6 +41,8 @@ pub struct Delimited {
     line: u64,
     labels: Labels,
     times: Times,
+    /// Columns of written times among readings.
+    since: HashMap<usize, WrittenTimes>,
     cut: bool,
 }
 
@@ -91,6 +94,7 @@ impl Delimited {
             line,
             labels: Labels::default(),
             times: Times::default(),
+            since: HashMap::new(),
             cut: false,
         })
     }
@@ -327,6 +331,15 @@ impl Delimited {
         {
             found.pop();
         }
+        // a word alone below or between rows of numbers (`End of file`)
+        let is_filled = |cell: &std::borrow::Cow<'_, [u8]>| !cell.trim_ascii().is_empty();
+        let place = found.iter().position(is_filled).unwrap_or(width);
+        let is_alone = delimiter == b' ' || found.iter().filter(|cell| is_filled(cell)).count() == 1;
+        let is_word = found.iter().all(|cell| number(cell, mark).is_none_or(f64::is_nan));
+        let is_cell = found.len() == width && self.dialect.texts.get(place) != Some(&false);
+        if is_alone && is_word && !is_cell && !unended && width > 1 && self.dialect.texts.contains(&false) {
+            return Ok(());
+        }
         let is_ragged = found.len() != width && self.is_lenient;
         if found.len() < width && unended && !self.is_strict && !self.is_lenient {
             self.cut = true;
@@ -357,6 +370,10 @@ impl Delimited {
                     // an empty cell says that nothing was read; a word for it is no number
                     Some(value) if value.is_nan() && !cell.trim_ascii().is_empty() => UNREADABLE,
                     Some(value) => value,
+                    // a column of written times, since the first of them
+                    None if self.dialect.texts.get(k) == Some(&true) => {
+                        self.since.entry(k).or_default().since_first(&text::decoded(cell)).unwrap_or(UNREADABLE)
+                    }
                     None => UNREADABLE,
                 },
             };

@@ -171,14 +171,9 @@ impl Dialect {
     pub fn of(head: &[u8]) -> Result<Dialect> {
         let all = rows(head);
         let whole = all.len().saturating_sub(usize::from(all.len() > 3)); // the last one may be cut
-        // LabVIEW measurements (.lvm): tagged lines until the last end of a head, then names, with one for comments behind them
-        let is_lvm = all.first().is_some_and(|(_, line)| line.starts_with(b"LabVIEW Measurement"));
-        let ends_head = |(_, line): &(usize, &[u8])| is_lvm && line.starts_with(b"***End_of_Header***");
-        let head_lines = all.iter().rposition(ends_head).map_or(0, |k| k + 1);
         let mut rows: Vec<(usize, &[u8])> = all
             .iter()
             .take(whole)
-            .skip(head_lines)
             .copied()
             .filter(|(_, line)| !line.trim_ascii().is_empty() && !is_remark(line, UNKNOWN))
             .collect();
@@ -197,6 +192,7 @@ impl Dialect {
         let is_full = |line: &[u8]| cells(line, delimiter).iter().filter(|cell| !cell.is_empty()).count() >= width;
         let names_alone = filled.iter().take_while(|(_, line)| !is_full(line)).count();
         let preamble = filled.get(names_alone).map_or(0, |(_, line)| if values(line) { 0 } else { names_alone });
+        let preamble = tagged(&filled, width, &|line| cells(line, delimiter), mark).unwrap_or(preamble);
         // a row of readings may have more texts than numbers, a table of labels none at all
         let below = || filled.iter().enumerate().skip(preamble);
         let first = match below().find(|(_, (_, line))| is_row(line)) {
@@ -211,8 +207,11 @@ impl Dialect {
         let width = filled.iter().map(|(_, line)| used(line)).filter(|used| *used <= width).max().unwrap_or(width);
         let texts = |line: &[u8]| -> Vec<String> {
             let mut own: Vec<String> = cells(line, delimiter).iter().map(|cell| decoded(cell)).collect();
-            let is_none = |name: &String| name.is_empty() || (is_lvm && name == "Comment");
-            while own.len() > width && own.last().is_some_and(is_none) {
+            while own.len() > width && own.last().is_some_and(String::is_empty) {
+                own.pop();
+            }
+            // a name behind the others is that of remarks, of which no row has any; a comma or a blank may stand in a name
+            if own.len() == width + 1 && !matches!(delimiter, b',' | b' ') {
                 own.pop();
             }
             own
@@ -226,8 +225,13 @@ impl Dialect {
         let titles = above.iter().take(above.len() - usize::from(units.is_some())).filter(is_wide);
         // what has no number and empty cells is a row below the names
         let is_full = |line: &&Vec<String>| line.iter().all(|cell| !cell.is_empty());
+        let before = filled.get(first).map_or(0, |(k, _)| *k);
+        let remarked = || remark_titles(&all, before, delimiter, width);
+        // units below names that stand in a remark
+        let only = above.last().filter(|line| is_units(line) && above.iter().filter(is_wide).count() == 1);
         let (names, units, first) =
             match (above.as_slice(), titles.clone().rfind(is_full).or(titles.clone().next_back())) {
+                _ if only.is_some() && remarked().is_some() => (remarked(), only.cloned(), first),
                 ([_, names, units, ..], _) if is_toa5 => {
                     // a time stamp and the record's number have no unit
                     let of =
@@ -238,10 +242,7 @@ impl Dialect {
                     let place = above.iter().rposition(|line| line == names).map_or(first, |k| k + 1);
                     (Some(names.clone()), units.cloned(), if units.is_some() { first } else { place })
                 }
-                (_, None) => {
-                    let before = filled.get(first).map_or(0, |(k, _)| *k);
-                    (remark_titles(&all, before, delimiter, width), None, first)
-                }
+                (_, None) => (remarked(), None, first),
             };
         // the line of the names, from 1
         let is_names = |line: &[u8]| names.as_ref().is_some_and(|names| texts(line) == *names);
@@ -271,9 +272,9 @@ impl Dialect {
         for (column, unit) in columns.iter_mut().zip(units.unwrap_or_default()) {
             column.unit = column.unit.take().or_else(|| Some(heading::bare(&unit)).filter(|u| !u.is_empty()));
         }
-        // a written time is one in seconds, whatever its steps are
+        // a written time is one in seconds, whatever its steps are, and whatever the title says of how it is written
         for (column, _) in columns.iter_mut().zip(written_times).filter(|(_, written)| *written) {
-            column.unit.get_or_insert_with(|| "s".into());
+            column.unit = Some("s".into());
         }
         let mut seen = HashSet::new();
         if let Some(twice) = columns.iter().find(|own| !own.title.is_empty() && !seen.insert(own.title.as_str())) {
@@ -296,15 +297,49 @@ impl Dialect {
     }
 }
 
+/// Where the names stand below a head of tagged lines (`Delta_X 0.01 0.01`): the last full line without numbers, where each line of numbers above it has a
+/// text in a column that otherwise has numbers.
+fn tagged<'a>(
+    filled: &[(usize, &'a [u8])],
+    width: usize,
+    cells: &dyn Fn(&'a [u8]) -> Vec<Cow<'a, [u8]>>,
+    mark: u8,
+) -> Option<usize> {
+    let numbers = |line: &'a [u8]| {
+        cells(line).iter().map(|cell| (number(cell, mark).is_some(), is_value(cell, mark))).collect::<Vec<_>>()
+    };
+    let has_values = |line: &[(bool, bool)]| line.iter().any(|(_, value)| *value);
+    let rows: Vec<Vec<(bool, bool)>> = filled.iter().map(|(_, line)| numbers(line)).collect();
+    let names = rows.iter().zip(filled).rposition(|(row, (_, line))| {
+        let filled = cells(line).iter().filter(|cell| !cell.is_empty()).count();
+        !has_values(row) && (width..=width + 1).contains(&filled)
+    })?;
+    let below: Vec<&Vec<(bool, bool)>> =
+        rows.iter().skip(names + 1).filter(|row| row.len() == width && has_values(row)).collect();
+    let most = |k: usize| 2 * below.iter().filter(|row| row.get(k).is_some_and(|own| own.1)).count() > below.len();
+    let is_tagged =
+        |row: &Vec<(bool, bool)>| row.iter().take(width).enumerate().any(|(k, (number, _))| !number && most(k));
+    let above: Vec<&Vec<(bool, bool)>> = rows.iter().take(names).filter(|row| has_values(row)).collect();
+    (!above.is_empty() && !below.is_empty() && above.into_iter().all(is_tagged)).then_some(names)
+}
+
 /// Names in the last remark above the rows, where it is parted as they are: `#timestamp [ns],w_x [rad s^-1]`; or, behind what the remark is about, as they
 /// are: `;Headers, time, Ax`.
 fn remark_titles(all: &[(usize, &[u8])], before: usize, delimiter: u8, width: usize) -> Option<Vec<String>> {
     let above = all.iter().take_while(|(line, _)| *line < before);
     let bare = above.filter(|(_, line)| is_remark(line, delimiter)).last()?.1.trim_ascii_start();
-    let bare = bare.iter().position(|b| !matches!(b, b'#' | b'%' | b'/' | b';')).map_or(&[][..], |k| bare.part(k..));
-    let mut titles: Vec<String> = cells(bare.trim_ascii(), delimiter).iter().map(|cell| decoded(cell)).collect();
+    let is_mark = |b: &u8| matches!(b, b'#' | b'%' | b'/' | b';') && *b != delimiter;
+    let bare = bare.iter().position(|b| !is_mark(b)).map_or(&[][..], |k| bare.part(k..));
+    let mut titles: Vec<String> = cells(bare, delimiter).iter().map(|cell| decoded(cell)).collect();
+    while titles.len() > width && titles.last().is_some_and(String::is_empty) {
+        titles.pop();
+    }
     if titles.len() == width + 1 {
         titles.remove(0);
+    }
+    // the mark itself is the name of numbers of rows
+    if let Some(first) = titles.first_mut().filter(|first| first.is_empty()) {
+        *first = "No".into();
     }
     let named = titles.iter().all(|title| title.starts_with(char::is_alphabetic));
     (width > 1 && titles.len() == width && named).then_some(titles)
@@ -340,7 +375,10 @@ fn parted(rows: &[(usize, &[u8])]) -> (u8, u8, usize) {
         if delimiter == b',' && width == 2 && title.is_some_and(|(_, line)| !line.contains(&b',')) {
             continue;
         }
-        let alike = last.iter().filter(|line| cells(line, delimiter).len() == width).count();
+        // a delimiter may stand behind the cells of some lines
+        let used = |line: &[u8]| cells(line, delimiter).iter().rposition(|cell| !cell.is_empty()).map_or(0, |k| k + 1);
+        let most = last.iter().map(|line| used(line)).filter(|used| *used <= width).max().unwrap_or(width);
+        let alike = last.iter().filter(|line| (most..=width).contains(&cells(line, delimiter).len())).count();
         let mark = decimal_mark(rows, delimiter);
         let numbers = last.iter().filter(|line| mostly_numbers(line, delimiter, mark)).count();
         let score = alike + 2 * numbers;

@@ -9,7 +9,7 @@ use std::sync::Arc;
 /// Rows of a block.
 const ROWS: usize = 1 << 16;
 /// A table with less than this share of the rows of the longest is taken only by its name.
-const SHORT: usize = 10;
+pub(super) const SHORT: usize = 10;
 /// Most tables that a message lists.
 const LISTED: usize = 12;
 

@@ -98,12 +98,75 @@ pub(super) fn number(cell: &[u8], mark: u8) -> Option<f64> {
     {
         return Some(value);
     }
-    is_absent(cell).then_some(f64::NAN)
+    if is_absent(cell) {
+        return Some(f64::NAN);
+    }
+    let plain = ungrouped(cell, mark)?;
+    leading(&plain, mark).filter(|(_, length)| *length == plain.len()).map(|(value, _)| value)
 }
 
-/// Does a cell say that nothing was read?
+/// A number with the minus of typesetters, or whose digits before the decimal mark are grouped in threes by blanks or apostrophes (ISO 80000-1), without these.
+/// Commas and points group as well, but may be decimal marks.
+fn ungrouped(cell: &[u8], mark: u8) -> Option<Vec<u8>> {
+    let (sign, digits) = match cell {
+        [0xE2, 0x88, 0x92, rest @ ..] => (Some(b'-'), rest),
+        [sign @ (b'+' | b'-'), rest @ ..] => (Some(*sign), rest),
+        rest => (None, rest),
+    };
+    if cell.len() > LONGEST || !digits.first()?.is_ascii_digit() {
+        return None;
+    }
+    let (mut plain, mut rest): (Vec<u8>, &[u8]) = (sign.into_iter().collect(), digits);
+    let mut group = rest.iter().take_while(|byte| byte.is_ascii_digit()).count();
+    while let [byte, ..] = rest
+        && *byte != mark
+        && group > 0
+    {
+        plain.extend_from_slice(rest.get(..group)?);
+        rest = rest.get(group..)?;
+        const MARKS: [&[u8]; 6] = [b" ", b"'", b"\xC2\xA0", b"\xA0", "\u{202f}".as_bytes(), "\u{2019}".as_bytes()];
+        let Some(behind) = MARKS.iter().find_map(|mark| rest.strip_prefix(*mark)) else { break };
+        group = behind.iter().take_while(|byte| byte.is_ascii_digit()).count();
+        if group != 3 || plain.len() > LONGEST {
+            return None;
+        }
+        rest = behind;
+    }
+    plain.extend_from_slice(rest);
+    Some(plain)
+}
+
+/// Does a cell say that nothing was read, or nothing that is a number (the errors of spreadsheets, and of divisions by zero)?
 pub(super) fn is_absent(cell: &[u8]) -> bool {
-    const ABSENT: [&[u8]; 12] =
-        [b"", b"nan", b"na", b"n/a", b"null", b"none", b"-", b"-nan", b"nan(ind)", b"-nan(ind)", b"#n/a", b"1.#qnan"];
-    cell.len() <= 9 && ABSENT.iter().any(|word| cell.eq_ignore_ascii_case(word))
+    const ABSENT: [&[u8]; 27] = [
+        b"",
+        b"nan",
+        b"na",
+        b"n/a",
+        b"n.a.",
+        b"null",
+        b"nil",
+        b"none",
+        b"-nan",
+        b"nan(ind)",
+        b"-nan(ind)",
+        b"#n/a",
+        b"1.#qnan",
+        b"1.#ind",
+        b"-1.#ind",
+        b"1.#inf",
+        b"-1.#inf",
+        b"inf",
+        b"+inf",
+        b"-inf",
+        b"infinity",
+        b"-infinity",
+        b"#div/0!",
+        b"#value!",
+        b"#num!",
+        b"#ref!",
+        b"#name?",
+    ];
+    cell.len() <= 9
+        && (ABSENT.iter().any(|word| cell.eq_ignore_ascii_case(word)) || cell.iter().all(|byte| *byte == b'-'))
 }

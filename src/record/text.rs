@@ -32,9 +32,17 @@ pub(super) fn unpacked(from: impl Read + Send + 'static) -> io::Result<Box<dyn B
         Some(unit) => Box::new(BufReader::with_capacity(CHUNK, Utf16 { from: plain, unit, ready: Vec::new(), at: 0 })),
     };
     let start = text.fill_buf()?;
-    // one at the end may have its line feed still to come
-    let returns = start.split_last().is_some_and(|(_, before)| before.contains(&b'\r'));
-    if returns && !start.contains(&b'\n') {
+    // a quoted cell may hold a break of the other kind; a return at the end may have its line feed still to come
+    let (mut quoted, mut returns, mut feeds) = (false, 0, 0);
+    for pair in start.windows(2) {
+        match pair {
+            [b'"', _] => quoted = !quoted,
+            [b'\r', other] if !quoted && *other != b'\n' => returns += 1,
+            [b'\n', _] if !quoted => feeds += 1,
+            _ => {}
+        }
+    }
+    if returns > feeds {
         text = Box::new(BufReader::with_capacity(CHUNK, Returns(text)));
     }
     Ok(text)

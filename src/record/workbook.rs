@@ -2,6 +2,7 @@
 
 use super::Delimited;
 use super::guard::guarded;
+use super::held::SHORT;
 use crate::error::{Fault, Malformed, Result};
 use calamine::{Data, Reader, Sheets, open_workbook_auto_from_rs};
 use std::io::Cursor;
@@ -59,6 +60,10 @@ fn read(
             found.push((own, sheet));
         }
     }
+    // a sheet with few rows beside another is taken only by its name
+    let rows = |sheet: &[(Place, Data)]| sheet.chunk_by(|((a, _), _), ((b, _), _)| a == b).count();
+    let longest = found.iter().map(|(_, sheet)| rows(sheet)).max().unwrap_or(0);
+    found.retain(|(_, sheet)| rows(sheet) * SHORT >= longest);
     let names: Vec<String> = found.iter().map(|(own, _)| own.clone()).collect();
     match (found.pop(), found.is_empty()) {
         (Some((own, sheet)), true) => lines(&sheet).ok_or_else(|| {
@@ -153,9 +158,12 @@ fn lines(cells: &[(Place, Data)]) -> Option<String> {
                 Data::Float(value) => write!(text, "{value}"),
                 Data::DateTime(value) => {
                     let seconds = seconds(value);
-                    let at = jiff::Timestamp::from_second(crate::number::whole_i64(seconds)).ok();
-                    match at.filter(|_| !times.contains(column)) {
-                        Some(at) => write!(text, "{}", at.to_zoned(jiff::tz::TimeZone::UTC).date()),
+                    // what a cell shows as an instant or a date is written as one; a time of day or a duration is its seconds
+                    let at = jiff::Timestamp::from_microsecond(crate::number::whole_i64((seconds * 1e6).round())).ok();
+                    let at = at.filter(|_| value.is_datetime() && value.as_f64() >= 1.0);
+                    match at.map(|at| at.to_zoned(jiff::tz::TimeZone::UTC).datetime()) {
+                        Some(at) if times.contains(column) => write!(text, "{at}"),
+                        Some(at) => write!(text, "{}", at.date()),
                         None => write!(text, "{seconds}"),
                     }
                 }

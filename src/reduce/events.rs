@@ -29,6 +29,33 @@ pub struct Event {
     pub length: u64,
 }
 
+/// What is odd in samples that come in parts; those that are not finite have no number.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Odd {
+    watch: Watch,
+    events: Vec<Event>,
+    samples: u64,
+}
+
+impl Odd {
+    /// Further samples.
+    pub(crate) fn see(&mut self, samples: &[f64]) {
+        for run in samples
+            .chunk_by(|a, b| a.is_finite() == b.is_finite())
+            .filter(|run| run.first().is_some_and(|v| v.is_finite()))
+        {
+            self.watch.see(run, self.samples, &mut self.events);
+            self.samples += run.len() as u64;
+        }
+    }
+
+    /// All of them, in the order of time.
+    pub(crate) fn events(mut self) -> Vec<Event> {
+        self.watch.finish(&mut self.events);
+        self.events
+    }
+}
+
 /// Most events that are kept of a channel.
 const KEPT: usize = 10_000;
 /// A spike is so many robust standard deviations away from the mean of its neighbours.

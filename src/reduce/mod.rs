@@ -29,6 +29,8 @@ mod turning;
 mod turns;
 
 pub use correlated::{MeanUncertainty, SegmentBlocks, mean_uncertainties};
+#[cfg(feature = "cli")]
+pub(crate) use events::Odd;
 pub use events::{Event, EventKind};
 pub use hold::{Ahead, Hold, Look, Standing};
 pub use segments::{By, Rejected, Segmentation, segment};

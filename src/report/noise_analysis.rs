@@ -2,9 +2,11 @@
 
 use super::{VERSION, finite};
 use crate::noise::{Analysis, Deviation, Term, Without, field_unit};
+use crate::reduce::EventKind;
 use crate::report::ReportKind;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 
 /// What `tumble noise --json` writes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -35,6 +37,9 @@ pub struct NoiseColumnReport {
     pub unit: String,
     /// Samples.
     pub samples: u64,
+    /// Samples that were left out as if they were missing, by what is odd in them.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub left_out: BTreeMap<EventKind, u64>,
     /// Stretches between gaps.
     pub stretches: u64,
     /// Mean of all samples, in `unit`.
@@ -126,6 +131,9 @@ pub struct AgreementReport {
     /// Do they describe them (a probability of at least 1 %)?
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub describes: Option<bool>,
+    /// The first averaging time that they describe, s, where shorter ones are left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub from_tau_s: Option<f64>,
     /// The sampling interval, s, where a rate random walk was taken as sampled at the ends of the intervals rather than averaged over each:
     /// its Allan variance is then larger by `K^2 dt^2 / (6 tau)`. Which of the two a logger does is not known; the one that needs less to be
     /// described was taken.
@@ -211,6 +219,7 @@ pub fn noise_column_report(column: &str, unit: &str, noise: &Analysis) -> NoiseC
         column: column.into(),
         unit: unit.into(),
         samples: noise.samples,
+        left_out: BTreeMap::new(),
         stretches: noise.stretches,
         mean: finite(noise.mean),
         level: noise.level,
@@ -222,6 +231,7 @@ pub fn noise_column_report(column: &str, unit: &str, noise: &Analysis) -> NoiseC
             dof: c.dof,
             p: c.p,
             describes: Some(c.describes()),
+            from_tau_s: c.from,
             walk_sampled_s: c.walk_sampled,
         }),
         scatter: scatter(column, unit, noise),

@@ -8,6 +8,7 @@ use crate::document::number::{level, percent, rounded, significant};
 use crate::document::{Align, Cell, Document, Figure, Section, Table, Tone};
 use crate::language::{Language, say};
 use crate::noise::Without;
+use crate::reduce::EventKind;
 
 /// The document of a record's noise; `deviations` puts their numbers before a reader of a terminal too.
 pub fn noise_document(report: &NoiseAnalysisReport, inputs: &[Input], deviations: bool, lang: Language) -> Document {
@@ -55,6 +56,14 @@ fn section(column: &NoiseColumnReport, deviations: bool, lang: Language) -> Sect
     let mean = column.mean.map_or("-".into(), |mean| significant(mean, 6));
     section =
         section.prose(say!(lang, "samples-mean", samples, mean, unit = column.unit)).table(coefficients(column, lang));
+    if let Some(from) = column.agreement.as_ref().and_then(|a| a.from_tau_s) {
+        section = section.prose(lang.sentence(&say!(lang, "described-from", from = significant(from, 3))));
+    }
+    if !column.left_out.is_empty() {
+        let event = |(kind, n): (&EventKind, &u64)| format!("{} {n}", lang.term("event", &kind.to_string()));
+        let events = column.left_out.iter().map(event).collect::<Vec<_>>().join(", ");
+        section = section.prose(lang.sentence(&say!(lang, "samples-left-out", events)));
+    }
     if let Some(interval) = column.agreement.as_ref().and_then(|a| a.walk_sampled_s) {
         section = section.prose(lang.sentence(&say!(lang, "random-walk-sampled", interval = significant(interval, 3))));
     }

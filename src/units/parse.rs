@@ -98,14 +98,25 @@ impl Reader<'_> {
     fn product(&mut self) -> Result<Unit> {
         let mut unit = self.power()?;
         loop {
-            let sign = self.take(&['*', '/', '\u{b7}', '\u{22c5}']);
+            let sign = self.take(&['*', '/', '.', '\u{b7}', '\u{22c5}']);
+            // the full stop of an abbreviation
+            if sign == Some('.') && self.peek().is_none() {
+                return Ok(unit);
+            }
             // a blank is a product as well: `rad s^-1`
-            let blank = self.text.part(..self.at).ends_with(' ') && self.peek().is_some_and(char::is_alphabetic);
+            let blank = self.text.part(..self.at).ends_with(' ') && self.peek().is_some_and(is_letter);
             if sign.is_none() && !blank {
                 return Ok(unit);
             }
+            let per = sign.is_none() && self.rest().starts_with("per ");
+            self.at += if per { "per ".len() } else { 0 };
             let factor = self.power()?;
-            unit = unit.times(&factor, if sign == Some('/') { -1.0 } else { 1.0 });
+            // degrees of a scale of temperature: `deg C`
+            if unit.is_degree() && factor.is_degree_of_temperature() && !per && sign != Some('/') && sign != Some('*') {
+                unit = factor;
+                continue;
+            }
+            unit = unit.times(&factor, if per || sign == Some('/') { -1.0 } else { 1.0 });
         }
     }
 
@@ -114,7 +125,10 @@ impl Reader<'_> {
         if let Some(power) = self.superscript() {
             return Ok(Unit::one().times(&base, power));
         }
-        if self.take(&['^']).is_none() {
+        // `s-2`, as the conventions of meteorology write it
+        let mut behind = self.rest().chars();
+        let is_signed = matches!(behind.next(), Some('-' | '+')) && behind.next().is_some_and(|c| c.is_ascii_digit());
+        if !is_signed && self.take(&['^']).is_none() {
             return Ok(base);
         }
         let power = self.exponent()?;
@@ -122,12 +136,14 @@ impl Reader<'_> {
     }
 
     fn superscript(&mut self) -> Option<f64> {
-        let power = match self.peek()? {
-            '\u{b2}' => 2.0,
-            '\u{b3}' => 3.0,
-            _ => return None,
-        };
-        self.at += 2;
+        const DIGITS: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
+        let raised: String = self.rest().chars().take_while(|c| *c == '⁻' || DIGITS.contains(c)).collect();
+        let plain = raised.chars().filter_map(|c| match DIGITS.iter().position(|digit| *digit == c) {
+            Some(digit) => char::from_digit(u32::try_from(digit).ok()?, 10),
+            None => Some('-'),
+        });
+        let power = plain.collect::<String>().parse().ok().filter(|power: &f64| power.abs() <= 20.0)?;
+        self.at += raised.len();
         Some(power)
     }
 
@@ -213,6 +229,15 @@ impl Reader<'_> {
             Own::Any => true,
             Own::These(names) => names.iter().any(|own| own == name),
         };
+        // digits at the end of a name are its power: `m/s2`; alone, `V1` is the name of a channel
+        let bare = name.trim_end_matches(|c: char| c.is_ascii_digit());
+        if start > 0
+            && super::table::find(name).is_none()
+            && let (Some(unit), Ok(power)) = (Unit::of_name(bare, false), name.part(bare.len()..).parse::<f64>())
+            && power <= 20.0
+        {
+            return Ok(Unit::one().times(&unit, power));
+        }
         let unit = Unit::of_name(name, own).ok_or_else(|| {
             Malformed::new(Fault::UnknownName, format!("no unit is called '{name}'"))
                 .expected(super::names())
@@ -227,5 +252,6 @@ impl Reader<'_> {
 }
 
 fn is_letter(c: char) -> bool {
-    c.is_alphabetic() || matches!(c, '%' | '_' | '\u{b0}' | '\u{2032}' | '\u{2033}' | '\u{b5}')
+    c.is_alphabetic()
+        || matches!(c, '%' | '_' | '\u{b0}' | '\u{2da}' | '\u{2032}' | '\u{2033}' | '\u{b5}' | '\u{2103}' | '\u{2109}')
 }

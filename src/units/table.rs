@@ -60,7 +60,7 @@ const TABLE: &[(&str, [f64; BASES], Scale, bool, &str)] = &[
     ("Hz", is(&[(TIME, -1.0)]), ONE, true, "hz khz"),
     // angles
     ("rad", AN_ANGLE, ONE, true, "rad mrad urad"),
-    ("deg", AN_ANGLE, sixty(0.0, 1.0), false, "deg"),
+    ("deg", AN_ANGLE, sixty(0.0, 1.0), true, "deg"),
     ("arcmin", AN_ANGLE, sixty(-1.0, 1.0), false, "arcmin"),
     ("arcsec", AN_ANGLE, sixty(-2.0, 1.0), false, "arcsec"),
     ("turn", AN_ANGLE, other(360.0, 1.0), false, ""),
@@ -71,7 +71,7 @@ const TABLE: &[(&str, [f64; BASES], Scale, bool, &str)] = &[
     ("rpm", is(&[(ANGLE, 1.0), (TIME, -1.0)]), Scale { other: 360.0, degree: 1.0, sixty: -1.0, ..ONE }, false, "rpm"),
     ("dps", is(&[(ANGLE, 1.0), (TIME, -1.0)]), sixty(0.0, 1.0), true, "dps"),
     // time
-    ("s", IN_TIME, ONE, true, "s ms us ns"),
+    ("s", IN_TIME, ONE, true, "s sec ms us ns"),
     ("min", IN_TIME, sixty(1.0, 0.0), false, "min"),
     ("h", IN_TIME, sixty(2.0, 0.0), false, "h"),
     ("day", IN_TIME, Scale { sixty: 2.0, other: 24.0, ..ONE }, false, ""),
@@ -95,51 +95,80 @@ const TABLE: &[(&str, [f64; BASES], Scale, bool, &str)] = &[
     ("Pa", PRESSURE, ONE, true, "pa kpa"),
     ("hPa", PRESSURE, ten(2.0), false, "hpa"),
     ("bar", PRESSURE, ten(5.0), true, "bar mbar"),
+    ("psi", PRESSURE, other(6894.757293168361, 0.0), false, "psi"),
+    ("atm", PRESSURE, other(101_325.0, 0.0), false, ""),
+    ("Torr", PRESSURE, other(101_325.0 / 760.0, 0.0), false, ""),
+    ("mmHg", PRESSURE, other(133.322387415, 0.0), false, ""),
     ("W", is(&[(MASS, 1.0), (LENGTH, 2.0), (TIME, -3.0)]), ONE, true, ""),
     ("T", FLUX_DENSITY, ONE, true, "ut nt"),
-    ("gauss", FLUX_DENSITY, ten(-4.0), false, "gauss"),
+    ("gauss", FLUX_DENSITY, ten(-4.0), true, "gauss"),
 ];
 
 const PLURALS: &[&str] = &["counts", "digits", "pulses", "turns"];
 
-const PREFIXES: &[(char, f64)] =
-    &[('n', -9.0), ('u', -6.0), ('\u{b5}', -6.0), ('\u{3bc}', -6.0), ('m', -3.0), ('k', 3.0), ('M', 6.0)];
+const PREFIXES: &[(&str, f64)] = &[
+    ("nano", -9.0),
+    ("micro", -6.0),
+    ("milli", -3.0),
+    ("n", -9.0),
+    ("u", -6.0),
+    ("\u{b5}", -6.0),
+    ("\u{3bc}", -6.0),
+    ("m", -3.0),
+    ("k", 3.0),
+    ("M", 6.0),
+];
 
-/// The table's name of what may be written otherwise.
+/// The table's name of what may be written otherwise, in whichever case where that has three letters and more: fewer may be a prefix and a unit (`mS`, `MS`).
 pub(crate) fn plain(name: &str) -> &str {
-    match name {
-        "\u{b0}" => "deg",
-        "\u{2032}" => "arcmin",
-        "\u{2033}" => "arcsec",
-        "\u{b0}C" | "C" | "Celsius" | "DegC" | "DEGC" | "degc" => "degC",
-        "\u{b0}F" | "Fahrenheit" | "DegF" | "DEGF" | "degf" => "degF",
-        "gn" => "g",
-        "degree" | "degrees" | "Grad" => "deg",
-        "radian" | "radians" => "rad",
-        "r" => "rev",
-        "sec" => "s",
-        "hr" => "h",
-        "Volt" | "Volts" | "volt" | "volts" => "V",
-        "\u{3a9}" | "\u{2126}" | "Ohm" => "ohm",
-        other => other,
+    let own = spelled(name);
+    if own != name || TABLE.iter().any(|(entry, ..)| *entry == name) || name.chars().count() < 3 {
+        return own;
     }
+    let lower = name.to_lowercase();
+    let entry = TABLE.iter().map(|(entry, ..)| *entry).find(|entry| entry.to_lowercase() == lower);
+    entry.or_else(|| SPELLED.iter().find(|(words, _)| words.contains(&lower.as_str())).map(|own| own.1)).unwrap_or(name)
 }
+
+fn spelled(name: &str) -> &str {
+    SPELLED.iter().find(|(words, _)| words.contains(&name)).map_or(name, |own| own.1)
+}
+
+/// Other spellings.
+const SPELLED: &[(&[&str], &str)] = &[
+    // (the signs of an ordinal and of a ring are written for that of a degree)
+    (&["\u{b0}", "\u{ba}", "\u{2da}", "degree", "degrees", "degs", "Grad", "grad", "度"], "deg"),
+    (&["\u{2032}"], "arcmin"),
+    (&["\u{2033}"], "arcsec"),
+    (&["\u{b0}C", "\u{ba}C", "\u{2da}C", "\u{2103}", "C", "Celsius", "celsius", "摄氏度"], "degC"),
+    (&["\u{b0}F", "\u{ba}F", "\u{2da}F", "\u{2109}", "F", "Fahrenheit", "fahrenheit"], "degF"),
+    (&["degK", "Kelvin", "kelvin"], "K"),
+    (&["gn"], "g"),
+    (&["radian", "radians", "弧度"], "rad"),
+    (&["r", "revolution", "revolutions"], "rev"),
+    (&["sec", "secs", "second", "seconds", "Sekunde", "Sekunden", "sekunden", "秒"], "s"),
+    (&["毫秒"], "ms"),
+    (&["微秒"], "us"),
+    (&["mins", "minute", "minutes", "Minuten", "minuten", "分", "分钟"], "min"),
+    (&["hr", "hrs", "hour", "hours", "Stunden", "stunden", "Std", "小时"], "h"),
+    (&["d", "days", "天"], "day"),
+    (&["Volt", "Volts", "volt", "volts", "伏"], "V"),
+    (&["毫伏"], "mV"),
+    (&["\u{3a9}", "\u{2126}", "Ohm"], "ohm"),
+    (&["LSBs", "lsb", "lsbs"], "LSB"),
+];
 
 /// What a name stands for; `None` where the table does not have it.
 pub(super) fn find(name: &str) -> Option<Entry> {
-    let plain = plain(name);
-    let entry = |(own, base, scale, ..): &(&str, [f64; BASES], Scale, bool, &str), power: f64| Entry {
-        base: *base,
-        scale: scale.times(ten(power), 1.0),
-        hertz: *own == "Hz",
+    let of = |own: &str, power: f64| {
+        let entry = TABLE.iter().find(|(entry, _, _, prefixed, _)| *entry == own && (*prefixed || power == 0.0))?;
+        Some(Entry { base: entry.1, scale: entry.2.times(ten(power), 1.0), hertz: entry.0 == "Hz" })
     };
-    if let Some(own) = TABLE.iter().find(|(own, ..)| *own == plain) {
-        return Some(entry(own, 0.0));
-    }
-    let first = plain.chars().next()?;
-    let (_, power) = PREFIXES.iter().find(|(prefix, _)| *prefix == first)?;
-    let rest = plain.get(first.len_utf8()..)?;
-    TABLE.iter().find(|(own, _, _, prefixed, _)| *prefixed && *own == rest).map(|own| entry(own, *power))
+    let prefixed = |name: &str| {
+        let rest = |(prefix, power): &(&str, f64)| Some((name.strip_prefix(prefix)?.to_string(), *power));
+        PREFIXES.iter().filter_map(rest).find_map(|(rest, power)| of(plain(&rest), power))
+    };
+    of(name, 0.0).or_else(|| prefixed(name)).or_else(|| of(plain(name), 0.0)).or_else(|| prefixed(plain(name)))
 }
 
 /// The unit that the end of a column's name says: `temperature_c`, `gamma_deg_s`, `force_m_s2`.
@@ -178,7 +207,7 @@ pub(super) fn zero(name: &str) -> f64 {
 pub fn names() -> String {
     let all: Vec<&str> = TABLE.iter().map(|(name, ..)| *name).filter(|name| !PLURALS.contains(name)).collect();
     format!(
-        "products, quotients and powers of {}, with n u m k M before V A ohm Hz rad dps s g Gal K m N Pa bar W T",
+        "products, quotients and powers of {}, with n u m k M before V A ohm Hz rad deg dps s g Gal K m N Pa bar W T gauss",
         all.join(" ")
     )
 }

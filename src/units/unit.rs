@@ -1,6 +1,6 @@
 //! A unit: what a person writes, its dimension and its size.
 
-use super::dimension::{COUNT, Dimension, SAME, TEMPERATURE};
+use super::dimension::{ANGLE, COUNT, Dimension, SAME, TEMPERATURE};
 use super::scale::{Conversion, ONE, Scale};
 use super::table;
 use crate::error::{Fault, Malformed, Result};
@@ -102,6 +102,27 @@ impl Unit {
             && self.scale.over(other.scale).is_none()
     }
 
+    /// Is it the degree of an angle? Beside a scale of temperature it is that scale's.
+    pub(super) fn is_degree(&self) -> bool {
+        matches!(self.factors.as_slice(), [(name, power)] if *power == 1.0 && table::plain(name) == "deg")
+            && self.dimension.base.get(ANGLE) == Some(&1.0)
+    }
+
+    /// Is it a scale of temperature, alone?
+    pub(super) fn is_degree_of_temperature(&self) -> bool {
+        self.zero().is_some()
+    }
+
+    /// Where the zero of a scale of temperature lies, K; `None` of what is none.
+    fn zero(&self) -> Option<f64> {
+        match self.factors.as_slice() {
+            [(name, power)] if *power == 1.0 && self.dimension.base.get(TEMPERATURE) == Some(&1.0) => {
+                Some(table::zero(name))
+            }
+            _ => None,
+        }
+    }
+
     /// As a person writes it.
     pub fn symbol(&self) -> &str {
         &self.symbol
@@ -147,10 +168,9 @@ impl Unit {
     ///
     /// Between scales of temperature a value is shifted (by 273.15 from `degC` to `K`); [`Conversion::of_differences`] is without the shift.
     pub fn conversion_for(&self, to: &Unit, what: &str) -> Result<Conversion> {
-        let is_temperature = self.dimension.base.get(TEMPERATURE) == Some(&1.0) && self.factors.len() == 1;
-        let shifted = |plain: Conversion| match is_temperature {
-            true => plain.shifted(table::zero(&self.symbol) * plain.factor() - table::zero(&to.symbol)),
-            false => plain,
+        let shifted = |plain: Conversion| match (self.zero(), to.zero()) {
+            (Some(own), Some(zero)) => plain.shifted(own * plain.factor() - zero),
+            _ => plain,
         };
         self.conversion(to).map(shifted).ok_or_else(|| {
             Malformed::new(Fault::Value, format!("the unit of {what} has another dimension"))

@@ -79,19 +79,21 @@ pub(super) fn columns(
     Ok(columns)
 }
 
-/// From the unit in a title to the one that is wanted; `None` where the numbers stay as they are. A blank may stand within a unit (`T (Deg F)`); words
-/// in brackets that are no unit (`V (channel 1)`) are a remark.
+/// From the unit in a title to the one that is wanted; `None` where the numbers stay as they are. Words in brackets that are no unit (`V (channel 1)`)
+/// are a remark, unless one of them is a unit that would convert (`V (in mV)`): what is meant by it is not guessed.
 ///
 /// Errors: a unit that is not known, one of another dimension.
 pub(crate) fn from_title(what: &str, from: &str, to: &str) -> Result<Option<Conversion>> {
-    // of "deg C" the product of two units has another dimension
-    let joined: String = from.split_whitespace().collect();
-    let converts = |unit: &str| match (Unit::parse(unit), Unit::parse(to)) {
-        (Ok(own), Ok(wanted)) => own.conversion_for(&wanted, what).is_ok(),
+    if from == to || from.is_empty() {
+        return Ok(None);
+    }
+    let converts = |word: &str| match (Unit::parse(word), Unit::parse(to)) {
+        (Ok(own), Ok(wanted)) if !own.dimension().is_number() => {
+            own.conversion_for(&wanted, what).is_ok_and(|own| !own.is_none())
+        }
         _ => false,
     };
-    let from = if converts(&joined) && !converts(from) { joined.as_str() } else { from };
-    if from == to || from.is_empty() || from.contains(char::is_whitespace) && Unit::parse(from).is_err() {
+    if from.contains(char::is_whitespace) && Unit::parse(from).is_err() && !from.split_whitespace().any(converts) {
         return Ok(None);
     }
     let unknown = |unit: &str| {

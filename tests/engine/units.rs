@@ -47,11 +47,59 @@ fn what_cancels_cancels_exactly() {
     }
 }
 
+/// One of each unit as people spell it, in SI units (of temperatures: of zero); factors by hand from the definitions.
+#[test]
+fn units_as_people_spell_them() {
+    let degree = std::f64::consts::PI / 180.0;
+    for (texts, si, expected) in [
+        (&["rad s-1", "rad s^-1", "rad·s⁻¹", "rad/sec", "RAD/s", "radians per second", "rad.s-1"][..], "rad/s", 1.0),
+        (
+            &["deg/s", "°/s", "º/s", "˚/s", "dps", "DPS", "Deg/s", "degrees/second", "度/秒", "deg s-1", "Grad/s"],
+            "rad/s",
+            degree,
+        ),
+        (&["mdps", "mdeg/s", "millidegrees per second"], "rad/s", 1e-3 * degree),
+        (&["m/s2", "m s-2", "m/s²", "m·s⁻²", "m/s/s", "m/sec^2", "m.s-2"], "m/s^2", 1.0),
+        (&["ms", "msec", "milliseconds", "毫秒", "millisec."], "s", 1e-3),
+        (&["us", "µs", "usec", "microseconds"], "s", 1e-6),
+        (&["min", "Min", "mins", "minutes", "min."], "s", 60.0),
+        (&["h", "hr", "hours", "Stunden"], "s", 3600.0),
+        (&["d", "day", "days"], "s", 86_400.0),
+        (&["hPa", "HPA", "mbar", "mBar", "millibar"], "Pa", 100.0),
+        (&["mmHg"], "Pa", 133.322387415),
+        (&["Torr"], "Pa", 101_325.0 / 760.0),
+        (&["psi"], "Pa", 4.4482216152605 / 0.0254 / 0.0254),
+        (&["mV", "millivolts", "mVolt"], "V", 1e-3),
+        (&["K", "Kelvin", "kelvin", "degK", "deg K"], "K", 1.0),
+    ] {
+        for text in texts {
+            let found = unit(text).conversion_for(&unit(si), text).unwrap_or_else(|error| panic!("{error}")).apply(1.0);
+            assert!((found / expected - 1.0).abs() < 1e-14, "{text}: {found}");
+        }
+    }
+    for (texts, zero) in [
+        (&["degC", "°C", "℃", "C", "deg C", "° C", "Deg. C", "degrees Celsius", "celsius", "摄氏度", "ºC"][..], 273.15),
+        (&["degF", "°F", "℉", "F", "deg F", "Fahrenheit"], 459.67 / 1.8),
+        (&["K", "mK"], 0.0),
+    ] {
+        for text in texts {
+            let found =
+                unit(text).conversion_for(&unit("K"), text).unwrap_or_else(|error| panic!("{error}")).apply(0.0);
+            assert!((found - zero).abs() < 1e-12, "{text}: {found}");
+        }
+    }
+    // a prefix is not a spelling, and the number of a channel no power
+    for text in ["MS", "mF", "V1", "s2", "Deg/s/Furlong", "rad s--1"] {
+        let second = Unit::parse(text).ok().and_then(|own| own.conversion(&unit("s")).map(|own| own.apply(1.0)));
+        assert!(Unit::parse(text).is_err() || (text == "MS" && second == Some(1e6)), "{text}");
+    }
+}
+
 #[test]
 fn faults_have_their_place() {
     for (text, fault, span) in [
         ("furlong", Fault::UnknownName, (0, 7)),
-        ("V/(deg/secs)", Fault::UnknownName, (7, 4)),
+        ("V/(deg/sesc)", Fault::UnknownName, (7, 4)),
         ("V/(rad*/s)", Fault::Syntax, (7, 1)),
         ("V/(deg/s", Fault::Syntax, (8, 1)),
         ("V)", Fault::Syntax, (1, 1)),

@@ -86,7 +86,7 @@ fn what_is_ambiguous_is_answered_with_the_columns_found() {
 fn an_unknown_unit_in_a_title_is_refused() {
     let folder = tempfile::tempdir().expect("a folder");
     let map = r#""theta_deg": "Winkel", "A": "Spannung""#;
-    for (angle, volts, unit) in [("Winkel (Grd)", "Spannung (V)", "Grd"), ("Winkel (deg)", "Spannung [mVolt]", "mVolt")]
+    for (angle, volts, unit) in [("Winkel (Grd)", "Spannung (V)", "Grd"), ("Winkel (deg)", "Spannung [mWolt]", "mWolt")]
     {
         let error = campaign(folder.path(), &table(angle, volts, 1.0, 1.0, false), map).expect_err(unit).to_string();
         assert!(
@@ -94,6 +94,10 @@ fn an_unknown_unit_in_a_title_is_refused() {
             "{error}"
         );
     }
+    // words that may say a unit are none that is passed over
+    let error =
+        campaign(folder.path(), &table("Winkel (deg)", "Spannung (in mV)", 1.0, 1.0, false), map).expect_err("a unit");
+    assert!(error.to_string().contains("'in mV' is no unit that is known"), "{error}");
     let remark = table("Winkel (degrees)", "Spannung (channel 1 of 4)", 1.0, 1.0, false);
     assert!((solved(&campaign(folder.path(), &remark, map).expect("a remark"))[1] - 1.3).abs() < 1e-12);
     // a turn a minute is 6 deg/s
@@ -124,5 +128,71 @@ fn written_times_in_a_table_of_readings() {
         std::fs::write(folder.path().join("t.campaign.json"), text).expect("a campaign");
         let found = solved(&Campaign::from_path(folder.path().join("t.campaign.json")).expect(key));
         assert!((found[0] - 2.0).abs() < 1e-9 && (found[1] - 0.5).abs() < 1e-9, "{title}: {found:?}");
+    }
+}
+
+/// Instants in Parquet are seconds since the first of them in a table of readings, as those in text are; with devices (`--by`) as well.
+#[test]
+fn instants_are_the_same_in_every_format() {
+    use parquet::basic::{LogicalType, Repetition, TimeUnit, Type as Physical};
+    use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int64Type};
+    use parquet::schema::types::Type;
+    use std::sync::Arc;
+    let folder = tempfile::tempdir().expect("a folder");
+    let seconds = [0_i64, 30, 90, 210];
+    let value = |seconds: i64| 2.0 + 0.5 * seconds as f64;
+    // 2026-11-20T09:14:00Z
+    let start = 1_795_166_040_i64;
+    let text: String =
+        seconds.iter().map(|s| format!("A,2026-11-20T09:{:02}:{:02}Z,{}\n", 14 + s / 60, s % 60, value(*s))).collect();
+    std::fs::write(folder.path().join("t.csv"), format!("serial,time_s,V\n{text}")).expect("a table");
+    let field = |title: &str, kind: Physical, logical: Option<LogicalType>| {
+        let own = Type::primitive_type_builder(title, kind).with_repetition(Repetition::REQUIRED);
+        Arc::new(own.with_logical_type(logical).build().expect("a field"))
+    };
+    let fields = vec![
+        field("serial", Physical::BYTE_ARRAY, Some(LogicalType::String)),
+        field("time_s", Physical::INT64, Some(LogicalType::timestamp(true, TimeUnit::MILLIS))),
+        field("V", Physical::DOUBLE, None),
+    ];
+    let schema = Type::group_type_builder("table").with_fields(fields).build().expect("a schema");
+    let file = std::fs::File::create(folder.path().join("t.parquet")).expect("a file");
+    let mut writer =
+        parquet::file::writer::SerializedFileWriter::new(file, Arc::new(schema), Default::default()).expect("a writer");
+    let mut group = writer.next_row_group().expect("a group");
+    let mut column = group.next_column().expect("a column").expect("one more");
+    column.typed::<ByteArrayType>().write_batch(&vec![ByteArray::from("A"); 4], None, None).expect("values");
+    column.close().expect("a column");
+    let mut column = group.next_column().expect("a column").expect("one more");
+    let times: Vec<i64> = seconds.iter().map(|s| 1000 * (start + s)).collect();
+    column.typed::<Int64Type>().write_batch(&times, None, None).expect("values");
+    column.close().expect("a column");
+    let mut column = group.next_column().expect("a column").expect("one more");
+    column.typed::<DoubleType>().write_batch(&seconds.map(value), None, None).expect("values");
+    column.close().expect("a column");
+    group.close().expect("a group");
+    writer.close().expect("a file");
+    for table in ["t.csv", "t.parquet"] {
+        let text = format!(
+            r#"{{ "bench": {{ "id": "line", "sensors": {{ "V": {{ "model": "a + b*time_s" }} }} }}, "estimate": {{ "a": {{}}, "b": {{}} }},
+                "readings": "{table}" }}"#
+        );
+        std::fs::write(folder.path().join("t.campaign.json"), text).expect("a campaign");
+        let found = solved(&Campaign::from_path(folder.path().join("t.campaign.json")).expect(table));
+        assert!((found[0] - 2.0).abs() < 1e-9 && (found[1] - 0.5).abs() < 1e-9, "{table}: {found:?}");
+        let run = assert_cmd::Command::cargo_bin("tumble")
+            .expect("the program")
+            .current_dir(folder.path())
+            .args(["fit", "t.campaign.json", "--by", "serial"])
+            .output()
+            .expect("a run");
+        let out = String::from_utf8(run.stdout).expect("UTF-8");
+        let mut lines = out.lines().map(|line| line.split(',').collect::<Vec<_>>());
+        let (titles, row) = (lines.next().expect("titles"), lines.next().expect("a device"));
+        for (name, truth) in [("a", 2.0), ("b", 0.5)] {
+            let place = titles.iter().position(|own| *own == name).expect(name);
+            let found: f64 = row[place].parse().unwrap_or_else(|_| panic!("{table}: {out}"));
+            assert!((found - truth).abs() < 1e-9, "{table} {name}: {found}");
+        }
     }
 }

@@ -1,5 +1,6 @@
 //! Deviations against NIST SP 1065 and Stable32; coefficients against records whose coefficients are known.
 
+use crate::draws::draws;
 use crate::support::*;
 use rand_distr::{Distribution, StandardNormal, StandardUniform};
 use rand_pcg::Pcg64Mcg;
@@ -285,4 +286,102 @@ fn a_gap_parts_a_record() {
     assert_eq!((whole.stretches(), parted.stretches(), parted.samples()), (1, 2, 1000));
     let count = |ladder: &Ladder| ladder.sums()[0].allan.1;
     assert_eq!((count(&whole), count(&parted)), (999, 998));
+}
+
+/// White noise of 0.05 at 100 Hz, as a filter, a logger that holds samples, and faults of a record leave it: N is `0.05 sqrt(dt)`, of held samples with their
+/// own interval, and no other term is found.
+#[test]
+fn white_noise_behind_filters_and_faults() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let records = draws(2, 20);
+    let count = 20_000;
+    let kinds = [
+        "plain",
+        "mean of 2",
+        "mean of 5",
+        "low-pass 5 Hz",
+        "held 2",
+        "held 5",
+        "frozen",
+        "spikes",
+        "words of a fault",
+        "coarse",
+    ];
+    println!("{:>18} {:>8} {:>8} {:>8} {:>8}", "record", "found", "inside", "false", "from, s");
+    for kind in kinds {
+        let (mut found, mut inside, mut wrong, mut from) = (0, 0, 0, 0.0);
+        for seed in 0..records {
+            let mut random = Pcg64Mcg::seed_from_u64(500 + seed as u64);
+            let white: Vec<f64> =
+                (0..count + 10).map(|_| StandardNormal.sample(&mut random)).map(|x: f64| 0.05 * x).collect();
+            let mean =
+                |m: usize| (0..count).map(|k| white[k..k + m].iter().sum::<f64>() / m as f64).collect::<Vec<f64>>();
+            let held = |m: usize| (0..count).map(|k| white[k / m * m]).collect::<Vec<f64>>();
+            let mut samples = match kind {
+                "mean of 2" => mean(2),
+                "mean of 5" => mean(5),
+                "held 2" => held(2),
+                "held 5" => held(5),
+                "low-pass 5 Hz" => {
+                    let part = 1.0 - (-std::f64::consts::TAU * 5.0 / 100.0_f64).exp();
+                    let mut at = 0.0;
+                    white
+                        .iter()
+                        .take(count)
+                        .map(|v| {
+                            at += part * (v - at);
+                            at
+                        })
+                        .collect()
+                }
+                _ => white[..count].to_vec(),
+            };
+            samples.iter_mut().for_each(|v| *v += 0.5);
+            match kind {
+                "frozen" => (0..5).for_each(|k| {
+                    let value = samples[3000 * k + 100];
+                    samples[3000 * k + 100..3000 * k + 600].fill(value);
+                }),
+                "spikes" => samples.iter_mut().skip(77).step_by(4000).for_each(|v| *v += 30.0),
+                "words of a fault" => samples.iter_mut().skip(77).step_by(997).for_each(|v| *v = -32768.0),
+                // steps of one standard deviation
+                "coarse" => samples.iter_mut().for_each(|v| *v = (*v / 0.05).round() * 0.05),
+                _ => {}
+            }
+            let rows = samples.iter().enumerate().map(|(k, v)| format!("{:.2},{v:.6}\n", k as f64 / 100.0));
+            let text = format!("time_s,w [deg/s]\n{}", rows.collect::<String>());
+            std::fs::write(folder.path().join("log.csv"), text).expect("a log");
+            let run = assert_cmd::Command::cargo_bin("tumble")
+                .expect("the program")
+                .current_dir(folder.path())
+                .args(["noise", "log.csv", "--json", "-"])
+                .output()
+                .expect("a run");
+            let report: serde_json::Value = serde_json::from_slice(&run.stdout).expect("a report");
+            let own = &report["columns"][0];
+            let hold = if kind.starts_with("held") { kind[5..].parse().expect("samples") } else { 1.0 };
+            // rounding adds a twelfth of its square
+            let coarse = if kind == "coarse" { 1.0 + 1.0 / 12.0 } else { 1.0_f64 };
+            let truth = 0.05 * (coarse * hold / 100.0_f64).sqrt() * 60.0;
+            for c in own["coefficients"].as_array().expect("coefficients") {
+                let Some(value) = c["value"].as_f64() else { continue };
+                if c["id"] != "N" {
+                    wrong += 1;
+                    continue;
+                }
+                found += 1;
+                inside += usize::from((value - truth).abs() < 1.96 * number(&c["u"]));
+            }
+            from += own["agreement"]["from_tau_s"].as_f64().unwrap_or(0.0) / records as f64;
+            let left = |event: &str| own["left_out"][event].as_u64().unwrap_or(0);
+            match kind {
+                // some freeze beside a sample of the same value
+                "frozen" => assert!((2500..2510).contains(&left("stuck")), "{own}"),
+                "spikes" => assert_eq!(left("spike"), 5, "{own}"),
+                _ => {}
+            }
+        }
+        println!("{kind:>18} {found:>8} {inside:>8} {wrong:>8} {from:>8.3}");
+        assert!(found == records && 5 * inside >= 4 * found && 10 * wrong <= records, "{kind}");
+    }
 }

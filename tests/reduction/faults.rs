@@ -182,9 +182,30 @@ fn times_as_people_write_them() {
         (rows("t/ms,U/mV", &|k| (10 * k).to_string()), None),
         (rows("Date,Time,V", &|k| format!("20.11.2026,09:14:{}", second(k))), None),
         (rows(toa5, &|k| format!("\"2024-01-01 10:00:{:02}.{:02}\"", k / 100, k % 100)), None),
+        // months by name, hyphens, zones apart, durations, minutes as spreadsheets show them
+        (rows("time,V", &|k| format!("20-Nov-2026 09:14:{}", second(k))), None),
+        (rows("time,V", &|k| format!("\"Nov 20, 2026 09:14:{}\"", second(k))), None),
+        (rows("time,V", &|k| format!("20 November 2026 09:14:{}", second(k))), None),
+        (rows("time,V", &|k| format!("20-11-2026 09:14:{}", second(k))), None),
+        (rows("time,V", &|k| format!("2026-11-20_09:14:{}", second(k))), None),
+        (rows("time,V", &|k| format!("2026-11-20 09:14:{} +08:00", second(k))), None),
+        (rows("time,V", &|k| format!("2026-11-20 09:14:{} UTC", second(k))), None),
+        (rows("time,V", &|k| format!("25:14:{}", second(k))), None),
+        (rows("time,V", &|k| if k < 100 { format!("59:59.{k:02}") } else { format!("00:00.{:02}", k - 100) }), None),
+        // a title says how times are written
+        (rows("time (ISO 8601),V", &|k| format!("2026-11-20T09:14:{}", second(k))), None),
+        (rows("Time [hh:mm:ss],V", &|k| format!("09:14:{}", second(k))), None),
+        (rows("t_min,V", &|k| format!("{}", k as f64 / 6000.0)), None),
+        (rows("time_sec,V", &|k| format!("{}", k as f64 / 100.0)), None),
+        (rows("Elapsed Time (msec),V", &|k| (10 * k).to_string()), None),
+        (rows("时间(毫秒),V", &|k| (10 * k).to_string()), None),
+        // days of spreadsheets and of MATLAB: the day of 2026-11-20
+        (rows("time,V", &|k| format!("{:.10}", 46_346.5 + k as f64 / 8_640_000.0)), Some("days")),
+        (rows("time,V", &|k| format!("{:.10}", 740_306.5 + k as f64 / 8_640_000.0)), Some("days")),
     ] {
         let (step, notes, gaps) = clock(&text).unwrap_or_else(|error| panic!("{error}\n{text:.200}"));
-        assert!((step - 0.01).abs() < 1e-8 && gaps == 0, "{step} {notes:?}\n{text:.200}");
+        // a day's number since the year 0 has 1.2e-10 days in its last digit, of which 200 steps leave a two-hundredth
+        assert!((step - 0.01).abs() < 2e-7 && gaps == 0, "{step} {notes:?}\n{text:.200}");
         assert_eq!(notes.iter().any(|n| n.contains("has no unit")), unit.is_some(), "{notes:?}");
         assert!(unit.is_none_or(|unit| notes[0].contains(&format!("in {unit},"))), "{notes:?}");
     }
@@ -243,8 +264,22 @@ fn tables_as_loggers_write_them() {
         format!("Report,\n,3\n{plain}"),
         lines(&|k, line| format!("{},{line}", ["device", "WT901(aa:bb)"][k.min(1)])),
         plain.replace(',', ";").replace('.', ",").replace('\n', ";\r\n"),
+        // a word below; a break of the other kind within a quoted cell
+        format!("{plain}End of file\n"),
+        lines(&|k, line| format!("{line},{}", ["remark", "\"two\nlines\""][k.min(1)]))
+            .replace("two\nlines", "two\u{1}lines")
+            .replace('\n', "\r")
+            .replace('\u{1}', "\n"),
+        // empty cells at the beginning of a line of units, and a delimiter behind the names alone, between tabs
+        lines(&|k, line| format!("{line}{}", if k == 0 { "\t\n\t(V)\t" } else { "" }).replace(',', "\t")),
     ] {
         check(&reduced(&text, &still()), &LEVELS);
+    }
+    // the mark of a remark is the name of numbers of rows, also above a line of units
+    for text in ["#;t;V\n1;0;1,5\n2;1;2,5\n", "#\tt\tV\t\n\t(s)\t(mV)\t\n1\t0\t1.5\t\n2\t1\t2.5\t\n"] {
+        let numbered = Delimited::open("log.csv", Cursor::new(text)).expect("a table");
+        let names: Vec<&str> = numbered.dialect().columns.iter().map(|column| column.name.as_str()).collect();
+        assert_eq!(names, ["No", "t", "V"]);
     }
     let of_text = Delimited::open("log.csv", Cursor::new(b"a,b,remark\n1,2,\n3,4,\n".to_vec())).expect("a table");
     assert_eq!(of_text.dialect().columns.len(), 3);

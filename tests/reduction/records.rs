@@ -50,6 +50,31 @@ fn dialects() {
     check("V\n1,5\n2,5\n".into(), &["V"], &[&[1.5, 2.5]]);
 }
 
+/// Digits in groups of three, the minus of typesetters, and what stands for no number.
+#[test]
+fn numbers_as_people_write_them() {
+    for text in [
+        "t;V\n1 000;-1 234 567,5\n2 000;1,5\n",
+        "t;V\n1\u{a0}000;\u{2212}1\u{202f}234\u{202f}567,5\n2000;1,5\n",
+        "t;V\n1'000;-1'234'567.5\n2'000;1.5\n",
+    ] {
+        check(text.into(), &["t", "V"], &[&[1000.0, 2000.0], &[-1_234_567.5, 1.5]]);
+    }
+    check(
+        "t;V\n1\u{a0}000;1,5\n2\u{a0}000;2,5\n".chars().map(|c| u8::try_from(c).expect("Latin-1")).collect(),
+        &["t", "V"],
+        &[&[1000.0, 2000.0], &[1.5, 2.5]],
+    );
+    check(
+        "t,V\n0,1\n1,---\n2,inf\n3,#DIV/0!\n".into(),
+        &["t", "V"],
+        &[&[0.0, 1.0, 2.0, 3.0], &[1.0, f64::NAN, f64::NAN, f64::NAN]],
+    );
+    for text in ["t;V\n1 00;1,5\n2;2,5\n", "t;V\n1;1,5\n1'0000;2,5\n", "t;V\n1;1,5\n2;1 5\n"] {
+        assert!(read(text.into()).is_err(), "{text}");
+    }
+}
+
 #[test]
 fn encodings() {
     let text = "t;Winkel [\u{b0}]\n0;1,5\n1;2,5\n";

@@ -75,7 +75,9 @@ __all__ = [
     "Fate",
     "FindReport",
     "FitReport",
+    "FitState",
     "FitSummary",
+    "FitSuspectReport",
     "ForesightReport",
     "GapReport",
     "GapStepReport",
@@ -1064,6 +1066,24 @@ class SensorSizeReport(Node):
 
     _keys = frozenset(["coefficient", "p", "probability", "sensor", "t", "u", "unit", "value"])
 
+State: TypeAlias = Literal["nothing", "named", "suspected", "outside"]
+"""What the posterior says of a campaign."""
+
+
+class SuspectReport(Node):
+    """An effect that is suspected."""
+
+    name: str
+    """Name in the field's words."""
+    probability: float
+    """Posterior probability that it or one of its aliases is present, 0.5 to 0.95."""
+    regressor: str
+    """The appended term without its coefficient."""
+    sensor: str | None
+    """The sensor; null for what is common to all."""
+
+    _keys = frozenset(["name", "probability", "regressor", "sensor"])
+
 
 class UnexplainedReport(Node):
     """What is unexplained."""
@@ -1129,8 +1149,13 @@ class DiagnoseReport(Report):
     """What scatters, the effects being in the model; empty where only the readings' own noise does."""
     significance: float
     """Probability of reporting anything when nothing is missing."""
+    state: State | None
+    """What the posterior says: `nothing` is missing, an effect at least is `named`, none is and one at least is `suspected`, or what is
+    missing is `outside` the catalogue; absent where nothing can be diagnosed."""
     steps: list[GapStepReport]
     """The gap as given, after the first effect, after the second, and so on."""
+    suspected: list[SuspectReport] | None
+    """Effects that are probable, but not enough for a name: they are no part of the repaired model."""
     tumble: str
     """Version of the program that wrote it."""
     unexplained: UnexplainedReport | None
@@ -1142,7 +1167,7 @@ class DiagnoseReport(Report):
     would_help: list[dict[str, float]]
     """Positions that would make a diagnosis possible; empty where it is."""
 
-    _keys = frozenset(["assumed_zero", "averaged_from", "bench", "candidates", "constraints", "distinct_candidates", "effects", "gap", "holdout", "identity", "inputs", "model_after", "model_before", "parameters", "report", "residuals", "scatter", "significance", "steps", "tumble", "unexplained", "verdict", "where", "would_help"])
+    _keys = frozenset(["assumed_zero", "averaged_from", "bench", "candidates", "constraints", "distinct_candidates", "effects", "gap", "holdout", "identity", "inputs", "model_after", "model_before", "parameters", "report", "residuals", "scatter", "significance", "state", "steps", "suspected", "tumble", "unexplained", "verdict", "where", "would_help"])
 
 
 class ArcsecReport(Node):
@@ -1841,7 +1866,7 @@ class ParameterReport(Node):
     """`tilt` or `coefficient`."""
     level: float
     """Coverage probability of the expanded uncertainty."""
-    state: State
+    state: FitState
     """`free`, `at-bound` or `not-estimable`."""
     type_a: float | None
     """Part of `u` evaluated from the scatter of the readings (or their stated uncertainties), in `unit`."""
@@ -2000,7 +2025,7 @@ class SnoopingReport(Node):
 
     single_level: float
     """Significance for a single reading (Sidak), a probability."""
-    suspects: list[SuspectReport]
+    suspects: list[FitSuspectReport]
     """Suspicious readings."""
     tested: int
     """Readings tested."""
@@ -2009,14 +2034,14 @@ class SnoopingReport(Node):
 
     _keys = frozenset(["single_level", "suspects", "tested", "without_suspects"])
 
-State: TypeAlias = Literal["free", "at-bound", "not-estimable"]
+FitState: TypeAlias = Literal["free", "at-bound", "not-estimable"]
 """What the fit can say about a parameter."""
 
 Stop: TypeAlias = Literal["the last step no longer matters", "the scales inside the last step did not settle", "the steps did not end", "steps stay long while the fit no longer becomes better: the readings hardly determine some direction", "no part of the last step makes the fit better", "numbers leave the range of a double"]
 """Why Gauss-Newton ended."""
 
 
-class SuspectReport(Node):
+class FitSuspectReport(Node):
     """A suspicious reading."""
 
     index: int
@@ -2896,6 +2921,8 @@ class AgreementReport(Node):
     """Do they describe them (a probability of at least 1 %)?"""
     dof: int
     """Degrees of freedom."""
+    from_tau_s: float | None
+    """The first averaging time that they describe, s, where shorter ones are left out."""
     p: float
     """Probability of more."""
     walk_sampled_s: float | None
@@ -2903,7 +2930,7 @@ class AgreementReport(Node):
     Allan variance is then larger by `K^2 dt^2 / (6 tau)`. Which of the two a logger does is not known; the one that needs less to be
     described was taken."""
 
-    _keys = frozenset(["chi_square", "describes", "dof", "p", "walk_sampled_s"])
+    _keys = frozenset(["chi_square", "describes", "dof", "from_tau_s", "p", "walk_sampled_s"])
 
 
 class CoefficientReport(Node):
@@ -2976,6 +3003,8 @@ class NoiseColumnReport(Node):
     """Coefficients of IEEE Std 952."""
     column: str
     """The column's name."""
+    left_out: dict[str, int] | None
+    """Samples that were left out as if they were missing, by what is odd in them."""
     level: float
     """Probability of the intervals."""
     mean: float | None
@@ -2993,7 +3022,7 @@ class NoiseColumnReport(Node):
     without: Without | None
     """Why there are none."""
 
-    _keys = frozenset(["agreement", "coefficients", "column", "level", "mean", "points", "samples", "scatter", "stretches", "unit", "without"])
+    _keys = frozenset(["agreement", "coefficients", "column", "left_out", "level", "mean", "points", "samples", "scatter", "stretches", "unit", "without"])
 
 
 class NoiseScatterReport(Node):
@@ -3731,7 +3760,7 @@ EffectReport._parts = {"aliases": (AliasReport, False), "gap_after": (GapReport,
 GapStepReport._parts = {"gap": (GapReport, False)}
 GapsReport._parts = {"after": (GapReport, False), "before": (GapReport, False), "noise": (DiagnoseNoiseReport, False), "sensors": (SensorGapReport, True)}
 UnexplainedReport._parts = {"cells": (CellReport, False)}
-DiagnoseReport._parts = {"constraints": (AssertedReport, False), "effects": (EffectReport, False), "gap": (GapsReport, False), "holdout": (HoldoutReport, False), "identity": (Identity, False), "inputs": (Input, False), "parameters": (ChangeReport, False), "residuals": (ResidualReport, False), "scatter": (ScatterReport, False), "steps": (GapStepReport, False), "unexplained": (UnexplainedReport, False), "where": (PlaceReport, False)}
+DiagnoseReport._parts = {"constraints": (AssertedReport, False), "effects": (EffectReport, False), "gap": (GapsReport, False), "holdout": (HoldoutReport, False), "identity": (Identity, False), "inputs": (Input, False), "parameters": (ChangeReport, False), "residuals": (ResidualReport, False), "scatter": (ScatterReport, False), "steps": (GapStepReport, False), "suspected": (SuspectReport, False), "unexplained": (UnexplainedReport, False), "where": (PlaceReport, False)}
 BinsReport._parts = {"bins": (BinReport, False)}
 ChecksReport._parts = {"external": (ExternalReport, True), "lack_of_fit": (LackOfFitReport, False), "lack_of_fit_by_position": (LackOfFitReport, False), "normality": (NormalityReport, False), "runs": (RunsReport, True), "snooping": (SnoopingReport, False)}
 CombinationValueReport._parts = {"arcsec": (ArcsecReport, False), "budget": (BudgetReport, False)}
@@ -3747,7 +3776,7 @@ ParameterReport._parts = {"arcsec": (ArcsecReport, False), "budget": (BudgetRepo
 RecordReport._parts = {"inputs": (BinsReport, False), "sensors": (RecordSensorReport, False)}
 RecordSensorReport._parts = {"lags": (LagReport, False), "largest": (FarReport, False), "means": (MeansReport, False)}
 SiteReport._parts = {"gravity": (GravityReport, False)}
-SnoopingReport._parts = {"suspects": (SuspectReport, False)}
+SnoopingReport._parts = {"suspects": (FitSuspectReport, False)}
 FitReport._parts = {"checks": (ChecksReport, False), "conditional": (ConditionalReport, False), "conformity": (ConformityReport, False), "constraints": (ConstraintsReport, False), "convergence": (ConvergenceReport, False), "correction": (CorrectionFile, False), "correlation": (CovarianceReport, False), "covariance": (CovarianceReport, False), "derived": (DerivedReport, False), "estimable_combinations": (CombinationValueReport, False), "fit": (FitSummary, False), "identity": (Identity, False), "inputs": (Input, False), "known": (KnownReport, False), "monte_carlo": (MonteCarloReport, False), "not_estimable": (NotEstimableReport, False), "parameters": (ParameterReport, False), "readings": (ReadingReport, False), "record": (RecordReport, False), "robust": (RobustReport, False), "scatter": (ScatterReport, False), "site": (SiteReport, False)}
 GuideHeld._parts = {"means": (HeldMean, False)}
 Lacks._parts = {"effects": (Named, False)}
