@@ -47,7 +47,7 @@ fn written_times() {
     ] {
         assert_eq!(moment(text.as_bytes()), Some(Moment::Instant(seconds)), "{text}");
     }
-    assert_eq!(moment(b"14:03:01.250"), Some(Moment::OfDay(50_581.25)));
+    assert_eq!(moment(b"14:03:01.250"), Some(Moment::Of(50_581.25, 86_400.0)));
     for text in ["1.2.3", "1.2.34", "12", "3/4/24 01:00:00", "14:03:01:25", "12:30", "V", "2024-13-01T00:00:00"] {
         assert_eq!(moment(text.as_bytes()), None, "{text}");
     }
