@@ -82,7 +82,7 @@ impl Walk<'_> {
 impl Judged {
     /// What is likely, with the probability that it, or what cannot be told from it, is there: the most probable in each place, the first of the catalogue
     /// among those that are nearly as probable.
-    pub fn likely(&self, least: f64) -> Vec<(usize, f64)> {
+    pub(super) fn likely(&self, least: f64) -> Vec<(usize, f64)> {
         let mut found = Vec::new();
         for class in self.posterior.classes.iter().filter(|class| class.probability >= least) {
             let most = class.members.iter().fold(0.0_f64, |most, own| most.max(own.probability));
@@ -93,7 +93,7 @@ impl Judged {
     }
 
     /// That a cause, or what cannot be told from it, is there.
-    pub fn probability(&self, index: usize) -> f64 {
+    pub(super) fn probability(&self, index: usize) -> f64 {
         let holds = |own: &&crate::diagnosis::Class| own.members.iter().any(|m| m.candidate == index);
         let class = self.posterior.classes.iter().filter(holds).map(|own| own.probability).fold(0.0, f64::max);
         let stands = self.score.standing(index);
@@ -104,7 +104,7 @@ impl Judged {
 
     /// Variance of the coefficient of each member of a set, estimated by least squares with the noise alone, over all that may deviate, less that of the
     /// noise: `l = C (C'C)^-1 e_j`, `E[l'V l] - l'l`.
-    pub fn beyond_noise(&mut self, set: &[usize]) -> Vec<f64> {
+    pub(super) fn beyond_noise(&mut self, set: &[usize]) -> Vec<f64> {
         let standing: Vec<u16> = set.iter().filter_map(|j| self.score.standing(*j)).collect();
         let each = self.score.deviations(&standing);
         let deviations = Deviations { each, kernels: std::mem::take(&mut self.kernels) };
