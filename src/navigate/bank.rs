@@ -170,17 +170,24 @@ struct Waves<'a> {
 }
 
 impl Waves<'_> {
-    fn each(&self, most: usize, column: impl Fn(f64, (usize, f64, f64)) -> Vec<f64>) -> Vec<Wave> {
-        let each = (most / self.rows.spans.len().max(1)).max(1);
+    fn each(
+        &self,
+        orders: std::ops::RangeInclusive<usize>,
+        column: impl Fn(f64, (usize, f64, f64)) -> Vec<f64>,
+    ) -> Vec<Wave> {
+        let most = (orders.end() / self.rows.spans.len().max(1)).max(1);
         let runs = self.rows.spans.iter().enumerate().filter(|(_, (first, last))| last > first);
         let mut found = Vec::new();
-        for h in 1..=each {
+        for h in *orders.start()..=most {
             for (run, (first, last)) in runs.clone() {
                 let order = h as f64;
                 let mut columns = [column(order, (run, *first, *last))];
                 self.case.weigh(self.u, self.out, &mut columns);
                 let [column] = columns;
-                found.push(Wave { order, column: self.rows.of(&column) });
+                // a constant has twice the square of a wave
+                let by = if h == 0 { std::f64::consts::FRAC_1_SQRT_2 } else { 1.0 };
+                let column = self.rows.of(&column).into_iter().map(|v| by * v).collect();
+                found.push(Wave { order, column });
             }
         }
         found
@@ -188,7 +195,8 @@ impl Waves<'_> {
 
     fn of_channel(&self, channel: usize) -> Vec<Wave> {
         let own = self.rows.groups.iter().filter(|group| group.channel == channel).count();
-        self.each(WAVES.min(own.saturating_sub(1)), |order, (run, first, last)| {
+        // what forgets has a mean, too
+        self.each(0..=WAVES.min(own.saturating_sub(1)), |order, (run, first, last)| {
             let one = |(cell, u): (Cell, &f64)| match cell.channel == channel && cell.run == run {
                 true => u * (PI * order * (cell.time - first) / (last - first)).cos(),
                 false => 0.0,
@@ -198,7 +206,8 @@ impl Waves<'_> {
     }
 
     fn driven_by(&self, source: &ErrorSource) -> Vec<Wave> {
-        self.each(DRIVING, |order, (run, _, last)| {
+        // a constant one is a cause
+        self.each(1..=DRIVING, |order, (run, _, last)| {
             // from the start of the run, where nothing has happened yet
             let change = Change::Wave { period: 2.0 * last / order, phase: 0.5 * PI };
             let column = self.case.columns.of(&Cause::Changing(*source, change));
