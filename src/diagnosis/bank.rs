@@ -166,7 +166,7 @@ pub(super) fn bank<'a>(campaign: &Campaign, design: &DesignMatrix, at: impl Into
                     let v = if h % 2 == 0 { (order * a).cos() } else { (order * a).sin() };
                     w * v * if by_rate { times_rate(i) } else { 1.0 }
                 });
-                add(named(&joint.to_string(), by_rate), factor);
+                add(named(joint, by_rate), factor);
             }
         }
     }

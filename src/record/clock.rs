@@ -71,7 +71,7 @@ fn times_of(columns: &[Column]) -> Option<usize> {
         let name = bare.unwrap_or(&column.name);
         // T is a temperature
         let alike = |own: &&str| *own == name || (own.chars().count() > 1 && *own == name.to_lowercase());
-        let place = TIMES.iter().position(|own| alike(&own))?;
+        let place = TIMES.iter().position(&alike)?;
         // one that says its unit comes first
         Some((place, bare.is_none() && column.unit.is_none()))
     };

@@ -119,8 +119,15 @@ pub fn guide_screen(bench: &Bench, report: &GuideReport, joints: &[JointState], 
     let mut terminal = Terminal::new(TestBackend::new(width, height)).map_err(|error| fault(&error))?;
     terminal.draw(|frame| draw(frame, bench, &shown, Language::English)).map_err(|error| fault(&error))?;
     let cells = terminal.backend().buffer().content();
-    let rows = cells.chunks(usize::from(width).max(1));
-    Ok(rows.map(|row| row.iter().map(|cell| cell.symbol()).collect::<String>().trim_end().to_string() + "\n").collect())
+    let lines = cells.chunks(usize::from(width).max(1));
+    Ok(lines
+        .map(|row| row.iter().map(|cell| cell.symbol()).collect::<String>().trim_end().to_string() + "\n")
+        .collect())
+}
+
+/// Rows of a list; more than a screen has are not shown.
+fn rows(count: usize) -> u16 {
+    u16::try_from(count).unwrap_or(u16::MAX / 2)
 }
 
 fn titled(title: &str) -> Block<'static> {
@@ -137,7 +144,7 @@ fn draw(frame: &mut Frame<'_>, bench: &Bench, shown: &Shown, lang: Language) {
     );
     let [left, right] =
         Layout::horizontal([Constraint::Percentage(46), Constraint::Percentage(54)]).spacing(2).areas(body);
-    let held = shown.held.as_ref().map_or(0, |own| 3 + own.means.len() as u16);
+    let held = shown.held.as_ref().map_or(0, |own| 3 + rows(own.means.len()));
     let [next, picture, holding] =
         Layout::vertical([Constraint::Length(4), Constraint::Min(6), Constraint::Length(held)]).areas(left);
     let text = advice.next.as_ref().map_or_else(String::new, |own| view::next(own, lang));
@@ -152,13 +159,13 @@ fn draw(frame: &mut Frame<'_>, bench: &Bench, shown: &Shown, lang: Language) {
     }
     let missing = missing(advice, lang);
     let [goals, residuals, effects] = Layout::vertical([
-        Constraint::Length(1 + advice.goals.len() as u16),
+        Constraint::Length(1 + rows(advice.goals.len())),
         Constraint::Min(6),
-        Constraint::Length(1 + missing.len() as u16),
+        Constraint::Length(1 + rows(missing.len())),
     ])
     .areas(right);
-    let rows: Vec<Line<'_>> = advice.goals.iter().map(|own| goal(own, lang)).collect();
-    frame.render_widget(Paragraph::new(rows).block(titled(say!(lang, "guide-view-goals"))), goals);
+    let each: Vec<Line<'_>> = advice.goals.iter().map(|own| goal(own, lang)).collect();
+    frame.render_widget(Paragraph::new(each).block(titled(say!(lang, "guide-view-goals"))), goals);
     frame.render_widget(chart(&advice.residuals, lang), residuals);
     frame.render_widget(Paragraph::new(missing).block(titled(say!(lang, "guide-view-missing"))), effects);
     if advice.ended.is_none() {
@@ -202,7 +209,6 @@ fn goal(own: &Progress, lang: Language) -> Line<'static> {
         None => view::goal(own, lang).trim_start().to_string(),
         Some(u) => {
             say!(lang, "guide-view-goal", id = &own.id, u = rounded(u, Some(u)), goal = trimmed(own.goal * scale), unit)
-                .into()
         }
     };
     Line::from_iter(bar(share, colour).into_iter().chain([Span::raw(format!(" {text}"))]))
