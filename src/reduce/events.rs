@@ -30,6 +30,7 @@ pub struct Event {
 }
 
 /// What is odd in samples that come in parts; those that are not finite have no number.
+#[cfg(feature = "cli")]
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Odd {
     watch: Watch,
@@ -37,6 +38,7 @@ pub(crate) struct Odd {
     samples: u64,
 }
 
+#[cfg(feature = "cli")]
 impl Odd {
     /// Further samples.
     pub(crate) fn see(&mut self, samples: &[f64]) {

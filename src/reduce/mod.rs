@@ -30,6 +30,7 @@ mod turns;
 
 pub use correlated::{MeanUncertainty, SegmentBlocks, mean_uncertainties};
 #[cfg(feature = "cli")]
+#[cfg(feature = "cli")]
 pub(crate) use events::Odd;
 pub use events::{Event, EventKind};
 pub use hold::{Ahead, Hold, Look, Standing};
