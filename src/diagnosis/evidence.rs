@@ -210,7 +210,7 @@ impl Evidence {
     }
 
     /// The direction of a candidate outside the model and others, and its score if `residual` of [`Evidence::directions`] is dotted with it.
-    pub fn further(&self, directions: &[Vec<f64>], index: usize) -> Option<(Vec<f64>, f64)> {
+    fn further(&self, directions: &[Vec<f64>], index: usize) -> Option<(Vec<f64>, f64)> {
         let mut own = self.pool.direction(index, self.basis.as_ref());
         for _ in 0..2 {
             for other in directions {

@@ -25,7 +25,7 @@ const FIRST: f64 = 30.0;
 const OUTSIDE: f64 = 0.03;
 /// The same of the many that grow (6e-6): they are only looked through.
 const GROWN: f64 = 12.0;
-/// Sets of each length that grow side by side where nothing but effects is there: they bound the work.
+/// Sets of each length that grow side by side where nothing but effects is there: they bound the work. A choice; with more the time grows in proportion.
 const BEAM: usize = 24;
 /// Most sets whose neighbours are looked at after the search.
 const SPREAD: usize = 100;

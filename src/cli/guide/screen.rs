@@ -23,13 +23,13 @@ use ratatui::widgets::{Block, Borders, Paragraph, Wrap};
 use ratatui::{Frame, Terminal};
 use std::io::{IsTerminal, Stdout};
 
-/// Pieces of a ring.
+/// Points of a ring: at a terminal's usual size they stand a dot or two apart.
 const PIECES: u32 = 48;
 /// Half of the drawing's width and height, in radii of the outermost ring: labels stand beyond it.
 const EDGE: [f64; 2] = [1.9, 1.35];
-/// Cells of a bar.
+/// Cells of a bar, beside which a goal's numbers have room in half of 80 columns.
 const BAR: usize = 12;
-/// Most rows of what may be missing.
+/// Most rows of what may be missing: the residuals keep theirs in 24 rows.
 const ROWS: usize = 6;
 
 /// What is on the screen.
