@@ -175,6 +175,14 @@ impl Fold {
         Ok(Some(own.finish(Group::Known, settings)?.unknowns.solution))
     }
 
+    /// `T` with `T T'` the cofactor matrix of the unknowns, unknowns x rank: rows times `T` are columns that are nearly orthonormal. Errors: those of
+    /// [`Fold::finish`].
+    pub(crate) fn directions(&self, settings: &Settings) -> Result<Mat<f64>> {
+        let n = self.unknowns;
+        let factor = Factor::new(self.triangle.get(..n, ..n), vec![1.0; n], self.rows, settings.rank_tolerance)?;
+        Ok(factor.whitened_directions())
+    }
+
     /// The triangle of all rows so far, square: it has the inner products of the weighted columns, and of the observations about [`Fold::about`].
     pub fn triangle(&self) -> MatRef<'_, f64> {
         self.triangle.as_ref()

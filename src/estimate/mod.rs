@@ -66,12 +66,16 @@ pub use fold::{Fold, Folded};
 pub use groups::ScaleHints;
 pub use inequalities::{Active, Inequality, Restricted, Side, restrict};
 pub use scale_uncertainty::ScaleUncertainty;
-pub(crate) use scatter::satterthwaite;
 pub use scatter::{
     Absorbed, Felt, Floor, LineState, Memory, Mixture, Node, Pattern, ScatterLine, Scattered, Stepped, Variances,
     Whitening, adjust_scattered, step_scattered,
 };
+pub(crate) use scatter::{
+    Chain, Likelihood, NoiseModel, NoisePart, PartNoise, Slot, TimeNoise, deviation_range, satterthwaite, time_range,
+    white_range,
+};
 pub use sequential::Sequential;
+pub(crate) use sequential::backwards;
 pub use unknowns::Unknowns;
 
 use crate::error::{Fault, Malformed, Result};

@@ -131,10 +131,7 @@ impl Sequential {
             if self.variance > 0.0 {
                 let passed = self.last.map_or(f64::INFINITY, |last| t - last);
                 if !(passed >= 0.0) {
-                    return Err(Malformed::new(Fault::Value, "the times of the rows do not rise")
-                        .expected("rows in the order of time, for noise that is correlated over it")
-                        .found(format!("{t} after {}", self.last.unwrap_or(f64::NAN)))
-                        .at_path(format!("rows[{i}]")));
+                    return Err(backwards(*t, self.last.unwrap_or(f64::NAN)).at_path(format!("rows[{i}]")));
                 }
                 if passed != step {
                     (step, keeps) = (passed, (-passed / self.tau).exp());
@@ -163,4 +160,11 @@ impl Sequential {
         self.logarithms.add(product.ln());
         Ok(())
     }
+}
+
+/// A row that was read before the one in front of it, where noise is correlated over time.
+pub(crate) fn backwards(at: f64, last: f64) -> Malformed {
+    Malformed::new(Fault::Value, "the times of the rows do not rise")
+        .expected("rows in the order of time, for noise that is correlated over it")
+        .found(format!("{at} after {last}"))
 }

@@ -287,8 +287,8 @@ impl ScatterSources {
     /// Sources of a record that was streamed: how the unknowns follow single readings is not known.
     pub(super) fn streamed(
         sources: Vec<StreamedSource>,
-        covariance: Mat<f64>,
-        spread: Mat<f64>,
+        cofactor: &Mat<f64>,
+        (spread, correction): (Mat<f64>, Mat<f64>),
         leans: Vec<(usize, Mat<f64>)>,
         determined: bool,
     ) -> Self {
@@ -314,10 +314,10 @@ impl ScatterSources {
         let estimated = spread.nrows() > 0;
         ScatterSources {
             sources,
-            sensitivities: Mat::zeros(covariance.nrows(), 0),
-            covariance,
+            sensitivities: Mat::zeros(cofactor.nrows(), 0),
+            covariance: cofactor + &correction,
             spread: estimated.then_some(spread),
-            correction: None,
+            correction: estimated.then_some(correction),
             leans,
             determined,
             mixture: None,

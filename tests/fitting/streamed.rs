@@ -50,7 +50,7 @@ fn dense_least_squares() {
     }
 }
 
-/// The search ends within a thousandth of the standard uncertainty of what it looks for.
+/// What is estimated of the noise, and what that costs. Digits are those of the minimum and of the difference quotients in numpy.
 #[test]
 fn dense_restricted_likelihood() {
     let (dense, fit) = (&json("streamed/dense.json")["estimated"], fitted_rows("estimated"));
@@ -59,44 +59,60 @@ fn dense_restricted_likelihood() {
     let near = |own: f64, key: &str, relative: f64| assert!((own / number(key) - 1.0).abs() < relative, "{key}: {own}");
     let line = fit.noise.sources.iter().find(|source| source.line == Some(0)).unwrap();
     let white = fit.noise.sources.iter().find(|source| source.name == "readings of V").unwrap();
-    near(white.variance.sqrt(), "white", 1e-4);
-    near(line.variance.sqrt(), "deviation", 1e-4);
+    near(white.variance.sqrt(), "white", 1e-6);
+    near(line.variance.sqrt(), "deviation", 1e-6);
     let (tau, u_tau) = line.tau.unwrap();
-    near(tau, "tau", 2e-4);
+    near(tau, "tau", 1e-6);
     near(u_tau.unwrap(), "u_tau", 1e-3);
     for (j, ((x, u), dof)) in
         numbers(&dense["x"]).iter().zip(numbers(&dense["u"])).zip(numbers(&dense["dof"])).enumerate()
     {
         let own = fit.parameters[j].uncertainty.unwrap();
-        assert!((fit.point[j] - x).abs() < 1e-3 * u, "{j}");
-        assert!((own.u / u - 1.0).abs() < 2e-4, "{j}: {} {u}", own.u);
+        assert!((fit.point[j] - x).abs() < 1e-5 * u, "{j}");
+        assert!((own.u / u - 1.0).abs() < 2e-6, "{j}: {} {u}", own.u);
         assert!((own.dof / dof - 1.0).abs() < 2e-3, "{j}: {} {dof}", own.dof);
     }
 }
 
-/// The same readings at hand: estimates, u, chi-square, shares of the budget.
-#[test]
-fn readings_at_hand_say_the_same() {
-    let campaign = |readings: &str| {
-        let text = text("streamed/stated.campaign.json");
-        let mut file: serde_json::Value = serde_json::from_str(&text).unwrap();
-        file["readings"] = readings.into();
-        let source = wire::Source { name: "stated".into(), text: file.to_string() };
-        wire::read_campaign_beside(&source, &data("streamed")).unwrap()
-    };
-    let (held, streamed) = (fitted(&campaign("stated.csv")), fitted_rows("stated"));
+/// The same numbers as from readings in memory, noise stated or estimated: estimates, u, degrees of freedom, every line of the budget.
+fn same(held: &Fit, streamed: &Fit) {
     for (a, b) in held.parameters.iter().zip(&streamed.parameters) {
         let (u, v) = (a.uncertainty.unwrap(), b.uncertainty.unwrap());
         assert!((a.value.unwrap() - b.value.unwrap()).abs() < 1e-9 * u.u, "{}", a.id);
-        assert!((u.u / v.u - 1.0).abs() < 1e-9 && u.dof == v.dof, "{}", a.id);
+        assert!((u.u / v.u - 1.0).abs() < 1e-9, "{}: {} {}", a.id, u.u, v.u);
+        assert!(u.dof == v.dof || (u.dof / v.dof - 1.0).abs() < 1e-7, "{}: {} {}", a.id, u.dof, v.dof);
         for line in &a.budget {
             let own = b.budget.iter().find(|own| own.source == line.source).expect("the same sources");
-            // a difference quotient of the covariance, half width 0.02: (0.04)^2/6 and less
-            assert!((own.u / line.u - 1.0).abs() < 5e-4 && own.evaluation == line.evaluation, "{}", line.source);
+            // u of the whole: a part may be small
+            assert!(
+                (own.u - line.u).abs() < 1e-8 * u.u && own.evaluation == line.evaluation,
+                "{}: {} {}",
+                line.source,
+                own.u,
+                line.u
+            );
         }
     }
-    let chi_square = |fit: &Fit| fit.global_test.unwrap().chi_square;
-    assert!((chi_square(&held) / chi_square(&streamed) - 1.0).abs() < 1e-9);
+}
+
+#[test]
+fn readings_at_hand_say_the_same() {
+    for name in ["stated", "estimated"] {
+        let campaign = |readings: &str| {
+            let text = text(&format!("streamed/{name}.campaign.json"));
+            let mut file: serde_json::Value = serde_json::from_str(&text).unwrap();
+            file["readings"] = readings.into();
+            let source = wire::Source { name: name.into(), text: file.to_string() };
+            wire::read_campaign_beside(&source, &data("streamed")).unwrap()
+        };
+        let (held, streamed) = (fitted(&campaign(&format!("{name}.csv"))), fitted_rows(name));
+        same(&held, &streamed);
+        let chi_square = |fit: &Fit| fit.global_test.map(|test| test.chi_square);
+        match (chi_square(&held), chi_square(&streamed)) {
+            (Some(a), Some(b)) => assert!(name == "stated" && (a / b - 1.0).abs() < 1e-9),
+            (a, b) => assert!(name == "estimated" && a.is_none() && b.is_none()),
+        }
+    }
 }
 
 /// Without a line of scatter: the ordinary fit, of several sensors whose noise is estimated, exactly.
@@ -104,12 +120,7 @@ fn readings_at_hand_say_the_same() {
 fn white_noise_is_the_ordinary_fit() {
     let campaign = campaign("streamed/plain.json");
     let (held, streamed) = (fitted(&campaign), stream(&campaign, &Settings::default()));
-    for (a, b) in held.parameters.iter().zip(&streamed.parameters) {
-        let (u, v) = (a.uncertainty.unwrap(), b.uncertainty.unwrap());
-        assert!((a.value.unwrap() - b.value.unwrap()).abs() < 1e-9 * u.u, "{}", a.id);
-        // the ordinary fit adds what it costs to estimate two scales (Kenward and Roger), 1/dof of u
-        assert!((u.u / v.u - 1.0).abs() < 5e-3, "{}: {} {}", a.id, u.u, v.u);
-    }
+    same(&held, &streamed);
     let (a, b) = (held.estimate.group_scale[0].unwrap(), streamed.estimate.group_scale[0].unwrap());
     assert!((a / b - 1.0).abs() < 1e-9, "{a} {b}");
 }

@@ -109,6 +109,28 @@ def estimated():
         slope.append((of(more) - of(less)) / (0.2 * h))
     slope = np.array(slope)
     dof = [2 * q[j, j] ** 2 / (slope[:, j] @ logarithms @ slope[:, j]) for j in range(3)]
+    # Kenward and Roger's addition (1997) in its form sum W_kh (Phi R_kh Phi / 2 - Phi_kh), by white variance, variance of the deviation and correlation
+    # time; the term of R is left out for the correlation time twice, in which the slow part of V is linear
+    w, d, tau = np.exp(2 * p[0]), np.exp(2 * p[1]), np.exp(p[2])
+    gap = np.abs(t[:, None] - t[None, :])
+    shape = np.exp(-gap / tau)
+    slopes = [np.eye(len(t)), shape, d * shape * gap / tau**2]
+    jacobian = np.diag([2 * w, 2 * d, tau])
+    weight = jacobian @ logarithms @ jacobian
+    inverse = np.linalg.inv(w * np.eye(len(t)) + d * shape)
+    m = inverse @ a
+    both = m.T @ (shape * gap / tau**2) @ m
+    twice = m.T @ (d * shape * (gap**2 / tau**4 - 2 * gap / tau**3)) @ m
+    middle = np.zeros((3, 3))
+    for k in range(3):
+        for l in range(3):
+            own = m.T @ slopes[k] @ inverse @ slopes[l] @ m - (m.T @ slopes[k] @ m) @ q @ (m.T @ slopes[l] @ m)
+            if {k, l} == {1, 2}:
+                own = own - both / 4
+            if k == l == 2:
+                own = own - twice / 2
+            middle += weight[k, l] * own
+    added = 2 * q @ middle @ q
     campaign = {
         "bench": BENCH,
         "estimate": {"V0": {}, "b": {}, "c": {}},
@@ -116,7 +138,7 @@ def estimated():
         "readings": {"samples": "estimated.csv", "as": "rows"},
     }
     write("estimated.campaign.json", campaign)
-    return {"x": x.tolist(), "u": np.sqrt(np.diag(q)).tolist(), "white": np.exp(p[0]), "deviation": np.exp(p[1]),
+    return {"x": x.tolist(), "u": np.sqrt(np.diag(q + added)).tolist(), "white": np.exp(p[0]), "deviation": np.exp(p[1]),
             "tau": np.exp(p[2]), "u_tau": np.exp(p[2]) * np.sqrt(logarithms[2, 2]), "dof": dof,
             "deviance": deviance(p)}
 

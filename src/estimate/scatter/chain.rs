@@ -14,7 +14,7 @@
 )]
 
 use crate::error::Result;
-use crate::estimate::Sequential;
+use crate::estimate::{Sequential, backwards};
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
 
@@ -86,6 +86,13 @@ pub struct Part {
     pub(super) rows: f64,
     pub(super) log_determinant: [f64; 6],
     pub(super) gram: Vec<Mat<f64>>,
+}
+
+impl Part {
+    /// Rows of white noise alone: how many, `log|V1|` and `C' V1^-1 C`.
+    pub fn white(rows: f64, log_determinant: f64, gram: Mat<f64>) -> Self {
+        Part { rows, log_determinant: [log_determinant, 0.0, 0.0, 0.0, 0.0, 0.0], gram: vec![gram] }
+    }
 }
 
 /// A part on its way: rows in the order of time.
@@ -168,6 +175,9 @@ impl Chain {
         for (t, sd) in time.iter().zip(sd) {
             // before the first row nothing is known of the deviation
             let passed = last.map_or(f64::INFINITY, |last| (t - last) / tau);
+            if !(passed >= 0.0) {
+                return Err(backwards(*t, last.unwrap_or(f64::NAN)));
+            }
             if passed != known {
                 let k = (-passed).exp();
                 let slope = if k > 0.0 { k * passed } else { 0.0 };

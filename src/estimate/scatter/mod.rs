@@ -52,6 +52,7 @@ mod restricted;
 mod time;
 
 pub use absorbed::Absorbed;
+pub(crate) use chain::{Chain, Part as NoisePart, TimeNoise};
 pub(crate) use conclude::satterthwaite;
 pub use conclude::{adjust_scattered, step_scattered};
 pub(super) use cost::{correction, spread};
@@ -59,6 +60,8 @@ pub use elimination::Whitening;
 pub use floor::{Floor, Variances};
 pub use mixture::{Mixture, Node};
 pub use pattern::Pattern;
+pub(crate) use restricted::{Likelihood, NoiseModel, PartNoise, Slot};
+pub(crate) use time::{deviation_range, time_range, white_range};
 
 use crate::estimate::Estimate;
 use faer::Mat;

@@ -138,8 +138,18 @@ pub(super) fn range(line: &ScatterLine) -> (f64, f64) {
 }
 
 /// The same from the middling step between times and their whole length.
-pub(super) fn time_range(step: f64, whole: f64) -> (f64, f64) {
+pub(crate) fn time_range(step: f64, whole: f64) -> (f64, f64) {
     ((step / 5.0).ln(), (whole.max(step) * 2.0).ln())
+}
+
+/// Logarithms of the least and largest variance factor of white noise, from what it is if nothing else scatters and from that of rounding.
+pub(crate) fn white_range(plain: f64, floor: f64) -> (f64, f64) {
+    ((LEAST * plain).max(floor).ln(), plain.ln() + FURTHEST)
+}
+
+/// The same of the variance of a deviation, from the variance of the white noise beside it.
+pub(crate) fn deviation_range(white: f64) -> (f64, f64) {
+    (white.ln() + UNSEEN.ln(), white.ln() + FURTHEST)
 }
 
 /// `from` to `to`, so many, evenly.
@@ -252,15 +262,13 @@ impl Chains {
                 return Ok(None);
             }
             if let Some(g) = group {
-                let least = (LEAST * factor).max(problem.floor[g]);
-                chains.model.range[g] = (least.ln(), factor.ln() + FURTHEST);
+                chains.model.range[g] = white_range(factor, problem.floor[g]);
             }
             let deviation = line.and_then(|k| {
                 let memory = lines[k].memory.as_ref()?;
                 let size = match (lines[k].variance, problem.component[k]) {
                     (None, Some(c)) => {
-                        let unit = (factor * natural).ln();
-                        chains.model.range[c] = (unit + UNSEEN.ln(), unit + FURTHEST);
+                        chains.model.range[c] = deviation_range(factor * natural);
                         Slot::Free(c)
                     }
                     (variance, _) => Slot::Stated(variance.unwrap_or(0.0)), // neither stated nor a component: not felt

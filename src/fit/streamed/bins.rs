@@ -10,7 +10,7 @@
 use super::octaves::Noise;
 use super::question::{Chunk, Folding, Part, Question};
 use super::residuals::{Bin, BinnedResiduals};
-use super::together::observed;
+use super::together::left;
 use crate::elements::Elements;
 use crate::error::Result;
 use crate::estimate::{Fold, Sum};
@@ -111,7 +111,7 @@ impl Binned {
         let Binned { folding, counts, sums, .. } = self;
         let part = folding.part();
         let triangle = part.fold.triangle();
-        let z = observed(&part);
+        let z = left(&part, &[]);
         let t = |s: usize| scale.at(s);
         let mut found = Vec::with_capacity(inputs.len());
         for (place, input) in inputs.iter().enumerate() {
@@ -124,7 +124,7 @@ impl Binned {
                 let Some(other) = other else { continue };
                 let own = other.fold.triangle();
                 let rows = Mat::from_fn(own.nrows(), n + BINS - 1, |i, j| if j < n { own[(i, j)] } else { 0.0 });
-                fold.push(rows.as_ref(), &observed(other), &vec![t(s).sqrt(); own.nrows()])?;
+                fold.push(rows.as_ref(), &left(other, &[]), &vec![t(s).sqrt(); own.nrows()])?;
             }
             for (k, _, u) in &question.priors {
                 let row = Mat::from_fn(1, n + BINS - 1, |_, j| f64::from(u8::from(j == *k)));

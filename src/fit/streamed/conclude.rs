@@ -5,17 +5,17 @@
 )]
 
 use super::bins::{Binned, Input, MOST};
-use super::cost::{Shape, noise, uncertain};
-use super::noise::{Found, free};
-use super::octaves::{Noise as Size, Stated};
+use super::noise::{Found, turned};
+use super::octaves::Noise as Size;
 use super::question::{Folding, Part, Question};
 use super::residuals::Residuals;
-use super::together::{Together, together};
+use super::sources::Noised;
+use super::together::{Together, sums, together};
 use super::{Rows, Sample, Streamed};
 use crate::campaign::{Campaign, Role};
 use crate::design;
 use crate::error::Result;
-use crate::estimate::{Estimate, Group, System, Unknowns};
+use crate::estimate::{Chain, Estimate, Group, System, Unknowns};
 use crate::fit::{Checks, Constraints, Estimator, Fit, parameters, separate, system};
 use crate::quality::{self, RowQuality};
 use faer::Mat;
@@ -28,34 +28,35 @@ pub(super) fn conclude(
     sample: &Sample,
     start: Fit,
     found: Found,
-    (point, lines): (Vec<f64>, &[Option<Stated>]),
+    point: Vec<f64>,
 ) -> Result<Fit> {
     let settings = question.settings;
     let sensors = question.sensors.len();
-    let mut shape = Shape { noise: found.noise, coordinates: Vec::new(), open: Vec::new() };
-    for (s, stated) in lines.iter().enumerate() {
-        let stated = stated.filter(|_| !found.at_zero[s]);
-        let (list, open) = free(stated, question.is_white_free(s));
-        shape.coordinates.push(if question.is_read(s) { list } else { Vec::new() });
-        shape.open.push(open);
-    }
+    // the scale of white noise alone is that of the last pass
+    let open: Vec<bool> = (0..sensors).map(|s| found.free[s].white && found.noise[s].deviation == 0.0).collect();
     let change = match settings.estimator {
         Estimator::Exact => vec![0.0; question.unknowns],
-        Estimator::Linear => solved(&mut question, rows, &shape, &point)?.folded.unknowns.solution,
+        Estimator::Linear => solved(&mut question, rows, &found.noise, &open, &point)?.folded.unknowns.solution,
     };
     let inputs = inputs(&campaign, sample, &question);
     let further: Vec<usize> = inputs.iter().map(|input| input.column).collect();
-    // the points about the noise, for what it costs to have estimated it
-    let points: Vec<Vec<Size>> = (0..sensors).map(|s| shape.points(s)).collect();
     let (n, carried) = (question.unknowns, question.carried.len());
-    let mut folding: Vec<Vec<Folding>> =
-        points.iter().map(|list| list.iter().map(|noise| Folding::new(n, carried, *noise)).collect()).collect();
-    let mut binned: Vec<Binned> = shape.noise.iter().map(|noise| Binned::new(&question, &inputs, *noise)).collect();
+    let mut folding: Vec<Folding> = found.noise.iter().map(|noise| Folding::new(n, carried, *noise)).collect();
+    let mut chains: Vec<Option<(Chain, &Mat<f64>)>> = found
+        .noise
+        .iter()
+        .map(|noise| {
+            let directions = found.directions.as_ref().filter(|_| noise.deviation > 0.0)?;
+            Some((Chain::new(directions.ncols() + 1, noise.variances(), true), directions))
+        })
+        .collect();
+    let mut binned: Vec<Binned> = found.noise.iter().map(|noise| Binned::new(&question, &inputs, *noise)).collect();
     let mut residuals: Vec<Residuals> = (0..sensors).map(|_| Residuals::new()).collect();
     let mut independent: HashMap<(usize, usize), f64> = HashMap::new();
     question.walk(rows, &point, &further, &mut |s, chunk| {
-        for own in &mut folding[s] {
-            own.push(chunk.rows, chunk.time, chunk.relative)?;
+        folding[s].push(chunk.rows, chunk.time, chunk.relative)?;
+        if let Some((chain, directions)) = &mut chains[s] {
+            chain.push(turned(chunk.rows, directions, &change).as_ref(), chunk.time, chunk.relative)?;
         }
         let last = chunk.rows.ncols() - 1;
         let mut left = chunk.rows.col_as_slice(last).to_vec();
@@ -73,14 +74,23 @@ pub(super) fn conclude(
         }
         Ok(())
     })?;
-    let parts: Vec<Vec<Part>> = folding.into_iter().map(|list| list.into_iter().map(Folding::part).collect()).collect();
-    let middle: Vec<Option<&Part>> = (0..sensors).map(|s| parts[s].first().filter(|_| question.is_read(s))).collect();
-    let solved = together(&question, &middle, &shape.open, &vec![1.0; sensors], &point)?;
-    let uncertain = uncertain(&question, &shape, &parts, &middle, &solved, &point)?;
+    let parts: Vec<Option<Part>> = question.parts(folding);
+    let solved = together(&question, &parts, &open, &point)?;
+    let directions = match &found.directions {
+        Some(directions) => directions.clone(),
+        None => solved.fold.directions(&settings.adjust)?,
+    };
+    let mut summed = sums(&question, &parts, &directions, (&point, &change));
+    let read: Vec<usize> = (0..sensors).filter(|s| question.is_read(*s)).collect();
+    for (own, s) in summed.iter_mut().zip(&read) {
+        if let Some((chain, _)) = chains[*s].take() {
+            *own = chain.part();
+        }
+    }
+    let noised = Noised::new(&found, &solved.scale, &read, &summed, directions)?;
     let mut bins = Vec::new();
     for (s, own) in binned.into_iter().enumerate().filter(|(s, _)| question.is_read(*s)) {
-        let others: Vec<Option<Part>> = middle.iter().map(|part| part.cloned()).collect();
-        bins.extend(own.conclude(&question, &inputs, s, &others, &solved.scale)?);
+        bins.extend(own.conclude(&question, &inputs, s, &parts, &solved.scale)?);
     }
     let tests: Vec<_> = residuals
         .into_iter()
@@ -100,12 +110,13 @@ pub(super) fn conclude(
         at.clone()
     };
     let weighed = system::weigh(&campaign, &at, settings.weighting)?;
-    let values: u64 = middle.iter().flatten().map(|part| part.rows).sum();
+    let values: u64 = parts.iter().flatten().map(|part| part.rows).sum();
     let all = values + question.priors.len() as u64;
     let dof = all.saturating_sub(solved.folded.unknowns.rank as u64);
-    let counts: Vec<u64> = middle.iter().map(|part| part.map_or(0, |part| part.rows)).collect();
-    let noise = noise(&campaign, &question, &shape, &uncertain, &solved, (&found.at_zero, &counts));
-    let estimate = estimate(&start.estimate, (&at, &weighed), &solved, &shape, &change, crate::number::index(dof));
+    let counts: Vec<u64> = parts.iter().map(|part| part.as_ref().map_or(0, |part| part.rows)).collect();
+    let noise = noised.sources(&campaign, &question, &found, &solved, &counts);
+    let sizes = &found.noise;
+    let estimate = estimate(&start.estimate, (&at, &weighed), &solved, sizes, &change, crate::number::index(dof));
     let known = question
         .carried
         .iter()
@@ -130,7 +141,7 @@ pub(super) fn conclude(
     let linear = match settings.estimator {
         Estimator::Exact if !question.is_linear => {
             let reference = campaign.reference_point();
-            let step = self::solved(&mut question, rows, &shape, &reference)?;
+            let step = self::solved(&mut question, rows, &found.noise, &open, &reference)?;
             reference.iter().zip(&step.folded.unknowns.solution).map(|(x, dx)| x + dx).collect()
         }
         _ => solution.iter().copied().take(question.unknowns).collect::<Vec<f64>>(),
@@ -143,7 +154,7 @@ pub(super) fn conclude(
             Some((exact - linear) / u).filter(|share: &f64| share.is_finite())
         })
         .collect();
-    let quality = row_quality(&at, &weighed, &estimate, &shape, &solved, &independent);
+    let quality = row_quality(&at, &weighed, &estimate, sizes, &solved, &independent);
     let studentized: Vec<f64> = quality.iter().filter_map(|own| own.studentized).collect();
     let is_stated = noise.sources.iter().all(|source| !source.estimated);
     let known_groups = weighed.group.iter().all(|group| *group == Group::Known);
@@ -194,12 +205,15 @@ fn subtract(observed: &mut [f64], rows: &Mat<f64>, x: &[f64]) {
 }
 
 /// One pass at a point with the noise as it was found.
-fn solved(question: &mut Question, rows: &mut dyn Rows, shape: &Shape, point: &[f64]) -> Result<Together> {
-    let lists: Vec<Vec<Size>> = shape.noise.iter().map(|noise| vec![*noise]).collect();
-    let parts = question.fold(rows, point, &lists, &mut |_, _| {})?;
-    let parts: Vec<Option<&Part>> =
-        parts.iter().enumerate().map(|(s, list)| list.first().filter(|_| question.is_read(s))).collect();
-    together(question, &parts, &shape.open, &vec![1.0; parts.len()], point)
+fn solved(
+    question: &mut Question,
+    rows: &mut dyn Rows,
+    noise: &[Size],
+    open: &[bool],
+    point: &[f64],
+) -> Result<Together> {
+    let parts = question.fold(rows, point, noise, &mut |_, _| {})?;
+    together(question, &parts, open, point)
 }
 
 /// Inputs over whose ranges the residuals are looked at: times, joints, and what the model lines use.
@@ -225,7 +239,7 @@ fn estimate(
     sample: &Estimate,
     (at, weighed): (&design::DesignMatrix, &System),
     solved: &Together,
-    shape: &Shape,
+    noise: &[Size],
     change: &[f64],
     dof: usize,
 ) -> Estimate {
@@ -237,7 +251,7 @@ fn estimate(
     for (origin, group) in at.rows.iter().zip(&weighed.group) {
         let Group::Estimated(g) = *group else { continue };
         let s = origin.sensor;
-        let sd = shape.noise[s].white * solved.scale[s].sqrt();
+        let sd = noise[s].white * solved.scale[s].sqrt();
         group_scale.resize(group_scale.len().max(g + 1), None);
         group_redundancy.resize(group_scale.len(), 0.0);
         group_scale[g] = (solved.redundancy[s] > 0.0).then_some(sd);
@@ -249,12 +263,12 @@ fn estimate(
             let row = |j: usize| weighed.rows[(i, j)];
             let form: f64 =
                 (0..n).map(|j| row(j) * (0..n).map(|k| folded.unknowns.cofactor[(j, k)] * row(k)).sum::<f64>()).sum();
-            let u = at.rows.get(i).map_or(weighed.u[i], |origin| total(shape, solved, origin.sensor, weighed.u[i]));
+            let u = at.rows.get(i).map_or(weighed.u[i], |origin| total(noise, solved, origin.sensor, weighed.u[i]));
             (form / (u * u)).clamp(0.0, 1.0)
         })
         .collect();
     // one sensor whose noise is white and estimated: squares in its own unit, as of readings at hand
-    let white = shape.noise.iter().all(|noise| noise.deviation == 0.0);
+    let white = noise.iter().all(|noise| noise.deviation == 0.0);
     let own_unit = white && group_scale.len() == 1 && weighed.group.iter().all(|g| *g != Group::Known);
     let scale = match group_scale.first().copied().flatten() {
         Some(sd) if own_unit => sd * sd,
@@ -276,8 +290,8 @@ fn estimate(
 }
 
 /// Standard deviation of a value of a sensor, white noise and deviation together.
-fn total(shape: &Shape, solved: &Together, s: usize, relative: f64) -> f64 {
-    let Size { white, deviation, .. } = shape.noise[s];
+fn total(noise: &[Size], solved: &Together, s: usize, relative: f64) -> f64 {
+    let Size { white, deviation, .. } = noise[s];
     (solved.scale[s] * ((white * relative).powi(2) + deviation * deviation)).sqrt()
 }
 
@@ -286,7 +300,7 @@ fn row_quality(
     at: &design::DesignMatrix,
     weighed: &System,
     estimate: &Estimate,
-    shape: &Shape,
+    noise: &[Size],
     solved: &Together,
     independent: &HashMap<(usize, usize), f64>,
 ) -> Vec<RowQuality> {
@@ -297,7 +311,7 @@ fn row_quality(
             let Some(origin) = at.rows.get(i) else { return own };
             let s = origin.sensor;
             let w = independent.get(&(origin.reading, s)).map(|w| w / solved.scale[s].sqrt());
-            RowQuality { u: Some(total(shape, solved, s, weighed.u[i])), studentized: w, mdb: None, ..own }
+            RowQuality { u: Some(total(noise, solved, s, weighed.u[i])), studentized: w, mdb: None, ..own }
         })
         .collect()
 }

@@ -23,20 +23,20 @@
 //! | `octaves.rs` | variances of means of 1, 2, 4, ... rows; where the search starts |
 //! | `residuals.rs` | what is kept of the residuals |
 //! | `bins.rs` | lack of fit over the ranges of the inputs |
-//! | `cost.rs` | each source's part of the covariance, and what it costs to have estimated the noise |
+//! | `sources.rs` | each source's part of the covariance, and what it costs to have estimated the noise |
 //! | `conclude.rs` | the result, as that of any fit |
 //!
 //! Deliberately absent: what needs all readings at hand (robust weights, constraints, deviations per position, a diagnosis).
 
 mod bins;
 mod conclude;
-mod cost;
 mod noise;
 mod octaves;
 mod question;
 mod residuals;
 mod rows;
 mod sample;
+mod sources;
 mod together;
 
 pub use residuals::{Bin, BinnedResiduals, Far, MeansTest, SensorResiduals};
@@ -72,7 +72,7 @@ pub struct Streamed {
 #[derive(Debug, Clone)]
 pub(crate) struct First {
     point: Vec<f64>,
-    parts: Vec<Vec<Part>>,
+    parts: Vec<Option<Part>>,
 }
 
 /// [`sample`], with the rows folded in the same pass where no step of the fit waits for another; `campaign` is that of some readings of the record.
@@ -99,8 +99,7 @@ pub(crate) fn sample_and_fold(
             })?;
         }
     }
-    let parts = |list: Vec<Folding>| list.into_iter().map(|own| vec![own.part()]).collect();
-    found.first = folding.map(|(_, point, folding)| First { point, parts: parts(folding) });
+    found.first = folding.map(|(question, point, folding)| First { point, parts: question.parts(folding) });
     Ok(found)
 }
 
@@ -145,5 +144,5 @@ pub fn fit(campaign: Campaign, rows: &mut dyn Rows, sample: &Sample, settings: &
         point.clone_from(own);
     }
     let found = noise::search(&mut question, rows, &mut point, &lines, first.map(|own| own.parts))?;
-    conclude::conclude(campaign, question, rows, sample, start, found, (point, &lines))
+    conclude::conclude(campaign, question, rows, sample, start, found, point)
 }

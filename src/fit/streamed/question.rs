@@ -8,7 +8,7 @@ use crate::campaign::{Campaign, Deviating, Kind, Per, Role, Scatter, Size};
 use crate::design::{self, ColumnLine, DesignMatrix, Model, Read};
 use crate::elements::{Elements, OrNan, Parts};
 use crate::error::{Fault, Malformed, Result};
-use crate::estimate::{Fold, Sequential};
+use crate::estimate::{Fold, Sequential, TimeNoise, backwards};
 use crate::fit::{Remount, Settings, Weighting};
 use faer::Mat;
 use pulp::Arch;
@@ -126,6 +126,13 @@ fn over(line: &Scatter) -> Option<(usize, &str)> {
             Some((*s, over.column.as_str()))
         }
         _ => None,
+    }
+}
+
+impl Noise {
+    /// In variances.
+    pub(super) fn variances(self) -> TimeNoise {
+        TimeNoise { white: self.white * self.white, deviation: self.deviation * self.deviation, tau: self.tau }
     }
 }
 
@@ -374,25 +381,26 @@ impl Question {
         }
     }
 
-    /// One pass: every sensor's rows folded with each of its noises.
+    /// One pass: every sensor's rows folded with its noise; nothing of a sensor that is not read.
     pub(super) fn fold(
         &mut self,
         rows: &mut dyn Rows,
         point: &[f64],
-        noises: &[Vec<Noise>],
+        noise: &[Noise],
         look: &mut dyn FnMut(usize, &Chunk<'_>),
-    ) -> Result<Vec<Vec<Part>>> {
+    ) -> Result<Vec<Option<Part>>> {
         let (n, carried) = (self.unknowns, self.carried.len());
-        let mut folding: Vec<Vec<Folding>> =
-            noises.iter().map(|list| list.iter().map(|noise| Folding::new(n, carried, *noise)).collect()).collect();
+        let mut folding: Vec<Folding> = noise.iter().map(|own| Folding::new(n, carried, *own)).collect();
         self.walk(rows, point, &[], &mut |s, chunk| {
             look(s, chunk);
-            for own in folding.get_mut(s).into_iter().flatten() {
-                own.push(chunk.rows, chunk.time, chunk.relative)?;
-            }
-            Ok(())
+            folding.get_mut(s).map_or(Ok(()), |own| own.push(chunk.rows, chunk.time, chunk.relative).map(drop))
         })?;
-        Ok(folding.into_iter().map(|list| list.into_iter().map(Folding::part).collect()).collect())
+        Ok(self.parts(folding))
+    }
+
+    /// What was folded of the sensors that are read.
+    pub(super) fn parts(&self, folding: Vec<Folding>) -> Vec<Option<Part>> {
+        folding.into_iter().enumerate().map(|(s, own)| self.is_read(s).then(|| own.part())).collect()
     }
 }
 
@@ -401,12 +409,6 @@ fn is_linear(campaign: &Campaign) -> bool {
     let names: Vec<&str> = campaign.estimated().iter().map(|p| p.id.as_str()).collect();
     campaign.estimated().iter().all(|p| p.kind != Kind::Tilt)
         && campaign.bench.sensors.iter().all(|sensor| sensor.model.linear_in(&names))
-}
-
-fn backwards(at: f64, last: f64) -> Malformed {
-    Malformed::new(Fault::Value, "the times of the rows do not rise")
-        .expected("rows in the order of time, for noise that is correlated over it")
-        .found(format!("{at} after {last}"))
 }
 
 /// A sensor's rows on their way into a triangle.

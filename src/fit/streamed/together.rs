@@ -1,23 +1,18 @@
-//! The triangles of several sensors in one adjustment, their open scales estimated.
-//!
-//! ```text
-//! t_s = v_s' v_s / (rows_s - tr(R_s C R_s')/t_s),   C = (sum_s R_s' R_s / t_s)^-1
-//! ```
-//!
-//! That is restricted maximum likelihood for the scales (the estimator of Helmert and of Foerstner at its fixed point), from triangles alone.
+//! The triangles of several sensors in one adjustment, their open scales estimated: the top of the restricted likelihood (`estimate/scatter/restricted.rs`) of
+//! the sums that the triangles have.
 #![allow(
     clippy::indexing_slicing,
-    reason = "a fold's triangle is square, with the unknowns' columns first and the observations last"
+    reason = "a fold's triangle is square, with the unknowns' columns first and the observations last; lists over sensors are as long as the parts"
 )]
 
 use super::question::{Part, Question};
 use crate::elements::Elements;
 use crate::error::Result;
-use crate::estimate::{Fold, Folded, Group};
+use crate::estimate::{Fold, Folded, Group, NoiseModel, NoisePart, PartNoise, Slot, white_range};
 use faer::Mat;
 
-/// Most steps to the scales.
-const STEPS: usize = 60;
+/// A sensor with less redundancy than this says nothing of its scale.
+const NO_REDUNDANCY: f64 = 1e-9;
 
 /// An adjustment of all sensors at some noise.
 pub(super) struct Together {
@@ -28,92 +23,68 @@ pub(super) struct Together {
     pub scale: Vec<f64>,
     /// Its redundancy.
     pub redundancy: Vec<f64>,
-    /// `C R_s' R_s C / t_s`: the part of the covariance that comes from each sensor's rows.
-    pub shares: Vec<Mat<f64>>,
-    /// `-2` times the logarithm of the restricted likelihood, without constants.
-    pub deviance: f64,
 }
 
-/// Adjust `parts`, one for each sensor that is read; `open` says whose scale is estimated, the others have the scale in `fixed`.
-pub(super) fn together(
-    question: &Question,
-    parts: &[Option<&Part>],
-    open: &[bool],
-    fixed: &[f64],
-    point: &[f64],
-) -> Result<Together> {
-    let at = |list: &[f64], s: usize| list.at(s);
-    let is_open = |s: usize| open.get(s) == Some(&true);
-    let rows = |s: usize| parts.get(s).copied().flatten().map_or(0, |part| part.rows);
-    let all: u64 = (0..parts.len()).map(rows).sum();
+/// Adjust `parts`, one for each sensor that is read; `open` says whose scale is estimated.
+pub(super) fn together(question: &Question, parts: &[Option<Part>], open: &[bool], point: &[f64]) -> Result<Together> {
+    let all: u64 = parts.iter().flatten().map(|part| part.rows).sum();
     let mut settings = question.settings.adjust;
     settings.rank_tolerance.get_or_insert(32.0 * f64::EPSILON * (all.max(1) as f64).sqrt());
-    let mut scale: Vec<f64> = (0..parts.len())
-        .map(|s| match parts.get(s).copied().flatten() {
-            Some(part) if is_open(s) => {
-                let z = part.fold.triangle();
-                let last = z.ncols() - 1;
-                let own: f64 = (question.unknowns..=last).map(|i| z[(i, last)] * z[(i, last)]).sum();
-                let least = f64::MIN_POSITIVE.sqrt();
-                (own / part.rows.max(1) as f64).max(least)
-            }
-            _ => at(fixed, s),
-        })
-        .collect();
-    let mut step = 0;
-    loop {
+    let begin = |(s, part): (usize, &Option<Part>)| match part {
+        Some(part) if open[s] => {
+            let z = part.fold.triangle();
+            let last = z.ncols() - 1;
+            let own: f64 = (question.unknowns..=last).map(|i| z[(i, last)] * z[(i, last)]).sum();
+            (own / part.rows.max(1) as f64).max(f64::MIN_POSITIVE.sqrt())
+        }
+        _ => 1.0,
+    };
+    let scale: Vec<f64> = parts.iter().enumerate().map(begin).collect();
+    let adjusted = |scale: Vec<f64>| -> Result<Together> {
         let fold = merged(question, parts, &scale, point)?;
         let folded = fold.finish(Group::Known, &settings)?;
-        let (mut squares, mut redundancy, mut shares) = (Vec::new(), Vec::new(), Vec::new());
-        for (s, part) in parts.iter().enumerate() {
-            let Some(part) = part else {
-                squares.push(0.0);
-                redundancy.push(0.0);
-                shares.push(Mat::new());
-                continue;
-            };
-            let t = at(&scale, s);
-            let moved = influence(part, &folded.unknowns.cofactor);
-            let leverage: f64 = inner(part, &moved) / t;
-            squares.push(remainder(part, &folded.unknowns.solution) / t);
-            redundancy.push((part.rows as f64 - leverage).max(0.0));
-            shares.push(Mat::from_fn(moved.ncols(), moved.ncols(), |i, j| {
-                (0..moved.nrows()).map(|k| moved[(k, i)] * moved[(k, j)]).sum::<f64>() / t
-            }));
-        }
-        step += 1;
-        let mut change = 0.0_f64;
-        let mut next = scale.clone();
-        for (s, own) in next.iter_mut().enumerate().filter(|(s, _)| is_open(*s)) {
-            let factor = at(&squares, s) / redundancy.at(s);
-            if factor.is_finite() && factor > 0.0 {
-                change = change.max((factor - 1.0).abs());
-                *own *= factor;
-            }
-        }
-        if change <= 1e-13 || step == STEPS {
-            let logarithms: f64 = (0..parts.len())
-                .filter_map(|s| {
-                    let part = parts.get(s).copied().flatten()?;
-                    Some(part.log_determinant + part.rows as f64 * at(&scale, s).ln())
-                })
-                .sum();
-            let deviance = logarithms + folded.sum_of_squares + folded.log_determinant;
-            return Ok(Together { folded, fold, scale, redundancy, shares, deviance });
-        }
-        scale = next;
+        let redundancy = |(part, t): (&Option<Part>, &f64)| {
+            let leverage = |part: &Part| leverage(part, &folded.unknowns.cofactor) / t;
+            part.as_ref().map_or(0.0, |part| (part.rows as f64 - leverage(part)).max(0.0))
+        };
+        let redundancy = parts.iter().zip(&scale).map(redundancy).collect();
+        Ok(Together { folded, fold, scale, redundancy })
+    };
+    let first = adjusted(scale)?;
+    let free: Vec<usize> = (0..parts.len()).filter(|s| open[*s] && first.redundancy[*s] > NO_REDUNDANCY).collect();
+    if free.is_empty() {
+        return Ok(first);
     }
+    let directions = first.fold.directions(&settings)?;
+    let sums = sums(question, parts, &directions, (point, &first.folded.unknowns.solution));
+    let white = |s: usize| match free.iter().position(|own| *own == s) {
+        Some(k) => Slot::Free(k),
+        None => Slot::Stated(first.scale[s]),
+    };
+    let read = (0..parts.len()).filter(|s| parts[*s].is_some()).map(white);
+    // the priors are the last part
+    let noises = read.chain([Slot::Stated(1.0)]).map(|white| PartNoise { white, deviation: None });
+    let model = NoiseModel {
+        parts: noises.collect(),
+        range: free.iter().map(|s| white_range(first.scale[*s], 0.0)).collect(),
+        columns: directions.ncols(),
+    };
+    let start: Vec<f64> = free.iter().map(|s| first.scale[*s].ln()).collect();
+    let top = model.top(&start, &mut |_| Ok(sums.clone()))?;
+    let mut scale = first.scale;
+    free.iter().zip(&top.at).for_each(|(s, x)| scale[*s] = x.exp());
+    adjusted(scale)
 }
 
 /// The rows of all sensors over their scales, and the priors, in one triangle.
-pub(super) fn merged(question: &Question, parts: &[Option<&Part>], scale: &[f64], point: &[f64]) -> Result<Fold> {
+pub(super) fn merged(question: &Question, parts: &[Option<Part>], scale: &[f64], point: &[f64]) -> Result<Fold> {
     let columns = question.carried.len();
     let mut fold = Fold::carrying(question.unknowns, columns);
     for (part, t) in parts.iter().zip(scale) {
         let Some(part) = part else { continue };
         let triangle = part.fold.triangle();
         let u = vec![t.sqrt(); triangle.nrows()];
-        fold.push(triangle.subcols(0, triangle.ncols() - 1), &observed(part), &u)?;
+        fold.push(triangle.subcols(0, triangle.ncols() - 1), &left(part, &[]), &u)?;
     }
     for (k, value, u) in &question.priors {
         let row = Mat::from_fn(1, question.unknowns + columns, |_, j| f64::from(u8::from(j == *k)));
@@ -122,33 +93,56 @@ pub(super) fn merged(question: &Question, parts: &[Option<&Part>], scale: &[f64]
     Ok(fold)
 }
 
-/// The observations of a triangle, about zero.
-pub(super) fn observed(part: &Part) -> Vec<f64> {
+/// What the triangles have in some directions of the unknowns, a step away from the point: of each sensor's rows over the noise that they were folded with,
+/// then of the priors.
+pub(super) fn sums(
+    question: &Question,
+    parts: &[Option<Part>],
+    directions: &Mat<f64>,
+    (point, step): (&[f64], &[f64]),
+) -> Vec<NoisePart> {
+    let (n, r) = directions.shape();
+    let own = |part: &Part| {
+        let triangle = part.fold.triangle();
+        let mut rows = Mat::zeros(triangle.nrows(), r + 1);
+        rows.subcols_mut(0, r).copy_from(triangle.subcols(0, n) * directions);
+        rows.col_as_slice_mut(r).copy_from_slice(&left(part, step));
+        NoisePart::white(part.rows as f64, part.log_determinant, rows.transpose() * &rows)
+    };
+    parts.iter().flatten().map(own).chain([priors(question, directions, (point, step))]).collect()
+}
+
+/// The priors in some directions of the unknowns, a step away from the point.
+pub(super) fn priors(question: &Question, directions: &Mat<f64>, (point, step): (&[f64], &[f64])) -> NoisePart {
+    let r = directions.ncols();
+    let row = |i: usize, j: usize| {
+        let (k, value, u) = question.priors[i];
+        (if j < r { directions[(k, j)] } else { value - point.at(k) - step.get(k).unwrap_or(&0.0) }) / u
+    };
+    let rows = Mat::from_fn(question.priors.len(), r + 1, row);
+    NoisePart::white(question.priors.len() as f64, 0.0, rows.transpose() * &rows)
+}
+
+/// What a step leaves of a triangle's observations; a step that is not given is none.
+pub(super) fn left(part: &Part, step: &[f64]) -> Vec<f64> {
     let triangle = part.fold.triangle();
     let last = triangle.ncols() - 1;
     let about = part.fold.about();
+    // observations are taken about a point
+    let to = |j: usize| about.get(j).unwrap_or(&0.0) - step.get(j).unwrap_or(&0.0);
+    let moved: Vec<f64> = (0..about.len().max(step.len()).min(last)).map(to).collect();
     (0..triangle.nrows())
-        .map(|i| triangle[(i, last)] + about.iter().enumerate().map(|(j, a)| triangle[(i, j)] * a).sum::<f64>())
+        .map(|i| triangle[(i, last)] + moved.iter().enumerate().map(|(j, a)| triangle[(i, j)] * a).sum::<f64>())
         .collect()
 }
 
-/// Squares of a part's rows at a solution.
-pub(super) fn remainder(part: &Part, solution: &[f64]) -> f64 {
-    let triangle = part.fold.triangle();
-    let row = |(i, z): (usize, f64)| z - solution.iter().enumerate().map(|(j, x)| triangle[(i, j)] * x).sum::<f64>();
-    observed(part).into_iter().enumerate().map(|own| row(own).powi(2)).sum()
-}
-
-/// `R_s C`, as many rows as unknowns.
-fn influence(part: &Part, cofactor: &Mat<f64>) -> Mat<f64> {
+/// `tr(R C R')` of a part's triangle.
+fn leverage(part: &Part, cofactor: &Mat<f64>) -> f64 {
     let triangle = part.fold.triangle();
     let n = cofactor.ncols();
-    Mat::from_fn(n, n, |i, j| (i..n).map(|k| triangle[(i, k)] * cofactor[(k, j)]).sum())
-}
-
-/// `tr(R_s' R_s C)`.
-fn inner(part: &Part, influence: &Mat<f64>) -> f64 {
-    let triangle = part.fold.triangle();
-    let n = influence.ncols();
-    (0..n).map(|i| (i..n).map(|j| triangle[(i, j)] * influence[(i, j)]).sum::<f64>()).sum()
+    let square = |i: usize| -> f64 {
+        let moved = |j: usize| (i..n).map(|k| triangle[(i, k)] * cofactor[(k, j)]).sum::<f64>();
+        (i..n).map(|j| triangle[(i, j)] * moved(j)).sum()
+    };
+    (0..n).map(square).sum()
 }

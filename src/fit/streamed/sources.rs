@@ -1,0 +1,184 @@
+//! Every source of scatter with its part of the covariance, and what it costs to have estimated the noise: derivatives of the restricted likelihood of the last
+//! pass by the logarithms of every variance and correlation time (`estimate/scatter/restricted.rs`).
+//!
+//! ```text
+//! Phi = sum_k dPhi/dln(v_k)     v: variances of white noise, deviations, priors
+//! ```
+#![allow(
+    clippy::indexing_slicing,
+    reason = "every list here has one entry for each sensor; places of parameters are those that the model of the noise was made with"
+)]
+
+use super::noise::{Found, Free};
+use super::octaves::Noise;
+use super::question::Question;
+use super::together::Together;
+use crate::campaign::{Campaign, Size};
+use crate::error::{Fault, Malformed, Result};
+use crate::estimate::{Likelihood, LineState, NoiseModel, NoisePart, PartNoise, Slot};
+use crate::fit::noise::{ScatterSources, StreamedSource};
+use crate::uncertainty::Evaluation;
+use faer::Mat;
+
+/// What estimated variances add to the covariance of the unknowns is nothing below this share of it.
+const ROUNDING: f64 = 1e-12;
+
+/// Where a sensor's parameters stand: variance factor of its white noise, variance of its deviation, correlation time.
+#[derive(Debug, Clone, Copy, Default)]
+struct Places([Option<usize>; 3]);
+
+/// The likelihood at what was found, with its derivatives by all that the noise has.
+pub(super) struct Noised {
+    likelihood: Likelihood,
+    model: NoiseModel,
+    places: Vec<Places>,
+    directions: Mat<f64>,
+}
+
+impl Noised {
+    /// `parts` are the sums of the sensors that are read and of the priors, in `directions`; `scale` multiplies the white noise that a sensor without a deviation
+    /// was folded with.
+    ///
+    /// Errors: sums in which the directions are not independent.
+    pub(super) fn new(
+        found: &Found,
+        scale: &[f64],
+        read: &[usize],
+        parts: &[NoisePart],
+        directions: Mat<f64>,
+    ) -> Result<Self> {
+        let mut model = NoiseModel { parts: Vec::new(), range: Vec::new(), columns: directions.ncols() };
+        let (mut at, mut places) = (Vec::new(), vec![Places::default(); scale.len()]);
+        for s in read {
+            let Noise { white, deviation, tau } = found.noise[*s];
+            let values = match deviation > 0.0 {
+                true => vec![white * white, deviation * deviation, tau],
+                false => vec![scale[*s]],
+            };
+            for (place, value) in places[*s].0.iter_mut().zip(values) {
+                *place = Some(at.len());
+                at.push(value.ln());
+            }
+            let slot = |k: usize| places[*s].0[k].map(Slot::Free);
+            let white = slot(0).unwrap_or(Slot::Stated(1.0));
+            model.parts.push(PartNoise { white, deviation: slot(1).zip(slot(2)) });
+        }
+        model.parts.push(PartNoise { white: Slot::Stated(1.0), deviation: None });
+        model.range = vec![(f64::NEG_INFINITY, f64::INFINITY); at.len()];
+        let likelihood = model.likelihood(&at, parts).ok_or_else(|| {
+            Malformed::new(Fault::Value, "the rows of the record do not keep the unknowns apart")
+                .expected("unknowns that the readings tell apart, or fewer of them in \"estimate\"")
+        })?;
+        Ok(Noised { likelihood, model, places, directions })
+    }
+
+    /// A matrix in the directions, in the unknowns.
+    fn back(&self, own: &Mat<f64>) -> Mat<f64> {
+        &self.directions * own * self.directions.transpose()
+    }
+
+    /// The derivative of the covariance by the logarithm of a sensor's parameter.
+    fn slope(&self, s: usize, which: usize) -> Option<Mat<f64>> {
+        let place = self.places[s].0[which]?;
+        self.likelihood.slopes.get(place).map(|own| self.back(own))
+    }
+
+    /// Every source of scatter; `rows` are those of each sensor.
+    pub(super) fn sources(
+        &self,
+        campaign: &Campaign,
+        question: &Question,
+        found: &Found,
+        solved: &Together,
+        rows: &[u64],
+    ) -> ScatterSources {
+        let n = question.unknowns;
+        // what was estimated, by its place among the parameters
+        let estimated = |(s, free): (usize, &Free)| {
+            let places = self.places[s].0;
+            [(free.white, 0), (free.deviation, 1), (free.tau, 2)]
+                .into_iter()
+                .filter_map(move |(is_free, which)| if is_free { places[which] } else { None })
+        };
+        let among: Vec<usize> = found.free.iter().enumerate().flat_map(estimated).collect();
+        let (covariances, mut correction) = self.likelihood.costs(&self.model, &among);
+        // one scale for all rows leaves their weights as they are, to rounding
+        let whole = &self.likelihood.covariance;
+        if (0..whole.nrows()).all(|j| correction[(j, j)].abs() <= ROUNDING * whole[(j, j)]) {
+            correction.fill(0.0);
+        }
+        let component = |s: usize, which: usize| {
+            let place = self.places[s].0[which]?;
+            among.iter().position(|own| *own == place)
+        };
+        let (mut sources, mut over, mut leans) = (Vec::new(), Vec::new(), Vec::new());
+        let mut determined = true;
+        for (s, own) in question.sensors.iter().enumerate().filter(|(s, _)| question.is_read(*s)) {
+            let size = found.noise[s];
+            let levels = crate::number::index(rows[s]);
+            let white = component(s, 0);
+            determined &= white.is_none() || solved.redundancy[s] > 0.0;
+            sources.push(StreamedSource {
+                name: format!("readings of {}", campaign.bench.sensors.get(s).map_or("", |own| own.id.as_str())),
+                evaluation: Evaluation::TypeA,
+                variance: if white.is_some() { size.white * size.white * solved.scale[s] } else { 1.0 },
+                share: self.slope(s, 0).unwrap_or_else(|| Mat::zeros(n, n)),
+                line: None,
+                state: if white.is_some() { LineState::Estimated } else { LineState::Stated },
+                tau: None,
+                levels,
+                dof: f64::INFINITY,
+                component: white,
+            });
+            let Some(line) = own.line.and_then(|(line, _)| Some((line, campaign.scatter.get(line)?))) else { continue };
+            let (line, stated) = line;
+            let (is_stated, dof) = match stated.size {
+                Size::Stated { dof, .. } => (true, dof),
+                Size::Column(_) => (true, f64::INFINITY),
+                Size::Estimated => (false, f64::INFINITY),
+            };
+            let tau = component(s, 2);
+            let u_tau = tau.map(|k| covariances[(among[k], among[k])].sqrt() * size.tau).filter(|u| u.is_finite());
+            over.push(StreamedSource {
+                name: stated.name(campaign),
+                evaluation: if is_stated { Evaluation::TypeB } else { Evaluation::TypeA },
+                variance: size.deviation * size.deviation,
+                share: self.slope(s, 1).unwrap_or_else(|| Mat::zeros(n, n)),
+                line: Some(line),
+                state: if found.at_zero[s] {
+                    LineState::AtZero
+                } else if is_stated {
+                    LineState::Stated
+                } else {
+                    LineState::Estimated
+                },
+                tau: (!found.at_zero[s]).then_some((size.tau, u_tau)),
+                levels,
+                dof,
+                component: component(s, 1),
+            });
+            leans.extend(tau.zip(self.slope(s, 2)));
+        }
+        if !question.priors.is_empty() {
+            let c = &solved.folded.unknowns.cofactor;
+            let share =
+                |i: usize, j: usize| question.priors.iter().map(|(k, _, u)| c[(i, *k)] * c[(*k, j)] / (u * u)).sum();
+            sources.push(StreamedSource {
+                name: "priors".into(),
+                evaluation: Evaluation::TypeB,
+                variance: 1.0,
+                share: Mat::from_fn(n, n, share),
+                line: None,
+                state: LineState::Stated,
+                tau: None,
+                levels: question.priors.len(),
+                dof: f64::INFINITY,
+                component: None,
+            });
+        }
+        sources.extend(over);
+        let spread = Mat::from_fn(among.len(), among.len(), |a, b| covariances[(among[a], among[b])]);
+        let cofactor = &solved.folded.unknowns.cofactor;
+        ScatterSources::streamed(sources, cofactor, (spread, self.back(&correction)), leans, determined)
+    }
+}
