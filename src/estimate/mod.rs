@@ -49,7 +49,6 @@ mod panel;
 mod pivoted;
 mod refine;
 mod reflections;
-mod scale_uncertainty;
 pub mod scatter;
 mod sequential;
 mod small_qr;
@@ -63,16 +62,15 @@ pub use equalities::{Elimination, Equation, Equations, adjust_on};
 pub use factor::Factor;
 pub(crate) use factor::product_by_rows;
 pub use fold::{Fold, Folded};
-pub use groups::ScaleHints;
+pub use groups::{ScaleHints, ScaleUncertainty};
 pub use inequalities::{Active, Inequality, Restricted, Side, restrict};
-pub use scale_uncertainty::ScaleUncertainty;
 pub use scatter::{
     Absorbed, Felt, Floor, LineState, Memory, Mixture, Node, Pattern, ScatterLine, Scattered, Stepped, Variances,
     Whitening, adjust_scattered, step_scattered,
 };
 pub(crate) use scatter::{
-    Chain, Likelihood, NoiseModel, NoisePart, PartNoise, Slot, TimeNoise, deviation_range, satterthwaite, time_range,
-    white_range,
+    Chain, Likelihood, NEWTON_STEPS, NoiseModel, NoisePart, PartNoise, Slot, TimeNoise, deviation_range, satterthwaite,
+    time_range, white_range,
 };
 pub use sequential::Sequential;
 pub(crate) use sequential::backwards;

@@ -130,7 +130,8 @@ def estimated():
             if k == l == 2:
                 own = own - twice / 2
             middle += weight[k, l] * own
-    added = 2 * q @ middle @ q
+    # what would make u smaller is not taken
+    added = np.maximum(np.diag(2 * q @ middle @ q), 0)
     campaign = {
         "bench": BENCH,
         "estimate": {"V0": {}, "b": {}, "c": {}},
@@ -138,7 +139,7 @@ def estimated():
         "readings": {"samples": "estimated.csv", "as": "rows"},
     }
     write("estimated.campaign.json", campaign)
-    return {"x": x.tolist(), "u": np.sqrt(np.diag(q + added)).tolist(), "white": np.exp(p[0]), "deviation": np.exp(p[1]),
+    return {"x": x.tolist(), "u": np.sqrt(np.diag(q) + added).tolist(), "white": np.exp(p[0]), "deviation": np.exp(p[1]),
             "tau": np.exp(p[2]), "u_tau": np.exp(p[2]) * np.sqrt(logarithms[2, 2]), "dof": dof,
             "deviance": deviance(p)}
 

@@ -9,7 +9,7 @@ use faer::Mat;
 use faer::linalg::solvers::Solve;
 
 /// `2 S^-1` over some components: the covariance of the estimated variances, each relative to its estimate; zero for the others.
-pub(in crate::estimate) fn spread(s: &Mat<f64>, among: &[usize]) -> Mat<f64> {
+pub(super) fn spread(s: &Mat<f64>, among: &[usize]) -> Mat<f64> {
     let mut all = Mat::zeros(s.nrows(), s.nrows());
     if among.is_empty() {
         return all;
@@ -29,7 +29,7 @@ pub(in crate::estimate) fn spread(s: &Mat<f64>, among: &[usize]) -> Mat<f64> {
 /// `2 T {sum W_gh (Q_gh - P_g P_h)} T'`: `crossing(g, h)` is what stands in braces, `W` the relative covariance of the variances.
 ///
 /// `T` are the whitened directions of the unknowns (`T T'` is their covariance with known variances).
-pub(in crate::estimate) fn correction(
+pub(super) fn correction(
     directions: &Mat<f64>,
     spread: &Mat<f64>,
     crossing: impl Fn(usize, usize) -> Mat<f64>,

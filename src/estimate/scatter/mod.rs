@@ -55,12 +55,11 @@ pub use absorbed::Absorbed;
 pub(crate) use chain::{Chain, Part as NoisePart, TimeNoise};
 pub(crate) use conclude::satterthwaite;
 pub use conclude::{adjust_scattered, step_scattered};
-pub(super) use cost::{correction, spread};
 pub use elimination::Whitening;
 pub use floor::{Floor, Variances};
 pub use mixture::{Mixture, Node};
 pub use pattern::Pattern;
-pub(crate) use restricted::{Likelihood, NoiseModel, PartNoise, Slot};
+pub(crate) use restricted::{Likelihood, NEWTON_STEPS, NoiseModel, PartNoise, Slot};
 pub(crate) use time::{deviation_range, time_range, white_range};
 
 use crate::estimate::Estimate;

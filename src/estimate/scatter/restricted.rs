@@ -17,8 +17,9 @@
 
 use super::chain::{Part, TimeNoise};
 use crate::error::{Fault, Malformed, Result};
+use crate::linear::dot;
 use faer::linalg::solvers::Solve;
-use faer::{Mat, MatRef, Scale, Side};
+use faer::{Mat, Scale, Side};
 
 /// A parameter of the noise: stated, or which of the free ones.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -84,10 +85,14 @@ pub struct Likelihood {
     pub solution: Vec<f64>,
     /// Covariance of the unknowns.
     pub covariance: Mat<f64>,
-    /// Its first derivatives.
-    pub slopes: Vec<Mat<f64>>,
-    /// Its second derivatives, `k` before `h <= k`.
-    pub bends: Vec<Vec<Mat<f64>>>,
+    /// `(log|V|)_k + tr F_k`: what of the rows belongs to each variance.
+    pub redundancy: Vec<f64>,
+    /// Its derivatives.
+    redundancy_bend: Mat<f64>,
+    /// `L^-1`, `F_k` and `F_kh`, `k` before `h <= k`; none where it is zero.
+    inverse: Mat<f64>,
+    forms: Vec<Mat<f64>>,
+    second: Vec<Vec<Option<Mat<f64>>>>,
 }
 
 /// Where Newton's steps ended.
@@ -105,8 +110,8 @@ pub struct Top {
     pub converged: bool,
 }
 
-/// Most steps.
-const STEPS: usize = 60;
+/// Most steps, where nothing else is said.
+pub const NEWTON_STEPS: usize = 60;
 /// Change of every logarithm at which the steps end.
 const SETTLED: f64 = 1e-10;
 /// Changes that no longer get smaller, and are below this, are the rounding of the sums.
@@ -145,16 +150,20 @@ impl NoiseModel {
             bend: Mat::zeros(free, free),
             solution,
             covariance,
-            slopes: Vec::new(),
-            bends: Vec::new(),
+            redundancy: vec![0.0; free],
+            redundancy_bend: Mat::zeros(free, free),
+            inverse,
+            forms: Vec::with_capacity(free),
+            second: Vec::with_capacity(free),
         };
         let mut first = vec![Mat::<f64>::zeros(n + 1, n + 1); free];
-        let mut second: Vec<Vec<Mat<f64>>> = (0..free).map(|k| vec![Mat::zeros(n + 1, n + 1); k + 1]).collect();
+        let mut second: Vec<Vec<Option<Mat<f64>>>> = (0..free).map(|k| vec![None; k + 1]).collect();
         for (own, part) in self.parts.iter().zip(parts) {
             own.derivatives(part, own.white.at(logarithms), &mut first, &mut second, &mut found);
         }
+        let inverse = &found.inverse;
         // L^-1 M_k r and L^-1 M_k L^-T
-        let turned = |m: MatRef<'_, f64>| &inverse * m.subrows(0, n).subcols(0, n) * inverse.transpose();
+        let turned = |m: &Mat<f64>| inverse * m.subrows(0, n).subcols(0, n) * inverse.transpose();
         let rest = |m: &Mat<f64>, i: usize| m[(i, n)] - (0..n).map(|j| m[(i, j)] * found.solution[j]).sum::<f64>();
         let along = |m: &Mat<f64>| {
             let own: Vec<f64> = (0..n).map(|i| rest(m, i)).collect();
@@ -162,40 +171,44 @@ impl NoiseModel {
             (own, square)
         };
         let trace = |m: &Mat<f64>| (0..n).map(|i| m[(i, i)]).sum::<f64>();
-        let mut forms = Vec::with_capacity(free);
         let mut shifts: Vec<Vec<f64>> = Vec::with_capacity(free);
+        let mut forms = Vec::with_capacity(free);
         for (k, m) in first.iter().enumerate() {
             let (own, square) = along(m);
-            let form = turned(m.as_ref());
-            found.gradient[k] += trace(&form) + square;
+            let form = turned(m);
+            found.redundancy[k] += trace(&form);
+            found.gradient[k] = found.redundancy[k] + square;
             shifts.push((0..n).map(|i| (0..=i).map(|j| inverse[(i, j)] * own[j]).sum()).collect());
             forms.push(form);
         }
-        let back = |m: &Mat<f64>| inverse.transpose() * m * &inverse;
-        for (k, row) in second.iter().enumerate() {
-            let mut bends = Vec::with_capacity(k + 1);
-            for (h, m) in row.iter().enumerate() {
-                let form = turned(m.as_ref());
-                let product = &forms[k] * &forms[h];
-                let (_, square) = along(m);
-                let shared: f64 = shifts[k].iter().zip(&shifts[h]).map(|(a, b)| a * b).sum();
-                let own = trace(&form) - trace(&product) + square - 2.0 * shared;
-                found.bend[(k, h)] += own;
-                if h < k {
-                    found.bend[(h, k)] = found.bend[(k, h)];
-                }
-                bends.push(back(&(&product + product.transpose() - form)));
+        let (mut bend, mut whole) = (Mat::zeros(free, free), found.redundancy_bend.clone());
+        let mut seconds = Vec::with_capacity(free);
+        for (k, row) in second.into_iter().enumerate() {
+            let mut own = Vec::with_capacity(k + 1);
+            for (h, m) in row.into_iter().enumerate() {
+                let form = m.as_ref().map(turned);
+                let square = m.as_ref().map_or(0.0, |m| along(m).1);
+                // tr F_k F_h, both symmetric
+                let crossed: f64 = (0..n).map(|j| dot(forms[k].col_as_slice(j), forms[h].col_as_slice(j))).sum();
+                whole[(k, h)] += form.as_ref().map_or(0.0, trace) - crossed;
+                bend[(k, h)] = whole[(k, h)] + square - 2.0 * dot(&shifts[k], &shifts[h]);
+                (whole[(h, k)], bend[(h, k)]) = (whole[(k, h)], bend[(k, h)]);
+                own.push(form);
             }
-            found.bends.push(bends);
+            seconds.push(own);
         }
-        found.slopes = forms.iter().map(|form| back(form) * Scale(-1.0)).collect();
-        Some(found)
+        Some(Likelihood { bend, redundancy_bend: whole, forms, second: seconds, ..found })
     }
 
-    /// Newton's steps from a start to the top of the likelihood; `gather` brings the parts at some noise.
+    /// At most so many of Newton's steps from a start to the top of the likelihood; `gather` brings the parts at some noise.
     ///
     /// Errors: those of `gather`; a start that is no covariance.
-    pub fn top(&self, start: &[f64], gather: &mut dyn FnMut(&[TimeNoise]) -> Result<Vec<Part>>) -> Result<Top> {
+    pub fn top(
+        &self,
+        start: &[f64],
+        steps: usize,
+        gather: &mut dyn FnMut(&[TimeNoise]) -> Result<Vec<Part>>,
+    ) -> Result<Top> {
         let mut at = start.to_vec();
         self.range.iter().zip(&mut at).for_each(|((low, high), x)| *x = x.clamp(*low, *high));
         let mut look = |at: &[f64]| -> Result<Option<Likelihood>> {
@@ -206,7 +219,7 @@ impl NoiseModel {
         let nothing = || Malformed::new(Fault::Value, "the variances of what scatters are no covariance");
         let mut found = look(&at)?.ok_or_else(nothing)?;
         let (mut iterations, mut converged, mut before) = (0, false, f64::INFINITY);
-        while iterations < STEPS {
+        while iterations < steps {
             iterations += 1;
             let outwards = |k: usize| {
                 let (low, high) = self.range[k];
@@ -246,21 +259,50 @@ impl NoiseModel {
 }
 
 impl Likelihood {
+    /// The first derivative of the covariance of the unknowns.
+    pub fn slope(&self, k: usize) -> Mat<f64> {
+        self.back(&self.forms[k]) * Scale(-1.0)
+    }
+
+    /// `L^-T F L^-1`.
+    fn back(&self, form: &Mat<f64>) -> Mat<f64> {
+        self.inverse.transpose() * form * &self.inverse
+    }
+
     /// Covariance of the estimated parameters `among` all that are free, of logarithms, zero for the others; and what estimating them adds to the covariance of
     /// the unknowns.
+    ///
+    /// Of variances alone the information is the expected one, `S_kh = tr P V_k P V_h = tr P V_kh - (tr P V_k)_h`; with correlation times it is that of the
+    /// likelihood at hand.
     ///
     /// Kenward and Roger's `2 sum W_kh Phi (Q_kh - P_k Phi P_h - R_kh/4) Phi`, `R_kh = A' V^-1 V_kh V^-1 A`, is `sum W_kh (Phi R_kh Phi / 2 - Phi_kh)`: from the second
     /// derivatives of `Phi` by the variances themselves, in which `V` is linear, and by the correlation time itself, in which its slow part is.
     pub fn costs(&self, model: &NoiseModel, among: &[usize]) -> (Mat<f64>, Mat<f64>) {
-        let spread = super::cost::spread(&self.bend, among);
+        let time = |part: &PartNoise| part.deviation.and_then(|(_, time)| time.free());
+        let times: Vec<usize> = model.parts.iter().filter_map(time).collect();
+        let linear = !among.iter().any(|k| times.contains(k));
+        let expected = |k: usize, h: usize| {
+            let own = if k == h { self.redundancy[k] } else { 0.0 };
+            own - self.redundancy_bend[(k, h)]
+        };
+        let free = self.gradient.len();
+        let spread = match linear {
+            true => super::cost::spread(&Mat::from_fn(free, free, expected), among),
+            false => super::cost::spread(&self.bend, among),
+        };
         let n = self.covariance.nrows();
-        let mut correction = Mat::zeros(n, n);
+        let mut correction = Mat::<f64>::zeros(n, n);
         for k in among {
             for h in among {
                 let (a, b) = (*k.max(h), *k.min(h));
-                let mut own = &self.bends[a][b] * Scale(-1.0);
+                let product = &self.forms[a] * &self.forms[b];
+                // -Phi_kh
+                let mut own = (&product + product.transpose()) * Scale(-1.0);
+                if let Some(form) = &self.second[a][b] {
+                    own += form;
+                }
                 if k == h {
-                    own += &self.slopes[*k];
+                    own -= &self.forms[*k];
                 }
                 let pair = |part: &PartNoise| {
                     let (size, time) = part.deviation?;
@@ -268,12 +310,12 @@ impl Likelihood {
                     (size.max(time) == a && size.min(time) == b).then_some(time)
                 };
                 if let Some(time) = model.parts.iter().find_map(pair) {
-                    own += &self.slopes[time] * Scale(0.5);
+                    own -= &self.forms[time] * Scale(0.5);
                 }
                 correction += own * Scale(spread[(*k, *h)]);
             }
         }
-        (spread, correction)
+        (spread, self.back(&correction))
     }
 }
 
@@ -299,7 +341,7 @@ impl PartNoise {
         part: &Part,
         white: f64,
         first: &mut [Mat<f64>],
-        second: &mut [Vec<Mat<f64>>],
+        second: &mut [Vec<Option<Mat<f64>>>],
         found: &mut Likelihood,
     ) {
         // by ln w, ln q, ln tau from those by ln w at a fixed ratio, rho and phi: d/dlnw = d/ds - d/drho
@@ -328,11 +370,11 @@ impl PartNoise {
         for (slot, weights) in slots.iter().zip(&FIRST) {
             if let Some(k) = slot {
                 sum(&mut first[*k], weights);
-                found.gradient[*k] += logarithm(weights);
+                found.redundancy[*k] += logarithm(weights);
             }
         }
         if let Some(k) = slots[0] {
-            found.gradient[k] += part.rows;
+            found.redundancy[k] += part.rows;
         }
         let determinant = |[a, b]: [usize; 2]| -> f64 {
             let l = &part.log_determinant;
@@ -347,8 +389,8 @@ impl PartNoise {
         for ([a, b], weights) in SECOND {
             if let (Some(k), Some(h)) = (slots[a], slots[b]) {
                 let (k, h) = (k.max(h), k.min(h));
-                sum(&mut second[k][h], &weights);
-                found.bend[(k, h)] += determinant([a, b]);
+                sum(second[k][h].get_or_insert_with(|| Mat::zeros(first[k].nrows(), first[k].ncols())), &weights);
+                found.redundancy_bend[(k, h)] += determinant([a, b]);
             }
         }
     }

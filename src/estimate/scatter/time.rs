@@ -16,7 +16,7 @@ use super::chain::{Chain, Part, TimeNoise};
 use super::inference::Inference;
 use super::problem::{Point, Problem, UNSEEN};
 use super::reml::{Ended, FULL, Limits};
-use super::restricted::{NoiseModel, PartNoise, Slot, Top};
+use super::restricted::{NEWTON_STEPS, NoiseModel, PartNoise, Slot, Top};
 use super::{LineState, Pattern, ScatterLine, Whitening};
 use crate::elements::Elements;
 use crate::error::Result;
@@ -305,7 +305,7 @@ impl Chains {
             self.model.begin(&self.plain, &mut look)?
         };
         let mut gather = |noises: &[TimeNoise]| self.gather(noises, true);
-        let top = self.model.top(&begin, &mut gather)?;
+        let top = self.model.top(&begin, NEWTON_STEPS, &mut gather)?;
         Ok(Along { model: self.model, top, directions: self.directions, meaning: self.meaning })
     }
 }

@@ -15,7 +15,7 @@ use crate::campaign::{Campaign, Size};
 use crate::elements::Elements;
 use crate::error::Result;
 use crate::estimate::{
-    Chain, NoiseModel, NoisePart, PartNoise, Slot, TimeNoise, deviation_range, time_range, white_range,
+    Chain, NEWTON_STEPS, NoiseModel, NoisePart, PartNoise, Slot, TimeNoise, deviation_range, time_range, white_range,
 };
 use crate::fit::Estimator;
 use crate::fit::gauss_newton::{Convergence, Iteration, Stop};
@@ -289,7 +289,7 @@ impl Found {
         let linear_only = question.settings.estimator == Estimator::Linear;
         for _ in 0..question.settings.iterations.max(1) {
             let mut gather = |noises: &[TimeNoise]| question.along(rows, point, directions, noises);
-            let top = model.top(&at, &mut gather)?;
+            let top = model.top(&at, NEWTON_STEPS, &mut gather)?;
             (at, self.settled) = (top.at, top.converged);
             if linear_only {
                 break;

@@ -80,7 +80,7 @@ impl Noised {
     /// The derivative of the covariance by the logarithm of a sensor's parameter.
     fn slope(&self, s: usize, which: usize) -> Option<Mat<f64>> {
         let place = self.places[s].0[which]?;
-        self.likelihood.slopes.get(place).map(|own| self.back(own))
+        Some(self.back(&self.likelihood.slope(place)))
     }
 
     /// Every source of scatter; `rows` are those of each sensor.

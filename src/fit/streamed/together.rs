@@ -8,7 +8,7 @@
 use super::question::{Part, Question};
 use crate::elements::Elements;
 use crate::error::Result;
-use crate::estimate::{Fold, Folded, Group, NoiseModel, NoisePart, PartNoise, Slot, white_range};
+use crate::estimate::{Fold, Folded, Group, NEWTON_STEPS, NoiseModel, NoisePart, PartNoise, Slot, white_range};
 use faer::Mat;
 
 /// A sensor with less redundancy than this says nothing of its scale.
@@ -70,7 +70,7 @@ pub(super) fn together(question: &Question, parts: &[Option<Part>], open: &[bool
         columns: directions.ncols(),
     };
     let start: Vec<f64> = free.iter().map(|s| first.scale[*s].ln()).collect();
-    let top = model.top(&start, &mut |_| Ok(sums.clone()))?;
+    let top = model.top(&start, NEWTON_STEPS, &mut |_| Ok(sums.clone()))?;
     let mut scale = first.scale;
     free.iter().zip(&top.at).for_each(|(s, x)| scale[*s] = x.exp());
     adjusted(scale)
