@@ -6,6 +6,7 @@ use super::{Device, Row};
 use crate::algebra::{Scratch, Tape};
 use crate::campaign::{Campaign, Limited};
 use crate::elements::{Elements, Parts};
+use crate::estimate::Unknowns;
 use crate::fit::{self, Settings, resolution};
 use crate::quality;
 use crate::uncertainty::{Combined, effective_dof, quantiles};
@@ -30,7 +31,11 @@ pub(super) struct Question<'a> {
 
 /// What was found of one device.
 pub(super) struct Answer<'a> {
-    pub device: &'a Device,
+    pub label: &'a str,
+    /// The device, where its readings are in memory.
+    pub device: Option<&'a Device>,
+    /// What the rows say of the unknowns, where they may leave some of them free.
+    pub unknowns: Option<&'a Unknowns>,
     /// Estimates less the reference.
     pub dx: &'a [f64],
     pub cofactor: &'a Mat<f64>,
@@ -54,9 +59,9 @@ pub(super) struct Answer<'a> {
     pub solved: Solved,
 }
 
-/// Probabilities and places that return from device to device.
-#[derive(Debug, Default)]
-pub(super) struct Memory {
+/// Coverage factors that return from device to device, and room for the next.
+#[derive(Debug, Default, Clone)]
+pub struct Coverage {
     factors: Vec<(u64, Option<f64>)>,
     point: Vec<f64>,
     gradient: Vec<f64>,
@@ -65,7 +70,7 @@ pub(super) struct Memory {
 
 impl Question<'_> {
     /// The row of a device.
-    pub(super) fn row(&self, found: Answer<'_>, memory: &mut Memory) -> Row {
+    pub(super) fn row(&self, found: Answer<'_>, memory: &mut Coverage) -> Row {
         let Question { campaign, settings, .. } = self;
         let Answer { dx, cofactor, share, variance, squares, .. } = found;
         let (dof, level) = (self.dof, settings.level);
@@ -88,6 +93,10 @@ impl Question<'_> {
             }
         };
         for (j, x) in point.iter().take(n).enumerate() {
+            if found.unknowns.is_some_and(|own| !own.is_estimable(j)) {
+                say(None, None);
+                continue;
+            }
             let through = |k: usize| known.at(k).at(j);
             say(Some(*x), self.combine([cofactor[(j, j)], share[(j, j)]], variance, through, memory));
         }
@@ -95,7 +104,8 @@ impl Question<'_> {
         gradient.resize(point.len(), 0.0);
         for tape in self.derived {
             let own = tape.gradient(&point, &mut memory.scratch, &mut gradient);
-            if !(own.is_finite() && gradient.iter().all(|c| c.is_finite())) {
+            let determined = found.unknowns.is_none_or(|own| determines(own, &gradient));
+            if !(determined && own.is_finite() && gradient.iter().all(|c| c.is_finite())) {
                 say(None, None);
                 continue;
             }
@@ -135,16 +145,25 @@ impl Question<'_> {
         if let Some(p) = chi_square_p.filter(|p| *p < 1.0 - level) {
             remarks.global_test(p);
         }
+        let free = |own: &Unknowns| -> Vec<&str> {
+            let each = campaign.estimated().iter().enumerate();
+            each.filter(|(j, _)| !own.is_estimable(*j)).map(|(_, p)| p.id.as_str()).collect()
+        };
+        if let Some(names) = found.unknowns.map(free).filter(|names| !names.is_empty()) {
+            remarks.not_estimable(&names);
+        }
         found.stuck.iter().for_each(|(sensor, value)| remarks.stuck(campaign.sensor_id(*sensor), *value));
         // rounding says nothing of the model
         let heard = |p: f64| if quality::is_rounding(squares, found.readings, found.largest) { f64::NAN } else { p };
         let lack_of_fit_p = found.lack_of_fit_p.map_or(f64::NAN, heard);
         let is_wrong = !remarks.is_empty();
         let is_wrong = remarks.lack_of_fit(lack_of_fit_p, level) || is_wrong;
-        remarks.of_device(found.device, &found.suspects);
+        if let Some(device) = found.device {
+            remarks.of_device(device, &found.suspects);
+        }
         remarks.limits(&limits);
         Row {
-            label: found.device.label.clone(),
+            label: found.label.into(),
             lot: String::new(),
             verdict: if is_wrong { Verdict::Rejected } else { Verdict::Accepted },
             conformity: limits.iter().map(|(_, own)| *own).max(),
@@ -186,7 +205,7 @@ impl Question<'_> {
         [cofactor, share]: [f64; 2],
         variance: Option<f64>,
         through: impl Fn(usize) -> f64,
-        memory: &mut Memory,
+        memory: &mut Coverage,
     ) -> Option<Combined> {
         let readings = match variance {
             Some(variance) => (share * variance).sqrt(),
@@ -249,4 +268,14 @@ pub(super) fn least_variance<I: Iterator<Item = f64>>(
         return arithmetic.max((step / 12f64.sqrt() / largest_u).powi(2));
     }
     arithmetic
+}
+
+/// Do the rows determine a quantity with this gradient?
+fn determines(unknowns: &Unknowns, gradient: &[f64]) -> bool {
+    /// A quantity does not change along a free direction where its terms cancel to this share.
+    const SAME: f64 = 1e-8;
+    unknowns.free_directions.iter().all(|direction| {
+        let terms = || direction.terms.iter().map(|(k, e)| gradient.at(*k) * e);
+        terms().sum::<f64>().abs() <= SAME * terms().map(f64::abs).sum::<f64>()
+    })
 }

@@ -1,7 +1,7 @@
 //! A schedule factorised once: what is left for each device are products, sums and tests.
 #![allow(clippy::indexing_slicing, reason = "`lane` is a remainder by `LANES`, the length of every `Lane`")]
 
-use super::answer::Memory;
+use super::answer::Coverage;
 use super::block::{Kernel, LANES, Lane};
 use super::inputs::{Input, inputs};
 use super::replicates::Replicates;
@@ -83,7 +83,7 @@ pub(super) struct Scratch {
     pub(super) changes: Vec<f64>,
     pub(super) ordered: Vec<f64>,
     pub(super) cell_sums: Vec<f64>,
-    pub(super) memory: Memory,
+    pub(super) memory: Coverage,
 }
 
 /// The least positive and the largest size of a device's values, and the largest in units of its uncertainty.

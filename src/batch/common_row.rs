@@ -59,7 +59,9 @@ impl Common {
             |own: &fit::Channel| Some((own.sensor, own.stuck(|i| value(i).unwrap_or(f64::NAN), |i| v.or_nan(i))?));
         let least = |own| least_variance(values, (own, found.sizes.weighed, self.largest_u));
         let answer = Answer {
-            device,
+            label: &device.label,
+            device: Some(device),
+            unknowns: None,
             dx,
             cofactor: &estimate.unknowns.cofactor,
             share: &self.share,

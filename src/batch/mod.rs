@@ -54,12 +54,12 @@ mod simd_tests;
 mod stream;
 mod summary;
 
+pub use answer::Coverage;
 pub use common::Common;
 pub use device::{Device, Run};
 pub use fleet::{Fleet, Schedules};
 pub use layout::{Layout, Use};
 pub use parts::{DesignRow, Part, Parts};
-pub use parts_row::Coverage;
 pub use repeat::repeats;
 pub use row::{Reason, Row, Solved, Verdict};
 pub use stream::{Read, Restart, Tables, stream};

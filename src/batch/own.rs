@@ -6,7 +6,7 @@
     reason = "a `Lane` has `LANES` numbers, and devices are put into lanes by remainders by that"
 )]
 
-use super::answer::{Answer, Memory, Question, least_variance};
+use super::answer::{Answer, Coverage, Question, least_variance};
 use super::block::{LANES, Lane};
 use super::common::ILL;
 use super::common_row::may_be_suspicious;
@@ -35,7 +35,7 @@ pub(super) struct Room {
     judged: Judged,
     cells: Cells,
     sorted: Sorted,
-    memory: Memory,
+    memory: Coverage,
     cofactor: Option<Mat<f64>>,
     dx: Vec<f64>,
     v: Vec<f64>,
@@ -155,7 +155,9 @@ impl Own {
             false => (Vec::new(), f64::NAN),
         };
         let answer = Answer {
-            device,
+            label: &device.label,
+            device: Some(device),
+            unknowns: None,
             dx,
             cofactor,
             share: cofactor,
