@@ -1,49 +1,82 @@
-//! The catalogues: Fluent files, read once.
+//! The catalogues: Fluent files, whose messages are read as they are asked for.
 
 use super::{Argument, Each, Language};
 use fluent_bundle::concurrent::FluentBundle;
 use fluent_bundle::{FluentArgs, FluentResource};
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::{Mutex, OnceLock, PoisonError};
 
 static READ: Each<Catalogue> = Each::new();
 
 /// The messages of one language.
 pub(super) struct Catalogue {
     language: Language,
-    bundle: FluentBundle<FluentResource>,
-    /// Those without arguments.
-    pub(super) words: BTreeMap<String, String>,
+    entries: BTreeMap<&'static str, Entry>,
+    /// Those that were asked for.
+    bundle: Mutex<FluentBundle<FluentResource>>,
+}
+
+/// A message as the file has it.
+struct Entry {
+    text: &'static str,
+    /// What it says, if it has no arguments.
+    word: OnceLock<Option<String>>,
 }
 
 impl Catalogue {
     fn read(language: Language) -> Self {
-        let text = language.parts().sentences;
         let mut bundle = FluentBundle::new_concurrent(language.tag().parse().into_iter().collect());
         // names and numbers stand as they are, without marks of direction
         bundle.set_use_isolating(false);
-        // what cannot be read is left out; a test reads the files strictly
-        let resource = FluentResource::try_new(text.to_string()).unwrap_or_else(|(resource, _)| resource);
-        bundle.add_resource_overriding(resource);
-        let mut catalogue = Catalogue { language, bundle, words: BTreeMap::new() };
-        for (key, arguments) in messages(text) {
-            if arguments.is_empty()
-                && let Some(text) = catalogue.message(&key, &[])
-            {
-                catalogue.words.insert(key, text);
-            }
-        }
-        catalogue
+        let entry = |(key, text)| (key, Entry { text, word: OnceLock::new() });
+        let entries = entries(language.parts().sentences).map(entry).collect();
+        Catalogue { language, entries, bundle: Mutex::new(bundle) }
+    }
+
+    /// A message without arguments.
+    pub(super) fn word(&self, key: &str) -> Option<&str> {
+        let entry = self.entries.get(key).filter(|entry| !entry.text.contains('$'))?;
+        entry.word.get_or_init(|| self.message(key, &[])).as_deref()
     }
 
     pub(super) fn message(&self, key: &str, arguments: &[(&'static str, Argument)]) -> Option<String> {
-        let pattern = self.bundle.get_message(key)?.value()?;
+        let entry = self.entries.get(key)?;
+        let mut bundle = self.bundle.lock().unwrap_or_else(PoisonError::into_inner);
+        if !bundle.has_message(key) {
+            // what cannot be read is left out; a test reads the files strictly
+            let resource = FluentResource::try_new(entry.text.to_string()).unwrap_or_else(|(resource, _)| resource);
+            bundle.add_resource_overriding(resource);
+        }
+        let pattern = bundle.get_message(key)?.value()?;
         let mut values = FluentArgs::with_capacity(arguments.len());
         for (name, argument) in arguments {
             values.set(*name, argument.value(self.language));
         }
         let mut faults = Vec::new();
-        Some(self.bundle.format_pattern(pattern, Some(&values), &mut faults).into_owned())
+        Some(bundle.format_pattern(pattern, Some(&values), &mut faults).into_owned())
     }
+}
+
+/// The messages of a file: each key, and the lines from it to the next key or remark.
+fn entries(text: &'static str) -> impl Iterator<Item = (&'static str, &'static str)> {
+    let mut rest = text;
+    std::iter::from_fn(move || {
+        loop {
+            let line = rest.lines().next()?;
+            let own = rest;
+            let from_here = |own: &'static str| {
+                let more = own.split_inclusive('\n').skip(1);
+                let within = more.take_while(|line| !line.starts_with(|c: char| c.is_ascii_lowercase() || c == '#'));
+                own.split_inclusive('\n').next().map_or(0, str::len) + within.map(str::len).sum::<usize>()
+            };
+            let (entry, after) = own.split_at(from_here(own));
+            rest = after;
+            if let Some((key, _)) = line.split_once('=').filter(|_| line.starts_with(|c: char| c.is_ascii_lowercase()))
+            {
+                return Some((key.trim_end(), entry));
+            }
+        }
+    })
 }
 
 /// The catalogue of a language.
@@ -51,34 +84,23 @@ pub(super) fn of(language: Language) -> &'static Catalogue {
     READ.of(language, Catalogue::read)
 }
 
-/// Every message of a file with the names of its arguments.
-fn messages(text: &str) -> BTreeMap<String, BTreeSet<String>> {
-    let mut found = BTreeMap::new();
-    let mut current: Option<String> = None;
-    for line in text.lines() {
-        match line.split_once('=') {
-            Some((key, _)) if line.starts_with(|c: char| c.is_ascii_lowercase()) => {
-                current = Some(key.trim_end().to_string());
-            }
-            _ if line.starts_with([' ', '}']) => {}
-            _ => current = None,
-        }
-        if let Some(key) = &current {
-            let arguments: &mut BTreeSet<String> = found.entry(key.clone()).or_default();
-            for part in line.split('$').skip(1) {
-                arguments.insert(part.chars().take_while(|c| c.is_ascii_alphanumeric() || *c == '_').collect());
-            }
-        }
-    }
-    found
-}
-
 /// Every key of a language's catalogue with the names of its arguments, and whatever of the file is not valid Fluent.
 pub fn keys(language: Language) -> (BTreeMap<String, BTreeSet<String>>, Vec<String>) {
     let text = language.parts().sentences;
-    let faults = match FluentResource::try_new(text.to_string()) {
+    let mut faults: Vec<String> = match FluentResource::try_new(text.to_string()) {
         Ok(_) => Vec::new(),
         Err((_, faults)) => faults.iter().map(ToString::to_string).collect(),
     };
-    (messages(text), faults)
+    // messages are read one by one
+    let refers = |text: &str| {
+        text.split('{').skip(1).any(|part| part.trim_start().starts_with(|c: char| c.is_ascii_lowercase() || c == '-'))
+    };
+    faults.extend(
+        entries(text).filter(|(_, text)| refers(text)).map(|(key, _)| format!("{key} refers to another message")),
+    );
+    let arguments = |text: &str| -> BTreeSet<String> {
+        let name = |part: &str| part.chars().take_while(|c| c.is_ascii_alphanumeric() || *c == '_').collect();
+        text.split('$').skip(1).map(name).collect()
+    };
+    (entries(text).map(|(key, text)| (key.to_string(), arguments(text))).collect(), faults)
 }

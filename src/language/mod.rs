@@ -113,7 +113,7 @@ impl Language {
     /// assert_eq!(Language::Chinese.word("degrees-of-freedom"), "自由度");
     /// ```
     pub fn word(self, key: &'static str) -> &'static str {
-        catalogue::of(self).words.get(key).map_or(key, String::as_str)
+        catalogue::of(self).word(key).unwrap_or(key)
     }
 
     /// A message with arguments; the key itself where there is none.
