@@ -1,7 +1,8 @@
 //! A model line compiled against a list of names: its value and exact gradient without allocation.
 //!
 //! The registers of a tape are the inputs that it uses, its constants, and one result per step. The gradient is one sweep
-//! back over the steps (reverse mode): `bar(operand) += bar(result) * d result / d operand`.
+//! back over the steps (reverse mode): `bar(operand) += bar(result) * d result / d operand`. A register holds one number, or the numbers of several
+//! places side by side; those of several places are the numbers of each alone, to the last bit.
 #![allow(
     clippy::indexing_slicing,
     reason = "`compile` gives every operand a register among inputs, constants and earlier steps, and `forward` sizes registers and bars to all of them"
@@ -13,8 +14,11 @@ use crate::elements::OrNan;
 use crate::error::{Fault, Malformed, Result};
 use std::f64::consts::PI;
 
-/// One number at each of four places (`four.rs`).
-pub(crate) type Lane = [f64; 4];
+/// One number at each of several places.
+pub(crate) type Lane<const L: usize> = [f64; L];
+
+/// Places of a list that go side by side.
+const TOGETHER: usize = 32;
 
 /// A compiled model line; its inputs are the names given to [`Tape::compile`], in that order.
 ///
@@ -31,11 +35,11 @@ pub(crate) type Lane = [f64; 4];
 #[derive(Debug, Clone)]
 pub struct Tape {
     /// Slot of each input register.
-    pub(super) slots: Vec<usize>,
-    pub(super) constants: Vec<f64>,
-    pub(super) steps: Vec<Step<usize>>,
+    slots: Vec<usize>,
+    constants: Vec<f64>,
+    steps: Vec<Step<usize>>,
     /// Register of the expression's value.
-    pub(super) result: usize,
+    result: usize,
 }
 
 /// Room to work in, reused between evaluations of any tapes.
@@ -43,12 +47,11 @@ pub struct Tape {
 pub struct Scratch {
     registers: Vec<f64>,
     bars: Vec<f64>,
-    pub(super) of_four: [Vec<Lane>; 2],
 }
 
 /// One operation on operands `R`: sources while compiling, registers afterwards.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Step<R> {
+enum Step<R> {
     Negate(R),
     Call(Function, R),
     Power(R, i32),
@@ -131,8 +134,8 @@ impl Tape {
 
     /// The value at `inputs` (one for each name of [`Tape::compile`]; one that is absent counts as not a number).
     pub fn value(&self, inputs: &[f64], scratch: &mut Scratch) -> f64 {
-        self.forward(inputs, &mut scratch.registers);
-        scratch.registers[self.result]
+        let [value] = self.forward(|k| [inputs.or_nan(self.slots[k])], &mut scratch.registers)[self.result];
+        value
     }
 
     /// The value, and in `gradient` (overwritten) its derivative with respect to every name; names that do not occur get zero.
@@ -140,83 +143,171 @@ impl Tape {
     /// The derivatives of `sign` and `step`, and of `abs` at 0, are taken as 0. The derivative with respect to the exponent
     /// of a negative number does not exist: it is not a number.
     pub fn gradient(&self, inputs: &[f64], scratch: &mut Scratch, gradient: &mut [f64]) -> f64 {
-        self.forward(inputs, &mut scratch.registers);
-        let Scratch { registers, bars, .. } = scratch;
+        gradient.fill(0.0);
+        let [value] = self.gradient_of(
+            |k| [inputs.or_nan(self.slots[k])],
+            scratch,
+            |k, [bar]| gradient.get_mut(self.slots[k]).into_iter().for_each(|to| *to = *bar),
+        );
+        value
+    }
+
+    /// The places among the names of [`Tape::compile`] that the tape reads.
+    pub(crate) fn reads(&self) -> &[usize] {
+        &self.slots
+    }
+
+    /// The same at many places: `inputs` has a list for each of [`Tape::reads`], and `gradient` gets one for each; `values` is one list.
+    #[inline(always)]
+    pub(crate) fn gradient_of_many(
+        &self,
+        places: usize,
+        inputs: &[f64],
+        scratch: &mut Scratch,
+        values: &mut [f64],
+        gradient: &mut [f64],
+    ) {
+        if inputs.len() < self.slots.len() * places {
+            return;
+        }
+        for start in (0..places).step_by(TOGETHER) {
+            let count = TOGETHER.min(places - start);
+            // where the last are fewer, the last one again
+            let input = |k: usize| -> Lane<TOGETHER> {
+                let list = &inputs[k * places + start..k * places + start + count];
+                match list.first_chunk() {
+                    Some(whole) => *whole,
+                    None => std::array::from_fn(|l| list[l.min(count - 1)]),
+                }
+            };
+            let found = self.gradient_of(input, scratch, |k, bar| {
+                gradient[k * places + start..k * places + start + count].copy_from_slice(&bar[..count]);
+            });
+            values[start..start + count].copy_from_slice(&found[..count]);
+        }
+    }
+
+    /// The values at several places side by side: `input` and `give` have the inputs and the derivatives for each of [`Tape::reads`].
+    #[inline(always)]
+    pub(crate) fn gradient_of<const L: usize>(
+        &self,
+        input: impl Fn(usize) -> Lane<L>,
+        scratch: &mut Scratch,
+        mut give: impl FnMut(usize, &Lane<L>),
+    ) -> Lane<L> {
+        let Scratch { registers, bars } = scratch;
+        let registers = self.forward(input, registers);
         bars.clear();
-        bars.resize(registers.len(), 0.0);
-        bars[self.result] = 1.0;
+        bars.resize(registers.len() * L, 0.0);
+        let bars = bars.as_chunks_mut::<L>().0;
+        bars[self.result] = [1.0; L];
         let first_step = self.slots.len() + self.constants.len();
         for (index, step) in self.steps.iter().enumerate().rev() {
             let here = first_step + index;
-            let (bar, value) = (bars[here], registers[here]);
-            if bar == 0.0 {
+            let (before, from) = bars.split_at_mut(here);
+            let (bar, value) = (&from[0], &registers[here]);
+            if *bar == [0.0; L] {
                 continue; // also keeps a slope that is infinite at a point nobody asks for out of the others
             }
             match *step {
-                Step::Negate(x) => bars[x] -= bar,
-                Step::Call(function, x) => bars[x] += bar * function.derivative(registers[x], value),
-                Step::Power(x, 2) => bars[x] += 2.0 * bar * registers[x],
+                Step::Negate(x) => plus(&mut before[x], bar, |l| -bar[l]),
+                Step::Call(function, x) => {
+                    let own = &registers[x];
+                    plus(&mut before[x], bar, |l| bar[l] * function.derivative(own[l], value[l]));
+                }
+                Step::Power(x, 2) => plus(&mut before[x], bar, |l| 2.0 * bar[l] * registers[x][l]),
                 Step::Power(_, 0) => {}
-                Step::Power(x, k) => bars[x] += bar * f64::from(k) * integer_power(registers[x], k - 1),
+                Step::Power(x, k) => {
+                    plus(&mut before[x], bar, |l| bar[l] * f64::from(k) * integer_power(registers[x][l], k - 1));
+                }
                 Step::Binary(Operator::Add, left, right) => {
-                    bars[left] += bar;
-                    bars[right] += bar;
+                    plus(&mut before[left], bar, |l| bar[l]);
+                    plus(&mut before[right], bar, |l| bar[l]);
                 }
                 Step::Binary(Operator::Subtract, left, right) => {
-                    bars[left] += bar;
-                    bars[right] -= bar;
+                    plus(&mut before[left], bar, |l| bar[l]);
+                    plus(&mut before[right], bar, |l| -bar[l]);
                 }
                 Step::Binary(Operator::Multiply, left, right) => {
-                    bars[left] += bar * registers[right];
-                    bars[right] += bar * registers[left];
+                    plus(&mut before[left], bar, |l| bar[l] * registers[right][l]);
+                    plus(&mut before[right], bar, |l| bar[l] * registers[left][l]);
                 }
                 Step::Binary(Operator::Divide, left, right) => {
-                    bars[left] += bar / registers[right];
-                    bars[right] -= bar * value / registers[right];
+                    let own = &registers[right];
+                    plus(&mut before[left], bar, |l| bar[l] / own[l]);
+                    plus(&mut before[right], bar, |l| -(bar[l] * value[l] / own[l]));
                 }
                 Step::Binary(Operator::Atan2, left, right) => {
-                    let (y, x) = (registers[left], registers[right]);
-                    let size = x.hypot(y);
-                    bars[left] += bar * (x / size) / size;
-                    bars[right] -= bar * (y / size) / size;
+                    let (y, x) = (&registers[left], &registers[right]);
+                    plus(&mut before[left], bar, |l| bar[l] * (x[l] / x[l].hypot(y[l])) / x[l].hypot(y[l]));
+                    plus(&mut before[right], bar, |l| -(bar[l] * (y[l] / x[l].hypot(y[l])) / x[l].hypot(y[l])));
                 }
                 Step::Binary(Operator::Power, left, right) => {
-                    let (base, exponent) = (registers[left], registers[right]);
-                    if exponent != 0.0 {
-                        bars[left] += bar * exponent * Operator::Power.value(base, exponent - 1.0);
-                    }
+                    let (base, exponent) = (&registers[left], &registers[right]);
+                    plus(&mut before[left], bar, |l| {
+                        let own = exponent[l];
+                        if own == 0.0 { 0.0 } else { bar[l] * own * Operator::Power.value(base[l], own - 1.0) }
+                    });
                     // The limit of x^y ln x at x = 0 for y > 0.
-                    if value != 0.0 {
-                        bars[right] += bar * value * base.ln();
-                    }
+                    plus(
+                        &mut before[right],
+                        bar,
+                        |l| {
+                            if value[l] == 0.0 { 0.0 } else { bar[l] * value[l] * base[l].ln() }
+                        },
+                    );
                 }
             }
         }
-        gradient.fill(0.0);
-        for (slot, bar) in self.slots.iter().zip(bars.iter()) {
-            if let Some(derivative) = gradient.get_mut(*slot) {
-                *derivative = *bar;
-            }
-        }
+        bars.iter().take(self.slots.len()).enumerate().for_each(|(k, bar)| give(k, bar));
         registers[self.result]
     }
 
-    /// Forward sweep: every register's value.
-    fn forward(&self, inputs: &[f64], registers: &mut Vec<f64>) {
-        let first_step = self.slots.len() + self.constants.len();
-        registers.resize(first_step + self.steps.len(), 0.0);
-        for (register, slot) in registers.iter_mut().zip(&self.slots) {
-            *register = inputs.or_nan(*slot);
+    /// Forward sweep: every register's values.
+    #[inline(always)]
+    fn forward<'a, const L: usize>(
+        &self,
+        input: impl Fn(usize) -> Lane<L>,
+        registers: &'a mut Vec<f64>,
+    ) -> &'a mut [Lane<L>] {
+        let read = self.slots.len();
+        let first_step = read + self.constants.len();
+        registers.resize((first_step + self.steps.len()) * L, 0.0);
+        let registers = registers.as_chunks_mut::<L>().0;
+        registers.iter_mut().take(read).enumerate().for_each(|(k, register)| *register = input(k));
+        for (register, constant) in registers[read..].iter_mut().zip(&self.constants) {
+            *register = [*constant; L];
         }
-        registers[self.slots.len()..first_step].copy_from_slice(&self.constants);
         for (index, step) in self.steps.iter().enumerate() {
-            registers[first_step + index] = match *step {
-                Step::Negate(x) => -registers[x],
-                Step::Call(function, x) => function.value(registers[x]),
-                Step::Power(x, exponent) => integer_power(registers[x], exponent),
-                Step::Binary(operator, x, y) => operator.value(registers[x], registers[y]),
-            };
+            let (before, from) = registers.split_at_mut(first_step + index);
+            let out = &mut from[0];
+            match *step {
+                Step::Negate(x) => set(out, |l| -before[x][l]),
+                Step::Call(function, x) => set(out, |l| function.value(before[x][l])),
+                Step::Power(x, 2) => set(out, |l| before[x][l] * before[x][l]),
+                Step::Power(x, exponent) => set(out, |l| integer_power(before[x][l], exponent)),
+                Step::Binary(Operator::Add, x, y) => set(out, |l| before[x][l] + before[y][l]),
+                Step::Binary(Operator::Subtract, x, y) => set(out, |l| before[x][l] - before[y][l]),
+                Step::Binary(Operator::Multiply, x, y) => set(out, |l| before[x][l] * before[y][l]),
+                Step::Binary(Operator::Divide, x, y) => set(out, |l| before[x][l] / before[y][l]),
+                Step::Binary(operator, x, y) => set(out, |l| operator.value(before[x][l], before[y][l])),
+            }
         }
+        registers
+    }
+}
+
+#[inline(always)]
+fn set<const L: usize>(out: &mut Lane<L>, of: impl Fn(usize) -> f64) {
+    out.iter_mut().enumerate().for_each(|(l, out)| *out = of(l));
+}
+
+/// `to += part` at the places where the bar is not zero: there a place alone skips the step.
+#[inline(always)]
+fn plus<const L: usize>(to: &mut Lane<L>, bar: &Lane<L>, part: impl Fn(usize) -> f64) {
+    for l in 0..L {
+        let own = part(l);
+        to[l] += if bar[l] == 0.0 { 0.0 } else { own };
     }
 }
 

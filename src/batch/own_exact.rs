@@ -21,8 +21,6 @@ use std::f64::consts::PI;
 
 /// Steps after which a device is for its own fit.
 const STEPS: usize = 12;
-/// Points worked out together.
-const HALF: usize = 4;
 
 /// A schedule of several devices, whose rows follow the point.
 pub(super) struct Exact {
@@ -69,24 +67,24 @@ impl Exact {
         (m, n): (usize, usize),
         columns: &mut [Lane],
         predicted: &mut [Lane],
-        work: &mut Workspace,
+        (work, room): (&mut Workspace, &mut design::Room<LANES>),
     ) {
-        let mut four = vec![[0.0; HALF]; point.len()];
-        for half in 0..LANES / HALF {
-            let lanes = half * HALF..(half + 1) * HALF;
-            for (to, from) in four.iter_mut().zip(point) {
-                to.copy_from_slice(&from[lanes.clone()]);
-            }
-            for (reading, sensors, rows) in &self.readings {
-                let Some(reading) = self.campaign.readings.rows.get(*reading) else { continue };
-                self.model.predict_four(&self.campaign, reading, sensors, &four, work, |place, value, gradient| {
+        for (reading, sensors, rows) in &self.readings {
+            let Some(reading) = self.campaign.readings.rows.get(*reading) else { continue };
+            self.model.predict_lanes(
+                &self.campaign,
+                reading,
+                sensors,
+                point,
+                (work, room),
+                |place, value, gradient| {
                     let row = rows[place];
-                    predicted[row][lanes.clone()].copy_from_slice(value);
+                    predicted[row] = *value;
                     for (j, slope) in gradient.iter().take(n).enumerate() {
-                        columns[j * m + row][lanes.clone()].copy_from_slice(slope);
+                        columns[j * m + row] = *slope;
                     }
-                });
-            }
+                },
+            );
         }
     }
 }
@@ -103,7 +101,7 @@ impl Own {
     ) -> Vec<Option<Row>> {
         let (m, n) = (form.readings(), self.campaign.unknowns());
         let is_tilt: Vec<bool> = self.campaign.estimated().iter().map(|own| own.kind == Kind::Tilt).collect();
-        let mut work = exact.model.workspace();
+        let (mut work, mut places) = (exact.model.workspace(), design::Room::default());
         let mut predicted = vec![[0.0; LANES]; m];
         let reference: Vec<Lane> = self.reference.iter().map(|x| [*x; LANES]).collect();
         // all devices begin at one point
@@ -122,7 +120,7 @@ impl Own {
                         eight.rows.copy_from_slice(columns);
                         predicted.copy_from_slice(values);
                     }
-                    _ => exact.at(&point, (m, n), &mut eight.rows, &mut predicted, &mut work),
+                    _ => exact.at(&point, (m, n), &mut eight.rows, &mut predicted, (&mut work, &mut places)),
                 }
                 begin.get_or_insert_with(|| (eight.rows.clone(), predicted.clone()));
                 for ((observed, value), predicted) in eight.observed.iter_mut().zip(&values).zip(&predicted) {

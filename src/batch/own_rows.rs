@@ -8,7 +8,7 @@ use super::block::{LANES, Lane};
 use super::common::{NETWORK, UNLIKE, is_alone, is_linear, is_plain, is_uncertain};
 use super::positions::Positions;
 use super::{Device, Layout, Use, simd_tests};
-use crate::algebra::{Lists, Tape};
+use crate::algebra::{Scratch, Tape};
 use crate::campaign::{Campaign, Readings, Role};
 use crate::design::{ColumnLine, Model, Read};
 use crate::estimate::eight::Eight;
@@ -95,7 +95,7 @@ pub(super) struct Places {
     inputs: Vec<f64>,
     values: Vec<f64>,
     gradient: Vec<f64>,
-    lists: Lists,
+    lists: Scratch,
 }
 
 impl Form {

@@ -2,7 +2,7 @@
 
 use super::Model;
 use super::line::Slot;
-use crate::algebra::{Lists, Tape};
+use crate::algebra::{Scratch, Tape};
 use pulp::{Arch, Simd, WithSimd};
 
 /// A sensor's line over columns and parameters alone.
@@ -49,7 +49,7 @@ impl ColumnLine {
         arch: Arch,
         places: usize,
         inputs: &[f64],
-        lists: &mut Lists,
+        lists: &mut Scratch,
         (values, gradient): (&mut [f64], &mut [f64]),
     ) {
         arch.dispatch(Gradient { tape: &self.tape, places, inputs, lists, values, gradient });
@@ -61,7 +61,7 @@ struct Gradient<'a> {
     tape: &'a Tape,
     places: usize,
     inputs: &'a [f64],
-    lists: &'a mut Lists,
+    lists: &'a mut Scratch,
     values: &'a mut [f64],
     gradient: &'a mut [f64],
 }

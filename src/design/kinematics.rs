@@ -1,7 +1,13 @@
-//! Rate and specific force at the sensor at one instant, and their exact derivatives with respect to every tilt and, where asked for, joint.
+//! Rate and specific force at the sensor, and their exact derivatives with respect to every tilt and, where asked for, joint: at one instant, at several
+//! instants of a reading side by side, or at one of several devices with tilts of their own.
+#![allow(
+    clippy::indexing_slicing,
+    reason = "lanes have `L` numbers and vectors three; axes, places and instants are enumerated over these lengths"
+)]
 
-use crate::algebra::Scratch;
+use crate::algebra::{Lane, Scratch};
 use crate::bench::{Axis, Bench, Link, Site, Units, sin_cos_deg};
+use crate::elements::Elements;
 use nalgebra::Vector3;
 
 /// Where each joint stands and how fast it turns at one instant.
@@ -30,18 +36,72 @@ pub struct Kinematics {
     pub rate_by_joint: Vec<Vector3<f64>>,
     /// d force / d angle (rad) of each joint in chain order; empty where not wanted.
     pub force_by_joint: Vec<Vector3<f64>>,
+    instants: Instants<1>,
+}
+
+impl Kinematics {
+    /// The inputs alone, without derivatives.
+    pub fn inputs(&self) -> Kinematics {
+        Kinematics { rate: self.rate, force: self.force, ..Kinematics::default() }
+    }
+}
+
+/// Carry Earth rate, specific force and joint rates through the chain.
+///
+/// With `v0` the ground vector and `Rk` the k-th rotation about `uk`: `v_k = Rk^T v_{k-1} + q_k u_k` for the rate (`q_k` the rate of a turning
+/// joint, invariant under its own rotation) and `v_k = Rk^T v_{k-1}` for the force; the derivative by tilt k is `S_k (-u_k x v_k)`, where
+/// `S_k = Rn^T ... R(k+1)^T` are all later rotations, multiplied up from the sensor back to the ground. `tilts` are in radians, in chain
+/// order; missing joints or tilts count as zero. No small angles anywhere.
+pub fn kinematics(bench: &Bench, tilts: &[f64], instant: &Instant, out: &mut Kinematics) {
+    let (tilts, wanted) = (tilts.as_chunks::<1>().0, Wanted { rate: true, force: true, joints: out.wants_joints });
+    // no joint has the place behind all
+    out.instants.set(bench, tilts, instant, (instant.angle_deg.len(), [0.0]), wanted);
+    let one = |v: &Vectors<1>| Vector3::new(v[0][0], v[1][0], v[2][0]);
+    (out.rate, out.force) = (one(&out.instants.rate), one(&out.instants.force));
+    for (to, from) in [
+        (&mut out.rate_by_tilt, &out.instants.rate_by_tilt),
+        (&mut out.force_by_tilt, &out.instants.force_by_tilt),
+        (&mut out.rate_by_joint, &out.instants.rate_by_joint),
+        (&mut out.force_by_joint, &out.instants.force_by_joint),
+    ] {
+        to.clear();
+        to.extend(from.iter().map(one));
+    }
+}
+
+/// Components of vectors at `L` places.
+pub(super) type Vectors<const L: usize> = [Lane<L>; 3];
+
+/// What is asked for; what is not wanted of rate and force is left as it is.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Wanted {
+    pub rate: bool,
+    pub force: bool,
+    /// Derivatives by the joints' angles.
+    pub joints: bool,
+}
+
+/// [`Kinematics`] at `L` places.
+#[derive(Debug, Clone)]
+pub(super) struct Instants<const L: usize> {
+    pub rate: Vectors<L>,
+    pub force: Vectors<L>,
+    pub rate_by_tilt: Vec<Vectors<L>>,
+    pub force_by_tilt: Vec<Vectors<L>>,
+    pub rate_by_joint: Vec<Vectors<L>>,
+    pub force_by_joint: Vec<Vectors<L>>,
     ground: Ground,
-    turns: Vec<Turn>,
-    angles: Vec<f64>,
+    turns: Vec<Turn<L>>,
+    angles: Vec<Lane<L>>,
     scratch: Scratch,
 }
 
 /// Earth rate and specific force at a site, worked out once.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Ground(Option<(Option<Site>, Units, [Vector3<f64>; 2])>);
+struct Ground(Option<(Option<Site>, Units, [Vector3<f64>; 2])>);
 
 impl Ground {
-    pub(super) fn of(&mut self, bench: &Bench) -> [Vector3<f64>; 2] {
+    fn of(&mut self, bench: &Bench) -> [Vector3<f64>; 2] {
         match &self.0 {
             Some((site, units, vectors)) if *site == bench.site && *units == bench.units => *vectors,
             _ => {
@@ -53,178 +113,299 @@ impl Ground {
     }
 }
 
-impl Kinematics {
-    /// The inputs alone, without derivatives.
-    pub fn inputs(&self) -> Kinematics {
-        Kinematics { rate: self.rate, force: self.force, ..Kinematics::default() }
-    }
-}
-
 /// One rotation of the chain as it was last: most stay where they are from one instant to the next.
 #[derive(Debug, Clone, Copy)]
-struct Turn {
+struct Turn<const L: usize> {
     /// Degrees for a joint, radians for a tilt.
-    angle: f64,
+    angle: Lane<L>,
     in_degrees: bool,
-    sin_cos: (f64, f64),
-    /// The factor of a tilt.
-    factor: f64,
+    sin: Lane<L>,
+    cos: Lane<L>,
     /// A joint's own rate, in the bench's unit.
     rate: f64,
 }
 
-impl Turn {
-    const NONE: Turn = Turn { angle: 0.0, in_degrees: true, sin_cos: (0.0, 1.0), factor: 1.0, rate: 0.0 };
+impl<const L: usize> Turn<L> {
+    const NONE: Self = Turn { angle: [0.0; L], in_degrees: true, sin: [0.0; L], cos: [1.0; L], rate: 0.0 };
 
-    fn to(&mut self, angle: f64, in_degrees: bool) {
-        if angle != self.angle || in_degrees != self.in_degrees {
-            let sin_cos = if in_degrees { sin_cos_deg(angle) } else { angle.sin_cos() };
-            *self = Turn { angle, in_degrees, sin_cos, ..*self };
+    #[inline(always)]
+    fn to(&mut self, angle: Lane<L>, in_degrees: bool) {
+        if angle == self.angle && in_degrees == self.in_degrees {
+            return;
+        }
+        (self.angle, self.in_degrees) = (angle, in_degrees);
+        for l in 0..L {
+            // most angles are the same at all places
+            (self.sin[l], self.cos[l]) = match l.checked_sub(1) {
+                Some(before) if angle[before] == angle[l] => (self.sin[before], self.cos[before]),
+                _ if in_degrees => sin_cos_deg(angle[l]),
+                _ => angle[l].sin_cos(),
+            };
+        }
+    }
+
+    #[inline(always)]
+    fn turns(&self) -> bool {
+        self.angle != [0.0; L]
+    }
+
+    /// `Rot(axis, t)^T v`, see [`Axis::to_inner`].
+    #[inline(always)]
+    fn to_inner(&self, axis: Axis, v: &mut Vectors<L>) {
+        if self.turns() {
+            turned(axis, v, &self.sin, &self.cos);
         }
     }
 }
 
-/// Carry Earth rate, specific force and joint rates through the chain.
-///
-/// With `v0` the ground vector and `Rk` the k-th rotation about `uk`: `v_k = Rk^T v_{k-1} + q_k u_k` for the rate (`q_k` the rate of a turning
-/// joint, invariant under its own rotation) and `v_k = Rk^T v_{k-1}` for the force; the derivative by tilt k is `S_k (-u_k x v_k)`, where
-/// `S_k = Rn^T ... R(k+1)^T` are all later rotations, multiplied up from the sensor back to the ground. `tilts` are in radians, in chain
-/// order; missing joints or tilts count as zero. No small angles anywhere.
-pub fn kinematics(bench: &Bench, tilts: &[f64], instant: &Instant, out: &mut Kinematics) {
-    let Kinematics { rate, force, rate_by_tilt, force_by_tilt, ground, turns, angles, scratch, wants_joints, .. } = out;
-    [*rate, *force] = ground.of(bench);
-    rate_by_tilt.clear();
-    force_by_tilt.clear();
-    turns.resize(bench.chain.len(), Turn::NONE);
-    angles.clear();
-    // only tilts that follow joints, and derivatives by these, ask what the encoders show
-    if *wants_joints || bench.chain.iter().any(|link| matches!(link, Link::Tilt { times: Some(_), .. })) {
-        angles.extend(instant.angle_deg.iter().map(|angle| shown(*angle).to_radians()));
+#[inline(always)]
+fn of<const L: usize>(part: impl Fn(usize) -> f64) -> Lane<L> {
+    std::array::from_fn(part)
+}
+
+/// `v <- Rot(axis, t)^T v` of a rotation with this sine and cosine.
+#[inline(always)]
+fn turned<const L: usize>(axis: Axis, v: &mut Vectors<L>, sin: &Lane<L>, cos: &Lane<L>) {
+    let (first, second) = match axis {
+        Axis::X => (1, 2),
+        Axis::Y => (2, 0),
+        Axis::Z => (0, 1),
+    };
+    let (a, b) = (v[first], v[second]);
+    v[first] = of(|l| cos[l] * a[l] + sin[l] * b[l]);
+    v[second] = of(|l| cos[l] * b[l] - sin[l] * a[l]);
+}
+
+/// `-unit x v`, see [`Axis::derivative`], times a factor.
+#[inline(always)]
+fn derivative<const L: usize>(axis: Axis, [x, y, z]: &Vectors<L>, factor: &Lane<L>) -> Vectors<L> {
+    let zero = [0.0; L];
+    let plus = |a: &Lane<L>| of(|l| a[l] * factor[l]);
+    let minus = |a: &Lane<L>| of(|l| -a[l] * factor[l]);
+    match axis {
+        Axis::X => [zero, plus(z), minus(y)],
+        Axis::Y => [minus(z), zero, plus(x)],
+        Axis::Z => [plus(y), minus(x), zero],
     }
-    let per_deg_s = bench.units.rate.per_deg_s();
-    let mut joint = 0;
-    // from the ground to the sensor: the vectors, and what a tilt does to them in its own frame
-    for (link, turn) in bench.chain.iter().zip(turns.iter_mut()) {
-        match link {
-            // what the caller leaves out is zero, as said above
-            Link::Joint { about, .. } => {
-                turn.to(instant.angle_deg.get(joint).copied().unwrap_or_default(), true);
-                let turning = instant.rate_deg_s.get(joint).copied().unwrap_or_default() * per_deg_s;
-                joint += 1;
-                turn.rate = turning;
-                *rate = about.to_inner(rate, turn.sin_cos);
-                *force = about.to_inner(force, turn.sin_cos);
-                if turning != 0.0 {
-                    *rate += about.unit() * turning;
-                }
-            }
-            Link::Tilt { about, times, .. } => {
-                turn.factor = times.as_ref().map_or(1.0, |times| times.factor(angles, scratch));
-                turn.to(turn.factor * tilts.get(rate_by_tilt.len()).copied().unwrap_or_default(), false);
-                if turn.angle != 0.0 {
-                    *rate = about.to_inner(rate, turn.sin_cos);
-                    *force = about.to_inner(force, turn.sin_cos);
-                }
-                rate_by_tilt.push(about.derivative(rate) * turn.factor);
-                force_by_tilt.push(about.derivative(force) * turn.factor);
-            }
+}
+
+/// All rotations later than some place of the chain, by columns: they carry what is found there to the sensor.
+struct Later<const L: usize>([Vectors<L>; 3]);
+
+impl<const L: usize> Later<L> {
+    fn none() -> Self {
+        let (zero, one) = ([0.0; L], [1.0; L]);
+        Later([[one, zero, zero], [zero, one, zero], [zero, zero, one]])
+    }
+
+    /// `S v` for a `v` that has no component along the axis.
+    #[inline(always)]
+    fn carry(&self, axis: Axis, v: &mut Vectors<L>) {
+        let Later([x, y, z]) = self;
+        let sum = |p: &Vectors<L>, a: Lane<L>, q: &Vectors<L>, b: Lane<L>| -> Vectors<L> {
+            std::array::from_fn(|i| of(|l| p[i][l] * a[l] + q[i][l] * b[l]))
+        };
+        let [a, b, c] = *v;
+        *v = match axis {
+            Axis::X => sum(y, b, z, c),
+            Axis::Y => sum(x, a, z, c),
+            Axis::Z => sum(x, a, y, b),
+        };
+    }
+
+    /// `S <- S R^T`.
+    #[inline(always)]
+    fn turn(&mut self, axis: Axis, turn: &Turn<L>) {
+        if !turn.turns() {
+            return;
         }
+        let Turn { sin, cos, .. } = turn;
+        let [x, y, z] = self.0;
+        let less = |p: &Vectors<L>, q: &Vectors<L>| -> Vectors<L> {
+            std::array::from_fn(|i| of(|l| p[i][l] * cos[l] - q[i][l] * sin[l]))
+        };
+        let more = |p: &Vectors<L>, q: &Vectors<L>| -> Vectors<L> {
+            std::array::from_fn(|i| of(|l| p[i][l] * sin[l] + q[i][l] * cos[l]))
+        };
+        self.0 = match axis {
+            Axis::X => [x, less(&y, &z), more(&y, &z)],
+            Axis::Y => [more(&z, &x), y, less(&z, &x)],
+            Axis::Z => [less(&x, &y), more(&x, &y), z],
+        };
     }
-    if out.wants_joints {
-        by_joints(bench, tilts, out);
-    }
-    let Kinematics { rate_by_tilt, force_by_tilt, turns, .. } = out;
-    // from the sensor back to the ground: later rotations carry the derivatives to the sensor
-    let mut later = [Vector3::x(), Vector3::y(), Vector3::z()];
-    let mut derivatives = rate_by_tilt.iter_mut().zip(force_by_tilt.iter_mut()).rev();
-    for (link, turn) in bench.chain.iter().zip(turns.iter()).rev() {
-        let (Link::Joint { about, .. } | Link::Tilt { about, .. }) = link;
-        if let Link::Tilt { .. } = link
-            && let Some((rate, force)) = derivatives.next()
-        {
-            *rate = carried(&later, *about, rate);
-            *force = carried(&later, *about, force);
-        }
-        if turn.angle != 0.0 {
-            turn_back(&mut later, *about, turn.sin_cos);
+}
+
+impl<const L: usize> Default for Instants<L> {
+    fn default() -> Self {
+        let none = [[0.0; L]; 3];
+        Instants {
+            rate: none,
+            force: none,
+            rate_by_tilt: Vec::new(),
+            force_by_tilt: Vec::new(),
+            rate_by_joint: Vec::new(),
+            force_by_joint: Vec::new(),
+            ground: Ground::default(),
+            turns: Vec::new(),
+            angles: Vec::new(),
+            scratch: Scratch::default(),
         }
     }
 }
 
-/// Derivatives by the joints' angles, once `turns` are those of this instant: a joint turns what comes to it, and through the factors of
-/// tilts also what comes to those.
-fn by_joints(bench: &Bench, tilts: &[f64], out: &mut Kinematics) {
-    let Kinematics { rate, force, rate_by_joint, force_by_joint, turns, angles, scratch, .. } = out;
-    for list in [&mut *rate_by_joint, &mut *force_by_joint] {
-        list.clear();
-        list.resize(angles.len(), Vector3::zeros());
-    }
-    // in the sensor's frame a rotation about `axis` at some place of the chain changes v by -(S axis) x v_there, carried by S; and the
-    // rotations' own rates that enter later are not turned: so from the sensor back, undoing what each link has done
-    let (mut rate, mut force) = (*rate, *force);
-    let mut later = [Vector3::x(), Vector3::y(), Vector3::z()];
-    let (mut joint, mut tilt) = (angles.len(), tilts.len());
-    for (link, turn) in bench.chain.iter().zip(turns.iter()).rev() {
-        let (Link::Joint { about, .. } | Link::Tilt { about, .. }) = link;
-        let [x, y, z] = &later;
-        let to_sensor = |v: &Vector3<f64>| x * v.x + y * v.y + z * v.z;
-        let turned = |v: &Vector3<f64>| to_sensor(&about.derivative(v));
-        match link {
-            Link::Joint { .. } => {
-                joint = joint.saturating_sub(1);
-                if let (Some(by_rate), Some(by_force)) = (rate_by_joint.get_mut(joint), force_by_joint.get_mut(joint)) {
-                    *by_rate += turned(&rate);
-                    *by_force += turned(&force);
+impl<const L: usize> Instants<L> {
+    /// As [`kinematics`] says: everything stands as in `base` but for a joint that passes `L` angles (none where there is no such joint).
+    #[inline(always)]
+    pub(super) fn set(
+        &mut self,
+        bench: &Bench,
+        tilts: &[Lane<L>],
+        base: &Instant,
+        (joint, stops): (usize, Lane<L>),
+        wanted: Wanted,
+    ) {
+        let Instants { rate, force, rate_by_tilt, force_by_tilt, ground, turns, angles, scratch, .. } = self;
+        [*rate, *force] = ground.of(bench).map(|v| [[v.x; L], [v.y; L], [v.z; L]]);
+        rate_by_tilt.clear();
+        force_by_tilt.clear();
+        turns.resize(bench.chain.len(), Turn::NONE);
+        let at = |k: usize| if k == joint { stops } else { [base.angle_deg.at(k); L] };
+        angles.clear();
+        // only tilts that follow joints, and derivatives by these, ask what the encoders show
+        if wanted.joints || bench.chain.iter().any(|link| matches!(link, Link::Tilt { times: Some(_), .. })) {
+            angles.extend((0..base.angle_deg.len()).map(|k| at(k).map(|angle| shown(angle).to_radians())));
+        }
+        let per_deg_s = bench.units.rate.per_deg_s();
+        let mut k = 0;
+        // from the ground to the sensor: the vectors, and what a tilt does to them in its own frame
+        for (link, turn) in bench.chain.iter().zip(turns.iter_mut()) {
+            let (Link::Joint { about, .. } | Link::Tilt { about, .. }) = link;
+            // what the caller leaves out is zero
+            let mut factor = [1.0; L];
+            match link {
+                Link::Joint { .. } => {
+                    turn.to(at(k), true);
+                    turn.rate = base.rate_deg_s.at(k) * per_deg_s;
+                    k += 1;
+                }
+                Link::Tilt { times, .. } => {
+                    if let Some(times) = times {
+                        factor = factors(angles, |here| times.factor(here, scratch));
+                    }
+                    let tilt = tilts.get(rate_by_tilt.len()).copied().unwrap_or([0.0; L]);
+                    turn.to(of(|l| factor[l] * tilt[l]), false);
+                    turn.rate = 0.0;
                 }
             }
-            Link::Tilt { times, .. } => {
-                tilt = tilt.saturating_sub(1);
-                let size = tilts.get(tilt).copied().unwrap_or_default();
-                if let Some(times) = times.as_ref().filter(|_| size != 0.0) {
-                    let slopes = times.slopes(angles, scratch);
-                    for ((slope, by_rate), by_force) in
-                        slopes.iter().zip(rate_by_joint.iter_mut()).zip(force_by_joint.iter_mut())
-                    {
-                        *by_rate += turned(&rate) * (size * slope);
-                        *by_force += turned(&force) * (size * slope);
+            if wanted.rate {
+                turn.to_inner(*about, rate);
+            }
+            if wanted.force {
+                turn.to_inner(*about, force);
+            }
+            if turn.rate != 0.0 {
+                rate[*about as usize].iter_mut().for_each(|q| *q += turn.rate);
+            }
+            if let Link::Tilt { .. } = link {
+                let zero = [[0.0; L]; 3];
+                rate_by_tilt.push(if wanted.rate { derivative(*about, rate, &factor) } else { zero });
+                force_by_tilt.push(if wanted.force { derivative(*about, force, &factor) } else { zero });
+            }
+        }
+        if wanted.joints {
+            self.by_joints(bench, tilts);
+        }
+        // from the sensor back to the ground: later rotations carry the derivatives to the sensor
+        let Instants { rate_by_tilt, force_by_tilt, turns, .. } = self;
+        let mut later = Later::none();
+        let mut derivatives = rate_by_tilt.iter_mut().zip(force_by_tilt.iter_mut()).rev();
+        for (link, turn) in bench.chain.iter().zip(turns.iter()).rev() {
+            let (Link::Joint { about, .. } | Link::Tilt { about, .. }) = link;
+            if let Link::Tilt { .. } = link
+                && let Some((rate, force)) = derivatives.next()
+            {
+                if wanted.rate {
+                    later.carry(*about, rate);
+                }
+                if wanted.force {
+                    later.carry(*about, force);
+                }
+            }
+            later.turn(*about, turn);
+        }
+    }
+
+    /// Derivatives by the joints' angles, once `turns` are those of this instant: a joint turns what comes to it, and through the factors of
+    /// tilts also what comes to those.
+    fn by_joints(&mut self, bench: &Bench, tilts: &[Lane<L>]) {
+        let Instants { rate, force, rate_by_joint, force_by_joint, turns, angles, scratch, .. } = self;
+        for list in [&mut *rate_by_joint, &mut *force_by_joint] {
+            list.clear();
+            list.resize(angles.len(), [[0.0; L]; 3]);
+        }
+        // in the sensor's frame a rotation about `axis` at some place of the chain changes v by -(S axis) x v_there, carried by S; and the
+        // rotations' own rates that enter later are not turned: so from the sensor back, undoing what each link has done
+        let (mut rate, mut force) = (*rate, *force);
+        let mut later = Later::none();
+        let (mut joint, mut tilt) = (angles.len(), tilts.len());
+        for (link, turn) in bench.chain.iter().zip(turns.iter()).rev() {
+            let (Link::Joint { about, .. } | Link::Tilt { about, .. }) = link;
+            let turned = |v: &Vectors<L>, factor: &Lane<L>| {
+                let mut own = derivative(*about, v, factor);
+                later.carry(*about, &mut own);
+                own
+            };
+            let mut add = |k: usize, factor: &Lane<L>| {
+                for (by, v) in [(&mut *rate_by_joint, &rate), (&mut *force_by_joint, &force)] {
+                    let own = turned(v, factor);
+                    if let Some(by) = by.get_mut(k) {
+                        by.iter_mut()
+                            .zip(&own)
+                            .for_each(|(to, own)| to.iter_mut().zip(own).for_each(|(to, x)| *to += x));
+                    }
+                }
+            };
+            match link {
+                Link::Joint { .. } => {
+                    joint = joint.saturating_sub(1);
+                    add(joint, &[1.0; L]);
+                }
+                Link::Tilt { times, .. } => {
+                    tilt = tilt.saturating_sub(1);
+                    let size = tilts.get(tilt).copied().unwrap_or([0.0; L]);
+                    if let Some(times) = times.as_ref().filter(|_| size != [0.0; L]) {
+                        for k in 0..angles.len() {
+                            let slope = factors(angles, |here| times.slopes(here, scratch).at(k));
+                            add(k, &of(|l| size[l] * slope[l]));
+                        }
                     }
                 }
             }
+            // back into the frame before this link
+            if turn.turns() {
+                let sin = turn.sin.map(|sin| -sin);
+                self::turned(*about, &mut rate, &sin, &turn.cos);
+                self::turned(*about, &mut force, &sin, &turn.cos);
+            }
+            later.turn(*about, turn);
+            rate[*about as usize].iter_mut().for_each(|q| *q -= turn.rate);
         }
-        // back into the frame before this link
-        let (sin, cos) = turn.sin_cos;
-        if turn.angle != 0.0 {
-            rate = about.to_inner(&rate, (-sin, cos));
-            force = about.to_inner(&force, (-sin, cos));
-            turn_back(&mut later, *about, turn.sin_cos);
-        }
-        rate -= about.unit() * turn.rate;
     }
+}
+
+/// What a tilt's factor is at every place, from the joints' angles there.
+fn factors<const L: usize>(angles: &[Lane<L>], mut of: impl FnMut(&[f64]) -> f64) -> Lane<L> {
+    let mut here = Vec::with_capacity(angles.len());
+    std::array::from_fn(|l| {
+        here.clear();
+        here.extend(angles.iter().map(|own| own[l]));
+        of(&here)
+    })
 }
 
 /// What the encoder of a joint shows, degrees: from 0 to below 360.
-pub(super) fn shown(angle_deg: f64) -> f64 {
+fn shown(angle_deg: f64) -> f64 {
     let shown = angle_deg.rem_euclid(360.0);
     // a hair below zero is rounded up to a whole turn
     if shown < 360.0 { shown } else { 0.0 }
-}
-
-/// `S v` for a `v` that has no component along the axis.
-fn carried(later: &[Vector3<f64>; 3], about: Axis, v: &Vector3<f64>) -> Vector3<f64> {
-    let [x, y, z] = later;
-    match about {
-        Axis::X => y * v.y + z * v.z,
-        Axis::Y => x * v.x + z * v.z,
-        Axis::Z => x * v.x + y * v.y,
-    }
-}
-
-/// `S <- S R^T`, by columns.
-fn turn_back(later: &mut [Vector3<f64>; 3], about: Axis, (sin, cos): (f64, f64)) {
-    let [x, y, z] = *later;
-    *later = match about {
-        Axis::X => [x, y * cos - z * sin, y * sin + z * cos],
-        Axis::Y => [x * cos + z * sin, y, z * cos - x * sin],
-        Axis::Z => [x * cos - y * sin, x * sin + y * cos, z],
-    };
 }

@@ -8,7 +8,6 @@
 //! coefficient. Deliberately absent: weights and solving (`estimate`), opinions about what is estimable.
 
 mod columns;
-mod four;
 mod inputs;
 mod kinematics;
 mod line;
@@ -19,6 +18,7 @@ pub(crate) use columns::{ColumnLine, Read};
 pub use kinematics::{Instant, Kinematics, kinematics};
 pub use line::{Context, SensorModel};
 pub use mean::{Node, Smoothness, nodes};
+pub(crate) use model::Room;
 pub(crate) use model::missing_column;
 pub use model::{Model, Workspace};
 

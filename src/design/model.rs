@@ -4,10 +4,10 @@
     reason = "vectors have three components and lanes four numbers, and the loops run over these lengths"
 )]
 
-use super::four::{FourInstants, Vectors};
+use super::kinematics::{Instants, Vectors, Wanted};
 use super::line::{SensorModel, Slot};
 use super::mean::{Sweep, sweep};
-use super::{Context, Kinematics, Smoothness, kinematics};
+use super::{Context, Instant, Kinematics, Smoothness, kinematics};
 use crate::algebra::{Lane, Scratch};
 use crate::campaign::{Campaign, Reading};
 use crate::elements::Elements;
@@ -29,18 +29,36 @@ pub struct Model {
 /// Buffers that predictions reuse.
 #[derive(Debug, Clone, Default)]
 pub struct Workspace {
-    kinematics: Kinematics,
-    tilts: Vec<f64>,
     pub(super) inputs: Vec<f64>,
-    slopes: Vec<f64>,
     pub(super) scratch: Scratch,
     gathered: Vec<Gathered>,
     sweep: Sweep,
-    four: FourInstants,
-    tilts_of_four: Vec<Lane>,
-    inputs_of_four: Vec<Lane>,
-    slopes_of_four: Vec<Lane>,
+    one: Room<1>,
+    four: Room<4>,
     arch: Arch,
+}
+
+/// What is summed up at `L` places side by side: instants of a reading, or devices with points of their own.
+#[derive(Debug, Clone)]
+pub(crate) struct Room<const L: usize> {
+    tilts: Vec<Lane<L>>,
+    inputs: Vec<Lane<L>>,
+    slopes: Vec<Lane<L>>,
+    at: Instants<L>,
+    sums: Vec<Sums<L>>,
+}
+
+/// Mean of one sensor's line over a reading, and each derivative with the mean size of its terms.
+#[derive(Debug, Clone)]
+struct Sums<const L: usize> {
+    mean: Lane<L>,
+    derivatives: Vec<[Lane<L>; 2]>,
+}
+
+impl<const L: usize> Default for Room<L> {
+    fn default() -> Self {
+        Room { tilts: Vec::new(), inputs: Vec::new(), slopes: Vec::new(), at: Instants::default(), sums: Vec::new() }
+    }
 }
 
 impl SensorModel {
@@ -51,72 +69,90 @@ impl SensorModel {
     }
 }
 
-/// What [`Model::gather_lanes`] is asked: the instants of a reading four at a time at one point, or one at a time at four points.
-struct Lanes<'a> {
+/// Sums over the instants of a reading, of every sensor whose line is of this smoothness.
+struct Gather<'a, I, P, const L: usize> {
     model: &'a Model,
     campaign: &'a Campaign,
     row: &'a Reading,
     smoothness: Smoothness,
-    at: Points<'a>,
-    work: &'a mut Workspace,
+    /// Where everything stands but the joint that passes the stops.
+    base: &'a Instant,
+    joint: Option<usize>,
+    /// Angles and weights.
+    stops: I,
+    parameter: P,
+    gathered: &'a [Gathered],
+    room: &'a mut Room<L>,
+    scratch: &'a mut Scratch,
 }
 
-/// Values of all parameters.
-#[derive(Clone, Copy)]
-enum Points<'a> {
-    One(&'a [f64]),
-    Four(&'a [Lane]),
-}
-
-impl WithSimd for Lanes<'_> {
+impl<I, P, const L: usize> WithSimd for Gather<'_, I, P, L>
+where
+    I: Iterator<Item = (Lane<L>, Lane<L>)>,
+    P: Fn(usize) -> Lane<L>,
+{
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Lanes { model, campaign, row, smoothness, at, work } = self;
-        let sweep = std::mem::take(&mut work.sweep);
-        match at {
-            Points::One(point) => {
-                // where the last are fewer than four, its last one again with no weight
-                let four = |stops: &[(f64, f64)]| -> (Lane, Lane) {
-                    let last = stops.last().map_or(0.0, |(angle, _)| *angle);
-                    let stop = |l: usize| stops.get(l).copied().unwrap_or((last, 0.0));
-                    (std::array::from_fn(|l| stop(l).0), std::array::from_fn(|l| stop(l).1))
-                };
-                let parameter = |k: usize| [point.at(k); 4];
-                model.gather_lanes(
-                    campaign,
-                    row,
-                    smoothness,
-                    (&sweep, sweep.stops.chunks(4).map(four)),
-                    parameter,
-                    work,
-                );
-            }
-            Points::Four(points) => {
-                let alone = [(0.0, 1.0)];
-                let stops = if sweep.joint.is_some() { sweep.stops.as_slice() } else { &alone };
-                let stops = stops.iter().map(|(angle, weight)| ([*angle; 4], [*weight; 4]));
-                let parameter = |k: usize| points.get(k).copied().unwrap_or([f64::NAN; 4]);
-                model.gather_lanes(campaign, row, smoothness, (&sweep, stops), parameter, work);
-            }
-        }
-        work.sweep = sweep;
+        self.run();
     }
 }
 
-/// Mean of one sensor's line over a reading, and its gradient, while they are summed up.
+impl<I, P, const L: usize> Gather<'_, I, P, L>
+where
+    I: Iterator<Item = (Lane<L>, Lane<L>)>,
+    P: Fn(usize) -> Lane<L>,
+{
+    #[inline(always)]
+    fn run(self) {
+        let Gather { model, campaign, row, smoothness, base, stops, parameter, gathered, room, scratch, .. } = self;
+        let Room { tilts, inputs, slopes, at, sums } = room;
+        let own = |own: &&Gathered| own.smoothness == Some(smoothness);
+        let follows =
+            gathered.iter().filter(own).filter_map(|own| model.sensors.get(own.sensor)).map(|own| own.follows);
+        let [rate, force] = follows.fold([false; 2], |[rate, force], own| [rate || own[0], force || own[1]]);
+        let wanted = Wanted { rate, force, joints: model.joints > 0 };
+        // no joint has the place behind all
+        let joint = self.joint.unwrap_or(base.angle_deg.len());
+        sums.resize_with(gathered.len(), || Sums { mean: [0.0; L], derivatives: Vec::new() });
+        let count = model.parameters + model.joints;
+        for (_, sums) in gathered.iter().zip(&mut *sums).filter(|(of, _)| own(of)) {
+            sums.mean = [0.0; L];
+            sums.derivatives.clear();
+            sums.derivatives.resize(count, [[0.0; L]; 2]);
+        }
+        for (angles, weights) in stops {
+            at.set(&campaign.bench, tilts, base, (joint, angles), wanted);
+            for (of, sums) in gathered.iter().zip(&mut *sums).filter(|(of, _)| own(of)) {
+                let Some(line) = model.sensors.get(of.sensor) else { continue };
+                inputs.clear();
+                inputs.extend(line.slots.iter().map(|slot| match slot {
+                    Slot::Rate(direction) => along(direction, &at.rate),
+                    Slot::Force(direction) => along(direction, &at.force),
+                    Slot::Joint(k) if *k == joint => angles.map(f64::to_radians),
+                    Slot::Joint(k) => [base.angle_deg.at(*k).to_radians(); L],
+                    // a reading that lacks it was refused, or its devices are
+                    Slot::Column(k) => [row.columns.get(*k).copied().flatten().unwrap_or(f64::NAN); L],
+                    Slot::Parameter(k) => parameter(*k),
+                }));
+                slopes.clear();
+                slopes.resize(line.slots.len(), [0.0; L]);
+                let reads = line.tape.reads();
+                let values = line.tape.gradient_of(|k| inputs[reads[k]], scratch, |k, bar| slopes[reads[k]] = *bar);
+                sums.add((values, &weights), (&line.slots, slopes), model, at);
+            }
+        }
+    }
+}
+
+/// Mean of one sensor's line over a reading, and its gradient.
 #[derive(Debug, Clone, Default)]
 struct Gathered {
     sensor: usize,
     smoothness: Option<Smoothness>,
     mean: f64,
     gradient: Vec<f64>,
-    /// Mean size of the terms of each derivative.
-    magnitude: Vec<f64>,
-    /// The same sums, four instants side by side: the mean, then each derivative with the size of its terms.
-    mean_of_four: Lane,
-    of_four: Vec<[Lane; 2]>,
 }
 
 impl Model {
@@ -151,9 +187,7 @@ impl Model {
 
     /// Buffers for [`Model::predict`].
     pub fn workspace(&self) -> Workspace {
-        let mut work = Workspace::default();
-        work.kinematics.wants_joints = self.joints > 0;
-        work
+        Workspace::default()
     }
 
     /// The tilts of the chain among the values of all parameters, in chain order.
@@ -200,15 +234,13 @@ impl Model {
         if point.len() < self.parameters {
             return Err(beyond("parameters' values", self.parameters - 1, point.len()));
         }
-        work.tilts.clear();
-        work.tilts.extend(self.tilts.iter().map(|k| point.at(*k)));
         work.gathered.resize_with(sensors.len(), Gathered::default);
         for (gathered, sensor) in work.gathered.iter_mut().zip(sensors) {
             let model = self.sensors.get(*sensor).ok_or_else(|| beyond("sensors", *sensor, self.sensors.len()))?;
             if let Some(column) = model.missing_column(&campaign.readings, reading) {
                 return Err(missing_column(column).at_path(row.place.clone()));
             }
-            gathered.restart(*sensor, model.smoothness_for(&row.joints), self.parameters + self.joints);
+            (gathered.sensor, gathered.smoothness) = (*sensor, Some(model.smoothness_for(&row.joints)));
         }
         for first in 0..sensors.len() {
             // sensors of one smoothness average over the same instants
@@ -218,8 +250,7 @@ impl Model {
                 self.gather(campaign, row, smoothness, point, work);
             }
         }
-        for (place, gathered) in work.gathered.iter_mut().enumerate() {
-            gathered.drop_rounding();
+        for (place, gathered) in work.gathered.iter().enumerate() {
             visit(place, gathered.mean, &gathered.gradient);
         }
         Ok(())
@@ -234,109 +265,102 @@ impl Model {
         a.joints == b.joints && self.sensors.iter().all(|sensor| sensor.slots.iter().all(column))
     }
 
-    /// Sum up every sensor of this smoothness over the reading's instants.
+    /// Sum up every sensor of this smoothness over the reading's instants: one at a time, or where there are several four at a time by the widest
+    /// instructions that there are.
     fn gather(&self, campaign: &Campaign, row: &Reading, smoothness: Smoothness, point: &[f64], work: &mut Workspace) {
         work.sweep.set(row, smoothness);
-        if work.sweep.joint.is_some() && self.joints == 0 && work.sweep.stops.len() > 1 {
-            work.tilts_of_four.clear();
-            work.tilts_of_four.extend(work.tilts.iter().map(|tilt| [*tilt; 4]));
-            let arch = work.arch;
-            arch.dispatch(Lanes { model: self, campaign, row, smoothness, at: Points::One(point), work });
-            let own = work.gathered.iter_mut().filter(|own| own.smoothness == Some(smoothness));
-            return own.for_each(Gathered::join_fours);
+        let Workspace { scratch, gathered, sweep, one, four, arch, .. } = work;
+        let Sweep { base, joint, stops } = &*sweep;
+        if joint.is_some() && stops.len() > 1 {
+            // where the last are fewer than four, its last one again with no weight
+            let stops = stops.chunks(4).map(|stops| -> (Lane<4>, Lane<4>) {
+                let last = stops.last().map_or(0.0, |(angle, _)| *angle);
+                let stop = |l: usize| stops.get(l).copied().unwrap_or((last, 0.0));
+                (std::array::from_fn(|l| stop(l).0), std::array::from_fn(|l| stop(l).1))
+            });
+            four.tilts.clear();
+            four.tilts.extend(self.tilts.iter().map(|k| [point.at(*k); 4]));
+            let (model, joint, parameter) = (self, *joint, |k: usize| [point.at(k); 4]);
+            let (room, found) = (&mut *four, &*gathered);
+            arch.dispatch(Gather {
+                model,
+                campaign,
+                row,
+                smoothness,
+                base,
+                joint,
+                stops,
+                parameter,
+                gathered: found,
+                room,
+                scratch,
+            });
+            return join(&four.sums, smoothness, gathered);
         }
-        let Workspace { kinematics: at, tilts, inputs, slopes, scratch, gathered, sweep, .. } = work;
-        sweep.visit(|instant, weight| {
-            kinematics(&campaign.bench, tilts, instant, at);
-            let context = Context { kinematics: at, instant, columns: &row.columns, point };
-            for own in gathered.iter_mut().filter(|own| own.smoothness == Some(smoothness)) {
-                let Some(model) = self.sensors.get(own.sensor) else { continue };
-                model.fill(&context, inputs);
-                slopes.resize(model.slots.len(), 0.0);
-                own.mean += weight * model.tape.gradient(inputs, scratch, slopes);
-                own.add(&model.slots, slopes, (&self.tilts, self.parameters), at, weight);
-            }
-        });
+        let alone = [(0.0, 1.0)];
+        let stops = if joint.is_some() { stops.as_slice() } else { &alone };
+        let stops = stops.iter().map(|(angle, weight)| ([*angle], [*weight]));
+        one.tilts.clear();
+        one.tilts.extend(self.tilts.iter().map(|k| [point.at(*k)]));
+        let (model, joint, parameter) = (self, *joint, |k: usize| [point.at(k)]);
+        let (room, found) = (&mut *one, &*gathered);
+        Gather { model, campaign, row, smoothness, base, joint, stops, parameter, gathered: found, room, scratch }
+            .run();
+        join(&one.sums, smoothness, gathered);
     }
 
-    /// The same, four numbers at a time and by the widest instructions that there are.
-    #[inline(always)]
-    fn gather_lanes(
-        &self,
-        campaign: &Campaign,
-        row: &Reading,
-        smoothness: Smoothness,
-        (sweep, stops): (&Sweep, impl Iterator<Item = (Lane, Lane)>),
-        parameter: impl Fn(usize) -> Lane,
-        work: &mut Workspace,
-    ) {
-        let Workspace {
-            tilts_of_four: tilts,
-            scratch,
-            gathered,
-            four,
-            inputs_of_four: inputs,
-            slopes_of_four: slopes,
-            ..
-        } = work;
-        let of = |own: &&Gathered| own.smoothness == Some(smoothness);
-        let follows = gathered.iter().filter(of).filter_map(|own| self.sensors.get(own.sensor)).map(|own| own.follows);
-        let wanted = follows.fold([false; 2], |[rate, force], own| [rate || own[0], force || own[1]]);
-        // no joint has the place behind all
-        let joint = sweep.joint.unwrap_or(sweep.base.angle_deg.len());
-        for (angles, weights) in stops {
-            four.set(&campaign.bench, tilts, &sweep.base, (joint, angles), wanted);
-            for own in gathered.iter_mut().filter(|own| own.smoothness == Some(smoothness)) {
-                let Some(model) = self.sensors.get(own.sensor) else { continue };
-                inputs.clear();
-                inputs.extend(model.slots.iter().map(|slot| match slot {
-                    Slot::Rate(direction) => along(direction, &four.rate),
-                    Slot::Force(direction) => along(direction, &four.force),
-                    Slot::Joint(k) if *k == joint => angles.map(f64::to_radians),
-                    Slot::Joint(k) => [sweep.base.angle_deg.at(*k).to_radians(); 4],
-                    Slot::Column(k) => [row.columns.get(*k).copied().flatten().unwrap_or(f64::NAN); 4],
-                    Slot::Parameter(k) => parameter(*k),
-                }));
-                slopes.resize(model.slots.len(), [0.0; 4]);
-                let values = model.tape.gradient_of_four(inputs, scratch, slopes);
-                own.add_four((values, &weights), &model.slots, slopes, &self.tilts, four);
-            }
-        }
-    }
-
-    /// [`Model::predict_all`] at four points of the parameters: `visit(place in sensors, values, gradient)`. A column that the reading lacks is no number.
-    pub(crate) fn predict_four(
+    /// [`Model::predict_all`] at points of `L` devices side by side: `visit(place in sensors, values, gradient)`. A column that the reading lacks is no number.
+    pub(crate) fn predict_lanes<const L: usize>(
         &self,
         campaign: &Campaign,
         row: &Reading,
         sensors: &[usize],
-        points: &[Lane],
-        work: &mut Workspace,
-        mut visit: impl FnMut(usize, &Lane, &[Lane]),
+        points: &[Lane<L>],
+        (work, room): (&mut Workspace, &mut Room<L>),
+        mut visit: impl FnMut(usize, &Lane<L>, &[Lane<L>]),
     ) {
-        work.tilts_of_four.clear();
-        work.tilts_of_four.extend(self.tilts.iter().map(|k| points.get(*k).copied().unwrap_or_default()));
+        room.tilts.clear();
+        room.tilts.extend(self.tilts.iter().map(|k| points.get(*k).copied().unwrap_or([0.0; L])));
         work.gathered.resize_with(sensors.len(), Gathered::default);
         for (gathered, sensor) in work.gathered.iter_mut().zip(sensors) {
-            let smoothness = self.sensors.get(*sensor).map(|own| own.smoothness_for(&row.joints));
-            gathered.restart(*sensor, smoothness.unwrap_or(Smoothness::Rough), self.parameters);
+            let smoothness = self.sensors.get(*sensor).map_or(Smoothness::Rough, |own| own.smoothness_for(&row.joints));
+            (gathered.sensor, gathered.smoothness) = (*sensor, Some(smoothness));
         }
         for first in 0..sensors.len() {
             let smoothness = work.gathered.get(first).and_then(|g| g.smoothness);
             let done = work.gathered.iter().take(first).any(|g| g.smoothness == smoothness);
-            if let Some(smoothness) = smoothness.filter(|_| !done) {
-                work.sweep.set(row, smoothness);
-                let (arch, at) = (work.arch, Points::Four(points));
-                arch.dispatch(Lanes { model: self, campaign, row, smoothness, at, work });
-            }
+            let Some(smoothness) = smoothness.filter(|_| !done) else { continue };
+            work.sweep.set(row, smoothness);
+            let Workspace { scratch, gathered, sweep: Sweep { base, joint, stops }, arch, .. } = &mut *work;
+            let alone = [(0.0, 1.0)];
+            let stops = if joint.is_some() { stops.as_slice() } else { &alone };
+            let stops = stops.iter().map(|(angle, weight)| ([*angle; L], [*weight; L]));
+            let parameter = |k: usize| points.get(k).copied().unwrap_or([f64::NAN; L]);
+            let (model, joint) = (self, *joint);
+            let room = &mut *room;
+            arch.dispatch(Gather {
+                model,
+                campaign,
+                row,
+                smoothness,
+                base,
+                joint,
+                stops,
+                parameter,
+                gathered,
+                room,
+                scratch,
+            });
         }
-        for (place, own) in work.gathered.iter().enumerate() {
-            work.slopes_of_four.clear();
-            work.slopes_of_four.extend(own.of_four.iter().map(|[sums, sizes]| {
+        let mut slopes = std::mem::take(&mut room.slopes);
+        for (place, own) in room.sums.iter().take(sensors.len()).enumerate() {
+            slopes.clear();
+            slopes.extend(own.derivatives.iter().take(self.parameters).map(|[sums, sizes]| {
                 std::array::from_fn(|l| if is_rounding(sums[l], sizes[l]) { 0.0 } else { sums[l] })
             }));
-            visit(place, &own.mean_of_four, &work.slopes_of_four);
+            visit(place, &own.mean, &slopes);
         }
+        room.slopes = slopes;
     }
 
     /// The smallest part of a sensor's line that has no value at some instant of a reading, and the inputs that stand in it.
@@ -379,112 +403,58 @@ fn beyond(what: &str, k: usize, count: usize) -> Malformed {
         .expected(format!("one of the {count} that there are"))
 }
 
-impl Gathered {
-    fn restart(&mut self, sensor: usize, smoothness: Smoothness, parameters: usize) {
-        (self.sensor, self.smoothness, self.mean) = (sensor, Some(smoothness), 0.0);
-        for list in [&mut self.gradient, &mut self.magnitude] {
-            list.clear();
-            list.resize(parameters, 0.0);
-        }
-        self.mean_of_four = [0.0; 4];
-        self.of_four.clear();
-        self.of_four.resize(parameters, [[0.0; 4]; 2]);
+/// Sums of several instants as those of all, in the order of the instants; what is only rounding is zero.
+fn join<const L: usize>(sums: &[Sums<L>], smoothness: Smoothness, gathered: &mut [Gathered]) {
+    let whole = |lanes: &Lane<L>| lanes.iter().fold(0.0, |sum, own| sum + own);
+    for (sums, own) in sums.iter().zip(gathered).filter(|(_, own)| own.smoothness == Some(smoothness)) {
+        own.mean = whole(&sums.mean);
+        own.gradient.clear();
+        own.gradient.extend(sums.derivatives.iter().map(|[sum, size]| {
+            let sum = whole(sum);
+            if is_rounding(sum, whole(size)) { 0.0 } else { sum }
+        }));
     }
+}
 
-    /// [`Gathered::add`] for four instants.
+impl<const L: usize> Sums<L> {
+    /// Add instants: slopes by parameters as they are, slopes by inputs through the inputs' derivatives by the tilts and joints.
     #[inline(always)]
-    fn add_four(
+    fn add(
         &mut self,
-        (values, weights): (Lane, &Lane),
-        slots: &[Slot],
-        slopes: &[Lane],
-        tilts: &[usize],
-        at: &FourInstants,
+        (values, weights): (Lane<L>, &Lane<L>),
+        (slots, slopes): (&[Slot], &[Lane<L>]),
+        model: &Model,
+        at: &Instants<L>,
     ) {
-        plus(&mut self.mean_of_four, weights, &values);
-        let mut add = |parameter: usize, derivative: &Lane, size: &Lane| {
-            if let Some([sum, sizes]) = self.of_four.get_mut(parameter) {
+        plus(&mut self.mean, weights, &values);
+        let mut add = |parameter: usize, derivative: &Lane<L>, size: &Lane<L>| {
+            if let Some([sum, sizes]) = self.derivatives.get_mut(parameter) {
                 plus(sum, weights, derivative);
                 plus(sizes, weights, size);
             }
         };
-        let (mut by_rate, mut by_force) = ([[[0.0; 4]; 3]; 2], [[[0.0; 4]; 3]; 2]);
+        // df/d rate and df/d force, with the sizes of their terms
+        let (mut by_rate, mut by_force) = ([[[0.0; L]; 3]; 2], [[[0.0; L]; 3]; 2]);
         for (slot, slope) in slots.iter().zip(slopes) {
             match slot {
                 Slot::Parameter(k) => add(*k, slope, &slope.map(f64::abs)),
                 Slot::Rate(direction) => steepen(&mut by_rate, direction, slope),
                 Slot::Force(direction) => steepen(&mut by_force, direction, slope),
-                Slot::Joint(_) | Slot::Column(_) => {}
-            }
-        }
-        for ([sum, size], by_tilt) in [(by_rate, &at.rate_by_tilt), (by_force, &at.force_by_tilt)] {
-            if size != [[0.0; 4]; 3] {
-                for (parameter, derivative) in tilts.iter().zip(by_tilt) {
-                    let sizes = derivative.map(|part| part.map(f64::abs));
-                    add(*parameter, &dot(&sum, derivative), &dot(&size, &sizes));
-                }
-            }
-        }
-    }
-
-    /// Sums of four instants as those of all, in the order of the instants.
-    #[inline(always)]
-    fn join_fours(&mut self) {
-        let sum = |four: &Lane| four.iter().fold(0.0, |sum, own| sum + own);
-        self.mean += sum(&self.mean_of_four);
-        for (([sums, sizes], gradient), magnitude) in
-            self.of_four.iter().zip(&mut self.gradient).zip(&mut self.magnitude)
-        {
-            *gradient += sum(sums);
-            *magnitude += sum(sizes);
-        }
-    }
-
-    /// Add one instant: slopes by parameters as they are, slopes by inputs through the inputs' derivatives by the tilts.
-    fn add(
-        &mut self,
-        slots: &[Slot],
-        slopes: &[f64],
-        (tilts, parameters): (&[usize], usize),
-        at: &Kinematics,
-        weight: f64,
-    ) {
-        let mut add = |parameter: usize, derivative: f64, size: f64| {
-            if let (Some(sum), Some(sizes)) = (self.gradient.get_mut(parameter), self.magnitude.get_mut(parameter)) {
-                *sum += weight * derivative;
-                *sizes += weight * size;
-            }
-        };
-        // df/d rate and df/d force, with the sizes of their terms
-        let (mut by_rate, mut by_force) = ([Vector3::<f64>::zeros(); 2], [Vector3::<f64>::zeros(); 2]);
-        for (slot, slope) in slots.iter().zip(slopes) {
-            match slot {
-                Slot::Parameter(k) => add(*k, *slope, slope.abs()),
-                Slot::Rate(direction) => accumulate(&mut by_rate, direction, *slope),
-                Slot::Force(direction) => accumulate(&mut by_force, direction, *slope),
                 // without derivatives by joints there is no such place, and nothing is added
-                Slot::Joint(k) => add(parameters + k, *slope, slope.abs()),
+                Slot::Joint(k) => add(model.parameters + k, slope, &slope.map(f64::abs)),
                 Slot::Column(_) => {}
             }
         }
         let by_rate = (by_rate, &at.rate_by_tilt, &at.rate_by_joint);
         let by_force = (by_force, &at.force_by_tilt, &at.force_by_joint);
         for ([sum, size], by_tilt, by_joint) in [by_rate, by_force] {
-            if size != Vector3::zeros() {
-                for (parameter, derivative) in tilts.iter().zip(by_tilt) {
-                    add(*parameter, sum.dot(derivative), size.dot(&derivative.abs()));
-                }
-                for (joint, derivative) in by_joint.iter().enumerate() {
-                    add(parameters + joint, sum.dot(derivative), size.dot(&derivative.abs()));
-                }
+            if size == [[0.0; L]; 3] {
+                continue;
             }
-        }
-    }
-
-    fn drop_rounding(&mut self) {
-        for (sum, size) in self.gradient.iter_mut().zip(&self.magnitude) {
-            if is_rounding(*sum, *size) {
-                *sum = 0.0;
+            let joints = by_joint.iter().take(model.joints).enumerate().map(|(k, by)| (model.parameters + k, by));
+            for (parameter, derivative) in model.tilts.iter().copied().zip(by_tilt).chain(joints) {
+                let sizes = derivative.map(|part| part.map(f64::abs));
+                add(parameter, &dot(&sum, derivative), &dot(&size, &sizes));
             }
         }
     }
@@ -496,22 +466,17 @@ fn is_rounding(sum: f64, size: f64) -> bool {
     sum.abs() <= 8.0 * f64::EPSILON * size
 }
 
-fn accumulate([sum, size]: &mut [Vector3<f64>; 2], direction: &Vector3<f64>, slope: f64) {
-    *sum += direction * slope;
-    *size += direction.abs() * slope.abs();
-}
-
 /// `sums += weights * parts`.
 #[inline(always)]
-fn plus(sums: &mut Lane, weights: &Lane, parts: &Lane) {
+fn plus<const L: usize>(sums: &mut Lane<L>, weights: &Lane<L>, parts: &Lane<L>) {
     for ((sum, weight), part) in sums.iter_mut().zip(weights).zip(parts) {
         *sum += weight * part;
     }
 }
 
-/// [`accumulate`] at four instants.
+/// Adds a slope along a direction, and its size.
 #[inline(always)]
-fn steepen([sum, size]: &mut [Vectors; 2], direction: &Vector3<f64>, slope: &Lane) {
+fn steepen<const L: usize>([sum, size]: &mut [Vectors<L>; 2], direction: &Vector3<f64>, slope: &Lane<L>) {
     for (i, part) in direction.iter().enumerate() {
         for ((sum, size), slope) in sum[i].iter_mut().zip(&mut size[i]).zip(slope) {
             *sum += part * slope;
@@ -521,11 +486,11 @@ fn steepen([sum, size]: &mut [Vectors; 2], direction: &Vector3<f64>, slope: &Lan
 }
 
 #[inline(always)]
-fn dot(a: &Vectors, b: &Vectors) -> Lane {
+fn dot<const L: usize>(a: &Vectors<L>, b: &Vectors<L>) -> Lane<L> {
     std::array::from_fn(|l| a[0][l] * b[0][l] + a[1][l] * b[1][l] + a[2][l] * b[2][l])
 }
 
 #[inline(always)]
-fn along(direction: &Vector3<f64>, v: &Vectors) -> Lane {
+fn along<const L: usize>(direction: &Vector3<f64>, v: &Vectors<L>) -> Lane<L> {
     std::array::from_fn(|l| direction.x * v[0][l] + direction.y * v[1][l] + direction.z * v[2][l])
 }

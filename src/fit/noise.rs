@@ -445,7 +445,8 @@ impl ScatterSources {
             type_a.for_each(|c| (c.dof, c.distribution) = (dof, Shape::T));
         }
         let added = self.correction.as_ref().map_or(0.0, |correction| form(correction, along));
-        if added > 0.0 {
+        // one variance for all readings leaves their weights as they are, to rounding
+        if added > 1e-12 * form(&self.covariance, along) {
             contributions.push(type_a("estimated weights (Kenward-Roger)".into(), added, dof));
         }
         (contributions, Some(dof))

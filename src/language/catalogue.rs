@@ -41,6 +41,11 @@ impl Catalogue {
 
     pub(super) fn message(&self, key: &str, arguments: &[(&'static str, Argument)]) -> Option<String> {
         let entry = self.entries.get(key)?;
+        // sentences among them ask for messages of their own
+        let mut values = FluentArgs::with_capacity(arguments.len());
+        for (name, argument) in arguments {
+            values.set(*name, argument.value(self.language));
+        }
         let mut bundle = self.bundle.lock().unwrap_or_else(PoisonError::into_inner);
         if !bundle.has_message(key) {
             // what cannot be read is left out; a test reads the files strictly
@@ -48,10 +53,6 @@ impl Catalogue {
             bundle.add_resource_overriding(resource);
         }
         let pattern = bundle.get_message(key)?.value()?;
-        let mut values = FluentArgs::with_capacity(arguments.len());
-        for (name, argument) in arguments {
-            values.set(*name, argument.value(self.language));
-        }
         let mut faults = Vec::new();
         Some(bundle.format_pattern(pattern, Some(&values), &mut faults).into_owned())
     }

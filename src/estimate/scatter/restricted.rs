@@ -118,8 +118,16 @@ const SETTLED: f64 = 1e-10;
 const ROUNDING: f64 = 1e-7;
 /// Longest step of a logarithm.
 const LONGEST: f64 = 2.0;
+/// Steps that are longer than this are Fisher's, where only variances are free.
+const NEAR: f64 = 0.3;
 
 impl NoiseModel {
+    /// Which of the free parameters are correlation times.
+    fn times(&self) -> Vec<usize> {
+        let time = |part: &PartNoise| part.deviation.and_then(|(_, time)| time.free());
+        self.parts.iter().filter_map(time).collect()
+    }
+
     /// The likelihood at these logarithms from the parts there, with derivatives where the parts have theirs; `None` where the unknowns' columns are
     /// not independent in them.
     pub fn likelihood(&self, logarithms: &[f64], parts: &[Part]) -> Option<Likelihood> {
@@ -226,8 +234,16 @@ impl NoiseModel {
                 (at[k] <= low && found.gradient[k] >= 0.0) || (at[k] >= high && found.gradient[k] <= 0.0)
             };
             let open: Vec<usize> = (0..at.len()).filter(|k| !outwards(*k)).collect();
-            let step = newton(&found.gradient, &found.bend, &open);
-            let largest = step.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+            let size = |step: &[f64]| step.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+            let mut step = newton(&found.gradient, &found.bend, &open);
+            if self.times().is_empty() {
+                // far from the top Fisher's steps, which do not run to tops where a variance vanishes
+                let scoring = newton(&found.gradient, &found.expected(), &open);
+                if size(&scoring) > NEAR || size(&step) > NEAR {
+                    step = scoring;
+                }
+            }
+            let largest = size(&step);
             if largest <= SETTLED || (largest < ROUNDING && largest > 0.5 * before) {
                 converged = true;
                 break;
@@ -259,6 +275,13 @@ impl NoiseModel {
 }
 
 impl Likelihood {
+    /// The expected information of variances, `S_kh = tr P V_k P V_h = tr P V_kh - (tr P V_k)_h`.
+    fn expected(&self) -> Mat<f64> {
+        let free = self.gradient.len();
+        let own = |k: usize, h: usize| if k == h { self.redundancy[k] } else { 0.0 };
+        Mat::from_fn(free, free, |k, h| own(k, h) - self.redundancy_bend[(k, h)])
+    }
+
     /// The first derivative of the covariance of the unknowns.
     pub fn slope(&self, k: usize) -> Mat<f64> {
         self.back(&self.forms[k]) * Scale(-1.0)
@@ -272,22 +295,15 @@ impl Likelihood {
     /// Covariance of the estimated parameters `among` all that are free, of logarithms, zero for the others; and what estimating them adds to the covariance of
     /// the unknowns.
     ///
-    /// Of variances alone the information is the expected one, `S_kh = tr P V_k P V_h = tr P V_kh - (tr P V_k)_h`; with correlation times it is that of the
-    /// likelihood at hand.
+    /// Of variances alone the information is the expected one; with correlation times it is that of the likelihood at hand.
     ///
     /// Kenward and Roger's `2 sum W_kh Phi (Q_kh - P_k Phi P_h - R_kh/4) Phi`, `R_kh = A' V^-1 V_kh V^-1 A`, is `sum W_kh (Phi R_kh Phi / 2 - Phi_kh)`: from the second
     /// derivatives of `Phi` by the variances themselves, in which `V` is linear, and by the correlation time itself, in which its slow part is.
     pub fn costs(&self, model: &NoiseModel, among: &[usize]) -> (Mat<f64>, Mat<f64>) {
-        let time = |part: &PartNoise| part.deviation.and_then(|(_, time)| time.free());
-        let times: Vec<usize> = model.parts.iter().filter_map(time).collect();
+        let times = model.times();
         let linear = !among.iter().any(|k| times.contains(k));
-        let expected = |k: usize, h: usize| {
-            let own = if k == h { self.redundancy[k] } else { 0.0 };
-            own - self.redundancy_bend[(k, h)]
-        };
-        let free = self.gradient.len();
         let spread = match linear {
-            true => super::cost::spread(&Mat::from_fn(free, free, expected), among),
+            true => super::cost::spread(&self.expected(), among),
             false => super::cost::spread(&self.bend, among),
         };
         let n = self.covariance.nrows();

@@ -3,7 +3,7 @@
 use super::octaves::Noise;
 use super::rows::blank;
 use super::{Block, Observed, Rows};
-use crate::algebra::Lists;
+use crate::algebra::Scratch;
 use crate::campaign::{Campaign, Deviating, Kind, Per, Role, Scatter, Size};
 use crate::design::{self, ColumnLine, DesignMatrix, Model, Read};
 use crate::elements::{Elements, OrNan, Parts};
@@ -24,7 +24,7 @@ pub(super) struct Question {
     model: Model,
     /// The sensors' lines, where all of them follow columns alone; a bench is followed reading by reading.
     lines: Option<Vec<ColumnLine>>,
-    room: Lists,
+    room: Scratch,
     /// Is every model line linear in the unknowns?
     pub is_linear: bool,
     pub settings: Settings,
@@ -158,7 +158,7 @@ impl Question {
         let model = Model::new(campaign)?;
         Ok(Question {
             lines: (0..campaign.bench.sensors.len()).map(|s| model.column_line(s)).collect(),
-            room: Lists::default(),
+            room: Scratch::default(),
             is_linear: is_linear(campaign),
             model,
             campaign: campaign.without_readings(columns),

@@ -20,9 +20,6 @@ use crate::fit::noise::{ScatterSources, StreamedSource};
 use crate::uncertainty::Evaluation;
 use faer::Mat;
 
-/// What estimated variances add to the covariance of the unknowns is nothing below this share of it.
-const ROUNDING: f64 = 1e-12;
-
 /// Where a sensor's parameters stand: variance factor of its white noise, variance of its deviation, correlation time.
 #[derive(Debug, Clone, Copy, Default)]
 struct Places([Option<usize>; 3]);
@@ -101,12 +98,7 @@ impl Noised {
                 .filter_map(move |(is_free, which)| if is_free { places[which] } else { None })
         };
         let among: Vec<usize> = found.free.iter().enumerate().flat_map(estimated).collect();
-        let (covariances, mut correction) = self.likelihood.costs(&self.model, &among);
-        // one scale for all rows leaves their weights as they are, to rounding
-        let whole = &self.likelihood.covariance;
-        if (0..whole.nrows()).all(|j| correction[(j, j)].abs() <= ROUNDING * whole[(j, j)]) {
-            correction.fill(0.0);
-        }
+        let (covariances, correction) = self.likelihood.costs(&self.model, &among);
         let component = |s: usize, which: usize| {
             let place = self.places[s].0[which]?;
             among.iter().position(|own| *own == place)
