@@ -252,6 +252,14 @@ impl Clock {
             }
             return Ok(found);
         };
+        if self.bare && times.len() > 1 && times.iter().all(|time| is_compact(*time)) {
+            let first = times.first().copied().unwrap_or(f64::NAN);
+            return Err(Malformed::new(Fault::Value, "dates without separators are numbers here")
+                .expected("dates as 2026-11-20T09:14:03, or times in a unit that the title says, for example time (s)")
+                .found(first.to_string())
+                .at_path(&self.title)
+                .in_file(&self.file));
+        }
         if std::mem::take(&mut self.bare)
             && let Some((name, seconds)) = unit_of(times)
         {
@@ -505,6 +513,19 @@ pub(crate) fn unit_of(times: &[f64]) -> Option<(&'static str, f64)> {
         nano
     };
     Some(UNITS.iter().find(unix).copied().unwrap_or(by_steps))
+}
+
+/// Is it a date and a time written together, `20261120091403`?
+fn is_compact(time: f64) -> bool {
+    if !((19_700_101e6..21_010_101e6).contains(&time) && time.fract() == 0.0) {
+        return false;
+    }
+    let digits = |from: f64, to: f64| (time / from).trunc() % to;
+    (1.0..=12.0).contains(&digits(1e8, 100.0))
+        && (1.0..=31.0).contains(&digits(1e6, 100.0))
+        && digits(1e4, 100.0) < 24.0
+        && digits(1e2, 100.0) < 60.0
+        && digits(1.0, 100.0) < 60.0
 }
 
 /// Seconds in a unit of time.

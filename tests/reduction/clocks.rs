@@ -32,3 +32,18 @@ fn a_clock_that_was_set_is_told() {
     assert!((clock.times()[500] - 5.0).abs() < 1e-9);
     assert!(clock.notes().iter().any(|note| note.contains("goes back 1 time")));
 }
+
+/// Dates written together are refused, not taken for seconds; Unix times of as many digits are none.
+#[test]
+fn dates_without_separators_are_refused() {
+    let column = Column { name: "t".into(), title: "t".into(), unit: None };
+    let stretches = |times: &[f64]| {
+        Clock::column(&column, "log.csv").expect("times").stretches(Some(times), times.len(), None, None)
+    };
+    let error = stretches(&[20261120091459.0, 20261120091500.0, 20261120091501.0]).expect_err("dates").to_string();
+    assert!(error.contains("dates without separators"), "{error}");
+    // the month would be 13; seconds 61
+    for times in [[20261320091459.0, 20261320091559.0], [20261120091461.0, 20261120091561.0]] {
+        assert!(stretches(&times).is_ok());
+    }
+}
