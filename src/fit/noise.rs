@@ -50,9 +50,30 @@ pub struct VarianceSource {
     /// Number of deviations; rows for the readings of a sensor.
     pub levels: usize,
     /// Where it stands among the estimated variances.
-    component: Option<usize>,
+    pub(super) component: Option<usize>,
     /// The sensor, for the readings of one.
-    sensor: Option<usize>,
+    pub(super) sensor: Option<usize>,
+}
+
+impl VarianceSource {
+    /// A stated source of unit variance, of Type B.
+    pub(super) fn stated(name: String, share: Mat<f64>, levels: usize) -> Self {
+        VarianceSource {
+            name,
+            evaluation: Evaluation::TypeB,
+            variance: 1.0,
+            estimated: false,
+            dof: f64::INFINITY,
+            share,
+            line: None,
+            state: LineState::Stated,
+            tau: None,
+            could_be: None,
+            levels,
+            component: None,
+            sensor: None,
+        }
+    }
 }
 
 /// All sources, and how the unknowns follow each reading.
@@ -78,22 +99,6 @@ pub struct ScatterSources {
     pub absorbed: Vec<(usize, Absorbed)>,
 }
 
-/// A source as a record that was streamed tells it.
-pub(super) struct StreamedSource {
-    pub name: String,
-    pub evaluation: Evaluation,
-    pub variance: f64,
-    pub share: Mat<f64>,
-    pub line: Option<usize>,
-    pub state: LineState,
-    pub tau: Option<(f64, Option<f64>)>,
-    pub levels: usize,
-    /// Degrees of freedom of a stated standard deviation.
-    pub dof: f64,
-    /// Where it stands in the covariance of the estimated variances.
-    pub component: Option<usize>,
-}
-
 /// The rows of each source of single rows: each sensor's readings, then the priors.
 fn row_sources(campaign: &Campaign, design: &DesignMatrix, system: &System) -> Vec<(VarianceSource, Vec<usize>)> {
     let sensors = campaign.bench.sensors.len();
@@ -104,20 +109,14 @@ fn row_sources(campaign: &Campaign, design: &DesignMatrix, system: &System) -> V
         let Some(group) = rows.first().and_then(|i| system.group.get(*i)) else { continue };
         let name = campaign.bench.sensors.get(s).map_or("priors".to_string(), |s| format!("readings of {}", s.id));
         let component = if let Group::Estimated(g) = group { Some(*g) } else { None };
+        let stated = VarianceSource::stated(name, Mat::new(), rows.len());
         let source = VarianceSource {
-            name,
             evaluation: if s == sensors { Evaluation::TypeB } else { Evaluation::TypeA },
-            variance: 1.0,
             estimated: component.is_some(),
-            dof: f64::INFINITY,
-            share: Mat::new(),
-            line: None,
             state: if component.is_some() { LineState::Estimated } else { LineState::Stated },
-            tau: None,
-            could_be: None,
-            levels: rows.len(),
             component,
             sensor: (s < sensors).then_some(s),
+            ..stated
         };
         sources.push((source, rows));
     }
@@ -286,31 +285,16 @@ impl ScatterSources {
 
     /// Sources of a record that was streamed: how the unknowns follow single readings is not known.
     pub(super) fn streamed(
-        sources: Vec<StreamedSource>,
+        mut sources: Vec<VarianceSource>,
         cofactor: &Mat<f64>,
         (spread, correction): (Mat<f64>, Mat<f64>),
         leans: Vec<(usize, Mat<f64>)>,
         determined: bool,
     ) -> Self {
-        let relative = |c: usize| if c < spread.nrows() { spread[(c, c)] } else { 0.0 };
-        let sources = sources
-            .into_iter()
-            .map(|own| VarianceSource {
-                dof: own.component.map_or(own.dof, |c| 2.0 / relative(c)),
-                name: own.name,
-                evaluation: own.evaluation,
-                variance: own.variance,
-                estimated: own.component.is_some() || own.state == LineState::AtZero,
-                share: own.share,
-                line: own.line,
-                state: own.state,
-                tau: own.tau,
-                could_be: None,
-                levels: own.levels,
-                component: own.component,
-                sensor: None,
-            })
-            .collect();
+        for own in &mut sources {
+            own.estimated = own.component.is_some() || own.state == LineState::AtZero;
+            own.dof = own.component.map_or(own.dof, |c| 2.0 / spread[(c, c)]);
+        }
         let estimated = spread.nrows() > 0;
         ScatterSources {
             sources,

@@ -16,7 +16,7 @@ use super::together::Together;
 use crate::campaign::{Campaign, Size};
 use crate::error::{Fault, Malformed, Result};
 use crate::estimate::{Likelihood, LineState, NoiseModel, NoisePart, PartNoise, Slot};
-use crate::fit::noise::{ScatterSources, StreamedSource};
+use crate::fit::noise::{ScatterSources, VarianceSource};
 use crate::uncertainty::Evaluation;
 use faer::Mat;
 
@@ -110,17 +110,15 @@ impl Noised {
             let levels = crate::number::index(rows[s]);
             let white = component(s, 0);
             determined &= white.is_none() || solved.redundancy[s] > 0.0;
-            sources.push(StreamedSource {
-                name: format!("readings of {}", campaign.bench.sensors.get(s).map_or("", |own| own.id.as_str())),
+            let name = format!("readings of {}", campaign.bench.sensors.get(s).map_or("", |own| own.id.as_str()));
+            let share = |which: usize| self.slope(s, which).unwrap_or_else(|| Mat::zeros(n, n));
+            sources.push(VarianceSource {
                 evaluation: Evaluation::TypeA,
                 variance: if white.is_some() { size.white * size.white * solved.scale[s] } else { 1.0 },
-                share: self.slope(s, 0).unwrap_or_else(|| Mat::zeros(n, n)),
-                line: None,
                 state: if white.is_some() { LineState::Estimated } else { LineState::Stated },
-                tau: None,
-                levels,
-                dof: f64::INFINITY,
                 component: white,
+                sensor: Some(s),
+                ..VarianceSource::stated(name, share(0), levels)
             });
             let Some(line) = own.line.and_then(|(line, _)| Some((line, campaign.scatter.get(line)?))) else { continue };
             let (line, stated) = line;
@@ -131,23 +129,19 @@ impl Noised {
             };
             let tau = component(s, 2);
             let u_tau = tau.map(|k| covariances[(among[k], among[k])].sqrt() * size.tau).filter(|u| u.is_finite());
-            over.push(StreamedSource {
-                name: stated.name(campaign),
+            over.push(VarianceSource {
                 evaluation: if is_stated { Evaluation::TypeB } else { Evaluation::TypeA },
                 variance: size.deviation * size.deviation,
-                share: self.slope(s, 1).unwrap_or_else(|| Mat::zeros(n, n)),
                 line: Some(line),
-                state: if found.at_zero[s] {
-                    LineState::AtZero
-                } else if is_stated {
-                    LineState::Stated
-                } else {
-                    LineState::Estimated
+                state: match (found.at_zero[s], is_stated) {
+                    (true, _) => LineState::AtZero,
+                    (false, true) => LineState::Stated,
+                    (false, false) => LineState::Estimated,
                 },
                 tau: (!found.at_zero[s]).then_some((size.tau, u_tau)),
-                levels,
                 dof,
                 component: component(s, 1),
+                ..VarianceSource::stated(stated.name(campaign), share(1), levels)
             });
             leans.extend(tau.zip(self.slope(s, 2)));
         }
@@ -155,18 +149,8 @@ impl Noised {
             let c = &solved.folded.unknowns.cofactor;
             let share =
                 |i: usize, j: usize| question.priors.iter().map(|(k, _, u)| c[(i, *k)] * c[(*k, j)] / (u * u)).sum();
-            sources.push(StreamedSource {
-                name: "priors".into(),
-                evaluation: Evaluation::TypeB,
-                variance: 1.0,
-                share: Mat::from_fn(n, n, share),
-                line: None,
-                state: LineState::Stated,
-                tau: None,
-                levels: question.priors.len(),
-                dof: f64::INFINITY,
-                component: None,
-            });
+            let (share, count) = (Mat::from_fn(n, n, share), question.priors.len());
+            sources.push(VarianceSource::stated("priors".into(), share, count));
         }
         sources.extend(over);
         let spread = Mat::from_fn(among.len(), among.len(), |a, b| covariances[(among[a], among[b])]);
