@@ -29,6 +29,6 @@ pub use expression::Expression;
 pub use function::Function;
 pub use homogeneity::{Homogeneity, Powers, Reason, Relation};
 pub use language::Language;
-pub(crate) use tape::Lane;
+pub(crate) use tape::{Lane, lanes};
 pub use tape::{Scratch, Tape};
 pub use terms::Term;

@@ -17,6 +17,14 @@ use std::f64::consts::PI;
 /// One number at each of several places.
 pub(crate) type Lane<const L: usize> = [f64; L];
 
+/// The numbers of each place. A loop, since `std::array` builds lists of so many by calls.
+#[inline(always)]
+pub(crate) fn lanes<const L: usize>(part: impl Fn(usize) -> f64) -> Lane<L> {
+    let mut all = [0.0; L];
+    set(&mut all, part);
+    all
+}
+
 /// Places of a list that go side by side.
 const TOGETHER: usize = 32;
 
@@ -177,7 +185,7 @@ impl Tape {
                 let list = &inputs[k * places + start..k * places + start + count];
                 match list.first_chunk() {
                     Some(whole) => *whole,
-                    None => std::array::from_fn(|l| list[l.min(count - 1)]),
+                    None => lanes(|l| list[l.min(count - 1)]),
                 }
             };
             let found = self.gradient_of(input, scratch, |k, bar| {

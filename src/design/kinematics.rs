@@ -5,7 +5,7 @@
     reason = "lanes have `L` numbers and vectors three; axes, places and instants are enumerated over these lengths"
 )]
 
-use crate::algebra::{Lane, Scratch};
+use crate::algebra::{Lane, Scratch, lanes};
 use crate::bench::{Axis, Bench, Link, Site, Units, sin_cos_deg};
 use crate::elements::Elements;
 use nalgebra::Vector3;
@@ -158,30 +158,39 @@ impl<const L: usize> Turn<L> {
     }
 }
 
+/// Each component of a vector.
 #[inline(always)]
-fn of<const L: usize>(part: impl Fn(usize) -> f64) -> Lane<L> {
-    std::array::from_fn(part)
+fn each<const L: usize>(part: impl Fn(usize, usize) -> f64) -> Vectors<L> {
+    [lanes(|l| part(0, l)), lanes(|l| part(1, l)), lanes(|l| part(2, l))]
+}
+
+/// The other two axes, in the sense of the rotation.
+#[inline(always)]
+fn plane(axis: Axis) -> (usize, usize) {
+    match axis {
+        Axis::X => (1, 2),
+        Axis::Y => (2, 0),
+        Axis::Z => (0, 1),
+    }
 }
 
 /// `v <- Rot(axis, t)^T v` of a rotation with this sine and cosine.
 #[inline(always)]
 fn turned<const L: usize>(axis: Axis, v: &mut Vectors<L>, sin: &Lane<L>, cos: &Lane<L>) {
-    let (first, second) = match axis {
-        Axis::X => (1, 2),
-        Axis::Y => (2, 0),
-        Axis::Z => (0, 1),
-    };
-    let (a, b) = (v[first], v[second]);
-    v[first] = of(|l| cos[l] * a[l] + sin[l] * b[l]);
-    v[second] = of(|l| cos[l] * b[l] - sin[l] * a[l]);
+    let (first, second) = plane(axis);
+    for l in 0..L {
+        let (a, b) = (v[first][l], v[second][l]);
+        v[first][l] = cos[l] * a + sin[l] * b;
+        v[second][l] = cos[l] * b - sin[l] * a;
+    }
 }
 
 /// `-unit x v`, see [`Axis::derivative`], times a factor.
 #[inline(always)]
 fn derivative<const L: usize>(axis: Axis, [x, y, z]: &Vectors<L>, factor: &Lane<L>) -> Vectors<L> {
     let zero = [0.0; L];
-    let plus = |a: &Lane<L>| of(|l| a[l] * factor[l]);
-    let minus = |a: &Lane<L>| of(|l| -a[l] * factor[l]);
+    let plus = |a: &Lane<L>| lanes(|l| a[l] * factor[l]);
+    let minus = |a: &Lane<L>| lanes(|l| -a[l] * factor[l]);
     match axis {
         Axis::X => [zero, plus(z), minus(y)],
         Axis::Y => [minus(z), zero, plus(x)],
@@ -202,9 +211,7 @@ impl<const L: usize> Later<L> {
     #[inline(always)]
     fn carry(&self, axis: Axis, v: &mut Vectors<L>) {
         let Later([x, y, z]) = self;
-        let sum = |p: &Vectors<L>, a: Lane<L>, q: &Vectors<L>, b: Lane<L>| -> Vectors<L> {
-            std::array::from_fn(|i| of(|l| p[i][l] * a[l] + q[i][l] * b[l]))
-        };
+        let sum = |p: &Vectors<L>, a: Lane<L>, q: &Vectors<L>, b: Lane<L>| each(|i, l| p[i][l] * a[l] + q[i][l] * b[l]);
         let [a, b, c] = *v;
         *v = match axis {
             Axis::X => sum(y, b, z, c),
@@ -220,18 +227,14 @@ impl<const L: usize> Later<L> {
             return;
         }
         let Turn { sin, cos, .. } = turn;
-        let [x, y, z] = self.0;
-        let less = |p: &Vectors<L>, q: &Vectors<L>| -> Vectors<L> {
-            std::array::from_fn(|i| of(|l| p[i][l] * cos[l] - q[i][l] * sin[l]))
-        };
-        let more = |p: &Vectors<L>, q: &Vectors<L>| -> Vectors<L> {
-            std::array::from_fn(|i| of(|l| p[i][l] * sin[l] + q[i][l] * cos[l]))
-        };
-        self.0 = match axis {
-            Axis::X => [x, less(&y, &z), more(&y, &z)],
-            Axis::Y => [more(&z, &x), y, less(&z, &x)],
-            Axis::Z => [less(&x, &y), more(&x, &y), z],
-        };
+        let (first, second) = plane(axis);
+        for i in 0..3 {
+            for l in 0..L {
+                let (a, b) = (self.0[first][i][l], self.0[second][i][l]);
+                self.0[first][i][l] = a * cos[l] - b * sin[l];
+                self.0[second][i][l] = a * sin[l] + b * cos[l];
+            }
+        }
     }
 }
 
@@ -273,7 +276,7 @@ impl<const L: usize> Instants<L> {
         angles.clear();
         // only tilts that follow joints, and derivatives by these, ask what the encoders show
         if wanted.joints || bench.chain.iter().any(|link| matches!(link, Link::Tilt { times: Some(_), .. })) {
-            angles.extend((0..base.angle_deg.len()).map(|k| at(k).map(|angle| shown(angle).to_radians())));
+            angles.extend((0..base.angle_deg.len()).map(|k| lanes(|l| shown(at(k)[l]).to_radians())));
         }
         let per_deg_s = bench.units.rate.per_deg_s();
         let mut k = 0;
@@ -293,7 +296,7 @@ impl<const L: usize> Instants<L> {
                         factor = factors(angles, |here| times.factor(here, scratch));
                     }
                     let tilt = tilts.get(rate_by_tilt.len()).copied().unwrap_or([0.0; L]);
-                    turn.to(of(|l| factor[l] * tilt[l]), false);
+                    turn.to(lanes(|l| factor[l] * tilt[l]), false);
                     turn.rate = 0.0;
                 }
             }
@@ -376,14 +379,14 @@ impl<const L: usize> Instants<L> {
                     if let Some(times) = times.as_ref().filter(|_| size != [0.0; L]) {
                         for k in 0..angles.len() {
                             let slope = factors(angles, |here| times.slopes(here, scratch).at(k));
-                            add(k, &of(|l| size[l] * slope[l]));
+                            add(k, &lanes(|l| size[l] * slope[l]));
                         }
                     }
                 }
             }
             // back into the frame before this link
             if turn.turns() {
-                let sin = turn.sin.map(|sin| -sin);
+                let sin = lanes(|l| -turn.sin[l]);
                 self::turned(*about, &mut rate, &sin, &turn.cos);
                 self::turned(*about, &mut force, &sin, &turn.cos);
             }

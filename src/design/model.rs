@@ -8,7 +8,7 @@ use super::kinematics::{Instants, Vectors, Wanted};
 use super::line::{SensorModel, Slot};
 use super::mean::{Sweep, sweep};
 use super::{Context, Instant, Kinematics, Smoothness, kinematics};
-use crate::algebra::{Lane, Scratch};
+use crate::algebra::{Lane, Scratch, lanes};
 use crate::campaign::{Campaign, Reading};
 use crate::elements::Elements;
 use crate::error::{Fault, Malformed, Result};
@@ -130,7 +130,7 @@ where
                 inputs.extend(line.slots.iter().map(|slot| match slot {
                     Slot::Rate(direction) => along(direction, &at.rate),
                     Slot::Force(direction) => along(direction, &at.force),
-                    Slot::Joint(k) if *k == joint => angles.map(f64::to_radians),
+                    Slot::Joint(k) if *k == joint => lanes(|l| angles[l].to_radians()),
                     Slot::Joint(k) => [base.angle_deg.at(*k).to_radians(); L],
                     // a reading that lacks it was refused, or its devices are
                     Slot::Column(k) => [row.columns.get(*k).copied().flatten().unwrap_or(f64::NAN); L],
@@ -276,7 +276,7 @@ impl Model {
             let stops = stops.chunks(4).map(|stops| -> (Lane<4>, Lane<4>) {
                 let last = stops.last().map_or(0.0, |(angle, _)| *angle);
                 let stop = |l: usize| stops.get(l).copied().unwrap_or((last, 0.0));
-                (std::array::from_fn(|l| stop(l).0), std::array::from_fn(|l| stop(l).1))
+                (lanes(|l| stop(l).0), lanes(|l| stop(l).1))
             });
             four.tilts.clear();
             four.tilts.extend(self.tilts.iter().map(|k| [point.at(*k); 4]));
@@ -355,9 +355,12 @@ impl Model {
         let mut slopes = std::mem::take(&mut room.slopes);
         for (place, own) in room.sums.iter().take(sensors.len()).enumerate() {
             slopes.clear();
-            slopes.extend(own.derivatives.iter().take(self.parameters).map(|[sums, sizes]| {
-                std::array::from_fn(|l| if is_rounding(sums[l], sizes[l]) { 0.0 } else { sums[l] })
-            }));
+            slopes.extend(
+                own.derivatives
+                    .iter()
+                    .take(self.parameters)
+                    .map(|[sums, sizes]| lanes(|l| if is_rounding(sums[l], sizes[l]) { 0.0 } else { sums[l] })),
+            );
             visit(place, &own.mean, &slopes);
         }
         room.slopes = slopes;
@@ -437,11 +440,11 @@ impl<const L: usize> Sums<L> {
         let (mut by_rate, mut by_force) = ([[[0.0; L]; 3]; 2], [[[0.0; L]; 3]; 2]);
         for (slot, slope) in slots.iter().zip(slopes) {
             match slot {
-                Slot::Parameter(k) => add(*k, slope, &slope.map(f64::abs)),
+                Slot::Parameter(k) => add(*k, slope, &sizes(slope)),
                 Slot::Rate(direction) => steepen(&mut by_rate, direction, slope),
                 Slot::Force(direction) => steepen(&mut by_force, direction, slope),
                 // without derivatives by joints there is no such place, and nothing is added
-                Slot::Joint(k) => add(model.parameters + k, slope, &slope.map(f64::abs)),
+                Slot::Joint(k) => add(model.parameters + k, slope, &sizes(slope)),
                 Slot::Column(_) => {}
             }
         }
@@ -453,8 +456,8 @@ impl<const L: usize> Sums<L> {
             }
             let joints = by_joint.iter().take(model.joints).enumerate().map(|(k, by)| (model.parameters + k, by));
             for (parameter, derivative) in model.tilts.iter().copied().zip(by_tilt).chain(joints) {
-                let sizes = derivative.map(|part| part.map(f64::abs));
-                add(parameter, &dot(&sum, derivative), &dot(&size, &sizes));
+                let [x, y, z] = derivative;
+                add(parameter, &dot(&sum, derivative), &dot(&size, &[sizes(x), sizes(y), sizes(z)]));
             }
         }
     }
@@ -487,10 +490,15 @@ fn steepen<const L: usize>([sum, size]: &mut [Vectors<L>; 2], direction: &Vector
 
 #[inline(always)]
 fn dot<const L: usize>(a: &Vectors<L>, b: &Vectors<L>) -> Lane<L> {
-    std::array::from_fn(|l| a[0][l] * b[0][l] + a[1][l] * b[1][l] + a[2][l] * b[2][l])
+    lanes(|l| a[0][l] * b[0][l] + a[1][l] * b[1][l] + a[2][l] * b[2][l])
 }
 
 #[inline(always)]
 fn along<const L: usize>(direction: &Vector3<f64>, v: &Vectors<L>) -> Lane<L> {
-    std::array::from_fn(|l| direction.x * v[0][l] + direction.y * v[1][l] + direction.z * v[2][l])
+    lanes(|l| direction.x * v[0][l] + direction.y * v[1][l] + direction.z * v[2][l])
+}
+
+#[inline(always)]
+fn sizes<const L: usize>(numbers: &Lane<L>) -> Lane<L> {
+    lanes(|l| numbers[l].abs())
 }

@@ -8,7 +8,7 @@ use crate::estimate::Group;
 use crate::mix::Mix;
 use crate::quality::{self, LackOfFit, NormalityTest, RunsTest, Snooping, Whitened};
 use std::collections::HashMap;
-use std::hash::BuildHasherDefault;
+use std::hash::{BuildHasher, BuildHasherDefault};
 
 /// Results of the checks; each is `None` where the readings do not allow it.
 #[derive(Debug, Clone, Default)]
@@ -135,19 +135,31 @@ pub(crate) fn positions(campaign: &Campaign, design: &DesignMatrix) -> Vec<Optio
 /// The cell of each row: rows of one cell have the same sensor, joint states and columns that the model line uses. A prior is alone.
 pub(crate) fn cells(campaign: &Campaign, design: &DesignMatrix, rows: usize) -> Vec<usize> {
     let used: Vec<Vec<usize>> = (0..campaign.bench.sensors.len()).map(|sensor| used_by(campaign, sensor)).collect();
-    let mut numbers: HashMap<Vec<u64>, usize, BuildHasherDefault<Mix>> = HashMap::default();
+    // the hash of a cell's key, its number and its first row: of many readings, keys would be as large as the design
+    let mut numbers: HashMap<u64, (usize, &RowOrigin), BuildHasherDefault<Mix>> = HashMap::default();
     let mut cells = Vec::with_capacity(rows);
-    let mut key = Vec::new();
+    let (mut key, mut other) = (Vec::new(), Vec::new());
     for origin in &design.rows {
         write_key(campaign, used.at(origin.sensor), origin, &mut key);
-        let next = numbers.len();
-        cells.push(match numbers.get(&key) {
-            Some(cell) => *cell,
-            None => {
-                numbers.insert(key.clone(), next);
-                next
+        let mut hash = BuildHasherDefault::<Mix>::default().hash_one(&key);
+        let cell = loop {
+            let next = numbers.len();
+            match numbers.get(&hash) {
+                None => {
+                    numbers.insert(hash, (next, origin));
+                    break next;
+                }
+                Some((cell, first)) => {
+                    write_key(campaign, used.at(first.sensor), first, &mut other);
+                    if key == other {
+                        break *cell;
+                    }
+                    // two keys of one hash
+                    hash = hash.wrapping_add(1);
+                }
             }
-        });
+        };
+        cells.push(cell);
     }
     let mut next = numbers.len();
     while cells.len() < rows {
