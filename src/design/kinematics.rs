@@ -151,7 +151,7 @@ impl<const L: usize> Turn<L> {
 
     /// `Rot(axis, t)^T v`, see [`Axis::to_inner`].
     #[inline(always)]
-    fn to_inner(&self, axis: Axis, v: &mut Vectors<L>) {
+    fn apply(&self, axis: Axis, v: &mut Vectors<L>) {
         if self.turns() {
             turned(axis, v, &self.sin, &self.cos);
         }
@@ -301,10 +301,10 @@ impl<const L: usize> Instants<L> {
                 }
             }
             if wanted.rate {
-                turn.to_inner(*about, rate);
+                turn.apply(*about, rate);
             }
             if wanted.force {
-                turn.to_inner(*about, force);
+                turn.apply(*about, force);
             }
             if turn.rate != 0.0 {
                 rate[*about as usize].iter_mut().for_each(|q| *q += turn.rate);
