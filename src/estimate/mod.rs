@@ -17,7 +17,8 @@
 //! | `basis.rs` | which columns depend on which, and the parameters' combinations that follow |
 //! | `refine.rs` | iterative refinement with residuals in twice the working precision |
 //! | `compress.rs` | each group's rows as a triangle that says the same |
-//! | `groups.rs` | the scales `s_g` of several groups, and what it costs to estimate them |
+//! | `groups.rs` | the scales `s_g` of several groups |
+//! | `scale_uncertainty.rs` | what it costs to estimate them |
 //! | `equalities.rs` | linear equations between unknowns, by elimination |
 //! | `inequalities.rs` | bounds, ranges and norm cones: what is active, what it costs |
 //! | `cone_program.rs` | the same question as clarabel takes it |
@@ -49,6 +50,7 @@ mod panel;
 mod pivoted;
 mod refine;
 mod reflections;
+mod scale_uncertainty;
 pub mod scatter;
 mod sequential;
 mod small_qr;
@@ -62,8 +64,9 @@ pub use equalities::{Elimination, Equation, Equations, adjust_on};
 pub use factor::Factor;
 pub(crate) use factor::product_by_rows;
 pub use fold::{Fold, Folded};
-pub use groups::{ScaleHints, ScaleUncertainty};
+pub use groups::ScaleHints;
 pub use inequalities::{Active, Inequality, Restricted, Side, restrict};
+pub use scale_uncertainty::ScaleUncertainty;
 pub use scatter::{
     Absorbed, Felt, Floor, LineState, Memory, Mixture, Node, Pattern, ScatterLine, Scattered, Stepped, Variances,
     Whitening, adjust_scattered, step_scattered,

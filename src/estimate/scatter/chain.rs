@@ -90,12 +90,12 @@ pub struct Part {
 
 impl Part {
     /// Columns of the unknowns.
-    pub fn columns(&self) -> usize {
+    pub(crate) fn columns(&self) -> usize {
         self.gram.first().map_or(0, |gram| gram.ncols().saturating_sub(1))
     }
 
     /// Rows of white noise alone: how many, `log|V1|` and `C' V1^-1 C`.
-    pub fn white(rows: f64, log_determinant: f64, gram: Mat<f64>) -> Self {
+    pub(crate) fn white(rows: f64, log_determinant: f64, gram: Mat<f64>) -> Self {
         Part { rows, log_determinant: [log_determinant, 0.0, 0.0, 0.0, 0.0, 0.0], gram: vec![gram] }
     }
 }
