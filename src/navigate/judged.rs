@@ -1,6 +1,6 @@
 //! The posterior of sets of causes, and of what none of them explains, on the linear model at a state: the score of campaigns (`diagnosis`).
 
-use super::bank::{Condensed, bank};
+use super::bank::bank;
 use super::cause::{Cause, Change};
 use super::refine::{State, Walk};
 use super::walk::Linear;
@@ -16,7 +16,7 @@ pub(super) struct Judged {
     score: Score,
     pub posterior: Posterior,
     kernels: Vec<Kernel>,
-    /// Columns of all causes, of unit norm before they were condensed.
+    /// Columns of all causes, of unit norm.
     columns: Mat<f64>,
 }
 
@@ -41,13 +41,19 @@ impl Walk<'_> {
     /// The posterior at a state; `whole` where noise alone is beside its causes.
     pub(super) fn judge(&self, linear: &Linear, state: &State, whole: bool) -> Judged {
         let (case, settings) = (&self.case, &self.case.settings);
-        let rows = Condensed::new(case.measured, &state.out);
-        let columns = rows.matrix(linear.products.columns().iter().map(|own| own.as_slice()));
-        let residual = rows.of(linear.products.residual());
-        let mut left = [case.left(&state.flown.predicted)];
-        case.weigh(self.u, &state.out, &mut left);
-        let left = rows.of(&left[0]);
-        let kernels = if whole { Vec::new() } else { bank(case, self.u, &state.out, &rows, &left) };
+        let residual = linear.products.residual();
+        let all = linear.products.columns();
+        let value = |i: usize, j: usize| all.get(j).and_then(|own| own.get(i)).copied();
+        // each has a value for each row
+        let columns = Mat::from_fn(residual.len(), all.len(), |i, j| value(i, j).unwrap_or_default());
+        let kernels = match whole {
+            true => Vec::new(),
+            false => {
+                let rows = self.weighed(&state.out);
+                let left = rows.rows([&case.left(&state.flown.predicted)].into_iter());
+                left.first().map_or_else(Vec::new, |left| bank(&rows, left))
+            }
+        };
         let largest = residual.iter().fold(LARGEST, |most, v| most.max(v.abs()));
         let priors =
             Priors { most: settings.causes.max(state.set.len()), largest, ..Priors::at(settings.common.significance) };
@@ -58,9 +64,9 @@ impl Walk<'_> {
         // without rows there is no run
         let own = odds(&linear.causes, settings.rank_penalty, longest.unwrap_or_default());
         let share = |j: usize| priors.share_below(absurd.get(j).copied().unwrap_or(f64::INFINITY));
-        let none = Mat::zeros(rows.len(), 0);
+        let none = Mat::zeros(residual.len(), 0);
         let problem = Problem {
-            residual: &residual,
+            residual,
             basis: none.as_ref(),
             columns: columns.as_ref(),
             prior: &priors.shared(own, share),
