@@ -126,7 +126,8 @@ impl Waves<'_> {
                 let mut column = vec![0.0; self.rows.short.u.len()];
                 for (k, (at, _)) in own(run).enumerate() {
                     // a constant has twice the square of a wave
-                    let by = if h == 0 { FRAC_1_SQRT_2 } else { (PI * h as f64 * (k as f64 + 0.5) / count as f64).cos() };
+                    let by =
+                        if h == 0 { FRAC_1_SQRT_2 } else { (PI * h as f64 * (k as f64 + 0.5) / count as f64).cos() };
                     let u = self.rows.short.u.get(*at);
                     column.get_mut(*at).zip(u).into_iter().for_each(|(slot, u)| *slot = u * by);
                 }

@@ -292,11 +292,14 @@ pub(super) fn penalty(case: &Case<'_>, u: &[f64]) -> (f64, usize) {
     };
     let steps = case.causes.iter().filter(|cause| is_step(cause)).count();
     let weighed = Weighed::new(case, u, &[]);
-    let shown = case.causes.iter().zip(&weighed.unit).filter(|(cause, (_, norm))| {
-        !is_step(cause) && *norm > 0.0 && !case.is_invisible(cause, *norm)
-    });
+    let shown = case
+        .causes
+        .iter()
+        .zip(&weighed.unit)
+        .filter(|(cause, (_, norm))| !is_step(cause) && *norm > 0.0 && !case.is_invisible(cause, *norm));
     let seen: Vec<&Rc<Vec<f64>>> = shown.map(|(_, (column, _))| column).collect();
-    let is_new = |(i, own): &(usize, &&Rc<Vec<f64>>)| seen.iter().take(*i).all(|other| dot(own, other).abs() < 1.0 - 1e-6);
+    let is_new =
+        |(i, own): &(usize, &&Rc<Vec<f64>>)| seen.iter().take(*i).all(|other| dot(own, other).abs() < 1.0 - 1e-6);
     let distinct = steps + seen.iter().enumerate().filter(is_new).count();
     (search::penalty(case.settings.common.significance, distinct), distinct)
 }
