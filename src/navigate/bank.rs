@@ -9,8 +9,8 @@ use crate::diagnosis::{Kernel, LENGTHS, share_of_wave};
 use faer::Mat;
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
-/// Waves of what drives the navigator (fast courses do next to nothing), and of all channels together: they bound the work. Where a course has fewer waves
-/// than rows, what it lacks is taken for noise: those of up to three channels of two hundred rows are complete.
+/// Waves of what drives the navigator (fast courses do next to nothing), and of all channels together: they bound the work. What a course lacks is taken for
+/// noise of all channels; those of three channels of two hundred rows are complete, and of more the largest are kept.
 const DRIVING: usize = 24;
 const TOGETHER: usize = 640;
 /// The same of channels in which nothing is left.
@@ -54,14 +54,19 @@ pub(super) fn bank(rows: &Weighed, left: &[f64]) -> Vec<Kernel> {
         let share = by * share_of_wave(own.order, length);
         own.column.iter().map(|v| share * v).collect()
     };
+    let largest = |mut waves: Vec<(&Wave, f64)>, length: (bool, f64)| -> Vec<Vec<f64>> {
+        let size = |(wave, by): &(&Wave, f64)| by * share_of_wave(wave.order, length);
+        waves.sort_by(|a, b| size(b).total_cmp(&size(a)));
+        waves.into_iter().take(TOGETHER).map(|(wave, by)| scaled(wave, length, by)).collect()
+    };
     let quiet: Vec<Vec<Wave>> = measured.iter().map(|(channel, ..)| waves.of_channel(*channel, QUIET)).collect();
-    let most = TOGETHER / louder.len().max(1);
-    let loud: Vec<(Vec<Wave>, f64)> = louder.iter().map(|(c, by)| (waves.of_channel(*c, most), *by)).collect();
+    let loud: Vec<(Vec<Wave>, f64)> = louder.iter().map(|(c, by)| (waves.of_channel(*c, TOGETHER), *by)).collect();
     for length in LENGTHS {
+        // of kernels that hardly differ the first is kept: all that deviates before the channel that does so most
+        add(largest(loud.iter().flat_map(|(own, by)| own.iter().map(|wave| (wave, *by))).collect(), length));
         for (own, _) in &loud {
             add(own.iter().map(|wave| scaled(wave, length, 1.0)).collect());
         }
-        add(loud.iter().flat_map(|(own, by)| own.iter().map(move |wave| scaled(wave, length, *by))).collect());
         add(quiet.iter().flatten().map(|wave| scaled(wave, length, 1.0)).collect());
     }
     let unit = |at: usize, by: f64| {
@@ -69,10 +74,10 @@ pub(super) fn bank(rows: &Weighed, left: &[f64]) -> Vec<Kernel> {
         column.iter_mut().skip(at).take(1).for_each(|slot| *slot = by);
         column
     };
+    add(louder.iter().flat_map(|(channel, by)| of(*channel).map(|at| unit(at, *by))).collect());
     for (channel, _) in &louder {
         add(of(*channel).map(|at| unit(at, 1.0)).collect());
     }
-    add(louder.iter().flat_map(|(channel, by)| of(*channel).map(|at| unit(at, *by))).collect());
     // what is slow beside the run, and what walks
     let driven: Vec<Vec<Wave>> = ErrorSource::first_order()
         .into_iter()

@@ -4,7 +4,7 @@ use super::bank::bank;
 use super::cause::{Cause, Change};
 use super::refine::{State, Walk};
 use super::walk::Linear;
-use crate::diagnosis::{Deviations, Kernel, NoiseFrom, Posterior, Priors, Problem, Score};
+use crate::diagnosis::{Class, Deviations, Kernel, NoiseFrom, Posterior, Priors, Problem, Score};
 use faer::Mat;
 use faer::linalg::solvers::Solve;
 
@@ -89,18 +89,14 @@ impl Judged {
     /// What is likely, with the probability that it, or what cannot be told from it, is there: the most probable in each place, the first of the catalogue
     /// among those that are nearly as probable.
     pub(super) fn likely(&self, least: f64) -> Vec<(usize, f64)> {
-        let mut found = Vec::new();
-        for class in self.posterior.classes.iter().filter(|class| class.probability >= least) {
-            let most = class.members.iter().fold(0.0_f64, |most, own| most.max(own.probability));
-            let front = class.near(most).max_by(|a, b| a.odds.total_cmp(&b.odds).then(b.candidate.cmp(&a.candidate)));
-            found.extend(front.map(|own| (own.candidate, class.probability)));
-        }
-        found
+        let likely = self.posterior.classes.iter().filter(|class| class.probability >= least);
+        let front = |class: &Class| class.front(f64::INFINITY, |_| true, |a, b| a.cmp(&b));
+        likely.filter_map(|class| Some((front(class)?.candidate, class.probability))).collect()
     }
 
     /// That a cause, or what cannot be told from it, is there.
     pub(super) fn probability(&self, index: usize) -> f64 {
-        let holds = |own: &&crate::diagnosis::Class| own.members.iter().any(|m| m.candidate == index);
+        let holds = |own: &&Class| own.members.iter().any(|m| m.candidate == index);
         let class = self.posterior.classes.iter().filter(holds).map(|own| own.probability).fold(0.0, f64::max);
         let stands = self.score.standing(index);
         let sets = self.posterior.sets.iter().filter(|(_, set)| stands.is_some_and(|own| set.contains(&own)));
