@@ -22,7 +22,6 @@ use crate::estimate::Variances;
 use crate::fit::{self, Fit};
 use crate::simulate::Regressor;
 use crate::vocabulary::vocabulary;
-use std::cmp::Ordering;
 use std::collections::{BTreeMap, HashMap};
 
 /// Sets that are fitted first, rounds of exact fits, and fits of each round: they bound the work.
@@ -38,9 +37,6 @@ const RESEMBLES: f64 = 0.9;
 const FIRST: usize = 3;
 /// Odds against the best from which a set with another tilt is tried.
 const TRIED: f64 = 1e-7;
-
-/// Odds and probabilities of members of a class that differ by a smaller share are equal.
-const EQUAL: f64 = 1e-6;
 
 /// Regressors and sensors of a set.
 type Names = Vec<(String, Option<usize>)>;
@@ -626,25 +622,13 @@ const EXPLANATIONS: (usize, f64) = (64, 1e-3);
 fn outcome(search: &Search<'_>, stood: &Names, mut view: View, point: &[f64]) -> Result<Outcome> {
     let settings = search.question.settings;
     let posterior = view.posterior.clone();
-    // of all that are nearly as probable in a place as any the one with the best odds by itself; of equals the more probable, then by name
-    let front = |class: &Class| {
-        let name = |own: &Member| view.candidates.get(own.candidate).map_or("", |c| c.regressor.as_str());
-        let plain = |own: &&Member| view.candidates.get(own.candidate).is_some_and(|c| !c.vanishing);
-        let top = |own: &mut dyn Iterator<Item = &Member>| own.fold(0.0_f64, |most, own| most.max(own.probability));
-        let all = top(&mut class.members.iter());
-        // what only small tilts leave never stands for a plain one in whose place it could be
-        let most = Some(top(&mut class.members.iter().filter(plain)));
-        let most = most.filter(|own| own.ln() >= all.ln() - search.priors.alias).unwrap_or(all);
-        let order = |a: f64, b: f64| if (a - b).abs() <= EQUAL * a { Ordering::Equal } else { a.total_cmp(&b) };
-        class.near(most).copied().max_by(|a, b| {
-            let probable = || order(a.probability / most, b.probability / most);
-            order(a.odds, b.odds).then_with(probable).then_with(|| name(b).cmp(name(a)))
-        })
-    };
+    let name = |j: usize| view.candidates.get(j).map(|c| c.regressor.as_str());
+    // what only small tilts leave never stands for a plain one
+    let is_plain = |j: usize| view.candidates.get(j).is_some_and(|c| !c.vanishing);
     let mut named: Vec<(Member, &Class)> = Vec::new();
     let mut suspected: Vec<(Member, &Class)> = Vec::new();
     for class in &posterior.classes {
-        let Some(own) = front(class) else { continue };
+        let Some(own) = class.front(search.priors.alias, is_plain, |a, b| name(a).cmp(&name(b))) else { continue };
         match class.probability {
             p if p >= settings.probability => named.push((own, class)),
             p if p >= settings.suspected => suspected.push((own, class)),

@@ -14,6 +14,7 @@
 )]
 
 use faer::{Mat, MatRef, Side};
+use std::cmp::Ordering;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Effects that are expected beside others where anything is missing: one finding in four has a second one.
@@ -44,6 +45,8 @@ const NEGLIGIBLE: f64 = 1e-3;
 /// Members of a class are as probable as the best but for this factor: their own odds decide which one stands for them. Smaller odds are not worth
 /// more than a bare mention (H. Jeffreys, Theory of Probability, app. B; R. Kass, A. Raftery, JASA 90 (1995), 777).
 const NEAR: f64 = 3.0;
+/// Odds and probabilities of members of a class that differ by a smaller share are equal.
+const EQUAL: f64 = 1e-6;
 /// Most sets whose members are told as classes.
 const TOLD: usize = 8;
 
@@ -895,8 +898,7 @@ impl Score {
                 let score = |j: usize| along[j] * t + beside[j];
                 let like = |j: usize| 0.5 * score(j).powi(2) + each;
                 let is_plain = like(first) - nothing >= PLAIN;
-                let in_class =
-                    |j: usize| like(first) - like(j) <= self.settings.alias && (is_plain || along[j].abs() >= ALIKE);
+                let in_class = |j: usize| self.stands_for(like(first) - like(j), is_plain, || along[j].abs());
                 let value = |j: &usize| (in_class(*j), like(*j) + self.believed(*j, score(*j).powi(2) + 1.0));
                 let values: Vec<(bool, f64)> = open.iter().map(value).collect();
                 let outside = remainders.iter().map(|[a, b, c]| a + b * t + c * t * t);
@@ -928,6 +930,11 @@ impl Score {
             *sums.entry(set.clone()).or_insert(0.0) += (value - self.best).exp();
         }
         sums.into_iter().map(|(s, v)| (s, v.ln())).collect()
+    }
+
+    /// Do two explanations that differ by so much (ln) stand in each other's place? Of what is hardly seen only columns that are alike do.
+    fn stands_for(&self, apart: f64, is_plain: bool, cosine: impl FnOnce() -> f64) -> bool {
+        apart <= self.settings.alias && (is_plain || cosine() >= ALIKE)
     }
 
     /// Cosine of two columns beside the model and some others, by size; zero where one of them was never in a set.
@@ -970,10 +977,10 @@ impl Score {
                 let is_plain = like(*top, member) - without.max(1e-300).ln() >= PLAIN;
                 for (p, other) in sets.iter().filter(|(_, other)| other.len() == set.len()) {
                     let extra: Vec<u16> = other.iter().filter(|j| !less.contains(j)).copied().collect();
+                    let apart = |j: u16| like(*top, member) - like(*p, j);
                     if let [j] = extra[..]
                         && j != member
-                        && like(*p, j) >= like(*top, member) - self.settings.alias
-                        && (is_plain || self.cosine(&less, member, j) >= ALIKE)
+                        && self.stands_for(apart(j), is_plain, || self.cosine(&less, member, j))
                     {
                         class.push((j, *p));
                     }
@@ -1117,9 +1124,26 @@ pub(crate) struct Class {
 }
 
 impl Class {
-    /// Members of which any may stand for all: as probable as `most`, but for what is hardly worth a mention.
-    pub fn near(&self, most: f64) -> impl Iterator<Item = &Member> {
-        self.members.iter().filter(move |own| own.probability * NEAR >= most && own.probability <= most)
+    /// The member that stands for all: of those that are nearly as probable as any (but for what is hardly worth a mention) the one with the best odds by
+    /// itself; of equals the more probable, then the first. What is not plain never stands for a plain one in whose place it could be, by so much (ln).
+    pub fn front(
+        &self,
+        alias: f64,
+        is_plain: impl Fn(usize) -> bool,
+        order: impl Fn(usize, usize) -> Ordering,
+    ) -> Option<Member> {
+        let most = |all: bool| {
+            let own = self.members.iter().filter(|own| all || is_plain(own.candidate));
+            own.fold(0.0_f64, |most, own| most.max(own.probability))
+        };
+        let top = most(true);
+        let most = Some(most(false)).filter(|own| own.ln() >= top.ln() - alias).unwrap_or(top);
+        let near = self.members.iter().filter(|own| own.probability * NEAR >= most && own.probability <= most);
+        let equal = |a: f64, b: f64| if (a - b).abs() <= EQUAL * a { Ordering::Equal } else { a.total_cmp(&b) };
+        near.copied().max_by(|a, b| {
+            let probable = || equal(a.probability / most, b.probability / most);
+            equal(a.odds, b.odds).then_with(probable).then_with(|| order(b.candidate, a.candidate))
+        })
     }
 }
 

@@ -1,101 +1,52 @@
-//! What no cause explains: weighted values in a bounded number of rows, and covariance kernels that know nothing of the catalogue. A channel goes with
-//! time, or all channels, or the rate or the specific force along an axis does and drives the navigator; or the noise of a channel is larger than
-//! stated.
+//! What no cause explains: covariance kernels that know nothing of the catalogue. A channel goes with time, or all channels, or the rate or the specific
+//! force along an axis does and drives the navigator; or the noise of a channel is larger than stated.
 
-use super::case::Case;
 use super::cause::{Cause, Change};
 use super::errors::{ErrorSource, Kind};
-use super::measured::{CHANNELS, Cell, Measured};
+use super::measured::{CHANNELS, Cell};
+use super::shortened::Weighed;
 use crate::diagnosis::{Kernel, LENGTHS, share_of_wave};
-use crate::elements::Elements;
 use faer::Mat;
-use std::collections::BTreeMap;
-use std::f64::consts::PI;
+use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
-/// Rows of a question at most, about: what follows time slower than a hundredth of a run keeps its shape.
-const ROWS: usize = 1000;
-/// Waves of what one channel does in all runs, of what drives the navigator (fast courses do next to nothing), and of all channels together: they bound the work.
-const WAVES: usize = 48;
+/// Waves of what drives the navigator (fast courses do next to nothing), and of all channels together: they bound the work. What a course lacks is taken for
+/// noise of all channels; those of three channels of two hundred rows are complete, and of more the largest are kept.
 const DRIVING: usize = 24;
-const TOGETHER: usize = 240;
+const TOGETHER: usize = 640;
+/// The same of channels in which nothing is left.
+const QUIET: usize = 34;
 /// Standard deviations of its mean square by which a channel has more than noise left.
 const MORE: f64 = 3.0;
-/// Share of the noise variance that a channel with nothing left deviates by, where each is as large as what is left in it.
-const LEAST: f64 = 0.01;
-
-/// Weighted values, as means over consecutive rows of a channel: orthogonal combinations of values, so that what is white and of unit size stays so.
-pub(super) struct Condensed {
-    groups: Vec<Group>,
-    /// Times of the first and the last row of each run.
-    spans: Vec<(f64, f64)>,
-}
-
-struct Group {
-    channel: usize,
-    cells: Vec<usize>,
-}
-
-impl Condensed {
-    pub fn new(measured: &Measured, out: &[usize]) -> Condensed {
-        let mut places: BTreeMap<(usize, usize), Vec<usize>> = BTreeMap::new();
-        let mut spans: BTreeMap<usize, (f64, f64)> = BTreeMap::new();
-        let mut count = 0;
-        for (at, cell) in measured.cells().enumerate().filter(|(at, _)| !out.contains(at)) {
-            places.entry((cell.run, cell.channel)).or_default().push(at);
-            let span = spans.entry(cell.run).or_insert((cell.time, cell.time));
-            *span = (span.0.min(cell.time), span.1.max(cell.time));
-            count += 1;
-        }
-        let together = usize::div_ceil(count, ROWS).max(1);
-        let group = |((_, channel), cells): (&(usize, usize), &Vec<usize>)| -> Vec<Group> {
-            let one = |cells: &[usize]| Group { channel: *channel, cells: cells.to_vec() };
-            cells.chunks(together).map(one).collect()
-        };
-        Condensed { groups: places.iter().flat_map(group).collect(), spans: spans.into_values().collect() }
-    }
-
-    pub fn len(&self) -> usize {
-        self.groups.len()
-    }
-
-    pub fn of(&self, column: &[f64]) -> Vec<f64> {
-        let one = |own: &Group| {
-            let sum: f64 = own.cells.iter().filter_map(|at| column.get(*at)).sum();
-            sum / (own.cells.len() as f64).sqrt()
-        };
-        self.groups.iter().map(one).collect()
-    }
-
-    pub fn matrix<'b>(&self, columns: impl Iterator<Item = &'b [f64]>) -> Mat<f64> {
-        let columns: Vec<Vec<f64>> = columns.map(|column| self.of(column)).collect();
-        matrix(self.len(), &columns)
-    }
-}
 
 fn matrix(rows: usize, columns: &[Vec<f64>]) -> Mat<f64> {
     // each has a value for each row
     Mat::from_fn(rows, columns.len(), |i, j| columns.get(j).and_then(|own| own.get(i)).copied().unwrap_or_default())
 }
 
-/// The kernels beside a state that leaves `left` (weighted, condensed).
-pub(super) fn bank(case: &Case<'_>, u: &[f64], out: &[usize], rows: &Condensed, left: &[f64]) -> Vec<Kernel> {
-    let own = |channel: usize| rows.groups.iter().zip(left).filter(move |(group, _)| group.channel == channel);
-    let counts: [f64; CHANNELS] = std::array::from_fn(|channel| own(channel).count() as f64);
-    let squares: [f64; CHANNELS] =
-        std::array::from_fn(|channel| own(channel).map(|(_, v)| v * v).sum::<f64>() / counts.at(channel).max(1.0));
-    let is_left = |channel: usize| {
-        counts.at(channel) > 0.0 && squares.at(channel) > 1.0 + MORE * (2.0 / counts.at(channel)).sqrt()
+/// The kernels beside a state that leaves `left`.
+pub(super) fn bank(rows: &Weighed, left: &[f64]) -> Vec<Kernel> {
+    let out = rows.out();
+    let cells = rows.short.measured.cells().enumerate().filter(|(at, _)| !out.contains(at));
+    let cells: Vec<(usize, Cell)> = cells.collect();
+    let waves = Waves { rows, cells: &cells };
+    let of = |channel: usize| cells.iter().filter(move |(_, cell)| cell.channel == channel).map(|(at, _)| *at);
+    // mean square of what is left in each channel that was measured
+    let square = |channel: usize| {
+        let count = of(channel).count() as f64;
+        let sum: f64 = of(channel).filter_map(|at| left.get(at)).map(|v| v * v).sum();
+        (count > 0.0).then(|| (channel, sum / count, 1.0 + MORE * (2.0 / count).sqrt()))
     };
-    // standard deviation of what is more than noise
-    let beyond = |channel: usize| (squares.at(channel) - 1.0).max(LEAST).sqrt();
-    let waves = Waves { case, u, out, rows };
+    let measured: Vec<(usize, f64, f64)> = (0..CHANNELS).filter_map(square).collect();
+    // with the standard deviation of what is more than noise
+    let louder: Vec<(usize, f64)> =
+        measured.iter().filter(|(_, own, most)| own > most).map(|(c, own, _)| (*c, (own - 1.0).sqrt())).collect();
     let mut found = Vec::new();
     let mut add = |columns: Vec<Vec<f64>>| {
-        let mut factor = matrix(rows.len(), &columns);
+        let mut factor = matrix(left.len(), &columns);
         let trace: f64 = (0..factor.ncols()).map(|j| factor.col(j).squared_norm_l2()).sum();
         if trace > 0.0 {
             // of mean variance one
-            factor *= faer::Scale((rows.len() as f64 / trace).sqrt());
+            factor *= faer::Scale((left.len() as f64 / trace).sqrt());
             found.push(Kernel { follows: None, factor });
         }
     };
@@ -103,34 +54,29 @@ pub(super) fn bank(case: &Case<'_>, u: &[f64], out: &[usize], rows: &Condensed, 
         let share = by * share_of_wave(own.order, length);
         own.column.iter().map(|v| share * v).collect()
     };
-    let channels: Vec<(usize, Vec<Wave>)> =
-        (0..CHANNELS).filter(|c| counts.at(*c) > 0.0).map(|channel| (channel, waves.of_channel(channel))).collect();
-    let most = (TOGETHER / channels.len().max(1)).max(1);
+    let largest = |mut waves: Vec<(&Wave, f64)>, length: (bool, f64)| -> Vec<Vec<f64>> {
+        let size = |(wave, by): &(&Wave, f64)| by * share_of_wave(wave.order, length);
+        waves.sort_by(|a, b| size(b).total_cmp(&size(a)));
+        waves.into_iter().take(TOGETHER).map(|(wave, by)| scaled(wave, length, by)).collect()
+    };
+    let quiet: Vec<Vec<Wave>> = measured.iter().map(|(channel, ..)| waves.of_channel(*channel, QUIET)).collect();
+    let loud: Vec<(Vec<Wave>, f64)> = louder.iter().map(|(c, by)| (waves.of_channel(*c, TOGETHER), *by)).collect();
     for length in LENGTHS {
-        for (_, own) in channels.iter().filter(|(channel, _)| is_left(*channel)) {
+        // of kernels that hardly differ the first is kept: all that deviates before the channel that does so most
+        add(largest(loud.iter().flat_map(|(own, by)| own.iter().map(|wave| (wave, *by))).collect(), length));
+        for (own, _) in &loud {
             add(own.iter().map(|wave| scaled(wave, length, 1.0)).collect());
         }
-        for alike in [true, false] {
-            let by = |channel: usize| if alike { 1.0 } else { beyond(channel) };
-            let own = channels
-                .iter()
-                .flat_map(|(channel, own)| own.iter().take(most).map(move |wave| scaled(wave, length, by(*channel))));
-            add(own.collect());
-        }
+        add(quiet.iter().flatten().map(|wave| scaled(wave, length, 1.0)).collect());
     }
-    let unit = |(place, group): (usize, &Group), by: f64| {
-        is_left(group.channel).then(|| {
-            let mut column = vec![0.0; rows.len()];
-            column.iter_mut().skip(place).take(1).for_each(|slot| *slot = by);
-            column
-        })
+    let unit = |at: usize, by: f64| {
+        let mut column = vec![0.0; left.len()];
+        column.iter_mut().skip(at).take(1).for_each(|slot| *slot = by);
+        column
     };
-    for channel in (0..CHANNELS).filter(|channel| is_left(*channel)) {
-        let own = rows.groups.iter().enumerate().filter(|(_, group)| group.channel == channel);
-        add(own.filter_map(|own| unit(own, 1.0)).collect());
-    }
-    if (0..CHANNELS).filter(|channel| is_left(*channel)).count() > 1 {
-        add(rows.groups.iter().enumerate().filter_map(|own| unit(own, beyond(own.1.channel))).collect());
+    add(louder.iter().flat_map(|(channel, by)| of(*channel).map(|at| unit(at, *by))).collect());
+    for (channel, _) in &louder {
+        add(of(*channel).map(|at| unit(at, 1.0)).collect());
     }
     // what is slow beside the run, and what walks
     let driven: Vec<Vec<Wave>> = ErrorSource::first_order()
@@ -140,10 +86,9 @@ pub(super) fn bank(case: &Case<'_>, u: &[f64], out: &[usize], rows: &Condensed, 
         .collect();
     let [_, slow, walk, ..] = LENGTHS;
     for length in [slow, walk] {
-        let each: Vec<Vec<Vec<f64>>> =
-            driven.iter().map(|own| own.iter().map(|wave| scaled(wave, length, 1.0)).collect()).collect();
         let mut all = Vec::new();
-        for own in each {
+        for own in &driven {
+            let own: Vec<Vec<f64>> = own.iter().map(|wave| scaled(wave, length, 1.0)).collect();
             let trace: f64 = own.iter().flatten().map(|v| v * v).sum();
             if trace > 0.0 {
                 all.extend(own.iter().map(|column| column.iter().map(|v| v / trace.sqrt()).collect::<Vec<f64>>()));
@@ -155,7 +100,7 @@ pub(super) fn bank(case: &Case<'_>, u: &[f64], out: &[usize], rows: &Condensed, 
     found
 }
 
-/// A wave of one run: `cos(pi h t / T)`, `T` the length of the run, in what deviates.
+/// A wave of one run in what deviates: so many half waves in the run.
 struct Wave {
     order: f64,
     column: Vec<f64>,
@@ -163,56 +108,53 @@ struct Wave {
 
 /// What makes them.
 struct Waves<'a> {
-    case: &'a Case<'a>,
-    u: &'a [f64],
-    out: &'a [usize],
-    rows: &'a Condensed,
+    rows: &'a Weighed,
+    cells: &'a [(usize, Cell)],
 }
 
 impl Waves<'_> {
-    fn each(
-        &self,
-        orders: std::ops::RangeInclusive<usize>,
-        column: impl Fn(f64, (usize, f64, f64)) -> Vec<f64>,
-    ) -> Vec<Wave> {
-        let most = (orders.end() / self.rows.spans.len().max(1)).max(1);
-        let runs = self.rows.spans.iter().enumerate().filter(|(_, (first, last))| last > first);
-        let mut found = Vec::new();
-        for h in *orders.start()..=most {
-            for (run, (first, last)) in runs.clone() {
-                let order = h as f64;
-                let mut columns = [column(order, (run, *first, *last))];
-                self.case.weigh(self.u, self.out, &mut columns);
-                let [column] = columns;
-                // a constant has twice the square of a wave
-                let by = if h == 0 { std::f64::consts::FRAC_1_SQRT_2 } else { 1.0 };
-                let column = self.rows.of(&column).into_iter().map(|v| by * v).collect();
-                found.push(Wave { order, column });
+    fn weighed(&self, made: Vec<(usize, Vec<f64>)>) -> Vec<Wave> {
+        let (orders, mut columns): (Vec<usize>, Vec<Vec<f64>>) = made.into_iter().unzip();
+        self.rows.weigh(&mut columns);
+        orders.into_iter().zip(columns).map(|(order, column)| Wave { order: order as f64, column }).collect()
+    }
+
+    /// What one channel does from row to row, `cos(pi h (k + 1/2) / n)`: orthogonal, and complete where there are as many waves as rows. At most so many in
+    /// all runs; of each the slowest.
+    fn of_channel(&self, channel: usize, most: usize) -> Vec<Wave> {
+        let runs = self.rows.short.measured.runs.len();
+        let own = |run: usize| self.cells.iter().filter(move |(_, cell)| cell.run == run && cell.channel == channel);
+        let mut made = Vec::new();
+        for run in 0..runs {
+            let count = own(run).count();
+            for h in 0..count.min(most.div_ceil(runs)) {
+                let mut column = vec![0.0; self.rows.short.u.len()];
+                for (k, (at, _)) in own(run).enumerate() {
+                    // a constant has twice the square of a wave
+                    let by =
+                        if h == 0 { FRAC_1_SQRT_2 } else { (PI * h as f64 * (k as f64 + 0.5) / count as f64).cos() };
+                    let u = self.rows.short.u.get(*at);
+                    column.get_mut(*at).zip(u).into_iter().for_each(|(slot, u)| *slot = u * by);
+                }
+                made.push((h, column));
             }
         }
-        found
+        self.weighed(made)
     }
 
-    fn of_channel(&self, channel: usize) -> Vec<Wave> {
-        let own = self.rows.groups.iter().filter(|group| group.channel == channel).count();
-        // what forgets has a mean, too
-        self.each(0..=WAVES.min(own.saturating_sub(1)), |order, (run, first, last)| {
-            let one = |(cell, u): (Cell, &f64)| match cell.channel == channel && cell.run == run {
-                true => u * (PI * order * (cell.time - first) / (last - first)).cos(),
-                false => 0.0,
-            };
-            self.case.measured.cells().zip(self.u).map(one).collect()
-        })
-    }
-
+    /// What a bias does that waves from the start of a run on; a constant one is a cause.
     fn driven_by(&self, source: &ErrorSource) -> Vec<Wave> {
-        // a constant one is a cause
-        self.each(1..=DRIVING, |order, (run, _, last)| {
-            // from the start of the run, where nothing has happened yet
-            let change = Change::Wave { period: 2.0 * last / order, phase: 0.5 * PI };
-            let column = self.case.columns.of(&Cause::Changing(*source, change));
-            let own = |(cell, v): (Cell, f64)| if cell.run == run { v } else { 0.0 };
-            self.case.measured.cells().zip(column).map(own).collect()
-        })
+        let measured = &self.rows.short.measured;
+        let mut made = Vec::new();
+        for (run, rows) in measured.runs.iter().enumerate() {
+            let Some(last) = rows.rows.last() else { continue };
+            for h in 1..=DRIVING.div_ceil(measured.runs.len()) {
+                let change = Change::Wave { period: 2.0 * last.time / h as f64, phase: 0.5 * PI };
+                let column = self.rows.made.of(&Cause::Changing(*source, change));
+                let own = |(cell, v): (Cell, f64)| if cell.run == run { v } else { 0.0 };
+                made.push((h, measured.cells().zip(column).map(own).collect()));
+            }
+        }
+        self.weighed(made)
     }
 }

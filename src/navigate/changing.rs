@@ -18,6 +18,7 @@ use super::cause::{Cause, Change};
 use super::errors::{ErrorSource, ImuErrors, Kind};
 use super::measured::{self, CHANNELS, Channels, Measured};
 use super::mission::Mission;
+use super::shortened::Shortened;
 use super::signatures::{Instant, instants, motion, predicted_together, times};
 use super::whiten::{Walks, carried as carried_walks};
 use crate::elements::Elements;
@@ -131,6 +132,21 @@ impl Columns {
         let mut columns = Columns { runs, walks: Walks::default(), sources: self.sources.clone() };
         columns.walks = Walks { instants: columns.carrying(&self.walks.instants), biases: self.walks.biases };
         columns
+    }
+
+    /// The same of a record in fewer rows.
+    pub fn shortened(&self, short: &Shortened) -> Columns {
+        let run = |(own, measured): (&Run, &measured::Run)| Run {
+            rows: measured.rows.iter().map(|row| (row.time, row.value.map(|v| v.is_some()))).collect(),
+            at_rows: short.middle(&own.at_rows),
+            grid: own.grid.clone(),
+            carried: own.carried.clone(),
+            psi: short.middle(&own.psi),
+            carried_to_rows: own.carried_to_rows.iter().map(|own| short.middle(own)).collect(),
+        };
+        let runs = self.runs.iter().zip(&short.measured.runs).map(run).collect();
+        let walks = Walks { instants: short.instants(&self.walks.instants), biases: self.walks.biases };
+        Columns { runs, walks, sources: self.sources.clone() }
     }
 
     /// Random walks as they go on beside the errors that these columns are around.

@@ -137,7 +137,9 @@ impl Walk<'_> {
         let mut white = [gap.to_vec()];
         case.weigh(self.u, &state.out, &mut white);
         let whole = dot(&white[0], &white[0]).max(f64::MIN_POSITIVE);
-        let rss = linear.products.solve(&set).map_or(state.rss, |solved| solved.rss);
+        let rss = state.rss;
+        // in the rows in which the causes were looked for
+        let least = linear.products.solve(&set).map_or(rss, |solved| solved.rss);
         // where the noise is what is left, its own size counts
         let dof = case.values.len().saturating_sub(set.len() + state.out.len()).max(1) as f64;
         let scale = match partly {
@@ -160,7 +162,7 @@ impl Walk<'_> {
             let u = stands.map_or(scale * u, |own| own.u);
             let mut others = set.clone();
             others.remove(place);
-            let without = linear.products.solve(&others).map_or(rss, |solved| solved.rss);
+            let without = linear.products.solve(&others).map_or(least, |solved| solved.rss);
             let t = if u > 0.0 { value / u } else { f64::INFINITY };
             findings.push(Finding {
                 source: *cause,
@@ -169,7 +171,7 @@ impl Walk<'_> {
                 t,
                 p: p_of(t, tests),
                 probability: stands.map(|own| own.probability).or(alone),
-                explains: ((without - rss) / whole).clamp(0.0, 1.0),
+                explains: ((without - least) / whole).clamp(0.0, 1.0),
                 aliases: self.aliases(&linear, &set, place, scale),
                 separate_by: Vec::new(),
             });

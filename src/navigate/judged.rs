@@ -1,10 +1,10 @@
 //! The posterior of sets of causes, and of what none of them explains, on the linear model at a state: the score of campaigns (`diagnosis`).
 
-use super::bank::{Condensed, bank};
+use super::bank::bank;
 use super::cause::{Cause, Change};
 use super::refine::{State, Walk};
 use super::walk::Linear;
-use crate::diagnosis::{Deviations, Kernel, NoiseFrom, Posterior, Priors, Problem, Score};
+use crate::diagnosis::{Class, Deviations, Kernel, NoiseFrom, Posterior, Priors, Problem, Score};
 use faer::Mat;
 use faer::linalg::solvers::Solve;
 
@@ -16,7 +16,7 @@ pub(super) struct Judged {
     score: Score,
     pub posterior: Posterior,
     kernels: Vec<Kernel>,
-    /// Columns of all causes, of unit norm before they were condensed.
+    /// Columns of all causes, of unit norm.
     columns: Mat<f64>,
 }
 
@@ -41,13 +41,19 @@ impl Walk<'_> {
     /// The posterior at a state; `whole` where noise alone is beside its causes.
     pub(super) fn judge(&self, linear: &Linear, state: &State, whole: bool) -> Judged {
         let (case, settings) = (&self.case, &self.case.settings);
-        let rows = Condensed::new(case.measured, &state.out);
-        let columns = rows.matrix(linear.products.columns().iter().map(|own| own.as_slice()));
-        let residual = rows.of(linear.products.residual());
-        let mut left = [case.left(&state.flown.predicted)];
-        case.weigh(self.u, &state.out, &mut left);
-        let left = rows.of(&left[0]);
-        let kernels = if whole { Vec::new() } else { bank(case, self.u, &state.out, &rows, &left) };
+        let residual = linear.products.residual();
+        let all = linear.products.columns();
+        let value = |i: usize, j: usize| all.get(j).and_then(|own| own.get(i)).copied();
+        // each has a value for each row
+        let columns = Mat::from_fn(residual.len(), all.len(), |i, j| value(i, j).unwrap_or_default());
+        let kernels = match whole {
+            true => Vec::new(),
+            false => {
+                let rows = self.weighed(&state.out);
+                let left = rows.rows([&case.left(&state.flown.predicted)].into_iter());
+                left.first().map_or_else(Vec::new, |left| bank(&rows, left))
+            }
+        };
         let largest = residual.iter().fold(LARGEST, |most, v| most.max(v.abs()));
         let priors =
             Priors { most: settings.causes.max(state.set.len()), largest, ..Priors::at(settings.common.significance) };
@@ -58,9 +64,9 @@ impl Walk<'_> {
         // without rows there is no run
         let own = odds(&linear.causes, settings.rank_penalty, longest.unwrap_or_default());
         let share = |j: usize| priors.share_below(absurd.get(j).copied().unwrap_or(f64::INFINITY));
-        let none = Mat::zeros(rows.len(), 0);
+        let none = Mat::zeros(residual.len(), 0);
         let problem = Problem {
-            residual: &residual,
+            residual,
             basis: none.as_ref(),
             columns: columns.as_ref(),
             prior: &priors.shared(own, share),
@@ -83,18 +89,14 @@ impl Judged {
     /// What is likely, with the probability that it, or what cannot be told from it, is there: the most probable in each place, the first of the catalogue
     /// among those that are nearly as probable.
     pub(super) fn likely(&self, least: f64) -> Vec<(usize, f64)> {
-        let mut found = Vec::new();
-        for class in self.posterior.classes.iter().filter(|class| class.probability >= least) {
-            let most = class.members.iter().fold(0.0_f64, |most, own| most.max(own.probability));
-            let front = class.near(most).max_by(|a, b| a.odds.total_cmp(&b.odds).then(b.candidate.cmp(&a.candidate)));
-            found.extend(front.map(|own| (own.candidate, class.probability)));
-        }
-        found
+        let likely = self.posterior.classes.iter().filter(|class| class.probability >= least);
+        let front = |class: &Class| class.front(f64::INFINITY, |_| true, |a, b| a.cmp(&b));
+        likely.filter_map(|class| Some((front(class)?.candidate, class.probability))).collect()
     }
 
     /// That a cause, or what cannot be told from it, is there.
     pub(super) fn probability(&self, index: usize) -> f64 {
-        let holds = |own: &&crate::diagnosis::Class| own.members.iter().any(|m| m.candidate == index);
+        let holds = |own: &&Class| own.members.iter().any(|m| m.candidate == index);
         let class = self.posterior.classes.iter().filter(holds).map(|own| own.probability).fold(0.0, f64::max);
         let stands = self.score.standing(index);
         let sets = self.posterior.sets.iter().filter(|(_, set)| stands.is_some_and(|own| set.contains(&own)));

@@ -16,7 +16,8 @@
 //! | `judged`, `bank` | the posterior of sets of causes and of what none of them explains, by the score of campaigns |
 //! | `partly` | what stands beside something that nothing explains |
 //! | [`settings`] | every threshold, with its reason |
-//! | `wander`, `shortened` | a random walk that the mission does not state; long records in fewer rows for it |
+//! | `wander` | a random walk that the mission does not state |
+//! | `shortened` | long records in fewer rows, in which all of these look |
 //! | [`diagnose`] (`case`, `conclude`, `aliases`, `gap_steps`), [`separate`], [`remainder`] | the diagnosis, how the gap shrinks, motions that would tell aliases apart, what is left |
 //! | [`run`] | a mission flown: rows to a sink, memory independent of the duration |
 //!

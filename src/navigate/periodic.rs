@@ -13,6 +13,7 @@ use super::cause::{Cause, Change};
 use super::refine::{State, Walk};
 use super::search::INDEPENDENT;
 use super::sharpen::By;
+use super::shortened::Weighed;
 use crate::linear::{dot, orthonormal, project};
 use std::f64::consts::FRAC_PI_2;
 
@@ -22,8 +23,6 @@ const LEAST: usize = 2;
 const SEEN: usize = 4;
 /// and no more than this.
 const MOST: usize = 80;
-/// nor more than so many values in all of them: records of a million values take as long as they must.
-const WORK: usize = 3_000_000;
 /// Biases and channels whose period is made finer: those whose waves take off most.
 const FINER: usize = 6;
 /// Waves that take off the same, of which each is tried.
@@ -38,24 +37,12 @@ pub(super) struct WaveFit {
     pub gain: f64,
 }
 
-impl<'a> Walk<'a> {
-    /// The time of the last row, s.
-    pub(super) fn last(&self) -> f64 {
-        self.case.measured.cells().fold(f64::MIN_POSITIVE, |last, cell| last.max(cell.time))
-    }
-
+impl Weighed {
     /// The best phase of a wave of this period of a bias or a channel, beside what an orthonormal basis and `residual` outside of it stand for;
     /// weighted columns. `None` for what does not wave, or is not independent.
-    pub(super) fn wave(
-        &self,
-        of: &Cause,
-        period: f64,
-        out: &[usize],
-        (basis, residual): (&[Vec<f64>], &[f64]),
-    ) -> Option<WaveFit> {
-        let mut columns =
-            [self.case.columns.of(&of.waving(period, FRAC_PI_2)?), self.case.columns.of(&of.waving(period, 0.0)?)];
-        self.case.weigh(self.u, out, &mut columns);
+    pub(super) fn wave(&self, of: &Cause, period: f64, (basis, residual): (&[Vec<f64>], &[f64])) -> Option<WaveFit> {
+        let mut columns = [self.made.of(&of.waving(period, FRAC_PI_2)?), self.made.of(&of.waving(period, 0.0)?)];
+        self.weigh(&mut columns);
         let whole: [f64; 2] = std::array::from_fn(|k| columns.get(k).map_or(0.0, |c| dot(c, c)));
         columns.iter_mut().for_each(|column| project(column, basis));
         let [cosine, sine] = &columns;
@@ -71,23 +58,30 @@ impl<'a> Walk<'a> {
         let cause = of.waving(period, a.atan2(b))?;
         Some(WaveFit { cause, size: a.hypot(b), gain: a * along_c + b * along_s })
     }
+}
+
+impl<'a> Walk<'a> {
+    /// The time of the last row, s.
+    pub(super) fn last(&self) -> f64 {
+        self.case.measured.cells().fold(f64::MIN_POSITIVE, |last, cell| last.max(cell.time))
+    }
 
     /// The waves that take most off what a state leaves, of each bias and channel the likeliest, if they are worth their price; the best first.
     ///
     /// Beside causes that a wave makes needless several take off the same.
     fn likeliest_waves(&self, state: &State) -> Vec<WaveFit> {
-        let mut fixed = state.flown.jacobian.clone();
-        fixed.push(self.case.left(&state.flown.predicted));
-        self.case.weigh(self.u, &state.out, &mut fixed);
+        let rows = self.weighed(&state.out);
+        let left = self.case.left(&state.flown.predicted);
+        let mut fixed = rows.rows(state.flown.jacobian.iter().chain([&left]));
         let Some(mut residual) = fixed.pop() else { return Vec::new() };
         let basis = orthonormal(fixed, INDEPENDENT);
         project(&mut residual, &basis);
         let last = self.last();
         // no run, no wave
-        let rows = self.case.measured.runs.iter().map(|run| run.rows.len()).max().unwrap_or_default();
-        let most = (rows / SEEN).min(MOST).min(WORK / residual.len().max(1)).max(LEAST);
+        let longest = rows.short.measured.runs.iter().map(|run| run.rows.len()).max().unwrap_or_default();
+        let most = (longest / SEEN).clamp(LEAST, MOST);
         let at = |cause: &Cause, period: f64| {
-            let own = self.wave(cause, period, &state.out, (&basis, &residual))?;
+            let own = rows.wave(cause, period, (&basis, &residual))?;
             Some((-own.gain, own))
         };
         let coarse = |cause: &Cause| {

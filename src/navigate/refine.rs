@@ -2,9 +2,9 @@
 
 use super::case::{Case, Flown};
 use super::cause::Cause;
-use super::changing::Columns;
 use super::random_walk::Wander;
 use super::search::{Products, Solved};
+use super::shortened::Weighed;
 use crate::diagnosis::NoiseFrom;
 use crate::linear::{dot, normalise};
 use std::cell::RefCell;
@@ -59,18 +59,9 @@ pub(super) struct Walk<'a> {
     pub wander: Option<Wander>,
     /// The part of the whole that is being done: its start and its end, shares.
     pub part: (f64, f64),
-    /// Columns of all causes, weighed.
+    /// The question in fewer rows.
     pub weighed: RefCell<Option<Rc<Weighed>>>,
     pub progress: &'a mut Progress<'a>,
-}
-
-/// Columns of all causes, weighed and of unit norm, with their norms: the same for every state with the same values left out.
-pub(super) struct Weighed {
-    /// Of these raw columns and random walks.
-    raw: Rc<Vec<Vec<f64>>>,
-    columns: Rc<Columns>,
-    out: Vec<usize>,
-    pub unit: Vec<(Rc<Vec<f64>>, f64)>,
 }
 
 /// What is told of a long search: the share that is done, about, and what is being tried.
@@ -96,23 +87,12 @@ impl<'a> Walk<'a> {
         (self.progress)(share, &names.join(" + "));
     }
 
-    /// Columns of all causes as the question stands.
+    /// The question as it stands, in fewer rows.
     pub fn weighed(&self, out: &[usize]) -> Rc<Weighed> {
-        let is_own = |own: &&Rc<Weighed>| {
-            Rc::ptr_eq(&own.raw, &self.case.raw) && Rc::ptr_eq(&own.columns, &self.case.columns) && own.out == out
-        };
-        if let Some(own) = self.weighed.borrow().as_ref().filter(is_own) {
+        if let Some(own) = self.weighed.borrow().as_ref().filter(|own| own.is_of(&self.case, out)) {
             return own.clone();
         }
-        let mut columns = self.case.raw.to_vec();
-        self.case.weigh(self.u, out, &mut columns);
-        let unit = |mut column: Vec<f64>| {
-            let norm = normalise(&mut column);
-            (Rc::new(column), norm)
-        };
-        let unit = columns.into_iter().map(unit).collect();
-        let (raw, columns) = (self.case.raw.clone(), self.case.columns.clone());
-        let own = Rc::new(Weighed { raw, columns, out: out.to_vec(), unit });
+        let own = Rc::new(Weighed::new(&self.case, self.u, out));
         *self.weighed.borrow_mut() = Some(own.clone());
         own
     }

@@ -58,19 +58,17 @@ impl Walk<'_> {
         });
         let spacing = steps.fold(f64::INFINITY, f64::min);
         let last = self.last();
+        let rows = self.weighed(&state.out);
+        let (own, laid) = self.laid(state, &rows);
         let member = |cause: &Cause| state.set.iter().position(|own| own == cause);
         let column = |cause: &Cause| {
-            let own = member(cause).and_then(|k| state.flown.jacobian.get(k));
-            own.cloned().unwrap_or_else(|| self.case.raw_of(cause))
+            let kept = member(cause).and_then(|k| own.get(k));
+            kept.cloned().unwrap_or_else(|| rows.of(&self.case, cause))
         };
-        let mut laid = self.case.left(&state.flown.predicted);
-        for (column, value) in state.flown.jacobian.iter().zip(&state.values) {
-            laid.iter_mut().zip(column).for_each(|(y, c)| *y += c * value);
-        }
         let mut moved = false;
         for k in 0..set.len() {
-            let Some(&own) = set.get(k) else { continue };
-            let (start, by) = match own {
+            let Some(&kind) = set.get(k) else { continue };
+            let (start, by) = match kind {
                 Cause::Changing(_, Change::Step(time)) | Cause::Reference(_, Some(Change::Step(time))) => {
                     (time, By::Shift(spacing))
                 }
@@ -79,26 +77,21 @@ impl Walk<'_> {
                 | Cause::Reference(_, Some(Change::Wave { period, .. })) => (period, By::HalfWave(last)),
                 _ => continue,
             };
-            let make = |time: f64| match own {
+            let make = |time: f64| match kind {
                 Cause::Changing(source, Change::WarmUp(_)) => Cause::Changing(source, Change::WarmUp(time)),
                 Cause::Changing(source, _) => Cause::Changing(source, Change::Step(time)),
                 Cause::Reference(channel, _) => Cause::Reference(channel, Some(Change::Step(time))),
                 other => other,
             };
             // what the others leave
-            let mut fixed: Vec<Vec<f64>> =
-                set.iter().enumerate().filter(|(i, _)| *i != k).map(|(_, cause)| column(cause)).collect();
-            fixed.push(laid.clone());
-            self.case.weigh(self.u, &state.out, &mut fixed);
-            let Some(mut residual) = fixed.pop() else { continue };
+            let fixed = set.iter().enumerate().filter(|(i, _)| *i != k).map(|(_, cause)| column(cause));
+            let mut residual = laid.clone();
             let basis = orthonormal(fixed, INDEPENDENT);
             project(&mut residual, &basis);
             let square = dot(&residual, &residual);
             // a cause beside the others: what it leaves, and its size
             let beside = |cause: &Cause| -> Option<(f64, f64)> {
-                let mut candidate = [column(cause)];
-                self.case.weigh(self.u, &state.out, &mut candidate);
-                let [mut own] = candidate;
+                let mut own = column(cause);
                 let whole = dot(&own, &own);
                 project(&mut own, &basis);
                 let left = dot(&own, &own);
@@ -108,13 +101,13 @@ impl Walk<'_> {
             // the best of its kind with this time
             let try_at = |time: f64| -> Option<(f64, (f64, Cause))> {
                 if let By::HalfWave(_) = by {
-                    let wave = self.wave(&own, time, &state.out, (&basis, &residual))?;
+                    let wave = rows.wave(&kind, time, (&basis, &residual))?;
                     return Some((square - wave.gain, (wave.size, wave.cause)));
                 }
                 let cause = make(time);
                 beside(&cause).map(|(left, size)| (left, (size, cause)))
             };
-            let Some((before, _)) = beside(&own) else { continue };
+            let Some((before, _)) = beside(&kind) else { continue };
             let Some((rss, (value, sharper))) = by.finest(start, try_at) else { continue };
             if before - rss > 0.5
                 && let (Some(cause), Some(size)) = (set.get_mut(k), values.get_mut(k))

@@ -5,6 +5,7 @@ use super::cause::{Cause, Change};
 use super::errors::{Instrument, Kind};
 use super::refine::{Seen, State, Walk};
 use super::search::{self, Products};
+use super::shortened::Weighed;
 use crate::linear::{dot, normalise};
 use std::rc::Rc;
 
@@ -182,16 +183,8 @@ impl<'a> Walk<'a> {
     pub fn linear(&self, state: &State) -> Linear {
         let mut causes = self.case.causes.clone();
         causes.extend(state.set.iter().filter(|own| !self.case.causes.contains(own)));
-        let mut laid = self.case.left(&state.flown.predicted);
-        for (column, value) in state.flown.jacobian.iter().zip(&state.values) {
-            laid.iter_mut().zip(column).for_each(|(y, c)| *y += c * value);
-        }
-        let mut own = state.flown.jacobian.clone();
-        own.push(laid);
-        self.case.weigh(self.u, &state.out, &mut own);
-        // it was pushed above
-        let residual = own.pop().unwrap_or_default();
         let weighed = self.weighed(&state.out);
+        let (mut own, residual) = self.laid(state, &weighed);
         let settings = &self.case.settings;
         let mut columns: Vec<Rc<Vec<f64>>> = Vec::with_capacity(causes.len());
         let mut plausibility_penalty = Vec::with_capacity(causes.len());
@@ -217,6 +210,18 @@ impl<'a> Walk<'a> {
         }
         let products = Products::new(columns, &residual, plausibility_penalty, self.penalty);
         Linear { causes, products, norms }
+    }
+
+    /// Columns of a state's set, and what they and the noise are to explain, weighed in fewer rows.
+    pub(super) fn laid(&self, state: &State, rows: &Weighed) -> (Vec<Vec<f64>>, Vec<f64>) {
+        let mut laid = self.case.left(&state.flown.predicted);
+        for (column, value) in state.flown.jacobian.iter().zip(&state.values) {
+            laid.iter_mut().zip(column).for_each(|(y, c)| *y += c * value);
+        }
+        let mut own = rows.rows(state.flown.jacobian.iter().chain([&laid]));
+        // it is the last
+        let residual = own.pop().unwrap_or_default();
+        (own, residual)
     }
 
     /// Improve and refine in turn; a set grows to so many causes at most.
@@ -286,13 +291,15 @@ pub(super) fn penalty(case: &Case<'_>, u: &[f64]) -> (f64, usize) {
         matches!(cause, Cause::Changing(_, Change::Step(_)) | Cause::Reference(_, Some(Change::Step(_))))
     };
     let steps = case.causes.iter().filter(|cause| is_step(cause)).count();
-    let (causes, mut columns): (Vec<&Cause>, Vec<Vec<f64>>) =
-        case.causes.iter().zip(case.raw.iter().cloned()).filter(|(cause, _)| !is_step(cause)).unzip();
-    case.weigh(u, &[], &mut columns);
-    let norms: Vec<f64> = columns.iter_mut().map(|column| normalise(column)).collect();
-    let seen = causes.iter().zip(&norms).map(|(cause, norm)| *norm > 0.0 && !case.is_invisible(cause, *norm));
-    let seen: Vec<&Vec<f64>> = columns.iter().zip(seen).filter(|(_, seen)| *seen).map(|(column, _)| column).collect();
-    let is_new = |(i, own): &(usize, &&Vec<f64>)| seen.iter().take(*i).all(|other| dot(own, other).abs() < 1.0 - 1e-6);
+    let weighed = Weighed::new(case, u, &[]);
+    let shown = case
+        .causes
+        .iter()
+        .zip(&weighed.unit)
+        .filter(|(cause, (_, norm))| !is_step(cause) && *norm > 0.0 && !case.is_invisible(cause, *norm));
+    let seen: Vec<&Rc<Vec<f64>>> = shown.map(|(_, (column, _))| column).collect();
+    let is_new =
+        |(i, own): &(usize, &&Rc<Vec<f64>>)| seen.iter().take(*i).all(|other| dot(own, other).abs() < 1.0 - 1e-6);
     let distinct = steps + seen.iter().enumerate().filter(is_new).count();
     (search::penalty(case.settings.common.significance, distinct), distinct)
 }

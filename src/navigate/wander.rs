@@ -12,6 +12,7 @@
 
 use super::case::Case;
 use super::cause::{Cause, Change};
+use super::changing::Columns;
 use super::errors::{ErrorSource, Instrument, Kind};
 use super::measured::CHANNELS;
 use super::random_walk::{Wander, with};
@@ -36,6 +37,8 @@ const FACTOR: f64 = 4.0;
 #[derive(Clone, Copy)]
 struct Rows<'a> {
     short: &'a Shortened,
+    /// What columns are made of there.
+    made: &'a Columns,
     /// Values that are left out.
     out: &'a [usize],
     /// What the mission's own walks build up, and what one of the walks does for a density of one.
@@ -84,11 +87,12 @@ impl<'a> Walk<'a> {
             laid.iter_mut().zip(column).for_each(|(y, c)| *y += c * value);
         }
         columns.push(laid);
-        let short = Shortened::new(self.case.measured, &self.case.without(self.u, &state.out));
+        let weighed = self.weighed(&state.out);
+        let short = &weighed.short;
         let columns: Vec<Vec<f64>> = columns.iter().map(|column| short.column(column)).collect();
-        let (out, stated) = (short.out(&state.out), short.instants(&self.case.columns.walks.instants));
+        let (out, stated) = (weighed.out(), &weighed.made.walks.instants);
         let carrying = |instrument| short.instants(&self.case.columns.carrying(&self.unit(instrument)));
-        let none = Rows { short: &short, out: &out, stated: &stated, unit: &[], columns: &columns };
+        let none = Rows { short, made: &weighed.made, out: &out, stated, unit: &[], columns: &columns };
         let gyro = Instrument::Gyro;
         let both = [gyro, Instrument::Accelerometer];
         let mut found: Vec<Wander> = Vec::new();
@@ -133,7 +137,7 @@ impl<'a> Walk<'a> {
             let waves = |own: &&ErrorSource| {
                 [0.0, FRAC_PI_2].map(|phase| Cause::Changing(**own, Change::Wave { period: 2.0 * last / half, phase }))
             };
-            let columns_of = moved.iter().flat_map(waves).map(|wave| rows.short.column(&self.case.columns.of(&wave)));
+            let columns_of = moved.iter().flat_map(waves).map(|wave| rows.made.of(&wave));
             let mut all: Vec<Vec<f64>> = columns_of.filter(|c| dot(c, c) > 0.0).collect();
             all.extend(rows.columns.iter().cloned());
             // dependent columns are no explanation
