@@ -109,10 +109,10 @@ pub(super) fn run(
     }
     let mut counts: Vec<((&str, &str), usize)> = effects.into_iter().collect();
     counts.sort_by_key(|b| std::cmp::Reverse(b.1));
-    let said: Vec<String> =
-        verdicts.iter().map(|(verdict, n)| format!("{n} {}", lang.term("verdict", verdict))).collect();
+    let said: Vec<String> = verdicts.iter().map(|(verdict, n)| format!("{n} {}", lang.term(verdict))).collect();
     let devices = lang.count(rows.len(), "device");
-    let mut text = say!(lang, "devices-by", devices, by = table.by(), verdicts = said.join(lang.comma())) + "\n";
+    let devices = say!(lang, "grouped-by", what = devices, by = table.by());
+    let mut text = format!("{devices}{}{}\n", lang.colon(), said.join(lang.comma()));
     if !counts.is_empty() {
         let cells: Vec<Vec<String>> = counts
             .iter()
@@ -120,7 +120,7 @@ pub(super) fn run(
             .collect();
         text += &format!(
             "\n{}",
-            terminal::plain(&[say!(lang, "devices"), say!(lang, "title-regressor"), say!(lang, "effect-2")], &cells)
+            terminal::plain(&[say!(lang, "devices"), say!(lang, "effect"), say!(lang, "meaning")], &cells)
         );
     }
     match &many.to {

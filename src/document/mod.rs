@@ -190,7 +190,7 @@ impl Tone {
     /// The word that goes before a verdict, so that it needs no colour.
     pub fn word(self, lang: Language) -> &'static str {
         match self {
-            Tone::Plain => say!(lang, "tone-plain"),
+            Tone::Plain => say!(lang, "note"),
             Tone::Good => say!(lang, "tone-good"),
             Tone::Caution => say!(lang, "tone-caution"),
             Tone::Bad => say!(lang, "tone-bad"),

@@ -23,7 +23,8 @@ pub fn changes_document(report: &ChangesReport, lang: Language) -> Document {
     let names = |ids: &[&str]| lang.list(&ids.iter().map(|id| format!("`{id}`")).collect::<Vec<_>>());
     answer = match changed.as_slice() {
         [] if report.is_changed() => answer,
-        [] => answer.verdict(Tone::Good, say!(lang, "no-quantity-changed-by-more-than-the")),
+        [] => answer
+            .verdict(Tone::Good, say!(lang, "changed-by-more-than-the-uncertainties-allow", ids = say!(lang, "none"))),
         ids => answer.verdict(Tone::Bad, say!(lang, "changed-by-more-than-the-uncertainties-allow", ids = names(ids))),
     };
     if let Some(together) = report.together {
@@ -34,7 +35,7 @@ pub fn changes_document(report: &ChangesReport, lang: Language) -> Document {
         answer = answer.verdict(Tone::Caution, lang.sentence(&doubt));
     }
     answer = answer.prose(match report.shared.as_slice() {
-        [] => say!(lang, "no-input-is-shared-both-calibrations-count").to_string(),
+        [] => say!(lang, "shared-by-both-calibrations-and-therefore-not", shared = say!(lang, "none")),
         shared => {
             let shared: Vec<&str> = shared.iter().map(String::as_str).collect();
             say!(lang, "shared-by-both-calibrations-and-therefore-not", shared = names(&shared))
@@ -70,10 +71,11 @@ pub fn changes_document(report: &ChangesReport, lang: Language) -> Document {
         .iter()
         .filter_map(|c| Some(Interval { label: c.id.clone(), value: c.e_n?, expanded: 1.0, at_bound: None }))
         .collect();
+    let caption = say!(lang, "differences-of-the-two-calibrations-over-their");
     let figure = Figure {
-        chart: Chart::Values(bars, say!(lang, "difference-over-u-bars-u").into()),
-        caption: say!(lang, "differences-of-the-two-calibrations-over-their").into(),
-        description: say!(lang, "each-difference-over-its-expanded-uncertainty-a").into(),
+        chart: Chart::Values(bars, "E_n".into()),
+        caption: caption.into(),
+        description: caption.into(),
         wide: false,
     };
     let mut combined = Table::new(&[
@@ -99,7 +101,7 @@ pub fn changes_document(report: &ChangesReport, lang: Language) -> Document {
         }
     }
     document.section(answer.table(table).list(left_out).figures(vec![figure])).section(
-        Section::new(say!(lang, "combined-estimate"))
+        Section::new(lang.title(say!(lang, "combined")))
             .table(combined)
             .prose(say!(lang, "the-weighted-mean-of-both-its-u")),
     )
@@ -114,16 +116,11 @@ fn all_together(t: &Together, lang: Language) -> String {
         }
         None => say!(lang, "chi-square-with-degrees-of-freedom", statistic = significant(t.statistic, 4), dof = t.dof),
     };
-    let verdict = if t.significant {
-        say!(lang, "the-unit-has-changed")
-    } else {
-        say!(lang, "no-change-beyond-the-uncertainties")
-    };
-    lang.sentence(&say!(lang, "all-parameters-together-p", test, p = significant(t.p, 2), verdict))
+    say!(lang, "all-parameters-together-p", test, p = significant(t.p, 2), changed = t.significant)
 }
 
 fn who(c: &CalibratedReport, lang: Language) -> String {
-    let serial = c.serial.as_ref().map(|serial| say!(lang, "identity-serial", serial));
+    let serial = c.serial.as_ref().map(|serial| format!("{} {serial}", say!(lang, "serial")));
     [serial, c.date.clone(), Some(c.file.clone())].into_iter().flatten().collect::<Vec<_>>().join(lang.clause())
 }
 
@@ -137,7 +134,10 @@ pub fn history_document(report: &HistoryReport, lang: Language) -> Document {
     let drifts: Vec<&str> =
         report.trends.iter().filter(|t| t.significant == Some(true)).map(|t| t.id.as_str()).collect();
     answer = if drifts.is_empty() {
-        answer.verdict(Tone::Good, say!(lang, "no-quantity-drifts-by-more-than-its"))
+        answer.verdict(
+            Tone::Good,
+            say!(lang, "drift-beyond-the-scatter-of-the-calibrations", drifts = say!(lang, "none")),
+        )
     } else {
         answer.verdict(
             Tone::Caution,
@@ -187,6 +187,7 @@ pub fn history_document(report: &HistoryReport, lang: Language) -> Document {
             },
         );
         let points = t.points.iter().map(|(day, v, u)| (calendar(*day), *v, 2.0 * u.unwrap_or(0.0))).collect();
+        let caption = format!("{}{}{}", t.id, lang.colon(), say!(lang, "over-time"));
         figures.push(Figure {
             chart: Chart::History(History {
                 label: t.id.clone(),
@@ -195,10 +196,14 @@ pub fn history_document(report: &HistoryReport, lang: Language) -> Document {
                 trend,
                 limits: t.limits,
             }),
-            caption: say!(lang, "over-time", id = t.id),
-            description: say!(lang, "with-bars-of-u-dashed-limits-line", id = t.id),
+            description: caption.clone(),
+            caption,
             wide: false,
         });
     }
-    document.section(answer.table(table)).section(Section::new(say!(lang, "over-time-2")).full().figures(figures))
+    let figures = Section::new(lang.title(say!(lang, "over-time")))
+        .full()
+        .prose(say!(lang, "bars-limits-and-trend"))
+        .figures(figures);
+    document.section(answer.table(table)).section(figures)
 }

@@ -84,7 +84,7 @@ pub fn validity_sentence(correction: &CorrectionFile, lang: Language) -> String 
             part =
                 if share > 0.0 { format!("{} %", significant(100.0 * share, 2)) } else { say!(lang, "no-part").into() }
         )),
-        _ => text.push_str(say!(lang, "the-exact-lines-tumble-apply-leave-nothing")),
+        _ => text = lang.sentence(&text),
     }
     text
 }

@@ -91,7 +91,7 @@ pub fn sheet_document(schedule: &Campaign, costs: &Costs, lang: Language) -> Doc
     ];
     document.colophon = colophon(&[], lang);
     let titles = columns.titles(schedule);
-    let mut heads = vec![(say!(lang, "number-sign"), Align::Right), (say!(lang, "mounting"), Align::Left)];
+    let mut heads = vec![("#", Align::Right), (say!(lang, "mounting"), Align::Left)];
     heads.extend(titles.iter().map(|title| (title.as_str(), Align::Decimal)));
     let sensors: Vec<String> = schedule
         .bench
@@ -100,7 +100,7 @@ pub fn sheet_document(schedule: &Campaign, costs: &Costs, lang: Language) -> Doc
         .map(|own| if own.unit.is_empty() { own.id.clone() } else { format!("{} ({})", own.id, own.unit) })
         .collect();
     heads.extend(sensors.iter().map(|title| (title.as_str(), Align::Decimal)));
-    heads.extend([(say!(lang, "cost-so-far"), Align::Decimal), (say!(lang, "remarks"), Align::Left)]);
+    heads.extend([(say!(lang, "cost-so-far"), Align::Decimal), (say!(lang, "note"), Align::Left)]);
     let mut table = Table::new(&heads);
     let mut before = None;
     for (k, (row, mounting)) in rows.iter().zip(&of).enumerate() {
@@ -120,13 +120,13 @@ pub fn sheet_document(schedule: &Campaign, costs: &Costs, lang: Language) -> Doc
     for (row, mounting) in rows.iter().zip(&of) {
         if !drawn.iter().any(|(own, _)| own == mounting) && drawn.len() < DRAWN {
             drawn.push((*mounting, &row.joints));
-            let caption = say!(lang, "mounting-named", name = name_of(row, *mounting));
+            let caption = format!("{} {}", lang.title(say!(lang, "mounting")), name_of(row, *mounting));
             figures.push(scene_figure(&schedule.bench, &row.joints, caption, lang));
         }
     }
     let note = say!(lang, "run-sheet-how");
     document
-        .section(Section::new(say!(lang, "readings-in-the-order-to-run")).prose(note).table(table))
+        .section(Section::new(say!(lang, "readings")).prose(note).table(table))
         .section(Section::new(say!(lang, "mountings")).figures(figures))
 }
 

@@ -81,9 +81,7 @@ fn effects(report: &DiagnoseReport, lang: Language) -> Table {
 
 /// The gap as given and after each effect, then each sensor's.
 fn shrinking(report: &DiagnoseReport, lang: Language) -> Section {
-    let found = !report.effects.is_empty();
-    let section =
-        Section::new(if found { say!(lang, "the-gap-shrinks-step-by-step") } else { say!(lang, "the-gap-as-given") });
+    let section = Section::new(say!(lang, "the-gap"));
     if report.verdict == Verdict::NotDiagnosable {
         return section;
     }
@@ -135,14 +133,16 @@ fn shrinking(report: &DiagnoseReport, lang: Language) -> Section {
 /// Each sensor's gap.
 fn sensors(report: &DiagnoseReport, lang: Language) -> Table {
     let found = !report.effects.is_empty();
+    let (sd, max) = (say!(lang, "residual-sd"), say!(lang, "max"));
+    let at = |what: &str, when| if found { words::at(what, when, lang) } else { what.to_string() };
     let mut table = Table::new(&[
         (say!(lang, "sensor"), Align::Left),
         (say!(lang, "unit"), Align::Left),
         (say!(lang, "noise-sd"), Align::Decimal),
-        (if found { say!(lang, "sd-before") } else { say!(lang, "residual-sd") }, Align::Decimal),
-        (if found { say!(lang, "max-before") } else { say!(lang, "max") }, Align::Decimal),
-        (say!(lang, "sd-after"), Align::Decimal),
-        (say!(lang, "max-after"), Align::Decimal),
+        (&at(sd, "before"), Align::Decimal),
+        (&at(max, "before"), Align::Decimal),
+        (&at(sd, "after"), Align::Decimal),
+        (&at(max, "after"), Align::Decimal),
     ]);
     for (id, own) in &report.gap.sensors {
         let after = |cell: Cell| if found { cell } else { "".into() };
@@ -168,27 +168,27 @@ fn card(report: &DiagnoseReport, effect: &EffectReport, lang: Language) -> Conte
         }
     };
     if effect.value.is_none() {
-        fact(&lang.title(say!(lang, "value")), say!(lang, "the-repaired-model-does-not-determine-it").into());
+        fact(&lang.title(say!(lang, "value")), lang.term("not-estimable"));
     }
     if report.model_before.len() > 1 && effect.sensor.is_none() && effect.in_sensors.is_empty() {
-        fact(&lang.title(say!(lang, "sensor")), say!(lang, "common-to-all").into());
+        fact(&lang.title(say!(lang, "sensor")), say!(lang, "all").into());
     }
     for own in &effect.in_sensors {
-        let value = own.value.map_or(say!(lang, "not-determined").into(), |v| in_text(&rounded(v, own.u), &own.unit));
+        let value = own.value.map_or_else(|| lang.term("not-estimable"), |v| in_text(&rounded(v, own.u), &own.unit));
         let u = own.u.map_or(String::new(), |u| format!(", u = {}", rounded(u, Some(u))));
-        let name = say!(lang, "in-sensor", sensor = own.sensor);
+        let name = format!("`{}`", own.sensor);
         fact(&name, format!("`{}` = {value}{u}, t = {:.1}", own.coefficient, own.t));
     }
-    fact(say!(lang, "stated-2"), words::against_stated(effect, lang));
-    fact(say!(lang, "title-probability"), words::probability(effect, lang));
+    fact(&lang.title(&lang.term("stated")), words::against_stated(effect, lang));
+    fact(&lang.title(say!(lang, "probability")), words::probability(effect, lang));
     let aliases = words::aliases(effect, lang);
     let listed = |names: &[String]| words::listed(names, LISTED, lang);
     fact(&lang.title(say!(lang, "cannot-be-distinguished-from")), listed(&aliases.same));
     fact(say!(lang, "fits-not-significantly-worse"), listed(&aliases.near));
     fact(say!(lang, "only-through-small-terms"), listed(&aliases.small));
-    fact(say!(lang, "title-one-more-position-would-tell-it"), words::separating(effect, lang));
+    fact(say!(lang, "discriminated-by"), words::separating(effect, lang));
     fact(say!(lang, "no-position-of-this-bench-tells-it"), listed(&effect.separate_never));
-    fact(say!(lang, "why-it-happens"), lang.name(&effect.why).into_owned());
+    fact(&lang.title(say!(lang, "probable-cause")), lang.name(&effect.why).into_owned());
     fact(say!(lang, "to-confirm"), lang.name(&effect.confirm).into_owned());
     let heading = say!(lang, "effect-named", name = lang.name(&effect.name), regressor = effect.regressor);
     // a heading is no sentence: it has no full stop
@@ -199,12 +199,12 @@ fn card(report: &DiagnoseReport, effect: &EffectReport, lang: Language) -> Conte
 /// Mean residuals at the states of the joints, where something is unexplained.
 fn pattern(report: &DiagnoseReport, lang: Language) -> Section {
     let mut table = Table::new(&[
-        (say!(lang, "gap-at"), Align::Left),
+        (say!(lang, "setting"), Align::Left),
         (say!(lang, "sensor"), Align::Left),
         (say!(lang, "readings").to_lowercase().as_str(), Align::Right),
-        (say!(lang, "mean-gap"), Align::Decimal),
+        (say!(lang, "mean"), Align::Decimal),
         ("", Align::Bar),
-        (say!(lang, "in-sd"), Align::Decimal),
+        ("z", Align::Decimal),
     ])
     .at(Detail::Full, &[4]);
     let cells: Vec<_> = report.unexplained.iter().flat_map(|own| &own.cells).take(LISTED).collect();
@@ -242,7 +242,7 @@ fn model(report: &DiagnoseReport, lang: Language) -> Section {
         let own = report.effects.iter().filter(|e| !e.regressor.contains(':') && !e.coefficient.is_empty());
         repairs.extend(own.map(|e| say!(lang, "is-now-estimated", id = format!("`{}`", e.coefficient), was = "tilt")));
     }
-    let section = Section::new(say!(lang, "the-model"))
+    let section = Section::new(say!(lang, "model"))
         .prose(format!("{}{}", lang.title(say!(lang, "as-given")), lang.colon().trim_end()))
         .block(Content::Marked(before));
     let section = match changed.is_empty() {
@@ -258,11 +258,11 @@ fn model(report: &DiagnoseReport, lang: Language) -> Section {
 fn changes(report: &DiagnoseReport, lang: Language) -> Section {
     let mut table = Table::new(&[
         (say!(lang, "parameter"), Align::Left),
-        (say!(lang, "before-repair"), Align::Decimal),
+        (say!(lang, "before"), Align::Decimal),
         ("u", Align::Decimal),
-        (say!(lang, "after-repair"), Align::Decimal),
+        (say!(lang, "after"), Align::Decimal),
         ("u", Align::Decimal),
-        (say!(lang, "repair-shift"), Align::Decimal),
+        (say!(lang, "shift"), Align::Decimal),
         (say!(lang, "shift-u"), Align::Decimal),
         (say!(lang, "unit"), Align::Left),
     ])
@@ -294,22 +294,20 @@ fn places(report: &DiagnoseReport, lang: Language) -> Section {
         return section;
     }
     let mut table = Table::new(&[
-        (say!(lang, "factor"), Align::Left),
-        (say!(lang, "level"), Align::Left),
+        (say!(lang, "setting"), Align::Left),
         (say!(lang, "sensor"), Align::Left),
         (say!(lang, "readings").to_lowercase().as_str(), Align::Right),
-        (say!(lang, "mean-gap"), Align::Decimal),
+        (say!(lang, "mean"), Align::Decimal),
         ("", Align::Bar),
-        (say!(lang, "in-sd"), Align::Decimal),
-        (say!(lang, "p-alone"), Align::Right),
+        ("z", Align::Decimal),
+        ("p", Align::Right),
     ])
-    .at(Detail::Full, &[5]);
+    .at(Detail::Full, &[4]);
     let shown: Vec<_> = report.places.iter().filter(|place| place.significant == Some(true)).take(LISTED).collect();
     let largest = shown.iter().fold(0.0_f64, |m, place| m.max(place.z.abs()));
     for place in &shown {
         table.row(vec![
-            named(&place.factor, lang).into(),
-            words::level(&place.level).into(),
+            format!("{} {}", named(&place.factor, lang), words::level(&place.level)).into(),
             Cell::name(&place.sensor),
             place.readings.into(),
             Cell::Digits(place.mean, 3),
@@ -350,15 +348,13 @@ fn assumptions(report: &DiagnoseReport, of: Option<(&Campaign, &Diagnosis)>, lan
         if !priors.is_empty() {
             points.push(say!(lang, "priors-entered-as-rows-of-their-own", priors = names(&priors)));
         }
-        points.push(match diagnosis.before.convergence.is_some() {
-            true => say!(lang, "the-models-are-fitted-exactly-gauss-newton").into(),
-            false => say!(lang, "gauss-newton-does-not-converge-here-so").into(),
-        });
+        if diagnosis.before.convergence.is_none() {
+            points.push(say!(lang, "gauss-newton-does-not-converge-here-so").into());
+        }
         let source = Some(lang.name(&campaign.bench.source).into_owned()).filter(|source| !source.is_empty());
-        facts.extend(source.map(|source| (say!(lang, "source").into(), source)));
+        facts.extend(source.map(|source| (lang.title(say!(lang, "source")), source)));
     }
-    points.push(say!(lang, "readings-are-independent", from = report.gap.noise.from.name()));
-    facts.extend(report.inputs.first().map(|input| (say!(lang, "campaign").into(), input.name.clone())));
+    facts.extend(report.inputs.first().map(|input| (lang.title(say!(lang, "campaign")), input.name.clone())));
     let constraints = |is_kept: bool| {
         let own = report.constraints.iter();
         own.filter(|c| matches!(c.state, Held::Equality | Held::Inactive) == is_kept)

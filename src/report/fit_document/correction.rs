@@ -38,7 +38,6 @@ pub(super) fn correction(report: &FitReport, asked: bool, lang: Language) -> Sec
     for (sensor, why) in &correction.left_out {
         section = section.verdict(Tone::Caution, say!(lang, "is-left-out-of-the-correction", sensor, why));
     }
-    section = section.prose(say!(lang, "tumble-apply-corrects-a-record-by-the"));
     if let Some(mounting) = &correction.mounting {
         section = mounted(section, correction, mounting, lang);
         let others: Vec<&str> = report

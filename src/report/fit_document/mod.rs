@@ -12,7 +12,10 @@ use super::{CompareReport, FitReport, Input, compare_document, conformity, scatt
 use crate::document::{Document, Section};
 use crate::fit::Fit;
 use crate::language::{Language, say};
+#[cfg(feature = "dcc")]
+pub(super) use answer::{estimated, global_test, not_estimable};
 pub(super) use readings::bench_figure;
+use std::collections::BTreeMap;
 
 /// Studentized residuals beyond this are marked.
 const FAR: f64 = 3.0;
@@ -41,10 +44,7 @@ pub fn fit_document(report: &FitReport, asked: &Asked<'_>, lang: Language) -> Do
     document.language = lang;
     document.facts = report.identity.facts(lang);
     document.facts.push((say!(lang, "bench").into(), format!("`{}`", report.bench)));
-    for (k, (sensor, line)) in report.model.iter().enumerate() {
-        let name = if k == 0 { say!(lang, "model") } else { "" };
-        document.facts.push((name.into(), format!("`{sensor} = {line}`")));
-    }
+    document.facts.extend(model_facts(&report.model, lang));
     document.colophon = colophon(asked.inputs, lang);
     let document = document
         .section(answer::answer(report, lang))
@@ -69,6 +69,12 @@ pub fn fit_document(report: &FitReport, asked: &Asked<'_>, lang: Language) -> Do
         asked.readings,
         lang,
     ))
+}
+
+/// Model lines as facts.
+pub(super) fn model_facts(model: &BTreeMap<String, String>, lang: Language) -> impl Iterator<Item = (String, String)> {
+    let name = move |k| if k == 0 { say!(lang, "model").into() } else { String::new() };
+    model.iter().enumerate().map(move |(k, (sensor, line))| (name(k), format!("`{sensor} = {line}`")))
 }
 
 fn residuals(report: &FitReport, lang: Language) -> Section {
