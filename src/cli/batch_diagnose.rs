@@ -27,11 +27,7 @@ pub(super) fn run(
     let table = question.table(Others::All, None)?;
     table.template()?;
     // what is wrong with the question itself (the significance, the catalogue) is no device's answer
-    if !(settings.significance > 0.0 && settings.significance < 1.0) {
-        return Err(Malformed::new(Fault::Value, "the significance is no probability")
-            .expected("a number between 0 and 1, for example 0.01")
-            .found(settings.significance.to_string()));
-    }
+    super::probability("significance", settings.significance, "0.01")?;
     let mut outputs = Outputs::plan([many.to.as_deref()])?;
     let target = many.to.clone().unwrap_or_else(|| PathBuf::from("-"));
     let format = Format::of(&target)?;

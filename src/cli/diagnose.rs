@@ -126,17 +126,10 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
         let figure = report::diagnose_figure(&campaign, &diagnosis, &report, lang);
         outputs.add(path, pages::picture(&figure.chart, lang)?);
     }
-    if let Some(path) = &arguments.json {
-        outputs.add(path, files::json(&report)?);
-    }
     if let Some(names) = &model_names {
         names.add(&mut outputs, &diagnosis)?;
     }
-    let to_stdout = outputs.to_stdout();
-    outputs.write()?;
-    if !to_stdout {
-        arguments.pages.print(&document)?;
-    }
+    arguments.pages.finish(outputs, json, &report, || document)?;
     for remark in diagnosis.before.remarks() {
         remark_note(&remark.say(lang), lang);
     }
