@@ -211,6 +211,14 @@ pub struct Figure {
     pub wide: bool,
 }
 
+impl Figure {
+    /// A figure whose caption says in words what it shows.
+    pub(crate) fn new(caption: impl Into<String>, chart: Chart, wide: bool) -> Self {
+        let caption = caption.into();
+        Figure { description: caption.clone(), caption, chart, wide }
+    }
+}
+
 impl Document {
     /// An empty document.
     pub fn new(title: impl Into<String>) -> Self {

@@ -192,6 +192,21 @@ impl Language {
         }
     }
 
+    /// Names as prose, each in code type: `a` and `b`; `none` where there are none.
+    pub(crate) fn names<T: AsRef<str>>(self, names: impl IntoIterator<Item = T>) -> String {
+        let names: Vec<String> = names.into_iter().map(|name| format!("`{}`", name.as_ref())).collect();
+        if names.is_empty() { say!(self, "none").into() } else { self.list(&names) }
+    }
+
+    /// The first of many, and how many more there are.
+    pub(crate) fn first_of<T: AsRef<str>>(self, items: &[T], most: usize, separator: &str) -> String {
+        let shown = items.iter().take(most).map(AsRef::as_ref).collect::<Vec<_>>().join(separator);
+        match items.len().saturating_sub(most) {
+            0 => shown,
+            more => say!(self, "and-more", shown, more = more.to_string()),
+        }
+    }
+
     /// The separator of the items of a list.
     pub fn comma(self) -> &'static str {
         self.word("mark-comma")

@@ -1,6 +1,6 @@
 //! The document of many devices: counts, distributions, devices that stand apart, control charts.
 
-use super::colophon::colophon;
+use super::colophon::begin;
 use super::fit_document::model_facts;
 use super::{BatchReport, DistributionReport, batch_quantities};
 use crate::batch::Summary;
@@ -23,15 +23,13 @@ pub fn batch_document(
     lang: Language,
 ) -> Document {
     let devices = lang.count(report.devices.all, "device");
-    let mut document = Document::new(say!(lang, "grouped-by", what = devices, by = report.by));
-    document.language = lang;
+    let mut document = begin(say!(lang, "grouped-by", what = devices, by = report.by), &report.inputs, lang);
     document.facts = vec![
         (say!(lang, "bench").into(), format!("`{}`", report.bench)),
         (say!(lang, "estimator").into(), lang.term(&report.estimator.to_string())),
     ];
     document.facts.extend(model_facts(&report.model, lang));
     document.facts.extend(fitted.map(|(campaign, _)| campaign.identity.facts(lang)).unwrap_or_default());
-    document.colophon = colophon(&report.inputs, lang);
     document
         .section(answer(report, lang))
         .section(reasons(report, lang))
@@ -83,14 +81,7 @@ fn answer(report: &BatchReport, lang: Language) -> Section {
         .filter(|q| q.scattering.as_ref().is_some_and(|s| s.significant == Some(true)))
         .map(|q| q.id.as_str())
         .collect();
-    match differ.as_slice() {
-        [] => section.prose(say!(lang, "devices-differ-by-more-than-their-readings", names = say!(lang, "none"))),
-        ids => section.prose(say!(
-            lang,
-            "devices-differ-by-more-than-their-readings",
-            names = lang.list(&ids.iter().map(|id| format!("`{id}`")).collect::<Vec<_>>())
-        )),
-    }
+    section.prose(say!(lang, "devices-differ-by-more-than-their-readings", names = lang.names(differ)))
 }
 
 /// Devices by reason, and what chance alone finds; no section where no device has a reason.
@@ -161,7 +152,7 @@ fn distributions(report: &BatchReport, fitted: Option<(&Campaign, &Summary)>, la
         let chart =
             Distribution { label: q.id.clone(), unit: q.unit.clone(), values: summary.values(k), limits, alone };
         let caption = format!("{}{}{}", q.id, lang.colon(), lang.count(q.devices, "device"));
-        figures.push(Figure { chart: Chart::Distribution(chart), description: caption.clone(), caption, wide: false });
+        figures.push(Figure::new(caption, Chart::Distribution(chart), false));
     }
     let section = Section::new(say!(lang, "distributions")).table(table).full();
     match figures.is_empty() {
@@ -271,12 +262,8 @@ fn lots(report: &BatchReport, lang: Language) -> Section {
             }
         }
         let caption = say!(lang, "grouped-by", what = q.id, by = say!(lang, "lot"));
-        figures.push(Figure {
-            chart: Chart::Control(Control { label: q.id.clone(), unit: q.unit.clone(), lots, mean: q.mean }),
-            description: caption.clone(),
-            caption,
-            wide: false,
-        });
+        let control = Control { label: q.id.clone(), unit: q.unit.clone(), lots, mean: q.mean };
+        figures.push(Figure::new(caption, Chart::Control(control), false));
     }
     let section = match (figures.is_empty(), table.rows.is_empty()) {
         (true, _) => return section,

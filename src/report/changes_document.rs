@@ -1,6 +1,6 @@
 //! The documents of two calibrations of one unit, and of the history of many.
 
-use super::colophon::colophon;
+use super::colophon::begin;
 use super::{CalibratedReport, ChangesReport, HistoryReport, changes, date_of};
 use crate::compare::calibrations::Together;
 use crate::document::chart::{Chart, History, Interval};
@@ -10,22 +10,20 @@ use crate::language::{Language, say};
 
 /// The document of two calibrations.
 pub fn changes_document(report: &ChangesReport, lang: Language) -> Document {
-    let mut document = Document::new(say!(lang, "two-calibrations-of-one-unit"));
-    document.language = lang;
+    let mut document = begin(say!(lang, "two-calibrations-of-one-unit"), &[], lang);
     document.facts = vec![
         (lang.title(say!(lang, "before")), who(&report.before, lang)),
         (lang.title(say!(lang, "after")), who(&report.after, lang)),
     ];
-    document.colophon = colophon(&[], lang);
     let mut answer = Section::new(say!(lang, "result"));
     let changed: Vec<&str> =
         report.changes.iter().filter(|c| c.significant == Some(true)).map(|c| c.id.as_str()).collect();
-    let names = |ids: &[&str]| lang.list(&ids.iter().map(|id| format!("`{id}`")).collect::<Vec<_>>());
     answer = match changed.as_slice() {
         [] if report.is_changed() => answer,
-        [] => answer
-            .verdict(Tone::Good, say!(lang, "changed-by-more-than-the-uncertainties-allow", ids = say!(lang, "none"))),
-        ids => answer.verdict(Tone::Bad, say!(lang, "changed-by-more-than-the-uncertainties-allow", ids = names(ids))),
+        ids => {
+            let tone = if ids.is_empty() { Tone::Good } else { Tone::Bad };
+            answer.verdict(tone, say!(lang, "changed-by-more-than-the-uncertainties-allow", ids = lang.names(ids)))
+        }
     };
     if let Some(together) = report.together {
         let tone = if together.significant { Tone::Bad } else { Tone::Plain };
@@ -34,13 +32,8 @@ pub fn changes_document(report: &ChangesReport, lang: Language) -> Document {
     for doubt in changes::doubts(report, lang) {
         answer = answer.verdict(Tone::Caution, lang.sentence(&doubt));
     }
-    answer = answer.prose(match report.shared.as_slice() {
-        [] => say!(lang, "shared-by-both-calibrations-and-therefore-not", shared = say!(lang, "none")),
-        shared => {
-            let shared: Vec<&str> = shared.iter().map(String::as_str).collect();
-            say!(lang, "shared-by-both-calibrations-and-therefore-not", shared = names(&shared))
-        }
-    });
+    let shared = lang.names(&report.shared);
+    answer = answer.prose(say!(lang, "shared-by-both-calibrations-and-therefore-not", shared));
     let mut table = Table::new(&[
         (say!(lang, "quantity"), Align::Left),
         (say!(lang, "before"), Align::Decimal),
@@ -72,12 +65,7 @@ pub fn changes_document(report: &ChangesReport, lang: Language) -> Document {
         .filter_map(|c| Some(Interval { label: c.id.clone(), value: c.e_n?, expanded: 1.0, at_bound: None }))
         .collect();
     let caption = say!(lang, "differences-of-the-two-calibrations-over-their");
-    let figure = Figure {
-        chart: Chart::Values(bars, "E_n".into()),
-        caption: caption.into(),
-        description: caption.into(),
-        wide: false,
-    };
+    let figure = Figure::new(caption, Chart::Values(bars, "E_n".into()), false);
     let mut combined = Table::new(&[
         (say!(lang, "quantity"), Align::Left),
         (say!(lang, "combined"), Align::Decimal),
@@ -126,28 +114,15 @@ fn who(c: &CalibratedReport, lang: Language) -> String {
 
 /// The document of many calibrations.
 pub fn history_document(report: &HistoryReport, lang: Language) -> Document {
-    let mut document = Document::new(say!(lang, "history-of-calibrations", calibrations = report.calibrations.len()));
-    document.language = lang;
+    let mut document =
+        begin(say!(lang, "history-of-calibrations", calibrations = report.calibrations.len()), &[], lang);
     document.facts = report.calibrations.iter().map(|c| (c.date.clone().unwrap_or_default(), who(c, lang))).collect();
-    document.colophon = colophon(&[], lang);
     let mut answer = Section::new(say!(lang, "result"));
     let drifts: Vec<&str> =
         report.trends.iter().filter(|t| t.significant == Some(true)).map(|t| t.id.as_str()).collect();
-    answer = if drifts.is_empty() {
-        answer.verdict(
-            Tone::Good,
-            say!(lang, "drift-beyond-the-scatter-of-the-calibrations", drifts = say!(lang, "none")),
-        )
-    } else {
-        answer.verdict(
-            Tone::Caution,
-            say!(
-                lang,
-                "drift-beyond-the-scatter-of-the-calibrations",
-                drifts = lang.list(&drifts.iter().map(|id| format!("`{id}`")).collect::<Vec<_>>())
-            ),
-        )
-    };
+    let tone = if drifts.is_empty() { Tone::Good } else { Tone::Caution };
+    let drifts = lang.names(drifts);
+    answer = answer.verdict(tone, say!(lang, "drift-beyond-the-scatter-of-the-calibrations", drifts));
     for t in &report.trends {
         if let Some(day) = t.leaves {
             // a line says where a quantity goes; whether it conforms, each calibration says
@@ -188,18 +163,8 @@ pub fn history_document(report: &HistoryReport, lang: Language) -> Document {
         );
         let points = t.points.iter().map(|(day, v, u)| (calendar(*day), *v, 2.0 * u.unwrap_or(0.0))).collect();
         let caption = format!("{}{}{}", t.id, lang.colon(), say!(lang, "over-time"));
-        figures.push(Figure {
-            chart: Chart::History(History {
-                label: t.id.clone(),
-                unit: t.unit.clone(),
-                points,
-                trend,
-                limits: t.limits,
-            }),
-            description: caption.clone(),
-            caption,
-            wide: false,
-        });
+        let history = History { label: t.id.clone(), unit: t.unit.clone(), points, trend, limits: t.limits };
+        figures.push(Figure::new(caption, Chart::History(history), false));
     }
     let figures = Section::new(lang.title(say!(lang, "over-time")))
         .full()

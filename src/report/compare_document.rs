@@ -1,6 +1,6 @@
 //! The document of a comparison with published closed forms, and its section in the document of a fit.
 
-use super::colophon::colophon;
+use super::colophon::begin;
 use super::{CompareReport, Input, QuantityReport};
 use crate::document::number::significant;
 use crate::document::{Align, Cell, Document, Section, Table, Tone};
@@ -8,11 +8,9 @@ use crate::language::{Language, say};
 
 /// The document of a comparison.
 pub fn compare_document(report: &CompareReport, inputs: &[Input], lang: Language) -> Document {
-    let mut document = Document::new(say!(lang, "comparison-with-the-published-closed-forms"));
-    document.language = lang;
+    let mut document = begin(say!(lang, "comparison-with-the-published-closed-forms"), inputs, lang);
     document.facts = vec![(say!(lang, "bench").into(), format!("`{}`", report.bench))];
     document.facts.push((lang.title(say!(lang, "source")), lang.name(&report.source).into_owned()));
-    document.colophon = colophon(inputs, lang);
     document.section(section(report, lang)).section(groups(report, lang)).section(misprints(report, lang))
 }
 

@@ -1,6 +1,6 @@
 //! The document of a diagnosis of navigation errors: the verdict, what was found and the gap in time, how it shrinks, what else it could be.
 
-use super::colophon::colophon;
+use super::colophon::begin;
 use super::diagnose::words;
 use super::navigate_document::in_words;
 use super::scene::mission_figure;
@@ -26,8 +26,7 @@ pub fn navigate_diagnose_document(
     lang: Language,
 ) -> Document {
     let title = if report.mission.is_empty() { say!(lang, "navigation-errors") } else { &report.mission };
-    let mut document = Document::new(say!(lang, "diagnosis-of", title));
-    document.language = lang;
+    let mut document = begin(say!(lang, "diagnosis-of", title), &[], lang);
     let runs = report.runs.iter().map(|run| say!(lang, "rows-of", n = run.rows, motion = run.motion));
     let left_out = match report.left_out {
         0 => String::new(),
@@ -35,7 +34,6 @@ pub fn navigate_diagnose_document(
     };
     let measured = runs.collect::<Vec<_>>().join(lang.comma()) + &left_out;
     document.facts = vec![(say!(lang, "measured-navigation-errors").into(), measured)];
-    document.colophon = colophon(&[], lang);
     let missing = Section::new(say!(lang, "what-is-missing"));
     let cards = report.effects.iter().filter_map(|effect| card(effect, lang));
     let missing = cards.fold(missing, Section::block);
@@ -92,12 +90,8 @@ fn found(report: &NavigateDiagnoseReport, lang: Language) -> String {
     let name = |effect: &NavigationEffectReport| {
         say!(lang, "effect-named", name = lang.name(&effect.name), regressor = effect.regressor)
     };
-    let names: Vec<String> = report.effects.iter().take(LISTED).map(name).collect();
-    let shown = names.join(lang.semicolon());
-    let names = match report.effects.len() - names.len() {
-        0 => shown,
-        more => say!(lang, "and-more", shown, more = more.to_string()),
-    };
+    let names: Vec<String> = report.effects.iter().map(name).collect();
+    let names = lang.first_of(&names, LISTED, lang.semicolon());
     say!(lang, "effects-are-missing", n = report.effects.len(), names)
 }
 
@@ -150,10 +144,8 @@ fn card(effect: &NavigationEffectReport, lang: Language) -> Option<Content> {
     }
     if !effect.aliases.is_empty() {
         let names: Vec<String> = effect.aliases.iter().map(|own| alias(own, lang)).collect();
-        let shown = names.iter().take(LISTED).cloned().collect::<Vec<_>>().join(lang.semicolon());
-        let more = names.len().saturating_sub(LISTED);
-        let shown = if more > 0 { say!(lang, "and-more", shown, more = more.to_string()) } else { shown };
-        facts.push((lang.title(say!(lang, "cannot-be-distinguished-from")), shown));
+        let names = lang.first_of(&names, LISTED, lang.semicolon());
+        facts.push((lang.title(say!(lang, "cannot-be-distinguished-from")), names));
     }
     let possible = effect.aliases.iter().filter(|alias| !alias.absurd && alias.together_with.is_none()).count();
     let run = |own: &SeparationReport| {
@@ -334,7 +326,7 @@ fn gap_figure(
     let (name, where_) = channel_of(report, series);
     let [before, after] = [channel.before.0, channel.after.0].map(|size| significant(scale * size, 3));
     let caption = say!(lang, "gap-of", name, where_, before, after);
-    Figure { description: caption.clone(), caption, chart: curves(&lines, series.channel, lang), wide: false }
+    Figure::new(caption, curves(&lines, series.channel, lang), false)
 }
 
 /// What is left in one channel, before the band of two u.

@@ -1,6 +1,6 @@
 //! The document of a navigation study: where each motion ends and by which error most, the errors in time, and what they are made of.
 
-use super::colophon::colophon;
+use super::colophon::begin;
 use super::scene::mission_figure;
 use super::{ARCSEC, ErrorReport, NavigateReport};
 use crate::document::chart::{Chart, Curve};
@@ -29,11 +29,9 @@ const QUANTITIES: [Quantity; 4] = [
 /// The document of a navigation report; the mission and its series that were kept give the figures.
 pub fn navigate_document(report: &NavigateReport, of: Option<(&Mission, &[Flown])>, lang: Language) -> Document {
     let title = if report.title.is_empty() { say!(lang, "navigation-errors") } else { &report.title };
-    let mut document = Document::new(title);
-    document.language = lang;
+    let mut document = begin(title, &[], lang);
     let steps = say!(lang, "h-in-steps-of-s", duration = trimmed(report.duration_h), step = report.step_s.to_string());
     document.facts = vec![(say!(lang, "duration").into(), steps)];
-    document.colophon = colophon(&[], lang);
     let whole = (0..report.scenarios.len()).max_by_key(|i| (errors(report, *i), std::cmp::Reverse(*i)));
     let flown: &[Flown] = of.map_or(&[], |(_, flown)| flown);
     document = document

@@ -1,7 +1,7 @@
 //! The document of a record's noise: for each column its coefficients, its deviations drawn, and the numbers.
 
 use super::Input;
-use super::colophon::colophon;
+use super::colophon::begin;
 use super::noise_analysis::{AgreementReport, NoiseAnalysisReport, NoiseColumnReport};
 use crate::document::chart::{Chart, DeviationPoint};
 use crate::document::number::{level, percent, rounded, significant};
@@ -12,8 +12,7 @@ use crate::reduce::EventKind;
 
 /// The document of a record's noise; `deviations` puts their numbers before a reader of a terminal too.
 pub fn noise_document(report: &NoiseAnalysisReport, inputs: &[Input], deviations: bool, lang: Language) -> Document {
-    let mut document = Document::new(say!(lang, "noise-of-a-record"));
-    document.language = lang;
+    let mut document = begin(say!(lang, "noise-of-a-record"), inputs, lang);
     let rate = significant(1.0 / report.interval_s, 6);
     document.facts = vec![
         (say!(lang, "record").into(), report.record.clone()),
@@ -22,7 +21,6 @@ pub fn noise_document(report: &NoiseAnalysisReport, inputs: &[Input], deviations
             format!("{rate} Hz {}", lang.in_parentheses(&lang.name(&report.interval_from))),
         ),
     ];
-    document.colophon = colophon(inputs, lang);
     report.columns.iter().fold(document, |document, column| document.section(section(column, deviations, lang)))
 }
 

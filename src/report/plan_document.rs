@@ -1,6 +1,6 @@
 //! The document of a plan: the better schedule beside the given one, where its positions lie, and what each reading contributes.
 
-use super::colophon::colophon;
+use super::colophon::begin;
 use super::fit_document::{bench_figure, model_facts};
 use super::foresight::{group_lines, hidden, lacking, not_exercised, rule_text};
 use super::plan_better::{
@@ -30,11 +30,9 @@ pub fn plan_document(
 ) -> Document {
     let title = drawn.map(|(campaign, _)| campaign.bench.title.as_str()).filter(|title| !title.is_empty());
     let title = title.map_or_else(|| report.bench.clone(), |title| lang.name(title).into_owned());
-    let mut document = Document::new(say!(lang, "plan-of", title));
-    document.language = lang;
+    let mut document = begin(say!(lang, "plan-of", title), &[], lang);
     document.facts = vec![(say!(lang, "bench").into(), format!("`{}`", report.bench))];
     document.facts.push((say!(lang, "judged-at-2").into(), judged_at(&report.judged_at, lang)));
-    document.colophon = colophon(&[], lang);
     if let Some(nothing) = report.improved.as_ref().and_then(|own| not_told_apart(own, lang)) {
         document = document.section(Section::new(say!(lang, "result")).verdict(Tone::Bad, nothing));
     }
@@ -179,13 +177,8 @@ fn defects(list: &[NotEstimableReport], what: impl Fn(String) -> String, nowhere
         Some(_) => d.further(lang).unwrap_or_default(),
         None => nowhere.to_string(),
     };
-    let instead = |d: &NotEstimableReport| {
-        let instead: Vec<String> = d.estimable.iter().map(|c| format!("`{}`", c.text)).collect();
-        (!instead.is_empty())
-            .then(|| format!("{}{}{}", say!(lang, "determined-instead"), lang.colon(), lang.list(&instead)))
-    };
     let clauses = |d: &NotEstimableReport| {
-        let clauses = [Some(what(format!("`{}`", d.text))), instead(d), Some(separated(d))];
+        let clauses = [Some(what(format!("`{}`", d.text))), d.instead(lang), Some(separated(d))];
         lang.sentence(&clauses.into_iter().flatten().collect::<Vec<_>>().join(lang.semicolon()))
     };
     list.iter().map(clauses).collect()
@@ -273,7 +266,7 @@ fn effects_section(effects: &ForesightReport, lang: Language) -> Section {
         let alike: Vec<String> = line.alike.iter().map(|name| format!("`{name}`")).collect();
         let alike = match line.nearest {
             Some(nearest) if alike.is_empty() => nearest,
-            _ => some_of(&alike, 4, lang),
+            _ => lang.first_of(&alike, 4, lang.comma()),
         };
         table.row(vec![
             Cell::name(&line.effect),
@@ -283,7 +276,7 @@ fn effects_section(effects: &ForesightReport, lang: Language) -> Section {
             Cell::Digits(line.at_a_reading, 2),
             line.moves.into(),
             alike.into(),
-            some_of(&line.near, 4, lang).into(),
+            lang.first_of(&line.near, 4, lang.comma()).into(),
         ]);
     }
     let mut never = Table::new(&[(say!(lang, "effect"), Align::Left), (say!(lang, "taken-up-by"), Align::Left)]);
@@ -386,15 +379,6 @@ fn strongest(j: &JudgementReport, k: usize) -> Option<String> {
     let (other, r) = others.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
     let partner = j.correlation.order.get(other)?;
     (r.abs() >= 0.005).then(|| format!("{partner} {r:+.2}"))
-}
-
-/// The first of a list, and how many more there are.
-fn some_of(list: &[String], most: usize, lang: Language) -> String {
-    let text = list.iter().take(most).cloned().collect::<Vec<_>>().join(", ");
-    match list.len().saturating_sub(most) {
-        0 => text,
-        more => say!(lang, "and-more", shown = text, more = more.to_string()),
-    }
 }
 
 /// What each reading contributes.

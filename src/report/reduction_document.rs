@@ -1,7 +1,7 @@
 //! The document of a reduction: the record with its segments, the means, and where their uncertainties come from.
 
 use super::Input;
-use super::colophon::colophon;
+use super::colophon::begin;
 use super::reduction::{ReduceReport, SegmentMeanReport};
 use crate::document::chart::{Chart, RecordChart};
 use crate::document::number::significant;
@@ -17,8 +17,7 @@ pub fn reduce_document(
     sources: bool,
     lang: Language,
 ) -> Document {
-    let mut document = Document::new(say!(lang, "from-samples-to-readings"));
-    document.language = lang;
+    let mut document = begin(say!(lang, "from-samples-to-readings"), inputs, lang);
     let rate = significant(1.0 / report.interval_s, 6);
     document.facts = vec![
         (say!(lang, "record").into(), report.record.clone()),
@@ -29,7 +28,6 @@ pub fn reduce_document(
             say!(lang, "grouped-by", what = report.segments.len().to_string(), by = lang.name(&report.by)),
         ),
     ];
-    document.colophon = colophon(inputs, lang);
     let mut result = Section::new(say!(lang, "record"));
     let (tone, sentence) = verdict(report, lang);
     result = result.verdict(tone, sentence);
@@ -38,12 +36,7 @@ pub fn reduce_document(
     }
     if let Some(chart) = record {
         let caption = say!(lang, "the-whole-record-segments-are-shaded");
-        result = result.figures(vec![Figure {
-            caption: caption.into(),
-            description: caption.into(),
-            chart: Chart::Record(chart),
-            wide: true,
-        }]);
+        result = result.figures(vec![Figure::new(caption, Chart::Record(chart), true)]);
     }
     let mut means = Section::new(say!(lang, "readings"));
     means = if sources { means } else { means.table(overview(report, lang)).full() };

@@ -1,7 +1,7 @@
 //! A run sheet: the readings of a schedule in the order to run, with empty cells for what is read, as a document and as a table that goes back
 //! as the readings of a campaign.
 
-use super::colophon::colophon;
+use super::colophon::begin;
 use super::scene::scene_figure;
 use super::separation::position_keys;
 use crate::campaign::{Campaign, JointState, Reading};
@@ -81,15 +81,13 @@ pub fn sheet_document(schedule: &Campaign, costs: &Costs, lang: Language) -> Doc
     let columns = Columns::of(schedule);
     let of = mountings(rows);
     let work = costs.work(rows);
-    let mut document = Document::new(say!(lang, "run-sheet", bench = lang.name(&schedule.bench.title)));
-    document.language = lang;
+    let mut document = begin(say!(lang, "run-sheet", bench = lang.name(&schedule.bench.title)), &[], lang);
     document.facts = vec![
         (say!(lang, "bench").into(), format!("`{}`", schedule.bench.id)),
         (say!(lang, "readings").into(), work.readings.to_string()),
         (say!(lang, "mountings").into(), work.mountings.to_string()),
         (say!(lang, "cost").into(), trimmed(work.cost)),
     ];
-    document.colophon = colophon(&[], lang);
     let titles = columns.titles(schedule);
     let mut heads = vec![("#", Align::Right), (say!(lang, "mounting"), Align::Left)];
     heads.extend(titles.iter().map(|title| (title.as_str(), Align::Decimal)));

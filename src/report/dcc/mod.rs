@@ -235,10 +235,7 @@ fn remarks(report: &FitReport, lang: Language) -> Vec<String> {
             assumed_zero = lang.list(&report.assumed_zero)
         ));
     }
-    if !report.not_estimable.is_empty() {
-        let names: Vec<&str> = report.not_estimable.iter().map(|defect| defect.text.as_str()).collect();
-        remarks.push(not_estimable(&names, lang));
-    }
+    remarks.extend(not_estimable(report, lang));
     if let Some(robust) = &report.robust {
         remarks.push(say!(lang, "robust-estimator", method = robust.method.to_string()));
     }

@@ -1,6 +1,6 @@
 //! The document of a diagnosis: the verdict, what was found and the picture, how the gap shrinks, then what it rests on.
 
-use super::super::colophon::colophon;
+use super::super::colophon::begin;
 use super::super::fit_document::bench_figure;
 use super::super::scatter;
 use super::figure::{diagnose_figure, named};
@@ -18,11 +18,9 @@ const BRIEF: usize = 8;
 
 /// The document of a diagnosis; what was asked, and the diagnosis itself, give the picture and what was taken for granted.
 pub fn diagnose_document(report: &DiagnoseReport, of: Option<(&Campaign, &Diagnosis)>, lang: Language) -> Document {
-    let mut document = Document::new(say!(lang, "diagnosis-of", title = report.bench));
-    document.language = lang;
+    let mut document = begin(say!(lang, "diagnosis-of", title = report.bench), &report.inputs, lang);
     document.subtitle = of.map_or_else(String::new, |(campaign, _)| lang.name(&campaign.bench.title).into_owned());
     document.facts = report.identity.facts(lang);
-    document.colophon = colophon(&report.inputs, lang);
     let missing = Section::new(say!(lang, "what-is-missing"));
     let missing = report.effects.iter().fold(missing, |section, effect| section.block(card(report, effect, lang)));
     let document = document.section(result(report, of, lang)).section(shrinking(report, lang));
@@ -324,11 +322,10 @@ fn places(report: &DiagnoseReport, lang: Language) -> Section {
 
 /// What was taken for granted, and where it comes from.
 fn assumptions(report: &DiagnoseReport, of: Option<(&Campaign, &Diagnosis)>, lang: Language) -> Section {
-    let names = |ids: &[&str]| lang.list(&ids.iter().map(|id| format!("`{id}`")).collect::<Vec<_>>());
     let mut points = Vec::new();
     if !report.assumed_zero.is_empty() {
-        let zero: Vec<&str> = report.assumed_zero.iter().map(String::as_str).collect();
-        points.push(say!(lang, "taken-as-zero-neither-known-nor-estimated", assumed_zero = names(&zero)));
+        let assumed_zero = lang.names(&report.assumed_zero);
+        points.push(say!(lang, "taken-as-zero-neither-known-nor-estimated", assumed_zero));
     }
     let mut facts = Vec::new();
     if let Some((campaign, diagnosis)) = of {
@@ -346,7 +343,7 @@ fn assumptions(report: &DiagnoseReport, of: Option<(&Campaign, &Diagnosis)>, lan
         let prior = |p: &&Parameter| matches!(p.role, Role::Estimated { prior: Some(_), .. });
         let priors: Vec<&str> = campaign.estimated().iter().filter(prior).map(|p| p.id.as_str()).collect();
         if !priors.is_empty() {
-            points.push(say!(lang, "priors-entered-as-rows-of-their-own", priors = names(&priors)));
+            points.push(say!(lang, "priors-entered-as-rows-of-their-own", priors = lang.names(&priors)));
         }
         if diagnosis.before.convergence.is_none() {
             points.push(say!(lang, "gauss-newton-does-not-converge-here-so").into());

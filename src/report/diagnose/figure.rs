@@ -38,7 +38,7 @@ pub fn diagnose_figure(campaign: &Campaign, diagnosis: &Diagnosis, report: &Diag
         caption.push(say!(lang, "further-sensors-are-not-drawn", n = left));
     }
     let caption = caption.join(lang.space());
-    Figure { description: caption.clone(), caption, chart: Chart::Gap(panels, factor.into()), wide: true }
+    Figure::new(caption, Chart::Gap(panels, factor.into()), true)
 }
 
 fn gap_of<'a>(campaign: &Campaign, report: &'a DiagnoseReport, sensor: usize) -> Option<&'a SensorGapReport> {

@@ -93,11 +93,7 @@ pub fn listed(names: &[String], most: usize, lang: Language) -> String {
         Some((name, rest)) => format!("`{name}` ({rest}"),
         None => format!("`{text}`"),
     };
-    let shown = names.iter().take(most).map(code).collect::<Vec<_>>().join(lang.comma());
-    match names.len().saturating_sub(most) {
-        0 => shown,
-        more => say!(lang, "and-more", shown, more = more.to_string()),
-    }
+    lang.first_of(&names.iter().map(code).collect::<Vec<_>>(), most, lang.comma())
 }
 
 /// A quantity before or after the effects are in the model, as the title of a column.

@@ -20,10 +20,7 @@ fn verdicts(report: &FitReport, lang: Language) -> Vec<(Tone, String)> {
     let fit = &report.fit;
     let mut said = Vec::new();
     said.extend(report.conformity.as_ref().map(|own| conformity::verdict(own, lang)));
-    let free: Vec<String> = report.not_estimable.iter().map(|defect| format!("`{}`", defect.text)).collect();
-    if !free.is_empty() {
-        said.push((Tone::Bad, not_estimable(&free, lang)));
-    }
+    said.extend(not_estimable(report, lang).map(|text| (Tone::Bad, text)));
     for source in report.scatter.iter().filter(|source| !source.without_u.is_empty()) {
         let note = source.note.as_ref().map_or(String::new(), |note| note.say(lang).to_string());
         let source = scatter::source_name(&source.source, lang);
@@ -112,20 +109,26 @@ fn convergence(report: &FitReport, lang: Language) -> Vec<(Tone, String)> {
         (true, true) => (Tone::Good, say!(lang, "gauss-newton-converged-after", steps)),
         (true, false) => (Tone::Plain, say!(lang, "gauss-newton-converged-and-differs", steps, what)),
     }];
-    let names = |ids: &[String]| lang.list(&ids.iter().map(|id| format!("`{id}`")).collect::<Vec<_>>());
     if !record.moved.is_empty() {
-        said.push((Tone::Plain, say!(lang, "no-reading-responds-to-at-the-reference", moved = names(&record.moved))));
+        said.push((
+            Tone::Plain,
+            say!(lang, "no-reading-responds-to-at-the-reference", moved = lang.names(&record.moved)),
+        ));
     }
     if !record.held.is_empty() {
-        said.push((Tone::Plain, say!(lang, "held-where-the-iteration-began-since-the", held = names(&record.held))));
+        said.push((
+            Tone::Plain,
+            say!(lang, "held-where-the-iteration-began-since-the", held = lang.names(&record.held)),
+        ));
     }
     said
 }
 
 /// What is not estimable, in a sentence.
-pub(in crate::report) fn not_estimable<T: AsRef<str>>(names: &[T], lang: Language) -> String {
+pub(in crate::report) fn not_estimable(report: &FitReport, lang: Language) -> Option<String> {
     let what = say!(lang, "not-estimable-from-these-readings");
-    lang.sentence(&format!("{what}{}{}", lang.colon(), lang.list(names)))
+    let names = lang.names(report.not_estimable.iter().map(|defect| &defect.text));
+    (!report.not_estimable.is_empty()).then(|| lang.sentence(&format!("{what}{}{names}", lang.colon())))
 }
 
 /// How many readings gave how many parameters.

@@ -62,7 +62,7 @@ pub(super) fn estimates(report: &FitReport, fit: Option<&Fit>, lang: Language) -
     table.note = say!(lang, "u-combined-standard-uncertainty-k-u-expanded", expanded);
     let without = report.derived_without_a_value();
     if !without.is_empty() {
-        let names = lang.list(&without.iter().map(|id| format!("`{id}`")).collect::<Vec<_>>());
+        let names = lang.names(&without);
         notes.push(lang.sentence(&say!(lang, "derived-without-a-value", names)));
     }
     let drawn = fit.map(|fit| residual_figures(fit, report, lang)).unwrap_or_default();
@@ -99,11 +99,7 @@ fn row(
 pub(super) fn not_estimable(report: &FitReport, lang: Language) -> Section {
     let mut section = Section::new(say!(lang, "not-estimable-from-these-readings"));
     for defect in &report.not_estimable {
-        let only: Vec<String> = defect.estimable.iter().map(|c| format!("`{}`", c.text)).collect();
-        let instead = match only.is_empty() {
-            true => say!(lang, "no-reading-responds", here = defect.weak),
-            false => format!("{}{}{}", say!(lang, "determined-instead"), lang.colon(), lang.list(&only)),
-        };
+        let instead = defect.instead(lang).unwrap_or_else(|| say!(lang, "no-reading-responds", here = defect.weak));
         let mut said = say!(lang, "the-parameters-can-move-along-and-no", text = defect.text, instead);
         if let Some(hides) = &defect.hides {
             said.push_str(&format!("{}{}", lang.space(), lang.sentence(&hides.say(lang))));

@@ -163,12 +163,8 @@ pub(super) fn residual_figures(fit: &Fit, report: &FitReport, lang: Language) ->
         if every > 1 {
             caption.push_str(&format!("{}{}", lang.space(), say!(lang, "one-reading-in-is-drawn", every)));
         }
-        figures.push(Figure {
-            description: caption.clone(),
-            caption,
-            chart: Chart::Residuals(rows, format!("{} {}", sensor.id, say!(lang, "residual")), sensor.unit.clone()),
-            wide: true,
-        });
+        let title = format!("{} {}", sensor.id, say!(lang, "residual"));
+        figures.push(Figure::new(caption, Chart::Residuals(rows, title, sensor.unit.clone()), true));
     }
     figures
 }
@@ -179,12 +175,7 @@ pub(super) fn spread_figures(report: &FitReport, lang: Language) -> Vec<Figure> 
     let studentized: Vec<f64> = report.readings.iter().filter_map(|r| r.studentized).collect();
     if studentized.len() > 2 {
         let caption = say!(lang, "normal-plot-of-the-studentized-residuals-with");
-        figures.push(Figure {
-            caption: caption.into(),
-            description: caption.into(),
-            chart: Chart::Normal(studentized),
-            wide: false,
-        });
+        figures.push(Figure::new(caption, Chart::Normal(studentized), false));
     }
     let order: Vec<&str> = report.covariance.order.iter().map(String::as_str).collect();
     if (2..=MOST_ROWS).contains(&order.len()) {
@@ -217,12 +208,7 @@ fn correlations(report: &FitReport) -> Vec<Vec<Option<f64>>> {
 /// What a figure lists, in words; long lists are cut.
 fn listed(lines: impl Iterator<Item = String>, lang: Language) -> String {
     const MOST: usize = 12;
-    let lines: Vec<String> = lines.collect();
-    let mut text = lines.iter().take(MOST).cloned().collect::<Vec<_>>().join(lang.semicolon());
-    if lines.len() > MOST {
-        text = say!(lang, "and-more", shown = text, more = lines.len() - MOST);
-    }
-    lang.sentence(&text)
+    lang.sentence(&lang.first_of(&lines.collect::<Vec<_>>(), MOST, lang.semicolon()))
 }
 
 /// The parts of a bar, in words.

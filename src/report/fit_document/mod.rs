@@ -7,7 +7,7 @@ mod estimates;
 mod figures;
 mod readings;
 
-use super::colophon::colophon;
+use super::colophon::begin;
 use super::{CompareReport, FitReport, Input, compare_document, conformity, scatter};
 use crate::document::{Document, Section};
 use crate::fit::Fit;
@@ -40,12 +40,11 @@ pub struct Asked<'a> {
 /// The document of a fit.
 pub fn fit_document(report: &FitReport, asked: &Asked<'_>, lang: Language) -> Document {
     let title = asked.fit.map(|fit| fit.campaign.bench.title.as_str()).filter(|title| !title.is_empty());
-    let mut document = Document::new(title.map_or(report.bench.clone(), |title| lang.name(title).into_owned()));
-    document.language = lang;
+    let mut document =
+        begin(title.map_or(report.bench.clone(), |title| lang.name(title).into_owned()), asked.inputs, lang);
     document.facts = report.identity.facts(lang);
     document.facts.push((say!(lang, "bench").into(), format!("`{}`", report.bench)));
     document.facts.extend(model_facts(&report.model, lang));
-    document.colophon = colophon(asked.inputs, lang);
     let document = document
         .section(answer::answer(report, lang))
         .section(estimates::estimates(report, asked.fit, lang))

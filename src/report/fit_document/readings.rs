@@ -12,8 +12,8 @@ use crate::language::{Language, say};
 pub(super) fn assumptions(report: &FitReport, asked: &Asked<'_>, lang: Language) -> Section {
     let mut points = Vec::new();
     if !report.assumed_zero.is_empty() {
-        let names: Vec<String> = report.assumed_zero.iter().map(|id| format!("`{id}`")).collect();
-        points.push(say!(lang, "taken-as-zero-neither-known-nor-estimated", assumed_zero = lang.list(&names)));
+        let assumed_zero = lang.names(&report.assumed_zero);
+        points.push(say!(lang, "taken-as-zero-neither-known-nor-estimated", assumed_zero));
     }
     match report.site.latitude_deg {
         Some(latitude_deg) => points.push(say!(
