@@ -75,7 +75,7 @@ unit = unit
 state = state
 record-of-rows-read = Record of { $rows } rows; { $shown } of them are in the table of readings and in the figures.
 rows-in-a-mean = rows in a mean
-sd-over-that-of-independent-rows = sd against independent rows
+sd-over-that-of-independent-rows = sd / sd of independent rows
 row-of-the-record = row
 that-of-rounding-to-its-last-digit = from rounding to { $step } (the last digit, divided by sqrt 12); the readings do not scatter more than this
 the-rounding-of-its-readings-which-show = from the rounding of the readings, which show no scatter
@@ -660,7 +660,7 @@ each-histogram-shows-the-accepted-devices-the = Each histogram shows the accepte
 devices-that-are-not-in-order = Devices that are not in order
 devices-that-stand-apart = Outlying devices
 no-accepted-device-stands-apart-from-the = No accepted device is an outlier at 1 % over all devices and quantities.
-z-value-median-mad-beyond-what-a = z = (value - median) / (1.4826 MAD), beyond the limit of a normal distribution at 1 % over all devices and quantities; largest first, at most 50. For a single report run `tumble fit` with the readings of that device.
+z-value-median-mad-beyond-what-a = z = (value - median) / (1.4826 MAD), beyond the limit of a normal distribution at 1 % over all devices and quantities; largest first, at most 50.
 control-charts = Control charts
 lots-beyond-their-control-limits = Means of lots beyond their control limits: { $lots }.
 points-are-means-of-lots-the-line = Points are means of lots, the line is the mean of all devices, dashed lines are three standard deviations of a lot's mean from the scatter within lots; triangles lie beyond.
@@ -779,7 +779,7 @@ scenario = scenario
 perfect-unit-a-perfect-unit-the-navigators = `perfect_unit`: a perfect unit, that is, the error of the navigator itself.
 azimuth = azimuth
 velocity = velocity
-what-the-calibrations-uncertainty-does = What the calibration's uncertainty does
+what-the-calibrations-uncertainty-does = Effect of the calibration's uncertainty
 linear-covariance = linear covariance
 monte-carlo-draws = Monte Carlo, { $draws } draws
 
@@ -810,7 +810,7 @@ not-counted-the-uncertainty-of-acts-through = not included: the uncertainty of {
 best-of-all-choices = the best of all { $all } admissible choices of these candidates (proven 100 %)
 proven-efficiency = proven to be at least { $share } as good as the best admissible choice of these candidates
 the-bound-allows-more-mountings-than-the = the bound is for more mountings than the cost allows, so the choice may be the best
-so-few-portions-cannot-follow-the-best = with so few portions the optimal weights can only be approximated roughly; more or smaller portions come nearer
+so-few-portions-cannot-follow-the-best = with so few portions the optimal weights can only be approximated roughly; use more or smaller portions
 the-bound-itself-may-be-too-high = the bound itself may be { $gap } too high
 no-angle-is-worth-moving = moving angles between the candidates does not improve the schedule, in steps down to { $resolution } deg
 angles-moved = { $finished ->
@@ -825,7 +825,7 @@ u-of-their-coefficients-and = u of their coefficients { $p } and { $q }
 and-both-in-the-model-before = { $a } and { $b }, both in the model: before, { $before }
 with-the-added-positions = with the added positions, { $after }
 positions-share-deviations-planned-for = readings share deviations ({ $line }); the chosen positions are planned for { $levels } (a sweep takes the value of the schedule's first reading; --candidates FILE offers others)
-no-candidate-would-separate-it-but-all = no candidate would separate them, but all candidates have { $held } only (--candidates FILE takes others)
+no-candidate-would-separate-it-but-all = no candidate would separate them; all candidates have { $held } (--candidates FILE takes others)
 of-is-found-with-probability-where-the = { $effect } of { $size } is detected with probability { $power } where the u of its coefficient { $coefficient } is at most { $u }
 the-goal-counts = { $some ->
     [yes] the goal counts { $counted }, but not { $derived }
@@ -936,7 +936,7 @@ guide-held-wait = { $place }: held for { $seconds } s{ $means }; hold it { $wait
 guide-held-never = { $place }: held for { $seconds } s{ $means }; the wanted u cannot be reached by holding; 'take' reads the mean so far
 guide-read = { $place }: read; set the next position
 guide-left = { $place }: LEFT after { $seconds } s{ $means }, and not read
-guide-port-is-back = the serial port { $name } is there again
+guide-port-is-back = serial port { $name } is connected again
 guide-which = position? Several agree with what was read; answer with a line: position LABEL
   { "  " }{ $candidates }
 guide-view-set = Set
@@ -945,7 +945,7 @@ guide-view-goals = Goals: u against the goal
 guide-view-residuals = Residuals in standard deviations, by reading
 guide-view-missing = What may be missing: probability
 guide-reached = done: every goal is met, and no effect is missing or all are named; { $readings } readings, cost { $cost }
-guide-nothing-to-gain = stopped: no position of this schedule gives further information on what is still wanted; { $readings } readings, cost { $cost }
+guide-nothing-to-gain = stopped: no position of this schedule gives further information on the goals; { $readings } readings, cost { $cost }
 guide-most-readings = stopped: the limit of { $readings } readings was reached (--most); cost { $cost }
 
 # Run sheets and drawings of benches
@@ -954,11 +954,11 @@ run-sheet-how = Take the readings in this order. Write each value into its empty
 mountings = Mountings
 cost = Cost
 cost-so-far = cost so far
-unit-at-the-start = The unit as the mission begins: heading, pitch and roll, with the amplitudes that they swing by.
+unit-at-the-start = The unit at the start of the mission: heading, pitch and roll with their amplitudes.
 heading-angle = heading
 pitch-angle = pitch
 roll-angle = roll
-bench-at-first-reading = The bench as the first reading has it: joints as rings about their axes from the ground (outside) to the unit (inside), with tilts at zero. Red arcs turn.
+bench-at-first-reading = The bench at the first reading: joints as rings about their axes, from the ground (outside) to the unit (inside), with tilts at zero. Red arcs: rotating joints.
 east-axis = E
 north-axis = N
 up-axis = up

@@ -620,7 +620,7 @@ each-histogram-shows-the-accepted-devices-the = 各直方图为已接受的被�
 devices-that-are-not-in-order = 异常被测件
 devices-that-stand-apart = 离群的被测件
 no-accepted-device-stands-apart-from-the = 就全部被测件和全部量而言，在 1 % 水平上没有离群的被测件。
-z-value-median-mad-beyond-what-a = z = （量值 - 中位数）/（1.4826 MAD），列出的值超出正态分布在全部被测件和全部量上 1 % 的范围；最远者在前，至多 50 个。单个报告：用该被测件的读数运行 `tumble fit`。
+z-value-median-mad-beyond-what-a = z = （量值 - 中位数）/（1.4826 MAD），列出的值超出正态分布在全部被测件和全部量上 1 % 的范围；最远者在前，至多 50 个。
 control-charts = 控制图
 lots-beyond-their-control-limits = 超出控制限的批次均值：{ $lots }。
 points-are-means-of-lots-the-line = 各点为批次均值，实线为全部被测件的均值，虚线为批次均值的三倍标准差（由批内分散求得）；三角形为超出者。
@@ -763,7 +763,7 @@ u-of-their-coefficients-and = 二者系数的 u 为 { $p } 和 { $q }
 and-both-in-the-model-before = { $a } 与 { $b } 同在模型中：原编排，{ $before }
 with-the-added-positions = 增加位置后，{ $after }
 positions-share-deviations-planned-for = 读数共有偏差（{ $line }）；所选位置按 { $levels } 规划（扫描采用方案中第一个读数的值；可用 --candidates 文件 另行给出）
-no-candidate-would-separate-it-but-all = 没有候选位置能将其分离，但全部候选位置都限于 { $held }（可用 --candidates 文件 另行给出）
+no-candidate-would-separate-it-but-all = 没有候选位置能将其分离；全部候选位置都限于 { $held }（可用 --candidates 文件 另行给出）
 of-is-found-with-probability-where-the = 大小为 { $size } 的 { $effect }，当其系数 { $coefficient } 的 u 不大于 { $u } 时，以概率 { $power } 被发现
 the-goal-counts = { $some ->
     [yes] 目标所计的量：{ $counted }；不计 { $derived }
@@ -873,7 +873,7 @@ guide-view-goals = 目标：u 与目标值
 guide-view-residuals = 残差（标准差倍数），按读数
 guide-view-missing = 可能缺少的误差项：概率
 guide-reached = 完成：各目标均已达到，无缺项或均已指明；{ $readings } 个读数，代价 { $cost }
-guide-nothing-to-gain = 停止：此方案中没有位置能提供更多所需信息；{ $readings } 个读数，代价 { $cost }
+guide-nothing-to-gain = 停止：此方案中没有位置能提供与目标有关的更多信息；{ $readings } 个读数，代价 { $cost }
 guide-most-readings = 停止：已取 { $readings } 个读数，为 --most 所允许的上限；代价 { $cost }
 
 # Run sheets and drawings of benches

@@ -196,6 +196,19 @@ fn card(report: &DiagnoseReport, effect: &EffectReport, lang: Language) -> Conte
 
 /// Mean residuals at the states of the joints, where something is unexplained.
 fn pattern(report: &DiagnoseReport, lang: Language) -> Section {
+    let cells = report.unexplained.iter().flat_map(|own| &own.cells).take(LISTED);
+    let rows = cells.map(|own| (words::position(&own.at), own.sensor.clone(), own.readings, own.mean, own.z, None));
+    let mut table = means(rows.collect(), lang);
+    table.note = say!(lang, "mean-residual-at-each-state-of-the").into();
+    table.brief_rows = Some(2 * BRIEF);
+    Section::new(say!(lang, "the-pattern")).table(table)
+}
+
+/// A mean residual: its setting, sensor, readings, size, size in standard deviations, and probability.
+type Mean = (String, String, usize, f64, f64, Option<f64>);
+
+/// Mean residuals, with bars as long as they are significant.
+fn means(rows: Vec<Mean>, lang: Language) -> Table {
     let mut table = Table::new(&[
         (say!(lang, "setting"), Align::Left),
         (say!(lang, "sensor"), Align::Left),
@@ -203,24 +216,23 @@ fn pattern(report: &DiagnoseReport, lang: Language) -> Section {
         (say!(lang, "mean"), Align::Decimal),
         ("", Align::Bar),
         ("z", Align::Decimal),
+        ("p", Align::Right),
     ])
     .at(Detail::Full, &[4]);
-    let cells: Vec<_> = report.unexplained.iter().flat_map(|own| &own.cells).take(LISTED).collect();
-    let largest = cells.iter().fold(0.0_f64, |m, cell| m.max(cell.z.abs()));
-    for cell in &cells {
+    let largest = rows.iter().fold(0.0_f64, |most, own| most.max(own.4.abs()));
+    table.small = rows.len() > 12;
+    for (setting, sensor, readings, mean, z, p) in rows {
         table.row(vec![
-            words::position(&cell.at).into(),
-            Cell::name(&cell.sensor),
-            cell.readings.into(),
-            Cell::Digits(cell.mean, 3),
-            (cell.z / largest).to_string().into(),
-            Cell::Decimals(cell.z, 1),
+            setting.into(),
+            Cell::name(sensor),
+            readings.into(),
+            Cell::Digits(mean, 3),
+            (z / largest).to_string().into(),
+            Cell::Decimals(z, 1),
+            p.map_or("".into(), Cell::Probability),
         ]);
     }
-    table.note = say!(lang, "mean-residual-at-each-state-of-the").into();
-    table.small = cells.len() > 12;
-    table.brief_rows = Some(2 * BRIEF);
-    Section::new(say!(lang, "the-pattern")).table(table)
+    table
 }
 
 /// Model lines, with what was appended marked, and what else the repair does.
@@ -291,30 +303,12 @@ fn places(report: &DiagnoseReport, lang: Language) -> Section {
     if report.verdict == Verdict::NothingMissing {
         return section;
     }
-    let mut table = Table::new(&[
-        (say!(lang, "setting"), Align::Left),
-        (say!(lang, "sensor"), Align::Left),
-        (say!(lang, "readings").to_lowercase().as_str(), Align::Right),
-        (say!(lang, "mean"), Align::Decimal),
-        ("", Align::Bar),
-        ("z", Align::Decimal),
-        ("p", Align::Right),
-    ])
-    .at(Detail::Full, &[4]);
-    let shown: Vec<_> = report.places.iter().filter(|place| place.significant == Some(true)).take(LISTED).collect();
-    let largest = shown.iter().fold(0.0_f64, |m, place| m.max(place.z.abs()));
-    for place in &shown {
-        table.row(vec![
-            format!("{} {}", named(&place.factor, lang), words::level(&place.level)).into(),
-            Cell::name(&place.sensor),
-            place.readings.into(),
-            Cell::Digits(place.mean, 3),
-            (place.z / largest).to_string().into(),
-            Cell::Decimals(place.z, 1),
-            Cell::Probability(place.p),
-        ]);
-    }
-    table.small = shown.len() > 12;
+    let shown = report.places.iter().filter(|place| place.significant == Some(true)).take(LISTED);
+    let row = |own: &super::PlaceReport| {
+        let setting = format!("{} {}", named(&own.factor, lang), words::level(&own.level));
+        (setting, own.sensor.clone(), own.readings, own.mean, own.z, Some(own.p))
+    };
+    let mut table = means(shown.map(row).collect(), lang);
     table.brief_rows = Some(BRIEF);
     table.note = say!(lang, "means-of-the-residuals-with-the-model").into();
     section.table(table)
