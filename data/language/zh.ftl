@@ -636,7 +636,7 @@ values-are-changes-of-the-missions-errors = 量值为任务文件中误差的改
 gap-in-standard-uncertainties = 残差（实测减预测），以标准不确定度计
 channel = 通道
 values = 数据个数
-gap-of = `{ $name }`{ $where_ } 的残差：方均根之前 { $before }，之后 { $after }
+gap-of = `{ $name }`{ $where_ } 的残差：方均根 { $size }
 what-is-left-of-with-two-standard = `{ $name }`{ $where_ } 的余下部分，以及两倍标准不确定度
 discriminated-by = 用于区分的测量
 

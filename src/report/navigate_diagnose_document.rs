@@ -14,7 +14,7 @@ use crate::language::{Language, say};
 use crate::navigate::diagnose::NavigationDiagnosis;
 use crate::navigate::measured::{CHANNEL_NAMES, si_per_unit};
 use crate::navigate::mission::Mission;
-use crate::navigate::remainder::{ChannelGap, GapOverTime};
+use crate::navigate::remainder::ChannelGap;
 
 /// Most aliases, added causes and values that are listed at a terminal; the JSON report has all.
 const LISTED: usize = 8;
@@ -139,8 +139,7 @@ fn card(effect: &NavigationEffectReport, lang: Language) -> Option<Content> {
         // without what a unit of radians costs in the last digits
         let before: f64 = format!("{before:.9e}").parse().unwrap_or(before);
         let [before, after] = [before.to_string(), rounded(after, effect.u)];
-        let change = format!("{before} {}{}{after} {}", say!(lang, "before"), lang.clause(), say!(lang, "after"));
-        facts.push((say!(lang, "in-the-mission").into(), change));
+        facts.push((say!(lang, "in-the-mission").into(), changed(&before, &after, lang)));
     }
     if !effect.aliases.is_empty() {
         let names: Vec<String> = effect.aliases.iter().map(|own| alias(own, lang)).collect();
@@ -281,7 +280,7 @@ pub fn navigate_diagnose_figure(
     figures_of(report, diagnosis, place, lang).into_iter().next()
 }
 
-/// The gap in one channel and, where something was found, what is left of it.
+/// The gap in one channel and, where something was found, what is left of it before the band of two u.
 fn figures_of(
     report: &NavigateDiagnoseReport,
     diagnosis: &NavigationDiagnosis,
@@ -289,9 +288,38 @@ fn figures_of(
     lang: Language,
 ) -> Vec<Figure> {
     let (series, own) = (diagnosis.gaps_over_time.get(channel), diagnosis.channels.get(channel));
-    let Some(one) = series.zip(own) else { return Vec::new() };
-    let left = (!report.effects.is_empty()).then(|| left_figure(report, one, lang));
-    [Some(gap_figure(report, one, lang)), left].into_iter().flatten().collect()
+    let Some((series, channel)) = series.zip(own) else { return Vec::new() };
+    let scale = 1.0 / si_per_unit(series.channel);
+    let line = |label: &str, of: &dyn Fn(&(f64, f64, f64)) -> f64| Curve {
+        label: label.into(),
+        points: series.points.iter().map(|point| (point.0 / 3600.0, scale * of(point))).collect(),
+        dashed: false,
+    };
+    // the name of a channel says its unit
+    let name = CHANNEL_NAMES.at(series.channel);
+    let chart = |lines: &[Curve]| Chart::curves(lines, name, "", &format!("{}, h", say!(lang, "time")));
+    let where_ = if report.runs.len() > 1 { format!(" ({})", series.motion) } else { String::new() };
+    let [size, after] = [channel.before.0, channel.after.0].map(|size| significant(scale * size, 3));
+    let before = line(say!(lang, "before"), &|point| point.1);
+    if report.effects.is_empty() {
+        return vec![Figure::new(say!(lang, "gap-of", name, where_, size), chart(&[before]), false)];
+    }
+    let left = line(say!(lang, "with-what-was-found"), &|point| point.2);
+    let gap = say!(lang, "gap-of", name, where_, size = changed(&size, &after, lang));
+    let gap = Figure::new(gap, chart(&[before, left.clone()]), false);
+    // the band of two u as a box around the time of the run
+    let (first, last) = (series.points.first().map_or(0.0, |p| p.0), series.points.last().map_or(0.0, |p| p.0));
+    let corners = [(first, 2.0), (last, 2.0), (last, -2.0), (first, -2.0), (first, 2.0)];
+    let band = corners.map(|(time, size)| (time / 3600.0, size * scale * channel.u)).to_vec();
+    let lines = [Curve { label: "2 u".into(), points: band, dashed: true }, left];
+    let caption = say!(lang, "what-is-left-of-with-two-standard", name, where_);
+    let description = in_words(&lines, &caption, "", lang);
+    vec![gap, Figure { description, caption, chart: chart(&lines), wide: false }]
+}
+
+/// A size before and after.
+fn changed(before: &str, after: &str, lang: Language) -> String {
+    format!("{before} {}{}{after} {}", say!(lang, "before"), lang.clause(), say!(lang, "after"))
 }
 
 /// The place of the channel in which the gap is largest against its standard uncertainty.
@@ -299,65 +327,6 @@ fn worst(diagnosis: &NavigationDiagnosis) -> Option<usize> {
     let size = |channel: &ChannelGap| channel.before.0 / channel.u.max(f64::MIN_POSITIVE);
     let channels = diagnosis.channels.iter().enumerate().take(diagnosis.gaps_over_time.len());
     channels.max_by(|a, b| size(a.1).total_cmp(&size(b.1))).map(|(k, _)| k)
-}
-
-/// A channel: its column, and of which motion where there are several.
-fn channel_of(report: &NavigateDiagnoseReport, series: &GapOverTime) -> (&'static str, String) {
-    let where_ = if report.runs.len() > 1 { format!(" ({})", series.motion) } else { String::new() };
-    (CHANNEL_NAMES.at(series.channel), where_)
-}
-
-/// The gap in one channel, before and with what was found.
-fn gap_figure(
-    report: &NavigateDiagnoseReport,
-    (series, channel): (&GapOverTime, &ChannelGap),
-    lang: Language,
-) -> Figure {
-    let scale = 1.0 / si_per_unit(series.channel);
-    let line = |label: &str, of: &dyn Fn(&(f64, f64, f64)) -> f64| Curve {
-        label: label.into(),
-        points: series.points.iter().map(|point| (point.0 / 3600.0, scale * of(point))).collect(),
-        dashed: false,
-    };
-    let mut lines = vec![line(say!(lang, "before"), &|point| point.1)];
-    if !report.effects.is_empty() {
-        lines.push(line(say!(lang, "with-what-was-found"), &|point| point.2));
-    }
-    let (name, where_) = channel_of(report, series);
-    let [before, after] = [channel.before.0, channel.after.0].map(|size| significant(scale * size, 3));
-    let caption = say!(lang, "gap-of", name, where_, before, after);
-    Figure::new(caption, curves(&lines, series.channel, lang), false)
-}
-
-/// What is left in one channel, before the band of two u.
-fn left_figure(
-    report: &NavigateDiagnoseReport,
-    (series, channel): (&GapOverTime, &ChannelGap),
-    lang: Language,
-) -> Figure {
-    let scale = 1.0 / si_per_unit(series.channel);
-    // the band of two u as a box around the time of the run
-    let (first, last) = (series.points.first().map_or(0.0, |p| p.0), series.points.last().map_or(0.0, |p| p.0));
-    let corners = [(first, 2.0), (last, 2.0), (last, -2.0), (first, -2.0), (first, 2.0)];
-    let band = corners.map(|(time, size)| (time / 3600.0, size * scale * channel.u)).to_vec();
-    let left = series.points.iter().map(|point| (point.0 / 3600.0, scale * point.2)).collect();
-    let lines = [
-        Curve { label: "2 u".into(), points: band, dashed: true },
-        Curve { label: say!(lang, "with-what-was-found").into(), points: left, dashed: false },
-    ];
-    let (name, where_) = channel_of(report, series);
-    let caption = say!(lang, "what-is-left-of-with-two-standard", name, where_);
-    Figure {
-        description: in_words(&lines, &caption, "", lang),
-        caption,
-        chart: curves(&lines, series.channel, lang),
-        wide: false,
-    }
-}
-
-/// The name of a channel says its unit.
-fn curves(lines: &[Curve], channel: usize, lang: Language) -> Chart {
-    Chart::curves(lines, CHANNEL_NAMES.at(channel), "", &format!("{}, h", say!(lang, "time")))
 }
 
 /// The gap of every channel against time, and what is left of it.
