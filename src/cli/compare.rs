@@ -10,6 +10,7 @@ use crate::language::Language;
 use crate::report;
 use crate::wire;
 use clap::Args;
+use serde::Serialize;
 use std::path::{Path, PathBuf};
 
 /// What to compare and what to write.
