@@ -377,7 +377,7 @@ pub fn batch_rows(campaign: &Campaign, by: &str, rows: &[Row], lang: Language) -
         header.push(say!(lang, "limits"));
     }
     header.extend(names.iter().map(|(id, _)| id.as_str()));
-    header.push(say!(lang, "why"));
+    header.push(say!(lang, "reason"));
     let cells: Vec<Vec<String>> = rows
         .iter()
         .map(|row| {
