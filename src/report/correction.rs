@@ -81,8 +81,7 @@ pub fn validity_sentence(correction: &CorrectionFile, lang: Language) -> String 
         (Some(share), Some(_)) => text.push_str(&say!(
             lang,
             "within-of-that-range-it-stays-below",
-            part =
-                if share > 0.0 { format!("{} %", significant(100.0 * share, 2)) } else { say!(lang, "none").into() }
+            part = if share > 0.0 { format!("{} %", significant(100.0 * share, 2)) } else { say!(lang, "none").into() }
         )),
         _ => text = lang.sentence(&text),
     }

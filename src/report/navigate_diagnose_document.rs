@@ -164,7 +164,8 @@ fn card(effect: &NavigationEffectReport, lang: Language) -> Option<Content> {
 fn alias(alias: &NavigationAliasReport, lang: Language) -> String {
     let mut text = format!("`{}`", alias.regressor);
     if let Some(value) = alias.value {
-        text.push_str(&format!(" = {} {}", significant(value, 4), alias.unit));
+        let unit = if alias.unit == "1" { "" } else { &alias.unit };
+        text.push_str(format!(" = {} {unit}", significant(value, 4)).trim_end());
     }
     if alias.absurd {
         text.push_str(&format!(" {}", say!(lang, "absurd")));
