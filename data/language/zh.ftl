@@ -19,55 +19,70 @@ count-prior = { $n } 个先验值
 count-iteration = { $n } 次迭代
 count-parameter = { $n } 个参数
 count-degree = 自由度 { $n }
-count-contribution = { $n } 个分量
-count-step = { $n } 步
-count-pass = { $n } 遍
-count-kind = { $n } 类误差项
-degrees-of-freedom = 自由度
 
 ## 报告的固定词汇
 
-term-state = { $word ->
+term = { $word ->
     [free] 自由
     [at-bound] 位于界限上
     [not-estimable] 不可估计
-   *[other] { $word }
-}
-term-outcome = { $word ->
     [pass] 合格
     [fail] 不合格
     [undecided] 不能判定
-   *[other] { $word }
-}
-term-estimator = { $word ->
     [exact] 精确
     [linear] 线性
-   *[other] { $word }
-}
-term-distribution = { $word ->
     [normal] 正态
     [rectangular] 均匀
     [triangular] 三角
     [arcsine] 反正弦
-   *[other] { $word }
-}
-term-from = { $word ->
+    [given] 命令行给定
     [stated] 给定
     [estimated] 估计
-   *[other] { $word }
-}
-term-constraint = { $word ->
+    [residuals] 由残差估计
+    [replicates] 由重复读数估计
+    [fitted] 拟合值
+    [start] 初值
+    [prior] 先验值
     [equality] 等式
     [inactive] 不起作用
     [active] 起作用
+    [at-limit] 起作用
     [contradictory] 相互矛盾
+    [wrong] 与读数相矛盾
     [not-applied] 未施加
-   *[other] { $word }
-}
-term-side = { $word ->
+    [left-out] 未施加
     [lower] 下限
     [upper] 上限
     [norm] 范数
+    [accepted] 接受
+    [rejected] 拒绝
+    [malformed] 数据不合要求
+    [effects-found] 发现误差项
+    [partly-explained] 部分得到解释
+    [nothing-missing] 无缺项
+    [unexplained] 无法解释
+    [not-diagnosable] 无法诊断
+    [stuck-channel] 通道卡死
+    [global-test] 整体检验未通过
+    [no-convergence] 不收敛
+    [constraints] 约束
+    [lack-of-fit] 失拟
+    [suspicious-readings] 可疑读数
+    [repeated-rows] 重复的行
+    [outside-limits] 超出限值
+    [goal] 达到目标
+    [absent] 缺失
+    [saturation] 饱和
+    [spike] 尖峰
+    [stuck] 卡滞
+    [turned-180] 关节转了 180 度
+    [another-position] 方案中的另一位置
+    [wrong-sense] 转动方向相反
+    [exchanged-axes] 关节互换
+    [exchanged-sensors] 传感器互换
+    [slipped-mounting] 安装松动
+    [bad-reading] 坏值
+    [missing-effect] 模型缺少的误差项
    *[other] { $word }
 }
 
@@ -78,19 +93,14 @@ estimate = 估计值
 dof = 自由度
 unit = 单位
 state = 状态
-record-of-rows-read = 记录共 { $rows } 行，读取 { $passes }；读数表和图中为其中 { $shown } 行
+record-of-rows-read = 记录共 { $rows } 行；读数表和图中为其中 { $shown } 行。
 rows-in-a-mean = 均值的行数
-pairs-of-means = 对数
 sd-over-that-of-independent-rows = 标准差与独立行之比
-lack-of-fit-over = 失拟检验的输入
 row-of-the-record = 行
 that-of-rounding-to-its-last-digit = 取自修约到 { $step }（末位，除以 √12）：读数的分散不超过此值
 the-rounding-of-its-readings-which-show = 取自读数的修约，读数未表现出分散
-estimated-from-these-readings = 由本组读数估计
-residual-sd-of = `{ $sensor }` 的残差标准差：{ $sd }，{ $how }。
-residual-sd-of-none-no-degrees-of = `{ $sensor }` 的残差标准差：无（自由度为零），因此不能给出不确定度。
+residual-sd-of = `{ $sensor }` 的残差标准差：{ $sd }。
 inconsistent-disagrees-with-the-other-sights-by = `{ $sensor }` 不一致：与其余瞄准读数平均相差 { $mean_residual_deg } deg。请检查是否瞄准了目标的另一面、瞄错了点或初值相差太远。
-fit-table-note = 注：{ $remark }
 correlated-inputs = 相关的已知量：{ $list }
 no-reading-responds-to-at-the-reference = 在参考点处没有读数对 { $moved } 有响应（与其相乘的量全为零）：拟合从参考点旁边开始。
 held-where-the-iteration-began-since-the = 保持迭代初值，因为精确模型在其以外对下列参数的约束太弱：{ $held }。
@@ -126,7 +136,6 @@ share = 占比
 correlation = 相关系数
 is-at-a-bound-interval-to-of = `{ $id }` 位于界限上：{ $level } 区间为 { $low } 至 { $high } { $unit }（无约束估计的区间，截取容许部分）。
 is-at-a-bound-and-the-whole = `{ $id }` 位于界限上，而无约束估计的 { $level } 区间全部在容许范围之外：界限与读数不相容。
-yes = 是
 monte-carlo = 蒙特卡洛法
 mean = 均值
 coverage-ellipsoid-of-k-p = { $order } 的包含椭球：k_p = { $k }
@@ -136,9 +145,8 @@ scale-factor-errors-are-not-drawn = 未抽样：{ $errors }
 the-lines-are-linear-in-the-inputs = 模型对输入量是线性的：此修正是精确的。
 within-the-range-of-the-calibration-it = 在标定范围（{ $within }）内，剩余误差至多 { $errors }
 below-the-standard-uncertainty-of-the-calibration = ，在该范围内处处小于标定的标准不确定度。
-no-part = 0 %
+none = 无
 within-of-that-range-it-stays-below = ；在该范围的 { $part } 以内小于标定的标准不确定度。超出时请用精确模型：`tumble apply` 即按精确模型修正。
-the-exact-lines-tumble-apply-leave-nothing = ；用精确模型（`tumble apply`）则没有剩余误差。
 correction-otherwise = { $id }（否则取 { $otherwise }{ $unit }）
 these-sensors-do-not-determine-give-it = 这些传感器不能确定 { $given }：请在读数旁以一列给出。
 correction-none-of-the-sensors-follows-a = 修正：没有传感器响应本拟合所能确定的角速率 w_* 或比力 a_*
@@ -147,18 +155,15 @@ bias = 零偏
 
 # report/html/fit_page.rs
 made-by = 生成程序
-tumble-the-same-inputs-give-the-same = tumble { $version }；相同的输入得到逐字节相同的输出
 sha-of = { $name } 的 SHA-256
 bench = 测试装置
-source = 出处
-campaign = 测试文件
+source = 来源
 model = 模型
 estimator = 估计方法
 residuals-and-correlations = 残差与相关系数
 
 # report/html/fit_answer.rs
 result = 结论
-not-everything-is-estimable-is-free-see = 有的参数不可估计：读数不能确定 { $free }，见下文。
 global-test-chi-square-with-p = 整体检验：{ $rejected ->
     [yes] 读数的分散程度超出所给不确定度，模型有遗漏或不确定度给得过小
    *[no] 读数的分散程度与所给不确定度相符
@@ -167,16 +172,13 @@ the-readings-state-no-uncertainty-of-their = 读数未给出自身的不确定�
 no-degrees-of-freedom-the-readings-just = 自由度为零：读数恰好确定参数，无从检核。
 one-linear-step-is-not-enough-gauss = 一步线性解不够：高斯-牛顿法还会使下列参数改变 0.1 u 以上：{ $what }。请去掉 `--linear` 再拟合。
 from-the-fit-estimates-rank-of-freedom = 由 { $from }估计 { $parameters }（秩 { $rank }，{ $dof }）。
-at-every-angle-is-known-to-arcsec = 包含概率为 { $level } 时，各角度的扩展不确定度均为 { $high } arcsec。
-at-the-angles-are-known-to-between = 包含概率为 { $level } 时，各角度的扩展不确定度在 { $low } arcsec(`{ $best }`)与 { $high } arcsec(`{ $worst }`)之间。
 the-scaled-design-matrix-has-condition-number = 标度后的设计矩阵条件数为 { $condition }。
 
 # report/html/fit_correction.rs
 the-correction-to-apply = 修正公式
 readings-cannot-be-corrected-not-estimable-here = 不能修正读数：{ $missing } 在此不可估计。
-all-sensors-are-solved-together-for-the = 由全部传感器联立求解其所能确定的输入量。用本次标定的数值，一阶修正为：
+all-sensors-are-solved-together-for-the = 由全部传感器联立求解其所能确定的输入量。一阶修正为：
 is-left-out-of-the-correction = 修正未包含 `{ $sensor }`：{ $why }。
-tumble-apply-corrects-a-record-by-the = `tumble apply` 按精确模型修正记录，`tumble export` 将其写成源代码；两者均读取本拟合的 JSON 报告。
 the-rotation-from-the-sensors-axes-to = 从传感器轴到安装面的旋转需要 { $tilts }；其中 { $missing } 在此不可估计。
 direction-cosines-of-the-corrected-inputs-on = 修正后输入量在安装面坐标系中的方向余弦
 a-corrected-input-points-along-the-sensors = 修正后的输入量沿传感器自身的轴。相对于安装面（最后一个转轴之后的坐标系），这些轴转过了 { $tilts }；在安装面上已知的角速率或比力沿各轴的分量由下表给出：
@@ -185,43 +187,27 @@ belongs-to-the-bench-and-stays-there = { $others } 属于测试装置，不随�
 # report/html/fit_estimates.rs
 angle = 角度
 coefficient = 系数
-not-estimable = 不可估计
 u-combined-standard-uncertainty-k-u-expanded = u：合成标准不确定度；{ $expanded } = k u：扩展不确定度，包含因子 k 由 t 分布按有效自由度 ν 得出。
 estimates = 估计结果
-not-estimable-from-these-readings = 由本组读数不可估计的量
-only-determined = 只能确定 { $only }
+not-estimable-from-these-readings = 由这些读数不可估计
 the-parameters-can-move-along-and-no = 参数可沿 `{ $text }` 变动而读数不变；{ $instead }。
 determined-instead = 可确定的量
 where-the-uncertainty-comes-from = 不确定度来源
-source-2 = 来源
 u-of-source = 来源的 u
 angles-in-radians-c-sensitivity-coefficient-of = 角度以弧度计。c：单一来源的灵敏系数；ν：自由度；占比：在方差中所占的份额。
-below-of-the-variance-left-out = 另有 { $contribution }小于方差的 0.05 %，未列出。
+below-of-the-variance-left-out = 未列出的分量（小于方差的 0.05 %）：{ $hidden } 个。
 
 # report/html/fit_figures.rs
 angles-with-their-expanded-uncertainties = 各角度及其扩展不确定度（{ $level }）。
-fit-figures-arcsec = { $id } { $value } ± { $expanded } arcsec
 standard-uncertainties-divided-by-each-sources-share = 标准不确定度，按各来源在方差中的占比划分。
-u-arcsec = { $id }：u 为 { $u } arcsec，{ $bar }
 standard-uncertainty = 标准不确定度
 coefficients-each-sources-share-of-the-variance = 系数：各来源在方差中的占比。低于 0.5 % 的来源留白。
-share-of-the-variance = 在方差中的占比
-none-lies-beyond-standard-deviations = 没有读数超出 { $limit } 倍标准差。
-diamonds-lie-beyond-standard-deviations-reading = 菱形表示超出 { $limit } 倍标准差的读数：第 { $far } 个。
-diamonds-of-them-lie-beyond-standard-deviations = 菱形表示超出 { $limit } 倍标准差的读数，共 { $n } 个。
-one-reading-in-is-drawn = 每 { $every } 个读数画出一个。
 residuals-of-figure = { $shared ->
-    [yes] { $id } 的残差（已扣除各读数共有的偏差）与两倍标准差带。{ $beyond }{ $thinned }
-   *[no] { $id } 的残差与两倍标准差带。{ $beyond }{ $thinned }
+    [yes] { $id } 的残差（已扣除各读数共有的偏差）与两倍标准差带。超出 { $limit } 倍标准差的读数（菱形）：{ $far }。
+   *[no] { $id } 的残差与两倍标准差带。超出 { $limit } 倍标准差的读数（菱形）：{ $far }。
 }
-residuals-of = { $id } 的残差：{ $beyond }
-fit-figures-residual = { $id } 残差
 normal-plot-of-the-studentized-residuals-with = 学生化残差的正态概率图及逐点 95 % 带：残差服从正态分布时各点沿直线分布。
 correlations-of-the-estimates-in-hundredths-blue = 估计值的相关系数（以百分之一计）：蓝色为正，橙色为负，叉号表示不可估计。
-and-more-as-in-the-table = ；另有 { $lines } 项，见表
-studentized-residuals-from-to = { $n } 个学生化残差，从 { $low } 到 { $high }。
-no-correlation = 无相关。
-strongest-correlation-between-and = 最强的相关：{ $a } 与 { $b } 之间为 { $r }。
 
 # report/html/fit_readings.rs
 taken-as-zero-neither-known-nor-estimated = 取为零，既非已知也未估计：{ $assumed_zero }。
@@ -231,18 +217,12 @@ rows-are-exact-derivatives = { $iterated ->
     [yes] 精确：各行取精确导数，迭代至解。
    *[no] 线性：各行取参考点处的精确导数，由此走一步。
 }
-uncertainties-of-the-readings-are-as-stated = 读数的不确定度按所给取用。
-errors-are-independent = { $scattering ->
-    [yes] 除“分散性来源”一节所列各项外，同一传感器的读数分散程度相同且相互独立，其大小由残差得出。
-   *[no] 同一传感器的读数分散程度相同且相互独立，其大小由残差得出。
-}
-entered-as-rows-of-their-own = { $prior }各作为一行参与平差。
+errors-are-independent = 除所列的分散性来源外，同一传感器各读数的误差相互独立、标准差相等，由残差估计。
 known = 已知量
 exact = 精确
 what-was-assumed = 假设条件
-detectable = 可探测偏差
-redundancy-the-share-of-a-fault-that = 冗余数：粗差反映到该读数自身残差中的份额。可探测偏差：显著性水平 0.1 %、检验功效 80 % 时所能发现的最小粗差。带标记者：学生化残差超出 { $limit }。
-the-first-of-are-listed-the-json = 共 { $n } 个读数，列出前 { $listed } 个；JSON 报告中有全部读数。
+redundancy-the-share-of-a-fault-that = 冗余数：粗差反映到该读数自身残差中的份额。最小可探测偏差：显著性水平 0.1 %、检验功效 80 % 时所能发现的最小粗差。带标记者：学生化残差超出 { $limit }。
+the-first-of-are-listed-the-json = 共 { $n } 个，列出前 { $listed } 个。
 readings = 读数
 
 # report/html/checks_page.rs
@@ -255,21 +235,16 @@ lack-of-fit-by-position = 按位置的失拟检验
 runs-of = `{ $sensor }` 的游程检验
 runs-expected = 游程 { $runs } 个，期望 { $expected } 个
 normality = 正态性
-suspicious-reading = 可疑读数
 shift = 偏移
 shift-how-far-the-reading-is-off = 偏移：该读数偏离其余读数所示值的量。p：对全部 { $tested } 个读数而言（Sidak）。
-weakest-reading = 最弱读数
-effect = 影响
 change-without-suspects = 剔除可疑读数后的变化
 external-reliability = 外部可靠性
-effect-what-the-smallest-detectable-fault-of = 影响：所列读数的最小可探测粗差若未被发现，对参数造成的影响。
+effect-what-the-smallest-detectable-fault-of = 偏移：影响最大的读数中的最小可探测粗差若未被发现，使参数改变的量。
 constraints-and-weights = 约束与权
 constraint = 约束
 side = 侧
 cost-in-chi-square = χ² 的增量
-no-reading-lost-more-than-half-of = 没有读数的权降到一半以下。
 less-than-half-of-their-weight-readings = 权降到一半以下的读数：{ $low }。
-robust-estimator-of-reweighting = 稳健估计：{ $method }，重新定权 { $steps }。{ $down }
 checks-page-interval = 包含区间（{ $level }）
 shortest = 最短区间
 first-order = 一阶近似
@@ -280,13 +255,12 @@ marked-the-first-order-is-not-good = { $trials }带标记者：一阶近似达�
 conformity = 合格评定
 lower-limit = 下限
 upper-limit = 上限
-probability = 合格概率
-outcome = 结论
-probability-that-the-quantity-is-inside-its = 合格概率：以估计值为中心按 t 分布计算的、量值在限内的概率（JCGM 106, 7.3）。
+probability = 概率
+probability-that-the-quantity-is-inside-its = 概率：以估计值为中心按 t 分布计算的、量值在限内的概率（JCGM 106, 7.3）。
 
 # report/html/scatter_page.rs
 what-scatters = 分散性来源
-sd-standard-deviation-of-one-deviation-a = 标准差：单次偏差的标准差。来源由测试文件给定，或由本组读数估计（限制最大似然法）；各来源在不确定度概算中均占一行。
+sd-standard-deviation-of-one-deviation-a = sd：单次偏差的标准差，由测试文件给定，或由本组读数估计（限制最大似然法）。不确定度中已计入各来源。
 
 # report/plot/normal.rs
 normal-quantile = 正态分位数
@@ -299,51 +273,36 @@ estimate-and-expanded-uncertainty = 估计值与扩展不确定度
 bars-type = { $name }（{ $type_b } 类）
 
 # report/html/compare_page.rs
-least-squares-beside-the-published-closed-forms = 最小二乘与已发表闭式公式的比较
 comparison-with-the-published-closed-forms = 与已发表闭式公式的比较
 group-by-group-without-earth-rate = { $square ->
     [yes] 逐组比较且不计地球自转角速率（公式将其忽略）时，两者相差不超过量值的 { $difference }：公式是最小二乘的恰定特例。
    *[no] 逐组比较且不计地球自转角速率（公式将其忽略）时，两者相差达量值的 { $difference }：这些位置不是公式的恰定情形。
 }
-mean-of-closed-forms = 闭式公式均值
-least-squares-all-readings = 最小二乘（全部读数）
 printed = 原文值
 closed-form = 闭式公式
 least-squares-no-earth-rate = 最小二乘（不计地球自转）
 least-squares = 最小二乘
 all = 全部
 group-by-group = 逐组结果
-what = 项目
 computed = 计算值
-what-seems-to-have-happened = 可能的原因
+probable-cause = 可能的原因
 misprints-found = 发现的排印错误
 
 # report/compare_table.rs
 closed-form-and-least-squares-differ-by = 闭式公式与最小二乘相差至多为量值的 { $difference }。
 
-# report/conformity.rs
-
 # report/site.rs
-at-latitude-deg-and-m = 纬度 { $latitude } deg，高程 { $altitude } m
-stated = ，给定值
+altitude-of = 高程 { $altitude } m
 site-gravity = 重力加速度：{ $gravity } { $unit }{ $u }{ $from }
 gravity-is-not-stated-and-taken-as = 未给出重力加速度，取 { $standard_gravity_m_s2 } m/s^2；当地重力加速度可相差达 3000 ppm，以 m/s^2 为单位的系数亦然：请给出 `site.gravity`，或 `site.latitude_deg` 与 `site.altitude_m`
 
 # report/scatter.rs
-scatter-tau = { $sd } { $unit },τ = { $tau }
-estimated-zero = 估计：零
-what-scatters-2 = 分散性来源
-scatter-sd = 标准差
-scatter-u-sd = u(标准差)
-scatter-from = 取得方式
-scatter-levels = 水平数
 scatter-largest-share = 最大占比
-scatter-share-of = { $id } 的 { $share } %
 source-readings-of = { $sensor } 的读数
 source-priors = 先验值
 source-per = { $of }（按{ $per }）
 source-over-per = { $of }（按{ $per }，随 { $over } 相关）
-per-campaign = 整次测试
+campaign = 测试
 source-note-sentence = { $source }：{ $note }。
 estimated-as-zero = { $below ->
     [yes] 没有它读数的分散也不过如此：估计为零；u 与自由度并不依赖其为零
@@ -419,16 +378,13 @@ stop-out-of-range = 数值超出双精度范围
 
 # campaign/identity.rs
 identity-unit = 被测件
-identity-serial = 出厂编号 { $serial }
 identity-place = 地点
 identity-operator = 操作者
 identity-instrument = 测量设备
-identity-certificate = 证书
 identity-valid-to = 有效期至
 identity-traceable-to = 溯源至
 identity-procedure = 测试程序
 identity-environment = 环境条件
-identity-note = 备注
 instrument-no-longer-valid = { $name } 的校准有效期至 { $valid_to }，而测量日期为 { $date }
 interval-sums-over-the-likelihood-of-the-variances = 读数几乎不能确定某些方差：区间按似然对读数所容许的全部方差和相关时间加权求得，而不只取最可能的值
 scale-factor-errors-need-readings = 流式读取的记录不给出标度因数的非线性度、不对称度、迟滞和重复性：请先归约为读数（tumble reduce）
@@ -441,78 +397,54 @@ conformity-is = 合格评定：{ $outcome }（{ $rule }）。
 simple-acceptance-the-estimate-inside-the-limits = 简单接受：估计值在限内即合格（JCGM 106, 8.2）
 guard-band-w-u-pass-inside-by = 保护带 w = U({ $percent } %)：在限内且距限不小于 U 为合格，在限外且距限不小于 U 为不合格（JCGM 106, 8.3）
 specific-risk-pass-where-conformity-is-at = 特定风险：合格概率不小于 { $percent } % 为合格，不合格概率不小于该值为不合格（JCGM 106, 7）
-tone-plain = 说明
+note = 说明
 tone-good = 正常
 tone-caution = 注意
 tone-bad = 异常
 
 # 证书
-angles-and-coefficients = 角度与系数
-dcc-model = 模型：{ $models }。
-dcc-least-squares = 最小二乘法（{ $estimator }），{ $readings } 个读数，自由度 { $dof }。
-dcc-known = 已知量：{ $known }。
-dcc-assumed-zero = 设为零：{ $assumed_zero }。
-dcc-not-estimable = 不可估计，因而未给出：{ $text }。
-dcc-robust = 稳健估计：{ $method }。
-dcc-global-test = { $rejected ->
-    [yes] 整体 χ² 检验未通过，p = { $p }。
-   *[no] 整体 χ² 检验通过，p = { $p }。
-}
-dcc-what-scatters = 不确定度中已计入的各偏差的标准差。
-dcc-values = { $estimated ->
-    [yes] 由读数估计（{ $levels } 个水平）
-   *[no] 给定（{ $levels } 个水平）
-}
-dcc-standard-uncertainty = 标准不确定度 { $u }
+robust-estimator = 稳健估计：{ $method }。
 dcc-covariance = 估计值的协方差
-dcc-jointly = 全部估计值联合
 dcc-relates-only-to-the-items = 结果仅与被校准的物品有关。
 dcc-traceable = 结果通过 { $by } 计量溯源至 { $to }。
-dcc-calibration-certificate = 校准证书
+calibration-certificate = 校准证书
 dcc-method = 多位置试验的最小二乘平差
 dcc-uncertainty = 扩展不确定度：标准不确定度乘以所给的包含因子
 dcc-not-stated = 未说明
 
 # report/changes.rs, report/html/changes_page.rs
-before = 前次
-after = 本次
+before = 之前
+after = 之后
 difference = 差值
 per-day = 每日变化
 reports-are-of-two-units = 两份报告属于两个被测件（{ $first } 与 { $second }）：其差异并非同一被测件的变化
 first-report-is-the-later-one = 第一份报告的日期较晚（{ $first }，第二份为 { $second }）：前次与后次可能颠倒
-the-unit-has-changed = 被测件已发生变化
-no-change-beyond-the-uncertainties = 没有超出不确定度的变化
 f-test = F = { $f }，自由度 { $between_dof } 和 { $pure_error_dof }
 chi-square-with-degrees-of-freedom = χ² = { $statistic }，自由度 { $dof }
-all-parameters-together-p = 全部参数一并检验：{ $test }，p = { $p }：{ $verdict }
+all-parameters-together-p = { $changed ->
+    [yes] 全部参数一并检验：{ $test }，p = { $p }：被测件已发生变化。
+   *[no] 全部参数一并检验：{ $test }，p = { $p }：没有显著变化。
+}
 birge-ratio = Birge 比
 changes-only = 仅{ $which }有：{ $ids }
 date = 日期
 serial = 出厂编号
-file = 文件
 last = 末次
 per-year = 每年变化
 two-calibrations-of-one-unit = 同一被测件的两次标定
-no-quantity-changed-by-more-than-the = 没有量的变化超出两次标定的不确定度。
 changed-by-more-than-the-uncertainties-allow = 变化超出不确定度的量：{ $ids }。
-no-input-is-shared-both-calibrations-count = 没有共用的输入量：两次标定按相互独立处理。
 shared-by-both-calibrations-and-therefore-not = 两次标定共用、因而不重复计入的输入量：{ $shared }。
 u-expanded-uncertainty-of-the-difference-e-2 = U：差值的扩展不确定度；E_n = 差值/U。带标记者：各量一并检验时显著（Holm 法）。
-difference-over-u-bars-u = 差值与 U 之比（误差棒：U）
-differences-of-the-two-calibrations-over-their = 两次标定的差值与其扩展不确定度之比
-each-difference-over-its-expanded-uncertainty-a = 各差值与其扩展不确定度之比：误差棒不含零即为有变化。
+differences-of-the-two-calibrations-over-their = 两次标定的差值与其扩展不确定度之比：误差棒不含零即为有变化。
 the-weighted-mean-of-both-its-u = 两次标定的加权平均；仅当两次标定一致、即 Birge 比不明显大于 1 时，其 u 才成立。
-combined-estimate = 合并估计值
 history-of-calibrations = { $calibrations } 次标定的历史
-no-quantity-drifts-by-more-than-its = 没有量的漂移超出其各次标定的分散。
 drift-beyond-the-scatter-of-the-calibrations = 漂移超出各次标定分散的量：{ $drifts }。
 leaves-its-limits = { $past ->
     [yes] `{ $id }` 约于 { $day } 已超限。
    *[no] `{ $id }` 约于 { $day } 超限。
 }
-over-time = { $id } 随时间的变化
-with-bars-of-u-dashed-limits-line = `{ $id }`，误差棒为 2 u；虚线：限值；实线：显著时的趋势。
-over-time-2 = 随时间的变化
+over-time = 随时间的变化
+bars-limits-and-trend = 误差棒：2 u。虚线：限值。实线：显著时的趋势。
 year = 年
 
 # compare/misprints.rs
@@ -547,9 +479,6 @@ its-line-follows-no-rate = 其模型的一阶项不含角速率和比力（没�
 its-norm-is-of-no-triad = 其模型是一个矢量的模，而该矢量不是相同个数读数的仿射函数，或其单位不是角速率或比力的单位
 dcc-as-found = 调整前（原始状态）
 dcc-as-left = 调整后（交付状态）
-dcc-state-of-item = 被测件状态
-dcc-title-and-state = { $title }：{ $state }
-dcc-probability = 合格概率 { $probability }。
 dcc-correction = 一阶修正：输入量 = 矩阵 ×（读数 - 零偏），坐标系 { $frame }。
 dcc-row = { $input } 对应的矩阵行
 angles-at-bounds = 竖线：起作用的界限；此处误差棒为区间中界限所容许的部分。
@@ -560,9 +489,8 @@ effects-are-missing = { $n ->
     [1] 模型缺少一个误差项：{ $names }
    *[other] 模型缺少 { $n } 个误差项：{ $names }
 }
-effects-and = ；以及
-what-remains-is-more-than-noise = { $found }；余下部分仍大于噪声，误差项目录中没有能够解释它的项
-effects-are-suspected = 模型缺少某种误差项；有嫌疑但概率不足以命名的误差项：{ $suspected }
+what-remains-is-more-than-noise = { $found }；余下部分仍大于噪声，所试的误差项均不能解释它
+effects-are-suspected = 残差大于噪声；有嫌疑但概率不足以命名的误差项：{ $suspected }
 and-further-effects-are-suspected = { $found }；此外有嫌疑的误差项：{ $suspected }
 effect-with-probability = { $name }，概率 { $p }
 nothing-is-missing = { $noise ->
@@ -570,10 +498,7 @@ nothing-is-missing = { $noise ->
     [scatter] 没有误差项的显著性超出偶然；分散程度由本组读数估计，因此这组读数只能说明到此
    *[residuals] 没有误差项的显著性超出偶然；噪声只能由残差得知，因此这组读数只能说明到此
 }
-unexplained = { $of ->
-    [mission] 缺少某种误差，而惯性装置、初始条件和基准的误差均不能解释它
-   *[campaign] 模型缺少某种误差项，而误差项目录中没有能够解释它的项
-}
+unexplained = 残差大于噪声，所试的误差项均不能解释它
 not-diagnosable = { $of ->
     [mission] 无法诊断：实测数据少于三个
    *[campaign] 无法诊断：读数刚好够确定各未知量，没有多余读数可供检验
@@ -584,9 +509,8 @@ effect-or-others = { $n ->
    *[other] { $name }，或另外 { $n } 个在本试验编排下与其无法区分的误差项之一
 }
 readings-were-averaged = ；{ $from } 个读数已按同一状态、同一时段平均为 { $groups } 个
-candidates-tried = 试用候选项 { $candidates } 个，其中 { $distinct } 个在本试验编排下互不相同，各 p 值均已计入这一点；显著性水平 { $significance }{ $averaged }
-one-further-reading-would-help = 再增加一个读数即可诊断，最佳位置为 { $positions }
-positions-or = ；或
+candidates-tried = 试用候选项 { $candidates } 个，其中 { $distinct } 个在这些数据中互不相同，各 p 值均已计入这一点；显著性水平 { $significance }{ $averaged }
+one-further-reading-would-help = 再增加一个读数即可诊断；最佳位置：{ $positions }
 diagnosis-of = { $title }：诊断
 explains-beyond-the-others = 解释程度：在其他各项之外，所占残差平方和的份额。
 noise-from = { $from ->
@@ -597,7 +521,6 @@ noise-from = { $from ->
 error-of = { $id } 的误差
 error-of-the-prior-of = { $id } 的先验值误差
 it-misses-by = 不符值
-it-was-stated-as-exact = 原先给定为精确值
 against-its-stated-uncertainty = { $within ->
     [yes] 为其所给标准不确定度的 { $times } 倍：并非错误，只是读数对它的约束更强；宜以所给值作为先验值加以估计
    *[no] 为其所给标准不确定度的 { $times } 倍：所给值有误
@@ -609,7 +532,7 @@ is-now-estimated = { $was ->
 }
 constraint-is-taken-away = 去掉约束 { $number }
 together-with = 与 { $other } 同时存在
-position-tells-from = { $at }（可区分 { $n } 项，共 { $of } 项）
+discriminates = { $at }（可区分 { $n } 项，共 { $of } 项）
 the-model-has-all-but = 除 { $share } 外均已含在模型中
 of-its-full-size = 仅为其满量值的 { $share }
 u-after-includes = { $what ->
@@ -622,220 +545,100 @@ what-is-unexplained-differs = 未能解释的部分逐个读数各不相同
 with-a-standard-deviation-of = { $follows }，标准差为 { $sd } { $unit }
 probability-of-it-or-an-alias = { $p }（该项或其混淆项存在），{ $named }（即为所命名的项）
 fit-takes-the-effect-as-named = 对该测试文件的拟合按所命名的误差项进行（{ $named }）；若实际为其某一混淆项，估计值将随之移动，其中 { $id } 最大，为 { $by } { $unit }（按所命名的项 u = { $u }）；诊断报告的 u_after 已计入此项
-constraint-kept = 作为等式保留
-constraint-kept-at-its-limit = 限制了估计值：在界限处作为等式保留
-constraint-met = 自然满足，不起作用
-constraint-wrong = 经检验不成立：修正时去掉
-constraint-left-out = 未采用：与其他约束相矛盾，或无法施加
 constraint-state = 约束 { $index }，{ $text }：{ $state }
 holdout-after = ，计入所发现的误差项后为 { $after } 倍
 holdout-skipped = ；{ $n } 个位置不能留出，因其单独确定某个参数
 holdout = 逐一留出并由其余位置预测，{ $n } 个位置的预测误差为其标准不确定度的 { $before } 倍（方均根，期望为 1）{ $after }{ $skipped }
 further-sensors-are-not-drawn = 另有 { $n } 个传感器未画出。
-gap-at = 位置
-in-sd = 与标准差之比
-in-u = 与 u 之比
-in-sensor = 在 `{ $sensor }` 中
+setting = 设置
 rows-of = { $motion } { $n } 行
-errors-are-missing-from-the-mission = { $n ->
-    [1] 导航任务缺少一项误差
-   *[other] 导航任务缺少 { $n } 项误差
-}
-faults-of-the-reference = { $n ->
-    [1] 基准有一处偏差
-   *[other] 基准有 { $n } 处偏差
-}
-single-wrong-values = { $n ->
-    [1] 一个单独的错误数据
-   *[other] { $n } 个单独的错误数据
-}
-ratio-unit = （比值）
 in-the-mission = 任务文件中
-causes-tried = 试用误差源 { $tried } 种，其中 { $distinct } 种在这些数据中互不相同，各 p 值均已计入这一点；显著性水平 { $significance }
-refits = { $converged ->
-    [yes] 完整仿真运行了 { $times } 次，直至重新拟合稳定。
-   *[no] 完整仿真运行了 { $times } 次，最终放弃重新拟合。
-}
+refits = 完整仿真运行了 { $times } 次，重新拟合仍未收敛。
 the-gap-by-channel = 各通道的残差
-would-tell-best-first = 可以区分的航程，最佳者在前
-run-tells-of = { $motion }（可区分 { $possible } 项中的 { $tells } 项，相差 { $by } 倍标准差）
-phi-about-east = 绕东向轴的姿态误差
-phi-about-north = 绕北向轴的姿态误差
-phi-about-up = 绕天向轴的姿态误差
-velocity-east = 东向速度
-velocity-north = 北向速度
-position-east = 东向位置
-position-north = 北向位置
 navigation-errors = 导航误差
-what-was-found = 所发现的误差
-two-u = 两倍 u
 count-device = { $n } 个被测件
-term-verdict = { $word ->
-    [accepted] 接受
-    [rejected] 拒绝
-    [malformed] 数据不合要求
-    [effects-found] 发现误差项
-    [partly-explained] 部分得到解释
-    [nothing-missing] 无缺项
-    [unexplained] 无法解释
-    [not-diagnosable] 无法诊断
-   *[other] { $word }
-}
-devices-by = { $devices }（按 { $by } 区分）：{ $verdicts }
-title-regressor = 回归项
-effect-2 = 误差项
+effect = 误差项
 wrote = 已写出 { $file }
-wrote-both = 已写出 { $bench } 和 { $campaign }
 note-nothing-found = { $what ->
     [error] 注：未发现误差，因此不写出任务文件
    *[effect] 注：未发现误差项，因此不写出修正后的模型
 }
-not-determined = 不能确定
-why = 成因
 and-more = { $shown } 以及另外 { $more } 项
 chi-square = χ²
 residual-sd = 残差标准差
 max = 最大
-sd-before = 修正前标准差
-max-before = 修正前最大
-sd-after = 修正后标准差
-max-after = 修正后最大
 noise-floor = 噪声水平：{ $noise }
-as-given = 原模型
+as-given = 原有
 nearest-of-the-catalogue-would-take-off = 目录中最接近的是 { $names }：可减少 { $share } %，余下部分仍大于噪声，因此不予采用。
-mean-gap = 平均残差
-level = 水平
-p-alone = 单独的 p
-shift-u = 变化/u
+shift-u = 偏移/u
 what-is-missing = 缺少的误差项
 unknown = 未知
 noise-sd = 噪声标准差
-common-to-all = 各传感器共有
-the-repaired-model-does-not-determine-it = 修正后的模型不能确定它
-stated-2 = 所给值
-title-probability = 概率
 explains = 解释程度
 fits-not-significantly-worse = 拟合优度无显著差别的项
 only-through-small-terms = 只能通过微小项起作用的项
 no-position-of-this-bench-tells-it = 本测试装置的任何位置都不能与之区分的项
-why-it-happens = 成因
 to-confirm = 验证方法
-the-model = 模型
 with-what-was-found = 计入所发现的误差项
 the-pattern = 残差的规律
-mean-residual-at-each-state-of-the = 各转轴状态下的平均残差，最显著者在前；条形以标准差为单位。
+mean-residual-at-each-state-of-the = 各转轴状态下残差的均值，最显著者在前；z：以标准差为单位。
 marked-shifts-of-more-than-twice-their = 有标记的行：变化超过其标准不确定度的两倍。
 what-it-does-to-the-estimates = 对估计值的影响
 where-the-gap-is = 残差所在
-factor = 因素
-means-of-the-residuals-with-the-model = 原模型残差的均值，各水平单独计算；条形以标准差为单位。
+means-of-the-residuals-with-the-model = 原模型残差的均值，各水平单独计算；z：以标准差为单位。
 in-the-model = 模型中的项
 strongest-further-candidate = 最强的其余候选项
 p-of-what-is-left = 余下部分的 p
-the-gap-shrinks-step-by-step = 残差逐步减小的过程
-the-gap-as-given = 原模型的残差
+the-gap = 残差逐步减小的过程
 taken-as-known = 作为已知量：{ $known }。
 priors-entered-as-rows-of-their-own = 先验值作为单独的观测行：{ $priors }。
-readings-are-independent = { $from ->
-    [stated] 各读数相互独立，分散程度按所给不确定度。
-    [replicates] 各读数相互独立，分散程度由重复读数得知。
-   *[residuals] 同一传感器的各读数分散程度相同且相互独立；分散的大小只能由最终模型的残差得知。
-}
-the-models-are-fitted-exactly-gauss-newton = 模型按精确形式拟合（高斯-牛顿法）；各候选项在其解处进行比较。
 gauss-newton-does-not-converge-here-so = 高斯-牛顿法在此不收敛，因此按线性估计进行诊断。
-each-reading-minus-the-model-as-given = 各读数减去原模型。
-each-reading-minus-the-model-circles-with = 各读数减去模型：空心圆为原模型，实心圆为计入所发现的误差项。
+each-reading-minus-the-model-as-given = 原模型的残差。
+each-reading-minus-the-model-circles-with = 残差：空心圆为原模型，实心圆为计入所发现的误差项。
 readings-are-grouped-by-which-the-gap = 读数按残差所依从的主要因素（{ $factor }）分组；横线为修正前的组平均值。
-one-reading-in-is-drawn-and-all = 每 { $every } 个读数画出一个，远离的读数全部画出。
-every-reading-is-drawn = 全部读数均已画出。
-residual-sd-in-figure = { $repaired ->
-    [yes] { $id }：残差标准差修正前 { $before } { $unit }，修正后 { $after }
-   *[no] { $id }：残差标准差 { $before } { $unit }
-}
+one-reading-in-is-drawn = 每 { $every } 个读数画出一个，离群的读数全部画出。
 readings-in-their-order = 按顺序排列的读数
-readings-by = 按 { $factor } 分组的读数
 noise-standard-deviations = 噪声，±2 倍标准差
 reasons = 原因
 devices-tested = 已检验
 expected-by-chance = 偶然预期
 beyond-chance = 超出偶然
 chance-alone-finds = 一个被测件可有多个原因。偶然预期：并无异常时该检验在 { $level } 水平上检出的被测件数。超出偶然：就全部被测件而言在 { $level } 水平上检出的被测件数。
-term-reason = { $word ->
-    [malformed] 读数不符合本测试文件
-    [not-estimable] 不可估计
-    [stuck-channel] 通道卡死
-    [global-test] 整体检验未通过
-    [no-convergence] 不收敛
-    [constraints] 约束
-    [lack-of-fit] 失拟
-    [suspicious-readings] 可疑读数
-    [repeated-rows] 重复的行
-    [outside-limits] 超出限值
-    [undecided] 不能判定
-   *[other] { $word }
-}
 sd-of-devices = 被测件间标准差
-scale-factor-errors-have-columns = 标度因数的非线性度、不对称度、迟滞和重复性仅在 "limits" 对其设限时才有列，例如 { $id }
 verdict = 结论
 limits = 限值
-one-fit-for-each = 单独拟合的依据
-model-of = { $sensor } 的模型
 all-are-accepted = { $devices }全部接受。
 of-are-not-accepted-rejected-a-rank = { $devices }中有 { $bad } 个未接受：{ $rejected } 个被拒绝（秩亏、整体检验未通过或不收敛），{ $malformed } 个的读数不符合本测试文件。
 conformity-rule-pass-undecided-fail = 合格评定（判定规则 `{ $decision }`）：合格 { $pass }，不能判定 { $undecided }，不合格 { $fail }。
-in-no-quantity-do-devices-differ-by = 各量在被测件之间的差异均未超出其读数的分散。
-devices-differ-by-more-than-their-readings = 下列量在被测件之间的差异超出其读数的分散（p < 0.01）：{ $names }。即生产的分散大于测量的分散。
-fitted-by-the-factorisation-of-a-schedule = { $common } 个利用多个被测件共用试验编排的分解进行拟合，{ $alone } 个单独拟合。
+devices-differ-by-more-than-their-readings = 在被测件之间的差异超出其读数分散的量（p < 0.01）：{ $names }。
 devices = 被测件
 p-if-alike = 无差异时的 p
-least = 最小
-most = 最大
+min = 最小
 accepted-devices-only-sd-between-devices-u = 仅统计已接受的被测件。sd：被测件间的标准差；u：各被测件标准不确定度的方均根；被测件间标准差：sd 中不能由各自读数的分散解释的部分；无差异时的 p：若各被测件无差异，出现如此标准差的概率（F 检验，给定不确定度时为 χ² 检验）。
-batch-page-over = { $id }，{ $devices }
-histogram = { $limited ->
-    [yes] `{ $id }` 的直方图；曲线为仅由各被测件读数的分散所致的分布；虚线为限值。
-   *[no] `{ $id }` 的直方图；曲线为仅由各被测件读数的分散所致的分布。
-}
 distributions = 分布
 each-histogram-shows-the-accepted-devices-the = 各直方图为已接受的被测件；曲线为仅由各自读数的分散所致的分布，虚线为限值。远离的值计入最末一格。
 devices-that-are-not-in-order = 异常被测件
-the-first-devices-that-are-not-in-order = 仅列出最差的 { $listed } 个：
 devices-that-stand-apart = 离群的被测件
 no-accepted-device-stands-apart-from-the = 就全部被测件和全部量而言，在 1 % 水平上没有离群的被测件。
-z-value-median-mad-beyond-what-a = z = （量值 - 中位数）/（1.4826 MAD），列出的值超出正态分布在全部被测件和全部量上 1 % 的范围；最远者在前，至多 50 个。单个报告：用该被测件的读数运行 `tumble fit`。
-by-lot = { $id }，按批次
-mean-of-in-each-lot-line-mean = 各批次 `{ $id }` 的均值；实线为全部被测件的均值；虚线为批次均值的三倍标准差（由批内分散求得）；三角形为超出者。
+z-value-median-mad-beyond-what-a = z = （量值 - 中位数）/（1.4826 MAD），列出的值超出正态分布在全部被测件和全部量上 1 % 的范围；最远者在前，至多 50 个。
 control-charts = 控制图
-no-lot-lies-beyond-its-control-limits = 没有批次超出控制限。
-lots-beyond-their-control-limits = 超出控制限的批次：
+lots-beyond-their-control-limits = 超出控制限的批次均值：{ $lots }。
 points-are-means-of-lots-the-line = 各点为批次均值，实线为全部被测件的均值，虚线为批次均值的三倍标准差（由批内分散求得）；三角形为超出者。
 rows-of-other-scenarios-left-out = ；其他情形的 { $rows } 行未采用
 motion = 运动
-time-h = 时间，h
-single-values-far-off = 单个离群值
-time-s = 时间，s
+time = 时间
+outliers = 离群值
 these-data-cannot-show = 这些数据不能反映 { $sources }。
-the-mission-had-and-has-with-it = 原为 { $before }，计入后为 { $after }
 absurd = （不合理）
 rms = 方均根
-noise-of-mission = { $stated ->
-    [yes] 按所给标准不确定度
-   *[no] 并非处处给出 u，因此取自各通道的余下残差（无法检验完备性）
-}
-from-residuals = 取自残差
 measured-navigation-errors = 实测
 values-are-changes-of-the-missions-errors = 量值为任务文件中误差的改变量。
 gap-in-standard-uncertainties = 残差（实测减预测），以标准不确定度计
 channel = 通道
 values = 数据个数
-rms-before = 修正前方均根
-rms-after = 修正后方均根
-gap-of = `{ $name }`{ $where_ } 的残差
-gap-of-root-mean-square-before-after = { $name }{ $where_ } 的残差：方均根修正前 { $before }，修正后 { $after }
-what-is-left = 余下部分
+gap-of = `{ $name }`{ $where_ } 的残差：方均根 { $size }
 what-is-left-of-with-two-standard = `{ $name }`{ $where_ } 的余下部分，以及两倍标准不确定度
-in-time = 随时间的变化
-title-one-more-position-would-tell-it = 再增加一个位置即可区分
+discriminated-by = 用于区分的测量
 
 # cli
 error-what = 错误：{ $text }
@@ -847,62 +650,26 @@ error-line = ，第 { $line } 行，第 { $column } 列
 error-at = 位于 { $path }
 
 # plan、foresight、navigate、reduce、noise
-correlation-with = { $r }，与 { $partner }
 uncertainty-depends-on-a-value = { $untold } 的不确定度取决于 { $needs } 的值，而该值未给出：取零时其影响消失；请用 --at { $first }=值 或 "start" 给出
-values-checked-by-no-other = 有 { $n } 个读数没有其他读数可供检核
+values-checked-by-no-other = 没有冗余的数据：{ $n }
 bounds-not-counted = 有 { $n } 个界限未计入：界限只在起作用时才减小不确定度
 is-not-estimable = { $text } 不可估计
-value-times = { $value }（{ $count } 次）
-separated-by = 可用 { $position } 将其分离
-arcsec-of = { $id } { $e } arcsec
 u-at-equal-effort = { $cost ->
-    [yes] 费用相同时 u
-   *[no] 读数相同时 u
+    [yes] 费用相同
+   *[no] 读数相同
 }
 cannot-be-determined-by-any-choice = { $text } 用这些候选位置的任何组合都不能确定
 to-run-in-this-order = 按下列顺序进行
 fewer-readings-cannot-reach-it = ；更少的读数不能达到
-moves-by = { $parameter } 变化 { $u } u
 shows-from = 可发现的最小值
-and-shifts = 所致变化
-with-criterion = { $proof }（准则 { $criterion }）
-readings-at-a-spot = { $across } { $x }，{ $up } { $y } 处{ $n }
-title-effects = 误差项
+and-shifts = 所致参数变化
 plan-rank = 秩 { $rank }，{ $dof }
-combinations-cannot-be-estimated = 有 { $n } 个未知量组合不可估计。
-term-sd-from = { $word ->
-    [given] 命令行给定
-    [stated] 按所给值
-    [residuals] 由残差估计
-   *[other] { $word }
-}
-term-point-from = { $word ->
-    [given] 命令行给定
-    [fitted] 拟合值
-    [start] 初值
-    [prior] 先验值
-   *[other] { $word }
-}
-term-criterion = { $word ->
-    [goal] 达到目标
-   *[other] { $word }
-}
-count-mounting = { $n } 次安装
-count-rate-change = { $n } 次变速
-count-direction = { $n } 个方向
-count-segment = { $n } 段
-count-stretch = { $n } 段
-count-odd-sample = { $n } 个异常采样
-segments-by = { $n } 段，划分依据：{ $by }
+combinations-cannot-be-estimated = 不可估计的参数组合：{ $n } 个。
 to-s = 止，s
 tilt = 水平姿态误差
 carried-by = 方法
 none-at-the-equator = 无（位于赤道）
 schuler-earth-foucault = 舒勒周期 { $schuler } min，地球自转周期 { $earth } h，傅科周期 { $foucault }
-quantity-azimuth = 方位误差
-quantity-velocity = 速度误差
-quantity-position = 位置误差
-below = 上限（95 %）
 their-sum-describes = { $well ->
     [yes] 各项之和能够描述实测偏差
    *[no] 各项之和不能描述实测偏差
@@ -915,10 +682,8 @@ no-coefficients = { $why ->
 described-from = 短于 { $from } s 的平均时间未采用：传感器的滤波、保持或量化的采样不属于这些项
 samples-left-out = 按缺失处理的采样：{ $events }
 random-walk-sampled = 速率随机游走按每个 { $interval } s 间隔末端的瞬时值（而非间隔内的平均值）处理：以更少的项即可描述实测偏差
-chi-square-dof-p = χ² = { $chi }，自由度 { $dof }，p = { $p }
 in-stretches = ，分为 { $n } 段
 samples-mean = { $samples } 个采样，单位 { $unit }，均值 { $mean }。
-tau-s = τ，s
 allan = 阿伦
 edf = 等效自由度
 hadamard = 哈达玛
@@ -926,14 +691,12 @@ modified = 修正阿伦
 noise-of-a-record = 记录的噪声
 sampling-rate = 采样率
 overlapping-allan-deviation-of-samples-with-its = { $samples } 个采样的重叠阿伦偏差及其 { $level } % χ² 置信区间；曲线为所拟合的各系数。
-allan-deviation-of-against-averaging-time-on = { $column } 的阿伦偏差与平均时间的关系，双对数坐标；数值见表。
 allan-deviation = 阿伦偏差，{ $unit }
 segments-begin-and-end-with-blocks-of = 各段的起止以 { $block } 个采样的数据块为单位。
 noisier-segment = { $apart ->
     [yes] { $column } 在第 { $segment } 段相邻样本之间的噪声为其他段的 { $times } 倍：其 u 取自该段及与其相似各段自身的噪声。
    *[no] { $column } 在第 { $segment } 段的噪声为其他段的 { $times } 倍：其 u 相应增大。
 }
-segment-in-the-mean = 第 { $segment } 段，{ $column }：{ $events }（计入均值）
 from-s = 起，s
 reason = 原因
 white = 白噪声
@@ -943,16 +706,13 @@ lag = 滞后 1
 slope-p = 斜率 p
 from-samples-to-readings = 由采样求读数
 samples = 采样
-a-second = { $samples } 个，每秒 { $rate } 个
 segments = 分段
-not-used-of-means-have-a-slope = 采用 { $segments }，未采用 { $stretches }。{ $all } 个均值中有 { $sloping } 个存在噪声不能解释的斜率（p < 0.01）；各段内有{ $odd }（均未从均值中剔除）。
+not-used-of-means-have-a-slope = 采用 { $segments } 段，未采用 { $stretches } 段。存在噪声不能解释的斜率（p < 0.01）的均值：{ $sloping }（共 { $all } 个）。各段内计入均值的异常采样：{ $odd }。
 the-whole-record-segments-are-shaded = 全部记录；阴影为各段。
-panels-one-for-each-column-against-time = { $panels } 幅图，每列一幅，横轴为时间；{ $segments } 段以阴影表示。
 record = 记录
-means = 均值
 u-on-either-side-of-a-mean = 均值两侧各 1.96 `u` 包含 95 %。`u` 由同一列的全部段共同求得，并已计入由此带来的代价；其旁列出按白噪声、按自相关之和、按段长处阿伦偏差分别求得的值。
 column = 列
-odd = 异常
+odd = 异常采样
 not-used-2 = 未采用
 h-in-steps-of-s = { $duration } h，步长 { $step } s
 duration = 时长
@@ -968,10 +728,8 @@ convention = 约定
 periods = 周期
 root-mean-square-errors = 方均根误差
 against-the-first-motion = 与第一种运动相比
-errors-in-time = 误差随时间的变化：{ $scenario }
-at-most-at-the-end = { $label }：最大 { $most } { $unit }，终点 { $last } { $unit }
-of-against-time = { $of } 的{ $what }随时间的变化；{ $ends }。
-curve-of = { $of } 的{ $what }
+at-most-at-the-end = { $label }：最大 { $most }，终点 { $last }
+curve-of = { $of } 的误差：{ $what }
 after-h-the-position-is-off-by = { $motion }：{ $time } h 后位置误差 { $position } m（方均根 { $position_rms } m），方位误差 { $azimuth } arcsec（方均根 { $azimuth_rms }）
 with-most-of-it-from-position-rms = { $text }，情形为 `{ $scenario }`；主要来自 { $sources }（位置，方均根）
 position-at-the-end-m = 终点位置（m）
@@ -979,66 +737,48 @@ ratios-of-root-mean-squares-where-the = 方均根之比；- 表示第一种运�
 every-remounting-scatters-sd-rad-for-a = 每次重新安装时 { $id } 分散：标准差 { $sd }（角度以 rad 计）
 zero-no-parameter-has-a-start-prior = 零（没有参数给出初值、先验值或 --at）
 plan-table-others = 其余 { $count } 个 = 0
-in-with-cost = { $readings }，{ $mountings }，{ $rate_changes }，费用 { $cost }
+in-with-cost = { $readings }；安装 { $mountings } 次，变速 { $rate_changes } 次，费用 { $cost }
 needs-a-value = 需给出值
 largest-near-the-reference = 参考点附近的最大值
-predicted-u = 预计 u
 strongest-correlation = 最强相关
 undetected-fault = 未发现粗差的影响
 so-many-values-what-a-diagnosis-could = 读数过多：不预测诊断所能发现的误差项，也不逐个列出读数
 counted-above-with-tilts-of-arcsec-the = 上表已计入：失准角为 { $tilts } arcsec 时，{ $known } 的不确定度给 { $parameter } 带来 { $u }{ $unit }
 not-counted-the-uncertainty-of-acts-through = 未计入：{ $known } 的不确定度通过失准角起作用，其大小不能由试验编排得知；失准角为 { $tilts } arcsec 时将给 { $parameter } 带来 { $u }{ $unit }（用 --tilts { $tilts } 计入）
-plan-table-times = { $length } 次
-best-of-all-choices = { $limited ->
-    [yes] 最优：在此费用下，这些候选位置的全部 { $all } 种组合均已试过（已证明 100 %）
-   *[no] 最优：这些候选位置的全部 { $all } 种组合均已试过（已证明 100 %）
-}
-proven-efficiency = { $limited ->
-    [yes] 已证明至少达到在此费用下这些候选位置最优组合的 { $share }
-   *[no] 已证明至少达到这些候选位置最优组合的 { $share }
-}
+best-of-all-choices = 这些候选位置的全部 { $all } 种容许组合中的最优者（已证明 100 %）
+proven-efficiency = 已证明至少达到这些候选位置最优容许组合的 { $share }
 the-bound-allows-more-mountings-than-the = 理论界允许的安装次数多于费用所允许的，因此该选择很可能就是最优
 so-few-portions-cannot-follow-the-best = 份数太少，不能贴近最优权重；增加份数或减小每份可更接近
 the-bound-itself-may-be-too-high = 理论界本身可能偏高 { $gap }
 no-angle-is-worth-moving = 没有角度值得移离候选位置（最小步距 { $resolution }°）
 angles-moved = { $finished ->
-    [yes] 在 { $mountings }中将角度移离候选位置（最小步距 { $resolution }°）：比原选择好 { $gain } %
-   *[no] 在计算量限度内，在 { $mountings }中将角度移离候选位置（最小步距 { $resolution }°）：比原选择好 { $gain } %
+    [yes] 角度移离候选位置的安装（最小步距 { $resolution }°）：{ $mountings } 次；试验编排改善 { $gain } %
+   *[no] 角度移离候选位置的安装（最小步距 { $resolution }°，搜索达到限度而停止）：{ $mountings } 次；试验编排改善 { $gain } %
 }
 within-a-budget-of-for-what-was = 所选部分的费用限额为 { $cost }
 at-no-more-cost-than-the-given = 费用不超过所给试验编排，相同读数数目时为 { $cost }（--any-cost：不限费用）
 without-it-nothing-determines = 去掉它则无法确定 { $parameter }
 without-it-u-of-grows-by = 去掉它则 { $parameter } 的 u 增大 { $share } %
-it-adds-little = 作用很小
 u-of-their-coefficients-and = 二者系数的 u 为 { $p } 和 { $q }
-nothing-tells-them-apart = 无法区分二者
 and-both-in-the-model-before = { $a } 与 { $b } 同在模型中：原编排，{ $before }
 with-the-added-positions = 增加位置后，{ $after }
 positions-share-deviations-planned-for = 读数共有偏差（{ $line }）；所选位置按 { $levels } 规划（扫描采用方案中第一个读数的值；可用 --candidates 文件 另行给出）
-no-candidate-would-separate-it-but-all = 没有候选位置能将其分离，但全部候选位置都限于 { $held }（可用 --candidates 文件 另行给出）
+no-candidate-would-separate-it-but-all = 没有候选位置能将其分离；全部候选位置都限于 { $held }（可用 --candidates 文件 另行给出）
 of-is-found-with-probability-where-the = 大小为 { $size } 的 { $effect }，当其系数 { $coefficient } 的 u 不大于 { $u } 时，以概率 { $power } 被发现
 the-goal-counts = { $some ->
     [yes] 目标所计的量：{ $counted }；不计 { $derived }
    *[no] 目标所计的量：{ $counted }
 }
 this-is-the-cheapest-schedule-that-was = 这是已找到的费用最低的试验编排；未证明没有更低者
-determined-instead-2 = 可确定的是：{ $instead }
 leverage = 杠杆值
-its-largest-effect-on-an-angle = 最大影响
 no-candidate-discriminates = 没有候选位置能区分 { $a } 与 { $b }，因此不增加位置。
 seed-of-starts-ended-here = ，随机种子 { $seed }，{ $starts } 个起点中有 { $hits } 个收敛于此
 of-its-readings-chosen-among-candidate-portions = 其中 { $chosen } 个读数选自 { $candidates } 份候选，准则 { $criterion }{ $starts }
-even-all-candidates-together-do-not-determine = 即使使用全部候选位置也不能确定 `{ $id }`。
-u-given = 原编排 u
-u-better = 更优 u
+better = 更优
 gain = 改善倍数
-noise-of-2 = { $id } 的噪声
 judged-at-2 = 评定点
-the-two-effects = 两个误差项
 the-given-schedule = 原试验编排
 the-better-schedule-in-full = 更优的试验编排全表
-its-readings = 其各读数
-what-rests-on-each-reading = 各读数的作用
 model-and-noise = 模型与噪声
 the-better-schedule-2 = 更优的试验编排
 goal-reached = { $reached ->
@@ -1048,55 +788,36 @@ goal-reached = { $reached ->
 still-to-run-2 = 尚待进行：{ $work }。
 predicted-standard-uncertainties = 预计标准不确定度
 at-equal-effort = { $cost ->
-    [yes] 相同工作量：将原试验编排重复或截短，使费用与更优的试验编排相同。
-   *[no] 相同工作量：将原试验编排重复或截短，使读数数目与更优的试验编排相同。
+    [yes] 费用相同：将原试验编排重复或截短，使费用与更优的试验编排相同。
+   *[no] 读数相同：将原试验编排重复或截短，使读数数目与更优的试验编排相同。
 }
 mounting = 安装
-position-values-in-the-order-to-run = 位置，数值按进行的顺序
-why-it-is-there = 选取理由
 in-this-order-a-drift-of-one = 按此顺序，全程漂移一倍标准差时，参数至多变化其不确定度的 { $share } 倍。
 where-the-positions-lie = 位置分布
 squares-the-schedules-positions = 方块：试验编排的各位置。
 dots-candidates-squares-the-given-schedule-discs = 小点：候选位置。方块：原试验编排。带数字的圆：更优的试验编排及其在各位置的读数。
 then-at-a-reading-in-its-u = 对单个读数，以其 u 计
 cannot-be-distinguished-from = 无法区分的项
-effects-that-would-show = { $better ->
-    [yes] 在更优的试验编排下可以发现的误差项，每个方向一行
-   *[no] 在本试验编排下可以发现的误差项，每个方向一行
-}
+effects-that-would-show = 可以发现的误差项，每个方向一行
 nearly-alike-cosine-beside-the-model-and = 近似相同者：列出扣除模型后的方向余弦，以及前者不致被误认为后者的最小值。
 taken-up-by = 吸收它的参数
 effects-that-never-show-estimated-parameters-take = 无法发现的误差项：被待估参数吸收，并使其产生偏差
 zero-at-every-position = 在各位置上均为零：{ $effects }
-not-tried-without-a-column-kinds-of-2 = 缺少 `{ $column }` 列而未试用：{ $families }
-effects-of-the-catalogue-were-tried-in = 共试用目录中的 { $tried } 个误差项，扣除模型后有 { $distinct } 个互不相同的方向。
+not-tried-without-a-column-kinds-of-2 = 缺少 `{ $column }` 列而未试用的误差项类数：{ $families }
+effects-of-the-catalogue-were-tried-in = 目录中的误差项 { $tried } 个，扣除模型后互不相同的方向 { $distinct } 个。
 what-a-diagnosis-could-find = 诊断所能发现的误差项
-not-every-unknown-has-a-predicted-uncertainty = 在评定点上，并非每个未知量都有预计不确定度。
-every-unknown-can-be-estimated-the-least = 各未知量均可估计；最不确定的角度为 `{ $id }`，u = { $u } arcsec。
-every-unknown-can-be-estimated = 各未知量均可估计。
-each-value-leverage-minimal-detectable-bias-and = 各读数：杠杆值、最小可探测偏差（0.1 %，80 %），以及未被发现时的影响
+not-every-unknown-has-a-predicted-uncertainty = 在评定点上，并非每个参数都有预计不确定度。
+every-unknown-can-be-estimated = 各参数均可估计。
+each-value-leverage-minimal-detectable-bias-and = 各数据：杠杆值、最小可探测偏差（0.1 %，80 %），以及粗差未被发现时角度的最大改变
 averaging-time-s = 平均时间，s
 time-since-the-first-sample-s = 自第一个采样起的时间，s
-positions-deg = { $across }（deg）
 deg-across-deg-up = 横轴 { $across }（deg），纵轴 { $up }（deg）
 regressor-of-sensor = { $regressor }（{ $sensor }）
 foresight-nearly = 近似 { $regressor }（{ $cosine }）
 apart-from = { $regressor }（{ $cosine }，自 { $apart } 起可区分）
 none-would-show-the-estimated-parameters-take = 均不能发现：这些位置所激励的误差项全部被待估参数吸收
-u-where-only-the-residuals-tell-the = ；噪声只能由残差得知时为 { $more } u
-nothing-where-only-the-residuals-would-tell = ；噪声只能由残差得知时不能发现
-smallest-size-that-shows-u-significance-for = 可发现的最小值：{ $size } u（{ $directions }合计显著性水平 { $significance }，检验功效 { $power }）{ $residuals }
-term-event = { $word ->
-    [absent] 缺失
-    [saturation] 饱和
-    [spike] 尖峰
-    [stuck] 卡滞
-   *[other] { $word }
-}
-before-repair = 修正前
-after-repair = 修正后
-repair-shift = 变化
-title-devices-by = { $devices }（按 { $by } 区分）
+smallest-size-that-shows-u-significance-for = 可发现的最小值：{ $size } u（各方向合计显著性水平 { $significance }，检验功效 { $power }）；噪声只能由残差得知时：{ $with_residuals }
+grouped-by = { $what }（按 { $by } 区分）
 gauss-newton-did-not-converge-after = 高斯-牛顿法经 { $steps }仍未收敛：{ $stop }。
 gauss-newton-converged-and-differs = 高斯-牛顿法经 { $steps }收敛。线性估计值（从参考点出发的一步）与之相差超过 0.1 u（精确减线性）：{ $what }。
 reduction-segment = 第 { $segment } 段：{ $notes }。
@@ -1111,7 +832,6 @@ more-rows = { $option ->
 }
 nearly-alike = 近似相同
 iterations = 迭代过程
-iteration = 迭代
 weighted-sum-of-squares = 加权平方和
 step-of-the-predictions = 预测值的改变（范数）
 share-of-the-step = 所取步长比例
@@ -1122,16 +842,15 @@ guide-not-predicted = 读数 { $reading }，{ $place }：其余读数尚不能�
 guide-agrees = 读数 { $reading }，{ $place }：一致（{ $sd } 倍标准差）
 guide-disagrees = 读数 { $reading }，{ $place }：不一致，相差 { $sd } 倍标准差
 guide-time-goes-back = time_s 从 { $before } 倒退到 { $now }
-guide-likely-at = { "  " }读数 { $reading } 处可能的原因：{ $kind }
 guide-likely = { "  " }可能的原因：{ $kind }
 guide-not-told = { "  " }尚不能判断原因：
 guide-explanation = { "    " }{ $probability }  读数 { $reading }，{ $kind }：{ $what }
-guide-more = { "    " }另有 { $count } 种
 guide-goal-open = { "  " }{ $id }：尚不可估计，目标 { $goal } { $unit }
-guide-goal = { "  " }{ $id } = { $value } { $unit }，u = { $u }，目标 { $goal }：未达到
-guide-goal-met = { "  " }{ $id } = { $value } { $unit }，u = { $u }，目标 { $goal }：已达到
+guide-goal = { "  " }{ $id } = { $value } { $unit }，u = { $u }，目标 { $goal }：{ $met ->
+    [yes] 已达到
+   *[no] 未达到
+}
 guide-diagnosis = { "  " }诊断：{ $verdict }
-guide-size = ，{ $value } { $unit }，u = { $u }
 guide-effect = { "    " }{ $name }（{ $terms }）{ $size }，概率 { $probability }
 guide-nothing-missing = { "  " }无缺项或均已指明的概率 { $probability }；尚不能显现的误差项：{ $unseen }
 guide-unreachable = { "  " }{ $id }：这些位置无论测多少次都达不到目标
@@ -1150,39 +869,20 @@ guide-which = 哪个位置？有几个位置与读数相符；请输入一行：
   { "  " }{ $candidates }
 guide-view-set = 设置
 guide-view-held = 保持
-guide-view-goals = 目标：u 与要求值
-guide-view-goal = { $id }：u = { $u }，要求 { $goal } { $unit }
+guide-view-goals = 目标：u 与目标值
 guide-view-residuals = 残差（标准差倍数），按读数
 guide-view-missing = 可能缺少的误差项：概率
-guide-view-nothing = 无遗漏，或均已命名
 guide-reached = 完成：各目标均已达到，无缺项或均已指明；{ $readings } 个读数，代价 { $cost }
-guide-nothing-to-gain = 停止：此方案中没有位置能提供更多所需信息；{ $readings } 个读数，代价 { $cost }
+guide-nothing-to-gain = 停止：此方案中没有位置能提供与目标有关的更多信息；{ $readings } 个读数，代价 { $cost }
 guide-most-readings = 停止：已取 { $readings } 个读数，为 --most 所允许的上限；代价 { $cost }
-term-mistake = { $word ->
-    [turned-180] 关节转了 180 度
-    [another-position] 方案中的另一位置
-    [wrong-sense] 转动方向相反
-    [exchanged-axes] 关节互换
-    [exchanged-sensors] 传感器互换
-    [slipped-mounting] 安装松动
-    [bad-reading] 坏值
-    [missing-effect] 模型缺少的误差项
-   *[other] { $word }
-}
 
 # Run sheets and drawings of benches
 run-sheet = 测量记录表：{ $bench }
 run-sheet-how = 按此顺序读数，把每个读数填入空格；同一表的 CSV 形式（--sheet FILE.csv）填好后用 --readings 读入。
-readings-in-the-order-to-run = 按执行顺序的读数
-number-sign = 序号
-mounting-named = 装夹 { $name }
-mountings = 装夹
+mountings = 安装
 cost = 费用
 cost-so-far = 累计费用
-remarks = 备注
-bench-drawn = 台架 { $bench } 的示意图：{ $joints }；被测件及其轴、重力和地球自转角速度。
 unit-at-the-start = 任务开始时的惯性装置：航向、俯仰、横滚及其摇摆幅度。
-unit-drawn = 惯性装置：{ $angles }。
 heading-angle = 航向
 pitch-angle = 俯仰
 roll-angle = 横滚

@@ -141,7 +141,7 @@ impl Identity {
             }
         };
         if let Some(unit) = &self.unit {
-            let serial = unit.serial.as_ref().map(|serial| say!(lang, "identity-serial", serial));
+            let serial = unit.serial.as_ref().map(|serial| format!("{} {serial}", say!(lang, "serial")));
             let words: Vec<String> =
                 [unit.manufacturer.clone(), unit.kind.clone(), serial].into_iter().flatten().collect();
             add(say!(lang, "identity-unit"), Some(words.join(lang.comma())));
@@ -153,7 +153,7 @@ impl Identity {
             let with = |word: &str, text: &Option<String>| text.as_ref().map(|text| format!("{word} {text}"));
             let words: Vec<String> = [
                 Some(instrument.name.clone()),
-                with(say!(lang, "identity-certificate"), &instrument.certificate),
+                with(say!(lang, "calibration-certificate"), &instrument.certificate),
                 with(say!(lang, "identity-valid-to"), &instrument.valid_to),
                 with(say!(lang, "identity-traceable-to"), &instrument.traceable_to),
             ]
@@ -166,7 +166,7 @@ impl Identity {
         let conditions: Vec<String> =
             self.environment.iter().map(|(name, condition)| format!("{name} {condition}")).collect();
         add(say!(lang, "identity-environment"), Some(conditions.join(lang.comma())));
-        add(say!(lang, "identity-note"), self.note.clone());
+        add(say!(lang, "note"), self.note.clone());
         facts
     }
 }

@@ -29,11 +29,7 @@ pub(super) fn fit(
 ) -> Result<Outcome> {
     let table = question.table(Others::Named(&question.file), many.chart.as_deref())?;
     let template = table.template()?;
-    if !(settings.level > 0.0 && settings.level < 1.0) {
-        return Err(Malformed::new(Fault::Value, "the level is no probability")
-            .expected("a number between 0 and 1, for example 0.95")
-            .found(settings.level.to_string()));
-    }
+    super::probability("level", settings.level, "0.95")?;
     let names = report::batch_quantities(template);
     let mut outputs = pages.outputs([many.to.as_deref(), json])?;
     let terminal = std::io::stdout().is_terminal();

@@ -27,11 +27,7 @@ pub(super) fn run(
     let table = question.table(Others::All, None)?;
     table.template()?;
     // what is wrong with the question itself (the significance, the catalogue) is no device's answer
-    if !(settings.significance > 0.0 && settings.significance < 1.0) {
-        return Err(Malformed::new(Fault::Value, "the significance is no probability")
-            .expected("a number between 0 and 1, for example 0.01")
-            .found(settings.significance.to_string()));
-    }
+    super::probability("significance", settings.significance, "0.01")?;
     let mut outputs = Outputs::plan([many.to.as_deref()])?;
     let target = many.to.clone().unwrap_or_else(|| PathBuf::from("-"));
     let format = Format::of(&target)?;
@@ -109,10 +105,10 @@ pub(super) fn run(
     }
     let mut counts: Vec<((&str, &str), usize)> = effects.into_iter().collect();
     counts.sort_by_key(|b| std::cmp::Reverse(b.1));
-    let said: Vec<String> =
-        verdicts.iter().map(|(verdict, n)| format!("{n} {}", lang.term("verdict", verdict))).collect();
+    let said: Vec<String> = verdicts.iter().map(|(verdict, n)| format!("{n} {}", lang.term(verdict))).collect();
     let devices = lang.count(rows.len(), "device");
-    let mut text = say!(lang, "devices-by", devices, by = table.by(), verdicts = said.join(lang.comma())) + "\n";
+    let devices = say!(lang, "grouped-by", what = devices, by = table.by());
+    let mut text = format!("{devices}{}{}\n", lang.colon(), said.join(lang.comma()));
     if !counts.is_empty() {
         let cells: Vec<Vec<String>> = counts
             .iter()
@@ -120,7 +116,7 @@ pub(super) fn run(
             .collect();
         text += &format!(
             "\n{}",
-            terminal::plain(&[say!(lang, "devices"), say!(lang, "title-regressor"), say!(lang, "effect-2")], &cells)
+            terminal::plain(&[say!(lang, "devices"), say!(lang, "effect"), say!(lang, "meaning")], &cells)
         );
     }
     match &many.to {

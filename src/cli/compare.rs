@@ -10,6 +10,7 @@ use crate::language::Language;
 use crate::report;
 use crate::wire;
 use clap::Args;
+use serde::Serialize;
 use std::path::{Path, PathBuf};
 
 /// What to compare and what to write.
@@ -39,20 +40,10 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
     }
 }
 
-/// The files that are asked for.
-fn outputs(arguments: &Arguments) -> Result<Outputs> {
-    arguments.pages.outputs([arguments.json.as_deref()])
-}
-
 /// Write what is asked for, or print the document where nothing goes to stdout.
-fn finish(arguments: &Arguments, mut outputs: Outputs, document: &Document, json: String) -> Result<()> {
-    outputs.extend(arguments.pages.page(document)?);
-    if let Some(path) = &arguments.json {
-        outputs.add(path, json);
-    }
-    let to_stdout = outputs.to_stdout();
-    outputs.write()?;
-    if to_stdout { Ok(()) } else { arguments.pages.print(document) }
+fn finish(arguments: &Arguments, mut outputs: Outputs, document: Document, report: &impl Serialize) -> Result<()> {
+    outputs.extend(arguments.pages.page(&document)?);
+    arguments.pages.finish(outputs, arguments.json.as_deref(), report, || document)
 }
 
 fn closed_forms(arguments: &Arguments, path: &Path, lang: Language) -> Result<Outcome> {
@@ -71,30 +62,21 @@ fn closed_forms(arguments: &Arguments, path: &Path, lang: Language) -> Result<Ou
             &source,
         ));
     }
-    let outputs = outputs(arguments)?;
+    let outputs = arguments.pages.outputs([arguments.json.as_deref()])?;
     let forms = compare::closed_forms(&campaign.bench.id)?;
     let comparison =
         compare::compare(&campaign, &forms, &fit::Settings::default()).map_err(|error| wire::locate(error, &source))?;
     let mut report = report::compare_report(&comparison);
     report.inputs = inputs.clone();
     let document = report::compare_document(&report, &inputs, lang);
-    finish(arguments, outputs, &document, files::json(&report)?)?;
+    finish(arguments, outputs, document, &report)?;
     Ok(Outcome::Done)
 }
 
-fn check_level(level: f64) -> Result<()> {
-    if level > 0.0 && level < 1.0 {
-        return Ok(());
-    }
-    Err(Malformed::new(Fault::Value, "the level is no probability")
-        .expected("a number between 0 and 1, for example 0.95")
-        .found(level.to_string()))
-}
-
 fn two(arguments: &Arguments, before: &Path, after: &Path, lang: Language) -> Result<Outcome> {
-    check_level(arguments.level)?;
+    super::probability("level", arguments.level, "0.95")?;
     let (before, after) = (calibrations::read(before)?, calibrations::read(after)?);
-    let outputs = outputs(arguments)?;
+    let outputs = arguments.pages.outputs([arguments.json.as_deref()])?;
     let found = changes(&before.determination(), &after.determination(), arguments.level, !arguments.independent);
     if found.changes.is_empty() {
         return Err(Malformed::new(Fault::Value, "the two calibrations have no quantity in common")
@@ -102,19 +84,19 @@ fn two(arguments: &Arguments, before: &Path, after: &Path, lang: Language) -> Re
             .found(format!("benches {} and {}", before.report.bench, after.report.bench)));
     }
     let report = report::changes_report(&found, before.summary(), after.summary());
-    finish(arguments, outputs, &report::changes_document(&report, lang), files::json(&report)?)?;
+    finish(arguments, outputs, report::changes_document(&report, lang), &report)?;
     Ok(if report.is_changed() { Outcome::Rejected } else { Outcome::Done })
 }
 
 fn history(arguments: &Arguments, paths: &[PathBuf], lang: Language) -> Result<Outcome> {
-    check_level(arguments.level)?;
+    super::probability("level", arguments.level, "0.95")?;
     let mut stored = paths.iter().map(|path| calibrations::read(path)).collect::<Result<Vec<_>>>()?;
     if let Some(undated) = stored.iter().find(|own| own.day().is_none()) {
         return Err(Malformed::new(Fault::Missing, "a history needs the date of each calibration")
             .expected("\"date\": \"YYYY-MM-DD\" in each campaign")
             .found(format!("no date in {}", undated.summary().file)));
     }
-    let outputs = outputs(arguments)?;
+    let outputs = arguments.pages.outputs([arguments.json.as_deref()])?;
     // each has a day: asked above
     stored.sort_by(|a, b| a.day().unwrap_or_default().total_cmp(&b.day().unwrap_or_default()));
     let all: Vec<_> = stored.iter().map(|own| own.determination()).collect();
@@ -122,6 +104,6 @@ fn history(arguments: &Arguments, paths: &[PathBuf], lang: Language) -> Result<O
     let limits = |id: &str| last.and_then(|own| own.limits(id));
     let summaries = stored.iter().map(|own| own.summary()).collect();
     let report = report::history_report(summaries, &trends(&all, arguments.level), arguments.level, &limits);
-    finish(arguments, outputs, &report::history_document(&report, lang), files::json(&report)?)?;
+    finish(arguments, outputs, report::history_document(&report, lang), &report)?;
     Ok(Outcome::Done)
 }

@@ -126,27 +126,25 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
         let figure = report::diagnose_figure(&campaign, &diagnosis, &report, lang);
         outputs.add(path, pages::picture(&figure.chart, lang)?);
     }
-    if let Some(path) = &arguments.json {
-        outputs.add(path, files::json(&report)?);
-    }
     if let Some(names) = &model_names {
         names.add(&mut outputs, &diagnosis)?;
     }
-    let to_stdout = outputs.to_stdout();
-    outputs.write()?;
-    if !to_stdout {
-        arguments.pages.print(&document)?;
-    }
+    arguments.pages.finish(outputs, json, &report, || document)?;
     for remark in diagnosis.before.remarks() {
-        super::note(&wrap::hanging(&say!(lang, "fit-table-note", remark = remark.say(lang)), 2));
+        remark_note(&remark.say(lang), lang);
     }
     if let Some(names) = &model_names {
         super::note(&names.note(&diagnosis, lang));
         if let Some(note) = report::alias_note(&report, lang) {
-            super::note(&wrap::hanging(&say!(lang, "fit-table-note", remark = note), 2));
+            remark_note(&note, lang);
         }
     }
     Ok(if diagnosis.verdict == Verdict::NothingMissing { Outcome::Done } else { Outcome::Rejected })
+}
+
+/// What a reader should know beside the report.
+fn remark_note(remark: &str, lang: Language) {
+    super::note(&wrap::hanging(&format!("{}{}{remark}", say!(lang, "note"), lang.colon()), 2));
 }
 
 /// Where the repaired model goes.
@@ -186,12 +184,10 @@ impl ModelNames {
 
     fn note(&self, diagnosis: &Diagnosis, lang: Language) -> String {
         match diagnosis.repaired {
-            Some(_) => say!(
-                lang,
-                "wrote-both",
-                bench = self.bench.display().to_string(),
-                campaign = self.campaign.display().to_string()
-            ),
+            Some(_) => {
+                let files = [&self.bench, &self.campaign].map(|path| path.display().to_string());
+                say!(lang, "wrote", file = lang.list(&files))
+            }
             None => say!(lang, "note-nothing-found", what = "effect"),
         }
     }

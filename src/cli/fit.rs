@@ -1,6 +1,6 @@
 //! `tumble fit CAMPAIGN`.
 
-use super::{Outcome, batch, devices, files, pages};
+use super::{Outcome, batch, devices, pages};
 use crate::error::{Fault, Malformed, Result};
 use crate::fit::{self, Estimator, Remount, RobustMethod, Weighting};
 use crate::language::Language;
@@ -170,22 +170,16 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
         outputs.extend(arguments.pages.page(&pages::document_of(&fit, &report, &inputs, lang))?);
     }
     outputs.extend(arguments.certificate.make(&fit, &report, &source, lang)?);
-    if let Some(path) = &arguments.json {
-        outputs.add(path, files::json(&report)?);
-    }
-    let to_stdout = outputs.to_stdout();
-    outputs.write()?;
-    if !to_stdout {
-        let asked = report::Asked {
-            fit: Some(&fit),
-            comparison: None,
-            inputs: &inputs,
-            readings: listed,
-            budget: arguments.budget,
-            correction: arguments.correction,
-        };
-        arguments.pages.print(&report::fit_document(&report, &asked, lang))?;
-    }
+    let asked = report::Asked {
+        fit: Some(&fit),
+        comparison: None,
+        inputs: &inputs,
+        readings: listed,
+        budget: arguments.budget,
+        correction: arguments.correction,
+    };
+    let printed = || report::fit_document(&report, &asked, lang);
+    arguments.pages.finish(outputs, arguments.json.as_deref(), &report, printed)?;
     let conforms = report.conformity.as_ref().is_none_or(|own| own.outcome == crate::fit::Conformity::Pass);
     Ok(if !conforms || fit.is_rejected() { Outcome::Rejected } else { Outcome::Done })
 }

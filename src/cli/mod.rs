@@ -200,6 +200,16 @@ fn run(command: Command, lang: Language) -> Result<Outcome> {
     }
 }
 
+/// Errors: a value of the question that must be a probability and is none.
+fn probability(what: &str, value: f64, example: &str) -> Result<()> {
+    if value > 0.0 && value < 1.0 {
+        return Ok(());
+    }
+    Err(Malformed::new(Fault::Value, format!("the {what} is no probability"))
+        .expected(format!("a number between 0 and 1, for example {example}"))
+        .found(value.to_string()))
+}
+
 /// Print to stdout; a reader that has gone away (`tumble ... | head`) is no error, a full disk is one.
 fn print(text: &str) -> Result<()> {
     print_bytes(visible(text).as_bytes())

@@ -99,14 +99,7 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
     }
     let document = report::navigate_document(&report, Some((&mission, &flown)), lang);
     outputs.extend(arguments.pages.page(&document)?);
-    if let Some(path) = &arguments.json {
-        outputs.add(path, files::json(&report)?);
-    }
-    let to_stdout = outputs.to_stdout();
-    outputs.write()?;
-    if !to_stdout {
-        arguments.pages.print(&document)?;
-    }
+    arguments.pages.finish(outputs, json, &report, || document)?;
     Ok(Outcome::Done)
 }
 

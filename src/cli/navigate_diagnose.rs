@@ -56,18 +56,11 @@ pub(super) fn run(question: &Question<'_>) -> Result<Outcome> {
         let chart = figure.map_or_else(|| Chart::curves(&[], "", "", ""), |figure| figure.chart);
         outputs.add(path, picture(&chart, lang)?);
     }
-    if let Some(path) = question.json {
-        outputs.add(path, files::json(&report)?);
-    }
     let found = matches!(diagnosis.verdict, Verdict::EffectsFound | Verdict::PartlyExplained);
     if let Some(path) = question.write_model.filter(|_| found) {
         outputs.add(path, files::marked(&repaired(&file, &diagnosis))?);
     }
-    let to_stdout = outputs.to_stdout();
-    outputs.write()?;
-    if !to_stdout {
-        question.pages.print(&document)?;
-    }
+    question.pages.finish(outputs, question.json, &report, || document)?;
     match question.write_model {
         Some(path) if found => super::note(&say!(lang, "wrote", file = path.display().to_string())),
         Some(_) => super::note(&say!(lang, "note-nothing-found", what = "error")),

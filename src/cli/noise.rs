@@ -215,16 +215,10 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
     if let Some(path) = &arguments.kalibr {
         outputs.add(path, report::kalibr(&report)?);
     }
-    if let Some(path) = &arguments.json {
-        outputs.add(path, files::json(&report)?);
-    }
-    let to_stdout = outputs.to_stdout();
-    outputs.write()?;
     for note in clock.notes() {
         super::note(&format!("note: {note}"));
     }
-    if !to_stdout {
-        arguments.pages.print(&report::noise_document(&report, &[], arguments.deviations, lang))?;
-    }
+    let printed = || report::noise_document(&report, &[], arguments.deviations, lang);
+    arguments.pages.finish(outputs, arguments.json.as_deref(), &report, printed)?;
     Ok(Outcome::Done)
 }

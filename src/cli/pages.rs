@@ -11,6 +11,7 @@ use crate::language::Language;
 use crate::report::{self, FitReport, Input, dcc};
 use crate::wire::{self, Source};
 use clap::Args;
+use serde::Serialize;
 use std::path::{Path, PathBuf};
 
 /// Where to write a report as a page.
@@ -117,6 +118,22 @@ impl Pages {
     /// What is printed of a document.
     pub(super) fn print(&self, document: &Document) -> Result<()> {
         super::show(&terminal::render(document, if self.verbose { Detail::Full } else { Detail::Brief }))
+    }
+
+    /// Write the report as JSON where that is asked for, and every file; where nothing went to stdout, print the document.
+    pub(super) fn finish(
+        &self,
+        mut outputs: Outputs,
+        json: Option<&Path>,
+        report: &impl Serialize,
+        printed: impl FnOnce() -> Document,
+    ) -> Result<()> {
+        if let Some(path) = json {
+            outputs.add(path, files::json(report)?);
+        }
+        let to_stdout = outputs.to_stdout();
+        outputs.write()?;
+        if to_stdout { Ok(()) } else { self.print(&printed()) }
     }
 
     /// Lay out a page, if it is asked for.

@@ -94,14 +94,8 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
         };
         outputs.add(to, text);
     }
-    if let Some(path) = &arguments.json {
-        outputs.add(path, files::json(&report)?);
-    }
-    let to_stdout = outputs.to_stdout();
-    outputs.write()?;
-    if !to_stdout {
-        arguments.pages.print(&report::reduce_document(&report, None, &[], arguments.sources, lang))?;
-    }
+    let printed = || report::reduce_document(&report, None, &[], arguments.sources, lang);
+    arguments.pages.finish(outputs, arguments.json.as_deref(), &report, printed)?;
     Ok(Outcome::Done)
 }
 

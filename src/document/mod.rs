@@ -190,7 +190,7 @@ impl Tone {
     /// The word that goes before a verdict, so that it needs no colour.
     pub fn word(self, lang: Language) -> &'static str {
         match self {
-            Tone::Plain => say!(lang, "tone-plain"),
+            Tone::Plain => say!(lang, "note"),
             Tone::Good => say!(lang, "tone-good"),
             Tone::Caution => say!(lang, "tone-caution"),
             Tone::Bad => say!(lang, "tone-bad"),
@@ -209,6 +209,14 @@ pub struct Figure {
     pub chart: Chart,
     /// As wide as the page (else half of it).
     pub wide: bool,
+}
+
+impl Figure {
+    /// A figure whose caption says in words what it shows.
+    pub(crate) fn new(caption: impl Into<String>, chart: Chart, wide: bool) -> Self {
+        let caption = caption.into();
+        Figure { description: caption.clone(), caption, chart, wide }
+    }
 }
 
 impl Document {

@@ -109,8 +109,8 @@ impl Language {
     ///
     /// ```
     /// use tumble::language::Language;
-    /// assert_eq!(Language::English.word("degrees-of-freedom"), "degrees of freedom");
-    /// assert_eq!(Language::Chinese.word("degrees-of-freedom"), "自由度");
+    /// assert_eq!(Language::English.word("normality"), "normality");
+    /// assert_eq!(Language::Chinese.word("normality"), "正态性");
     /// ```
     pub fn word(self, key: &'static str) -> &'static str {
         catalogue::of(self).word(key).unwrap_or(key)
@@ -121,17 +121,15 @@ impl Language {
         catalogue::of(self).message(key, arguments).unwrap_or_else(|| key.to_string())
     }
 
-    /// A word of a closed vocabulary of the reports (`free`, `at-bound`), by the message `term-<group>`; the word itself where there is none.
+    /// A word of a closed vocabulary of the reports (`free`, `at-bound`), by the message `term`; the word itself where that has none.
     ///
     /// ```
     /// use tumble::language::Language;
-    /// assert_eq!(Language::Chinese.term("state", "not-estimable"), "不可估计");
-    /// assert_eq!(Language::Chinese.term("state", "anything else"), "anything else");
+    /// assert_eq!(Language::Chinese.term("not-estimable"), "不可估计");
+    /// assert_eq!(Language::Chinese.term("anything else"), "anything else");
     /// ```
-    pub fn term(self, group: &str, word: &str) -> String {
-        let argument = [("word", Argument::Text(word.to_string()))];
-        let said = catalogue::of(self).message(&format!("term-{group}"), &argument);
-        said.unwrap_or_else(|| word.to_string())
+    pub fn term(self, word: &str) -> String {
+        say!(self, "term", word)
     }
 
     /// A text that the program has as data (of a built-in bench, comparison or effect, a note of a computation) in this language; a text that is
@@ -191,6 +189,21 @@ impl Language {
                 let before: Vec<&str> = before.iter().map(AsRef::as_ref).collect();
                 say!(self, "list-and", before = before.join(self.comma()), last = last.as_ref())
             }
+        }
+    }
+
+    /// Names as prose, each in code type: `a` and `b`; `none` where there are none.
+    pub(crate) fn names<T: AsRef<str>>(self, names: impl IntoIterator<Item = T>) -> String {
+        let names: Vec<String> = names.into_iter().map(|name| format!("`{}`", name.as_ref())).collect();
+        if names.is_empty() { say!(self, "none").into() } else { self.list(&names) }
+    }
+
+    /// The first of many, and how many more there are.
+    pub(crate) fn first_of<T: AsRef<str>>(self, items: &[T], most: usize, separator: &str) -> String {
+        let shown = items.iter().take(most).map(AsRef::as_ref).collect::<Vec<_>>().join(separator);
+        match items.len().saturating_sub(most) {
+            0 => shown,
+            more => say!(self, "and-more", shown, more = more.to_string()),
         }
     }
 

@@ -377,13 +377,13 @@ pub fn batch_rows(campaign: &Campaign, by: &str, rows: &[Row], lang: Language) -
         header.push(say!(lang, "limits"));
     }
     header.extend(names.iter().map(|(id, _)| id.as_str()));
-    header.push(say!(lang, "why"));
+    header.push(say!(lang, "reason"));
     let cells: Vec<Vec<String>> = rows
         .iter()
         .map(|row| {
-            let mut cells = vec![row.label.clone(), lang.term("verdict", row.verdict.name())];
+            let mut cells = vec![row.label.clone(), lang.term(row.verdict.name())];
             if limited {
-                cells.push(row.conformity.map_or("-".into(), |own| lang.term("outcome", own.name())));
+                cells.push(row.conformity.map_or("-".into(), |own| lang.term(own.name())));
             }
             cells.extend(row.value.iter().zip(&row.u).map(|(x, u)| match x.is_nan() {
                 true => "-".into(),

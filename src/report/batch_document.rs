@@ -1,6 +1,7 @@
 //! The document of many devices: counts, distributions, devices that stand apart, control charts.
 
-use super::colophon::colophon;
+use super::colophon::begin;
+use super::fit_document::model_facts;
 use super::{BatchReport, DistributionReport, batch_quantities};
 use crate::batch::Summary;
 use crate::campaign::Campaign;
@@ -22,18 +23,13 @@ pub fn batch_document(
     lang: Language,
 ) -> Document {
     let devices = lang.count(report.devices.all, "device");
-    let mut document = Document::new(say!(lang, "title-devices-by", devices, by = report.by));
-    document.language = lang;
+    let mut document = begin(say!(lang, "grouped-by", what = devices, by = report.by), &report.inputs, lang);
     document.facts = vec![
         (say!(lang, "bench").into(), format!("`{}`", report.bench)),
-        (say!(lang, "one-fit-for-each").into(), format!("`{}`", report.by)),
-        (say!(lang, "estimator").into(), lang.term("estimator", &report.estimator.to_string())),
+        (say!(lang, "estimator").into(), lang.term(&report.estimator.to_string())),
     ];
-    document
-        .facts
-        .extend(report.model.iter().map(|(sensor, line)| (say!(lang, "model-of", sensor), format!("`{line}`"))));
+    document.facts.extend(model_facts(&report.model, lang));
     document.facts.extend(fitted.map(|(campaign, _)| campaign.identity.facts(lang)).unwrap_or_default());
-    document.colophon = colophon(&report.inputs, lang);
     document
         .section(answer(report, lang))
         .section(reasons(report, lang))
@@ -85,20 +81,7 @@ fn answer(report: &BatchReport, lang: Language) -> Section {
         .filter(|q| q.scattering.as_ref().is_some_and(|s| s.significant == Some(true)))
         .map(|q| q.id.as_str())
         .collect();
-    section = match differ.as_slice() {
-        [] => section.prose(say!(lang, "in-no-quantity-do-devices-differ-by")),
-        ids => section.prose(say!(
-            lang,
-            "devices-differ-by-more-than-their-readings",
-            names = lang.list(&ids.iter().map(|id| format!("`{id}`")).collect::<Vec<_>>())
-        )),
-    };
-    section.prose(say!(
-        lang,
-        "fitted-by-the-factorisation-of-a-schedule",
-        common = own.common_schedule.to_string(),
-        alone = own.own_fit.to_string()
-    ))
+    section.prose(say!(lang, "devices-differ-by-more-than-their-readings", names = lang.names(differ)))
 }
 
 /// Devices by reason, and what chance alone finds; no section where no device has a reason.
@@ -113,7 +96,7 @@ fn reasons(report: &BatchReport, lang: Language) -> Section {
     for (reason, devices) in &report.reasons {
         let chance = report.chance.get(reason);
         table.row(vec![
-            lang.term("reason", reason.name()).into(),
+            lang.term(reason.name()).into(),
             (*devices).into(),
             chance.map_or_else(Cell::absent, |own| own.tested.into()),
             Cell::digits(chance.map(|own| own.expected), 2),
@@ -135,8 +118,8 @@ fn distributions(report: &BatchReport, fitted: Option<(&Campaign, &Summary)>, la
         ("u", Align::Decimal),
         (say!(lang, "sd-of-devices"), Align::Decimal),
         (say!(lang, "p-if-alike"), Align::Right),
-        (say!(lang, "least"), Align::Decimal),
-        (say!(lang, "most"), Align::Decimal),
+        (say!(lang, "min"), Align::Decimal),
+        (say!(lang, "max"), Align::Decimal),
         (say!(lang, "limits"), Align::Left),
         (say!(lang, "unit"), Align::Left),
     ])
@@ -168,19 +151,10 @@ fn distributions(report: &BatchReport, fitted: Option<(&Campaign, &Summary)>, la
         let alone = q.scattering.as_ref().map(|s| [q.median, s.u]);
         let chart =
             Distribution { label: q.id.clone(), unit: q.unit.clone(), values: summary.values(k), limits, alone };
-        figures.push(Figure {
-            chart: Chart::Distribution(chart),
-            caption: say!(lang, "batch-page-over", id = q.id, devices = lang.count(q.devices, "device")),
-            description: say!(lang, "histogram", limited = q.limits.is_some(), id = q.id),
-            wide: false,
-        });
+        let caption = format!("{}{}{}", q.id, lang.colon(), lang.count(q.devices, "device"));
+        figures.push(Figure::new(caption, Chart::Distribution(chart), false));
     }
-    let mut section = Section::new(say!(lang, "distributions")).table(table);
-    let campaign = fitted.map(|(campaign, _)| campaign).filter(|campaign| campaign.limited_errors().is_empty());
-    if let Some(id) = campaign.and_then(|campaign| campaign.scale_factor_errors().first().cloned()) {
-        section = section.prose(lang.sentence(&say!(lang, "scale-factor-errors-have-columns", id = format!("`{id}`"))));
-    }
-    let section = section.full();
+    let section = Section::new(say!(lang, "distributions")).table(table).full();
     match figures.is_empty() {
         true => section,
         false => section.prose(say!(lang, "each-histogram-shows-the-accepted-devices-the")).figures(figures),
@@ -203,20 +177,22 @@ fn not_in_order(report: &BatchReport, links: &BTreeMap<String, String>, lang: La
         return section;
     }
     let fails = report.conformity.as_ref().map_or(0, |own| own.fail);
-    if listed < (report.devices.rejected + report.devices.malformed).max(fails) {
-        section = section.prose(say!(lang, "the-first-devices-that-are-not-in-order", listed = listed.to_string()));
+    let all = (report.devices.rejected + report.devices.malformed).max(fails);
+    if listed < all {
+        let [listed, n] = [listed, all].map(|n| n.to_string());
+        section = section.prose(say!(lang, "the-first-of-are-listed-the-json", listed, n));
     }
     let mut columns = vec![(report.by.as_str(), Align::Left), (say!(lang, "verdict"), Align::Left)];
     if report.conformity.is_some() {
         columns.push((say!(lang, "limits"), Align::Left));
     }
-    columns.push((say!(lang, "why"), Align::Left));
+    columns.push((say!(lang, "reason"), Align::Left));
     let mut table = Table::new(&columns);
     table.small = true;
     for own in &report.not_in_order {
-        let mut cells = vec![own.device.as_str().into(), Cell::from(lang.term("verdict", own.verdict.name()))];
+        let mut cells = vec![own.device.as_str().into(), Cell::from(lang.term(own.verdict.name()))];
         if report.conformity.is_some() {
-            cells.push(own.conformity.map_or_else(Cell::absent, |own| lang.term("outcome", own.name()).into()));
+            cells.push(own.conformity.map_or_else(Cell::absent, |own| lang.term(own.name()).into()));
         }
         cells.push(lang.name(&own.why).into());
         table.row(cells);
@@ -285,17 +261,19 @@ fn lots(report: &BatchReport, lang: Language) -> Section {
                 ]);
             }
         }
-        figures.push(Figure {
-            chart: Chart::Control(Control { label: q.id.clone(), unit: q.unit.clone(), lots, mean: q.mean }),
-            caption: say!(lang, "by-lot", id = q.id),
-            description: say!(lang, "mean-of-in-each-lot-line-mean", id = q.id),
-            wide: false,
-        });
+        let caption = say!(lang, "grouped-by", what = q.id, by = say!(lang, "lot"));
+        let control = Control { label: q.id.clone(), unit: q.unit.clone(), lots, mean: q.mean };
+        figures.push(Figure::new(caption, Chart::Control(control), false));
     }
     let section = match (figures.is_empty(), table.rows.is_empty()) {
         (true, _) => return section,
-        (_, true) => section.verdict(Tone::Good, say!(lang, "no-lot-lies-beyond-its-control-limits")),
-        _ => section.verdict(Tone::Caution, say!(lang, "lots-beyond-their-control-limits")).table(table),
+        (_, true) => {
+            section.verdict(Tone::Good, say!(lang, "lots-beyond-their-control-limits", lots = say!(lang, "none")))
+        }
+        (_, false) => {
+            let lots = table.rows.len().to_string();
+            section.verdict(Tone::Caution, say!(lang, "lots-beyond-their-control-limits", lots)).table(table)
+        }
     };
     section.full().prose(say!(lang, "points-are-means-of-lots-the-line")).figures(figures)
 }

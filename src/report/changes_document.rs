@@ -1,6 +1,6 @@
 //! The documents of two calibrations of one unit, and of the history of many.
 
-use super::colophon::colophon;
+use super::colophon::begin;
 use super::{CalibratedReport, ChangesReport, HistoryReport, changes, date_of};
 use crate::compare::calibrations::Together;
 use crate::document::chart::{Chart, History, Interval};
@@ -10,21 +10,20 @@ use crate::language::{Language, say};
 
 /// The document of two calibrations.
 pub fn changes_document(report: &ChangesReport, lang: Language) -> Document {
-    let mut document = Document::new(say!(lang, "two-calibrations-of-one-unit"));
-    document.language = lang;
+    let mut document = begin(say!(lang, "two-calibrations-of-one-unit"), &[], lang);
     document.facts = vec![
         (lang.title(say!(lang, "before")), who(&report.before, lang)),
         (lang.title(say!(lang, "after")), who(&report.after, lang)),
     ];
-    document.colophon = colophon(&[], lang);
     let mut answer = Section::new(say!(lang, "result"));
     let changed: Vec<&str> =
         report.changes.iter().filter(|c| c.significant == Some(true)).map(|c| c.id.as_str()).collect();
-    let names = |ids: &[&str]| lang.list(&ids.iter().map(|id| format!("`{id}`")).collect::<Vec<_>>());
     answer = match changed.as_slice() {
         [] if report.is_changed() => answer,
-        [] => answer.verdict(Tone::Good, say!(lang, "no-quantity-changed-by-more-than-the")),
-        ids => answer.verdict(Tone::Bad, say!(lang, "changed-by-more-than-the-uncertainties-allow", ids = names(ids))),
+        ids => {
+            let tone = if ids.is_empty() { Tone::Good } else { Tone::Bad };
+            answer.verdict(tone, say!(lang, "changed-by-more-than-the-uncertainties-allow", ids = lang.names(ids)))
+        }
     };
     if let Some(together) = report.together {
         let tone = if together.significant { Tone::Bad } else { Tone::Plain };
@@ -33,13 +32,8 @@ pub fn changes_document(report: &ChangesReport, lang: Language) -> Document {
     for doubt in changes::doubts(report, lang) {
         answer = answer.verdict(Tone::Caution, lang.sentence(&doubt));
     }
-    answer = answer.prose(match report.shared.as_slice() {
-        [] => say!(lang, "no-input-is-shared-both-calibrations-count").to_string(),
-        shared => {
-            let shared: Vec<&str> = shared.iter().map(String::as_str).collect();
-            say!(lang, "shared-by-both-calibrations-and-therefore-not", shared = names(&shared))
-        }
-    });
+    let shared = lang.names(&report.shared);
+    answer = answer.prose(say!(lang, "shared-by-both-calibrations-and-therefore-not", shared));
     let mut table = Table::new(&[
         (say!(lang, "quantity"), Align::Left),
         (say!(lang, "before"), Align::Decimal),
@@ -70,12 +64,8 @@ pub fn changes_document(report: &ChangesReport, lang: Language) -> Document {
         .iter()
         .filter_map(|c| Some(Interval { label: c.id.clone(), value: c.e_n?, expanded: 1.0, at_bound: None }))
         .collect();
-    let figure = Figure {
-        chart: Chart::Values(bars, say!(lang, "difference-over-u-bars-u").into()),
-        caption: say!(lang, "differences-of-the-two-calibrations-over-their").into(),
-        description: say!(lang, "each-difference-over-its-expanded-uncertainty-a").into(),
-        wide: false,
-    };
+    let caption = say!(lang, "differences-of-the-two-calibrations-over-their");
+    let figure = Figure::new(caption, Chart::Values(bars, "E_n".into()), false);
     let mut combined = Table::new(&[
         (say!(lang, "quantity"), Align::Left),
         (say!(lang, "combined"), Align::Decimal),
@@ -99,7 +89,7 @@ pub fn changes_document(report: &ChangesReport, lang: Language) -> Document {
         }
     }
     document.section(answer.table(table).list(left_out).figures(vec![figure])).section(
-        Section::new(say!(lang, "combined-estimate"))
+        Section::new(lang.title(say!(lang, "combined")))
             .table(combined)
             .prose(say!(lang, "the-weighted-mean-of-both-its-u")),
     )
@@ -114,40 +104,25 @@ fn all_together(t: &Together, lang: Language) -> String {
         }
         None => say!(lang, "chi-square-with-degrees-of-freedom", statistic = significant(t.statistic, 4), dof = t.dof),
     };
-    let verdict = if t.significant {
-        say!(lang, "the-unit-has-changed")
-    } else {
-        say!(lang, "no-change-beyond-the-uncertainties")
-    };
-    lang.sentence(&say!(lang, "all-parameters-together-p", test, p = significant(t.p, 2), verdict))
+    say!(lang, "all-parameters-together-p", test, p = significant(t.p, 2), changed = t.significant)
 }
 
 fn who(c: &CalibratedReport, lang: Language) -> String {
-    let serial = c.serial.as_ref().map(|serial| say!(lang, "identity-serial", serial));
+    let serial = c.serial.as_ref().map(|serial| format!("{} {serial}", say!(lang, "serial")));
     [serial, c.date.clone(), Some(c.file.clone())].into_iter().flatten().collect::<Vec<_>>().join(lang.clause())
 }
 
 /// The document of many calibrations.
 pub fn history_document(report: &HistoryReport, lang: Language) -> Document {
-    let mut document = Document::new(say!(lang, "history-of-calibrations", calibrations = report.calibrations.len()));
-    document.language = lang;
+    let mut document =
+        begin(say!(lang, "history-of-calibrations", calibrations = report.calibrations.len()), &[], lang);
     document.facts = report.calibrations.iter().map(|c| (c.date.clone().unwrap_or_default(), who(c, lang))).collect();
-    document.colophon = colophon(&[], lang);
     let mut answer = Section::new(say!(lang, "result"));
     let drifts: Vec<&str> =
         report.trends.iter().filter(|t| t.significant == Some(true)).map(|t| t.id.as_str()).collect();
-    answer = if drifts.is_empty() {
-        answer.verdict(Tone::Good, say!(lang, "no-quantity-drifts-by-more-than-its"))
-    } else {
-        answer.verdict(
-            Tone::Caution,
-            say!(
-                lang,
-                "drift-beyond-the-scatter-of-the-calibrations",
-                drifts = lang.list(&drifts.iter().map(|id| format!("`{id}`")).collect::<Vec<_>>())
-            ),
-        )
-    };
+    let tone = if drifts.is_empty() { Tone::Good } else { Tone::Caution };
+    let drifts = lang.names(drifts);
+    answer = answer.verdict(tone, say!(lang, "drift-beyond-the-scatter-of-the-calibrations", drifts));
     for t in &report.trends {
         if let Some(day) = t.leaves {
             // a line says where a quantity goes; whether it conforms, each calibration says
@@ -187,18 +162,13 @@ pub fn history_document(report: &HistoryReport, lang: Language) -> Document {
             },
         );
         let points = t.points.iter().map(|(day, v, u)| (calendar(*day), *v, 2.0 * u.unwrap_or(0.0))).collect();
-        figures.push(Figure {
-            chart: Chart::History(History {
-                label: t.id.clone(),
-                unit: t.unit.clone(),
-                points,
-                trend,
-                limits: t.limits,
-            }),
-            caption: say!(lang, "over-time", id = t.id),
-            description: say!(lang, "with-bars-of-u-dashed-limits-line", id = t.id),
-            wide: false,
-        });
+        let caption = format!("{}{}{}", t.id, lang.colon(), say!(lang, "over-time"));
+        let history = History { label: t.id.clone(), unit: t.unit.clone(), points, trend, limits: t.limits };
+        figures.push(Figure::new(caption, Chart::History(history), false));
     }
-    document.section(answer.table(table)).section(Section::new(say!(lang, "over-time-2")).full().figures(figures))
+    let figures = Section::new(lang.title(say!(lang, "over-time")))
+        .full()
+        .prose(say!(lang, "bars-limits-and-trend"))
+        .figures(figures);
+    document.section(answer.table(table)).section(figures)
 }

@@ -1,14 +1,13 @@
-//! The end of every page: which program, which inputs.
+//! The begin and the end of every page: its title and language, which program, which inputs.
 
+use crate::document::Document;
 use crate::language::{Language, say};
 use crate::report::{Input, VERSION};
 
-/// The end of every page: version and inputs.
-pub(super) fn colophon(inputs: &[Input], lang: Language) -> Vec<(String, String)> {
-    let mut list = vec![(
-        say!(lang, "made-by").to_string(),
-        say!(lang, "tumble-the-same-inputs-give-the-same", version = VERSION),
-    )];
-    list.extend(inputs.iter().map(|input| (say!(lang, "sha-of", name = input.name), format!("`{}`", input.sha256))));
-    list
+/// A document without sections, with version and inputs at its end.
+pub(super) fn begin(title: impl Into<String>, inputs: &[Input], lang: Language) -> Document {
+    let digest = |input: &Input| (say!(lang, "sha-of", name = input.name), format!("`{}`", input.sha256));
+    let version = (say!(lang, "made-by").to_string(), format!("tumble {VERSION}"));
+    let colophon = [version].into_iter().chain(inputs.iter().map(digest)).collect();
+    Document { title: title.into(), language: lang, colophon, ..Document::default() }
 }

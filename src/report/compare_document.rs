@@ -1,6 +1,6 @@
 //! The document of a comparison with published closed forms, and its section in the document of a fit.
 
-use super::colophon::colophon;
+use super::colophon::begin;
 use super::{CompareReport, Input, QuantityReport};
 use crate::document::number::significant;
 use crate::document::{Align, Cell, Document, Section, Table, Tone};
@@ -8,11 +8,9 @@ use crate::language::{Language, say};
 
 /// The document of a comparison.
 pub fn compare_document(report: &CompareReport, inputs: &[Input], lang: Language) -> Document {
-    let mut document = Document::new(say!(lang, "least-squares-beside-the-published-closed-forms"));
-    document.language = lang;
+    let mut document = begin(say!(lang, "comparison-with-the-published-closed-forms"), inputs, lang);
     document.facts = vec![(say!(lang, "bench").into(), format!("`{}`", report.bench))];
-    document.facts.push((say!(lang, "source").into(), lang.name(&report.source).into_owned()));
-    document.colophon = colophon(inputs, lang);
+    document.facts.push((lang.title(say!(lang, "source")), lang.name(&report.source).into_owned()));
     document.section(section(report, lang)).section(groups(report, lang)).section(misprints(report, lang))
 }
 
@@ -34,10 +32,11 @@ pub(super) fn section(report: &CompareReport, lang: Language) -> Section {
         };
     }
     let printed = report.printed.is_some();
+    let closed = format!("{} {}", say!(lang, "closed-form"), lang.in_parentheses(say!(lang, "mean")));
     let mut columns = vec![
         (report.quantity(lang), Align::Left),
-        (say!(lang, "mean-of-closed-forms"), Align::Decimal),
-        (say!(lang, "least-squares-all-readings"), Align::Decimal),
+        (&closed, Align::Decimal),
+        (say!(lang, "least-squares"), Align::Decimal),
     ];
     if printed {
         columns.push((say!(lang, "printed"), Align::Decimal));
@@ -89,10 +88,10 @@ fn groups(report: &CompareReport, lang: Language) -> Section {
 
 fn misprints(report: &CompareReport, lang: Language) -> Section {
     let mut table = Table::new(&[
-        (say!(lang, "what"), Align::Left),
+        (say!(lang, "quantity"), Align::Left),
         (say!(lang, "printed"), Align::Decimal),
         (say!(lang, "computed"), Align::Decimal),
-        (say!(lang, "what-seems-to-have-happened"), Align::Left),
+        (say!(lang, "probable-cause"), Align::Left),
     ]);
     for m in &report.misprints {
         table.row(vec![

@@ -96,7 +96,7 @@ pub(super) fn verdict(conformity: &ConformityReport, lang: Language) -> (Tone, S
         Conformity::Fail => Tone::Bad,
         Conformity::Undecided => Tone::Caution,
     };
-    (tone, say!(lang, "conformity-is", outcome = lang.term("outcome", conformity.outcome.name()), rule))
+    (tone, say!(lang, "conformity-is", outcome = lang.term(conformity.outcome.name()), rule))
 }
 
 /// Conformity with the limits of the campaign; an empty section where it has none.
@@ -111,7 +111,7 @@ pub(super) fn section(report: Option<&ConformityReport>, lang: Language) -> Sect
         ("U", Align::Decimal),
         (say!(lang, "unit"), Align::Left),
         (say!(lang, "probability"), Align::Right),
-        (say!(lang, "outcome"), Align::Left),
+        (say!(lang, "verdict"), Align::Left),
     ]);
     for q in &conformity.quantities {
         table.row(vec![
@@ -122,7 +122,7 @@ pub(super) fn section(report: Option<&ConformityReport>, lang: Language) -> Sect
             Cell::value(q.expanded, q.expanded),
             q.unit.as_str().into(),
             q.probability.map_or_else(Cell::absent, |p| percent(p).into()),
-            lang.term("outcome", &q.outcome.to_string()).into(),
+            lang.term(&q.outcome.to_string()).into(),
         ]);
         table.tone(match q.outcome {
             Conformity::Pass => Tone::Plain,

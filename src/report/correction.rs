@@ -81,10 +81,9 @@ pub fn validity_sentence(correction: &CorrectionFile, lang: Language) -> String 
         (Some(share), Some(_)) => text.push_str(&say!(
             lang,
             "within-of-that-range-it-stays-below",
-            part =
-                if share > 0.0 { format!("{} %", significant(100.0 * share, 2)) } else { say!(lang, "no-part").into() }
+            part = if share > 0.0 { format!("{} %", significant(100.0 * share, 2)) } else { say!(lang, "none").into() }
         )),
-        _ => text.push_str(say!(lang, "the-exact-lines-tumble-apply-leave-nothing")),
+        _ => text = lang.sentence(&text),
     }
     text
 }

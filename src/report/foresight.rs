@@ -235,7 +235,7 @@ pub(super) fn group_lines(report: &ForesightReport, lang: Language) -> Vec<Group
             unit,
             at_a_reading: own.at_a_reading_in_u.unwrap_or(f64::NAN),
             moves: own.moves.as_ref().map_or(String::new(), |m| {
-                say!(lang, "moves-by", parameter = m.parameter, u = crate::document::number::significant(m.in_u, 2))
+                format!("{} {} u", m.parameter, crate::document::number::significant(m.in_u, 2))
             }),
             alike: group.members.iter().skip(1).map(|member| self::label(member, lang)).collect(),
             nearest: group.near.first().map(|n| {
@@ -299,18 +299,14 @@ pub(super) fn rule_text(report: &ForesightReport, lang: Language) -> String {
         return say!(lang, "none-would-show-the-estimated-parameters-take").into();
     }
     let number = |v: f64| crate::document::number::significant(v, 3);
-    let residuals = match rule.with_residuals {
-        Some(more) => say!(lang, "u-where-only-the-residuals-tell-the", more = number(more)),
-        None => say!(lang, "nothing-where-only-the-residuals-would-tell").into(),
-    };
+    let with_residuals = rule.with_residuals.map_or(say!(lang, "none").into(), |size| format!("{} u", number(size)));
     say!(
         lang,
         "smallest-size-that-shows-u-significance-for",
         size = number(rule.noncentrality),
         significance = rule.significance.to_string(),
-        directions = lang.count(rule.tests, "direction"),
         power = rule.power.to_string(),
-        residuals
+        with_residuals
     )
 }
 

@@ -1,6 +1,6 @@
 //! The document of a diagnosis of navigation errors: the verdict, what was found and the gap in time, how it shrinks, what else it could be.
 
-use super::colophon::colophon;
+use super::colophon::begin;
 use super::diagnose::words;
 use super::navigate_document::in_words;
 use super::scene::mission_figure;
@@ -14,21 +14,10 @@ use crate::language::{Language, say};
 use crate::navigate::diagnose::NavigationDiagnosis;
 use crate::navigate::measured::{CHANNEL_NAMES, si_per_unit};
 use crate::navigate::mission::Mission;
-use crate::navigate::remainder::{ChannelGap, GapOverTime};
+use crate::navigate::remainder::ChannelGap;
 
 /// Most aliases, added causes and values that are listed at a terminal; the JSON report has all.
 const LISTED: usize = 8;
-
-/// Titles of the channels' figures, as keys of the catalogue, and units.
-const TITLES: [(&str, &str); 7] = [
-    ("phi-about-east", "arcsec"),
-    ("phi-about-north", "arcsec"),
-    ("phi-about-up", "arcsec"),
-    ("velocity-east", "m/s"),
-    ("velocity-north", "m/s"),
-    ("position-east", "m"),
-    ("position-north", "m"),
-];
 
 /// The document of a report; the mission and its diagnosis give the figures.
 pub fn navigate_diagnose_document(
@@ -37,8 +26,7 @@ pub fn navigate_diagnose_document(
     lang: Language,
 ) -> Document {
     let title = if report.mission.is_empty() { say!(lang, "navigation-errors") } else { &report.mission };
-    let mut document = Document::new(say!(lang, "diagnosis-of", title));
-    document.language = lang;
+    let mut document = begin(say!(lang, "diagnosis-of", title), &[], lang);
     let runs = report.runs.iter().map(|run| say!(lang, "rows-of", n = run.rows, motion = run.motion));
     let left_out = match report.left_out {
         0 => String::new(),
@@ -46,7 +34,6 @@ pub fn navigate_diagnose_document(
     };
     let measured = runs.collect::<Vec<_>>().join(lang.comma()) + &left_out;
     document.facts = vec![(say!(lang, "measured-navigation-errors").into(), measured)];
-    document.colophon = colophon(&[], lang);
     let missing = Section::new(say!(lang, "what-is-missing"));
     let cards = report.effects.iter().filter_map(|effect| card(effect, lang));
     let missing = cards.fold(missing, Section::block);
@@ -68,7 +55,7 @@ fn result(report: &NavigateDiagnoseReport, of: Option<&NavigationDiagnosis>, lan
         value: Some(effect.value),
         u: effect.u,
         expanded: None,
-        unit: unit(&effect.unit, lang),
+        unit: &effect.unit,
         t: effect.t,
         p: effect.p,
         explains: effect.explains,
@@ -90,41 +77,22 @@ fn result(report: &NavigateDiagnoseReport, of: Option<&NavigationDiagnosis>, lan
 /// The verdict as a sentence, without a full stop.
 fn sentence(report: &NavigateDiagnoseReport, lang: Language) -> String {
     match report.verdict {
-        Verdict::EffectsFound => found_in_words(report, lang),
-        Verdict::PartlyExplained => {
-            say!(lang, "what-remains-is-more-than-noise", found = found_in_words(report, lang))
-        }
+        Verdict::EffectsFound => found(report, lang),
+        Verdict::PartlyExplained => say!(lang, "what-remains-is-more-than-noise", found = found(report, lang)),
         Verdict::NothingMissing => say!(lang, "nothing-is-missing", noise = "known"),
-        Verdict::Unexplained => say!(lang, "unexplained", of = "mission"),
+        Verdict::Unexplained => say!(lang, "unexplained").into(),
         Verdict::NotDiagnosable => say!(lang, "not-diagnosable", of = "mission"),
     }
 }
 
-/// How many errors of the mission, faults of the reference and single values were found.
-fn found_in_words(report: &NavigateDiagnoseReport, lang: Language) -> String {
-    let begins = |start: &str| report.effects.iter().filter(|effect| effect.regressor.starts_with(start)).count();
-    let (reference, readings) = (begins("reference:"), begins("reading:"));
-    let mission = report.effects.len() - reference - readings;
-    let parts = [
-        (mission > 0).then(|| say!(lang, "errors-are-missing-from-the-mission", n = mission)),
-        (reference > 0).then(|| say!(lang, "faults-of-the-reference", n = reference)),
-        (readings > 0).then(|| say!(lang, "single-wrong-values", n = readings)),
-    ];
-    let counts = parts.into_iter().flatten().collect::<Vec<String>>().join(lang.clause());
+/// What was found: how much, and its names.
+fn found(report: &NavigateDiagnoseReport, lang: Language) -> String {
     let name = |effect: &NavigationEffectReport| {
         say!(lang, "effect-named", name = lang.name(&effect.name), regressor = effect.regressor)
     };
-    let names: Vec<String> = report.effects.iter().take(LISTED).map(name).collect();
-    let shown = names.join(say!(lang, "effects-and"));
-    let names = match report.effects.len() - names.len() {
-        0 => shown,
-        more => say!(lang, "and-more", shown, more = more.to_string()),
-    };
-    format!("{counts}{}{names}", lang.colon())
-}
-
-fn unit(unit: &str, lang: Language) -> &str {
-    if unit == "1" { say!(lang, "ratio-unit") } else { unit }
+    let names: Vec<String> = report.effects.iter().map(name).collect();
+    let names = lang.first_of(&names, LISTED, lang.semicolon());
+    say!(lang, "effects-are-missing", n = report.effects.len(), names)
 }
 
 /// The gap as given and after each cause.
@@ -147,22 +115,21 @@ fn shrinking(report: &NavigateDiagnoseReport, lang: Language) -> Section {
     for (before, own) in steps.iter().zip(steps.iter().skip(1)) {
         let added: Vec<String> = own.with.iter().filter(|name| !before.with.contains(name)).cloned().collect();
         let added = words::listed(&added, LISTED, lang);
-        let out = (own.left_out > 0).then(|| say!(lang, "single-wrong-values", n = own.left_out));
+        let out = (own.left_out > 0).then(|| format!("{} {}", own.left_out, say!(lang, "outliers")));
         let parts = [Some(added).filter(|added| !added.is_empty()), out];
         row(format!("+ {}", parts.into_iter().flatten().collect::<Vec<_>>().join(lang.comma())), &own.gap);
     }
     if steps.len() < 2 && !report.effects.is_empty() {
-        row(say!(lang, "after-repair").into(), &report.gap.after);
+        row(say!(lang, "after").into(), &report.gap.after);
     }
-    let stated = report.gap.noise.from != NoiseFrom::Residuals;
-    let noise = say!(lang, "noise-of-mission", stated);
-    let [tried, distinct] = [report.candidates, report.distinct_candidates].map(|n| n.to_string());
+    let noise = words::noise_source(report.gap.noise.from, lang);
+    let [candidates, distinct] = [report.candidates, report.distinct_candidates].map(|n| n.to_string());
     let significance = report.significance.to_string();
-    let found = !report.effects.is_empty();
-    Section::new(if found { say!(lang, "the-gap-shrinks-step-by-step") } else { say!(lang, "the-gap-as-given") })
+    let tried = say!(lang, "candidates-tried", candidates, distinct, significance, averaged = "");
+    Section::new(say!(lang, "the-gap"))
         .table(table)
         .prose(lang.sentence(&say!(lang, "noise-floor", noise)))
-        .prose(lang.sentence(&say!(lang, "causes-tried", tried, distinct, significance)))
+        .prose(lang.sentence(&tried))
 }
 
 /// What is to be known of an error beside its size; `None` where that is nothing.
@@ -172,23 +139,21 @@ fn card(effect: &NavigationEffectReport, lang: Language) -> Option<Content> {
         // without what a unit of radians costs in the last digits
         let before: f64 = format!("{before:.9e}").parse().unwrap_or(before);
         let [before, after] = [before.to_string(), rounded(after, effect.u)];
-        facts.push((say!(lang, "in-the-mission").into(), say!(lang, "the-mission-had-and-has-with-it", before, after)));
+        facts.push((say!(lang, "in-the-mission").into(), changed(&before, &after, lang)));
     }
     if !effect.aliases.is_empty() {
         let names: Vec<String> = effect.aliases.iter().map(|own| alias(own, lang)).collect();
-        let shown = names.iter().take(LISTED).cloned().collect::<Vec<_>>().join(lang.semicolon());
-        let more = names.len().saturating_sub(LISTED);
-        let shown = if more > 0 { say!(lang, "and-more", shown, more = more.to_string()) } else { shown };
-        facts.push((lang.title(say!(lang, "cannot-be-distinguished-from")), shown));
+        let names = lang.first_of(&names, LISTED, lang.semicolon());
+        facts.push((lang.title(say!(lang, "cannot-be-distinguished-from")), names));
     }
     let possible = effect.aliases.iter().filter(|alias| !alias.absurd && alias.together_with.is_none()).count();
     let run = |own: &SeparationReport| {
-        let [tells, possible] = [own.tells.len(), possible].map(|n| n.to_string());
-        say!(lang, "run-tells-of", motion = lang.name(&own.is), tells, possible, by = format!("{:.0}", own.by))
+        let [n, of] = [own.tells.len(), possible].map(|n| n.to_string());
+        say!(lang, "discriminates", at = lang.name(&own.is), n, of)
     };
     if !effect.separate_by.is_empty() {
         let runs = effect.separate_by.iter().map(run).collect::<Vec<_>>().join(lang.semicolon());
-        facts.push((say!(lang, "would-tell-best-first").into(), runs));
+        facts.push((say!(lang, "discriminated-by").into(), runs));
     }
     let name = lang.name(&effect.name);
     let heading = lang.sentence(&say!(lang, "effect-named", name, regressor = effect.regressor));
@@ -199,7 +164,8 @@ fn card(effect: &NavigationEffectReport, lang: Language) -> Option<Content> {
 fn alias(alias: &NavigationAliasReport, lang: Language) -> String {
     let mut text = format!("`{}`", alias.regressor);
     if let Some(value) = alias.value {
-        text.push_str(&format!(" = {} {}", significant(value, 4), unit(&alias.unit, lang)));
+        let unit = if alias.unit == "1" { "" } else { &alias.unit };
+        text.push_str(format!(" = {} {unit}", significant(value, 4)).trim_end());
     }
     if alias.absurd {
         text.push_str(&format!(" {}", say!(lang, "absurd")));
@@ -217,12 +183,14 @@ fn alias(alias: &NavigationAliasReport, lang: Language) -> String {
 fn channels(report: &NavigateDiagnoseReport, lang: Language) -> Section {
     let several = report.runs.len() > 1;
     let found = !report.effects.is_empty();
+    let rms = say!(lang, "rms");
+    let at = |when| if found { words::at(rms, when, lang) } else { rms.to_string() };
     let mut table = Table::new(&[
         (say!(lang, "channel"), Align::Left),
         (say!(lang, "motion"), Align::Left),
         (say!(lang, "values"), Align::Right),
-        (if found { say!(lang, "rms-before") } else { say!(lang, "rms") }, Align::Decimal),
-        (say!(lang, "rms-after"), Align::Decimal),
+        (&at("before"), Align::Decimal),
+        (&at("after"), Align::Decimal),
         ("u", Align::Decimal),
         ("", Align::Left),
     ]);
@@ -234,7 +202,7 @@ fn channels(report: &NavigateDiagnoseReport, lang: Language) -> Section {
             Cell::Digits(own.rms_before, 4),
             if found { Cell::Digits(own.rms_after, 4) } else { "".into() },
             Cell::Digits(own.u, 3),
-            if own.u_from == NoiseFrom::Stated { "".into() } else { say!(lang, "from-residuals").into() },
+            if own.u_from == NoiseFrom::Stated { "".into() } else { lang.term(own.u_from.name()).into() },
         ]);
     }
     Section::new(say!(lang, "the-gap-by-channel")).table(table)
@@ -245,10 +213,10 @@ fn places(report: &NavigateDiagnoseReport, lang: Language) -> Section {
     let mut table = Table::new(&[
         (say!(lang, "channel"), Align::Left),
         (say!(lang, "motion"), Align::Left),
-        (say!(lang, "time-h"), Align::Left),
+        (&format!("{}, h", say!(lang, "time")), Align::Left),
         (say!(lang, "values"), Align::Right),
-        (say!(lang, "mean-gap"), Align::Decimal),
-        (say!(lang, "in-sd"), Align::Decimal),
+        (say!(lang, "mean"), Align::Decimal),
+        ("z", Align::Decimal),
     ]);
     for cell in report.unexplained.iter().flat_map(|own| &own.cells) {
         table.row(vec![
@@ -261,10 +229,10 @@ fn places(report: &NavigateDiagnoseReport, lang: Language) -> Section {
         ]);
     }
     let mut far = Table::new(&[
-        (say!(lang, "single-values-far-off"), Align::Left),
+        (say!(lang, "outliers"), Align::Left),
         (say!(lang, "motion"), Align::Left),
-        (say!(lang, "time-s"), Align::Decimal),
-        (say!(lang, "in-u"), Align::Decimal),
+        (&format!("{}, s", say!(lang, "time")), Align::Decimal),
+        ("z", Align::Decimal),
     ]);
     for own in &report.suspects {
         let time = own.time_s.to_string();
@@ -278,13 +246,16 @@ fn places(report: &NavigateDiagnoseReport, lang: Language) -> Section {
 /// How the causes were compared, what these data cannot show, and the mission.
 fn origin(report: &NavigateDiagnoseReport, mission: Option<&Mission>, lang: Language) -> Section {
     let times = report.refits.to_string();
-    let refits = say!(lang, "refits", converged = report.settled, times);
+    let refits = (!report.settled).then(|| say!(lang, "refits", times));
     let mut section = Section::new(say!(lang, "what-was-assumed"));
     if !report.invisible.is_empty() {
         let sources = grouped(&report.invisible).join(lang.comma());
         section = section.prose(say!(lang, "these-data-cannot-show", sources));
     }
-    section.full().prose(refits).figures(mission.map(|mission| mission_figure(mission, lang)).into_iter().collect())
+    section
+        .full()
+        .list(refits.into_iter().collect())
+        .figures(mission.map(|mission| mission_figure(mission, lang)).into_iter().collect())
 }
 
 /// Error sources by group: `gyro_bias (x, y)`.
@@ -310,7 +281,7 @@ pub fn navigate_diagnose_figure(
     figures_of(report, diagnosis, place, lang).into_iter().next()
 }
 
-/// The gap in one channel and, where something was found, what is left of it.
+/// The gap in one channel and, where something was found, what is left of it before the band of two u.
 fn figures_of(
     report: &NavigateDiagnoseReport,
     diagnosis: &NavigationDiagnosis,
@@ -318,9 +289,38 @@ fn figures_of(
     lang: Language,
 ) -> Vec<Figure> {
     let (series, own) = (diagnosis.gaps_over_time.get(channel), diagnosis.channels.get(channel));
-    let Some(one) = series.zip(own) else { return Vec::new() };
-    let left = (!report.effects.is_empty()).then(|| left_figure(report, one, lang));
-    [Some(gap_figure(report, one, lang)), left].into_iter().flatten().collect()
+    let Some((series, channel)) = series.zip(own) else { return Vec::new() };
+    let scale = 1.0 / si_per_unit(series.channel);
+    let line = |label: &str, of: &dyn Fn(&(f64, f64, f64)) -> f64| Curve {
+        label: label.into(),
+        points: series.points.iter().map(|point| (point.0 / 3600.0, scale * of(point))).collect(),
+        dashed: false,
+    };
+    // the name of a channel says its unit
+    let name = CHANNEL_NAMES.at(series.channel);
+    let chart = |lines: &[Curve]| Chart::curves(lines, name, "", &format!("{}, h", say!(lang, "time")));
+    let where_ = if report.runs.len() > 1 { format!(" ({})", series.motion) } else { String::new() };
+    let [size, after] = [channel.before.0, channel.after.0].map(|size| significant(scale * size, 3));
+    let before = line(say!(lang, "before"), &|point| point.1);
+    if report.effects.is_empty() {
+        return vec![Figure::new(say!(lang, "gap-of", name, where_, size), chart(&[before]), false)];
+    }
+    let left = line(say!(lang, "with-what-was-found"), &|point| point.2);
+    let gap = say!(lang, "gap-of", name, where_, size = changed(&size, &after, lang));
+    let gap = Figure::new(gap, chart(&[before, left.clone()]), false);
+    // the band of two u as a box around the time of the run
+    let (first, last) = (series.points.first().map_or(0.0, |p| p.0), series.points.last().map_or(0.0, |p| p.0));
+    let corners = [(first, 2.0), (last, 2.0), (last, -2.0), (first, -2.0), (first, 2.0)];
+    let band = corners.map(|(time, size)| (time / 3600.0, size * scale * channel.u)).to_vec();
+    let lines = [Curve { label: "2 u".into(), points: band, dashed: true }, left];
+    let caption = say!(lang, "what-is-left-of-with-two-standard", name, where_);
+    let description = in_words(&lines, &caption, "", lang);
+    vec![gap, Figure { description, caption, chart: chart(&lines), wide: false }]
+}
+
+/// A size before and after.
+fn changed(before: &str, after: &str, lang: Language) -> String {
+    format!("{before} {}{}{after} {}", say!(lang, "before"), lang.clause(), say!(lang, "after"))
 }
 
 /// The place of the channel in which the gap is largest against its standard uncertainty.
@@ -330,76 +330,9 @@ fn worst(diagnosis: &NavigationDiagnosis) -> Option<usize> {
     channels.max_by(|a, b| size(a.1).total_cmp(&size(b.1))).map(|(k, _)| k)
 }
 
-/// A channel: its column, and of which motion where there are several.
-fn channel_of(report: &NavigateDiagnoseReport, series: &GapOverTime) -> (&'static str, String) {
-    let where_ = if report.runs.len() > 1 { format!(" ({})", series.motion) } else { String::new() };
-    (CHANNEL_NAMES.at(series.channel), where_)
-}
-
-/// The gap in one channel, before and with what was found.
-fn gap_figure(
-    report: &NavigateDiagnoseReport,
-    (series, channel): (&GapOverTime, &ChannelGap),
-    lang: Language,
-) -> Figure {
-    let scale = 1.0 / si_per_unit(series.channel);
-    let line = |label: &str, of: &dyn Fn(&(f64, f64, f64)) -> f64| Curve {
-        label: label.into(),
-        points: series.points.iter().map(|point| (point.0 / 3600.0, scale * of(point))).collect(),
-        dashed: false,
-    };
-    let mut lines = vec![line(say!(lang, "before-repair"), &|point| point.1)];
-    if !report.effects.is_empty() {
-        lines.push(line(say!(lang, "with-what-was-found"), &|point| point.2));
-    }
-    let (name, where_) = channel_of(report, series);
-    let [before, after] = [channel.before.0, channel.after.0].map(|size| significant(scale * size, 3));
-    Figure {
-        caption: say!(lang, "gap-of", name, where_),
-        description: say!(lang, "gap-of-root-mean-square-before-after", name, where_, before, after),
-        chart: curves(&lines, series.channel, lang),
-        wide: false,
-    }
-}
-
-/// What is left in one channel, before the band of two u.
-fn left_figure(
-    report: &NavigateDiagnoseReport,
-    (series, channel): (&GapOverTime, &ChannelGap),
-    lang: Language,
-) -> Figure {
-    let scale = 1.0 / si_per_unit(series.channel);
-    // the band of two u as a box around the time of the run
-    let (first, last) = (series.points.first().map_or(0.0, |p| p.0), series.points.last().map_or(0.0, |p| p.0));
-    let corners = [(first, 2.0), (last, 2.0), (last, -2.0), (first, -2.0), (first, 2.0)];
-    let band = corners.map(|(time, size)| (time / 3600.0, size * scale * channel.u)).to_vec();
-    let left = series.points.iter().map(|point| (point.0 / 3600.0, scale * point.2)).collect();
-    let lines = [
-        Curve { label: say!(lang, "two-u").into(), points: band, dashed: true },
-        Curve { label: say!(lang, "what-is-left").into(), points: left, dashed: false },
-    ];
-    let (name, where_) = channel_of(report, series);
-    let (what, unit) = title_of(series.channel);
-    Figure {
-        caption: say!(lang, "what-is-left-of-with-two-standard", name, where_),
-        description: in_words(&lines, lang.word(what), unit, say!(lang, "what-was-found"), lang),
-        chart: curves(&lines, series.channel, lang),
-        wide: false,
-    }
-}
-
-fn curves(lines: &[Curve], channel: usize, lang: Language) -> Chart {
-    let (what, unit) = title_of(channel);
-    Chart::curves(lines, lang.word(what), unit, say!(lang, "time-h"))
-}
-
-fn title_of(channel: usize) -> (&'static str, &'static str) {
-    TITLES.get(channel).copied().unwrap_or(("?", "")) // channels are places in this list
-}
-
 /// The gap of every channel against time, and what is left of it.
 fn in_time(report: &NavigateDiagnoseReport, of: Option<&NavigationDiagnosis>, lang: Language) -> Section {
-    let section = Section::new(say!(lang, "in-time")).full();
+    let section = Section::new(lang.title(say!(lang, "over-time"))).full();
     let Some(diagnosis) = of else { return section };
     let first = worst(diagnosis);
     // the worst stands beside the verdict

@@ -1,6 +1,6 @@
 //! The document of a navigation study: where each motion ends and by which error most, the errors in time, and what they are made of.
 
-use super::colophon::colophon;
+use super::colophon::begin;
 use super::scene::mission_figure;
 use super::{ARCSEC, ErrorReport, NavigateReport};
 use crate::document::chart::{Chart, Curve};
@@ -20,20 +20,18 @@ const MOTIONS: usize = 4;
 type Quantity = (&'static str, &'static str, fn(&NavigationError) -> f64);
 
 const QUANTITIES: [Quantity; 4] = [
-    ("quantity-position", "m", |e| e.distance()),
-    ("quantity-azimuth", "arcsec", |e| e.attitude[2] * ARCSEC),
+    ("position", "m", |e| e.distance()),
+    ("azimuth", "arcsec", |e| e.attitude[2] * ARCSEC),
     ("tilt", "arcsec", |e| e.tilt() * ARCSEC),
-    ("quantity-velocity", "m/s", |e| e.speed()),
+    ("velocity", "m/s", |e| e.speed()),
 ];
 
 /// The document of a navigation report; the mission and its series that were kept give the figures.
 pub fn navigate_document(report: &NavigateReport, of: Option<(&Mission, &[Flown])>, lang: Language) -> Document {
     let title = if report.title.is_empty() { say!(lang, "navigation-errors") } else { &report.title };
-    let mut document = Document::new(title);
-    document.language = lang;
+    let mut document = begin(title, &[], lang);
     let steps = say!(lang, "h-in-steps-of-s", duration = trimmed(report.duration_h), step = report.step_s.to_string());
     document.facts = vec![(say!(lang, "duration").into(), steps)];
-    document.colophon = colophon(&[], lang);
     let whole = (0..report.scenarios.len()).max_by_key(|i| (errors(report, *i), std::cmp::Reverse(*i)));
     let flown: &[Flown] = of.map_or(&[], |(_, flown)| flown);
     document = document
@@ -42,7 +40,8 @@ pub fn navigate_document(report: &NavigateReport, of: Option<(&Mission, &[Flown]
         .section(ratios(report, lang))
         .section(carried(report, lang));
     for (i, scenario) in report.scenarios.iter().enumerate().take(DRAWN).filter(|(i, _)| Some(*i) != whole) {
-        let section = Section::new(say!(lang, "errors-in-time", scenario = scenario.id)).full();
+        let section =
+            Section::new(format!("{}{}{}", lang.title(say!(lang, "over-time")), lang.colon(), scenario.id)).full();
         document = document.section(section.figures(in_time(report, flown, i, lang)));
     }
     let mut facts = vec![
@@ -73,10 +72,11 @@ fn in_time(report: &NavigateReport, flown: &[Flown], scenario: usize, lang: Lang
                 Curve { label: motion.motion.clone(), points: points.collect(), dashed: k == 0 && flown.len() > 1 }
             })
             .collect();
+        let caption = say!(lang, "curve-of", what, of = format!("`{}`", of.id));
         Figure {
-            caption: say!(lang, "curve-of", what, of = format!("`{}`", of.id)),
-            description: in_words(&lines, what, unit, &of.id, lang),
-            chart: Chart::curves(&lines, what, unit, say!(lang, "time-h")),
+            description: in_words(&lines, &caption, unit, lang),
+            caption,
+            chart: Chart::curves(&lines, what, unit, &format!("{}, h", say!(lang, "time"))),
             wide: false,
         }
     };
@@ -84,14 +84,14 @@ fn in_time(report: &NavigateReport, flown: &[Flown], scenario: usize, lang: Lang
 }
 
 /// A figure of curves for those who cannot see it.
-pub(super) fn in_words(lines: &[Curve], what: &str, unit: &str, of: &str, lang: Language) -> String {
+pub(super) fn in_words(lines: &[Curve], caption: &str, unit: &str, lang: Language) -> String {
     let ends = lines.iter().map(|line| {
         let most = line.points.iter().map(|(_, y)| y.abs()).filter(|y| y.is_finite()).fold(0.0, f64::max);
         let last = line.points.last().map_or(f64::NAN, |(_, y)| *y);
-        let [most, last] = [most, last].map(|size| significant(size, 3));
-        say!(lang, "at-most-at-the-end", label = line.label, most, unit, last)
+        let [most, last] = [most, last].map(|size| format!("{} {unit}", significant(size, 3)).trim_end().to_string());
+        say!(lang, "at-most-at-the-end", label = line.label, most, last)
     });
-    say!(lang, "of-against-time", what, of, ends = ends.collect::<Vec<_>>().join(lang.semicolon()))
+    format!("{caption}{}{}", lang.semicolon(), ends.collect::<Vec<_>>().join(lang.semicolon()))
 }
 
 /// The answer in sentences: where each motion ends, and by which error most; what a reader must know of the numbers first.

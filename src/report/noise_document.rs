@@ -1,7 +1,7 @@
 //! The document of a record's noise: for each column its coefficients, its deviations drawn, and the numbers.
 
 use super::Input;
-use super::colophon::colophon;
+use super::colophon::begin;
 use super::noise_analysis::{AgreementReport, NoiseAnalysisReport, NoiseColumnReport};
 use crate::document::chart::{Chart, DeviationPoint};
 use crate::document::number::{level, percent, rounded, significant};
@@ -12,8 +12,7 @@ use crate::reduce::EventKind;
 
 /// The document of a record's noise; `deviations` puts their numbers before a reader of a terminal too.
 pub fn noise_document(report: &NoiseAnalysisReport, inputs: &[Input], deviations: bool, lang: Language) -> Document {
-    let mut document = Document::new(say!(lang, "noise-of-a-record"));
-    document.language = lang;
+    let mut document = begin(say!(lang, "noise-of-a-record"), inputs, lang);
     let rate = significant(1.0 / report.interval_s, 6);
     document.facts = vec![
         (say!(lang, "record").into(), report.record.clone()),
@@ -22,7 +21,6 @@ pub fn noise_document(report: &NoiseAnalysisReport, inputs: &[Input], deviations
             format!("{rate} Hz {}", lang.in_parentheses(&lang.name(&report.interval_from))),
         ),
     ];
-    document.colophon = colophon(inputs, lang);
     report.columns.iter().fold(document, |document, column| document.section(section(column, deviations, lang)))
 }
 
@@ -34,7 +32,8 @@ fn reason(without: Without, lang: Language) -> String {
 /// Does the sum of the coefficients describe the deviations?
 fn described(a: &AgreementReport, lang: Language) -> (Tone, String) {
     let [chi, p] = [significant(a.chi_square, 3), significant(a.p, 2)];
-    let test = lang.in_parentheses(&say!(lang, "chi-square-dof-p", chi, dof = a.dof.to_string(), p));
+    let test = say!(lang, "chi-square-with-degrees-of-freedom", statistic = chi, dof = a.dof.to_string());
+    let test = lang.in_parentheses(&format!("{test}{}p = {p}", lang.clause()));
     let well = a.describes != Some(false);
     let tone = if well { Tone::Good } else { Tone::Caution };
     (tone, format!("{} {test}", say!(lang, "their-sum-describes", well)))
@@ -60,7 +59,7 @@ fn section(column: &NoiseColumnReport, deviations: bool, lang: Language) -> Sect
         section = section.prose(lang.sentence(&say!(lang, "described-from", from = significant(from, 3))));
     }
     if !column.left_out.is_empty() {
-        let event = |(kind, n): (&EventKind, &u64)| format!("{} {n}", lang.term("event", &kind.to_string()));
+        let event = |(kind, n): (&EventKind, &u64)| format!("{} {n}", lang.term(&kind.to_string()));
         let events = column.left_out.iter().map(event).collect::<Vec<_>>().join(", ");
         section = section.prose(lang.sentence(&say!(lang, "samples-left-out", events)));
     }
@@ -80,7 +79,7 @@ fn coefficients(column: &NoiseColumnReport, lang: Language) -> Table {
         ("u", Align::Decimal),
         (say!(lang, "unit"), Align::Left),
         ("p", Align::Decimal),
-        (say!(lang, "below"), Align::Decimal),
+        (&format!("{} (95 %)", say!(lang, "upper-limit")), Align::Decimal),
     ]);
     for c in &column.coefficients {
         table.row(vec![
@@ -107,16 +106,12 @@ fn figure(column: &NoiseColumnReport, lang: Language) -> Figure {
         .coefficients
         .iter()
         .filter_map(|c| Some(format!("{} {} {}", lang.name(&c.name), rounded(c.value?, c.u), c.unit)));
-    let drawn = say!(lang, "allan-deviation-of-against-averaging-time-on", column = column.column);
-    let found = found.collect::<Vec<_>>().join(lang.semicolon());
+    let found = lang.sentence(&found.collect::<Vec<_>>().join(lang.semicolon()));
+    let (samples, level) = (column.samples.to_string(), percent(column.level));
+    let caption = say!(lang, "overlapping-allan-deviation-of-samples-with-its", samples, level);
     Figure {
-        caption: say!(
-            lang,
-            "overlapping-allan-deviation-of-samples-with-its",
-            samples = column.samples.to_string(),
-            level = percent(column.level)
-        ),
-        description: if found.is_empty() { drawn } else { format!("{drawn}{}{}", lang.space(), lang.sentence(&found)) },
+        description: format!("{caption}{}{found}", lang.space()),
+        caption,
         chart: Chart::Deviations(points.collect(), say!(lang, "allan-deviation", unit = column.unit)),
         wide: true,
     }
@@ -125,7 +120,7 @@ fn figure(column: &NoiseColumnReport, lang: Language) -> Figure {
 fn numbers(column: &NoiseColumnReport, lang: Language) -> Table {
     let interval = level(column.level);
     let mut table = Table::new(&[
-        (say!(lang, "tau-s"), Align::Decimal),
+        (say!(lang, "averaging-time-s"), Align::Decimal),
         (say!(lang, "allan"), Align::Decimal),
         (&interval, Align::Right),
         (say!(lang, "edf"), Align::Decimal),

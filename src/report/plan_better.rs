@@ -6,7 +6,7 @@ use crate::elements::Parts;
 use crate::language::{Language, say};
 
 /// The positions of a schedule, one line for each mounting: its label, and its keys; the key that changes within it has several values.
-pub(super) fn mountings(positions: &[PlannedPositionReport], lang: Language) -> Vec<(String, String)> {
+pub(super) fn mountings(positions: &[PlannedPositionReport]) -> Vec<(String, String)> {
     let mut lines: Vec<(String, String)> = Vec::new();
     let mut rest = positions;
     while let Some(first) = rest.first() {
@@ -28,13 +28,13 @@ pub(super) fn mountings(positions: &[PlannedPositionReport], lang: Language) -> 
         let (run, left) = rest.split_at(length);
         let part = |(key, value): (&String, &f64)| match changing {
             Some(own) if own == key => {
-                format!("{key} = {}", runs(run.iter().filter_map(|p| p.at.get(key)), lang))
+                format!("{key} = {}", runs(run.iter().filter_map(|p| p.at.get(key))))
             }
             _ => format!("{key} = {value}"),
         };
         let mut parts: Vec<String> = first.at.iter().map(part).collect();
         if changing.is_none() && length > 1 {
-            parts.push(say!(lang, "plan-table-times", length = length.to_string()));
+            parts.push(format!("\u{d7} {length}"));
         }
         parts.extend(first.levels.iter().map(|(column, level)| format!("{column} = {level}")));
         lines.push((first.position.clone(), parts.join(", ")));
@@ -43,8 +43,8 @@ pub(super) fn mountings(positions: &[PlannedPositionReport], lang: Language) -> 
     lines
 }
 
-/// Values in order, four and more of one in a row as `40 (4 times)`.
-fn runs<'a>(values: impl Iterator<Item = &'a f64>, lang: Language) -> String {
+/// Values in order, four and more of one in a row as `40 × 4`.
+fn runs<'a>(values: impl Iterator<Item = &'a f64>) -> String {
     let mut runs: Vec<(f64, usize)> = Vec::new();
     for value in values {
         match runs.last_mut() {
@@ -54,20 +54,17 @@ fn runs<'a>(values: impl Iterator<Item = &'a f64>, lang: Language) -> String {
     }
     let text = |(value, count): (f64, usize)| match count {
         1..=3 => vec![value.to_string(); count].join(", "),
-        _ => say!(lang, "value-times", value = value.to_string(), count = count.to_string()).replace(' ', "\u{a0}"),
+        _ => format!("{value}\u{a0}\u{d7}\u{a0}{count}"),
     };
     runs.into_iter().map(text).collect::<Vec<_>>().join(", ")
 }
 
 /// How good the choice is proven to be.
 pub(super) fn proof(improved: &ImprovedReport, lang: Language) -> Option<String> {
-    let limited = improved.cost_limit.is_some();
     if let Some(all) = improved.enumerated {
-        let all = all.to_string();
-        return Some(say!(lang, "best-of-all-choices", limited, all));
+        return Some(say!(lang, "best-of-all-choices", all = all.to_string()));
     }
-    let share = percent(improved.efficiency?);
-    Some(say!(lang, "proven-efficiency", limited, share))
+    Some(say!(lang, "proven-efficiency", share = percent(improved.efficiency?)))
 }
 
 /// What moving the angles between the candidates brought.
@@ -77,7 +74,7 @@ pub(super) fn moved(improved: &ImprovedReport, lang: Language) -> Option<String>
     if refined.moved == 0 {
         return Some(say!(lang, "no-angle-is-worth-moving", resolution));
     }
-    let (mountings, gain) = (lang.count(refined.moved, "mounting"), significant(100.0 * refined.gain, 2));
+    let (mountings, gain) = (refined.moved.to_string(), significant(100.0 * refined.gain, 2));
     Some(say!(lang, "angles-moved", finished = refined.finished, mountings, resolution, gain))
 }
 
@@ -106,15 +103,10 @@ pub(super) fn reason(improved: &ImprovedReport, label: &str, lang: Language) -> 
     let reason = improved.reasons.iter().find(|r| r.position == label)?;
     Some(match reason.grows {
         None => say!(lang, "without-it-nothing-determines", parameter = reason.parameter),
-        Some(grows) if grows > 1.0005 => {
-            say!(
-                lang,
-                "without-it-u-of-grows-by",
-                parameter = reason.parameter,
-                share = significant(100.0 * (grows - 1.0), 2)
-            )
+        Some(grows) => {
+            let share = significant(100.0 * (grows - 1.0).max(0.0), 2);
+            say!(lang, "without-it-u-of-grows-by", parameter = reason.parameter, share)
         }
-        Some(_) => say!(lang, "it-adds-little").into(),
     })
 }
 
@@ -123,7 +115,7 @@ pub(super) fn apart(separation: &DiscriminationReport, lang: Language) -> Vec<St
     let [a, b] = &separation.effects;
     let known = |u: &[Option<f64>; 2]| match u {
         [Some(p), Some(q)] => say!(lang, "u-of-their-coefficients-and", p = significant(*p, 3), q = significant(*q, 3)),
-        _ => say!(lang, "nothing-tells-them-apart").into(),
+        _ => lang.term("not-estimable"),
     };
     let mut lines = vec![say!(lang, "and-both-in-the-model-before", a, b, before = known(&separation.before))];
     lines.push(match separation.after {

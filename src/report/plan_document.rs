@@ -1,7 +1,7 @@
 //! The document of a plan: the better schedule beside the given one, where its positions lie, and what each reading contributes.
 
-use super::colophon::colophon;
-use super::fit_document::bench_figure;
+use super::colophon::begin;
+use super::fit_document::{bench_figure, model_facts};
 use super::foresight::{group_lines, hidden, lacking, not_exercised, rule_text};
 use super::plan_better::{
     apart, cost_limit, found_with, goal_notes, mountings, moved, not_told_apart, proof, reason, shortfall,
@@ -30,13 +30,11 @@ pub fn plan_document(
 ) -> Document {
     let title = drawn.map(|(campaign, _)| campaign.bench.title.as_str()).filter(|title| !title.is_empty());
     let title = title.map_or_else(|| report.bench.clone(), |title| lang.name(title).into_owned());
-    let mut document = Document::new(say!(lang, "plan-of", title));
-    document.language = lang;
+    let mut document = begin(say!(lang, "plan-of", title), &[], lang);
     document.facts = vec![(say!(lang, "bench").into(), format!("`{}`", report.bench))];
     document.facts.push((say!(lang, "judged-at-2").into(), judged_at(&report.judged_at, lang)));
-    document.colophon = colophon(&[], lang);
     if let Some(nothing) = report.improved.as_ref().and_then(|own| not_told_apart(own, lang)) {
-        document = document.section(Section::new(say!(lang, "the-two-effects")).verdict(Tone::Bad, nothing));
+        document = document.section(Section::new(say!(lang, "result")).verdict(Tone::Bad, nothing));
     }
     let improved = report.improved.as_ref().filter(|improved| not_told_apart(improved, lang).is_none());
     if let Some(improved) = improved {
@@ -48,17 +46,17 @@ pub fn plan_document(
     document = match improved {
         Some(improved) => {
             let full = judged(say!(lang, "the-better-schedule-in-full"), &improved.judgement, true, lang);
-            let readings = readings(say!(lang, "its-readings"), &improved.judgement, listed, lang);
+            let readings = readings(say!(lang, "readings"), &improved.judgement, listed, lang);
             document.section(given).section(map).section(full).section(readings)
         }
         None => {
-            let readings = readings(say!(lang, "what-rests-on-each-reading"), &report.schedule, listed, lang);
+            let readings = readings(say!(lang, "readings"), &report.schedule, listed, lang);
             document.section(given).section(map).section(readings)
         }
     };
     let last = improved.map_or(&report.schedule, |improved| &improved.judgement);
     if let Some(effects) = &last.effects {
-        document = document.section(effects_section(effects, improved.is_some(), lang));
+        document = document.section(effects_section(effects, lang));
     }
     document.section(model(report, drawn.map(|(campaign, _)| campaign), lang))
 }
@@ -66,12 +64,11 @@ pub fn plan_document(
 /// The model and the noise that the plan was made with.
 fn model(report: &PlanReport, campaign: Option<&Campaign>, lang: Language) -> Section {
     let mut facts: Vec<(String, String)> = Vec::new();
-    facts.extend(
-        report.model.iter().map(|(id, line)| (say!(lang, "model-of", sensor = id), format!("`{id} = {line}`"))),
-    );
+    facts.extend(model_facts(&report.model, lang));
     facts.extend(report.noise.iter().map(|(id, noise)| {
-        let from = lang.in_parentheses(&lang.term("sd-from", &noise.from.to_string()));
-        (say!(lang, "noise-of-2", id), format!("{} {} {from}", significant(noise.sd, 4), noise.unit))
+        let from = lang.in_parentheses(&lang.term(&noise.from.to_string()));
+        let sd = format!("{} {} {from}", significant(noise.sd, 4), noise.unit);
+        (lang.title(say!(lang, "noise-sd")), format!("`{id}`{}{sd}", lang.colon()))
     }));
     let remount = |(id, sd): (&String, &f64)| {
         lang.sentence(&say!(lang, "every-remounting-scatters-sd-rad-for-a", id, sd = significant(*sd, 3)))
@@ -103,13 +100,12 @@ fn answer(improved: &ImprovedReport, finds: &[FindReport], lang: Language) -> Se
             .into_iter()
             .fold(section, |section, note| section.prose(lang.sentence(&note)));
         for id in &goal.impossible {
-            section = section.verdict(Tone::Bad, say!(lang, "even-all-candidates-together-do-not-determine", id));
+            let text = say!(lang, "cannot-be-determined-by-any-choice", text = format!("`{id}`"));
+            section = section.verdict(Tone::Bad, lang.sentence(&text));
         }
     }
     if let (Some(efficiency), Some(proof)) = (improved.efficiency, proof(improved, lang)) {
-        let criterion = lang.term("criterion", &improved.criterion);
-        let text = lang.sentence(&say!(lang, "with-criterion", proof, criterion));
-        section = section.verdict(if efficiency >= 0.99 { Tone::Good } else { Tone::Plain }, text);
+        section = section.verdict(if efficiency >= 0.99 { Tone::Good } else { Tone::Plain }, lang.sentence(&proof));
         if let Some(why) = shortfall(improved, lang) {
             section = section.prose(lang.sentence(&why));
         }
@@ -133,9 +129,9 @@ fn answer(improved: &ImprovedReport, finds: &[FindReport], lang: Language) -> Se
     let cost = improved.effort == Effort::Cost;
     let mut table = Table::new(&[
         (&lang.title(say!(lang, "parameter")), Align::Left),
-        (say!(lang, "u-given"), Align::Decimal),
+        (say!(lang, "as-given"), Align::Decimal),
         (&say!(lang, "u-at-equal-effort", cost), Align::Decimal),
-        (say!(lang, "u-better"), Align::Decimal),
+        (say!(lang, "better"), Align::Decimal),
         (say!(lang, "gain"), Align::Decimal),
         (say!(lang, "unit"), Align::Left),
     ]);
@@ -171,23 +167,18 @@ fn chosen(improved: &ImprovedReport, lang: Language) -> String {
         "of-its-readings-chosen-among-candidate-portions",
         chosen = improved.chosen.to_string(),
         candidates = improved.candidates.to_string(),
-        criterion = lang.term("criterion", &improved.criterion),
+        criterion = lang.term(&improved.criterion),
         starts
     )
 }
 
 fn defects(list: &[NotEstimableReport], what: impl Fn(String) -> String, nowhere: &str, lang: Language) -> Vec<String> {
     let separated = |d: &NotEstimableReport| match &d.separate_by {
-        Some(_) if d.separate_sensor.is_some() => d.further(lang).unwrap_or_default(),
-        Some(position) => say!(lang, "separated-by", position = keys(position)),
+        Some(_) => d.further(lang).unwrap_or_default(),
         None => nowhere.to_string(),
     };
-    let instead = |d: &NotEstimableReport| {
-        let instead: Vec<String> = d.estimable.iter().map(|c| format!("`{}`", c.text)).collect();
-        (!instead.is_empty()).then(|| say!(lang, "determined-instead-2", instead = instead.join(", ")))
-    };
     let clauses = |d: &NotEstimableReport| {
-        let clauses = [Some(what(format!("`{}`", d.text))), instead(d), Some(separated(d))];
+        let clauses = [Some(what(format!("`{}`", d.text))), d.instead(lang), Some(separated(d))];
         lang.sentence(&clauses.into_iter().flatten().collect::<Vec<_>>().join(lang.semicolon()))
     };
     list.iter().map(clauses).collect()
@@ -196,12 +187,12 @@ fn defects(list: &[NotEstimableReport], what: impl Fn(String) -> String, nowhere
 fn order(improved: &ImprovedReport, lang: Language) -> Section {
     let mut table = Table::new(&[
         (say!(lang, "mounting"), Align::Left),
-        (say!(lang, "position-values-in-the-order-to-run"), Align::Left),
-        (say!(lang, "why-it-is-there"), Align::Left),
+        (say!(lang, "setting"), Align::Left),
+        (say!(lang, "reason"), Align::Left),
     ]);
     table.small = true;
     let mut said: Option<String> = None;
-    for (label, place) in mountings(&improved.positions, lang) {
+    for (label, place) in mountings(&improved.positions) {
         let why = reason(improved, &label, lang).filter(|_| said.as_ref() != Some(&label)).unwrap_or_default();
         table.row(vec![label.clone(), place, why]);
         said = Some(label);
@@ -245,15 +236,8 @@ fn map(campaign: &Campaign, report: &PlanReport, candidates: Option<&Readings>, 
     let places: Vec<String> = better
         .iter()
         .map(|s| {
-            say!(
-                lang,
-                "readings-at-a-spot",
-                n = lang.count(s.readings, "reading"),
-                across,
-                x = s.x.to_string(),
-                up,
-                y = s.y.to_string()
-            )
+            let up = if up.is_empty() { String::new() } else { format!(", {up} {}", s.y) };
+            format!("{across} {}{up}{}{}", s.x, lang.colon(), lang.count(s.readings, "reading"))
         })
         .collect();
     let description = if places.is_empty() { caption.to_string() } else { places.join(lang.semicolon()) };
@@ -262,9 +246,9 @@ fn map(campaign: &Campaign, report: &PlanReport, candidates: Option<&Readings>, 
 }
 
 /// What a diagnosis could find.
-fn effects_section(effects: &ForesightReport, better: bool, lang: Language) -> Section {
+fn effects_section(effects: &ForesightReport, lang: Language) -> Section {
     let mut table = Table::new(&[
-        (&lang.title(say!(lang, "effect-2")), Align::Left),
+        (&lang.title(say!(lang, "effect")), Align::Left),
         (say!(lang, "meaning"), Align::Left),
         (say!(lang, "shows-from"), Align::Decimal),
         (say!(lang, "unit"), Align::Left),
@@ -276,13 +260,13 @@ fn effects_section(effects: &ForesightReport, better: bool, lang: Language) -> S
     .at(Detail::Full, &[1, 7]);
     table.small = true;
     table.brief_rows = Some(LISTED);
-    table.caption = say!(lang, "effects-that-would-show", better);
+    table.caption = say!(lang, "effects-that-would-show").into();
     table.note = say!(lang, "nearly-alike-cosine-beside-the-model-and").into();
     for line in group_lines(effects, lang) {
         let alike: Vec<String> = line.alike.iter().map(|name| format!("`{name}`")).collect();
         let alike = match line.nearest {
             Some(nearest) if alike.is_empty() => nearest,
-            _ => some_of(&alike, 4, lang),
+            _ => lang.first_of(&alike, 4, lang.comma()),
         };
         table.row(vec![
             Cell::name(&line.effect),
@@ -292,10 +276,10 @@ fn effects_section(effects: &ForesightReport, better: bool, lang: Language) -> S
             Cell::Digits(line.at_a_reading, 2),
             line.moves.into(),
             alike.into(),
-            some_of(&line.near, 4, lang).into(),
+            lang.first_of(&line.near, 4, lang.comma()).into(),
         ]);
     }
-    let mut never = Table::new(&[(say!(lang, "title-effects"), Align::Left), (say!(lang, "taken-up-by"), Align::Left)]);
+    let mut never = Table::new(&[(say!(lang, "effect"), Align::Left), (say!(lang, "taken-up-by"), Align::Left)]);
     never.small = true;
     never.brief_rows = Some(LISTED);
     never.caption = say!(lang, "effects-that-never-show-estimated-parameters-take").into();
@@ -313,12 +297,7 @@ fn effects_section(effects: &ForesightReport, better: bool, lang: Language) -> S
         ));
     }
     for (column, families) in lacking(effects) {
-        notes.push(say!(
-            lang,
-            "not-tried-without-a-column-kinds-of-2",
-            column,
-            families = lang.count(families, "kind")
-        ));
+        notes.push(say!(lang, "not-tried-without-a-column-kinds-of-2", column, families = families.to_string()));
     }
     let [tried, distinct] = [effects.effects.len(), effects.rule.tests].map(|n| n.to_string());
     let tried = say!(lang, "effects-of-the-catalogue-were-tried-in", tried, distinct);
@@ -334,7 +313,7 @@ fn effects_section(effects: &ForesightReport, better: bool, lang: Language) -> S
 fn judged(heading: &str, j: &JudgementReport, beside: bool, lang: Language) -> Section {
     let mut table = Table::new(&[
         (&lang.title(say!(lang, "parameter")), Align::Left),
-        (say!(lang, "predicted-u"), Align::Decimal),
+        ("u", Align::Decimal),
         (say!(lang, "unit"), Align::Left),
         (say!(lang, "strongest-correlation"), Align::Left),
         (say!(lang, "undetected-fault"), Align::Decimal),
@@ -343,13 +322,13 @@ fn judged(heading: &str, j: &JudgementReport, beside: bool, lang: Language) -> S
         let u = p.u_arcsec.or(p.u);
         let unit = if p.kind == Kind::Tilt { "arcsec".to_string() } else { p.unit.clone() };
         let needs_value = j.lacking.as_ref().is_some_and(|own| own.untold.contains(&p.id));
-        let instead = if needs_value { say!(lang, "needs-a-value") } else { say!(lang, "not-estimable") };
+        let instead = if needs_value { say!(lang, "needs-a-value").into() } else { lang.term("not-estimable") };
         let fault = p.u.and(p.undetected_fault_arcsec.or(p.undetected_fault));
         table.row(vec![
             Cell::name(&p.id),
-            u.map_or_else(|| instead.into(), |u| Cell::Digits(u, 3)),
+            u.map_or_else(|| instead.as_str().into(), |u| Cell::Digits(u, 3)),
             unit.into(),
-            strongest(j, k, lang).unwrap_or_default().into(),
+            strongest(j, k).unwrap_or_default().into(),
             predicted(fault),
         ]);
     }
@@ -372,16 +351,10 @@ fn judged(heading: &str, j: &JudgementReport, beside: bool, lang: Language) -> S
         notes.push(lang.sentence(&say!(lang, "bounds-not-counted", n = j.bounds_not_counted)));
     }
     let through = j.through_tilts.as_ref().map(|t| lang.sentence(&through_tilts(t, lang))).unwrap_or_default();
-    let angles = j.parameters.iter().filter_map(|p| Some((p.id.as_str(), p.u_arcsec?)));
-    let (tone, verdict) = match (j.not_estimable.len(), angles.max_by(|a, b| a.1.total_cmp(&b.1))) {
-        (0, _) if j.lacking.is_some() => {
-            (Tone::Caution, say!(lang, "not-every-unknown-has-a-predicted-uncertainty").into())
-        }
-        (0, Some((id, u))) => {
-            (Tone::Good, say!(lang, "every-unknown-can-be-estimated-the-least", id, u = significant(u, 3)))
-        }
-        (0, None) => (Tone::Good, say!(lang, "every-unknown-can-be-estimated").into()),
-        (n, _) => (Tone::Bad, say!(lang, "combinations-cannot-be-estimated", n)),
+    let (tone, verdict) = match j.not_estimable.len() {
+        0 if j.lacking.is_some() => (Tone::Caution, say!(lang, "not-every-unknown-has-a-predicted-uncertainty").into()),
+        0 => (Tone::Good, say!(lang, "every-unknown-can-be-estimated").into()),
+        n => (Tone::Bad, say!(lang, "combinations-cannot-be-estimated", n)),
     };
     let section = if beside { Section::new(heading).full() } else { Section::new(heading) };
     section
@@ -400,21 +373,12 @@ fn judged(heading: &str, j: &JudgementReport, beside: bool, lang: Language) -> S
 }
 
 /// The strongest correlation of a parameter says more than a matrix; the matrix is in the JSON.
-fn strongest(j: &JudgementReport, k: usize, lang: Language) -> Option<String> {
+fn strongest(j: &JudgementReport, k: usize) -> Option<String> {
     let row = j.correlation.matrix.get(k)?;
     let others = row.iter().enumerate().filter(|(other, _)| *other != k).filter_map(|(k, r)| r.map(|r| (k, r)));
     let (other, r) = others.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
     let partner = j.correlation.order.get(other)?;
-    (r.abs() >= 0.005).then(|| say!(lang, "correlation-with", r = format!("{r:+.2}"), partner))
-}
-
-/// The first of a list, and how many more there are.
-fn some_of(list: &[String], most: usize, lang: Language) -> String {
-    let text = list.iter().take(most).cloned().collect::<Vec<_>>().join(", ");
-    match list.len().saturating_sub(most) {
-        0 => text,
-        more => say!(lang, "and-more", shown = text, more = more.to_string()),
-    }
+    (r.abs() >= 0.005).then(|| format!("{partner} {r:+.2}"))
 }
 
 /// What each reading contributes.
@@ -422,18 +386,17 @@ fn readings(heading: &str, j: &JudgementReport, listed: bool, lang: Language) ->
     let mut readings = Table::new(&[
         ("#", Align::Right),
         (say!(lang, "position"), Align::Left),
-        (say!(lang, "gap-at"), Align::Left),
+        (say!(lang, "setting"), Align::Left),
         (say!(lang, "sensor"), Align::Left),
         (say!(lang, "leverage"), Align::Decimal),
         (say!(lang, "mdb"), Align::Decimal),
-        (say!(lang, "its-largest-effect-on-an-angle"), Align::Left),
+        (say!(lang, "undetected-fault"), Align::Left),
     ]);
     readings.caption = say!(lang, "each-value-leverage-minimal-detectable-bias-and").into();
     readings.small = true;
     for r in &j.readings {
         let worst = r.effect_arcsec.iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
-        let effect = worst
-            .map_or(String::new(), |(id, e)| say!(lang, "arcsec-of", e = significant(*e, 3), id = format!("`{id}`")));
+        let effect = worst.map_or(String::new(), |(id, e)| format!("`{id}` {} arcsec", significant(*e, 3)));
         readings.row(vec![
             r.index.into(),
             r.position.as_str().into(),

@@ -18,7 +18,7 @@ pub(super) fn judged_at(point: &[PointReport], lang: Language) -> String {
         match value.from {
             PointSource::Zero => zero.push(&value.id),
             from => {
-                let from = lang.term("point-from", &from.to_string());
+                let from = lang.term(&from.to_string());
                 parts.push(format!("{} = {} {unit} ({from})", value.id, significant(number, 4)).replace("  ", " "));
             }
         }
@@ -45,8 +45,8 @@ pub(super) fn work_of(w: &WorkReport, lang: Language) -> String {
         lang,
         "in-with-cost",
         readings = lang.count(w.readings, "reading"),
-        mountings = lang.count(w.mountings, "mounting"),
-        rate_changes = lang.count(w.rate_changes, "rate-change"),
+        mountings = w.mountings.to_string(),
+        rate_changes = w.rate_changes.to_string(),
         cost = significant(w.cost, 4)
     )
 }

@@ -1,13 +1,12 @@
 //! The document of a reduction: the record with its segments, the means, and where their uncertainties come from.
 
 use super::Input;
-use super::colophon::colophon;
+use super::colophon::begin;
 use super::reduction::{ReduceReport, SegmentMeanReport};
 use crate::document::chart::{Chart, RecordChart};
 use crate::document::number::significant;
 use crate::document::{Align, Cell, Document, Figure, Section, Table, Tone};
 use crate::language::{Language, say};
-use crate::number;
 use crate::reduce::{Segment, Trace};
 
 /// The document of a reduction; `record` is its picture, `sources` puts before a reader of a terminal where each uncertainty comes from.
@@ -18,18 +17,17 @@ pub fn reduce_document(
     sources: bool,
     lang: Language,
 ) -> Document {
-    let mut document = Document::new(say!(lang, "from-samples-to-readings"));
-    document.language = lang;
+    let mut document = begin(say!(lang, "from-samples-to-readings"), inputs, lang);
     let rate = significant(1.0 / report.interval_s, 6);
     document.facts = vec![
         (say!(lang, "record").into(), report.record.clone()),
-        (say!(lang, "samples").into(), say!(lang, "a-second", samples = report.samples.to_string(), rate)),
+        (say!(lang, "samples").into(), report.samples.to_string()),
+        (say!(lang, "sampling-rate").into(), format!("{rate} Hz")),
         (
             say!(lang, "segments").into(),
-            say!(lang, "segments-by", n = report.segments.len().to_string(), by = lang.name(&report.by)),
+            say!(lang, "grouped-by", what = report.segments.len().to_string(), by = lang.name(&report.by)),
         ),
     ];
-    document.colophon = colophon(inputs, lang);
     let mut result = Section::new(say!(lang, "record"));
     let (tone, sentence) = verdict(report, lang);
     result = result.verdict(tone, sentence);
@@ -37,19 +35,10 @@ pub fn reduce_document(
         result = result.verdict(Tone::Caution, text);
     }
     if let Some(chart) = record {
-        result = result.figures(vec![Figure {
-            caption: say!(lang, "the-whole-record-segments-are-shaded").into(),
-            description: say!(
-                lang,
-                "panels-one-for-each-column-against-time",
-                panels = chart.channels.len().to_string(),
-                segments = report.segments.len().to_string()
-            ),
-            chart: Chart::Record(chart),
-            wide: true,
-        }]);
+        let caption = say!(lang, "the-whole-record-segments-are-shaded");
+        result = result.figures(vec![Figure::new(caption, Chart::Record(chart), true)]);
     }
-    let mut means = Section::new(say!(lang, "means"));
+    let mut means = Section::new(say!(lang, "readings"));
     means = if sources { means } else { means.table(overview(report, lang)).full() };
     means = means.table(table(report, lang)).brief().prose(say!(lang, "u-on-either-side-of-a-mean"));
     if report.block > 1 {
@@ -104,11 +93,11 @@ fn verdict(report: &ReduceReport, lang: Language) -> (Tone, String) {
     let sentence = say!(
         lang,
         "not-used-of-means-have-a-slope",
-        segments = lang.count(report.segments.len(), "segment"),
-        stretches = lang.count(report.rejected.len(), "stretch"),
+        segments = report.segments.len().to_string(),
+        stretches = report.rejected.len().to_string(),
         sloping = sloping.to_string(),
         all = all.to_string(),
-        odd = lang.count(number::index(odd), "odd-sample")
+        odd = odd.to_string()
     );
     (tone, sentence)
 }
@@ -126,14 +115,11 @@ fn notes(report: &ReduceReport, lang: Language) -> Vec<String> {
         let notes_of = say!(lang, "reduction-segment", segment = segment.position, notes = said.join(lang.semicolon()));
         notes.push(notes_of);
     }
-    for (segment, m) in each(report).filter(|(_, m)| !m.events.is_empty()) {
-        notes.push(say!(lang, "segment-in-the-mean", segment, column = m.column, events = events(m, lang)));
-    }
     notes
 }
 
 fn events(m: &SegmentMeanReport, lang: Language) -> String {
-    let event = |(kind, n): (&crate::reduce::EventKind, &u64)| format!("{} {n}", lang.term("event", &kind.to_string()));
+    let event = |(kind, n): (&crate::reduce::EventKind, &u64)| format!("{} {n}", lang.term(&kind.to_string()));
     m.events.iter().map(event).collect::<Vec<_>>().join(", ")
 }
 

@@ -211,7 +211,7 @@ fn source_sentence(source: &str) -> Sentence {
     let per = match per {
         "reading" => sentence!("reading"),
         "position" => sentence!("position"),
-        "campaign" => sentence!("per-campaign"),
+        "campaign" => sentence!("campaign"),
         column => Sentence::text(column),
     };
     match of.split_once(" over ") {
@@ -227,11 +227,11 @@ pub(super) fn section(sources: &[ScatterReport], lang: Language) -> Section {
         return section;
     }
     let mut table = Table::new(&[
-        (say!(lang, "what-scatters-2"), Align::Left),
-        (say!(lang, "scatter-sd"), Align::Right),
-        (say!(lang, "scatter-u-sd"), Align::Right),
-        (say!(lang, "scatter-from"), Align::Left),
-        (say!(lang, "scatter-levels"), Align::Right),
+        (say!(lang, "source"), Align::Left),
+        ("sd", Align::Right),
+        ("u(sd)", Align::Right),
+        (say!(lang, "state"), Align::Left),
+        (say!(lang, "values"), Align::Right),
         (say!(lang, "scatter-largest-share"), Align::Left),
     ]);
     table.small = true;
@@ -241,21 +241,20 @@ pub(super) fn section(sources: &[ScatterReport], lang: Language) -> Section {
         let sd = match (own.sd, own.tau) {
             (Some(sd), None) => format!("{} {}", significant(sd, 3), own.unit).trim_end().into(),
             (Some(sd), Some(tau)) => {
-                say!(lang, "scatter-tau", sd = significant(sd, 3), unit = own.unit, tau = significant(tau, 3)).into()
+                let sd = format!("{} {}", significant(sd, 3), own.unit);
+                format!("{}{}\u{3c4} = {}", sd.trim_end(), lang.clause(), significant(tau, 3)).into()
             }
             (None, _) => Cell::absent(),
         };
         let largest = own.share.iter().max_by(|a, b| a.1.total_cmp(b.1)).filter(|(_, share)| **share > 0.0);
-        let from = lang.term("from", &own.from.to_string()).into();
+        let from = lang.term(&own.from.to_string()).into();
         table.row(vec![
             source_name(&own.source, lang).into(),
             sd,
             Cell::digits(own.u_sd, 2),
-            if own.at_zero { say!(lang, "estimated-zero").into() } else { from },
+            from,
             own.levels.into(),
-            largest.map_or_else(Cell::absent, |(id, share)| {
-                say!(lang, "scatter-share-of", share = percent(*share), id).into()
-            }),
+            largest.map_or_else(Cell::absent, |(id, share)| format!("{id} {} %", percent(*share)).into()),
         ]);
         notes.extend(
             own.note

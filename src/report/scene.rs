@@ -76,7 +76,7 @@ fn said(name: &str, state: &JointState) -> String {
 pub(super) fn scene_figure(bench: &Bench, joints: &[JointState], caption: String, lang: Language) -> Figure {
     let scene = scene(bench, joints);
     let list: Vec<String> = scene.rings.iter().map(|ring| ring.label.clone()).collect();
-    let description = say!(lang, "bench-drawn", bench = &bench.id, joints = list.join(lang.comma()));
+    let description = format!("{caption} {}{}{}", bench.id, lang.colon(), list.join(lang.comma()));
     Figure { caption, description, chart: Chart::Scene(scene), wide: false }
 }
 
@@ -108,7 +108,7 @@ pub(super) fn mission_figure(mission: &Mission, lang: Language) -> Figure {
     let earth_rate = Some(Vector3::from(earth_rate(mission.site.latitude_rad)).normalize());
     Figure {
         caption: say!(lang, "unit-at-the-start").into(),
-        description: say!(lang, "unit-drawn", angles = labels),
+        description: labels,
         chart: Chart::Scene(Scene { rings, unit, inputs: Vec::new(), earth_rate }),
         wide: false,
     }

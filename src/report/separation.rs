@@ -46,6 +46,12 @@ impl NotEstimableReport {
         Some(say!(lang, "a-reading-would-separate", what, sensor, keys))
     }
 
+    /// What is determined instead, if anything is.
+    pub(super) fn instead(&self, lang: Language) -> Option<String> {
+        let names = || lang.names(self.estimable.iter().map(|c| &c.text));
+        (!self.estimable.is_empty()).then(|| format!("{}{}{}", say!(lang, "determined-instead"), lang.colon(), names()))
+    }
+
     /// What is said where no position is named that would separate it.
     pub(super) fn nowhere(&self) -> Sentence {
         if self.weak {

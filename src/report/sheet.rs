@@ -1,7 +1,7 @@
 //! A run sheet: the readings of a schedule in the order to run, with empty cells for what is read, as a document and as a table that goes back
 //! as the readings of a campaign.
 
-use super::colophon::colophon;
+use super::colophon::begin;
 use super::scene::scene_figure;
 use super::separation::position_keys;
 use crate::campaign::{Campaign, JointState, Reading};
@@ -81,17 +81,15 @@ pub fn sheet_document(schedule: &Campaign, costs: &Costs, lang: Language) -> Doc
     let columns = Columns::of(schedule);
     let of = mountings(rows);
     let work = costs.work(rows);
-    let mut document = Document::new(say!(lang, "run-sheet", bench = lang.name(&schedule.bench.title)));
-    document.language = lang;
+    let mut document = begin(say!(lang, "run-sheet", bench = lang.name(&schedule.bench.title)), &[], lang);
     document.facts = vec![
         (say!(lang, "bench").into(), format!("`{}`", schedule.bench.id)),
         (say!(lang, "readings").into(), work.readings.to_string()),
         (say!(lang, "mountings").into(), work.mountings.to_string()),
         (say!(lang, "cost").into(), trimmed(work.cost)),
     ];
-    document.colophon = colophon(&[], lang);
     let titles = columns.titles(schedule);
-    let mut heads = vec![(say!(lang, "number-sign"), Align::Right), (say!(lang, "mounting"), Align::Left)];
+    let mut heads = vec![("#", Align::Right), (say!(lang, "mounting"), Align::Left)];
     heads.extend(titles.iter().map(|title| (title.as_str(), Align::Decimal)));
     let sensors: Vec<String> = schedule
         .bench
@@ -100,7 +98,7 @@ pub fn sheet_document(schedule: &Campaign, costs: &Costs, lang: Language) -> Doc
         .map(|own| if own.unit.is_empty() { own.id.clone() } else { format!("{} ({})", own.id, own.unit) })
         .collect();
     heads.extend(sensors.iter().map(|title| (title.as_str(), Align::Decimal)));
-    heads.extend([(say!(lang, "cost-so-far"), Align::Decimal), (say!(lang, "remarks"), Align::Left)]);
+    heads.extend([(say!(lang, "cost-so-far"), Align::Decimal), (say!(lang, "note"), Align::Left)]);
     let mut table = Table::new(&heads);
     let mut before = None;
     for (k, (row, mounting)) in rows.iter().zip(&of).enumerate() {
@@ -120,13 +118,13 @@ pub fn sheet_document(schedule: &Campaign, costs: &Costs, lang: Language) -> Doc
     for (row, mounting) in rows.iter().zip(&of) {
         if !drawn.iter().any(|(own, _)| own == mounting) && drawn.len() < DRAWN {
             drawn.push((*mounting, &row.joints));
-            let caption = say!(lang, "mounting-named", name = name_of(row, *mounting));
+            let caption = format!("{} {}", lang.title(say!(lang, "mounting")), name_of(row, *mounting));
             figures.push(scene_figure(&schedule.bench, &row.joints, caption, lang));
         }
     }
     let note = say!(lang, "run-sheet-how");
     document
-        .section(Section::new(say!(lang, "readings-in-the-order-to-run")).prose(note).table(table))
+        .section(Section::new(say!(lang, "readings")).prose(note).table(table))
         .section(Section::new(say!(lang, "mountings")).figures(figures))
 }
 

@@ -101,13 +101,13 @@ fn sees_force(bench: &Bench) -> bool {
 pub fn gravity_text(report: &SiteReport, lang: Language) -> String {
     let gravity = &report.gravity;
     let u = if gravity.u > 0.0 { format!(" (u {:.1e})", gravity.u) } else { String::new() };
-    let from = match (&gravity.formula, gravity.altitude_m, report.latitude_deg) {
-        (Some(formula), Some(altitude), Some(latitude)) => {
-            let at = say!(lang, "at-latitude-deg-and-m", latitude, altitude);
+    let from = match (&gravity.formula, gravity.altitude_m) {
+        (Some(formula), Some(altitude)) => {
+            let at = say!(lang, "altitude-of", altitude);
             format!("{}{}{}{at}", lang.clause(), lang.name(formula), lang.clause())
         }
         _ if gravity.from == GravityBasis::Assumed => String::new(),
-        _ => say!(lang, "stated").into(),
+        _ => format!("{}{}", lang.clause(), lang.term("stated")),
     };
     say!(lang, "site-gravity", gravity = format!("{:.6}", gravity.value), unit = gravity.unit, u, from)
 }

@@ -219,10 +219,10 @@ fn the_page_says_what_the_report_says() {
     for heading in [
         "Result",
         "What is missing",
-        "The model",
+        "Model",
         "Effect on the estimates",
         "Where the residuals are",
-        "The gap shrinks step by step",
+        "The gap step by step",
         "What was assumed",
     ] {
         assert!(headings.iter().any(|h| h == heading), "{heading} is not in {headings:?}");

@@ -43,14 +43,14 @@ fn the_example_is_what_the_program_writes() {
     let (code, stdout, stderr) = plan(&arguments);
     assert_eq!((code, stderr.as_str()), (0, ""));
     let line = stdout.split_whitespace().collect::<Vec<_>>().join(" ");
-    assert!(line.contains("Proven to be at least 100.00 % as good as the best possible choice"), "{stdout}");
+    assert!(line.contains("Proven to be at least 100.00 % as good as the best admissible choice"), "{stdout}");
     let shipped = std::fs::read_to_string(example().join("best-five.campaign.json")).unwrap();
     assert_eq!(std::fs::read_to_string(&written).unwrap(), shipped);
     let html = std::fs::read_to_string(&page).unwrap();
     assert!(html.contains("<svg") && html.contains("Where the positions lie") && !html.contains("<script"));
     // the schedule runs: it can be judged, and checked
     let (code, stdout, _) = tumble(&example(), &["plan", "best-five.campaign.json", "--noise", "V=9e-4"]);
-    assert!(code == 0 && stdout.contains("30 readings in 5 mountings"), "{stdout}");
+    assert!(code == 0 && stdout.contains("30 readings; mountings: 5"), "{stdout}");
     let (code, stdout, _) = tumble(&example(), &["check", "best-five.campaign.json"]);
     assert!(code == 0 && stdout.contains("a schedule"), "{stdout}");
 }
@@ -267,7 +267,7 @@ fn what_is_to_be_found_is_not_said_to_stay_hidden() {
     assert!(after.iter().all(|(term, _)| term != "a_S"), "{after:?}");
     // what its coefficient absorbs is still said
     assert!(after.iter().any(|(_, fate)| fate == "absorbed"));
-    let never = printed.split("Effects that can never be detected").nth(1).expect("a section");
+    let never = printed.split("Effects that cannot be detected").nth(1).expect("a section");
     let absorbed = |line: &str| line.starts_with("a_S^3") && line.ends_with("  c_a_S");
     assert!(never.lines().any(absorbed), "{never}");
     let words: Vec<&str> = never.split([' ', ',', '\n']).collect();

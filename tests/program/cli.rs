@@ -203,7 +203,7 @@ fn lists_fit_a_terminal_and_are_complete() {
     let list = tumble(&["bench", "list"]).stdout;
     assert!(list.lines().all(|line| line.chars().count() <= 110), "{list}");
     let diagnosis = tumble(&["diagnose", TABLE_1]).stdout;
-    let told = diagnosis.lines().skip_while(|line| !line.contains("One more position discriminates")).take(2);
+    let told = diagnosis.lines().skip_while(|line| !line.contains("Discriminated by")).take(2);
     assert!(told.clone().count() == 2 && told.clone().all(|line| line.chars().count() <= 110), "{diagnosis}");
     let help = tumble(&["schema", "--help"]).stdout;
     for kind in tumble::report::schemas() {

@@ -6,7 +6,6 @@ use super::view;
 use crate::bench::Bench;
 use crate::campaign::{JointState, Reading};
 use crate::cli::session;
-use crate::document::number::{rounded, trimmed};
 use crate::document::plot;
 use crate::error::{Fault, Malformed, Result};
 use crate::guide::{Advice, Agreement, Ending, Held, Progress, Residual};
@@ -204,14 +203,8 @@ fn bar(share: f64, colour: Color) -> [Span<'static>; 2] {
 fn goal(own: &Progress, lang: Language) -> Line<'static> {
     let share = own.u.filter(|u| *u > 0.0).map_or(0.0, |u| own.goal / u);
     let colour = if own.met { Color::Green } else { Color::Yellow };
-    let (scale, unit) = view::shown_in(&own.unit);
-    let text = match own.u.map(|u| u * scale) {
-        None => view::goal(own, lang).trim_start().to_string(),
-        Some(u) => {
-            say!(lang, "guide-view-goal", id = &own.id, u = rounded(u, Some(u)), goal = trimmed(own.goal * scale), unit)
-        }
-    };
-    Line::from_iter(bar(share, colour).into_iter().chain([Span::raw(format!(" {text}"))]))
+    let text = Span::raw(format!(" {}", view::goal(own, lang).trim_start()));
+    Line::from_iter(bar(share, colour).into_iter().chain([text]))
 }
 
 /// Effects named and suspected with their probabilities, and that nothing more is missing.
@@ -226,7 +219,7 @@ fn missing(advice: &Advice, lang: Language) -> Vec<Line<'static>> {
     let suspected = advice.suspected.iter();
     let suspected =
         suspected.map(|own| row(own.probability, format!("{} {}", own.regressor, lang.name(&own.name)), Color::Yellow));
-    let nothing = row(advice.nothing_missing_or_named, say!(lang, "guide-view-nothing").into(), Color::Green);
+    let nothing = row(advice.nothing_missing_or_named, lang.term("nothing-missing"), Color::Green);
     [nothing].into_iter().chain(named).chain(suspected).take(ROWS).collect()
 }
 

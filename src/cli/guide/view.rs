@@ -2,9 +2,7 @@
 
 use crate::campaign::{Campaign, Reading};
 use crate::document::number::{rounded, trimmed};
-use crate::guide::{
-    Advice, Agreement, Ending, Explanation, Held, Holding, Mistake, MistakeKind, Newest, Next, Progress, Why,
-};
+use crate::guide::{Advice, Agreement, Ending, Explanation, Held, Holding, Mistake, Newest, Next, Progress, Why};
 use crate::language::{Language, say};
 use crate::report::ARCSEC;
 
@@ -23,11 +21,12 @@ pub(super) fn text(advice: &Advice, lang: Language) -> String {
     lines.extend(advice.mistake.iter().flat_map(|own| mistake(own, lang)));
     lines.extend(advice.goals.iter().map(|own| goal(own, lang)));
     if let Some(own) = &advice.diagnosis {
-        let verdict = lang.term("verdict", own.verdict.name());
-        lines.push(say!(lang, "guide-diagnosis", verdict = verdict.to_string()));
+        let verdict = lang.term(own.verdict.name());
+        lines.push(say!(lang, "guide-diagnosis", verdict));
         lines.extend(own.effects.iter().map(|effect| {
             let size = effect.value.zip(effect.u).map_or(String::new(), |(value, u)| {
-                say!(lang, "guide-size", value = rounded(value, Some(u)), u = rounded(u, Some(u)), unit = effect.unit)
+                let (value, u, comma) = (rounded(value, Some(u)), rounded(u, Some(u)), lang.clause());
+                format!("{comma}{value} {}{comma}u = {u}", effect.unit)
             });
             let terms: Vec<&str> = [&effect.regressor].into_iter().chain(&effect.aliases).map(String::as_str).collect();
             let (name, probability) = (lang.name(&effect.name).to_string(), format!("{:.3}", effect.probability));
@@ -100,23 +99,21 @@ fn tenths(value: f64) -> f64 {
     (10.0 * value).round() / 10.0 + 0.0
 }
 
-fn kind(own: MistakeKind, lang: Language) -> String {
-    lang.term("mistake", own.name()).to_string()
-}
-
 pub(super) fn mistake(own: &Mistake, lang: Language) -> Vec<String> {
     let first = match (own.named, own.at) {
-        (Some(named), Some(at)) => say!(lang, "guide-likely-at", kind = kind(named, lang), reading = at.to_string()),
-        (Some(named), None) => say!(lang, "guide-likely", kind = kind(named, lang)),
+        (Some(named), at) => {
+            let at = at.map_or(String::new(), |at| format!("{}{} {at}", lang.clause(), say!(lang, "reading")));
+            say!(lang, "guide-likely", kind = format!("{}{at}", lang.term(named.name())))
+        }
         _ => say!(lang, "guide-not-told").to_string(),
     };
     let one = |own: &Explanation| {
         let what = lang.name(&own.what).to_string();
         let (probability, reading) = (format!("{:.3}", own.probability), own.reading.to_string());
-        say!(lang, "guide-explanation", probability, kind = kind(own.kind, lang), reading, what)
+        say!(lang, "guide-explanation", probability, kind = lang.term(own.kind.name()), reading, what)
     };
     let more = own.explanations.len().saturating_sub(LISTED);
-    let more = (more > 0).then(|| say!(lang, "guide-more", count = more.to_string()));
+    let more = (more > 0).then(|| format!("    ... + {more}"));
     [first].into_iter().chain(own.explanations.iter().take(LISTED).map(one)).chain(more).collect()
 }
 
@@ -133,10 +130,7 @@ pub(super) fn goal(own: &Progress, lang: Language) -> String {
         Some((value, u)) => {
             let (value, u) = (value * scale, u * scale);
             let (value, u) = (rounded(value, Some(u)), rounded(u, Some(u)));
-            match own.met {
-                true => say!(lang, "guide-goal-met", id, value, u, goal, unit),
-                false => say!(lang, "guide-goal", id, value, u, goal, unit),
-            }
+            say!(lang, "guide-goal", id, value, u, goal, unit, met = own.met)
         }
     }
 }

@@ -188,15 +188,8 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
         let drawn = Some((&campaign, candidates.as_ref()));
         outputs.extend(arguments.pages.page(&report::plan_document(&report, drawn, false, lang))?);
     }
-    if let Some(path) = &arguments.json {
-        outputs.add(path, files::json(&report)?);
-    }
-    let to_stdout = outputs.to_stdout();
-    outputs.write()?;
-    if !to_stdout {
-        let drawn = Some((&campaign, None));
-        arguments.pages.print(&report::plan_document(&report, drawn, arguments.readings, lang))?;
-    }
+    let printed = || report::plan_document(&report, Some((&campaign, None)), arguments.readings, lang);
+    arguments.pages.finish(outputs, arguments.json.as_deref(), &report, printed)?;
     let defect = match found {
         Some(improvement) => !improvement.judgement.not_estimable.is_empty() || !improvement.unreachable.is_empty(),
         None => !judgement.not_estimable.is_empty() || judgement.lacking.is_some(),

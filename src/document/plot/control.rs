@@ -1,6 +1,6 @@
 //! A control chart: the mean of each lot or date against the mean of all, with what devices within a lot scatter.
 
-use super::{Area, BLUE, Drawn, HALF, INK, RULE, SMALL, SOFT, VERMILLION, scale, style, svg};
+use super::{Area, BLUE, Drawn, HALF, INK, SMALL, SOFT, VERMILLION, rules, scale, style, svg};
 use crate::document::chart::Control;
 use crate::error::Result;
 use crate::number;
@@ -30,12 +30,7 @@ fn draw(area: &Area<'_>, own: &Control) -> Drawn {
     let x = |k: f64| left + number::whole(((k + 0.5) * step).round());
     let level = |tick: f64| TOP + number::whole(((high - tick) / (high - low) * f64::from(BOTTOM - TOP)).round());
     let y = |v: f64| level(at(v));
-    let (ticks, decimals) = scale::ticks(low, high, 5);
-    for tick in ticks {
-        area.draw(&PathElement::new([(left, level(tick)), (right, level(tick))], RULE.stroke_width(1)))?;
-        let place = (left - 10, level(tick));
-        area.draw(&Text::new(scale::label(tick, decimals), place, style(SMALL, &SOFT, HPos::Right, VPos::Center)))?;
-    }
+    rules::level(area, scale::ticks(low, high, 5), (left, right), level)?;
     area.draw(&PathElement::new([(left, y(own.mean)), (right, y(own.mean))], SOFT.stroke_width(2)))?;
     for side in [-1.0, 1.0] {
         let line: Vec<(i32, i32)> = own

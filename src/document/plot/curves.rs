@@ -1,7 +1,7 @@
 //! Curves against time: a reference dashed, others solid, on one axis.
 
 use super::{
-    Area, BLUE, Drawn, GREEN, HALF, ORANGE, PURPLE, RULE, SMALL, SOFT, VERMILLION, scale, style, svg, text_width,
+    Area, BLUE, Drawn, GREEN, HALF, ORANGE, PURPLE, SMALL, SOFT, VERMILLION, rules, scale, style, svg, text_width,
 };
 use crate::document::chart::Curve;
 use crate::error::Result;
@@ -29,19 +29,8 @@ fn draw(area: &Area<'_>, curves: &[Curve], what: &str, unit: &str, along: &str) 
     let x = |v: f64| left + number::whole(((v - first) / (last - first) * f64::from(right - left)).round());
     let y = |v: f64| TOP + number::whole(((high - v) / (high - low) * f64::from(BOTTOM - TOP)).round());
 
-    let (ticks, decimals) = scale::ticks(low, high, 5);
-    for tick in ticks {
-        area.draw(&PathElement::new([(left, y(tick)), (right, y(tick))], RULE.stroke_width(1)))?;
-        let place = (left - 10, y(tick));
-        area.draw(&Text::new(scale::label(tick, decimals), place, style(SMALL, &SOFT, HPos::Right, VPos::Center)))?;
-    }
-    let (ticks, decimals) = scale::ticks(first, last, 6);
-    for tick in ticks {
-        area.draw(&PathElement::new([(x(tick), BOTTOM), (x(tick), BOTTOM + 6)], SOFT.stroke_width(1)))?;
-        let place = (x(tick), BOTTOM + 12);
-        area.draw(&Text::new(scale::label(tick, decimals), place, style(SMALL, &SOFT, HPos::Center, VPos::Top)))?;
-    }
-    area.draw(&PathElement::new([(left, BOTTOM), (right, BOTTOM)], SOFT.stroke_width(1)))?;
+    rules::level(area, scale::ticks(low, high, 5), (left, right), y)?;
+    rules::axis(area, scale::ticks(first, last, 6), (left, right, BOTTOM), x)?;
 
     let colours = [SOFT, VERMILLION, BLUE, GREEN, ORANGE, PURPLE];
     let mut legend = left + 4;

@@ -1,6 +1,6 @@
 //! How a quantity is distributed over many devices: a histogram with the limits, and what the readings alone would make of it.
 
-use super::{Area, BLUE, Drawn, HALF, INK, RULE, SKY, SMALL, SOFT, VERMILLION, scale, style, svg};
+use super::{Area, BLUE, Drawn, HALF, INK, SKY, SMALL, SOFT, VERMILLION, rules, scale, style, svg};
 use crate::document::chart::Distribution;
 use crate::error::Result;
 use crate::language::{Language, say};
@@ -52,10 +52,9 @@ fn draw(area: &Area<'_>, own: &Distribution, lang: Language) -> Drawn {
     let x = |v: f64| left + number::whole(((v - low) / (high - low) * f64::from(right - left)).round());
     let y = |n: f64| BOTTOM - number::whole((n / (1.05 * highest) * f64::from(BOTTOM - TOP)).round());
     let (ticks, decimals) = scale::ticks(0.0, highest, 4);
-    for tick in ticks.into_iter().filter(|_| decimals == 0) {
-        area.draw(&PathElement::new([(left, y(tick)), (right, y(tick))], RULE.stroke_width(1)))?;
-        let place = (left - 10, y(tick));
-        area.draw(&Text::new(scale::label(tick, 0), place, style(SMALL, &SOFT, HPos::Right, VPos::Center)))?;
+    // devices are whole
+    if decimals == 0 {
+        rules::level(area, (ticks, decimals), (left, right), y)?;
     }
     for (k, n) in counts.iter().enumerate().filter(|(_, n)| **n > 0) {
         let (from, to) = (x(low + width * k as f64) + 1, x(low + width * (k + 1) as f64) - 1);
@@ -71,16 +70,9 @@ fn draw(area: &Area<'_>, own: &Distribution, lang: Language) -> Drawn {
     if !points.is_empty() {
         area.draw(&PathElement::new(points, BLUE.stroke_width(3)))?;
     }
-    let (ticks, decimals) = scale::ticks(scale::scaled(low, exponent), scale::scaled(high, exponent), 4);
-    for tick in ticks {
-        let share =
-            (tick - scale::scaled(low, exponent)) / (scale::scaled(high, exponent) - scale::scaled(low, exponent));
-        let place = left + number::whole((share * f64::from(right - left)).round());
-        area.draw(&PathElement::new([(place, BOTTOM), (place, BOTTOM + 6)], SOFT.stroke_width(1)))?;
-        let text = scale::label(tick, decimals);
-        area.draw(&Text::new(text, (place, BOTTOM + 12), style(SMALL, &SOFT, HPos::Center, VPos::Top)))?;
-    }
-    area.draw(&PathElement::new([(left, BOTTOM), (right, BOTTOM)], SOFT.stroke_width(1)))?;
+    let [first, last] = [low, high].map(|end| scale::scaled(end, exponent));
+    let place = |tick: f64| left + number::whole(((tick - first) / (last - first) * f64::from(right - left)).round());
+    rules::axis(area, scale::ticks(first, last, 4), (left, right, BOTTOM), place)?;
     for limit in own.limits.iter().flatten().filter(|v| v.is_finite() && **v >= low && **v <= high) {
         let line = vec![(x(*limit), TOP), (x(*limit), BOTTOM)];
         area.draw(&plotters::element::DashedPathElement::new(line, 12, 8, VERMILLION.stroke_width(3)))?;

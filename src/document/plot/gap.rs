@@ -31,7 +31,7 @@ pub(super) fn gap(panels: &[GapPanel], factor: &str, lang: Language) -> Result<S
         let title = if factor.is_empty() {
             say!(lang, "readings-in-their-order").into()
         } else {
-            say!(lang, "readings-by", factor = lang.name(factor))
+            say!(lang, "grouped-by", what = say!(lang, "readings").to_lowercase(), by = lang.name(factor))
         };
         let place = ((LEFT + right()) / 2, total - 44);
         area.draw(&Text::new(title, place, style(SMALL, &SOFT, HPos::Center, VPos::Top)))?;
@@ -62,10 +62,10 @@ fn legend(area: &Area<'_>, panels: &[GapPanel], lang: Language) -> Drawn {
         x += 90 + text_width(label, TEXT);
         Ok(())
     };
-    let (first, after) = if repaired { (say!(lang, "before-repair"), true) } else { (say!(lang, "residual"), false) };
+    let (first, after) = if repaired { (say!(lang, "before"), true) } else { (say!(lang, "residual"), false) };
     entry(first, &|x| Ok(area.draw(&Circle::new((x, 14), 7, VERMILLION.stroke_width(3)))?))?;
     if after {
-        entry(say!(lang, "after-repair"), &|x| Ok(area.draw(&Circle::new((x, 14), 7, BLUE.filled()))?))?;
+        entry(say!(lang, "after"), &|x| Ok(area.draw(&Circle::new((x, 14), 7, BLUE.filled()))?))?;
     }
     if points().any(|p| p.band.is_some()) {
         let block = |x: i32| Rectangle::new([(x - 14, 2), (x + 16, 26)], SKY.mix(0.30).filled());

@@ -1,6 +1,6 @@
 //! A quantity over calendar time: each calibration with its expanded uncertainty, the trend, the limits.
 
-use super::{Area, BLUE, Drawn, HALF, RULE, SMALL, SOFT, VERMILLION, scale, style, svg};
+use super::{Area, BLUE, Drawn, HALF, SMALL, SOFT, VERMILLION, rules, scale, style, svg};
 use crate::document::chart::History;
 use crate::error::Result;
 use crate::language::{Language, say};
@@ -33,19 +33,8 @@ fn draw(area: &Area<'_>, history: &History, lang: Language) -> Drawn {
     let x = |v: f64| left + number::whole(((v - first) / (last - first) * f64::from(right - left)).round());
     let y = |v: f64| TOP + number::whole(((high - at(v)) / (high - low) * f64::from(BOTTOM - TOP)).round());
     let level = |tick: f64| TOP + number::whole(((high - tick) / (high - low) * f64::from(BOTTOM - TOP)).round());
-    let (ticks, decimals) = scale::ticks(low, high, 5);
-    for tick in ticks {
-        area.draw(&PathElement::new([(left, level(tick)), (right, level(tick))], RULE.stroke_width(1)))?;
-        let place = (left - 10, level(tick));
-        area.draw(&Text::new(scale::label(tick, decimals), place, style(SMALL, &SOFT, HPos::Right, VPos::Center)))?;
-    }
-    let (ticks, decimals) = scale::ticks(first, last, 5);
-    for tick in ticks {
-        area.draw(&PathElement::new([(x(tick), BOTTOM), (x(tick), BOTTOM + 6)], SOFT.stroke_width(1)))?;
-        let place = (x(tick), BOTTOM + 12);
-        area.draw(&Text::new(scale::label(tick, decimals), place, style(SMALL, &SOFT, HPos::Center, VPos::Top)))?;
-    }
-    area.draw(&PathElement::new([(left, BOTTOM), (right, BOTTOM)], SOFT.stroke_width(1)))?;
+    rules::level(area, scale::ticks(low, high, 5), (left, right), level)?;
+    rules::axis(area, scale::ticks(first, last, 5), (left, right, BOTTOM), x)?;
     for limit in history.limits.iter().flatten().filter(|limit| limit.is_finite()) {
         let line = vec![(left, y(*limit)), (right, y(*limit))];
         area.draw(&plotters::element::DashedPathElement::new(line, 12, 8, VERMILLION.stroke_width(2)))?;

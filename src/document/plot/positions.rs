@@ -50,7 +50,7 @@ fn draw(
         area.draw(&Text::new(format!("{tick:.0}"), place, style(SMALL, &SOFT, HPos::Right, VPos::Center)))?;
     }
     let title = match axes.each_ref().map(String::as_str) {
-        [across, ""] => say!(lang, "positions-deg", across),
+        [across, ""] => format!("{across} (deg)"),
         [across, up] => say!(lang, "deg-across-deg-up", across, up),
     };
     area.draw(&Text::new(title, ((left + right) / 2, bottom + 50), style(SMALL, &SOFT, HPos::Center, VPos::Top)))?;

@@ -33,3 +33,19 @@ pub(super) fn upright(
     }
     Ok(())
 }
+
+/// The axis at the bottom of a chart, from `left` to `right`, with a mark and a number at each tick.
+pub(super) fn axis(
+    area: &Area<'_>,
+    (ticks, decimals): (Vec<f64>, usize),
+    (left, right, bottom): (i32, i32, i32),
+    x: impl Fn(f64) -> i32,
+) -> Drawn {
+    for tick in ticks {
+        area.draw(&PathElement::new([(x(tick), bottom), (x(tick), bottom + 6)], SOFT.stroke_width(1)))?;
+        let place = (x(tick), bottom + 12);
+        area.draw(&Text::new(scale::label(tick, decimals), place, style(SMALL, &SOFT, HPos::Center, VPos::Top)))?;
+    }
+    area.draw(&PathElement::new([(left, bottom), (right, bottom)], SOFT.stroke_width(1)))?;
+    Ok(())
+}

@@ -124,12 +124,12 @@ impl Panel {
             Specification::Gap(panels, _) => {
                 let panel = |own: &crate::document::chart::GapPanel| {
                     let repaired = own.points.iter().any(|point| point.after.is_some());
-                    let first = if repaired { say!(lang, "before-repair").to_string() } else { residual() };
+                    let first = if repaired { say!(lang, "before").to_string() } else { residual() };
                     let mut series =
                         vec![Series::new(first, Style::Marks, counted(own.points.iter().map(|point| point.before)))];
                     if repaired {
                         let after = own.points.iter().map(|point| point.after.unwrap_or(f64::NAN));
-                        series.push(Series::new(say!(lang, "after-repair"), Style::Marks, counted(after)));
+                        series.push(Series::new(say!(lang, "after"), Style::Marks, counted(after)));
                     }
                     Panel::new([readings(), with_unit(&own.title, &own.unit)], series)
                 };

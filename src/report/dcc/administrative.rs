@@ -114,7 +114,7 @@ fn made(xml: &mut Xml, item: &ItemFile, certificate: Option<&str>, texts: Texts<
             within(xml, "dcc:identification", |xml| {
                 text(xml, "dcc:issuer", IssuerFile::Other.name())?;
                 text(xml, "dcc:value", number)?;
-                told(xml, "dcc:name", texts, |lang| say!(lang, "dcc-calibration-certificate").into())
+                told(xml, "dcc:name", texts, |lang| say!(lang, "calibration-certificate").into())
             })
         })
     })

@@ -42,7 +42,7 @@ pub(super) fn write(
     within(xml, "dcc:influenceConditions", |xml| {
         if let Some(adjusted) = adjusted {
             within(xml, "dcc:influenceCondition", |xml| {
-                told(xml, "dcc:name", texts, |lang| say!(lang, "dcc-state-of-item").into())?;
+                told(xml, "dcc:name", texts, |lang| lang.title(say!(lang, "state")))?;
                 text(xml, "dcc:status", adjusted.status())?;
                 within(xml, "dcc:data", |xml| told(xml, "dcc:text", texts, |lang| adjusted.said(lang).into()))
             })?;

@@ -29,7 +29,7 @@ pub(super) fn write(xml: &mut Xml, report: &FitReport, quantities: &[Quantity], 
         told(xml, "dcc:name", texts, |lang| say!(lang, "dcc-covariance").into())?;
         within(xml, "dcc:data", |xml| {
             within(xml, "dcc:quantity", |xml| {
-                told(xml, "dcc:name", texts, |lang| say!(lang, "dcc-jointly").into())?;
+                told(xml, "dcc:name", texts, |lang| say!(lang, "estimates").into())?;
                 within(xml, "si:realListXMLList", |xml| {
                     text(xml, "si:labelXMLList", &list(&|q| q.id.clone()))?;
                     text(xml, "si:valueXMLList", &list(&|q| decimal(q.value)))?;

@@ -22,11 +22,11 @@ mod texts;
 mod units;
 mod verdicts;
 
+use super::fit_document::{estimated, global_test, not_estimable};
 use super::{ArcsecReport, FitReport, VERSION};
 use crate::campaign::{Identity, Kind};
 use crate::error::{Fault, Malformed, Result};
-use crate::fit::Fit;
-use crate::fit::State;
+use crate::fit::{Estimator, Fit, State};
 use crate::language::{Language, say};
 use crate::number;
 use crate::wire::LabFile;
@@ -185,7 +185,7 @@ fn measured(xml: &mut Xml, title: &str, own: &Measured<'_>, lab: &LabFile, texts
     within(xml, "dcc:measurementResult", |xml| {
         told(xml, "dcc:name", texts, |lang| match own.adjusted {
             Some(adjusted) => {
-                say!(lang, "dcc-title-and-state", title = lang.name(title), state = adjusted.said(lang))
+                format!("{}{}{}", lang.name(title), lang.colon(), adjusted.said(lang))
             }
             None => lang.name(title).into_owned(),
         })?;
@@ -205,7 +205,7 @@ fn measured(xml: &mut Xml, title: &str, own: &Measured<'_>, lab: &LabFile, texts
 
 fn estimates(xml: &mut Xml, own: &Measured<'_>, texts: Texts<'_>) -> io::Result<()> {
     within(xml, "dcc:result", |xml| {
-        told(xml, "dcc:name", texts, |lang| say!(lang, "angles-and-coefficients").into())?;
+        told(xml, "dcc:name", texts, |lang| say!(lang, "estimates").into())?;
         told(xml, "dcc:description", texts, |lang| remarks(own.report, lang).join(lang.space()))?;
         within(xml, "dcc:data", |xml| {
             own.quantities.iter().try_for_each(|quantity| self::quantity(xml, own, quantity, texts))
@@ -216,37 +216,31 @@ fn estimates(xml: &mut Xml, own: &Measured<'_>, texts: Texts<'_>) -> io::Result<
 /// What a reader must know to use the numbers.
 fn remarks(report: &FitReport, lang: Language) -> Vec<String> {
     let models: Vec<String> = report.model.iter().map(|(sensor, line)| format!("{sensor} = {line}")).collect();
-    let mut remarks = vec![say!(lang, "dcc-model", models = models.join(lang.semicolon()))];
-    remarks.push(say!(
-        lang,
-        "dcc-least-squares",
-        estimator = lang.term("estimator", report.estimator.name()),
-        readings = report.fit.readings.to_string(),
-        dof = report.fit.dof.to_string()
-    ));
+    let models = format!("{}{}{}", say!(lang, "model"), lang.colon(), models.join(lang.semicolon()));
+    let mut remarks = vec![lang.sentence(&models), estimated(report, lang)];
+    remarks.push(say!(lang, "rows-are-exact-derivatives", iterated = report.estimator == Estimator::Exact));
     if !report.known.is_empty() {
         let known: Vec<String> =
             report.known.iter().map(|k| format!("{} = {} {} (u = {})", k.id, k.value, k.unit, k.u)).collect();
-        remarks.push(say!(lang, "dcc-known", known = known.join(lang.semicolon())));
+        remarks.push(say!(lang, "taken-as-known", known = known.join(lang.semicolon())));
     }
     if !report.correlations.is_empty() {
         let list = report.correlated().join(lang.semicolon());
         remarks.push(lang.sentence(&say!(lang, "correlated-inputs", list)));
     }
     if !report.assumed_zero.is_empty() {
-        remarks.push(say!(lang, "dcc-assumed-zero", assumed_zero = report.assumed_zero.join(lang.comma())));
+        remarks.push(say!(
+            lang,
+            "taken-as-zero-neither-known-nor-estimated",
+            assumed_zero = lang.list(&report.assumed_zero)
+        ));
     }
-    for defect in &report.not_estimable {
-        remarks.push(say!(lang, "dcc-not-estimable", text = defect.text));
-    }
+    remarks.extend(not_estimable(report, lang));
     if let Some(robust) = &report.robust {
-        remarks.push(say!(lang, "dcc-robust", method = robust.method.to_string()));
+        remarks.push(say!(lang, "robust-estimator", method = robust.method.to_string()));
     }
     remarks.extend(report.fit.remarks.iter().map(|remark| lang.sentence(&remark.say(lang))));
-    if let Some(p) = report.fit.p {
-        let p = format!("{p:.3}");
-        remarks.push(say!(lang, "dcc-global-test", rejected = report.fit.rejected, p));
-    }
+    remarks.extend(global_test(report, lang).map(|(_, said)| said));
     remarks
 }
 
@@ -258,7 +252,7 @@ fn scatter(xml: &mut Xml, report: &FitReport, prefix: &str, texts: Texts<'_>) ->
     }
     within(xml, "dcc:result", |xml| {
         told(xml, "dcc:name", texts, |lang| say!(lang, "what-scatters").into())?;
-        told(xml, "dcc:description", texts, |lang| say!(lang, "dcc-what-scatters").into())?;
+        told(xml, "dcc:description", texts, |lang| say!(lang, "sd-standard-deviation-of-one-deviation-a").into())?;
         within(xml, "dcc:data", |xml| {
             for (k, (source, sd)) in with_sd().enumerate() {
                 let id = format!("{prefix}scatter_{}", k + 1);
@@ -278,9 +272,9 @@ fn scatter(xml: &mut Xml, report: &FitReport, prefix: &str, texts: Texts<'_>) ->
 }
 
 fn about_source(source: &super::ScatterReport, lang: Language) -> String {
-    let levels = source.levels.to_string();
-    let mut clauses = vec![say!(lang, "dcc-values", estimated = source.estimated, levels)];
-    clauses.extend(source.u_sd.map(|u| say!(lang, "dcc-standard-uncertainty", u = decimal(u))));
+    let values = format!("{}{}{}", say!(lang, "values"), lang.colon(), source.levels);
+    let mut clauses = vec![lang.term(source.from.name()), values];
+    clauses.extend(source.u_sd.map(|u| format!("{} {}", say!(lang, "standard-uncertainty"), decimal(u))));
     let mut said = clauses.join(lang.clause());
     if let Some(note) = &source.note {
         said.push_str(&format!("{}{}", lang.semicolon(), note.say(lang)));

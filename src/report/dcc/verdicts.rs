@@ -41,11 +41,12 @@ pub(super) fn of_quantity(
 
 /// The outcome in words, with the rule and the probability that it rests on.
 fn declaration(conformity: &ConformityReport, limited: &LimitedReport, lang: Language) -> String {
-    let outcome = lang.term("outcome", limited.outcome.name());
+    let outcome = lang.term(limited.outcome.name());
     let mut said = say!(lang, "conformity-is", outcome, rule = conformity.rule);
     if let Some(probability) = limited.probability {
         said.push_str(lang.space());
-        said.push_str(&say!(lang, "dcc-probability", probability = percent(probability)));
+        let probability = format!("{}{}{}", say!(lang, "probability"), lang.colon(), percent(probability));
+        said.push_str(&lang.sentence(&lang.title(&probability)));
     }
     said
 }

@@ -1,6 +1,6 @@
 //! The document of a diagnosis: the verdict, what was found and the picture, how the gap shrinks, then what it rests on.
 
-use super::super::colophon::colophon;
+use super::super::colophon::begin;
 use super::super::fit_document::bench_figure;
 use super::super::scatter;
 use super::figure::{diagnose_figure, named};
@@ -18,11 +18,9 @@ const BRIEF: usize = 8;
 
 /// The document of a diagnosis; what was asked, and the diagnosis itself, give the picture and what was taken for granted.
 pub fn diagnose_document(report: &DiagnoseReport, of: Option<(&Campaign, &Diagnosis)>, lang: Language) -> Document {
-    let mut document = Document::new(say!(lang, "diagnosis-of", title = report.bench));
-    document.language = lang;
+    let mut document = begin(say!(lang, "diagnosis-of", title = report.bench), &report.inputs, lang);
     document.subtitle = of.map_or_else(String::new, |(campaign, _)| lang.name(&campaign.bench.title).into_owned());
     document.facts = report.identity.facts(lang);
-    document.colophon = colophon(&report.inputs, lang);
     let missing = Section::new(say!(lang, "what-is-missing"));
     let missing = report.effects.iter().fold(missing, |section, effect| section.block(card(report, effect, lang)));
     let document = document.section(result(report, of, lang)).section(shrinking(report, lang));
@@ -81,9 +79,7 @@ fn effects(report: &DiagnoseReport, lang: Language) -> Table {
 
 /// The gap as given and after each effect, then each sensor's.
 fn shrinking(report: &DiagnoseReport, lang: Language) -> Section {
-    let found = !report.effects.is_empty();
-    let section =
-        Section::new(if found { say!(lang, "the-gap-shrinks-step-by-step") } else { say!(lang, "the-gap-as-given") });
+    let section = Section::new(say!(lang, "the-gap"));
     if report.verdict == Verdict::NotDiagnosable {
         return section;
     }
@@ -135,14 +131,16 @@ fn shrinking(report: &DiagnoseReport, lang: Language) -> Section {
 /// Each sensor's gap.
 fn sensors(report: &DiagnoseReport, lang: Language) -> Table {
     let found = !report.effects.is_empty();
+    let (sd, max) = (say!(lang, "residual-sd"), say!(lang, "max"));
+    let at = |what: &str, when| if found { words::at(what, when, lang) } else { what.to_string() };
     let mut table = Table::new(&[
         (say!(lang, "sensor"), Align::Left),
         (say!(lang, "unit"), Align::Left),
         (say!(lang, "noise-sd"), Align::Decimal),
-        (if found { say!(lang, "sd-before") } else { say!(lang, "residual-sd") }, Align::Decimal),
-        (if found { say!(lang, "max-before") } else { say!(lang, "max") }, Align::Decimal),
-        (say!(lang, "sd-after"), Align::Decimal),
-        (say!(lang, "max-after"), Align::Decimal),
+        (&at(sd, "before"), Align::Decimal),
+        (&at(max, "before"), Align::Decimal),
+        (&at(sd, "after"), Align::Decimal),
+        (&at(max, "after"), Align::Decimal),
     ]);
     for (id, own) in &report.gap.sensors {
         let after = |cell: Cell| if found { cell } else { "".into() };
@@ -168,27 +166,27 @@ fn card(report: &DiagnoseReport, effect: &EffectReport, lang: Language) -> Conte
         }
     };
     if effect.value.is_none() {
-        fact(&lang.title(say!(lang, "value")), say!(lang, "the-repaired-model-does-not-determine-it").into());
+        fact(&lang.title(say!(lang, "value")), lang.term("not-estimable"));
     }
     if report.model_before.len() > 1 && effect.sensor.is_none() && effect.in_sensors.is_empty() {
-        fact(&lang.title(say!(lang, "sensor")), say!(lang, "common-to-all").into());
+        fact(&lang.title(say!(lang, "sensor")), say!(lang, "all").into());
     }
     for own in &effect.in_sensors {
-        let value = own.value.map_or(say!(lang, "not-determined").into(), |v| in_text(&rounded(v, own.u), &own.unit));
+        let value = own.value.map_or_else(|| lang.term("not-estimable"), |v| in_text(&rounded(v, own.u), &own.unit));
         let u = own.u.map_or(String::new(), |u| format!(", u = {}", rounded(u, Some(u))));
-        let name = say!(lang, "in-sensor", sensor = own.sensor);
+        let name = format!("`{}`", own.sensor);
         fact(&name, format!("`{}` = {value}{u}, t = {:.1}", own.coefficient, own.t));
     }
-    fact(say!(lang, "stated-2"), words::against_stated(effect, lang));
-    fact(say!(lang, "title-probability"), words::probability(effect, lang));
+    fact(&lang.title(&lang.term("stated")), words::against_stated(effect, lang));
+    fact(&lang.title(say!(lang, "probability")), words::probability(effect, lang));
     let aliases = words::aliases(effect, lang);
     let listed = |names: &[String]| words::listed(names, LISTED, lang);
     fact(&lang.title(say!(lang, "cannot-be-distinguished-from")), listed(&aliases.same));
     fact(say!(lang, "fits-not-significantly-worse"), listed(&aliases.near));
     fact(say!(lang, "only-through-small-terms"), listed(&aliases.small));
-    fact(say!(lang, "title-one-more-position-would-tell-it"), words::separating(effect, lang));
+    fact(say!(lang, "discriminated-by"), words::separating(effect, lang));
     fact(say!(lang, "no-position-of-this-bench-tells-it"), listed(&effect.separate_never));
-    fact(say!(lang, "why-it-happens"), lang.name(&effect.why).into_owned());
+    fact(&lang.title(say!(lang, "probable-cause")), lang.name(&effect.why).into_owned());
     fact(say!(lang, "to-confirm"), lang.name(&effect.confirm).into_owned());
     let heading = say!(lang, "effect-named", name = lang.name(&effect.name), regressor = effect.regressor);
     // a heading is no sentence: it has no full stop
@@ -198,31 +196,43 @@ fn card(report: &DiagnoseReport, effect: &EffectReport, lang: Language) -> Conte
 
 /// Mean residuals at the states of the joints, where something is unexplained.
 fn pattern(report: &DiagnoseReport, lang: Language) -> Section {
-    let mut table = Table::new(&[
-        (say!(lang, "gap-at"), Align::Left),
-        (say!(lang, "sensor"), Align::Left),
-        (say!(lang, "readings").to_lowercase().as_str(), Align::Right),
-        (say!(lang, "mean-gap"), Align::Decimal),
-        ("", Align::Bar),
-        (say!(lang, "in-sd"), Align::Decimal),
-    ])
-    .at(Detail::Full, &[4]);
-    let cells: Vec<_> = report.unexplained.iter().flat_map(|own| &own.cells).take(LISTED).collect();
-    let largest = cells.iter().fold(0.0_f64, |m, cell| m.max(cell.z.abs()));
-    for cell in &cells {
-        table.row(vec![
-            words::position(&cell.at).into(),
-            Cell::name(&cell.sensor),
-            cell.readings.into(),
-            Cell::Digits(cell.mean, 3),
-            (cell.z / largest).to_string().into(),
-            Cell::Decimals(cell.z, 1),
-        ]);
-    }
+    let cells = report.unexplained.iter().flat_map(|own| &own.cells).take(LISTED);
+    let rows = cells.map(|own| (words::position(&own.at), own.sensor.clone(), own.readings, own.mean, own.z, None));
+    let mut table = means(rows.collect(), lang);
     table.note = say!(lang, "mean-residual-at-each-state-of-the").into();
-    table.small = cells.len() > 12;
     table.brief_rows = Some(2 * BRIEF);
     Section::new(say!(lang, "the-pattern")).table(table)
+}
+
+/// A mean residual: its setting, sensor, readings, size, size in standard deviations, and probability.
+type Mean = (String, String, usize, f64, f64, Option<f64>);
+
+/// Mean residuals, with bars as long as they are significant.
+fn means(rows: Vec<Mean>, lang: Language) -> Table {
+    let mut table = Table::new(&[
+        (say!(lang, "setting"), Align::Left),
+        (say!(lang, "sensor"), Align::Left),
+        (say!(lang, "readings").to_lowercase().as_str(), Align::Right),
+        (say!(lang, "mean"), Align::Decimal),
+        ("", Align::Bar),
+        ("z", Align::Decimal),
+        ("p", Align::Right),
+    ])
+    .at(Detail::Full, &[4]);
+    let largest = rows.iter().fold(0.0_f64, |most, own| most.max(own.4.abs()));
+    table.small = rows.len() > 12;
+    for (setting, sensor, readings, mean, z, p) in rows {
+        table.row(vec![
+            setting.into(),
+            Cell::name(sensor),
+            readings.into(),
+            Cell::Digits(mean, 3),
+            (z / largest).to_string().into(),
+            Cell::Decimals(z, 1),
+            p.map_or("".into(), Cell::Probability),
+        ]);
+    }
+    table
 }
 
 /// Model lines, with what was appended marked, and what else the repair does.
@@ -242,7 +252,7 @@ fn model(report: &DiagnoseReport, lang: Language) -> Section {
         let own = report.effects.iter().filter(|e| !e.regressor.contains(':') && !e.coefficient.is_empty());
         repairs.extend(own.map(|e| say!(lang, "is-now-estimated", id = format!("`{}`", e.coefficient), was = "tilt")));
     }
-    let section = Section::new(say!(lang, "the-model"))
+    let section = Section::new(say!(lang, "model"))
         .prose(format!("{}{}", lang.title(say!(lang, "as-given")), lang.colon().trim_end()))
         .block(Content::Marked(before));
     let section = match changed.is_empty() {
@@ -258,11 +268,11 @@ fn model(report: &DiagnoseReport, lang: Language) -> Section {
 fn changes(report: &DiagnoseReport, lang: Language) -> Section {
     let mut table = Table::new(&[
         (say!(lang, "parameter"), Align::Left),
-        (say!(lang, "before-repair"), Align::Decimal),
+        (say!(lang, "before"), Align::Decimal),
         ("u", Align::Decimal),
-        (say!(lang, "after-repair"), Align::Decimal),
+        (say!(lang, "after"), Align::Decimal),
         ("u", Align::Decimal),
-        (say!(lang, "repair-shift"), Align::Decimal),
+        (say!(lang, "shift"), Align::Decimal),
         (say!(lang, "shift-u"), Align::Decimal),
         (say!(lang, "unit"), Align::Left),
     ])
@@ -293,32 +303,12 @@ fn places(report: &DiagnoseReport, lang: Language) -> Section {
     if report.verdict == Verdict::NothingMissing {
         return section;
     }
-    let mut table = Table::new(&[
-        (say!(lang, "factor"), Align::Left),
-        (say!(lang, "level"), Align::Left),
-        (say!(lang, "sensor"), Align::Left),
-        (say!(lang, "readings").to_lowercase().as_str(), Align::Right),
-        (say!(lang, "mean-gap"), Align::Decimal),
-        ("", Align::Bar),
-        (say!(lang, "in-sd"), Align::Decimal),
-        (say!(lang, "p-alone"), Align::Right),
-    ])
-    .at(Detail::Full, &[5]);
-    let shown: Vec<_> = report.places.iter().filter(|place| place.significant == Some(true)).take(LISTED).collect();
-    let largest = shown.iter().fold(0.0_f64, |m, place| m.max(place.z.abs()));
-    for place in &shown {
-        table.row(vec![
-            named(&place.factor, lang).into(),
-            words::level(&place.level).into(),
-            Cell::name(&place.sensor),
-            place.readings.into(),
-            Cell::Digits(place.mean, 3),
-            (place.z / largest).to_string().into(),
-            Cell::Decimals(place.z, 1),
-            Cell::Probability(place.p),
-        ]);
-    }
-    table.small = shown.len() > 12;
+    let shown = report.places.iter().filter(|place| place.significant == Some(true)).take(LISTED);
+    let row = |own: &super::PlaceReport| {
+        let setting = format!("{} {}", named(&own.factor, lang), words::level(&own.level));
+        (setting, own.sensor.clone(), own.readings, own.mean, own.z, Some(own.p))
+    };
+    let mut table = means(shown.map(row).collect(), lang);
     table.brief_rows = Some(BRIEF);
     table.note = say!(lang, "means-of-the-residuals-with-the-model").into();
     section.table(table)
@@ -326,11 +316,10 @@ fn places(report: &DiagnoseReport, lang: Language) -> Section {
 
 /// What was taken for granted, and where it comes from.
 fn assumptions(report: &DiagnoseReport, of: Option<(&Campaign, &Diagnosis)>, lang: Language) -> Section {
-    let names = |ids: &[&str]| lang.list(&ids.iter().map(|id| format!("`{id}`")).collect::<Vec<_>>());
     let mut points = Vec::new();
     if !report.assumed_zero.is_empty() {
-        let zero: Vec<&str> = report.assumed_zero.iter().map(String::as_str).collect();
-        points.push(say!(lang, "taken-as-zero-neither-known-nor-estimated", assumed_zero = names(&zero)));
+        let assumed_zero = lang.names(&report.assumed_zero);
+        points.push(say!(lang, "taken-as-zero-neither-known-nor-estimated", assumed_zero));
     }
     let mut facts = Vec::new();
     if let Some((campaign, diagnosis)) = of {
@@ -348,17 +337,15 @@ fn assumptions(report: &DiagnoseReport, of: Option<(&Campaign, &Diagnosis)>, lan
         let prior = |p: &&Parameter| matches!(p.role, Role::Estimated { prior: Some(_), .. });
         let priors: Vec<&str> = campaign.estimated().iter().filter(prior).map(|p| p.id.as_str()).collect();
         if !priors.is_empty() {
-            points.push(say!(lang, "priors-entered-as-rows-of-their-own", priors = names(&priors)));
+            points.push(say!(lang, "priors-entered-as-rows-of-their-own", priors = lang.names(&priors)));
         }
-        points.push(match diagnosis.before.convergence.is_some() {
-            true => say!(lang, "the-models-are-fitted-exactly-gauss-newton").into(),
-            false => say!(lang, "gauss-newton-does-not-converge-here-so").into(),
-        });
+        if diagnosis.before.convergence.is_none() {
+            points.push(say!(lang, "gauss-newton-does-not-converge-here-so").into());
+        }
         let source = Some(lang.name(&campaign.bench.source).into_owned()).filter(|source| !source.is_empty());
-        facts.extend(source.map(|source| (say!(lang, "source").into(), source)));
+        facts.extend(source.map(|source| (lang.title(say!(lang, "source")), source)));
     }
-    points.push(say!(lang, "readings-are-independent", from = report.gap.noise.from.name()));
-    facts.extend(report.inputs.first().map(|input| (say!(lang, "campaign").into(), input.name.clone())));
+    facts.extend(report.inputs.first().map(|input| (lang.title(say!(lang, "campaign")), input.name.clone())));
     let constraints = |is_kept: bool| {
         let own = report.constraints.iter();
         own.filter(|c| matches!(c.state, Held::Equality | Held::Inactive) == is_kept)

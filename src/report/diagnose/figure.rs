@@ -6,7 +6,7 @@ use crate::campaign::Campaign;
 use crate::diagnosis::{Diagnosis, Grouping, Level};
 use crate::document::Figure;
 use crate::document::chart::{Chart, GapPanel, GapPoint};
-use crate::document::number::{significant, trimmed};
+use crate::document::number::trimmed;
 use crate::language::{Language, say};
 
 /// Most sensors in one picture.
@@ -22,7 +22,6 @@ pub fn diagnose_figure(campaign: &Campaign, diagnosis: &Diagnosis, report: &Diag
     let panels: Vec<GapPanel> =
         sensors.iter().map(|k| panel(campaign, diagnosis, report, *k, (every, sensors.len()), lang)).collect();
     let factor = diagnosis.grouping.as_ref().map_or("", |g| g.factor.as_str());
-    let many = panels.iter().any(|panel| panel.points.len() > 60);
     let mut caption = vec![match report.effects.is_empty() {
         true => say!(lang, "each-reading-minus-the-model-as-given").to_string(),
         false => say!(lang, "each-reading-minus-the-model-circles-with").to_string(),
@@ -32,27 +31,14 @@ pub fn diagnose_figure(campaign: &Campaign, diagnosis: &Diagnosis, report: &Diag
     }
     if every > 1 {
         let every = every.to_string();
-        caption.push(say!(lang, "one-reading-in-is-drawn-and-all", every));
-    } else if many {
-        caption.push(say!(lang, "every-reading-is-drawn").to_string());
+        caption.push(say!(lang, "one-reading-in-is-drawn", every));
     }
     let left = campaign.bench.sensors.len() - sensors.len();
     if left > 0 {
         caption.push(say!(lang, "further-sensors-are-not-drawn", n = left));
     }
     let caption = caption.join(lang.space());
-    Figure { caption, description: description(report, lang), chart: Chart::Gap(panels, factor.into()), wide: true }
-}
-
-/// The same in words.
-fn description(report: &DiagnoseReport, lang: Language) -> String {
-    let sensors = report.gap.sensors.iter().map(|(id, own)| {
-        let rms = |v: Option<f64>| v.map_or_else(|| say!(lang, "unknown").to_string(), |v| significant(v, 3));
-        let (before, unit) = (rms(own.rms_before), &own.unit);
-        let (repaired, after) = (!report.effects.is_empty(), rms(own.rms_after));
-        say!(lang, "residual-sd-in-figure", repaired, id, before, unit, after)
-    });
-    lang.sentence(&sensors.collect::<Vec<_>>().join(lang.semicolon()))
+    Figure::new(caption, Chart::Gap(panels, factor.into()), true)
 }
 
 fn gap_of<'a>(campaign: &Campaign, report: &'a DiagnoseReport, sensor: usize) -> Option<&'a SensorGapReport> {
@@ -100,7 +86,7 @@ fn panel(
     }
     rows.sort_by_key(|(place, _)| *place);
     // the title of a low panel has little room
-    let title = if panels > 2 { id.to_string() } else { say!(lang, "fit-figures-residual", id) };
+    let title = if panels > 2 { id.to_string() } else { format!("{id} {}", say!(lang, "residual")) };
     GapPanel { title, unit: unit.into(), points: rows.into_iter().map(|(_, p)| p).collect() }
 }
 

@@ -2,7 +2,7 @@
 
 use super::super::{ARCSEC, PositionReport};
 use super::{AliasReport, AssertedReport, ChangeReport, DiagnoseReport, EffectReport, LevelReport};
-use crate::diagnosis::{Held, NoiseFrom, Verdict};
+use crate::diagnosis::{NoiseFrom, Verdict};
 use crate::document::number::{percent, significant, trimmed};
 use crate::document::{Align, Cell, Detail, Table, Tone};
 use crate::language::{Language, say};
@@ -43,7 +43,7 @@ pub struct Found<'a> {
 /// What was found, one thing a row; `expanded` is the title of the expanded uncertainties.
 pub fn found<'a>(rows: impl Iterator<Item = Found<'a>>, expanded: &str, lang: Language) -> Table {
     let mut table = Table::new(&[
-        (say!(lang, "effect-2"), Align::Left),
+        (say!(lang, "effect"), Align::Left),
         (say!(lang, "quantity"), Align::Left),
         (say!(lang, "sensor"), Align::Left),
         (say!(lang, "value"), Align::Decimal),
@@ -93,11 +93,12 @@ pub fn listed(names: &[String], most: usize, lang: Language) -> String {
         Some((name, rest)) => format!("`{name}` ({rest}"),
         None => format!("`{text}`"),
     };
-    let shown = names.iter().take(most).map(code).collect::<Vec<_>>().join(lang.comma());
-    match names.len().saturating_sub(most) {
-        0 => shown,
-        more => say!(lang, "and-more", shown, more = more.to_string()),
-    }
+    lang.first_of(&names.iter().map(code).collect::<Vec<_>>(), most, lang.comma())
+}
+
+/// A quantity before or after the effects are in the model, as the title of a column.
+pub fn at(what: &str, when: &'static str, lang: Language) -> String {
+    format!("{what}{}{}", lang.clause(), lang.word(when))
 }
 
 /// The verdict in one sentence, without a full stop.
@@ -106,7 +107,7 @@ pub fn verdict(report: &DiagnoseReport, lang: Language) -> String {
     let line_estimated = report.scatter.iter().any(|s| s.estimated && !s.source.starts_with("readings of "));
     let n = report.effects.len();
     let names = report.effects.iter().map(|effect| named(effect, lang)).collect::<Vec<_>>();
-    let names = names.join(say!(lang, "effects-and"));
+    let names = names.join(lang.semicolon());
     let suspected = suspected(report, lang);
     match report.verdict {
         Verdict::EffectsFound if report.suspected.is_empty() => say!(lang, "effects-are-missing", n, names),
@@ -122,7 +123,7 @@ pub fn verdict(report: &DiagnoseReport, lang: Language) -> String {
         Verdict::NothingMissing if line_estimated => say!(lang, "nothing-is-missing", noise = "scatter"),
         Verdict::NothingMissing if known => say!(lang, "nothing-is-missing", noise = "known"),
         Verdict::NothingMissing => say!(lang, "nothing-is-missing", noise = "residuals"),
-        Verdict::Unexplained => say!(lang, "unexplained", of = "campaign"),
+        Verdict::Unexplained => say!(lang, "unexplained").into(),
         Verdict::NotDiagnosable => say!(lang, "not-diagnosable", of = "campaign"),
     }
 }
@@ -133,7 +134,7 @@ pub fn suspected(report: &DiagnoseReport, lang: Language) -> String {
         let name = say!(lang, "effect-named", name = lang.name(&own.name), regressor = own.regressor);
         say!(lang, "effect-with-probability", name, p = format!("{:.0} %", 100.0 * own.probability))
     };
-    report.suspected.iter().map(own).collect::<Vec<_>>().join(say!(lang, "effects-and"))
+    report.suspected.iter().map(own).collect::<Vec<_>>().join(lang.semicolon())
 }
 
 /// An effect with how many others it could as well be.
@@ -168,7 +169,7 @@ pub fn would_help(report: &DiagnoseReport, lang: Language) -> String {
     let positions: Vec<String> = report.would_help.iter().map(position).collect();
     match positions.is_empty() {
         true => String::new(),
-        false => say!(lang, "one-further-reading-would-help", positions = positions.join(say!(lang, "positions-or"))),
+        false => say!(lang, "one-further-reading-would-help", positions = positions.join(lang.semicolon())),
     }
 }
 
@@ -197,7 +198,7 @@ pub fn of(effect: &EffectReport, lang: Language) -> String {
 pub fn against_stated(effect: &EffectReport, lang: Language) -> String {
     let (Some(stated), Some(value)) = (effect.stated_u, effect.value) else { return String::new() };
     if !(stated > 0.0) {
-        return say!(lang, "it-was-stated-as-exact").into();
+        return say!(lang, "exact").into();
     }
     let times = value.abs() / stated;
     let within = times <= 2.0;
@@ -258,7 +259,7 @@ pub fn separating(effect: &EffectReport, lang: Language) -> String {
     let told = effect.separate_by.iter().zip(&effect.separate_tells);
     let one = |(own, n): (&PositionReport, &usize)| {
         let [n, of] = [*n, effect.separate_of].map(|count| count.to_string());
-        say!(lang, "position-tells-from", at = format!("`{}`", position(own)), n, of)
+        say!(lang, "discriminates", at = format!("`{}`", position(own)), n, of)
     };
     told.map(one).collect::<Vec<String>>().join(lang.semicolon())
 }
@@ -354,13 +355,7 @@ pub fn alias_note(report: &DiagnoseReport, lang: Language) -> Option<String> {
 
 /// What was done with a constraint.
 pub fn constraint(constraint: &AssertedReport, lang: Language) -> String {
-    let state = match constraint.state {
-        Held::Equality => say!(lang, "constraint-kept"),
-        Held::AtLimit => say!(lang, "constraint-kept-at-its-limit"),
-        Held::Inactive => say!(lang, "constraint-met"),
-        Held::Wrong => say!(lang, "constraint-wrong"),
-        Held::LeftOut => say!(lang, "constraint-left-out"),
-    };
+    let state = lang.term(constraint.state.name());
     say!(lang, "constraint-state", index = constraint.index.to_string(), text = constraint.text, state)
 }
 

@@ -2,7 +2,7 @@
 
 use super::super::fit_constraints::ConstraintsStatus;
 use super::super::{FitReport, conformity, scatter};
-use crate::document::number::{level, significant};
+use crate::document::number::significant;
 use crate::document::{Section, Tone};
 use crate::fit::{Fit, VarianceFrom};
 use crate::language::{Language, say};
@@ -20,10 +20,7 @@ fn verdicts(report: &FitReport, lang: Language) -> Vec<(Tone, String)> {
     let fit = &report.fit;
     let mut said = Vec::new();
     said.extend(report.conformity.as_ref().map(|own| conformity::verdict(own, lang)));
-    let free: Vec<String> = report.not_estimable.iter().map(|defect| format!("`{}`", defect.text)).collect();
-    if !free.is_empty() {
-        said.push((Tone::Bad, say!(lang, "not-everything-is-estimable-is-free-see", free = lang.list(&free))));
-    }
+    said.extend(not_estimable(report, lang).map(|text| (Tone::Bad, text)));
     for source in report.scatter.iter().filter(|source| !source.without_u.is_empty()) {
         let note = source.note.as_ref().map_or(String::new(), |note| note.say(lang).to_string());
         let source = scatter::source_name(&source.source, lang);
@@ -60,7 +57,7 @@ fn verdicts(report: &FitReport, lang: Language) -> Vec<(Tone, String)> {
     said
 }
 
-fn global_test(report: &FitReport, lang: Language) -> Option<(Tone, String)> {
+pub(in crate::report) fn global_test(report: &FitReport, lang: Language) -> Option<(Tone, String)> {
     let fit = &report.fit;
     match (fit.chi_square, fit.p) {
         (Some(chi_square), Some(p)) => {
@@ -112,54 +109,61 @@ fn convergence(report: &FitReport, lang: Language) -> Vec<(Tone, String)> {
         (true, true) => (Tone::Good, say!(lang, "gauss-newton-converged-after", steps)),
         (true, false) => (Tone::Plain, say!(lang, "gauss-newton-converged-and-differs", steps, what)),
     }];
-    let names = |ids: &[String]| lang.list(&ids.iter().map(|id| format!("`{id}`")).collect::<Vec<_>>());
     if !record.moved.is_empty() {
-        said.push((Tone::Plain, say!(lang, "no-reading-responds-to-at-the-reference", moved = names(&record.moved))));
+        said.push((
+            Tone::Plain,
+            say!(lang, "no-reading-responds-to-at-the-reference", moved = lang.names(&record.moved)),
+        ));
     }
     if !record.held.is_empty() {
-        said.push((Tone::Plain, say!(lang, "held-where-the-iteration-began-since-the", held = names(&record.held))));
+        said.push((
+            Tone::Plain,
+            say!(lang, "held-where-the-iteration-began-since-the", held = lang.names(&record.held)),
+        ));
     }
     said
 }
 
-/// The fit in a few sentences.
-pub(super) fn summary(report: &FitReport, of: Option<&Fit>, lang: Language) -> String {
+/// What is not estimable, in a sentence.
+pub(in crate::report) fn not_estimable(report: &FitReport, lang: Language) -> Option<String> {
+    let what = say!(lang, "not-estimable-from-these-readings");
+    let names = lang.names(report.not_estimable.iter().map(|defect| &defect.text));
+    (!report.not_estimable.is_empty()).then(|| lang.sentence(&format!("{what}{}{names}", lang.colon())))
+}
+
+/// How many readings gave how many parameters.
+pub(in crate::report) fn estimated(report: &FitReport, lang: Language) -> String {
     let sums = &report.fit;
     let readings = lang.count(sums.readings, "reading");
     let priors = (sums.priors > 0).then(|| lang.count(sums.priors, "prior"));
-    let mut said = vec![say!(
+    say!(
         lang,
         "from-the-fit-estimates-rank-of-freedom",
         from = lang.list(&[vec![readings], priors.into_iter().collect()].concat()),
         parameters = lang.count(report.parameters.len(), "parameter"),
         rank = sums.rank.to_string(),
         dof = lang.count(sums.dof, "degree")
-    )];
-    let mut angles: Vec<(&str, f64)> =
-        report.parameters.iter().filter_map(|p| Some((p.id.as_str(), p.arcsec.and_then(|a| a.expanded)?))).collect();
-    angles.sort_by(|a, b| a.1.total_cmp(&b.1));
-    let level = level(report.level());
-    if let (Some((best, low)), Some((worst, high)), true) = (angles.first(), angles.last(), angles.len() > 1) {
-        let [low, high] = [low, high].map(|u| significant(*u, 2));
-        said.push(match low == high {
-            true => say!(lang, "at-every-angle-is-known-to-arcsec", level, high),
-            false => say!(lang, "at-the-angles-are-known-to-between", level, low, best, high, worst),
-        });
-    }
+    )
+}
+
+/// The fit in a few sentences.
+pub(super) fn summary(report: &FitReport, of: Option<&Fit>, lang: Language) -> String {
+    let sums = &report.fit;
+    let mut said = vec![estimated(report, lang)];
     for (sensor, sd) in &sums.sensor_sd {
-        let Some(sd) = sd else {
-            said.push(say!(lang, "residual-sd-of-none-no-degrees-of", sensor));
-            continue;
-        };
         // sensors of a report are those of its bench
         let unit = of.and_then(|fit| fit.campaign.bench.sensors.iter().find(|s| s.id == *sensor));
-        let sd = format!("{} {}", significant(*sd, 3), unit.map_or("", |s| s.unit.as_str()));
-        let how = match sums.resolution.get(sensor) {
-            Some(step) => say!(lang, "that-of-rounding-to-its-last-digit", step = significant(*step, 1)),
-            None if sums.at_rounding.contains(sensor) => say!(lang, "the-rounding-of-its-readings-which-show").into(),
-            None => say!(lang, "estimated-from-these-readings").into(),
+        let size = sd.map(|sd| format!("{} {}", significant(sd, 3), unit.map_or("", |s| s.unit.as_str())));
+        let how = match (sd, sums.resolution.get(sensor)) {
+            (None, _) => Some(say!(lang, "no-degrees-of-freedom-are-left-to").into()),
+            (_, Some(step)) => Some(say!(lang, "that-of-rounding-to-its-last-digit", step = significant(*step, 1))),
+            _ if sums.at_rounding.contains(sensor) => {
+                Some(say!(lang, "the-rounding-of-its-readings-which-show").into())
+            }
+            _ => None,
         };
-        said.push(say!(lang, "residual-sd-of", sensor, sd = sd.trim_end(), how));
+        let said_of = [size.map(|size| size.trim_end().to_string()), how].into_iter().flatten().collect::<Vec<_>>();
+        said.push(say!(lang, "residual-sd-of", sensor, sd = said_of.join(lang.clause())));
     }
     if let Some(condition) = sums.condition {
         said.push(say!(lang, "the-scaled-design-matrix-has-condition-number", condition = significant(condition, 3)));

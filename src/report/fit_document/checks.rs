@@ -49,7 +49,7 @@ pub(super) fn checks(report: &FitReport, lang: Language) -> Section {
     section = section.table(tests);
     if let Some(snooping) = &checks.snooping {
         let mut table = Table::new(&[
-            (say!(lang, "suspicious-reading"), Align::Left),
+            (say!(lang, "reading"), Align::Left),
             (say!(lang, "position"), Align::Left),
             (say!(lang, "sensor"), Align::Left),
             (say!(lang, "shift"), Align::Decimal),
@@ -68,14 +68,15 @@ pub(super) fn checks(report: &FitReport, lang: Language) -> Section {
                 Cell::Probability(s.p),
             ]);
         }
+        table.caption = lang.title(&lang.term("suspicious-readings"));
         table.note = say!(lang, "shift-how-far-the-reading-is-off", tested = snooping.tested);
         section = section.table(table);
     }
     let without = checks.snooping.as_ref().filter(|s| !s.suspects.is_empty()).map(|s| &s.without_suspects);
     let mut columns = vec![
         (say!(lang, "parameter"), Align::Left),
-        (say!(lang, "weakest-reading"), Align::Right),
-        (say!(lang, "effect"), Align::Right),
+        (say!(lang, "reading"), Align::Right),
+        (say!(lang, "shift"), Align::Right),
     ];
     if without.is_some() {
         columns.push((say!(lang, "change-without-suspects"), Align::Right));
@@ -105,7 +106,6 @@ fn record_tables(section: Section, record: &RecordReport, lang: Language) -> Sec
     let mut means = Table::new(&[
         (say!(lang, "sensor"), Align::Left),
         (say!(lang, "rows-in-a-mean"), Align::Right),
-        (say!(lang, "pairs-of-means"), Align::Right),
         (say!(lang, "sd-over-that-of-independent-rows"), Align::Decimal),
         ("p", Align::Right),
     ]);
@@ -116,22 +116,16 @@ fn record_tables(section: Section, record: &RecordReport, lang: Language) -> Sec
             means.row(vec![
                 own.sensor.as_str().into(),
                 test.rows.to_string().into(),
-                test.pairs.to_string().into(),
                 Cell::Digits(test.ratio.sqrt(), 3),
                 Cell::Probability(test.p),
             ]);
         }
     }
-    let read = say!(
-        lang,
-        "record-of-rows-read",
-        rows = record.rows.to_string(),
-        passes = lang.count(record.passes, "pass"),
-        shown = record.shown.to_string()
-    );
+    let [rows, shown] = [record.rows, record.shown as u64].map(|n| n.to_string());
+    let read = say!(lang, "record-of-rows-read", rows, shown);
     let mut inputs = Table::new(&[
         (say!(lang, "sensor"), Align::Left),
-        (say!(lang, "lack-of-fit-over"), Align::Left),
+        (say!(lang, "input"), Align::Left),
         (say!(lang, "chi-square"), Align::Decimal),
         (say!(lang, "dof"), Align::Right),
         ("p", Align::Right),
@@ -146,6 +140,7 @@ fn record_tables(section: Section, record: &RecordReport, lang: Language) -> Sec
             Cell::Probability(*p),
         ]);
     }
+    inputs.caption = lang.title(say!(lang, "lack-of-fit"));
     let mut largest = Table::new(&[
         (say!(lang, "sensor"), Align::Left),
         (say!(lang, "row-of-the-record"), Align::Right),
@@ -185,8 +180,8 @@ pub(super) fn conditions(report: &FitReport, lang: Language) -> Section {
             table.row(vec![
                 c.index.into(),
                 Cell::name(&c.text),
-                lang.term("constraint", &c.state.to_string()).into(),
-                c.side.map_or("".into(), |side| lang.term("side", &side.to_string()).into()),
+                lang.term(&c.state.to_string()).into(),
+                c.side.map_or("".into(), |side| lang.term(&side.to_string()).into()),
                 Cell::digits(c.cost, 3),
             ]);
         }
@@ -194,18 +189,11 @@ pub(super) fn conditions(report: &FitReport, lang: Language) -> Section {
     }
     if let Some(robust) = &report.robust {
         let low: Vec<String> = robust.downweighted.iter().map(usize::to_string).collect();
-        let down = if low.is_empty() {
-            say!(lang, "no-reading-lost-more-than-half-of").to_string()
-        } else {
-            say!(lang, "less-than-half-of-their-weight-readings", low = low.join(lang.comma()))
-        };
-        let steps = lang.count(robust.iterations, "step");
-        section = section.prose(say!(
+        let low = if low.is_empty() { say!(lang, "none").into() } else { low.join(lang.comma()) };
+        section = section.prose(say!(lang, "robust-estimator", method = robust.method.to_string())).prose(say!(
             lang,
-            "robust-estimator-of-reweighting",
-            method = robust.method.to_string(),
-            steps,
-            down
+            "less-than-half-of-their-weight-readings",
+            low
         ));
     }
     section
@@ -214,7 +202,7 @@ pub(super) fn conditions(report: &FitReport, lang: Language) -> Section {
 /// Each iteration of Gauss-Newton.
 pub(super) fn iterations(report: &FitReport, lang: Language) -> Section {
     let mut table = Table::new(&[
-        (say!(lang, "iteration"), Align::Right),
+        ("#", Align::Right),
         (say!(lang, "weighted-sum-of-squares"), Align::Decimal),
         (say!(lang, "step-of-the-predictions"), Align::Right),
         (say!(lang, "share-of-the-step"), Align::Decimal),

@@ -19,7 +19,7 @@ pub(super) fn correction(report: &FitReport, asked: bool, lang: Language) -> Sec
             let text = say!(
                 lang,
                 "readings-cannot-be-corrected-not-estimable-here",
-                missing = names(&missing, lang),
+                missing = lang.names(&missing),
                 n = missing.len()
             );
             section = section.verdict(Tone::Caution, text);
@@ -38,7 +38,6 @@ pub(super) fn correction(report: &FitReport, asked: bool, lang: Language) -> Sec
     for (sensor, why) in &correction.left_out {
         section = section.verdict(Tone::Caution, say!(lang, "is-left-out-of-the-correction", sensor, why));
     }
-    section = section.prose(say!(lang, "tumble-apply-corrects-a-record-by-the"));
     if let Some(mounting) = &correction.mounting {
         section = mounted(section, correction, mounting, lang);
         let others: Vec<&str> = report
@@ -51,7 +50,7 @@ pub(super) fn correction(report: &FitReport, asked: bool, lang: Language) -> Sec
             section = section.prose(say!(
                 lang,
                 "belongs-to-the-bench-and-stays-there",
-                others = names(&others, lang),
+                others = lang.names(&others),
                 n = others.len()
             ));
         }
@@ -60,13 +59,13 @@ pub(super) fn correction(report: &FitReport, asked: bool, lang: Language) -> Sec
 }
 
 fn mounted(section: Section, correction: &CorrectionFile, mounting: &MountingFile, lang: Language) -> Section {
-    let tilts = names(&mounting.tilts, lang);
+    let tilts = lang.names(&mounting.tilts);
     if !mounting.missing.is_empty() {
         return section.prose(say!(
             lang,
             "the-rotation-from-the-sensors-axes-to",
             tilts,
-            missing = names(&mounting.missing, lang),
+            missing = lang.names(&mounting.missing),
             n = mounting.missing.len()
         ));
     }
@@ -84,9 +83,4 @@ fn mounted(section: Section, correction: &CorrectionFile, mounting: &MountingFil
     }
     table.caption = say!(lang, "direction-cosines-of-the-corrected-inputs-on").into();
     section.prose(say!(lang, "a-corrected-input-points-along-the-sensors", tilts)).table(table)
-}
-
-/// A list as prose, each name in code type.
-fn names<T: AsRef<str>>(names: &[T], lang: Language) -> String {
-    lang.list(&names.iter().map(|name| format!("`{}`", name.as_ref())).collect::<Vec<_>>())
 }

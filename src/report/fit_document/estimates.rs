@@ -35,7 +35,7 @@ pub(super) fn estimates(report: &FitReport, fit: Option<&Fit>, lang: Language) -
             None => (p.value, p.u, p.expanded, if p.kind == Kind::Tilt { "arcsec" } else { &p.unit }),
         };
         let meaning = fit.and_then(|fit| fit.parameters.get(k)).map(|own| lang.name(&own.meaning).into_owned());
-        let state = if p.state == State::Free { "".into() } else { lang.term("state", p.state.name()).into() };
+        let state = if p.state == State::Free { "".into() } else { lang.term(p.state.name()).into() };
         table.row(row(&p.id, shown, (p.dof, p.k), state, meaning.unwrap_or_default()));
         table.tone(if p.state == State::NotEstimable { Tone::Bad } else { Tone::Plain });
         if p.state == State::AtBound && p.u.is_some() {
@@ -62,7 +62,7 @@ pub(super) fn estimates(report: &FitReport, fit: Option<&Fit>, lang: Language) -
     table.note = say!(lang, "u-combined-standard-uncertainty-k-u-expanded", expanded);
     let without = report.derived_without_a_value();
     if !without.is_empty() {
-        let names = lang.list(&without.iter().map(|id| format!("`{id}`")).collect::<Vec<_>>());
+        let names = lang.names(&without);
         notes.push(lang.sentence(&say!(lang, "derived-without-a-value", names)));
     }
     let drawn = fit.map(|fit| residual_figures(fit, report, lang)).unwrap_or_default();
@@ -99,11 +99,7 @@ fn row(
 pub(super) fn not_estimable(report: &FitReport, lang: Language) -> Section {
     let mut section = Section::new(say!(lang, "not-estimable-from-these-readings"));
     for defect in &report.not_estimable {
-        let only: Vec<String> = defect.estimable.iter().map(|c| format!("`{}`", c.text)).collect();
-        let instead = match only.is_empty() {
-            true => say!(lang, "no-reading-responds", here = defect.weak),
-            false => say!(lang, "only-determined", only = lang.list(&only), n = only.len()),
-        };
+        let instead = defect.instead(lang).unwrap_or_else(|| say!(lang, "no-reading-responds", here = defect.weak));
         let mut said = say!(lang, "the-parameters-can-move-along-and-no", text = defect.text, instead);
         if let Some(hides) = &defect.hides {
             said.push_str(&format!("{}{}", lang.space(), lang.sentence(&hides.say(lang))));
@@ -141,7 +137,7 @@ const SMALL: f64 = 5e-4;
 pub(super) fn budget(report: &FitReport, asked: bool, lang: Language) -> Section {
     let mut table = Table::new(&[
         (say!(lang, "quantity"), Align::Left),
-        (say!(lang, "source-2"), Align::Left),
+        (say!(lang, "source"), Align::Left),
         (say!(lang, "estimate"), Align::Right),
         (say!(lang, "type"), Align::Left),
         (say!(lang, "distribution"), Align::Left),
@@ -155,7 +151,7 @@ pub(super) fn budget(report: &FitReport, asked: bool, lang: Language) -> Section
     table.small = true;
     let parameters = report.parameters.iter().map(|p| (p.id.as_str(), p.u, p.dof, p.budget.as_slice()));
     let derived = report.derived.iter().map(|d| (d.id.as_str(), d.u, d.dof, d.budget.as_slice()));
-    let mut hidden = 0;
+    let mut hidden = 0_usize;
     for (id, u, dof, budget) in parameters.chain(derived) {
         let mut first = true;
         for line in budget {
@@ -168,7 +164,7 @@ pub(super) fn budget(report: &FitReport, asked: bool, lang: Language) -> Section
                 scatter::source_name(&line.source, lang).into(),
                 Cell::digits(line.estimate, 6),
                 line.evaluation.to_string().into(),
-                lang.term("distribution", &line.distribution.to_string()).into(),
+                lang.term(&line.distribution.to_string()).into(),
                 Cell::digits(line.source_u, 3),
                 Cell::digits(line.c, 4),
                 Cell::dof(line.dof, true),
@@ -187,7 +183,7 @@ pub(super) fn budget(report: &FitReport, asked: bool, lang: Language) -> Section
     }
     table.note = say!(lang, "angles-in-radians-c-sensitivity-coefficient-of").into();
     if hidden > 0 {
-        let left_out = say!(lang, "below-of-the-variance-left-out", contribution = lang.count(hidden, "contribution"));
+        let left_out = say!(lang, "below-of-the-variance-left-out", hidden = hidden.to_string());
         table.note.push_str(&format!("{}{left_out}", lang.space()));
     }
     let section = Section::new(say!(lang, "where-the-uncertainty-comes-from"));

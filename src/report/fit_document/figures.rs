@@ -79,13 +79,7 @@ pub(super) fn estimate_figures(report: &FitReport, lang: Language) -> Vec<Figure
             .join(lang.space()),
             description: listed(
                 angles.iter().map(|a| {
-                    say!(
-                        lang,
-                        "fit-figures-arcsec",
-                        id = a.id,
-                        value = rounded(a.value, Some(a.u)),
-                        expanded = significant(a.expanded, 3)
-                    )
+                    format!("{} {} \u{b1} {} arcsec", a.id, rounded(a.value, Some(a.u)), significant(a.expanded, 3))
                 }),
                 lang,
             ),
@@ -96,7 +90,7 @@ pub(super) fn estimate_figures(report: &FitReport, lang: Language) -> Vec<Figure
             caption: say!(lang, "standard-uncertainties-divided-by-each-sources-share").into(),
             description: listed(
                 bars.iter().zip(&angles).map(|(bar, a)| {
-                    say!(lang, "u-arcsec", id = a.id, u = significant(a.u, 3), bar = shares(bar, lang))
+                    format!("{} u = {} arcsec{}", a.id, significant(a.u, 3), lang.in_parentheses(&shares(bar, lang)))
                 }),
                 lang,
             ),
@@ -122,7 +116,7 @@ pub(super) fn budget_figures(report: &FitReport, lang: Language) -> Vec<Figure> 
     vec![Figure {
         caption: say!(lang, "coefficients-each-sources-share-of-the-variance").into(),
         description: listed(bars.iter().map(|bar| format!("{}: {}", bar.label, shares(bar, lang))), lang),
-        chart: Chart::Bars(bars, say!(lang, "share-of-the-variance").into(), "%".into(), true),
+        chart: Chart::Bars(bars, say!(lang, "share").into(), "%".into(), true),
         wide: true,
     }]
 }
@@ -160,24 +154,17 @@ pub(super) fn residual_figures(fit: &Fit, report: &FitReport, lang: Language) ->
             })
             .collect();
         let far: Vec<String> = own.iter().filter(|r| is_far(r.studentized)).map(|r| r.index.to_string()).collect();
-        let beyond = match far.len() {
-            0 => say!(lang, "none-lies-beyond-standard-deviations", limit = FAR),
-            1..=12 => {
-                say!(lang, "diamonds-lie-beyond-standard-deviations-reading", limit = FAR, far = far.join(lang.comma()))
-            }
-            n => say!(lang, "diamonds-of-them-lie-beyond-standard-deviations", n, limit = FAR),
+        let far = match far.len() {
+            0 => say!(lang, "none").into(),
+            1..=12 => far.join(lang.comma()),
+            n => lang.count(n, "reading"),
         };
-        let thinned = if every > 1 {
-            format!("{}{}", lang.space(), say!(lang, "one-reading-in-is-drawn", every))
-        } else {
-            String::new()
-        };
-        figures.push(Figure {
-            caption: say!(lang, "residuals-of-figure", shared, id = sensor.id, beyond, thinned),
-            description: say!(lang, "residuals-of", id = sensor.id, beyond),
-            chart: Chart::Residuals(rows, say!(lang, "fit-figures-residual", id = sensor.id), sensor.unit.clone()),
-            wide: true,
-        });
+        let mut caption = say!(lang, "residuals-of-figure", shared, id = sensor.id, limit = FAR, far);
+        if every > 1 {
+            caption.push_str(&format!("{}{}", lang.space(), say!(lang, "one-reading-in-is-drawn", every)));
+        }
+        let title = format!("{} {}", sensor.id, say!(lang, "residual"));
+        figures.push(Figure::new(caption, Chart::Residuals(rows, title, sensor.unit.clone()), true));
     }
     figures
 }
@@ -187,12 +174,8 @@ pub(super) fn spread_figures(report: &FitReport, lang: Language) -> Vec<Figure> 
     let mut figures = Vec::new();
     let studentized: Vec<f64> = report.readings.iter().filter_map(|r| r.studentized).collect();
     if studentized.len() > 2 {
-        figures.push(Figure {
-            caption: say!(lang, "normal-plot-of-the-studentized-residuals-with").into(),
-            description: farthest(&studentized, lang),
-            chart: Chart::Normal(studentized),
-            wide: false,
-        });
+        let caption = say!(lang, "normal-plot-of-the-studentized-residuals-with");
+        figures.push(Figure::new(caption, Chart::Normal(studentized), false));
     }
     let order: Vec<&str> = report.covariance.order.iter().map(String::as_str).collect();
     if (2..=MOST_ROWS).contains(&order.len()) {
@@ -225,12 +208,7 @@ fn correlations(report: &FitReport) -> Vec<Vec<Option<f64>>> {
 /// What a figure lists, in words; long lists are cut.
 fn listed(lines: impl Iterator<Item = String>, lang: Language) -> String {
     const MOST: usize = 12;
-    let lines: Vec<String> = lines.collect();
-    let mut text = lines.iter().take(MOST).cloned().collect::<Vec<_>>().join(lang.semicolon());
-    if lines.len() > MOST {
-        text.push_str(&say!(lang, "and-more-as-in-the-table", lines = lines.len() - MOST));
-    }
-    lang.sentence(&text)
+    lang.sentence(&lang.first_of(&lines.collect::<Vec<_>>(), MOST, lang.semicolon()))
 }
 
 /// The parts of a bar, in words.
@@ -238,13 +216,6 @@ fn shares(bar: &Bar, lang: Language) -> String {
     let whole: f64 = bar.parts.iter().map(|part| part.size).sum();
     let part = |part: &Part| format!("{} {:.0} %", part.source, 100.0 * part.size / whole.max(f64::MIN_POSITIVE));
     bar.parts.iter().map(part).collect::<Vec<_>>().join(lang.comma())
-}
-
-/// The residuals of a normal plot, in words.
-fn farthest(studentized: &[f64], lang: Language) -> String {
-    let (low, high) = studentized.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
-    let n = studentized.len();
-    say!(lang, "studentized-residuals-from-to", n, low = significant(low, 3), high = significant(high, 3))
 }
 
 /// The largest correlation, in words.
@@ -259,7 +230,6 @@ fn strongest(order: &[&str], matrix: &[Vec<Option<f64>>], lang: Language) -> Str
             }
         }
     }
-    best.map_or(say!(lang, "no-correlation").into(), |(r, a, b)| {
-        say!(lang, "strongest-correlation-between-and", r = format!("{r:.2}"), a, b)
-    })
+    let best = best.map_or(say!(lang, "none").into(), |(r, a, b)| format!("r({a}, {b}) = {r:.2}"));
+    lang.title(&format!("{}{}{best}", say!(lang, "strongest-correlation"), lang.colon()))
 }

@@ -7,12 +7,15 @@ mod estimates;
 mod figures;
 mod readings;
 
-use super::colophon::colophon;
+use super::colophon::begin;
 use super::{CompareReport, FitReport, Input, compare_document, conformity, scatter};
 use crate::document::{Document, Section};
 use crate::fit::Fit;
 use crate::language::{Language, say};
+#[cfg(feature = "dcc")]
+pub(super) use answer::{estimated, global_test, not_estimable};
 pub(super) use readings::bench_figure;
+use std::collections::BTreeMap;
 
 /// Studentized residuals beyond this are marked.
 const FAR: f64 = 3.0;
@@ -37,15 +40,11 @@ pub struct Asked<'a> {
 /// The document of a fit.
 pub fn fit_document(report: &FitReport, asked: &Asked<'_>, lang: Language) -> Document {
     let title = asked.fit.map(|fit| fit.campaign.bench.title.as_str()).filter(|title| !title.is_empty());
-    let mut document = Document::new(title.map_or(report.bench.clone(), |title| lang.name(title).into_owned()));
-    document.language = lang;
+    let mut document =
+        begin(title.map_or(report.bench.clone(), |title| lang.name(title).into_owned()), asked.inputs, lang);
     document.facts = report.identity.facts(lang);
     document.facts.push((say!(lang, "bench").into(), format!("`{}`", report.bench)));
-    for (k, (sensor, line)) in report.model.iter().enumerate() {
-        let name = if k == 0 { say!(lang, "model") } else { "" };
-        document.facts.push((name.into(), format!("`{sensor} = {line}`")));
-    }
-    document.colophon = colophon(asked.inputs, lang);
+    document.facts.extend(model_facts(&report.model, lang));
     let document = document
         .section(answer::answer(report, lang))
         .section(estimates::estimates(report, asked.fit, lang))
@@ -69,6 +68,12 @@ pub fn fit_document(report: &FitReport, asked: &Asked<'_>, lang: Language) -> Do
         asked.readings,
         lang,
     ))
+}
+
+/// Model lines as facts.
+pub(super) fn model_facts(model: &BTreeMap<String, String>, lang: Language) -> impl Iterator<Item = (String, String)> {
+    let name = move |k| if k == 0 { say!(lang, "model").into() } else { String::new() };
+    model.iter().enumerate().map(move |(k, (sensor, line))| (name(k), format!("`{sensor} = {line}`")))
 }
 
 fn residuals(report: &FitReport, lang: Language) -> Section {

@@ -12,8 +12,8 @@ use crate::language::{Language, say};
 pub(super) fn assumptions(report: &FitReport, asked: &Asked<'_>, lang: Language) -> Section {
     let mut points = Vec::new();
     if !report.assumed_zero.is_empty() {
-        let names: Vec<String> = report.assumed_zero.iter().map(|id| format!("`{id}`")).collect();
-        points.push(say!(lang, "taken-as-zero-neither-known-nor-estimated", assumed_zero = lang.list(&names)));
+        let assumed_zero = lang.names(&report.assumed_zero);
+        points.push(say!(lang, "taken-as-zero-neither-known-nor-estimated", assumed_zero));
     }
     match report.site.latitude_deg {
         Some(latitude_deg) => points.push(say!(
@@ -32,9 +32,6 @@ pub(super) fn assumptions(report: &FitReport, asked: &Asked<'_>, lang: Language)
         let list = report.correlated();
         points.push(lang.sentence(&say!(lang, "correlated-inputs", list = list.join(lang.comma()))));
     }
-    if report.fit.priors > 0 {
-        points.push(say!(lang, "entered-as-rows-of-their-own", prior = lang.count(report.fit.priors, "prior")));
-    }
     let mut table = Table::new(&[
         (say!(lang, "known"), Align::Left),
         (say!(lang, "value"), Align::Decimal),
@@ -46,7 +43,7 @@ pub(super) fn assumptions(report: &FitReport, asked: &Asked<'_>, lang: Language)
     .at(Detail::Roomy, &[3, 4]);
     for known in &report.known {
         let exact = known.u <= 0.0;
-        let shape = || lang.term("distribution", &known.distribution.to_string()).into();
+        let shape = || lang.term(&known.distribution.to_string()).into();
         table.row(vec![
             Cell::name(&known.id),
             without_rounding(known.value).to_string().into(),
@@ -58,15 +55,14 @@ pub(super) fn assumptions(report: &FitReport, asked: &Asked<'_>, lang: Language)
     }
     let section = Section::new(say!(lang, "what-was-assumed")).list(points).table(table).full();
     let estimator = say!(lang, "rows-are-exact-derivatives", iterated = report.estimator == Estimator::Exact);
-    let scattering = asked.fit.is_some_and(|fit| !fit.campaign.scatter.is_empty());
     let variance = match report.fit.variance {
-        VarianceFrom::Stated => say!(lang, "uncertainties-of-the-readings-are-as-stated").into(),
-        VarianceFrom::Estimated => say!(lang, "errors-are-independent", scattering),
+        VarianceFrom::Stated => lang.sentence(&say!(lang, "noise-floor", noise = lang.term("stated"))),
+        VarianceFrom::Estimated => say!(lang, "errors-are-independent").into(),
     };
     let mut origin = Vec::new();
     let source = asked.fit.map(|fit| fit.campaign.bench.source.as_str()).filter(|source| !source.is_empty());
-    origin.extend(source.map(|source| (say!(lang, "source").into(), lang.name(source).into_owned())));
-    origin.extend(asked.inputs.first().map(|input| (say!(lang, "campaign").into(), input.name.clone())));
+    origin.extend(source.map(|source| (lang.title(say!(lang, "source")), lang.name(source).into_owned())));
+    origin.extend(asked.inputs.first().map(|input| (lang.title(say!(lang, "campaign")), input.name.clone())));
     let section = section.list(vec![estimator, variance]);
     let section = if origin.is_empty() { section } else { section.block(Content::Facts(origin)) };
     section.figures(bench_figure(asked.fit.map(|fit| &fit.campaign), lang))
