@@ -267,10 +267,23 @@ impl<const L: usize> Instants<L> {
         (joint, stops): (usize, Lane<L>),
         wanted: Wanted,
     ) {
-        let Instants { rate, force, rate_by_tilt, force_by_tilt, ground, turns, angles, scratch, .. } = self;
+        let Instants {
+            rate,
+            force,
+            rate_by_tilt,
+            force_by_tilt,
+            rate_by_joint,
+            force_by_joint,
+            ground,
+            turns,
+            angles,
+            scratch,
+        } = self;
         [*rate, *force] = ground.of(bench).map(|v| [[v.x; L], [v.y; L], [v.z; L]]);
         rate_by_tilt.clear();
         force_by_tilt.clear();
+        rate_by_joint.clear();
+        force_by_joint.clear();
         turns.resize(bench.chain.len(), Turn::NONE);
         let at = |k: usize| if k == joint { stops } else { [base.angle_deg.at(k); L] };
         angles.clear();
@@ -343,7 +356,6 @@ impl<const L: usize> Instants<L> {
     fn by_joints(&mut self, bench: &Bench, tilts: &[Lane<L>]) {
         let Instants { rate, force, rate_by_joint, force_by_joint, turns, angles, scratch, .. } = self;
         for list in [&mut *rate_by_joint, &mut *force_by_joint] {
-            list.clear();
             list.resize(angles.len(), [[0.0; L]; 3]);
         }
         // in the sensor's frame a rotation about `axis` at some place of the chain changes v by -(S axis) x v_there, carried by S; and the

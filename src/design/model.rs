@@ -1,7 +1,7 @@
 //! Model lines bound to a campaign, ready to predict readings: inputs once for each reading, the lines of all its sensors, means over turns.
 #![allow(
     clippy::indexing_slicing,
-    reason = "vectors have three components and lanes four numbers, and the loops run over these lengths"
+    reason = "vectors have three components and lanes `L` numbers, and the loops run over these lengths"
 )]
 
 use super::kinematics::{Instants, Vectors, Wanted};

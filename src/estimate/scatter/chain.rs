@@ -214,21 +214,15 @@ impl Chain {
             *mean = own;
         }
         let of = |k: usize| block[k].subrows(0, count);
-        let mut add = |to: usize, a: usize, b: usize, by: f64| {
-            matmul(&mut gram[to], Accum::Add, of(a).transpose(), of(b), by, Par::Seq);
+        let mut add = |to: usize, a: usize, b: usize| {
+            matmul(&mut gram[to], Accum::Add, of(a).transpose(), of(b), 1.0, Par::Seq);
         };
-        add(0, 0, 0, 1.0);
+        add(0, 0, 0);
         // the other half of each is its transpose
-        for (to, [a, b], twice) in [
-            (1, [0, 0], None),
-            (2, [0, 0], None),
-            (3, [1, 1], Some(1.0)),
-            (4, [1, 2], Some(1.0)),
-            (5, [2, 2], Some(1.0)),
-        ] {
-            add(to, 0, to, 1.0);
-            if let Some(by) = twice {
-                add(to, a, b, by);
+        for (to, product) in [(1, None), (2, None), (3, Some([1, 1])), (4, Some([1, 2])), (5, Some([2, 2]))] {
+            add(to, 0, to);
+            if let Some([a, b]) = product {
+                add(to, a, b);
             }
         }
         Ok(())

@@ -68,7 +68,7 @@ pub struct NoiseModel {
     pub parts: Vec<PartNoise>,
     /// Least and largest logarithm of each free parameter.
     pub range: Vec<(f64, f64)>,
-    /// Which of the columns are unknowns' (observations stand last).
+    /// How many of the columns are unknowns' (observations stand last).
     pub columns: usize,
 }
 
@@ -246,11 +246,11 @@ impl NoiseModel {
                 }
             }
             let largest = size(&step);
-            if largest <= SETTLED || (largest < ROUNDING && largest > 0.5 * before) {
-                converged = true;
+            if !(largest.is_finite() && found.gradient.iter().all(|slope| slope.is_finite())) {
                 break;
             }
-            if !largest.is_finite() {
+            if largest <= SETTLED || (largest < ROUNDING && largest > 0.5 * before) {
+                converged = true;
                 break;
             }
             before = largest;

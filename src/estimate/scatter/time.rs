@@ -355,7 +355,8 @@ impl PartNoise {
     /// Noises at which a search may begin.
     fn starts(&self, (factor, natural): (f64, f64), range: &[(f64, f64)]) -> Vec<TimeNoise> {
         let Some((size, time)) = self.deviation else {
-            return vec![TimeNoise { white: self.white.at(&[factor.ln()]), deviation: 0.0, tau: 1.0 }];
+            let white = if let Slot::Stated(white) = self.white { white } else { factor };
+            return vec![TimeNoise { white, deviation: 0.0, tau: 1.0 }];
         };
         let times: Vec<f64> = match time {
             Slot::Stated(tau) => vec![tau],

@@ -176,7 +176,7 @@ pub(super) fn conclude(
         known_sensitivities,
         constraints: Constraints::None,
         robust: None,
-        settled: found.settled,
+        settled: found.settled && solved.settled,
         quality,
         global_test,
         not_estimable,

@@ -46,6 +46,7 @@ pub use sample::{Sample, sample};
 use super::{Estimator, Fit, Settings};
 use crate::campaign::{Campaign, Readings};
 use crate::error::Result;
+use crate::estimate::Group;
 use octaves::Noise;
 use question::{Folding, Part, Question};
 
@@ -73,6 +74,8 @@ pub struct Streamed {
 pub(crate) struct First {
     point: Vec<f64>,
     parts: Vec<Option<Part>>,
+    /// Whether each sensor's uncertainties are stated; the sample may lack a sensor.
+    stated: Vec<Option<bool>>,
 }
 
 /// [`sample`], with the rows folded in the same pass where no step of the fit waits for another; `campaign` is that of some readings of the record.
@@ -99,7 +102,10 @@ pub(crate) fn sample_and_fold(
             })?;
         }
     }
-    found.first = folding.map(|(question, point, folding)| First { point, parts: question.parts(folding) });
+    found.first = folding.map(|(question, point, folding)| {
+        let stated = question.sensors.iter().map(|own| own.stated).collect();
+        First { point, parts: question.parts(folding), stated }
+    });
     Ok(found)
 }
 
@@ -140,8 +146,16 @@ pub fn fit(campaign: Campaign, rows: &mut dyn Rows, sample: &Sample, settings: &
     };
     let lines: Vec<_> = (0..campaign.bench.sensors.len()).map(|s| question.stated(s, &campaign)).collect();
     let first = sample.first.clone();
-    if let Some(First { point: own, .. }) = &first {
+    if let Some(First { point: own, stated, .. }) = &first {
         point.clone_from(own);
+        question.sensors.iter_mut().zip(stated).for_each(|(sensor, stated)| sensor.stated = *stated);
+    }
+    let least = super::system::rounding(&campaign, &start.design, &start.system);
+    for (origin, group) in start.design.rows.iter().zip(&start.system.group) {
+        if let (Group::Estimated(g), Some(floor)) = (group, question.floor.get_mut(origin.sensor)) {
+            // no hint, no floor
+            *floor = least.get(*g).map_or(0.0, |least| least * least);
+        }
     }
     let found = noise::search(&mut question, rows, &mut point, &lines, first.map(|own| own.parts))?;
     conclude::conclude(campaign, question, rows, sample, start, found, point)

@@ -1,6 +1,6 @@
 //! From a start to the solution, and to what is free of the sensors' noise.
 //!
-//! Passes of Gauss-Newton with white noise; then, where noise is correlated over time, Newton's steps to the top of the restricted likelihood
+//! Passes of Gauss-Newton with white noise, or with what is stated; then, where noise is correlated over time, Newton's steps to the top of the restricted likelihood
 //! (`estimate/scatter/restricted.rs`). For each of them a pass along time brings the sums of the rows with their derivatives (`estimate/scatter/chain.rs`).
 #![allow(
     clippy::indexing_slicing,
@@ -24,6 +24,9 @@ use faer::linalg::solvers::Solve;
 
 /// A step of Gauss-Newton is negligible where it moves no weighted prediction by more than this share of the weighted residuals' norm.
 const NEGLIGIBLE: f64 = 1e-9;
+
+/// Steps of time of which the middling one is that of the record.
+const STEPS: usize = 4096;
 
 /// What is free of a sensor's noise.
 #[derive(Debug, Clone, Copy, Default)]
@@ -127,6 +130,8 @@ struct Seen {
     rows: f64,
     /// Sum of the reciprocal squares of the relative standard deviations.
     weight: f64,
+    /// Steps of time at the beginning.
+    steps: Vec<f64>,
     first: Option<f64>,
     last: f64,
 }
@@ -138,6 +143,9 @@ impl Seen {
             self.octaves.push(y / relative);
             self.rows += 1.0;
             self.weight += 1.0 / (relative * relative);
+            if self.first.is_some() && self.steps.len() < STEPS {
+                self.steps.push(time - self.last);
+            }
             self.first.get_or_insert(*time);
             self.last = *time;
         }
@@ -268,7 +276,10 @@ impl Found {
             // the variance factor of the white noise as if nothing else scattered, and the variance of relative noise
             let (factor, natural) = (self.noise[*s].white.powi(2), own.rows / own.weight);
             let length = own.last - own.first.unwrap_or(own.last);
-            let step = length / (own.rows - 1.0).max(1.0);
+            let mut steps: Vec<f64> = own.steps.iter().copied().filter(|step| *step > 0.0).collect();
+            steps.sort_by(f64::total_cmp);
+            // all at one time: any correlation time will do
+            let step = steps.get(steps.len() / 2).copied().unwrap_or(1.0);
             let mut begin = self.noise[*s];
             if let Some(stated) = lines[*s] {
                 // in units of the relative noise
@@ -276,7 +287,7 @@ impl Found {
                 begin = octaves::start(&own.octaves, step, length, Stated { deviation, ..stated });
                 begin.deviation *= natural.sqrt();
             }
-            let white = slot(free.white, begin.white.powi(2), white_range(factor, 0.0), &mut model);
+            let white = slot(free.white, begin.white.powi(2), white_range(factor, question.floor.at(*s)), &mut model);
             let deviation = lines[*s].is_some().then(|| {
                 let size = begin.deviation.powi(2);
                 let size = slot(free.deviation, size, deviation_range(factor * natural), &mut model);

@@ -35,6 +35,8 @@ pub(super) struct Question {
     pub priors: Vec<(usize, f64, f64)>,
     /// What is asked of each sensor.
     pub sensors: Vec<Sensor>,
+    /// The least variance factor of each sensor's white noise: that of the rounding of its values in the sample.
+    pub floor: Vec<f64>,
     /// Passes so far.
     pub passes: usize,
 }
@@ -68,6 +70,8 @@ pub(super) struct Chunk<'a> {
 #[derive(Debug, Clone)]
 pub(super) struct Part {
     pub fold: Fold,
+    /// The variance factor of the white noise that they were folded with.
+    pub white: f64,
     pub log_determinant: f64,
     pub rows: u64,
 }
@@ -169,6 +173,7 @@ impl Question {
                 .map(|(k, _)| k)
                 .collect(),
             priors: estimated.iter().enumerate().filter_map(prior).collect(),
+            floor: vec![0.0; campaign.bench.sensors.len()],
             sensors,
             passes: 0,
         })
@@ -445,6 +450,7 @@ impl Folding {
     }
 
     pub(super) fn part(self) -> Part {
-        Part { log_determinant: self.filter.log_determinant(), rows: self.filter.rows(), fold: self.fold }
+        let white = self.white * self.white;
+        Part { log_determinant: self.filter.log_determinant(), rows: self.filter.rows(), fold: self.fold, white }
     }
 }

@@ -127,6 +127,7 @@ impl Noised {
                 Size::Column(_) => (true, f64::INFINITY),
                 Size::Estimated => (false, f64::INFINITY),
             };
+            let over_tau = stated.over.as_ref().and_then(|over| over.tau);
             let tau = component(s, 2);
             let u_tau = tau.map(|k| covariances[(among[k], among[k])].sqrt() * size.tau).filter(|u| u.is_finite());
             over.push(VarianceSource {
@@ -138,7 +139,7 @@ impl Noised {
                     (false, true) => LineState::Stated,
                     (false, false) => LineState::Estimated,
                 },
-                tau: (!found.at_zero[s]).then_some((size.tau, u_tau)),
+                tau: (!found.at_zero[s] || over_tau.is_some()).then_some((over_tau.unwrap_or(size.tau), u_tau)),
                 dof,
                 component: component(s, 1),
                 ..VarianceSource::stated(stated.name(campaign), share(1), levels)

@@ -8,11 +8,8 @@
 use super::question::{Part, Question};
 use crate::elements::Elements;
 use crate::error::Result;
-use crate::estimate::{Fold, Folded, Group, NEWTON_STEPS, NoiseModel, NoisePart, PartNoise, Slot, white_range};
+use crate::estimate::{Fold, Folded, Group, NO_REDUNDANCY, NoiseModel, NoisePart, PartNoise, Slot};
 use faer::Mat;
-
-/// A sensor with less redundancy than this says nothing of its scale.
-const NO_REDUNDANCY: f64 = 1e-9;
 
 /// An adjustment of all sensors at some noise.
 pub(super) struct Together {
@@ -23,6 +20,8 @@ pub(super) struct Together {
     pub scale: Vec<f64>,
     /// Its redundancy.
     pub redundancy: Vec<f64>,
+    /// Did the scales settle?
+    pub settled: bool,
 }
 
 /// Adjust `parts`, one for each sensor that is read; `open` says whose scale is estimated.
@@ -30,16 +29,21 @@ pub(super) fn together(question: &Question, parts: &[Option<Part>], open: &[bool
     let all: u64 = parts.iter().flatten().map(|part| part.rows).sum();
     let mut settings = question.settings.adjust;
     settings.rank_tolerance.get_or_insert(32.0 * f64::EPSILON * (all.max(1) as f64).sqrt());
-    let begin = |(s, part): (usize, &Option<Part>)| match part {
-        Some(part) if open[s] => {
-            let z = part.fold.triangle();
-            let last = z.ncols() - 1;
-            let own: f64 = (question.unknowns..=last).map(|i| z[(i, last)] * z[(i, last)]).sum();
-            (own / part.rows.max(1) as f64).max(f64::MIN_POSITIVE.sqrt())
-        }
-        _ => 1.0,
+    let white = |s: usize| parts[s].as_ref().map_or(1.0, |part| part.white);
+    let floor = |s: usize| (question.floor.at(s) / white(s)).max(f64::MIN_POSITIVE.sqrt());
+    // what a sensor's own best fit leaves, where it has more rows than unknowns
+    let own = |s: usize| {
+        let part = parts[s].as_ref().filter(|_| open[s])?;
+        let z = part.fold.triangle();
+        let (n, last) = (question.unknowns, z.ncols() - 1);
+        let dof = part.rows.saturating_sub(n as u64);
+        let squares: f64 = (n..=last).map(|i| z[(i, last)] * z[(i, last)]).sum();
+        (dof > 0).then(|| (squares / dof as f64).max(floor(s)))
     };
-    let scale: Vec<f64> = parts.iter().enumerate().map(begin).collect();
+    let known: Vec<f64> = (0..parts.len()).filter_map(own).collect();
+    let other = if known.is_empty() { 1.0 } else { known.iter().sum::<f64>() / known.len() as f64 };
+    let begin = |s: usize| if open[s] { own(s).unwrap_or(other) } else { 1.0 };
+    let scale: Vec<f64> = (0..parts.len()).map(begin).collect();
     let adjusted = |scale: Vec<f64>| -> Result<Together> {
         let fold = merged(question, parts, &scale, point)?;
         let folded = fold.finish(Group::Known, &settings)?;
@@ -48,7 +52,7 @@ pub(super) fn together(question: &Question, parts: &[Option<Part>], open: &[bool
             part.as_ref().map_or(0.0, |part| (part.rows as f64 - leverage(part)).max(0.0))
         };
         let redundancy = parts.iter().zip(&scale).map(redundancy).collect();
-        Ok(Together { folded, fold, scale, redundancy })
+        Ok(Together { folded, fold, scale, redundancy, settled: true })
     };
     let first = adjusted(scale)?;
     let free: Vec<usize> = (0..parts.len()).filter(|s| open[*s] && first.redundancy[*s] > NO_REDUNDANCY).collect();
@@ -57,23 +61,23 @@ pub(super) fn together(question: &Question, parts: &[Option<Part>], open: &[bool
     }
     let directions = first.fold.directions(&settings)?;
     let sums = sums(question, parts, &directions, (point, &first.folded.unknowns.solution));
-    let white = |s: usize| match free.iter().position(|own| *own == s) {
+    let slot = |s: usize| match free.iter().position(|own| *own == s) {
         Some(k) => Slot::Free(k),
         None => Slot::Stated(first.scale[s]),
     };
-    let read = (0..parts.len()).filter(|s| parts[*s].is_some()).map(white);
+    let read = (0..parts.len()).filter(|s| parts[*s].is_some()).map(slot);
     // the priors are the last part
     let noises = read.chain([Slot::Stated(1.0)]).map(|white| PartNoise { white, deviation: None });
     let model = NoiseModel {
         parts: noises.collect(),
-        range: free.iter().map(|s| white_range(first.scale[*s], 0.0)).collect(),
+        range: free.iter().map(|s| (floor(*s).ln(), f64::MAX.ln())).collect(),
         columns: directions.ncols(),
     };
     let start: Vec<f64> = free.iter().map(|s| first.scale[*s].ln()).collect();
-    let top = model.top(&start, NEWTON_STEPS, &mut |_| Ok(sums.clone()))?;
+    let top = model.top(&start, settings.group_iterations, &mut |_| Ok(sums.clone()))?;
     let mut scale = first.scale;
     free.iter().zip(&top.at).for_each(|(s, x)| scale[*s] = x.exp());
-    adjusted(scale)
+    Ok(Together { settled: top.converged, ..adjusted(scale)? })
 }
 
 /// The rows of all sensors over their scales, and the priors, in one triangle.
