@@ -6,7 +6,8 @@
 )]
 
 use super::compress::Compressed;
-use super::scatter::{NoiseModel, NoisePart, PartNoise, Slot};
+use super::scatter::chain::Part as NoisePart;
+use super::scatter::restricted::{NoiseModel, PartNoise, Slot};
 use super::{Group, Settings, System};
 use crate::elements::Elements;
 use crate::error::Result;

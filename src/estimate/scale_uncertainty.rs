@@ -2,7 +2,8 @@
 #![allow(clippy::indexing_slicing, reason = "rows are numbered below those of `Q`, and groups below their count")]
 
 use super::groups::{NO_REDUNDANCY, count, gram};
-use super::scatter::{NoiseModel, NoisePart, PartNoise, Slot};
+use super::scatter::chain::Part as NoisePart;
+use super::scatter::restricted::{NoiseModel, PartNoise, Slot};
 use super::{Estimate, Group, System};
 use faer::Mat;
 

@@ -217,12 +217,12 @@ impl ScatterSources {
     ) -> Self {
         let dof = |component: Option<usize>| {
             let spread = component.map_or(0.0, |c| found.spread[(c, c)]);
-            if component.is_none() {
-                f64::INFINITY
-            } else if spread > 0.0 {
-                2.0 / spread
-            } else {
-                0.0
+            // a group at the floor of its range has no spread, and is as if it were known
+            let undetermined = |c: usize| found.group_variance.get(c).is_some_and(Option::is_none);
+            match component {
+                _ if spread > 0.0 => 2.0 / spread,
+                Some(c) if undetermined(c) => 0.0,
+                _ => f64::INFINITY,
             }
         };
         let mut sources = Vec::new();

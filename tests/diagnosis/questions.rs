@@ -261,7 +261,7 @@ fn a_wrong_known_value_is_named_and_compared_with_what_was_stated() {
             assert_eq!(report.effects[0].stated_u, Some(u));
             let text = report.to_string().split_whitespace().collect::<Vec<_>>().join(" ");
             let said = match u {
-                0.0 => "stated as exact",
+                0.0 => "Stated: exact",
                 _ if error.abs() > 2.0 * u => "is wrong",
                 _ => "consistent",
             };

@@ -49,7 +49,7 @@ fn one_sided_limits_units_and_derived_quantities() {
     let above = report.quantities[1].probability.expect("a probability");
     assert!(above > 0.24071 && above < 0.24076, "{above}");
     let facts = fit_report(&fit).identity.facts(tumble::language::Language::English);
-    assert_eq!(facts, [("Unit".to_string(), "M, serial S-1".to_string()), ("Operator".into(), "O".into())]);
+    assert_eq!(facts, [("Unit".to_string(), "M, serial number S-1".to_string()), ("Operator".into(), "O".into())]);
 }
 
 #[test]

@@ -78,14 +78,15 @@ fn dense_restricted_likelihood() {
 fn same(held: &Fit, streamed: &Fit) {
     for (a, b) in held.parameters.iter().zip(&streamed.parameters) {
         let (u, v) = (a.uncertainty.unwrap(), b.uncertainty.unwrap());
-        assert!((a.value.unwrap() - b.value.unwrap()).abs() < 1e-9 * u.u, "{}", a.id);
+        let apart = (a.value.unwrap() - b.value.unwrap()).abs() / u.u;
+        assert!(apart < 1e-9, "{}: {apart} u, {} {}", a.id, u.u, v.u);
         assert!((u.u / v.u - 1.0).abs() < 1e-9, "{}: {} {}", a.id, u.u, v.u);
         assert!(u.dof == v.dof || (u.dof / v.dof - 1.0).abs() < 1e-7, "{}: {} {}", a.id, u.dof, v.dof);
         for line in &a.budget {
             let own = b.budget.iter().find(|own| own.source == line.source).expect("the same sources");
             // u of the whole: a part may be small
             assert!(
-                (own.u - line.u).abs() < 1e-8 * u.u && own.evaluation == line.evaluation,
+                (own.u - line.u).abs() < 1e-7 * u.u && own.evaluation == line.evaluation,
                 "{}: {} {}",
                 line.source,
                 own.u,
@@ -123,6 +124,72 @@ fn white_noise_is_the_ordinary_fit() {
     same(&held, &streamed);
     let (a, b) = (held.estimate.group_scale[0].unwrap(), streamed.estimate.group_scale[0].unwrap());
     assert!((a / b - 1.0).abs() < 1e-9, "{a} {b}");
+}
+
+/// `y = a + b x` in every row and `z = c + b x` in those of `every`, white noise of 0.1 and 0.05, and correlated noise of y where asked for.
+fn two_sensors(
+    rows: usize,
+    every: &dyn Fn(usize) -> bool,
+    z_u: &str,
+    scatter: &str,
+    correlated: f64,
+    seed: u64,
+) -> Campaign {
+    let mut random = Pcg64Mcg::seed_from_u64(seed);
+    let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
+    let (keeps, mut deviation) = ((-0.1f64).exp(), 0.0);
+    let readings: Vec<String> = (0..rows)
+        .map(|k| {
+            deviation = keeps * deviation + correlated * (1.0 - keeps * keeps).sqrt() * normal();
+            let x = normal();
+            let y = 1.0 + 2.0 * x + deviation + 0.1 * normal();
+            let z = if every(k) { format!(", \"z\": {}{z_u}", 3.0 + 2.0 * x + 0.05 * normal()) } else { String::new() };
+            format!("{{\"time_s\": {}, \"x\": {x}, \"y\": {y}{z}}}", 0.1 * k as f64)
+        })
+        .collect();
+    parse(&format!(
+        r#"{{ "bench": {{ "id": "two", "sensors": {{ "y": {{ "model": "a + b*x" }}, "z": {{ "model": "c + b*x" }} }} }},
+            "estimate": {{ "a": {{}}, "b": {{}}, "c": {{}} }}, "scatter": [{scatter}], "readings": [{}] }}"#,
+        readings.join(",")
+    ))
+}
+
+/// Two sensors of different noise, one of them read rarely (and in no row of the sample), in few rows, or beside correlated noise of the other: the
+/// numbers of readings in memory.
+#[test]
+fn a_second_sensor() {
+    const OVER_Y: &str = r#"{ "of": "y", "over": "time_s", "tau": "estimate", "u": "estimate" }"#;
+    let all = |_: usize| true;
+    let rarely = |k: usize| k % 2000 == 1001;
+    for (rows, every, z_u, scatter, correlated) in [
+        (300, &all as &dyn Fn(usize) -> bool, "", "", 0.0),
+        (300, &|k| k < 3, "", "", 0.0),
+        (20_000, &rarely, "", "", 0.0),
+        (20_000, &rarely, ", \"z_u\": 0.05", "", 0.0),
+        (400, &all, "", OVER_Y, 0.3),
+        (400, &|k| k % 3 == 0, ", \"z_u\": 0.05", OVER_Y, 0.3),
+    ] {
+        println!("{rows} rows{z_u} {scatter}");
+        let campaign = two_sensors(rows, every, z_u, scatter, correlated, 11);
+        same(&fitted(&campaign), &stream(&campaign, &Settings::default()));
+    }
+}
+
+/// Data without noise: its scale is that of the rounding of the numbers, as of readings in memory.
+#[test]
+fn exact_data_have_the_noise_of_their_rounding() {
+    let readings: Vec<String> =
+        (0..50).map(|k| format!("{{\"x\": {k}, \"y\": {}}}", 1.0 / 3.0 + 0.7 * f64::from(k))).collect();
+    let campaign = parse(&format!(
+        r#"{{ "bench": {{ "id": "line", "sensors": {{ "y": {{ "model": "a + b*x" }} }} }},
+            "estimate": {{ "a": {{}}, "b": {{}} }}, "readings": [{}] }}"#,
+        readings.join(",")
+    ));
+    let (held, streamed) = (fitted(&campaign), stream(&campaign, &Settings::default()));
+    for (a, b) in held.parameters.iter().zip(&streamed.parameters) {
+        let (u, v) = (a.uncertainty.unwrap().u, b.uncertainty.unwrap().u);
+        assert!(v > 1e-17 && v < 1e-13 && (u / v).ln().abs() < 3.0, "{}: {u} {v}", a.id);
+    }
 }
 
 /// A line in time, its noise white and correlated.

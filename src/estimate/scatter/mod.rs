@@ -36,7 +36,7 @@
 
 mod absorbed;
 mod by_row;
-mod chain;
+pub(super) mod chain;
 mod conclude;
 mod condense;
 mod cost;
@@ -48,7 +48,7 @@ mod mixture;
 mod pattern;
 mod problem;
 mod reml;
-mod restricted;
+pub(super) mod restricted;
 mod time;
 
 pub use absorbed::Absorbed;

@@ -118,8 +118,10 @@ const SETTLED: f64 = 1e-10;
 const ROUNDING: f64 = 1e-7;
 /// Longest step of a logarithm.
 const LONGEST: f64 = 2.0;
-/// Information of a logarithm below which the likelihood says nothing of it: its standard uncertainty would be a factor of e^10^6.
+/// Information of a logarithm and slope by it below which the likelihood says nothing of it: its standard uncertainty would be a factor of e^10^6, and the
+/// slope is the rounding of sums over the rows. A variance on its way to zero has less information, and a slope.
 const UNTOLD: f64 = 1e-12;
+const FLAT: f64 = 1e-9;
 /// Steps that are longer than this are Fisher's, where only variances are free.
 const NEAR: f64 = 0.3;
 
@@ -343,13 +345,13 @@ impl Likelihood {
 /// Newton's step on some parameters, downhill also where the likelihood is not bent as at its top.
 pub(super) fn newton(gradient: &[f64], bend: &Mat<f64>, open: &[usize]) -> Vec<f64> {
     // what the likelihood says nothing of stays where it is
-    let told = |k: &usize| bend[(*k, *k)].abs() > UNTOLD;
+    let told = |k: &usize| !(bend[(*k, *k)].abs() <= UNTOLD && gradient[*k].abs() <= FLAT);
     if !open.iter().all(told) {
         let fewer: Vec<usize> = open.iter().copied().filter(told).collect();
         let mut step = newton(gradient, bend, &fewer).into_iter();
         return open.iter().map(|k| if told(k) { step.next().unwrap_or(0.0) } else { 0.0 }).collect();
     }
-    let size: Vec<f64> = open.iter().map(|k| bend[(*k, *k)].abs().sqrt()).collect();
+    let size: Vec<f64> = open.iter().map(|k| bend[(*k, *k)].abs().max(f64::MIN_POSITIVE).sqrt()).collect();
     let part = Mat::from_fn(open.len(), open.len(), |a, b| bend[(open[a], open[b])] / (size[a] * size[b]));
     let Ok(eigen) = part.self_adjoint_eigen(Side::Lower) else { return vec![0.0; open.len()] };
     let (values, vectors) = (eigen.S().column_vector().to_owned(), eigen.U());
