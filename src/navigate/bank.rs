@@ -4,7 +4,7 @@
 use super::cause::{Cause, Change};
 use super::errors::{ErrorSource, Kind};
 use super::measured::{CHANNELS, Cell};
-use super::shortened::Weighed;
+use super::weighed::Weighed;
 use crate::diagnosis::{Kernel, LENGTHS, share_of_wave};
 use faer::Mat;
 use std::f64::consts::{FRAC_1_SQRT_2, PI};

@@ -135,7 +135,7 @@ impl Columns {
     }
 
     /// The same of a record in fewer rows.
-    pub fn shortened(&self, short: &Shortened) -> Columns {
+    pub(super) fn shortened(&self, short: &Shortened) -> Columns {
         let run = |(own, measured): (&Run, &measured::Run)| Run {
             rows: measured.rows.iter().map(|row| (row.time, row.value.map(|v| v.is_some()))).collect(),
             at_rows: short.middle(&own.at_rows),

@@ -65,4 +65,5 @@ pub mod trajectory;
 mod vector;
 mod walk;
 mod wander;
+mod weighed;
 mod whiten;

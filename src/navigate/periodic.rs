@@ -13,7 +13,7 @@ use super::cause::{Cause, Change};
 use super::refine::{State, Walk};
 use super::search::INDEPENDENT;
 use super::sharpen::By;
-use super::shortened::Weighed;
+use super::weighed::Weighed;
 use crate::linear::{dot, orthonormal, project};
 use std::f64::consts::FRAC_PI_2;
 

@@ -4,7 +4,7 @@ use super::case::{Case, Flown};
 use super::cause::Cause;
 use super::random_walk::Wander;
 use super::search::{Products, Solved};
-use super::shortened::Weighed;
+use super::weighed::Weighed;
 use crate::diagnosis::NoiseFrom;
 use crate::linear::{dot, normalise};
 use std::cell::RefCell;

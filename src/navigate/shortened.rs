@@ -1,13 +1,7 @@
 //! A long record in fewer rows, in which causes are looked for: what is found is fitted to all of them.
 
-use super::case::Case;
-use super::cause::Cause;
-use super::changing::Columns;
 use super::instant::Instant;
 use super::measured::{CHANNELS, Measured, MeasuredRow};
-use super::whiten::whiten;
-use crate::linear::normalise;
-use std::rc::Rc;
 
 /// Values of a question at most, about: they bound the work. Of seven channels these are two hundred rows; what goes with time, and is neither noise nor a
 /// single value, does so over more than a hundredth of the run.
@@ -87,64 +81,5 @@ impl Shortened {
     pub fn out(&self, out: &[usize]) -> Vec<usize> {
         let is_out = |cells: &Vec<usize>| cells.iter().all(|at| out.contains(at));
         self.cells.iter().enumerate().filter(|(_, cells)| is_out(cells)).map(|(k, _)| k).collect()
-    }
-}
-
-/// A question in fewer rows: its columns weighed and of unit norm, with their norms; the same for every state with the same values left out.
-pub(super) struct Weighed {
-    /// Of these raw columns and random walks.
-    raw: Rc<Vec<Vec<f64>>>,
-    columns: Rc<Columns>,
-    out: Vec<usize>,
-    pub short: Shortened,
-    /// What columns are made of, at these rows.
-    pub made: Columns,
-    pub unit: Vec<(Rc<Vec<f64>>, f64)>,
-}
-
-impl Weighed {
-    pub fn new(case: &Case<'_>, u: &[f64], out: &[usize]) -> Weighed {
-        let short = Shortened::new(case.measured, &case.without(u, out));
-        let made = case.columns.shortened(&short);
-        let (raw, columns, out) = (case.raw.clone(), case.columns.clone(), out.to_vec());
-        let mut own = Weighed { raw, columns, out, short, made, unit: Vec::new() };
-        let unit = |mut column: Vec<f64>| {
-            let norm = normalise(&mut column);
-            (Rc::new(column), norm)
-        };
-        own.unit = own.rows(case.raw.iter()).into_iter().map(unit).collect();
-        own
-    }
-
-    pub fn is_of(&self, case: &Case<'_>, out: &[usize]) -> bool {
-        Rc::ptr_eq(&self.raw, &case.raw) && Rc::ptr_eq(&self.columns, &case.columns) && self.out == out
-    }
-
-    /// Columns over all values in these rows, weighed.
-    pub fn rows<'b>(&self, columns: impl Iterator<Item = &'b Vec<f64>>) -> Vec<Vec<f64>> {
-        let mut own: Vec<Vec<f64>> = columns.map(|column| self.short.column(column)).collect();
-        self.weigh(&mut own);
-        own
-    }
-
-    /// Columns over these rows, weighed.
-    pub fn weigh(&self, columns: &mut [Vec<f64>]) {
-        whiten(&self.short.measured, &self.made.walks, &self.short.u, columns);
-    }
-
-    /// The weighed column of a cause that need not be one of the question's.
-    pub fn of(&self, case: &Case<'_>, cause: &Cause) -> Vec<f64> {
-        let mut own = [match case.causes.iter().position(|own| own == cause).and_then(|j| case.raw.get(j)) {
-            Some(raw) => self.short.column(raw),
-            None => self.made.of(cause),
-        }];
-        self.weigh(&mut own);
-        let [own] = own;
-        own
-    }
-
-    /// Places of the values that are left out.
-    pub fn out(&self) -> Vec<usize> {
-        self.short.out(&self.out)
     }
 }

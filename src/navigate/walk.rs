@@ -5,7 +5,7 @@ use super::cause::{Cause, Change};
 use super::errors::{Instrument, Kind};
 use super::refine::{Seen, State, Walk};
 use super::search::{self, Products};
-use super::shortened::Weighed;
+use super::weighed::Weighed;
 use crate::linear::{dot, normalise};
 use std::rc::Rc;
 
