@@ -5,7 +5,9 @@ use crate::campaign::JointState;
 use crate::document::Figure;
 use crate::document::chart::{Chart, Ring, Scene};
 use crate::document::number::trimmed;
-use crate::language::{Language, say};
+use crate::language::Language;
+#[cfg(feature = "navigate")]
+use crate::language::say;
 #[cfg(feature = "navigate")]
 use crate::navigate::{earth::earth_rate, mission::Mission, trajectory::Trajectory};
 use nalgebra::{Matrix3, Rotation3, Unit, Vector3};
