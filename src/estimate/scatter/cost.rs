@@ -1,5 +1,6 @@
 //! What estimated variances cost: their own covariance, and M. G. Kenward and J. H. Roger's addition to the covariance of the unknowns, "Small
-//! sample inference for fixed effects from restricted maximum likelihood", Biometrics 53 (1997), 983-997. It stands here and nowhere else.
+//! sample inference for fixed effects from restricted maximum likelihood", Biometrics 53 (1997), 983-997. In this form where variances are told by
+//! gram matrices of rows; from derivatives of the covariance: `restricted.rs`.
 #![allow(
     clippy::indexing_slicing,
     reason = "`among` holds numbers of components, for which `s` has a row and a column each: its callers filter them from `0..s.nrows()`"
