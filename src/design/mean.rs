@@ -51,6 +51,12 @@ impl Sweep {
         }
     }
 
+    /// Angles of the joint that passes them, and weights; one of no joint where everything stands.
+    pub(super) fn each(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
+        const ALONE: [(f64, f64); 1] = [(0.0, 1.0)];
+        if self.joint.is_some() { self.stops.as_slice() } else { &ALONE }.iter().copied()
+    }
+
     /// Take the instants of a reading.
     pub(super) fn set(&mut self, reading: &Reading, smoothness: Smoothness) {
         let Sweep { base, joint, stops } = self;

@@ -7,7 +7,7 @@
 use super::kinematics::{Instants, Vectors, Wanted};
 use super::line::{SensorModel, Slot};
 use super::mean::{Sweep, sweep};
-use super::{Context, Instant, Kinematics, Smoothness, kinematics};
+use super::{Context, Kinematics, Smoothness, kinematics};
 use crate::algebra::{Lane, Scratch, lanes};
 use crate::campaign::{Campaign, Reading};
 use crate::elements::Elements;
@@ -69,16 +69,20 @@ impl SensorModel {
     }
 }
 
-/// Sums over the instants of a reading, of every sensor whose line is of this smoothness.
-struct Gather<'a, I, P, const L: usize> {
-    model: &'a Model,
+/// What is summed up: a reading, for every sensor whose line is of this smoothness, over these instants.
+#[derive(Clone, Copy)]
+struct Asked<'a> {
     campaign: &'a Campaign,
     row: &'a Reading,
     smoothness: Smoothness,
-    /// Where everything stands but the joint that passes the stops.
-    base: &'a Instant,
-    joint: Option<usize>,
-    /// Angles and weights.
+    sweep: &'a Sweep,
+}
+
+/// The sums over the instants.
+struct Gather<'a, I, P, const L: usize> {
+    model: &'a Model,
+    asked: Asked<'a>,
+    /// Angles of the joint that passes them, and weights.
     stops: I,
     parameter: P,
     gathered: &'a [Gathered],
@@ -106,7 +110,8 @@ where
 {
     #[inline(always)]
     fn run(self) {
-        let Gather { model, campaign, row, smoothness, base, stops, parameter, gathered, room, scratch, .. } = self;
+        let Gather { model, asked, stops, parameter, gathered, room, scratch } = self;
+        let Asked { campaign, row, smoothness, sweep: Sweep { base, joint, .. } } = asked;
         let Room { tilts, inputs, slopes, at, sums } = room;
         let own = |own: &&Gathered| own.smoothness == Some(smoothness);
         let follows =
@@ -114,7 +119,7 @@ where
         let [rate, force] = follows.fold([false; 2], |[rate, force], own| [rate || own[0], force || own[1]]);
         let wanted = Wanted { rate, force, joints: model.joints > 0 };
         // no joint has the place behind all
-        let joint = self.joint.unwrap_or(base.angle_deg.len());
+        let joint = joint.unwrap_or(base.angle_deg.len());
         sums.resize_with(gathered.len(), || Sums { mean: [0.0; L], derivatives: Vec::new() });
         let count = model.parameters + model.joints;
         for (_, sums) in gathered.iter().zip(&mut *sums).filter(|(of, _)| own(of)) {
@@ -243,10 +248,7 @@ impl Model {
             (gathered.sensor, gathered.smoothness) = (*sensor, Some(model.smoothness_for(&row.joints)));
         }
         for first in 0..sensors.len() {
-            // sensors of one smoothness average over the same instants
-            let smoothness = work.gathered.get(first).and_then(|g| g.smoothness);
-            let done = work.gathered.iter().take(first).any(|g| g.smoothness == smoothness);
-            if let Some(smoothness) = smoothness.filter(|_| !done) {
+            if let Some(smoothness) = new_smoothness(&work.gathered, first) {
                 self.gather(campaign, row, smoothness, point, work);
             }
         }
@@ -270,43 +272,40 @@ impl Model {
     fn gather(&self, campaign: &Campaign, row: &Reading, smoothness: Smoothness, point: &[f64], work: &mut Workspace) {
         work.sweep.set(row, smoothness);
         let Workspace { scratch, gathered, sweep, one, four, arch, .. } = work;
-        let Sweep { base, joint, stops } = &*sweep;
-        if joint.is_some() && stops.len() > 1 {
+        let asked = Asked { campaign, row, smoothness, sweep };
+        if sweep.joint.is_some() && sweep.stops.len() > 1 {
             // where the last are fewer than four, its last one again with no weight
-            let stops = stops.chunks(4).map(|stops| -> (Lane<4>, Lane<4>) {
+            let stops = sweep.stops.chunks(4).map(|stops| -> (Lane<4>, Lane<4>) {
                 let last = stops.last().map_or(0.0, |(angle, _)| *angle);
                 let stop = |l: usize| stops.get(l).copied().unwrap_or((last, 0.0));
                 (lanes(|l| stop(l).0), lanes(|l| stop(l).1))
             });
-            four.tilts.clear();
-            four.tilts.extend(self.tilts.iter().map(|k| [point.at(*k); 4]));
-            let (model, joint, parameter) = (self, *joint, |k: usize| [point.at(k); 4]);
-            let (room, found) = (&mut *four, &*gathered);
-            arch.dispatch(Gather {
-                model,
-                campaign,
-                row,
-                smoothness,
-                base,
-                joint,
-                stops,
-                parameter,
-                gathered: found,
-                room,
-                scratch,
-            });
+            self.sum(asked, stops, |k| [point.at(k); 4], gathered, (four, scratch), Some(*arch));
             return join(&four.sums, smoothness, gathered);
         }
-        let alone = [(0.0, 1.0)];
-        let stops = if joint.is_some() { stops.as_slice() } else { &alone };
-        let stops = stops.iter().map(|(angle, weight)| ([*angle], [*weight]));
-        one.tilts.clear();
-        one.tilts.extend(self.tilts.iter().map(|k| [point.at(*k)]));
-        let (model, joint, parameter) = (self, *joint, |k: usize| [point.at(k)]);
-        let (room, found) = (&mut *one, &*gathered);
-        Gather { model, campaign, row, smoothness, base, joint, stops, parameter, gathered: found, room, scratch }
-            .run();
+        let stops = sweep.each().map(|(angle, weight)| ([angle], [weight]));
+        self.sum(asked, stops, |k| [point.at(k)], gathered, (one, scratch), None);
         join(&one.sums, smoothness, gathered);
+    }
+
+    /// Sums at `L` places side by side, by the widest instructions where an architecture is given.
+    #[inline(always)]
+    fn sum<const L: usize>(
+        &self,
+        asked: Asked<'_>,
+        stops: impl Iterator<Item = (Lane<L>, Lane<L>)>,
+        parameter: impl Fn(usize) -> Lane<L>,
+        gathered: &[Gathered],
+        (room, scratch): (&mut Room<L>, &mut Scratch),
+        arch: Option<Arch>,
+    ) {
+        room.tilts.clear();
+        room.tilts.extend(self.tilts.iter().map(|k| parameter(*k)));
+        let gather = Gather { model: self, asked, stops, parameter, gathered, room, scratch };
+        match arch {
+            Some(arch) => arch.dispatch(gather),
+            None => gather.run(),
+        }
     }
 
     /// [`Model::predict_all`] at points of `L` devices side by side: `visit(place in sensors, values, gradient)`. A column that the reading lacks is no number.
@@ -319,38 +318,19 @@ impl Model {
         (work, room): (&mut Workspace, &mut Room<L>),
         mut visit: impl FnMut(usize, &Lane<L>, &[Lane<L>]),
     ) {
-        room.tilts.clear();
-        room.tilts.extend(self.tilts.iter().map(|k| points.get(*k).copied().unwrap_or([0.0; L])));
         work.gathered.resize_with(sensors.len(), Gathered::default);
         for (gathered, sensor) in work.gathered.iter_mut().zip(sensors) {
             let smoothness = self.sensors.get(*sensor).map_or(Smoothness::Rough, |own| own.smoothness_for(&row.joints));
             (gathered.sensor, gathered.smoothness) = (*sensor, Some(smoothness));
         }
         for first in 0..sensors.len() {
-            let smoothness = work.gathered.get(first).and_then(|g| g.smoothness);
-            let done = work.gathered.iter().take(first).any(|g| g.smoothness == smoothness);
-            let Some(smoothness) = smoothness.filter(|_| !done) else { continue };
+            let Some(smoothness) = new_smoothness(&work.gathered, first) else { continue };
             work.sweep.set(row, smoothness);
-            let Workspace { scratch, gathered, sweep: Sweep { base, joint, stops }, arch, .. } = &mut *work;
-            let alone = [(0.0, 1.0)];
-            let stops = if joint.is_some() { stops.as_slice() } else { &alone };
-            let stops = stops.iter().map(|(angle, weight)| ([*angle; L], [*weight; L]));
+            let Workspace { scratch, gathered, sweep, arch, .. } = &mut *work;
+            let stops = sweep.each().map(|(angle, weight)| ([angle; L], [weight; L]));
             let parameter = |k: usize| points.get(k).copied().unwrap_or([f64::NAN; L]);
-            let (model, joint) = (self, *joint);
-            let room = &mut *room;
-            arch.dispatch(Gather {
-                model,
-                campaign,
-                row,
-                smoothness,
-                base,
-                joint,
-                stops,
-                parameter,
-                gathered,
-                room,
-                scratch,
-            });
+            let asked = Asked { campaign, row, smoothness, sweep };
+            self.sum(asked, stops, parameter, gathered, (&mut *room, scratch), Some(*arch));
         }
         let mut slopes = std::mem::take(&mut room.slopes);
         for (place, own) in room.sums.iter().take(sensors.len()).enumerate() {
@@ -404,6 +384,12 @@ pub(crate) fn missing_column(column: &str) -> Malformed {
 fn beyond(what: &str, k: usize, count: usize) -> Malformed {
     Malformed::new(Fault::Value, format!("a prediction was asked for number {} of the {what}", k + 1))
         .expected(format!("one of the {count} that there are"))
+}
+
+/// The smoothness of a place, unless one before it has the same: sensors of one smoothness average over the same instants.
+fn new_smoothness(gathered: &[Gathered], place: usize) -> Option<Smoothness> {
+    let own = gathered.get(place)?.smoothness;
+    own.filter(|_| gathered.iter().take(place).all(|before| before.smoothness != own))
 }
 
 /// Sums of several instants as those of all, in the order of the instants; what is only rounding is zero.

@@ -7,7 +7,7 @@
 
 use super::compress::Compressed;
 use super::scatter::chain::Part as NoisePart;
-use super::scatter::restricted::{NoiseModel, PartNoise, Slot};
+use super::scatter::restricted::NoiseModel;
 use super::{Group, Settings, System};
 use crate::elements::Elements;
 use crate::error::Result;
@@ -69,18 +69,9 @@ pub(super) fn estimate(rows: &Compressed, hints: &ScaleHints<'_>, settings: &Set
         (0..count).filter(|g| !free.contains(g)).for_each(|g| variance[g] = 1.0);
         (free, parts) = self::parts(rows, &variance, settings)?;
     }
-    let white = |g: usize| match free.iter().position(|own| *own == g) {
-        Some(k) => Slot::Free(k),
-        None => Slot::Stated(variance.get(g).copied().unwrap_or(1.0)), // the last group is known
-    };
-    let model = NoiseModel {
-        parts: (0..=count).map(|g| PartNoise { white: white(g), deviation: None }).collect(),
-        range: free.iter().map(|g| (least[*g].ln(), f64::MAX.ln())).collect(),
-        columns: parts.first().map_or(0, |part| part.columns()),
-    };
-    let start: Vec<f64> = free.iter().map(|g| variance[*g].ln()).collect();
-    let top = model.top(&start, settings.group_iterations, &mut |_| Ok(parts.clone()))?;
-    free.iter().zip(&top.at).for_each(|(g, x)| variance[*g] = x.exp());
+    // the last group is known
+    variance.push(1.0);
+    let top = NoiseModel::scales(&parts, &mut variance, (&free, &least), settings.group_iterations)?;
     let scale = (0..count).map(|g| free.contains(&g).then(|| variance[g].sqrt())).collect();
     Ok(Scales { scale, iterations: top.iterations, converged: top.converged })
 }

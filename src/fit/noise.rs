@@ -429,7 +429,7 @@ impl ScatterSources {
             type_a.for_each(|c| (c.dof, c.distribution) = (dof, Shape::T));
         }
         let added = self.correction.as_ref().map_or(0.0, |correction| form(correction, along));
-        // one variance for all readings leaves their weights as they are, to rounding
+        // one variance for all readings leaves their weights as they are, to rounding: of sums over 10^4 epsilons
         if added > 1e-12 * form(&self.covariance, along) {
             contributions.push(type_a("estimated weights (Kenward-Roger)".into(), added, dof));
         }

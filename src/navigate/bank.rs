@@ -13,7 +13,8 @@ use std::f64::consts::{FRAC_1_SQRT_2, PI};
 /// noise of all channels; those of three channels of two hundred rows are complete, and of more the largest are kept.
 const DRIVING: usize = 24;
 const TOGETHER: usize = 640;
-/// The same of channels in which nothing is left.
+/// The same of channels in which nothing is left: one has no course to follow there, and the seven channels of a record then add 238 columns, about the rows
+/// of its means.
 const QUIET: usize = 34;
 /// Standard deviations of its mean square by which a channel has more than noise left.
 const MORE: f64 = 3.0;

@@ -33,7 +33,7 @@ fn a_clock_that_was_set_is_told() {
     assert!(clock.notes().iter().any(|note| note.contains("goes back 1 time")));
 }
 
-/// Dates written together are refused, not taken for seconds; Unix times of as many digits are none.
+/// Dates written together are refused, not taken for seconds; numbers of as many digits that are no dates are times.
 #[test]
 fn dates_without_separators_are_refused() {
     let column = Column { name: "t".into(), title: "t".into(), unit: None };

@@ -119,10 +119,10 @@ const ROUNDING: f64 = 1e-7;
 /// Longest step of a logarithm.
 const LONGEST: f64 = 2.0;
 /// Information of a logarithm and slope by it below which the likelihood says nothing of it: its standard uncertainty would be a factor of e^10^6, and the
-/// slope is the rounding of sums over the rows. A variance on its way to zero has less information, and a slope.
+/// slope is the rounding of sums over 10^7 rows (1e-16 of each). A variance on its way to zero has less information, and a slope.
 const UNTOLD: f64 = 1e-12;
 const FLAT: f64 = 1e-9;
-/// Steps that are longer than this are Fisher's, where only variances are free.
+/// Steps that are longer than this are Fisher's, where only variances are free: Newton's leaves a third-order rest of about its square, a tenth here.
 const NEAR: f64 = 0.3;
 
 impl NoiseModel {
@@ -273,6 +273,31 @@ impl NoiseModel {
             (at, found) = (next, there);
         }
         Ok(self.ended(at, found, iterations, converged))
+    }
+
+    /// Variance factors of the white noise of `parts`, beginning with `variance`: those in `free` at the top of the likelihood, and not below `least`. How
+    /// the steps ended.
+    ///
+    /// Errors: parts in which the columns of the unknowns are not independent.
+    pub fn scales(
+        parts: &[Part],
+        variance: &mut [f64],
+        (free, least): (&[usize], &[f64]),
+        steps: usize,
+    ) -> Result<Top> {
+        let white = |p: usize| match free.iter().position(|own| *own == p) {
+            Some(k) => Slot::Free(k),
+            None => Slot::Stated(variance[p]),
+        };
+        let model = NoiseModel {
+            parts: (0..parts.len()).map(|p| PartNoise { white: white(p), deviation: None }).collect(),
+            range: free.iter().map(|p| (least[*p].ln(), f64::MAX.ln())).collect(),
+            columns: parts.first().map_or(0, Part::columns),
+        };
+        let start: Vec<f64> = free.iter().map(|p| variance[*p].ln()).collect();
+        let top = model.top(&start, steps, &mut |_| Ok(parts.to_vec()))?;
+        free.iter().zip(&top.at).for_each(|(p, x)| variance[*p] = x.exp());
+        Ok(top)
     }
 
     fn ended(&self, at: Vec<f64>, found: Likelihood, iterations: usize, converged: bool) -> Top {

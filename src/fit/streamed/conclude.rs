@@ -5,7 +5,7 @@
 )]
 
 use super::bins::{Binned, Input, MOST};
-use super::noise::{Found, turned};
+use super::noise::{Found, subtract, turned};
 use super::octaves::Noise as Size;
 use super::question::{Folding, Part, Question};
 use super::residuals::Residuals;
@@ -195,13 +195,6 @@ pub(super) fn conclude(
         estimate,
         campaign,
     })
-}
-
-/// `y - A x`, for the first columns of `rows`.
-fn subtract(observed: &mut [f64], rows: &Mat<f64>, x: &[f64]) {
-    for (j, x) in x.iter().enumerate().filter(|(_, x)| **x != 0.0) {
-        observed.iter_mut().zip(rows.col_as_slice(j)).for_each(|(v, a)| *v -= a * x);
-    }
 }
 
 /// One pass at a point with the noise as it was found.

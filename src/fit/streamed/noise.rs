@@ -25,7 +25,7 @@ use faer::linalg::solvers::Solve;
 /// A step of Gauss-Newton is negligible where it moves no weighted prediction by more than this share of the weighted residuals' norm.
 const NEGLIGIBLE: f64 = 1e-9;
 
-/// Steps of time of which the middling one is that of the record.
+/// Steps of time of which the middling one is that of the record: 32 kB, and as many as a clock learns its step from.
 const STEPS: usize = 4096;
 
 /// What is free of a sensor's noise.
@@ -100,10 +100,15 @@ pub(super) fn turned(rows: &Mat<f64>, directions: &Mat<f64>, step: &[f64]) -> Ma
     out.subcols_mut(0, r).copy_from(rows.subcols(0, n) * directions);
     let to = out.col_as_slice_mut(r);
     to.copy_from_slice(rows.col_as_slice(rows.ncols() - 1));
-    for (j, x) in step.iter().enumerate().filter(|(_, x)| **x != 0.0) {
-        to.iter_mut().zip(rows.col_as_slice(j)).for_each(|(y, a)| *y -= a * x);
-    }
+    subtract(to, rows, step);
     out
+}
+
+/// `y - A x`, for the first columns of `rows`.
+pub(super) fn subtract(observed: &mut [f64], rows: &Mat<f64>, x: &[f64]) {
+    for (j, x) in x.iter().enumerate().filter(|(_, x)| **x != 0.0) {
+        observed.iter_mut().zip(rows.col_as_slice(j)).for_each(|(v, a)| *v -= a * x);
+    }
 }
 
 /// Squares of all rows at a point moved by `step`.

@@ -8,7 +8,7 @@
 use super::question::{Part, Question};
 use crate::elements::Elements;
 use crate::error::Result;
-use crate::estimate::{Fold, Folded, Group, NO_REDUNDANCY, NoiseModel, NoisePart, PartNoise, Slot};
+use crate::estimate::{Fold, Folded, Group, NO_REDUNDANCY, NoiseModel, NoisePart};
 use faer::Mat;
 
 /// An adjustment of all sensors at some noise.
@@ -61,22 +61,14 @@ pub(super) fn together(question: &Question, parts: &[Option<Part>], open: &[bool
     }
     let directions = first.fold.directions(&settings)?;
     let sums = sums(question, parts, &directions, (point, &first.folded.unknowns.solution));
-    let slot = |s: usize| match free.iter().position(|own| *own == s) {
-        Some(k) => Slot::Free(k),
-        None => Slot::Stated(first.scale[s]),
-    };
-    let read = (0..parts.len()).filter(|s| parts[*s].is_some()).map(slot);
     // the priors are the last part
-    let noises = read.chain([Slot::Stated(1.0)]).map(|white| PartNoise { white, deviation: None });
-    let model = NoiseModel {
-        parts: noises.collect(),
-        range: free.iter().map(|s| (floor(*s).ln(), f64::MAX.ln())).collect(),
-        columns: directions.ncols(),
-    };
-    let start: Vec<f64> = free.iter().map(|s| first.scale[*s].ln()).collect();
-    let top = model.top(&start, settings.group_iterations, &mut |_| Ok(sums.clone()))?;
+    let read: Vec<usize> = (0..parts.len()).filter(|s| parts[*s].is_some()).collect();
+    let mut variance: Vec<f64> = read.iter().map(|s| first.scale[*s]).chain([1.0]).collect();
+    let least: Vec<f64> = read.iter().map(|s| floor(*s)).chain([1.0]).collect();
+    let among: Vec<usize> = (0..read.len()).filter(|p| free.contains(&read[*p])).collect();
+    let top = NoiseModel::scales(&sums, &mut variance, (&among, &least), settings.group_iterations)?;
     let mut scale = first.scale;
-    free.iter().zip(&top.at).for_each(|(s, x)| scale[*s] = x.exp());
+    read.iter().zip(&variance).for_each(|(s, variance)| scale[*s] = *variance);
     Ok(Together { settled: top.converged, ..adjusted(scale)? })
 }
 
