@@ -88,6 +88,9 @@ impl Iteration {
 pub(crate) const NEGLIGIBLE: f64 = 1e-14;
 /// or by more than this share of the weighted residuals' norm: then it changes no estimate by a visible part of its uncertainty.
 pub(crate) const INVISIBLE: f64 = 1e-9;
+/// Or where steps no longer become shorter, and move no prediction by more than this share of one reading's residual: what is left of them is the rounding of the
+/// predictions, of which a mean over a turn may be the small difference of large numbers.
+const ROUNDING: f64 = 1e-5;
 /// Over so many trial points the sum of squares must fall by `PROGRESS` of itself, or the steps become half as long.
 const PATIENCE: usize = 20;
 /// So many halvings for each iteration that is allowed: what needs more hardly moves.
@@ -309,7 +312,10 @@ impl Walk<'_> {
             let length = step.length();
             let size = step.merit(&values(&design, &step.system)).sqrt();
             let noise = step.merit(&step.residuals).sqrt();
-            let small = length <= NEGLIGIBLE * size || length <= INVISIBLE * noise;
+            let rows = (step.residuals.len().max(1) as f64).sqrt();
+            let rounding = length <= ROUNDING * noise / rows
+                && self.iterations.last().is_some_and(|own| own.share == 1.0 && length > 0.5 * own.step);
+            let small = length <= NEGLIGIBLE * size || length <= INVISIBLE * noise || rounding;
             if small || !length.is_finite() {
                 self.iterations.push(Iteration { sum_of_squares: before, step: length, share: 1.0 });
                 return Ok((design, Some(if small { Stop::Settled } else { Stop::OutOfRange })));

@@ -227,14 +227,21 @@ impl ScatterSources {
         };
         let mut sources = Vec::new();
         for (mut source, rows) in row_sources(campaign, design, own) {
+            // stated uncertainties weigh as they are
+            let weighed_with = source.component.and_then(|g| found.weighed_with.get(g).copied()).unwrap_or(1.0);
             if let Some(g) = source.component {
                 // not determined: no u is told then
                 source.variance = found.group_variance.get(g).copied().flatten().unwrap_or(1.0);
                 source.dof = dof(source.component);
+                if let Some(could_be) = found.group_could_be.get(g).copied().flatten() {
+                    // none of the rows' scatter is their own: the lines hold it
+                    source.could_be = Some(could_be);
+                    (source.state, source.variance, source.component) = (LineState::AtZero, 0.0, None);
+                    source.dof = f64::INFINITY;
+                }
             }
-            // stated uncertainties weigh as they are
-            let weighed_with = source.component.and_then(|g| found.weighed_with.get(g).copied()).unwrap_or(1.0);
-            source.share = share(&found.sensitivities, &rows, &own.u, weighed_with);
+            let felt = if source.state == LineState::AtZero { 0.0 } else { weighed_with };
+            source.share = share(&found.sensitivities, &rows, &own.u, felt);
             sources.push(source);
         }
         for (k, line) in campaign.scatter.iter().enumerate() {

@@ -5,6 +5,7 @@
 
 use crate::draws::draws;
 use crate::support::*;
+use nalgebra::{DMatrix, DVector};
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::SeedableRng;
@@ -212,6 +213,46 @@ fn line(rows: usize, step: f64, (white, sd, tau): (f64, f64, f64), seed: u64, sc
             "estimate": {{ "a": {{}}, "b": {{}} }}, "scatter": [{scatter}], "readings": [{}] }}"#,
         readings.join(",")
     ))
+}
+
+/// Deviations over time and no white noise: about every second record has the top of its likelihood where the white noise is zero. There the rows less what is left
+/// of those before them are independent and of one variance, and ordinary least squares with `n - 2` degrees of freedom is exact.
+#[test]
+fn white_noise_at_zero_beside_deviations() {
+    const ROWS: usize = 60;
+    const TAU: f64 = 10.0;
+    let scatter = r#"{ "of": "y", "over": "time_s", "tau": 10, "u": "estimate" }"#;
+    let keeps = (-1.0 / TAU).exp();
+    let mut at_zero = 0;
+    for seed in 1..=20 {
+        let campaign = line(ROWS, 1.0, (0.0, 0.8, TAU), seed, scatter);
+        let (held, streamed) = (fitted(&campaign), stream(&campaign, &Settings::default()));
+        let is_zero = |fit: &Fit| fit.noise.sources.iter().any(|s| s.line.is_none() && s.state == LineState::AtZero);
+        assert_eq!(is_zero(&held), is_zero(&streamed), "{seed}");
+        same(&held, &streamed);
+        if !is_zero(&held) {
+            continue;
+        }
+        at_zero += 1;
+        let observed: Vec<f64> = campaign.readings.rows.iter().map(|row| row.observations[0].value).collect();
+        let whitened = |column: &dyn Fn(usize) -> f64| {
+            let own = |k: usize| (column(k) - keeps * column(k - 1)) / (1.0 - keeps * keeps).sqrt();
+            DVector::from_fn(ROWS, |k, _| if k == 0 { column(0) } else { own(k) })
+        };
+        let a = DMatrix::from_columns(&[whitened(&|_| 1.0), whitened(&|k| k as f64)]);
+        let y = whitened(&|k| observed[k]);
+        let cofactor = (a.transpose() * &a).try_inverse().unwrap();
+        let x = &cofactor * a.transpose() * &y;
+        let dof = ROWS as f64 - 2.0;
+        let variance = (&y - &a * &x).norm_squared() / dof;
+        for (j, own) in held.parameters.iter().enumerate() {
+            let (expected, u) = ((variance * cofactor[(j, j)]).sqrt(), own.uncertainty.unwrap());
+            assert!((own.value.unwrap() - x[j]).abs() < 1e-6 * expected, "{seed} {}", own.id);
+            assert!((u.u / expected - 1.0).abs() < 1e-6, "{seed} {}: {} {expected}", own.id, u.u);
+            assert!((u.dof / dof - 1.0).abs() < 1e-6, "{seed} {}: {}", own.id, u.dof);
+        }
+    }
+    assert!((5..=15).contains(&at_zero), "{at_zero} of 20");
 }
 
 /// 95 % intervals of a line's offset and slope: correlation stated, estimated, and forgotten.

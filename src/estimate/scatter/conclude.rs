@@ -181,6 +181,7 @@ fn conclude(
         weighed_lines: problem.variances(&theta),
         variance,
         could_be: component.iter().map(|own| could_be[(*own)?].filter(|_| own.is_some_and(is_zero))).collect(),
+        group_could_be: could_be[..groups].to_vec(),
         tau: problem.lines.iter().map(|line| Some((line.memory.as_ref()?.tau?, None))).collect(),
         component: component.iter().map(|own| own.filter(|c| free.contains(c))).collect(),
         leans,

@@ -134,6 +134,8 @@ pub struct Scattered {
     pub whitening: Whitening,
     /// Variance factor of each estimated group of rows; `None` without redundancy of its own.
     pub group_variance: Vec<Option<f64>>,
+    /// For each group at zero, beside lines that scatter in time: the factor of the standard deviation that it could have, one standard uncertainty above zero.
+    pub group_could_be: Vec<Option<f64>>,
     /// Variance factor of each estimated group with which the rows were weighed.
     pub weighed_with: Vec<f64>,
     /// Variance of each line.

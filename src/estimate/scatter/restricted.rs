@@ -102,7 +102,7 @@ pub struct Top {
     pub at: Vec<f64>,
     /// The likelihood there.
     pub found: Likelihood,
-    /// Parameters that stand at the end of their range.
+    /// Parameters that stand at the end of their range, and variances that are as good as zero there.
     pub at_end: Vec<bool>,
     /// Steps.
     pub iterations: usize,
@@ -122,6 +122,9 @@ const LONGEST: f64 = 2.0;
 /// slope is the rounding of sums over 10^7 rows (1e-16 of each). A variance on its way to zero has less information, and a slope.
 const UNTOLD: f64 = 1e-12;
 const FLAT: f64 = 1e-9;
+/// Degrees of freedom of a variance that is as good as zero: its relative standard uncertainty, `sqrt(2/S)` with `S` at most these, is 1,400 or more, and at zero the
+/// deviance is the same within these.
+const ZERO: f64 = 1e-6;
 /// Steps that are longer than this are Fisher's, where only variances are free: Newton's leaves a third-order rest of about its square, a tenth here.
 const NEAR: f64 = 0.3;
 
@@ -301,7 +304,10 @@ impl NoiseModel {
     }
 
     fn ended(&self, at: Vec<f64>, found: Likelihood, iterations: usize, converged: bool) -> Top {
-        let at_end = at.iter().zip(&self.range).map(|(x, (low, high))| x <= low || x >= high).collect();
+        let times = self.times();
+        let unseen = |k: usize| !times.contains(&k) && found.redundancy[k] <= ZERO;
+        let beyond = |k: usize| at[k] <= self.range[k].0 || at[k] >= self.range[k].1;
+        let at_end = (0..at.len()).map(|k| beyond(k) || unseen(k)).collect();
         Top { at, found, at_end, iterations, converged }
     }
 }

@@ -439,8 +439,10 @@ impl Problem<'_> {
             return Ok(None);
         }
         let could_be = |c: usize| {
+            // the least factor of a group is what rounding makes of its rows: no zero
+            let rounding = self.floor.get(c).is_some_and(|floor| theta[c] <= floor * (1.0 + 1e-9));
             let spread = (2.0 / inference.s[(c, c)]).sqrt();
-            Some((theta[c] * spread).sqrt()).filter(|sd| at_floor[c] && c >= self.groups && sd.is_finite())
+            Some((theta[c] * spread).sqrt()).filter(|sd| at_floor[c] && !rounding && sd.is_finite())
         };
         let could_be = (0..self.members.count).map(could_be).collect();
         for (component, state) in self.component.iter().zip(&mut self.state) {

@@ -45,6 +45,8 @@ pub(super) struct Found {
     pub settled: bool,
     /// Sensors whose deviation over time was estimated as zero.
     pub at_zero: Vec<bool>,
+    /// White noise that was estimated as zero beside a deviation.
+    pub white_at_zero: Vec<bool>,
     /// Directions of the unknowns in which the rows were summed, where noise was looked for.
     pub directions: Option<Mat<f64>>,
 }
@@ -232,6 +234,7 @@ pub(super) fn search(
         convergence: None,
         settled: true,
         at_zero: vec![false; sensors],
+        white_at_zero: vec![false; sensors],
         directions: None,
     };
     if lines.iter().zip(&found.free).any(|(line, free)| line.is_some() && (free.white || free.deviation || free.tau)) {
@@ -303,10 +306,11 @@ impl Found {
         // the priors
         model.parts.push(PartNoise { white: Slot::Stated(1.0), deviation: None });
         let linear_only = question.settings.estimator == Estimator::Linear;
+        let mut at_end = vec![false; at.len()];
         for _ in 0..question.settings.iterations.max(1) {
             let mut gather = |noises: &[TimeNoise]| question.along(rows, point, directions, noises);
             let top = model.top(&at, NEWTON_STEPS, &mut gather)?;
-            (at, self.settled) = (top.at, top.converged);
+            (at, at_end, self.settled) = (top.at, top.at_end, top.converged);
             if linear_only {
                 break;
             }
@@ -323,8 +327,12 @@ impl Found {
         }
         for (s, part) in read.iter().zip(&model.parts) {
             let TimeNoise { white, deviation, tau } = part.at(&at);
-            let zero =
-                part.deviation.is_some_and(|(size, _)| matches!(size, Slot::Free(k) if at[k] <= model.range[k].0));
+            let at_low = |slot: Slot| matches!(slot, Slot::Free(k) if at_end[k] && at[k] < model.range[k].1);
+            let zero = part.deviation.is_some_and(|(size, _)| at_low(size));
+            if part.deviation.is_some() && at_low(part.white) {
+                self.white_at_zero[*s] = true;
+                self.free[*s].white = false;
+            }
             self.at_zero[*s] = zero;
             self.noise[*s] = Noise { white: white.sqrt(), deviation: if zero { 0.0 } else { deviation.sqrt() }, tau };
             if zero {

@@ -114,11 +114,19 @@ impl Noised {
             let share = |which: usize| self.slope(s, which).unwrap_or_else(|| Mat::zeros(n, n));
             sources.push(VarianceSource {
                 evaluation: Evaluation::TypeA,
-                variance: if white.is_some() { size.white * size.white * solved.scale[s] } else { 1.0 },
-                state: if white.is_some() { LineState::Estimated } else { LineState::Stated },
+                variance: match (found.white_at_zero[s], white) {
+                    (true, _) => 0.0,
+                    (false, Some(_)) => size.white * size.white * solved.scale[s],
+                    (false, None) => 1.0,
+                },
+                state: match (found.white_at_zero[s], white) {
+                    (true, _) => LineState::AtZero,
+                    (false, Some(_)) => LineState::Estimated,
+                    (false, None) => LineState::Stated,
+                },
                 component: white,
                 sensor: Some(s),
-                ..VarianceSource::stated(name, share(0), levels)
+                ..VarianceSource::stated(name, if found.white_at_zero[s] { Mat::zeros(n, n) } else { share(0) }, levels)
             });
             let Some(line) = own.line.and_then(|(line, _)| Some((line, campaign.scatter.get(line)?))) else { continue };
             let (line, stated) = line;
