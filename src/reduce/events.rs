@@ -3,6 +3,7 @@
 use crate::elements::Parts;
 use crate::number;
 use crate::vocabulary::vocabulary;
+use std::ops::Range;
 
 vocabulary! {
     /// A kind of event.
@@ -11,7 +12,7 @@ vocabulary! {
         Absent = "absent",
         /// The largest or smallest value of the record, where it stands several times in a row somewhere.
         Saturation = "saturation",
-        /// One sample far from both of its neighbours.
+        /// Samples, up to ten in a row, far from those before and after.
         Spike = "spike",
         /// The same value again and again where it otherwise changes.
         Stuck = "stuck",
@@ -60,8 +61,10 @@ impl Odd {
 
 /// Most events that are kept of a channel.
 const KEPT: usize = 10_000;
-/// A spike is so many robust standard deviations away from the mean of its neighbours.
+/// A spike is so many robust standard deviations away from the median of its neighbourhood,
 const FAR: f64 = 8.0;
+/// which are so many samples before it and after it: what lasts as long as they do may be a motion, or is stuck.
+const REACH: usize = 10;
 /// Values in a row that may be stuck or saturated.
 const LEAST_STUCK: u64 = 10;
 const LEAST_SATURATED: u64 = 3;
@@ -73,6 +76,11 @@ const WINDOWS: usize = 128;
 #[derive(Debug, Clone, Default)]
 pub(super) struct Watch {
     before: Vec<f64>,
+    /// How many of those before are judged, and the number of the sample that follows them.
+    judged: usize,
+    next: u64,
+    /// A sample is odd so far from its neighbourhood; none as long as the noise is not known.
+    limit: Option<f64>,
     /// The value that repeats, its first sample, how often.
     run: (f64, u64, u64),
     /// Runs of equal values: all, those of one sample, and those whose value is more than one step from that of the run before.
@@ -156,48 +164,85 @@ impl Watch {
         self.step = if least == f64::INFINITY { 0.0 } else { least };
     }
 
-    /// Spikes among these values, with the two before them.
+    /// Spikes among these values and those before them; what is too near to the end waits for what follows.
     fn spikes(&mut self, values: &[f64], first: u64, events: &mut Vec<Event>) {
         let carried = self.before.len();
         let mut all = std::mem::take(&mut self.before);
         all.extend_from_slice(values);
+        self.look(&all, values.len());
+        let (first, last) = (first - carried as u64, all.len().saturating_sub(REACH));
+        self.judge(&all, first, self.judged..last.max(self.judged), events);
+        let kept = all.len().saturating_sub(2 * REACH);
+        self.judged = last.max(self.judged) - kept;
+        self.before = all.part(kept..).to_vec();
+        self.next = first + all.len() as u64;
+    }
+
+    /// How far from its neighbourhood a sample is odd: the noise from second differences, of the quieter windows among those that end in `new` values.
+    fn look(&mut self, all: &[f64], new: usize) {
         let odd = |w: &[f64]| match w {
             [a, b, c] => (b - 0.5 * (a + c)).abs(),
             _ => 0.0,
         };
-        let sizes: Vec<f64> = all.windows(3).map(odd).collect();
+        let sizes: Vec<f64> = all.part(all.len().saturating_sub(new + 2)..).windows(3).map(odd).collect();
         let windows = sizes.len().div_ceil(WINDOW);
         let mut own = Vec::with_capacity(WINDOW);
         let mut scales: Vec<f64> = Vec::new();
         for window in sizes.chunks(WINDOW).step_by(windows.div_ceil(WINDOWS).max(1)).filter(|own| own.len() >= 16) {
             own.clear();
             own.extend_from_slice(window);
-            let middle = own.len() / 2;
-            let (_, median, _) = own.select_nth_unstable_by(middle, f64::total_cmp);
-            scales.push(*median / 0.6745);
+            // of white noise a second difference has 3/2 of its variance
+            scales.push(median(&mut own) / 0.6745 / 1.5_f64.sqrt());
         }
         // windows in which nothing changes say nothing of the noise, where others do
         if scales.iter().any(|scale| *scale > 0.0) {
             scales.retain(|scale| *scale > 0.0);
         }
         scales.sort_by(f64::total_cmp);
-        // too few windows to judge: nothing is a spike
-        let scale = scales.get(scales.len() / 4).copied().unwrap_or(f64::INFINITY).max(self.step);
-        let limit = FAR * scale;
-        for (j, size) in sizes.iter().enumerate().filter(|(_, size)| **size > limit) {
-            let beside = [j.checked_sub(1), Some(j + 1)].into_iter().flatten().filter_map(|k| sizes.get(k));
-            let alone = beside.into_iter().all(|other| *other < 0.8 * size);
-            // a step or a bend has neighbours on one side only: a spike comes back
-            let back = match all.get(j..j + 3) {
-                Some([a, _, c]) => (c - a).abs() < 0.5 * size,
-                _ => false,
-            };
-            if alone && back && events.len() < KEPT {
-                let sample = first + (j + 1) as u64 - carried as u64;
-                events.push(Event { kind: EventKind::Spike, sample, length: 1 });
+        // of few values the limit is that of those before; before all it is none: nothing is a spike
+        if let Some(scale) = scales.get(scales.len() / 4) {
+            self.limit = Some(FAR * scale.max(self.step));
+        }
+    }
+
+    /// Samples of `range` that are far from the median of their neighbourhood, in its noise and in that of the record (F. R. Hampel 1974): up to `REACH` in a
+    /// row, and any share of a neighbourhood below half.
+    fn judge(&self, all: &[f64], first: u64, range: Range<usize>, events: &mut Vec<Event>) {
+        let Some(limit) = self.limit else { return };
+        // without a jump nearby nothing is far
+        let jump = |k: usize| all.get(k - 1).zip(all.get(k)).is_some_and(|(a, b)| (b - a).abs() > 0.5 * limit);
+        let mut last = (range.start.saturating_sub(REACH).max(1)..range.start.max(1)).rev().find(|k| jump(*k));
+        let mut ahead = range.start.max(1);
+        let (mut around, mut apart) = (Vec::with_capacity(2 * REACH + 1), Vec::with_capacity(2 * REACH + 1));
+        for k in range {
+            let near = (k + REACH + 1).min(all.len());
+            while ahead < near {
+                last = if jump(ahead) { Some(ahead) } else { last };
+                ahead += 1;
+            }
+            if last.is_none_or(|jump| jump + REACH < k) {
+                continue;
+            }
+            around.clear();
+            around.extend_from_slice(all.part(k.saturating_sub(REACH)..near));
+            let value = all.get(k).copied().unwrap_or_default();
+            let middle = median(&mut around);
+            if (value - middle).abs() <= limit {
+                continue;
+            }
+            apart.clear();
+            apart.extend(around.iter().map(|other| (other - middle).abs()));
+            if around.len() < REACH || (value - middle).abs() <= FAR * median(&mut apart) / 0.6745 {
+                continue;
+            }
+            let sample = first + k as u64;
+            let full = events.len() >= KEPT;
+            match events.iter_mut().rev().find(|event| event.kind == EventKind::Spike) {
+                Some(own) if own.sample + own.length == sample => own.length += 1,
+                _ if full => {}
+                _ => events.push(Event { kind: EventKind::Spike, sample, length: 1 }),
             }
         }
-        self.before = all.part(all.len().saturating_sub(2)..).to_vec();
     }
 
     fn close(&mut self) {
@@ -215,6 +260,8 @@ impl Watch {
     pub(super) fn finish(&mut self, events: &mut Vec<Event>) {
         self.close();
         self.run.2 = 0;
+        let all = std::mem::take(&mut self.before);
+        self.judge(&all, self.next - all.len() as u64, self.judged..all.len(), events);
         let (all, single, far) = self.count;
         // runs end by chance: the share of those of one sample says how soon, and few that are stuck do not change it
         let stays = (1.0 - single as f64 / all.max(1) as f64).clamp(1e-3, 1.0);
@@ -234,6 +281,21 @@ impl Watch {
                 events.push(Event { kind: EventKind::Saturation, sample: *sample, length: *length });
             }
         }
+        // what stays the same is no spike
+        let (dead, spikes): (Vec<Event>, Vec<Event>) =
+            events.drain(..).partition(|event| event.kind != EventKind::Spike);
+        let inside = |own: &Event| {
+            let within = |event: &Event| event.sample <= own.sample && own.sample < event.sample + event.length;
+            dead.iter().any(|event| event.kind != EventKind::Absent && within(event))
+        };
+        events.extend(spikes.into_iter().filter(|own| !inside(own)));
+        events.extend(dead);
         events.sort_by_key(|event| event.sample);
     }
+}
+
+/// The middle of some values, which are put in another order; 0 of none.
+fn median(values: &mut [f64]) -> f64 {
+    let middle = values.len() / 2;
+    if values.is_empty() { 0.0 } else { *values.select_nth_unstable_by(middle, f64::total_cmp).1 }
 }

@@ -305,6 +305,10 @@ fn white_noise_behind_filters_and_faults() {
         "frozen",
         "spikes",
         "words of a fault",
+        "pairs",
+        "runs",
+        "knocks",
+        "sentinels",
         "coarse",
     ];
     println!("{:>18} {:>8} {:>8} {:>8} {:>8}", "record", "found", "inside", "false", "from, s");
@@ -344,6 +348,23 @@ fn white_noise_behind_filters_and_faults() {
                 }),
                 "spikes" => samples.iter_mut().skip(77).step_by(4000).for_each(|v| *v += 30.0),
                 "words of a fault" => samples.iter_mut().skip(77).step_by(997).for_each(|v| *v = -32768.0),
+                // two in a row alike and not alike, up to nine in a row, a knock, and one row in a hundred at random (some of them neighbours)
+                "pairs" => samples.chunks_mut(3001).enumerate().for_each(|(k, own)| {
+                    own[77] = 5.0;
+                    own[78] = if k % 2 == 0 { 5.0 } else { 5.3 };
+                }),
+                "runs" => {
+                    samples.chunks_exact_mut(2000).enumerate().for_each(|(k, own)| own[700..=700 + k % 9].fill(-999.0))
+                }
+                "knocks" => {
+                    samples.chunks_exact_mut(2000).for_each(|own| own[700..709].iter_mut().for_each(|v| *v += 3.0))
+                }
+                "sentinels" => samples.iter_mut().for_each(|v| {
+                    let other: f64 = StandardNormal.sample(&mut random);
+                    if other > 2.326 {
+                        *v = -999.0;
+                    }
+                }),
                 // steps of one standard deviation
                 "coarse" => samples.iter_mut().for_each(|v| *v = (*v / 0.05).round() * 0.05),
                 _ => {}
@@ -378,6 +399,7 @@ fn white_noise_behind_filters_and_faults() {
                 // some freeze beside a sample of the same value
                 "frozen" => assert!((2500..2510).contains(&left("stuck")), "{own}"),
                 "spikes" => assert_eq!(left("spike"), 5, "{own}"),
+                "knocks" => assert_eq!(left("spike"), 90, "{own}"),
                 _ => {}
             }
         }
