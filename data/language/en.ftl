@@ -722,7 +722,7 @@ schuler-earth-foucault = Schuler { $schuler } min, Earth { $earth } h, Foucault 
 # report/noise_table.rs
 their-sum-describes = { $well ->
     [yes] Their sum describes the deviations
-   *[no] Their sum does not describe the deviations
+   *[no] Their sum does not describe the deviations; u and the limits allow for that
 }
 no-coefficients = { $why ->
     [constant] No coefficients: all samples are equal

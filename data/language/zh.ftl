@@ -672,7 +672,7 @@ none-at-the-equator = 无（位于赤道）
 schuler-earth-foucault = 舒勒周期 { $schuler } min，地球自转周期 { $earth } h，傅科周期 { $foucault }
 their-sum-describes = { $well ->
     [yes] 各项之和能够描述实测偏差
-   *[no] 各项之和不能描述实测偏差
+   *[no] 各项之和不能描述实测偏差；u 与各上限已计入此差异
 }
 no-coefficients = { $why ->
     [constant] 无系数：所有采样值相同

@@ -131,10 +131,13 @@ const TERM: f64 = 8.2838;
 /// Octaves that are left out beyond those where the test sees that a filter bends the deviations: what it just does not see halves with each.
 const MORE: usize = 1;
 const ROUNDS: usize = 30;
+/// Logarithms of the least and largest variance of `e` that no sum of the terms describes: a part in a thousand of a deviation, and a factor of 10^5.
+const APART: (f64, f64) = (-14.0, 7.0);
 /// Of the distributions that the model's neighbours give, those less likely than this do not count.
 const LIKELY: f64 = 1e-3;
 
 /// What the fit works on; the unit of time is a sample.
+#[derive(Clone)]
 struct Points {
     /// Averaging times.
     m: Vec<f64>,
@@ -152,6 +155,8 @@ struct Points {
     grams: Vec<Vec<Gram>>,
     /// Is the part that falls as quantization does free in its sign? What a filter takes of white noise falls so.
     is_filtered: bool,
+    /// Variance of each `e` beside that of the sum of terms.
+    apart: f64,
 }
 
 /// At some squares: residuals and columns, white, and `-2 ln L`.
@@ -231,23 +236,40 @@ fn least_squares(columns: &[&Vec<f64>], y: &[f64]) -> Option<(Vec<f64>, Vec<Vec<
 ///
 /// Where no sum of the terms describes all averaging times, a filter or a logger that holds its samples bends the shortest. Beyond its own length it takes from the
 /// Allan variance of white noise what falls as `1/tau^2`: the term of quantization is then free in its sign, and none of the answer. The shortest averaging
-/// times are left out until such a sum describes the others.
+/// times are left out until such a sum describes the others. Where none does, each `e` has a further variance of its own, as large as
+/// brings chi-square down to its degrees of freedom (J. Mandel, R. C. Paule, Anal. Chem. 42 (1970), 1194): what the terms leave open is in u, p and the limits.
 pub(super) fn coefficients(sums: &[Sums], cells: &Cells, interval: f64) -> Option<Coefficients> {
-    let all = described(sums, cells, interval, false)?;
+    let points = Points::new(sums, cells)?;
+    let all = described(&points, interval)?;
     if all.describes() {
         return Some(all);
     }
     let from = |k: usize| {
         let own = sums.get(k..)?;
-        Some(Coefficients { from: Some(own.first()?.m as f64 * interval), ..described(own, cells, interval, true)? })
+        let points = Points { is_filtered: true, ..Points::new(own, cells)? };
+        Some(Coefficients { from: Some(own.first()?.m as f64 * interval), ..described(&points, interval)? })
     };
-    let Some(k) = (1..sums.len()).find(|k| from(*k).is_some_and(|own| own.describes())) else { return Some(all) };
+    let Some(k) = (1..sums.len()).find(|k| from(*k).is_some_and(|own| own.describes())) else {
+        let (chi_square, dof, p) = (all.chi_square, all.dof, all.p);
+        let apart = |own: f64| described(&Points { apart: own.exp(), ..points.clone() }, interval);
+        let (mut low, mut high) = APART;
+        while high - low > 0.1 {
+            let middle = 0.5 * (low + high);
+            if apart(middle)?.chi_square > dof as f64 { low = middle } else { high = middle }
+        }
+        return Some(Coefficients { chi_square, dof, p, ..apart(high)? });
+    };
     (k..=k + MORE).rev().find_map(|k| from(k).filter(Coefficients::describes))
 }
 
-/// The same of all averaging times.
-fn described(sums: &[Sums], cells: &Cells, interval: f64, is_filtered: bool) -> Option<Coefficients> {
-    let points = Points { is_filtered, ..Points::new(sums, cells)? };
+/// Probability of so large a chi-square; a misfit that is not finite is rejected.
+fn survival(chi_square: f64, dof: usize) -> f64 {
+    chi_square_survival(chi_square, dof.max(1) as f64).unwrap_or(0.0)
+}
+
+/// The same of all averaging times of these points.
+fn described(points: &Points, interval: f64) -> Option<Coefficients> {
+    let is_filtered = points.is_filtered;
     let set = |set: usize| -> [bool; 5] { std::array::from_fn(|k| set >> k & 1 == 1) };
     // whether a logger takes values or means of a random walk is not known: the one that is likelier
     let tried = (1..32).flat_map(|number| [(set(number), false), (set(number), true)]);
@@ -295,8 +317,7 @@ fn described(sums: &[Sums], cells: &Cells, interval: f64, is_filtered: bool) -> 
         if best.active[k] { square * units[k].powi(2) } else { 0.0 }
     });
     let dof = (points.m.len() + 1).saturating_sub(best.count());
-    // a misfit that is not finite is rejected
-    let p = chi_square_survival(best.chi_square, dof.max(1) as f64).unwrap_or(0.0);
+    let p = survival(best.chi_square, dof);
     let walk_sampled = (best.sampled && best.active[3]).then_some(interval);
     Some(Coefficients { terms, squares, chi_square: best.chi_square, dof, p, from: None, walk_sampled })
 }
@@ -321,8 +342,17 @@ impl Points {
         }
         let means = cells.means(&m, MISSING);
         let ends = sums.iter().zip(&m).map(|(s, m)| 3.0 * (s.missing_factors()[0] - 1.0).max(0.0) / m).collect();
-        let mut points =
-            Points { m, variances, slope, means, columns: Default::default(), ends, grams, is_filtered: false };
+        let mut points = Points {
+            m,
+            variances,
+            slope,
+            means,
+            columns: Default::default(),
+            ends,
+            grams,
+            is_filtered: false,
+            apart: 0.0,
+        };
         points.columns = std::array::from_fn(|k| {
             let own = |(i, s): (usize, &Sums)| {
                 let mut one = [0.0; 4];
@@ -370,7 +400,7 @@ impl Points {
         // pairs of differences across gaps are counted nearly: a smaller correlation keeps the matrix definite
         let mut shrink = 1.0;
         let triangle = loop {
-            let entry = |i: usize, j: usize| relative[i][j] * if i == j { 1.0 } else { shrink };
+            let entry = |i: usize, j: usize| if i == j { relative[i][j] + self.apart } else { shrink * relative[i][j] };
             match Triangle::of(n, entry, |i| 1e-6 * relative[i][i]) {
                 Some(triangle) => break triangle,
                 None if shrink > 0.5 => shrink *= 0.98,
