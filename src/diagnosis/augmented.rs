@@ -9,7 +9,8 @@ use super::ambiguity::{Explanation, Rival};
 use super::bank::bank;
 use super::candidates::{Kept, build};
 use super::evidence::Evidence;
-use super::noise::{self, Finished, NoiseFrom, Weighted};
+use super::noise::{Finished, NoiseFrom, Weighted};
+use super::own_noise;
 use super::pool::Pool;
 use super::repair::repaired;
 use super::score::{Class, Deviations, Kernel, Member, Posterior, Priors, Problem, Score};
@@ -290,7 +291,7 @@ impl<'a> Search<'a> {
             };
             finished = Some(Finished { scales: fit.estimate.group_scale.clone(), variances });
         }
-        let weighted = noise::weigh(campaign, &design, finished.as_ref())?;
+        let weighted = own_noise::weigh(campaign, &design, finished.as_ref(), self.priors)?;
         Ok((design, weighted))
     }
 
@@ -695,7 +696,7 @@ fn outcome(search: &Search<'_>, stood: &Names, mut view: View, point: &[f64]) ->
     if weighted.from == NoiseFrom::Residuals && weighted.floor.is_none() && names != *stood {
         let scales = repair.as_ref().map(|(_, fit)| fit.estimate.group_scale.clone());
         let finished = scales.map(|scales| Finished { scales, variances: None });
-        let own = noise::weigh(search.question.campaign, &design, finished.as_ref())?;
+        let own = own_noise::weigh(search.question.campaign, &design, finished.as_ref(), search.priors)?;
         let square = |own: &Weighted| own.weight.iter().map(|w| w * w).sum::<f64>();
         let ratio = square(&own) / square(&weighted);
         deviations.iter_mut().for_each(|deviation| deviation.variance *= ratio);

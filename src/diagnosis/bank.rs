@@ -78,23 +78,36 @@ pub(super) fn bank<'a>(campaign: &Campaign, design: &DesignMatrix, at: impl Into
         [a, b, c].map(|v| v.map_or(u64::MAX, |v| (v + 0.0).to_bits()))
     };
     let mut found: Vec<Kernel> = vec![];
+    let of_sensor = |s: usize| rows.iter().filter(|r| r.sensor == s).count();
+    let read: Vec<usize> = (0..sensors).filter(|s| of_sensor(*s) > 0).collect();
+    // what all sensors have, each with deviations of its own, and what one of several has alone
+    let own: Vec<Option<usize>> =
+        std::iter::once(None).chain(read.iter().filter(|_| read.len() > 1).map(|s| Some(*s))).collect();
     let mut add = |follows: Option<String>, factor: Mat<f64>| {
-        // whitened, mean diagonal one
-        let k = factor.ncols();
-        let mut f = Mat::<f64>::zeros(n, k);
-        for j in 0..k {
-            let mut col: Vec<f64> = (0..m).map(|i| factor[(i, j)] * unit[i]).collect();
-            // rows of priors have none
-            col.resize(n, 0.0);
-            f.col_as_slice_mut(j).copy_from_slice(&(at.white)(&col));
+        for sensor in &own {
+            let felt = |i: usize| sensor.is_none_or(|s| s == rows[i].sensor);
+            let among: Vec<usize> = (0..m).filter(|i| felt(*i)).collect();
+            let columns: Vec<usize> =
+                (0..factor.ncols()).filter(|j| among.iter().any(|i| factor[(*i, *j)] != 0.0)).collect();
+            // whitened, mean diagonal one
+            let mut f = Mat::<f64>::zeros(n, columns.len());
+            for (to, from) in columns.into_iter().enumerate() {
+                // rows of priors have none
+                let mut col = vec![0.0; n];
+                among.iter().for_each(|i| col[*i] = factor[(*i, from)] * unit[*i]);
+                f.col_as_slice_mut(to).copy_from_slice(&(at.white)(&col));
+            }
+            let trace: f64 = (0..f.ncols()).map(|j| f.col(j).squared_norm_l2()).sum();
+            if !(trace > 0.0) {
+                continue;
+            }
+            f *= faer::Scale((among.len() as f64 / trace).sqrt());
+            let alone = |what: &String| match sensor {
+                Some(s) => format!("{what}, of {} alone", campaign.sensor_id(*s)),
+                None => what.clone(),
+            };
+            found.push(Kernel { follows: follows.as_ref().map(alone), factor: f, sensor: *sensor });
         }
-        let trace: f64 = (0..k).map(|j| f.col(j).squared_norm_l2()).sum();
-        if !(trace > 0.0) {
-            return;
-        }
-        let s = (m as f64 / trace).sqrt();
-        f *= faer::Scale(s);
-        found.push(Kernel { follows, factor: f });
     };
     let indicator = |g: &(Vec<usize>, usize), x: &dyn Fn(usize) -> f64| {
         Mat::from_fn(m, g.1, |i, j| if g.0[i] == j { x(i) } else { 0.0 })

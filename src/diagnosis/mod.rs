@@ -48,6 +48,7 @@ mod foresee;
 mod holdout;
 mod missed;
 mod noise;
+mod own_noise;
 mod places;
 mod pool;
 mod prospective;

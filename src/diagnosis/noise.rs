@@ -198,8 +198,14 @@ impl Replicates {
     }
 }
 
-/// Weigh the system of a design by the best noise there is; a finished model tells it where only that can.
-pub(super) fn weigh(campaign: &Campaign, design: &DesignMatrix, finished: Option<&Finished>) -> Result<Weighted> {
+/// Weigh the system of a design by the best noise there is; a finished model tells it where only that can. `share` is the part of each sensor's residuals that is its
+/// noise (standard deviations), where only they tell it; all of them for a sensor that is not among these.
+pub(super) fn weigh(
+    campaign: &Campaign,
+    design: &DesignMatrix,
+    finished: Option<&Finished>,
+    share: &[f64],
+) -> Result<Weighted> {
     if !campaign.scatter.is_empty() {
         return scattered(campaign, design, finished);
     }
@@ -214,11 +220,12 @@ pub(super) fn weigh(campaign: &Campaign, design: &DesignMatrix, finished: Option
         let pure = groups.pure(&system);
         let enough = is_enough(&pure);
         from = if enough { NoiseFrom::Replicates } else { NoiseFrom::Residuals };
-        for (group, u) in system.group.iter().zip(&mut u) {
+        for (i, (group, u)) in system.group.iter().zip(&mut u).enumerate() {
             if let Group::Estimated(g) = group {
+                let noise = design.rows.get(i).and_then(|row| share.get(row.sensor)).copied().unwrap_or(1.0);
                 let scale = match pure.get(*g) {
                     Some((sum, dof)) if enough => Some((sum / *dof as f64).sqrt()),
-                    _ => scales.unwrap_or(&relative.group_scale).get(*g).copied().flatten(),
+                    _ => scales.unwrap_or(&relative.group_scale).get(*g).copied().flatten().map(|all| all * noise),
                 };
                 // a scale that is not determined, or zero, leaves the weights as they are
                 *u *= scale.filter(|s| *s > 0.0 && s.is_finite()).unwrap_or(1.0);

@@ -125,6 +125,8 @@ pub(crate) struct Kernel {
     /// What readings share that deviate alike; nothing where each deviates by itself.
     pub follows: Option<String>,
     pub factor: Mat<f64>,
+    /// The one of several sensors (or channels) that deviates alone.
+    pub sensor: Option<usize>,
 }
 
 pub(crate) struct Problem<'a> {
@@ -813,7 +815,10 @@ impl Score {
         let mut ranked = vec![];
         for kernel in 0..self.kernels.len() {
             let mut own = vec![];
-            for start in [vec![], white.clone()].into_iter().chain(starts.iter().cloned()) {
+            let begin: Vec<Vec<u16>> = [vec![], white.clone()].into_iter().chain(starts.iter().cloned()).collect();
+            // beside what does not deviate no other set becomes probable
+            let told = begin.iter().any(|start| self.value(kernel, start) > self.best - KEPT);
+            for start in begin.into_iter().filter(|_| told) {
                 let found = self.climb(kernel, start);
                 own.push((self.value(kernel, &found), found));
             }

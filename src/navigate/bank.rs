@@ -48,7 +48,7 @@ pub(super) fn bank(rows: &Weighed, left: &[f64]) -> Vec<Kernel> {
         if trace > 0.0 {
             // of mean variance one
             factor *= faer::Scale((left.len() as f64 / trace).sqrt());
-            found.push(Kernel { follows: None, factor });
+            found.push(Kernel { follows: None, factor, sensor: None });
         }
     };
     let scaled = |own: &Wave, length: (bool, f64), by: f64| -> Vec<f64> {

@@ -1,0 +1,85 @@
+//! The noise of each of several sensors where only residuals tell it: what is left of them beside whatever else deviates in that sensor.
+//!
+//! ```text
+//! s_g^2 = E(s^2 | y_g) / E(s^2 | y_g, no remainder) * residual variance,      over the kernels of the bank and their sizes, the rows of sensor g alone
+//! ```
+//!
+//! One variance of unit weight for all sensors could not see a deviation in one of them: the scale of its residuals contains it.
+#![allow(
+    clippy::indexing_slicing,
+    reason = "rows are those of the design, of which the weighted system and the kernels have as many or more"
+)]
+
+use super::bank::bank;
+use super::noise::{self, Finished, NoiseFrom, Weighted};
+use super::score::{Kernel, Priors, Problem, Score};
+use crate::campaign::Campaign;
+use crate::design::DesignMatrix;
+use crate::error::Result;
+use crate::estimate::{self, Group, System};
+use faer::Mat;
+
+/// The system of a design, weighed by the best noise there is.
+pub(super) fn weigh(
+    campaign: &Campaign,
+    design: &DesignMatrix,
+    finished: Option<&Finished>,
+    priors: Priors,
+) -> Result<Weighted> {
+    let weighted = noise::weigh(campaign, design, finished, &[])?;
+    let sensors = design.rows.iter().map(|row| row.sensor).max().map_or(0, |s| s + 1);
+    if weighted.from != NoiseFrom::Residuals || weighted.floor.is_some() || sensors < 2 {
+        return Ok(weighted);
+    }
+    let kernels = bank(campaign, design, &weighted);
+    let mut share = vec![1.0; sensors];
+    for (s, slot) in share.iter_mut().enumerate() {
+        let rows: Vec<usize> = (0..design.rows.len()).filter(|i| design.rows[*i].sensor == s).collect();
+        *slot = of_noise(campaign, design, &weighted, (s, &rows), &kernels, priors)?;
+    }
+    if share.iter().all(|own| *own == 1.0) { Ok(weighted) } else { noise::weigh(campaign, design, finished, &share) }
+}
+
+/// The share of one sensor's residuals that is noise, as a standard deviation: the mean of the variance over all kernels, by that without any.
+fn of_noise(
+    campaign: &Campaign,
+    design: &DesignMatrix,
+    weighted: &Weighted,
+    (sensor, rows): (usize, &[usize]),
+    kernels: &[Kernel],
+    priors: Priors,
+) -> Result<f64> {
+    let n = campaign.unknowns();
+    let system = System {
+        rows: Mat::from_fn(rows.len(), n, |i, j| design.jacobian[(rows[i], j)] * weighted.weight[rows[i]]),
+        observed: rows.iter().map(|i| weighted.residual[*i]).collect(),
+        u: vec![1.0; rows.len()],
+        group: vec![Group::Known; rows.len()],
+    };
+    let alone = estimate::adjust(&system, &estimate::Settings::default())?;
+    let own = |kernel: &&Kernel| kernel.sensor == Some(sensor);
+    let part = |kernel: &Kernel| Kernel {
+        follows: None,
+        factor: Mat::from_fn(rows.len(), kernel.factor.ncols(), |i, j| kernel.factor[(rows[i], j)]),
+        sensor: kernel.sensor,
+    };
+    let kernels: Vec<Kernel> = kernels.iter().filter(own).map(part).collect();
+    let none = Mat::zeros(rows.len(), 0);
+    let problem = Problem {
+        residual: &system.observed,
+        basis: alone.factor.thin_q(),
+        columns: none.as_ref(),
+        prior: &[],
+        plain: &[],
+        known: false,
+        kernels: &kernels,
+        sharing: None,
+    };
+    let found = Score::new(&problem, priors).deviations(&[]);
+    let squares: f64 = alone.residuals.iter().map(|v| v * v).sum();
+    // the mean of an inverse gamma distribution, as the score has it; with two degrees of freedom or fewer nothing is told
+    let without = squares / (alone.dof as f64 - 2.0);
+    let mean: f64 = found.iter().map(|own| own.probability * own.variance).sum();
+    let share = (mean / without).sqrt();
+    Ok(if share > 0.0 && share.is_finite() { share.min(1.0) } else { 1.0 })
+}
