@@ -732,8 +732,10 @@ no-coefficients = { $why ->
 described-from = Averaging times below { $from } s are left out: a filter of the sensor, or samples that are held or quantized, are none of these terms
 samples-left-out = Samples left out as if they were missing: { $events }
 random-walk-sampled = The rate random walk is modelled as sampled at the end of each interval of { $interval } s, not as averaged over it: this describes the deviations better
-in-stretches = in { $n } stretches
-samples-mean = { $samples } samples in { $unit }, mean { $mean }.
+samples-mean = { $stretches ->
+    [1] { $samples } samples in { $unit }, mean { $mean }.
+   *[other] { $samples } samples in { $unit }, in { $stretches } stretches, mean { $mean }.
+}
 allan = Allan
 edf = edf
 hadamard = Hadamard

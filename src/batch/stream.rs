@@ -142,15 +142,14 @@ fn pass(
         };
         let mut selection = own.selection();
         selection.extend(column.map(|k| (k, As::Label)));
-        selection.extend(lot.map(|k| (k, As::Label)));
         // a column that is asked for twice is read once
-        let lot_place = lot.map(|k| match column {
-            Some(by) if by == k => own.keys.len(),
-            _ => own.keys.len() + usize::from(column.is_some()),
+        let lot = lot.map(|k| match selection.iter().position(|(other, _)| *other == k) {
+            Some(place) => (place, selection.get(place).is_some_and(|(_, kind)| *kind == As::Label)),
+            None => {
+                selection.push((k, As::Label));
+                (selection.len() - 1, true)
+            }
         });
-        if lot.is_some() && lot == column {
-            selection.pop();
-        }
         let position = own.position.filter(|k| !selection.iter().any(|(other, _)| other == k));
         selection.extend(position.map(|k| (k, As::Label)));
         record.select(&selection);
@@ -159,7 +158,7 @@ fn pass(
             values: own.places(|kind| matches!(kind, Use::Value(_))),
             others: own.places(|kind| kind == Use::Other),
             by: column.map(|_| own.keys.len()),
-            lot: lot_place,
+            lot,
             position: position.map(|_| selection.len() - 1),
         };
         gathering.file = Arc::from(name.as_str());
@@ -214,7 +213,8 @@ struct Places {
     values: Vec<usize>,
     others: Vec<usize>,
     by: Option<usize>,
-    lot: Option<usize>,
+    /// And whether it has labels, not numbers.
+    lot: Option<(usize, bool)>,
     position: Option<usize>,
 }
 
@@ -404,8 +404,12 @@ impl Gathering<'_> {
                     labels.get_mut(number).map(|own| own.get_or_insert_with(|| label(record, number).into()).clone());
                 own.iter().for_each(|own| device.push_position(own));
             }
-            if let Some(lot) = places.lot.map(column).filter(|_| device.rows == 0) {
-                device.lot = label(record, lot.get(row).copied().map_or(0, place)).to_string();
+            if let Some((lot, labelled)) = places.lot.filter(|_| device.rows == 0) {
+                let cell = column(lot).get(row).copied();
+                device.lot = match labelled {
+                    true => label(record, cell.map_or(0, place)).to_string(),
+                    false => cell.filter(|own| own.is_finite()).map_or_else(String::new, |own| own.to_string()),
+                };
             }
             push_runs(device, &file, lines, (first, end - row));
             device.rows += end - row;

@@ -3,7 +3,8 @@
 //! In a bilinear line, `kI*(w_I + dtheta*w_S)` with neither factor known, the derivative by one factor is the other: where both are zero no
 //! reading responds to either, though another value of one brings the other into sight. The rank is a fact of a point, not of the bench.
 
-use super::{Settings, step};
+use super::Settings;
+use super::step::{self, Step};
 use crate::campaign::{Campaign, Kind, Role};
 use crate::design::{self, DesignMatrix, Model};
 use crate::elements::Elements;
@@ -92,16 +93,7 @@ pub(super) fn weak(
         if !step.noise.determined {
             break;
         }
-        let weight: Vec<f64> = step
-            .system
-            .u
-            .iter()
-            .zip(&step.system.group)
-            .map(|(u, group)| match group {
-                Group::Known => 1.0 / u,
-                Group::Estimated(g) => 1.0 / (u * step.estimate.divisor(*g)),
-            })
-            .collect();
+        let weight = weights(&step);
         let mut worst: Option<(f64, usize)> = None;
         for k in asked.iter().copied().filter(|k| !found.contains(k)) {
             let variance = if k < step.noise.covariance.nrows() { step.noise.covariance[(k, k)] } else { 0.0 };
@@ -126,6 +118,16 @@ pub(super) fn weak(
     Ok(found)
 }
 
+/// One over the standard deviation of each row.
+fn weights(step: &Step) -> Vec<f64> {
+    let rows = step.system.u.iter().zip(&step.system.group);
+    rows.map(|(u, group)| match group {
+        Group::Known => 1.0 / u,
+        Group::Estimated(g) => 1.0 / (u * step.estimate.divisor(*g)),
+    })
+    .collect()
+}
+
 /// Share of the second order in the change of the weighted predictions along a step; infinite where a prediction leaves the numbers.
 fn curvature(campaign: &Campaign, model: &Model, design: &DesignMatrix, along: &[f64], weight: &[f64]) -> Result<f64> {
     let beside = |sign: f64| {
@@ -148,8 +150,8 @@ fn curvature(campaign: &Campaign, model: &Model, design: &DesignMatrix, along: &
     Ok(if share.is_finite() { share } else { f64::INFINITY })
 }
 
-/// How the column of an unknown that is to be held follows the others: as a moved one's does here; one that was out of sight at the
-/// reference point stays so.
+/// How the column of an unknown that is to be held follows the others: as a moved one's does here, as far as its own standard uncertainty moves another by more
+/// than `LINEAR` of that one's; one that was out of sight at the reference point stays so.
 pub(super) fn follow(
     campaign: &Campaign,
     design: &DesignMatrix,
@@ -167,7 +169,16 @@ pub(super) fn follow(
     let mut observed = column;
     observed.resize(step.system.observed.len(), 0.0);
     let follows = step.estimate.factor.solve(&observed)?;
-    let follows = follows.into_iter().enumerate().filter(|(j, c)| *j != unknown && *c != 0.0).collect();
+    // what no other unknown does tells of this one
+    let own = |i: usize| -> f64 {
+        observed.at(i) - follows.iter().enumerate().map(|(j, c)| c * step.system.rows[(i, j)]).sum::<f64>()
+    };
+    let told: f64 = weights(&step).iter().enumerate().map(|(i, w)| (w * own(i)).powi(2)).sum();
+    let u_of = |j: usize| step.noise.covariance[(j, j)].max(0.0).sqrt();
+    let matters = |(j, c): &(usize, f64)| {
+        *j != unknown && *c != 0.0 && !(step.noise.determined && c.abs() <= LINEAR * u_of(*j) * told.sqrt())
+    };
+    let follows = follows.into_iter().enumerate().filter(matters).collect();
     Ok(Coupling { unknown, follows })
 }
 

@@ -161,13 +161,13 @@ fn iso(date: &str, timed: bool, order: Slashes) -> Option<String> {
     (digits || date.matches('-').count() == 2).then(|| date.to_string())
 }
 
-/// The two numbers before the year of a date parted by slashes, where either may be the day.
-fn either(cell: &[u8]) -> Option<(u32, u32)> {
+/// The two numbers before the year of a date parted by slashes.
+fn two_numbers(cell: &[u8]) -> Option<(u32, u32)> {
     let text = std::str::from_utf8(cell).ok()?.trim();
     let date = text.get(..text.find([' ', 'T', 't', '_']).unwrap_or(text.len()))?;
     let [a, b, year]: [&str; 3] = date.split(['/', '-']).collect::<Vec<_>>().try_into().ok()?;
     let (first, second) = (a.parse().ok()?, b.parse().ok()?);
-    (a.len() <= 2 && year.len() == 4 && first <= 12 && second <= 12).then_some((first, second))
+    (a.len() <= 2 && year.len() == 4).then_some((first, second))
 }
 
 /// Written times, since the first of them.
@@ -201,11 +201,12 @@ pub(super) struct Times {
 impl Times {
     /// A written time in seconds since 1970; one of a day goes on over midnight.
     ///
-    /// Of dates such as `05/11/2026` the day is taken to stand first until another date shows that it does not; times go on there. `None` where two such dates
+    /// Of dates such as `05/11/2026` the day is taken to stand first until another date shows that it does not, by the one number in which it differs or by one above 12; times
+    /// go on there. `None` where two such dates
     /// differ in both numbers, and nothing before has shown the order.
     pub(super) fn seconds(&mut self, cell: &[u8]) -> Option<f64> {
-        if let Some((a, b)) = either(cell) {
-            return self.slashed(cell, (a, b));
+        if let Some(date) = two_numbers(cell) {
+            return self.slashed(cell, date);
         }
         Some(match moment(cell)? {
             Moment::Instant(at) => at,
@@ -224,22 +225,31 @@ impl Times {
             Moment::Instant(at) => Some(at),
             Moment::Of(..) => None,
         };
+        let shown = match (date.0 > 12, date.1 > 12) {
+            (true, false) => Some(Slashes::DayFirst),
+            (false, true) => Some(Slashes::MonthFirst),
+            _ => None,
+        };
         if self.order.is_none() {
-            match self.date {
-                Some((a, b)) if a != date.0 && b == date.1 => self.order = Some(Slashes::DayFirst),
-                Some((a, b)) if a == date.0 && b != date.1 => {
-                    self.order = Some(Slashes::MonthFirst);
-                    // what was read before was one date, with the day first
-                    let year =
-                        cell.split(|b| matches!(b, b'/' | b'-')).nth(2)?.split(u8::is_ascii_whitespace).next()?;
-                    let before = format!("{a:02}/{b:02}/{} 00:00", String::from_utf8_lossy(year));
-                    let wrong = instant(before.as_bytes(), Slashes::DayFirst)?;
-                    self.shift = wrong - instant(before.as_bytes(), Slashes::MonthFirst)?;
-                }
+            self.order = match self.date {
+                _ if shown.is_some() => shown,
+                Some((a, b)) if a != date.0 && b == date.1 => Some(Slashes::DayFirst),
+                Some((a, b)) if a == date.0 && b != date.1 => Some(Slashes::MonthFirst),
                 Some(last) if last != date => return None,
-                _ => {}
+                _ => None,
+            };
+            if let (Some(Slashes::MonthFirst), Some((a, b))) = (self.order, self.date) {
+                // what was read before was one date, with the day first
+                let year = cell.split(|b| matches!(b, b'/' | b'-')).nth(2)?.split(u8::is_ascii_whitespace).next()?;
+                let before = format!("{a:02}/{b:02}/{} 00:00", String::from_utf8_lossy(year));
+                let wrong = instant(before.as_bytes(), Slashes::DayFirst)?;
+                self.shift = wrong - instant(before.as_bytes(), Slashes::MonthFirst)?;
             }
             self.date = Some(date);
+        }
+        // what is no date in the order that others have shown is none
+        if shown.is_some() && shown != self.order {
+            return None;
         }
         Some(instant(cell, self.order.unwrap_or(Slashes::DayFirst))? + self.shift)
     }

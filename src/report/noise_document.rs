@@ -40,10 +40,6 @@ fn described(a: &AgreementReport, lang: Language) -> (Tone, String) {
 }
 
 fn section(column: &NoiseColumnReport, deviations: bool, lang: Language) -> Section {
-    let samples = match column.stretches {
-        0 | 1 => column.samples.to_string(),
-        n => format!("{} {}", column.samples, say!(lang, "in-stretches", n = n.to_string())),
-    };
     let mut section = Section::new(&column.column);
     if let Some(a) = &column.agreement {
         let (tone, text) = described(a, lang);
@@ -53,8 +49,16 @@ fn section(column: &NoiseColumnReport, deviations: bool, lang: Language) -> Sect
         section = section.verdict(Tone::Caution, lang.sentence(&reason(without, lang)));
     }
     let mean = column.mean.map_or("-".into(), |mean| significant(mean, 6));
-    section =
-        section.prose(say!(lang, "samples-mean", samples, mean, unit = column.unit)).table(coefficients(column, lang));
+    section = section
+        .prose(say!(
+            lang,
+            "samples-mean",
+            samples = column.samples,
+            stretches = column.stretches.max(1),
+            mean,
+            unit = column.unit
+        ))
+        .table(coefficients(column, lang));
     if let Some(from) = column.agreement.as_ref().and_then(|a| a.from_tau_s) {
         section = section.prose(lang.sentence(&say!(lang, "described-from", from = significant(from, 3))));
     }

@@ -4,6 +4,7 @@ use super::campaign_file::CampaignFile;
 use super::columns::columns;
 use super::locate::table_place;
 use super::readings_file::{Cell, Meaning, ReadingFile, meaning};
+use super::reduced::assigned;
 use super::samples_file::{SamplesFile, SegmentSource};
 use super::{Folder, Named, ScatterFile, Source, locate};
 use crate::bench::Bench;
@@ -15,6 +16,7 @@ use crate::fit::streamed::{self, Rows, Sample};
 use crate::number;
 use crate::record::{As, Block, Clock, Record};
 use crate::units::Conversion;
+use std::collections::HashMap;
 
 /// A record whose rows are the readings of a campaign.
 pub struct RecordRows<'a> {
@@ -50,6 +52,9 @@ struct Taken {
     pattern: Vec<usize>,
     /// Angle, rate and turns of each joint, for those rows.
     joints: Vec<[Vec<f64>; 3]>,
+    /// The label of the last row and its position, and how often each label has begun.
+    run: Option<(u64, Option<usize>)>,
+    runs: HashMap<String, usize>,
 }
 
 /// A column of the record that is read.
@@ -227,25 +232,12 @@ impl<'a> RecordRows<'a> {
             SegmentSource::All => Segments::All,
             SegmentSource::Column(_) => Segments::Labels,
             SegmentSource::Times(times) => {
-                let by_label = |label: &str| self.patterns.iter().position(|own| own.position == label);
-                let in_order = times.len() == self.patterns.len();
-                let mut found = Vec::with_capacity(times.len());
-                for (k, (label, start, end)) in times.iter().enumerate() {
-                    let pattern = match by_label(label).filter(|_| !label.is_empty()) {
-                        _ if self.patterns.len() == 1 => 0,
-                        Some(own) => own,
-                        None if in_order => k,
-                        None => {
-                            return Err(Malformed::new(Fault::Value, "a segment belongs to none of the positions")
-                                .expected(
-                                    "one position, as many as segments, or segments labelled as the positions are",
-                                )
-                                .found(format!("segment {} '{label}', {} positions", k + 1, self.patterns.len()))
-                                .at_path("readings.times"));
-                        }
-                    };
-                    found.push((pattern, *start, *end));
-                }
+                let labels: Vec<String> = times.iter().map(|(label, ..)| label.clone()).collect();
+                let positions: Vec<String> = self.patterns.iter().map(|own| own.position.clone()).collect();
+                let row = |k: usize| all.get(k).map(|row| &row.0);
+                let places = assigned(&positions, &|a, b| row(a) == row(b), &labels)
+                    .map_err(|error| error.at_path("readings.times"))?;
+                let found = places.iter().zip(times).map(|(own, (_, start, end))| (*own, *start, *end)).collect();
                 Segments::Times(found)
             }
         };
@@ -312,7 +304,8 @@ impl<'a> RecordRows<'a> {
 
     /// Which rows of the block are used, and what is the same in all rows of their positions. Errors: segments of times, and no times.
     fn take(&mut self, record: &Record, time: Option<&[f64]>) -> Result<()> {
-        let Taken { rows, pattern, .. } = &mut self.taken;
+        let before_block = self.taken.before;
+        let Taken { rows, pattern, run, runs, .. } = &mut self.taken;
         let count = self.raw.rows();
         rows.clear();
         pattern.clear();
@@ -328,13 +321,30 @@ impl<'a> RecordRows<'a> {
                 (0..count).for_each(|k| take(k, Some(0)));
             }
             Segments::Labels => {
-                let of = |label: &String| self.patterns.iter().position(|own| own.position == *label);
-                let by_label: Vec<Option<usize>> = record.labels().iter().map(of).collect();
-                let unlabelled = of(&String::new());
                 let labels = self.raw.columns.get(self.read.len()).map_or(&[][..], Vec::as_slice);
                 for (k, label) in labels.iter().enumerate() {
-                    let own = if label.is_nan() { None } else { by_label.get(number::count(*label)) };
-                    take(k, own.copied().unwrap_or(unlabelled));
+                    if run.is_none_or(|(last, _)| last != label.to_bits()) {
+                        let own = if label.is_nan() { None } else { record.labels().get(number::count(*label)) };
+                        let own = own.map_or("", String::as_str);
+                        let all: Vec<usize> =
+                            (0..self.patterns.len()).filter(|p| self.patterns[*p].position == own).collect();
+                        let before = runs.entry(own.to_string()).or_insert(0_usize);
+                        // a position of its own has all runs of its label, of several the k-th has the k-th
+                        let found = if all.len() <= 1 { all.first() } else { all.get(*before) };
+                        if found.is_none() && !all.is_empty() {
+                            let what = format!("the label '{own}' has more runs of rows than positions");
+                            return Err(Malformed::new(Fault::Value, what)
+                                .expected(format!(
+                                    "{} runs, one for each position '{own}', in the same order",
+                                    all.len()
+                                ))
+                                .found(format!("a further one that begins in row {}", before_block + k as u64 + 1))
+                                .in_file(record.name()));
+                        }
+                        *before += 1;
+                        *run = Some((label.to_bits(), found.copied()));
+                    }
+                    take(k, run.and_then(|(_, found)| found));
                 }
             }
             Segments::Times(list) => {
@@ -372,7 +382,7 @@ impl<'a> RecordRows<'a> {
 
     /// The rows that are used, column by column, in the units of the readings. Errors: uncertainties and numbers of samples that are not positive.
     fn columns_of(&mut self, file: &str, time: Option<&[f64]>, block: &mut streamed::Block) -> Result<()> {
-        let Taken { before, rows, pattern, joints } = &mut self.taken;
+        let Taken { before, rows, pattern, joints, .. } = &mut self.taken;
         let count = rows.len();
         block.clear(self.names.len(), self.bench.sensors.len());
         block.rows = count;
@@ -480,6 +490,8 @@ impl Rows for RecordRows<'_> {
         selected.extend(self.label.map(|column| (column, As::Label)));
         record.select(&selected);
         (self.record, self.row, self.used, self.origin) = (Some(record), 0, 0, None);
+        self.taken.run = None;
+        self.taken.runs.clear();
         Ok(())
     }
 

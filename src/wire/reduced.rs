@@ -167,31 +167,17 @@ impl Schedule {
         sensors.chain(names).collect()
     }
 
-    /// For each segment, the place of its row: by label where every label is a position, else in order, or one row for all.
+    /// For each segment, the place of its row, see [`assigned`].
     ///
-    /// Errors: another number of segments than of rows, none of which is a pattern for all.
+    /// Errors: those of [`assigned`].
     pub fn pair(&self, labels: &[String]) -> Result<Vec<usize>> {
-        let text = |cell: &Cell| match cell {
-            Cell::Text(text) => text.clone(),
-            Cell::Number(number) => number.to_string(),
+        let text = |row: &ReadingFile| match row.get("position") {
+            Some(Cell::Text(text)) => text.clone(),
+            Some(Cell::Number(number)) => number.to_string(),
             _ => String::new(),
         };
-        let place = |label: &String| {
-            self.rows.iter().position(|row| row.get("position").is_some_and(|cell| text(cell) == *label))
-        };
-        if self.rows.len() > 1
-            && let Some(places) = labels.iter().map(place).collect::<Option<Vec<usize>>>()
-            && places.len() <= self.rows.len()
-        {
-            return Ok(places);
-        }
-        match self.rows.len() {
-            1 => Ok(vec![0; labels.len()]),
-            n if n == labels.len() => Ok((0..n).collect()),
-            n => Err(Malformed::new(Fault::Value, format!("the schedule has {n} positions, the record {} segments", labels.len()))
-                .expected("as many segments as positions, in the same order; or segments labelled as the positions are; or one row for all")
-                .found(format!("segments {}", labels.join(", ")))),
-        }
+        let positions: Vec<String> = self.rows.iter().map(text).collect();
+        assigned(&positions, &|a, b| self.rows.get(a).map(|row| &row.0) == self.rows.get(b).map(|row| &row.0), labels)
     }
 
     /// Duration of a turn of the joint that turns in a row, s.
@@ -241,6 +227,60 @@ impl Schedule {
         }
         rows
     }
+}
+
+/// For each segment, the place of the position that it was taken in: one position for all; by label, the k-th segment of a label in the k-th of the positions that
+/// have it; in order where no label is a position. `same` says whether two positions differ in nothing.
+///
+/// Errors: labels of which some are positions and some are not; another number of segments than of positions.
+pub(super) fn assigned(
+    positions: &[String],
+    same: &dyn Fn(usize, usize) -> bool,
+    labels: &[String],
+) -> Result<Vec<usize>> {
+    let of = |label: &String| -> Vec<usize> {
+        (0..positions.len()).filter(|k| !label.is_empty() && positions.get(*k) == Some(label)).collect()
+    };
+    if positions.len() == 1 {
+        return Ok(vec![0; labels.len()]);
+    }
+    let own: Vec<Vec<usize>> = labels.iter().map(of).collect();
+    if own.iter().all(Vec::is_empty) {
+        if positions.len() == labels.len() {
+            return Ok((0..labels.len()).collect());
+        }
+        let what = format!("the schedule has {} positions, the record {} segments", positions.len(), labels.len());
+        return Err(Malformed::new(Fault::Value, what)
+            .expected("as many segments as positions, in the same order; or segments labelled as the positions are; or one row for all")
+            .found(format!("segments {}", labels.join(", "))));
+    }
+    if let Some((label, _)) = labels.iter().zip(&own).find(|(_, own)| own.is_empty()) {
+        let without: Vec<&str> = positions.iter().filter(|own| !labels.contains(own)).map(String::as_str).collect();
+        let without = if without.is_empty() { positions.iter().map(String::as_str).collect() } else { without };
+        return Err(Malformed::new(
+            Fault::Value,
+            format!("no position of the schedule is called '{label}', as a segment of the record is"),
+        )
+        .expected(format!("one of the positions, of which these have no segment: {}", without.join(", ")))
+        .found(format!("'{label}'")));
+    }
+    let mut places = Vec::with_capacity(labels.len());
+    for (k, (label, own)) in labels.iter().zip(&own).enumerate() {
+        let before = labels.iter().take(k).filter(|other| *other == label).count();
+        let all = labels.iter().filter(|other| *other == label).count();
+        let alike = own.iter().zip(own.iter().skip(1)).all(|(a, b)| same(*a, *b));
+        let Some(place) =
+            own.get(if alike { before.min(own.len() - 1) } else { before }).filter(|_| alike || all == own.len())
+        else {
+            let what =
+                format!("the schedule has {} rows of the position '{label}', the record {all} segments", own.len());
+            return Err(Malformed::new(Fault::Value, what)
+                .expected("a segment for each of them, in the same order")
+                .found(format!("{all} segments '{label}'")));
+        };
+        places.push(*place);
+    }
+    Ok(places)
 }
 
 impl CampaignFile {

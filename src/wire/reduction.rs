@@ -10,7 +10,7 @@ use crate::elements::{Elements, Parts};
 use crate::error::{Fault, Malformed, Result};
 use crate::number;
 use crate::record::{self, As, Block, Clock, Jump, Record};
-use crate::reduce::{self, By, Reduction, Run, Segmentation, Trace, Unwrap};
+use crate::reduce::{self, By, Reduction, Run, Segment, Segmentation, Trace, Unwrap};
 use crate::units::Conversion;
 
 /// A record that was reduced.
@@ -99,6 +99,7 @@ impl Recipe {
             None => Ok(Vec::new()),
         };
         let mut places = pair(&segmentation)?;
+        let whole: Vec<(u64, u64)> = segmentation.segments.iter().map(Segment::span).collect();
         let before = segmentation.segments.len();
         let turns = match &trace.angle {
             Some(_) => reduce::whole_turns_of(trace, &mut segmentation),
@@ -113,7 +114,13 @@ impl Recipe {
                 reduced.nothing = Some(nothing(&segmentation, &by, least));
                 return Ok(reduced);
             }
-            places = pair(&segmentation)?;
+            // a segment that is left keeps the row that it had
+            let of = |own: &Segment| {
+                let (at, _) = own.span();
+                let k = whole.iter().position(|(start, end)| *start <= at && at < *end)?;
+                places.get(k).copied()
+            };
+            places = segmentation.segments.iter().filter_map(of).collect();
         }
         reduced.reduction = reduce::reduce(trace, segmentation, &turns);
         reduced.places = places;

@@ -102,13 +102,23 @@ impl SiteFile {
                 .at_path(format!("site.{key}")))
         };
         checked("earth_rate_deg_h", earth_rate_deg_h)?;
+        // on Earth, or left out of the model
+        let of_earth = |path: &str, gravity_g: f64| {
+            if gravity_g == 0.0 || (0.9..=1.1).contains(&gravity_g) {
+                return Ok(gravity_g);
+            }
+            Err(Malformed::new(Fault::Value, "the gravity is that of no laboratory")
+                .expected("0.9 to 1.1 g (9.8 m/s^2), or 0")
+                .found(format!("{gravity_g} g"))
+                .at_path(path))
+        };
         checked("latitude_u_deg", latitude_u_deg)?;
         let latitude_deg = self.latitude_deg.unwrap_or(0.0);
         let (gravity_g, gravity_u_g, gravity_from) = match (self.gravity_g, &self.gravity, self.altitude_m) {
             (None, None, None) => (1.0, 0.0, GravityFrom::Assumed),
             (Some(gravity_g), None, None) => {
                 checked("gravity_g", gravity_g)?;
-                (gravity_g, 0.0, GravityFrom::Stated)
+                (of_earth("site.gravity_g", gravity_g)?, 0.0, GravityFrom::Stated)
             }
             (None, Some(gravity), None) => {
                 let at = |key: &'static str| move |error: Malformed| error.at_path(format!("site.gravity.{key}"));
@@ -117,7 +127,7 @@ impl SiteFile {
                 let u = gravity.u.unwrap_or(0.0);
                 checked("gravity.value", gravity.value)?;
                 checked("gravity.u", u)?;
-                (to.apply(gravity.value), to.apply(u), GravityFrom::Stated)
+                (of_earth("site.gravity.value", to.apply(gravity.value))?, to.apply(u), GravityFrom::Stated)
             }
             (None, None, Some(altitude_m)) => {
                 if self.latitude_deg.is_none() {

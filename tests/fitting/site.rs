@@ -150,6 +150,9 @@ fn a_site_that_contradicts_itself_is_refused() {
     refused(r#""site": { "altitude_m": 5 },"#, "site");
     refused(r#""site": { "gravity": { "value": 9.8, "unit": "m/s" } },"#, "site.gravity.unit");
     refused(r#""site": { "gravity": { "value": -9.8, "unit": "m/s^2" } },"#, "site.gravity.value");
+    // m/s^2 where g is meant, and the other way round
+    refused(r#""site": { "gravity_g": 9.81 },"#, "site.gravity_g");
+    refused(r#""site": { "gravity": { "value": 1, "unit": "m/s^2" } },"#, "site.gravity.value");
     refused(r#""rate_u_ppm": { "gamma": 5 },"#, "rate_u_ppm.gamma");
 }
 

@@ -643,3 +643,51 @@ fn texts_are_no_formulas() {
         assert!(found.stdout.contains(&cell), "{cell:?} is not in {}", found.stdout);
     }
 }
+
+/// A column that control charts are drawn over by itself is a column of the readings, too: scatter per day or lot, and a model line that uses it, give each device what it
+/// has alone.
+#[test]
+fn columns_of_charts_are_columns_of_the_readings() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut text = String::from("serial,day,lot,x,V\n");
+    let mut alone = String::new();
+    for device in 0..3 {
+        for k in 0..24 {
+            let (day, x) = (k / 6, f64::from(k % 6));
+            // a deviation of each day and a small one of each reading
+            let own = [0.3, -0.2, 0.1, -0.15][day as usize] + 0.01 * f64::from((7 * k + device) % 5 - 2);
+            let row = format!("{day},L{day},{x},{}\n", 1.0 + f64::from(device) + 2.0 * x + own);
+            text.push_str(&format!("d{device},{row}"));
+            if device == 1 {
+                alone.push_str(&format!("d1,{row}"));
+            }
+        }
+    }
+    std::fs::write(folder.path().join("all.csv"), &text).expect("a file");
+    std::fs::write(folder.path().join("one.csv"), format!("serial,day,lot,x,V\n{alone}")).expect("a file");
+    for (name, model, per) in [("day", "c + k*x", "day"), ("lot", "c + k*x", "lot"), ("line", "c + k*x + 0*day", "lot")]
+    {
+        let campaign = |readings: &str, by: &str| {
+            format!(
+                r#"{{ "bench": {{ "id": "b", "sensors": {{ "V": {{ "unit": "V", "model": "{model}" }} }} }}, "estimate": {{ "c": {{}}, "k": {{}} }},
+                    "scatter": [{{ "of": "c", "per": "{per}", "u": "estimate" }}], {by} "readings": "{readings}" }}"#
+            )
+        };
+        std::fs::write(folder.path().join("all.campaign.json"), campaign("all.csv", r#""by": "serial","#))
+            .expect("a file");
+        std::fs::write(folder.path().join("one.campaign.json"), campaign("one.csv", "")).expect("a file");
+        let many = run(folder.path(), &["fit", "all.campaign.json"]);
+        let rows = table(&many.stdout);
+        assert_eq!(rows.len(), 3, "{name} {}", many.stderr);
+        let one = run(folder.path(), &["fit", "one.campaign.json", "--json", "-"]);
+        let report: Value = serde_json::from_str(&one.stdout).unwrap_or_else(|e| panic!("{name} {e} {}", one.stderr));
+        for own in report["parameters"].as_array().expect("parameters") {
+            let id = own["id"].as_str().expect("a name");
+            for (cell, key) in [(id.to_string(), "value"), (format!("{id}_u"), "u")] {
+                let (a, b) =
+                    (rows["d1"][&cell].parse::<f64>().expect("a number"), own[key].as_f64().expect("a number"));
+                assert!((a / b - 1.0).abs() < 1e-9, "{name} {cell} {a} {b}");
+            }
+        }
+    }
+}

@@ -294,6 +294,24 @@ fn a_given_column_is_read_in_every_dialect() {
         assert_eq!(output.status.code(), Some(0), "{}", told(&output).1);
         assert_eq!(String::from_utf8_lossy(&output.stdout), "n,temperature_c,a_I\nq,30,1e0\nr,20,0e0\n", "{log}");
     }
+    // under another title, in its unit; and what is neither a sensor nor an input is said
+    std::fs::write(folder.path().join("log.csv"), "n,V,Temp [degF]\nq,3.5,86\nr,0.5,68\n").expect("written");
+    let apply = |column: &str| {
+        let output = tumble(folder.path(), &["apply", "c.fit.json", "log.csv", "--column", column]).output();
+        output.expect("a run")
+    };
+    let output = apply("temperature_c=Temp [degF]");
+    assert_eq!(output.status.code(), Some(0), "{}", told(&output).1);
+    let inputs: Vec<f64> = String::from_utf8_lossy(&output.stdout)
+        .lines()
+        .skip(1)
+        .map(|line| line.rsplit(',').next().expect("a cell").parse().expect("a number"))
+        .collect();
+    assert!((inputs[0] - 1.0).abs() < 1e-12 && inputs[1].abs() < 1e-12, "{inputs:?}");
+    for (column, what) in [("temp=Temp [degF]", "the correction has no 'temp'"), ("temperature_c=T", "no column 'T'")] {
+        let output = apply(column);
+        assert!(output.status.code() == Some(1) && told(&output).1.contains(what), "{}", told(&output).1);
+    }
 }
 
 /// `apply` reads the tables that `fit` reads, in their units.

@@ -231,6 +231,8 @@ fn times_as_people_write_them() {
         ("11/05/2026 23:59:59", "11/06/2026 00:00:00"),
         ("05/11/2026 09:14:00", "05/11/2026 09:14:01"),
         ("1/2/2026 11:59:59 PM", "1/3/2026 12:00:00 AM"),
+        ("02/12/2026 23:59:59", "02/13/2026 00:00:00"),
+        ("12-31-2026 23:59:59", "01-01-2027 00:00:00"),
         ("09:14:00:250", "09:14:01:250"),
         ("20.11.2026 09:14:59:999", "20.11.2026 09:15:00:999"),
     ] {
@@ -239,6 +241,12 @@ fn times_as_people_write_them() {
     // later dates stand in the order that showed
     let days = clock("time,V\n11/05/2026 00:00:00,1\n11/06/2026 00:00:00,1\n11/07/2026 00:00:00,2\n");
     assert_eq!(days.map(|(step, ..)| step), Ok(86_400.0));
+    // a number above 12 shows the order as well, for the dates before it and behind it
+    for dates in [["02/11/2026", "02/12/2026", "02/13/2026"], ["02/12/2026", "02/13/2026", "02/14/2026"]] {
+        let rows: String = dates.iter().map(|date| format!("{date} 00:00:00,1\n")).collect();
+        assert_eq!(clock(&format!("time,V\n{rows}")).map(|(step, ..)| step), Ok(86_400.0), "{dates:?}");
+    }
+    assert!(clock("time,V\n02/11/2026 00:00:00,1\n03/11/2026 00:00:00,1\n02/13/2026 00:00:00,2\n").is_err());
     for (before, after) in
         [("11:59:59 AM", "12:00:00 PM"), ("12:59:59 PM", "1:00:00 PM"), ("11:59:59 PM", "12:00:00 AM")]
     {

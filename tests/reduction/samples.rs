@@ -250,3 +250,59 @@ fn clock_jumps_are_counted() {
     let (code, _, error) = tumble(at, &["reduce", "mixed.csv"]);
     assert!(code == 1 && error.contains("not sorted"), "{error}");
 }
+
+/// Labels of positions in which several readings were taken: the k-th run of a label is the k-th reading of that position, of a record that is reduced, of one whose rows
+/// are the readings, and by times. Another number of runs, or a label that is no position, is an error that names it.
+#[test]
+fn positions_with_several_readings_by_label() {
+    let rates = [("P1", 30.0), ("P1", -30.0), ("P2", 60.0), ("P2", -60.0)];
+    let mut text = String::from("t_s,pos,V\n");
+    let mut times = Vec::new();
+    for (k, (label, rate)) in rates.into_iter().enumerate() {
+        for i in 0..1300 {
+            // two readings of a position are parted by rows without a label
+            let own = if i < 1200 { label } else { "" };
+            let t = 0.01 * (1300 * k + i) as f64;
+            // 1 mV of an alternating kind
+            let value = 0.1 + 0.02 * rate + if i % 2 == 0 { 1e-3 } else { -1e-3 };
+            text.push_str(&format!("{t:.2},{own},{value:.4}\n"));
+        }
+        let start = 13.0 * k as f64;
+        times.push(json!([label, start, start + 12.0]));
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    write(folder.path(), "record.csv", &text);
+    let positions = |names: [&str; 4]| -> Vec<Value> {
+        names.iter().zip(rates).map(|(name, (_, rate))| json!({ "position": name, "gamma_deg_s": rate })).collect()
+    };
+    let right = positions(["P1", "P1", "P2", "P2"]);
+    let by =
+        |positions: &Vec<Value>| json!({ "samples": "record.csv", "time": "t_s", "by": "pos", "positions": positions });
+    let mut rows = by(&right);
+    rows["as"] = "rows".into();
+    for (name, readings) in [
+        ("labels", by(&right)),
+        ("rows", rows),
+        ("times", json!({ "samples": "record.csv", "time": "t_s", "times": times, "positions": right })),
+    ] {
+        write(folder.path(), "own.campaign.json", &campaign(readings).to_string());
+        let report = fitted_by(folder.path(), "own.campaign.json");
+        let value = |k: usize| report["parameters"][k]["value"].as_f64().unwrap_or_else(|| panic!("{name} {report}"));
+        assert!((value(0) - 0.1).abs() < 1e-5 && (value(1) - 0.02).abs() < 1e-6, "{name} {} {}", value(0), value(1));
+    }
+    for (names, what) in [
+        (["P1", "P1", "P1", "P2"], "3 rows of the position 'P1', the record 2 segments"),
+        (["P1", "P1", "p2", "P2"], "1 rows of the position 'P2', the record 2 segments"),
+        (["P1", "P1", "p2", "p2"], "no position of the schedule is called 'P2'"),
+    ] {
+        write(folder.path(), "own.campaign.json", &campaign(by(&positions(names))).to_string());
+        let (code, _, error) = tumble(folder.path(), &["fit", "own.campaign.json"]);
+        let flat = error.split_whitespace().filter(|word| *word != "│").collect::<Vec<_>>().join(" ");
+        if names[2] == "p2" && names[3] == "P2" {
+            // one row of a position has all segments of its label
+            assert_eq!(code, 2, "{error}");
+        } else {
+            assert!(code == 1 && flat.contains(what), "{flat}");
+        }
+    }
+}

@@ -31,8 +31,8 @@ pub(super) struct Arguments {
     /// Frame of the inputs: the sensor axes, or the mounting face (rotated by the tilts after the last joint).
     #[arg(long, value_enum, default_value_t = Frame::Sensor)]
     frame: Frame,
-    /// Column of a sensor in the record, if its title differs from the sensor's name; repeat for several.
-    #[arg(long, value_name = "SENSOR=COLUMN", value_parser = pair)]
+    /// Column of a sensor, or of an input such as a temperature, in the record, if its title differs from that name; repeat for several.
+    #[arg(long, value_name = "NAME=COLUMN", value_parser = pair)]
     column: Vec<(String, String)>,
 }
 
@@ -43,7 +43,7 @@ enum Frame {
 }
 
 fn pair(text: &str) -> std::result::Result<(String, String), String> {
-    text.split_once('=').map(|(a, b)| (a.to_string(), b.to_string())).ok_or_else(|| "expected SENSOR=COLUMN".into())
+    text.split_once('=').map(|(a, b)| (a.to_string(), b.to_string())).ok_or_else(|| "expected NAME=COLUMN".into())
 }
 
 /// How a record's columns feed the correction.
@@ -210,20 +210,32 @@ fn plan(arguments: &Arguments, calibration: &Calibration, header: &[Column]) -> 
         let titled = header.iter().position(|own| own.title == name);
         titled.or_else(|| header.iter().position(|own| own.name == name))
     };
+    let titles = || header.iter().map(|own| format!("'{}'", own.title)).collect::<Vec<_>>().join(", ");
+    // the column that was said to be it, or one of its name
+    let found = |name: &str, what: &str| -> Result<Option<usize>> {
+        let Some((_, said)) = arguments.column.iter().find(|(own, _)| own == name) else { return Ok(column(name)) };
+        let there = column(said).ok_or_else(|| {
+            Malformed::new(Fault::Missing, format!("the record has no column '{said}' for {what}"))
+                .expected("one of the titles in the record's first line")
+                .found(titles())
+        });
+        there.map(Some)
+    };
+    let given = || calibration.inputs.iter().filter(|input| input.role == InputRole::Given);
+    let known = calibration.lines.iter().map(|line| &line.sensor).chain(given().map(|input| &input.name));
+    let known: Vec<&str> = known.map(String::as_str).collect();
+    if let Some((name, _)) = arguments.column.iter().find(|(name, _)| !known.contains(&name.as_str())) {
+        return Err(Malformed::new(Fault::Missing, format!("--column {name}: the correction has no '{name}'"))
+            .expected(known.join(", "))
+            .found(name.clone()));
+    }
     let (mut sensors, mut conversions) = (Vec::new(), Vec::new());
     for line in &calibration.lines {
-        let renamed =
-            arguments.column.iter().find(|(sensor, _)| *sensor == line.sensor).map(|(_, column)| column.as_str());
-        let name = renamed.unwrap_or(&line.sensor);
-        let k = column(name).ok_or_else(|| {
-            let titles: Vec<String> = header.iter().map(|own| format!("'{}'", own.title)).collect();
-            let expected = match renamed {
-                Some(_) => "one of the titles in the record's first line".to_string(),
-                None => format!("a column '{name}', or --column {}=NAME", line.sensor),
-            };
-            Malformed::new(Fault::Missing, format!("the record has no column '{name}' for the sensor {}", line.sensor))
-                .expected(expected)
-                .found(titles.join(", "))
+        let name = &line.sensor;
+        let k = found(name, &format!("the sensor {name}"))?.ok_or_else(|| {
+            Malformed::new(Fault::Missing, format!("the record has no column '{name}' for the sensor {name}"))
+                .expected(format!("a column '{name}', or --column {name}=NAME"))
+                .found(titles())
         })?;
         let own = header.get(k).and_then(|own| own.unit.as_deref()).unwrap_or_default();
         conversions.push(wire::from_title(&format!("the column for '{}'", line.sensor), own, &line.unit)?);
@@ -235,11 +247,8 @@ fn plan(arguments: &Arguments, calibration: &Calibration, header: &[Column]) -> 
         Ok((k, wire::from_title(&format!("the column for '{name}'"), own, to)?.unwrap_or(Conversion::NONE)))
     };
     let radian = crate::units::Unit::parse("deg")?.conversion(&crate::units::Unit::parse("rad")?);
-    let given: Vec<Option<(usize, Conversion)>> = calibration
-        .inputs
-        .iter()
-        .filter(|input| input.role == InputRole::Given)
-        .map(|input| match (column(&input.name), input.quantity, crate::units::of_column(&input.name)) {
+    let given: Vec<Option<(usize, Conversion)>> = given()
+        .map(|input| match (found(&input.name, &input.name)?, input.quantity, crate::units::of_column(&input.name)) {
             (Some(k), _, Some(unit)) => converted(k, &input.name, &unit).map(Some),
             (Some(k), Quantity::Angle, None) => converted(k, &input.name, "rad").map(Some),
             (Some(k), ..) => Ok(Some((k, Conversion::NONE))),
