@@ -86,7 +86,7 @@ no-reading-responds-to-at-the-reference = No reading responds to { $moved } at t
 held-where-the-iteration-began-since-the = Held at the starting value, because the exact model determines them too weakly elsewhere: { $held }.
 gauss-newton-converged-after = Gauss-Newton converged after { $steps }; the linear estimates (one step from the reference point) are the same within 0.1 u.
 u-holds-only-for-as-held-another = U is valid only for `{ $held }` held at this value: a change of it by { $by } changes { $shifts }.
-derived-without-a-value = derived quantities without a value, because they depend on parameters that are not estimable: { $names }
+derived-without-a-value = derived quantities without a value (they depend on parameters that are not estimable, or are no number at the solution): { $names }
 no-reading-responds = { $here ->
     [yes] no reading responds to it at this point
    *[no] no reading responds to it

@@ -106,7 +106,7 @@ no-reading-responds-to-at-the-reference = 在参考点处没有读数对 { $move
 held-where-the-iteration-began-since-the = 保持迭代初值，因为精确模型在其以外对下列参数的约束太弱：{ $held }。
 gauss-newton-converged-after = 高斯-牛顿法经 { $steps }收敛；线性估计值（从参考点出发的一步）与之相差不超过 0.1 u。
 u-holds-only-for-as-held-another = U 仅在 `{ $held }` 保持现值时成立：将其改变 { $by }，则 { $shifts } 随之改变。
-derived-without-a-value = 以下间接量没有结果，因为它们依赖不可估计的参数：{ $names }
+derived-without-a-value = 以下间接量没有结果（依赖不可估计的参数，或在解处不是数）：{ $names }
 no-reading-responds = { $here ->
     [yes] 在该点没有读数对其有响应
    *[no] 没有读数对其有响应

@@ -291,7 +291,8 @@ impl<'a> Search<'a> {
             };
             finished = Some(Finished { scales: fit.estimate.group_scale.clone(), variances });
         }
-        let weighted = own_noise::weigh(campaign, &design, finished.as_ref(), self.priors)?;
+        let columns: Vec<&Vec<f64>> = fit.iter().flat_map(|(_, effects)| effects.iter().map(|c| &c.column)).collect();
+        let weighted = own_noise::weigh(campaign, &design, finished.as_ref(), &columns, self.priors)?;
         Ok((design, weighted))
     }
 
@@ -696,7 +697,8 @@ fn outcome(search: &Search<'_>, stood: &Names, mut view: View, point: &[f64]) ->
     if weighted.from == NoiseFrom::Residuals && weighted.floor.is_none() && names != *stood {
         let scales = repair.as_ref().map(|(_, fit)| fit.estimate.group_scale.clone());
         let finished = scales.map(|scales| Finished { scales, variances: None });
-        let own = own_noise::weigh(search.question.campaign, &design, finished.as_ref(), search.priors)?;
+        let columns: Vec<&Vec<f64>> = named.iter().filter_map(|(j, _)| candidates.get(*j)).map(|c| &c.column).collect();
+        let own = own_noise::weigh(search.question.campaign, &design, finished.as_ref(), &columns, search.priors)?;
         let square = |own: &Weighted| own.weight.iter().map(|w| w * w).sum::<f64>();
         let ratio = square(&own) / square(&weighted);
         deviations.iter_mut().for_each(|deviation| deviation.variance *= ratio);

@@ -198,8 +198,8 @@ impl Replicates {
     }
 }
 
-/// Weigh the system of a design by the best noise there is; a finished model tells it where only that can. `share` is the part of each sensor's residuals that is its
-/// noise (standard deviations), where only they tell it; all of them for a sensor that is not among these.
+/// Weigh the system of a design by the best noise there is; a finished model tells it where only that can. `share` multiplies the standard deviation of each sensor's noise
+/// that is not stated; one for a sensor that is not among these.
 pub(super) fn weigh(
     campaign: &Campaign,
     design: &DesignMatrix,
@@ -225,10 +225,10 @@ pub(super) fn weigh(
                 let noise = design.rows.get(i).and_then(|row| share.get(row.sensor)).copied().unwrap_or(1.0);
                 let scale = match pure.get(*g) {
                     Some((sum, dof)) if enough => Some((sum / *dof as f64).sqrt()),
-                    _ => scales.unwrap_or(&relative.group_scale).get(*g).copied().flatten().map(|all| all * noise),
+                    _ => scales.unwrap_or(&relative.group_scale).get(*g).copied().flatten(),
                 };
                 // a scale that is not determined, or zero, leaves the weights as they are
-                *u *= scale.filter(|s| *s > 0.0 && s.is_finite()).unwrap_or(1.0);
+                *u *= noise * scale.filter(|s| *s > 0.0 && s.is_finite()).unwrap_or(1.0);
             }
         }
     }

@@ -1,10 +1,11 @@
-//! The noise of each of several sensors where only residuals tell it: what is left of them beside whatever else deviates in that sensor.
+//! The noise of each of several sensors where it is not stated: what is left in that sensor beside whatever else deviates there.
 //!
 //! ```text
-//! s_g^2 = E(s^2 | y_g) / E(s^2 | y_g, no remainder) * residual variance,      over the kernels of the bank and their sizes, the rows of sensor g alone
+//! s_g^2 = E(s^2 | y_g),      over the kernels of the bank and their sizes, the rows of sensor g alone, the effects that are in the model taken out
 //! ```
 //!
-//! One variance of unit weight for all sensors could not see a deviation in one of them: the scale of its residuals contains it.
+//! One variance of unit weight for all sensors could not see a deviation in one of them: the scale of its residuals contains it. A few replicates of one sensor tell its
+//! noise worse than all of its rows.
 #![allow(
     clippy::indexing_slicing,
     reason = "rows are those of the design, of which the weighted system and the kernels have as many or more"
@@ -19,39 +20,48 @@ use crate::error::Result;
 use crate::estimate::{self, Group, System};
 use faer::Mat;
 
-/// The system of a design, weighed by the best noise there is.
+/// The system of a design, weighed by the best noise there is; `effects` are columns of the readings that are in the finished model and not in the design.
 pub(super) fn weigh(
     campaign: &Campaign,
     design: &DesignMatrix,
     finished: Option<&Finished>,
+    effects: &[&Vec<f64>],
     priors: Priors,
 ) -> Result<Weighted> {
     let weighted = noise::weigh(campaign, design, finished, &[])?;
     let sensors = design.rows.iter().map(|row| row.sensor).max().map_or(0, |s| s + 1);
-    if weighted.from != NoiseFrom::Residuals || weighted.floor.is_some() || sensors < 2 {
+    if weighted.from == NoiseFrom::Stated || weighted.floor.is_some() || sensors < 2 {
         return Ok(weighted);
     }
     let kernels = bank(campaign, design, &weighted);
     let mut share = vec![1.0; sensors];
     for (s, slot) in share.iter_mut().enumerate() {
         let rows: Vec<usize> = (0..design.rows.len()).filter(|i| design.rows[*i].sensor == s).collect();
-        *slot = of_noise(campaign, design, &weighted, (s, &rows), &kernels, priors)?;
+        *slot = of_noise(campaign, design, &weighted, (s, &rows), effects, &kernels, priors)?;
     }
     if share.iter().all(|own| *own == 1.0) { Ok(weighted) } else { noise::weigh(campaign, design, finished, &share) }
 }
 
-/// The share of one sensor's residuals that is noise, as a standard deviation: the mean of the variance over all kernels, by that without any.
+/// The standard deviation of one sensor's noise in that with which it was weighed: of the mean of the variance over all kernels.
 fn of_noise(
     campaign: &Campaign,
     design: &DesignMatrix,
     weighted: &Weighted,
     (sensor, rows): (usize, &[usize]),
+    effects: &[&Vec<f64>],
     kernels: &[Kernel],
     priors: Priors,
 ) -> Result<f64> {
     let n = campaign.unknowns();
     let system = System {
-        rows: Mat::from_fn(rows.len(), n, |i, j| design.jacobian[(rows[i], j)] * weighted.weight[rows[i]]),
+        rows: Mat::from_fn(rows.len(), n + effects.len(), |i, j| {
+            let own = match j.checked_sub(n) {
+                None => design.jacobian[(rows[i], j)],
+                // columns end with the readings
+                Some(k) => effects[k].get(rows[i]).copied().unwrap_or_default(),
+            };
+            own * weighted.weight[rows[i]]
+        }),
         observed: rows.iter().map(|i| weighted.residual[*i]).collect(),
         u: vec![1.0; rows.len()],
         group: vec![Group::Known; rows.len()],
@@ -76,10 +86,9 @@ fn of_noise(
         sharing: None,
     };
     let found = Score::new(&problem, priors).deviations(&[]);
-    let squares: f64 = alone.residuals.iter().map(|v| v * v).sum();
-    // the mean of an inverse gamma distribution, as the score has it; with two degrees of freedom or fewer nothing is told
-    let without = squares / (alone.dof as f64 - 2.0);
     let mean: f64 = found.iter().map(|own| own.probability * own.variance).sum();
-    let share = (mean / without).sqrt();
-    Ok(if share > 0.0 && share.is_finite() { share.min(1.0) } else { 1.0 })
+    // the mean of an inverse gamma distribution is larger than the variance of the residuals; with two degrees of freedom or fewer nothing is told
+    let dof = alone.dof as f64;
+    let share = (mean * (dof - 2.0) / dof).sqrt();
+    Ok(if share > 0.0 && share.is_finite() { share } else { 1.0 })
 }

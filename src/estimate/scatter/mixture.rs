@@ -23,8 +23,12 @@ use crate::linear::form;
 use faer::{Mat, Scale, Side};
 use std::borrow::Cow;
 
-/// Nodes of a first look, along one axis and along more; then as many again where the likelihood is.
+/// Nodes of a first look, along one axis and along more; then as many again where the likelihood is, and twice as many each time until enough of them count, `ENOUGH` for
+/// each axis: with five axes 400 nodes may leave the sum to a few of them. `LOOKS` and `MOST` bound the work.
 const NODES: (usize, usize) = (60, 400);
+const ENOUGH: f64 = 20.0;
+const LOOKS: usize = 6;
+const MOST: usize = 3200;
 /// A node with less than this of the largest weight is outside.
 const OUTSIDE: f64 = 1e-8;
 /// From this share of the noise to this multiple, or of what was estimated: with one degree of freedom the tail falls as the root of the variance, and
@@ -129,22 +133,32 @@ impl Problem<'_> {
         }
         let left_out: f64 = problem.left_out.rows.iter().sum();
         let dof = problem.system.observed.len() as f64 + left_out - top.basis.len() as f64;
-        let count = if axes.len() == 1 { NODES.0 } else { NODES.1 };
-        let whole = vec![(0.0, 1.0); axes.len()];
-        let look =
-            |within: &[(f64, f64)]| problem.nodes(&axes, within, count, (top, theta), kept, common.then_some(dof));
-        let first = look(&whole)?;
-        let heaviest = |found: &[Seen]| found.iter().fold(f64::NEG_INFINITY, |most, own| most.max(own.weight));
-        let most = heaviest(&first);
-        // the box of what counts, and a step more on each side
-        let step = 1.0 / (count as f64).powf(1.0 / axes.len() as f64);
-        let within = |a: usize| {
-            let inside = first.iter().filter(|own| (own.weight - most).exp() > OUTSIDE).map(|own| own.place[a]);
-            let (low, high) = inside.fold((1.0_f64, 0.0_f64), |(low, high), x| (low.min(x), high.max(x)));
-            ((low - step).max(0.0), (high + step).min(1.0))
+        let mut count = if axes.len() == 1 { NODES.0 } else { NODES.1 };
+        let look = |within: &[(f64, f64)], count: usize| {
+            problem.nodes(&axes, within, count, (top, theta), kept, common.then_some(dof))
         };
-        let found = look(&(0..axes.len()).map(within).collect::<Vec<_>>())?;
-        let most = heaviest(&found);
+        let heaviest = |found: &[Seen]| found.iter().fold(f64::NEG_INFINITY, |most, own| most.max(own.weight));
+        let mut found = look(&vec![(0.0, 1.0); axes.len()], count)?;
+        let mut most = heaviest(&found);
+        for _ in 0..LOOKS {
+            // the box of what counts, and a step more on each side
+            let step = 1.0 / (count as f64).powf(1.0 / axes.len() as f64);
+            let within = |a: usize| {
+                let inside = found.iter().filter(|own| (own.weight - most).exp() > OUTSIDE).map(|own| own.place[a]);
+                let (low, high) = inside.fold((1.0_f64, 0.0_f64), |(low, high), x| (low.min(x), high.max(x)));
+                ((low - step).max(0.0), (high + step).min(1.0))
+            };
+            let within: Vec<(f64, f64)> = (0..axes.len()).map(within).collect();
+            found = look(&within, count)?;
+            most = heaviest(&found);
+            let sums = found.iter().map(|own| (own.weight - most).exp());
+            let (once, twice) = sums.fold((0.0, 0.0), |(once, twice), w| (once + w, twice + w * w));
+            // so many nodes of equal weight would tell as much
+            if once * once >= ENOUGH * axes.len() as f64 * twice {
+                break;
+            }
+            count = (2 * count).min(MOST);
+        }
         let sum: f64 = found.iter().map(|own| (own.weight - most).exp()).sum();
         let nodes = found.into_iter().map(|own| Node { weight: (own.weight - most).exp() / sum, ..own.node });
         let nodes: Vec<Node> = nodes.filter(|node| node.weight > SLIGHT).collect();
