@@ -98,6 +98,43 @@ fn an_effect_in_one_of_six_sensors_is_named_with_its_sensor() {
     assert_nothing(&diagnosed(&simulated(&schedule, &truth, 9)));
 }
 
+/// The settings of one sensor of six deviate by themselves, 2 to 8 standard deviations of its noise: no effect of the catalogue. It is seen, it is that sensor's, and no name
+/// is forced onto it, with noise that is not stated and with noise that is.
+#[test]
+fn what_one_of_six_sensors_has_alone_is_its_own() {
+    let (schedule, mut truth) = six();
+    truth["effects"] = json!([]);
+    let sensors = ["Gx", "Ax", "Gy", "Ay", "Gz", "Az"];
+    let (mut seen, mut own) = (0, 0);
+    for (seed, sensor) in sensors.into_iter().enumerate() {
+        for stated in [false, true] {
+            let mut campaign = simulated(&schedule, &truth, 30 + seed as u64);
+            let k = campaign.bench.sensors.iter().position(|own| own.id == sensor).unwrap();
+            let noise: Vec<f64> =
+                campaign.bench.sensors.iter().map(|own| if own.id.starts_with('G') { 0.02 } else { 2e-5 }).collect();
+            for (i, row) in campaign.readings.rows.iter_mut().enumerate() {
+                for observation in &mut row.observations {
+                    observation.u = stated.then_some(noise[observation.sensor]);
+                    if observation.sensor == k {
+                        // 36 settings, each read twice
+                        let size =
+                            [5.0, -6.0, 3.0, -8.0, 7.0, -4.0, 2.0, 4.0, -5.0, 6.0, -3.0][(7 * (i % 36) + seed) % 11];
+                        observation.value += size * noise[k];
+                    }
+                }
+            }
+            let report = diagnosed(&campaign);
+            let names: Vec<&str> = report.effects.iter().map(|own| own.regressor.as_str()).collect();
+            let follows = report.unexplained.as_ref().and_then(|own| own.follows.clone());
+            println!("{sensor} stated {stated}: {} {names:?} {follows:?}", report.verdict.name());
+            assert!(names.is_empty(), "{sensor} {stated}: {names:?}");
+            seen += usize::from(report.verdict.name() == "unexplained");
+            own += usize::from(follows.is_some_and(|own| own.ends_with(&format!("of {sensor} alone"))));
+        }
+    }
+    assert!(seen >= 11 && own >= 11, "{seen} seen, {own} with their sensor, of 12");
+}
+
 #[test]
 fn a_tilt_of_the_bench_is_common_to_all_sensors() {
     // the middle axis is not square to the outer in truth, and the campaign takes that as zero
