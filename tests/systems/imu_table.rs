@@ -103,13 +103,12 @@ fn installation_errors_hide_what_no_position_separates_and_it_is_named() {
 #[test]
 fn gauss_newton_ends_soon_where_installation_errors_hide_the_mounting() {
     let campaign = campaign(&format!("{FOLDER}/everything.campaign.json"));
-    let start = std::time::Instant::now();
     let fit = fit::fit(&campaign, &exact()).unwrap();
-    let seconds = start.elapsed().as_secs_f64();
     let record = fit.convergence.as_ref().unwrap();
-    println!("{seconds:.3} s, {} iterations, {:?}, held {:?}", record.iterations.len(), record.stop, record.held);
-    // 40 s once; a hundredth of that here, with room for a busy machine
-    assert!(seconds < 4.0 && record.iterations.len() < 30);
+    println!("{} iterations, {:?}, held {:?}", record.iterations.len(), record.stop, record.held);
+    let trials: f64 = record.iterations.iter().map(|own| 1.0 - own.share.log2()).sum();
+    // hundreds of iterations and halvings once
+    assert!(record.iterations.len() < 30 && trials < 60.0, "{trials}");
     assert!(record.converged && fit.is_rejected());
     let held: Vec<&str> = record.held.iter().map(|k| campaign.parameters[*k].id.as_str()).collect();
     assert_eq!(held, ["inner_zero", "mount_x", "mount_y", "mount_z"]);
