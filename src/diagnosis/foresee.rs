@@ -21,7 +21,7 @@ use super::score::{Priors, Problem, Score};
 use super::{Candidate, Settings, augmented, averaged};
 use crate::bench::Sensor;
 use crate::campaign::{Campaign, Kind, coefficient_unit};
-use crate::design::{self, Model};
+use crate::design::{self, DesignMatrix, Model};
 use crate::elements::Elements;
 use crate::error::Result;
 use crate::estimate;
@@ -145,25 +145,16 @@ const TAKES_PART: f64 = 0.01;
 /// Linear in the effects, at the campaign's reference point. Errors: those of `plan::judge`; a catalogue's term with a name that this campaign
 /// does not have.
 pub fn foresee(campaign: &Campaign, catalogue: &[Effect], noise: &Noise) -> Result<Foresight> {
-    let model = Model::new(campaign)?;
-    let point = campaign.reference_point();
-    let design = design::assemble(campaign, &model, &point)?;
-    let independent = Independent::new(campaign, &design, noise);
-    let estimate = independent.adjust(campaign, &design)?;
-    let (effects, tests) = effects(campaign, catalogue, &model, &design, noise)?;
+    let Directions { mut prospects, mut groups, cosines, weighted, design, independent, estimate, tests } =
+        directions(campaign, catalogue, noise)?;
     let rows = independent.u.len();
-    let mut weighted = Mat::zeros(rows, effects.len());
-    for (j, (effect, _)) in effects.iter().enumerate() {
-        weighted.col_as_slice_mut(j).copy_from_slice(&independent.white(&effect.column));
-    }
-    let norm: Vec<f64> = (0..effects.len()).map(|j| weighted.col(j).norm_l2()).collect();
     let settings = Settings::default();
     let priors = Priors::at(settings.significance);
     let zeros = vec![0.0; rows];
     // longer records are averaged before they are diagnosed
     let kernels = if rows <= averaged::LONG { bank(campaign, &design, &independent) } else { Vec::new() };
-    let mut odds = augmented::odds(effects.iter().map(|(effect, _)| effect), &priors, |_| 1.0);
-    let noise = effects.len()..effects.len() + DRAWS;
+    let mut odds = augmented::odds(prospects.iter().map(|own| &own.effect), &priors, |_| 1.0);
+    let noise = prospects.len()..prospects.len() + DRAWS;
     odds.resize(noise.end, f64::NEG_INFINITY);
     let mut generator = Pcg64Mcg::seed_from_u64(0);
     let columns = Mat::from_fn(rows, noise.end, |i, j| match j.checked_sub(noise.start) {
@@ -181,34 +172,6 @@ pub fn foresee(campaign: &Campaign, catalogue: &[Effect], noise: &Noise) -> Resu
         sharing: None,
     };
     let mut score = Score::new(&problem, priors);
-    let pool = Pool::new(weighted, estimate.factor.thin_q(), &zeros);
-    let mut prospects: Vec<Prospect> = Vec::with_capacity(effects.len());
-    for (((effect, size), norm), left) in effects.into_iter().zip(norm).zip(pool.visible()) {
-        let largest = effect.column.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
-        let fate = match () {
-            () if largest <= ZERO * size => Fate::NotExercised,
-            () if *left == 0.0 || (*left < ROUGH && has_kinks(&effect)) => Fate::Absorbed,
-            () => Fate::Detectable,
-        };
-        let mut shifts =
-            if fate == Fate::NotExercised { Vec::new() } else { shifts(&estimate, &effect, &independent)? };
-        shifts.truncate(campaign.unknowns());
-        let hides_in = if fate == Fate::Absorbed { hides_in(&estimate, &shifts) } else { Vec::new() };
-        prospects.push(Prospect {
-            unit: unit(campaign, &effect),
-            u: (fate == Fate::Detectable).then(|| 1.0 / (norm * left)),
-            left: if fate == Fate::NotExercised { 0.0 } else { *left },
-            effect,
-            fate,
-            minimal: None,
-            at_a_reading: None,
-            shifts,
-            hides_in,
-            moves: None,
-            group: None,
-        });
-    }
-    let (mut groups, cosines) = alike(&pool, &mut prospects);
     let mut from = |group: &Alike| score.named_from(*group.members.first()?, noise.clone(), settings.probability);
     let of_groups: Vec<Option<(f64, f64)>> = groups.iter().map(&mut from).collect();
     let seen = of_groups.iter().flatten().map(|(t, _)| *t);
@@ -249,6 +212,66 @@ pub fn foresee(campaign: &Campaign, catalogue: &[Effect], noise: &Noise) -> Resu
     let passed_over =
         catalogue.iter().map(|e| (e.name.clone(), lacks(&e.needs))).filter(|(_, l): &(_, Vec<_>)| !l.is_empty());
     Ok(Foresight { rule, prospects, groups, passed_over: passed_over.collect() })
+}
+
+/// Effects of a catalogue as directions beside the model.
+pub(crate) struct Directions {
+    pub prospects: Vec<Prospect>,
+    pub groups: Vec<Alike>,
+    cosines: Mat<f64>,
+    weighted: Mat<f64>,
+    design: DesignMatrix,
+    independent: Independent,
+    estimate: estimate::Estimate,
+    tests: usize,
+}
+
+/// What becomes of each effect of a catalogue on a schedule, and which have one direction; the sizes from which they are named are left open, for
+/// they take most of the work.
+///
+/// Errors: as [`foresee`].
+pub(crate) fn directions(campaign: &Campaign, catalogue: &[Effect], noise: &Noise) -> Result<Directions> {
+    let model = Model::new(campaign)?;
+    let point = campaign.reference_point();
+    let design = design::assemble(campaign, &model, &point)?;
+    let independent = Independent::new(campaign, &design, noise);
+    let estimate = independent.adjust(campaign, &design)?;
+    let (effects, tests) = effects(campaign, catalogue, &model, &design, noise)?;
+    let rows = independent.u.len();
+    let mut weighted = Mat::zeros(rows, effects.len());
+    for (j, (effect, _)) in effects.iter().enumerate() {
+        weighted.col_as_slice_mut(j).copy_from_slice(&independent.white(&effect.column));
+    }
+    let norm: Vec<f64> = (0..effects.len()).map(|j| weighted.col(j).norm_l2()).collect();
+    let pool = Pool::new(weighted.clone(), estimate.factor.thin_q(), &vec![0.0; rows]);
+    let mut prospects: Vec<Prospect> = Vec::with_capacity(effects.len());
+    for (((effect, size), norm), left) in effects.into_iter().zip(norm).zip(pool.visible()) {
+        let largest = effect.column.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
+        let fate = match () {
+            () if largest <= ZERO * size => Fate::NotExercised,
+            () if *left == 0.0 || (*left < ROUGH && has_kinks(&effect)) => Fate::Absorbed,
+            () => Fate::Detectable,
+        };
+        let mut shifts =
+            if fate == Fate::NotExercised { Vec::new() } else { shifts(&estimate, &effect, &independent)? };
+        shifts.truncate(campaign.unknowns());
+        let hides_in = if fate == Fate::Absorbed { hides_in(&estimate, &shifts) } else { Vec::new() };
+        prospects.push(Prospect {
+            unit: unit(campaign, &effect),
+            u: (fate == Fate::Detectable).then(|| 1.0 / (norm * left)),
+            left: if fate == Fate::NotExercised { 0.0 } else { *left },
+            effect,
+            fate,
+            minimal: None,
+            at_a_reading: None,
+            shifts,
+            hides_in,
+            moves: None,
+            group: None,
+        });
+    }
+    let (groups, cosines) = alike(&pool, &mut prospects);
+    Ok(Directions { prospects, groups, cosines, weighted, design, independent, estimate, tests })
 }
 
 /// What is written of the rule: for one of so many tests, where `|t|` beyond this names an effect.

@@ -69,6 +69,7 @@ pub(crate) use bank::{LENGTHS, share_of_wave};
 pub use candidate::Candidate;
 pub use catalogue::{Applies, BUILT_IN, Effect};
 pub use finding::{Alias, Change, Finding, InSensor};
+pub(crate) use foresee::directions;
 pub use foresee::{Alike, Fate, Foresight, Near, Prospect, Rule, foresee, is_angle};
 pub use holdout::Holdout;
 pub use noise::NoiseFrom;

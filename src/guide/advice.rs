@@ -21,7 +21,7 @@ vocabulary! {
         ExchangedSensors = "exchanged-sensors",
         /// A tilt moved, and stayed where it is, from a reading on.
         SlippedMounting = "slipped-mounting",
-        /// One value is wrong by any amount.
+        /// One value, or all of one reading, are wrong by any amount.
         BadReading = "bad-reading",
         /// No mistake: the model lacks an effect.
         MissingEffect = "missing-effect",

@@ -214,8 +214,13 @@ impl Rows {
 
     /// What they tell, with further unknowns beside the beliefs: columns for one standard deviation of each.
     pub fn told(&self, beliefs: &Beliefs, point: &[f64], further: &[Vec<f64>]) -> Option<Told> {
+        self.told_about(beliefs, point, further, &vec![0.0; further.len()])
+    }
+
+    /// The same about values of the further unknowns that the rows have already, in their standard deviations.
+    fn told_about(&self, beliefs: &Beliefs, point: &[f64], further: &[Vec<f64>], have: &[f64]) -> Option<Told> {
         let mut centre = beliefs.centre(point);
-        centre.resize(beliefs.count() + further.len(), 0.0);
+        centre.extend(have.iter().map(|own| -own));
         let with = |(i, row): (usize, &Vec<f64>)| -> Vec<f64> {
             row.iter().copied().chain(further.iter().map(|own| own[i])).collect()
         };
@@ -306,12 +311,22 @@ impl Told {
     }
 }
 
-/// Readings with their most probable point.
+/// A parameter that is larger from a reading on.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Step {
+    pub parameter: usize,
+    pub from: usize,
+    /// Standard deviation that is believed of it; nothing is nearer than zero.
+    pub size: f64,
+}
+
+/// Readings with their most probable point, and how large a step in them most probably is.
 #[derive(Debug, Clone)]
 pub(super) struct Solved {
     pub point: Vec<f64>,
     pub rows: Rows,
     pub told: Told,
+    by: f64,
 }
 
 /// Most steps to the most probable point, halved ones among them.
@@ -321,29 +336,43 @@ const ENOUGH: f64 = 1e-6;
 
 impl Solved {
     /// The most probable point near `start`, by Gauss-Newton steps that are halved while they lead up. `None` where numbers leave their range.
-    pub fn new(
-        campaign: &Campaign,
-        beliefs: &Beliefs,
-        readings: &[Reading],
-        start: &[f64],
-        noise: &Noise,
-    ) -> Result<Option<Self>> {
-        let at = |point: Vec<f64>| -> Result<Option<Self>> {
-            let rows = Rows::of(campaign, beliefs, readings, &point, noise)?;
-            Ok(rows.told(beliefs, &point, &[]).map(|told| Solved { point, rows, told }))
+    pub fn new(judge: Judge, readings: &[Reading], start: &[f64], step: Option<Step>) -> Result<Option<Self>> {
+        let Judge { model, beliefs, noise, .. } = judge;
+        let at = |point: Vec<f64>, by: f64| -> Result<Option<Self>> {
+            let mut later = point.clone();
+            let from = step.map_or(usize::MAX, |own| own.from);
+            step.iter().for_each(|own| later[own.parameter] += by);
+            let rows = Rows::stepped(model, beliefs, readings, (&point, &later, from), noise)?;
+            let column = step.map(|own| rows.along(own.parameter, own.size, own.from));
+            let told = match (&column, step) {
+                (Some(column), Some(own)) => {
+                    rows.told_about(beliefs, &point, std::slice::from_ref(column), &[by / own.size])
+                }
+                _ => rows.told(beliefs, &point, &[]),
+            };
+            Ok(told.map(|told| Solved { point, rows, told, by }))
         };
-        let Some(mut best) = at(start.to_vec())? else { return Ok(None) };
-        let mut step = 1.0;
+        let Some(mut best) = at(start.to_vec(), 0.0)? else { return Ok(None) };
+        let mut share = 1.0;
         for _ in 0..STEPS {
             if best.told.promised < ENOUGH {
                 break;
             }
-            match at(beliefs.moved(&best.point, &best.told.estimate, step))? {
-                Some(next) if next.told.target <= best.told.target => (best, step) = (next, (2.0 * step).min(1.0)),
-                _ => step *= 0.5,
+            let more = step.zip(best.told.estimate.last()).map_or(0.0, |(own, z)| share * own.size * z);
+            match at(beliefs.moved(&best.point, &best.told.estimate, share), best.by + more)? {
+                Some(next) if next.told.target <= best.told.target => (best, share) = (next, (2.0 * share).min(1.0)),
+                _ => share *= 0.5,
             }
         }
         Ok(Some(best))
+    }
+
+    /// `ln p` of the readings with a step; `None` where no reading shows it.
+    pub fn log_density_with(&self, beliefs: &Beliefs, step: Step) -> Option<f64> {
+        let column = self.rows.along(step.parameter, step.size, step.from);
+        let shows = column.iter().any(|value| *value != 0.0);
+        let told = || self.rows.told_about(beliefs, &self.point, &[column], &[self.by / step.size]);
+        shows.then(told).flatten().map(|own| own.log_density)
     }
 }
 
@@ -361,7 +390,7 @@ impl Judge<'_> {
     /// The most probable point of these readings.
     pub fn solved(&self, readings: &[Reading]) -> Result<Option<Solved>> {
         let start = if self.point.is_empty() { &self.beliefs.point(self.model) } else { self.point };
-        Solved::new(self.model, self.beliefs, readings, start, self.noise)
+        Solved::new(*self, readings, start, None)
     }
 
     /// `ln p` of readings about a point.

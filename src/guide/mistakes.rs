@@ -1,11 +1,11 @@
 //! Which mistake at the bench explains a reading that does not agree with the others.
 //!
 //! Each hypothesis is the density of the readings under it, over that of the readings as they were asked for: the model at the mistaken setting, or
-//! with a further unknown. Every kind of mistake has the same odds beforehand, which its members (settings, readings, tilts, effects) share. Sizes
+//! with a further unknown, each about its own most probable point. Every kind of mistake has the same odds beforehand, which its members (settings, readings, tilts, effects) share. Sizes
 //! that nobody knows (of a slip, of a bad value) have the same odds in every decade.
 
 use super::advice::{Explanation, Mistake, MistakeKind};
-use super::evidence::{Judge, Rows, Solved, Source, same_state};
+use super::evidence::{Judge, Rows, Solved, Source, Step, same_state};
 use super::seen::Seen;
 use crate::campaign::{Campaign, JointState, Reading};
 use crate::elements::Parts;
@@ -26,7 +26,7 @@ struct Hypothesis {
     reading: usize,
     what: String,
     joints: Option<Vec<JointState>>,
-    /// Logarithm of the density over that of the readings as asked for.
+    /// Logarithm of the density of the readings, in the end over that of the readings as asked for.
     weight: f64,
 }
 
@@ -39,10 +39,12 @@ pub(super) fn mistake(
     seen: Option<&Seen>,
 ) -> Result<Mistake> {
     let mut all: Vec<Hypothesis> = Vec::new();
+    let as_asked = judge.solved(taken)?.map_or(f64::NEG_INFINITY, |own| own.told.log_density);
     for j in newest.saturating_sub(BACK)..=newest {
         of_reading(judge, taken, candidates, j, &mut all)?;
         slips(judge, taken, j, &mut all)?;
     }
+    all.iter_mut().for_each(|own| own.weight -= as_asked);
     if let Some(seen) = seen {
         all.extend(seen.explanations().into_iter().map(|(what, weight)| Hypothesis {
             kind: MistakeKind::MissingEffect,
@@ -72,10 +74,9 @@ fn of_reading(
     let Some(solved) = judge.solved(&others)? else { return Ok(()) };
     let point = solved.point;
     let rows = Rows::of(campaign, judge.beliefs, taken, &point, judge.noise)?;
-    let Some(as_asked) = rows.told(judge.beliefs, &point, &[]).map(|own| own.log_density) else { return Ok(()) };
     let mut push = |kind, what: String, joints: Option<Vec<JointState>>, density: Option<f64>| {
-        if let Some(density) = density {
-            all.push(Hypothesis { kind, reading: j, what, joints, weight: density - as_asked });
+        if let Some(weight) = density {
+            all.push(Hypothesis { kind, reading: j, what, joints, weight });
         }
     };
     for (kind, joints) in settings(campaign, own, candidates) {
@@ -100,17 +101,23 @@ fn of_reading(
             push(MistakeKind::ExchangedSensors, format!("{} and {}", one.id, other.id), None, density);
         }
     }
-    // an offset of each of its values, of any size
-    let bad = |size: f64| {
-        let one = |(i, sd): (usize, &f64)| {
-            let of = |k: usize| if k == i { size * sd } else { 0.0 };
-            rows.white((0..rows.sd.len()).map(of).collect())
+    // an offset of any size: of one value, and of each of them
+    let own: Vec<usize> = (0..rows.sd.len()).filter(|i| rows.origins.get(*i).is_some_and(|o| o.reading == j)).collect();
+    let bad = |values: &[usize]| {
+        let density = |size: f64| {
+            let one = |i: &usize| {
+                let of = |(k, sd): (usize, &f64)| if k == *i { size * sd } else { 0.0 };
+                rows.white(rows.sd.iter().enumerate().map(of).collect())
+            };
+            let columns: Vec<Vec<f64>> = values.iter().map(one).collect();
+            rows.told(judge.beliefs, &point, &columns).map(|own| own.log_density)
         };
-        let own = rows.sd.iter().enumerate().filter(|(i, _)| rows.origins.get(*i).is_some_and(|o| o.reading == j));
-        let columns: Vec<Vec<f64>> = own.map(one).collect();
-        rows.told(judge.beliefs, &point, &columns).map(|own| own.log_density)
+        mean_over(BAD, density)
     };
-    push(MistakeKind::BadReading, format!("reading {}", j + 1), None, mean_over(BAD, bad));
+    let sensor = |i: &usize| campaign.bench.sensors.get(rows.origins.get(*i)?.sensor).map(|own| own.id.as_str());
+    let named = |values: &[usize]| values.iter().filter_map(sensor).collect::<Vec<_>>().join(", ");
+    let each = own.chunks(1).chain((own.len() > 1).then_some(own.as_slice()));
+    each.for_each(|values| push(MistakeKind::BadReading, named(values), None, bad(values)));
     Ok(())
 }
 
@@ -120,37 +127,16 @@ fn slips(judge: Judge, taken: &[Reading], j: usize, all: &mut Vec<Hypothesis>) -
     if before.is_empty() {
         return Ok(());
     }
-    let Some(solved) = judge.solved(before)? else { return Ok(()) };
-    let point = solved.point;
-    let at = |later: &[f64]| Rows::stepped(judge.model, judge.beliefs, taken, (&point, later, j), judge.noise);
-    let rows = at(&point)?;
-    let Some(as_asked) = rows.told(judge.beliefs, &point, &[]) else { return Ok(()) };
+    let Some(start) = judge.solved(before)? else { return Ok(()) };
+    let largest = SLIPS_RAD.into_iter().fold(0.0, f64::max);
     for tilt in judge.model.bench.tilts() {
-        let Some(k) = judge.model.parameter_index(tilt) else { continue };
-        let felt = rows.along(k, 1.0, j);
-        if felt.iter().all(|value| *value == 0.0) {
-            continue;
-        }
-        // the exact rotation at the slip that explains most, so that its size is not limited by the first derivative
-        let largest = SLIPS_RAD.into_iter().fold(0.0, f64::max);
-        let slip = rows.told(judge.beliefs, &point, &[felt.iter().map(|v| v * largest).collect()]);
-        let slip = slip.and_then(|own| own.estimate.last().copied()).unwrap_or_default() * largest;
-        let later: Vec<f64> = point.iter().enumerate().map(|(i, x)| if i == k { x + slip } else { *x }).collect();
-        let mut slipped = at(&later)?;
-        let felt = slipped.along(k, 1.0, j);
-        slipped.rest.iter_mut().zip(&felt).for_each(|(rest, by)| *rest += slip * by);
-        let density = |size: f64| {
-            let column = felt.iter().map(|v| v * size).collect();
-            slipped.told(judge.beliefs, &point, &[column]).map(|own| own.log_density)
-        };
-        if let Some(density) = mean_over(SLIPS_RAD, density) {
-            all.push(Hypothesis {
-                kind: MistakeKind::SlippedMounting,
-                reading: j,
-                what: tilt.to_string(),
-                joints: None,
-                weight: density - as_asked.log_density,
-            });
+        let Some(parameter) = judge.model.parameter_index(tilt) else { continue };
+        let of = |size: f64| Step { parameter, from: j, size };
+        // a value near its extreme in a tilt follows it in no first derivative: the size is solved for with exact rotations
+        let Some(own) = Solved::new(judge, taken, &start.point, Some(of(largest)))? else { continue };
+        if let Some(weight) = mean_over(SLIPS_RAD, |size| own.log_density_with(judge.beliefs, of(size))) {
+            let what = tilt.to_string();
+            all.push(Hypothesis { kind: MistakeKind::SlippedMounting, reading: j, what, joints: None, weight });
         }
     }
     Ok(())
@@ -265,9 +251,7 @@ pub(super) struct Agreement {
 pub(super) fn agreement(judge: Judge, others: &[Reading], own: &Reading) -> Result<Option<Agreement>> {
     let Some(before) = judge.solved(others)? else { return Ok(None) };
     let all: Vec<Reading> = others.iter().chain([own]).cloned().collect();
-    let Some(after) = Solved::new(judge.model, judge.beliefs, &all, &before.point, judge.noise)? else {
-        return Ok(None);
-    };
+    let Some(after) = Solved::new(judge, &all, &before.point, None)? else { return Ok(None) };
     let rows = Rows::of(judge.model, judge.beliefs, std::slice::from_ref(own), &before.point, judge.noise)?;
     let is_predicted = |row: &&Vec<f64>| {
         let (variance, nothing) = before.told.variance_from(judge.beliefs, row, &[Source::Nothing]);

@@ -21,7 +21,7 @@ use super::advice::Suspected;
 use super::evidence::{Beliefs, Judge, Rows, Solved, Told, same_state};
 use crate::campaign::{Campaign, Reading, Readings};
 use crate::design::RowOrigin;
-use crate::diagnosis::{Alike, Effect, Prospect, foresee};
+use crate::diagnosis::{Alike, Effect, Prospect, directions};
 use crate::error::Result;
 use crate::linear::{Triangle, dot};
 use crate::plan::{Costs, Goal, Noise, gradients};
@@ -58,7 +58,7 @@ impl Table {
     pub fn new(model: &Campaign, positions: &[Reading], catalogue: &[Effect], noise: &Noise) -> Result<Self> {
         let rows = apart(positions);
         let all = model.with_readings(Readings { columns: model.readings.columns.clone(), rows });
-        let foreseen = foresee(&all, catalogue, noise)?;
+        let foreseen = directions(&all, catalogue, noise)?;
         // what happens at one mounting alone is no matter where that mounting is not read; where it is, a reading there disagrees
         let lasting = |own: &&Prospect| !matches!(own.effect.kind, Regressor::Position(_));
         let members = |group: &Alike| group.members.iter().filter_map(|k| foreseen.prospects.get(*k)).find(lasting);
@@ -250,7 +250,7 @@ impl Weighing<'_> {
 impl Seen {
     /// Of the readings as they were solved.
     pub fn new(table: &Table, judge: Judge, taken: &[Reading], solved: &Solved) -> Result<Self> {
-        let Solved { point, rows, told } = solved;
+        let Solved { point, rows, told, .. } = solved;
         let (white, rest) = (&rows.slopes, &rows.rest);
         let blocks = table.blocks(judge, point)?;
         let every: Vec<Vec<f64>> =

@@ -125,6 +125,9 @@ fn lines_that_are_no_readings_are_said_and_the_next_one_is_taken() {
     for (line, said) in [
         ("{\"V\": }", "the line is no reading"),
         ("1,2,3", "there is no line of titles"),
+        // a word that was mistyped is no line of titles, under which nothing could be read from then on
+        ("udno", "no reading, no command, and no titles"),
+        ("{\"V\": -58.0, \"position\": \"12a\"}", "no position of this label"),
         ("{\"W\": 1}", "no 'W'"),
         ("{\"position\": \"1\", \"gamma_deg_s\": 20}", "the reading has no value"),
         ("{\"position\": \"8\", \"beta_deg\": 45, \"V\": 1}", "does not say how gamma stands"),

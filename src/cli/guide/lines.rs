@@ -283,12 +283,36 @@ impl Lines {
         if text.starts_with('{') {
             return cells(text).map(Line::Reading);
         }
+        self.may_be_titles(text, bench)?;
         if !self.is_titled(text)? {
             return Ok(Line::Nothing);
         }
         let titles = self.titles.as_deref().unwrap_or_default();
         let rows = wire::table_cells(bench, Record::of_text(&self.name, format!("{titles}\n{text}\n"))?)?;
         Ok(rows.into_iter().next().map_or(Line::Nothing, Line::Reading))
+    }
+
+    /// Where titles are still to come: without a sensor among them it is a word that was mistyped, under which no row could be read.
+    fn may_be_titles(&self, text: &str, bench: &Bench) -> Result<()> {
+        if self.titles.is_some() {
+            return Ok(());
+        }
+        // what is no table at all is refused with its titles
+        let Ok(record) = Record::of_text(&self.name, format!("{text}\n")) else { return Ok(()) };
+        if matches!(&record, Record::Delimited(table) if !table.dialect().named) {
+            return Ok(());
+        }
+        let keys = wire::table_keys(bench, &record)?;
+        let sensors: Vec<&str> = bench.sensors.iter().map(|own| own.id.as_str()).collect();
+        if keys.iter().any(|(key, _)| sensors.contains(&key.as_str())) {
+            return Ok(());
+        }
+        let sensors = sensors.join(" or ");
+        Err(Malformed::new(Fault::Syntax, "the line is no reading, no command, and no titles of a table")
+            .expected(format!(
+                "a JSON object with a number for {sensors}; undo, undo and a number, or quit; or titles with {sensors}"
+            ))
+            .found(format!("'{text}'")))
     }
 
     /// Are there titles above this line? If not, it is they.
@@ -338,7 +362,11 @@ fn whole(rest: &mut Vec<u8>, at: &mut usize) -> Option<String> {
 
 fn cells(text: &str) -> Result<ReadingFile> {
     serde_json::from_str(text).map_err(|error| {
-        Malformed::new(Fault::Syntax, format!("the line is no reading: {error}"))
+        let said = error.to_string();
+        // the line of the source is said already; this text has one only
+        let place = format!(" at line {} column {}", error.line(), error.column());
+        let said = said.strip_suffix(&place).unwrap_or(&said);
+        Malformed::new(Fault::Syntax, format!("the line is no reading: {said} at column {}", error.column()))
             .expected("a JSON object as in a campaign's readings, for example {\"V\": 0.0123}")
     })
 }
@@ -388,6 +416,21 @@ pub(super) fn reading(
         None if label.is_some() => guide.candidates().iter().filter(is_labelled).collect(),
         None => Vec::new(),
     };
+    let is_given = |(key, _): &(String, Cell)| {
+        let suffix =
+            |joint: &str| key.strip_prefix(joint).is_some_and(|own| ["_deg", "_deg_s", "_turns"].contains(&own));
+        campaign.bench.joints().any(suffix)
+    };
+    let labels = || guide.candidates().iter().map(|own| own.position.as_str()).filter(|own| !own.is_empty());
+    if let (Some(label), true) = (&label, labelled.is_empty() && labels().next().is_some())
+        && !cells.0.iter().any(is_given)
+    {
+        let mut known: Vec<&str> = labels().collect();
+        known.dedup();
+        return Err(Malformed::new(Fault::UnknownName, "the schedule has no position of this label")
+            .expected(format!("one of {}; or how each joint stands", known.join(", ")))
+            .found(format!("'{label}'")));
+    }
     let base = labelled.first().copied().or(asked);
     let mut full = cells;
     for (key, cell) in &mut full.0 {
