@@ -12,7 +12,7 @@ use crate::elements::Elements;
 use crate::error::Result;
 use crate::estimate::{
     Elimination, Equations, Estimate, Group, Restricted, ScaleHints, Scattered, System, adjust, adjust_hinted,
-    adjust_on, adjust_scattered, restrict,
+    adjust_on, adjust_scattered, restrict, scattered_at_top,
 };
 
 /// What one step found.
@@ -118,7 +118,7 @@ pub(crate) fn scattered(campaign: &Campaign, design: &DesignMatrix) -> Result<Sc
     let own = own_system(campaign, design, &system);
     let elimination = eliminate(&system, &Rules::at(campaign, &design.point), campaign.unknowns()).0;
     let least = rounding(campaign, design, &system);
-    adjust_scattered(&own, &lines, elimination.as_ref(), &least, &crate::estimate::Settings::default())
+    scattered_at_top(&own, &lines, elimination.as_ref(), &least, &crate::estimate::Settings::default())
 }
 
 /// Adjust a system of this campaign at a design's point, meeting the campaign's equations; where they contradict each other, without them.

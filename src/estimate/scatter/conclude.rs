@@ -28,6 +28,29 @@ pub fn adjust_scattered(
     least: &[f64],
     settings: &Settings,
 ) -> Result<Scattered> {
+    adjusted(system, lines, elimination, (least, true), settings)
+}
+
+/// The same at the top of the likelihood alone, for what asks of the variances: no sum over all of it.
+///
+/// Errors: those of [`adjust`](crate::estimate::adjust).
+pub(crate) fn scattered_at_top(
+    system: &System,
+    lines: &[ScatterLine],
+    elimination: Option<&Elimination>,
+    least: &[f64],
+    settings: &Settings,
+) -> Result<Scattered> {
+    adjusted(system, lines, elimination, (least, false), settings)
+}
+
+fn adjusted(
+    system: &System,
+    lines: &[ScatterLine],
+    elimination: Option<&Elimination>,
+    (least, sums): (&[f64], bool),
+    settings: &Settings,
+) -> Result<Scattered> {
     let timed = time::with_times(system, lines, elimination, least, settings, (&[], &[]))?;
     let mut problem = Problem::new(system, &timed.lines, elimination, least, settings)?;
     let along = match &timed.along {
@@ -35,10 +58,10 @@ pub fn adjust_scattered(
         None => None,
     };
     let mut found = match along {
-        Some(ended) => conclude(problem, ended, &timed, timed.along.as_ref())?,
+        Some(ended) => conclude(problem, ended, (&timed, sums), timed.along.as_ref())?,
         None => {
             let ended = problem.solve_all(&timed.start, FULL)?;
-            conclude(problem, ended, &timed, None)?
+            conclude(problem, ended, (&timed, sums), None)?
         }
     };
     for (k, tau, u) in timed.found {
@@ -101,7 +124,7 @@ impl Problem<'_> {
 fn conclude(
     mut problem: Problem<'_>,
     ended: Ended,
-    timed: &time::Timed<'_>,
+    (timed, sums): (&time::Timed<'_>, bool),
     along: Option<&Along>,
 ) -> Result<Scattered> {
     let Ended { theta, point, mut inference, kept, at_floor, restricted, could_be, is_open, iterations, converged } =
@@ -170,7 +193,7 @@ fn conclude(
         absorbed.iter().flatten().any(|own| own.touches(&along))
     };
     let judged = (0..covariance.nrows()).filter(|j| point.estimate.unknowns.is_estimable(*j) && !follows(*j));
-    let mixture = match is_open || judged.map(dof).any(|dof| dof < FEWEST) {
+    let mixture = match sums && (is_open || judged.map(dof).any(|dof| dof < FEWEST)) {
         true => problem.summed(&point, &theta, &kept, timed)?,
         false => None,
     };

@@ -23,12 +23,14 @@ use crate::linear::form;
 use faer::{Mat, Scale, Side};
 use std::borrow::Cow;
 
-/// Nodes of a first look, along one axis and along more; then as many again where the likelihood is, and twice as many each time until enough of them count, `ENOUGH` for
-/// each axis: with five axes 400 nodes may leave the sum to a few of them. `LOOKS` and `MOST` bound the work.
+/// Nodes of a look, along one axis and along more: first everywhere, then where the likelihood is.
 const NODES: (usize, usize) = (60, 400);
+/// Where fewer than this count for each axis (with five axes 400 nodes may leave the sum to a few), as many again are drawn about what was seen, up to `LOOKS` times
+/// (O. Cappe, A. Guillin, J.-M. Marin, C. Robert, Population Monte Carlo, J. Comp. Graph. Stat. 13 (2004), 907).
 const ENOUGH: f64 = 20.0;
-const LOOKS: usize = 6;
-const MOST: usize = 3200;
+const LOOKS: usize = 4;
+/// So many nodes for each axis tell the covariance of the next ones.
+const FEWEST: f64 = 4.0;
 /// A node with less than this of the largest weight is outside.
 const OUTSIDE: f64 = 1e-8;
 /// From this share of the noise to this multiple, or of what was estimated: with one degree of freedom the tail falls as the root of the variance, and
@@ -77,6 +79,67 @@ impl Axis {
         let (Axis::Component { range, .. } | Axis::Time { range, .. }) = self;
         range.0 + share * (range.1 - range.0)
     }
+}
+
+/// Where the nodes of a look are.
+enum Draw {
+    /// Evenly in a part of each axis.
+    Box(Vec<(f64, f64)>),
+    /// About a mean, in directions of the covariance of what was seen: logistic, whose tails are longer than those of a normal distribution.
+    About { mean: Vec<f64>, root: Mat<f64> },
+}
+
+impl Draw {
+    /// About the nodes that were seen: their weights to the power at which `FEWEST` of each axis count.
+    fn about(seen: &[Seen], axes: usize) -> Option<Draw> {
+        let (mut low, mut high) = (0.0, 1.0);
+        for _ in 0..30 {
+            let middle = 0.5 * (low + high);
+            if effective(seen, middle) > FEWEST * axes as f64 { low = middle } else { high = middle }
+        }
+        let most = heaviest(seen);
+        let weights: Vec<f64> = seen.iter().map(|own| (low * (own.weight - most)).exp()).collect();
+        let all: f64 = weights.iter().sum();
+        let average = |of: &dyn Fn(&Seen) -> f64| -> f64 {
+            seen.iter().zip(&weights).map(|(own, weight)| weight * of(own)).sum::<f64>() / all
+        };
+        let mean: Vec<f64> = (0..axes).map(|a| average(&|own| own.place[a])).collect();
+        let spread = Mat::from_fn(axes, axes, |a, b| {
+            average(&|own| (own.place[a] - mean[a]) * (own.place[b] - mean[b])) * if a == b { 1.0 + 1e-6 } else { 1.0 }
+        });
+        let root = spread.llt(Side::Lower).ok()?.L().to_owned();
+        // of unit variance: the logistic distribution has that of pi^2/3
+        Some(Draw::About { mean, root: root * Scale(3.0_f64.sqrt() / std::f64::consts::PI) })
+    }
+
+    /// The place of a point of the unit cube, and the logarithm of the density there.
+    fn at(&self, cube: &[f64]) -> (Vec<f64>, f64) {
+        match self {
+            Draw::Box(within) => {
+                (within.iter().zip(cube).map(|((low, high), u)| low + (high - low) * u).collect(), 0.0)
+            }
+            Draw::About { mean, root } => {
+                let logistic: Vec<f64> = cube.iter().map(|u| (u / (1.0 - u)).ln()).collect();
+                let place = mean.iter().enumerate().map(|(a, mean)| {
+                    mean + logistic.iter().take(a + 1).enumerate().map(|(b, z)| root[(a, b)] * z).sum::<f64>()
+                });
+                let density = cube.iter().map(|u| (u * (1.0 - u)).ln()).sum();
+                (place.collect(), density)
+            }
+        }
+    }
+}
+
+fn heaviest(seen: &[Seen]) -> f64 {
+    seen.iter().fold(f64::NEG_INFINITY, |most, own| most.max(own.weight))
+}
+
+/// How many nodes of equal weight would tell as much, of weights to a power.
+fn effective(seen: &[Seen], power: f64) -> f64 {
+    let most = heaviest(seen);
+    let weights = seen.iter().map(|own| (power * (own.weight - most)).exp());
+    let (once, twice) = weights.fold((0.0, 0.0), |(once, twice), w| (once + w, twice + w * w));
+    if twice > 0.0 { once * once / twice } else { 0.0 }
 }
 
 /// The prime number that so many are before, 2 the first, counted from 1.
@@ -133,32 +196,30 @@ impl Problem<'_> {
         }
         let left_out: f64 = problem.left_out.rows.iter().sum();
         let dof = problem.system.observed.len() as f64 + left_out - top.basis.len() as f64;
-        let mut count = if axes.len() == 1 { NODES.0 } else { NODES.1 };
-        let look = |within: &[(f64, f64)], count: usize| {
-            problem.nodes(&axes, within, count, (top, theta), kept, common.then_some(dof))
+        let count = if axes.len() == 1 { NODES.0 } else { NODES.1 };
+        let look = |draw: &Draw| problem.nodes(&axes, draw, count, (top, theta), kept, common.then_some(dof));
+        let first = look(&Draw::Box(vec![(0.0, 1.0); axes.len()]))?;
+        let most = heaviest(&first);
+        // the box of what counts, and a step more on each side
+        let step = 1.0 / (count as f64).powf(1.0 / axes.len() as f64);
+        let within = |a: usize| {
+            let inside = first.iter().filter(|own| (own.weight - most).exp() > OUTSIDE).map(|own| own.place[a]);
+            let (low, high) = inside.fold((1.0_f64, 0.0_f64), |(low, high), x| (low.min(x), high.max(x)));
+            ((low - step).max(0.0), (high + step).min(1.0))
         };
-        let heaviest = |found: &[Seen]| found.iter().fold(f64::NEG_INFINITY, |most, own| most.max(own.weight));
-        let mut found = look(&vec![(0.0, 1.0); axes.len()], count)?;
-        let mut most = heaviest(&found);
+        let mut found = look(&Draw::Box((0..axes.len()).map(within).collect()))?;
         for _ in 0..LOOKS {
-            // the box of what counts, and a step more on each side
-            let step = 1.0 / (count as f64).powf(1.0 / axes.len() as f64);
-            let within = |a: usize| {
-                let inside = found.iter().filter(|own| (own.weight - most).exp() > OUTSIDE).map(|own| own.place[a]);
-                let (low, high) = inside.fold((1.0_f64, 0.0_f64), |(low, high), x| (low.min(x), high.max(x)));
-                ((low - step).max(0.0), (high + step).min(1.0))
-            };
-            let within: Vec<(f64, f64)> = (0..axes.len()).map(within).collect();
-            found = look(&within, count)?;
-            most = heaviest(&found);
-            let sums = found.iter().map(|own| (own.weight - most).exp());
-            let (once, twice) = sums.fold((0.0, 0.0), |(once, twice), w| (once + w, twice + w * w));
-            // so many nodes of equal weight would tell as much
-            if once * once >= ENOUGH * axes.len() as f64 * twice {
+            if effective(&found, 1.0) >= ENOUGH * axes.len() as f64 {
                 break;
             }
-            count = (2 * count).min(MOST);
+            let Some(draw) = Draw::about(&found, axes.len()) else { break };
+            let next = look(&draw)?;
+            if effective(&next, 1.0) <= effective(&found, 1.0) {
+                break;
+            }
+            found = next;
         }
+        let most = heaviest(&found);
         let sum: f64 = found.iter().map(|own| (own.weight - most).exp()).sum();
         let nodes = found.into_iter().map(|own| Node { weight: (own.weight - most).exp() / sum, ..own.node });
         let nodes: Vec<Node> = nodes.filter(|node| node.weight > SLIGHT).collect();
@@ -170,7 +231,7 @@ impl Problem<'_> {
     fn nodes(
         &self,
         axes: &[Axis],
-        within: &[(f64, f64)],
+        draw: &Draw,
         count: usize,
         (top, theta): (&Point, &[f64]),
         kept: &[usize],
@@ -187,8 +248,10 @@ impl Problem<'_> {
                 0 => (k as f64 + 0.5) / count as f64,
                 _ => (k as f64 * prime(a).sqrt() + 0.5).fract(),
             };
-            let place: Vec<f64> =
-                within.iter().enumerate().map(|(a, (low, high))| low + (high - low) * step(a)).collect();
+            let (place, density) = draw.at(&(0..axes.len()).map(step).collect::<Vec<_>>());
+            if place.iter().any(|x| !(0.0..=1.0).contains(x)) {
+                continue;
+            }
             for (axis, place) in axes.iter().zip(&place) {
                 let at = axis.at(*place);
                 match axis {
@@ -218,6 +281,7 @@ impl Problem<'_> {
             let solutions = estimate.unknowns.solution.iter().zip(&top.estimate.unknowns.solution);
             let shift: Vec<f64> = solutions.map(|(x, top)| x - top).collect();
             let covariance = &estimate.unknowns.covariance * Scale(scale);
+            let weight = weight - density;
             if weight.is_finite() {
                 found.push(Seen { weight, place, node: Node { weight: 0.0, shift, covariance } });
             }
