@@ -209,7 +209,8 @@ impl Problem<'_> {
         };
         let mut found = look(&Draw::Box((0..axes.len()).map(within).collect()))?;
         for _ in 0..LOOKS {
-            if effective(&found, 1.0) >= ENOUGH * axes.len() as f64 {
+            // along one axis equal steps are a quadrature of all digits
+            if axes.len() == 1 || effective(&found, 1.0) >= ENOUGH * axes.len() as f64 {
                 break;
             }
             let Some(draw) = Draw::about(&found, axes.len()) else { break };
