@@ -326,8 +326,13 @@ impl<'a> RecordRows<'a> {
                     if run.is_none_or(|(last, _)| last != label.to_bits()) {
                         let own = if label.is_nan() { None } else { record.labels().get(number::count(*label)) };
                         let own = own.map_or("", String::as_str);
-                        let all: Vec<usize> =
-                            (0..self.patterns.len()).filter(|p| self.patterns[*p].position == own).collect();
+                        let all: Vec<usize> = self
+                            .patterns
+                            .iter()
+                            .enumerate()
+                            .filter(|(_, other)| other.position == own)
+                            .map(|(p, _)| p)
+                            .collect();
                         let before = runs.entry(own.to_string()).or_insert(0_usize);
                         // a position of its own has all runs of its label, of several the k-th has the k-th
                         let found = if all.len() <= 1 { all.first() } else { all.get(*before) };

@@ -157,7 +157,7 @@ pub(super) fn summary(report: &FitReport, of: Option<&Fit>, lang: Language) -> S
         let at_zero = report.scatter.iter().any(|own| own.at_zero && own.per == "reading" && own.of == *sensor);
         let size = size.filter(|_| !at_zero);
         let how = match (sd, sums.resolution.get(sensor)) {
-            _ if at_zero => Some(say!(lang, "estimated-as-zero", below = false).into()),
+            _ if at_zero => Some(say!(lang, "estimated-as-zero", below = false)),
             (None, _) => Some(say!(lang, "no-degrees-of-freedom-are-left-to").into()),
             (_, Some(step)) => Some(say!(lang, "that-of-rounding-to-its-last-digit", step = significant(*step, 1))),
             _ if sums.at_rounding.contains(sensor) => {
