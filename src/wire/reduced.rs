@@ -167,9 +167,9 @@ impl Schedule {
         sensors.chain(names).collect()
     }
 
-    /// For each segment, the place of its row, see [`assigned`].
+    /// For each segment, the place of its row, see `assigned`: by label, in order, or one row for all.
     ///
-    /// Errors: those of [`assigned`].
+    /// Errors: labels of which some are positions and some are not; another number of segments than of positions.
     pub fn pair(&self, labels: &[String]) -> Result<Vec<usize>> {
         let text = |row: &ReadingFile| match row.get("position") {
             Some(Cell::Text(text)) => text.clone(),
