@@ -221,6 +221,37 @@ fn a_position_that_is_left_early_is_not_read_and_take_reads_it_as_it_is() {
     guide.child.wait().unwrap();
 }
 
+/// The clock of the samples is set back, and forward: both are said where they happen, and the calibration goes on.
+#[test]
+fn a_clock_that_jumps_is_said() {
+    let folder = folder();
+    let mut table = Table::new(5);
+    let mut guide = Spoken::begin(folder.path(), &[]);
+    let asked = guide.next()["next"]["position"].as_str().unwrap().to_string();
+    guide.say("t_s,X,Y,Z\n");
+    let said = |guide: &mut Spoken, what: &str, step: &str| loop {
+        let line = guide.next();
+        if let Some(error) = line["error"].as_str() {
+            assert!(error.contains(what) && line.to_string().contains(step), "{line}");
+            break;
+        }
+    };
+    guide.say(&table.hold(&asked, 3.0));
+    table.rows -= 200;
+    guide.say(&table.hold(&asked, 3.0));
+    said(&mut guide, "the clock of the samples goes back", "-1.99");
+    table.rows += 360_000;
+    guide.say(&table.hold(&asked, LONG_S));
+    said(&mut guide, "the clock of the samples jumps forward", "3600.0");
+    let advice = guide.until(None);
+    assert_eq!(advice["readings"], 1, "{advice}");
+    guide.say("quit\n");
+    guide.child.wait().unwrap();
+    let found = readings(folder.path());
+    assert_eq!(found.len(), 1);
+    is_sound(&table, &found[0], &asked);
+}
+
 /// With bias and scale known, gravity tells positions apart; `up` and `over` it does not.
 #[test]
 fn a_position_is_recognised_or_asked_for() {

@@ -4,7 +4,7 @@ use crate::campaign::{Campaign, JointState, Reading};
 use crate::elements::Parts;
 use crate::error::{Fault, Malformed, Result};
 use crate::guide::Guide;
-use crate::record::{As, Block, Clock, ClockFrom, Delimited, Record};
+use crate::record::{As, Block, Clock, ClockFrom, Delimited, JumpKind, Record};
 use crate::reduce::{Ahead, Hold, Mean, Standing, Unwrap};
 use crate::units::Conversion;
 use crate::wire::{self, Cell, Named, ReadingFile};
@@ -19,6 +19,9 @@ pub(super) struct Table {
     line: Vec<u8>,
     clock: Clock,
     fresh: Clock,
+    /// Jumps of the clock that were seen, and the window in s that finds standstills.
+    jumps: usize,
+    window_s: f64,
     /// Keys of the channels: sensors, columns of the campaign, joints.
     keys: Vec<String>,
     /// The sensors of the first of them, by index.
@@ -121,6 +124,8 @@ impl Table {
             time: time.map(|_| wanted.len() - 1),
             label: label.map(|_| wanted.iter().position(|(_, kind)| *kind == As::Label).unwrap_or_default()),
             run: String::new(),
+            jumps: 0,
+            window_s: found_by.window,
             times: Vec::new(),
             due,
             hold: if label.is_some() { hold.labelled() } else { hold },
@@ -207,12 +212,36 @@ impl Table {
                 .expected("times that increase, or a sampling rate (--rate) instead of the column")
         };
         let told = stretches.and_then(|_| if interval > 0.0 { Ok(()) } else { Err(no_step()) });
+        let jump = self.jumped().filter(|_| !passed);
         if told.is_err() {
             // the clock begins anew behind them
             (self.clock, self.due) = (self.fresh.clone(), LEARNT);
             self.hold.interrupt();
+            self.jumps = 0;
         }
-        told
+        told.and(jump.map_or(Ok(()), Err))
+    }
+
+    /// The last jump of the clock that was not said yet: back, or forward by more than the window that finds standstills.
+    fn jumped(&mut self) -> Option<Malformed> {
+        let (jumps, ..) = self.clock.jumps();
+        let new = jumps.get(self.jumps..).unwrap_or_default();
+        self.jumps = jumps.len();
+        let own = new.iter().rev().find(|jump| match jump.kind {
+            JumpKind::Back => true,
+            JumpKind::Gap => jump.step > self.window_s,
+            JumpKind::Short => false,
+        })?;
+        let what = if own.kind == JumpKind::Back { "goes back" } else { "jumps forward" };
+        let then = match own.kind {
+            JumpKind::Back => "times that increase; they go on by one sampling interval",
+            _ => "times without a gap; samples are missing, or the clock was set: what is held begins anew",
+        };
+        Some(
+            Malformed::new(Fault::Value, format!("the clock of the samples {what}"))
+                .expected(then)
+                .found(format!("a step of {:.3} s", own.step)),
+        )
     }
 
     /// How the joints stand, where columns say it. The angle of a joint that turns says nothing here.
