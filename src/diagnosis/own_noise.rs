@@ -30,14 +30,16 @@ pub(super) fn weigh(
 ) -> Result<Weighted> {
     let weighted = noise::weigh(campaign, design, finished, &[])?;
     let sensors = design.rows.iter().map(|row| row.sensor).max().map_or(0, |s| s + 1);
-    if weighted.from == NoiseFrom::Stated || weighted.floor.is_some() || sensors < 2 {
+    let mut rows: Vec<Vec<usize>> = vec![Vec::new(); sensors];
+    design.rows.iter().enumerate().for_each(|(i, row)| rows[row.sensor].push(i));
+    let read = rows.iter().filter(|own| !own.is_empty()).count();
+    if weighted.from == NoiseFrom::Stated || weighted.floor.is_some() || read < 2 {
         return Ok(weighted);
     }
     let kernels = bank(campaign, design, &weighted);
     let mut share = vec![1.0; sensors];
-    for (s, slot) in share.iter_mut().enumerate() {
-        let rows: Vec<usize> = (0..design.rows.len()).filter(|i| design.rows[*i].sensor == s).collect();
-        *slot = of_noise(campaign, design, &weighted, (s, &rows), effects, &kernels, priors)?;
+    for (s, own) in rows.iter().enumerate().filter(|(_, own)| !own.is_empty()) {
+        share[s] = of_noise(campaign, design, &weighted, (s, own), effects, &kernels, priors)?;
     }
     if share.iter().all(|own| *own == 1.0) { Ok(weighted) } else { noise::weigh(campaign, design, finished, &share) }
 }
