@@ -24,6 +24,9 @@ pub(super) fn open(name: &str, bytes: Vec<u8>, table: Option<&str>) -> Result<De
     if bytes.starts_with(&[0xD0, 0xCF, 0x11, 0xE0]) && !is_sound(&bytes) {
         return Err(broken(&"a chain of sectors that comes back to itself: the file is damaged"));
     }
+    if bytes.starts_with(&[0xD0, 0xCF, 0x11, 0xE0]) && !is_of_a_sheet(&bytes) {
+        return Err(broken(&"a sheet that says more rows or columns than a sheet can have: the file is damaged"));
+    }
     let read = || read(name, bytes, table, &broken);
     let lines = guarded(read).ok_or_else(|| broken(&"its structure is damaged"))??;
     Delimited::open(name, Cursor::new(lines.into_bytes()))
@@ -225,6 +228,20 @@ fn is_sound(bytes: &[u8]) -> bool {
         at = next.get(at as usize).copied().unwrap_or(u32::MAX);
     }
     !has_loop(&small)
+}
+
+/// Do records of dimensions (MS-XLS 2.4.90: first row, last row, first column, last column, zero) say no more than 65,536 rows and 256 columns? Their reader asks for
+/// memory for all of them.
+fn is_of_a_sheet(bytes: &[u8]) -> bool {
+    let word = |own: &[u8], at: usize| {
+        own.get(at..).and_then(|own| own.first_chunk::<4>()).map(|own| u32::from_le_bytes(*own))
+    };
+    let is_record = |own: &&[u8]| matches!(own.first_chunk::<4>(), Some([0x00, 0x02, 0x0E | 0x10, 0x00]));
+    (0..bytes.len()).filter_map(|at| bytes.get(at..)).filter(is_record).all(|own| {
+        let (Some(rows), Some(columns), Some(rest)) = (word(own, 8), word(own, 12), word(own, 14)) else { return true };
+        // what is not followed by zero is no such record
+        rest >> 16 != 0 || (rows <= 65_536 && columns >> 16 <= 256)
+    })
 }
 
 /// Does a chain of a table of followers come back to where it was?
