@@ -693,8 +693,8 @@ fn outcome(search: &Search<'_>, stood: &Names, mut view: View, point: &[f64]) ->
     };
     let t = named.iter().map(t_of).collect();
     let View { candidates, mut weighted, design, kernels, without_column, .. } = view;
-    // where only residuals tell the noise, it is that of the model with what is named, not with what is suspected
-    if weighted.from == NoiseFrom::Residuals && weighted.floor.is_none() && names != *stood {
+    // noise that is not stated is that of the model with what is named, not with what is suspected
+    if weighted.from != NoiseFrom::Stated && weighted.floor.is_none() && names != *stood {
         let scales = repair.as_ref().map(|(_, fit)| fit.estimate.group_scale.clone());
         let finished = scales.map(|scales| Finished { scales, variances: None });
         let columns: Vec<&Vec<f64>> = named.iter().filter_map(|(j, _)| candidates.get(*j)).map(|c| &c.column).collect();

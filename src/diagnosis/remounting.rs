@@ -13,7 +13,7 @@ use crate::campaign::{Campaign, Deviating, JointState, Kind, Per, Scatter, Size}
 use crate::design::DesignMatrix;
 use crate::elements::Elements;
 use crate::error::Result;
-use crate::estimate::{self, Group, ScatterLine, System, scattered_at_top};
+use crate::estimate::{self, Group, ScatterLine, System};
 use crate::fit::{self, Fit, Weighting};
 use crate::simulate::Regressor;
 use crate::uncertainty::quantiles::chi_square_survival;
@@ -185,7 +185,7 @@ fn gains(
     let settings = estimate::Settings::default();
     let u = fit::weigh(campaign, design, Weighting::AsStated)?.u;
     let given: Vec<ScatterLine> = fit::scatter_lines(campaign, design, &u);
-    let before = scattered_at_top(system, &given, None, &[], &settings)?.deviance;
+    let before = estimate::scattered((system, &given), None, &[], &settings, false)?.deviance;
     let mut all = Vec::new();
     for source in sources {
         let mut with = campaign.clone();
@@ -195,7 +195,7 @@ fn gains(
             continue;
         }
         let lines: Vec<ScatterLine> = given.iter().cloned().chain(own).collect();
-        let Ok(found) = scattered_at_top(system, &lines, None, &[], &settings) else { continue };
+        let Ok(found) = estimate::scattered((system, &lines), None, &[], &settings, false) else { continue };
         let sizes: Vec<String> = source
             .lines
             .iter()

@@ -74,7 +74,7 @@ pub use scatter::{
 };
 pub(crate) use scatter::{
     Chain, Likelihood, NEWTON_STEPS, NoiseModel, NoisePart, PartNoise, Slot, TimeNoise, deviation_range, satterthwaite,
-    scattered_at_top, time_range, white_range,
+    scattered, time_range, white_range,
 };
 pub use sequential::Sequential;
 pub(crate) use sequential::backwards;

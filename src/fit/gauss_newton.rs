@@ -88,8 +88,8 @@ impl Iteration {
 pub(crate) const NEGLIGIBLE: f64 = 1e-14;
 /// or by more than this share of the weighted residuals' norm: then it changes no estimate by a visible part of its uncertainty.
 pub(crate) const INVISIBLE: f64 = 1e-9;
-/// Or where steps no longer become shorter, and move no prediction by more than this share of one reading's residual: what is left of them is the rounding of the
-/// predictions, of which a mean over a turn may be the small difference of large numbers.
+/// Or where steps no longer become shorter, and move no estimate by more than this share of its standard uncertainty (the norm of a step is that of all rows): below
+/// every digit that is told, what is left of them is the rounding of the predictions, of which a mean over a turn may be the small difference of large numbers.
 const ROUNDING: f64 = 1e-5;
 /// Over so many trial points the sum of squares must fall by `PROGRESS` of itself, or the steps become half as long.
 const PATIENCE: usize = 20;

@@ -11,8 +11,8 @@ use crate::design::DesignMatrix;
 use crate::elements::Elements;
 use crate::error::Result;
 use crate::estimate::{
-    Elimination, Equations, Estimate, Group, Restricted, ScaleHints, Scattered, System, adjust, adjust_hinted,
-    adjust_on, adjust_scattered, restrict, scattered_at_top,
+    self, Elimination, Equations, Estimate, Group, Restricted, ScaleHints, Scattered, System, adjust, adjust_hinted,
+    adjust_on, adjust_scattered, restrict,
 };
 
 /// What one step found.
@@ -118,7 +118,7 @@ pub(crate) fn scattered(campaign: &Campaign, design: &DesignMatrix) -> Result<Sc
     let own = own_system(campaign, design, &system);
     let elimination = eliminate(&system, &Rules::at(campaign, &design.point), campaign.unknowns()).0;
     let least = rounding(campaign, design, &system);
-    scattered_at_top(&own, &lines, elimination.as_ref(), &least, &crate::estimate::Settings::default())
+    estimate::scattered((&own, &lines), elimination.as_ref(), &least, &estimate::Settings::default(), false)
 }
 
 /// Adjust a system of this campaign at a design's point, meeting the campaign's equations; where they contradict each other, without them.

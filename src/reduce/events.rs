@@ -63,8 +63,8 @@ impl Odd {
 const KEPT: usize = 10_000;
 /// A spike is so many robust standard deviations away from the median of its neighbourhood,
 const FAR: f64 = 8.0;
-/// which are so many samples before it and after it: what lasts as long as they do may be a motion, or is stuck.
-const REACH: usize = 10;
+/// which are so many samples before it and after it: of a window of twice as many those that are odd are fewer than half, and as many that are equal are stuck.
+const REACH: usize = LEAST_STUCK as usize;
 /// Values in a row that may be stuck or saturated.
 const LEAST_STUCK: u64 = 10;
 const LEAST_SATURATED: u64 = 3;

@@ -88,7 +88,7 @@ pub(super) fn expand(bench: &Bench, row: ReadingFile, place: &str, out: &mut Vec
 }
 
 /// What a key of a reading means on this bench.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Meaning {
     Position,
     Samples,

@@ -70,7 +70,7 @@ struct Read {
 }
 
 /// What is the same in every row of a position.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, PartialEq)]
 struct Pattern {
     position: String,
     /// Numeric columns.
@@ -302,9 +302,20 @@ impl<'a> RecordRows<'a> {
         Ok(())
     }
 
+    /// At the end of the record: has each label as many runs as positions that differ, or none?
+    fn has_all_runs(&self, name: &str) -> Result<()> {
+        for (label, runs) in &self.taken.runs {
+            let all: Vec<usize> =
+                (0..).zip(&self.patterns).filter(|(_, own)| own.position == *label).map(|(p, _)| p).collect();
+            if *runs < all.len() && !alike(&self.patterns, &all) {
+                return Err(other_runs(label, all.len(), format!("{runs} of '{label}'")).in_file(name));
+            }
+        }
+        Ok(())
+    }
+
     /// Which rows of the block are used, and what is the same in all rows of their positions. Errors: segments of times, and no times.
     fn take(&mut self, record: &Record, time: Option<&[f64]>) -> Result<()> {
-        let before_block = self.taken.before;
         let Taken { rows, pattern, run, runs, .. } = &mut self.taken;
         let count = self.raw.rows();
         rows.clear();
@@ -334,16 +345,10 @@ impl<'a> RecordRows<'a> {
                             .map(|(p, _)| p)
                             .collect();
                         let before = runs.entry(own.to_string()).or_insert(0_usize);
-                        // a position of its own has all runs of its label, of several the k-th has the k-th
-                        let found = if all.len() <= 1 { all.first() } else { all.get(*before) };
+                        // a position that is taken again has all runs of its label, of several that differ the k-th has the k-th
+                        let found = if alike(&self.patterns, &all) { all.first() } else { all.get(*before) };
                         if found.is_none() && !all.is_empty() {
-                            let what = format!("the label '{own}' has more runs of rows than positions");
-                            return Err(Malformed::new(Fault::Value, what)
-                                .expected(format!(
-                                    "{} runs, one for each position '{own}', in the same order",
-                                    all.len()
-                                ))
-                                .found(format!("a further one that begins in row {}", before_block + k as u64 + 1))
+                            return Err(other_runs(own, all.len(), format!("run {} of '{own}'", *before + 1))
                                 .in_file(record.name()));
                         }
                         *before += 1;
@@ -483,6 +488,18 @@ impl Meaning {
     }
 }
 
+/// Do these patterns differ in nothing?
+fn alike(patterns: &[Pattern], of: &[usize]) -> bool {
+    let mut own = of.iter().map(|p| patterns.get(*p));
+    let first = own.next();
+    own.all(|other| Some(other) == first)
+}
+
+fn other_runs(label: &str, positions: usize, found: String) -> Malformed {
+    let what = format!("the schedule has {positions} of the position '{label}', the record other runs of rows");
+    Malformed::new(Fault::Value, what).expected("a run of rows for each of them, in the same order").found(found)
+}
+
 impl Rows for RecordRows<'_> {
     fn columns(&self) -> &[String] {
         &self.names
@@ -504,6 +521,7 @@ impl Rows for RecordRows<'_> {
         loop {
             let Some(mut record) = self.record.take() else { return Ok(false) };
             if !record.next(&mut self.raw)? {
+                self.has_all_runs(record.name())?;
                 return Ok(false);
             }
             for (own, times) in self.read.iter_mut().zip(&self.raw.columns) {

@@ -264,19 +264,21 @@ pub(super) fn assigned(
         .expected(format!("one of the positions, of which these have no segment: {}", without.join(", ")))
         .found(format!("'{label}'")));
     }
+    let without = positions.iter().find(|own| !labels.contains(own));
     let mut places = Vec::with_capacity(labels.len());
     for (k, (label, own)) in labels.iter().zip(&own).enumerate() {
         let before = labels.iter().take(k).filter(|other| *other == label).count();
         let all = labels.iter().filter(|other| *other == label).count();
-        let alike = own.iter().zip(own.iter().skip(1)).all(|(a, b)| same(*a, *b));
-        let Some(place) =
-            own.get(if alike { before.min(own.len() - 1) } else { before }).filter(|_| alike || all == own.len())
-        else {
-            let what =
-                format!("the schedule has {} rows of the position '{label}', the record {all} segments", own.len());
+        // a position that is taken again has all segments of its label, unless another one has none
+        let alike = own.windows(2).all(|pair| pair.first().zip(pair.last()).is_some_and(|(a, b)| same(*a, *b)));
+        let again = alike && (all <= own.len() || without.is_none());
+        let place = own.get(if again { before.min(own.len() - 1) } else { before });
+        let Some(place) = place.filter(|_| again || all == own.len()) else {
+            let what = format!("the schedule has {} of the position '{label}', the record {all} segments", own.len());
+            let beside = without.map_or(String::new(), |own| format!("; '{own}' has none"));
             return Err(Malformed::new(Fault::Value, what)
                 .expected("a segment for each of them, in the same order")
-                .found(format!("{all} segments '{label}'")));
+                .found(format!("{all} segments '{label}'{beside}")));
         };
         places.push(*place);
     }

@@ -102,7 +102,7 @@ impl SiteFile {
                 .at_path(format!("site.{key}")))
         };
         checked("earth_rate_deg_h", earth_rate_deg_h)?;
-        // on Earth, or left out of the model
+        // on Earth, where it is 0.996 to 1.003 g, with room for a rounded value and none for another unit; or left out of the model
         let of_earth = |path: &str, gravity_g: f64| {
             if gravity_g == 0.0 || (0.9..=1.1).contains(&gravity_g) {
                 return Ok(gravity_g);

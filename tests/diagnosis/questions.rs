@@ -132,7 +132,7 @@ fn what_one_of_six_sensors_has_alone_is_its_own() {
             own += usize::from(follows.is_some_and(|own| own.ends_with(&format!("of {sensor} alone"))));
         }
     }
-    assert!(seen >= 11 && own >= 11, "{seen} seen, {own} with their sensor, of 12");
+    assert_eq!((seen, own), (12, 12), "seen, and with their sensor");
 }
 
 #[test]

@@ -28,28 +28,18 @@ pub fn adjust_scattered(
     least: &[f64],
     settings: &Settings,
 ) -> Result<Scattered> {
-    adjusted(system, lines, elimination, (least, true), settings)
+    scattered((system, lines), elimination, least, settings, true)
 }
 
-/// The same at the top of the likelihood alone, for what asks of the variances: no sum over all of it.
+/// The same; `sums`: with the unknowns over the whole likelihood, where its top says too little, which what asks of variances alone has no use for.
 ///
 /// Errors: those of [`adjust`](crate::estimate::adjust).
-pub(crate) fn scattered_at_top(
-    system: &System,
-    lines: &[ScatterLine],
+pub(crate) fn scattered(
+    (system, lines): (&System, &[ScatterLine]),
     elimination: Option<&Elimination>,
     least: &[f64],
     settings: &Settings,
-) -> Result<Scattered> {
-    adjusted(system, lines, elimination, (least, false), settings)
-}
-
-fn adjusted(
-    system: &System,
-    lines: &[ScatterLine],
-    elimination: Option<&Elimination>,
-    (least, sums): (&[f64], bool),
-    settings: &Settings,
+    sums: bool,
 ) -> Result<Scattered> {
     let timed = time::with_times(system, lines, elimination, least, settings, (&[], &[]))?;
     let mut problem = Problem::new(system, &timed.lines, elimination, least, settings)?;

@@ -54,7 +54,7 @@ mod time;
 pub use absorbed::Absorbed;
 pub(crate) use chain::{Chain, Part as NoisePart, TimeNoise};
 pub(crate) use conclude::satterthwaite;
-pub(crate) use conclude::scattered_at_top;
+pub(crate) use conclude::scattered;
 pub use conclude::{adjust_scattered, step_scattered};
 pub use elimination::Whitening;
 pub use floor::{Floor, Variances};
