@@ -64,9 +64,9 @@ const KEPT: usize = 10_000;
 /// A spike is so many robust standard deviations away from the median of its neighbourhood,
 const FAR: f64 = 8.0;
 /// which are so many samples before it and after it: of a window of twice as many those that are odd are fewer than half, and as many that are equal are stuck.
-const REACH: usize = LEAST_STUCK as usize;
+const REACH: usize = 10;
 /// Values in a row that may be stuck or saturated.
-const LEAST_STUCK: u64 = 10;
+const LEAST_STUCK: u64 = REACH as u64;
 const LEAST_SATURATED: u64 = 3;
 const WINDOW: usize = 128;
 /// Of the windows of a piece so many say what is usual.
