@@ -3,7 +3,6 @@
 use super::Outcome;
 use super::batch_reports::{self, Reports};
 use super::devices::{DeviceCampaign, Many, Others};
-use super::files;
 use super::pages::Pages;
 use super::rows::{Columns, Format, Rows};
 use crate::batch::{self, Device, Fleet, Layout, Row, Summary};
@@ -108,7 +107,7 @@ pub(super) fn fit(
         ))?);
     }
     if let Some(path) = json {
-        outputs.add(path, files::json(&found)?);
+        outputs.json(path, &found)?;
     }
     if let Some(out) = rows {
         outputs.finish(out.finish()?);

@@ -91,13 +91,22 @@ impl Outputs {
         Stream::open(path, &Place::of(path)).map_err(|error| fault(path, &error))
     }
 
-    /// The same, where what goes to stdout is held until all is written: it may have to be begun anew, and cannot be taken back.
+    /// The same, where what goes to stdout or into a pipe is held until all is written: it may have to be begun anew, and cannot be taken back.
     pub(super) fn open_held(&self, path: &Path) -> Result<Stream> {
         let mut stream = self.open(path)?;
-        if Place::of(path) == Place::Stdout {
+        if matches!(Place::of(path), Place::Stdout | Place::Direct(_)) {
             stream.held = Some(Held::default());
         }
         Ok(stream)
+    }
+
+    /// One more value, written as JSON while it is read: the text of a report of a million readings is larger than all that they need.
+    pub(super) fn json(&mut self, path: &Path, value: &impl serde::Serialize) -> Result<()> {
+        let mut text = std::io::BufWriter::new(self.open_held(path)?);
+        let written = serde_json::to_writer_pretty(&mut text, value).map_err(std::io::Error::from);
+        let whole = written.and_then(|()| text.write_all(b"\n")).and_then(|()| text.into_inner().map_err(Into::into));
+        self.finish(whole.map_err(|error| fault(path, &error))?);
+        Ok(())
     }
 
     /// A file of [`Outputs::open`] that is whole.
@@ -200,7 +209,7 @@ pub(super) struct Stream {
     temporary: Option<(PathBuf, PathBuf)>,
     /// `None` for stdout.
     file: Option<File>,
-    /// What waits for stdout.
+    /// What waits for stdout or a pipe.
     held: Option<Held>,
 }
 
@@ -289,9 +298,13 @@ impl Stream {
 }
 
 impl Stream {
-    /// Let go what was held for stdout.
+    /// Let go what was held for stdout or a pipe.
     fn release(&mut self) -> std::io::Result<()> {
-        self.held.take().map_or(Ok(()), |mut held| held.copy_to(&mut super::embedded::Stdout))
+        match (self.held.take(), &mut self.file) {
+            (Some(mut held), Some(file)) => held.copy_to(file),
+            (Some(mut held), None) => held.copy_to(&mut super::embedded::Stdout),
+            (None, _) => Ok(()),
+        }
     }
 }
 

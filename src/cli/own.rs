@@ -12,6 +12,7 @@
 use crate::report::series::WRITER;
 use crate::report::{Input, VERSION};
 use parquet::file::reader::{FileReader, SerializedFileReader};
+use serde::de::Deserializer as _;
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
@@ -57,12 +58,48 @@ fn is_own_parquet(path: &Path) -> bool {
 
 /// A report, a marked file that nobody has changed, or an object that says nothing at all.
 fn is_own_json(path: &Path) -> bool {
-    let Ok(text) = std::fs::read_to_string(path) else { return false };
-    if let Some((said, rest)) = text.strip_prefix(MARK).and_then(|text| text.split_once("\",\n")) {
-        return said.split_once(DIGEST).is_some_and(|(_, digest)| digest == Input::new("", rest.as_bytes()).sha256);
+    let Ok(file) = File::open(path) else { return false };
+    let mut file = BufReader::new(file);
+    if file.fill_buf().is_ok_and(|beginning| beginning.starts_with(MARK.as_bytes())) {
+        let mut text = String::new();
+        let whole = file.read_to_string(&mut text).is_ok();
+        let lines = text.strip_prefix(MARK).and_then(|text| text.split_once("\",\n")).filter(|_| whole);
+        return lines
+            .and_then(|(said, rest)| Some((said.split_once(DIGEST)?.1, rest)))
+            .is_some_and(|(digest, rest)| digest == Input::new("", rest.as_bytes()).sha256);
     }
-    let keys = serde_json::from_str::<std::collections::HashMap<String, serde::de::IgnoredAny>>(&text);
-    keys.is_ok_and(|keys| keys.is_empty() || ["report", "tumble"].iter().all(|key| keys.contains_key(*key)))
+    let mut keys = Keys::default();
+    let whole = serde_json::Deserializer::from_reader(file).deserialize_map(&mut keys).is_ok();
+    (keys.report && keys.tumble) || (whole && keys.any == 0)
+}
+
+/// The keys of an object, up to those of a report: behind them may be a million readings.
+#[derive(Default)]
+struct Keys {
+    any: usize,
+    report: bool,
+    tumble: bool,
+}
+
+impl<'de> serde::de::Visitor<'de> for &mut Keys {
+    type Value = ();
+
+    fn expecting(&self, to: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        to.write_str("an object")
+    }
+
+    fn visit_map<A: serde::de::MapAccess<'de>>(self, mut map: A) -> Result<(), A::Error> {
+        while let Some(key) = map.next_key::<String>()? {
+            self.any += 1;
+            self.report |= key == "report";
+            self.tumble |= key == "tumble";
+            if self.report && self.tumble {
+                return Err(serde::de::Error::custom("a report"));
+            }
+            map.next_value::<serde::de::IgnoredAny>()?;
+        }
+        Ok(())
+    }
 }
 
 /// A table of text that this program wrote. `None` where it cannot be read as one.

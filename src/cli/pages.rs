@@ -129,7 +129,7 @@ impl Pages {
         printed: impl FnOnce() -> Document,
     ) -> Result<()> {
         if let Some(path) = json {
-            outputs.add(path, files::json(report)?);
+            outputs.json(path, report)?;
         }
         let to_stdout = outputs.to_stdout();
         outputs.write()?;

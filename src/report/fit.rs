@@ -2,7 +2,7 @@
 
 use super::Input;
 use super::conformity::ConformityReport;
-use super::fit_checks::{ChecksReport, RobustReport};
+use super::fit_checks::{ChecksReport, EachParameter, RobustReport};
 use super::fit_constraints::ConstraintsReport;
 use super::monte_carlo::MonteCarloReport;
 use super::record::RecordReport;
@@ -398,7 +398,8 @@ pub struct ReadingReport {
     /// Minimal detectable bias, in the sensor's unit.
     pub mdb: Option<f64>,
     /// What a fault of that size would do to each parameter, undetected (external reliability); tilts in arcseconds.
-    pub external: Option<BTreeMap<String, f64>>,
+    #[schemars(with = "Option<BTreeMap<String, f64>>")]
+    pub external: Option<EachParameter>,
     /// Weight of the robust estimator, 0 to 1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub robust_weight: Option<f64>,

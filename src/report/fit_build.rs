@@ -333,6 +333,7 @@ fn summary(fit: &Fit) -> FitSummary {
 
 fn readings(fit: &Fit) -> Vec<ReadingReport> {
     let mut reports = Vec::with_capacity(fit.design.rows.len());
+    let names = fit_checks::Names::of(fit);
     for (row, ((origin, predicted), (quality, observed))) in
         fit.design.rows.iter().zip(&fit.design.predicted).zip(fit.quality.iter().zip(&fit.system.observed)).enumerate()
     {
@@ -352,7 +353,7 @@ fn readings(fit: &Fit) -> Vec<ReadingReport> {
             redundancy: quality.redundancy,
             studentized: quality.studentized,
             mdb: fit.checks.detectable.get(row).copied().flatten().or(quality.mdb),
-            external: fit_checks::external(fit, row),
+            external: fit_checks::external(fit, &names, row),
             robust_weight: fit.robust.as_ref().and_then(|record| record.weights.get(row)).copied(),
         });
     }

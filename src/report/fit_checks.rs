@@ -5,8 +5,9 @@ use crate::fit::{Fit, RobustMethod};
 use crate::language::{Sentence, sentence};
 use crate::quality::LackOfFit;
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Serialize, Serializer};
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 /// Do the readings agree with the model?
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -165,10 +166,55 @@ pub(super) fn robust(fit: &Fit) -> Option<RobustReport> {
     })
 }
 
+/// A number for each parameter, in JSON an object with its names as keys. The rows of a report share the names, of which a million readings would else hold
+/// millions.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(from = "BTreeMap<String, f64>")]
+pub struct EachParameter {
+    /// In alphabetical order.
+    names: Arc<[String]>,
+    values: Box<[f64]>,
+}
+
+impl EachParameter {
+    /// The number of the parameter with this id.
+    pub fn get(&self, id: &str) -> Option<f64> {
+        self.names.iter().zip(&self.values).find(|(name, _)| *name == id).map(|(_, value)| *value)
+    }
+}
+
+impl From<BTreeMap<String, f64>> for EachParameter {
+    fn from(own: BTreeMap<String, f64>) -> Self {
+        let (names, values): (Vec<String>, Vec<f64>) = own.into_iter().unzip();
+        EachParameter { names: names.into(), values: values.into() }
+    }
+}
+
+impl Serialize for EachParameter {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_map(self.names.iter().zip(&self.values))
+    }
+}
+
+/// The names that the rows of a report share.
+pub(super) struct Names {
+    order: Vec<usize>,
+    names: Arc<[String]>,
+}
+
+impl Names {
+    pub(super) fn of(fit: &Fit) -> Self {
+        let mut named: Vec<(usize, String)> = fit.parameters.iter().map(|own| own.id.clone()).enumerate().collect();
+        named.sort_by(|(_, a), (_, b)| a.cmp(b));
+        let (order, names): (Vec<usize>, Vec<String>) = named.into_iter().unzip();
+        Names { order, names: names.into() }
+    }
+}
+
 /// What an undetected fault of a reading would do to each parameter (tilts in arcseconds).
-pub(super) fn external(fit: &Fit, row: usize) -> Option<BTreeMap<String, f64>> {
-    let named = fit.parameters.iter().enumerate();
-    named.map(|(k, p)| Some((p.id.clone(), fit.external(row, k)? * shown(fit, k)))).collect()
+pub(super) fn external(fit: &Fit, names: &Names, row: usize) -> Option<EachParameter> {
+    let values: Option<_> = names.order.iter().map(|k| Some(fit.external(row, *k)? * shown(fit, *k))).collect();
+    Some(EachParameter { names: names.names.clone(), values: values? })
 }
 
 /// Suspicious readings in words; the list has them all.
