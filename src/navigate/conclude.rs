@@ -2,6 +2,7 @@
 
 use super::cause::Cause;
 use super::diagnose::{Alias, Finding, NavigationDiagnosis, Suspect, Unexplained};
+use super::judged::Among;
 use super::partly::Partly;
 use super::refine::{State, Walk};
 use super::remainder::Remainder;
@@ -131,9 +132,8 @@ impl Walk<'_> {
 
     fn findings(&self, state: &State, gap: &[f64], partly: Option<&Partly>) -> Vec<Finding> {
         let case = &self.case;
-        let linear = self.linear(state);
-        let set: Vec<usize> =
-            state.set.iter().filter_map(|cause| linear.causes.iter().position(|own| own == cause)).collect();
+        let linear = self.linear(state, &[]);
+        let set = linear.places(&state.set);
         let mut white = [gap.to_vec()];
         case.weigh(self.u, &state.out, &mut white);
         let whole = dot(&white[0], &white[0]).max(f64::MIN_POSITIVE);
@@ -148,7 +148,7 @@ impl Walk<'_> {
             None => 1.0,
         };
         // in a complete set each competes with all others too
-        let judged = partly.is_none().then(|| self.judge(&linear, state, true));
+        let judged = partly.is_none().then(|| self.judge(&linear, state, Among::Sets(case.settings.causes)));
         let tests = self.distinct as f64;
         // t beyond all numbers: certain
         let p_of = |t: f64, tests: f64| (2.0 * normal_survival(t.abs()).unwrap_or_default() * tests).min(1.0);

@@ -132,7 +132,7 @@ pub fn diagnose_with(
         let Some(wander) = walk.wander(&state) else { return walk.conclude(&state, &gap) };
         // the same question of a mission that states the random walk
         let stated = wander.stated(mission).unwrap_or_else(|| mission.clone());
-        let cost = walk.is_complete(&state).then(|| walk.score(&state) + case.spread(&u, &state.out));
+        let cost = walk.is_complete(&state).then(|| case.spread(&u, &state.out) - 2.0 * state.value);
         let with = match wander.cause {
             Cause::RandomWalk(_) => Case::new(&stated, measured, settings)?,
             _ => walk.beside(&case, &wander),

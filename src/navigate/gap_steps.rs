@@ -57,7 +57,7 @@ impl Walk<'_> {
             normalise(column);
         });
         let count = columns.len();
-        let products = Products::plain(columns, &residual);
+        let products = Products::of(columns, &residual);
         let mut order: Vec<usize> = Vec::with_capacity(count);
         while order.len() < count {
             let Some(solved) = products.solve(&order) else { return Vec::new() };
