@@ -2,8 +2,8 @@
 
 use super::cause::Cause;
 use super::gap::{Gap, GapStep};
+use super::products::Products;
 use super::refine::{State, Walk};
-use super::search::Products;
 use crate::elements::Elements;
 use crate::linear::normalise;
 

@@ -8,8 +8,8 @@
 //! beside nothing; the period is made finer about the best (`sharpen.rs`). Those that take off most are candidates.
 
 use super::cause::{Cause, Change};
+use super::products::INDEPENDENT;
 use super::refine::{State, Walk};
-use super::search::INDEPENDENT;
 use super::sharpen::By;
 use super::weighed::Weighed;
 use crate::linear::{dot, orthonormal, project};

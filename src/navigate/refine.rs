@@ -2,8 +2,8 @@
 
 use super::case::{Case, Flown};
 use super::cause::Cause;
+use super::products::{Products, Solved};
 use super::random_walk::Wander;
-use super::search::{Products, Solved};
 use super::weighed::Weighed;
 use crate::diagnosis::NoiseFrom;
 use crate::linear::{dot, normalise};

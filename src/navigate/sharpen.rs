@@ -1,8 +1,8 @@
 //! The time of a step or a warm-up and the period of a wave, finer than the grid of candidates.
 
 use super::cause::{Cause, Change};
+use super::products::INDEPENDENT;
 use super::refine::{State, Walk};
-use super::search::INDEPENDENT;
 use crate::linear::{dot, project};
 
 /// Trials on each side of a time, on each of so many levels.

@@ -5,8 +5,8 @@ use super::case::Case;
 use super::cause::Cause;
 use super::errors::{Instrument, Kind};
 use super::judged::{Among, Judged};
+use super::products::{self, Products};
 use super::refine::{Seen, State, Walk};
-use super::search::{self, Products};
 use super::weighed::Weighed;
 use crate::diagnosis::NoiseFrom;
 use crate::linear::{dot, normalise};
@@ -272,6 +272,27 @@ impl<'a> Walk<'a> {
         Some(state)
     }
 
+    /// A state with only what is probable enough for a name, and the probability of each: the least probable member goes first, and the others are judged
+    /// again without it.
+    pub(super) fn certain(&mut self, state: &State) -> (State, Vec<f64>) {
+        let mut state = state.clone();
+        loop {
+            let linear = self.linear(&state, &[]);
+            let judged = self.judge(&linear, &state, Among::Sets(self.case.settings.causes));
+            let each: Vec<f64> = linear.places(&state.set).into_iter().map(|j| judged.probability(j)).collect();
+            let least = each.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1));
+            let place = least.filter(|(_, p)| **p < self.case.settings.common.probability).map(|(place, _)| place);
+            let Some(place) = place else { return (state, each) };
+            let (mut set, mut values, out) = (state.set.clone(), state.values.clone(), state.out.clone());
+            set.remove(place);
+            values.remove(place);
+            match self.refine(&set, &values, &out) {
+                Some(less) => state = less,
+                None => return (state, each),
+            }
+        }
+    }
+
     /// ln p of a state with its set, in all rows.
     fn value(&self, judged: &mut Judged, linear: &Linear, state: &State, set: &[usize]) -> f64 {
         let own = judged.value(set);
@@ -309,5 +330,5 @@ pub(super) fn penalty(case: &Case<'_>, u: &[f64]) -> (f64, usize) {
     let is_new =
         |(i, own): &(usize, &&Rc<Vec<f64>>)| seen.iter().take(*i).all(|other| dot(own, other).abs() < 1.0 - 1e-6);
     let distinct = steps.len() + seen.iter().enumerate().filter(is_new).count();
-    (search::penalty(case.settings.common.significance, distinct), distinct)
+    (products::penalty(case.settings.common.significance, distinct), distinct)
 }

@@ -1,14 +1,14 @@
 //! What the causes of navigation errors are judged by: the score of sets of columns, and their least squares on inner products.
 
+#[path = "../../src/navigate/products.rs"]
+mod products;
 #[path = "../../src/diagnosis/score.rs"]
 mod score;
-#[path = "../../src/navigate/search.rs"]
-mod search;
 
 use crate::linear::dot;
 use faer::Mat;
+use products::{Products, penalty};
 use score::{Priors, Problem, Score};
-use search::{Products, penalty};
 
 fn unit(column: Vec<f64>) -> Vec<f64> {
     let norm = dot(&column, &column).sqrt();
