@@ -1,7 +1,7 @@
 //! Least squares of a few of many columns, on inner products alone.
 #![allow(
     clippy::indexing_slicing,
-    reason = "products and norms have one entry for each column, and sets hold numbers of columns that the search itself has counted"
+    reason = "products and norms have one entry for each column, and sets hold numbers of these columns"
 )]
 
 use crate::elements::Elements;
