@@ -252,6 +252,11 @@ impl Cause {
         }
     }
 
+    /// Does it begin at a time?
+    pub(super) fn is_step(&self) -> bool {
+        matches!(self, Cause::Changing(_, Change::Step(_)) | Cause::Reference(_, Some(Change::Step(_))))
+    }
+
     /// Is it a course of time: a ramp, a step, a warm-up, a wave of the unit or the reference?
     pub fn is_course(&self) -> bool {
         matches!(self, Cause::Changing(..) | Cause::Reference(_, Some(_)))

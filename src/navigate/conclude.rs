@@ -15,12 +15,15 @@ use crate::uncertainty::quantiles::normal_survival;
 impl Walk<'_> {
     /// The diagnosis of a state; or, where it is not complete, of what stands beside an unexplained rest.
     pub fn conclude(mut self, state: &State, gap: &[f64]) -> Result<NavigationDiagnosis> {
-        let complete = self.is_complete(state);
         self.part = (0.9, 1.0);
+        // in a set that leaves noise, too, a name asks for its probability
+        let certain = self.is_complete(state).then(|| self.certain(state));
+        let (state, each) = certain.as_ref().map_or((state, &[][..]), |(state, each)| (state, each.as_slice()));
+        let complete = self.is_complete(state);
         let partly = if complete { None } else { self.partly(state) };
         let rest = if complete { 0.0 } else { state.rss };
         let state = partly.as_ref().map_or(state, |own| &own.state);
-        let mut diagnosis = self.concluded(state, gap, complete, partly.as_ref(), rest)?;
+        let mut diagnosis = self.concluded(state, gap, complete.then_some(each), partly.as_ref(), rest)?;
         if !diagnosis.findings.is_empty() {
             diagnosis.gap_steps = self.gap_steps(state, gap);
             diagnosis.refits.0 = self.flights;
@@ -28,12 +31,12 @@ impl Walk<'_> {
         Ok(diagnosis)
     }
 
-    /// `rest` is the sum of squares that the nearest set leaves where nothing stands.
+    /// A state that is complete has the probability of `each` of its causes; `rest` is the sum of squares that the nearest set leaves where nothing stands.
     fn concluded(
         &self,
         state: &State,
         gap: &[f64],
-        complete: bool,
+        each: Option<&[f64]>,
         partly: Option<&Partly>,
         rest: f64,
     ) -> Result<NavigationDiagnosis> {
@@ -43,7 +46,7 @@ impl Walk<'_> {
         let before = case.gap(gap, u, &[], 0);
         let after = case.gap(&left, u, &state.out, state.set.len());
         let nothing = state.set.is_empty() && state.out.is_empty() && self.wander.is_none();
-        let verdict = match (complete, nothing) {
+        let verdict = match (each.is_some(), nothing) {
             _ if case.values.len() < 3 => Verdict::NotDiagnosable,
             (true, true) => Verdict::NothingMissing,
             (true, false) => Verdict::EffectsFound,
@@ -51,7 +54,7 @@ impl Walk<'_> {
             (false, _) => Verdict::Unexplained,
         };
         let found = matches!(verdict, Verdict::EffectsFound | Verdict::PartlyExplained);
-        let mut findings = if found { self.findings(state, gap, partly) } else { Vec::new() };
+        let mut findings = if found { self.findings(state, gap, each.unwrap_or_default(), partly) } else { Vec::new() };
         if found {
             let present = |cause: &Cause| {
                 let member = state.set.iter().position(|own| own == cause);
@@ -129,11 +132,10 @@ impl Walk<'_> {
         suspects
     }
 
-    fn findings(&self, state: &State, gap: &[f64], partly: Option<&Partly>) -> Vec<Finding> {
+    fn findings(&self, state: &State, gap: &[f64], each: &[f64], partly: Option<&Partly>) -> Vec<Finding> {
         let case = &self.case;
-        let linear = self.linear(state);
-        let set: Vec<usize> =
-            state.set.iter().filter_map(|cause| linear.causes.iter().position(|own| own == cause)).collect();
+        let linear = self.linear(state, &[]);
+        let set = linear.places(&state.set);
         let mut white = [gap.to_vec()];
         case.weigh(self.u, &state.out, &mut white);
         let whole = dot(&white[0], &white[0]).max(f64::MIN_POSITIVE);
@@ -147,8 +149,6 @@ impl Walk<'_> {
             Some(_) => (rss / dof).sqrt().max(1.0),
             None => 1.0,
         };
-        // in a complete set each competes with all others too
-        let judged = partly.is_none().then(|| self.judge(&linear, state, true));
         let tests = self.distinct as f64;
         // t beyond all numbers: certain
         let p_of = |t: f64, tests: f64| (2.0 * normal_survival(t.abs()).unwrap_or_default() * tests).min(1.0);
@@ -156,8 +156,6 @@ impl Walk<'_> {
         for (place, cause) in state.set.iter().enumerate() {
             let (Some(value), Some(u)) = (state.values.get(place).copied(), state.u.get(place)) else { continue };
             let stands = partly.and_then(|own| own.stands.get(place));
-            let own = linear.causes.iter().position(|own| own == cause);
-            let alone = judged.as_ref().zip(own).map(|(judged, j)| judged.probability(j));
             // beside an unexplained rest the uncertainty counts it
             let u = stands.map_or(scale * u, |own| own.u);
             let mut others = set.clone();
@@ -170,7 +168,7 @@ impl Walk<'_> {
                 u: Some(u).filter(|u| u.is_finite()),
                 t,
                 p: p_of(t, tests),
-                probability: stands.map(|own| own.probability).or(alone),
+                probability: stands.map(|own| own.probability).or(each.get(place).copied()),
                 explains: ((without - least) / whole).clamp(0.0, 1.0),
                 aliases: self.aliases(&linear, &set, place, scale),
                 separate_by: Vec::new(),

@@ -5,17 +5,13 @@
 //! ```
 //!
 //! Causes ([`super::cause`]) are constant errors of the unit and the start, biases that change in time (ramp, step, warm-up), faults of the
-//! reference (offset, drift, step) and single values. The smallest set that leaves noise is looked for (`search.rs`): each cause must be beyond
-//! chance among all that were tried, the others given. Errors enter a navigator not quite linearly: every set is refined by Gauss-Newton on
-//! the full simulation, with derivatives by differences of it (`refine.rs`), and looked at again from there (`walk.rs`). If no single cause will
-//! do, the walk begins with all biases that a unit has, fitted together and then pruned; where the gap is large, fitted to the first rows
-//! before the later ones, and with columns made anew around them. Then, where fewer causes of another kind may do, from nothing. Random walks
-//! that the mission states are whitened away (`whiten.rs`); one that it does not state, white or of a bias, is looked for where nothing else fits
-//! (`wander.rs`). Where no set leaves noise, what stands against the noise and the unexplained rest is named (`partly.rs`).
-//! Known errors of the mission are the current model: what is found is a change of them.
-//!
-//! Complete sets are looked for by a search of its own, as each of its sets is flown and the columns move with it; evidence against a rest,
-//! probabilities and thresholds are those of `tumble diagnose` for campaigns.
+//! reference (offset, drift, step) and single values. Sets of causes have the posterior of campaigns, on the linear model at a state (`judged.rs`); the most
+//! probable one is refined by Gauss-Newton on the full simulation, with derivatives by differences of it (`refine.rs`), and all are judged again from there
+//! (`walk.rs`). The walk begins with nothing; where that does not leave noise, or the gap is far from linear, also with all biases that a unit has, and
+//! with these and the attitude of the start, where the gap is large fitted to the first rows before the later ones, and with columns made anew around them.
+//! What is less probable than a name asks goes at the end. Random walks that the mission states are whitened away (`whiten.rs`); one that it does not
+//! state, white or of a bias, is looked for where nothing else fits (`wander.rs`). Where no set leaves noise, what stands against the noise and the
+//! unexplained rest is named (`partly.rs`). Known errors of the mission are the current model: what is found is a change of them.
 
 use super::case::Case;
 use super::cause::Cause;
@@ -132,7 +128,7 @@ pub fn diagnose_with(
         let Some(wander) = walk.wander(&state) else { return walk.conclude(&state, &gap) };
         // the same question of a mission that states the random walk
         let stated = wander.stated(mission).unwrap_or_else(|| mission.clone());
-        let cost = walk.is_complete(&state).then(|| walk.score(&state) + case.spread(&u, &state.out));
+        let cost = walk.is_complete(&state).then(|| case.spread(&u, &state.out) - 2.0 * state.value);
         let with = match wander.cause {
             Cause::RandomWalk(_) => Case::new(&stated, measured, settings)?,
             _ => walk.beside(&case, &wander),

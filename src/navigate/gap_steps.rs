@@ -2,8 +2,8 @@
 
 use super::cause::Cause;
 use super::gap::{Gap, GapStep};
+use super::products::Products;
 use super::refine::{State, Walk};
-use super::search::Products;
 use crate::elements::Elements;
 use crate::linear::normalise;
 
@@ -57,7 +57,7 @@ impl Walk<'_> {
             normalise(column);
         });
         let count = columns.len();
-        let products = Products::plain(columns, &residual);
+        let products = Products::of(columns, &residual);
         let mut order: Vec<usize> = Vec::with_capacity(count);
         while order.len() < count {
             let Some(solved) = products.solve(&order) else { return Vec::new() };

@@ -37,15 +37,27 @@ fn odds(causes: &[Cause], rank_penalty: f64, rows: usize) -> Vec<f64> {
     causes.iter().map(|own| -(count(own).max(1) as f64).ln() - 0.5 * rank_penalty * own.rank()).collect()
 }
 
+/// Among what a set is judged.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum Among {
+    /// Nothing: it is only valued.
+    None,
+    /// Sets of so many causes at most, with noise alone beside them.
+    Sets(usize),
+    /// All sets, and what none of them explains.
+    Remainders,
+}
+
 impl Walk<'_> {
-    /// The posterior at a state; `whole` where noise alone is beside its causes.
-    pub(super) fn judge(&self, linear: &Linear, state: &State, whole: bool) -> Judged {
+    /// The posterior at a state.
+    pub(super) fn judge(&self, linear: &Linear, state: &State, among: Among) -> Judged {
         let (case, settings) = (&self.case, &self.case.settings);
         let residual = linear.products.residual();
         let all = linear.products.columns();
         let value = |i: usize, j: usize| all.get(j).and_then(|own| own.get(i)).copied();
         // each has a value for each row
         let columns = Mat::from_fn(residual.len(), all.len(), |i, j| value(i, j).unwrap_or_default());
+        let whole = among != Among::Remainders;
         let kernels = match whole {
             true => Vec::new(),
             false => {
@@ -55,8 +67,8 @@ impl Walk<'_> {
             }
         };
         let largest = residual.iter().fold(LARGEST, |most, v| most.max(v.abs()));
-        let priors =
-            Priors { most: settings.causes.max(state.set.len()), largest, ..Priors::at(settings.common.significance) };
+        let most = if let Among::Sets(most) = among { most } else { settings.causes };
+        let priors = Priors { most: most.max(state.set.len()), largest, ..Priors::at(settings.common.significance) };
         // of each its largest plausible size, as a coefficient of its unit column
         let sizes = linear.causes.iter().zip(&linear.norms).map(|(cause, norm)| cause.limit() * norm);
         let absurd: Vec<f64> = sizes.map(|size| if size > 0.0 { size } else { f64::INFINITY }).collect();
@@ -79,13 +91,31 @@ impl Walk<'_> {
         let mut score = Score::new(&problem, priors);
         let of = |cause: &Cause| linear.causes.iter().position(|own| own == cause).and_then(|j| score.standing(j));
         let start: Vec<u16> = state.set.iter().filter_map(of).collect();
-        score.search(&[start]);
+        if among != Among::None {
+            score.search(&[start]);
+        }
         let posterior = score.posterior();
         Judged { score, posterior, kernels, columns }
     }
 }
 
 impl Judged {
+    /// The most probable set; of causes with the same column those that stand already, or the most probable.
+    pub(super) fn best(&self, now: &[usize]) -> Vec<usize> {
+        let Some((_, set)) = self.posterior.sets.first() else { return now.to_vec() };
+        let one = |j: &u16| {
+            let alike = self.score.alike.get(usize::from(*j)).into_iter().flatten().map(|j| usize::from(*j));
+            alike.into_iter().find(|j| now.contains(j)).unwrap_or_else(|| usize::from(*j))
+        };
+        set.iter().map(one).collect()
+    }
+
+    /// ln p of a set.
+    pub(super) fn value(&mut self, set: &[usize]) -> f64 {
+        let standing: Option<Vec<u16>> = set.iter().map(|j| self.score.standing(*j)).collect();
+        standing.map_or(f64::NEG_INFINITY, |set| self.score.of(&set))
+    }
+
     /// What is likely, with the probability that it, or what cannot be told from it, is there: the most probable in each place, the first of the catalogue
     /// among those that are nearly as probable.
     pub(super) fn likely(&self, least: f64) -> Vec<(usize, f64)> {

@@ -12,8 +12,8 @@
 //! | [`linear`] | the linear error equations, one signature for each error source |
 //! | [`measured`], [`signatures`], `whiten` | measured navigation errors, their design matrix, random walks taken out |
 //! | [`cause`], `changing` | what can be behind a gap, and what it does |
-//! | `search`, `refine` (`sharpen`, `single`, `periodic`), `walk` | a few of many columns by inner products; sets of causes refined on the full simulation; both in turn |
 //! | `judged`, `bank` | the posterior of sets of causes and of what none of them explains, by the score of campaigns |
+//! | `products`, `refine` (`sharpen`, `single`, `periodic`), `walk` | least squares of a few of many columns; sets of causes refined on the full simulation; judged and refined in turn |
 //! | `partly` | what stands beside something that nothing explains |
 //! | [`settings`] | every threshold, with its reason |
 //! | `wander` | a random walk that the mission does not state |
@@ -45,13 +45,13 @@ pub mod mission;
 pub mod motion;
 mod partly;
 mod periodic;
+mod products;
 pub mod propagation;
 pub mod quadrature;
 mod random_walk;
 mod refine;
 pub mod remainder;
 pub mod run;
-mod search;
 pub mod separate;
 pub mod settings;
 mod sharpen;

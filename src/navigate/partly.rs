@@ -5,6 +5,7 @@
 //! build any course of time: beside an unexplained rest they are candidates that others must beat, but are not named.
 
 use super::cause::Cause;
+use super::judged::Among;
 use super::refine::{State, Walk};
 use crate::diagnosis::NoiseFrom;
 
@@ -44,12 +45,12 @@ impl Walk<'_> {
         starts.into_iter().find_map(|start| {
             let (set, values): (Vec<Cause>, Vec<f64>) = start.into_iter().unzip();
             let state = self.refine(&set, &values, &[])?;
-            self.settle(state)
+            self.name(state)
         })
     }
 
     /// Naming and refining in turn, from a state.
-    fn settle(&mut self, mut state: State) -> Option<Partly> {
+    fn name(&mut self, mut state: State) -> Option<Partly> {
         let settings = self.case.settings.common;
         let out = self.standing_out(&state);
         if out != state.out {
@@ -58,8 +59,8 @@ impl Walk<'_> {
         self.relinearise(&state);
         let mut before: Vec<Vec<Cause>> = Vec::new();
         for _ in 0..ROUNDS {
-            let linear = self.linear(&state);
-            let mut judged = self.judge(&linear, &state, false);
+            let linear = self.linear(&state, &[]);
+            let mut judged = self.judge(&linear, &state, Among::Remainders);
             // causes that change in time build any course of time
             let is_course = |j: usize| linear.causes.get(j).is_none_or(Cause::is_course);
             let mut likely = judged.likely(settings.suspected);

@@ -2,8 +2,8 @@
 
 use super::case::{Case, Flown};
 use super::cause::Cause;
+use super::products::{Products, Solved};
 use super::random_walk::Wander;
-use super::search::{Products, Solved};
 use super::weighed::Weighed;
 use crate::diagnosis::NoiseFrom;
 use crate::linear::{dot, normalise};
@@ -33,6 +33,9 @@ pub(super) struct State {
     pub out: Vec<usize>,
     pub rss: f64,
     pub settled: bool,
+    /// ln p of its set, and is no set more probable? Before they are judged, minus infinity and no.
+    pub value: f64,
+    pub stands: bool,
 }
 
 /// One look of the walk, for the record.
@@ -53,7 +56,7 @@ pub(super) struct Walk<'a> {
     pub flights: usize,
     /// How often the columns were made anew around a state.
     pub moved: usize,
-    /// All ordinary causes together, refined and not yet pruned.
+    /// All ordinary causes together, refined.
     pub ordinary: Option<State>,
     /// A random walk that the mission does not state and that has been added to it.
     pub wander: Option<Wander>,
@@ -122,7 +125,7 @@ impl<'a> Walk<'a> {
             self.case.weigh(self.u, out, &mut columns);
             let residual = columns.pop()?;
             let norms: Vec<f64> = columns.iter_mut().map(|column| normalise(column)).collect();
-            let products = Products::plain(columns, &residual);
+            let products = Products::of(columns, &residual);
             let all: Vec<usize> = (0..set.len()).collect();
             let of = |solved: &Solved| -> Vec<f64> {
                 solved.values.iter().zip(&norms).map(|(x, norm)| if *norm > 0.0 { x / norm } else { 0.0 }).collect()
@@ -164,7 +167,8 @@ impl<'a> Walk<'a> {
             (values, rss, flown) = (trial, after, next);
             damping = if damping > LEAST_DAMPED { (0.1 * damping).max(least) } else { least };
         }
-        Some(State { set: set.to_vec(), values, u, flown, out: out.to_vec(), rss, settled })
+        let (set, out) = (set.to_vec(), out.to_vec());
+        Some(State { set, values, u, flown, out, rss, settled, value: f64::NEG_INFINITY, stands: false })
     }
 
     /// Values of a set where a gap is far from linear: those of the first rows, where errors have not grown yet, then of twice as many, and

@@ -20,8 +20,6 @@ pub struct Settings {
     /// Plausibility penalty of one rank of the causes, in variances of the noise. Default 2: a nat; biases come before scale factors, these before
     /// what changes in time.
     pub rank_penalty: f64,
-    /// The same of a cause whose size no navigator's unit has. Default 5.
-    pub absurd_penalty: f64,
     /// An error that even at its largest size stays below so many standard deviations cannot be seen, and is no candidate. Default 5.
     pub unseen: f64,
     /// Causes of a set at most. Default 16: all biases, the start and a few more.
@@ -52,7 +50,6 @@ impl Default for Settings {
             serial_share: 0.2,
             indistinguishable: 9.0,
             rank_penalty: 2.0,
-            absurd_penalty: 5.0,
             unseen: 5.0,
             causes: 16,
             changing: 3,

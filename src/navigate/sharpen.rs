@@ -1,9 +1,9 @@
 //! The time of a step or a warm-up and the period of a wave, finer than the grid of candidates.
 
 use super::cause::{Cause, Change};
+use super::products::INDEPENDENT;
 use super::refine::{State, Walk};
-use super::search::INDEPENDENT;
-use crate::linear::{dot, orthonormal, project};
+use crate::linear::{dot, project};
 
 /// Trials on each side of a time, on each of so many levels.
 const PARTS: i32 = 8;
@@ -85,23 +85,22 @@ impl Walk<'_> {
             };
             // what the others leave
             let fixed = set.iter().enumerate().filter(|(i, _)| *i != k).map(|(_, cause)| column(cause));
-            let mut residual = laid.clone();
-            let basis = orthonormal(fixed, INDEPENDENT);
-            project(&mut residual, &basis);
-            let square = dot(&residual, &residual);
+            let others = rows.beside(fixed, laid.clone());
+            let (basis, residual) = &others;
+            let square = dot(residual, residual);
             // a cause beside the others: what it leaves, and its size
             let beside = |cause: &Cause| -> Option<(f64, f64)> {
                 let mut own = column(cause);
                 let whole = dot(&own, &own);
-                project(&mut own, &basis);
+                project(&mut own, basis);
                 let left = dot(&own, &own);
-                let along = dot(&own, &residual);
+                let along = dot(&own, residual);
                 (left > INDEPENDENT * whole).then(|| (square - along * along / left, along / left))
             };
             // the best of its kind with this time
             let try_at = |time: f64| -> Option<(f64, (f64, Cause))> {
                 if let By::HalfWave(_) = by {
-                    let wave = rows.wave(&kind, time, (&basis, &residual))?;
+                    let wave = rows.wave(&kind, time, &others)?;
                     return Some((square - wave.gain, (wave.size, wave.cause)));
                 }
                 let cause = make(time);

@@ -1,15 +1,18 @@
-//! Causes of a gap, walked to: a set refined on the full simulation, then improved on its linear model, in turn until both agree.
+//! Causes of a gap: sets judged on the linear model at a state (`judged.rs`), the most probable one refined on the full simulation, and all judged again from
+//! there, until the set that stands is the most probable one.
 
 use super::case::Case;
-use super::cause::{Cause, Change};
+use super::cause::Cause;
 use super::errors::{Instrument, Kind};
+use super::judged::{Among, Judged};
+use super::products::{self, Products};
 use super::refine::{Seen, State, Walk};
-use super::search::{self, Products};
 use super::weighed::Weighed;
+use crate::diagnosis::NoiseFrom;
 use crate::linear::{dot, normalise};
 use std::rc::Rc;
 
-/// Rounds of improving and refining, at most.
+/// Rounds of judging and refining, at most.
 const ROUNDS: usize = 24;
 /// A gap of so many standard uncertainties (root mean square) may be far from linear.
 const FAR: f64 = 50.0;
@@ -17,6 +20,8 @@ const FAR: f64 = 50.0;
 const BENT: (f64, f64) = (5.0, 0.02);
 /// so often at most.
 const MOST_MOVED: usize = 6;
+/// What gains less (ln) than this on the full simulation is no better: it would run in circles.
+const GAIN: f64 = 0.1;
 
 /// The linear model of all causes at a state.
 pub(super) struct Linear {
@@ -26,69 +31,54 @@ pub(super) struct Linear {
 }
 
 impl<'a> Walk<'a> {
-    /// The best explanation: one cause; else all biases that a unit has, together, less those that nothing needs; else a walk from nothing; else
-    /// with a bias that goes up and down.
+    /// The best explanation, from nothing; where noise is not all that this leaves, from all biases that a unit has, and from these and what the start may have wrong.
     pub fn run(&mut self) -> Option<State> {
         let empty = self.refine(&[], &[], &[])?;
-        let far = empty.rss > FAR * FAR * self.u.len() as f64;
+        let far = self.is_far(&empty);
         let original = self.case.clone();
         let (start, end) = self.part;
         let part = |from: f64, to: f64| (start + from * (end - start), start + to * (end - start));
-        self.part = part(0.0, 0.1);
-        let first = self.walk(empty, 1)?;
-        if self.is_finished(&first) {
-            return Some(first);
-        }
-        let mut best = (first.clone(), self.case.clone());
-        let biases: Vec<Cause> = self.visible(|kind, instrument| kind == Kind::Bias && instrument != Instrument::Start);
-        let starts: Vec<Cause> = self.visible(|kind, _| kind == Kind::Attitude);
-        let both: Vec<Cause> = biases.iter().chain(&starts).copied().collect();
-        for (start, share) in [(biases, 0.1), (both, 0.4)] {
-            self.part = part(share, share + 0.3);
-            self.case = original.clone();
-            let state = self.begin(&start, &first.out, far);
-            self.ordinary = state.clone().or(self.ordinary.take());
-            let state = state.and_then(|state| self.walk(state, self.case.settings.causes));
-            self.keep(&mut best, state);
-            self.case = best.1.clone();
-            if self.is_finished(&best.0) && best.0.set.iter().all(is_bias) {
+        self.part = part(0.0, 0.3);
+        let first = self.settle(empty, far)?;
+        let out = first.out.clone();
+        let mut best = (first, self.case.clone());
+        for (which, share) in [(Ordinary::Biases, 0.3), (Ordinary::WithStart, 0.6)] {
+            // of a gap that is far from linear several causes may look like others
+            if self.is_finished(&best.0) && (!far || best.0.set.len() < 2 || share > 0.3) {
                 break;
             }
-        }
-        // fewer causes of another kind may do
-        self.case = best.1.clone();
-        let complete = self.is_finished(&best.0);
-        if !(complete && far && best.0.set.iter().all(is_bias)) {
-            self.case = original;
-            self.part = part(0.7, 0.9);
-            let most = if complete { best.0.set.len() } else { self.case.settings.causes };
-            let state = self.walk(first.clone(), most);
+            self.part = part(share, share + 0.3);
+            self.case = original.clone();
+            let state = self.begin(which, &out, far);
+            self.ordinary = state.clone().or(self.ordinary.take());
+            let state = state.and_then(|state| self.settle(state, far));
             self.keep(&mut best, state);
-        }
-        // errors of the start, and some of them together, come near to a bias that goes up and down
-        let ordinary = |state: &State| state.set.iter().all(is_bias);
-        if !(self.is_finished(&best.0) && ordinary(&best.0)) {
-            self.part = part(0.9, 1.0);
-            for state in self.ordinary.clone().into_iter().chain([first]) {
-                self.go_up_and_down(&mut best, &state);
-            }
         }
         let (state, case) = best;
         self.case = case;
         Some(state)
     }
 
+    pub(super) fn is_far(&self, empty: &State) -> bool {
+        empty.rss > FAR * FAR * self.u.len() as f64
+    }
+
     /// Keep a state, with the columns around it, if it explains more.
-    pub(super) fn keep(&self, best: &mut (State, Case<'a>), state: Option<State>) {
+    fn keep(&self, best: &mut (State, Case<'a>), state: Option<State>) {
         let Some(state) = state else { return };
-        let order = |state: &State| (!self.is_complete(state), self.score(state));
+        let order = |state: &State| (!self.is_complete(state), -state.value);
         if order(&state).partial_cmp(&order(&best.0)).is_some_and(std::cmp::Ordering::is_lt) {
             *best = (state, self.case.clone());
         }
     }
 
     /// A set refined from nothing; where the gap is far from linear, from what its first rows say too.
-    fn begin(&mut self, set: &[Cause], out: &[usize], far: bool) -> Option<State> {
+    pub(super) fn begin(&mut self, which: Ordinary, out: &[usize], far: bool) -> Option<State> {
+        let set = &self.visible(|kind, instrument| match kind {
+            Kind::Bias => instrument != Instrument::Start,
+            Kind::Attitude => which == Ordinary::WithStart,
+            _ => false,
+        })[..];
         self.tell(0, set);
         let straight = if far { None } else { self.refine(set, &vec![0.0; set.len()], out) };
         if straight.as_ref().is_some_and(|state| state.settled) {
@@ -108,10 +98,10 @@ impl<'a> Walk<'a> {
             .min_by(|a, b| (!a.settled, a.rss).partial_cmp(&(!b.settled, b.rss)).unwrap_or(std::cmp::Ordering::Equal))
     }
 
-    /// Columns are the derivatives around the mission's errors; where a state is far from these, around the state.
-    pub(super) fn relinearise(&mut self, state: &State) {
+    /// Columns are the derivatives around the mission's errors; where a state is far from these, around the state. Were they?
+    pub(super) fn relinearise(&mut self, state: &State) -> bool {
         if self.moved >= MOST_MOVED {
-            return;
+            return false;
         }
         let errors = self.case.with(&state.set, &state.values);
         let mut constant = state.flown.predicted.clone();
@@ -127,7 +117,9 @@ impl<'a> Walk<'a> {
         {
             self.case = case;
             self.moved += 1;
+            return true;
         }
+        false
     }
 
     /// Constants of some kinds that these data show.
@@ -150,22 +142,9 @@ impl<'a> Walk<'a> {
         state.settled && changing <= settings.changing && gap.p.is_none_or(|p| p > settings.whole())
     }
 
-    /// Is a state complete, and no further cause beyond chance?
-    pub(super) fn is_finished(&self, state: &State) -> bool {
-        let further = || {
-            let linear = self.linear(state);
-            let of = |cause: &Cause| linear.causes.iter().position(|own| own == cause);
-            linear.products.best_addition(&state.set.iter().filter_map(of).collect::<Vec<usize>>())
-        };
-        self.is_complete(state) && further().is_none()
-    }
-
-    pub fn score(&self, state: &State) -> f64 {
-        let settings = &self.case.settings;
-        let cost = |cause: &Cause| self.penalty + settings.rank_penalty * cause.rank();
-        state.rss
-            + state.set.iter().map(cost).sum::<f64>()
-            + (self.penalty + settings.single_penalty) * state.out.len() as f64
+    /// Is a state complete, and no set more probable?
+    fn is_finished(&self, state: &State) -> bool {
+        state.stands && self.is_complete(state)
     }
 
     fn record(&mut self, state: &State, linear: &Linear, now: &[usize]) {
@@ -179,15 +158,17 @@ impl<'a> Walk<'a> {
         self.seen.push(Seen { set: state.set.clone(), strongest, p });
     }
 
-    /// The linear model at a state: all causes, those of the set by their own derivatives.
-    pub fn linear(&self, state: &State) -> Linear {
+    /// The linear model at a state: all causes, those of the set by their own derivatives, and some waves.
+    pub fn linear(&self, state: &State, waves: &[Cause]) -> Linear {
         let mut causes = self.case.causes.clone();
-        causes.extend(state.set.iter().filter(|own| !self.case.causes.contains(own)));
+        for own in state.set.iter().chain(waves) {
+            if !causes.contains(own) {
+                causes.push(*own);
+            }
+        }
         let weighed = self.weighed(&state.out);
         let (mut own, residual) = self.laid(state, &weighed);
-        let settings = &self.case.settings;
         let mut columns: Vec<Rc<Vec<f64>>> = Vec::with_capacity(causes.len());
-        let mut plausibility_penalty = Vec::with_capacity(causes.len());
         let mut norms = Vec::with_capacity(causes.len());
         for (j, cause) in causes.iter().enumerate() {
             let member = state.set.iter().position(|own| own == cause).and_then(|k| own.get_mut(k));
@@ -197,19 +178,18 @@ impl<'a> Walk<'a> {
                     (Rc::new(std::mem::take(own)), norm)
                 }
                 (None, Some(own)) => own.clone(),
-                // each cause of the question has a column, each further one is a member
-                (None, None) => (Rc::new(vec![0.0; residual.len()]), 0.0),
+                // a wave
+                (None, None) => {
+                    let mut own = weighed.of(&self.case, cause);
+                    let norm = normalise(&mut own);
+                    (Rc::new(own), norm)
+                }
             };
             let seen = norm > 0.0 && !self.case.is_invisible(cause, norm);
-            let column = if seen { column } else { Rc::new(vec![0.0; residual.len()]) };
-            let alone = if seen { dot(&column, &residual) / norm } else { 0.0 };
-            let absurd = if self.case.is_absurd(cause, alone) { settings.absurd_penalty } else { 0.0 };
-            plausibility_penalty.push(if seen { settings.rank_penalty * cause.rank() + absurd } else { f64::INFINITY });
-            columns.push(column);
+            columns.push(if seen { column } else { Rc::new(vec![0.0; residual.len()]) });
             norms.push(norm);
         }
-        let products = Products::new(columns, &residual, plausibility_penalty, self.penalty);
-        Linear { causes, products, norms }
+        Linear { causes, products: Products::new(columns, &residual), norms }
     }
 
     /// Columns of a state's set, and what they and the noise are to explain, weighed in fewer rows.
@@ -224,82 +204,131 @@ impl<'a> Walk<'a> {
         (own, residual)
     }
 
-    /// Improve and refine in turn; a set grows to so many causes at most.
-    pub(super) fn walk(&mut self, mut state: State, most: usize) -> Option<State> {
+    /// Judge and refine in turn, from a state. Where it is `careful`, sets grow by one cause at a time: what is far from linear may look like many.
+    pub(super) fn settle(&mut self, mut state: State, mut careful: bool) -> Option<State> {
+        let most = self.case.settings.causes;
+        let mut rejected: Vec<Vec<Cause>> = Vec::new();
+        state.value = f64::NEG_INFINITY;
         for round in 0..ROUNDS {
-            // such a set can build any pattern: it is none that will be accepted
-            if state.set.iter().filter(|cause| !cause.is_constant()).count() > 2 * self.case.settings.changing {
-                break;
-            }
-            self.relinearise(&state);
+            careful |= self.relinearise(&state);
             let out = self.single(&state);
             if out != state.out {
                 state = self.refine(&state.set.clone(), &state.values.clone(), &out)?;
             }
-            let (mut set, mut values) = (state.set.clone(), state.values.clone());
-            if self.sharpen(&state, &mut set, &mut values)
-                && let Some(sharper) = self.refine(&set, &values, &[])
-            {
-                state = sharper;
-                let out = self.single(&state);
-                if out != state.out {
-                    state = self.refine(&state.set.clone(), &state.values.clone(), &out)?;
-                }
-            }
-            let linear = self.linear(&state);
-            let now: Vec<usize> =
-                state.set.iter().filter_map(|cause| linear.causes.iter().position(|own| own == cause)).collect();
-            // one more at a time: what is far off may look like many
-            let better = linear.products.improve(now.clone(), (now.len() + 1).min(most));
+            let waves = if self.is_complete(&state) { Vec::new() } else { self.likeliest_waves(&state) };
+            let linear = self.linear(&state, &waves);
+            let now = linear.places(&state.set);
+            let grown = if careful { (now.len() + 1).min(most) } else { most };
+            let mut judged = self.judge(&linear, &state, Among::Sets(grown));
+            state.value = self.value(&mut judged, &linear, &state, &now);
             self.record(&state, &linear, &now);
+            let better = judged.best(&now);
             let mut set: Vec<Cause> = better.iter().filter_map(|j| linear.causes.get(*j).copied()).collect();
-            let Some(solved) = linear.products.solve(&better) else { break };
-            let mut values: Vec<f64> = (better.iter().zip(&solved.values))
-                .map(|(j, x)| linear.norms.get(*j).map_or(0.0, |norm| x / norm))
-                .collect();
-            if better.len() == now.len() && better.iter().all(|j| now.contains(j)) {
+            // such a set can build any pattern: it is none that will be accepted
+            if set.iter().filter(|cause| !cause.is_constant()).count() > 2 * self.case.settings.changing {
                 break;
             }
-            self.sharpen(&state, &mut set, &mut values);
+            let Some(solved) = linear.products.solve(&better) else { break };
+            let sized = |(j, x): (&usize, &f64)| linear.norms.get(*j).map_or(0.0, |norm| x / norm);
+            let mut values: Vec<f64> = better.iter().zip(&solved.values).map(sized).collect();
+            let same = better.len() == now.len() && better.iter().all(|j| now.contains(j));
+            let sharper = self.sharpen(&state, &mut set, &mut values);
+            if (same && !sharper) || rejected.contains(&set) {
+                if careful && grown < most && rejected.is_empty() {
+                    careful = false;
+                    continue;
+                }
+                state.stands = true;
+                break;
+            }
             self.tell(round, &set);
             let refined = self.refine(&set, &values, &state.out).or_else(|| {
-                // too far for the linear model: from where the walk stands
+                // too far for the linear model: from where the state stands
                 let from = |cause: &Cause| {
                     state.set.iter().zip(&state.values).find(|(own, _)| *own == cause).map_or(0.0, |(_, x)| *x)
                 };
                 let values: Vec<f64> = set.iter().map(from).collect();
                 self.refine(&set, &values, &state.out)
             });
-            let Some(refined) = refined else { break };
-            // a change that is none on the full simulation ends the walk
-            if self.score(&refined) >= self.score(&state) && refined.set.len() >= state.set.len() {
-                break;
+            let refined = refined.map(|mut own| {
+                let linear = self.linear(&own, &[]);
+                let mut score = self.judge(&linear, &own, Among::None);
+                own.value = self.value(&mut score, &linear, &own, &linear.places(&own.set));
+                own
+            });
+            match refined.filter(|own| own.value > state.value + GAIN) {
+                Some(own) => state = own,
+                // a change that is none on the full simulation
+                None if careful || same => {
+                    state.stands = true;
+                    break;
+                }
+                None => {
+                    rejected.push(set);
+                    careful = true;
+                }
             }
-            state = refined;
         }
         Some(state)
     }
+
+    /// A state with only what is probable enough for a name, and the probability of each: the least probable member goes first, and the others are judged
+    /// again without it.
+    pub(super) fn certain(&mut self, state: &State) -> (State, Vec<f64>) {
+        let mut state = state.clone();
+        loop {
+            let linear = self.linear(&state, &[]);
+            let judged = self.judge(&linear, &state, Among::Sets(self.case.settings.causes));
+            let each: Vec<f64> = linear.places(&state.set).into_iter().map(|j| judged.probability(j)).collect();
+            let least = each.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1));
+            let place = least.filter(|(_, p)| **p < self.case.settings.common.probability).map(|(place, _)| place);
+            let Some(place) = place else { return (state, each) };
+            let (mut set, mut values, out) = (state.set.clone(), state.values.clone(), state.out.clone());
+            set.remove(place);
+            values.remove(place);
+            match self.refine(&set, &values, &out) {
+                Some(less) => state = less,
+                None => return (state, each),
+            }
+        }
+    }
+
+    /// ln p of a state with its set, in all rows.
+    fn value(&self, judged: &mut Judged, linear: &Linear, state: &State, set: &[usize]) -> f64 {
+        let own = judged.value(set);
+        if self.case.from != NoiseFrom::Stated {
+            return own;
+        }
+        // fewer rows leave less
+        let left = linear.products.solve(set).map_or(state.rss, |solved| solved.rss);
+        let single = 0.5 * (self.penalty + self.case.settings.single_penalty);
+        own + 0.5 * (left - state.rss) - single * state.out.len() as f64
+    }
 }
 
-fn is_bias(cause: &Cause) -> bool {
-    cause.constant().is_some_and(|source| source.kind == Kind::Bias)
+impl Linear {
+    pub fn places(&self, set: &[Cause]) -> Vec<usize> {
+        set.iter().filter_map(|cause| self.causes.iter().position(|own| own == cause)).collect()
+    }
+}
+
+/// What a unit may always have.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum Ordinary {
+    Biases,
+    /// and what the start may have wrong in attitude.
+    WithStart,
 }
 
 /// Penalty and number of distinct causes of a question. Steps count one by one: no two times are the same.
 pub(super) fn penalty(case: &Case<'_>, u: &[f64]) -> (f64, usize) {
-    let is_step = |cause: &Cause| {
-        matches!(cause, Cause::Changing(_, Change::Step(_)) | Cause::Reference(_, Some(Change::Step(_))))
-    };
-    let steps = case.causes.iter().filter(|cause| is_step(cause)).count();
     let weighed = Weighed::new(case, u, &[]);
-    let shown = case
-        .causes
-        .iter()
-        .zip(&weighed.unit)
-        .filter(|(cause, (_, norm))| !is_step(cause) && *norm > 0.0 && !case.is_invisible(cause, *norm));
+    let (steps, others): (Vec<_>, Vec<_>) =
+        case.causes.iter().zip(&weighed.unit).partition(|(cause, _)| cause.is_step());
+    let shown = others.into_iter().filter(|(cause, (_, norm))| *norm > 0.0 && !case.is_invisible(cause, *norm));
     let seen: Vec<&Rc<Vec<f64>>> = shown.map(|(_, (column, _))| column).collect();
     let is_new =
         |(i, own): &(usize, &&Rc<Vec<f64>>)| seen.iter().take(*i).all(|other| dot(own, other).abs() < 1.0 - 1e-6);
-    let distinct = steps + seen.iter().enumerate().filter(is_new).count();
-    (search::penalty(case.settings.common.significance, distinct), distinct)
+    let distinct = steps.len() + seen.iter().enumerate().filter(is_new).count();
+    (products::penalty(case.settings.common.significance, distinct), distinct)
 }

@@ -15,11 +15,12 @@ use super::cause::{Cause, Change};
 use super::changing::Columns;
 use super::errors::{ErrorSource, Instrument, Kind};
 use super::measured::CHANNELS;
+use super::products::Products;
 use super::random_walk::{Wander, with};
 use super::refine::{State, Walk};
-use super::search::Products;
 use super::shortened::Shortened;
 use super::signatures::{Instant, instants, motion, times};
+use super::walk::Ordinary;
 use super::whiten::{Walks, whiten};
 use crate::diagnosis::NoiseFrom;
 use crate::linear::{dot, normalise};
@@ -63,7 +64,8 @@ impl<'a> Walk<'a> {
             return None;
         }
         // beside all ordinary causes, of which none is left out
-        let state = self.ordinary.clone().unwrap_or_else(|| state.clone());
+        let ordinary = self.ordinary.clone().or_else(|| self.ordinary(&state.out));
+        let state = ordinary.unwrap_or_else(|| state.clone());
         let along = self.wander_along(&state);
         // a large error turns the frame in which a walk goes on: along the errors that the state has it may be likelier
         let case = self.case.clone();
@@ -77,6 +79,13 @@ impl<'a> Walk<'a> {
             (Some(along), Some(turned)) => Some(if turned.deviance + alike < along.deviance { turned } else { along }),
             (along, turned) => along.or(turned),
         }
+    }
+
+    /// All ordinary causes together.
+    fn ordinary(&mut self, out: &[usize]) -> Option<State> {
+        let empty = self.refine(&[], &[], out)?;
+        let far = self.is_far(&empty);
+        [Ordinary::WithStart, Ordinary::Biases].into_iter().find_map(|which| self.begin(which, out, far))
     }
 
     /// The same, with the question's columns around the state.
@@ -211,7 +220,7 @@ impl<'a> Walk<'a> {
     pub fn score_of_all(&self, state: &State) -> f64 {
         let own = self.wander.as_ref();
         let own = own.map_or(0.0, |own| self.penalty + self.case.settings.rank_penalty * own.cause.rank());
-        self.score(state) + self.case.spread(self.u, &state.out) + own
+        self.case.spread(self.u, &state.out) + own - 2.0 * state.value
     }
 
     /// What white noise of one instrument alone builds up at the measured rows, for a density of one; or of none.
@@ -254,7 +263,7 @@ impl<'a> Walk<'a> {
         columns.iter_mut().for_each(|column| {
             normalise(column);
         });
-        let products = Products::plain(columns.clone(), &residual);
+        let products = Products::of(columns.clone(), &residual);
         let solved = products.damped(&(0..count).collect::<Vec<usize>>(), 1e-9)?;
         let mut left = residual;
         for (column, value) in columns.iter().zip(&solved.values) {

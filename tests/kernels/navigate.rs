@@ -1,10 +1,14 @@
-//! The search for the causes of navigation errors, by products of columns.
+//! What the causes of navigation errors are judged by: the score of sets of columns, and their least squares on inner products.
 
-#[path = "../../src/navigate/search.rs"]
-mod search;
+#[path = "../../src/navigate/products.rs"]
+mod products;
+#[path = "../../src/diagnosis/score.rs"]
+mod score;
 
 use crate::linear::dot;
-use search::{Products, penalty};
+use faer::Mat;
+use products::{Products, penalty};
+use score::{Priors, Problem, Score};
 
 fn unit(column: Vec<f64>) -> Vec<f64> {
     let norm = dot(&column, &column).sqrt();
@@ -24,13 +28,32 @@ fn five_correlated_columns_come_out_of_sixty() {
     for (k, size) in [(3, 300.0), (14, -200.0), (25, 150.0), (40, 90.0), (55, 60.0)] {
         residual.iter_mut().zip(&columns[k]).for_each(|(r, c)| *r += size * c);
     }
-    let products = Products::new(shared(&columns), &residual, vec![0.0; 60], penalty(0.01, 60));
-    let mut set = products.improve(Vec::new(), 12);
-    set.sort_unstable();
-    assert_eq!(set, [3, 14, 25, 40, 55]);
-    assert!(products.rivals(&set, 0, 9.0).is_empty());
-    let products = Products::new(shared(&columns), &noise, vec![0.0; 60], penalty(0.01, 60));
-    assert!(products.improve(Vec::new(), 12).is_empty());
+    let found = |residual: &[f64]| {
+        let matrix = Mat::from_fn(400, 60, |i, j| columns[j][i]);
+        let priors = Priors { most: 12, ..Priors::at(0.01) };
+        let odds = priors.shared(vec![0.0; 60], |_| 1.0);
+        let none = Mat::zeros(400, 0);
+        let mut score = Score::new(
+            &Problem {
+                residual,
+                basis: none.as_ref(),
+                columns: matrix.as_ref(),
+                prior: &odds,
+                plain: &[f64::INFINITY; 60],
+                known: true,
+                kernels: &[],
+                sharing: None,
+            },
+            priors,
+        );
+        score.search(&[]);
+        let mut set = score.posterior().sets.swap_remove(0).1;
+        set.sort_unstable();
+        set
+    };
+    assert_eq!(found(&residual), [3, 14, 25, 40, 55]);
+    assert!(Products::new(shared(&columns), &residual).rivals(&[3, 14, 25, 40, 55], 0, 9.0).is_empty());
+    assert!(found(&noise).is_empty());
 }
 
 #[test]

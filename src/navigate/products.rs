@@ -1,19 +1,12 @@
-//! Which few of many columns explain a residual: forward selection, removal and exchange on inner products alone.
-//!
-//! ```text
-//! score(set) = |r - C_set x|^2 + sum_set (penalty + plausibility penalty)          penalty = z^2,  2 (1 - Phi(z)) = significance / distinct columns
-//! ```
-//!
-//! A column takes part only where it lowers the score: its evidence, given the others, must be beyond chance among all that were tried.
-//! Nothing here knows what the columns are.
+//! Least squares of a few of many columns, on inner products alone.
 #![allow(
     clippy::indexing_slicing,
-    reason = "products and norms have one entry for each column, and sets hold numbers of columns that the search itself has counted"
+    reason = "products and norms have one entry for each column, and sets hold numbers of these columns"
 )]
 
 use crate::elements::Elements;
 use crate::linear::{Triangle, dot};
-use crate::uncertainty::quantiles::normal_survival;
+use crate::uncertainty::quantiles::normal_quantile;
 use std::cell::RefCell;
 use std::rc::Rc;
 
@@ -32,10 +25,6 @@ pub(super) struct Products {
     along: Vec<f64>,
     /// `r' r`.
     pub square: f64,
-    /// For each column, what it costs beside the penalty; infinite for one that must not be taken.
-    pub plausibility_penalty: Vec<f64>,
-    /// What any column costs.
-    pub penalty: f64,
 }
 
 /// A set solved: its coefficients (of the unit columns), the inverse of its products, and what is left.
@@ -46,19 +35,18 @@ pub(super) struct Solved {
 }
 
 impl Products {
-    /// The same of columns that all take part and cost nothing.
-    pub fn plain(columns: Vec<Vec<f64>>, residual: &[f64]) -> Products {
-        let count = columns.len();
-        Products::new(columns.into_iter().map(Rc::new).collect(), residual, vec![0.0; count], 0.0)
-    }
-
-    /// All products; columns may be zero (they are never taken).
-    pub fn new(columns: Vec<Rc<Vec<f64>>>, residual: &[f64], plausibility_penalty: Vec<f64>, penalty: f64) -> Products {
+    /// Columns may be zero.
+    pub fn new(columns: Vec<Rc<Vec<f64>>>, residual: &[f64]) -> Products {
         let along = columns.iter().map(|column| dot(column, residual)).collect();
         let squares = columns.iter().map(|column| dot(column, column)).collect();
         let gram = RefCell::new(vec![None; columns.len()]);
         let (square, residual) = (dot(residual, residual), residual.to_vec());
-        Products { columns, residual, gram, squares, along, square, plausibility_penalty, penalty }
+        Products { columns, residual, gram, squares, along, square }
+    }
+
+    /// The same of columns that nobody else holds.
+    pub fn of(columns: Vec<Vec<f64>>, residual: &[f64]) -> Products {
+        Products::new(columns.into_iter().map(Rc::new).collect(), residual)
     }
 
     /// The columns, and the residual that they explain.
@@ -83,11 +71,6 @@ impl Products {
 
     fn product(&self, i: usize, j: usize) -> f64 {
         if i == j { self.squares.at(i) } else { self.row(i).at(j) }
-    }
-
-    fn cost(&self, j: usize) -> f64 {
-        // what has no penalty was left out of the search
-        self.penalty + self.plausibility_penalty.get(j).copied().unwrap_or(f64::INFINITY)
     }
 
     /// Least squares of a set; `None` where its columns are not independent.
@@ -132,60 +115,6 @@ impl Products {
         (0..self.along.len()).map(one).collect()
     }
 
-    /// Score of a set; infinite where its columns are not independent.
-    pub fn score(&self, set: &[usize]) -> f64 {
-        let costs: f64 = set.iter().map(|j| self.cost(*j)).sum();
-        self.solve(set).map_or(f64::INFINITY, |solved| solved.rss + costs)
-    }
-
-    /// The column that lowers the score most, if one does.
-    pub fn best_addition(&self, set: &[usize]) -> Option<usize> {
-        let solved = self.solve(set)?;
-        let gains = self.gains(set, &solved);
-        let worth = |j: usize| gains[j] - self.cost(j);
-        (0..gains.len()).filter(|j| worth(*j) > 0.0).max_by(|a, b| worth(*a).total_cmp(&worth(*b)))
-    }
-
-    /// Add, remove and exchange until no single change lowers the score; at most so many members.
-    pub fn improve(&self, mut set: Vec<usize>, most: usize) -> Vec<usize> {
-        /// A change that gains less is none: it must not run in circles.
-        const LEAST: f64 = 1e-6;
-        for _ in 0..200 {
-            let now = self.score(&set);
-            let mut best: Option<(f64, Vec<usize>)> = None;
-            let mut keep = |set: Vec<usize>, score: f64| {
-                if score < now - LEAST && best.as_ref().is_none_or(|(own, _)| score < *own) {
-                    best = Some((score, set));
-                }
-            };
-            if set.len() < most
-                && let Some(j) = self.best_addition(&set)
-            {
-                let mut more = set.clone();
-                more.push(j);
-                let score = self.score(&more);
-                keep(more, score);
-            }
-            for place in 0..set.len() {
-                let mut fewer = set.clone();
-                fewer.remove(place);
-                let score = self.score(&fewer);
-                if let Some(j) = self.best_addition(&fewer) {
-                    let mut other = fewer.clone();
-                    other.insert(place, j);
-                    let score = self.score(&other);
-                    keep(other, score);
-                }
-                keep(fewer, score);
-            }
-            match best {
-                Some((_, better)) => set = better,
-                None => break,
-            }
-        }
-        set
-    }
-
     /// Columns that could stand in the place of a member, and how much worse they fit; at most `excess`.
     pub fn rivals(&self, set: &[usize], place: usize, excess: f64) -> Vec<(usize, f64, bool)> {
         let Some(own) = set.get(place) else { return Vec::new() };
@@ -195,7 +124,7 @@ impl Products {
         let gains = self.gains(&others, &solved);
         let found = gains.iter().enumerate().filter(|(j, _)| j != own && !set.contains(j));
         let found = found.map(|(j, gain)| (j, solved.rss - gain - with.rss));
-        let near = found.filter(|(j, worse)| *worse <= excess && self.plausibility_penalty[*j].is_finite());
+        let near = found.filter(|(j, worse)| *worse <= excess && self.product(*j, *j) > 0.0);
         near.map(|(j, worse)| (j, worse, self.product(*own, j).abs() > 1.0 - 1e-6)).collect()
     }
 
@@ -212,9 +141,7 @@ impl Products {
             let along: Vec<f64> = others.iter().map(|k| self.product(*k, *j)).collect();
             let taken: Vec<f64> = solved.inverse.iter().map(|row| dot(row, &along)).collect();
             let left = own - dot(&along, &taken);
-            let usable = own > 0.0
-                && left > INDEPENDENT * own
-                && self.plausibility_penalty.get(*j).is_some_and(|h| h.is_finite());
+            let usable = own > 0.0 && left > INDEPENDENT * own;
             let score = self.along.get(*j)? - dot(&along, &solved.values);
             usable.then(|| (*j, along, taken, left.sqrt(), score / left.sqrt()))
         };
@@ -243,12 +170,6 @@ impl Products {
 /// `z^2` beyond which the best of so many columns is no chance: `2 (1 - Phi(z)) count = significance`.
 pub(super) fn penalty(significance: f64, count: usize) -> f64 {
     let tail = 0.5 * significance / count.max(1) as f64;
-    let (mut low, mut high) = (0.0, 40.0);
-    for _ in 0..80 {
-        let middle = 0.5 * (low + high);
-        // beyond all numbers: nothing
-        let beyond = normal_survival(middle).unwrap_or_default();
-        if beyond > tail { low = middle } else { high = middle }
-    }
-    low * low
+    // at a significance of zero, beyond all numbers
+    normal_quantile(tail).map_or(f64::INFINITY, |z| z * z)
 }
