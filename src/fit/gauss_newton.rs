@@ -241,7 +241,13 @@ impl Trip<'_> {
             let coupling = starts::follow(campaign, &design, *k, true, settings)?;
             starts::hold(&mut design, &coupling);
         }
-        let step = step::solve(campaign, &design, settings)?;
+        let mut step = step::solve(campaign, &design, settings)?;
+        // on the way scales follow the steps, and may stay where they were far away: what is solved here leads on then
+        while stop == Some(Stop::Settled) && moves(&step) && walk.iterations.len() < settings.iterations {
+            let first = Linear::after(campaign, &design, step);
+            (design, stop) = walk.go(design, first)?;
+            step = step::solve(campaign, &design, settings)?;
+        }
         // nothing else ended the walk
         let stop = match stop.unwrap_or(Stop::Stalled) {
             Stop::Settled if !step.settled => Stop::Unsettled,
@@ -250,6 +256,18 @@ impl Trip<'_> {
         let held = walk.couplings.iter().map(|own| own.unknown).filter(|k| walk.holds && !unseen.contains(k)).collect();
         Ok(Found { design, step, stop, iterations: walk.iterations, held, weak: too_weak, judged_at })
     }
+}
+
+/// Does a step with scales of its own move an estimate by more than [`ROUNDING`] of its uncertainty?
+fn moves(step: &Step) -> bool {
+    let several = step.scattered.is_none() && step.estimate.group_iterations > 0;
+    let variance = |k: usize| if k < step.noise.covariance.nrows() { step.noise.covariance[(k, k)] } else { 0.0 };
+    several
+        && step
+            .change
+            .iter()
+            .enumerate()
+            .any(|(k, dx)| variance(k) > 0.0 && dx * dx > ROUNDING * ROUNDING * variance(k))
 }
 
 impl Found {

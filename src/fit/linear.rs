@@ -77,6 +77,13 @@ impl Linear {
         })
     }
 
+    /// What a step at this design was, to go on from it.
+    pub fn after(campaign: &Campaign, design: &DesignMatrix, step: Step) -> Self {
+        let least = rounding(campaign, design, &step.system);
+        let scales = step.estimate.group_scale.iter().map(|scale| scale.unwrap_or(1.0)).collect();
+        Linear { least, scales, ..Linear::from(step) }
+    }
+
     /// Norm of the step's effect on the weighted predictions, `|J dx / u|`.
     pub fn length(&self) -> f64 {
         let moved: Vec<f64> = self.system.observed.iter().zip(&self.residuals).map(|(y, v)| y - v).collect();

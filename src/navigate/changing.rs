@@ -136,15 +136,16 @@ impl Columns {
 
     /// The same of a record in fewer rows.
     pub(super) fn shortened(&self, short: &Shortened) -> Columns {
-        let run = |(own, measured): (&Run, &measured::Run)| Run {
+        let vectors = |own: &[Vector]| own.iter().sum::<Vector>() / own.len() as f64;
+        let run = |(k, (own, measured)): (usize, (&Run, &measured::Run))| Run {
             rows: measured.rows.iter().map(|row| (row.time, row.value.map(|v| v.is_some()))).collect(),
-            at_rows: short.middle(&own.at_rows),
+            at_rows: short.means(k, &own.at_rows, Instant::mean),
             grid: own.grid.clone(),
             carried: own.carried.clone(),
-            psi: short.middle(&own.psi),
-            carried_to_rows: own.carried_to_rows.iter().map(|own| short.middle(own)).collect(),
+            psi: short.means(k, &own.psi, |own| own.iter().sum::<Matrix>() / own.len() as f64),
+            carried_to_rows: own.carried_to_rows.iter().map(|own| short.means(k, own, vectors)).collect(),
         };
-        let runs = self.runs.iter().zip(&short.measured.runs).map(run).collect();
+        let runs = self.runs.iter().zip(&short.measured.runs).enumerate().map(run).collect();
         let walks = Walks { instants: short.instants(&self.walks.instants), biases: self.walks.biases };
         Columns { runs, walks, sources: self.sources.clone() }
     }

@@ -3,7 +3,9 @@
 use super::cause::{Cause, Change};
 use super::products::INDEPENDENT;
 use super::refine::{State, Walk};
+use super::weighed::Weighed;
 use crate::linear::{dot, project};
+use std::rc::Rc;
 
 /// Trials on each side of a time, on each of so many levels.
 const PARTS: i32 = 8;
@@ -44,7 +46,8 @@ impl By {
         match self {
             By::Shift(most) => time + share * most,
             By::Factor(most) => time * (share * most).exp(),
-            By::HalfWave(last) => 1.0 / (1.0 / time + share * 0.5 / last),
+            // what is longer than the run is no wave that it shows
+            By::HalfWave(last) => (1.0 / (1.0 / time + share * 0.5 / last).max(f64::MIN_POSITIVE)).min(last),
         }
     }
 }
@@ -58,7 +61,16 @@ impl Walk<'_> {
         });
         let spacing = steps.fold(f64::INFINITY, f64::min);
         let last = self.last();
-        let rows = self.weighed(&state.out);
+        if !set.iter().any(Cause::is_course) {
+            return false;
+        }
+        // in all rows: a time is known better than a row of fewer is long
+        let mut rows = self.weighed(&state.out);
+        if rows.short.is_short() {
+            rows = Rc::new(Weighed::whole(&self.case, self.u, &state.out));
+        }
+        let shortest =
+            last / rows.short.measured.runs.iter().map(|run| run.rows.len()).max().unwrap_or(1).max(1) as f64;
         let (own, laid) = self.laid(state, &rows);
         let member = |cause: &Cause| state.set.iter().position(|own| own == cause);
         let column = |cause: &Cause| {
@@ -72,7 +84,7 @@ impl Walk<'_> {
                 Cause::Changing(_, Change::Step(time)) | Cause::Reference(_, Some(Change::Step(time))) => {
                     (time, By::Shift(spacing))
                 }
-                Cause::Changing(_, Change::WarmUp(time)) => (time, By::Factor(3f64.ln())),
+                Cause::Changing(_, Change::WarmUp(time)) => (time.max(shortest), By::Factor(3f64.ln())),
                 Cause::Changing(_, Change::Wave { period, .. })
                 | Cause::Reference(_, Some(Change::Wave { period, .. })) => (period, By::HalfWave(last)),
                 _ => continue,
@@ -99,6 +111,10 @@ impl Walk<'_> {
             };
             // the best of its kind with this time
             let try_at = |time: f64| -> Option<(f64, (f64, Cause))> {
+                // what is over between two rows is no course of time that they show
+                if matches!(by, By::Factor(_)) && time < shortest {
+                    return None;
+                }
                 if let By::HalfWave(_) = by {
                     let wave = rows.wave(&kind, time, &others)?;
                     return Some((square - wave.gain, (wave.size, wave.cause)));

@@ -7,7 +7,7 @@ use super::measured::{CHANNELS, Measured, MeasuredRow};
 /// single value, does so over more than a hundredth of the run.
 const VALUES: usize = 1500;
 
-/// Means over consecutive rows of a run, weighted by their uncertainties, each at the row in the middle.
+/// Means over the rows of equal stretches of time, weighted by their uncertainties.
 pub(super) struct Shortened {
     pub measured: Measured,
     pub u: Vec<f64>,
@@ -15,40 +15,62 @@ pub(super) struct Shortened {
     cells: Vec<Vec<usize>>,
     /// Weights of all values.
     weights: Vec<f64>,
-    every: usize,
+    /// For each run how many of its rows each of these rows is the mean of.
+    rows: Vec<Vec<usize>>,
 }
 
 impl Shortened {
     /// `u` holds the standard uncertainty of each value, of those that are left out one beside which all others are nothing.
     pub fn new(measured: &Measured, u: &[f64]) -> Shortened {
-        let every = measured.count().div_ceil(VALUES).max(1);
+        Shortened::of(measured, u, VALUES)
+    }
+
+    /// All rows as they are.
+    pub fn whole(measured: &Measured, u: &[f64]) -> Shortened {
+        Shortened::of(measured, u, usize::MAX)
+    }
+
+    /// Of no more than so many values, about.
+    fn of(measured: &Measured, u: &[f64], most: usize) -> Shortened {
+        let share = measured.count().div_ceil(most).max(1) as f64;
         let mut own = Shortened {
             measured: Measured { runs: Vec::new(), left_out: measured.left_out },
             u: Vec::new(),
             cells: Vec::new(),
             weights: u.iter().map(|u| 1.0 / (u * u)).collect(),
-            every,
+            rows: Vec::new(),
         };
         let mut at = 0..;
         for run in &measured.runs {
-            let mut rows = Vec::new();
-            for chunk in run.rows.chunks(every) {
+            let ends = run.rows.first().zip(run.rows.last()).map_or((0.0, 0.0), |(a, b)| (a.time, b.time));
+            // a stretch that holds `share` rows where they are evenly spaced
+            let stretch = share * (ends.1 - ends.0) / (run.rows.len().max(2) - 1) as f64;
+            let place = |row: &MeasuredRow| ((row.time - ends.0) / stretch * (1.0 + f64::EPSILON)).floor();
+            let (mut rows, mut counts) = (Vec::new(), Vec::new());
+            for chunk in run.rows.chunk_by(|a, b| share > 1.0 && place(a) == place(b)) {
                 let mut cells: [Vec<usize>; CHANNELS] = Default::default();
                 for row in chunk {
                     let present = cells.iter_mut().zip(&row.value).filter(|(_, value)| value.is_some());
                     present.for_each(|(cells, _)| cells.extend(at.next()));
                 }
-                let Some(middle) = chunk.get(chunk.len() / 2) else { continue };
                 let mean = |cells: &Vec<usize>| (!cells.is_empty()).then(|| own.weight(cells).sqrt().recip());
                 let u: [Option<f64>; CHANNELS] = std::array::from_fn(|c| cells.get(c).and_then(mean));
+                let time = chunk.iter().map(|row| row.time).sum::<f64>() / chunk.len() as f64;
                 // the values themselves are among the columns
-                rows.push(MeasuredRow { time: middle.time, value: u.map(|u| u.map(|_| 0.0)), u });
+                rows.push(MeasuredRow { time, value: u.map(|u| u.map(|_| 0.0)), u });
+                counts.push(chunk.len());
                 own.u.extend(u.iter().flatten());
                 own.cells.extend(cells.into_iter().filter(|cells| !cells.is_empty()));
             }
             own.measured.runs.push(super::measured::Run { motion: run.motion, rows });
+            own.rows.push(counts);
         }
         own
+    }
+
+    /// Are there fewer rows than were measured?
+    pub fn is_short(&self) -> bool {
+        self.rows.iter().flatten().any(|count| *count > 1)
     }
 
     fn weight(&self, cells: &[usize]) -> f64 {
@@ -67,14 +89,21 @@ impl Shortened {
         self.cells.iter().map(one).collect()
     }
 
-    /// Of what was made for each row of a run, that of the rows in the middle.
-    pub fn middle<T: Clone>(&self, all: &[T]) -> Vec<T> {
-        all.chunks(self.every).filter_map(|chunk| chunk.get(chunk.len() / 2).cloned()).collect()
+    /// Of what was made for each row of a run, the means.
+    pub fn means<T: Clone>(&self, run: usize, all: &[T], mean: impl Fn(&[T]) -> T) -> Vec<T> {
+        let mut left = all;
+        let mut means = Vec::new();
+        for count in self.rows.get(run).into_iter().flatten() {
+            let Some((chunk, rest)) = left.split_at_checked(*count) else { break };
+            means.push(if let [one] = chunk { one.clone() } else { mean(chunk) });
+            left = rest;
+        }
+        means
     }
 
-    /// The same of all runs.
+    /// The same of what all runs do at their rows.
     pub fn instants(&self, all: &[Vec<Instant>]) -> Vec<Vec<Instant>> {
-        all.iter().map(|run| self.middle(run)).collect()
+        all.iter().enumerate().map(|(run, own)| self.means(run, own, Instant::mean)).collect()
     }
 
     /// Values of which nothing but what is left out is the mean.

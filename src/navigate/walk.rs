@@ -215,7 +215,7 @@ impl<'a> Walk<'a> {
             if out != state.out {
                 state = self.refine(&state.set.clone(), &state.values.clone(), &out)?;
             }
-            let waves = if self.is_complete(&state) { Vec::new() } else { self.likeliest_waves(&state) };
+            let waves = self.likeliest_waves(&state);
             let linear = self.linear(&state, &waves);
             let now = linear.places(&state.set);
             let grown = if careful { (now.len() + 1).min(most) } else { most };
@@ -226,7 +226,11 @@ impl<'a> Walk<'a> {
             let mut set: Vec<Cause> = better.iter().filter_map(|j| linear.causes.get(*j).copied()).collect();
             // such a set can build any pattern: it is none that will be accepted
             if set.iter().filter(|cause| !cause.is_constant()).count() > 2 * self.case.settings.changing {
-                break;
+                if careful {
+                    break;
+                }
+                careful = true;
+                continue;
             }
             let Some(solved) = linear.products.solve(&better) else { break };
             let sized = |(j, x): (&usize, &f64)| linear.norms.get(*j).map_or(0.0, |norm| x / norm);

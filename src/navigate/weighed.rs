@@ -22,16 +22,24 @@ pub(super) struct Weighed {
 
 impl Weighed {
     pub fn new(case: &Case<'_>, u: &[f64], out: &[usize]) -> Weighed {
-        let short = Shortened::new(case.measured, &case.without(u, out));
-        let made = case.columns.shortened(&short);
-        let (raw, columns, out) = (case.raw.clone(), case.columns.clone(), out.to_vec());
-        let mut own = Weighed { raw, columns, out, short, made, unit: Vec::new() };
+        let mut own = Weighed::of_rows(case, Shortened::new(case.measured, &case.without(u, out)), out);
         let unit = |mut column: Vec<f64>| {
             let norm = normalise(&mut column);
             (Rc::new(column), norm)
         };
         own.unit = own.rows(case.raw.iter()).into_iter().map(unit).collect();
         own
+    }
+
+    /// In all rows, without the columns of unit norm: for the few columns of a set.
+    pub fn whole(case: &Case<'_>, u: &[f64], out: &[usize]) -> Weighed {
+        Weighed::of_rows(case, Shortened::whole(case.measured, &case.without(u, out)), out)
+    }
+
+    fn of_rows(case: &Case<'_>, short: Shortened, out: &[usize]) -> Weighed {
+        let made = case.columns.shortened(&short);
+        let (raw, columns, out) = (case.raw.clone(), case.columns.clone(), out.to_vec());
+        Weighed { raw, columns, out, short, made, unit: Vec::new() }
     }
 
     pub fn is_of(&self, case: &Case<'_>, out: &[usize]) -> bool {
