@@ -83,7 +83,7 @@ pub(super) fn bank<'a>(campaign: &Campaign, design: &DesignMatrix, at: impl Into
     // what all sensors have, each with deviations of its own, and what one of several has alone
     let own: Vec<Option<usize>> =
         std::iter::once(None).chain(read.iter().filter(|_| read.len() > 1).map(|s| Some(*s))).collect();
-    let mut add = |follows: Option<String>, factor: Mat<f64>| {
+    let mut add = |(follows, per_mounting): (Option<String>, bool), factor: Mat<f64>| {
         for sensor in &own {
             let felt = |i: usize| sensor.is_none_or(|s| s == rows[i].sensor);
             let among: Vec<usize> = (0..m).filter(|i| felt(*i)).collect();
@@ -106,7 +106,7 @@ pub(super) fn bank<'a>(campaign: &Campaign, design: &DesignMatrix, at: impl Into
                 Some(s) => format!("{what}, of {} alone", campaign.sensor_id(*s)),
                 None => what.clone(),
             };
-            found.push(Kernel { follows: follows.as_ref().map(alone), factor: f, sensor: *sensor });
+            found.push(Kernel { follows: follows.as_ref().map(alone), per_mounting, factor: f, sensor: *sensor });
         }
     };
     let indicator = |g: &(Vec<usize>, usize), x: &dyn Fn(usize) -> f64| {
@@ -114,7 +114,7 @@ pub(super) fn bank<'a>(campaign: &Campaign, design: &DesignMatrix, at: impl Into
     };
     let one = |_: usize| 1.0;
     let named = |what: &str, by_rate: bool| {
-        Some(if by_rate { format!("{what}, in proportion to the rate") } else { what.to_string() })
+        (Some(if by_rate { format!("{what}, in proportion to the rate") } else { what.to_string() }), false)
     };
     // the turning rate of a reading over the largest
     let rate: Vec<f64> = rows.iter().map(|r| states(r).iter().map(|s| s.rate_deg_s()).sum::<f64>()).collect();
@@ -135,7 +135,7 @@ pub(super) fn bank<'a>(campaign: &Campaign, design: &DesignMatrix, at: impl Into
         add(named("the angles", false), indicator(&place, &one));
     }
     if label.1 > 1 && label.0 != place.0 && label.0 != setting.0 && label.1 < m {
-        add(named("the position", false), indicator(&label, &one));
+        add((named("the position", false).0, true), indicator(&label, &one));
     }
     if rates > 1 {
         if place.1 > 1 {
@@ -211,7 +211,7 @@ pub(super) fn bank<'a>(campaign: &Campaign, design: &DesignMatrix, at: impl Into
     }
     // a dense factor: 400 rows bound the work
     if at.stated && m <= 400 {
-        add(None, Mat::from_fn(m, m, |i, j| if i == j { 1.0 / (at.weight[i] * unit[i]) } else { 0.0 }));
+        add((None, false), Mat::from_fn(m, m, |i, j| if i == j { 1.0 / (at.weight[i] * unit[i]) } else { 0.0 }));
     }
     found
 }

@@ -200,6 +200,7 @@ pub(super) fn conclude(
         Unexplained {
             pattern,
             follows,
+            per_mounting: foremost.is_some_and(|(kernel, _)| kernel.per_mounting),
             sd,
             cells,
             nearest: nearest().filter_map(|j| candidates.get(j).cloned()).collect(),

@@ -136,6 +136,8 @@ pub struct Unexplained {
     pub pattern: String,
     /// What readings share that share their deviation: the setting, a joint, a stretch of time; `None` where each has its own.
     pub follows: Option<String>,
+    /// Is that the position: does each mounting deviate by itself?
+    pub per_mounting: bool,
     /// Standard deviation of what is unexplained, in the unit of the first sensor; `None` where the noise is unknown.
     pub sd: Option<f64>,
     /// Mean residual at each distinct state of the joints, the most significant first.

@@ -72,6 +72,7 @@ fn of_noise(
     let own = |kernel: &&Kernel| kernel.sensor == Some(sensor);
     let part = |kernel: &Kernel| Kernel {
         follows: None,
+        per_mounting: kernel.per_mounting,
         factor: Mat::from_fn(rows.len(), kernel.factor.ncols(), |i, j| kernel.factor[(rows[i], j)]),
         sensor: kernel.sensor,
     };

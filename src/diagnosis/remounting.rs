@@ -72,6 +72,11 @@ pub(super) fn found(
         return Ok(first);
     }
     let Some(source) = sources.iter().find(|own| own.name == *best) else { return Ok(first) };
+    // where something else than the mounting is what most probably deviates, a line per mounting would only follow it
+    let is_offset = source.lines.iter().all(|line| matches!(line.of, Deviating::Sensor(_)));
+    if is_offset && first.unexplained.as_ref().is_some_and(|own| !own.per_mounting) {
+        return Ok(first);
+    }
     let mut with = campaign.clone();
     for line in &source.lines {
         with.add_scatter(line.clone())?;

@@ -124,6 +124,8 @@ impl Priors {
 pub(crate) struct Kernel {
     /// What readings share that deviate alike; nothing where each deviates by itself.
     pub follows: Option<String>,
+    /// Is that the position, so that each mounting deviates by itself?
+    pub per_mounting: bool,
     pub factor: Mat<f64>,
     /// The one of several sensors (or channels) that deviates alone.
     pub sensor: Option<usize>,

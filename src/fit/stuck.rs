@@ -57,7 +57,8 @@ pub(crate) fn same(mut values: impl Iterator<Item = f64>) -> Option<f64> {
 /// noise of what is compared with it; a channel that is stuck has none.
 pub(crate) fn is_all(value: f64, residuals: impl Iterator<Item = f64>) -> bool {
     let (squares, count) = residuals.fold((0.0, 0), |(sum, count), v| (sum + v * v, count + 1));
-    quality::is_rounding(squares, count, value.abs())
+    // of readings of zero a solution of other rows leaves the rounding of its rounding
+    quality::is_rounding(squares, count, value.abs().max(f64::EPSILON))
 }
 
 impl Fit {

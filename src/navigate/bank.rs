@@ -48,7 +48,7 @@ pub(super) fn bank(rows: &Weighed, left: &[f64]) -> Vec<Kernel> {
         if trace > 0.0 {
             // of mean variance one
             factor *= faer::Scale((left.len() as f64 / trace).sqrt());
-            found.push(Kernel { follows: None, factor, sensor: None });
+            found.push(Kernel { follows: None, per_mounting: false, factor, sensor: None });
         }
     };
     let scaled = |own: &Wave, length: (bool, f64), by: f64| -> Vec<f64> {
@@ -79,14 +79,14 @@ pub(super) fn bank(rows: &Weighed, left: &[f64]) -> Vec<Kernel> {
     for (channel, _) in &louder {
         add(of(*channel).map(|at| unit(at, 1.0)).collect());
     }
-    // what is slow beside the run, and what walks
+    // what is slow beside the run, what walks, and what forgets at once: white noise of an instrument, which makes an error walk
     let driven: Vec<Vec<Wave>> = ErrorSource::first_order()
         .into_iter()
         .filter(|source| source.kind == Kind::Bias)
         .map(|source| waves.driven_by(&source))
         .collect();
-    let [_, slow, walk, ..] = LENGTHS;
-    for length in [slow, walk] {
+    let [_, slow, walk, _, white] = LENGTHS;
+    for length in [slow, walk, white] {
         let mut all = Vec::new();
         for own in &driven {
             let own: Vec<Vec<f64>> = own.iter().map(|wave| scaled(wave, length, 1.0)).collect();

@@ -23,6 +23,9 @@ const DIFFERENCE: f64 = 30.0;
 /// but standard deviations no smaller than these (rad, m/s, m), beside which the simulation's rounding is nothing.
 const ROUNDED: Channels = [1e-9, 1e-9, 1e-9, 1e-5, 1e-5, 1e-2, 1e-2];
 
+/// Values with neighbours on both sides from which these tell the noise: a variance is then known to a third.
+const FEWEST: usize = 16;
+
 /// One question, and what is common to all passes.
 #[derive(Clone)]
 pub(super) struct Case<'a> {
@@ -163,17 +166,28 @@ impl<'a> Case<'a> {
         self.measured.cells().map(|cell| cell.u.or(of(cell.channel)).unwrap_or(1.0)).collect()
     }
 
-    /// Root mean square of each channel, less the share of degrees of freedom that a fit took.
+    /// The size of the noise of each channel in what a fit left: the root mean square, less the share of degrees of freedom that the fit took; or what
+    /// values differ from the line between their neighbours in time, where that is less: what goes with time is no noise (J. von Neumann, Ann. Math. Stat.
+    /// 12 (1941), 367, with second differences).
     pub fn sizes(&self, values: &[f64], fitted: usize) -> [f64; CHANNELS] {
-        let mut sums = [(0.0, 0.0); CHANNELS];
-        for (value, channel) in values.iter().zip(&self.channel) {
-            sums.get_mut(*channel).into_iter().for_each(|(sum, count)| {
-                *sum += value * value;
-                *count += 1.0;
-            });
+        let mut series: [Vec<(usize, f64, f64)>; CHANNELS] = Default::default();
+        for (cell, value) in self.measured.cells().zip(values) {
+            series.get_mut(cell.channel).into_iter().for_each(|own| own.push((cell.run, cell.time, *value)));
         }
         let kept = 1.0 - (fitted as f64 / self.values.len().max(1) as f64).min(0.9);
-        sums.map(|(sum, count): (f64, f64)| if sum > 0.0 { (sum / (count * kept)).sqrt() } else { 1.0 })
+        series.map(|own| {
+            let mean = |squares: &[f64]| squares.iter().sum::<f64>() / squares.len().max(1) as f64;
+            let whole = mean(&own.iter().map(|(_, _, v)| v * v / kept).collect::<Vec<f64>>());
+            let bend = |three: &[(usize, f64, f64)]| {
+                let [a, b, c] = three else { return None };
+                let share = (b.1 - a.1) / (c.1 - a.1);
+                let off = b.2 - (1.0 - share) * a.2 - share * c.2;
+                (a.0 == c.0 && c.1 > a.1).then(|| off * off / (1.0 + share * share + (1.0 - share) * (1.0 - share)))
+            };
+            let bends: Vec<f64> = own.windows(3).filter_map(bend).collect();
+            let square = if bends.len() < FEWEST { whole } else { whole.min(mean(&bends)) };
+            if square > 0.0 { square.sqrt() } else { 1.0 }
+        })
     }
 
     /// The mission's errors with a change of some causes; those that no mission holds are left out.

@@ -16,14 +16,11 @@ impl Walk<'_> {
     /// The diagnosis of a state; or, where it is not complete, of what stands beside an unexplained rest.
     pub fn conclude(mut self, state: &State, gap: &[f64]) -> Result<NavigationDiagnosis> {
         self.part = (0.9, 1.0);
-        // in a set that leaves noise, too, a name asks for its probability
-        let certain = self.is_complete(state).then(|| self.certain(state));
-        let (state, each) = certain.as_ref().map_or((state, &[][..]), |(state, each)| (state, each.as_slice()));
         let complete = self.is_complete(state);
         let partly = if complete { None } else { self.partly(state) };
         let rest = if complete { 0.0 } else { state.rss };
         let state = partly.as_ref().map_or(state, |own| &own.state);
-        let mut diagnosis = self.concluded(state, gap, complete.then_some(each), partly.as_ref(), rest)?;
+        let mut diagnosis = self.concluded(state, gap, complete.then_some(&state.each), partly.as_ref(), rest)?;
         if !diagnosis.findings.is_empty() {
             diagnosis.gap_steps = self.gap_steps(state, gap);
             diagnosis.refits.0 = self.flights;

@@ -131,7 +131,7 @@ impl Judged {
         let stands = self.score.standing(index);
         let sets = self.posterior.sets.iter().filter(|(_, set)| stands.is_some_and(|own| set.contains(&own)));
         let sum: f64 = sets.map(|(p, _)| p).sum();
-        class.max(sum)
+        class.max(sum).min(1.0)
     }
 
     /// Variance of the coefficient of each member of a set, estimated by least squares with the noise alone, over all that may deviate, less that of the

@@ -11,6 +11,8 @@ use crate::diagnosis::NoiseFrom;
 
 /// Rounds of naming and refining, at most.
 const ROUNDS: usize = 6;
+/// Standard uncertainties from which a value is different from zero, at 95 %.
+const DIFFERENT: f64 = 1.96;
 
 /// A cause that stands beside others and what nothing explains.
 #[derive(Debug, Clone, Copy)]
@@ -58,14 +60,17 @@ impl Walk<'_> {
         }
         self.relinearise(&state);
         let mut before: Vec<Vec<Cause>> = Vec::new();
+        // what is no longer different from zero once its uncertainty has all that deviates
+        let mut untold: Vec<Cause> = Vec::new();
         for _ in 0..ROUNDS {
-            let linear = self.linear(&state, &[]);
+            let linear = self.linear(&state, &self.likeliest_waves(&state));
             let mut judged = self.judge(&linear, &state, Among::Remainders);
             // causes that change in time build any course of time
             let is_course = |j: usize| linear.causes.get(j).is_none_or(Cause::is_course);
             let mut likely = judged.likely(settings.suspected);
             likely.sort_by_key(|(j, _)| *j);
-            let is_named = |(j, p): &(usize, f64)| *p >= settings.probability && !is_course(*j);
+            let is_untold = |j: usize| linear.causes.get(j).is_some_and(|cause| untold.contains(cause));
+            let is_named = |(j, p): &(usize, f64)| *p >= settings.probability && !is_course(*j) && !is_untold(*j);
             let (named, nearest): (Vec<(usize, f64)>, Vec<(usize, f64)>) = likely.into_iter().partition(is_named);
             let set: Vec<usize> = named.iter().map(|(j, _)| *j).collect();
             let causes: Vec<Cause> = set.iter().filter_map(|j| linear.causes.get(*j).copied()).collect();
@@ -82,6 +87,13 @@ impl Walk<'_> {
                     Some(Stands { probability, u: u.hypot(beyond) })
                 });
                 let stands: Vec<Stands> = stands.collect();
+                let each = state.set.iter().zip(&state.values).zip(&stands);
+                let lost: Vec<Cause> =
+                    each.filter(|((_, x), own)| x.abs() < DIFFERENT * own.u).map(|((cause, _), _)| *cause).collect();
+                if !lost.is_empty() {
+                    untold.extend(lost);
+                    continue;
+                }
                 let nearest: Vec<usize> = nearest.iter().map(|(j, _)| *j).collect();
                 let with: Vec<usize> = set.iter().chain(&nearest).copied().collect();
                 let rss = |set: &[usize]| linear.products.solve(set).map(|solved| solved.rss);

@@ -76,13 +76,25 @@ impl Walk<'_> {
         self.case.measured.cells().fold(f64::MIN_POSITIVE, |last, cell| last.max(cell.time))
     }
 
-    /// The waves that take most off, beside a state's set and beside nothing.
+    /// The waves that take most off: beside a state's set, beside nothing, beside what is constant of the set, and beside all of it but one cause, which a
+    /// wave of another period may have called for.
     pub(super) fn likeliest_waves(&self, state: &State) -> Vec<Cause> {
         let rows = self.weighed(&state.out);
         let (own, laid) = self.laid(state, &rows);
-        let mut settings = vec![rows.beside(own, laid.clone())];
+        let with = |keep: &dyn Fn(usize) -> bool| {
+            let kept = own.iter().enumerate().filter(|(k, _)| keep(*k)).map(|(_, column)| column.clone());
+            rows.beside(kept, laid.clone())
+        };
+        let is_constant = |k: usize| state.set.get(k).is_some_and(Cause::is_constant);
+        let mut settings = vec![(with(&|_| true), CANDIDATES)];
         if !state.set.is_empty() {
-            settings.push(rows.beside([], laid));
+            settings.push((with(&|_| false), CANDIDATES));
+        }
+        if (0..own.len()).any(|k| !is_constant(k)) {
+            settings.push((with(&is_constant), CANDIDATES));
+        }
+        if own.len() > 1 {
+            settings.extend((0..own.len()).map(|left| (with(&|k| k != left), 1)));
         }
         let last = self.last();
         // no run, no wave
@@ -97,7 +109,7 @@ impl Walk<'_> {
             for half_waves in LEAST..=most {
                 let period = 2.0 * last / half_waves as f64;
                 let Some(columns) = rows.both(cause, period) else { continue };
-                for (beside, best) in settings.iter().zip(&mut best) {
+                for ((beside, _), best) in settings.iter().zip(&mut best) {
                     let gain = phased(cause, period, columns.clone(), beside).map_or(0.0, |own| own.gain);
                     if best.as_ref().is_none_or(|own| gain > own.0) {
                         *best = Some((gain, period, *cause));
@@ -107,13 +119,13 @@ impl Walk<'_> {
             coarse.iter_mut().zip(best).for_each(|(all, own)| all.extend(own));
         }
         let mut found = Vec::new();
-        for (beside, mut all) in settings.iter().zip(coarse) {
+        for ((beside, count), mut all) in settings.iter().zip(coarse) {
             all.sort_by(|a, b| b.0.total_cmp(&a.0));
             let finest = |(_, period, cause): &(f64, f64, Cause)| {
                 let at = |period: f64| rows.wave(cause, period, beside).map(|own| (-own.gain, own));
                 By::HalfWave(last).finest(*period, at).map(|(_, own)| own)
             };
-            let own = all.iter().take(CANDIDATES).filter_map(finest);
+            let own = all.iter().take(*count).filter_map(finest);
             found.extend(own.filter(|own| !self.case.is_absurd(&own.cause, own.size)).map(|own| own.cause));
         }
         found

@@ -36,6 +36,9 @@ pub(super) struct State {
     /// ln p of its set, and is no set more probable? Before they are judged, minus infinity and no.
     pub value: f64,
     pub stands: bool,
+    /// Of a state that a walk has ended with: the probability of each cause, and is it likelier than not that more than noise is left?
+    pub each: Vec<f64>,
+    pub outside: bool,
 }
 
 /// One look of the walk, for the record.
@@ -168,7 +171,19 @@ impl<'a> Walk<'a> {
             damping = if damping > LEAST_DAMPED { (0.1 * damping).max(least) } else { least };
         }
         let (set, out) = (set.to_vec(), out.to_vec());
-        Some(State { set, values, u, flown, out, rss, settled, value: f64::NEG_INFINITY, stands: false })
+        Some(State {
+            set,
+            values,
+            u,
+            flown,
+            out,
+            rss,
+            settled,
+            value: f64::NEG_INFINITY,
+            stands: false,
+            each: Vec::new(),
+            outside: false,
+        })
     }
 
     /// Values of a set where a gap is far from linear: those of the first rows, where errors have not grown yet, then of twice as many, and

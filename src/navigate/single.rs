@@ -20,8 +20,7 @@ impl Walk<'_> {
         let mut white = [self.case.left(&state.flown.predicted)];
         self.case.weigh(self.u, &[], &mut white);
         let [white] = white;
-        let rows: usize = self.case.measured.runs.iter().map(|run| run.rows.len()).sum();
-        let most = number::count(settings.singles * rows as f64).max(1);
+        let most = self.most();
         let level = settings.single_share * settings.common.significance / white.len().max(1) as f64;
         // a level of zero asks for more than any number
         let far = normal_quantile(1.0 - 0.5 * level).unwrap_or(6.0);
@@ -37,8 +36,12 @@ impl Walk<'_> {
         let mut white = [self.case.left(&state.flown.predicted)];
         self.case.weigh(self.u, &[], &mut white);
         let [white] = white;
-        let rows: usize = self.case.measured.runs.iter().map(|run| run.rows.len()).sum();
-        self.outstanding(&white, number::count(self.case.settings.singles * rows as f64).max(1), false)
+        self.outstanding(&white, self.most(), false)
+    }
+
+    /// Single wrong values at most.
+    fn most(&self) -> usize {
+        number::count(self.case.settings.singles * self.case.values.len() as f64).max(1)
     }
 
     /// The same among weighted values; at most so many. The first and the last of a channel have neighbours on one side only: what is there may be a jump.

@@ -139,7 +139,7 @@ impl<'a> Walk<'a> {
         let gap = self.case.gap(&left, self.u, &state.out, state.set.len());
         let changing = state.set.iter().filter(|cause| !cause.is_constant()).count();
         let settings = &self.case.settings;
-        state.settled && changing <= settings.changing && gap.p.is_none_or(|p| p > settings.whole())
+        state.settled && !state.outside && changing <= settings.changing && gap.p.is_none_or(|p| p > settings.whole())
     }
 
     /// Is a state complete, and no set more probable?
@@ -254,12 +254,7 @@ impl<'a> Walk<'a> {
                 let values: Vec<f64> = set.iter().map(from).collect();
                 self.refine(&set, &values, &state.out)
             });
-            let refined = refined.map(|mut own| {
-                let linear = self.linear(&own, &[]);
-                let mut score = self.judge(&linear, &own, Among::None);
-                own.value = self.value(&mut score, &linear, &own, &linear.places(&own.set));
-                own
-            });
+            let refined = refined.map(|own| self.valued(own));
             match refined.filter(|own| own.value > state.value + GAIN) {
                 Some(own) => state = own,
                 // a change that is none on the full simulation
@@ -273,28 +268,36 @@ impl<'a> Walk<'a> {
                 }
             }
         }
-        Some(state)
+        Some(if self.is_complete(&state) { self.certain(state) } else { state })
     }
 
-    /// A state with only what is probable enough for a name, and the probability of each: the least probable member goes first, and the others are judged
-    /// again without it.
-    pub(super) fn certain(&mut self, state: &State) -> (State, Vec<f64>) {
-        let mut state = state.clone();
+    /// A state with only what is probable enough for a name beside all that may deviate: the least probable member goes first, and the others are judged
+    /// again without it. Where something deviates more probably than not, it has more left than noise.
+    fn certain(&mut self, mut state: State) -> State {
         loop {
-            let linear = self.linear(&state, &[]);
-            let judged = self.judge(&linear, &state, Among::Sets(self.case.settings.causes));
-            let each: Vec<f64> = linear.places(&state.set).into_iter().map(|j| judged.probability(j)).collect();
-            let least = each.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1));
+            let linear = self.linear(&state, &self.likeliest_waves(&state));
+            let judged = self.judge(&linear, &state, Among::Remainders);
+            state.each = linear.places(&state.set).into_iter().map(|j| judged.probability(j)).collect();
+            state.outside = judged.posterior.outside >= self.case.settings.common.suspected;
+            let least = state.each.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1));
             let place = least.filter(|(_, p)| **p < self.case.settings.common.probability).map(|(place, _)| place);
-            let Some(place) = place else { return (state, each) };
+            let Some(place) = place.filter(|_| !state.outside) else { return state };
             let (mut set, mut values, out) = (state.set.clone(), state.values.clone(), state.out.clone());
             set.remove(place);
             values.remove(place);
             match self.refine(&set, &values, &out) {
-                Some(less) => state = less,
-                None => return (state, each),
+                Some(less) => state = State { stands: state.stands, ..self.valued(less) },
+                None => return state,
             }
         }
+    }
+
+    /// A state with its value.
+    fn valued(&self, mut state: State) -> State {
+        let linear = self.linear(&state, &[]);
+        let mut judged = self.judge(&linear, &state, Among::None);
+        state.value = self.value(&mut judged, &linear, &state, &linear.places(&state.set));
+        state
     }
 
     /// ln p of a state with its set, in all rows.

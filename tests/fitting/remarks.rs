@@ -158,3 +158,22 @@ fn the_last_place_is_that_of_the_text() {
         assert_eq!(tumble::fit::resolution([value].into_iter()), written(&[value]), "{value}");
     }
 }
+
+/// A channel that reads nothing but zero is stuck, whatever the channel beside it reads.
+#[test]
+fn a_channel_that_reads_zero_is_stuck() {
+    let readings: Vec<Value> = (0..12)
+        .map(|k: i32| {
+            let (sine, cosine) = f64::from(30 * k).to_radians().sin_cos();
+            json!({ "x": cosine, "y": sine, "A": 0, "B": 0.1 + cosine + 1e-3 * sine + 1e-4 * f64::from(k * k % 7) })
+        })
+        .collect();
+    let campaign = json!({
+        "bench": { "id": "pair", "sensors": { "A": { "model": "a + b*x + m*y" }, "B": { "model": "c + d*x + l*y" } } },
+        "estimate": { "a": {}, "b": {}, "m": {}, "c": {}, "d": {}, "l": {} },
+        "readings": readings
+    });
+    let fit = fitted(&parse(&campaign.to_string()));
+    assert_eq!(fit.stuck(), [("A", 0.0)]);
+    assert!(fit.is_rejected());
+}

@@ -98,14 +98,14 @@ pub fn flown(mission: &Mission, errors: &ImuErrors, times: &[f64]) -> Vec<Channe
     signatures::predicted(mission, &mission.motion, errors, times)
 }
 
-/// A bias that follows a function of time, by steps of 20 s: the response to each piece is a difference of two responses that start then.
+/// A bias that follows a function of time, by steps of 20 s, or of a 500th of a short mission: the response to each piece is a difference of two responses that start then.
 /// (The linear equations of the navigator, integrated with the drive of that time; nothing of the search's own columns.)
 pub fn changing(mission: &Mission, source: &ErrorSource, times: &[f64], f: &dyn Fn(f64) -> f64) -> Vec<Channels> {
     let j = ErrorSource::catalogue().iter().position(|own| own == source).unwrap();
     let first = ErrorSource::all().len();
-    let piece = 20.0;
+    let piece = f64::min(20.0, mission.duration() / 500.0);
     let mut mission = mission.clone();
-    mission.steps_per_row = 2 * (0.5 * piece / mission.step_s) as u64;
+    mission.steps_per_row = 2 * (0.5 * piece / mission.step_s).max(1.0) as u64;
     let piece = mission.steps_per_row as f64 * mission.step_s;
     // what a unit bias adds in each piece: S(t) - Psi(t) Psi(s)^-1 S(s), summed up state by state
     let (mut rows, mut state) = (Vec::new(), nalgebra::SVector::<f64, 7>::zeros());
@@ -485,4 +485,96 @@ fn laws_one_and_three_biases_are_named() {
             table(&format!("biases, {motion}"), name, &outcomes, 0.95);
         }
     }
+}
+
+/// A mission of ten minutes to an hour, at rest in any attitude or with turns and accelerations at any time, and rows at any times.
+fn short_mission(random: &mut Pcg64Mcg) -> (Mission, Vec<f64>) {
+    let duration = (600.0 * 6f64.powf(uniform(random)) / 20.0).round() * 20.0;
+    let heading = (360.0 * uniform(random) - 180.0).to_radians();
+    let motion = if uniform(random) < 0.5 {
+        let tilt = |random: &mut Pcg64Mcg| (60.0 * uniform(random) - 30.0).to_radians();
+        Motion::at_rest(tilt(random), tilt(random), heading)
+    } else {
+        let leg = |duration: f64, acceleration: f64, turn: f64| Leg { duration, acceleration, turn: turn.to_radians() };
+        let first = (0.4 * duration * uniform(random) / 10.0).ceil() * 10.0;
+        let turn = 6.0 * uniform(random) - 3.0;
+        let legs = vec![
+            leg(first, 0.0, 0.0),
+            leg(20.0, 0.1 + 0.4 * uniform(random), 0.0),
+            leg(first, 0.0, 0.0),
+            leg(60.0, 0.0, turn),
+            leg(f64::INFINITY, 0.0, 0.0),
+        ];
+        Motion::legs(Legs { heading, speed: 0.0, legs })
+    };
+    let site =
+        Site { latitude_rad: (120.0 * uniform(random) - 60.0).to_radians(), longitude_rad: 0.3, altitude_m: 0.0 };
+    let mission = Mission::new(site, 0.5, duration, 60.0, motion).unwrap();
+    let mut times: Vec<f64> =
+        (0..25 + (250.0 * uniform(random)) as usize).map(|_| (duration * uniform(random)).round()).collect();
+    times.sort_by(f64::total_cmp);
+    times.dedup();
+    (mission, times)
+}
+
+/// In short missions a bias that goes up and down is named as what it is, or as unexplained, and in most as what it is.
+#[test]
+fn laws_waves_in_short_missions() {
+    let outcomes: Vec<(bool, bool, String)> = (0..trials(16, 200))
+        .into_par_iter()
+        .map(|trial| {
+            let mut random = seed(900 + trial);
+            let (mission, times) = short_mission(&mut random);
+            let ids = ["gyro_bias_x", "gyro_bias_y", "gyro_bias_z", "accelerometer_bias_x", "accelerometer_bias_y"];
+            let id = ids[(5.0 * uniform(&mut random)) as usize];
+            let source = ErrorSource::named(id).unwrap();
+            let period = mission.duration() / (1.0 + 7.0 * uniform(&mut random));
+            let phase = std::f64::consts::TAU * uniform(&mut random);
+            let wave = |time: f64| (std::f64::consts::TAU * time / period + phase).sin();
+            let unit = changing(&mission, &source, &times, &wave);
+            let square: f64 = unit.iter().flat_map(|z| z.iter().zip(U).map(|(v, u)| (v / u) * (v / u))).sum();
+            let size = 3.0 * 20f64.powf(uniform(&mut random)) / (square / (7 * times.len()) as f64).sqrt();
+            let truth: Vec<Channels> = unit.iter().map(|z| z.map(|v| size * v)).collect();
+            let data = measured(&times, &truth, &mut random);
+            let found = diagnose(&mission, &data, &Settings::default()).unwrap();
+            let named = is_named(&found, &format!("{id}:wave"));
+            let text = format!("{} {:?} for {id}:wave({period:.0}), seed {trial}", found.verdict.name(), names(&found));
+            (named, named || found.findings.is_empty(), text)
+        })
+        .collect();
+    let of = |which: fn(&(bool, bool, String)) -> bool| -> Vec<(bool, String)> {
+        outcomes.iter().map(|own| (which(own), own.2.clone())).collect()
+    };
+    table("waves in short missions", "named", &of(|own| own.0), 0.8);
+    table("waves in short missions", "no wrong name", &of(|own| own.1), 0.97);
+}
+
+/// Noise of the reference that goes on from row to row, of the size that is stated, is named as no error of the unit.
+#[test]
+fn laws_correlated_noise_is_no_error() {
+    let outcomes: Vec<(bool, String)> = (0..trials(16, 200))
+        .into_par_iter()
+        .map(|trial| {
+            let mut random = seed(1200 + trial);
+            let (mission, times) = short_mission(&mut random);
+            let share = 0.5 + 0.4 * uniform(&mut random);
+            let mut noise = [0.0; 7];
+            let truth: Vec<Channels> = (0..times.len())
+                .map(|row| {
+                    for (own, u) in noise.iter_mut().zip(U) {
+                        let unit: f64 = StandardNormal.sample(&mut random);
+                        *own = if row == 0 { u * unit } else { share * *own + (1.0 - share * share).sqrt() * u * unit };
+                    }
+                    noise
+                })
+                .collect();
+            let mut data = Measured::default();
+            for (time, value) in times.iter().zip(truth) {
+                data.push(0, MeasuredRow { time: *time, value: value.map(Some), u: U.map(Some) });
+            }
+            let found = diagnose(&mission, &data, &Settings::default()).unwrap();
+            (found.findings.is_empty(), format!("{} {:?}, {share:.2}", found.verdict.name(), names(&found)))
+        })
+        .collect();
+    table("correlated noise", "nothing is named", &outcomes, 0.95);
 }

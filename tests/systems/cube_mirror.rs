@@ -4,6 +4,7 @@ use crate::draws::draws;
 use crate::support::*;
 use tumble::campaign::{Campaign, Role};
 use tumble::compare;
+use tumble::design;
 use tumble::fit::{self, Fit, Settings};
 
 const FOLDER: &str = "examples/12-cube-mirror";
@@ -163,6 +164,24 @@ fn far_starts_converge_or_name_the_inconsistent_sight() {
     }
     println!("{came} of {count} came to the attitude, {named} name the sight");
     assert!(came + named == count);
+}
+
+/// Far from the attitude the scales of the sights that are estimated on the way are those of nothing: they do not keep a solution from being left.
+#[test]
+fn a_steep_attitude_is_reached_from_zero() {
+    let fit = fit::fit(&campaign("tests/data/simulated/cube-mirror-steep.campaign.json"), &exact()).unwrap();
+    let value = |id: &str| fit.parameters.iter().find(|p| p.id == id).and_then(|p| p.value).unwrap();
+    // as drawn, within five of their uncertainties
+    assert!((value("roll") - 187_701.0).abs() < 5.0 && (value("cube") + 5.0).abs() < 5.0, "{}", value("roll"));
+    // what is printed is what the readings were compared with
+    let model = design::Model::new(&fit.campaign).unwrap();
+    let at = design::assemble(&fit.campaign, &model, &fit.point).unwrap().predicted;
+    for (i, (predicted, residual)) in at.iter().zip(&fit.estimate.residuals).enumerate() {
+        let row = &fit.design.rows[i];
+        let read = fit.campaign.readings.rows[row.reading].observations.iter().find(|o| o.sensor == row.sensor);
+        let own = read.unwrap().value - predicted;
+        assert!((own - residual).abs() < 1e-3, "row {i}: {own} for {residual}");
+    }
 }
 
 #[test]

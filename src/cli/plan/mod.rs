@@ -21,6 +21,10 @@ use asked::{criterion_name, extras, find_candidates, noise, point, request, term
 use indicatif::ProgressBar;
 use std::path::Path;
 
+/// Schedules that are sought for effects to be found, each for what the one before asks, at most;
+const ROUNDS: usize = 6;
+/// and the share of an effect's size from which it is large enough: what is foreseen is a mean over few draws of the noise, and no better known.
+const ENOUGH: f64 = 0.97;
 /// With more values than this, what a diagnosis could find is not foreseen.
 const MOST_FORESEEN: usize = 100_000;
 
@@ -113,7 +117,36 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
                 goals.retain(|other| other.id != goal.id);
                 goals.push(goal);
             }
-            reached = Some(plan::reach(&campaign, &offer, &request, &goals, arguments.cheapest).map_err(located)?);
+            let mut found = plan::reach(&campaign, &offer, &request, &goals, arguments.cheapest).map_err(located)?;
+            // how large an effect must be against its u depends on what else such readings may show: on the schedule that was found
+            for _ in 0..ROUNDS {
+                let Some(bare) = without.as_ref().filter(|_| found.reached) else { break };
+                let Some(foreseen) = foresee(&bare.with_readings(found.improvement.schedule.readings.clone()))? else {
+                    break;
+                };
+                let at_power = foreseen.rule.size_for(arguments.power) / foreseen.rule.noncentrality;
+                let mut tighter = false;
+                for extra in extras.iter() {
+                    let own = |p: &&diagnosis::Prospect| {
+                        let sensor = p.effect.sensor.zip(extra.term.sensor);
+                        p.effect.kind == extra.term.regressor && sensor.is_none_or(|(own, asked)| own == asked)
+                    };
+                    let minimal = foreseen.prospects.iter().find(own).and_then(|prospect| prospect.minimal);
+                    let Some((size, minimal)) = extra.size.zip(minimal) else { continue };
+                    let Some(find) = finds.iter_mut().find(|find| find.effect == extra.regressor) else { continue };
+                    let share = size / (minimal * at_power);
+                    if share < ENOUGH {
+                        find.u *= share;
+                        tighter = true;
+                        goals.iter_mut().filter(|goal| goal.id == find.coefficient).for_each(|goal| goal.u = find.u);
+                    }
+                }
+                if !tighter {
+                    break;
+                }
+                found = plan::reach(&campaign, &offer, &request, &goals, arguments.cheapest).map_err(located)?;
+            }
+            reached = Some(found);
         }
         candidates = Some(offer.candidates);
     }
