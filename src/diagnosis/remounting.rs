@@ -4,7 +4,7 @@
 //! LR = deviance(noise) - deviance(noise + line per position),    P(LR > x) = P(chi2_1 > x) / 2        S. G. Self, K.-Y. Liang, JASA 82 (1987), 605
 //! ```
 //!
-//! Both deviances are of the restricted likelihood beside an offset for every setting of the angles: only settings that were mounted more than
+//! Both deviances are of the restricted likelihood beside an offset and a scale of the rate for every setting of the angles: only settings that were mounted more than
 //! once tell what a mounting does. Where each setting was mounted once, a scatter of positions and an unknown pattern of the settings are one,
 //! and neither is named.
 
@@ -222,26 +222,28 @@ fn ranked(campaign: &Campaign, sources: &[Source], design: &DesignMatrix) -> Res
     gains(campaign, sources, design, &system(campaign, design, &[])?)
 }
 
-/// The same with an offset for each sensor at each setting of the angles, as far as that was mounted more than once or not.
+/// The same with an offset and a scale of the rate for each sensor at each setting of the angles: an unknown pattern of the settings, or one in proportion to
+/// the rate.
 fn ranked_beside_settings(
     campaign: &Campaign,
     sources: &[Source],
     design: &DesignMatrix,
 ) -> Result<Vec<(f64, String, String)>> {
-    let mut groups: HashMap<(usize, Vec<u64>), Vec<f64>> = HashMap::new();
+    let mut groups: HashMap<(usize, Vec<u64>), [Vec<f64>; 2]> = HashMap::new();
     let mut order: Vec<(usize, Vec<u64>)> = Vec::new();
     for (i, origin) in design.rows.iter().enumerate() {
         let joints = campaign.readings.rows.get(origin.reading).map_or(&[][..], |r| r.joints.as_slice());
         let key = (origin.sensor, held(joints));
-        let column = groups.entry(key.clone()).or_insert_with(|| {
+        let columns = groups.entry(key.clone()).or_insert_with(|| {
             order.push(key);
-            vec![0.0; design.rows.len()]
+            [vec![0.0; design.rows.len()], vec![0.0; design.rows.len()]]
         });
-        if let Some(slot) = column.get_mut(i) {
-            *slot = 1.0;
+        let rate: f64 = joints.iter().map(JointState::rate_deg_s).sum();
+        for (column, value) in columns.iter_mut().zip([1.0, rate]) {
+            column.get_mut(i).into_iter().for_each(|slot| *slot = value);
         }
     }
-    let columns: Vec<Vec<f64>> = order.iter().filter_map(|key| groups.remove(key)).collect();
+    let columns: Vec<Vec<f64>> = order.iter().filter_map(|key| groups.remove(key)).flatten().collect();
     gains(campaign, sources, design, &system(campaign, design, &columns)?)
 }
 
