@@ -121,6 +121,21 @@ impl<T> Parts<T> for [T] {
     }
 }
 
+/// How many numbers are looked at together where what is rare is looked for.
+pub(crate) const TOGETHER: usize = 64;
+
+/// The place of the first number that is odd. What is rare is looked for in many numbers at a time, without a decision for each.
+pub(crate) fn first_odd(values: &[f64], is_odd: impl Fn(f64) -> bool) -> Option<usize> {
+    let mut before = 0;
+    for part in values.chunks(TOGETHER) {
+        if part.iter().fold(false, |any, v| any | is_odd(*v)) {
+            return part.iter().position(|v| is_odd(*v)).map(|k| before + k);
+        }
+        before += part.len();
+    }
+    None
+}
+
 /// Parts of a text by a range that lies within it, from one character's edge to another's.
 pub(crate) trait TextPart {
     /// The characters of `range`; none if it is not within the text.

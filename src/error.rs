@@ -37,6 +37,8 @@ pub struct Place {
     pub line: usize,
     /// Column in characters, counted from 1; 0 where it is not known.
     pub column: usize,
+    /// Characters from there on that are meant; 0 where that is not known.
+    pub width: usize,
     /// Bytes from the start of the text, and how many bytes the caret underlines.
     pub span: Option<(usize, usize)>,
 }
@@ -134,11 +136,18 @@ impl Malformed {
         self
     }
 
-    /// Line and column, counted from 1.
+    /// Line and column, counted from 1; the column is 0 where it is not known.
     pub fn at_line(mut self, line: usize, column: usize) -> Self {
         self.0.place.line = line;
         self.0.place.column = column;
         self
+    }
+
+    /// A cell of a table: its line, its first character in that line, and how many it has.
+    pub(crate) fn at_cell(self, line: usize, (column, width): (usize, usize)) -> Self {
+        let mut own = self.at_line(line, column);
+        own.0.place.width = width;
+        own
     }
 
     /// What sort of fault this is.
@@ -178,11 +187,18 @@ impl fmt::Display for Malformed {
         if !file.is_empty() {
             write!(f, "{file}")?;
             if *line > 0 {
-                write!(f, ":{line}:{column}")?;
+                write!(f, ":{line}")?;
+            }
+            if *column > 0 {
+                write!(f, ":{column}")?;
             }
             write!(f, ": ")?;
         } else if *line > 0 {
-            write!(f, "line {line}, column {column}: ")?;
+            write!(f, "line {line}")?;
+            if *column > 0 {
+                write!(f, ", column {column}")?;
+            }
+            write!(f, ": ")?;
         }
         write!(f, "{}", self.0.what)?;
         if !path.is_empty() {

@@ -691,7 +691,8 @@ error-expected = expected { $text }
 error-option = option { $text }
 error-found = found { $text }
 error-in = in { $file }
-error-line = , line { $line }, column { $column }
+error-line = , line { $line }
+error-column = , column { $column }
 error-at = at { $path }
 
 # plan, foresight, navigate, reduce, noise

@@ -646,7 +646,8 @@ error-expected = 应为：{ $text }
 error-option = 选项：{ $text }
 error-found = 实际为：{ $text }
 error-in = 文件 { $file }
-error-line = ，第 { $line } 行，第 { $column } 列
+error-line = ，第 { $line } 行
+error-column = ，第 { $column } 列
 error-at = 位于 { $path }
 
 # plan、foresight、navigate、reduce、noise

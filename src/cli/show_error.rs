@@ -2,7 +2,7 @@
 
 use crate::document::wrap;
 use crate::elements::TextPart;
-use crate::error::Malformed;
+use crate::error::{Malformed, Place};
 use crate::language::say;
 use std::path::Path;
 
@@ -33,6 +33,15 @@ fn render(error: &Malformed, colour: bool) -> String {
 
 fn rendered(error: &Malformed, colour: bool, text: Option<&str>) -> String {
     let (place, lang) = (error.place(), super::session::language());
+    let read = if text.is_none() && (place.span.is_some() || place.line > 0) { quoted(&place.file) } else { None };
+    let text = text.or(read.as_deref());
+    // of a column of a table the cell in that line
+    let (column, width) = match place {
+        Place { column: 0, line: 1.., path, .. } if !path.is_empty() => {
+            text.and_then(|text| crate::record::cell_of(text, place.line, path)).unwrap_or_default()
+        }
+        Place { column, width, .. } => (*column, *width),
+    };
     let mut help = String::new();
     if let Some(expected) = error.expectation() {
         help.push_str(&say!(lang, "error-expected", text = readable(&lang.name(expected))));
@@ -51,24 +60,27 @@ fn rendered(error: &Malformed, colour: bool, text: Option<&str>) -> String {
     if !place.file.is_empty() {
         message.push_str(&format!("\n  {}", say!(lang, "error-in", file = readable(&place.file))));
         if place.line > 0 {
-            let [line, column] = [place.line, place.column].map(|n| n.to_string());
-            message.push_str(&say!(lang, "error-line", line, column));
+            message.push_str(&say!(lang, "error-line", line = place.line.to_string()));
+        }
+        if column > 0 {
+            message.push_str(&say!(lang, "error-column", column = column.to_string()));
         }
     }
     if !place.path.is_empty() {
         message.push_str(&format!("\n  {}", say!(lang, "error-at", path = readable(&place.path))));
     }
     let excerpt = || {
-        if place.span.is_none() && place.line == 0 {
-            return None;
-        }
-        let read = if text.is_none() { quoted(&place.file) } else { None };
-        let text = text.or(read.as_deref())?;
-        // a row of a table has its line alone
+        let text = text?;
         let of_line = || {
             let before: usize = text.split_inclusive('\n').take(place.line.checked_sub(1)?).map(str::len).sum();
             let line = text.get(before..)?.lines().next()?;
-            (!line.is_empty()).then_some((before, line.len()))
+            let place = |character: usize| line.char_indices().nth(character).map_or(line.len(), |(at, _)| at);
+            // a row has its line alone
+            let (start, end) = match width {
+                0 => (0, line.len()),
+                _ => (place(column.saturating_sub(1)), place(column.saturating_sub(1) + width)),
+            };
+            (end > start).then_some((before + start, end - start))
         };
         let (start, len) = place.span.or_else(of_line)?;
         Excerpt::around(text, &place.file, start, len)

@@ -133,8 +133,8 @@ pub struct Clock {
     factor: Option<f64>,
     /// Does the column say no unit? Then its times do.
     bare: bool,
-    /// The unit that was taken, where the column does not say it and it could be another.
-    taken: Option<&'static str>,
+    /// Which unit was taken, where the column does not say it and it could be another.
+    taken: Option<String>,
     /// Resolution of the times, where several rows have one time: their step; else 0.
     tick: f64,
     /// By how much the last step was shorter than usual, s, where it was a short one: the next may be longer by that.
@@ -261,13 +261,11 @@ impl Clock {
                 .in_file(&self.file));
         }
         if std::mem::take(&mut self.bare)
-            && let Some((name, seconds)) = unit_of(times)
+            && let Some(unit) = unit_of(times)
         {
-            self.learn(times, seconds);
-            // steps of a second and more, were they of milliseconds, would be those of a logger as well
-            let is_sure = self.step < 1.0 || times.first().is_some_and(|first| SINCE_1970.contains(first));
-            self.taken = (seconds != 1.0 || !is_sure).then_some(name);
-            self.factor = Some(seconds);
+            self.learn(times, unit.seconds);
+            self.taken = unit.said(&self.title, self.step);
+            self.factor = Some(unit.seconds);
         }
         let factor = self.factor.unwrap_or(1.0);
         if self.step == 0.0 {
@@ -437,15 +435,7 @@ impl Clock {
         let of = |kind: JumpKind| self.jumps.iter().filter(move |jump| jump.kind == kind);
         let s = |n: u64| if n == 1 { "" } else { "s" };
         let [back, gaps, short] = self.counts;
-        if let Some(unit) = self.taken {
-            notes.push(match unit {
-                "s" => format!(
-                    "'{}' has no unit and is read as seconds, with steps of {}; a title such as time_ms says another unit",
-                    self.title, self.step
-                ),
-                _ => format!("'{}' has no unit; its steps are those of a logger in {unit}, and it is read so", self.title),
-            });
-        }
+        notes.extend(self.taken.clone());
         if self.tick > 0.0 {
             notes.push(format!(
                 "several rows have one time in '{}', whose steps are {:.6} s; samples are taken as equally spaced",
@@ -487,11 +477,39 @@ const SINCE_1970: std::ops::Range<f64> = 1e9..4.2e9;
 /// Days of spreadsheets (since the end of 1899) and of MATLAB (since the year 0), from 2000 to 2100.
 const DAYS: [std::ops::Range<f64>; 2] = [36_526.0..73_051.0, 730_486.0..767_011.0];
 
-/// The unit of times that say none, and its seconds; `None` where fewer than two are there.
+/// The unit of times that say none.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Unsaid {
+    name: &'static str,
+    /// Its seconds.
+    pub seconds: f64,
+    /// The median step of the times, s.
+    pub step: f64,
+    first: f64,
+}
+
+impl Unsaid {
+    /// That it was taken, where it could be another one.
+    pub fn said(&self, title: &str, step: f64) -> Option<String> {
+        // steps of a second and more, were they of milliseconds, would be those of a logger as well
+        let is_sure = step < 1.0 || SINCE_1970.contains(&self.first);
+        match self.name {
+            "s" if is_sure => None,
+            "s" => Some(format!(
+                "'{title}' has no unit and is read as seconds, with steps of {step}; a title such as time_ms says another unit"
+            )),
+            unit => {
+                Some(format!("'{title}' has no unit; its steps are those of a logger in {unit}, and it is read so"))
+            }
+        }
+    }
+}
+
+/// The unit of times that say none; `None` where fewer than two are there.
 ///
 /// Unix time tells its unit by its size, from 2001 to 2103; days do where as seconds they would be those of more than 10,000 samples a second. Of other
 /// times a step of 1000 s and more is none of a logger of inertial sensors: below 10^6 it is counted in microseconds, above in nanoseconds.
-pub(crate) fn unit_of(times: &[f64]) -> Option<(&'static str, f64)> {
+pub(crate) fn unit_of(times: &[f64]) -> Option<Unsaid> {
     const UNITS: [(&str, f64); 4] = [("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)];
     const SLOW: f64 = 1e3;
     const FAST: f64 = 1e-4;
@@ -500,9 +518,10 @@ pub(crate) fn unit_of(times: &[f64]) -> Option<(&'static str, f64)> {
     steps.retain(|step| *step > 0.0);
     let middle = steps.len() / 2;
     let (_, median, _) = (!steps.is_empty()).then(|| steps.select_nth_unstable_by(middle, f64::total_cmp))?;
+    let of = |(name, seconds): (&'static str, f64)| Unsaid { name, seconds, step: *median * seconds, first };
     let unix = |(_, seconds): &&(&str, f64)| SINCE_1970.contains(&(first * seconds)) && *median * seconds < SLOW;
     if *median < FAST && DAYS.iter().any(|days| days.contains(&first)) {
-        return Some(("days", 86_400.0));
+        return Some(of(("days", 86_400.0)));
     }
     let [second, _, micro, nano] = UNITS;
     let by_steps = if *median < SLOW {
@@ -512,7 +531,7 @@ pub(crate) fn unit_of(times: &[f64]) -> Option<(&'static str, f64)> {
     } else {
         nano
     };
-    Some(UNITS.iter().find(unix).copied().unwrap_or(by_steps))
+    Some(of(UNITS.iter().find(unix).copied().unwrap_or(by_steps)))
 }
 
 /// Is it a date and a time written together, `20261120091403`?

@@ -1,5 +1,6 @@
 //! Parquet in blocks: the selected columns of one row group after the other.
 
+use super::columnar_arrow;
 use super::columnar_labels::{self, Pages};
 use super::guard::guarded;
 use super::times::Times;
@@ -47,7 +48,7 @@ enum Meaning {
     Decimal(i32),
     /// Floating point in two bytes.
     Half,
-    /// Instants or times of day, in seconds each; `true` for instants.
+    /// Instants, or times of day and durations, in seconds each; `true` for instants.
     Time(f64, bool),
     /// Days since 1970.
     Date,
@@ -254,7 +255,18 @@ impl Columnar {
     fn opened(name: &str, file: File) -> Result<Self> {
         let reader = SerializedFileReader::new(file).map_err(|error| fault(name, &error))?;
         let schema = reader.metadata().file_metadata().schema_descr();
-        let meanings: Vec<Meaning> = schema.columns().iter().map(|column| Meaning::of(column)).collect();
+        let written = reader.metadata().file_metadata().key_value_metadata();
+        let arrow =
+            written.into_iter().flatten().find(|own| own.key == "ARROW:schema").and_then(|own| own.value.as_ref());
+        let durations = arrow.map(|schema| columnar_arrow::durations(schema)).unwrap_or_default();
+        let meaning = |column: &ColumnDescriptor| match Meaning::of(column) {
+            Meaning::Plain => match durations.get(&column.path().string()) {
+                Some(seconds) => Meaning::Time(*seconds, false),
+                None => Meaning::Plain,
+            },
+            other => other,
+        };
+        let meanings: Vec<Meaning> = schema.columns().iter().map(|column| meaning(column)).collect();
         let titled = schema.columns().iter().map(|c| Column::titled(&c.path().string()));
         // times of these types are seconds here
         let in_seconds = |own: &Meaning| matches!(own, Meaning::Time(..) | Meaning::Date);

@@ -1,6 +1,6 @@
 //! A table of text in blocks: each cell is read once, where it stands.
 
-use super::dialect::{Line, is_blank, is_remark, row_end, written_cells};
+use super::dialect::{Line, cell_place, is_blank, is_remark, row_end, written_cells};
 use super::number::{leading, number};
 use super::times::{Times, WrittenTimes};
 use super::{As, Block, Dialect, Labels, RAGGED, UNREADABLE, text, text_cell};
@@ -10,7 +10,7 @@ use std::collections::HashMap;
 use std::io::{BufRead, Read};
 
 /// How much of a table its dialect is taken from; more where its first lines are longer.
-const HEAD: usize = 1 << 16;
+pub(super) const HEAD: usize = 1 << 16;
 /// Lines that it takes at least.
 const LINES: usize = 8;
 /// How much is read at a time.
@@ -198,7 +198,7 @@ impl Delimited {
         match read {
             Ok(n) => self.ended = (n as u64) < most,
             Err(error) => {
-                return Err(text::broken(&self.name, &error).at_line(crate::number::index(self.line) + 1, 1));
+                return Err(text::broken(&self.name, &error).at_line(crate::number::index(self.line) + 1, 0));
             }
         }
         if self.buffer.len() > 64 * CHUNK {
@@ -252,13 +252,24 @@ impl Delimited {
             while text.get(at) == Some(&b' ') {
                 at += 1;
             }
-            match wanted {
-                Some((place, As::Number | As::Cell)) => {
-                    let (value, length) = leading(text.get(at..)?, mark)?;
+            let ahead = match wanted {
+                Some((_, As::Number | As::Cell | As::Time)) => leading(text.get(at..)?, mark),
+                _ => None,
+            };
+            match (wanted, ahead) {
+                (Some((place, As::Number | As::Cell)), ahead) => {
+                    let (value, length) = ahead?;
                     block.columns.get_mut(*place)?.push(value);
                     at += length;
                 }
-                Some((place, As::Label | As::Time | As::Mixed | As::Written)) => {
+                // a time that is a number
+                (Some((place, As::Time)), Some((value, length)))
+                    if text.get(at + length).is_some_and(|b| *b == delimiter || matches!(*b, b'\n' | b'\r')) =>
+                {
+                    block.columns.get_mut(*place)?.push(value);
+                    at += length;
+                }
+                (Some((place, As::Label | As::Time | As::Mixed | As::Written)), _) => {
                     let rest = text.get(at..)?;
                     let length = rest.iter().position(|b| *b == delimiter || matches!(*b, b'\n' | b'"'))?;
                     let cell = rest.get(..length)?;
@@ -281,7 +292,7 @@ impl Delimited {
                     block.columns.get_mut(*place)?.push(value);
                     at += length;
                 }
-                None => {
+                (None, _) => {
                     let rest = text.get(at..)?;
                     let length = rest.iter().position(|b| *b == delimiter || matches!(*b, b'\n' | b'"'))?;
                     if rest.get(length) == Some(&b'"') || rest.first() == Some(&b'#') {
@@ -349,7 +360,7 @@ impl Delimited {
             return Err(Malformed::new(Fault::Syntax, "a row has another number of cells than the rows before it")
                 .expected(format!("{width} cells"))
                 .found(format!("{} cells", found.len()))
-                .at_line(crate::number::index(self.line), 1)
+                .at_line(crate::number::index(self.line), 0)
                 .in_file(&self.name));
         }
         let mut values = vec![if is_ragged { RAGGED } else { 0.0 }; self.selected];
@@ -359,12 +370,12 @@ impl Delimited {
             let value = match kind {
                 As::Label => self.labels.trimmed(&written_cell),
                 _ if is_ragged => continue,
-                As::Number => number(cell, mark).ok_or_else(|| self.no_number(k, cell))?,
+                As::Number => number(cell, mark).ok_or_else(|| self.no_number(k, cell, line))?,
                 As::Mixed => mixed(&mut self.labels, cell, mark),
                 As::Written => written(&mut block.written, cell, mark),
                 As::Time => match number(cell, mark) {
                     Some(value) => value,
-                    None => self.times.seconds(cell).ok_or_else(|| self.no_time(k, cell))?,
+                    None => self.times.seconds(cell).ok_or_else(|| self.no_time(k, cell, line))?,
                 },
                 As::Cell => match number(cell, mark) {
                     // an empty cell says that nothing was read; a word for it is no number
@@ -386,23 +397,29 @@ impl Delimited {
         Ok(())
     }
 
-    fn no_time(&self, column: usize, cell: &[u8]) -> Malformed {
-        self.no_number(column, cell)
+    fn no_time(&self, column: usize, cell: &[u8], row: &[u8]) -> Malformed {
+        self.unread(column, cell, row, "a time")
             .expected("a number, or a time such as 2026-11-20T09:14:03.25, 20.11.2026 09:14:03 or 14:03:01.25 (of 05/11/2026 either number may be the day: two such dates that differ in one number show it)")
     }
 
-    fn no_number(&self, column: usize, cell: &[u8]) -> Malformed {
-        let title = self.dialect.columns.get(column).map_or("", |c| c.title.as_str());
+    fn no_number(&self, column: usize, cell: &[u8], row: &[u8]) -> Malformed {
         let other = if self.dialect.mark == b',' { b'.' } else { b',' };
         let swapped = number(cell, other).is_some_and(f64::is_finite);
-        Malformed::new(Fault::Value, format!("'{title}' is not a number"))
-            .expected(if swapped {
-                format!("a number with the decimal mark '{}', as in the rows before", char::from(self.dialect.mark))
-            } else {
-                "a number; an empty cell or NaN where nothing was read".into()
-            })
+        self.unread(column, cell, row, "a number").expected(if swapped {
+            format!("a number with the decimal mark '{}', as in the rows before", char::from(self.dialect.mark))
+        } else {
+            "a number; an empty cell or NaN where nothing was read".into()
+        })
+    }
+
+    /// A cell of a row is not what it must be.
+    fn unread(&self, column: usize, cell: &[u8], row: &[u8], what: &str) -> Malformed {
+        let title = self.dialect.columns.get(column).map_or("", |c| c.title.as_str());
+        // of a cell that was found
+        let (lines, place) = cell_place(row, self.dialect.delimiter, column).unwrap_or_default();
+        Malformed::new(Fault::Value, format!("'{title}' is not {what}"))
             .found(format!("'{}'", text::decoded(cell).chars().take(40).collect::<String>()))
-            .at_line(crate::number::index(self.line), 1)
+            .at_cell(crate::number::index(self.line) + lines, place)
             .at_path(title)
             .in_file(&self.name)
     }

@@ -8,6 +8,7 @@ use crate::elements::Parts;
 use crate::error::{Fault, Malformed, Result};
 use std::borrow::Cow;
 use std::collections::HashSet;
+use std::ops::Range;
 
 /// How a table is written.
 #[derive(Debug, Clone, PartialEq)]
@@ -115,23 +116,54 @@ fn cells(line: &[u8], delimiter: u8) -> Vec<Cow<'_, [u8]>> {
 
 /// The same with the blanks around each.
 pub(super) fn written_cells(line: &[u8], delimiter: u8) -> Vec<Cow<'_, [u8]>> {
+    let mut found = Vec::new();
+    each_cell(line, delimiter, |place| found.push(unquoted(line.part(place))));
+    found
+}
+
+/// Where the cells of a row stand in it.
+fn each_cell(line: &[u8], delimiter: u8, mut see: impl FnMut(Range<usize>)) {
+    let mut start = 0;
     if delimiter == b' ' {
-        return line.split(|b| matches!(b, b' ' | b'\t')).filter(|cell| !cell.is_empty()).map(unquoted).collect();
+        for cell in line.split(|b| matches!(b, b' ' | b'\t')) {
+            if !cell.is_empty() {
+                see(start..start + cell.len());
+            }
+            start += cell.len() + 1;
+        }
+        return;
     }
-    let (mut found, mut start, mut inside, mut first) = (Vec::new(), 0, false, true);
+    let (mut inside, mut first) = (false, true);
     for (k, byte) in line.iter().enumerate() {
         match byte {
             // two quotes in a quoted cell close it and open it again
             b'"' if first || inside => (inside, first) = (!inside, !first && inside),
             byte if *byte == delimiter && !inside => {
-                found.push(unquoted(line.part(start..k)));
+                see(start..k);
                 (start, first) = (k + 1, true);
             }
             byte => first &= *byte == b' ',
         }
     }
-    found.push(unquoted(line.part(start..)));
-    found
+    see(start..line.len());
+}
+
+/// Where a cell of a row stands: lines after the row's first, its first character in its line, from 1, and how many characters it has.
+pub(super) fn cell_place(row: &[u8], delimiter: u8, cell: usize) -> Option<(usize, (usize, usize))> {
+    let (mut found, mut count) = (None, 0);
+    each_cell(row, delimiter, |place| {
+        found = found.take().or((count == cell).then_some(place));
+        count += 1;
+    });
+    let place = found?;
+    let written = row.part(place.clone());
+    let start = place.start + written.len() - written.trim_ascii_start().len();
+    let before = row.part(..start);
+    let line = before.iter().rposition(|b| *b == b'\n').map_or(0, |k| k + 1);
+    let characters = |bytes: &[u8]| decoded(bytes).chars().count();
+    let own = written.trim_ascii().split(|b| *b == b'\n').next().unwrap_or_default();
+    let lines = before.iter().filter(|b| **b == b'\n').count();
+    Some((lines, (characters(before.part(line..)) + 1, characters(own))))
 }
 
 fn unquoted(cell: &[u8]) -> Cow<'_, [u8]> {
@@ -281,7 +313,7 @@ impl Dialect {
             return Err(Malformed::new(Fault::NameClash, format!("the column '{}' stands twice", twice.title))
                 .expected("each column once")
                 .at_path(twice.title.as_str())
-                .at_line(titled, 1));
+                .at_line(titled, 0));
         }
         Ok(Dialect {
             delimiter,

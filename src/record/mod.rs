@@ -13,6 +13,7 @@
 //! | `number.rs` | decimal numbers from bytes |
 //! | `delimited.rs` | a table of text in blocks |
 //! | `columnar.rs` | Parquet in blocks |
+//! | `columnar_arrow.rs` | what Arrow says of Parquet's columns: durations |
 //! | `columnar_labels.rs` | texts of a Parquet column as numbers of labels |
 //! | `workbook.rs` | sheets of Excel and OpenDocument workbooks (feature `excel`) |
 //! | `matlab.rs`, `unpacked.rs`, `hdf5.rs` | MATLAB files of level 5; HDF5, and with it level 7.3 (feature `hdf5`) |
@@ -30,6 +31,8 @@ mod bag;
 mod clock;
 #[cfg_attr(not(feature = "parquet"), path = "columnar_absent.rs")]
 mod columnar;
+#[cfg(feature = "parquet")]
+mod columnar_arrow;
 #[cfg(feature = "parquet")]
 mod columnar_labels;
 mod delimited;
@@ -61,7 +64,7 @@ pub use held::{Cells, Held};
 pub use text::table_text;
 pub(crate) use times::WrittenTimes;
 
-use crate::elements::Parts;
+use crate::elements::{Parts, first_odd};
 use crate::error::{Fault, Malformed, Result};
 use std::fs::File;
 use std::io::{Read, Seek};
@@ -194,10 +197,22 @@ pub enum Record {
     Held(Held),
 }
 
+/// Where the cell of a column stands in a line of a table of text: its first character, from 1, and how many it has. `None` where the text is no such table.
+#[cfg(feature = "cli")]
+pub(crate) fn cell_of(text: &str, line: usize, column: &str) -> Option<(usize, usize)> {
+    let bytes = text.as_bytes();
+    let dialect = Dialect::of(bytes.get(..delimited::HEAD).unwrap_or(bytes)).ok()?;
+    let place = dialect.columns.iter().position(|own| own.title == column || own.name == column)?;
+    let line = text.lines().nth(line.checked_sub(1)?)?;
+    let (_, place) = dialect::cell_place(line.as_bytes(), dialect.delimiter, place)?;
+    Some(place).filter(|(_, width)| *width > 0)
+}
+
 impl Record {
     /// Refuse numbers of a column that no sum of squares can hold.
     pub(crate) fn squarable(&self, column: &str, values: &[f64]) -> Result<()> {
-        match values.iter().find(|value| value.is_finite() && value.abs() > crate::number::MOST) {
+        let is_large = |value: f64| value.is_finite() & (value.abs() > crate::number::MOST);
+        match first_odd(values, is_large).and_then(|k| values.get(k)) {
             None => Ok(()),
             Some(value) => {
                 Err(Malformed::new(Fault::Value, format!("a value of '{column}' is too large to be squared"))

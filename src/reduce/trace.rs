@@ -3,7 +3,7 @@
 use super::correlated::SegmentBlocks;
 use super::events::{Event, EventKind, Watch};
 use super::turning;
-use crate::elements::Parts;
+use crate::elements::{Parts, first_odd};
 use crate::number;
 use std::ops::Range;
 
@@ -112,10 +112,10 @@ impl Trace {
     /// The same with the times of the rows, s since the first row.
     pub fn push_at(&mut self, columns: &[&[f64]], times: Option<&[f64]>) {
         let rows = columns.iter().map(|c| c.len()).min().unwrap_or(0);
-        let sound = |row: usize| columns.iter().all(|c| c.get(row).is_some_and(|v| v.is_finite()));
         let mut start = 0;
         while start < rows {
-            let end = (start..rows).find(|row| !sound(*row)).unwrap_or(rows);
+            let absent = |column: &&[f64]| first_odd(column.part(start..rows), |v| !v.is_finite());
+            let end = columns.iter().filter_map(absent).min().map_or(rows, |k| start + k);
             if end > start && std::mem::take(&mut self.resumed) {
                 let time = times.and_then(|times| times.get(start).copied());
                 let time = time.unwrap_or((self.rows + start as u64) as f64 * self.interval);
@@ -332,7 +332,7 @@ impl Channel {
         block.sd = ((within + between * trace.block as f64) / (block.samples.max(2) - 1) as f64).sqrt();
         if let Some(turn) = turn_s {
             block.angles = segment.pieces.iter().map(|piece| trace.turned(piece, turn)).collect();
-            (block.mean, block.above) = turning::without_turn(&mut block.pieces, &block.angles);
+            (block.mean, block.above, block.harmonics) = turning::without_turn(&mut block.pieces, &block.angles);
         }
         block.step = self.watch.step();
         block

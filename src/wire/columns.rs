@@ -28,7 +28,7 @@ pub(super) fn columns(
     others: &dyn Fn(&str) -> bool,
     file: &str,
 ) -> Result<Vec<Column>> {
-    let fault = |fault, what: String| Malformed::new(fault, what).at_line(1, 1).in_file(file);
+    let fault = |fault, what: String| Malformed::new(fault, what).at_line(1, 0).in_file(file);
     let stands_for = |wanted: &str, found: &record::Column| found.title == wanted || found.name == wanted;
     for (key, wanted) in &map.0 {
         let found = titles.iter().filter(|found| stands_for(wanted, found)).count();
@@ -65,7 +65,7 @@ pub(super) fn columns(
                 Ok(to) => to,
                 // what nothing reads may be in any unit
                 Err(_) if !is_read(bench, &used, &key) && !others(&key) && map.get(&key).is_none() => None,
-                Err(error) => return Err(error.at_line(1, 1).in_file(file)),
+                Err(error) => return Err(error.at_line(1, 0).in_file(file)),
             },
             _ => None,
         };

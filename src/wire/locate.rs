@@ -16,7 +16,7 @@ pub fn locate(error: Malformed, source: &Source) -> Malformed {
     }
     if let Some(row) = csv_row(&error.place().path) {
         let (line, file, column) = (row.line, row.file.to_string(), row.column.to_string());
-        return error.at_line(line, 1).in_file(file).moved_to(column);
+        return error.at_line(line, 0).in_file(file).moved_to(column);
     }
     if let Some((row, file, column)) = table_row(&error.place().path) {
         let (path, file) = (format!("row {row}, column '{column}'"), file.to_string());

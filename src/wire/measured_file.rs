@@ -59,7 +59,7 @@ pub fn read_measured(source: &Source, mission: &Mission) -> Result<Measured> {
             continue;
         }
         let here = |error: Malformed, name: &str| {
-            error.at_line(crate::number::index(record.line), 1).in_file(&source.name).moved_to(name)
+            error.at_line(crate::number::index(record.line), 0).in_file(&source.name).moved_to(name)
         };
         let motion = match text(Column::Motion) {
             None => 0,
@@ -129,7 +129,7 @@ struct Row {
 /// What each column is.
 fn columns(headers: &[record::Column], file: &str, line: usize) -> Result<Vec<Column>> {
     let mut columns: Vec<Column> = Vec::new();
-    let at = |error: Malformed| error.at_line(line, 1).in_file(file);
+    let at = |error: Malformed| error.at_line(line, 0).in_file(file);
     for name in headers.iter().map(|own| own.title.as_str()) {
         let plain = name.strip_suffix("_u").unwrap_or(name);
         let channel = CHANNEL_NAMES.iter().position(|own| *own == plain);

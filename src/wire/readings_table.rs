@@ -86,26 +86,47 @@ fn read_blocks(
             None => used.contains(&own.key.as_str()).then_some(None),
         };
         if let Some(from_seconds) = from_seconds {
-            written_times(record.labels(), &mut blocks, k, from_seconds);
+            written_times(record.labels(), &mut blocks, k, from_seconds).map_err(|(b, row)| {
+                let rows = Rows { keys: &keys, blocks: &blocks, labels: record.labels(), file: record.name() };
+                Malformed::new(Fault::Value, format!("{} is not a time", own.key))
+                    .expected("a time as in the rows before; an empty cell where nothing was read")
+                    .found(rows.written(b, row, k))
+                    .at_path(own.key.as_str())
+                    .under(&rows.place(b, row))
+            })?;
         }
     }
     Ok((keys, blocks))
 }
 
-/// A column of written times (`2026-11-20T09:14:03`) as times since the first of them; one with other texts stays as it is.
-fn written_times(labels: &[String], blocks: &mut [Block], column: usize, from_seconds: Option<Conversion>) {
+/// A column of written times (`2026-11-20T09:14:03`), which begins with one, as times since the first of them; any other stays as it is.
+///
+/// Errors: a cell that is none, by the block and the row.
+fn written_times(
+    labels: &[String],
+    blocks: &mut [Block],
+    column: usize,
+    from_seconds: Option<Conversion>,
+) -> std::result::Result<(), (usize, usize)> {
     let mut clock = WrittenTimes::default();
-    let mut since = |cell: f64| match record::said(cell) {
-        Said::Text(label) => labels.get(label).and_then(|text| clock.since_first(text)),
-        Said::Nothing => Some(cell),
-        Said::Number(_) => None,
-    };
-    let cells = blocks.iter().filter_map(|block| block.columns.get(column)).flatten();
-    let Some(times) = cells.map(|cell| since(*cell)).collect::<Option<Vec<f64>>>() else { return };
-    let to = blocks.iter_mut().filter_map(|block| block.columns.get_mut(column)).flatten();
-    for (to, time) in to.zip(times).filter(|(_, time)| !time.is_nan()) {
-        *to = from_seconds.map_or(time, |conversion| conversion.apply(time));
+    let mut begun = false;
+    for (b, block) in blocks.iter_mut().enumerate() {
+        let cells = block.columns.get_mut(column).into_iter().flatten();
+        for (k, cell) in cells.enumerate().filter(|(_, cell)| !matches!(record::said(**cell), Said::Nothing)) {
+            let text = match record::said(*cell) {
+                Said::Text(label) => labels.get(label),
+                _ => None,
+            };
+            let time = text.and_then(|text| clock.since_first(text));
+            match time {
+                Some(time) => *cell = from_seconds.map_or(time, |conversion| conversion.apply(time)),
+                None if begun => return Err((b, k)),
+                None => return Ok(()),
+            }
+            begun = true;
+        }
     }
+    Ok(())
 }
 
 /// The rows of a table that was read.
@@ -116,12 +137,35 @@ struct Rows<'a> {
     file: &'a str,
 }
 
+impl Rows<'_> {
+    /// Where a row of a block stands.
+    fn place(&self, block: usize, row: usize) -> String {
+        let own = self.blocks.get(block);
+        match own.and_then(|own| own.lines.get(row)) {
+            Some(line) => csv_place(*line, self.file),
+            None => {
+                let before: usize = self.blocks.iter().take(block).map(Block::rows).sum();
+                table_place(before + row + 1, self.file)
+            }
+        }
+    }
+
+    /// A cell as a message quotes it.
+    fn written(&self, block: usize, row: usize, column: usize) -> String {
+        let cell = self.blocks.get(block).and_then(|own| own.columns.get(column)?.get(row));
+        match cell.map_or(Said::Nothing, |cell| record::said(*cell)) {
+            Said::Text(label) => format!("'{}'", self.labels.get(label).map_or("", String::as_str)),
+            Said::Number(value) => value.to_string(),
+            Said::Nothing => "an empty cell".into(),
+        }
+    }
+}
+
 impl CellRows for Rows<'_> {
     fn visit(&self, see: &mut dyn FnMut(&dyn Fn() -> String, &ReadingFile) -> Result<()>) -> Result<()> {
         let mut row = Named(self.keys.iter().map(|own| (own.key.clone(), Cell::Nothing(()))).collect());
         let text = |label: usize| self.labels.get(label).cloned().unwrap_or_default();
-        let mut before = 0;
-        for block in self.blocks {
+        for (b, block) in self.blocks.iter().enumerate() {
             for k in 0..block.rows() {
                 for ((key, cell), column) in row.0.iter_mut().zip(&block.columns) {
                     let own = column.at(k);
@@ -139,13 +183,8 @@ impl CellRows for Rows<'_> {
                 if row.0.iter().all(|(_, cell)| matches!(cell, Cell::Nothing(()))) {
                     continue;
                 }
-                let place = || match block.lines.get(k) {
-                    Some(line) => csv_place(*line, self.file),
-                    None => table_place(before + k + 1, self.file),
-                };
-                see(&place, &row)?;
+                see(&|| self.place(b, k), &row)?;
             }
-            before += block.rows();
         }
         Ok(())
     }

@@ -4,7 +4,7 @@ use super::campaign_file::CampaignFile;
 use super::columns::columns;
 use super::locate::table_place;
 use super::readings_file::{Cell, Meaning, ReadingFile, meaning};
-use super::reduced::assigned;
+use super::reduced::{Runs, assigned};
 use super::samples_file::{SamplesFile, SegmentSource};
 use super::{Folder, Named, ScatterFile, Source, locate};
 use crate::bench::Bench;
@@ -16,7 +16,6 @@ use crate::fit::streamed::{self, Rows, Sample};
 use crate::number;
 use crate::record::{As, Block, Clock, Record};
 use crate::units::Conversion;
-use std::collections::HashMap;
 
 /// A record whose rows are the readings of a campaign.
 pub struct RecordRows<'a> {
@@ -52,9 +51,9 @@ struct Taken {
     pattern: Vec<usize>,
     /// Angle, rate and turns of each joint, for those rows.
     joints: Vec<[Vec<f64>; 3]>,
-    /// The label of the last row and its position, and how often each label has begun.
+    /// The label of the last row and its position, and the runs so far.
     run: Option<(u64, Option<usize>)>,
-    runs: HashMap<String, usize>,
+    runs: Runs,
 }
 
 /// A column of the record that is read.
@@ -228,15 +227,17 @@ impl<'a> RecordRows<'a> {
             let pattern = self.pattern(row, &format!("readings.positions[{k}]"))?;
             self.patterns.push(pattern);
         }
+        let positions: Vec<String> = self.patterns.iter().map(|own| own.position.clone()).collect();
+        let same = |a: usize, b: usize| self.patterns.get(a) == self.patterns.get(b);
+        if let SegmentSource::Column(_) = source {
+            self.taken.runs = Runs::of(&positions, &same);
+        }
         self.segments = match source {
             SegmentSource::All => Segments::All,
             SegmentSource::Column(_) => Segments::Labels,
             SegmentSource::Times(times) => {
                 let labels: Vec<String> = times.iter().map(|(label, ..)| label.clone()).collect();
-                let positions: Vec<String> = self.patterns.iter().map(|own| own.position.clone()).collect();
-                let row = |k: usize| all.get(k).map(|row| &row.0);
-                let places = assigned(&positions, &|a, b| row(a) == row(b), &labels)
-                    .map_err(|error| error.at_path("readings.times"))?;
+                let places = assigned(&positions, &same, &labels).map_err(|error| error.at_path("readings.times"))?;
                 let found = places.iter().zip(times).map(|(own, (_, start, end))| (*own, *start, *end)).collect();
                 Segments::Times(found)
             }
@@ -302,18 +303,6 @@ impl<'a> RecordRows<'a> {
         Ok(())
     }
 
-    /// At the end of the record: has each label as many runs as positions that differ, or none?
-    fn has_all_runs(&self, name: &str) -> Result<()> {
-        for (label, runs) in &self.taken.runs {
-            let all: Vec<usize> =
-                (0..).zip(&self.patterns).filter(|(_, own)| own.position == *label).map(|(p, _)| p).collect();
-            if *runs < all.len() && !alike(&self.patterns, &all) {
-                return Err(other_runs(label, all.len(), format!("{runs} of '{label}'")).in_file(name));
-            }
-        }
-        Ok(())
-    }
-
     /// Which rows of the block are used, and what is the same in all rows of their positions. Errors: segments of times, and no times.
     fn take(&mut self, record: &Record, time: Option<&[f64]>) -> Result<()> {
         let Taken { rows, pattern, run, runs, .. } = &mut self.taken;
@@ -337,22 +326,8 @@ impl<'a> RecordRows<'a> {
                     if run.is_none_or(|(last, _)| last != label.to_bits()) {
                         let own = if label.is_nan() { None } else { record.labels().get(number::count(*label)) };
                         let own = own.map_or("", String::as_str);
-                        let all: Vec<usize> = self
-                            .patterns
-                            .iter()
-                            .enumerate()
-                            .filter(|(_, other)| other.position == own)
-                            .map(|(p, _)| p)
-                            .collect();
-                        let before = runs.entry(own.to_string()).or_insert(0_usize);
-                        // a position that is taken again has all runs of its label, of several that differ the k-th has the k-th
-                        let found = if alike(&self.patterns, &all) { all.first() } else { all.get(*before) };
-                        if found.is_none() && !all.is_empty() {
-                            return Err(other_runs(own, all.len(), format!("run {} of '{own}'", *before + 1))
-                                .in_file(record.name()));
-                        }
-                        *before += 1;
-                        *run = Some((label.to_bits(), found.copied()));
+                        // rows whose label is no position are left out
+                        *run = Some((label.to_bits(), runs.next(own)));
                     }
                     take(k, run.and_then(|(_, found)| found));
                 }
@@ -488,18 +463,6 @@ impl Meaning {
     }
 }
 
-/// Do these patterns differ in nothing?
-fn alike(patterns: &[Pattern], of: &[usize]) -> bool {
-    let mut own = of.iter().map(|p| patterns.get(*p));
-    let first = own.next();
-    own.all(|other| Some(other) == first)
-}
-
-fn other_runs(label: &str, positions: usize, found: String) -> Malformed {
-    let what = format!("the schedule has {positions} of the position '{label}', the record other runs of rows");
-    Malformed::new(Fault::Value, what).expected("a run of rows for each of them, in the same order").found(found)
-}
-
 impl Rows for RecordRows<'_> {
     fn columns(&self) -> &[String] {
         &self.names
@@ -513,7 +476,7 @@ impl Rows for RecordRows<'_> {
         record.select(&selected);
         (self.record, self.row, self.used, self.origin) = (Some(record), 0, 0, None);
         self.taken.run = None;
-        self.taken.runs.clear();
+        self.taken.runs.restart();
         Ok(())
     }
 
@@ -521,14 +484,16 @@ impl Rows for RecordRows<'_> {
         loop {
             let Some(mut record) = self.record.take() else { return Ok(false) };
             if !record.next(&mut self.raw)? {
-                self.has_all_runs(record.name())?;
+                self.taken.runs.ended("runs of rows").map_err(|error| error.in_file(record.name()))?;
                 return Ok(false);
             }
             for (own, times) in self.read.iter_mut().zip(&self.raw.columns) {
                 if let Some((seconds, bare @ true)) = &mut own.seconds
-                    && let Some((_, found)) = crate::record::unit_of(times)
+                    && let Some(unit) = crate::record::unit_of(times)
                 {
-                    (*seconds, *bare) = (found, false);
+                    (*seconds, *bare) = (unit.seconds, false);
+                    let title = self.titles.get(own.place).map_or("", String::as_str);
+                    unit.said(title, unit.step).into_iter().for_each(|note| self.folder.note(note));
                 }
             }
             self.taken.before = self.row;

@@ -229,8 +229,72 @@ impl Schedule {
     }
 }
 
-/// For each segment, the place of the position that it was taken in: one position for all; by label, the k-th segment of a label in the k-th of the positions that
-/// have it; in order where no label is a position. `same` says whether two positions differ in nothing.
+/// The positions of a label: the k-th run of the label was taken in the k-th of them. Where they differ in nothing, runs may be fewer, and they may be more
+/// unless another label has none.
+#[derive(Debug, Clone)]
+struct Labelled {
+    label: String,
+    places: Vec<usize>,
+    alike: bool,
+    /// How many runs there were so far.
+    runs: usize,
+}
+
+/// Which position each run of a label was taken in, one after the other.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Runs(Vec<Labelled>);
+
+impl Runs {
+    /// Of positions by their labels; one without a label has no runs. `same` says whether two positions differ in nothing.
+    pub fn of(positions: &[String], same: &dyn Fn(usize, usize) -> bool) -> Self {
+        let mut all: Vec<Labelled> = Vec::new();
+        for (place, label) in positions.iter().enumerate().filter(|(_, label)| !label.is_empty()) {
+            match all.iter_mut().find(|own| own.label == *label) {
+                Some(own) => {
+                    own.alike &= own.places.last().is_some_and(|last| same(*last, place));
+                    own.places.push(place);
+                }
+                None => all.push(Labelled { label: label.clone(), places: vec![place], alike: true, runs: 0 }),
+            }
+        }
+        Runs(all)
+    }
+
+    /// Is a label one of a position?
+    pub fn knows(&self, label: &str) -> bool {
+        self.0.iter().any(|own| own.label == label)
+    }
+
+    /// The position of the next run of a label; `None` for a label that is none, and for a run that no position is left for ([`Runs::ended`] says so).
+    pub fn next(&mut self, label: &str) -> Option<usize> {
+        let own = self.0.iter_mut().find(|own| own.label == label)?;
+        let place = if own.alike { own.runs.min(own.places.len() - 1) } else { own.runs };
+        own.runs += 1;
+        own.places.get(place).copied()
+    }
+
+    /// Forget what has been.
+    pub fn restart(&mut self) {
+        self.0.iter_mut().for_each(|own| own.runs = 0);
+    }
+
+    /// After the last run. Errors: a label that has another number of runs than of positions that differ; `runs` says what they are.
+    pub fn ended(&self, runs: &str) -> Result<()> {
+        let without = self.0.iter().find(|own| own.runs == 0);
+        let is_wrong = |own: &&Labelled| match own.alike {
+            true => own.runs > own.places.len() && without.is_some(),
+            false => own.runs > 0 && own.runs != own.places.len(),
+        };
+        let Some(Labelled { label, places, runs: all, .. }) = self.0.iter().find(is_wrong) else { return Ok(()) };
+        let what = format!("the schedule has {} of the position '{label}', the record {all} {runs}", places.len());
+        let beside = without.map_or(String::new(), |own| format!("; '{}' has none", own.label));
+        Err(Malformed::new(Fault::Value, what)
+            .expected("as many, in the same order")
+            .found(format!("{all} {runs} '{label}'{beside}")))
+    }
+}
+
+/// For each segment, the place of the position that it was taken in: one position for all; by label, as [`Runs`] says; in order where no label is a position.
 ///
 /// Errors: labels of which some are positions and some are not; another number of segments than of positions.
 pub(super) fn assigned(
@@ -238,14 +302,11 @@ pub(super) fn assigned(
     same: &dyn Fn(usize, usize) -> bool,
     labels: &[String],
 ) -> Result<Vec<usize>> {
-    let of = |label: &String| -> Vec<usize> {
-        (0..positions.len()).filter(|k| !label.is_empty() && positions.get(*k) == Some(label)).collect()
-    };
     if positions.len() == 1 {
         return Ok(vec![0; labels.len()]);
     }
-    let own: Vec<Vec<usize>> = labels.iter().map(of).collect();
-    if own.iter().all(Vec::is_empty) {
+    let mut runs = Runs::of(positions, same);
+    if !labels.iter().any(|label| runs.knows(label)) {
         if positions.len() == labels.len() {
             return Ok((0..labels.len()).collect());
         }
@@ -254,7 +315,7 @@ pub(super) fn assigned(
             .expected("as many segments as positions, in the same order; or segments labelled as the positions are; or one row for all")
             .found(format!("segments {}", labels.join(", "))));
     }
-    if let Some((label, _)) = labels.iter().zip(&own).find(|(_, own)| own.is_empty()) {
+    if let Some(label) = labels.iter().find(|label| !runs.knows(label)) {
         let without: Vec<&str> = positions.iter().filter(|own| !labels.contains(own)).map(String::as_str).collect();
         let without = if without.is_empty() { positions.iter().map(String::as_str).collect() } else { without };
         return Err(Malformed::new(
@@ -264,24 +325,8 @@ pub(super) fn assigned(
         .expected(format!("one of the positions, of which these have no segment: {}", without.join(", ")))
         .found(format!("'{label}'")));
     }
-    let without = positions.iter().find(|own| !labels.contains(own));
-    let mut places = Vec::with_capacity(labels.len());
-    for (k, (label, own)) in labels.iter().zip(&own).enumerate() {
-        let before = labels.iter().take(k).filter(|other| *other == label).count();
-        let all = labels.iter().filter(|other| *other == label).count();
-        // a position that is taken again has all segments of its label, unless another one has none
-        let alike = own.windows(2).all(|pair| pair.first().zip(pair.last()).is_some_and(|(a, b)| same(*a, *b)));
-        let again = alike && (all <= own.len() || without.is_none());
-        let place = own.get(if again { before.min(own.len() - 1) } else { before });
-        let Some(place) = place.filter(|_| again || all == own.len()) else {
-            let what = format!("the schedule has {} of the position '{label}', the record {all} segments", own.len());
-            let beside = without.map_or(String::new(), |own| format!("; '{own}' has none"));
-            return Err(Malformed::new(Fault::Value, what)
-                .expected("a segment for each of them, in the same order")
-                .found(format!("{all} segments '{label}'{beside}")));
-        };
-        places.push(*place);
-    }
+    let places = labels.iter().filter_map(|label| runs.next(label)).collect();
+    runs.ended("segments")?;
     Ok(places)
 }
 

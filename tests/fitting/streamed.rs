@@ -509,6 +509,33 @@ fn rows_of_positions() {
     assert!(error.contains("label") && error.contains("mark"), "{error}");
 }
 
+/// The k-th run of a label is of the k-th of its positions; another number of runs is an error, with the words that a reduction has for it.
+#[test]
+fn rows_of_runs() {
+    let positions = r#""positions": [ { "position": "A", "x": 0 }, { "position": "A", "x": 2 } ], "by": "mark""#;
+    let log = |runs: usize| {
+        let first = "t,mark,y\n0,A,1\n1,A,2\n2,A,3\n";
+        let next = ["3,moving,50\n4,A,4\n5,A,8\n", "6,,50\n7,A,50\n"];
+        first.to_string() + &next[..runs - 1].concat()
+    };
+    let fit = of_log(&log(2), positions).expect("a fit");
+    assert!((fit.point[0] - 2.0).abs() < 1e-12 && (fit.point[1] - 2.0).abs() < 1e-12, "{:?}", fit.point);
+    for runs in [1, 3] {
+        let error = of_log(&log(runs), positions).expect_err("runs of other positions").to_string();
+        assert!(error.contains(&format!("has 2 of the position 'A', the record {runs} runs of rows")), "{error}");
+    }
+    // positions that differ in nothing are taken as often as one likes, unless another one is not taken at all
+    let same = r#""positions": [ { "position": "A" }, { "position": "A" } ], "by": "mark""#;
+    let with_x =
+        |text: String| text.replace("mark,y", "mark,x,y").replace(",A,", ",A,1,").replace("A,1,1\n", "A,0,1\n");
+    let with_x = |text: String| with_x(text).replace("moving,", "moving,0,").replace("6,,", "6,,0,");
+    let fit = of_log(&with_x(log(3)), same).expect("a fit");
+    assert_eq!(fit.streamed.as_ref().expect("rows").rows, 6);
+    let error =
+        of_log(&with_x(log(3)), &same.replace(" ]", r#", { "position": "B" } ]"#)).expect_err("no B").to_string();
+    assert!(error.contains("'B' has none"), "{error}");
+}
+
 /// The times of a record without a column of times: two samples a second, y = 1, 2, 4: the slope is 3 per second, a = 5/6.
 #[test]
 fn rows_of_a_rate() {

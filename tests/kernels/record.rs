@@ -27,6 +27,37 @@ fn numbers_are_those_of_the_standard_library() {
     assert_eq!(leading(b"12.5;7", b'.'), Some((12.5, 4)));
 }
 
+/// Digits are taken eight at a time: every number of them before and behind the mark, and what stands behind the number.
+#[test]
+fn digits_of_every_number() {
+    let mut state = 1_u64;
+    let mut digits = |count: usize| -> String {
+        let mut next = || {
+            state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            char::from(b'0' + (state >> 33).to_le_bytes()[0] % 10)
+        };
+        (0..count).map(|_| next()).collect()
+    };
+    for whole in 0..24 {
+        for part in 0..24 {
+            for (sign, power) in [("", ""), ("-", "e-7"), ("+", "E12")] {
+                let text = format!("{sign}{}.{}{power}", digits(whole), digits(part));
+                for end in ["", ",", ";1234567", "/99999999", ":", "\n12345678", " ", "\u{e9}"] {
+                    let expected =
+                        if whole + part > 0 { Some((text.parse().expect("a number"), text.len())) } else { None };
+                    assert_eq!(leading(format!("{text}{end}").as_bytes(), b'.'), expected, "{text}{end}");
+                }
+                let text = format!("{sign}{}{power}", digits(whole + 1));
+                assert_eq!(
+                    leading(text.as_bytes(), b'.'),
+                    Some((text.parse().expect("a number"), text.len())),
+                    "{text}"
+                );
+            }
+        }
+    }
+}
+
 /// Seconds since 1970 by `date -u -d TIME +%s`.
 #[test]
 fn written_times() {

@@ -39,7 +39,8 @@ fn complaints(name: &str, entry: &Value) -> Vec<String> {
     }
     if let Some(line) = entry["line"].as_u64() {
         let file = entry["line_in"].as_str().unwrap_or(name);
-        check(stderr.contains(&format!("in {file}, line {line}, ")), format!("does not say: in {file}, line {line}"));
+        let ends = [", ", "\n"].map(|end| format!("in {file}, line {line}{end}"));
+        check(ends.iter().any(|end| stderr.contains(end)), format!("does not say: in {file}, line {line}"));
     }
     if let Some(column) = entry["column"].as_u64() {
         check(stderr.contains(&format!("column {column}\n")), format!("does not say: column {column}"));
@@ -63,6 +64,79 @@ fn caret_of(stderr: &str, model: &str) -> Option<usize> {
     let k = lines.iter().position(|line| line.contains(&quoted))?;
     let start = lines[k].find(&quoted).map(|at| lines[k][..at].chars().count())? + "\"model\": \"".len();
     lines.get(k + 1)?.chars().position(|c| c == '─' || c == '┬' || c == '▲')?.checked_sub(start)
+}
+
+/// What a message says of its place, and what is underlined.
+fn place_and_mark(stderr: &str) -> (String, String) {
+    let lines: Vec<&str> = stderr.lines().collect();
+    let place = lines.iter().find_map(|line| line.split_once("in ").filter(|(_, own)| own.contains(", line ")));
+    let mark = lines.iter().position(|line| line.contains(" · ")).expect("a line that is underlined");
+    let under: Vec<char> = lines[mark].chars().collect();
+    let quoted: Vec<char> = lines[mark - 1].chars().collect();
+    let is_under = |k: &usize| under.get(*k) == Some(&'─');
+    (place.expect("a place").1.to_string(), (0..quoted.len()).filter(is_under).map(|k| quoted[k]).collect())
+}
+
+/// Of a table the cell that is wrong is named: its line, its first character and its column; the whole row where the row is wrong.
+#[test]
+fn the_cell_that_is_wrong() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let reduced: [(&str, &str, &str); 8] = [
+        ("time_s,gx,pos\n0,1,a\n1,1.5,a\n2,abc,a\n3,2,a\n", "log.csv, line 4, column 3", "abc"),
+        ("time_s;gx;pos\n0;1,5;a\n1; 2,5 ;a\n2;  x y ;a\n3;2;a\n", "log.csv, line 4, column 5", "x y"),
+        ("time_s,pos,gx\n0,\"a, b\",1\n1,\"a, b\",2\n2,\"ä\"\"ö\",oops\n", "log.csv, line 4, column 10", "oops"),
+        ("time_s,pos,gx\n0,a,1\n1,a,2\n2,\"a\nb\",oops\n3,a,1\n", "log.csv, line 5, column 4", "oops"),
+        (
+            "gx,time,pos\n1,2026-11-20T09:00:00,a\n2,2026-11-20T09:00:7x,a\n",
+            "log.csv, line 3, column 3",
+            "2026-11-20T09:00:7x",
+        ),
+        ("time_s gx pos\n0   1 a\n1   1 a\n2   u a\n3   2 a\n", "log.csv, line 4, column 5", "u"),
+        ("time_s,gx,pos\n0,1,a\n1,1.5,a\n2,7,a,4\n3,2,a\n", "log.csv, line 4", "2,7,a,4"),
+        ("time_s,gx,gx\n0,1,2\n1,1.5,2\n2,7,4\n", "log.csv, line 1, column 8", "gx"),
+    ];
+    for (text, place, mark) in reduced {
+        std::fs::write(folder.path().join("log.csv"), text).expect("a file");
+        let by = if text.contains("pos") { vec!["--by", "pos"] } else { Vec::new() };
+        let (code, _, stderr) = tumble(folder.path(), &[vec!["reduce", "log.csv"], by].concat());
+        assert_eq!((code, place_and_mark(&stderr)), (1, (place.to_string(), mark.to_string())), "{stderr}");
+    }
+    let campaign = r#"{ "bench": { "id": "line", "sensors": { "y": { "unit": "V", "model": "a + b*when" } } },
+        "estimate": { "a": {}, "b": {} }, "readings": "r.csv" }"#;
+    std::fs::write(folder.path().join("c.json"), campaign).expect("a file");
+    let readings: [(&str, &str, &str); 4] = [
+        // one bad date among good ones: it is the one that is named
+        ("when,y\n2026-11-20,1\n2026-11-21,2\n2026-13-22,3.5\n2026-11-23,4\n", "r.csv, line 4, column 1", "2026-13-22"),
+        ("y,when\n1,2026-11-20\n2,2026-11-21\n3.5,12\n4,2026-11-23\n", "r.csv, line 4, column 5", "12"),
+        ("n,when,y\n1,0,1\n1,1,2\n1,2,a3.5\n1,3,4\n", "r.csv, line 4, column 5", "a3.5"),
+        ("when,y,y_u\n0,1,1\n1,2,1\n2,3,-1\n3,4,1\n", "r.csv, line 4, column 5", "-1"),
+    ];
+    for (text, place, mark) in readings {
+        std::fs::write(folder.path().join("r.csv"), text).expect("a file");
+        let (code, _, stderr) = tumble(folder.path(), &["fit", "c.json"]);
+        assert_eq!((code, place_and_mark(&stderr)), (1, (place.to_string(), mark.to_string())), "{stderr}");
+    }
+}
+
+/// Times without a unit in steps of ten are read as seconds, which is said wherever they are read.
+#[test]
+fn times_without_a_unit() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let rows: String = (0..40).map(|k| format!("{},{},a\n", 10 * k, k % 3)).collect();
+    std::fs::write(folder.path().join("log.csv"), format!("time,y,pos\n{rows}")).expect("a file");
+    let campaign = r#"{ "bench": { "id": "line", "sensors": { "y": { "unit": "V", "model": "a + b*time_s" } } },
+        "estimate": { "a": {}, "b": {} }, "readings": { "samples": "log.csv", "as": "rows" } }"#;
+    std::fs::write(folder.path().join("rows.json"), campaign).expect("a file");
+    let all: [&[&str]; 3] =
+        [&["reduce", "log.csv", "--by", "pos"], &["noise", "log.csv", "--columns", "y"], &["fit", "rows.json"]];
+    for arguments in all {
+        let (code, stdout, stderr) = tumble(folder.path(), arguments);
+        let said = format!("{stdout}{stderr}").replace("\n  ", " ");
+        assert!(
+            code != 1 && said.contains("'time' has no unit and is read as seconds, with steps of 10"),
+            "{arguments:?}: {said}"
+        );
+    }
 }
 
 #[test]

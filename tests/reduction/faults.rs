@@ -446,6 +446,23 @@ fn formats_have_their_names() {
     }
 }
 
+/// Durations of Arrow, which are plain numbers for Parquet, are seconds; what is plain for Arrow too stays as it is.
+#[test]
+fn durations_of_arrow() {
+    let path = data("records/durations.parquet");
+    let mut record = Record::open("durations.parquet", std::fs::File::open(path).expect("a file")).expect("a record");
+    let units = [("t_s", 1.0), ("t_ms", 1e-3), ("t_us", 1e-6), ("t_ns", 1e-9), ("plain", 1.0), ("in.d", 1e-3)];
+    assert_eq!(record.columns().iter().map(|own| own.title.as_str()).collect::<Vec<_>>(), units.map(|(own, _)| own));
+    record.select(&(0..units.len()).map(|k| (k, As::Number)).collect::<Vec<_>>());
+    let mut block = Block::default();
+    assert!(record.next(&mut block).expect("rows"));
+    for (k, (title, seconds)) in units.into_iter().enumerate() {
+        assert_eq!(record.columns()[k].unit.as_deref(), (title != "plain").then_some("s"), "{title}");
+        let expected: Vec<f64> = (0..100).map(|row| f64::from(row) * seconds).collect();
+        assert_eq!(block.columns[k], expected, "{title}");
+    }
+}
+
 /// Every logical type of Parquet is what it says, as a number and as a label, or is named.
 #[test]
 fn logical_types_of_parquet() {

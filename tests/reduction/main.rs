@@ -15,3 +15,4 @@ mod readings;
 mod real;
 mod records;
 mod samples;
+mod turning;

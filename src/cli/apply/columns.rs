@@ -34,7 +34,7 @@ impl Source {
         let mut record = open()?;
         let titles: Vec<String> = record.columns().iter().map(|column| column.title.clone()).collect();
         let plan = plan(correction.arguments, correction.calibration, record.columns())
-            .map_err(|error| error.at_line(record.title_line(), 1).in_file(record.name()))?;
+            .map_err(|error| error.at_line(record.title_line(), 0).in_file(record.name()))?;
         let numbers = plan.sensors.iter().copied().chain(plan.given.iter().flatten().map(|(column, _)| *column));
         let mut wanted: Vec<(usize, As)> = Vec::new();
         for column in numbers {

@@ -207,7 +207,7 @@ impl Session {
                 // a line that is not understood is said, and the next one is waited for; of many in a row the first
                 Err(error) if self.source.samples.is_none() || !refused_before => {
                     refused_before = true;
-                    let refused = error.at_line(line, 1).in_file(&from);
+                    let refused = error.at_line(line, 0).in_file(&from);
                     self.show(advice, Some(&refused))?;
                 }
                 Err(_) => {}

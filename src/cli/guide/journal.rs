@@ -108,7 +108,7 @@ impl Journal {
         let mut lines = text.get(..whole).unwrap_or_default().lines();
         let malformed = |line: usize, error: String| {
             Malformed::new(Fault::Syntax, format!("the journal is not as a guide wrote it: {error}"))
-                .at_line(line, 1)
+                .at_line(line, 0)
                 .in_file(path.display().to_string())
         };
         let Some(first) = lines.next() else {

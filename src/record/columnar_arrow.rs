@@ -1,0 +1,120 @@
+//! What Arrow says of the columns of a Parquet file beside the types of Parquet: durations, which are plain whole numbers in these.
+//!
+//! A writer of Arrow keeps its schema under the key `ARROW:schema`: a message of Arrow's IPC format in base64, a table of FlatBuffers (`format/Message.fbs`,
+//! `format/Schema.fbs` of the Arrow project). Each place is looked up, so that a damaged one says nothing.
+
+use std::collections::HashMap;
+
+/// Fields of the tables, by their numbers.
+const HEADER: usize = 2;
+const FIELDS: usize = 1;
+const NAME: usize = 0;
+const KIND: usize = 2;
+const TYPE: usize = 3;
+const CHILDREN: usize = 5;
+const UNIT: usize = 0;
+/// The kind of a duration.
+const DURATION: u8 = 18;
+/// Fields within fields that are followed.
+const DEEPEST: usize = 16;
+
+/// Seconds in the unit of each column of durations, by its path.
+pub(super) fn durations(schema: &str) -> HashMap<String, f64> {
+    let mut found = HashMap::new();
+    let bytes = base64(schema);
+    // a mark and a length stand before the message
+    let message = match bytes.get(..4) {
+        Some([0xFF, 0xFF, 0xFF, 0xFF]) => bytes.get(8..),
+        _ => bytes.get(4..),
+    };
+    let buffer = Buffer(message.unwrap_or_default());
+    if let Some(fields) = buffer.root().and_then(|message| buffer.child(buffer.child(message, HEADER)?, FIELDS)) {
+        buffer.durations(fields, "", 0, &mut found);
+    }
+    found
+}
+
+/// Bytes in which tables refer to places.
+struct Buffer<'a>(&'a [u8]);
+
+impl Buffer<'_> {
+    fn bytes<const N: usize>(&self, at: usize) -> Option<[u8; N]> {
+        self.0.get(at..)?.first_chunk().copied()
+    }
+
+    fn count(&self, at: usize) -> Option<usize> {
+        usize::try_from(u32::from_le_bytes(self.bytes(at)?)).ok()
+    }
+
+    /// The place to which the one at `at` refers.
+    fn follow(&self, at: usize) -> Option<usize> {
+        at.checked_add(self.count(at)?)
+    }
+
+    fn root(&self) -> Option<usize> {
+        self.follow(0)
+    }
+
+    /// Where a field of a table stands; `None` where it has its default.
+    fn field(&self, table: usize, number: usize) -> Option<usize> {
+        let back = i32::from_le_bytes(self.bytes(table)?);
+        let entries = table.checked_add_signed(isize::try_from(back).ok()?.checked_neg()?)?;
+        let entry = 4 + 2 * number;
+        let size = usize::from(u16::from_le_bytes(self.bytes(entries)?));
+        let own = usize::from(u16::from_le_bytes(self.bytes(entries.checked_add(entry)?)?));
+        (entry < size && own > 0).then(|| table + own)
+    }
+
+    /// The table, list or text that is a field of a table.
+    fn child(&self, table: usize, number: usize) -> Option<usize> {
+        self.follow(self.field(table, number)?)
+    }
+
+    /// The durations among a list of fields and what is in these.
+    fn durations(&self, list: usize, path: &str, depth: usize, found: &mut HashMap<String, f64>) {
+        // no more places than bytes
+        let count = self.count(list).unwrap_or(0).min(self.0.len() / 4);
+        for k in 0..count {
+            let Some(field) = self.follow(list + 4 * (k + 1)) else { continue };
+            let name = self.child(field, NAME).and_then(|at| self.0.get(at + 4..)?.get(..self.count(at)?));
+            let Some(name) = name.and_then(|name| std::str::from_utf8(name).ok()) else { continue };
+            let path = if path.is_empty() { name.to_string() } else { format!("{path}.{name}") };
+            let kind = self.field(field, KIND).and_then(|at| self.bytes(at));
+            if kind == Some([DURATION]) {
+                let unit = self.child(field, TYPE).and_then(|own| self.bytes(self.field(own, UNIT)?));
+                // milliseconds are the default
+                let seconds = match unit.map_or(1, u16::from_le_bytes) {
+                    0 => 1.0,
+                    1 => 1e-3,
+                    2 => 1e-6,
+                    _ => 1e-9,
+                };
+                found.insert(path, seconds);
+            } else if let Some(children) = self.child(field, CHILDREN).filter(|_| depth < DEEPEST) {
+                self.durations(children, &path, depth + 1, found);
+            }
+        }
+    }
+}
+
+/// The bytes of base64, up to what is none.
+fn base64(text: &str) -> Vec<u8> {
+    let digit = |letter: u8| match letter {
+        b'A'..=b'Z' => Some(letter - b'A'),
+        b'a'..=b'z' => Some(letter - b'a' + 26),
+        b'0'..=b'9' => Some(letter - b'0' + 52),
+        b'+' | b'-' => Some(62),
+        b'/' | b'_' => Some(63),
+        _ => None,
+    };
+    let (mut bytes, mut bits, mut held) = (Vec::with_capacity(text.len() / 4 * 3), 0, 0_u32);
+    for own in text.bytes().map_while(digit) {
+        (held, bits) = (held << 6 | u32::from(own), bits + 6);
+        if bits >= 8 {
+            bits -= 8;
+            let [byte, ..] = (held >> bits).to_le_bytes();
+            bytes.push(byte);
+        }
+    }
+    bytes
+}
