@@ -2,6 +2,7 @@
 
 mod arguments;
 mod asked;
+mod find;
 
 pub(super) use arguments::Arguments;
 
@@ -18,13 +19,10 @@ use crate::report::{self, Better, FindReport, Foreseen};
 use crate::wire;
 pub(super) use asked::{costs, named_number, parse_goals};
 use asked::{criterion_name, extras, find_candidates, noise, point, request, terms};
+use find::shown_from;
 use indicatif::ProgressBar;
 use std::path::Path;
 
-/// Schedules that are sought for effects to be found, each for what the one before asks, at most;
-const ROUNDS: usize = 6;
-/// and the share of an effect's size from which it is large enough: what is foreseen is a mean over few draws of the noise, and no better known.
-const ENOUGH: f64 = 0.97;
 /// With more values than this, what a diagnosis could find is not foreseen.
 const MOST_FORESEEN: usize = 100_000;
 
@@ -117,36 +115,14 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
                 goals.retain(|other| other.id != goal.id);
                 goals.push(goal);
             }
-            let mut found = plan::reach(&campaign, &offer, &request, &goals, arguments.cheapest).map_err(located)?;
-            // how large an effect must be against its u depends on what else such readings may show: on the schedule that was found
-            for _ in 0..ROUNDS {
-                let Some(bare) = without.as_ref().filter(|_| found.reached) else { break };
-                let Some(foreseen) = foresee(&bare.with_readings(found.improvement.schedule.readings.clone()))? else {
-                    break;
-                };
-                let at_power = foreseen.rule.size_for(arguments.power) / foreseen.rule.noncentrality;
-                let mut tighter = false;
-                for extra in extras.iter() {
-                    let own = |p: &&diagnosis::Prospect| {
-                        let sensor = p.effect.sensor.zip(extra.term.sensor);
-                        p.effect.kind == extra.term.regressor && sensor.is_none_or(|(own, asked)| own == asked)
-                    };
-                    let minimal = foreseen.prospects.iter().find(own).and_then(|prospect| prospect.minimal);
-                    let Some((size, minimal)) = extra.size.zip(minimal) else { continue };
-                    let Some(find) = finds.iter_mut().find(|find| find.effect == extra.regressor) else { continue };
-                    let share = size / (minimal * at_power);
-                    if share < ENOUGH {
-                        find.u *= share;
-                        tighter = true;
-                        goals.iter_mut().filter(|goal| goal.id == find.coefficient).for_each(|goal| goal.u = find.u);
-                    }
-                }
-                if !tighter {
-                    break;
-                }
-                found = plan::reach(&campaign, &offer, &request, &goals, arguments.cheapest).map_err(located)?;
-            }
-            reached = Some(found);
+            let reach =
+                |goals: &[Goal]| plan::reach(&campaign, &offer, &request, goals, arguments.cheapest).map_err(located);
+            let needs = |found: &plan::Reached| -> Result<Option<Vec<Option<f64>>>> {
+                let Some(bare) = &without else { return Ok(None) };
+                let foreseen = foresee(&bare.with_readings(found.improvement.schedule.readings.clone()))?;
+                Ok(foreseen.map(|foreseen| shown_from(&foreseen, &extras, arguments.power)))
+            };
+            reached = Some(find::reach(&mut goals, &mut finds, arguments.cheapest, reach, needs)?);
         }
         candidates = Some(offer.candidates);
     }
