@@ -6,66 +6,6 @@ const POWERS: [f64; 23] = [
     1e21, 1e22,
 ];
 
-/// Whole powers of ten, as many as 64 bits hold.
-const TENS: [u64; 20] = [
-    1,
-    10,
-    100,
-    1000,
-    10000,
-    100_000,
-    1_000_000,
-    10_000_000,
-    100_000_000,
-    1_000_000_000,
-    10_000_000_000,
-    100_000_000_000,
-    1_000_000_000_000,
-    10_000_000_000_000,
-    100_000_000_000_000,
-    1_000_000_000_000_000,
-    10_000_000_000_000_000,
-    100_000_000_000_000_000,
-    1_000_000_000_000_000_000,
-    10_000_000_000_000_000_000,
-];
-
-/// A power of ten; 0 where 64 bits do not hold it.
-#[inline]
-fn tens(power: usize) -> u64 {
-    TENS.get(power).copied().unwrap_or(0)
-}
-
-/// The digits that `bytes` begin with as a whole number (its lowest 64 bits), and how many they are: eight at a time.
-#[inline]
-fn whole(bytes: &[u8]) -> (u64, usize) {
-    const EACH: u64 = 0x0101_0101_0101_0101;
-    let (mut number, mut rest) = (0_u64, bytes);
-    while let Some(eight) = rest.first_chunk::<8>() {
-        let digits = u64::from_le_bytes(*eight) ^ (b'0' as u64 * EACH);
-        // the high bit of every byte above nine
-        let others = (digits.wrapping_add(0x76 * EACH) | digits) & (0x80 * EACH);
-        let count = (others.trailing_zeros() / 8) as usize;
-        if count == 0 {
-            return (number, bytes.len() - rest.len());
-        }
-        // the first digit stands in the lowest byte: zeros go before it, and pairs, fours and eights are joined
-        let digits = digits << (64 - 8 * count);
-        let pairs = (digits.wrapping_mul(10) + (digits >> 8)) & 0x00FF_00FF_00FF_00FF;
-        let fours = (pairs.wrapping_mul(100) + (pairs >> 16)) & 0x0000_FFFF_0000_FFFF;
-        let eight = (fours.wrapping_mul(10_000) + (fours >> 32)) & 0xFFFF_FFFF;
-        number = number.wrapping_mul(tens(count)).wrapping_add(eight);
-        rest = rest.get(count..).unwrap_or_default();
-        if count < 8 {
-            return (number, bytes.len() - rest.len());
-        }
-    }
-    while let [digit @ b'0'..=b'9', more @ ..] = rest {
-        (number, rest) = (number.wrapping_mul(10).wrapping_add(u64::from(digit - b'0')), more);
-    }
-    (number, bytes.len() - rest.len())
-}
-
 /// The number that `bytes` begin with, and how many bytes it takes; `mark` is the decimal mark.
 ///
 /// Up to 19 digits with a mantissa below 2^53 and a power of ten up to 22 are one exact product or quotient (Clinger 1990); what is longer goes
@@ -83,16 +23,31 @@ pub(super) fn leading(bytes: &[u8], mark: u8) -> Option<(f64, usize)> {
     if negative || first == b'+' {
         at = 1;
     }
-    let (mut mantissa, mut digits) = whole(bytes.get(at..)?);
-    at += digits;
-    let mut exponent = 0;
-    let mut byte = next(&mut at);
-    if byte == Some(mark) {
-        let (part, more) = whole(bytes.get(at..)?);
-        mantissa = mantissa.wrapping_mul(tens(more)).wrapping_add(part);
-        // a cell has fewer digits
-        (digits, exponent, at) = (digits + more, -i32::try_from(more).unwrap_or(i32::MAX), at + more);
+    let (mut mantissa, mut digits, mut exponent) = (0_u64, 0_u32, 0_i32);
+    let mut byte;
+    loop {
         byte = next(&mut at);
+        match byte {
+            Some(digit @ b'0'..=b'9') => {
+                mantissa = mantissa.wrapping_mul(10).wrapping_add(u64::from(digit - b'0'));
+                digits += 1;
+            }
+            _ => break,
+        }
+    }
+    if byte == Some(mark) {
+        let before = digits;
+        loop {
+            byte = next(&mut at);
+            match byte {
+                Some(digit @ b'0'..=b'9') => {
+                    mantissa = mantissa.wrapping_mul(10).wrapping_add(u64::from(digit - b'0'));
+                    digits += 1;
+                }
+                _ => break,
+            }
+        }
+        exponent = before as i32 - digits as i32;
     }
     if digits == 0 {
         return None;

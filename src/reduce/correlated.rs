@@ -1,9 +1,9 @@
 //! The standard uncertainty of the mean of samples whose noise has a memory.
 //!
-//! Four descriptions of the noise are held side by side: white; white and a first-order Markov process (correlation times from half a block to
-//! the length of a segment); white and flicker; white and a random walk. The contrasts of block means within all segments of a channel, free of the segments' levels,
+//! Three descriptions of the noise are held side by side: white; white and a first-order Markov process (correlation times from half a block to
+//! the length of a segment); white and flicker. The contrasts of block means within all segments of a channel, free of the segments' levels,
 //! tell how probable each is (restricted likelihood, its scale integrated out). Each gives the variance of a mean over the segment:
-//! that of white noise and of the Markov process about zero, that of flicker and of a walk, which have no mean of their own, about the level of the whole record, and never below the
+//! that of white noise and of the Markov process about zero, that of flicker, which has no mean of its own, about the level of the whole record, and never below the
 //! Allan variance at the segment's length. The mean's error is then a mixture of Student distributions, one for each description, and
 //! u is its half interval divided by the normal factor, so that `1.96 u` covers 95 % however few the samples: what learning the noise
 //! costs is in u, and no degrees of freedom need to be carried.
@@ -11,7 +11,7 @@
 //! Segments learn from each other only where their noise is the same: those whose differences from block to block are clearly larger (a table
 //! that turns beside one that stands) make a class of their own.
 
-use super::innovations::{Levelless, Process, Products, markov, markov_mean};
+use super::innovations::{FLICKER_ALLAN, Process, Products, flicker, flicker_level, markov, markov_mean};
 use super::turning::{self, Designs, Turned};
 use crate::elements::Elements;
 use crate::number;
@@ -53,7 +53,7 @@ pub struct MeanUncertainty {
     pub white: f64,
     /// With the sum of the autocorrelations (white noise and a Markov process).
     pub autocorrelation: f64,
-    /// The Allan deviation at the segment's length (white noise and flicker, or a walk).
+    /// The Allan deviation at the segment's length (white noise and flicker).
     pub allan_floor: f64,
     /// What the resolution of a quantized channel gives where the noise does not exceed it.
     pub resolution: f64,
@@ -75,7 +75,7 @@ pub struct MeanUncertainty {
 const LONGEST: usize = 256;
 /// Least blocks of a middling segment.
 const LEAST: usize = 64;
-/// Weight of noise without memory before anything is seen; the other three kinds share the rest. Correlation times, in equal ratios, weigh inversely as
+/// Weight of noise without memory before anything is seen; the other two kinds share the rest. Correlation times, in equal ratios, weigh inversely as
 /// their roots: what covers 95 % from a hundredth to a third of a segment, by the seeded experiment of `tests/reduction/readings.rs`.
 const PLAIN: f64 = 0.5;
 const TIMES: usize = 28;
@@ -98,7 +98,7 @@ const FILTERED: f64 = 4.0;
 enum Kind {
     White,
     Markov { tau: f64, ratio: f64 },
-    Levelless { own: Levelless, ratio: f64 },
+    Flicker { ratio: f64 },
 }
 
 struct Description {
@@ -119,8 +119,8 @@ impl Description {
                 let v = white + ratio * markov_mean(length, tau);
                 (v, v)
             }
-            Kind::Levelless { own, ratio } => {
-                (white + ratio * own.level(start, length, record), white + ratio * own.allan(length))
+            Kind::Flicker { ratio } => {
+                (white + ratio * flicker_level(start, length, record), white + ratio * FLICKER_ALLAN)
             }
         }
     }
@@ -141,7 +141,7 @@ fn descriptions(longest: usize, typical: f64) -> Vec<Description> {
     };
     let white = unit(vec![0.0; longest], 1.0);
     let mut all = vec![Description { place: (0, 0), kind: Kind::White, covariance: white, prior: PLAIN }];
-    let with_memory = (1.0 - PLAIN) / 3.0;
+    let with_memory = 0.5 * (1.0 - PLAIN);
     let taus: Vec<f64> = spread(0.5, typical.max(2.0), TIMES).collect();
     let roots: f64 = taus.iter().map(|tau| 1.0 / tau.sqrt()).sum();
     for (i, tau) in taus.into_iter().enumerate() {
@@ -155,16 +155,14 @@ fn descriptions(longest: usize, typical: f64) -> Vec<Description> {
             all.push(Description { place: (i, j), kind, covariance: unit(own.clone(), ratio), prior });
         }
     }
-    // of a walk the least grows in a segment by a hundredth of a white block
-    let long = typical.max(2.0);
-    for (i, own, least, most) in
-        [(0, Levelless::Flicker, 0.003, 30.0), (COARSE, Levelless::Walk, 0.01 / long / long, 1.0)]
-    {
-        for (j, ratio) in spread(least, most, FLOORS).enumerate() {
-            let prior = with_memory / FLOORS as f64;
-            let covariance = unit(own.covariance(longest), ratio);
-            all.push(Description { place: (i, j), kind: Kind::Levelless { own, ratio }, covariance, prior });
-        }
+    for (j, ratio) in spread(0.003, 30.0, FLOORS).enumerate() {
+        let prior = with_memory / FLOORS as f64;
+        all.push(Description {
+            place: (0, j),
+            kind: Kind::Flicker { ratio },
+            covariance: unit(flicker(longest), ratio),
+            prior,
+        });
     }
     all
 }
@@ -381,7 +379,7 @@ fn alike(segments: &[SegmentBlocks], record: f64, level: f64) -> Vec<MeanUncerta
             let family = |markov: bool| {
                 let of = seen.iter().filter(|s| match s.description.kind {
                     Kind::Markov { .. } => markov,
-                    Kind::Levelless { .. } => !markov,
+                    Kind::Flicker { .. } => !markov,
                     Kind::White => false,
                 });
                 let (mut sum, mut all) = (0.0, 0.0);

@@ -112,54 +112,33 @@ pub(super) fn markov_mean(length: f64, tau: f64) -> f64 {
     2.0 / x * (1.0 - (1.0 - (-x).exp()) / x)
 }
 
-/// Noise without a level of its own.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Levelless {
-    /// Of the spectral density `1/f`.
-    Flicker,
-    /// A random walk whose variance grows by one in a block.
-    Walk,
+/// `F` with `F'' = -ln t`.
+fn integral(t: f64) -> f64 {
+    let t = t.abs();
+    if t == 0.0 { 0.0 } else { -(0.5 * t * t * t.ln() - 0.75 * t * t) }
 }
 
-impl Levelless {
-    /// `F`, whose second derivative is a covariance of contrasts: `-ln t`, or `-t/2`.
-    fn integral(self, t: f64) -> f64 {
-        let t = t.abs();
-        match self {
-            Levelless::Flicker if t == 0.0 => 0.0,
-            Levelless::Flicker => -(0.5 * t * t * t.ln() - 0.75 * t * t),
-            Levelless::Walk => -t * t * t / 12.0,
-        }
-    }
-
-    /// Generalized covariance of block means: that of contrasts is exact.
-    pub fn covariance(self, count: usize) -> Vec<f64> {
-        // more than any contrast takes off
-        let constant = match self {
-            Levelless::Flicker => (4.0 * count as f64).ln() + 3.0,
-            Levelless::Walk => count as f64,
-        };
-        let at = |t: f64| constant + self.integral(t + 1.0) + self.integral(t - 1.0) - 2.0 * self.integral(t);
-        (0..count).map(|lag| at(lag as f64)).collect()
-    }
-
-    /// Variance of the mean from `start` over `length`, less that from 0 to `record`; not below the Allan variance at that length.
-    pub fn level(self, start: f64, length: f64, record: f64) -> f64 {
-        let integral = |t: f64| self.integral(t);
-        let double =
-            |a: f64, b: f64, c: f64, d: f64| integral(d - a) + integral(c - b) - integral(c - a) - integral(d - b);
-        let (a, b) = (start, start + length);
-        let own = double(a, b, a, b) / (length * length);
-        let cross = double(a, b, 0.0, record) / (length * record);
-        let all = double(0.0, record, 0.0, record) / (record * record);
-        (own - 2.0 * cross + all).max(self.allan(length))
-    }
-
-    /// Allan variance at an averaging time of so many blocks.
-    pub fn allan(self, length: f64) -> f64 {
-        match self {
-            Levelless::Flicker => 2.0 * std::f64::consts::LN_2,
-            Levelless::Walk => length / 3.0,
-        }
-    }
+/// Generalized covariance of block means of flicker noise with spectral density `1/f`: that of contrasts is exact.
+pub(super) fn flicker(count: usize) -> Vec<f64> {
+    let constant = (4.0 * count as f64).ln() + 3.0;
+    (0..count)
+        .map(|lag| {
+            let t = lag as f64;
+            constant + integral(t + 1.0) + integral(t - 1.0) - 2.0 * integral(t)
+        })
+        .collect()
 }
+
+/// Variance of flicker noise `1/f` averaged from `start` over `length`, less its mean from 0 to `record`; not below half of that of the
+/// difference of two neighbours (the Allan variance, `2 ln 2`).
+pub(super) fn flicker_level(start: f64, length: f64, record: f64) -> f64 {
+    let double = |a: f64, b: f64, c: f64, d: f64| integral(d - a) + integral(c - b) - integral(c - a) - integral(d - b);
+    let (a, b) = (start, start + length);
+    let own = double(a, b, a, b) / (length * length);
+    let cross = double(a, b, 0.0, record) / (length * record);
+    let all = double(0.0, record, 0.0, record) / (record * record);
+    (own - 2.0 * cross + all).max(FLICKER_ALLAN)
+}
+
+/// Allan variance of flicker noise `1/f`.
+pub(super) const FLICKER_ALLAN: f64 = 2.0 * std::f64::consts::LN_2;
