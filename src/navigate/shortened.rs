@@ -45,7 +45,7 @@ impl Shortened {
             let ends = run.rows.first().zip(run.rows.last()).map_or((0.0, 0.0), |(a, b)| (a.time, b.time));
             // a stretch that holds `share` rows where they are evenly spaced
             let stretch = share * (ends.1 - ends.0) / (run.rows.len().max(2) - 1) as f64;
-            let place = |row: &MeasuredRow| ((row.time - ends.0) / stretch * (1.0 + f64::EPSILON)).floor();
+            let place = |row: &MeasuredRow| ((row.time - ends.0) / stretch).floor();
             let (mut rows, mut counts) = (Vec::new(), Vec::new());
             for chunk in run.rows.chunk_by(|a, b| share > 1.0 && place(a) == place(b)) {
                 let mut cells: [Vec<usize>; CHANNELS] = Default::default();
