@@ -134,7 +134,10 @@ impl Outputs {
             stream.sync().map_err(|error| fault(&stream.path, &error))?;
         }
         for stream in &mut self.streams {
-            stream.release().or_else(reader_left).map_err(|error| fault(&stream.path, &error))?;
+            stream.release().or_else(reader_left).map_err(|error| match (&stream.temporary, &stream.file) {
+                (None, None) => super::not_printed(&error),
+                _ => fault(&stream.path, &error),
+            })?;
         }
         for (path, place, text) in direct {
             match place {

@@ -201,9 +201,17 @@ fn set(header: &[&str], rows: &[Vec<String>], right: &[bool]) -> String {
     if let Some(gap) = GAPS.into_iter().find(|gap| fits(least, *gap)) {
         return framed(&columns, &all, gap, header, rows);
     }
-    let parts: Vec<String> =
-        blocks(&columns).iter().map(|block| framed(&columns, block, GAPS[0], header, rows)).collect();
-    parts.join("\n")
+    let blocks = blocks(&columns);
+    let part = |(k, block): (usize, &Vec<usize>)| {
+        // below the first part a row that has nothing there says nothing
+        let says = |row: &&Vec<String>| {
+            let own = |c: &usize| row.get(*c).is_some_and(|cell| !cell.is_empty());
+            k == 0 || block.iter().filter(|c| blocks.first().is_none_or(|first| !first.contains(*c))).any(own)
+        };
+        let rows: Vec<Vec<String>> = rows.iter().filter(says).cloned().collect();
+        framed(&columns, block, GAPS[0], header, &rows)
+    };
+    blocks.iter().enumerate().map(part).collect::<Vec<String>>().join("\n")
 }
 
 /// What a column needs.

@@ -1,10 +1,10 @@
 //! What could stand in the place of a finding: another cause, or another together with another for a second finding.
 
+use super::candidates::Linear;
 use super::cause::{Cause, Change};
 use super::diagnose::Alias;
 use super::measured::CHANNEL_NAMES;
 use super::refine::Walk;
-use super::walk::Linear;
 
 /// Sets in which two members together are compared with other pairs.
 const PAIRED: usize = 8;
@@ -37,7 +37,9 @@ impl Walk<'_> {
             Cause::Reference(channel, Some(Change::Step(_))) => CHANNEL_NAMES.get(*channel).map(|s| (*s).to_string()),
             _ => None,
         };
-        aliases.sort_by(|a, b| a.excess.total_cmp(&b.excess));
+        // of the same column all fit alike but for rounding: those stay in the order of the catalogue
+        let excess = |own: &Alias| if own.exact { 0.0 } else { own.excess };
+        aliases.sort_by(|a, b| excess(a).total_cmp(&excess(b)));
         let mut seen: Vec<String> = own.and_then(step).into_iter().collect();
         aliases.retain(|alias| match step(&alias.source).filter(|_| alias.together_with.is_none()) {
             Some(name) if seen.contains(&name) => false,
@@ -48,7 +50,7 @@ impl Walk<'_> {
             None => true,
         });
         let order = |a: &Alias| (a.absurd, a.together_with.is_some(), !a.exact, crate::number::whole(a.source.rank()));
-        aliases.sort_by(|a, b| order(a).cmp(&order(b)).then(a.excess.total_cmp(&b.excess)));
+        aliases.sort_by(|a, b| order(a).cmp(&order(b)).then(excess(a).total_cmp(&excess(b))));
         aliases
     }
 

@@ -131,7 +131,7 @@ impl Walk<'_> {
 
     fn findings(&self, state: &State, gap: &[f64], each: &[f64], partly: Option<&Partly>) -> Vec<Finding> {
         let case = &self.case;
-        let linear = self.linear(state, &[]);
+        let linear = self.linear(state, &self.alike(state));
         let set = linear.places(&state.set);
         let mut white = [gap.to_vec()];
         case.weigh(self.u, &state.out, &mut white);

@@ -1,9 +1,9 @@
 //! The posterior of sets of causes, and of what none of them explains, on the linear model at a state: the score of campaigns (`diagnosis`).
 
 use super::bank::bank;
+use super::candidates::Linear;
 use super::cause::{Cause, Change};
 use super::refine::{State, Walk};
-use super::walk::Linear;
 use crate::diagnosis::{Class, Deviations, Kernel, NoiseFrom, Posterior, Priors, Problem, Score};
 use faer::Mat;
 use faer::linalg::solvers::Solve;

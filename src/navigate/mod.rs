@@ -26,6 +26,7 @@
 
 mod aliases;
 mod bank;
+mod candidates;
 mod case;
 pub mod cause;
 mod changing;

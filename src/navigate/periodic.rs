@@ -70,6 +70,11 @@ fn phased(of: &Cause, period: f64, mut columns: [Vec<f64>; 2], (basis, residual)
     Some(WaveFit { cause, size: a.hypot(b), gain: a * along_c + b * along_s })
 }
 
+/// What may grow may go up and down.
+fn grows(own: &Cause) -> bool {
+    matches!(own, Cause::Changing(_, Change::Ramp) | Cause::Reference(_, Some(Change::Ramp)))
+}
+
 impl Walk<'_> {
     /// The time of the last row, s.
     pub(super) fn last(&self) -> f64 {
@@ -100,11 +105,8 @@ impl Walk<'_> {
         // no run, no wave
         let longest = rows.short.measured.runs.iter().map(|run| run.rows.len()).max().unwrap_or_default();
         let most = (longest / SEEN).clamp(LEAST, MOST);
-        // what may grow may go up and down
-        let grows =
-            |own: &&Cause| matches!(own, Cause::Changing(_, Change::Ramp) | Cause::Reference(_, Some(Change::Ramp)));
         let mut coarse: Vec<Vec<(f64, f64, Cause)>> = vec![Vec::new(); settings.len()];
-        for cause in self.case.causes.iter().filter(grows) {
+        for cause in self.case.causes.iter().filter(|own| grows(own)) {
             let mut best: Vec<Option<(f64, f64, Cause)>> = vec![None; settings.len()];
             for half_waves in LEAST..=most {
                 let period = 2.0 * last / half_waves as f64;
@@ -127,6 +129,30 @@ impl Walk<'_> {
             };
             let own = all.iter().take(*count).filter_map(finest);
             found.extend(own.filter(|own| !self.case.is_absurd(&own.cause, own.size)).map(|own| own.cause));
+        }
+        found
+    }
+
+    /// What may go up and down with each wave of a state's set, at its period: other biases, other channels.
+    pub(super) fn alike(&self, state: &State) -> Vec<Cause> {
+        let rows = self.weighed(&state.out);
+        let (own, laid) = self.laid(state, &rows);
+        let period = |cause: &Cause| match cause {
+            Cause::Changing(_, Change::Wave { period, .. })
+            | Cause::Reference(_, Some(Change::Wave { period, .. })) => Some(*period),
+            _ => None,
+        };
+        let mut found = Vec::new();
+        for (place, period) in state.set.iter().enumerate().filter_map(|(k, cause)| Some((k, period(cause)?))) {
+            let others = own.iter().enumerate().filter(|(k, _)| *k != place).map(|(_, column)| column.clone());
+            let beside = rows.beside(others, laid.clone());
+            let is_other = |own: &&Cause| match (own, state.set.get(place)) {
+                (Cause::Changing(a, _), Some(Cause::Changing(b, _))) => a != b,
+                (Cause::Reference(a, _), Some(Cause::Reference(b, _))) => a != b,
+                _ => true,
+            };
+            let waves = self.case.causes.iter().filter(|own| grows(own)).filter(is_other);
+            found.extend(waves.filter_map(|own| Some(rows.wave(own, period, &beside)?.cause)));
         }
         found
     }

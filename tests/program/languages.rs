@@ -387,7 +387,13 @@ fn every_command_is_told_in_chinese() {
         let text = told(&of, &arguments, "zh");
         check(&text, &own, &what);
         in_columns(&text, &what);
-        assert_eq!(numbers(&text), numbers(&told(&of, &arguments, "en")), "{what}\n{text}");
+        // a table that is too wide in one language repeats its first column; the pages below count
+        let each = |text: &str| {
+            let mut own = numbers(text);
+            own.dedup();
+            own
+        };
+        assert_eq!(each(&text), each(&told(&of, &arguments, "en")), "{what}\n{text}");
         if line(folder) && arguments[0] == "diagnose" {
             continue;
         }
