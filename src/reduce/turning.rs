@@ -14,10 +14,11 @@ use std::f64::consts::TAU;
 /// Harmonics of the turn that are free in any case: those that the angles between axes, their squares (centripetal terms, two misalignments) and three angles in a
 /// row give.
 const ALWAYS: usize = 3;
-/// The highest that is looked for, and the frequencies beside a harmonic whose power says what noise is there.
+/// The highest that is looked for, a choice that bounds the work; and the frequencies beside a harmonic whose power says what noise is there: eight tell it to a third (chi-square with sixteen degrees of freedom).
 const HIGHEST: usize = 12;
 const BESIDE: usize = 8;
-/// A harmonic above those that are free in any case is there where chance makes so large a power in fewer cases than this.
+/// A harmonic above those that are free in any case is there where chance makes so large a power in fewer cases than this: of nine harmonics in each of a hundred
+/// segments a false one in about eleven records, which costs its mean two degrees of freedom.
 const CHANCE: f64 = 1e-4;
 /// A wave whose part outside the level and the other waves is below this share of it is none of its own: rounding, the root of the machine precision.
 const OWN: f64 = 1.5e-8;
