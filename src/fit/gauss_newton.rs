@@ -258,16 +258,11 @@ impl Trip<'_> {
     }
 }
 
-/// Does a step with scales of its own move an estimate by more than [`ROUNDING`] of its uncertainty?
+/// Does a step with scales of its own move an estimate by more than its uncertainty? (Where scales have two optima near one another it moves by less, to and fro.)
 fn moves(step: &Step) -> bool {
     let several = step.scattered.is_none() && step.estimate.group_iterations > 0;
     let variance = |k: usize| if k < step.noise.covariance.nrows() { step.noise.covariance[(k, k)] } else { 0.0 };
-    several
-        && step
-            .change
-            .iter()
-            .enumerate()
-            .any(|(k, dx)| variance(k) > 0.0 && dx * dx > ROUNDING * ROUNDING * variance(k))
+    several && step.change.iter().enumerate().any(|(k, dx)| variance(k) > 0.0 && dx * dx > variance(k))
 }
 
 impl Found {
