@@ -26,7 +26,7 @@ pub struct Settings {
     pub causes: usize,
     /// of them such as change in time or are the reference's. Default 3: more of them build any course of time.
     pub changing: usize,
-    /// Largest share of the values that may be single wrong ones. Default 0.05.
+    /// Largest share of the rows that single wrong values may make up. Default 0.05.
     pub singles: f64,
     /// What a single wrong value costs beside the penalty of a cause, in variances of the noise. Default 4.
     pub single_penalty: f64,

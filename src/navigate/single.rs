@@ -39,9 +39,10 @@ impl Walk<'_> {
         self.outstanding(&white, self.most(), false)
     }
 
-    /// Single wrong values at most.
+    /// Single wrong values at most: more of them may be the course of a channel, which has one value in a row.
     fn most(&self) -> usize {
-        number::count(self.case.settings.singles * self.case.values.len() as f64).max(1)
+        let rows: usize = self.case.measured.runs.iter().map(|run| run.rows.len()).sum();
+        number::count(self.case.settings.singles * rows as f64).max(1)
     }
 
     /// The same among weighted values; at most so many. The first and the last of a channel have neighbours on one side only: what is there may be a jump.
