@@ -212,14 +212,9 @@ fn probability(what: &str, value: f64, example: &str) -> Result<()> {
 
 /// Print to stdout; a reader that has gone away (`tumble ... | head`) is no error, a full disk is one.
 fn print(text: &str) -> Result<()> {
-    print_bytes(visible(text).as_bytes())
-}
-
-/// The same for what is no text.
-fn print_bytes(bytes: &[u8]) -> Result<()> {
     use std::io::Write;
-    let mut out = embedded::Stdout;
-    out.write_all(bytes).and_then(|()| out.flush()).or_else(outputs::reader_left).map_err(|e| not_printed(&e))
+    let mut out = Visible::of(embedded::Stdout);
+    out.write_all(text.as_bytes()).and_then(|()| out.flush()).or_else(outputs::reader_left).map_err(|e| not_printed(&e))
 }
 
 /// A report for a person: lines within the width of a terminal.
@@ -232,20 +227,55 @@ fn not_printed(error: &std::io::Error) -> Malformed {
         .expected("a terminal, a file or a pipe that takes the whole text")
 }
 
-/// A text without what would steer a terminal: a control character of a user's name becomes a mark as long in bytes.
+/// A text without what would steer a terminal.
 fn visible(text: &str) -> std::borrow::Cow<'_, str> {
-    let steers = |c: char| c.is_control() && !matches!(c, '\n' | '\t' | '\r');
-    if !text.contains(steers) {
+    if !text.contains(|c: char| c.is_control() && !matches!(c, '\n' | '\t' | '\r')) {
         return text.into();
     }
-    text.chars()
-        .map(|c| match (steers(c), c.len_utf8()) {
-            (false, _) => c,
-            (true, 1) => '?',
-            (true, _) => '\u{bf}',
-        })
-        .collect::<String>()
-        .into()
+    let mut bytes = text.as_bytes().to_vec();
+    mark(&mut bytes, &mut false);
+    // marks are characters
+    String::from_utf8_lossy(&bytes).into_owned().into()
+}
+
+/// What would steer a terminal, a control character of a user's name, becomes a mark as long in bytes of UTF-8; `lead`: was the byte before the first of such
+/// a character of two?
+fn mark(bytes: &mut [u8], lead: &mut bool) {
+    for byte in bytes {
+        let own = *byte;
+        match own {
+            b'\n' | b'\t' | b'\r' => {}
+            0..0x20 | 0x7f => *byte = b'?',
+            0x80..0xa0 if *lead => *byte = 0xbf,
+            _ => {}
+        }
+        *lead = own == 0xc2;
+    }
+}
+
+/// Passes text on without what would steer a terminal.
+struct Visible<W> {
+    to: W,
+    lead: bool,
+}
+
+impl<W> Visible<W> {
+    fn of(to: W) -> Self {
+        Visible { to, lead: false }
+    }
+}
+
+impl<W: std::io::Write> std::io::Write for Visible<W> {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        let mut own = bytes.to_vec();
+        mark(&mut own, &mut self.lead);
+        self.to.write_all(&own)?;
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        self.to.flush()
+    }
 }
 
 /// May stderr have colours? (<https://no-color.org>)

@@ -102,7 +102,9 @@ impl Outputs {
 
     /// One more value, written as JSON while it is read: the text of a report of a million readings is larger than all that they need.
     pub(super) fn json(&mut self, path: &Path, value: &impl serde::Serialize) -> Result<()> {
-        let mut text = std::io::BufWriter::new(self.open_held(path)?);
+        let mut stream = self.open_held(path)?;
+        stream.is_text = true;
+        let mut text = std::io::BufWriter::new(stream);
         let written = serde_json::to_writer_pretty(&mut text, value).map_err(std::io::Error::from);
         let whole = written.and_then(|()| text.write_all(b"\n")).and_then(|()| text.into_inner().map_err(Into::into));
         self.finish(whole.map_err(|error| fault(path, &error))?);
@@ -117,18 +119,11 @@ impl Outputs {
     /// Write all of them, or none where one cannot be written.
     pub(super) fn write(mut self) -> Result<()> {
         self.check()?;
-        let mut direct = Vec::new();
         for (path, text) in std::mem::take(&mut self.texts) {
-            let place = Place::of(&path);
-            if !matches!(place, Place::Regular(_)) {
-                direct.push((path, place, text));
-                continue;
-            }
-            let stream = Stream::open(&path, &place).and_then(|mut stream| {
-                stream.write_all(&text)?;
-                Ok(stream)
-            });
-            self.streams.push(stream.map_err(|error| fault(&path, &error))?);
+            let mut stream = self.open_held(&path)?;
+            stream.is_text = std::str::from_utf8(&text).is_ok();
+            stream.write_all(&text).map_err(|error| fault(&path, &error))?;
+            self.streams.push(stream);
         }
         for stream in &mut self.streams {
             stream.sync().map_err(|error| fault(&stream.path, &error))?;
@@ -138,18 +133,6 @@ impl Outputs {
                 (None, None) => super::not_printed(&error),
                 _ => fault(&stream.path, &error),
             })?;
-        }
-        for (path, place, text) in direct {
-            match place {
-                Place::Stdout => match std::str::from_utf8(&text) {
-                    Ok(text) => super::print(text)?,
-                    Err(_) => super::print_bytes(&text)?,
-                },
-                _ => Stream::open(&path, &place)
-                    .and_then(|mut stream| stream.write_all(&text))
-                    .or_else(reader_left)
-                    .map_err(|error| fault(&path, &error))?,
-            }
         }
         let whole: Vec<(PathBuf, PathBuf)> =
             self.streams.iter().filter_map(|stream| stream.temporary.clone()).collect();
@@ -214,6 +197,8 @@ pub(super) struct Stream {
     file: Option<File>,
     /// What waits for stdout or a pipe.
     held: Option<Held>,
+    /// Is it text, of which a terminal is shown no more than characters?
+    is_text: bool,
 }
 
 /// Bytes in memory, and those before them in a temporary file, once they are many.
@@ -272,7 +257,7 @@ impl Drop for Held {
 
 impl Stream {
     fn open(path: &Path, place: &Place) -> std::io::Result<Self> {
-        let mut stream = Stream { path: path.to_path_buf(), temporary: None, file: None, held: None };
+        let mut stream = Stream { path: path.to_path_buf(), temporary: None, file: None, held: None, is_text: false };
         match place {
             Place::Stdout => {}
             Place::Null | Place::Direct(_) => stream.file = Some(OpenOptions::new().write(true).open(path)?),
@@ -305,6 +290,7 @@ impl Stream {
     fn release(&mut self) -> std::io::Result<()> {
         match (self.held.take(), &mut self.file) {
             (Some(mut held), Some(file)) => held.copy_to(file),
+            (Some(mut held), None) if self.is_text => held.copy_to(&mut super::Visible::of(super::embedded::Stdout)),
             (Some(mut held), None) => held.copy_to(&mut super::embedded::Stdout),
             (None, _) => Ok(()),
         }

@@ -23,7 +23,8 @@ const DIFFERENCE: f64 = 30.0;
 /// but standard deviations no smaller than these (rad, m/s, m), beside which the simulation's rounding is nothing.
 const ROUNDED: Channels = [1e-9, 1e-9, 1e-9, 1e-5, 1e-5, 1e-2, 1e-2];
 
-/// Values with neighbours on both sides from which these tell the noise: a variance is then known to a third.
+/// Values with neighbours on both sides from which these tell the noise: the variance from n second differences is known to `sqrt(35 / (9 n))` of itself, a half, and
+/// the noise to a quarter.
 const FEWEST: usize = 16;
 
 /// One question, and what is common to all passes.

@@ -14,7 +14,8 @@ use std::f64::consts::TAU;
 /// Harmonics of the turn that are free in any case: those that the angles between axes, their squares (centripetal terms, two misalignments) and three angles in a
 /// row give.
 const ALWAYS: usize = 3;
-/// The highest that is looked for, a choice that bounds the work; and the frequencies beside a harmonic whose power says what noise is there: eight tell it to a third (chi-square with sixteen degrees of freedom).
+/// The highest that is looked for, a choice that bounds the work; and the frequencies beside a harmonic whose power says what noise is there: eight tell it to a
+/// third (chi-square with sixteen degrees of freedom).
 const HIGHEST: usize = 12;
 const BESIDE: usize = 8;
 /// A harmonic above those that are free in any case is there where chance makes so large a power in fewer cases than this: of nine harmonics in each of a hundred

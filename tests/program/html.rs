@@ -277,7 +277,7 @@ fn names_with_forbidden_characters_are_harmless() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("odd.campaign.json");
     let text = fs::read_to_string(TABLE_1).unwrap();
-    let odd = text.replacen("\"position\": \"1\"", "\"position\": \"\\u001b[31m\u{ffff}\"", 1);
+    let odd = text.replacen("\"position\": \"1\"", "\"position\": \"\\u001b[31m\u{9b}\u{7f}\u{ffff}\"", 1);
     assert!(odd != text);
     fs::write(&file, odd).unwrap();
     let file = file.display().to_string();
@@ -286,7 +286,13 @@ fn names_with_forbidden_characters_are_harmless() {
     assert!(!text.contains(['\u{ffff}', '\u{1b}']));
     assert!(!tree(&text).all("svg").is_empty());
     let (_, table, _) = tumble(&["fit", &file, "--readings"]);
-    assert!(!table.contains('\u{1b}'));
+    let (_, json, _) = tumble(&["fit", &file, "--json", "-"]);
+    for text in [table, json] {
+        assert!(
+            !text.contains(['\u{1b}', '\u{7f}', '\u{9b}']) && text.contains("?\u{bf}?") | text.contains("\u{bf}?"),
+            "{text}"
+        );
+    }
 }
 
 /// A bound that holds an angle is drawn, and its bar is the interval that the bound leaves.

@@ -6,11 +6,11 @@ use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::SeedableRng;
 use tumble::reduce::{By, EventKind, Trace, reduce, segment};
 
-fn normal(random: &mut Pcg64Mcg) -> f64 {
+pub fn normal(random: &mut Pcg64Mcg) -> f64 {
     StandardNormal.sample(random)
 }
 
-fn uniform(random: &mut Pcg64Mcg, low: f64, high: f64) -> f64 {
+pub fn uniform(random: &mut Pcg64Mcg, low: f64, high: f64) -> f64 {
     Uniform::new(low, high).expect("a range").sample(random)
 }
 
@@ -24,7 +24,7 @@ fn trace(columns: &[Vec<f64>], interval: f64) -> Trace {
 }
 
 /// First-order noise of standard deviation one.
-fn markov(random: &mut Pcg64Mcg, count: usize, tau: f64) -> Vec<f64> {
+pub fn markov(random: &mut Pcg64Mcg, count: usize, tau: f64) -> Vec<f64> {
     let stay = (-1.0 / tau).exp();
     let mut state = normal(random);
     (0..count)
@@ -36,7 +36,7 @@ fn markov(random: &mut Pcg64Mcg, count: usize, tau: f64) -> Vec<f64> {
 }
 
 /// Flicker noise: first-order processes of equal variance, spread evenly over the logarithm of their correlation times, four to a decade.
-fn flicker(random: &mut Pcg64Mcg, count: usize) -> Vec<f64> {
+pub fn flicker(random: &mut Pcg64Mcg, count: usize) -> Vec<f64> {
     let mut sum = vec![0.0; count];
     let mut tau = 0.1;
     while tau < 100.0 * count as f64 {

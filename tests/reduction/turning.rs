@@ -1,19 +1,12 @@
 //! Means of stretches in which a joint turns: how often 1.96 u holds their errors, over rates, turns, harmonics and noises that are drawn widely.
 
 use crate::draws::draws;
-use rand_distr::{Distribution, StandardNormal, StudentT, Uniform};
+use crate::readings::{flicker, markov, normal, uniform};
+use rand_distr::{Distribution, StudentT};
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::SeedableRng;
 use std::f64::consts::TAU;
 use tumble::reduce::{By, Trace, reduce, segment, whole_turns};
-
-fn normal(random: &mut Pcg64Mcg) -> f64 {
-    StandardNormal.sample(random)
-}
-
-fn uniform(random: &mut Pcg64Mcg, low: f64, high: f64) -> f64 {
-    Uniform::new(low, high).expect("a range").sample(random)
-}
 
 /// Evenly over the logarithm.
 fn logarithmic(random: &mut Pcg64Mcg, low: f64, high: f64) -> f64 {
@@ -22,28 +15,6 @@ fn logarithmic(random: &mut Pcg64Mcg, low: f64, high: f64) -> f64 {
 
 fn white(random: &mut Pcg64Mcg, count: usize) -> Vec<f64> {
     (0..count).map(|_| normal(random)).collect()
-}
-
-/// First-order noise of standard deviation one; `tau` in samples.
-fn markov(random: &mut Pcg64Mcg, count: usize, tau: f64) -> Vec<f64> {
-    let stay = (-1.0 / tau).exp();
-    let mut state = normal(random);
-    let mut next = || {
-        state = stay * state + (1.0 - stay * stay).sqrt() * normal(random);
-        state
-    };
-    (0..count).map(|_| next()).collect()
-}
-
-/// Flicker noise: first-order processes of equal variance, four to a decade of correlation times.
-fn flicker(random: &mut Pcg64Mcg, count: usize) -> Vec<f64> {
-    let mut sum = vec![0.0; count];
-    let mut tau = 0.1;
-    while tau < 100.0 * count as f64 {
-        sum.iter_mut().zip(markov(random, count, tau)).for_each(|(s, v)| *s += v);
-        tau *= 10_f64.powf(0.25);
-    }
-    sum
 }
 
 fn walk(random: &mut Pcg64Mcg, count: usize) -> Vec<f64> {

@@ -184,6 +184,54 @@ fn a_steep_attitude_is_reached_from_zero() {
     }
 }
 
+/// Devices at any attitude, every start at zero, noise of one second of arc that the readings alone tell: the solution is the attitude, or is said to be none.
+#[test]
+fn steep_attitudes_converge_or_say_that_they_do_not() {
+    let base = campaign("tests/data/simulated/cube-mirror-steep.campaign.json");
+    let model = design::Model::new(&base).unwrap();
+    let mut random = random(2203);
+    let mut uniform = |width: f64| -> f64 {
+        let unit: f64 = rand_distr::Distribution::sample(&rand_distr::StandardUniform, &mut random);
+        width * (2.0 * unit - 1.0)
+    };
+    let (count, mut solved, mut wrong) = (draws(60, 400), 0, 0);
+    for trial in 0..count {
+        let mut truth = base.reference_point();
+        for (p, value) in base.parameters.iter().zip(&mut truth) {
+            *value = match p.id.as_str() {
+                "heading" | "base" | "oA" | "oB" => uniform(600_000.0),
+                "pitch" | "roll" => uniform(216_000.0),
+                "cube" => uniform(30.0),
+                "colA" | "colB" | "iA" | "iB" => uniform(10.0),
+                "d_heading" | "d_pitch" | "d_roll" => uniform(20.0),
+                _ => *value,
+            };
+        }
+        let design = design::assemble(&base, &model, &truth).unwrap();
+        let mut device = base.clone();
+        for (row, predicted) in design.rows.iter().zip(&design.predicted) {
+            // the sum of twelve, less its mean, is normal to the eye
+            let noise: f64 = (0..12).map(|_| uniform(0.5)).sum();
+            let readings = &mut device.readings.rows[row.reading].observations;
+            readings.iter_mut().filter(|o| o.sensor == row.sensor).for_each(|o| o.value = predicted + noise);
+        }
+        let fit = fit::fit(&device, &exact()).unwrap();
+        let off = |id: &str| {
+            let k = base.parameters.iter().position(|p| p.id == id).unwrap();
+            (fit.point[k] - truth[k] + 648_000.0).rem_euclid(1_296_000.0) - 648_000.0
+        };
+        let right = ["roll", "pitch", "heading", "cube"].iter().all(|id| off(id).abs() < 20.0);
+        let converged = fit.convergence.as_ref().is_some_and(|own| own.converged);
+        solved += usize::from(right && converged);
+        wrong += usize::from(!right && converged && !fit.is_rejected());
+        if !(right && converged) {
+            println!("{trial}: off by {:.0} and {:.0}, converged {converged}", off("roll"), off("cube"));
+        }
+    }
+    println!("{solved} of {count} solved, {wrong} wrong without a word");
+    assert!(wrong == 0 && 10 * solved >= 9 * count);
+}
+
 #[test]
 fn what_hides_in_what_is_named() {
     let mut campaign = campaign(&format!("{FOLDER}/attitude.campaign.json"));

@@ -7,10 +7,11 @@ use crate::error::Result;
 use crate::plan::{Goal, Reached};
 use crate::report::FindReport;
 
-/// Schedules that are sought, each for what those before ask, at most.
+/// Schedules that are sought, each for what those before ask, at most: they bound the work. Three find a bracket, and five halve a factor of two to `NEAR`.
 const ROUNDS: usize = 8;
-/// The size from which an effect shows, over its own, need be met no better than this: what is foreseen is a mean over few draws of the noise.
-const NEAR: f64 = 1.03;
+/// The size from which an effect shows, over its own, need be met no better than this: noise moves it by one u, its mean over the draws of `foresee` by a fifth of
+/// that, and an effect shows from some five u on.
+const NEAR: f64 = 1.04;
 
 /// The sizes from which effects show with this power, in the order of those that are to be found; `None` where a schedule does not tell.
 pub(super) fn shown_from(foreseen: &Foresight, extras: &[Extra], power: f64) -> Vec<Option<f64>> {
