@@ -79,7 +79,7 @@ pub(crate) fn check_rows(campaign: &Campaign, model: &Model, design: &DesignMatr
                 Fault::Value,
                 format!("the model line of {sensor} has no finite derivative by '{id}' at this reading{at}"),
             )
-            .expected(format!("a \"start\" for '{id}' at which it has one"))
+            .expected(format!("a \"start\" for '{id}' at which it has one (of tumble new: --start {id}=VALUE)"))
             .at_path(reading.place.clone()));
         }
         let error =

@@ -59,7 +59,7 @@ impl Answers {
         let mut all = given.iter().map(|text| read(text)).collect::<Result<Vec<T>>>()?;
         if self.terminal && given.is_empty() {
             loop {
-                let text = self.line(&format!("{question}, one a line"), Some(""))?;
+                let text = self.line(&format!("{question}, one a line; an empty line ends them"), Some(""))?;
                 if text.is_empty() {
                     break;
                 }

@@ -11,7 +11,7 @@ mod benches;
 mod columns;
 mod lab;
 
-use super::{Outcome, files, outputs::Outputs, session};
+use super::{Outcome, files, outputs::Outputs, session, show_error};
 use crate::campaign::UnitUnderTest;
 use crate::error::{Fault, Malformed, Result};
 use crate::fit;
@@ -90,9 +90,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
 
 fn campaign(arguments: &Arguments, table: &Path, answers: &Answers) -> Result<Outcome> {
     let (file, _) = parted(table);
-    let stem = file.file_name().unwrap_or_default().to_string_lossy();
-    let stem = stem.split('.').next().filter(|stem| !stem.is_empty()).unwrap_or("new").to_string();
-    let to = arguments.to.clone().unwrap_or_else(|| table.with_file_name(format!("{stem}.campaign.json")));
+    let stem = |path: &Path| {
+        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        name.split('.').next().filter(|stem| !stem.is_empty()).unwrap_or("new").to_string()
+    };
+    let to = arguments.to.clone();
+    let to = to.unwrap_or_else(|| table.with_file_name(format!("{}.campaign.json", stem(&file))));
+    // a bench that is made goes by the campaign's name
+    let stem = stem(&to);
     let folder = to.parent().map(Path::to_path_buf).unwrap_or_default();
     free(&to)?;
     let samples = answers.one(
@@ -109,6 +114,17 @@ fn campaign(arguments: &Arguments, table: &Path, answers: &Answers) -> Result<Ou
 
     let (bench, own) = benches::chosen(arguments, answers, &titles, &stem, &folder)?;
     let map = columns::mapped(&bench, &titles, &arguments.columns, answers)?;
+    let by = samples.as_str();
+    let unused: Vec<&str> = (titles.iter().zip(&map.used))
+        .filter(|(column, used)| !**used && column.title != by && column.name != by)
+        .map(|(column, _)| column.title.as_str())
+        .collect();
+    if !unused.is_empty() {
+        super::show(&format!(
+            "not read by this bench: {} (--columns KEY=TITLE says what a column is)\n",
+            unused.join(", ")
+        ))?;
+    }
     let mut campaign: CampaignFile = serde_json::from_value(json!({ "bench": "", "readings": [] }))
         .map_err(|error| Malformed::new(Fault::Value, error.to_string()))?;
     campaign.bench = own.reference;
@@ -160,13 +176,14 @@ fn campaign(arguments: &Arguments, table: &Path, answers: &Answers) -> Result<Ou
     let listed: Vec<String> = parameters.iter().map(|(id, unit)| format!("{id} [{unit}]")).collect();
     let ask = format!("known values among {} (NAME=VALUE[+-U] [UNIT]; NAME=0: not in the model)", listed.join(", "));
     let mut given = known(&arguments.known, &ask)?;
-    let starts = arguments.start.iter().map(|text| Quantity::of(text, &parameters)).collect::<Result<Vec<_>>>()?;
+    let start = |text: &str| Quantity::of(text, &parameters);
+    let mut starts = arguments.start.iter().map(|text| start(text)).collect::<Result<Vec<_>>>()?;
     let doubts = loop {
         let estimated = parameters.iter().filter(|(id, _)| given.iter().all(|own| own.name != *id));
         campaign.estimate = wire::Named(
             estimated
                 .map(|(id, _)| {
-                    let start = starts.iter().find(|own| own.name == *id);
+                    let start = starts.iter().rfind(|own| own.name == *id);
                     let unit = start.and_then(|own| own.unit.clone());
                     (id.clone(), EstimateFile { start: start.map(|own| own.value), unit, ..EstimateFile::default() })
                 })
@@ -178,7 +195,21 @@ fn campaign(arguments: &Arguments, table: &Path, answers: &Answers) -> Result<Ou
             (own.name.clone(), known)
         });
         campaign.known = wire::Named(named.collect()).into();
-        let (_, fitted) = read(&campaign)?;
+        let fitted = match read(&campaign) {
+            Ok((_, fitted)) => fitted,
+            // a person at a terminal has not answered for nothing
+            Err(error) if answers.asks() => {
+                show_error::show(&error);
+                let ask = "starting values of estimates in which the model is not linear (NAME=VALUE [UNIT])";
+                let more = answers.several(&[], ("--start", ask), start)?;
+                if more.is_empty() {
+                    return Err(error);
+                }
+                starts.extend(more);
+                continue;
+            }
+            Err(error) => return Err(error),
+        };
         let doubts = fitted.map_or(Vec::new(), |fit| fit.not_estimable);
         let names: Vec<&str> = doubts.iter().flat_map(|d| &d.direction.terms).map(|(id, _)| id.as_str()).collect();
         if names.is_empty() || !answers.asks() {
