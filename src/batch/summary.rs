@@ -5,6 +5,8 @@ use crate::elements::Elements;
 use crate::fit::Conformity;
 use crate::number;
 use crate::uncertainty::quantiles;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, HashMap};
 
 /// Devices whose values are kept for distributions; of further ones only the counts.
@@ -105,15 +107,18 @@ fn rms((squares, count): (f64, usize)) -> Option<f64> {
 }
 
 /// A device that is not accepted, or outside a limit.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(rename = "NotInOrderReport")]
+#[non_exhaustive]
 pub struct NotInOrder {
     /// The device.
+    #[serde(rename = "device")]
     pub label: String,
-    /// Is its answer usable?
+    /// `rejected`, `malformed`, or `accepted` where only a limit is not kept.
     pub verdict: Verdict,
-    /// The worst outcome of its limits.
+    /// The worst outcome of its limits; null without limits.
     pub conformity: Option<Conformity>,
-    /// What is wrong, in words.
+    /// What is wrong, in words; empty where only a limit is not kept.
     pub why: String,
 }
 
