@@ -4,7 +4,7 @@ use super::{ARCSEC, finite};
 use crate::campaign::{Campaign, Constraint, Kind};
 use crate::document::number::significant;
 use crate::estimate::Side;
-use crate::fit::streamed::{BinnedResiduals, SensorResiduals};
+use crate::fit::streamed::{BinnedResiduals, Far, SensorResiduals};
 use crate::fit::{Constraints, Fit, RobustMethod};
 use crate::language::{Sentence, sentence};
 use crate::quality::LackOfFit;
@@ -375,7 +375,7 @@ pub struct RecordSensorReport {
     /// Do means of many rows scatter as those of independent ones?
     pub means: Vec<MeansReport>,
     /// The largest, first.
-    pub largest: Vec<FarReport>,
+    pub largest: Vec<Far>,
 }
 
 /// Correlation of residuals.
@@ -399,22 +399,6 @@ pub struct MeansReport {
     /// Variance of these means over that of means of independent rows, a pure number; 1 is expected.
     pub ratio: f64,
     /// Probability of a ratio so far from 1, on either side.
-    pub p: f64,
-}
-
-/// A residual that is far from zero.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
-pub struct FarReport {
-    /// Number of the row, from 1.
-    pub row: u64,
-    /// Value read, in the sensor's unit.
-    pub value: f64,
-    /// Value minus fitted, in the sensor's unit.
-    pub residual: f64,
-    /// Residual of the independent row, in its standard deviations.
-    pub w: f64,
-    /// Probability of so large a one among all rows if none is bad.
     pub p: f64,
 }
 
@@ -488,11 +472,7 @@ fn sensor(fit: &Fit, own: &SensorResiduals) -> RecordSensorReport {
                 p: own.p,
             })
             .collect(),
-        largest: own
-            .largest
-            .iter()
-            .map(|own| FarReport { row: own.number, value: own.value, residual: own.residual, w: own.w, p: own.p })
-            .collect(),
+        largest: own.largest.clone(),
     }
 }
 
@@ -579,7 +559,7 @@ fn record_verdict(fit: &Fit) -> Vec<Sentence> {
             found.push(sentence!(
                 "row-is-far-from-the-model",
                 sensor = own.sensor,
-                row = far.row.to_string(),
+                row = far.number.to_string(),
                 residual = short(far.residual),
                 w = short(far.w),
                 p = short(far.p)

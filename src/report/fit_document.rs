@@ -458,7 +458,7 @@ fn record_tables(section: Section, record: &RecordReport, lang: Language) -> Sec
     let far = record.sensors.iter().flat_map(|own| own.largest.iter().take(5).map(move |far| (own, far)));
     let largest = Rows::of(far)
         .left(say!(lang, "sensor"), |(own, _)| &own.sensor)
-        .right(say!(lang, "row-of-the-record"), |(_, far)| far.row)
+        .right(say!(lang, "row-of-the-record"), |(_, far)| far.number)
         .decimal(say!(lang, "value"), |(_, far)| Cell::Digits(far.value, 6))
         .decimal(say!(lang, "residual"), |(_, far)| Cell::Digits(far.residual, 3))
         .decimal("w", |(_, far)| Cell::Decimals(far.w, 2))

@@ -76,8 +76,8 @@ pub use changes::{
 };
 pub use checks::{
     BinReport, BinsReport, ChecksReport, ConstraintReport, ConstraintState, ConstraintsReport, ConstraintsStatus,
-    ExternalReport, FarReport, LackOfFitReport, LagReport, MeansReport, NormalityReport, RecordReport,
-    RecordSensorReport, RobustReport, RunsReport, SnoopingReport, SuspectReport,
+    ExternalReport, LackOfFitReport, LagReport, MeansReport, NormalityReport, RecordReport, RecordSensorReport,
+    RobustReport, RunsReport, SnoopingReport, SuspectReport,
 };
 pub use compare::{CompareReport, GroupReport, MisprintReport, QuantityReport, compare_document, compare_report};
 pub use conformity::{ConformityReport, LimitedReport, conformity};
@@ -109,8 +109,8 @@ pub use navigate_diagnose::{
     navigate_diagnose_figure, navigate_diagnose_report,
 };
 pub use noise::{
-    AgreementReport, CoefficientReport, DeviationReport, DeviationsReport, NoiseAnalysisReport, NoiseColumnReport,
-    NoiseScatterReport, kalibr, noise_column_report, noise_document, noise_report,
+    AgreementReport, CoefficientReport, NoiseAnalysisReport, NoiseColumnReport, NoiseScatterReport, kalibr,
+    noise_column_report, noise_document, noise_report,
 };
 pub use plan::{
     Better, ComparisonReport, CorrelationReport, DiscriminationReport, Effort, FindReport, Foreseen, GoalReport,

@@ -7,7 +7,7 @@ use crate::document::number::{level, percent, rounded, significant};
 use crate::document::{Cell, Document, Figure, Rows, Section, Tone};
 use crate::error::{Fault, Malformed, Result};
 use crate::language::{Language, say};
-use crate::noise::{Analysis, Deviation, Term, Without, field_unit, si_factor};
+use crate::noise::{Analysis, Point, Term, Without, field_unit, si_factor};
 use crate::reduce::EventKind;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -52,7 +52,7 @@ pub struct NoiseColumnReport {
     /// Probability of the intervals.
     pub level: f64,
     /// Deviations.
-    pub points: Vec<DeviationsReport>,
+    pub points: Vec<Point>,
     /// Coefficients of IEEE Std 952.
     pub coefficients: Vec<CoefficientReport>,
     /// Why there are none.
@@ -63,42 +63,6 @@ pub struct NoiseColumnReport {
     pub agreement: Option<AgreementReport>,
     /// What a campaign may state about this sensor (its `scatter`).
     pub scatter: Vec<NoiseScatterReport>,
-}
-
-/// Deviations at one averaging time.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
-pub struct DeviationsReport {
-    /// Samples averaged.
-    pub m: u64,
-    /// Averaging time, s.
-    pub tau_s: f64,
-    /// Power of the frequency in the spectral density that dominates here: 2 (quantization), 0 (white), -1 (flicker), -2 (random walk).
-    pub alpha: i32,
-    /// Overlapping Allan deviation.
-    pub allan: DeviationReport,
-    /// Overlapping Hadamard deviation.
-    pub hadamard: Option<DeviationReport>,
-    /// Modified Allan deviation.
-    pub modified: Option<DeviationReport>,
-    /// Allan deviation of the fitted coefficients, in the column's unit.
-    pub fitted: Option<f64>,
-}
-
-/// One deviation with its chi-square interval.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
-pub struct DeviationReport {
-    /// The deviation, in the column's unit.
-    pub value: f64,
-    /// Lower end of its interval, in the same unit.
-    pub low: Option<f64>,
-    /// Upper end, in the same unit.
-    pub high: Option<f64>,
-    /// Equivalent degrees of freedom.
-    pub edf: f64,
-    /// Differences averaged.
-    pub differences: u64,
 }
 
 /// A coefficient of IEEE Std 952.
@@ -187,26 +151,6 @@ fn name(term: Term, unit: &str) -> &'static str {
 
 /// The report of one column.
 pub fn noise_column_report(column: &str, unit: &str, noise: &Analysis) -> NoiseColumnReport {
-    let deviation = |d: &Deviation| DeviationReport {
-        value: d.value,
-        low: d.interval.map(|(low, _)| low),
-        high: d.interval.map(|(_, high)| high),
-        edf: d.edf,
-        differences: d.differences,
-    };
-    let points = noise
-        .points
-        .iter()
-        .map(|p| DeviationsReport {
-            m: p.m,
-            tau_s: p.tau,
-            alpha: p.alpha,
-            allan: deviation(&p.allan),
-            hadamard: p.hadamard.as_ref().map(deviation),
-            modified: p.modified.as_ref().map(deviation),
-            fitted: noise.coefficients.as_ref().map(|c| c.variance(p.tau).sqrt()),
-        })
-        .collect();
     let coefficients = noise.coefficients.iter().flat_map(|c| &c.terms).map(|c| {
         let field = field_unit(c.term, unit);
         CoefficientReport {
@@ -228,7 +172,7 @@ pub fn noise_column_report(column: &str, unit: &str, noise: &Analysis) -> NoiseC
         stretches: noise.stretches,
         mean: finite(noise.mean),
         level: noise.level,
-        points,
+        points: noise.points.clone(),
         coefficients: coefficients.collect(),
         without: noise.without,
         agreement: noise.coefficients.as_ref().map(|c| AgreementReport {
@@ -326,7 +270,7 @@ fn section(column: &NoiseColumnReport, deviations: bool, lang: Language) -> Sect
         sampled.map(|interval| say!(lang, "random-walk-sampled", interval = significant(interval, 3))),
     ];
     let numbers = Rows::of(&column.points)
-        .decimal(say!(lang, "averaging-time-s"), |p| Cell::Digits(p.tau_s, 4))
+        .decimal(say!(lang, "averaging-time-s"), |p| Cell::Digits(p.tau, 4))
         .decimal(say!(lang, "allan"), |p| Cell::Digits(p.allan.value, 5))
         .right(level(column.level), |p| {
             let ends = p.allan.low.zip(p.allan.high);
@@ -350,7 +294,7 @@ fn section(column: &NoiseColumnReport, deviations: bool, lang: Language) -> Sect
 
 fn figure(column: &NoiseColumnReport, lang: Language) -> Figure {
     let points = column.points.iter().map(|p| DeviationPoint {
-        tau: p.tau_s,
+        tau: p.tau,
         value: p.allan.value,
         interval: p.allan.low.zip(p.allan.high),
         fitted: p.fitted,

@@ -56,17 +56,20 @@ pub struct MeansTest {
 }
 
 /// A residual that is far from zero.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[schemars(rename = "FarReport")]
+#[non_exhaustive]
 pub struct Far {
     /// Number of the row, from 1.
+    #[serde(rename = "row")]
     pub number: u64,
-    /// The value read.
+    /// Value read, in the sensor's unit.
     pub value: f64,
-    /// Value less fitted, in the sensor's unit.
+    /// Value minus fitted, in the sensor's unit.
     pub residual: f64,
     /// Residual of the independent row, in its standard deviations.
     pub w: f64,
-    /// Probability of so large a one among all rows if none is bad (Sidak).
+    /// Probability of so large a one among all rows if none is bad.
     pub p: f64,
 }
 
