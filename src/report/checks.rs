@@ -2,7 +2,7 @@
 
 use super::{ARCSEC, finite};
 use crate::campaign::{Campaign, Constraint, Kind};
-use crate::document::number::significant;
+use crate::document::number::{at_most, significant};
 use crate::estimate::Side;
 use crate::fit::streamed::{BinnedResiduals, Far, SensorResiduals};
 use crate::fit::{Constraints, Fit, RobustMethod};
@@ -723,14 +723,7 @@ pub(super) fn constraint_text(campaign: &Campaign, constraint: &Constraint) -> S
     let tilt = |k: &usize| campaign.parameters.get(*k).is_some_and(|p| p.kind == Kind::Tilt);
     let angles = |parameters: &[usize]| parameters.iter().all(tilt);
     // digits enough to tell bounds apart, without those of a change of units
-    let number = |x: f64| {
-        let text = significant(x, 12);
-        if text.contains('.') && !text.contains('e') {
-            text.trim_end_matches('0').trim_end_matches('.').to_string()
-        } else {
-            text
-        }
-    };
+    let number = |x: f64| at_most(x, 12);
     match constraint {
         Constraint::Linear { terms, lower, upper } => {
             let mut sum = String::new();

@@ -1,6 +1,6 @@
 //! The correction for a person: the first order as lines of algebra, where it holds, and what must be given.
 
-use crate::document::number::significant;
+use crate::document::number::{at_most, significant};
 use crate::language::{Language, say};
 use crate::wire::{CorrectionFile, InputFile};
 
@@ -44,11 +44,7 @@ fn difference(sensor: &str, bias: f64) -> String {
 }
 
 fn number(value: f64) -> String {
-    let text = significant(value, DIGITS);
-    if text.contains('.') && !text.contains('e') {
-        return text.trim_end_matches('0').trim_end_matches('.').to_string();
-    }
-    text
+    at_most(value, DIGITS)
 }
 
 /// Where the first order holds, in one sentence for each kind of answer.

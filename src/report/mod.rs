@@ -176,27 +176,27 @@ fn model_lines(campaign: &Campaign) -> BTreeMap<String, String> {
     campaign.bench.sensors.iter().map(|s| (s.id.clone(), s.model.to_string())).collect()
 }
 
+/// The kinds of report, each with its JSON Schema.
+const SCHEMAS: &[(&str, fn() -> schemars::Schema)] = &[
+    ("fit-report", || schemars::schema_for!(FitReport)),
+    ("batch-report", || schemars::schema_for!(BatchReport)),
+    ("compare-report", || schemars::schema_for!(CompareReport)),
+    ("compare-calibrations-report", || schemars::schema_for!(ChangesReport)),
+    ("compare-history-report", || schemars::schema_for!(HistoryReport)),
+    ("diagnose-report", || schemars::schema_for!(DiagnoseReport)),
+    ("plan-report", || schemars::schema_for!(PlanReport)),
+    ("guide-report", || schemars::schema_for!(GuideReport)),
+    ("noise-report", || schemars::schema_for!(NoiseAnalysisReport)),
+    ("reduce-report", || schemars::schema_for!(ReduceReport)),
+    #[cfg(feature = "navigate")]
+    ("navigate-report", || schemars::schema_for!(NavigateReport)),
+    #[cfg(feature = "navigate")]
+    ("navigate-diagnose-report", || schemars::schema_for!(NavigateDiagnoseReport)),
+];
+
 /// The kinds of file that have a JSON Schema: what is read, then what is written.
 pub fn schemas() -> Vec<&'static str> {
-    crate::wire::SCHEMAS
-        .iter()
-        .copied()
-        .chain([
-            "fit-report",
-            "batch-report",
-            "compare-report",
-            "compare-calibrations-report",
-            "compare-history-report",
-            "diagnose-report",
-            "plan-report",
-            "guide-report",
-            "noise-report",
-            "reduce-report",
-        ])
-        .chain(
-            cfg!(feature = "navigate").then_some(["navigate-report", "navigate-diagnose-report"]).into_iter().flatten(),
-        )
-        .collect()
+    crate::wire::SCHEMAS.iter().copied().chain(SCHEMAS.iter().map(|(kind, _)| *kind)).collect()
 }
 
 /// The JSON Schema (draft 2020-12) of a kind of file, if there is such a kind.
@@ -205,22 +205,8 @@ pub fn schemas() -> Vec<&'static str> {
 /// assert!(tumble::report::schema("fit-report").is_some());
 /// ```
 pub fn schema(kind: &str) -> Option<serde_json::Value> {
-    let schema = match kind {
-        "batch-report" => schemars::schema_for!(BatchReport),
-        "compare-report" => schemars::schema_for!(CompareReport),
-        "compare-calibrations-report" => schemars::schema_for!(ChangesReport),
-        "compare-history-report" => schemars::schema_for!(HistoryReport),
-        "diagnose-report" => schemars::schema_for!(DiagnoseReport),
-        "fit-report" => schemars::schema_for!(FitReport),
-        "guide-report" => schemars::schema_for!(GuideReport),
-        #[cfg(feature = "navigate")]
-        "navigate-report" => schemars::schema_for!(NavigateReport),
-        #[cfg(feature = "navigate")]
-        "navigate-diagnose-report" => schemars::schema_for!(NavigateDiagnoseReport),
-        "noise-report" => schemars::schema_for!(NoiseAnalysisReport),
-        "plan-report" => schemars::schema_for!(PlanReport),
-        "reduce-report" => schemars::schema_for!(ReduceReport),
-        _ => return crate::wire::schema(kind),
-    };
-    Some(crate::wire::identified(kind, schema.to_value()))
+    match SCHEMAS.iter().find(|(own, _)| *own == kind) {
+        Some((_, schema)) => Some(crate::wire::identified(kind, schema().to_value())),
+        None => crate::wire::schema(kind),
+    }
 }
