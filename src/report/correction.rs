@@ -8,7 +8,7 @@ use crate::wire::{CorrectionFile, InputFile};
 const DIGITS: i32 = 9;
 
 /// The first-order correction, one line for each input: `w_x = 0.4998*(gx - 0.125) + 0.0021*(gy - 0.5)`.
-pub fn correction_lines(correction: &CorrectionFile) -> Vec<String> {
+pub(super) fn correction_lines(correction: &CorrectionFile) -> Vec<String> {
     let solved = correction.inputs.iter().filter(|input| input.solved);
     solved
         .zip(&correction.matrix)
@@ -48,7 +48,7 @@ fn number(value: f64) -> String {
 }
 
 /// Where the first order holds, in one sentence for each kind of answer.
-pub fn validity_sentence(correction: &CorrectionFile, lang: Language) -> String {
+pub(super) fn validity_sentence(correction: &CorrectionFile, lang: Language) -> String {
     let validity = &correction.validity;
     let solved: Vec<&InputFile> = correction.inputs.iter().filter(|input| input.solved).collect();
     let within: Vec<String> = solved
@@ -85,7 +85,7 @@ pub fn validity_sentence(correction: &CorrectionFile, lang: Language) -> String 
 }
 
 /// What must be given with the readings, and the value that is used if it is not.
-pub fn given_sentence(correction: &CorrectionFile, lang: Language) -> Option<String> {
+pub(super) fn given_sentence(correction: &CorrectionFile, lang: Language) -> Option<String> {
     let given: Vec<String> = correction
         .inputs
         .iter()

@@ -107,7 +107,7 @@ pub struct PassedOverReport {
 }
 
 /// The report of a foresight.
-pub fn foresight_report(campaign: &Campaign, foresight: &Foresight) -> ForesightReport {
+pub(super) fn foresight_report(campaign: &Campaign, foresight: &Foresight) -> ForesightReport {
     let id = |k: &usize| campaign.parameter_id(*k).to_string();
     // groups and aliases hold places of prospects
     let label = |j: &usize| foresight.prospects.get(*j).map(|p| labelled(campaign, p)).unwrap_or_default();

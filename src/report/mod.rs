@@ -81,7 +81,6 @@ pub use checks::{
 };
 pub use compare::{CompareReport, GroupReport, MisprintReport, QuantityReport, compare_document, compare_report};
 pub use conformity::{ConformityReport, LimitedReport, conformity};
-pub use correction::{correction_lines, given_sentence, validity_sentence};
 pub use diagnose::{
     AssertedReport, CellReport, ChangeReport, DiagnoseReport, EffectReport, GapReport, GapsReport, PlaceReport,
     ResidualReport, SensorGapReport, StepReport, UnexplainedReport, diagnose_report,
@@ -92,9 +91,7 @@ pub use fit::{
     DerivedReport, FitReport, FitSummary, KnownReport, ParameterReport, ReadingReport, fit_report, fit_summary,
 };
 pub use fit_document::{Asked, fit_document};
-pub use foresight::{
-    AlikeReport, ForesightReport, MovesReport, NearReport, PassedOverReport, ProspectReport, foresight_report,
-};
+pub use foresight::{AlikeReport, ForesightReport, MovesReport, NearReport, PassedOverReport, ProspectReport};
 pub use guide::{GuideReport, guide_report};
 pub use monte_carlo::{DrawnReport, MonteCarloReport, monte_carlo_report};
 #[cfg(feature = "navigate")]
@@ -128,7 +125,7 @@ pub use scatter::ScatterReport;
 pub use scene::scene;
 pub use separation::{CombinationReport, NotEstimableReport, PositionReport, position_keys};
 pub use sheet::{sheet_csv, sheet_document};
-pub use site::{GravityBasis, GravityReport, SiteReport, gravity_text, site};
+pub use site::{GravityBasis, GravityReport, SiteReport};
 
 vocabulary! {
     /// What kind of report it is.

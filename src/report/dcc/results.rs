@@ -9,7 +9,8 @@ use crate::fit::{Conformity, Estimator};
 use crate::language::{Language, say};
 use crate::number;
 use crate::report::conformity::{ConformityReport, LimitedReport, percent};
-use crate::report::{FitReport, ScatterReport, scatter, validity_sentence};
+use crate::report::correction::validity_sentence;
+use crate::report::{FitReport, ScatterReport, scatter};
 use crate::uncertainty::quantiles;
 use crate::wire::{CorrectionFile, LabFile};
 
