@@ -3,7 +3,7 @@
 use super::fit_document::model_facts;
 use super::provenance::begin;
 use super::{Input, ReportKind, VERSION, finite};
-use crate::batch::{Chance, NotInOrder, Reason, Row, Summary};
+use crate::batch::{Chance, NotInOrder, Reason, Row, Scattering, Summary};
 use crate::campaign::{Campaign, Decision, Limited};
 use crate::document::chart::{Chart, Control, Distribution};
 use crate::document::number::{level, rounded, significant};
@@ -138,30 +138,9 @@ pub struct DistributionReport {
     /// Root mean square of the devices' standard uncertainties.
     pub u: Option<f64>,
     /// Do devices differ more than they are measured? Null without uncertainties.
-    pub scattering: Option<BetweenReport>,
+    pub scattering: Option<Scattering>,
     /// Limits, in `unit`; null for none.
     pub limits: Option<[Option<f64>; 2]>,
-}
-
-/// Between-device scatter against the uncertainty from each device's own readings.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
-pub struct BetweenReport {
-    /// Root mean square of the Type A standard uncertainties.
-    pub u: f64,
-    /// Variance between devices over that of the readings, a pure number.
-    pub f: f64,
-    /// Degrees of freedom of the numerator.
-    pub dof: f64,
-    /// Degrees of freedom of the denominator; null for infinite.
-    pub u_dof: Option<f64>,
-    /// Probability of a larger ratio if all devices were alike.
-    pub p: f64,
-    /// Do devices differ by more than their readings scatter (p below 1 %)?
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub significant: Option<bool>,
-    /// Standard deviation of the devices' true values that explains the excess scatter, in the quantity's unit.
-    pub sd_of_devices: f64,
 }
 
 /// An outlying device.
@@ -276,15 +255,7 @@ pub fn batch_report(campaign: &Campaign, settings: &fit::Settings, by: &str, sum
             q05,
             q95,
             u: own.u,
-            scattering: own.scattering.map(|s| BetweenReport {
-                u: s.u,
-                f: s.f,
-                dof: s.dof,
-                u_dof: finite(s.u_dof),
-                p: s.p,
-                significant: Some(s.is_significant()),
-                sd_of_devices: s.sd_of_devices,
-            }),
+            scattering: own.scattering,
             limits: limits(k),
         })
     };
@@ -450,7 +421,7 @@ fn reasons(report: &BatchReport, lang: Language) -> Section {
 }
 
 fn distributions(report: &BatchReport, fitted: Option<(&Campaign, &Summary)>, lang: Language) -> Section {
-    let between = |q: &DistributionReport, of: fn(&BetweenReport) -> f64| q.scattering.as_ref().map(of);
+    let between = |q: &DistributionReport, of: fn(&Scattering) -> f64| q.scattering.as_ref().map(of);
     let bound = |bound: Option<f64>| bound.map_or(String::new(), |x| significant(x, 4));
     let table = Rows::of(&report.quantities)
         .name(say!(lang, "quantity"), |q| &q.id)

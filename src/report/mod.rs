@@ -67,8 +67,8 @@ use crate::vocabulary::vocabulary;
 use std::collections::BTreeMap;
 
 pub use batch::{
-    BatchReport, BetweenReport, ConformityCounts, DeviceCounts, DistributionReport, LotReport, OutlyingReport,
-    batch_document, batch_quantities, batch_report, batch_rows,
+    BatchReport, ConformityCounts, DeviceCounts, DistributionReport, LotReport, OutlyingReport, batch_document,
+    batch_quantities, batch_report, batch_rows,
 };
 pub use changes::{
     CalibratedReport, ChangesReport, HistoryReport, TrendReport, changes_document, changes_report, date_of,
