@@ -22,7 +22,7 @@ mod edf;
 mod field_units;
 mod ladder;
 
-pub use coefficients::{Coefficient, Coefficients, Term};
+pub use coefficients::{Agreement, Coefficient, Coefficients, Term};
 pub use edf::{Kind, equivalent_dof, interval};
 pub use field_units::{FieldUnit, field_unit, si_factor};
 pub use ladder::{Ladder, Sums};

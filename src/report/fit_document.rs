@@ -450,7 +450,7 @@ fn record_tables(section: Section, record: &RecordReport, lang: Language) -> Sec
         .right("p", |(_, test)| Cell::Probability(test.p));
     let inputs = Rows::of(&record.inputs)
         .left(say!(lang, "sensor"), |own| &own.sensor)
-        .left(say!(lang, "input"), |own| &own.input)
+        .left(say!(lang, "input"), |own| &own.column)
         .decimal(say!(lang, "chi-square"), |own| Cell::Digits(own.chi_square, 3))
         .right(say!(lang, "dof"), |own| own.dof)
         .right("p", |own| Cell::Probability(own.p))

@@ -75,9 +75,8 @@ pub use changes::{
     determination, history_document, history_report,
 };
 pub use checks::{
-    BinReport, BinsReport, ChecksReport, ConstraintReport, ConstraintState, ConstraintsReport, ConstraintsStatus,
-    ExternalReport, LackOfFitReport, LagReport, MeansReport, NormalityReport, RecordReport, RecordSensorReport,
-    RobustReport, RunsReport, SnoopingReport, SuspectReport,
+    ChecksReport, ConstraintReport, ConstraintState, ConstraintsReport, ConstraintsStatus, ExternalReport,
+    LackOfFitReport, NormalityReport, RecordReport, RobustReport, RunsReport, SnoopingReport, SuspectReport,
 };
 pub use compare::{CompareReport, GroupReport, MisprintReport, QuantityReport, compare_document, compare_report};
 pub use conformity::{ConformityReport, LimitedReport, conformity};
@@ -106,8 +105,8 @@ pub use navigate_diagnose::{
     navigate_diagnose_figure, navigate_diagnose_report,
 };
 pub use noise::{
-    AgreementReport, CoefficientReport, NoiseAnalysisReport, NoiseColumnReport, NoiseScatterReport, kalibr,
-    noise_column_report, noise_document, noise_report,
+    CoefficientReport, NoiseAnalysisReport, NoiseColumnReport, NoiseScatterReport, kalibr, noise_column_report,
+    noise_document, noise_report,
 };
 pub use plan::{
     Better, ComparisonReport, CorrelationReport, DiscriminationReport, Effort, FindReport, Foreseen, GoalReport,

@@ -7,7 +7,7 @@ use crate::document::number::{level, percent, rounded, significant};
 use crate::document::{Cell, Document, Figure, Rows, Section, Tone};
 use crate::error::{Fault, Malformed, Result};
 use crate::language::{Language, say};
-use crate::noise::{Analysis, Point, Term, Without, field_unit, si_factor};
+use crate::noise::{Agreement, Analysis, Point, Term, Without, field_unit, si_factor};
 use crate::reduce::EventKind;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -60,7 +60,7 @@ pub struct NoiseColumnReport {
     pub without: Option<Without>,
     /// How well the coefficients describe the Allan variances.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub agreement: Option<AgreementReport>,
+    pub agreement: Option<Agreement>,
     /// What a campaign may state about this sensor (its `scatter`).
     pub scatter: Vec<NoiseScatterReport>,
 }
@@ -85,29 +85,6 @@ pub struct CoefficientReport {
     pub p: Option<f64>,
     /// Where it is not found: what it is below (95 %), in `unit`.
     pub below: Option<f64>,
-}
-
-/// Agreement of the fitted coefficients with the Allan variances.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
-pub struct AgreementReport {
-    /// Generalized sum of squares.
-    pub chi_square: f64,
-    /// Degrees of freedom.
-    pub dof: usize,
-    /// Probability of more.
-    pub p: f64,
-    /// Do they describe them (a probability of at least 1 %)?
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub describes: Option<bool>,
-    /// The first averaging time that they describe, s, where shorter ones are left out.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub from_tau_s: Option<f64>,
-    /// The sampling interval, s, where a rate random walk was taken as sampled at the ends of the intervals rather than averaged over each:
-    /// its Allan variance is then larger by `K^2 dt^2 / (6 tau)`. Which of the two a logger does is not known; the one that needs less to be
-    /// described was taken.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub walk_sampled_s: Option<f64>,
 }
 
 /// A line for a campaign's `scatter`.
@@ -175,14 +152,7 @@ pub fn noise_column_report(column: &str, unit: &str, noise: &Analysis) -> NoiseC
         points: noise.points.clone(),
         coefficients: coefficients.collect(),
         without: noise.without,
-        agreement: noise.coefficients.as_ref().map(|c| AgreementReport {
-            chi_square: c.chi_square,
-            dof: c.dof,
-            p: c.p,
-            describes: Some(c.describes()),
-            from_tau_s: c.from,
-            walk_sampled_s: c.walk_sampled,
-        }),
+        agreement: noise.coefficients.as_ref().map(|c| c.agreement.clone()),
         scatter: scatter(column, unit, noise),
     }
 }
@@ -234,11 +204,11 @@ pub fn noise_document(report: &NoiseAnalysisReport, inputs: &[Input], deviations
 }
 
 /// Does the sum of the coefficients describe the deviations?
-fn described(a: &AgreementReport, lang: Language) -> (Tone, String) {
+fn described(a: &Agreement, lang: Language) -> (Tone, String) {
     let [chi, p] = [significant(a.chi_square, 3), significant(a.p, 2)];
     let test = say!(lang, "chi-square-with-degrees-of-freedom", statistic = chi, dof = a.dof.to_string());
     let test = lang.in_parentheses(&format!("{test}{}p = {p}", lang.clause()));
-    let well = a.describes != Some(false);
+    let well = a.is_good();
     let tone = if well { Tone::Good } else { Tone::Caution };
     (tone, lang.sentence(&format!("{} {test}", say!(lang, "their-sum-describes", well))))
 }

@@ -6,7 +6,7 @@ use super::{ARCSEC, NotEstimableReport, PositionReport, ReportKind, VERSION, pos
 use crate::campaign::{Campaign, Identity, Kind, Per, Reading, Scatter};
 use crate::diagnosis::Foresight;
 use crate::plan::{
-    Costs, Goal, Improvement, Judgement, Noise, NoiseSource, PointSource, Predicted, Reached, Reason, Request,
+    Costs, Goal, Improvement, Judgement, Noise, NoiseSource, PointSource, Predicted, Reached, Reason, Refined, Request,
     Separated, Work,
 };
 use crate::vocabulary::vocabulary;
@@ -246,20 +246,6 @@ vocabulary! {
     }
 }
 
-/// Angles moved between the candidates.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
-pub struct RefinedReport {
-    /// Angles were moved in multiples of this, in degrees.
-    pub resolution_deg: f64,
-    /// Mountings with an angle that no candidate has.
-    pub moved: usize,
-    /// By what share the criterion is better: the determinant for each unknown (D), a variance (else).
-    pub gain: f64,
-    /// Did it end because no move was worth it? Else because of the effort.
-    pub finished: bool,
-}
-
 /// The better schedule.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[non_exhaustive]
@@ -291,7 +277,7 @@ pub struct ImprovedReport {
     /// What moving the angles between the candidates brought; absent where that was not asked for. Efficiency and enumeration are those of the
     /// choice among the candidates.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub refined: Option<RefinedReport>,
+    pub refined: Option<Refined>,
     /// Starts of the exchange.
     pub starts: usize,
     /// Starts that ended at this schedule's value.
@@ -471,12 +457,7 @@ pub fn plan_report(
             enumerated: improvement.enumerated,
             efficiency: improvement.efficiency,
             bound_gap: improvement.bound_gap,
-            refined: improvement.refined.zip(request.refine.as_ref()).map(|(refined, wanted)| RefinedReport {
-                resolution_deg: wanted.resolution_deg,
-                moved: refined.moved,
-                gain: refined.gain,
-                finished: refined.finished,
-            }),
+            refined: improvement.refined,
             starts: improvement.starts,
             hits: improvement.hits,
             seed: request.seed,
