@@ -30,7 +30,7 @@ pub(super) fn reports(
     settings: &Settings,
     lang: Language,
 ) -> Result<Reports> {
-    let fitted = report.not_in_order.iter().filter(|own| own.verdict != Verdict::Malformed).map(|own| &own.device);
+    let fitted = report.not_in_order.iter().filter(|own| own.verdict != Verdict::Malformed).map(|own| &own.label);
     let mut wanted: Vec<&String> = Vec::new();
     for label in fitted.chain(report.outlying.iter().map(|own| &own.device)) {
         if !wanted.contains(&label) && wanted.len() < MOST {

@@ -14,26 +14,29 @@ use crate::error::Result;
 use crate::fit::{self, Fit};
 use crate::simulate::Regressor;
 
-/// An effect that explains what the same readings show.
-#[derive(Debug, Clone, PartialEq)]
+/// Another effect that explains the same.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[schemars(rename = "AliasReport")]
+#[non_exhaustive]
 pub struct Alias {
     /// Its regressor.
     pub regressor: String,
     /// Its name.
     pub name: String,
-    /// Is it the same column exactly, or does it only fit not significantly worse?
+    /// The same column exactly (true), or only a fit that is not significantly worse (false).
     pub exact: bool,
-    /// How much worse it fits, in noise variances.
+    /// How much worse it fits, in variances of the noise.
     pub excess: f64,
     /// Posterior probability that it is the effect.
     pub probability: f64,
-    /// Is it small at every reading against what its inputs could make of it, or mostly in the model already?
+    /// Is it seen only through small terms (it vanishes here but for small tilts, or the model has nearly all of it)?
+    #[serde(rename = "only_small_terms")]
     pub vanishing: bool,
-    /// Share of its column's weighted norm that the model leaves.
+    /// Share of its column that the model as given leaves, 0 to 1.
     pub visible: f64,
-    /// Its largest value here over what its inputs could make of it.
+    /// Largest value of its term here over what its inputs could make of it, a pure number.
     pub size: f64,
-    /// A second effect (or several) that must then stand too, in the place of another finding or beside it.
+    /// A second effect that must then replace another one that was found.
     pub together_with: Option<String>,
 }
 

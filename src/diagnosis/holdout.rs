@@ -17,16 +17,18 @@ const LEAST_LEFT: f64 = 1e-4;
 /// Most rows of a campaign with lines of scatter whose positions are left out.
 const MOST_SCATTERED: usize = 3000;
 
-/// Predictions of left-out positions.
-#[derive(Debug, Clone, PartialEq)]
+/// Leave-one-position-out prediction.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[schemars(rename = "HoldoutReport")]
+#[non_exhaustive]
 pub struct Holdout {
-    /// Positions that both models could predict from the others.
+    /// Positions predicted from the others.
     pub positions: usize,
-    /// Positions that hold a parameter alone, so that they cannot be left out.
+    /// Positions that cannot be left out, because they alone hold a parameter.
     pub skipped: usize,
-    /// Root mean square of prediction minus reading before, in standard uncertainties of that difference; a true model has 1.
+    /// Root mean square prediction error before, in standard uncertainties of prediction and reading together: 1 for a true model.
     pub before: f64,
-    /// The same with the effects.
+    /// The same with the effects, in the same unit.
     pub after: Option<f64>,
 }
 

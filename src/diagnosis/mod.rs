@@ -120,12 +120,14 @@ pub struct Gap {
     pub residuals: Vec<f64>,
 }
 
-/// The noise floor of the first sensor, and where it comes from.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// The noise floor.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[schemars(rename = "NoiseReport")]
+#[non_exhaustive]
 pub struct NoiseFloor {
-    /// Standard deviation of a reading, in the sensor's unit (root mean square where readings differ); `None` where nothing tells.
+    /// Standard deviation of a reading of the first sensor, in its unit; null where it is unknown.
     pub sd: Option<f64>,
-    /// Where it comes from.
+    /// `replicates`, `stated` or `residuals` (of the finished model: then completeness cannot be tested).
     pub from: NoiseFrom,
 }
 

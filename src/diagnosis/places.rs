@@ -6,10 +6,12 @@ use crate::design::DesignMatrix;
 use crate::uncertainty::quantiles::{normal_survival, student_t_two_sided};
 use std::collections::HashMap;
 
-/// A level of a factor.
-#[derive(Debug, Clone, PartialEq)]
+/// A level: a number or a label.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[schemars(rename = "LevelReport")]
+#[serde(untagged)]
 pub enum Level {
-    /// A number: an angle, a rate, the middle of a part of the time.
+    /// A number.
     Number(f64),
     /// A label.
     Text(String),

@@ -185,16 +185,21 @@ pub(super) fn reasons(schedule: &Campaign, noise: &Noise, kept: usize) -> Result
     Ok(reasons)
 }
 
-/// What moving the angles brought.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// Angles moved between the candidates.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[schemars(rename = "RefinedReport")]
+#[non_exhaustive]
 pub struct Refined {
-    /// Mountings with an angle that is not the chosen candidate's.
+    /// Angles were moved in multiples of this, in degrees.
+    pub resolution_deg: f64,
+    /// Mountings with an angle that no candidate has.
     pub moved: usize,
-    /// By what share the criterion is better than that of the choice: the determinant for each unknown (D), a variance (else).
+    /// By what share the criterion is better: the determinant for each unknown (D), a variance (else).
     pub gain: f64,
     /// The criterion there: `-log det M` (D), a variance, or with a goal the largest `(u / limit)^2`.
+    #[serde(skip)]
     pub value: f64,
-    /// Did it end because nothing was worth a move? Else because of the effort.
+    /// Did it end because no move was worth it? Else because of the effort.
     pub finished: bool,
 }
 
@@ -294,7 +299,7 @@ pub(super) fn refined(
         rows.get(first).map(mounting) != given.get(first).cloned()
     };
     let moved = groups.iter().filter(changed).count();
-    Ok(Some((rows, Refined { moved, gain, value: now, finished })))
+    Ok(Some((rows, Refined { resolution_deg: resolution, moved, gain, value: now, finished })))
 }
 
 /// Joints that stand at several angles in the candidates.

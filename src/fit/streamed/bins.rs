@@ -103,7 +103,7 @@ impl Binned {
         self,
         question: &Question,
         inputs: &[Input],
-        sensor: usize,
+        (sensor, id): (usize, &str),
         others: &[Option<Part>],
         scale: &[f64],
     ) -> Result<Vec<BinnedResiduals>> {
@@ -149,12 +149,14 @@ impl Binned {
                     low: input.low + width * k as f64,
                     high: input.low + width * (k + 1) as f64,
                     rows: counts[place][k],
-                    mean: sums[place][k].value() / counts[place][k].max(1) as f64,
+                    mean: (counts[place][k] > 0).then(|| sums[place][k].value() / counts[place][k] as f64),
                 })
                 .collect();
             // no degrees of freedom: no probability
             let p = quantiles::chi_square_survival(chi_square, dof as f64).unwrap_or(f64::NAN);
-            found.push(BinnedResiduals { sensor, column: input.name.clone(), bins, chi_square, dof, p });
+            // how many are tested is not known here
+            let (sensor, rejected) = (id.to_string(), false);
+            found.push(BinnedResiduals { sensor, column: input.name.clone(), chi_square, dof, p, rejected, bins });
         }
         Ok(found)
     }

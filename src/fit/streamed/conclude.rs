@@ -90,13 +90,15 @@ pub(super) fn conclude(
     let noised = Noised::new(&found, &solved.scale, &read, &summed, directions)?;
     let mut bins = Vec::new();
     for (s, own) in binned.into_iter().enumerate().filter(|(s, _)| question.is_read(*s)) {
-        bins.extend(own.conclude(&question, &inputs, s, &parts, &solved.scale)?);
+        bins.extend(own.conclude(&question, &inputs, (s, campaign.sensor_id(s)), &parts, &solved.scale)?);
     }
+    let tested = bins.len().max(1) as f64;
+    bins.iter_mut().for_each(|own| own.rejected = own.p * tested < 1.0 - settings.level);
     let tests: Vec<_> = residuals
         .into_iter()
         .enumerate()
         .filter(|(s, _)| question.is_read(*s))
-        .map(|(s, own)| own.conclude(s, solved.scale[s]))
+        .map(|(s, own)| own.conclude((s, campaign.sensor_id(s).to_string()), solved.scale[s]))
         .collect();
 
     // from here on the fit of the sample is made that of the record
@@ -160,7 +162,7 @@ pub(super) fn conclude(
     let known_groups = weighed.group.iter().all(|group| *group == Group::Known);
     let global_test = quality::global_test(&weighed, &estimate, settings.level).filter(|_| is_stated && known_groups);
     let not_estimable = separate::separations(&campaign, &model, &at, &estimate, &[]);
-    let runs = tests.iter().filter_map(|own| Some((own.sensor, own.runs?))).collect();
+    let runs = tests.iter().filter_map(|own| Some((own.index, own.runs?))).collect();
     Ok(Fit {
         checks: Checks { runs, normality: quality::normality(&studentized), ..Checks::default() },
         settings,

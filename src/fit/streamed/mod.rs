@@ -39,7 +39,7 @@ mod sample;
 mod sources;
 mod together;
 
-pub use residuals::{Bin, BinnedResiduals, Far, MeansTest, SensorResiduals};
+pub use residuals::{Bin, BinnedResiduals, Far, Lag, MeansTest, SensorResiduals};
 pub use rows::{Block, Held, Observed, Rows};
 pub use sample::{Sample, sample};
 

@@ -1,8 +1,8 @@
 //! The figures of a fit, each with its caption and its words.
 
-use super::super::{ARCSEC, BudgetReport, FitReport, ReadingReport, scatter};
-use super::FAR;
-use crate::campaign::Kind;
+use super::fit::Shown;
+use super::fit_document::FAR;
+use super::{ARCSEC, BudgetReport, FitReport, ReadingReport, scatter};
 use crate::document::Figure;
 use crate::document::chart::{Bar, Chart, Interval, Part, Residual};
 use crate::document::number::{level, rounded, significant};
@@ -14,33 +14,6 @@ use crate::uncertainty::Evaluation;
 const MOST_ROWS: usize = 60;
 /// More readings of a sensor than this are thinned; those far out stay.
 const MOST_POINTS: usize = 1500;
-
-/// An angle of the report, estimated or derived: name, value, expanded uncertainty, standard uncertainty, budget; in arcseconds.
-struct Angle<'a> {
-    id: &'a str,
-    value: f64,
-    expanded: f64,
-    budget: &'a [BudgetReport],
-    u: f64,
-    /// Ends of the interval, where a bound holds it.
-    at_bound: Option<[f64; 2]>,
-}
-
-fn angles(report: &FitReport) -> Vec<Angle<'_>> {
-    let parameters = report.parameters.iter().map(|p| {
-        let held = p.interval.filter(|_| p.state == State::AtBound).map(|ends| ends.map(|end| end * ARCSEC));
-        (p.id.as_str(), p.arcsec, p.budget.as_slice(), held)
-    });
-    let derived = report.derived.iter().map(|d| (d.id.as_str(), d.arcsec, d.budget.as_slice(), None));
-    parameters
-        .chain(derived)
-        .filter_map(|(id, arcsec, budget, at_bound)| {
-            let a = arcsec?;
-            Some(Angle { id, value: a.value?, expanded: a.expanded?, u: a.u?, budget, at_bound })
-        })
-        .take(MOST_ROWS)
-        .collect()
-}
 
 /// Parts of a bar of length `u`: each source by its share of the variance, large ones first; the smallest together.
 fn parts(budget: &[BudgetReport], u: f64, lang: Language) -> Vec<Part> {
@@ -58,42 +31,47 @@ fn parts(budget: &[BudgetReport], u: f64, lang: Language) -> Vec<Part> {
 
 /// Angles with error bars, and their standard uncertainties by source.
 pub(super) fn estimate_figures(report: &FitReport, lang: Language) -> Vec<Figure> {
-    let angles = angles(report);
+    let known = |own: &Shown<'_>| own.is_angle && own.value.is_some() && own.u.is_some() && own.expanded.is_some();
+    let angles: Vec<Shown<'_>> = report.quantities().filter(known).take(MOST_ROWS).collect();
     if angles.is_empty() {
         return Vec::new();
     }
-    let rows: Vec<Interval> = angles
-        .iter()
-        .map(|a| Interval { label: a.id.into(), value: a.value, expanded: a.expanded, at_bound: a.at_bound })
-        .collect();
-    let bars: Vec<Bar> = angles.iter().map(|a| Bar { label: a.id.into(), parts: parts(a.budget, a.u, lang) }).collect();
+    let at_bound = |id: &str| {
+        let own = report.parameters.iter().find(|p| p.id == id && p.state == State::AtBound)?;
+        own.interval.map(|ends| ends.map(|end| end * ARCSEC))
+    };
+    // those that are drawn have all three
+    let number = |own: Option<f64>| own.unwrap_or(f64::NAN);
+    let interval = |own: &Shown<'_>| Interval {
+        label: own.id.into(),
+        value: number(own.value),
+        expanded: number(own.expanded),
+        at_bound: at_bound(own.id),
+    };
+    let rows: Vec<Interval> = angles.iter().map(interval).collect();
+    let bar = |own: &Shown<'_>| Bar { label: own.id.into(), parts: parts(own.budget, number(own.u), lang) };
+    let bars: Vec<Bar> = angles.iter().map(bar).collect();
+    let held = rows.iter().any(|row| row.at_bound.is_some()).then(|| say!(lang, "angles-at-bounds").to_string());
+    let caption = say!(lang, "angles-with-their-expanded-uncertainties", level = level(report.level()));
+    let values = angles.iter().map(|own| {
+        let [value, expanded] = [rounded(number(own.value), own.u), significant(number(own.expanded), 3)];
+        format!("{} {value} \u{b1} {expanded} arcsec", own.id)
+    });
+    let sizes = bars.iter().zip(&angles).map(|(bar, own)| {
+        let (u, shares) = (significant(number(own.u), 3), lang.in_parentheses(&shares(bar, lang)));
+        format!("{} u = {u} arcsec{shares}", own.id)
+    });
+    let [values, sizes] = [listed(values, lang), listed(sizes, lang)];
     vec![
         Figure {
-            caption: [
-                Some(say!(lang, "angles-with-their-expanded-uncertainties", level = level(report.level()))),
-                angles.iter().any(|a| a.at_bound.is_some()).then(|| say!(lang, "angles-at-bounds").to_string()),
-            ]
-            .into_iter()
-            .flatten()
-            .collect::<Vec<_>>()
-            .join(lang.space()),
-            description: listed(
-                angles.iter().map(|a| {
-                    format!("{} {} \u{b1} {} arcsec", a.id, rounded(a.value, Some(a.u)), significant(a.expanded, 3))
-                }),
-                lang,
-            ),
+            caption: [Some(caption), held].into_iter().flatten().collect::<Vec<_>>().join(lang.space()),
+            description: values,
             chart: Chart::Values(rows, "arcsec".into()),
             wide: false,
         },
         Figure {
             caption: say!(lang, "standard-uncertainties-divided-by-each-sources-share").into(),
-            description: listed(
-                bars.iter().zip(&angles).map(|(bar, a)| {
-                    format!("{} u = {} arcsec{}", a.id, significant(a.u, 3), lang.in_parentheses(&shares(bar, lang)))
-                }),
-                lang,
-            ),
+            description: sizes,
             chart: Chart::Bars(bars, say!(lang, "standard-uncertainty").into(), "arcsec".into(), false),
             wide: false,
         },
@@ -102,12 +80,10 @@ pub(super) fn estimate_figures(report: &FitReport, lang: Language) -> Vec<Figure
 
 /// Shares of the variance for coefficients, where there is more than one source.
 pub(super) fn budget_figures(report: &FitReport, lang: Language) -> Vec<Figure> {
-    let parameters = report.parameters.iter().filter(|p| p.kind != Kind::Tilt).map(|p| (&p.id, &p.budget));
-    let derived = report.derived.iter().filter(|d| d.arcsec.is_none()).map(|d| (&d.id, &d.budget));
-    let bars: Vec<Bar> = parameters
-        .chain(derived)
-        .filter(|(_, budget)| !budget.is_empty())
-        .map(|(id, budget)| Bar { label: id.clone(), parts: parts(budget, 100.0, lang) })
+    let bars: Vec<Bar> = report
+        .quantities()
+        .filter(|own| !own.is_angle && !own.budget.is_empty())
+        .map(|own| Bar { label: own.id.into(), parts: parts(own.budget, 100.0, lang) })
         .take(MOST_ROWS)
         .collect();
     if bars.iter().all(|bar| bar.parts.len() < 2) {
@@ -177,32 +153,16 @@ pub(super) fn spread_figures(report: &FitReport, lang: Language) -> Vec<Figure> 
         let caption = say!(lang, "normal-plot-of-the-studentized-residuals-with");
         figures.push(Figure::new(caption, Chart::Normal(studentized), false));
     }
-    let order: Vec<&str> = report.covariance.order.iter().map(String::as_str).collect();
+    let super::CovarianceReport { order, matrix } = &report.correlation;
     if (2..=MOST_ROWS).contains(&order.len()) {
-        let matrix = correlations(report);
         figures.push(Figure {
             caption: say!(lang, "correlations-of-the-estimates-in-hundredths-blue").into(),
-            description: strongest(&order, &matrix, lang),
+            description: strongest(order, matrix, lang),
             wide: order.len() > 14,
-            chart: Chart::Correlation(order.into_iter().map(String::from).collect(), matrix),
+            chart: Chart::Correlation(order.clone(), matrix.clone()),
         });
     }
     figures
-}
-
-fn correlations(report: &FitReport) -> Vec<Vec<Option<f64>>> {
-    let matrix = &report.covariance.matrix;
-    let at = |i: usize, j: usize| matrix.get(i).and_then(|row| row.get(j)).copied().flatten();
-    (0..matrix.len())
-        .map(|i| {
-            (0..matrix.len())
-                .map(|j| {
-                    let scale = (at(i, i)? * at(j, j)?).sqrt();
-                    Some(if scale > 0.0 { at(i, j)? / scale } else { 0.0 })
-                })
-                .collect()
-        })
-        .collect()
 }
 
 /// What a figure lists, in words; long lists are cut.
@@ -219,7 +179,7 @@ fn shares(bar: &Bar, lang: Language) -> String {
 }
 
 /// The largest correlation, in words.
-fn strongest(order: &[&str], matrix: &[Vec<Option<f64>>], lang: Language) -> String {
+fn strongest(order: &[String], matrix: &[Vec<Option<f64>>], lang: Language) -> String {
     let mut best: Option<(f64, &str, &str)> = None;
     for (i, row) in matrix.iter().enumerate() {
         for (j, r) in row.iter().enumerate().take(i) {

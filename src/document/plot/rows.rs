@@ -1,17 +1,66 @@
-//! Stacked bars, one row each: where an uncertainty comes from.
+//! A row for each name: values with error bars, and stacked bars that say where an uncertainty comes from.
 
 use super::{
-    Area, BLUE, Drawn, GREEN, INK, ORANGE, PURPLE, SKY, SMALL, SOFT, TEXT, VERMILLION, YELLOW, fitted, rules, scale,
-    style, svg, text_width,
+    Area, BLUE, Drawn, GREEN, HALF, INK, ORANGE, PURPLE, SKY, SMALL, SOFT, TEXT, TINT, VERMILLION, YELLOW, axes,
+    fitted, scale, style, svg, text_width,
 };
-use crate::document::chart::Bar;
+use crate::document::chart::{Bar, Interval};
 use crate::error::Result;
 use crate::language::{Language, say};
 use crate::number;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
+/// Height of a row.
 const ROW: i32 = 48;
+
+impl Interval {
+    fn ends(&self) -> [f64; 2] {
+        self.at_bound.unwrap_or([self.value - self.expanded, self.value + self.expanded])
+    }
+}
+
+/// Values with error bars on a common axis that holds zero.
+pub(super) fn values(rows: &[Interval], unit: &str, lang: Language) -> Result<String> {
+    let height = ROW * number::signed(rows.len()) + 96;
+    svg(HALF, height.unsigned_abs(), |area| draw_values(area, rows, unit, height, lang))
+}
+
+fn draw_values(area: &Area<'_>, rows: &[Interval], unit: &str, height: i32, lang: Language) -> Drawn {
+    let exponent = scale::readable_exponent(rows.iter().flat_map(|r| [r.value, r.expanded]));
+    let at = |v: f64| scale::scaled(v, exponent);
+    let ends = rows.iter().flat_map(|r| r.ends().map(at).into_iter().chain([at(r.value)]));
+    let (low, high) = scale::range(ends.chain([0.0]), 0.04);
+    let left = rows.iter().map(|r| text_width(&r.label, TEXT)).max().unwrap_or(0).clamp(80, 300) + 24;
+    let (right, bottom) = (HALF as i32 - 24, height - 84);
+    let x = |v: f64| left + number::whole(((v - low) / (high - low) * f64::from(right - left)).round());
+    for (k, _) in rows.iter().enumerate().filter(|(k, _)| k % 2 == 0) {
+        let top = ROW * number::signed(k);
+        area.draw(&Rectangle::new([(left, top), (right, top + ROW)], TINT.filled()))?;
+    }
+    axes::upright(area, scale::ticks(low, high, 5), bottom, x)?;
+    area.draw(&PathElement::new([(x(0.0), 0), (x(0.0), bottom)], SOFT.stroke_width(2)))?;
+    area.draw(&PathElement::new([(left, bottom), (right, bottom)], SOFT.stroke_width(2)))?;
+    let title = scale::title(say!(lang, "estimate-and-expanded-uncertainty"), unit, exponent);
+    area.draw(&Text::new(title, ((left + right) / 2, bottom + 46), style(SMALL, &SOFT, HPos::Center, VPos::Top)))?;
+    for (k, row) in rows.iter().enumerate() {
+        let y = ROW * number::signed(k) + ROW / 2;
+        let label = fitted(&row.label, TEXT, left - 20);
+        area.draw(&Text::new(label, (left - 16, y), style(TEXT, &INK, HPos::Right, VPos::Center)))?;
+        let [from, to] = row.ends().map(|end| x(at(end)));
+        area.draw(&PathElement::new([(from, y), (to, y)], BLUE.stroke_width(4)))?;
+        for end in [from, to] {
+            area.draw(&PathElement::new([(end, y - 14), (end, y + 14)], BLUE.stroke_width(3)))?;
+        }
+        if row.at_bound.is_some() {
+            let bound = x(at(row.value));
+            area.draw(&PathElement::new([(bound, y - 22), (bound, y + 22)], VERMILLION.stroke_width(5)))?;
+        }
+        area.draw(&Circle::new((x(at(row.value)), y), 6, BLUE.filled()))?;
+    }
+    Ok(())
+}
+
 const TYPE_A: [RGBColor; 3] = [BLUE, SKY, GREEN];
 const TYPE_B: [RGBColor; 4] = [VERMILLION, ORANGE, YELLOW, PURPLE];
 
@@ -24,7 +73,7 @@ pub(super) fn bars(rows: &[Bar], (what, unit): (&str, &str), width: u32, lang: L
     let legend = legend_rows(&sources, width as i32, lang);
     let height = ROW * number::signed(rows.len()) + 96 + 36 * legend;
     svg(width, height.unsigned_abs(), |area| {
-        draw(area, rows, (what, unit), &sources, (width as i32, height - 36 * legend), lang)
+        draw_bars(area, rows, (what, unit), &sources, (width as i32, height - 36 * legend), lang)
     })
 }
 
@@ -65,7 +114,7 @@ fn legend_rows(sources: &[Source<'_>], width: i32, lang: Language) -> i32 {
     legend_places(sources, width, lang).last().map_or(0, |(_, row)| row + 1)
 }
 
-fn draw(
+fn draw_bars(
     area: &Area<'_>,
     rows: &[Bar],
     (what, unit): (&str, &str),
@@ -82,7 +131,7 @@ fn draw(
     let (right, bottom) = (width - 24, height - 84);
     let x = |v: f64| left + number::whole((v / high * f64::from(right - left)).round());
     let ticks = scale::ticks(0.0, high, if width > 1000 { 10 } else { 5 });
-    rules::upright(area, ticks, bottom, x)?;
+    axes::upright(area, ticks, bottom, x)?;
     area.draw(&PathElement::new([(left, bottom), (right, bottom)], SOFT.stroke_width(2)))?;
     let title = scale::title(what, unit, exponent);
     area.draw(&Text::new(title, ((left + right) / 2, bottom + 46), style(SMALL, &SOFT, HPos::Center, VPos::Top)))?;
