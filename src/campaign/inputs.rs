@@ -30,7 +30,7 @@ impl Parameter {
             let per_g = bench.units.force.per_g();
             if site.gravity_u_g > 0.0 && force {
                 let (value, u) = (site.gravity_g * per_g, site.gravity_u_g * per_g);
-                inputs.push(input(GRAVITY.into(), value, u, bench.units.force.symbol(), "local gravity".into()));
+                inputs.push(input(GRAVITY.into(), value, u, bench.units.force.name(), "local gravity".into()));
             }
             if site.latitude_u_deg > 0.0 && site.earth_rate_deg_h > 0.0 && rate {
                 let (value, u) = (site.latitude_deg.to_radians(), site.latitude_u_deg.to_radians());

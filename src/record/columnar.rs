@@ -4,7 +4,7 @@ use super::columnar_arrow;
 use super::columnar_labels::{self, Pages};
 use super::guard::guarded;
 use super::times::Times;
-use super::{As, Block, Column, Labels, UNREADABLE};
+use super::{As, Block, Column, Head, Labels, UNREADABLE};
 use crate::error::{Fault, Malformed, Result};
 use parquet::basic::{ConvertedType, LogicalType, TimeUnit, Type};
 use parquet::column::reader::ColumnReader;
@@ -19,21 +19,16 @@ use std::fs::File;
 const ROWS: usize = 1 << 16;
 
 /// An open Parquet file.
-pub struct Columnar {
-    name: String,
+pub(super) struct Columnar {
+    pub head: Head,
     reader: SerializedFileReader<File>,
-    columns: Vec<Column>,
     /// What the values of each column say.
     meanings: Vec<Meaning>,
     wanted: Vec<(usize, As)>,
     group: usize,
     open: Vec<Open>,
-    labels: Labels,
-    /// Are labels of the row groups before forgotten?
-    forgets: bool,
-    times: Times,
     /// The first time of columns of times.
-    since: std::collections::HashMap<usize, f64>,
+    since: HashMap<usize, f64>,
     scratch: Scratch,
 }
 
@@ -240,7 +235,10 @@ struct Scratch {
 
 impl std::fmt::Debug for Columnar {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Columnar").field("name", &self.name).field("columns", &self.columns).finish_non_exhaustive()
+        f.debug_struct("Columnar")
+            .field("name", &self.head.name)
+            .field("columns", &self.head.columns)
+            .finish_non_exhaustive()
     }
 }
 
@@ -276,24 +274,15 @@ impl Columnar {
         };
         let columns = titled.zip(&meanings).map(unit).collect();
         Ok(Columnar {
-            name: name.into(),
+            head: Head::new(name, columns),
             reader,
-            columns,
             meanings,
             wanted: Vec::new(),
             group: 0,
             open: Vec::new(),
-            labels: Labels::default(),
-            forgets: false,
-            times: Times::default(),
             since: Default::default(),
             scratch: Scratch::default(),
         })
-    }
-
-    /// Its columns.
-    pub fn columns(&self) -> &[Column] {
-        &self.columns
     }
 
     /// Does a column hold texts, not numbers?
@@ -304,24 +293,9 @@ impl Columnar {
             && self.meanings.get(column).is_some_and(|own| !own.is_number())
     }
 
-    /// The name given to [`Columnar::open`].
-    pub fn name(&self) -> &str {
-        &self.name
-    }
-
     /// How many rows it has.
     pub fn rows(&self) -> u64 {
         self.reader.metadata().file_metadata().num_rows().max(0).unsigned_abs()
-    }
-
-    /// The labels met so far.
-    pub fn labels(&self) -> &[String] {
-        &self.labels.texts
-    }
-
-    /// Forget the labels when the next row group begins: dictionaries have their numbers until then.
-    pub fn forget_labels(&mut self) {
-        self.forgets = true;
     }
 
     /// Which columns the blocks have.
@@ -332,20 +306,19 @@ impl Columnar {
     /// The next rows, of one row group.
     pub fn next(&mut self, block: &mut Block) -> Result<bool> {
         let read = guarded(|| self.following(block));
-        read.unwrap_or_else(|| Err(damaged(&self.name)))
+        read.unwrap_or_else(|| Err(damaged(&self.head.name)))
     }
 
     fn following(&mut self, block: &mut Block) -> Result<bool> {
-        block.columns.resize_with(self.wanted.len(), Vec::new);
         loop {
-            block.columns.iter_mut().for_each(Vec::clear);
-            let error = |error: ParquetError| fault(&self.name, &error);
+            block.clear(self.wanted.len());
+            let error = |error: ParquetError| fault(&self.head.name, &error);
             if self.open.is_empty() {
                 if self.group >= self.reader.num_row_groups() || self.wanted.is_empty() {
                     return Ok(false);
                 }
-                if std::mem::take(&mut self.forgets) {
-                    self.labels.forget();
+                if std::mem::take(&mut self.head.forgets) {
+                    self.head.labels = Labels::default();
                 }
                 let group = self.reader.get_row_group(self.group).map_err(error)?;
                 let open = |(column, kind): &(usize, As)| {
@@ -366,7 +339,7 @@ impl Columnar {
             let wanted = self.wanted.iter().zip(&mut self.open).zip(&mut block.columns);
             for (((column, kind), reader), to) in wanted {
                 let meaning = self.meanings.get(*column).copied().unwrap_or(Meaning::Plain);
-                let title = self.columns.get(*column).map_or("", |c| c.title.as_str());
+                let title = self.head.columns.get(*column).map_or("", |c| c.title.as_str());
                 match (kind, reader) {
                     _ if meaning == Meaning::Unread => {
                         let schema = self.reader.metadata().file_metadata().schema_descr();
@@ -378,20 +351,20 @@ impl Columnar {
                         let name = if is_list { "LIST or MAP (several values in a row)".into() } else { name };
                         Err(ParquetError::NYI(format!("values of the type {name}")))
                     }
-                    (kind, Open::Labels(pages)) => pages.read(ROWS, to, &mut self.labels).map(|()| {
+                    (kind, Open::Labels(pages)) => pages.read(ROWS, to, &mut self.head.labels).map(|()| {
                         if *kind == As::Mixed {
-                            mixed(to, &self.labels.texts);
+                            mixed(to, &self.head.labels.texts);
                         }
                     }),
                     (As::Mixed, Open::Values(reader)) if !meaning.is_number_of(reader) => {
-                        labels(reader, &mut self.scratch, to, meaning, &mut self.labels)
-                            .map(|()| mixed(to, &self.labels.texts))
+                        labels(reader, &mut self.scratch, to, meaning, &mut self.head.labels)
+                            .map(|()| mixed(to, &self.head.labels.texts))
                     }
                     (As::Label | As::Written, Open::Values(reader)) => {
-                        labels(reader, &mut self.scratch, to, meaning, &mut self.labels)
+                        labels(reader, &mut self.scratch, to, meaning, &mut self.head.labels)
                     }
                     (_, Open::Values(reader)) => {
-                        let read = numbers(reader, &mut self.scratch, to, meaning, *kind, &mut self.times);
+                        let read = numbers(reader, &mut self.scratch, to, meaning, *kind, &mut self.head.times);
                         // readings have times since the first, as of a table of text
                         if matches!(kind, As::Mixed | As::Cell) && matches!(meaning, Meaning::Time(..) | Meaning::Date)
                         {
@@ -403,13 +376,13 @@ impl Columnar {
                         read
                     }
                 }
-                .map_err(|error| fault(&self.name, &error).at_path(title))?;
+                .map_err(|error| fault(&self.head.name, &error).at_path(title))?;
             }
             let rows = block.rows();
             if block.columns.iter().any(|column| column.len() != rows) {
                 return Err(Malformed::new(Fault::Value, "columns have different numbers of values")
                     .expected("flat columns, without lists")
-                    .in_file(&self.name));
+                    .in_file(&self.head.name));
             }
             if rows > 0 {
                 return Ok(true);

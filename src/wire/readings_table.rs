@@ -1,12 +1,12 @@
 //! Readings from a table of any format that a record may have, and from the rows of one device of a table of many.
 
+use super::Named;
 use super::columns::{Column, columns, from_title, key_unit};
 use super::locate::{csv_place, table_place};
 use super::readings_file::{Cell, CellRows, MOST_READINGS, ReadingFile, from_cells, too_many};
-use super::{Named, ScatterFile};
 use crate::batch::{Device, Layout, Use};
 use crate::bench::Bench;
-use crate::campaign::Readings;
+use crate::campaign::{Readings, ScatterRequest};
 use crate::elements::Elements;
 use crate::error::{Fault, Malformed, Result};
 use crate::record::{self, As, Block, RAGGED, Record, Said, UNREADABLE, WrittenTimes};
@@ -20,9 +20,9 @@ pub(super) fn read(
     bench: &Bench,
     mut record: Record,
     map: &Named<String>,
-    scatter: &[ScatterFile],
+    scatter: &[ScatterRequest],
 ) -> Result<Readings> {
-    let (keys, blocks) = read_blocks(bench, &mut record, map, &|key| ScatterFile::use_key(scatter, key))?;
+    let (keys, blocks) = read_blocks(bench, &mut record, map, &|key| ScatterRequest::use_key(scatter, key))?;
     from_cells(bench, Rows { keys: &keys, blocks: &blocks, labels: record.labels(), file: record.name() })
 }
 

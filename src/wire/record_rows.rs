@@ -6,9 +6,9 @@ use super::locate::table_place;
 use super::readings_file::{Cell, Meaning, ReadingFile, meaning};
 use super::reduced::{Runs, assigned};
 use super::samples_file::{SamplesFile, SegmentSource};
-use super::{Folder, Named, ScatterFile, Source, locate};
+use super::{Folder, Named, Source, locate};
 use crate::bench::Bench;
-use crate::campaign::{Campaign, JointState, Observation, Reading, Readings};
+use crate::campaign::{Campaign, JointState, Observation, Reading, Readings, ScatterRequest};
 use crate::elements::{Elements, OrNan};
 use crate::error::{Fault, Malformed, Result};
 use crate::fit::Settings;
@@ -129,7 +129,7 @@ impl<'a> RecordRows<'a> {
         let path = samples.samples.clone();
         let record = folder.record(&path).map_err(|e| e.at_path("readings.samples"))?;
         let map = if samples.columns.is_empty() { &file.columns } else { &samples.columns };
-        let used_by_scatter = |key: &str| ScatterFile::use_key(&file.scatter, key);
+        let used_by_scatter = |key: &str| ScatterRequest::use_key(&file.scatter, key);
         let keys = columns(&bench, record.columns(), map, &used_by_scatter, record.name())?;
         let used: Vec<String> =
             bench.sensors.iter().flat_map(|own| own.model.names().into_iter().map(str::to_string)).collect();

@@ -12,11 +12,11 @@ mod columns;
 mod lab;
 
 use super::{Outcome, files, outputs::Outputs, session};
-use crate::campaign::UnitUnderTest;
+use crate::campaign::{Asked, Given, UnitUnderTest};
 use crate::error::{Fault, Malformed, Result};
 use crate::fit;
 use crate::record::{self, Record, parted};
-use crate::wire::{self, BenchRef, CampaignFile, EstimateFile, KnownFile, ReadingsRef, SamplesAs, Source};
+use crate::wire::{self, BenchRef, CampaignFile, KnownEntry, ReadingsRef, SamplesAs, Source};
 use answers::{Answers, Quantity, pair};
 use clap::{Args, Subcommand};
 use serde_json::json;
@@ -168,16 +168,16 @@ fn campaign(arguments: &Arguments, table: &Path, answers: &Answers) -> Result<Ou
                 .map(|(id, _)| {
                     let start = starts.iter().find(|own| own.name == *id);
                     let unit = start.and_then(|own| own.unit.clone());
-                    (id.clone(), EstimateFile { start: start.map(|own| own.value), unit, ..EstimateFile::default() })
+                    (id.clone(), Asked { start: start.map(|own| own.value), unit, ..Asked::default() })
                 })
                 .collect(),
         );
         let stated = given.iter().filter(|own| !own.is_zero());
         let named = stated.map(|own| {
-            let known = KnownFile { value: own.value, unit: own.unit.clone(), u: own.u, ..KnownFile::default() };
-            (own.name.clone(), known)
+            let known = Given { value: own.value, unit: own.unit.clone(), u: own.u, ..Given::default() };
+            (own.name.clone(), KnownEntry::Known(known))
         });
-        campaign.known = wire::Named(named.collect()).into();
+        campaign.known = wire::Named(named.collect());
         let (_, fitted) = read(&campaign)?;
         let doubts = fitted.map_or(Vec::new(), |fit| fit.not_estimable);
         let names: Vec<&str> = doubts.iter().flat_map(|d| &d.direction.terms).map(|(id, _)| id.as_str()).collect();
