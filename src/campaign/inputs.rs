@@ -57,25 +57,14 @@ impl Campaign {
         if let Some(joint) = id.strip_prefix(RATE) {
             let joint = self.bench.joints().position(|own| own == joint);
             let states = self.readings.rows.iter_mut().filter_map(|row| row.joints.get_mut(joint?));
-            states.for_each(|state| state.scale_rate(1.0 + amount));
+            let faster = |own: &JointState| own.at_rate(own.rate_deg_s() * (1.0 + amount)).unwrap_or(*own);
+            states.for_each(|state| *state = faster(state));
         } else if let Some(site) = self.bench.site.as_mut() {
             match id {
                 GRAVITY => site.gravity_g += amount / per_g,
                 LATITUDE => site.latitude_deg += amount.to_degrees(),
                 _ => {}
             }
-        }
-    }
-}
-
-impl JointState {
-    /// The same motion at another speed.
-    fn scale_rate(&mut self, factor: f64) {
-        match self {
-            JointState::Held { .. } => {}
-            JointState::WholeTurns { rate_deg_s }
-            | JointState::PartTurns { rate_deg_s, .. }
-            | JointState::Passing { rate_deg_s, .. } => *rate_deg_s *= factor,
         }
     }
 }

@@ -426,15 +426,46 @@ fn place<T>(values: &[T], levels: &[i16], highest: i16, to: &mut Vec<f64>, mut n
     );
 }
 
-macro_rules! read {
-    ($reader:expr, $buffer:expr, $levels:expr, $to:expr, $number:expr) => {{
-        $buffer.clear();
-        $levels.clear();
-        $reader.read_records(ROWS, Some(&mut $levels), None, &mut $buffer)?;
-        let highest = $levels.iter().copied().max().unwrap_or(0).max(1);
-        place(&$buffer, &$levels, highest, $to, $number);
-        Ok(())
-    }};
+/// A value as it is stored.
+enum Value<'a> {
+    /// A whole number, and its bits.
+    Whole(i64, u64),
+    Real(f64),
+    /// Nanoseconds since 1970.
+    Nanoseconds(i64),
+    Bytes(&'a [u8]),
+}
+
+/// The next values of a column as numbers.
+fn values(
+    reader: &mut ColumnReader,
+    scratch: &mut Scratch,
+    to: &mut Vec<f64>,
+    mut number: impl FnMut(Value<'_>) -> f64,
+) -> Read {
+    let Scratch { levels, doubles, floats, ints, longs, bools, bytes, fixed, old } = scratch;
+    macro_rules! read {
+        ($reader:expr, $buffer:expr, $own:ident => $value:expr) => {{
+            $buffer.clear();
+            levels.clear();
+            $reader.read_records(ROWS, Some(levels), None, $buffer)?;
+            let highest = levels.iter().copied().max().unwrap_or(0).max(1);
+            place($buffer, levels, highest, to, |$own| number($value));
+        }};
+    }
+    match reader {
+        ColumnReader::DoubleColumnReader(r) => read!(r, doubles, v => Value::Real(*v)),
+        ColumnReader::FloatColumnReader(r) => read!(r, floats, v => Value::Real(f64::from(*v))),
+        ColumnReader::Int32ColumnReader(r) => {
+            read!(r, ints, v => Value::Whole(i64::from(*v), u64::from(v.cast_unsigned())))
+        }
+        ColumnReader::Int64ColumnReader(r) => read!(r, longs, v => Value::Whole(*v, v.cast_unsigned())),
+        ColumnReader::BoolColumnReader(r) => read!(r, bools, v => Value::Whole(i64::from(*v), u64::from(*v))),
+        ColumnReader::Int96ColumnReader(r) => read!(r, old, v => Value::Nanoseconds(v.to_nanos())),
+        ColumnReader::ByteArrayColumnReader(r) => read!(r, bytes, v => Value::Bytes(v.data())),
+        ColumnReader::FixedLenByteArrayColumnReader(r) => read!(r, fixed, v => Value::Bytes(v.data())),
+    }
+    Ok(())
 }
 
 fn numbers(
@@ -445,50 +476,39 @@ fn numbers(
     kind: As,
     times: &mut Times,
 ) -> Read {
-    let Scratch { levels, doubles, floats, ints, longs, bools, bytes, fixed, old } = scratch;
+    if let ColumnReader::DoubleColumnReader(r) = reader {
+        let Scratch { levels, doubles, .. } = scratch;
+        doubles.clear();
+        levels.clear();
+        r.read_records(ROWS, Some(levels), None, doubles)?;
+        if doubles.len() == levels.len() || levels.is_empty() {
+            // no row is without a value: the column is handed over as it is
+            std::mem::swap(to, doubles);
+        } else {
+            place(doubles, levels, levels.iter().copied().max().unwrap_or(1).max(1), to, |v| *v);
+        }
+        return Ok(());
+    }
     // what is no number is a fault, but in a cell
     let mut unread = None;
-    let mut number = |data: &[u8]| {
-        let text = || std::str::from_utf8(data).unwrap_or_default().trim();
-        let written = || match kind {
-            As::Time => super::number::number(data, b'.').or_else(|| times.seconds(data)),
-            _ => super::number::number(data, b'.'),
-        };
-        meaning.bytes(data).or_else(written).unwrap_or_else(|| {
-            if kind != As::Cell {
-                unread.get_or_insert_with(|| text().chars().take(40).collect::<String>());
-            }
-            UNREADABLE
-        })
-    };
-    let read: Read = match reader {
-        ColumnReader::DoubleColumnReader(r) => {
-            doubles.clear();
-            levels.clear();
-            r.read_records(ROWS, Some(levels), None, doubles)?;
-            if doubles.len() == levels.len() || levels.is_empty() {
-                // no row is without a value: the column is handed over as it is
-                std::mem::swap(to, doubles);
-            } else {
-                place(doubles, levels, levels.iter().copied().max().unwrap_or(1).max(1), to, |v| *v);
-            }
-            Ok(())
+    values(reader, scratch, to, |value| match value {
+        Value::Whole(value, bits) => meaning.whole(value, bits),
+        Value::Real(value) => value,
+        Value::Nanoseconds(value) => value as f64 / 1e9,
+        Value::Bytes(data) => {
+            let text = || std::str::from_utf8(data).unwrap_or_default().trim();
+            let written = || match kind {
+                As::Time => super::number::number(data, b'.').or_else(|| times.seconds(data)),
+                _ => super::number::number(data, b'.'),
+            };
+            meaning.bytes(data).or_else(written).unwrap_or_else(|| {
+                if kind != As::Cell {
+                    unread.get_or_insert_with(|| text().chars().take(40).collect::<String>());
+                }
+                UNREADABLE
+            })
         }
-        ColumnReader::FloatColumnReader(r) => read!(r, *floats, *levels, to, |v: &f32| f64::from(*v)),
-        ColumnReader::Int32ColumnReader(r) => {
-            read!(r, *ints, *levels, to, |v: &i32| meaning.whole(i64::from(*v), u64::from(v.cast_unsigned())))
-        }
-        ColumnReader::Int64ColumnReader(r) => {
-            read!(r, *longs, *levels, to, |v: &i64| meaning.whole(*v, v.cast_unsigned()))
-        }
-        ColumnReader::BoolColumnReader(r) => read!(r, *bools, *levels, to, |v: &bool| f64::from(u8::from(*v))),
-        ColumnReader::Int96ColumnReader(r) => read!(r, *old, *levels, to, |v: &Int96| v.to_nanos() as f64 / 1e9),
-        ColumnReader::ByteArrayColumnReader(r) => read!(r, *bytes, *levels, to, |v: &ByteArray| number(v.data())),
-        ColumnReader::FixedLenByteArrayColumnReader(r) => {
-            read!(r, *fixed, *levels, to, |v: &FixedLenByteArray| number(v.data()))
-        }
-    };
-    read?;
+    })?;
     match unread {
         Some(text) => Err(ParquetError::General(format!("the text '{text}', where numbers are expected"))),
         None => Ok(()),
@@ -502,7 +522,6 @@ fn labels(
     meaning: Meaning,
     labels: &mut Labels,
 ) -> Read {
-    let Scratch { levels, doubles, floats, ints, longs, bools, bytes, fixed, old } = scratch;
     // each value is written once
     let mut written: HashMap<u64, f64> = HashMap::new();
     let mut last: Option<(u64, f64)> = None;
@@ -514,52 +533,21 @@ fn labels(
             number
         }
     };
-    match reader {
-        ColumnReader::ByteArrayColumnReader(r) => {
-            // rows of one dictionary entry lie at one place, as long as they are read together
-            let mut last = (std::ptr::null(), 0, f64::NAN);
-            read!(r, *bytes, *levels, to, |v: &ByteArray| {
-                let (place, length, number) = last;
-                if place == v.data().as_ptr() && length == v.len() {
-                    return number;
-                }
-                let number = match meaning.bytes_text(v.data()) {
+    // rows of one dictionary entry lie at one place, as long as they are read together
+    let mut at = (std::ptr::null(), 0, f64::NAN);
+    values(reader, scratch, to, |value| match value {
+        Value::Whole(value, bits) => label(bits, &|| meaning.text(value, bits), labels),
+        Value::Real(value) => label(value.to_bits(), &|| value.to_string(), labels),
+        Value::Nanoseconds(value) => label(value.cast_unsigned(), &|| meaning.text(value, 0), labels),
+        Value::Bytes(data) => {
+            if at.0 != data.as_ptr() || at.1 != data.len() {
+                let number = match meaning.bytes_text(data) {
                     Some(text) => labels.number(text.as_bytes()),
-                    None => labels.number(v.data()),
+                    None => labels.number(data),
                 };
-                last = (v.data().as_ptr(), v.len(), number);
-                number
-            })
+                at = (data.as_ptr(), data.len(), number);
+            }
+            at.2
         }
-        ColumnReader::FixedLenByteArrayColumnReader(r) => {
-            read!(r, *fixed, *levels, to, |v: &FixedLenByteArray| match meaning.bytes_text(v.data()) {
-                Some(text) => labels.number(text.as_bytes()),
-                None => labels.number(v.data()),
-            })
-        }
-        ColumnReader::Int32ColumnReader(r) => read!(r, *ints, *levels, to, |v: &i32| {
-            let (value, bits) = (i64::from(*v), u64::from(v.cast_unsigned()));
-            label(bits, &|| meaning.text(value, bits), labels)
-        }),
-        ColumnReader::Int64ColumnReader(r) => read!(r, *longs, *levels, to, |v: &i64| {
-            label(v.cast_unsigned(), &|| meaning.text(*v, v.cast_unsigned()), labels)
-        }),
-        ColumnReader::DoubleColumnReader(r) => {
-            read!(r, *doubles, *levels, to, |v: &f64| label(v.to_bits(), &|| v.to_string(), labels))
-        }
-        ColumnReader::FloatColumnReader(r) => {
-            read!(r, *floats, *levels, to, |v: &f32| label(
-                u64::from(v.to_bits()),
-                &|| f64::from(*v).to_string(),
-                labels
-            ))
-        }
-        ColumnReader::BoolColumnReader(r) => {
-            read!(r, *bools, *levels, to, |v: &bool| label(u64::from(*v), &|| u8::from(*v).to_string(), labels))
-        }
-        ColumnReader::Int96ColumnReader(r) => read!(r, *old, *levels, to, |v: &Int96| {
-            let nanoseconds = v.to_nanos();
-            label(nanoseconds.cast_unsigned(), &|| meaning.text(nanoseconds, 0), labels)
-        }),
-    }
+    })
 }
