@@ -3,9 +3,9 @@
 /// An enumeration whose values have a word in reports and files: the type, `name`, `ALL`, its text, its JSON and its JSON Schema, which lists the words.
 macro_rules! vocabulary {
     ($(#[$of_type:meta])* $type:ident { $($(#[$of_value:meta])* $value:ident = $word:literal),* $(,)? }) => {
-        $(#[$of_type])*
         #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
         #[derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+        $(#[$of_type])*
         #[non_exhaustive]
         pub enum $type {
             $($(#[$of_value])* #[serde(rename = $word)] $value,)*

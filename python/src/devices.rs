@@ -207,7 +207,7 @@ impl Asking {
 
 /// Is a column that the model does not use needed for what scatters?
 fn is_wanted(file: &CampaignFile, key: &str) -> bool {
-    wire::ScatterFile::use_key(&file.scatter, key)
+    tumble::campaign::ScatterRequest::use_key(&file.scatter, key)
         || (key == "position" && !file.scatter.is_empty())
         || key.ends_with("_u")
 }
@@ -402,7 +402,7 @@ pub fn fit_table<'py>(
     };
     if let Some(columns) = columns {
         let held = held(columns).map_err(|error| question.raised(py, error, source.as_ref()))?;
-        let open = move |_: usize| Ok(Record::Held(held.clone()));
+        let open = move |_: usize| Ok(Record::from(held.clone()));
         return fit_records(py, &question, &template, file, vec!["readings".into()], open, by, settings, source);
     }
     if let Some(rows) = inline {

@@ -272,7 +272,7 @@ pub fn sensors<'py>(
 /// Readings of a table.
 fn of_columns(template: &Template, columns: Columns) -> tumble::Result<Readings> {
     let table = table::held("readings", columns)?;
-    wire::read_readings(&template.bench, Record::Held(table), &template.file.columns, &template.file.scatter)
+    wire::read_readings(&template.bench, Record::from(table), &template.file.columns, &template.file.scatter)
 }
 
 /// What a value of JSON is, so that equal ones are equal in bytes; `None` for what JSON has not.

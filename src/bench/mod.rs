@@ -23,7 +23,10 @@ pub use rotation::{Axis, sin_cos_deg};
 use crate::algebra::{Expression, Function};
 use crate::error::{Fault, Malformed, Result};
 use crate::units::Unit;
+use crate::vocabulary::vocabulary;
 use nalgebra::Vector3;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 /// A bench: its site, its units, its chain of rotations and its sensors.
 #[derive(Debug, Clone)]
@@ -83,27 +86,34 @@ pub struct Site {
     pub gravity_from: GravityFrom,
 }
 
-/// Units in which the inputs enter the model lines.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+/// Units of the inputs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(rename = "UnitsFile")]
 pub struct Units {
-    /// Unit of `w_*`.
+    /// Unit of angular rates.
+    #[serde(default)]
     pub rate: RateUnit,
-    /// Unit of `a_*`.
+    /// Unit of specific forces.
+    #[serde(default)]
     pub force: ForceUnit,
 }
 
-/// Unit of angular rate.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum RateUnit {
-    /// Degrees per second.
-    #[default]
-    DegreesPerSecond,
-    /// Degrees per hour.
-    DegreesPerHour,
-    /// Radians per second.
-    RadiansPerSecond,
-    /// Arcseconds per second.
-    ArcsecondsPerSecond,
+vocabulary! {
+    /// Unit of angular rate.
+    #[derive(Default)]
+    #[schemars(rename = "RateFile")]
+    RateUnit {
+        /// Degrees per second.
+        #[default]
+        DegreesPerSecond = "deg/s",
+        /// Degrees per hour.
+        DegreesPerHour = "deg/h",
+        /// Radians per second.
+        RadiansPerSecond = "rad/s",
+        /// Arcseconds per second.
+        ArcsecondsPerSecond = "arcsec/s",
+    }
 }
 
 impl RateUnit {
@@ -119,26 +129,19 @@ impl RateUnit {
             RateUnit::RadiansPerSecond => std::f64::consts::PI / 180.0,
         }
     }
-
-    /// As files write it.
-    pub fn symbol(self) -> &'static str {
-        match self {
-            RateUnit::DegreesPerSecond => "deg/s",
-            RateUnit::DegreesPerHour => "deg/h",
-            RateUnit::RadiansPerSecond => "rad/s",
-            RateUnit::ArcsecondsPerSecond => "arcsec/s",
-        }
-    }
 }
 
-/// Unit of specific force.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum ForceUnit {
-    /// Standard gravity.
-    #[default]
-    StandardGravity,
-    /// Metres per second squared.
-    MetresPerSecondSquared,
+vocabulary! {
+    /// Unit of specific force.
+    #[derive(Default)]
+    #[schemars(rename = "ForceFile")]
+    ForceUnit {
+        /// Standard gravity, 9.80665 m/s^2.
+        #[default]
+        StandardGravity = "g",
+        /// Metres per second squared.
+        MetresPerSecondSquared = "m/s^2",
+    }
 }
 
 impl ForceUnit {
@@ -147,14 +150,6 @@ impl ForceUnit {
         match self {
             ForceUnit::StandardGravity => 1.0,
             ForceUnit::MetresPerSecondSquared => STANDARD_GRAVITY_M_S2,
-        }
-    }
-
-    /// As files write it.
-    pub fn symbol(self) -> &'static str {
-        match self {
-            ForceUnit::StandardGravity => "g",
-            ForceUnit::MetresPerSecondSquared => "m/s^2",
         }
     }
 }

@@ -1,17 +1,20 @@
 //! Rotations about the coordinate axes, exact at multiples of 90 degrees.
 
 use crate::number;
+use crate::vocabulary::vocabulary;
 use nalgebra::Vector3;
 
-/// A coordinate axis of a frame.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Axis {
-    /// First axis.
-    X,
-    /// Second axis.
-    Y,
-    /// Third axis.
-    Z,
+vocabulary! {
+    /// A coordinate axis.
+    #[schemars(rename = "AxisFile")]
+    Axis {
+        /// First axis.
+        X = "x",
+        /// Second axis.
+        Y = "y",
+        /// Third axis.
+        Z = "z",
+    }
 }
 
 impl Axis {

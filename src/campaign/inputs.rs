@@ -30,7 +30,7 @@ impl Parameter {
             let per_g = bench.units.force.per_g();
             if site.gravity_u_g > 0.0 && force {
                 let (value, u) = (site.gravity_g * per_g, site.gravity_u_g * per_g);
-                inputs.push(input(GRAVITY.into(), value, u, bench.units.force.symbol(), "local gravity".into()));
+                inputs.push(input(GRAVITY.into(), value, u, bench.units.force.name(), "local gravity".into()));
             }
             if site.latitude_u_deg > 0.0 && site.earth_rate_deg_h > 0.0 && rate {
                 let (value, u) = (site.latitude_deg.to_radians(), site.latitude_u_deg.to_radians());
@@ -57,25 +57,14 @@ impl Campaign {
         if let Some(joint) = id.strip_prefix(RATE) {
             let joint = self.bench.joints().position(|own| own == joint);
             let states = self.readings.rows.iter_mut().filter_map(|row| row.joints.get_mut(joint?));
-            states.for_each(|state| state.scale_rate(1.0 + amount));
+            let faster = |own: &JointState| own.at_rate(own.rate_deg_s() * (1.0 + amount)).unwrap_or(*own);
+            states.for_each(|state| *state = faster(state));
         } else if let Some(site) = self.bench.site.as_mut() {
             match id {
                 GRAVITY => site.gravity_g += amount / per_g,
                 LATITUDE => site.latitude_deg += amount.to_degrees(),
                 _ => {}
             }
-        }
-    }
-}
-
-impl JointState {
-    /// The same motion at another speed.
-    fn scale_rate(&mut self, factor: f64) {
-        match self {
-            JointState::Held { .. } => {}
-            JointState::WholeTurns { rate_deg_s }
-            | JointState::PartTurns { rate_deg_s, .. }
-            | JointState::Passing { rate_deg_s, .. } => *rate_deg_s *= factor,
         }
     }
 }

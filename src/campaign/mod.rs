@@ -20,7 +20,7 @@ pub use inputs::{GRAVITY, LATITUDE, RATE};
 pub use limits::{Decision, Limit, Limited, ScaleFactor};
 pub use parameters::{Constraint, Derived, Distribution, Kind, Known, Parameter, Prior, Role};
 pub use readings::{JointState, Observation, Reading, Readings};
-pub use scatter::{Deviating, Over, Per, Scatter, ScatterRequest, Size};
+pub use scatter::{Deviating, EstimateWord, NumberOrEstimate, OneOrSeveral, Over, Per, Scatter, ScatterRequest, Size};
 pub use units::{Inferred, coefficient_unit};
 
 use crate::algebra::Expression;
@@ -28,6 +28,8 @@ use crate::bench::Bench;
 use crate::elements::Parts;
 use crate::error::{Fault, Malformed, Result};
 use crate::units::Unit;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 /// A bench, its parameters and its readings: the whole question.
 #[derive(Debug, Clone)]
@@ -69,24 +71,44 @@ pub struct Request {
     pub correlations: Vec<(String, String, f64)>,
 }
 
-/// An estimated parameter as asked for: numbers in `unit`.
-#[derive(Debug, Clone, Default)]
+/// An estimated parameter.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(rename = "EstimateFile")]
 pub struct Asked {
-    /// Where a nonlinear estimate begins.
+    /// Where the estimate begins; needed where the model line is nonlinear in the coefficients.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub start: Option<f64>,
-    /// Prior value and its standard uncertainty.
-    pub prior: Option<Prior>,
-    /// Unit of these numbers; converted to radians (tilts) or to the unit that the model line tells.
+    /// Prior value: one more row, with `prior_u` as its standard uncertainty.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub prior: Option<f64>,
+    /// Standard uncertainty of the prior.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub prior_u: Option<f64>,
+    /// Unit of these numbers; without one a tilt is in radians, a coefficient in the unit that follows from the model line.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
 }
 
-/// A known parameter as given: numbers in `unit`.
-#[derive(Debug, Clone)]
+/// A known parameter.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(rename = "KnownFile")]
 pub struct Given {
-    /// Value, standard uncertainty, degrees of freedom, distribution.
-    pub known: Known,
-    /// Unit of these numbers; converted to radians (tilts) or to the unit that the model line tells.
+    /// Value, in `unit`.
+    pub value: f64,
+    /// Unit; without one a tilt is in radians, a coefficient in the unit that follows from the model line.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
+    /// Type B standard uncertainty, in `unit`; 0 for an exact value.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub u: Option<f64>,
+    /// Degrees of freedom of `u`; infinite unless given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub dof: Option<f64>,
+    /// Shape of the distribution; `u` is its standard deviation whatever the shape.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub distribution: Option<Distribution>,
 }
 
 impl Campaign {
@@ -165,6 +187,51 @@ impl Campaign {
             scatter: Vec::new(),
             by: None,
         })
+    }
+
+    /// The same question on another bench and with other readings, where these parameters (by index) and these new coefficients are estimated as well.
+    /// Limits, and the column of devices, are left out.
+    pub(crate) fn extended(
+        &self,
+        bench: Bench,
+        readings: Readings,
+        promoted: &[usize],
+        fresh: Vec<String>,
+    ) -> Result<Self> {
+        let mut request = Request::default();
+        for (k, parameter) in self.parameters.iter().enumerate() {
+            match &parameter.role {
+                Role::Known(known) if !promoted.contains(&k) => {
+                    request.known.push((parameter.id.clone(), known.given(parameter.stated_unit())));
+                }
+                _ => request.estimate.extend(parameter.asked().map(|asked| (parameter.id.clone(), asked))),
+            }
+        }
+        for parameter in promoted.iter().filter_map(|k| self.parameters.get(*k)) {
+            let start = matches!(parameter.role, Role::Known(_)).then(|| parameter.reference());
+            let asked = Asked { start, unit: parameter.stated_unit(), ..Asked::default() };
+            request.estimate.push((parameter.id.clone(), asked));
+        }
+        request.estimate.extend(fresh.into_iter().map(|id| (id, Asked::default())));
+        let known = |name: &String| request.known.iter().any(|(id, _)| id == name);
+        let stated = self.correlations.iter().filter(|(a, b, _)| known(a) && known(b));
+        request.correlations = stated.cloned().collect();
+        let mut longer = Campaign::new(bench, request, readings)?;
+        longer.constraints = self.constraints.clone();
+        longer.derived = self.derived.clone();
+        longer.identity = self.identity.clone();
+        for line in &self.scatter {
+            let of = match &line.of {
+                // the longer campaign counts its parameters anew
+                Deviating::Parameter(k) => match longer.parameter_index(self.parameter_id(*k)) {
+                    Some(k) => Deviating::Parameter(k),
+                    None => continue,
+                },
+                other => other.clone(),
+            };
+            longer.scatter.push(Scatter { of, ..line.clone() });
+        }
+        Ok(longer)
     }
 
     /// How many parameters are estimated; they are the first of [`Campaign::parameters`].

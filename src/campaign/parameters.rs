@@ -123,6 +123,15 @@ pub enum Constraint {
     },
 }
 
+impl Known {
+    /// It as a campaign gives it, in this unit.
+    pub fn given(&self, unit: Option<String>) -> Given {
+        let dof = self.dof.is_finite().then_some(self.dof);
+        let distribution = Some(self.distribution).filter(|own| *own != Distribution::Normal);
+        Given { value: self.value, unit, u: Some(self.u), dof, distribution }
+    }
+}
+
 impl Parameter {
     pub(super) fn estimated(bench: &Bench, units: &Inferred, id: &str, kind: Kind, asked: Asked) -> Result<Self> {
         let path = format!("estimate.{id}");
@@ -131,12 +140,12 @@ impl Parameter {
             Some(v) if !v.is_finite() => Err(not_finite(&format!("{path}.{key}"), v)),
             other => Ok(other.map(|v| to.apply(v))),
         };
-        let stated = asked.start.into_iter().chain(asked.prior.map(|own| own.value));
+        let stated = asked.start.into_iter().chain(asked.prior);
         stated.into_iter().try_for_each(|value| in_radians(id, kind, asked.unit.as_deref(), value, &path))?;
         let start = finite(asked.start, "start")?;
-        let prior = match asked.prior {
-            None => None,
-            Some(Prior { value, u }) => {
+        let prior = match (asked.prior, asked.prior_u) {
+            (None, None) => None,
+            (Some(value), Some(u)) => {
                 if !(u > 0.0 && u.is_finite()) {
                     return Err(Malformed::new(Fault::Value, format!("the prior of '{id}' has no usable uncertainty"))
                         .expected("prior_u above zero; a value known exactly belongs in \"known\"")
@@ -147,6 +156,12 @@ impl Parameter {
                 let value = finite(Some(value), "prior")?.unwrap_or_default();
                 Some(Prior { value, u: to.of_differences().apply(u) })
             }
+            (value, _) => {
+                let (here, missing) = if value.is_some() { ("prior", "prior_u") } else { ("prior_u", "prior") };
+                return Err(Malformed::new(Fault::Missing, format!("'{id}' has {here} but no {missing}"))
+                    .expected("a prior is a row: its value (prior) and its standard uncertainty (prior_u)")
+                    .at_path(path));
+            }
         };
         Ok(Parameter { id: id.into(), kind, unit, meaning: meaning(bench, id), role: Role::Estimated { start, prior } })
     }
@@ -154,7 +169,8 @@ impl Parameter {
     pub(super) fn known(bench: &Bench, units: &Inferred, id: &str, kind: Kind, given: Given) -> Result<Self> {
         let path = format!("known.{id}");
         let (to, unit) = conversion(units, id, kind, given.unit.as_deref(), &path)?;
-        let Known { value, u, dof, distribution } = given.known;
+        let (value, distribution) = (given.value, given.distribution.unwrap_or_default());
+        let (u, dof) = (given.u.unwrap_or(0.0), given.dof.unwrap_or(f64::INFINITY));
         if !value.is_finite() {
             return Err(not_finite(&format!("{path}.value"), value));
         }
@@ -178,6 +194,18 @@ impl Parameter {
     pub(super) fn assumed_zero(bench: &Bench, units: &Inferred, id: &str, kind: Kind) -> Self {
         let unit = internal_unit(units, id, kind).map_or(String::new(), |unit| unit.symbol().to_string());
         Parameter { id: id.into(), kind, unit, meaning: meaning(bench, id), role: Role::AssumedZero }
+    }
+
+    /// Its unit, as a file names it; `None` where it has none.
+    pub(crate) fn stated_unit(&self) -> Option<String> {
+        Some(self.unit.clone()).filter(|unit| !unit.is_empty())
+    }
+
+    /// An estimated parameter as it was asked for.
+    pub(crate) fn asked(&self) -> Option<Asked> {
+        let Role::Estimated { start, prior } = self.role else { return None };
+        let (prior, prior_u) = (prior.map(|own| own.value), prior.map(|own| own.u));
+        Some(Asked { start, prior, prior_u, unit: self.stated_unit() })
     }
 
     /// The value at which the model is linearised: start, else prior, else known value, else zero.

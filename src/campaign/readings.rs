@@ -203,14 +203,7 @@ impl JointState {
 
     /// The same with the joint turning the other way; one that stands still stays as it is.
     pub fn reversed(self) -> Self {
-        match self {
-            JointState::Held { .. } => self,
-            JointState::WholeTurns { rate_deg_s } => JointState::WholeTurns { rate_deg_s: -rate_deg_s },
-            JointState::PartTurns { start_deg, rate_deg_s, turns } => {
-                JointState::PartTurns { start_deg, rate_deg_s: -rate_deg_s, turns }
-            }
-            JointState::Passing { angle_deg, rate_deg_s } => JointState::Passing { angle_deg, rate_deg_s: -rate_deg_s },
-        }
+        self.at_rate(-self.rate_deg_s()).unwrap_or(self)
     }
 
     /// Is the reading a mean over this joint's turning?

@@ -3,6 +3,8 @@
 use super::{Campaign, Kind, Reading, Readings, Role};
 use crate::error::{Fault, Malformed, Result};
 use crate::mix::Mix;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 use std::collections::HashMap;
 use std::hash::BuildHasherDefault;
@@ -77,29 +79,83 @@ pub struct Over {
     pub tau: Option<f64>,
 }
 
-/// A line as a file asks for it.
-#[derive(Debug, Clone, Default)]
+/// What scatters beyond the readings' own noise: `of` something, `per` something, or correlated `over` a time.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(rename = "ScatterFile")]
 pub struct ScatterRequest {
-    /// Names of what deviates.
-    pub of: Vec<String>,
-    /// `reading`, `position`, `campaign` or a column.
+    /// A sensor, joint, tilt or coefficient; or several, each with deviations of its own.
+    pub of: OneOrSeveral,
+    /// `reading`, `position`, `campaign` or a column of the readings: how often it takes a new value.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub per: Option<String>,
-    /// Standard deviation.
-    pub u: Option<f64>,
-    /// Is it to be estimated?
-    pub estimate: bool,
-    /// Degrees of freedom.
+    /// Standard deviation in `unit`, or `estimate`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub u: Option<NumberOrEstimate>,
+    /// Degrees of freedom of a stated `u`; infinite unless given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dof: Option<f64>,
-    /// Unit of `u`.
+    /// Unit of `u`; an angle needs one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
-    /// Column of the time.
+    /// The column that holds the time, where deviations are correlated as `exp(-|dt|/tau)`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub over: Option<String>,
-    /// Correlation time.
-    pub tau: Option<f64>,
-    /// Is the correlation time to be estimated?
-    pub estimate_tau: bool,
-    /// Correlation of several sensors' noise.
+    /// Correlation time in the unit of that column, or `estimate`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tau: Option<NumberOrEstimate>,
+    /// Correlation between the sensors of one reading.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub correlation: Option<f64>,
+}
+
+/// One name or several.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged, expecting = "a name, or a list of names")]
+pub enum OneOrSeveral {
+    /// One.
+    One(String),
+    /// Several.
+    Several(Vec<String>),
+}
+
+impl Default for OneOrSeveral {
+    fn default() -> Self {
+        OneOrSeveral::Several(Vec::new())
+    }
+}
+
+/// A number, or the word `estimate`.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged, expecting = "a number, or \"estimate\"")]
+pub enum NumberOrEstimate {
+    /// Stated.
+    Number(f64),
+    /// To be estimated from the readings.
+    Estimate(EstimateWord),
+}
+
+/// The word `estimate`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum EstimateWord {
+    /// From the readings.
+    Estimate,
+}
+
+impl OneOrSeveral {
+    fn names(&self) -> &[String] {
+        match self {
+            OneOrSeveral::One(name) => std::slice::from_ref(name),
+            OneOrSeveral::Several(names) => names,
+        }
+    }
+}
+
+impl NumberOrEstimate {
+    fn number(self) -> Option<f64> {
+        if let NumberOrEstimate::Number(value) = self { Some(value) } else { None }
+    }
 }
 
 impl Scatter {
@@ -129,6 +185,33 @@ impl Scatter {
             (None, Deviating::Correlated(..)) => format!("correlation of {of}"),
             (None, _) => format!("{of} per {}", self.per.name()),
         }
+    }
+}
+
+impl Scatter {
+    /// The line as a file asks for it; `None` for one that the readings' own columns say.
+    pub(crate) fn request(&self, campaign: &Campaign) -> Option<ScatterRequest> {
+        let estimate = NumberOrEstimate::Estimate(EstimateWord::Estimate);
+        let per = Some(self.per.name().to_string());
+        if let Deviating::Correlated(sensors, correlation) = &self.of {
+            let of = OneOrSeveral::Several(sensors.iter().map(|k| campaign.sensor_id(*k).to_string()).collect());
+            return Some(ScatterRequest { of, per, correlation: Some(*correlation), ..ScatterRequest::default() });
+        }
+        let (u, dof) = match self.size {
+            Size::Stated { sd, dof } => (NumberOrEstimate::Number(sd * self.shown), dof.is_finite().then_some(dof)),
+            Size::Estimated => (estimate, None),
+            Size::Column(_) => return None,
+        };
+        Some(ScatterRequest {
+            of: OneOrSeveral::One(self.of_name(campaign)),
+            per: per.filter(|_| self.over.is_none() || self.per != Per::Campaign),
+            u: Some(u),
+            dof,
+            unit: (!self.unit.is_empty()).then(|| self.unit.clone()),
+            over: self.over.as_ref().map(|over| over.column.clone()),
+            tau: self.over.as_ref().map(|over| over.tau.map_or(estimate, NumberOrEstimate::Number)),
+            correlation: None,
+        })
     }
 }
 
@@ -259,8 +342,26 @@ impl Campaign {
 }
 
 impl ScatterRequest {
+    /// Does one of the lines read a column?
+    pub fn use_key(lines: &[ScatterRequest], key: &str) -> bool {
+        lines.iter().any(|line| [&line.over, &line.per].into_iter().any(|own| own.as_deref() == Some(key)))
+    }
+
+    fn u(&self) -> Option<f64> {
+        self.u.and_then(NumberOrEstimate::number)
+    }
+
+    fn tau(&self) -> Option<f64> {
+        self.tau.and_then(NumberOrEstimate::number)
+    }
+
+    /// Is the size to be estimated?
+    fn is_estimated(&self) -> bool {
+        self.u.is_some() && self.u().is_none()
+    }
+
     fn into_lines(self, campaign: &Campaign, place: &str) -> Result<Vec<Scatter>> {
-        if self.of.is_empty() || self.of.iter().any(|name| name.trim().is_empty()) {
+        if self.of.names().is_empty() || self.of.names().iter().any(|name| name.trim().is_empty()) {
             return Err(Malformed::new(Fault::Missing, "a scatter line of nothing")
                 .expected("\"of\": a sensor, joint, tilt or coefficient")
                 .at_path("of"));
@@ -270,12 +371,12 @@ impl ScatterRequest {
         }
         let over = self.over(campaign)?;
         let per = self.per(campaign, over.is_some())?;
-        if self.u.is_some() == self.estimate {
+        if self.u.is_none() {
             return Err(Malformed::new(Fault::Missing, "the size of the deviations is not said")
                 .expected("\"u\": a standard deviation, or \"estimate\"")
                 .at_path("u"));
         }
-        if let Some(u) = self.u.filter(|u| !(*u > 0.0 && u.is_finite())) {
+        if let Some(u) = self.u().filter(|u| !(*u > 0.0 && u.is_finite())) {
             return Err(Malformed::new(Fault::Value, "a scatter line without a positive standard deviation")
                 .expected("a positive number, or \"estimate\"; leave the line out where nothing scatters")
                 .found(u.to_string())
@@ -287,16 +388,16 @@ impl ScatterRequest {
                 .found(dof.to_string())
                 .at_path("dof"));
         }
-        if self.dof.is_some() && self.estimate {
+        if self.dof.is_some() && self.is_estimated() {
             return Err(Malformed::new(Fault::Value, "degrees of freedom of a standard deviation that is estimated")
                 .expected("\"dof\" only with a stated \"u\": for an estimated one the readings determine it")
                 .at_path("dof"));
         }
-        let mut lines = Vec::with_capacity(self.of.len());
-        for name in &self.of {
+        let mut lines = Vec::new();
+        for name in self.of.names() {
             let of = deviating(campaign, name)?;
             let (shown, unit) = self.unit(campaign, &of, name)?;
-            let size = match self.u {
+            let size = match self.u() {
                 Some(u) => Size::Stated { sd: u / shown, dof: self.dof.unwrap_or(f64::INFINITY) },
                 None => Size::Estimated,
             };
@@ -307,7 +408,7 @@ impl ScatterRequest {
 
     fn correlated(self, campaign: &Campaign, correlation: f64, place: &str) -> Result<Vec<Scatter>> {
         let mut sensors = Vec::new();
-        for name in &self.of {
+        for name in self.of.names() {
             let Some(k) = campaign.bench.sensors.iter().position(|s| s.id == *name) else {
                 return Err(unknown_name(campaign, name, "a correlation is between sensors of one reading"));
             };
@@ -320,11 +421,11 @@ impl ScatterRequest {
         if sensors.len() < 2 || !(correlation > least && correlation < 1.0) || correlation == 0.0 {
             return Err(Malformed::new(Fault::Value, "this is no correlation of sensors")
                 .expected("two sensors or more, and a number between -1 and 1 (between 0 and 1 for more than two)")
-                .found(format!("{} of {}", correlation, self.of.join(", ")))
+                .found(format!("{} of {}", correlation, self.of.names().join(", ")))
                 .at_path("correlation"));
         }
         let other = self.per.as_deref().is_some_and(|per| per != "reading");
-        if other || self.u.is_some() || self.estimate || self.over.is_some() {
+        if other || self.u.is_some() || self.over.is_some() {
             return Err(Malformed::new(Fault::Value, "only the noise of the readings can be correlated")
                 .expected("\"of\", \"per\": \"reading\" and \"correlation\" alone; the sizes are those of the sensors' readings")
                 .at_path("correlation"));
@@ -341,7 +442,7 @@ impl ScatterRequest {
             )
             .expected(format!(
                 "{} in every reading",
-                self.of.iter().map(|s| format!("{s}_u")).collect::<Vec<_>>().join(", ")
+                self.of.names().iter().map(|s| format!("{s}_u")).collect::<Vec<_>>().join(", ")
             ))
             .at_path("correlation"));
         }
@@ -358,7 +459,7 @@ impl ScatterRequest {
 
     fn over(&self, campaign: &Campaign) -> Result<Option<Over>> {
         let Some(column) = &self.over else {
-            if self.tau.is_some() || self.estimate_tau {
+            if self.tau.is_some() {
                 return Err(Malformed::new(Fault::Missing, "a correlation time without an order of the readings")
                     .expected("\"over\": the column that holds the time, for example \"time_s\"")
                     .at_path("tau"));
@@ -382,18 +483,18 @@ impl ScatterRequest {
             .expected(format!("{column} in every reading"))
             .at_path(reading.place.clone()));
         }
-        if let Some(tau) = self.tau.filter(|tau| !(*tau > 0.0 && tau.is_finite())) {
+        if let Some(tau) = self.tau().filter(|tau| !(*tau > 0.0 && tau.is_finite())) {
             return Err(Malformed::new(Fault::Value, "the correlation time is not positive")
                 .expected("a positive number in the unit of the column, or \"estimate\"")
                 .found(tau.to_string())
                 .at_path("tau"));
         }
-        if self.tau.is_none() && !self.estimate_tau {
+        if self.tau.is_none() {
             return Err(Malformed::new(Fault::Missing, "how long the noise is correlated is not said")
                 .expected("\"tau\": a time in the unit of the column, or \"estimate\"")
                 .at_path("over"));
         }
-        Ok(Some(Over { column: column.clone(), tau: self.tau }))
+        Ok(Some(Over { column: column.clone(), tau: self.tau() }))
     }
 
     fn per(&self, campaign: &Campaign, correlated: bool) -> Result<Per> {
@@ -461,7 +562,7 @@ impl ScatterRequest {
         };
         match self.unit.as_deref() {
             Some(unit) => Ok((factor(unit)?, unit.to_string())),
-            None if is_angle && self.estimate => Ok((factor("arcsec")?, "arcsec".into())),
+            None if is_angle && self.is_estimated() => Ok((factor("arcsec")?, "arcsec".into())),
             None if is_angle => {
                 Err(Malformed::new(Fault::Missing, format!("{name} is an angle, and its u has no unit"))
                     .expected("\"unit\": rad, deg, arcmin, arcsec or another unit of angle")

@@ -340,7 +340,7 @@ enum Meaning {
 fn meaning(bench: &Bench, columns: &[String], name: &str) -> Meaning {
     let known = |text: &str| Unit::parse(text).map_or(Meaning::Open(Open::Column), Meaning::Known);
     if super::is_axis_input(bench, name) {
-        return known(if name.starts_with("w_") { bench.units.rate.symbol() } else { bench.units.force.symbol() });
+        return known(if name.starts_with("w_") { bench.units.rate.name() } else { bench.units.force.name() });
     }
     if bench.chain.iter().any(|link| link.name() == name) {
         return known("rad");

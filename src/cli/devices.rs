@@ -243,7 +243,7 @@ impl DeviceTable<'_> {
         match self.others {
             Others::All => Some(key) != self.by.as_deref(),
             Others::Named(file) => {
-                let named = wire::ScatterFile::use_key(&file.scatter, key);
+                let named = crate::campaign::ScatterRequest::use_key(&file.scatter, key);
                 named || (key == "position" && !file.scatter.is_empty()) || key.ends_with("_u")
             }
         }

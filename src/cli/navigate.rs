@@ -64,7 +64,7 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
         }
         None => None,
     };
-    let scenarios = study::scenarios(&mission.errors, file.scenarios.separation());
+    let scenarios = study::scenarios(&mission.errors, file.scenarios);
     let [json, csv] = [&arguments.json, &arguments.csv].map(Option::as_deref);
     let [parquet, measured] = [&arguments.parquet, &arguments.measured].map(Option::as_deref);
     let mut outputs = arguments.pages.outputs([json, csv, parquet, measured])?;

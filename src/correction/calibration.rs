@@ -68,8 +68,8 @@ impl Calibration {
     /// The unit of an input; empty where only its name tells.
     pub fn unit_of(&self, input: &LineInput) -> &'static str {
         match input.quantity {
-            Quantity::Rate => self.rate_unit.symbol(),
-            Quantity::Force => self.force_unit.symbol(),
+            Quantity::Rate => self.rate_unit.name(),
+            Quantity::Force => self.force_unit.name(),
             Quantity::Column => "",
             Quantity::Angle => "rad",
         }

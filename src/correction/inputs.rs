@@ -1,18 +1,21 @@
 //! Inputs of the model lines of a unit.
 
+use crate::vocabulary::vocabulary;
 use nalgebra::Vector3;
 
-/// A rate, a specific force, or a number given with the readings.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Quantity {
-    /// `w_*`, in the bench's rate unit.
-    Rate,
-    /// `a_*`, in the bench's force unit.
-    Force,
-    /// A numeric column of the readings (`temperature_c`), in its own unit.
-    Column,
-    /// The angle of a joint, in rad.
-    Angle,
+vocabulary! {
+    /// What an input is.
+    #[schemars(rename = "QuantityFile")]
+    Quantity {
+        /// Angular rate.
+        Rate = "rate",
+        /// Specific force.
+        Force = "force",
+        /// A numeric column of the readings.
+        Column = "column",
+        /// The angle of a joint, in rad.
+        Angle = "angle",
+    }
 }
 
 /// How a corrected record comes by an input.

@@ -92,15 +92,8 @@ impl Triad {
 
 /// What a norm in this unit is of (`w` or `a`), and the bench's unit in it.
 fn input(unit: &str, bench: &Bench) -> Option<(&'static str, f64)> {
-    let rates = [
-        RateUnit::DegreesPerSecond,
-        RateUnit::DegreesPerHour,
-        RateUnit::RadiansPerSecond,
-        RateUnit::ArcsecondsPerSecond,
-    ];
-    let rate = rates.into_iter().find(|own| own.symbol() == unit);
-    let force =
-        [ForceUnit::StandardGravity, ForceUnit::MetresPerSecondSquared].into_iter().find(|own| own.symbol() == unit);
+    let rate = RateUnit::ALL.into_iter().find(|own| own.name() == unit);
+    let force = ForceUnit::ALL.into_iter().find(|own| own.name() == unit);
     rate.map(|own| ("w", bench.units.rate.per_deg_s() / own.per_deg_s()))
         .or_else(|| force.map(|own| ("a", bench.units.force.per_g() / own.per_g())))
 }

@@ -4,6 +4,9 @@ use crate::algebra::Expression;
 use crate::bench::Sensor;
 use crate::campaign::{Campaign, JointState, Kind, Role};
 use crate::error::Result;
+use crate::vocabulary::vocabulary;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 /// The text of the catalogue that ships with the program.
 pub const BUILT_IN: &str = include_str!("../../data/effects.json");
@@ -13,41 +16,61 @@ const HARMONICS: (usize, usize) = (4, 12);
 /// Leading digits of the time constants that are tried, in every decade.
 const TIME_CONSTANTS: [f64; 13] = [1.0, 1.2, 1.5, 1.8, 2.0, 2.4, 3.0, 3.6, 4.5, 5.0, 6.0, 7.5, 9.0];
 
-/// An effect, or a family of them.
-#[derive(Debug, Clone, PartialEq)]
+/// One effect, or a family of them: placeholders in its texts are replaced by names of the campaign.
+///
+/// `{i}` and `{j}` two axes of the sensor, `{joint}` a joint, `{turning}` a joint that turns, `{column}` a column of the readings that the sensor's line uses, `{k}` 1 to 4 (to 12 where the schedule carries it), `{tilt}` a tilt assumed zero,
+/// `{known}` a known parameter, `{position}` a label, `{reading}` a number from 1, `{tau}` a time constant, `{break}` a time between readings.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(rename = "EffectFile")]
 pub struct Effect {
-    /// The term without its coefficient, with placeholders.
+    /// The term to append to the model line, without its coefficient; or `tilt:`, `known:`, `position:`, `reading:`, `exchange:`, `approach:`, `rate:`, `sense:` and a name.
     pub term: String,
     /// Its name in the field's words.
     pub name: String,
-    /// Name of its coefficient; may be empty.
+    /// Name of the coefficient in the repaired model line; made from the term unless given.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
     pub coefficient: String,
-    /// Order among what cannot be told apart, 0 first.
+    /// Order among effects that the readings cannot distinguish: 0 the most plausible; 3 unless given.
+    #[serde(default = "middling")]
     pub rank: u8,
-    /// One thing that happens at any of many places (a reading, a time): all members together are as probable as another effect.
+    /// One thing that happens at any of many places, such as a bad reading: all members together are as probable as another effect.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub one_of_many: bool,
     /// Which sensors can have it.
+    #[serde(default, rename = "sensors")]
     pub applies: Applies,
-    /// Columns without which it is passed over.
+    /// Columns without which the effect cannot be looked for; a campaign that lacks one passes it over.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub needs: Vec<String>,
     /// Why it happens.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
     pub why: String,
     /// How to confirm it.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
     pub confirm: String,
     /// Where the catalogue has it, for messages.
+    #[serde(skip)]
     pub place: String,
 }
 
-/// Which sensors can have an effect.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Applies {
-    /// Every sensor.
-    #[default]
-    Any,
-    /// Sensors whose model line has a rate.
-    Gyro,
-    /// Sensors whose model line has specific forces but no rate.
-    Accelerometer,
+fn middling() -> u8 {
+    3
+}
+
+vocabulary! {
+    /// Which sensors an effect applies to, told by the inputs of their model lines.
+    #[derive(Default)]
+    #[schemars(rename = "AppliesFile")]
+    Applies {
+        /// Every sensor.
+        #[default]
+        Any = "any",
+        /// Sensors whose model line has a rate.
+        Gyro = "gyro",
+        /// Sensors whose model line has specific forces but no rate.
+        Accelerometer = "accelerometer",
+    }
 }
 
 impl Applies {

@@ -3,7 +3,7 @@
 use super::assumptions;
 use super::candidate::Candidate;
 use crate::algebra::Expression;
-use crate::campaign::{Asked, Campaign, Deviating, Given, Role};
+use crate::campaign::Campaign;
 use crate::error::Result;
 use crate::simulate::{Regressor, indicator};
 
@@ -48,47 +48,7 @@ pub(super) fn repair(campaign: &Campaign, effects: &[&Candidate]) -> Result<Camp
             added.push(effect.coefficient.clone());
         }
     }
-    let mut request = crate::campaign::Request::default();
-    for (k, parameter) in campaign.parameters.iter().enumerate() {
-        let unit = (!parameter.unit.is_empty()).then(|| parameter.unit.clone());
-        match &parameter.role {
-            Role::Estimated { start, prior } => {
-                request.estimate.push((parameter.id.clone(), Asked { start: *start, prior: *prior, unit }));
-            }
-            Role::Known(known) if !promoted.contains(&k) => {
-                request.known.push((parameter.id.clone(), Given { known: *known, unit }));
-            }
-            _ => {}
-        }
-    }
-    for k in promoted {
-        if let Some(parameter) = campaign.parameters.get(k) {
-            let start = matches!(parameter.role, Role::Known(_)).then(|| parameter.reference());
-            let unit = (!parameter.unit.is_empty()).then(|| parameter.unit.clone());
-            request.estimate.push((parameter.id.clone(), Asked { start, prior: None, unit }));
-        }
-    }
-    request.estimate.extend(added.into_iter().map(|id| (id, Asked::default())));
-    let known = |name: &String| request.known.iter().any(|(id, _)| id == name);
-    let stated = campaign.correlations.iter().filter(|(a, b, _)| known(a) && known(b));
-    request.correlations = stated.cloned().collect();
-    let mut repaired = Campaign::new(bench, request, readings)?;
-    repaired.constraints = campaign.constraints.clone();
-    repaired.derived = campaign.derived.clone();
-    repaired.identity = campaign.identity.clone();
-    for line in &campaign.scatter {
-        let mut line = line.clone();
-        if let Deviating::Parameter(k) = line.of {
-            // parameters are in another order once some are estimated
-            let id = campaign.parameters.get(k).map_or("", |p| p.id.as_str());
-            match repaired.parameter_index(id) {
-                Some(k) => line.of = Deviating::Parameter(k),
-                None => continue,
-            }
-        }
-        repaired.scatter.push(line);
-    }
-    Ok(repaired)
+    campaign.extended(bench, readings, &promoted, added)
 }
 
 /// The campaign with these effects in its model, and without the priors and constraints that are among them.

@@ -10,6 +10,7 @@ use super::motion::Motion;
 use super::propagation::{NavigationUncertainty, SourceCovariance};
 use super::run::{self, Continue, Flight, NavigationError, Outcome, Row, Scenario};
 use crate::number;
+use crate::vocabulary::vocabulary;
 
 /// Rows kept of each motion for plots and reports, whatever the mission's duration.
 pub const KEPT: u64 = 400;
@@ -17,16 +18,19 @@ pub const KEPT: u64 = 400;
 /// The scenario without errors: what is left is the navigator's own, of its algorithm and rounding.
 pub const PERFECT: &str = "perfect_unit";
 
-/// Which errors fly together.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub enum FlownTogether {
-    /// All together.
-    Together,
-    /// All together, and each group alone.
-    #[default]
-    Groups,
-    /// All together, each group, and each source alone.
-    Components,
+vocabulary! {
+    /// Which errors fly together.
+    #[derive(Default)]
+    #[schemars(rename = "ScenariosFile")]
+    FlownTogether {
+        /// All together in one scenario.
+        Together = "together",
+        /// All together, and each group (gyro bias, gyro scale factor, ...) alone.
+        #[default]
+        Groups = "groups",
+        /// All together, each group, and each single error alone.
+        Components = "components",
+    }
 }
 
 /// One motion flown.

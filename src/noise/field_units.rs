@@ -2,6 +2,7 @@
 
 use super::Term;
 use crate::bench::STANDARD_GRAVITY_M_S2 as STANDARD_GRAVITY;
+use crate::units::Unit;
 
 /// A unit of a coefficient, and what a value in the record's unit and seconds is multiplied by.
 #[derive(Debug, Clone, PartialEq)]
@@ -12,29 +13,19 @@ pub struct FieldUnit {
     pub factor: f64,
 }
 
+/// A unit in another of its dimension.
+fn size(unit: &str, one: &str) -> Option<f64> {
+    Some(Unit::parse(unit).ok()?.conversion(&Unit::parse(one).ok()?)?.factor())
+}
+
 /// Degrees per second in a unit of rate.
 fn rate(unit: &str) -> Option<f64> {
-    Some(match unit {
-        "deg/s" | "°/s" | "dps" => 1.0,
-        "deg/h" | "°/h" => 1.0 / 3600.0,
-        "rad/s" => 180.0 / std::f64::consts::PI,
-        "mrad/s" => 0.18 / std::f64::consts::PI,
-        "arcsec/s" => 1.0 / 3600.0,
-        "mdeg/s" => 1e-3,
-        _ => return None,
-    })
+    size(unit, "deg/s")
 }
 
 /// m/s^2 in a unit of specific force.
 fn force(unit: &str) -> Option<f64> {
-    Some(match unit {
-        "m/s^2" | "m/s2" | "m/s²" => 1.0,
-        "g" => STANDARD_GRAVITY,
-        "mg" => 1e-3 * STANDARD_GRAVITY,
-        "ug" | "µg" => 1e-6 * STANDARD_GRAVITY,
-        "mGal" => 1e-5,
-        _ => return None,
-    })
+    size(unit, "m/s^2")
 }
 
 /// The unit in which the field states a coefficient, for a record in `unit`.

@@ -112,7 +112,6 @@ struct Level {
 pub struct Ladder {
     levels: Vec<Level>,
     sums: Vec<Sums>,
-    only_allan: bool,
     reference: Option<f64>,
     running: f64,
     lost: Lost,
@@ -152,7 +151,6 @@ impl Ladder {
         Ladder {
             levels,
             sums,
-            only_allan: false,
             reference: None,
             running: 0.0,
             lost: Lost::default(),
@@ -165,12 +163,6 @@ impl Ladder {
             stretches: 0,
             fresh: true,
         }
-    }
-
-    /// The same without Hadamard and modified deviations.
-    pub fn only_allan(mut self) -> Self {
-        self.only_allan = true;
-        self
     }
 
     /// Samples pushed.
@@ -281,7 +273,7 @@ impl Ladder {
             if level.x.len() == level.seen {
                 break;
             }
-            level.differences(&mut self.sums, self.only_allan, (1_u64 << steps) as f64);
+            level.differences(&mut self.sums, (1_u64 << steps) as f64);
             let pairs = (level.x.len() - level.passed) / 2;
             for k in (level.passed..).step_by(2).take(pairs) {
                 carried.0.push(level.x[k]);
@@ -311,23 +303,21 @@ impl Ladder {
 }
 
 impl Level {
-    fn differences(&mut self, sums: &mut [Sums], only_allan: bool, step: f64) {
+    fn differences(&mut self, sums: &mut [Sums], step: f64) {
         let (x, from) = (&self.x, self.seen);
         // is a sample missing between two entries?
         let complete = |a: usize, b: usize| self.lost[a].samples == self.lost[b].samples;
         let all = self.lost.last() == self.lost.first();
-        if !only_allan {
-            // a third difference of the prefix sums does not notice a constant or linear part, so both are left out
-            // no samples, no sums
-            let anchor = self.s.first().copied().unwrap_or(0.0);
-            self.prefix.clear();
-            self.prefix.push(0.0);
-            let mut sum = 0.0;
-            self.prefix.extend(self.s.iter().map(|s| {
-                sum += s - anchor;
-                sum
-            }));
-        }
+        // a third difference of the prefix sums does not notice a constant or linear part, so both are left out
+        // no samples, no sums
+        let anchor = self.s.first().copied().unwrap_or(0.0);
+        self.prefix.clear();
+        self.prefix.push(0.0);
+        let mut sum = 0.0;
+        self.prefix.extend(self.s.iter().map(|s| {
+            sum += s - anchor;
+            sum
+        }));
         for (q, place) in &self.distances {
             let (q, Some(sums)) = (*q, sums.get_mut(*place)) else { continue };
             let (sum, signed, count, missing) = if all {
@@ -341,9 +331,6 @@ impl Level {
             sums.signed += signed;
             sums.positions += count * number::count_u64(step);
             sums.missing.iter_mut().zip(missing).for_each(|(sum, part)| *sum += part);
-            if only_allan {
-                continue;
-            }
             let third = |x: &[f64], from: usize, lag: usize| {
                 if all {
                     let (sum, _, count) = squares(x, from, [0, q, 2 * q, 3 * q], [1.0, -3.0, 3.0, -1.0]);

@@ -5,7 +5,7 @@
 
 use super::whitened::Term;
 use crate::algebra::Expression;
-use crate::campaign::{Asked, Campaign, Deviating, Given, Request, Role, Scatter};
+use crate::campaign::{Campaign, Role};
 use crate::error::{Fault, Malformed, Result};
 use crate::simulate::Regressor;
 
@@ -47,44 +47,8 @@ pub fn extended(campaign: &Campaign, terms: &[Term]) -> Result<(Campaign, Vec<St
             }
         }
     }
-    let mut request = Request::default();
-    for (k, parameter) in campaign.parameters.iter().enumerate() {
-        let unit = (!parameter.unit.is_empty()).then(|| parameter.unit.clone());
-        match &parameter.role {
-            Role::Estimated { start, prior } => {
-                request.estimate.push((parameter.id.clone(), Asked { start: *start, prior: *prior, unit }));
-            }
-            Role::Known(known) if !promoted.contains(&k) => {
-                request.known.push((parameter.id.clone(), Given { known: *known, unit }));
-            }
-            _ => {}
-        }
-    }
-    for parameter in promoted.iter().filter_map(|k| campaign.parameters.get(*k)) {
-        let start = matches!(parameter.role, Role::Known(_)).then(|| parameter.reference());
-        let unit = (!parameter.unit.is_empty()).then(|| parameter.unit.clone());
-        request.estimate.push((parameter.id.clone(), Asked { start, prior: None, unit }));
-    }
-    let fresh = names.iter().filter(|name| campaign.parameter_index(name).is_none());
-    request.estimate.extend(fresh.map(|name| (name.clone(), Asked::default())));
-    let known = |name: &String| request.known.iter().any(|(id, _)| id == name);
-    let stated = campaign.correlations.iter().filter(|(a, b, _)| known(a) && known(b));
-    request.correlations = stated.cloned().collect();
-    let mut longer = Campaign::new(bench, request, campaign.readings.clone())?;
-    longer.constraints = campaign.constraints.clone();
-    longer.derived = campaign.derived.clone();
-    longer.identity = campaign.identity.clone();
-    for line in &campaign.scatter {
-        let of = match &line.of {
-            // the longer campaign counts its parameters anew
-            Deviating::Parameter(k) => match longer.parameter_index(campaign.parameter_id(*k)) {
-                Some(k) => Deviating::Parameter(k),
-                None => continue,
-            },
-            other => other.clone(),
-        };
-        longer.add_scatter(Scatter { of, ..line.clone() })?;
-    }
+    let fresh = names.iter().filter(|name| campaign.parameter_index(name).is_none()).cloned().collect();
+    let longer = campaign.extended(bench, campaign.readings.clone(), &promoted, fresh)?;
     Ok((longer, names))
 }
 

@@ -275,7 +275,6 @@ impl Clock {
         if self.step == 0.0 {
             self.learn(times, factor);
         }
-        let mut start = 0;
         let mut inside = false;
         for (k, raw) in times.iter().enumerate() {
             let origin = *self.origin.get_or_insert(raw * factor);
@@ -326,30 +325,17 @@ impl Clock {
             self.times.push(self.last);
             self.rows += 1;
             let wanted = time >= from && time <= to;
-            if inside && (gap || !wanted) {
-                found.push(Stretch { rows: start..k, after_gap: false });
-                inside = false;
-            }
-            if wanted && !inside {
-                start = k;
-                inside = true;
-                found.push(Stretch { rows: k..k, after_gap: self.pending_gap });
-                self.pending_gap = false;
-            }
-        }
-        if inside {
-            found.push(Stretch { rows: start..times.len(), after_gap: false });
-        }
-        // an opening and its end were noted apart
-        let mut merged: Vec<Stretch> = Vec::with_capacity(found.len() / 2 + 1);
-        for stretch in found {
-            match merged.last_mut() {
-                Some(open) if open.rows.is_empty() && open.rows.start == stretch.rows.start => open.rows = stretch.rows,
-                _ => merged.push(stretch),
+            inside &= wanted && !gap;
+            match found.last_mut().filter(|_| inside) {
+                Some(own) => own.rows.end = k + 1,
+                None if wanted => {
+                    found.push(Stretch { rows: k..k + 1, after_gap: std::mem::take(&mut self.pending_gap) });
+                    inside = true;
+                }
+                None => {}
             }
         }
-        merged.retain(|stretch| !stretch.rows.is_empty());
-        Ok(merged)
+        Ok(found)
     }
 
     /// The usual step, and whether several rows have one time.

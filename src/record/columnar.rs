@@ -4,7 +4,7 @@ use super::columnar_arrow;
 use super::columnar_labels::{self, Pages};
 use super::guard::guarded;
 use super::times::Times;
-use super::{As, Block, Column, Labels, UNREADABLE};
+use super::{As, Block, Column, Head, Labels, UNREADABLE};
 use crate::error::{Fault, Malformed, Result};
 use parquet::basic::{ConvertedType, LogicalType, TimeUnit, Type};
 use parquet::column::reader::ColumnReader;
@@ -19,21 +19,16 @@ use std::fs::File;
 const ROWS: usize = 1 << 16;
 
 /// An open Parquet file.
-pub struct Columnar {
-    name: String,
+pub(super) struct Columnar {
+    pub head: Head,
     reader: SerializedFileReader<File>,
-    columns: Vec<Column>,
     /// What the values of each column say.
     meanings: Vec<Meaning>,
     wanted: Vec<(usize, As)>,
     group: usize,
     open: Vec<Open>,
-    labels: Labels,
-    /// Are labels of the row groups before forgotten?
-    forgets: bool,
-    times: Times,
     /// The first time of columns of times.
-    since: std::collections::HashMap<usize, f64>,
+    since: HashMap<usize, f64>,
     scratch: Scratch,
 }
 
@@ -240,7 +235,10 @@ struct Scratch {
 
 impl std::fmt::Debug for Columnar {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Columnar").field("name", &self.name).field("columns", &self.columns).finish_non_exhaustive()
+        f.debug_struct("Columnar")
+            .field("name", &self.head.name)
+            .field("columns", &self.head.columns)
+            .finish_non_exhaustive()
     }
 }
 
@@ -276,24 +274,15 @@ impl Columnar {
         };
         let columns = titled.zip(&meanings).map(unit).collect();
         Ok(Columnar {
-            name: name.into(),
+            head: Head::new(name, columns),
             reader,
-            columns,
             meanings,
             wanted: Vec::new(),
             group: 0,
             open: Vec::new(),
-            labels: Labels::default(),
-            forgets: false,
-            times: Times::default(),
             since: Default::default(),
             scratch: Scratch::default(),
         })
-    }
-
-    /// Its columns.
-    pub fn columns(&self) -> &[Column] {
-        &self.columns
     }
 
     /// Does a column hold texts, not numbers?
@@ -304,24 +293,9 @@ impl Columnar {
             && self.meanings.get(column).is_some_and(|own| !own.is_number())
     }
 
-    /// The name given to [`Columnar::open`].
-    pub fn name(&self) -> &str {
-        &self.name
-    }
-
     /// How many rows it has.
     pub fn rows(&self) -> u64 {
         self.reader.metadata().file_metadata().num_rows().max(0).unsigned_abs()
-    }
-
-    /// The labels met so far.
-    pub fn labels(&self) -> &[String] {
-        &self.labels.texts
-    }
-
-    /// Forget the labels when the next row group begins: dictionaries have their numbers until then.
-    pub fn forget_labels(&mut self) {
-        self.forgets = true;
     }
 
     /// Which columns the blocks have.
@@ -332,20 +306,19 @@ impl Columnar {
     /// The next rows, of one row group.
     pub fn next(&mut self, block: &mut Block) -> Result<bool> {
         let read = guarded(|| self.following(block));
-        read.unwrap_or_else(|| Err(damaged(&self.name)))
+        read.unwrap_or_else(|| Err(damaged(&self.head.name)))
     }
 
     fn following(&mut self, block: &mut Block) -> Result<bool> {
-        block.columns.resize_with(self.wanted.len(), Vec::new);
         loop {
-            block.columns.iter_mut().for_each(Vec::clear);
-            let error = |error: ParquetError| fault(&self.name, &error);
+            block.clear(self.wanted.len());
+            let error = |error: ParquetError| fault(&self.head.name, &error);
             if self.open.is_empty() {
                 if self.group >= self.reader.num_row_groups() || self.wanted.is_empty() {
                     return Ok(false);
                 }
-                if std::mem::take(&mut self.forgets) {
-                    self.labels.forget();
+                if std::mem::take(&mut self.head.forgets) {
+                    self.head.labels = Labels::default();
                 }
                 let group = self.reader.get_row_group(self.group).map_err(error)?;
                 let open = |(column, kind): &(usize, As)| {
@@ -366,7 +339,7 @@ impl Columnar {
             let wanted = self.wanted.iter().zip(&mut self.open).zip(&mut block.columns);
             for (((column, kind), reader), to) in wanted {
                 let meaning = self.meanings.get(*column).copied().unwrap_or(Meaning::Plain);
-                let title = self.columns.get(*column).map_or("", |c| c.title.as_str());
+                let title = self.head.columns.get(*column).map_or("", |c| c.title.as_str());
                 match (kind, reader) {
                     _ if meaning == Meaning::Unread => {
                         let schema = self.reader.metadata().file_metadata().schema_descr();
@@ -378,20 +351,20 @@ impl Columnar {
                         let name = if is_list { "LIST or MAP (several values in a row)".into() } else { name };
                         Err(ParquetError::NYI(format!("values of the type {name}")))
                     }
-                    (kind, Open::Labels(pages)) => pages.read(ROWS, to, &mut self.labels).map(|()| {
+                    (kind, Open::Labels(pages)) => pages.read(ROWS, to, &mut self.head.labels).map(|()| {
                         if *kind == As::Mixed {
-                            mixed(to, &self.labels.texts);
+                            mixed(to, &self.head.labels.texts);
                         }
                     }),
                     (As::Mixed, Open::Values(reader)) if !meaning.is_number_of(reader) => {
-                        labels(reader, &mut self.scratch, to, meaning, &mut self.labels)
-                            .map(|()| mixed(to, &self.labels.texts))
+                        labels(reader, &mut self.scratch, to, meaning, &mut self.head.labels)
+                            .map(|()| mixed(to, &self.head.labels.texts))
                     }
                     (As::Label | As::Written, Open::Values(reader)) => {
-                        labels(reader, &mut self.scratch, to, meaning, &mut self.labels)
+                        labels(reader, &mut self.scratch, to, meaning, &mut self.head.labels)
                     }
                     (_, Open::Values(reader)) => {
-                        let read = numbers(reader, &mut self.scratch, to, meaning, *kind, &mut self.times);
+                        let read = numbers(reader, &mut self.scratch, to, meaning, *kind, &mut self.head.times);
                         // readings have times since the first, as of a table of text
                         if matches!(kind, As::Mixed | As::Cell) && matches!(meaning, Meaning::Time(..) | Meaning::Date)
                         {
@@ -403,13 +376,13 @@ impl Columnar {
                         read
                     }
                 }
-                .map_err(|error| fault(&self.name, &error).at_path(title))?;
+                .map_err(|error| fault(&self.head.name, &error).at_path(title))?;
             }
             let rows = block.rows();
             if block.columns.iter().any(|column| column.len() != rows) {
                 return Err(Malformed::new(Fault::Value, "columns have different numbers of values")
                     .expected("flat columns, without lists")
-                    .in_file(&self.name));
+                    .in_file(&self.head.name));
             }
             if rows > 0 {
                 return Ok(true);
@@ -453,15 +426,46 @@ fn place<T>(values: &[T], levels: &[i16], highest: i16, to: &mut Vec<f64>, mut n
     );
 }
 
-macro_rules! read {
-    ($reader:expr, $buffer:expr, $levels:expr, $to:expr, $number:expr) => {{
-        $buffer.clear();
-        $levels.clear();
-        $reader.read_records(ROWS, Some(&mut $levels), None, &mut $buffer)?;
-        let highest = $levels.iter().copied().max().unwrap_or(0).max(1);
-        place(&$buffer, &$levels, highest, $to, $number);
-        Ok(())
-    }};
+/// A value as it is stored.
+enum Value<'a> {
+    /// A whole number, and its bits.
+    Whole(i64, u64),
+    Real(f64),
+    /// Nanoseconds since 1970.
+    Nanoseconds(i64),
+    Bytes(&'a [u8]),
+}
+
+/// The next values of a column as numbers.
+fn values(
+    reader: &mut ColumnReader,
+    scratch: &mut Scratch,
+    to: &mut Vec<f64>,
+    mut number: impl FnMut(Value<'_>) -> f64,
+) -> Read {
+    let Scratch { levels, doubles, floats, ints, longs, bools, bytes, fixed, old } = scratch;
+    macro_rules! read {
+        ($reader:expr, $buffer:expr, $own:ident => $value:expr) => {{
+            $buffer.clear();
+            levels.clear();
+            $reader.read_records(ROWS, Some(levels), None, $buffer)?;
+            let highest = levels.iter().copied().max().unwrap_or(0).max(1);
+            place($buffer, levels, highest, to, |$own| number($value));
+        }};
+    }
+    match reader {
+        ColumnReader::DoubleColumnReader(r) => read!(r, doubles, v => Value::Real(*v)),
+        ColumnReader::FloatColumnReader(r) => read!(r, floats, v => Value::Real(f64::from(*v))),
+        ColumnReader::Int32ColumnReader(r) => {
+            read!(r, ints, v => Value::Whole(i64::from(*v), u64::from(v.cast_unsigned())))
+        }
+        ColumnReader::Int64ColumnReader(r) => read!(r, longs, v => Value::Whole(*v, v.cast_unsigned())),
+        ColumnReader::BoolColumnReader(r) => read!(r, bools, v => Value::Whole(i64::from(*v), u64::from(*v))),
+        ColumnReader::Int96ColumnReader(r) => read!(r, old, v => Value::Nanoseconds(v.to_nanos())),
+        ColumnReader::ByteArrayColumnReader(r) => read!(r, bytes, v => Value::Bytes(v.data())),
+        ColumnReader::FixedLenByteArrayColumnReader(r) => read!(r, fixed, v => Value::Bytes(v.data())),
+    }
+    Ok(())
 }
 
 fn numbers(
@@ -472,50 +476,39 @@ fn numbers(
     kind: As,
     times: &mut Times,
 ) -> Read {
-    let Scratch { levels, doubles, floats, ints, longs, bools, bytes, fixed, old } = scratch;
+    if let ColumnReader::DoubleColumnReader(r) = reader {
+        let Scratch { levels, doubles, .. } = scratch;
+        doubles.clear();
+        levels.clear();
+        r.read_records(ROWS, Some(levels), None, doubles)?;
+        if doubles.len() == levels.len() || levels.is_empty() {
+            // no row is without a value: the column is handed over as it is
+            std::mem::swap(to, doubles);
+        } else {
+            place(doubles, levels, levels.iter().copied().max().unwrap_or(1).max(1), to, |v| *v);
+        }
+        return Ok(());
+    }
     // what is no number is a fault, but in a cell
     let mut unread = None;
-    let mut number = |data: &[u8]| {
-        let text = || std::str::from_utf8(data).unwrap_or_default().trim();
-        let written = || match kind {
-            As::Time => super::number::number(data, b'.').or_else(|| times.seconds(data)),
-            _ => super::number::number(data, b'.'),
-        };
-        meaning.bytes(data).or_else(written).unwrap_or_else(|| {
-            if kind != As::Cell {
-                unread.get_or_insert_with(|| text().chars().take(40).collect::<String>());
-            }
-            UNREADABLE
-        })
-    };
-    let read: Read = match reader {
-        ColumnReader::DoubleColumnReader(r) => {
-            doubles.clear();
-            levels.clear();
-            r.read_records(ROWS, Some(levels), None, doubles)?;
-            if doubles.len() == levels.len() || levels.is_empty() {
-                // no row is without a value: the column is handed over as it is
-                std::mem::swap(to, doubles);
-            } else {
-                place(doubles, levels, levels.iter().copied().max().unwrap_or(1).max(1), to, |v| *v);
-            }
-            Ok(())
+    values(reader, scratch, to, |value| match value {
+        Value::Whole(value, bits) => meaning.whole(value, bits),
+        Value::Real(value) => value,
+        Value::Nanoseconds(value) => value as f64 / 1e9,
+        Value::Bytes(data) => {
+            let text = || std::str::from_utf8(data).unwrap_or_default().trim();
+            let written = || match kind {
+                As::Time => super::number::number(data, b'.').or_else(|| times.seconds(data)),
+                _ => super::number::number(data, b'.'),
+            };
+            meaning.bytes(data).or_else(written).unwrap_or_else(|| {
+                if kind != As::Cell {
+                    unread.get_or_insert_with(|| text().chars().take(40).collect::<String>());
+                }
+                UNREADABLE
+            })
         }
-        ColumnReader::FloatColumnReader(r) => read!(r, *floats, *levels, to, |v: &f32| f64::from(*v)),
-        ColumnReader::Int32ColumnReader(r) => {
-            read!(r, *ints, *levels, to, |v: &i32| meaning.whole(i64::from(*v), u64::from(v.cast_unsigned())))
-        }
-        ColumnReader::Int64ColumnReader(r) => {
-            read!(r, *longs, *levels, to, |v: &i64| meaning.whole(*v, v.cast_unsigned()))
-        }
-        ColumnReader::BoolColumnReader(r) => read!(r, *bools, *levels, to, |v: &bool| f64::from(u8::from(*v))),
-        ColumnReader::Int96ColumnReader(r) => read!(r, *old, *levels, to, |v: &Int96| v.to_nanos() as f64 / 1e9),
-        ColumnReader::ByteArrayColumnReader(r) => read!(r, *bytes, *levels, to, |v: &ByteArray| number(v.data())),
-        ColumnReader::FixedLenByteArrayColumnReader(r) => {
-            read!(r, *fixed, *levels, to, |v: &FixedLenByteArray| number(v.data()))
-        }
-    };
-    read?;
+    })?;
     match unread {
         Some(text) => Err(ParquetError::General(format!("the text '{text}', where numbers are expected"))),
         None => Ok(()),
@@ -529,7 +522,6 @@ fn labels(
     meaning: Meaning,
     labels: &mut Labels,
 ) -> Read {
-    let Scratch { levels, doubles, floats, ints, longs, bools, bytes, fixed, old } = scratch;
     // each value is written once
     let mut written: HashMap<u64, f64> = HashMap::new();
     let mut last: Option<(u64, f64)> = None;
@@ -541,52 +533,21 @@ fn labels(
             number
         }
     };
-    match reader {
-        ColumnReader::ByteArrayColumnReader(r) => {
-            // rows of one dictionary entry lie at one place, as long as they are read together
-            let mut last = (std::ptr::null(), 0, f64::NAN);
-            read!(r, *bytes, *levels, to, |v: &ByteArray| {
-                let (place, length, number) = last;
-                if place == v.data().as_ptr() && length == v.len() {
-                    return number;
-                }
-                let number = match meaning.bytes_text(v.data()) {
+    // rows of one dictionary entry lie at one place, as long as they are read together
+    let mut at = (std::ptr::null(), 0, f64::NAN);
+    values(reader, scratch, to, |value| match value {
+        Value::Whole(value, bits) => label(bits, &|| meaning.text(value, bits), labels),
+        Value::Real(value) => label(value.to_bits(), &|| value.to_string(), labels),
+        Value::Nanoseconds(value) => label(value.cast_unsigned(), &|| meaning.text(value, 0), labels),
+        Value::Bytes(data) => {
+            if at.0 != data.as_ptr() || at.1 != data.len() {
+                let number = match meaning.bytes_text(data) {
                     Some(text) => labels.number(text.as_bytes()),
-                    None => labels.number(v.data()),
+                    None => labels.number(data),
                 };
-                last = (v.data().as_ptr(), v.len(), number);
-                number
-            })
+                at = (data.as_ptr(), data.len(), number);
+            }
+            at.2
         }
-        ColumnReader::FixedLenByteArrayColumnReader(r) => {
-            read!(r, *fixed, *levels, to, |v: &FixedLenByteArray| match meaning.bytes_text(v.data()) {
-                Some(text) => labels.number(text.as_bytes()),
-                None => labels.number(v.data()),
-            })
-        }
-        ColumnReader::Int32ColumnReader(r) => read!(r, *ints, *levels, to, |v: &i32| {
-            let (value, bits) = (i64::from(*v), u64::from(v.cast_unsigned()));
-            label(bits, &|| meaning.text(value, bits), labels)
-        }),
-        ColumnReader::Int64ColumnReader(r) => read!(r, *longs, *levels, to, |v: &i64| {
-            label(v.cast_unsigned(), &|| meaning.text(*v, v.cast_unsigned()), labels)
-        }),
-        ColumnReader::DoubleColumnReader(r) => {
-            read!(r, *doubles, *levels, to, |v: &f64| label(v.to_bits(), &|| v.to_string(), labels))
-        }
-        ColumnReader::FloatColumnReader(r) => {
-            read!(r, *floats, *levels, to, |v: &f32| label(
-                u64::from(v.to_bits()),
-                &|| f64::from(*v).to_string(),
-                labels
-            ))
-        }
-        ColumnReader::BoolColumnReader(r) => {
-            read!(r, *bools, *levels, to, |v: &bool| label(u64::from(*v), &|| u8::from(*v).to_string(), labels))
-        }
-        ColumnReader::Int96ColumnReader(r) => read!(r, *old, *levels, to, |v: &Int96| {
-            let nanoseconds = v.to_nanos();
-            label(nanoseconds.cast_unsigned(), &|| meaning.text(nanoseconds, 0), labels)
-        }),
-    }
+    })
 }

@@ -2,8 +2,8 @@
 
 use super::dialect::{Line, cell_place, is_blank, is_remark, row_end, written_cells};
 use super::number::{leading, number};
-use super::times::{Times, WrittenTimes};
-use super::{As, Block, Dialect, Labels, RAGGED, UNREADABLE, text, text_cell};
+use super::times::WrittenTimes;
+use super::{As, Block, Dialect, Head, Labels, RAGGED, UNREADABLE, text, text_cell};
 use crate::elements::Parts;
 use crate::error::{Fault, Malformed, Result};
 use std::collections::HashMap;
@@ -19,10 +19,10 @@ const CHUNK: usize = 1 << 20;
 const LONGEST: usize = 32 * CHUNK;
 
 /// An open table of text.
-pub struct Delimited {
-    name: String,
+pub(super) struct Delimited {
+    pub head: Head,
     from: Box<dyn BufRead + Send>,
-    dialect: Dialect,
+    pub dialect: Dialect,
     /// For each column of the file, its place in the block.
     wanted: Vec<Option<(usize, As)>>,
     /// One past the last column that is wanted.
@@ -39,16 +39,16 @@ pub struct Delimited {
     buffer: Vec<u8>,
     ended: bool,
     line: u64,
-    labels: Labels,
-    times: Times,
     /// Columns of written times among readings.
     since: HashMap<usize, WrittenTimes>,
-    cut: bool,
 }
 
 impl std::fmt::Debug for Delimited {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Delimited").field("name", &self.name).field("dialect", &self.dialect).finish_non_exhaustive()
+        f.debug_struct("Delimited")
+            .field("name", &self.head.name)
+            .field("dialect", &self.dialect)
+            .finish_non_exhaustive()
     }
 }
 
@@ -74,12 +74,13 @@ impl Delimited {
                 .found("a zero byte")
                 .in_file(name));
         }
-        let dialect = Dialect::of(&buffer).map_err(|error| error.in_file(name))?;
+        let mut dialect = Dialect::of(&buffer).map_err(|error| error.in_file(name))?;
+        let head = Head::new(name, std::mem::take(&mut dialect.columns));
         buffer.drain(..dialect.skip);
         let line = dialect.lines;
-        let wanted = vec![None; dialect.columns.len()];
+        let wanted = vec![None; head.columns.len()];
         Ok(Delimited {
-            name: name.into(),
+            head,
             from,
             dialect,
             wanted,
@@ -92,41 +93,8 @@ impl Delimited {
             buffer,
             ended: false,
             line,
-            labels: Labels::default(),
-            times: Times::default(),
             since: HashMap::new(),
-            cut: false,
         })
-    }
-
-    /// How the table is written.
-    pub fn dialect(&self) -> &Dialect {
-        &self.dialect
-    }
-
-    /// The name given to [`Delimited::open`].
-    pub fn name(&self) -> &str {
-        &self.name
-    }
-
-    /// The labels met so far.
-    pub fn labels(&self) -> &[String] {
-        &self.labels.texts
-    }
-
-    /// Forget the labels: those of the next block are numbered anew.
-    pub fn forget_labels(&mut self) {
-        self.labels.forget();
-    }
-
-    /// Labels met with different blanks around them.
-    pub fn blanks_differ(&self) -> &[usize] {
-        &self.labels.blanks_differ
-    }
-
-    /// Did the last line end in the middle of a row? (Then that row was left out.)
-    pub fn is_cut(&self) -> bool {
-        self.cut
     }
 
     /// Which columns the blocks have.
@@ -145,10 +113,7 @@ impl Delimited {
 
     /// The rows of the next megabyte.
     pub fn next(&mut self, block: &mut Block) -> Result<bool> {
-        block.columns.resize_with(self.selected, Vec::new);
-        block.columns.iter_mut().for_each(Vec::clear);
-        block.lines.clear();
-        block.written.clear();
+        block.clear(self.selected);
         if let Some(error) = self.failed.take() {
             return Err(error);
         }
@@ -184,11 +149,8 @@ impl Delimited {
     ///
     /// Errors: those of [`Delimited::next`].
     pub fn lines(&mut self, text: &[u8], block: &mut Block) -> Result<()> {
-        block.columns.resize_with(self.selected, Vec::new);
-        block.columns.iter_mut().for_each(Vec::clear);
-        block.lines.clear();
-        block.written.clear();
-        (self.ended, self.cut) = (true, false);
+        block.clear(self.selected);
+        self.ended = true;
         self.rows(text, block).map(|_| ())
     }
 
@@ -198,13 +160,13 @@ impl Delimited {
         match read {
             Ok(n) => self.ended = (n as u64) < most,
             Err(error) => {
-                return Err(text::broken(&self.name, &error).at_line(crate::number::index(self.line) + 1, 0));
+                return Err(text::broken(&self.head.name, &error).at_line(crate::number::index(self.line) + 1, 0));
             }
         }
         if self.buffer.len() > 64 * CHUNK {
             return Err(Malformed::new(Fault::Syntax, "a line is longer than 64 MB")
                 .expected("rows of cells")
-                .in_file(&self.name));
+                .in_file(&self.head.name));
         }
         Ok(())
     }
@@ -280,13 +242,13 @@ impl Delimited {
                     let value = match wanted {
                         Some((_, As::Time)) => match leading(cell, mark) {
                             Some((value, length)) if length == cell.len() => value,
-                            _ => self.times.seconds(cell)?,
+                            _ => self.head.times.seconds(cell)?,
                         },
-                        Some((_, As::Mixed)) => mixed(&mut self.labels, cell, mark),
+                        Some((_, As::Mixed)) => mixed(&mut self.head.labels, cell, mark),
                         Some((_, As::Written)) => written(&mut block.written, cell, mark),
                         _ => {
                             let written = text.get(begin..at + length)?;
-                            self.labels.trimmed(written.strip_suffix(b"\r").unwrap_or(written))
+                            self.head.labels.trimmed(written.strip_suffix(b"\r").unwrap_or(written))
                         }
                     };
                     block.columns.get_mut(*place)?.push(value);
@@ -353,7 +315,6 @@ impl Delimited {
         }
         let is_ragged = found.len() != width && self.is_lenient;
         if found.len() < width && unended && !self.is_strict && !self.is_lenient {
-            self.cut = true;
             return Ok(());
         }
         if found.len() != width && !is_ragged {
@@ -361,21 +322,21 @@ impl Delimited {
                 .expected(format!("{width} cells"))
                 .found(format!("{} cells", found.len()))
                 .at_line(crate::number::index(self.line), 0)
-                .in_file(&self.name));
+                .in_file(&self.head.name));
         }
         let mut values = vec![if is_ragged { RAGGED } else { 0.0 }; self.selected];
         for (k, written_cell) in found.into_iter().enumerate() {
             let Some(Some((place, kind))) = self.wanted.get(k) else { continue };
             let cell = written_cell.trim_ascii();
             let value = match kind {
-                As::Label => self.labels.trimmed(&written_cell),
+                As::Label => self.head.labels.trimmed(&written_cell),
                 _ if is_ragged => continue,
                 As::Number => number(cell, mark).ok_or_else(|| self.no_number(k, cell, line))?,
-                As::Mixed => mixed(&mut self.labels, cell, mark),
+                As::Mixed => mixed(&mut self.head.labels, cell, mark),
                 As::Written => written(&mut block.written, cell, mark),
                 As::Time => match number(cell, mark) {
                     Some(value) => value,
-                    None => self.times.seconds(cell).ok_or_else(|| self.no_time(k, cell, line))?,
+                    None => self.head.times.seconds(cell).ok_or_else(|| self.no_time(k, cell, line))?,
                 },
                 As::Cell => match number(cell, mark) {
                     // an empty cell says that nothing was read; a word for it is no number
@@ -414,14 +375,14 @@ impl Delimited {
 
     /// A cell of a row is not what it must be.
     fn unread(&self, column: usize, cell: &[u8], row: &[u8], what: &str) -> Malformed {
-        let title = self.dialect.columns.get(column).map_or("", |c| c.title.as_str());
+        let title = self.head.columns.get(column).map_or("", |c| c.title.as_str());
         // of a cell that was found
         let (lines, place) = cell_place(row, self.dialect.delimiter, column).unwrap_or_default();
         Malformed::new(Fault::Value, format!("'{title}' is not {what}"))
             .found(format!("'{}'", text::decoded(cell).chars().take(40).collect::<String>()))
             .at_cell(crate::number::index(self.line) + lines, place)
             .at_path(title)
-            .in_file(&self.name)
+            .in_file(&self.head.name)
     }
 }
 

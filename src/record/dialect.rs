@@ -12,7 +12,7 @@ use std::ops::Range;
 
 /// How a table is written.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Dialect {
+pub(super) struct Dialect {
     /// What parts cells; a space stands for any run of spaces and tabs.
     pub delimiter: u8,
     /// Decimal mark, `.` or `,`.
@@ -22,14 +22,14 @@ pub struct Dialect {
     /// Whether the names come from the table.
     pub named: bool,
     /// Bytes and lines before the first row of values.
-    pub(super) skip: usize,
-    pub(super) lines: u64,
+    pub skip: usize,
+    pub lines: u64,
     /// The line of the names, from 1.
-    pub(super) titled: usize,
+    pub titled: usize,
     /// Cells of the line of names, with those at its end that name nothing.
-    pub(super) most: usize,
+    pub most: usize,
     /// Columns of which no cell of the first rows is a number.
-    pub(super) texts: Vec<bool>,
+    pub texts: Vec<bool>,
 }
 
 /// Is a line a remark? A semicolon begins one where it does not part cells.

@@ -86,19 +86,7 @@ fn dataset(
             _ => Ok(()),
         };
     }
-    let numeric = matches!(
-        kind,
-        DType::F32
-            | DType::F64
-            | DType::I8
-            | DType::I16
-            | DType::I32
-            | DType::I64
-            | DType::U8
-            | DType::U16
-            | DType::U32
-            | DType::U64
-    );
+    let numeric = decoder(&kind, false).is_some();
     let (rows, count) = match sides.as_slice() {
         [rows] => (*rows, 1),
         [rows, count] => (*rows, *count),

@@ -1,7 +1,7 @@
 //! A table that is held in memory, in blocks; and which of a file's tables is meant.
 
 use super::times::Times;
-use super::{As, Block, Column, Labels, UNREADABLE};
+use super::{As, Block, Column, Head, Labels, UNREADABLE};
 use crate::elements::Parts;
 use crate::error::{Fault, Malformed, Result};
 use std::sync::Arc;
@@ -55,13 +55,10 @@ pub enum Cells {
 /// A table in memory; its clones share the cells.
 #[derive(Debug, Clone)]
 pub struct Held {
-    name: String,
-    columns: Vec<Column>,
+    pub(super) head: Head,
     values: Arc<[Cells]>,
     wanted: Vec<(usize, As)>,
     at: usize,
-    labels: Labels,
-    times: Times,
 }
 
 impl Held {
@@ -80,9 +77,9 @@ impl Held {
     /// Errors: columns of different lengths, a title that stands twice.
     ///
     /// ```
-    /// use tumble::record::{As, Block, Cells, Held};
+    /// use tumble::record::{As, Block, Cells, Held, Record};
     /// let table = vec![("unit".into(), Cells::Texts(vec!["A".into(), "A".into()])), ("V".into(), Cells::Numbers(vec![1.0, 2.0]))];
-    /// let mut table = Held::of("table", table)?;
+    /// let mut table = Record::from(Held::of("table", table)?);
     /// table.select(&[(1, As::Number), (0, As::Label)]);
     /// let mut block = Block::default();
     /// assert!(table.next(&mut block)? && block.columns == [[1.0, 2.0], [0.0, 0.0]] && table.labels() == ["A"]);
@@ -93,11 +90,9 @@ impl Held {
     }
 
     fn with(name: &str, (columns, values): (Vec<Column>, Vec<Cells>)) -> Result<Held> {
-        let values = values.into();
-        let (wanted, at, labels, times) = Default::default();
-        let held = Held { name: name.into(), columns, values, wanted, at, labels, times };
+        let held = Held { head: Head::new(name, columns), values: values.into(), wanted: Vec::new(), at: 0 };
         let mut seen = std::collections::HashSet::new();
-        for column in &held.columns {
+        for column in &held.head.columns {
             if !seen.insert(column.title.as_str()) {
                 return Err(Malformed::new(Fault::NameClash, format!("the column '{}' stands twice", column.title))
                     .expected("each column once")
@@ -105,7 +100,7 @@ impl Held {
             }
         }
         let rows = held.rows();
-        for (column, cells) in held.columns.iter().zip(&*held.values) {
+        for (column, cells) in held.head.columns.iter().zip(&*held.values) {
             if cells.len() as u64 != rows {
                 return Err(Malformed::new(Fault::Value, format!("the column '{}' has another length", column.title))
                     .expected(format!("{rows} cells, as the first column has"))
@@ -116,56 +111,39 @@ impl Held {
         Ok(held)
     }
 
-    /// Its columns.
-    pub fn columns(&self) -> &[Column] {
-        &self.columns
-    }
-
-    /// The name given to it.
-    pub fn name(&self) -> &str {
-        &self.name
-    }
-
     /// Does a column hold texts, not numbers?
-    pub fn is_text(&self, column: usize) -> bool {
+    pub(super) fn is_text(&self, column: usize) -> bool {
         matches!(self.values.get(column), Some(Cells::Texts(_)))
     }
 
     /// How many rows it has.
-    pub fn rows(&self) -> u64 {
+    pub(super) fn rows(&self) -> u64 {
         self.values.first().map_or(0, |own| own.len() as u64)
     }
 
-    /// The labels met so far.
-    pub fn labels(&self) -> &[String] {
-        &self.labels.texts
-    }
-
     /// Which columns the blocks have.
-    pub fn select(&mut self, columns: &[(usize, As)]) {
+    pub(super) fn select(&mut self, columns: &[(usize, As)]) {
         self.wanted = columns.to_vec();
     }
 
     /// The next rows.
-    pub fn next(&mut self, block: &mut Block) -> Result<bool> {
-        block.columns.resize_with(self.wanted.len(), Vec::new);
+    pub(super) fn next(&mut self, block: &mut Block) -> Result<bool> {
+        block.clear(self.wanted.len());
         let end = (self.at + ROWS).min(crate::number::index(self.rows()));
         if self.at >= end || self.wanted.is_empty() {
-            block.columns.iter_mut().for_each(Vec::clear);
             return Ok(false);
         }
         for ((column, kind), to) in self.wanted.iter().zip(&mut block.columns) {
-            to.clear();
             match self.values.get(*column) {
-                Some(Cells::Numbers(own)) => numbers(own.part(self.at..end), *kind, to, &mut self.labels),
+                Some(Cells::Numbers(own)) => numbers(own.part(self.at..end), *kind, to, &mut self.head.labels),
                 Some(Cells::Texts(own)) => {
                     let own = own.part(self.at..end);
-                    texts(own, *kind, to, &mut self.labels, &mut self.times).map_err(|text| {
-                        let title = self.columns.get(*column).map_or("", |column| column.title.as_str());
+                    texts(own, *kind, to, &mut self.head.labels, &mut self.head.times).map_err(|text| {
+                        let title = self.head.columns.get(*column).map_or("", |column| column.title.as_str());
                         Malformed::new(Fault::Value, format!("a cell of the column '{title}' is no number"))
                             .expected("a number")
                             .found(format!("'{text}'"))
-                            .in_file(&self.name)
+                            .in_file(&self.head.name)
                     })?;
                 }
                 None => {}

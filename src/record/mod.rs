@@ -29,7 +29,7 @@
 #[cfg(feature = "mcap")]
 mod bag;
 mod clock;
-#[cfg_attr(not(feature = "parquet"), path = "columnar_absent.rs")]
+#[cfg(feature = "parquet")]
 mod columnar;
 #[cfg(feature = "parquet")]
 mod columnar_arrow;
@@ -56,13 +56,15 @@ mod workbook;
 
 pub(crate) use clock::unit_of;
 pub use clock::{Clock, ClockFrom, Jump, JumpKind, Stretch};
-pub use columnar::Columnar;
-pub use delimited::Delimited;
-pub use dialect::Dialect;
 pub use heading::title;
 pub use held::{Cells, Held};
 pub use text::table_text;
 pub(crate) use times::WrittenTimes;
+
+#[cfg(feature = "parquet")]
+use columnar::Columnar;
+use delimited::Delimited;
+use dialect::Dialect;
 
 use crate::elements::{Parts, first_odd};
 use crate::error::{Fault, Malformed, Result};
@@ -136,6 +138,14 @@ impl Written {
 }
 
 impl Block {
+    /// Without rows, for so many columns.
+    fn clear(&mut self, columns: usize) {
+        self.columns.resize_with(columns, Vec::new);
+        self.columns.iter_mut().for_each(Vec::clear);
+        self.lines.clear();
+        self.written.clear();
+    }
+
     /// How many rows.
     pub fn rows(&self) -> usize {
         self.columns.first().map_or(0, Vec::len)
@@ -196,13 +206,37 @@ pub const RAGGED: f64 = f64::from_bits(0x7FF8_0000_00C0_11ED);
 
 /// An open record.
 #[derive(Debug)]
-pub enum Record {
-    /// A table of text.
-    Delimited(Delimited),
-    /// Parquet.
-    Columnar(Columnar),
-    /// A table that is held in memory.
+pub struct Record(Source);
+
+#[derive(Debug)]
+enum Source {
+    Text(Delimited),
+    #[cfg(feature = "parquet")]
+    Parquet(Columnar),
     Held(Held),
+}
+
+/// What a record of any format has.
+#[derive(Debug, Clone, Default)]
+struct Head {
+    name: String,
+    columns: Vec<Column>,
+    labels: Labels,
+    /// Are the labels forgotten as soon as their numbers are no longer needed?
+    forgets: bool,
+    times: times::Times,
+}
+
+impl Head {
+    fn new(name: &str, columns: Vec<Column>) -> Self {
+        Head { name: name.into(), columns, ..Head::default() }
+    }
+}
+
+impl From<Held> for Record {
+    fn from(held: Held) -> Self {
+        Record(Source::Held(held))
+    }
 }
 
 /// Where the cell of a column stands in a line of a table of text: its first character, from 1, and how many it has. `None` where the text is no such table.
@@ -239,7 +273,8 @@ impl Record {
         let read = file.read(&mut first).map_err(|error| self::text::broken(name, &error))?;
         let first = first.part(..read);
         match Format::of(first) {
-            Format::Parquet => return Columnar::open(name, file).map(Record::Columnar),
+            #[cfg(feature = "parquet")]
+            Format::Parquet => return Columnar::open(name, file).map(|own| Record(Source::Parquet(own))),
             Format::Text => {}
             other => {
                 return Err(Malformed::new(Fault::Syntax, format!("'{name}' is {}", other.name()))
@@ -252,7 +287,7 @@ impl Record {
             Ok(()) => Box::new(file),
             Err(_) => Box::new(std::io::Cursor::new(first.to_vec()).chain(file)),
         };
-        Delimited::open(name, stream).map(Record::Delimited)
+        Record::of_stream(name, stream)
     }
 
     /// Open the record at a path; `FILE#NAME` is the table `NAME` of a file that has several: a sheet, a variable, a group, a topic.
@@ -285,21 +320,21 @@ impl Record {
                     .found(format!("'#{table}'"))
                     .in_file(name))
             }
-            (Format::Matlab, table) => matlab::open(&name, &whole(&mut file).map_err(unread)?, table).map(Record::Held),
-            (Format::Ulog, table) => ulog::open(&name, &whole(&mut file).map_err(unread)?, table).map(Record::Held),
+            (Format::Matlab, table) => matlab::open(&name, &whole(&mut file).map_err(unread)?, table).map(Record::from),
+            (Format::Ulog, table) => ulog::open(&name, &whole(&mut file).map_err(unread)?, table).map(Record::from),
             #[cfg(feature = "excel")]
             (Format::Workbook, table) => {
-                workbook::open(&name, whole(&mut file).map_err(unread)?, table).map(Record::Delimited)
+                workbook::open(&name, whole(&mut file).map_err(unread)?, table).map(|own| Record(Source::Text(own)))
             }
             #[cfg(feature = "hdf5")]
-            (Format::Hdf5, table) => hdf5::open(&name, &path, table).map(Record::Held),
+            (Format::Hdf5, table) => hdf5::open(&name, &path, table).map(Record::from),
             #[cfg(feature = "mcap")]
-            (Format::Mcap, table) => mcap::open(&name, std::io::BufReader::new(file), table).map(Record::Held),
+            (Format::Mcap, table) => mcap::open(&name, std::io::BufReader::new(file), table).map(Record::from),
             #[cfg(feature = "mcap")]
-            (Format::Bag, table) => bag::open(&name, std::io::BufReader::new(file), table).map(Record::Held),
+            (Format::Bag, table) => bag::open(&name, std::io::BufReader::new(file), table).map(Record::from),
             #[allow(unreachable_patterns, reason = "a program without some of the features")]
             (other, _) => Err(Malformed::new(Fault::File, format!("'{name}' is {}", other.name()))
-                .expected("a format that this program was built for (Cargo features excel, hdf5, mcap)")
+                .expected("a format that this program was built for (Cargo features excel, hdf5, mcap, parquet)")
                 .in_file(name)),
         }
     }
@@ -308,25 +343,49 @@ impl Record {
     ///
     /// Errors: those of [`Record::open`].
     pub fn of_text(name: &str, text: impl Into<Vec<u8>>) -> Result<Self> {
-        Delimited::open(name, std::io::Cursor::new(text.into())).map(Record::Delimited)
+        Record::of_stream(name, std::io::Cursor::new(text.into()))
+    }
+
+    /// The same of a stream, which is read as its rows are asked for.
+    pub fn of_stream(name: &str, from: impl Read + Send + 'static) -> Result<Self> {
+        Delimited::open(name, from).map(|table| Record(Source::Text(table)))
+    }
+
+    fn head(&self) -> &Head {
+        match &self.0 {
+            Source::Text(table) => &table.head,
+            #[cfg(feature = "parquet")]
+            Source::Parquet(table) => &table.head,
+            Source::Held(table) => &table.head,
+        }
+    }
+
+    /// The table, where it is one of text.
+    fn text(&self) -> Option<&Delimited> {
+        if let Source::Text(table) = &self.0 { Some(table) } else { None }
     }
 
     /// Its columns.
     pub fn columns(&self) -> &[Column] {
-        match self {
-            Record::Delimited(table) => &table.dialect().columns,
-            Record::Columnar(table) => table.columns(),
-            Record::Held(table) => table.columns(),
-        }
+        &self.head().columns
+    }
+
+    /// Is it a table of text?
+    #[cfg(feature = "cli")]
+    pub(crate) fn is_of_text(&self) -> bool {
+        self.text().is_some()
+    }
+
+    /// Have the columns names of their own?
+    #[cfg(feature = "cli")]
+    pub(crate) fn is_named(&self) -> bool {
+        self.text().is_none_or(|table| table.dialect.named)
     }
 
     /// The line of the titles, from 1.
     #[cfg(feature = "navigate")]
     pub(crate) fn title_line(&self) -> usize {
-        match self {
-            Record::Delimited(table) => table.dialect().titled,
-            _ => 1,
-        }
+        self.text().map_or(1, |table| table.dialect.titled)
     }
 
     /// The place of a column by its name or whole title.
@@ -343,10 +402,11 @@ impl Record {
 
     /// Which columns the blocks have, in this order. To be called once, before the first block.
     pub fn select(&mut self, columns: &[(usize, As)]) {
-        match self {
-            Record::Delimited(table) => table.select(columns),
-            Record::Columnar(table) => table.select(columns),
-            Record::Held(table) => table.select(columns),
+        match &mut self.0 {
+            Source::Text(table) => table.select(columns),
+            #[cfg(feature = "parquet")]
+            Source::Parquet(table) => table.select(columns),
+            Source::Held(table) => table.select(columns),
         }
     }
 
@@ -355,65 +415,71 @@ impl Record {
     /// Errors: cells that are no numbers, rows of another length, a file that was cut off; with line and column.
     pub fn next(&mut self, block: &mut Block) -> Result<bool> {
         crate::stop::poll();
-        match self {
-            Record::Delimited(table) => table.next(block),
-            Record::Columnar(table) => table.next(block),
-            Record::Held(table) => table.next(block),
+        match &mut self.0 {
+            Source::Text(table) => table.next(block),
+            #[cfg(feature = "parquet")]
+            Source::Parquet(table) => table.next(block),
+            Source::Held(table) => table.next(block),
+        }
+    }
+
+    /// The rows of further lines, of a table of text that grows somewhere else: nothing is read from where this one was opened.
+    ///
+    /// Errors: those of [`Record::next`].
+    #[cfg(feature = "cli")]
+    pub(crate) fn lines(&mut self, text: &[u8], block: &mut Block) -> Result<()> {
+        match &mut self.0 {
+            Source::Text(table) => table.lines(text, block),
+            // its rows are all there
+            _ => Ok(()),
         }
     }
 
     /// The labels met so far, by number.
     pub fn labels(&self) -> &[String] {
-        match self {
-            Record::Delimited(table) => table.labels(),
-            Record::Columnar(table) => table.labels(),
-            Record::Held(table) => table.labels(),
-        }
+        &self.head().labels.texts
     }
 
     /// Forget the labels, where their numbers are no longer needed: those of the next block begin anew where the format allows it.
     pub fn forget_labels(&mut self) {
-        match self {
-            Record::Delimited(table) => table.forget_labels(),
-            Record::Columnar(table) => table.forget_labels(),
+        match &mut self.0 {
+            Source::Text(table) => table.head.labels = Labels::default(),
+            // dictionaries have their numbers until the next row group begins
+            #[cfg(feature = "parquet")]
+            Source::Parquet(table) => table.head.forgets = true,
             // it is held whole as it is
-            Record::Held(_) => {}
+            Source::Held(_) => {}
         }
     }
 
     /// Numbers of labels that stand in a table of text with different blanks around them: it reads them as one.
     pub fn blanks_differ(&self) -> &[usize] {
-        match self {
-            Record::Delimited(table) => table.blanks_differ(),
-            Record::Columnar(_) | Record::Held(_) => &[],
-        }
+        &self.head().labels.blanks_differ
     }
 
     /// Does a column hold texts, no numbers? Of a table of text as its first rows have it.
     pub fn is_text(&self, column: usize) -> bool {
-        match self {
-            Record::Delimited(table) => table.dialect().texts.get(column) == Some(&true),
-            Record::Columnar(table) => table.is_text(column),
-            Record::Held(table) => table.is_text(column),
+        match &self.0 {
+            Source::Text(table) => table.dialect.texts.get(column) == Some(&true),
+            #[cfg(feature = "parquet")]
+            Source::Parquet(table) => table.is_text(column),
+            Source::Held(table) => table.is_text(column),
         }
     }
 
     /// How many rows it has, where the file says so.
     pub fn rows(&self) -> Option<u64> {
-        match self {
-            Record::Delimited(_) => None,
-            Record::Columnar(table) => Some(table.rows()),
-            Record::Held(table) => Some(table.rows()),
+        match &self.0 {
+            Source::Text(_) => None,
+            #[cfg(feature = "parquet")]
+            Source::Parquet(table) => Some(table.rows()),
+            Source::Held(table) => Some(table.rows()),
         }
     }
 
     /// The file's name.
     pub fn name(&self) -> &str {
-        match self {
-            Record::Delimited(table) => table.name(),
-            Record::Columnar(table) => table.name(),
-            Record::Held(table) => table.name(),
-        }
+        &self.head().name
     }
 }
 
@@ -473,10 +539,6 @@ struct Labels {
 }
 
 impl Labels {
-    fn forget(&mut self) {
-        *self = Labels::default();
-    }
-
     /// The number of a cell as it stands, blanks around it included, which are no part of the label.
     fn trimmed(&mut self, cell: &[u8]) -> f64 {
         let (from, label) = (cell.trim_ascii_start(), cell.trim_ascii());

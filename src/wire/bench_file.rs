@@ -2,14 +2,14 @@
 
 use super::{DerivedFile, DerivedLine, Named, SiteFile};
 use crate::algebra::Expression;
-use crate::bench::{Axis, Bench, DerivedQuantity, ForceUnit, Link, Modulation, RateUnit, Sensor, Units};
+use crate::bench::{Axis, Bench, DerivedQuantity, Link, Modulation, Sensor, Units};
 use crate::error::{Fault, Malformed, Result};
 use nalgebra::Vector3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// A bench: the chain of rotations from the ground to the sensor, and each sensor's error model as one line of algebra.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BenchFile {
     /// Short name that campaigns use, for example `gyro-turntable`.
@@ -28,7 +28,7 @@ pub struct BenchFile {
     pub site: Option<SiteFile>,
     /// Units of the inputs `w_*` and `a_*` in the model lines.
     #[serde(default)]
-    pub units: UnitsFile,
+    pub units: Units,
     /// Rotations from the ground (first) to the sensor (last). May be empty: then the model line alone is the row.
     #[serde(default)]
     pub chain: Vec<LinkFile>,
@@ -50,48 +50,6 @@ pub struct BenchFile {
     pub in_use: Named<String>,
 }
 
-/// Units of the inputs.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct UnitsFile {
-    /// Unit of angular rates.
-    #[serde(default)]
-    pub rate: RateFile,
-    /// Unit of specific forces.
-    #[serde(default)]
-    pub force: ForceFile,
-}
-
-/// Unit of angular rate.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-pub enum RateFile {
-    /// Degrees per second.
-    #[default]
-    #[serde(rename = "deg/s")]
-    DegreesPerSecond,
-    /// Degrees per hour.
-    #[serde(rename = "deg/h")]
-    DegreesPerHour,
-    /// Radians per second.
-    #[serde(rename = "rad/s")]
-    RadiansPerSecond,
-    /// Arcseconds per second.
-    #[serde(rename = "arcsec/s")]
-    ArcsecondsPerSecond,
-}
-
-/// Unit of specific force.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-pub enum ForceFile {
-    /// Standard gravity, 9.80665 m/s^2.
-    #[default]
-    #[serde(rename = "g")]
-    StandardGravity,
-    /// Metres per second squared.
-    #[serde(rename = "m/s^2")]
-    MetresPerSecondSquared,
-}
-
 /// One rotation: either a commanded `joint` or an unknown small `tilt`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -103,7 +61,7 @@ pub struct LinkFile {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tilt: Option<String>,
     /// The axis, in the frame before this rotation.
-    pub about: AxisFile,
+    pub about: Axis,
     /// What it is, for a person.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub is: String,
@@ -114,30 +72,18 @@ pub struct LinkFile {
     pub times: Option<String>,
 }
 
-/// A coordinate axis.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-pub enum AxisFile {
-    /// First axis.
-    X,
-    /// Second axis.
-    Y,
-    /// Third axis.
-    Z,
-}
-
 /// A direction in the last frame of the chain: an axis, or three direction cosines.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged, expecting = "\"x\", \"y\", \"z\" or three direction cosines [c, c, c]")]
 pub enum DirectionFile {
     /// Along a frame axis.
-    Axis(AxisFile),
+    Axis(Axis),
     /// Three direction cosines.
     Cosines([f64; 3]),
 }
 
 /// A sensor of the bench.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SensorFile {
     /// Unit of the reading, for example `V`.
@@ -182,18 +128,6 @@ impl BenchFile {
                 Ok(Sensor { id, unit: sensor.unit, axes, turn: sensor.turn, input_axis: sensor.input_axis, model })
             })
             .collect::<Result<_>>()?;
-        let units = Units {
-            rate: match self.units.rate {
-                RateFile::DegreesPerSecond => RateUnit::DegreesPerSecond,
-                RateFile::DegreesPerHour => RateUnit::DegreesPerHour,
-                RateFile::RadiansPerSecond => RateUnit::RadiansPerSecond,
-                RateFile::ArcsecondsPerSecond => RateUnit::ArcsecondsPerSecond,
-            },
-            force: match self.units.force {
-                ForceFile::StandardGravity => ForceUnit::StandardGravity,
-                ForceFile::MetresPerSecondSquared => ForceUnit::MetresPerSecondSquared,
-            },
-        };
         let rate_u = self.rate_u_ppm.0.into_iter().map(|(joint, ppm)| (joint, ppm * 1e-6)).collect();
         let derived = self.derived.0.into_iter().map(|(id, own)| derived_quantity(id, own)).collect::<Result<_>>()?;
         let in_use = self.in_use.0.into_iter().map(|(column, line)| {
@@ -201,7 +135,7 @@ impl BenchFile {
             Ok((column, line))
         });
         let in_use = in_use.collect::<Result<_>>()?;
-        let (id, title, source, notes) = (self.id, self.title, self.source, self.notes);
+        let (id, title, source, notes, units) = (self.id, self.title, self.source, self.notes, self.units);
         let rate_range = self.rate_range_deg_s.0;
         Bench { in_use, derived, rate_u, rate_range, id, title, source, notes, site, units, chain, sensors }.checked()
     }
@@ -225,11 +159,6 @@ pub(super) fn derived_of(own: &DerivedQuantity) -> (String, DerivedFile) {
 
 impl LinkFile {
     fn into_link(self, k: usize, joints: &[&str]) -> Result<Link> {
-        let about = match self.about {
-            AxisFile::X => Axis::X,
-            AxisFile::Y => Axis::Y,
-            AxisFile::Z => Axis::Z,
-        };
         let times = match (self.times, self.tilt.is_some()) {
             (None, _) => None,
             (Some(text), true) => {
@@ -243,8 +172,8 @@ impl LinkFile {
             }
         };
         match (self.joint, self.tilt) {
-            (Some(name), None) => Ok(Link::Joint { name, about, meaning: self.is }),
-            (None, Some(name)) => Ok(Link::Tilt { name, about, meaning: self.is, times }),
+            (Some(name), None) => Ok(Link::Joint { name, about: self.about, meaning: self.is }),
+            (None, Some(name)) => Ok(Link::Tilt { name, about: self.about, meaning: self.is, times }),
             (joint, tilt) => Err(Malformed::new(Fault::Value, "a link of the chain is one rotation")
                 .expected("either \"joint\": name (commanded) or \"tilt\": name (a small unknown), with \"about\"")
                 .found(if joint.is_some() && tilt.is_some() { "both" } else { "neither" })
@@ -256,9 +185,7 @@ impl LinkFile {
 impl DirectionFile {
     fn vector(self) -> Vector3<f64> {
         match self {
-            DirectionFile::Axis(AxisFile::X) => Vector3::x(),
-            DirectionFile::Axis(AxisFile::Y) => Vector3::y(),
-            DirectionFile::Axis(AxisFile::Z) => Vector3::z(),
+            DirectionFile::Axis(axis) => axis.unit(),
             DirectionFile::Cosines([x, y, z]) => Vector3::new(x, y, z),
         }
     }

@@ -1,8 +1,7 @@
 //! A bench in code: the same keys as in its file, one call each.
 
-use super::bench_file::{ForceFile, RateFile};
-use super::{AxisFile, BenchFile, DerivedFile, DirectionFile, LinkFile, Named, SensorFile, SiteFile, UnitsFile};
-use crate::bench::{Axis, Bench, ForceUnit, RateUnit};
+use super::{BenchFile, DerivedFile, DirectionFile, LinkFile, SensorFile, SiteFile};
+use crate::bench::{Axis, Bench, ForceUnit, RateUnit, Units};
 use crate::error::Result;
 
 /// A bench in the making; see [`Bench::builder`].
@@ -33,22 +32,7 @@ impl Bench {
     /// # Ok::<(), tumble::Malformed>(())
     /// ```
     pub fn builder(id: impl Into<String>) -> BenchBuilder {
-        BenchBuilder {
-            file: BenchFile {
-                id: id.into(),
-                title: String::new(),
-                source: String::new(),
-                notes: Vec::new(),
-                site: None,
-                units: UnitsFile::default(),
-                chain: Vec::new(),
-                sensors: Named::default(),
-                rate_u_ppm: Named::default(),
-                rate_range_deg_s: Named::default(),
-                derived: Named::default(),
-                in_use: Named::default(),
-            },
-        }
+        BenchBuilder { file: BenchFile { id: id.into(), ..BenchFile::default() } }
     }
 }
 
@@ -73,7 +57,7 @@ impl BenchBuilder {
 
     /// Units of `w_*` and `a_*` in the model lines; degrees per second and g unless said.
     pub fn units(mut self, rate: RateUnit, force: ForceUnit) -> Self {
-        self.file.units = UnitsFile { rate: rate.into(), force: force.into() };
+        self.file.units = Units { rate, force };
         self
     }
 
@@ -129,7 +113,7 @@ impl BenchBuilder {
         is: String,
         times: Option<String>,
     ) -> Self {
-        self.file.chain.push(LinkFile { joint, tilt, about: about.into(), is, times });
+        self.file.chain.push(LinkFile { joint, tilt, about, is, times });
         self
     }
 }
@@ -138,13 +122,12 @@ impl SensorBuilder {
     /// A sensor whose reading, in this unit, is this line of algebra.
     pub fn new(unit: impl Into<String>, model: impl Into<String>) -> Self {
         let (unit, model) = (unit.into(), model.into());
-        let file = SensorFile { unit, axes: Named::default(), turn: None, input_axis: None, model };
-        SensorBuilder { file }
+        SensorBuilder { file: SensorFile { unit, model, ..SensorFile::default() } }
     }
 
     /// A named axis along one of the last frame; `w_<name>` and `a_<name>` are its inputs.
     pub fn axis(mut self, name: impl Into<String>, along: Axis) -> Self {
-        self.file.axes.0.push((name.into(), DirectionFile::Axis(along.into())));
+        self.file.axes.0.push((name.into(), DirectionFile::Axis(along)));
         self
     }
 
@@ -164,35 +147,5 @@ impl SensorBuilder {
     pub fn turn(mut self, turn: f64) -> Self {
         self.file.turn = Some(turn);
         self
-    }
-}
-
-impl From<Axis> for AxisFile {
-    fn from(axis: Axis) -> Self {
-        match axis {
-            Axis::X => AxisFile::X,
-            Axis::Y => AxisFile::Y,
-            Axis::Z => AxisFile::Z,
-        }
-    }
-}
-
-impl From<RateUnit> for RateFile {
-    fn from(unit: RateUnit) -> Self {
-        match unit {
-            RateUnit::DegreesPerSecond => RateFile::DegreesPerSecond,
-            RateUnit::DegreesPerHour => RateFile::DegreesPerHour,
-            RateUnit::RadiansPerSecond => RateFile::RadiansPerSecond,
-            RateUnit::ArcsecondsPerSecond => RateFile::ArcsecondsPerSecond,
-        }
-    }
-}
-
-impl From<ForceUnit> for ForceFile {
-    fn from(unit: ForceUnit) -> Self {
-        match unit {
-            ForceUnit::StandardGravity => ForceFile::StandardGravity,
-            ForceUnit::MetresPerSecondSquared => ForceFile::MetresPerSecondSquared,
-        }
     }
 }

@@ -2,11 +2,11 @@
 
 use super::folder::Texts;
 use super::{
-    BenchRef, CampaignFile, Cell, ConstraintFile, DerivedFile, DerivedLine, EstimateFile, KnownFile, Named,
-    NumberOrEstimate, OneOrSeveral, ReadingFile, ReadingsRef, ScatterFile, bench_file,
+    BenchRef, CampaignFile, Cell, ConstraintFile, DerivedFile, DerivedLine, KnownEntry, ReadingFile, ReadingsRef,
+    bench_file,
 };
 use crate::bench::Bench;
-use crate::campaign::{Campaign, Decision};
+use crate::campaign::{Asked, Campaign, Decision, Given, NumberOrEstimate, OneOrSeveral, ScatterRequest};
 use crate::error::{Fault, Malformed, Result};
 
 /// A campaign in the making; see [`Campaign::builder`].
@@ -40,55 +40,31 @@ impl Campaign {
     /// # Ok::<(), tumble::Malformed>(())
     /// ```
     pub fn builder(bench: &Bench) -> CampaignBuilder {
-        CampaignBuilder {
-            file: CampaignFile {
-                bench: BenchRef::Inline(Box::new(bench_file(bench))),
-                site: None,
-                rate_u_ppm: Named::default(),
-                known: Named::default().into(),
-                correlations: Vec::new(),
-                estimate: Named::default(),
-                constraints: Vec::new(),
-                derived: Named::default(),
-                limits: Named::default(),
-                decision: None,
-                unit: None,
-                date: None,
-                place: None,
-                operator: None,
-                instruments: Vec::new(),
-                procedure: None,
-                environment: Default::default(),
-                note: None,
-                scatter: Vec::new(),
-                by: None,
-                columns: Named::default(),
-                readings: ReadingsRef::Inline(Vec::new()),
-            },
-        }
+        let bench = BenchRef::Inline(Box::new(bench_file(bench)));
+        CampaignBuilder { file: CampaignFile { bench, ..CampaignFile::default() } }
     }
 }
 
 impl CampaignBuilder {
     /// A parameter to estimate.
     pub fn estimate(self, id: impl Into<String>) -> Self {
-        self.estimate_with(id, EstimateFile::default())
+        self.estimate_with(id, Asked::default())
     }
 
     /// A parameter to estimate, with a start or a prior.
-    pub fn estimate_with(mut self, id: impl Into<String>, asked: EstimateFile) -> Self {
+    pub fn estimate_with(mut self, id: impl Into<String>, asked: Asked) -> Self {
         self.file.estimate.0.push((id.into(), asked));
         self
     }
 
     /// A known parameter with its Type B standard uncertainty, both in the unit that follows from the model line (a tilt in radians).
     pub fn known(self, id: impl Into<String>, value: f64, u: f64) -> Self {
-        self.known_with(id, KnownFile { value, u: Some(u), ..KnownFile::default() })
+        self.known_with(id, Given { value, u: Some(u), ..Given::default() })
     }
 
     /// A known parameter with its unit, degrees of freedom or distribution.
-    pub fn known_with(mut self, id: impl Into<String>, known: KnownFile) -> Self {
-        self.file.known.named.0.push((id.into(), known));
+    pub fn known_with(mut self, id: impl Into<String>, known: Given) -> Self {
+        self.file.known.0.push((id.into(), KnownEntry::Known(known)));
         self
     }
 
@@ -125,17 +101,17 @@ impl CampaignBuilder {
 
     /// What scatters beyond the readings' own noise: standard deviation `u` in `unit`, a new value per `reading`, `position`, `campaign` or column.
     pub fn scatter(self, of: impl Into<String>, per: impl Into<String>, u: f64, unit: impl Into<String>) -> Self {
-        self.scatter_with(ScatterFile {
+        self.scatter_with(ScatterRequest {
             of: OneOrSeveral::One(of.into()),
             per: Some(per.into()),
             u: Some(NumberOrEstimate::Number(u)),
             unit: Some(unit.into()),
-            ..ScatterFile::default()
+            ..ScatterRequest::default()
         })
     }
 
     /// The same with all that a file can say: several at once, estimated, correlated in time.
-    pub fn scatter_with(mut self, line: ScatterFile) -> Self {
+    pub fn scatter_with(mut self, line: ScatterRequest) -> Self {
         self.file.scatter.push(line);
         self
     }

@@ -4,25 +4,21 @@ use super::constraint_file::ConstraintFile;
 use super::limits_file::{self, LimitFile};
 use super::locate::in_source;
 use super::readings_file::{self, ReadingFile};
-use super::{
-    BenchFile, DerivedFile, Fetch, Folder, Named, SamplesFile, ScatterFile, SiteFile, Source, read_bench,
-    readings_table,
-};
+use super::shapes::shapes;
+use super::{BenchFile, DerivedFile, Fetch, Folder, Named, SamplesFile, SiteFile, Source, read_bench, readings_table};
 use crate::algebra::Expression;
 use crate::bench::{self, Bench};
 use crate::campaign::{
-    self, Asked, Campaign, Condition, Decision, Distribution, Given, Identity, Instrument, Known, Prior, Readings,
-    Role, UnitUnderTest,
+    self, Asked, Campaign, Condition, Decision, Given, Identity, Instrument, Readings, Role, ScatterRequest,
+    UnitUnderTest,
 };
 use crate::error::{Fault, Malformed, Result};
 use schemars::JsonSchema;
-use serde::de::{Deserializer, Error, MapAccess, SeqAccess, Visitor, value};
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 use std::collections::BTreeMap;
-use std::fmt;
 
 /// A campaign: a bench, what is known, what is asked, and the readings. Without sensor values it is a schedule.
-#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CampaignFile {
     /// A built-in bench id, the path of a bench file, or the bench itself.
@@ -34,14 +30,14 @@ pub struct CampaignFile {
     #[serde(default, skip_serializing_if = "Named::is_empty")]
     pub rate_u_ppm: Named<f64>,
     /// Known parameters with their Type B standard uncertainties.
-    #[serde(default, skip_serializing_if = "KnownSection::is_empty")]
-    pub known: KnownSection,
+    #[serde(default, skip_serializing_if = "Named::is_empty")]
+    pub known: Named<KnownEntry>,
     /// Correlation coefficients of pairs of known parameters, `["kI", "V0", 0.6]`; pairs that are not named are independent.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub correlations: Vec<(String, String, f64)>,
     /// Parameters to estimate.
     #[serde(default, skip_serializing_if = "Named::is_empty")]
-    pub estimate: Named<EstimateFile>,
+    pub estimate: Named<Asked>,
     /// What must hold between estimated parameters.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub constraints: Vec<ConstraintFile>,
@@ -80,7 +76,7 @@ pub struct CampaignFile {
     pub note: Option<String>,
     /// What scatters beyond the readings' own noise, one line each.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub scatter: Vec<ScatterFile>,
+    pub scatter: Vec<ScatterRequest>,
     /// The column of the readings that identifies the device: one fit for each of its values.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub by: Option<String>,
@@ -114,132 +110,48 @@ pub enum ReadingsRef {
     Samples(Box<SamplesFile>),
 }
 
-// By hand instead of untagged, so that a fault inside keeps its own line and path.
+impl Default for BenchRef {
+    fn default() -> Self {
+        BenchRef::Named(String::new())
+    }
+}
+
+impl Default for ReadingsRef {
+    fn default() -> Self {
+        ReadingsRef::Inline(Vec::new())
+    }
+}
+
 impl<'de> Deserialize<'de> for BenchRef {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Self, D::Error> {
-        struct Either;
-        impl<'de> Visitor<'de> for Either {
-            type Value = BenchRef;
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("a built-in bench id, the path of a bench file, or a bench object")
-            }
-            fn visit_str<E: Error>(self, text: &str) -> std::result::Result<BenchRef, E> {
-                Ok(BenchRef::Named(text.to_string()))
-            }
-            fn visit_map<A: MapAccess<'de>>(self, map: A) -> std::result::Result<BenchRef, A::Error> {
-                let bench = BenchFile::deserialize(value::MapAccessDeserializer::new(map))?;
-                Ok(BenchRef::Inline(Box::new(bench)))
-            }
-        }
-        deserializer.deserialize_any(Either)
+        let shapes = shapes("a built-in bench id, the path of a bench file, or a bench object").text(BenchRef::Named);
+        shapes.object(|bench: BenchFile| BenchRef::Inline(Box::new(bench))).read(deserializer)
     }
 }
 
 impl<'de> Deserialize<'de> for ReadingsRef {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Self, D::Error> {
-        struct Either;
-        impl<'de> Visitor<'de> for Either {
-            type Value = ReadingsRef;
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("a list of readings, the path of a table, or { \"samples\": the path of a record, ... }")
-            }
-            fn visit_str<E: Error>(self, text: &str) -> std::result::Result<ReadingsRef, E> {
-                Ok(ReadingsRef::Path(text.to_string()))
-            }
-            fn visit_seq<A: SeqAccess<'de>>(self, seq: A) -> std::result::Result<ReadingsRef, A::Error> {
-                Ok(ReadingsRef::Inline(Vec::deserialize(value::SeqAccessDeserializer::new(seq))?))
-            }
-            fn visit_map<A: MapAccess<'de>>(self, map: A) -> std::result::Result<ReadingsRef, A::Error> {
-                let samples = SamplesFile::deserialize(value::MapAccessDeserializer::new(map))?;
-                Ok(ReadingsRef::Samples(Box::new(samples)))
-            }
-        }
-        deserializer.deserialize_any(Either)
+        shapes("a list of readings, the path of a table, or { \"samples\": the path of a record, ... }")
+            .text(ReadingsRef::Path)
+            .list(ReadingsRef::Inline)
+            .object(|samples: SamplesFile| ReadingsRef::Samples(Box::new(samples)))
+            .read(deserializer)
     }
 }
 
-/// The section of known parameters: by name, and those of an earlier fit.
-#[derive(Debug, Clone, Default)]
-pub struct KnownSection {
-    /// The path of the JSON report of a fit: its parameters are known here with their u and covariance, unless they are named here or estimated.
-    pub from: Option<String>,
-    /// Known parameters by name; they replace those of the report.
-    pub named: Named<KnownFile>,
-}
-
-/// An entry of that section.
-#[derive(Serialize, JsonSchema)]
+/// An entry of the known parameters: one by its name, or those of an earlier fit.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 #[serde(untagged)]
-#[schemars(rename = "KnownEntry")]
-enum KnownEntry {
+pub enum KnownEntry {
     /// `"from"`: the path of the JSON report of a fit, whose parameters are known with their u and covariance.
     From(String),
     /// A known parameter.
-    Known(KnownFile),
+    Known(Given),
 }
 
-impl KnownSection {
-    /// Is nothing known?
-    pub fn is_empty(&self) -> bool {
-        self.from.is_none() && self.named.is_empty()
-    }
-
-    /// The entry of this name.
-    pub fn get(&self, name: &str) -> Option<&KnownFile> {
-        self.named.get(name)
-    }
-}
-
-impl From<Named<KnownFile>> for KnownSection {
-    fn from(named: Named<KnownFile>) -> Self {
-        KnownSection { from: None, named }
-    }
-}
-
-impl Serialize for KnownSection {
-    fn serialize<S: serde::Serializer>(&self, serializer: S) -> std::result::Result<S::Ok, S::Error> {
-        let from = self.from.iter().map(|path| ("from".to_string(), KnownEntry::From(path.clone())));
-        let known = self.named.0.iter().map(|(id, known)| (id.clone(), KnownEntry::Known(known.clone())));
-        Named(from.chain(known).collect()).serialize(serializer)
-    }
-}
-
-impl JsonSchema for KnownSection {
-    fn schema_name() -> std::borrow::Cow<'static, str> {
-        "KnownSection".into()
-    }
-    fn json_schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
-        Named::<KnownEntry>::json_schema(generator)
-    }
-    fn inline_schema() -> bool {
-        true
-    }
-}
-
-// By hand, so that a fault inside an entry keeps its own line and path.
-impl<'de> Deserialize<'de> for KnownSection {
+impl<'de> Deserialize<'de> for KnownEntry {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Self, D::Error> {
-        struct Entries;
-        impl<'de> Visitor<'de> for Entries {
-            type Value = KnownSection;
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("an object { \"name\": ... }")
-            }
-            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> std::result::Result<KnownSection, A::Error> {
-                let mut section = KnownSection::default();
-                while let Some(key) = map.next_key::<String>()? {
-                    if section.get(&key).is_some() || (key == "from" && section.from.is_some()) {
-                        return Err(A::Error::custom(format!("the key '{key}' occurs twice, expected each name once")));
-                    }
-                    match key.as_str() {
-                        "from" => section.from = Some(map.next_value()?),
-                        _ => section.named.0.push((key, map.next_value()?)),
-                    }
-                }
-                Ok(section)
-            }
-        }
-        deserializer.deserialize_map(Entries)
+        shapes("struct Given").text(KnownEntry::From).object(KnownEntry::Known).read(deserializer)
     }
 }
 
@@ -247,7 +159,7 @@ impl<'de> Deserialize<'de> for KnownSection {
 #[derive(Deserialize)]
 struct EarlierFit {
     parameters: Vec<EarlierParameter>,
-    covariance: EarlierCovariance,
+    covariance: CovarianceFile,
 }
 
 #[derive(Deserialize)]
@@ -260,48 +172,13 @@ struct EarlierParameter {
     dof: Option<f64>,
 }
 
-#[derive(Deserialize)]
-struct EarlierCovariance {
-    order: Vec<String>,
-    matrix: Vec<Vec<Option<f64>>>,
-}
-
-/// A known parameter.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct KnownFile {
-    /// Value, in `unit`.
-    pub value: f64,
-    /// Unit; without one a tilt is in radians, a coefficient in the unit that follows from the model line.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub unit: Option<String>,
-    /// Type B standard uncertainty, in `unit`; 0 for an exact value.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub u: Option<f64>,
-    /// Degrees of freedom of `u`; infinite unless given.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub dof: Option<f64>,
-    /// Shape of the distribution; `u` is its standard deviation whatever the shape.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub distribution: Option<Distribution>,
-}
-
-/// An estimated parameter.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct EstimateFile {
-    /// Where the estimate begins; needed where the model line is nonlinear in the coefficients.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub start: Option<f64>,
-    /// Prior value: one more row, with `prior_u` as its standard uncertainty.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub prior: Option<f64>,
-    /// Standard uncertainty of the prior.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub prior_u: Option<f64>,
-    /// Unit of these numbers; without one a tilt is in radians, a coefficient in the unit that follows from the model line.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub unit: Option<String>,
+/// The covariance in a fit report; its other keys are left alone.
+#[derive(Debug, Clone, Deserialize)]
+pub struct CovarianceFile {
+    /// Names of the rows and columns.
+    pub order: Vec<String>,
+    /// The matrix, row by row; null for what is not estimable.
+    pub matrix: Vec<Vec<Option<f64>>>,
 }
 
 impl CampaignFile {
@@ -380,9 +257,28 @@ impl CampaignFile {
         bench.checked()
     }
 
+    /// The path of an earlier fit's report, where the known parameters name one, and those by their own names.
+    fn known(&self) -> Result<(Option<&str>, Vec<(String, Given)>)> {
+        let (mut from, mut known) = (None, Vec::new());
+        for (id, entry) in &self.known.0 {
+            let wrong = |found: String, expected: &str| {
+                let error = Malformed::new(Fault::Value, format!("invalid type: {found}"));
+                Err(error.expected(expected).at_path(format!("known.{id}")))
+            };
+            match (id.as_str(), entry) {
+                ("from", KnownEntry::From(path)) => from = Some(path.as_str()),
+                ("from", KnownEntry::Known(_)) => return wrong("map".into(), "a string"),
+                (_, KnownEntry::From(text)) => return wrong(format!("string {text:?}"), "an object { ... }"),
+                (_, KnownEntry::Known(own)) => known.push((id.clone(), own.clone())),
+            }
+        }
+        Ok((from, known))
+    }
+
     /// Take the known parameters of a fit's report, where the campaign names one.
-    pub fn with_earlier(&mut self, fetch: Fetch<'_>) -> Result<()> {
-        let Some(path) = self.known.from.take() else { return Ok(()) };
+    fn with_earlier(&mut self, fetch: Fetch<'_>) -> Result<()> {
+        let (from, known) = self.known()?;
+        let Some(path) = from.map(str::to_string) else { return Ok(()) };
         let source = fetch(&path).map_err(|e| e.at_path("known.from"))?;
         let earlier: EarlierFit = serde_json::from_str(&source.text).map_err(|error| {
             Malformed::new(Fault::Value, format!("'{path}' is no report of a fit"))
@@ -390,7 +286,7 @@ impl CampaignFile {
                 .found(error.to_string())
                 .at_path("known.from")
         })?;
-        let taken = |id: &str| self.known.named.get(id).is_some() || self.estimate.get(id).is_some();
+        let taken = |id: &str| known.iter().any(|(own, _)| own == id) || self.estimate.get(id).is_some();
         let own: Vec<EarlierParameter> = earlier.parameters.into_iter().filter(|own| !taken(&own.id)).collect();
         let names = |k: usize| earlier.covariance.order.get(k).map(String::as_str).unwrap_or_default();
         let of = |id: &str| own.iter().find(|own| own.id == id).and_then(|own| own.u).filter(|u| *u > 0.0);
@@ -405,6 +301,7 @@ impl CampaignFile {
                 }
             }
         }
+        self.known.0.retain(|(id, _)| id != "from");
         for own in own {
             let (Some(value), Some(u)) = (own.value, own.u) else {
                 return Err(Malformed::new(Fault::Missing, format!("'{path}' has no value with u of '{}'", own.id))
@@ -412,15 +309,16 @@ impl CampaignFile {
                     .at_path("known.from"));
             };
             let unit = Some(own.unit).filter(|unit| !unit.is_empty());
-            let known = KnownFile { value, unit, u: Some(u), dof: own.dof, distribution: None };
-            self.known.named.0.push((own.id, known));
+            let known = Given { value, unit, u: Some(u), dof: own.dof, distribution: None };
+            self.known.0.push((own.id, KnownEntry::Known(known)));
         }
         Ok(())
     }
 
     /// The campaign on its bench with these readings; its own are left aside.
     pub fn with(self, bench: Bench, readings: Readings) -> Result<Campaign> {
-        if let Some(path) = self.known.from {
+        let (from, known) = self.known()?;
+        if let Some(path) = from {
             return Err(Malformed::new(
                 Fault::Value,
                 "\"from\" in \"known\" is for readings of one device: not for many devices, nor for rows of a record",
@@ -429,11 +327,8 @@ impl CampaignFile {
             .found(format!("'{path}'"))
             .at_path("known.from"));
         }
-        let estimate =
-            self.estimate.0.into_iter().map(|(id, e)| Ok((id.clone(), e.into_asked(&id)?))).collect::<Result<_>>()?;
-        let known = self.known.named.0.into_iter().map(|(id, known)| (id, known.into_given())).collect();
-        let mut campaign =
-            Campaign::new(bench, campaign::Request { estimate, known, correlations: self.correlations }, readings)?;
+        let request = campaign::Request { estimate: self.estimate.0, known, correlations: self.correlations };
+        let mut campaign = Campaign::new(bench, request, readings)?;
         for (k, constraint) in self.constraints.into_iter().enumerate() {
             let constraint =
                 constraint.into_constraint(&campaign).map_err(|e| e.under(&format!("constraints[{k}]")))?;
@@ -478,7 +373,7 @@ impl CampaignFile {
             environment: self.environment,
             note: self.note,
         };
-        campaign.with_scatter(self.scatter.into_iter().map(ScatterFile::into_request).collect())
+        campaign.with_scatter(self.scatter)
     }
 }
 
@@ -501,29 +396,4 @@ pub(super) fn named_bench(name: &str, fetch: Fetch<'_>) -> Result<Bench> {
             .at_path("bench")
     })?;
     read_bench(&source).map_err(|e| in_source(e, &source))
-}
-
-impl EstimateFile {
-    fn into_asked(self, id: &str) -> Result<Asked> {
-        let prior = match (self.prior, self.prior_u) {
-            (None, None) => None,
-            (Some(value), Some(u)) => Some(Prior { value, u }),
-            (value, _) => {
-                let (here, missing) = if value.is_some() { ("prior", "prior_u") } else { ("prior_u", "prior") };
-                return Err(Malformed::new(Fault::Missing, format!("'{id}' has {here} but no {missing}"))
-                    .expected("a prior is a row: its value (prior) and its standard uncertainty (prior_u)")
-                    .at_path(format!("estimate.{id}")));
-            }
-        };
-        Ok(Asked { start: self.start, prior, unit: self.unit })
-    }
-}
-
-impl KnownFile {
-    fn into_given(self) -> Given {
-        let distribution = self.distribution.unwrap_or_default();
-        let known =
-            Known { value: self.value, u: self.u.unwrap_or(0.0), dof: self.dof.unwrap_or(f64::INFINITY), distribution };
-        Given { known, unit: self.unit }
-    }
 }

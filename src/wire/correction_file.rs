@@ -62,7 +62,7 @@ pub struct InputFile {
     /// Its name, for example `w_x`.
     pub id: String,
     /// `rate`, `force`, `column` or `angle`.
-    pub quantity: QuantityFile,
+    pub quantity: Quantity,
     /// Unit.
     pub unit: String,
     /// Direction of a rate or force in the frame of the inputs, pure numbers whose squares sum to 1.
@@ -73,20 +73,6 @@ pub struct InputFile {
     /// Value of a given input where the readings do not give it, in the input's unit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub otherwise: Option<f64>,
-}
-
-/// What an input is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-pub enum QuantityFile {
-    /// Angular rate.
-    Rate,
-    /// Specific force.
-    Force,
-    /// A numeric column of the readings.
-    Column,
-    /// The angle of a joint, in rad.
-    Angle,
 }
 
 /// How far the first-order correction is from the exact one over the range of the calibration.
@@ -133,7 +119,7 @@ impl CorrectionFile {
         let rows = |m: &DMatrix<f64>| m.row_iter().map(|row| row.iter().copied().collect()).collect();
         let input = |input: &LineInput| InputFile {
             id: input.name.clone(),
-            quantity: QuantityFile::from(input.quantity),
+            quantity: input.quantity,
             unit: calibration.unit_of(input).into(),
             direction: matches!(input.quantity, Quantity::Rate | Quantity::Force)
                 .then(|| [input.direction.x, input.direction.y, input.direction.z]),
@@ -148,8 +134,8 @@ impl CorrectionFile {
         };
         Some(CorrectionFile {
             frame: "the last frame of the bench's chain, the sensors' own".into(),
-            rate_unit: calibration.rate_unit.symbol().into(),
-            force_unit: calibration.force_unit.symbol().into(),
+            rate_unit: calibration.rate_unit.name().into(),
+            force_unit: calibration.force_unit.name().into(),
             sensors: calibration.lines.iter().map(sensor).collect(),
             left_out: calibration.left_out.iter().cloned().collect(),
             inputs: calibration.inputs.iter().map(input).collect(),
@@ -188,19 +174,11 @@ impl CorrectionFile {
                 .found(found)
                 .at_path(path)
         };
-        let rate_unit = [
-            RateUnit::DegreesPerSecond,
-            RateUnit::DegreesPerHour,
-            RateUnit::RadiansPerSecond,
-            RateUnit::ArcsecondsPerSecond,
-        ]
-        .into_iter()
-        .find(|own| own.symbol() == self.rate_unit)
-        .ok_or_else(|| unit("correction.rate_unit", &self.rate_unit, "deg/s, deg/h, rad/s or arcsec/s"))?;
-        let force_unit = [ForceUnit::StandardGravity, ForceUnit::MetresPerSecondSquared]
-            .into_iter()
-            .find(|own| own.symbol() == self.force_unit)
-            .ok_or_else(|| unit("correction.force_unit", &self.force_unit, "g or m/s^2"))?;
+        let rate_unit = RateUnit::ALL.into_iter().find(|own| own.name() == self.rate_unit);
+        let rate_unit = rate_unit
+            .ok_or_else(|| unit("correction.rate_unit", &self.rate_unit, "deg/s, deg/h, rad/s or arcsec/s"))?;
+        let force_unit = ForceUnit::ALL.into_iter().find(|own| own.name() == self.force_unit);
+        let force_unit = force_unit.ok_or_else(|| unit("correction.force_unit", &self.force_unit, "g or m/s^2"))?;
         let lines = self
             .sensors
             .into_iter()
@@ -226,7 +204,7 @@ impl CorrectionFile {
             .into_iter()
             .map(|input| LineInput {
                 name: input.id,
-                quantity: input.quantity.into(),
+                quantity: input.quantity,
                 direction: input.direction.map_or(Vector3::zeros(), Vector3::from),
                 role: if input.solved { InputRole::Solved } else { InputRole::Given },
                 fallback: input.otherwise.unwrap_or_default(),
@@ -254,27 +232,5 @@ impl CorrectionFile {
                 rotation: Matrix3::from_row_iterator(m.rotation.into_iter().flatten()),
             }),
         })
-    }
-}
-
-impl From<Quantity> for QuantityFile {
-    fn from(quantity: Quantity) -> Self {
-        match quantity {
-            Quantity::Rate => QuantityFile::Rate,
-            Quantity::Force => QuantityFile::Force,
-            Quantity::Column => QuantityFile::Column,
-            Quantity::Angle => QuantityFile::Angle,
-        }
-    }
-}
-
-impl From<QuantityFile> for Quantity {
-    fn from(quantity: QuantityFile) -> Self {
-        match quantity {
-            QuantityFile::Rate => Quantity::Rate,
-            QuantityFile::Force => Quantity::Force,
-            QuantityFile::Column => Quantity::Column,
-            QuantityFile::Angle => Quantity::Angle,
-        }
     }
 }

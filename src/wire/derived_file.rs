@@ -1,9 +1,8 @@
 //! A derived quantity in a campaign file: a line of algebra, or the line with the unit in which it is wanted.
 
+use super::shapes::shapes;
 use schemars::JsonSchema;
-use serde::de::{Deserializer, Error, MapAccess, Visitor, value};
-use serde::{Deserialize, Serialize};
-use std::fmt;
+use serde::{Deserialize, Deserializer, Serialize};
 
 /// A derived quantity.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
@@ -36,22 +35,9 @@ impl DerivedFile {
     }
 }
 
-// By hand instead of untagged, so that a fault inside keeps its own line and path.
 impl<'de> Deserialize<'de> for DerivedFile {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Either;
-        impl<'de> Visitor<'de> for Either {
-            type Value = DerivedFile;
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("a line of algebra, or { \"line\": ..., \"unit\": ... }")
-            }
-            fn visit_str<E: Error>(self, text: &str) -> Result<DerivedFile, E> {
-                Ok(DerivedFile::Line(text.to_string()))
-            }
-            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<DerivedFile, A::Error> {
-                DerivedLine::deserialize(value::MapAccessDeserializer::new(map)).map(DerivedFile::InUnit)
-            }
-        }
-        deserializer.deserialize_any(Either)
+        let shapes = shapes("a line of algebra, or { \"line\": ..., \"unit\": ... }");
+        shapes.text(DerivedFile::Line).object(DerivedFile::InUnit).read(deserializer)
     }
 }

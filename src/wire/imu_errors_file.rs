@@ -1,12 +1,10 @@
 //! Errors of an inertial measurement unit as a mission file gives them.
 
-use crate::elements::Elements;
+use super::shapes::shapes;
 use crate::error::{Fault, Malformed, Result};
 use crate::navigate::errors::{ErrorSource, ImuErrors, Instrument, Kind};
 use schemars::JsonSchema;
-use serde::de::{Deserializer, Error, MapAccess, SeqAccess, Visitor, value};
-use serde::{Deserialize, Serialize};
-use std::fmt;
+use serde::{Deserialize, Deserializer, Serialize};
 
 /// Errors of the unit; a single number applies to all axes.
 #[derive(Debug, Clone, Default, Serialize, Deserialize, JsonSchema)]
@@ -169,29 +167,8 @@ impl DriftCoefficients {
 
 impl<'de> Deserialize<'de> for DriftFile {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Self, D::Error> {
-        struct Either;
-        impl<'de> Visitor<'de> for Either {
-            type Value = DriftFile;
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("a number for all gyros, [x, y, z], or { \"xx\": ..., \"xz\": ... }")
-            }
-            fn visit_f64<E: Error>(self, value: f64) -> std::result::Result<DriftFile, E> {
-                Ok(DriftFile::All(value))
-            }
-            fn visit_i64<E: Error>(self, value: i64) -> std::result::Result<DriftFile, E> {
-                Ok(DriftFile::All(value as f64))
-            }
-            fn visit_u64<E: Error>(self, value: u64) -> std::result::Result<DriftFile, E> {
-                Ok(DriftFile::All(value as f64))
-            }
-            fn visit_seq<A: SeqAccess<'de>>(self, seq: A) -> std::result::Result<DriftFile, A::Error> {
-                <[f64; 3]>::deserialize(value::SeqAccessDeserializer::new(seq)).map(DriftFile::Own)
-            }
-            fn visit_map<A: MapAccess<'de>>(self, map: A) -> std::result::Result<DriftFile, A::Error> {
-                DriftCoefficients::deserialize(value::MapAccessDeserializer::new(map)).map(DriftFile::Each)
-            }
-        }
-        deserializer.deserialize_any(Either)
+        let shapes = shapes("a number for all gyros, [x, y, z], or { \"xx\": ..., \"xz\": ... }");
+        shapes.number(DriftFile::All).list(DriftFile::Own).object(DriftFile::Each).read(deserializer)
     }
 }
 
@@ -256,51 +233,14 @@ impl InstallationAngles {
 
 impl<'de> Deserialize<'de> for AxesFile {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Self, D::Error> {
-        struct Either;
-        impl<'de> Visitor<'de> for Either {
-            type Value = AxesFile;
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("a number for all axes, or [x, y, z]")
-            }
-            fn visit_f64<E: Error>(self, value: f64) -> std::result::Result<AxesFile, E> {
-                Ok(AxesFile::All(value))
-            }
-            fn visit_i64<E: Error>(self, value: i64) -> std::result::Result<AxesFile, E> {
-                Ok(AxesFile::All(value as f64))
-            }
-            fn visit_u64<E: Error>(self, value: u64) -> std::result::Result<AxesFile, E> {
-                Ok(AxesFile::All(value as f64))
-            }
-            fn visit_seq<A: SeqAccess<'de>>(self, seq: A) -> std::result::Result<AxesFile, A::Error> {
-                <[f64; 3]>::deserialize(value::SeqAccessDeserializer::new(seq)).map(AxesFile::Each)
-            }
-        }
-        deserializer.deserialize_any(Either)
+        shapes("a number for all axes, or [x, y, z]").number(AxesFile::All).list(AxesFile::Each).read(deserializer)
     }
 }
 
 impl<'de> Deserialize<'de> for InstallationFile {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Self, D::Error> {
-        struct Either;
-        impl<'de> Visitor<'de> for Either {
-            type Value = InstallationFile;
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("a number for all six, or { \"xy\": ..., \"xz\": ... }")
-            }
-            fn visit_f64<E: Error>(self, value: f64) -> std::result::Result<InstallationFile, E> {
-                Ok(InstallationFile::All(value))
-            }
-            fn visit_i64<E: Error>(self, value: i64) -> std::result::Result<InstallationFile, E> {
-                Ok(InstallationFile::All(value as f64))
-            }
-            fn visit_u64<E: Error>(self, value: u64) -> std::result::Result<InstallationFile, E> {
-                Ok(InstallationFile::All(value as f64))
-            }
-            fn visit_map<A: MapAccess<'de>>(self, map: A) -> std::result::Result<InstallationFile, A::Error> {
-                InstallationAngles::deserialize(value::MapAccessDeserializer::new(map)).map(InstallationFile::Each)
-            }
-        }
-        deserializer.deserialize_any(Either)
+        let shapes = shapes("a number for all six, or { \"xy\": ..., \"xz\": ... }");
+        shapes.number(InstallationFile::All).object(InstallationFile::Each).read(deserializer)
     }
 }
 
@@ -308,9 +248,9 @@ impl ErrorsFile {
     /// The errors in SI units. Errors: a value that is not finite, a negative random walk, a ratio or angle that is no
     /// small one.
     pub fn errors(&self) -> Result<ImuErrors> {
-        let mut errors = ImuErrors::default();
+        let (mut errors, mut read) = (ImuErrors::default(), self.clone());
         for source in ErrorSource::catalogue() {
-            let (key, value) = self.value(&source);
+            let (key, value) = read.changed(&source, 0.0);
             let (si, limit) = (value * source.si_per_unit(), source.limit());
             if !(si.abs() <= limit) {
                 return Err(Malformed::new(
@@ -342,65 +282,58 @@ impl ErrorsFile {
 
     /// Change one source by a value in [`ErrorSource::unit`]; everything else stays as it was written.
     pub fn add(&mut self, source: &ErrorSource, change: f64) {
+        self.changed(source, change);
+    }
+
+    /// The key of a source and its value, changed by so much.
+    fn changed(&mut self, source: &ErrorSource, change: f64) -> (&'static str, f64) {
+        let added = |value: &mut f64| {
+            *value += change;
+            *value
+        };
+        // a source has an axis of three
+        let at = |values: &mut [f64]| values.get_mut(source.axis).map_or(f64::NAN, added);
         let axes = |file: &mut AxesFile| {
             let mut each = file.each();
-            each.get_mut(source.axis).into_iter().for_each(|value| *value += change);
+            let value = at(&mut each);
             *file = AxesFile::Each(each);
+            value
         };
         let installation = |file: &mut InstallationFile| {
             let mut each = file.each();
-            *each.slot(source) += change;
+            let value = added(each.slot(source));
             *file = InstallationFile::Each(each);
+            value
         };
-        let at = |values: &mut [f64]| values.get_mut(source.axis).into_iter().for_each(|value| *value += change);
+        let drift = |file: &mut DriftFile| {
+            let mut each = file.each();
+            let value = added(each.slot(source));
+            *file = DriftFile::Each(each);
+            value
+        };
         match (source.instrument, source.kind) {
-            (Instrument::Gyro, Kind::Bias) => axes(&mut self.gyro_bias_deg_h),
-            (Instrument::Gyro, Kind::ScaleFactor) => axes(&mut self.gyro_scale_factor),
-            (Instrument::Gyro, Kind::Installation) => installation(&mut self.gyro_installation_arcsec),
-            (Instrument::Gyro, Kind::SecondOrder) => axes(&mut self.gyro_second_order_deg_h_per_deg2_s2),
-            (_, Kind::AccelerationSensitive) => {
-                let mut each = self.gyro_acceleration_sensitive_deg_h_per_g.each();
-                *each.slot(source) += change;
-                self.gyro_acceleration_sensitive_deg_h_per_g = DriftFile::Each(each);
-            }
-            (_, Kind::Bias) => axes(&mut self.accelerometer_bias_g),
-            (_, Kind::ScaleFactor) => axes(&mut self.accelerometer_scale_factor),
-            (_, Kind::Installation) => installation(&mut self.accelerometer_installation_arcsec),
-            (_, Kind::SecondOrder) => axes(&mut self.accelerometer_second_order_g_per_g2),
-            (_, Kind::Attitude) => at(&mut self.start_attitude_arcsec),
-            (_, Kind::Velocity) => at(&mut self.start_velocity_m_s),
-            (_, Kind::Position) => at(&mut self.start_position_m),
-        }
-    }
-
-    fn value(&self, source: &ErrorSource) -> (&'static str, f64) {
-        let at = |values: &[f64]| values.at(source.axis);
-        let axes = |file: AxesFile| at(&file.each());
-        let installation = |file: InstallationFile| *file.each().slot(source);
-        match (source.instrument, source.kind) {
-            (Instrument::Gyro, Kind::Bias) => ("gyro_bias_deg_h", axes(self.gyro_bias_deg_h)),
-            (Instrument::Gyro, Kind::ScaleFactor) => ("gyro_scale_factor", axes(self.gyro_scale_factor)),
+            (Instrument::Gyro, Kind::Bias) => ("gyro_bias_deg_h", axes(&mut self.gyro_bias_deg_h)),
+            (Instrument::Gyro, Kind::ScaleFactor) => ("gyro_scale_factor", axes(&mut self.gyro_scale_factor)),
             (Instrument::Gyro, Kind::Installation) => {
-                ("gyro_installation_arcsec", installation(self.gyro_installation_arcsec))
+                ("gyro_installation_arcsec", installation(&mut self.gyro_installation_arcsec))
             }
             (Instrument::Gyro, Kind::SecondOrder) => {
-                ("gyro_second_order_deg_h_per_deg2_s2", axes(self.gyro_second_order_deg_h_per_deg2_s2))
+                ("gyro_second_order_deg_h_per_deg2_s2", axes(&mut self.gyro_second_order_deg_h_per_deg2_s2))
             }
-            (_, Kind::AccelerationSensitive) => (
-                "gyro_acceleration_sensitive_deg_h_per_g",
-                *self.gyro_acceleration_sensitive_deg_h_per_g.each().slot(source),
-            ),
-            (_, Kind::Bias) => ("accelerometer_bias_g", axes(self.accelerometer_bias_g)),
-            (_, Kind::ScaleFactor) => ("accelerometer_scale_factor", axes(self.accelerometer_scale_factor)),
+            (_, Kind::AccelerationSensitive) => {
+                ("gyro_acceleration_sensitive_deg_h_per_g", drift(&mut self.gyro_acceleration_sensitive_deg_h_per_g))
+            }
+            (_, Kind::Bias) => ("accelerometer_bias_g", axes(&mut self.accelerometer_bias_g)),
+            (_, Kind::ScaleFactor) => ("accelerometer_scale_factor", axes(&mut self.accelerometer_scale_factor)),
             (_, Kind::Installation) => {
-                ("accelerometer_installation_arcsec", installation(self.accelerometer_installation_arcsec))
+                ("accelerometer_installation_arcsec", installation(&mut self.accelerometer_installation_arcsec))
             }
             (_, Kind::SecondOrder) => {
-                ("accelerometer_second_order_g_per_g2", axes(self.accelerometer_second_order_g_per_g2))
+                ("accelerometer_second_order_g_per_g2", axes(&mut self.accelerometer_second_order_g_per_g2))
             }
-            (_, Kind::Attitude) => ("start_attitude_arcsec", at(&self.start_attitude_arcsec)),
-            (_, Kind::Velocity) => ("start_velocity_m_s", at(&self.start_velocity_m_s)),
-            (_, Kind::Position) => ("start_position_m", at(&self.start_position_m)),
+            (_, Kind::Attitude) => ("start_attitude_arcsec", at(&mut self.start_attitude_arcsec)),
+            (_, Kind::Velocity) => ("start_velocity_m_s", at(&mut self.start_velocity_m_s)),
+            (_, Kind::Position) => ("start_position_m", at(&mut self.start_position_m)),
         }
     }
 }

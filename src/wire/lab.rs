@@ -4,8 +4,10 @@ use super::locate::in_source;
 use super::{Source, parse};
 use crate::campaign::{Identity, UnitUnderTest, day};
 use crate::error::{Fault, Malformed, Result};
+use crate::vocabulary::vocabulary;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
 /// Who calibrated what for whom, when and where.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -63,32 +65,19 @@ fn english() -> String {
     "en".into()
 }
 
-/// Where a calibration was performed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "camelCase")]
-pub enum LocationFile {
-    /// In the laboratory.
-    Laboratory,
-    /// At the customer's.
-    Customer,
-    /// In a branch of the laboratory.
-    LaboratoryBranch,
-    /// In a branch of the customer's.
-    CustomerBranch,
-    /// Elsewhere.
-    Other,
-}
-
-impl LocationFile {
-    /// As files and certificates write it.
-    pub fn name(self) -> &'static str {
-        match self {
-            LocationFile::Laboratory => "laboratory",
-            LocationFile::Customer => "customer",
-            LocationFile::LaboratoryBranch => "laboratoryBranch",
-            LocationFile::CustomerBranch => "customerBranch",
-            LocationFile::Other => "other",
-        }
+vocabulary! {
+    /// Where a calibration was performed.
+    LocationFile {
+        /// In the laboratory.
+        Laboratory = "laboratory",
+        /// At the customer's.
+        Customer = "customer",
+        /// In a branch of the laboratory.
+        LaboratoryBranch = "laboratoryBranch",
+        /// In a branch of the customer's.
+        CustomerBranch = "customerBranch",
+        /// Elsewhere.
+        Other = "other",
     }
 }
 
@@ -173,32 +162,19 @@ pub struct IdentificationFile {
     pub name: Option<String>,
 }
 
-/// Who gave an identification.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "camelCase")]
-pub enum IssuerFile {
-    /// The manufacturer.
-    Manufacturer,
-    /// The calibration laboratory.
-    CalibrationLaboratory,
-    /// The customer.
-    Customer,
-    /// The owner.
-    Owner,
-    /// Someone else.
-    Other,
-}
-
-impl IssuerFile {
-    /// As files and certificates write it.
-    pub fn name(self) -> &'static str {
-        match self {
-            IssuerFile::Manufacturer => "manufacturer",
-            IssuerFile::CalibrationLaboratory => "calibrationLaboratory",
-            IssuerFile::Customer => "customer",
-            IssuerFile::Owner => "owner",
-            IssuerFile::Other => "other",
-        }
+vocabulary! {
+    /// Who gave an identification.
+    IssuerFile {
+        /// The manufacturer.
+        Manufacturer = "manufacturer",
+        /// The calibration laboratory.
+        CalibrationLaboratory = "calibrationLaboratory",
+        /// The customer.
+        Customer = "customer",
+        /// The owner.
+        Owner = "owner",
+        /// Someone else.
+        Other = "other",
     }
 }
 
@@ -349,63 +325,35 @@ fn days(certificate: &CertificateFile) -> Result<()> {
 
 fn check(lab: &LabFile) -> Result<()> {
     let certificate = &lab.certificate;
-    text(&certificate.id, "certificate.id")?;
-    code(&certificate.country, "certificate.country", "two capital letters, for example DE", char::is_uppercase)?;
+    texts(&serde_json::to_value(lab).unwrap_or_default(), "")?; // texts, lists and words: each has its JSON
+    for (value, path) in [
+        (&certificate.country, "certificate.country"),
+        (&lab.laboratory.address.country, "laboratory.address.country"),
+        (&lab.customer.address.country, "customer.address.country"),
+    ] {
+        code(value, path, "two capital letters, for example DE", char::is_uppercase)?;
+    }
     code(&certificate.language, "certificate.language", "two small letters, for example en", char::is_lowercase)?;
     days(certificate)?;
-    contact(&lab.laboratory, "laboratory")?;
-    contact(&lab.customer, "customer")?;
     some(&lab.persons, "persons", "a responsible person")?;
-    for (k, person) in lab.persons.iter().enumerate() {
-        text(&person.name, &format!("persons[{k}].name"))?;
-        optional(&person.role, &format!("persons[{k}].role"))?;
-    }
     for (k, entry) in lab.items.iter().enumerate() {
-        some(
-            &entry.identifications,
-            &format!("items[{k}].identifications"),
-            "a serial number or other identification",
-        )?;
-        item(entry, &format!("items[{k}]"))?;
-    }
-    for (k, entry) in lab.equipment.iter().enumerate() {
-        item(entry, &format!("equipment[{k}]"))?;
-    }
-    if let Some(method) = &lab.method {
-        text(&method.name, "method.name")?;
-        for (k, norm) in method.norms.iter().enumerate() {
-            text(norm, &format!("method.norms[{k}]"))?;
-        }
-    }
-    for (k, statement) in lab.statements.iter().enumerate() {
-        text(statement, &format!("statements[{k}]"))?;
+        let path = format!("items[{k}].identifications");
+        some(&entry.identifications, &path, "a serial number or other identification")?;
     }
     Ok(())
 }
 
-fn contact(contact: &ContactFile, path: &str) -> Result<()> {
-    text(&contact.name, &format!("{path}.name"))?;
-    optional(&contact.code, &format!("{path}.code"))?;
-    optional(&contact.email, &format!("{path}.email"))?;
-    optional(&contact.phone, &format!("{path}.phone"))?;
-    let address = &contact.address;
-    text(&address.city, &format!("{path}.address.city"))?;
-    let country = format!("{path}.address.country");
-    code(&address.country, &country, "two capital letters, for example DE", char::is_uppercase)?;
-    optional(&address.post_code, &format!("{path}.address.post_code"))?;
-    optional(&address.street, &format!("{path}.address.street"))?;
-    optional(&address.number, &format!("{path}.address.number"))
-}
-
-fn item(item: &ItemFile, path: &str) -> Result<()> {
-    text(&item.name, &format!("{path}.name"))?;
-    optional(&item.manufacturer, &format!("{path}.manufacturer"))?;
-    optional(&item.model, &format!("{path}.model"))?;
-    for (k, identification) in item.identifications.iter().enumerate() {
-        text(&identification.value, &format!("{path}.identifications[{k}].value"))?;
-        optional(&identification.name, &format!("{path}.identifications[{k}].name"))?;
+/// Every text of a file says something.
+fn texts(value: &Value, path: &str) -> Result<()> {
+    match value {
+        Value::String(own) => text(own, path),
+        Value::Array(list) => list.iter().zip(0..).try_for_each(|(own, k)| texts(own, &format!("{path}[{k}]"))),
+        Value::Object(keys) => keys.iter().try_for_each(|(key, own)| match path {
+            "" => texts(own, key),
+            _ => texts(own, &format!("{path}.{key}")),
+        }),
+        _ => Ok(()),
     }
-    Ok(())
 }
 
 fn some<T>(list: &[T], path: &str, what: &str) -> Result<()> {
@@ -413,10 +361,6 @@ fn some<T>(list: &[T], path: &str, what: &str) -> Result<()> {
         return Err(Malformed::new(Fault::Missing, format!("'{path}' is empty")).expected(what).at_path(path));
     }
     Ok(())
-}
-
-fn optional(value: &Option<String>, path: &str) -> Result<()> {
-    value.as_deref().map_or(Ok(()), |value| text(value, path))
 }
 
 /// A text that says something, without spaces around it and without characters that XML cannot hold.

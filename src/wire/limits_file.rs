@@ -1,13 +1,12 @@
 //! Limits in a campaign file.
 
 use super::Named;
+use super::shapes::shapes;
 use crate::campaign::{Campaign, Kind, Limit, Limited};
 use crate::error::{Fault, Malformed, Result};
 use crate::units::Conversion;
 use schemars::JsonSchema;
-use serde::de::{Deserializer, MapAccess, SeqAccess, Visitor, value};
-use serde::{Deserialize, Serialize};
-use std::fmt;
+use serde::{Deserialize, Deserializer, Serialize};
 
 /// Lower and upper limit, null for none; with a unit as an object.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
@@ -32,20 +31,8 @@ pub struct LimitInUnit {
 
 impl<'de> Deserialize<'de> for LimitFile {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Self, D::Error> {
-        struct Either;
-        impl<'de> Visitor<'de> for Either {
-            type Value = LimitFile;
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("[lower, upper], or { \"between\": [lower, upper], \"unit\": ... }")
-            }
-            fn visit_seq<A: SeqAccess<'de>>(self, seq: A) -> std::result::Result<LimitFile, A::Error> {
-                <[Option<f64>; 2]>::deserialize(value::SeqAccessDeserializer::new(seq)).map(LimitFile::Bare)
-            }
-            fn visit_map<A: MapAccess<'de>>(self, map: A) -> std::result::Result<LimitFile, A::Error> {
-                LimitInUnit::deserialize(value::MapAccessDeserializer::new(map)).map(LimitFile::InUnit)
-            }
-        }
-        deserializer.deserialize_any(Either)
+        let shapes = shapes("[lower, upper], or { \"between\": [lower, upper], \"unit\": ... }");
+        shapes.list(LimitFile::Bare).object(LimitFile::InUnit).read(deserializer)
     }
 }
 

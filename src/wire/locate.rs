@@ -14,14 +14,19 @@ pub fn locate(error: Malformed, source: &Source) -> Malformed {
     if !error.place().file.is_empty() {
         return error;
     }
-    if let Some(row) = csv_row(&error.place().path) {
-        let (line, file, column) = (row.line, row.file.to_string(), row.column.to_string());
-        return error.at_line(line, 0).in_file(file).moved_to(column);
-    }
-    if let Some((row, file, column)) = table_row(&error.place().path) {
-        let (path, file) = (format!("row {row}, column '{column}'"), file.to_string());
-        let path = if column.is_empty() { format!("row {row}") } else { path };
-        return error.in_file(file).moved_to(path);
+    if let Some((kind, number, file, column)) = row_of(&error.place().path) {
+        let (file, path) = (file.to_string(), column.to_string());
+        return match (kind, number.parse(), column) {
+            ("line", Ok(line), _) => error.at_line(line, 0).in_file(file).moved_to(path),
+            (_, _, "") => {
+                let row = format!("{kind} {number}");
+                error.in_file(file).moved_to(row)
+            }
+            _ => {
+                let path = format!("{kind} {number}, column '{column}'");
+                error.in_file(file).moved_to(path)
+            }
+        };
     }
     if error.place().path.is_empty() && error.place().span.is_none() {
         return error; // not about any place of the file: an option, say
@@ -44,35 +49,18 @@ pub(super) fn in_source(error: Malformed, source: &Source) -> Malformed {
     if located.place().file.is_empty() { located.in_file(&source.name) } else { located }
 }
 
-/// The place that a row of a CSV file gives to its reading: the line and the file.
-pub(super) fn csv_place(line: u64, file: &str) -> String {
-    format!("line {line} of {file}|")
+/// The place that a row of a table gives to its reading: by its line in a table of text, by its number (of data, from 1) in others.
+pub(super) fn row_place(is_text: bool, number: u64, file: &str) -> String {
+    format!("{} {number} of {file}|", if is_text { "line" } else { "row" })
 }
 
-/// The place that a row of another table gives to its reading: the row (of data, from 1) and the file.
-pub(super) fn table_place(row: usize, file: &str) -> String {
-    format!("row {row} of {file}|")
-}
-
-/// Row, file and column of such a place.
-fn table_row(path: &str) -> Option<(&str, &str, &str)> {
-    let (row, rest) = path.strip_prefix("row ")?.split_once(" of ")?;
+/// What [`row_place`] and a column's name behind it say: `line` or `row`, its number, the file, the column.
+fn row_of(path: &str) -> Option<(&str, &str, &str, &str)> {
+    let (row, rest) = path.split_once(" of ")?;
+    let (kind, number) = row.split_once(' ').filter(|(kind, _)| matches!(*kind, "line" | "row"))?;
     let (file, column) = rest.rsplit_once('|')?;
-    row.bytes().all(|b| b.is_ascii_digit()).then_some((row, file, column.trim_start_matches('.')))
-}
-
-/// What [`csv_place`] and a column's name behind it say.
-pub(super) struct CsvRow<'a> {
-    pub line: usize,
-    pub file: &'a str,
-    pub column: &'a str,
-}
-
-/// Read a path that begins as [`csv_place`] writes it.
-pub(super) fn csv_row(path: &str) -> Option<CsvRow<'_>> {
-    let (line, rest) = path.strip_prefix("line ")?.split_once(" of ")?;
-    let (file, column) = rest.rsplit_once('|')?;
-    Some(CsvRow { line: line.parse().ok()?, file, column: column.trim_start_matches('.') })
+    let column = column.trim_start_matches('.');
+    number.bytes().all(|b| b.is_ascii_digit()).then_some((kind, number, file, column))
 }
 
 /// Offset in the raw JSON string of the `inner`-th byte of its unescaped content.

@@ -1,6 +1,6 @@
 //! The mission file (`*.mission.json`): where and how a strapdown navigator moves, and what is wrong with its unit.
 
-use super::{ErrorsFile, MotionFile, Named, Source, parse};
+use super::{CovarianceFile, ErrorsFile, MotionFile, Named, Source, parse};
 use crate::error::{Fault, Malformed, Result};
 use crate::navigate::mission::{Mission, Site};
 use crate::navigate::study::FlownTogether;
@@ -34,7 +34,7 @@ pub struct MissionFile {
     pub errors: ErrorsFile,
     /// Which errors fly together.
     #[serde(default)]
-    pub scenarios: ScenariosFile,
+    pub scenarios: FlownTogether,
     /// A calibration whose covariance is carried to navigation errors.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub calibration: Option<CalibrationFile>,
@@ -55,19 +55,6 @@ pub struct MissionSiteFile {
     /// Altitude above the ellipsoid, m; the vertical channel is held there.
     #[serde(default)]
     pub altitude_m: f64,
-}
-
-/// Which errors fly together.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-pub enum ScenariosFile {
-    /// All together in one scenario.
-    Together,
-    /// All together, and each group (gyro bias, gyro scale factor, ...) alone.
-    #[default]
-    Groups,
-    /// All together, each group, and each single error alone.
-    Components,
 }
 
 /// A calibration whose covariance is carried on.
@@ -130,31 +117,11 @@ impl MissionFile {
     }
 }
 
-impl ScenariosFile {
-    /// The domain's word for it.
-    pub fn separation(self) -> FlownTogether {
-        match self {
-            ScenariosFile::Together => FlownTogether::Together,
-            ScenariosFile::Groups => FlownTogether::Groups,
-            ScenariosFile::Components => FlownTogether::Components,
-        }
-    }
-}
-
 impl CalibrationFile {
     /// What each error source is made of.
     pub fn factors(&self) -> Vec<(String, Vec<(String, f64)>)> {
         self.carry.0.iter().map(|(id, parts)| (id.clone(), parts.0.clone())).collect()
     }
-}
-
-/// The part of a fit report that is carried on; its other keys are left alone.
-#[derive(Debug, Clone, Deserialize)]
-pub struct CovarianceFile {
-    /// Names of the rows and columns.
-    pub order: Vec<String>,
-    /// The matrix, row by row; null for what is not estimable.
-    pub matrix: Vec<Vec<Option<f64>>>,
 }
 
 /// The covariance in a fit report. Errors: no JSON, or a report without `covariance`.

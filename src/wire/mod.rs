@@ -34,26 +34,26 @@ mod record_rows;
 mod reduced;
 mod reduction;
 mod samples_file;
-mod scatter_file;
 mod schema;
+mod shapes;
 mod site_file;
 mod strict;
 mod truth_file;
 mod write;
 
 use crate::elements::Parts;
-pub use bench_file::{AxisFile, BenchFile, DirectionFile, LinkFile, SensorFile, UnitsFile};
+pub use bench_file::{BenchFile, DirectionFile, LinkFile, SensorFile};
 pub use build_bench::{BenchBuilder, SensorBuilder};
 pub use build_campaign::{CampaignBuilder, ReadingBuilder};
-pub use campaign_file::{BenchRef, CampaignFile, EstimateFile, KnownFile, ReadingsRef};
+pub use campaign_file::{BenchRef, CampaignFile, CovarianceFile, KnownEntry, ReadingsRef};
 #[cfg(feature = "cli")]
 pub(crate) use columns::from_title;
 pub use constraint_file::ConstraintFile;
 pub use correction_file::{
-    CorrectedSensorFile, CorrectionFile, CorrectionParametersFile, InputFile, MountingFile, QuantityFile, ValidityFile,
+    CorrectedSensorFile, CorrectionFile, CorrectionParametersFile, InputFile, MountingFile, ValidityFile,
 };
 pub use derived_file::{DerivedFile, DerivedLine};
-pub use effects_file::{AppliesFile, EffectFile, EffectsFile, built_in_effects, read_effects};
+pub use effects_file::{EffectsFile, built_in_effects, read_effects};
 pub use folder::Folder;
 pub use front::{bench_ref, fit_rows, fit_rows_beside, read_campaign_beside};
 #[cfg(feature = "navigate")]
@@ -68,7 +68,7 @@ pub use locate::{line_and_column, locate};
 #[cfg(feature = "navigate")]
 pub use measured_file::{read_measured, write_measured};
 #[cfg(feature = "navigate")]
-pub use mission_file::{CalibrationFile, CovarianceFile, MissionFile, MissionSiteFile, ScenariosFile, read_covariance};
+pub use mission_file::{CalibrationFile, MissionFile, MissionSiteFile, read_covariance};
 #[cfg(feature = "navigate")]
 pub use motion_file::{LegFile, LegsFile, MotionFile, OscillationFile, StaticFile, SwingFile};
 pub use named::Named;
@@ -79,7 +79,6 @@ pub use record_rows::{RecordRows, read_rows_of};
 pub use reduced::{Computed, ReducedReading, Schedule, read_schedule};
 pub use reduction::Reduced;
 pub use samples_file::{SamplesAs, SamplesFile, TimesFile, TimesLine};
-pub use scatter_file::{EstimateWord, NumberOrEstimate, OneOrSeveral, ScatterFile};
 pub(crate) use schema::identified;
 pub use schema::{SCHEMAS, schema};
 pub use site_file::{GravityFile, SiteFile};
@@ -87,7 +86,7 @@ pub use truth_file::{HiddenFile, NoiseFile, TrueScatterFile, TrueValueFile, Trut
 pub use write::{bench_file, campaign_file};
 
 use crate::bench::Bench;
-use crate::campaign::Campaign;
+use crate::campaign::{Campaign, ScatterRequest};
 use crate::error::{Fault, Malformed, Result};
 use serde::de::DeserializeOwned;
 
@@ -184,7 +183,7 @@ pub fn read_readings(
     bench: &Bench,
     table: crate::record::Record,
     columns: &Named<String>,
-    scatter: &[ScatterFile],
+    scatter: &[ScatterRequest],
 ) -> Result<crate::campaign::Readings> {
     readings_table::read(bench, table, columns, scatter)
 }

@@ -1,12 +1,12 @@
 //! Readings from a table of any format that a record may have, and from the rows of one device of a table of many.
 
+use super::Named;
 use super::columns::{Column, columns, from_title, key_unit};
-use super::locate::{csv_place, table_place};
+use super::locate::row_place;
 use super::readings_file::{Cell, CellRows, MOST_READINGS, ReadingFile, from_cells, too_many};
-use super::{Named, ScatterFile};
 use crate::batch::{Device, Layout, Use};
 use crate::bench::Bench;
-use crate::campaign::Readings;
+use crate::campaign::{Readings, ScatterRequest};
 use crate::elements::Elements;
 use crate::error::{Fault, Malformed, Result};
 use crate::record::{self, As, Block, RAGGED, Record, Said, UNREADABLE, WrittenTimes};
@@ -20,9 +20,9 @@ pub(super) fn read(
     bench: &Bench,
     mut record: Record,
     map: &Named<String>,
-    scatter: &[ScatterFile],
+    scatter: &[ScatterRequest],
 ) -> Result<Readings> {
-    let (keys, blocks) = read_blocks(bench, &mut record, map, &|key| ScatterFile::use_key(scatter, key))?;
+    let (keys, blocks) = read_blocks(bench, &mut record, map, &|key| ScatterRequest::use_key(scatter, key))?;
     from_cells(bench, Rows { keys: &keys, blocks: &blocks, labels: record.labels(), file: record.name() })
 }
 
@@ -142,10 +142,10 @@ impl Rows<'_> {
     fn place(&self, block: usize, row: usize) -> String {
         let own = self.blocks.get(block);
         match own.and_then(|own| own.lines.get(row)) {
-            Some(line) => csv_place(*line, self.file),
+            Some(line) => row_place(true, *line, self.file),
             None => {
                 let before: usize = self.blocks.iter().take(block).map(Block::rows).sum();
-                table_place(before + row + 1, self.file)
+                row_place(false, (before + row + 1) as u64, self.file)
             }
         }
     }
@@ -210,9 +210,8 @@ pub fn table_layout(
 /// Errors: those of a file of readings, rows without a label; places are rows of the table, or readings of the device (counted from 1) where these are not known.
 pub fn device_readings(bench: &Bench, layout: &Layout, device: &Device) -> Result<Readings> {
     let place = |row: usize| match device.origin(row) {
-        Some((file, number, true)) => csv_place(number, file),
         Some(("", number, false)) => format!("readings[{}]", number.saturating_sub(1)),
-        Some((file, number, false)) => table_place(crate::number::index(number), file),
+        Some((file, number, is_text)) => row_place(is_text, number, file),
         None => format!("reading {}", row + 1),
     };
     if device.nameless {

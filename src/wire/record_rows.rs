@@ -2,13 +2,14 @@
 
 use super::campaign_file::CampaignFile;
 use super::columns::columns;
-use super::locate::table_place;
+use super::locate::row_place;
 use super::readings_file::{Cell, Meaning, ReadingFile, meaning};
+use super::recipe::SegmentsBy;
 use super::reduced::{Runs, assigned};
-use super::samples_file::{SamplesFile, SegmentSource};
-use super::{Folder, Named, ScatterFile, Source, locate};
+use super::samples_file::SamplesFile;
+use super::{Folder, Named, Source, locate};
 use crate::bench::Bench;
-use crate::campaign::{Campaign, JointState, Observation, Reading, Readings};
+use crate::campaign::{Campaign, JointState, Observation, Reading, Readings, ScatterRequest};
 use crate::elements::{Elements, OrNan};
 use crate::error::{Fault, Malformed, Result};
 use crate::fit::Settings;
@@ -129,7 +130,7 @@ impl<'a> RecordRows<'a> {
         let path = samples.samples.clone();
         let record = folder.record(&path).map_err(|e| e.at_path("readings.samples"))?;
         let map = if samples.columns.is_empty() { &file.columns } else { &samples.columns };
-        let used_by_scatter = |key: &str| ScatterFile::use_key(&file.scatter, key);
+        let used_by_scatter = |key: &str| ScatterRequest::use_key(&file.scatter, key);
         let keys = columns(&bench, record.columns(), map, &used_by_scatter, record.name())?;
         let used: Vec<String> =
             bench.sensors.iter().flat_map(|own| own.model.names().into_iter().map(str::to_string)).collect();
@@ -174,7 +175,7 @@ impl<'a> RecordRows<'a> {
         if rows.rate.is_some() && clock.is_none() {
             rows.slot(Meaning::Column, "time_s");
         }
-        if let SegmentSource::Column(name) = &source {
+        if let SegmentsBy::Column(name) = &source {
             rows.label = Some(record.find(name)?);
         }
         rows.positions(&samples.positions, &source)?;
@@ -211,8 +212,8 @@ impl<'a> RecordRows<'a> {
     }
 
     /// What the positions of the campaign say of the rows.
-    fn positions(&mut self, list: &[ReadingFile], source: &SegmentSource) -> Result<()> {
-        if list.len() > 1 && matches!(source, SegmentSource::All) {
+    fn positions(&mut self, list: &[ReadingFile], source: &SegmentsBy) -> Result<()> {
+        if list.len() > 1 && matches!(source, SegmentsBy::Still { .. }) {
             return Err(Malformed::new(
                 Fault::Missing,
                 "several positions, and nothing says which rows belong to which",
@@ -229,13 +230,13 @@ impl<'a> RecordRows<'a> {
         }
         let positions: Vec<String> = self.patterns.iter().map(|own| own.position.clone()).collect();
         let same = |a: usize, b: usize| self.patterns.get(a) == self.patterns.get(b);
-        if let SegmentSource::Column(_) = source {
+        if let SegmentsBy::Column(_) = source {
             self.taken.runs = Runs::of(&positions, &same);
         }
         self.segments = match source {
-            SegmentSource::All => Segments::All,
-            SegmentSource::Column(_) => Segments::Labels,
-            SegmentSource::Times(times) => {
+            SegmentsBy::Still { .. } => Segments::All,
+            SegmentsBy::Column(_) => Segments::Labels,
+            SegmentsBy::Times { list: times, .. } => {
                 let labels: Vec<String> = times.iter().map(|(label, ..)| label.clone()).collect();
                 let places = assigned(&positions, &same, &labels).map_err(|error| error.at_path("readings.times"))?;
                 let found = places.iter().zip(times).map(|(own, (_, start, end))| (*own, *start, *end)).collect();
@@ -420,7 +421,7 @@ impl<'a> RecordRows<'a> {
                     "a standard uncertainty or a number of samples is not positive",
                 )
                 .expected("positive numbers (leave them out where they are not known)")
-                .at_path(table_place(number::index(*before) + rows.at(k) + 1, file)));
+                .at_path(row_place(false, *before + rows.at(k) as u64 + 1, file)));
             }
         }
         Ok(())
@@ -537,7 +538,7 @@ impl Rows for RecordRows<'_> {
 
     fn place(&self, k: usize) -> String {
         let row = self.taken.rows.get(k).copied().unwrap_or_default(); // a row of the block
-        table_place(number::index(self.taken.before) + row + 1, self.record.as_ref().map_or("", Record::name))
+        row_place(false, self.taken.before + row as u64 + 1, self.record.as_ref().map_or("", Record::name))
     }
 }
 

@@ -1,6 +1,6 @@
 //! Reduced readings put into the schedule that they were taken for.
 
-use super::campaign_file::{CampaignFile, ReadingsRef};
+use super::campaign_file::{CampaignFile, KnownEntry, ReadingsRef};
 use super::columns::{from_title, key_unit};
 use super::readings_file::{self, Cell, ReadingFile};
 use super::samples_file::SamplesFile;
@@ -123,7 +123,11 @@ impl Schedule {
                 let start = || self.file.estimate.get(name).map(|e| e.start.or(e.prior).unwrap_or(0.0));
                 let solved = self.solution.iter().find(|(own, _)| own == name).map(|(_, value)| *value);
                 let estimated = solved.or_else(start);
-                self.file.known.get(name).map(|k| k.value).or(estimated).map(Err)
+                let known = match self.file.known.get(name) {
+                    Some(KnownEntry::Known(own)) => Some(own.value),
+                    _ => None,
+                };
+                known.or(estimated).map(Err)
             })
             .collect::<Option<_>>()?;
         inputs.iter().any(std::result::Result::is_ok).then_some(())?;

@@ -65,17 +65,6 @@ vocabulary! {
     }
 }
 
-/// Which rows of a record are used.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) enum SegmentSource {
-    /// All.
-    All,
-    /// Those whose label is a position's.
-    Column(String),
-    /// Those within these times: position, start, end.
-    Times(Vec<(String, f64, f64)>),
-}
-
 /// Times of segments.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(
@@ -108,10 +97,10 @@ impl SamplesFile {
         self.taken_as == Some(SamplesAs::Rows)
     }
 
-    /// Which rows are used, for samples as rows.
+    /// Which rows are used, for samples as rows; all of them where neither labels nor times say it.
     ///
     /// Errors: keys of means; numbers that are not positive; a table of times that cannot be read.
-    pub(super) fn segments_of_rows(&self, folder: &mut dyn Folder) -> Result<SegmentSource> {
+    pub(super) fn segments_of_rows(&self, folder: &mut dyn Folder) -> Result<SegmentsBy> {
         let of_means = [
             ("window_s", self.window_s.is_some()),
             ("threshold", self.threshold.is_some()),
@@ -128,12 +117,7 @@ impl SamplesFile {
             .expected("\"by\" or \"times\" for the rows that are used, or samples without \"as\": \"rows\"")
             .at_path(*key));
         }
-        let recipe = self.recipe(&Named(Vec::new()), folder)?;
-        Ok(match recipe.segments {
-            SegmentsBy::Column(column) => SegmentSource::Column(column),
-            SegmentsBy::Times { list, .. } => SegmentSource::Times(list),
-            SegmentsBy::Still { .. } => SegmentSource::All,
-        })
+        Ok(self.recipe(&Named(Vec::new()), folder)?.segments)
     }
 
     /// The recipe; `columns` are the campaign's own.

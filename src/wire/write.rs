@@ -1,24 +1,24 @@
 //! Domain types back to files: what `simulate` and the repair of a model write.
 
-use super::bench_file::{AxisFile, BenchFile, DirectionFile, LinkFile, SensorFile, UnitsFile, derived_of};
-use super::campaign_file::{BenchRef, CampaignFile, EstimateFile, KnownFile, ReadingsRef};
+use super::bench_file::{BenchFile, DirectionFile, LinkFile, SensorFile, derived_of};
+use super::campaign_file::{BenchRef, CampaignFile, KnownEntry, ReadingsRef};
 use super::constraint_file::ConstraintFile;
 use super::limits_file::limits_file;
-use super::{Cell, DerivedFile, DerivedLine, Named, ReadingFile, ScatterFile, SiteFile};
-use crate::bench::{Bench, Link, Sensor};
-use crate::campaign::{Campaign, Constraint, Decision, Derived, Distribution, Kind, Reading, Role};
+use super::{Cell, DerivedFile, DerivedLine, Named, ReadingFile, SiteFile};
+use crate::bench::{Axis, Bench, Link, Sensor};
+use crate::campaign::{Asked, Campaign, Constraint, Decision, Derived, Kind, Reading, Role};
 use nalgebra::Vector3;
 
 /// The file that describes this bench.
 pub fn bench_file(bench: &Bench) -> BenchFile {
     let link = |link: &Link| match link {
         Link::Joint { name, about, meaning } => {
-            LinkFile { joint: Some(name.clone()), tilt: None, about: (*about).into(), is: meaning.clone(), times: None }
+            LinkFile { joint: Some(name.clone()), tilt: None, about: *about, is: meaning.clone(), times: None }
         }
         Link::Tilt { name, about, meaning, times } => LinkFile {
             joint: None,
             tilt: Some(name.clone()),
-            about: (*about).into(),
+            about: *about,
             is: meaning.clone(),
             times: times.as_ref().map(|t| t.line().to_string()),
         },
@@ -29,7 +29,7 @@ pub fn bench_file(bench: &Bench) -> BenchFile {
         source: bench.source.clone(),
         notes: bench.notes.clone(),
         site: bench.site.as_ref().map(SiteFile::of),
-        units: UnitsFile { rate: bench.units.rate.into(), force: bench.units.force.into() },
+        units: bench.units,
         chain: bench.chain.iter().map(link).collect(),
         sensors: Named(bench.sensors.iter().map(|sensor| (sensor.id.clone(), sensor_file(sensor))).collect()),
         rate_u_ppm: Named(bench.rate_u.iter().map(|(joint, u)| (joint.clone(), u * 1e6)).collect()),
@@ -41,15 +41,8 @@ pub fn bench_file(bench: &Bench) -> BenchFile {
 
 fn sensor_file(sensor: &Sensor) -> SensorFile {
     let direction = |v: &Vector3<f64>| {
-        if *v == Vector3::x() {
-            DirectionFile::Axis(AxisFile::X)
-        } else if *v == Vector3::y() {
-            DirectionFile::Axis(AxisFile::Y)
-        } else if *v == Vector3::z() {
-            DirectionFile::Axis(AxisFile::Z)
-        } else {
-            DirectionFile::Cosines([v.x, v.y, v.z])
-        }
+        let along = Axis::ALL.into_iter().find(|axis| axis.unit() == *v);
+        along.map_or(DirectionFile::Cosines([v.x, v.y, v.z]), DirectionFile::Axis)
     };
     SensorFile {
         unit: sensor.unit.clone(),
@@ -66,22 +59,12 @@ pub fn campaign_file(campaign: &Campaign, bench: BenchRef) -> CampaignFile {
     let mut estimate = Vec::new();
     // inputs of the bench are written with its site
     for parameter in campaign.parameters.iter().filter(|p| p.kind != Kind::Input) {
-        let unit = (!parameter.unit.is_empty()).then(|| parameter.unit.clone());
-        match &parameter.role {
-            Role::Estimated { start, prior } => {
-                let unit = if start.is_some() || prior.is_some() { unit } else { None };
-                let (prior, prior_u) = (prior.map(|p| p.value), prior.map(|p| p.u));
-                estimate.push((parameter.id.clone(), EstimateFile { start: *start, prior, prior_u, unit }));
-            }
-            Role::Known(own) => {
-                let distribution = Some(own.distribution).filter(|own| *own != Distribution::Normal);
-                let dof = own.dof.is_finite().then_some(own.dof);
-                known.push((
-                    parameter.id.clone(),
-                    KnownFile { value: own.value, unit, u: Some(own.u), dof, distribution },
-                ));
-            }
-            Role::AssumedZero => {}
+        if let Some(Asked { start, prior, prior_u, unit }) = parameter.asked() {
+            let unit = unit.filter(|_| start.is_some() || prior.is_some());
+            estimate.push((parameter.id.clone(), Asked { start, prior, prior_u, unit }));
+        }
+        if let Role::Known(own) = &parameter.role {
+            known.push((parameter.id.clone(), KnownEntry::Known(own.given(parameter.stated_unit()))));
         }
     }
     // a bench that stands elsewhere keeps the campaign's site, unless it is the campaign's own
@@ -105,7 +88,7 @@ pub fn campaign_file(campaign: &Campaign, bench: BenchRef) -> CampaignFile {
             campaign.bench.rate_u.iter().filter(|_| named).map(|(joint, u)| (joint.clone(), u * 1e6)).collect(),
         ),
         bench,
-        known: Named(known).into(),
+        known: Named(known),
         correlations: campaign.correlations.clone(),
         estimate: Named(estimate),
         constraints: campaign.constraints.iter().map(|constraint| constraint_file(campaign, constraint)).collect(),
@@ -120,7 +103,7 @@ pub fn campaign_file(campaign: &Campaign, bench: BenchRef) -> CampaignFile {
         procedure: campaign.identity.procedure.clone(),
         environment: campaign.identity.environment.clone(),
         note: campaign.identity.note.clone(),
-        scatter: campaign.scatter.iter().filter_map(|line| ScatterFile::of(campaign, line)).collect(),
+        scatter: campaign.scatter.iter().filter_map(|line| line.request(campaign)).collect(),
         by: campaign.by.clone(),
         readings: ReadingsRef::Inline(
             campaign.readings.rows.iter().map(|reading| reading_file(campaign, reading)).collect(),

@@ -206,7 +206,7 @@ fn findings_of_the_source() {
     let source = wire::Source { name: "findings.mission.json".into(), text: text.into() };
     let file: wire::MissionFile = wire::parse(&source).unwrap();
     let mission = file.mission().unwrap();
-    let scenarios = study::scenarios(&mission.errors, file.scenarios.separation());
+    let scenarios = study::scenarios(&mission.errors, file.scenarios);
     let flown = study::fly(&mission, &scenarios, &mut |_, _, _| Continue::Yes);
     let ratios = study::ratios(&mission, &flown);
     println!("scenario                       motion / static: tilt azimuth velocity position");

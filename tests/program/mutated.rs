@@ -11,7 +11,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use tumble::algebra::Expression;
 use tumble::language::Language;
-use tumble::record::{As, Block, Delimited, Record};
+use tumble::record::{As, Block, Record};
 use tumble::report::FitReport;
 use tumble::wire::{self, MissionFile, Named, Source, parse, read_effects, read_lab, read_readings, read_truth};
 use tumble::{Bench, Campaign};
@@ -290,8 +290,8 @@ fn tables() {
     });
     let records = corpus(&ALL, &[".csv", ".csv.gz"]);
     hold("record", &records, count, |bytes| {
-        let Ok(mut table) = Delimited::open("record", Cursor::new(bytes.to_vec())) else { return false };
-        let columns: Vec<(usize, As)> = (0..table.dialect().columns.len()).map(|k| (k, As::Number)).collect();
+        let Ok(mut table) = Record::of_stream("record", Cursor::new(bytes.to_vec())) else { return false };
+        let columns: Vec<(usize, As)> = (0..table.columns().len()).map(|k| (k, As::Number)).collect();
         table.select(&columns);
         let mut block = Block::default();
         while let Ok(true) = table.next(&mut block) {}

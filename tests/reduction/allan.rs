@@ -194,7 +194,7 @@ fn coefficients_of_simulated_records() {
             let mut random = Pcg64Mcg::seed_from_u64((100 + 10 * seed + how) as u64);
             let fits: Vec<_> = (0..runs)
                 .map(|_| {
-                    let mut ladder = Ladder::new(1).only_allan();
+                    let mut ladder = Ladder::new(1);
                     let mut samples = record(&mut random, count, dt, truth);
                     spoil(&mut random, &mut samples, how);
                     ladder.push(&samples);

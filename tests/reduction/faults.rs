@@ -6,7 +6,7 @@ use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 use std::io::Cursor;
 use std::path::Path;
-use tumble::record::{As, Block, ClockFrom, Delimited, Record};
+use tumble::record::{As, Block, ClockFrom, Record};
 use tumble::wire::{Recipe, Reduced, SegmentsBy};
 
 fn normal(random: &mut Pcg64Mcg) -> f64 {
@@ -14,9 +14,7 @@ fn normal(random: &mut Pcg64Mcg) -> f64 {
 }
 
 fn open(text: &str) -> Record {
-    Record::Delimited(
-        Delimited::open("log.csv", Cursor::new(text.as_bytes().to_vec())).unwrap_or_else(|e| panic!("{e}")),
-    )
+    Record::of_text("log.csv", text).unwrap_or_else(|e| panic!("{e}"))
 }
 
 fn recipe(segments: SegmentsBy) -> Recipe {
@@ -285,12 +283,12 @@ fn tables_as_loggers_write_them() {
     }
     // the mark of a remark is the name of numbers of rows, also above a line of units
     for text in ["#;t;V\n1;0;1,5\n2;1;2,5\n", "#\tt\tV\t\n\t(s)\t(mV)\t\n1\t0\t1.5\t\n2\t1\t2.5\t\n"] {
-        let numbered = Delimited::open("log.csv", Cursor::new(text)).expect("a table");
-        let names: Vec<&str> = numbered.dialect().columns.iter().map(|column| column.name.as_str()).collect();
+        let numbered = Record::of_stream("log.csv", Cursor::new(text)).expect("a table");
+        let names: Vec<&str> = numbered.columns().iter().map(|column| column.name.as_str()).collect();
         assert_eq!(names, ["No", "t", "V"]);
     }
-    let of_text = Delimited::open("log.csv", Cursor::new(b"a,b,remark\n1,2,\n3,4,\n".to_vec())).expect("a table");
-    assert_eq!(of_text.dialect().columns.len(), 3);
+    let of_text = Record::of_stream("log.csv", Cursor::new(b"a,b,remark\n1,2,\n3,4,\n".to_vec())).expect("a table");
+    assert_eq!(of_text.columns().len(), 3);
     // a cell behind the last column is one too many, but below a name that is empty
     let mut record = open("t,V,\n0,1,\n1,2,\n2,3,4\n");
     record.select(&[(1, As::Number)]);

@@ -8,7 +8,7 @@ use parquet::schema::types::Type;
 use std::fs::File;
 use std::io::{Read, Seek, Write};
 use std::sync::Arc;
-use tumble::record::{As, Block, Columnar};
+use tumble::record::{As, Block, Record};
 
 /// A file of one column of texts, by the library of Parquet.
 fn written(texts: &[Option<String>], is_optional: bool, properties: WriterPropertiesBuilder) -> File {
@@ -32,7 +32,7 @@ fn written(texts: &[Option<String>], is_optional: bool, properties: WriterProper
 
 /// The texts as the program reads them.
 fn read(file: File) -> Result<Vec<Option<String>>, tumble::Malformed> {
-    let mut record = Columnar::open("texts", file)?;
+    let mut record = Record::open("texts", file)?;
     record.select(&[(0, As::Label)]);
     let (mut block, mut found) = (Block::default(), Vec::new());
     while record.next(&mut block)? {

@@ -1,12 +1,12 @@
 //! Records in the dialects of loggers and spreadsheets.
 
 use std::io::{Cursor, Write};
-use tumble::record::{As, Block, Delimited};
+use tumble::record::{As, Block, Record};
 
 /// All numbers of a table: titles and columns.
 fn read(bytes: Vec<u8>) -> Result<(Vec<String>, Vec<Vec<f64>>), String> {
-    let mut table = Delimited::open("log.csv", Cursor::new(bytes)).map_err(|e| e.to_string())?;
-    let titles: Vec<String> = table.dialect().columns.iter().map(|c| c.title.clone()).collect();
+    let mut table = Record::of_stream("log.csv", Cursor::new(bytes)).map_err(|e| e.to_string())?;
+    let titles: Vec<String> = table.columns().iter().map(|c| c.title.clone()).collect();
     table.select(&(0..titles.len()).map(|k| (k, As::Number)).collect::<Vec<_>>());
     let mut columns = vec![Vec::new(); titles.len()];
     let mut block = Block::default();
@@ -101,7 +101,7 @@ fn a_table_of_many_blocks() {
         let a = f64::from(k.wrapping_mul(2_654_435_761) % 1_000_003) / 997.0 - 300.0;
         text.push_str(&format!("{},{a},p{},{a:e}\n", f64::from(k) / 100.0, k / 1000));
     }
-    let mut table = Delimited::open("log.csv", Cursor::new(text.clone().into_bytes())).expect("a table");
+    let mut table = Record::of_stream("log.csv", Cursor::new(text.clone().into_bytes())).expect("a table");
     table.select(&[(3, As::Number), (2, As::Label), (1, As::Number)]);
     let (mut block, mut rows) = (Block::default(), Vec::new());
     while table.next(&mut block).expect("rows") {

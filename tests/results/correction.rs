@@ -73,7 +73,7 @@ fn inputs_return(name: &str) -> usize {
                     let column = campaign.readings.columns.iter().position(|c| *c == input.name).unwrap();
                     columns[column].unwrap()
                 }
-                Quantity::Angle => 0.0,
+                _ => 0.0,
             })
             .collect();
         let corrected = corrector.correct(&readings, &given);

@@ -91,7 +91,7 @@ impl Trial {
         let range = |quantity: Quantity| match quantity {
             Quantity::Rate => 100.0,
             Quantity::Force => 2.0,
-            Quantity::Column | Quantity::Angle => 20.0,
+            _ => 20.0,
         };
         let corrector = Corrector::new(&calibration).unwrap();
         let mut values = |role: InputRole| -> Vec<f64> {

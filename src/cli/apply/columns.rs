@@ -44,9 +44,9 @@ impl Source {
         }
         let others: Vec<usize> =
             plan.kept.iter().copied().filter(|k| !wanted.iter().any(|(own, _)| own == k)).collect();
-        let of_others = match (&record, written) {
-            (Record::Delimited(_), true) => vec![As::Written; others.len()],
-            _ => kinds(&record, open, &others)?,
+        let of_others = match written && record.is_of_text() {
+            true => vec![As::Written; others.len()],
+            false => kinds(&record, open, &others)?,
         };
         wanted.extend(others.into_iter().zip(of_others));
         let kind = |k: &usize| wanted.iter().find(|(own, _)| own == k).map_or(As::Number, |(_, kind)| *kind);
@@ -102,11 +102,9 @@ impl Source {
 
 /// Whether these columns hold numbers or texts, of a table of text by all of its rows.
 fn kinds(record: &Record, open: &mut dyn FnMut() -> Result<Record>, columns: &[usize]) -> Result<Vec<As>> {
-    let texts: Vec<bool> = match record {
-        _ if columns.is_empty() => Vec::new(),
-        Record::Columnar(table) => columns.iter().map(|k| table.is_text(*k)).collect(),
-        Record::Held(table) => columns.iter().map(|k| table.is_text(*k)).collect(),
-        Record::Delimited(_) => {
+    let texts: Vec<bool> = match columns.is_empty() || !record.is_of_text() {
+        true => columns.iter().map(|k| record.is_text(*k)).collect(),
+        false => {
             let mut record = open()?;
             record.select(&columns.iter().map(|k| (*k, As::Cell)).collect::<Vec<_>>());
             let (mut block, mut texts) = (Block::default(), vec![false; columns.len()]);

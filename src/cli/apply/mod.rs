@@ -8,7 +8,7 @@ use super::outputs::{Outputs, Stream};
 use super::{Outcome, calibrations};
 use crate::correction::{Calibration, Corrector, InputRole, Quantity};
 use crate::error::{Fault, Malformed, Result};
-use crate::record::{Column, Delimited, Record};
+use crate::record::{Column, Record};
 use crate::units::Conversion;
 use crate::wire;
 use clap::{Args, ValueEnum};
@@ -116,7 +116,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
 fn rows(correction: &Correction<'_>, counts: &mut Counts, output: impl Write) -> Result<()> {
     let log = &correction.arguments.log;
     let record = match log == Path::new("-") {
-        true => Record::Delimited(Delimited::open("-", std::io::stdin())?),
+        true => Record::of_stream("-", std::io::stdin())?,
         false => super::log::open(log)?,
     };
     columns::to_text(correction, record, counts, output)

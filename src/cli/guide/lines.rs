@@ -299,7 +299,7 @@ impl Lines {
         }
         // what is no table at all is refused with its titles
         let Ok(record) = Record::of_text(&self.name, format!("{text}\n")) else { return Ok(()) };
-        if matches!(&record, Record::Delimited(table) if !table.dialect().named) {
+        if !record.is_named() {
             return Ok(());
         }
         let keys = wire::table_keys(bench, &record)?;
@@ -320,9 +320,7 @@ impl Lines {
         if self.titles.is_some() {
             return Ok(true);
         }
-        if let Ok(Record::Delimited(table)) = Record::of_text(&self.name, format!("{text}\n"))
-            && !table.dialect().named
-        {
+        if Record::of_text(&self.name, format!("{text}\n")).is_ok_and(|table| !table.is_named()) {
             return Err(Malformed::new(Fault::Missing, "there is no line of titles before the first row")
                 .expected("titles as in a campaign's readings, for example position,alpha_deg,V")
                 .found(format!("'{text}'")));

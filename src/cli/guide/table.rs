@@ -4,7 +4,7 @@ use crate::campaign::{Campaign, JointState, Reading};
 use crate::elements::Parts;
 use crate::error::{Fault, Malformed, Result};
 use crate::guide::Guide;
-use crate::record::{As, Block, Clock, ClockFrom, Delimited, JumpKind, Record};
+use crate::record::{As, Block, Clock, ClockFrom, JumpKind, Record};
 use crate::reduce::{Ahead, Hold, Mean, Standing, Unwrap};
 use crate::units::Conversion;
 use crate::wire::{self, Cell, Named, ReadingFile};
@@ -14,7 +14,7 @@ const LEARNT: usize = 16;
 
 /// A table of samples that grows.
 pub(super) struct Table {
-    rows: Delimited,
+    rows: Record,
     block: Block,
     line: Vec<u8>,
     clock: Clock,
@@ -99,11 +99,12 @@ impl Table {
         let mut wanted: Vec<(usize, As)> = chosen.iter().map(|(k, _)| (*k, As::Number)).collect();
         wanted.extend(label.map(|k| (k, As::Label)));
         wanted.extend(time.map(|k| (k, As::Time)));
-        let Record::Delimited(mut rows) = record else {
+        if !record.is_of_text() {
             return Err(Malformed::new(Fault::Syntax, "the samples are no table of text"));
-        };
+        }
+        let mut rows = record;
         rows.select(&wanted);
-        let units = |k: &usize| rows.dialect().columns.get(*k).and_then(|own| own.unit.clone()).unwrap_or_default();
+        let units = |k: &usize| rows.columns().get(*k).and_then(|own| own.unit.clone()).unwrap_or_default();
         let named = chosen.iter().map(|(k, key)| (key.clone(), units(k))).collect();
         let hold = Hold::new(named, observed, found_by.window, found_by.threshold, found_by.window);
         let conversion = |(k, _): &(usize, String)| titled.get(*k).and_then(|(_, own)| *own);

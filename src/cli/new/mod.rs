@@ -12,11 +12,11 @@ mod columns;
 mod lab;
 
 use super::{Outcome, files, outputs::Outputs, session, show_error};
-use crate::campaign::UnitUnderTest;
+use crate::campaign::{Asked, Given, UnitUnderTest};
 use crate::error::{Fault, Malformed, Result};
 use crate::fit;
 use crate::record::{self, Record, parted};
-use crate::wire::{self, BenchRef, CampaignFile, EstimateFile, KnownFile, ReadingsRef, SamplesAs, Source};
+use crate::wire::{self, BenchRef, CampaignFile, KnownEntry, ReadingsRef, SamplesAs, Source};
 use answers::{Answers, Quantity, pair};
 use clap::{Args, Subcommand};
 use serde_json::json;
@@ -185,16 +185,16 @@ fn campaign(arguments: &Arguments, table: &Path, answers: &Answers) -> Result<Ou
                 .map(|(id, _)| {
                     let start = starts.iter().rfind(|own| own.name == *id);
                     let unit = start.and_then(|own| own.unit.clone());
-                    (id.clone(), EstimateFile { start: start.map(|own| own.value), unit, ..EstimateFile::default() })
+                    (id.clone(), Asked { start: start.map(|own| own.value), unit, ..Asked::default() })
                 })
                 .collect(),
         );
         let stated = given.iter().filter(|own| !own.is_zero());
         let named = stated.map(|own| {
-            let known = KnownFile { value: own.value, unit: own.unit.clone(), u: own.u, ..KnownFile::default() };
-            (own.name.clone(), known)
+            let known = Given { value: own.value, unit: own.unit.clone(), u: own.u, ..Given::default() };
+            (own.name.clone(), KnownEntry::Known(known))
         });
-        campaign.known = wire::Named(named.collect()).into();
+        campaign.known = wire::Named(named.collect());
         let fitted = match read(&campaign) {
             Ok((_, fitted)) => fitted,
             // a person at a terminal has not answered for nothing
