@@ -12,6 +12,7 @@ use crate::record::{Column, Record};
 use crate::report::Input;
 use crate::wire::{self, CampaignFile, ReadingFile, ReadingsRef, Source};
 use clap::Args;
+use std::cell::RefCell;
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
@@ -36,13 +37,20 @@ impl Many {
     /// Errors: options that need many devices; `more` are further ones of the command, and whether they are given.
     pub(super) fn refuse_alone(&self, more: &[(&str, bool)]) -> Result<()> {
         let own = [("--to", self.to.is_some()), ("--chart", self.chart.is_some())];
-        match own.iter().chain(more).find(|(_, given)| *given) {
-            None => Ok(()),
-            Some((option, _)) => {
-                Err(Malformed::new(Fault::Missing, format!("{option} is of many devices, and here is one"))
-                    .expected("--by COLUMN, \"by\" in the campaign, or several files of --readings"))
-            }
-        }
+        let expected = "--by COLUMN, \"by\" in the campaign, or several files of --readings";
+        refuse([&own, more].concat(), (Fault::Missing, "is of many devices, and here is one"), expected)
+    }
+}
+
+/// Errors: options that are of one device, where there are many.
+pub(super) fn refuse_many(options: Vec<(&str, bool)>, expected: &str) -> Result<()> {
+    refuse(options, (Fault::Value, "is of one device, and here are many"), expected)
+}
+
+fn refuse(options: Vec<(&str, bool)>, (fault, why): (Fault, &str), expected: &str) -> Result<()> {
+    match options.into_iter().find(|(_, given)| *given) {
+        None => Ok(()),
+        Some((option, _)) => Err(Malformed::new(fault, format!("{option} {why}")).expected(expected)),
     }
 }
 
@@ -167,7 +175,7 @@ impl DeviceCampaign {
         let mut titles: Vec<String> = Vec::new();
         let numeric = match (self.files.first(), &self.file.readings) {
             (Some(first), _) => {
-                let record = open(first)?;
+                let record = Record::at(first)?;
                 titles.extend(record.columns().iter().map(|column| column.title.clone()));
                 let by = self.by.as_deref().map(|by| record.find(&self.title(by))).transpose()?;
                 table.lot = match chart {
@@ -238,6 +246,13 @@ pub(super) struct DeviceTable<'a> {
     inputs: Vec<Input>,
 }
 
+/// What a pass over a table of devices brings.
+pub(super) enum Passed<'a> {
+    Devices(Vec<Device>, &'a Layout),
+    /// What was handed on is to be forgotten: the rows of a device are not contiguous, and all devices come anew.
+    Anew,
+}
+
 impl DeviceTable<'_> {
     fn wants(&self, key: &str) -> bool {
         match self.others {
@@ -277,35 +292,35 @@ impl DeviceTable<'_> {
         self.question.of_device(self.template()?, layout, device)
     }
 
-    /// Hand on the devices, in chunks; `restart` forgets what was handed on, where the rows of a device are not contiguous. `sink` says whether
-    /// devices were of use.
-    pub(super) fn read(
-        &self,
-        sink: &mut dyn FnMut(Vec<Device>, &Layout) -> Result<bool>,
-        restart: &mut dyn FnMut() -> Result<()>,
-    ) -> Result<()> {
+    /// Hand on the devices, in chunks; `sink` says whether those of a chunk were of use.
+    pub(super) fn read(&self, sink: &mut dyn FnMut(Passed<'_>) -> Result<bool>) -> Result<()> {
         let template = self.template()?;
         if self.names.is_empty() {
             let rows = self.inline.clone();
             let (layout, devices) = wire::inline_devices(&template.bench, rows, self.by(), |key| self.wants(key))
                 .map_err(|error| wire::locate(error.at_path("readings"), &self.question.source))?;
-            return sink(devices, &layout).map(drop);
+            return sink(Passed::Devices(devices, &layout)).map(drop);
         }
-        let open = |k: usize| self.question.files.get(k).map_or_else(|| Err(no_file()), |path| open(path));
+        let open = |k: usize| match self.question.files.get(k) {
+            Some(path) => Record::at(path),
+            None => Err(Malformed::new(Fault::File, "there is no such file")),
+        };
         let layout = |record: &Record, by: Option<usize>| {
             wire::table_layout(&template.bench, record, by, &self.question.file.columns, |key| self.wants(key))
         };
         let by = self.by.as_deref().map(|by| self.question.title(by));
         let tables =
             Tables { files: &self.names, open: &open, by: by.as_deref(), lot: self.lot.as_deref(), layout: &layout };
-        let read = batch::stream(&tables, sink, &mut |again| {
+        let sink = RefCell::new(sink);
+        let devices = &mut |devices: Vec<Device>, layout: &Layout| sink.borrow_mut()(Passed::Devices(devices, layout));
+        let read = batch::stream(&tables, devices, &mut |again| {
             if let Restart::CameBack { label, row } = again {
                 super::note(&format!(
                     "note: '{label}' comes back in row {row}: the rows of a device do not stand together, so the table is read again, and devices are \
                      kept until they are whole"
                 ));
             }
-            restart()
+            sink.borrow_mut()(Passed::Anew).map(drop)
         })?;
         if let Some((first, others)) = read.blanks_differ.split_first() {
             let more = if others.is_empty() { String::new() } else { format!(" and {} others", others.len()) };
@@ -316,18 +331,13 @@ impl DeviceTable<'_> {
 
     /// A bar of rows on stderr with rate and time left; for tables of text their number is guessed from the first lines.
     pub(super) fn bar(&self) -> indicatif::ProgressBar {
-        let rows = |path: &PathBuf| match open(path).ok().and_then(|record| record.rows()) {
+        let rows = |path: &PathBuf| match Record::at(path).ok().and_then(|record| record.rows()) {
             Some(rows) => rows,
             None => guessed(path),
         };
         let shown = std::io::stderr().is_terminal();
         let rows = if shown { self.question.files.iter().map(rows).sum() } else { self.inline.len() as u64 };
-        let bar = super::bar(rows);
-        let style = "{wide_bar} {human_pos} of about {human_len} rows, {per_sec}, {eta} left";
-        if let Ok(style) = indicatif::ProgressStyle::with_template(style) {
-            bar.set_style(style);
-        }
-        bar
+        super::bar(rows, "{wide_bar} {human_pos} of about {human_len} rows, {per_sec}, {eta} left")
     }
 }
 
@@ -344,16 +354,8 @@ fn guessed(path: &Path) -> u64 {
     }
 }
 
-fn no_file() -> Malformed {
-    Malformed::new(Fault::File, "there is no such file")
-}
-
 /// The column of dates or lots.
 fn lot(columns: &[Column]) -> Option<String> {
     let named = |name: &&str| columns.iter().find(|own| own.name.eq_ignore_ascii_case(name));
     LOTS.iter().find_map(named).map(|column| column.title.clone())
-}
-
-fn open(path: &Path) -> Result<Record> {
-    Record::at(path)
 }

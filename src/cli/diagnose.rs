@@ -81,28 +81,19 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
             (Some(campaign), source, inputs)
         }
     };
-    let own = match &arguments.effects {
-        Some(path) => {
-            let (effects, input) = files::read_input(path)?;
-            inputs.push(input);
-            Some(effects)
-        }
-        None => None,
-    };
+    let (own, input) = arguments.effects.as_deref().map(files::read_input).transpose()?.unzip();
+    inputs.extend(input);
     let catalogue = Catalogue::new(own)?;
     let remount = arguments.remount.unwrap_or_default();
     let settings = diagnosis::Settings { remount, ..diagnosis::Settings::at(arguments.significance) };
     let Some(campaign) = campaign else {
-        let single = [
-            (arguments.write_model.is_some(), "--write-model"),
-            (arguments.svg.is_some(), "--svg"),
-            (arguments.pages.is_asked_for(), "a page (--html and its like)"),
-            (arguments.json.is_some(), "--json"),
+        let single = vec![
+            ("--write-model", arguments.write_model.is_some()),
+            ("--svg", arguments.svg.is_some()),
+            ("a page (--html and its like)", arguments.pages.is_asked_for()),
+            ("--json", arguments.json.is_some()),
         ];
-        if let Some((_, option)) = single.iter().find(|(asked, _)| *asked) {
-            return Err(Malformed::new(Fault::Value, format!("{option} is of one device, and here are many"))
-                .expected("--to FILE for a row a device, or the readings of one device"));
-        }
+        devices::refuse_many(single, "--to FILE for a row a device, or the readings of one device")?;
         return batch_diagnose::run(&question, &arguments.many, &catalogue, &settings, lang);
     };
     arguments.many.refuse_alone(&[])?;
@@ -120,8 +111,6 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
         .map_err(|error| catalogue.locate(error, &source))?;
     let mut report = report::diagnose_report(&campaign, &diagnosis, &settings);
     report.inputs = inputs;
-    let document = report::diagnose_document(&report, Some((&campaign, &diagnosis)), lang);
-    outputs.extend(arguments.pages.page(&document)?);
     if let Some(path) = &arguments.svg {
         let figure = report::diagnose_figure(&campaign, &diagnosis, &report, lang);
         outputs.add(path, pages::picture(&figure.chart, lang)?);
@@ -129,7 +118,8 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
     if let Some(names) = &model_names {
         names.add(&mut outputs, &diagnosis)?;
     }
-    arguments.pages.finish(outputs, json, &report, || document)?;
+    let document = |_| report::diagnose_document(&report, Some((&campaign, &diagnosis)), lang);
+    arguments.pages.finish(outputs, json, &report, document)?;
     for remark in diagnosis.before.remarks() {
         remark_note(&remark.say(lang), lang);
     }

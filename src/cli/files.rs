@@ -3,6 +3,7 @@
 use super::session;
 use crate::campaign::Campaign;
 use crate::error::{Fault, Malformed, Result};
+use crate::navigate::mission::Mission;
 use crate::record::{Record, parted};
 use crate::report::Input;
 use crate::wire::{self, Folder, MissionFile, Source};
@@ -166,10 +167,11 @@ pub(super) fn one_device(campaign: &Campaign) {
 }
 
 /// Read a mission file.
-pub(super) fn mission(path: &Path) -> Result<(MissionFile, Source)> {
+pub(super) fn mission(path: &Path) -> Result<(MissionFile, Mission, Source)> {
     let source = read(path)?;
-    let file = wire::parse(&source)?;
-    Ok((file, source))
+    let file: MissionFile = wire::parse(&source)?;
+    let mission = file.mission().map_err(|error| wire::locate(error, &source))?;
+    Ok((file, mission, source))
 }
 
 /// The same for a file that is read again, a campaign or a bench, whose first line says what wrote it (`own.rs`).

@@ -13,7 +13,6 @@ use crate::navigate::settings::Settings;
 use crate::number;
 use crate::report;
 use crate::wire::{self, MissionFile};
-use indicatif::{ProgressBar, ProgressStyle};
 use std::path::Path;
 use std::time::Duration;
 
@@ -31,17 +30,12 @@ pub(super) struct Question<'a> {
 
 pub(super) fn run(question: &Question<'_>) -> Result<Outcome> {
     let lang = question.lang;
-    let (file, source) = files::mission(question.mission)?;
-    let mission = file.mission().map_err(|error| wire::locate(error, &source))?;
+    let (file, mission, source) = files::mission(question.mission)?;
     let measured = wire::read_measured(&files::read(question.measured)?, &mission)?;
     let mut outputs = question.pages.outputs([question.json, question.svg, question.write_model])?;
     let settings = Settings::at(question.significance);
-    let bar = ProgressBar::new(1000);
-    if let Ok(style) = ProgressStyle::with_template("{spinner} {elapsed} [{bar:20}] {wide_msg}") {
-        bar.set_style(style);
-    }
+    let bar = super::bar(1000, "{spinner} {elapsed} [{bar:20}] {wide_msg}").with_message("flying the mission");
     bar.enable_steady_tick(Duration::from_millis(200));
-    bar.set_message("flying the mission");
     let found = diagnose::diagnose_with(&mission, &measured, &settings, &mut |share, trying| {
         bar.set_position(number::count_u64(1000.0 * share.clamp(0.0, 1.0)));
         bar.set_message(format!("trying {trying}"));
@@ -49,8 +43,6 @@ pub(super) fn run(question: &Question<'_>) -> Result<Outcome> {
     bar.finish_and_clear();
     let diagnosis = found.map_err(|error| wire::locate(error, &source))?;
     let report = report::navigate_diagnose_report(&mission, &measured, &diagnosis, &settings);
-    let document = report::navigate_diagnose_document(&report, Some((&mission, &diagnosis)), lang);
-    outputs.extend(question.pages.page(&document)?);
     if let Some(path) = question.svg {
         let figure = report::navigate_diagnose_figure(&report, &diagnosis, lang);
         let chart = figure.map_or_else(|| Chart::curves(&[], "", "", ""), |figure| figure.chart);
@@ -60,7 +52,8 @@ pub(super) fn run(question: &Question<'_>) -> Result<Outcome> {
     if let Some(path) = question.write_model.filter(|_| found) {
         outputs.add(path, files::marked(&repaired(&file, &diagnosis))?);
     }
-    question.pages.finish(outputs, question.json, &report, || document)?;
+    let document = |_| report::navigate_diagnose_document(&report, Some((&mission, &diagnosis)), lang);
+    question.pages.finish(outputs, question.json, &report, document)?;
     match question.write_model {
         Some(path) if found => super::note(&say!(lang, "wrote", file = path.display().to_string())),
         Some(_) => super::note(&say!(lang, "note-nothing-found", what = "error")),

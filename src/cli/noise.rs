@@ -1,6 +1,6 @@
 //! `tumble noise LOG`.
 
-use super::{Outcome, files, log, pages};
+use super::{Outcome, log, pages};
 use crate::elements::Parts;
 use crate::error::{Fault, Malformed, Result};
 use crate::language::Language;
@@ -208,17 +208,17 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
     }
     let report = report::noise_report(record.name(), interval, clock.source(), reports);
     let mut outputs = arguments.pages.outputs([arguments.json.as_deref(), arguments.kalibr.as_deref()])?;
-    if arguments.pages.is_asked_for() {
-        let inputs = vec![files::input(&crate::record::parted(&arguments.log).0)?];
-        outputs.extend(arguments.pages.page(&report::noise_document(&report, &inputs, true, lang))?);
-    }
+    let inputs = arguments.pages.input(&arguments.log)?;
     if let Some(path) = &arguments.kalibr {
         outputs.add(path, report::kalibr(&report)?);
     }
     for note in clock.notes() {
         super::note(&format!("note: {note}"));
     }
-    let printed = || report::noise_document(&report, &[], arguments.deviations, lang);
-    arguments.pages.finish(outputs, arguments.json.as_deref(), &report, printed)?;
+    let document = |page: bool| match page {
+        true => report::noise_document(&report, &inputs, true, lang),
+        false => report::noise_document(&report, &[], arguments.deviations, lang),
+    };
+    arguments.pages.finish(outputs, arguments.json.as_deref(), &report, document)?;
     Ok(Outcome::Done)
 }

@@ -3,7 +3,6 @@
 use super::{Outcome, files, log, pages};
 use crate::error::{Fault, Malformed, Result};
 use crate::language::Language;
-use crate::record::parted;
 use crate::reduce::Channel;
 use crate::report;
 use crate::wire::{self, Encoder, Recipe, ReducedReading, Schedule, SegmentsBy};
@@ -80,12 +79,7 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
     }
     let report = report::reduce_report(record.name(), &reduced);
     let mut outputs = arguments.pages.outputs([arguments.json.as_deref(), arguments.to.as_deref()])?;
-    if arguments.pages.is_asked_for() {
-        let inputs = vec![files::input(&parted(&arguments.log).0)?];
-        let picture = report::record_chart(&reduced.trace, &reduced.reduction.segments);
-        let document = report::reduce_document(&report, Some(picture), &inputs, false, lang);
-        outputs.extend(arguments.pages.page(&document)?);
-    }
+    let inputs = arguments.pages.input(&arguments.log)?;
     if let Some(to) = &arguments.to {
         let readings = reduced.readings();
         let text = match schedule {
@@ -94,8 +88,14 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
         };
         outputs.add(to, text);
     }
-    let printed = || report::reduce_document(&report, None, &[], arguments.sources, lang);
-    arguments.pages.finish(outputs, arguments.json.as_deref(), &report, printed)?;
+    let document = |page: bool| match page {
+        true => {
+            let picture = report::record_chart(&reduced.trace, &reduced.reduction.segments);
+            report::reduce_document(&report, Some(picture), &inputs, false, lang)
+        }
+        false => report::reduce_document(&report, None, &[], arguments.sources, lang),
+    };
+    arguments.pages.finish(outputs, arguments.json.as_deref(), &report, document)?;
     Ok(Outcome::Done)
 }
 

@@ -40,7 +40,7 @@ use crate::uncertainty::quantiles::{chi_square_survival, normal_quantile};
 use evidence::{Beliefs, Judge, Solved};
 #[cfg(feature = "cli")]
 pub(crate) use mistakes::setting;
-use seen::{Seen, Table, Wanted, Worth, same_position};
+use seen::{Seen, Table, Wanted, Worth, cost_from, same_position};
 use std::sync::Arc;
 
 /// What a guide is asked.
@@ -382,26 +382,15 @@ impl Guide {
     }
 
     fn newest(&self) -> Result<Option<Newest>> {
-        let Some((own, others)) = self.taken.split_last() else { return Ok(None) };
-        let Judged { agreement, deviation, p, level } = self.judged(others, own)?;
-        Ok(Some(Newest {
-            reading: self.taken.len(),
-            position: own.position.clone(),
-            setting: mistakes::setting(&self.campaign, &own.joints),
-            agreement,
-            deviation,
-            p,
-            level,
-            remarks: self.clock(others.last(), own),
-        }))
+        self.taken.split_last().map(|(own, others)| self.judged(others, own)).transpose()
     }
 
-    /// A reading against others.
-    fn judged(&self, others: &[Reading], own: &Reading) -> Result<Judged> {
+    /// A reading against others that were taken before it.
+    fn judged(&self, others: &[Reading], own: &Reading) -> Result<Newest> {
         let found = mistakes::agreement(self.judge(&[]), others, own)?.filter(|own| own.predicted > 0);
-        let count = (others.len() + 1) as f64;
+        let reading = others.len() + 1;
         // 1/2 + 1/6 + 1/12 + ... = 1
-        let level = self.settings.false_alarms / (count * (count + 1.0));
+        let level = self.settings.false_alarms / (reading as f64 * (reading as f64 + 1.0));
         let p = found.as_ref().and_then(|own| chi_square_survival(own.square.max(0.0), own.predicted as f64));
         let agreement = match p {
             None => Agreement::NotPredicted,
@@ -416,7 +405,9 @@ impl Guide {
             };
             if own.is_below { -far } else { far }
         });
-        Ok(Judged { agreement, deviation, p, level })
+        let (position, setting) = (own.position.clone(), mistakes::setting(&self.campaign, &own.joints));
+        let remarks = self.clock(others.last(), own);
+        Ok(Newest { reading, position, setting, agreement, deviation, p, level, remarks })
     }
 
     /// Would this reading agree with those that stand?
@@ -563,9 +554,7 @@ impl Guide {
     }
 
     fn cost_of(&self, reading: &Reading) -> f64 {
-        let before: Vec<Reading> = self.taken.last().cloned().into_iter().collect();
-        let run: Vec<Reading> = before.iter().chain([reading]).cloned().collect();
-        self.settings.costs.work(&run).cost - self.settings.costs.work(&before).cost
+        cost_from(self.taken.last(), reading, &self.settings.costs)
     }
 
     /// The position of a reading that does not agree, once more, unless a missing effect explains it.
@@ -643,14 +632,6 @@ impl Guide {
         }
         Ok(None)
     }
-}
-
-/// A reading against others.
-struct Judged {
-    agreement: Agreement,
-    deviation: Option<f64>,
-    p: Option<f64>,
-    level: f64,
 }
 
 fn unexplained(diagnosis: Option<&Diagnosis>) -> bool {

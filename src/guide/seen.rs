@@ -22,6 +22,7 @@ use super::evidence::{Beliefs, Judge, Rows, Solved, Told, same_state};
 use crate::campaign::{Campaign, Reading, Readings};
 use crate::design::RowOrigin;
 use crate::diagnosis::{Alike, Effect, Prospect, directions};
+use crate::elements::Parts;
 use crate::error::Result;
 use crate::linear::{Triangle, dot};
 use crate::plan::{Costs, Goal, Noise, gradients};
@@ -169,13 +170,10 @@ pub(super) struct Wanted<'a> {
     pub costs: &'a Costs,
 }
 
-impl Wanted<'_> {
-    /// What setting a position and reading it costs from where the bench stands.
-    fn cost(&self, position: &Reading) -> f64 {
-        let before: Vec<Reading> = self.last.cloned().into_iter().collect();
-        let run: Vec<Reading> = before.iter().chain([position]).cloned().collect();
-        self.costs.work(&run).cost - self.costs.work(&before).cost
-    }
+/// What setting a position and reading it costs from where the bench stands.
+pub(super) fn cost_from(last: Option<&Reading>, position: &Reading, costs: &Costs) -> f64 {
+    let run: Vec<Reading> = last.into_iter().chain([position]).cloned().collect();
+    costs.work(&run).cost - costs.work(run.part(..run.len() - 1)).cost
 }
 
 /// What is wanted, in numbers.
@@ -362,7 +360,11 @@ impl Seen {
     pub fn worth(&self, table: &Table, model: &Campaign, wanted: &Wanted) -> Result<Vec<Worth>> {
         let weighing = self.weighing(model, wanted)?;
         let one = |(position, block): (usize, &Block)| {
-            Some(Worth { position, nats: weighing.nats(block)?, cost: wanted.cost(&table.positions[position]) })
+            Some(Worth {
+                position,
+                nats: weighing.nats(block)?,
+                cost: cost_from(wanted.last, &table.positions[position], wanted.costs),
+            })
         };
         let mut all: Vec<Worth> = self.blocks.iter().enumerate().filter_map(one).collect();
         let rate = |own: &Worth| own.nats / own.cost.max(f64::MIN_POSITIVE);

@@ -22,7 +22,6 @@
 //! | `navigate_diagnose.rs`, `navigate_diagnose_document.rs` | effects found from the errors of a navigator |
 //! | `separation.rs` | what is not estimable, and what would separate it |
 //! | `provenance.rs`, `colophon.rs` | files that a report was made from, and how a document says so |
-//! | `series.rs` | a mission over time as CSV or Parquet |
 //! | `shown.rs` | answers and reports as text (`Display`) |
 //! | `dcc/` | the digital calibration certificate |
 //!
@@ -71,8 +70,6 @@ mod reduction_document;
 mod scatter;
 mod scene;
 mod separation;
-#[cfg(all(feature = "navigate", feature = "parquet"))]
-pub mod series;
 mod sheet;
 mod shown;
 mod site;

@@ -100,7 +100,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
             rows(&correction, &mut counts, &mut stream)?;
             outputs.finish(stream);
         }
-        None => rows(&correction, &mut counts, super::embedded::Stdout).inspect_err(|error| {
+        None => rows(&correction, &mut counts, super::session::Stdout).inspect_err(|error| {
             if counts.rows > 0 && error.fault() != Fault::File {
                 super::note(&format!("note: the {} rows before the fault are corrected and printed", counts.rows));
             }

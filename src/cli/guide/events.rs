@@ -228,11 +228,7 @@ impl Session {
     /// What a line brings. Errors: it is not understood, or nothing can be done with it.
     fn line(&mut self, own: &Numbered, asked: Option<&Reading>) -> Result<Event> {
         let Some(lines) = &mut self.source.lines else { return Ok(Event::End) };
-        let bench = &self.campaign.bench;
-        let parsed = match &self.source.samples {
-            Some(_) => lines.parse_sample(&own.text),
-            None => lines.parse(&own.text, bench),
-        };
+        let parsed = lines.parse(&own.text, self.source.samples.is_some(), &self.campaign.bench);
         if let (Some(samples), false) = (&mut self.source.samples, own.passed) {
             samples.is_past()?;
         }
@@ -249,7 +245,7 @@ impl Session {
                 let number = number.unwrap_or(self.guide.taken().len());
                 self.guide.clone().undo(number).map(|()| Event::Undo(number))
             }
-            (Ok(Line::Reading(cells)), _) => {
+            (Ok(Line::Keys(cells)), None) => {
                 lines::reading(cells, &self.campaign, &self.guide, asked).and_then(|own| self.accepted(own))
             }
             (Ok(Line::Row), Some(samples)) => {
@@ -269,11 +265,11 @@ impl Session {
                 let step = samples.look(beside, true, false)?;
                 self.step(step, asked)
             }
-            (Ok(Line::Position(keys)), Some(samples)) => match samples.name(keys) {
+            (Ok(Line::Keys(keys)), Some(samples)) => match samples.name(keys) {
                 Some(cells) => self.step(Step::Read(cells), asked),
                 None => Ok(Event::None),
             },
-            (Ok(Line::Row | Line::Take | Line::Position(_)), None) => Ok(Event::None),
+            (Ok(Line::Row | Line::Take), None) => Ok(Event::None),
             (Err(error), _) => Err(error),
         }
     }

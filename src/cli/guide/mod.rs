@@ -176,10 +176,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     if let Some(page) = &page {
         super::note(&format!("the page: {}", page.address()));
     }
-    let line = super::bar(0);
-    if let Ok(style) = indicatif::ProgressStyle::with_template("{wide_msg}") {
-        line.set_style(style);
-    }
+    let line = super::bar(0, "{wide_msg}");
     if !line.is_hidden() {
         line.set_draw_target(indicatif::ProgressDrawTarget::stderr_with_hz(50));
     }

@@ -1,6 +1,6 @@
 //! Answers: given as options, or asked for at a terminal.
 
-use crate::cli::{embedded, show_error};
+use crate::cli::{session, show_error};
 use crate::error::{Fault, Malformed, Result};
 use std::io::{BufRead, IsTerminal, Write};
 
@@ -15,7 +15,7 @@ type Question<'a> = (&'a str, &'a str);
 impl Answers {
     /// Somebody at a terminal, if there is one and this is the program itself.
     pub(super) fn here() -> Self {
-        let terminal = !embedded::is_embedded() && std::io::stdin().is_terminal() && std::io::stderr().is_terminal();
+        let terminal = !session::is_embedded() && std::io::stdin().is_terminal() && std::io::stderr().is_terminal();
         Answers { terminal }
     }
 

@@ -1,13 +1,11 @@
 //! Options of `tumble plan` in the terms of the library.
 
 use super::super::files;
-use super::arguments::{Arguments, MethodArgument, OrderArgument, UnitArgument};
+use super::arguments::Arguments;
 use crate::campaign::{Campaign, Kind, Readings};
 use crate::error::{Fault, Malformed, Result};
 use crate::fit::Fit;
-use crate::plan::{
-    self, Costs, Criterion, Goal, Judgement, Method, Noise, Order, Progress, Refinement, Request, Term, Unit, Zone,
-};
+use crate::plan::{self, Costs, Criterion, Goal, Judgement, Noise, Progress, Refinement, Request, Term, Zone};
 use crate::report;
 use crate::simulate::Regressor;
 use crate::wire;
@@ -144,15 +142,8 @@ pub(super) fn request(arguments: &Arguments, given: &Judgement, bar: &ProgressBa
             "E" | "e" => Criterion::E,
             name => Criterion::C(name.to_string()),
         },
-        unit: match arguments.unit {
-            UnitArgument::Reading => Unit::Reading,
-            UnitArgument::Pair => Unit::Pair,
-            UnitArgument::Mounting => Unit::Mounting,
-        },
-        method: match arguments.method {
-            MethodArgument::Fedorov => Method::Fedorov,
-            MethodArgument::Coordinate => Method::Coordinate,
-        },
+        unit: arguments.unit,
+        method: arguments.method,
         most_repeats: arguments.repeats.unwrap_or(usize::MAX),
         starts: arguments.starts,
         seed: arguments.seed,
@@ -160,11 +151,7 @@ pub(super) fn request(arguments: &Arguments, given: &Judgement, bar: &ProgressBa
             Some(resolution_deg) => Some(Refinement { resolution_deg, zones: zones(arguments)? }),
             None => None,
         },
-        order: match arguments.order {
-            OrderArgument::Given => Order::AsGiven,
-            OrderArgument::Abba => Order::Abba,
-            OrderArgument::Random => Order::Random,
-        },
+        order: arguments.order,
     })
 }
 

@@ -193,12 +193,11 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
             outputs.add(path, sheet(path, &schedule, &costs, lang)?);
         }
     }
-    if arguments.pages.is_asked_for() {
-        let drawn = Some((&campaign, candidates.as_ref()));
-        outputs.extend(arguments.pages.page(&report::plan_document(&report, drawn, false, lang))?);
-    }
-    let printed = || report::plan_document(&report, Some((&campaign, None)), arguments.readings, lang);
-    arguments.pages.finish(outputs, arguments.json.as_deref(), &report, printed)?;
+    let document = |page: bool| {
+        let drawn = Some((&campaign, candidates.as_ref().filter(|_| page)));
+        report::plan_document(&report, drawn, !page && arguments.readings, lang)
+    };
+    arguments.pages.finish(outputs, arguments.json.as_deref(), &report, document)?;
     let defect = match found {
         Some(improvement) => !improvement.judgement.not_estimable.is_empty() || !improvement.unreachable.is_empty(),
         None => !judgement.not_estimable.is_empty() || judgement.lacking.is_some(),
