@@ -2,7 +2,7 @@
 
 use super::Outcome;
 use super::batch_reports::{self, Reports};
-use super::devices::{DeviceCampaign, Many, Others, Passed};
+use super::devices::{DeviceCampaign, Many, Passed};
 use super::pages::Pages;
 use super::rows::{Cell, Format, Kind, Rows, Titles};
 use crate::batch::{self, Device, Fleet, Row, Schedules, Summary};
@@ -27,8 +27,8 @@ pub(super) fn fit(
     pages: &Pages,
     lang: Language,
 ) -> Result<Outcome> {
-    let table = question.table(Others::Named(&question.file), many.chart.as_deref())?;
-    let template = table.template()?;
+    let table = question.table(false, many.chart.as_deref())?;
+    let template = &table.template;
     super::probability("level", settings.level, "0.95")?;
     let names = report::batch_quantities(template);
     let mut outputs = pages.outputs([many.to.as_deref(), json])?;
@@ -44,7 +44,7 @@ pub(super) fn fit(
         Format::of(path)?;
     }
     let to_stdout = outputs.to_stdout() || target.as_ref() == Some(&stdout);
-    let (lot, limited) = (table.lot(), !template.limits.is_empty());
+    let (lot, limited) = (table.lot.as_deref(), !template.limits.is_empty());
     let titles = titles(table.by(), lot, &names, limited);
     let begin =
         || target.as_ref().map(|path| Rows::begin(path, outputs.open_held(path)?, titles.clone(), &names)).transpose();

@@ -2,7 +2,7 @@
 
 use super::Outcome;
 use super::catalogue::Catalogue;
-use super::devices::{DeviceCampaign, Many, Others, Passed};
+use super::devices::{DeviceCampaign, Many, Passed};
 use super::outputs::Outputs;
 use super::rows::{Cell, Format, Kind, Rows, Shortest, Titles};
 use crate::batch::Device;
@@ -23,8 +23,7 @@ pub(super) fn run(
     settings: &Settings,
     lang: Language,
 ) -> Result<Outcome> {
-    let table = question.table(Others::All, None)?;
-    table.template()?;
+    let table = question.table(true, None)?;
     // what is wrong with the question itself (the significance, the catalogue) is no device's answer
     super::probability("significance", settings.significance, "0.01")?;
     let mut outputs = Outputs::plan([many.to.as_deref()])?;

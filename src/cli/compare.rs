@@ -43,7 +43,7 @@ fn closed_forms(arguments: &Arguments, path: &Path, lang: Language) -> Result<Ou
             .expected("a second fit report: tumble compare BEFORE AFTER")
             .in_file(path.display().to_string()));
     }
-    let (campaign, source, inputs) = files::campaign_and_inputs(path)?;
+    let (campaign, source, inputs) = files::campaign(path)?;
     if let Some(by) = &campaign.by {
         return Err(wire::locate(
             Malformed::new(Fault::Value, "closed forms are compared for one device, and this campaign is of many")

@@ -74,19 +74,13 @@ fn bytes(path: &Path, name: &str) -> Result<Vec<u8>> {
     }
 }
 
-/// Read a campaign; files that it refers to are looked for in its folder. Also gives its source, for errors that come later.
-pub(super) fn campaign(path: &Path) -> Result<(Campaign, Source)> {
-    campaign_and_inputs(path).map(|(campaign, source, _)| (campaign, source))
-}
-
-/// Read a campaign, and list every file that was read for it.
-pub(super) fn campaign_and_inputs(path: &Path) -> Result<(Campaign, Source, Vec<Input>)> {
+/// Read a campaign, with its source, for errors that come later, and every file that was read for it; those that it refers to are looked for in its
+/// folder.
+pub(super) fn campaign(path: &Path) -> Result<(Campaign, Source, Vec<Input>)> {
     let (source, input) = read_input(path)?;
-    let mut inputs = vec![input];
     let mut folder = Beside::new(path);
     let campaign = wire::read_campaign_in(&source, &mut folder)?;
-    inputs.extend(folder.inputs);
-    Ok((campaign, source, inputs))
+    Ok((campaign, source, [vec![input], folder.inputs].concat()))
 }
 
 /// The folder of a campaign file: what the campaign refers to, and what was read of it.

@@ -71,12 +71,13 @@ fn read(
     columns: &[usize],
     see: &mut dyn FnMut(usize, Piece<'_>),
 ) -> Result<Ticks> {
-    let time = arguments.clock.column(record)?;
+    let from = arguments.clock.source();
+    let time = from.column(record)?;
     let titles: Vec<String> = columns.iter().filter_map(|k| Some(record.columns().get(*k)?.title.clone())).collect();
     let mut selected: Vec<(usize, As)> = columns.iter().map(|k| (*k, As::Number)).collect();
     selected.extend(time.map(|k| (k, As::Time)));
     record.select(&selected);
-    let mut clock = arguments.clock.ticks(record, time)?;
+    let mut clock = from.ticks(record, time)?;
     let mut block = Block::default();
     let mut last = f64::NAN;
     while record.next(&mut block)? {
@@ -158,7 +159,7 @@ impl Without {
 
 pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
     let mut record = log::open(&arguments.log)?;
-    let columns = log::numeric_columns(&record, &arguments.columns, &arguments.clock)?;
+    let columns = log::numeric_columns(&record, &arguments.columns, &arguments.clock.source())?;
     let titled: Vec<_> = columns.iter().filter_map(|k| record.columns().get(*k).cloned()).collect();
     let fresh = Seen { ladder: Ladder::new(usize::from(arguments.per_octave)), odd: Odd::default() };
     let mut seen = vec![fresh.clone(); titled.len()];

@@ -17,7 +17,7 @@ const LONGEST_WORD: usize = 120;
 
 /// Print an error to stderr.
 pub(super) fn show(error: &Malformed) {
-    super::note_as_it_is(&render(error, super::colours()));
+    super::note_as_it_is(&rendered(error, super::colours(), None));
 }
 
 /// An error as the program shows it, without colours: the sentence, the place with its line and a caret, what was expected and what was found.
@@ -25,10 +25,6 @@ pub(super) fn show(error: &Malformed) {
 /// `text` is what the error is about, where that is no file.
 pub fn explain(error: &Malformed, text: Option<&str>) -> String {
     rendered(error, false, text)
-}
-
-fn render(error: &Malformed, colour: bool) -> String {
-    rendered(error, colour, None)
 }
 
 fn rendered(error: &Malformed, colour: bool, text: Option<&str>) -> String {

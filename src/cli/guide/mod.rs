@@ -134,7 +134,7 @@ impl Arguments {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
-    let (campaign, source) = files::campaign(&arguments.campaign)?;
+    let (campaign, source, _) = files::campaign(&arguments.campaign)?;
     // before anything is written
     let screen = arguments.view.then(|| Screen::open(&campaign.bench)).transpose()?;
     let located = |error| wire::locate(error, &source);

@@ -83,7 +83,7 @@ pub(super) fn find_candidates(arguments: &Arguments, campaign: &Campaign) -> Res
     let candidates = match &arguments.candidates {
         None => plan::sweep_with_rates(campaign, arguments.step, &arguments.rates)?,
         Some(path) => {
-            let (other, source) = files::campaign(path)?;
+            let (other, source, _) = files::campaign(path)?;
             let located = |error| wire::locate(error, &source);
             let candidates = plan::from_schedule(campaign, &other).map_err(located)?;
             if candidates.rows.is_empty() {

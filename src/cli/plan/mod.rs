@@ -27,7 +27,7 @@ use std::path::Path;
 const MOST_FORESEEN: usize = 100_000;
 
 pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
-    let (campaign, source) = files::campaign(&arguments.schedule)?;
+    let (campaign, source, _) = files::campaign(&arguments.schedule)?;
     files::one_device(&campaign);
     let mut outputs =
         arguments.pages.outputs([arguments.write.as_deref(), arguments.sheet.as_deref(), arguments.json.as_deref()])?;
