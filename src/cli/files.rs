@@ -103,30 +103,21 @@ impl Beside {
 
     /// A table of readings at a path of the user's.
     pub(super) fn table_at(&mut self, path: &Path) -> Result<Record> {
-        self.seen(path)?;
-        Record::at(path)
-    }
-
-    fn text_at(&mut self, path: &Path) -> Result<Source> {
-        let (source, input) = read_input(path)?;
-        self.inputs.push(input);
-        Ok(source)
-    }
-
-    fn seen(&mut self, path: &Path) -> Result<()> {
         let (file, _) = parted(path);
         let name = file.display().to_string();
         if file.is_file() && self.inputs.iter().all(|own| own.name != name) {
             self.inputs.push(input(&file)?);
             session::reads(&file);
         }
-        Ok(())
+        Record::at(path)
     }
 }
 
 impl Folder for Beside {
     fn text(&mut self, name: &str) -> Result<Source> {
-        self.text_at(&self.folder.join(name))
+        let (source, input) = read_input(&self.folder.join(name))?;
+        self.inputs.push(input);
+        Ok(source)
     }
 
     fn table(&mut self, name: &str) -> Result<Record> {
@@ -142,8 +133,7 @@ impl Folder for Beside {
         if path.exists() && !path.is_file() && !path.is_dir() {
             self.pipes.push(path.clone());
         }
-        self.seen(&path)?;
-        Record::at(&path)
+        self.table_at(&path)
     }
 
     fn note(&mut self, text: String) {

@@ -189,8 +189,8 @@ const GROUP: usize = 1 << 16;
 /// The errors in time on their way out, row by row: memory does not grow with the mission.
 enum Series {
     Csv(Box<csv::Writer<Stream>>),
-    /// Rows that wait for the others of their group: motions and scenarios, and their numbers.
-    Parquet(Box<Columnar<Stream>>, [Vec<ByteArray>; 2], [Vec<f64>; 8]),
+    /// With the rows that wait for the others of their group: motions and scenarios, and their numbers.
+    Parquet(Box<(Columnar<Stream>, [Vec<ByteArray>; 2], [Vec<f64>; 8])>),
 }
 
 impl Series {
@@ -204,7 +204,7 @@ impl Series {
         let field = |kind: Kind| move |name: &str| (name.to_string(), kind, Repetition::REQUIRED);
         let fields = names.into_iter().map(field(Kind::Text)).chain(COLUMNS.into_iter().map(field(Kind::Number)));
         let file = Columnar::begin(to, "navigation_errors", fields, WriterProperties::builder());
-        Ok(Series::Parquet(Box::new(file?), Default::default(), Default::default()))
+        Ok(Series::Parquet(Box::new((file?, Default::default(), Default::default()))))
     }
 
     /// One instant of all scenarios.
@@ -219,7 +219,8 @@ impl Series {
                     let numbers = values.iter().map(|value| format!("{value:.9e}"));
                     writer.write_record(names.map(str::to_string).into_iter().chain(numbers))?;
                 }
-                Series::Parquet(_, texts, numbers) => {
+                Series::Parquet(own) => {
+                    let (_, texts, numbers) = own.as_mut();
                     texts.iter_mut().zip(names).for_each(|(column, name)| column.push(ByteArray::from(name)));
                     numbers.iter_mut().zip(values).for_each(|(column, value)| column.push(value));
                     self.flush(GROUP)?;
@@ -232,7 +233,8 @@ impl Series {
     /// Write the rows that wait, if they are as many.
     fn flush(&mut self, least: usize) -> std::io::Result<()> {
         match self {
-            Series::Parquet(file, texts, numbers) if texts[0].len() >= least => {
+            Series::Parquet(own) if own.1[0].len() >= least => {
+                let (file, texts, numbers) = own.as_mut();
                 let texts = std::mem::take(texts).map(|own| (Column::Texts(own), None));
                 let numbers = std::mem::take(numbers).map(|own| (Column::Numbers(own), None));
                 Ok(file.group(texts.into_iter().chain(numbers))?)
@@ -245,7 +247,7 @@ impl Series {
         self.flush(1)?;
         match self {
             Series::Csv(writer) => writer.into_inner().map_err(|error| std::io::Error::other(error.to_string())),
-            Series::Parquet(file, ..) => Ok(file.finish()?),
+            Series::Parquet(own) => Ok(own.0.finish()?),
         }
     }
 }

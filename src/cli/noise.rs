@@ -116,33 +116,37 @@ fn read(
     Ok(clock)
 }
 
-/// A column as it is seen: its deviations, and what is odd in it.
-#[derive(Clone)]
+/// A column as it is seen: its deviations, what is odd in it, and the events whose samples are missing.
 struct Seen {
     ladder: Ladder,
     odd: Odd,
-}
-
-impl Seen {
-    fn see(&mut self, piece: &Piece<'_>) {
-        match piece {
-            Piece::Samples(samples) => self.ladder.push(samples),
-            Piece::Missing(count) => self.ladder.missing(*count),
-            Piece::Interrupt => self.ladder.interrupt(),
-        }
-    }
-}
-
-/// Samples without those of events: they are missing.
-struct Without {
     events: Vec<Event>,
     /// The first event that is not over, and samples so far.
     at: usize,
     samples: u64,
 }
 
-impl Without {
-    fn of(&mut self, samples: &[f64]) -> Vec<f64> {
+impl Seen {
+    fn new(per_octave: u8, events: Vec<Event>) -> Self {
+        Seen { ladder: Ladder::new(usize::from(per_octave)), odd: Odd::default(), events, at: 0, samples: 0 }
+    }
+
+    fn see(&mut self, piece: &Piece<'_>) {
+        match piece {
+            Piece::Samples(samples) if self.events.is_empty() => {
+                self.ladder.push(samples);
+                self.odd.see(samples);
+            }
+            Piece::Samples(samples) => {
+                let left = self.without_events(samples);
+                self.ladder.push(&left);
+            }
+            Piece::Missing(count) => self.ladder.missing(*count),
+            Piece::Interrupt => self.ladder.interrupt(),
+        }
+    }
+
+    fn without_events(&mut self, samples: &[f64]) -> Vec<f64> {
         let mut left = samples.to_vec();
         for sample in left.iter_mut().filter(|sample| sample.is_finite()) {
             while self.events.get(self.at).is_some_and(|event| event.sample + event.length <= self.samples) {
@@ -157,43 +161,37 @@ impl Without {
     }
 }
 
+/// A record as it is seen, each column without its events.
+fn seen(
+    arguments: &Arguments,
+    record: &mut Record,
+    columns: &[usize],
+    events: Vec<Vec<Event>>,
+) -> Result<(Ticks, Vec<Seen>)> {
+    let mut seen: Vec<Seen> = events.into_iter().map(|own| Seen::new(arguments.per_octave, own)).collect();
+    let clock = read(arguments, record, columns, &mut |k, piece| {
+        seen.get_mut(k).into_iter().for_each(|own| own.see(&piece));
+    })?;
+    Ok((clock, seen))
+}
+
 pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
     let mut record = log::open(&arguments.log)?;
     let columns = log::numeric_columns(&record, &arguments.columns, &arguments.clock.source())?;
     let titled: Vec<_> = columns.iter().filter_map(|k| record.columns().get(*k).cloned()).collect();
-    let fresh = Seen { ladder: Ladder::new(usize::from(arguments.per_octave)), odd: Odd::default() };
-    let mut seen = vec![fresh.clone(); titled.len()];
-    let clock = read(arguments, &mut record, &columns, &mut |k, piece| {
-        if let Some(own) = seen.get_mut(k) {
-            own.see(&piece);
-            if let Piece::Samples(samples) = piece {
-                own.odd.see(samples);
-            }
-        }
-    })?;
-    let (mut ladders, events): (Vec<Ladder>, Vec<Vec<Event>>) =
-        seen.into_iter().map(|own| (own.ladder, own.odd.events())).unzip();
-    // what is odd is no noise: a file is read once more without it
-    let again = events.iter().any(|own| !own.is_empty()) && crate::record::parted(&arguments.log).0.is_file();
+    let (clock, mut columns_seen) = seen(arguments, &mut record, &columns, vec![Vec::new(); titled.len()])?;
+    let events: Vec<Vec<Event>> = columns_seen.iter_mut().map(|own| std::mem::take(&mut own.odd).events()).collect();
     let mut left_out: Vec<BTreeMap<EventKind, u64>> = vec![BTreeMap::new(); titled.len()];
-    if again {
+    // what is odd is no noise: a file is read once more without it
+    if events.iter().any(|own| !own.is_empty()) && crate::record::parted(&arguments.log).0.is_file() {
         for (counts, own) in left_out.iter_mut().zip(&events) {
             own.iter().for_each(|event| *counts.entry(event.kind).or_default() += event.length);
         }
-        let mut rest: Vec<(Seen, Without)> =
-            events.into_iter().map(|events| (fresh.clone(), Without { events, at: 0, samples: 0 })).collect();
-        read(arguments, &mut log::open(&arguments.log)?, &columns, &mut |k, piece| {
-            let Some((own, without)) = rest.get_mut(k) else { return };
-            match piece {
-                Piece::Samples(samples) => own.see(&Piece::Samples(&without.of(samples))),
-                piece => own.see(&piece),
-            }
-        })?;
-        ladders = rest.into_iter().map(|(own, _)| own.ladder).collect();
+        columns_seen = seen(arguments, &mut log::open(&arguments.log)?, &columns, events)?.1;
     }
     let interval = clock.interval()?;
     let mut reports = Vec::new();
-    for ((column, ladder), left_out) in titled.iter().zip(&ladders).zip(left_out) {
+    for ((column, Seen { ladder, .. }), left_out) in titled.iter().zip(&columns_seen).zip(left_out) {
         if ladder.samples() < 32 {
             return Err(Malformed::new(
                 Fault::Missing,

@@ -155,7 +155,10 @@ impl std::io::Write for Stdout {
     fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
         let kept = with(|session| match (&session.spoken, &mut session.printed) {
             // who does not listen any more is told nothing
-            (Some((_, output)), _) => Some(drop(output.send(String::from_utf8_lossy(bytes).into_owned()))),
+            (Some((_, output)), _) => {
+                let _ = output.send(String::from_utf8_lossy(bytes).into_owned());
+                Some(())
+            }
             (None, printed) => printed.as_mut().map(|printed| printed.stdout.extend_from_slice(bytes)),
         });
         if kept.is_some() { Ok(bytes.len()) } else { std::io::stdout().write(bytes) }

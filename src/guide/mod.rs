@@ -28,7 +28,7 @@ pub use advice::{
 
 pub use held::{Held, HeldMean, Holding};
 
-use crate::campaign::{Campaign, Reading, Readings};
+use crate::campaign::{Campaign, Observation, Reading, Readings};
 use crate::design::RowOrigin;
 use crate::diagnosis::{self, Diagnosis, Effect, Verdict};
 use crate::error::{Fault, Malformed, Result};
@@ -215,13 +215,9 @@ impl Guide {
                 .at_path(reading.place));
         }
         let mut own = reading;
-        for k in 0..own.observations.len() {
-            let u = own
-                .observations
-                .get(k)
-                .map(|seen| own.stated_u(seen.sensor).unwrap_or_else(|| self.noise.u(&own, seen.sensor)));
-            own.observations.iter_mut().skip(k).take(1).for_each(|slot| slot.u = u);
-        }
+        let u = |seen: &Observation| own.stated_u(seen.sensor).unwrap_or_else(|| self.noise.u(&own, seen.sensor));
+        let all: Vec<f64> = own.observations.iter().map(u).collect();
+        own.observations.iter_mut().zip(all).for_each(|(slot, u)| slot.u = Some(u));
         own.planned_u.clear();
         let asked = own.position.clone();
         own.position = self.label(&own);
@@ -338,7 +334,7 @@ impl Guide {
                 in_sd: residual / sd,
             })
         };
-        rows.origins.iter().zip(&rows.residual).zip(&rows.sd).filter_map(one).collect()
+        rows.design.rows.iter().zip(&rows.residual).zip(&rows.sd).filter_map(one).collect()
     }
 
     /// The model in use, about a point of its parameters (empty: what is believed).
@@ -586,24 +582,18 @@ impl Guide {
     /// A position that tells a finding from what else it could be.
     fn discriminating(&self, diagnosis: &Diagnosis) -> Result<Option<Next>> {
         for finding in &diagnosis.effects {
-            let rivals: Vec<&diagnosis::Alias> = finding
-                .aliases
-                .iter()
-                .filter(|own| {
-                    own.together_with.is_none() && !own.vanishing && own.probability > 1.0 - self.settings.probability
-                })
-                .collect();
+            let is_rival = |own: &&diagnosis::Alias| {
+                own.together_with.is_none() && !own.vanishing && own.probability > 1.0 - self.settings.probability
+            };
+            let rivals: Vec<&diagnosis::Alias> = finding.aliases.iter().filter(is_rival).collect();
             let term = |regressor: Regressor| {
                 let common = matches!(regressor, Regressor::Tilt(_) | Regressor::Known(_));
                 (common || matches!(regressor, Regressor::Term(_)))
                     .then(|| Term { sensor: finding.effect.sensor.filter(|_| !common), regressor })
             };
-            let others: Vec<Term> = rivals
-                .iter()
-                .filter_map(|own| {
-                    Regressor::parse(&self.campaign, finding.effect.sensor, &own.regressor).ok().and_then(term)
-                })
-                .collect();
+            let parsed =
+                rivals.iter().map(|own| Regressor::parse(&self.campaign, finding.effect.sensor, &own.regressor));
+            let others: Vec<Term> = parsed.filter_map(|own| own.ok().and_then(term)).collect();
             let Some(own) = term(finding.effect.kind.clone()).filter(|_| !others.is_empty()) else { continue };
             let columns = self.campaign.readings.columns.clone();
             let offer = Offer {
@@ -618,16 +608,9 @@ impl Guide {
             if let Some(best) = fresh {
                 let position = self.candidates.iter().find(|own| same_position(own, &best.position));
                 let position = position.unwrap_or(&best.position);
-                let names = [finding.effect.regressor.clone()]
-                    .into_iter()
-                    .chain(rivals.iter().map(|own| own.regressor.clone()));
-                return Ok(Some(self.next(
-                    position,
-                    Why::Discriminates,
-                    names.collect(),
-                    None,
-                    self.cost_of(position),
-                )));
+                let names = [&finding.effect.regressor].into_iter().chain(rivals.iter().map(|own| &own.regressor));
+                let (names, cost) = (names.cloned().collect(), self.cost_of(position));
+                return Ok(Some(self.next(position, Why::Discriminates, names, None, cost)));
             }
         }
         Ok(None)

@@ -89,11 +89,11 @@ impl Table {
                     let at = (first + origin.reading) * self.sensors + origin.sensor;
                     effect.values.get(at).copied().unwrap_or(0.0)
                 };
-                own.white(own.origins.iter().map(value).collect())
+                own.white(own.design.rows.iter().map(value).collect())
             };
             let columns: Vec<Vec<f64>> = self.effects.iter().map(values).collect();
-            let places: Vec<usize> = (0..own.origins.len()).collect();
-            for rows in places.chunk_by(|a, b| own.origins[*a].reading == own.origins[*b].reading) {
+            let places: Vec<usize> = (0..own.design.rows.len()).collect();
+            for rows in places.chunk_by(|a, b| own.design.rows[*a].reading == own.design.rows[*b].reading) {
                 let of = |column: &Vec<f64>| rows.iter().map(|i| column[*i]).collect();
                 blocks.push((rows.iter().map(|i| own.slopes[*i].clone()).collect(), columns.iter().map(of).collect()));
             }
@@ -261,7 +261,7 @@ impl Seen {
                 let place = places.get(origin.reading).copied().flatten()?;
                 effect.values.get(place * table.sensors + origin.sensor).copied()
             };
-            let column = rows.white(rows.origins.iter().map(|origin| value(origin).unwrap_or(0.0)).collect());
+            let column = rows.white(rows.design.rows.iter().map(|origin| value(origin).unwrap_or(0.0)).collect());
             let taken_up = told.solved(white, &column);
             let left: Vec<f64> = white.iter().zip(&column).map(|(row, c)| c - dot(row, &taken_up)).collect();
             // what rounding leaves of a column that the model takes up is nothing

@@ -85,11 +85,8 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
     let (mut goals, mut finds) = (Vec::<Goal>::new(), Vec::new());
     if anew || arguments.add.is_some() || separates.is_some() {
         let keeps = !anew || arguments.keep;
-        let kept = if keeps {
-            campaign.readings.clone()
-        } else {
-            Readings { rows: Vec::new(), columns: given.columns.clone() }
-        };
+        let none = || Readings { rows: Vec::new(), columns: given.columns.clone() };
+        let kept = if keeps { campaign.readings.clone() } else { none() };
         let offer = Offer { kept, candidates: find_candidates(arguments, &campaign)?, noise: noise.clone(), costs };
         if let Some(effects) = &separates {
             let [a, b] = terms(effects, &campaign, arguments.sensor.as_deref())?;
@@ -101,15 +98,10 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
                 extras.iter().zip(&coefficients).filter_map(|(extra, name)| Some((extra, name, extra.size?)));
             for (extra, name, size) in coefficients {
                 let Some(rule) = foresight.as_ref().map(|foresight| foresight.rule) else { continue };
-                let u = size / rule.size_for(arguments.power);
+                let (u, power) = (size / rule.size_for(arguments.power), arguments.power);
+                let (effect, coefficient) = (extra.regressor.clone(), name.clone());
                 goals.push(Goal { id: name.clone(), u });
-                finds.push(FindReport {
-                    effect: extra.regressor.clone(),
-                    coefficient: name.clone(),
-                    size,
-                    power: arguments.power,
-                    u,
-                });
+                finds.push(FindReport { effect, coefficient, size, power, u });
             }
             for goal in parse_goals(&arguments.goal, &campaign)? {
                 goals.retain(|other| other.id != goal.id);
@@ -134,12 +126,11 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
         (_, _, Some((separated, effects))) => Some(Better::Apart(separated, effects)),
         _ => None,
     };
-    let found = match better {
-        Some(Better::Best(improvement, _)) => Some(improvement),
-        Some(Better::Goal(reached, _)) => Some(&reached.improvement),
-        Some(Better::Apart(separated, _)) => Some(&separated.improvement),
-        None => None,
-    };
+    let found = better.as_ref().map(|better| match better {
+        Better::Best(improvement, _) => *improvement,
+        Better::Goal(reached, _) => &reached.improvement,
+        Better::Apart(separated, _) => &separated.improvement,
+    });
     let better_foresight = found.map(|improvement| foresee(&improvement.schedule)).transpose()?.flatten();
     let foreseen = Foreseen { given: foresight.as_ref(), better: better_foresight.as_ref() };
     let with_values = asked.is_measured().then(|| campaign.with_readings(asked.readings.clone()));
@@ -166,20 +157,8 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
                 let half = campaign.with_readings(Readings { rows, columns: given.columns.clone() });
                 let whole = campaign.with_readings(plan::planned(&half, &half.readings));
                 let run = plan::ordered(&whole, &noise, &costs, request.order, request.seed, fixed)?;
-                (
-                    Readings {
-                        rows: half
-                            .readings
-                            .rows
-                            .iter()
-                            .take(fixed)
-                            .chain(run.rows.iter().skip(fixed))
-                            .cloned()
-                            .collect(),
-                        ..run
-                    },
-                    fixed,
-                )
+                let rows = half.readings.rows.iter().take(fixed).chain(run.rows.iter().skip(fixed)).cloned().collect();
+                (Readings { rows, ..run }, fixed)
             }
         };
         // the file has the model of the one that was given
