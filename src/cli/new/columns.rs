@@ -62,11 +62,9 @@ pub(super) fn proposed(bench: &Bench, columns: &[Column]) -> Vec<Option<String>>
     let sensors = bench.sensors.iter().map(|sensor| (sensor.id.clone(), sensor.unit.as_str()));
     let wanted: Vec<(String, &str)> = states.into_iter().chain(sensors).collect();
     for (key, unit) in wanted.iter().filter(|(_, unit)| !unit.is_empty()) {
-        let fits: Vec<usize> = (0..columns.len())
-            .filter(|k| {
-                found.get(*k).is_some_and(Option::is_none) && columns.get(*k).is_some_and(|c| converts(c, unit))
-            })
-            .collect();
+        let open =
+            found.iter().zip(columns).enumerate().filter(|(_, (own, column))| own.is_none() && converts(column, unit));
+        let fits: Vec<usize> = open.map(|(k, _)| k).collect();
         let rivals = wanted.iter().filter(|(other, its)| other != key && its == unit).count();
         if let ([k], 0, false) = (fits.as_slice(), rivals, found.iter().flatten().any(|own| own == key))
             && let Some(place) = found.get_mut(*k)

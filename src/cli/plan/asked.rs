@@ -134,14 +134,7 @@ pub(super) fn request(arguments: &Arguments, given: &Judgement, bar: &ProgressBa
             spinner.set_message(format!("searching: {done} of {of} {what}"));
             spinner.tick();
         }),
-        criterion: match arguments.criterion.as_str() {
-            "D" | "d" => Criterion::D,
-            "A" | "a" => Criterion::A,
-            "G" | "g" => Criterion::G,
-            "I" | "i" => Criterion::I,
-            "E" | "e" => Criterion::E,
-            name => Criterion::C(name.to_string()),
-        },
+        criterion: criterion(&arguments.criterion),
         unit: arguments.unit,
         method: arguments.method,
         most_repeats: arguments.repeats.unwrap_or(usize::MAX),
@@ -155,14 +148,20 @@ pub(super) fn request(arguments: &Arguments, given: &Judgement, bar: &ProgressBa
     })
 }
 
+/// Criteria of all unknowns.
+const CRITERIA: [(&str, Criterion); 5] =
+    [("D", Criterion::D), ("A", Criterion::A), ("G", Criterion::G), ("I", Criterion::I), ("E", Criterion::E)];
+
+/// One of these in either case, or that of a quantity.
+fn criterion(text: &str) -> Criterion {
+    let named = CRITERIA.into_iter().find(|(name, _)| name.eq_ignore_ascii_case(text));
+    named.map_or_else(|| Criterion::C(text.to_string()), |(_, own)| own)
+}
+
 pub(super) fn criterion_name(criterion: &Criterion) -> String {
     match criterion {
-        Criterion::D => "D".into(),
-        Criterion::A => "A".into(),
-        Criterion::G => "G".into(),
-        Criterion::I => "I".into(),
-        Criterion::E => "E".into(),
         Criterion::C(id) => format!("c:{id}"),
+        other => CRITERIA.iter().find(|(_, own)| own == other).map_or("", |(name, _)| name).to_string(),
     }
 }
 
