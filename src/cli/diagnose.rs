@@ -28,7 +28,7 @@ pub(super) struct Arguments {
     effects: Option<PathBuf>,
     /// Probability of reporting anything when nothing is missing.
     #[arg(long, default_value_t = 0.01, value_name = "P", allow_negative_numbers = true)]
-    significance: f64,
+    pub(super) significance: f64,
     /// Random offset of each sensor at each position (set-up repeatability): 'estimate' its variance, or state its standard uncertainty in
     /// the sensor's unit. Other random effects are "scatter" lines of the campaign.
     #[arg(long, value_name = "estimate|U", value_parser = super::fit::remount, allow_negative_numbers = true, conflicts_with = "measured")]
@@ -36,14 +36,14 @@ pub(super) struct Arguments {
     /// Write the repaired bench to NAME.bench.json and the repaired campaign to NAME.campaign.json in the same folder; with '--measured' the
     /// mission with the errors added.
     #[arg(long, value_name = "NAME.bench.json")]
-    write_model: Option<PathBuf>,
+    pub(super) write_model: Option<PathBuf>,
     /// Write the report as JSON to a file, or to stdout with '-'.
     #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
+    pub(super) json: Option<PathBuf>,
     /// Write the residuals before and after as a picture (SVG), or to stdout with '-'; with '--measured' the gap in time, in the channel where it
     /// is largest.
     #[arg(long, value_name = "FILE")]
-    svg: Option<PathBuf>,
+    pub(super) svg: Option<PathBuf>,
     /// Files of readings (CSV, Parquet, gzip; patterns with * and ?) in place of the campaign's: without '--by', each file is one device.
     /// The campaign may follow them.
     #[arg(long, value_name = "FILE", num_args = 1.., conflicts_with = "measured")]
@@ -51,22 +51,13 @@ pub(super) struct Arguments {
     #[command(flatten)]
     many: devices::Many,
     #[command(flatten)]
-    pages: pages::Pages,
+    pub(super) pages: pages::Pages,
 }
 
 pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
     let (campaign, readings) = devices::behind(arguments.campaign.as_deref(), &arguments.readings)?;
     if let Some(measured) = &arguments.measured {
-        return super::navigate_diagnose::run(&super::navigate_diagnose::Question {
-            mission: campaign,
-            measured,
-            significance: arguments.significance,
-            write_model: arguments.write_model.as_deref(),
-            json: arguments.json.as_deref(),
-            svg: arguments.svg.as_deref(),
-            pages: &arguments.pages,
-            lang,
-        });
+        return super::navigate_diagnose::run(arguments, campaign, measured, lang);
     }
     if campaign.to_string_lossy().ends_with(".mission.json") {
         return Err(Malformed::new(Fault::Missing, "a mission alone has nothing to be diagnosed")
