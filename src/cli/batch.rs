@@ -149,11 +149,11 @@ fn cells(row: &Row, has_lot: bool, limited: bool) -> Vec<Cell<'_>> {
     cells
 }
 
-/// A text column that repeats the schedule: several devices that are about to be fitted as one?
-pub(super) fn repeated(campaign: &Campaign) -> Option<String> {
-    let (column, devices) = batch::repeats(campaign)?;
-    Some(format!(
+/// Say so where a text column repeats the schedule: several devices that are about to be fitted as one.
+pub(super) fn note_repeated(campaign: &Campaign) {
+    let Some((column, devices)) = batch::repeats(campaign) else { return };
+    super::note(&format!(
         "note: the column '{column}' repeats the schedule for {devices} labels, and all their readings are fitted together as one device; \
          --by {column} fits each by itself"
-    ))
+    ));
 }

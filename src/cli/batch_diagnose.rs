@@ -41,7 +41,7 @@ pub(super) fn run(
             let campaign = table.campaign(layout, device);
             let own = campaign.and_then(|own| diagnosis::diagnose(&own, &catalogue.effects, settings));
             bar.inc(device.rows as u64);
-            Diagnosed::new(device, &own.map_err(|error| wire::locate(error, question.source())))
+            Diagnosed::new(device, &own.map_err(|error| wire::locate(error, &question.source)))
         };
         found.par_extend(devices.par_iter().map(one));
         Ok(true)

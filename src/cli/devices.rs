@@ -68,7 +68,8 @@ pub(super) fn behind<'a>(campaign: Option<&'a Path>, readings: &'a [PathBuf]) ->
 /// A campaign, and where its readings are.
 pub(super) struct DeviceCampaign {
     path: PathBuf,
-    source: Source,
+    /// The campaign file, for errors that come later.
+    pub(super) source: Source,
     input: Input,
     file: CampaignFile,
     by: Option<String>,
@@ -91,11 +92,6 @@ impl DeviceCampaign {
             (ReadingsRef::Inline(_) | ReadingsRef::Samples(_), _) => Vec::new(),
         };
         Ok(DeviceCampaign { path: path.to_path_buf(), source, input, file, by, files, replaced: !readings.is_empty() })
-    }
-
-    /// The campaign file, for errors that come later.
-    pub(super) fn source(&self) -> &Source {
-        &self.source
     }
 
     /// Are there several devices?

@@ -66,7 +66,7 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
     let question = devices::DeviceCampaign::read(campaign, &arguments.many, readings)?;
     let many = question.is_of_many();
     let (campaign, source, mut inputs) = match many {
-        true => (None, question.source().clone(), Vec::new()),
+        true => (None, question.source.clone(), Vec::new()),
         false => {
             let (campaign, source, inputs) = question.single()?;
             (Some(campaign), source, inputs)
@@ -88,9 +88,7 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
         return batch_diagnose::run(&question, &arguments.many, &catalogue, &settings, lang);
     };
     arguments.many.refuse_alone(&[])?;
-    if let Some(note) = batch::repeated(&campaign) {
-        super::note(&note);
-    }
+    batch::note_repeated(&campaign);
     let model_names = arguments.write_model.as_deref().map(ModelNames::new).transpose()?;
     let [bench, repaired] = match &model_names {
         Some(names) => [Some(names.bench.as_path()), Some(names.campaign.as_path())],

@@ -136,12 +136,10 @@ fn fitted(
 ) -> Result<(fit::Fit, wire::Source, Vec<report::Input>)> {
     if question.is_streamed() {
         let (fit, inputs) = question.stream(settings)?;
-        return Ok((fit, question.source().clone(), inputs));
+        return Ok((fit, question.source.clone(), inputs));
     }
     let (campaign, source, inputs) = question.single()?;
-    if let Some(note) = batch::repeated(&campaign) {
-        super::note(&note);
-    }
+    batch::note_repeated(&campaign);
     let fit = fit::fit_owned(campaign, settings).map_err(|error| wire::locate(error, &source))?;
     Ok((fit, source, inputs))
 }

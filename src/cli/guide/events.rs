@@ -184,7 +184,7 @@ impl Session {
                 }
             };
             let Some(lines) = &self.source.lines else { return Ok(None) };
-            let (line, from) = (next.as_ref().map_or(0, |own| own.number), lines.name().to_string());
+            let (line, from) = (next.as_ref().map_or(0, |own| own.number), lines.name.clone());
             let followed = lines.is_file().then_some(line);
             let event = match next {
                 Some(own) => self.line(&own, asked.as_ref()),
@@ -219,7 +219,7 @@ impl Session {
     #[cfg(feature = "serial")]
     fn is_back(&mut self, advice: &Advice) -> Result<()> {
         self.source.samples.iter_mut().try_for_each(Samples::interrupt)?;
-        let name = self.source.lines.as_ref().map_or("", Lines::name).to_string();
+        let name = self.source.lines.as_ref().map_or("", |own| &own.name).to_string();
         let said = say!(session::language(), "guide-port-is-back", name).to_string();
         self.progress.line.suspend(|| cli::note_as_it_is(&said));
         self.show(advice, None)
@@ -235,9 +235,9 @@ impl Session {
         let beside = Beside { campaign: &self.campaign, guide: &self.guide, asked, last: self.ever.last() };
         match (parsed, &mut self.source.samples) {
             // titles among the lines that the journal has, and rows that the clock must have seen
-            (Ok(Line::Row), Some(samples)) if own.passed => {
-                samples.row(lines.titles().unwrap_or_default(), &own.text, true, &self.campaign).map(|_| Event::None)
-            }
+            (Ok(Line::Row), Some(samples)) if own.passed => samples
+                .row(lines.titles.as_deref().unwrap_or_default(), &own.text, true, &self.campaign)
+                .map(|_| Event::None),
             _ if own.passed => Ok(Event::None),
             (Ok(Line::Nothing), _) => Ok(Event::None),
             (Ok(Line::Quit), _) => Ok(Event::End),
@@ -249,7 +249,7 @@ impl Session {
                 lines::reading(cells, &self.campaign, &self.guide, asked).and_then(|own| self.accepted(own))
             }
             (Ok(Line::Row), Some(samples)) => {
-                let titles = lines.titles().unwrap_or_default();
+                let titles = lines.titles.as_deref().unwrap_or_default();
                 let step = match samples.row(titles, &own.text, false, &self.campaign)? {
                     Due::Nothing => return Ok(Event::None),
                     Due::Glance => samples.glance(beside)?,
@@ -298,11 +298,11 @@ impl Session {
         let Some(samples) = &mut self.source.samples else { return Ok(Event::None) };
         match placed {
             Placed::Here(own) => {
-                samples.ask(None);
+                samples.open = None;
                 self.accepted(own)
             }
             Placed::Which(candidates) => {
-                samples.ask(Some(cells));
+                samples.open = Some(cells);
                 let held = Held { candidates, ..Held::nothing(Holding::Which) };
                 self.tell(held).map(|()| Event::None)
             }

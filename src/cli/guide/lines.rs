@@ -36,8 +36,9 @@ pub(super) enum Line {
 /// A source of lines.
 pub(super) struct Lines {
     from: From,
-    name: String,
-    titles: Option<String>,
+    pub name: String,
+    /// The titles, once they are known.
+    pub titles: Option<String>,
     /// Lines that were given out.
     count: usize,
     /// Lines that a journal has already.
@@ -110,10 +111,6 @@ impl Lines {
         Ok(Lines::new(From::Port(port, true), name))
     }
 
-    pub fn name(&self) -> &str {
-        &self.name
-    }
-
     /// Is it a file whose lines are there again after a kill?
     pub fn is_file(&self) -> bool {
         matches!(self.from, From::File(Followed { regular: true, .. }))
@@ -135,17 +132,6 @@ impl Lines {
             self.commands = Some(receiver);
         }
         self
-    }
-
-    /// Titles that the source does not say.
-    pub fn with_titles(mut self, titles: Option<&str>) -> Self {
-        self.titles = titles.map(str::to_string);
-        self
-    }
-
-    /// The titles, once they are known.
-    pub fn titles(&self) -> Option<&str> {
-        self.titles.as_deref()
     }
 
     /// The next line. A file that grows is waited for, and so is a port that was unplugged.

@@ -167,14 +167,17 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     let (clock, is_stream) = (arguments.clock.source(), stream.is_some());
     let lines = match (&truth, stream) {
         (Some(_), _) => None,
-        (None, Some(lines)) => Some(lines.with_commands().with_titles(arguments.titles.as_deref())),
+        (None, Some(mut lines)) => {
+            lines.titles.clone_from(&arguments.titles);
+            Some(lines.with_commands())
+        }
         (None, None) => Some(Lines::open(&arguments.readings)?),
     };
     let samples = is_stream.then(|| Samples::new(clock, arguments.window, arguments.threshold));
     let source = Source { lines, samples, truth, seed: arguments.seed, given: guide.taken().to_vec() };
     let page = arguments.serve.map(|port| Page::open(arguments.listen, port, &campaign.bench)).transpose()?;
     if let Some(page) = &page {
-        super::note(&format!("the page: {}", page.address()));
+        super::note(&format!("the page: {}", page.address));
     }
     let line = super::bar(0, "{wide_msg}");
     if !line.is_hidden() {

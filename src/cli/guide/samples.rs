@@ -39,8 +39,8 @@ pub(super) struct Samples {
     /// What the last look found, where it is a position that is held and not read; and the samples until then.
     held_now: Option<(Held, u64)>,
     weighing: Option<Weighing>,
-    /// A reading of which several positions may be the one.
-    open: Option<ReadingFile>,
+    /// A reading of which several positions may be the one, and which waits for its position.
+    pub open: Option<ReadingFile>,
     still_sd: Vec<f64>,
     /// Was the last row one that was looked at before?
     passing: bool,
@@ -161,11 +161,6 @@ impl Samples {
         }
         self.named = Some((keys, false));
         None
-    }
-
-    /// A reading waits for its position, or (`None`) waits no more.
-    pub fn ask(&mut self, cells: Option<ReadingFile>) {
-        self.open = cells;
     }
 
     /// Is anything held that is not read?

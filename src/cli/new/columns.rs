@@ -100,7 +100,7 @@ pub(super) fn mapped(bench: &Bench, columns: &[Column], given: &[String], answer
     }
     let known = keys(bench).join(", ");
     for (k, (column, own)) in columns.iter().zip(&mut found).enumerate() {
-        if answers.asks() && !said.contains(&k) {
+        if answers.asks && !said.contains(&k) {
             let question = format!("column '{}' is one of {known}; empty: as proposed, -: none", column.title);
             let said = answers.one(None, ("--columns", &question), Some(own.as_deref().unwrap_or("-")), |text| {
                 Ok(Some(text.to_string()).filter(|text| text != "-"))

@@ -181,7 +181,7 @@ fn campaign(arguments: &Arguments, table: &Path, answers: &Answers) -> Result<Ou
         let (_, fitted) = read(&campaign)?;
         let doubts = fitted.map_or(Vec::new(), |fit| fit.not_estimable);
         let names: Vec<&str> = doubts.iter().flat_map(|d| &d.direction.terms).map(|(id, _)| id.as_str()).collect();
-        if names.is_empty() || !answers.asks() {
+        if names.is_empty() || !answers.asks {
             break doubts;
         }
         let ask = format!("these readings do not separate {}: which is known, or zero?", names.join(", "));

@@ -18,14 +18,8 @@ const MOST_STARTS: usize = 1_000_000;
 /// More readings than this are not chosen.
 const MOST_READINGS: usize = 100_000;
 
-/// The two effects to be discriminated.
-pub(super) fn terms(effects: &[String; 2], campaign: &Campaign, sensor: Option<&str>) -> Result<[Term; 2]> {
-    let [a, b] = effects;
-    Ok([term(a, campaign, sensor)?, term(b, campaign, sensor)?])
-}
-
 /// An effect as reports write it, of the sensor that is named or the only one.
-fn term(text: &str, campaign: &Campaign, sensor: Option<&str>) -> Result<Term> {
+pub(super) fn term(text: &str, campaign: &Campaign, sensor: Option<&str>) -> Result<Term> {
     let ids: Vec<&str> = campaign.bench.sensors.iter().map(|s| s.id.as_str()).collect();
     let sensor = match (sensor, ids.as_slice()) {
         (Some(id), _) => Some(ids.iter().position(|own| *own == id).ok_or_else(|| {
@@ -256,7 +250,7 @@ pub(in crate::cli) fn parse_goals(given: &[String], campaign: &Campaign) -> Resu
 }
 
 /// `alpha_deg=100:170,beta_deg=0:90`.
-pub(super) fn zone(text: &str) -> Result<Zone> {
+fn zone(text: &str) -> Result<Zone> {
     let limit = |part: &str| -> Option<(String, f64, f64)> {
         let (key, interval) = part.split_once('=')?;
         let (low, high) = interval.split_once(':')?;

@@ -18,7 +18,7 @@ use crate::plan::{self, Costs, Goal, Offer};
 use crate::report::{self, Better, FindReport, Foreseen};
 use crate::wire;
 pub(super) use asked::{costs, named_number, parse_goals};
-use asked::{criterion_name, extras, find_candidates, noise, point, request, terms};
+use asked::{criterion_name, extras, find_candidates, noise, point, request, term};
 use find::shown_from;
 use indicatif::ProgressBar;
 use std::path::Path;
@@ -89,7 +89,9 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
         let kept = if keeps { campaign.readings.clone() } else { none() };
         let offer = Offer { kept, candidates: find_candidates(arguments, &campaign)?, noise: noise.clone(), costs };
         if let Some(effects) = &separates {
-            let [a, b] = terms(effects, &campaign, arguments.sensor.as_deref())?;
+            let term = |text: &str| term(text, &campaign, arguments.sensor.as_deref());
+            let [a, b] = effects;
+            let [a, b] = [term(a)?, term(b)?];
             separated = Some(plan::separate(&campaign, &offer, [&a, &b], &request).map_err(located)?);
         } else if arguments.goal.is_empty() && arguments.find.is_empty() {
             best = Some(plan::improve(&campaign, &offer, &request).map_err(located)?);
