@@ -6,7 +6,7 @@ use super::place::{Placed, placed};
 use super::samples::{Samples, Step};
 use super::screen::Screen;
 use super::serve::Page;
-use super::table::{Beside, Due};
+use super::table::Beside;
 use super::{json, view};
 use crate::campaign::{Campaign, Reading, Readings};
 use crate::cli;
@@ -235,9 +235,11 @@ impl Session {
         let beside = Beside { campaign: &self.campaign, guide: &self.guide, asked, last: self.ever.last() };
         match (parsed, &mut self.source.samples) {
             // titles among the lines that the journal has, and rows that the clock must have seen
-            (Ok(Line::Row), Some(samples)) if own.passed => samples
-                .row(lines.titles.as_deref().unwrap_or_default(), &own.text, true, &self.campaign)
-                .map(|_| Event::None),
+            (Ok(Line::Row), Some(samples)) => {
+                let titles = lines.titles.as_deref().unwrap_or_default();
+                let step = samples.row(titles, &own.text, own.passed, beside)?;
+                self.step(step, asked)
+            }
             _ if own.passed => Ok(Event::None),
             (Ok(Line::Nothing), _) => Ok(Event::None),
             (Ok(Line::Quit), _) => Ok(Event::End),
@@ -247,15 +249,6 @@ impl Session {
             }
             (Ok(Line::Keys(cells)), None) => {
                 lines::reading(cells, &self.campaign, &self.guide, asked).and_then(|own| self.accepted(own))
-            }
-            (Ok(Line::Row), Some(samples)) => {
-                let titles = lines.titles.as_deref().unwrap_or_default();
-                let step = match samples.row(titles, &own.text, false, &self.campaign)? {
-                    Due::Nothing => return Ok(Event::None),
-                    Due::Glance => samples.glance(beside)?,
-                    due => samples.look(beside, false, due == Due::Ended)?,
-                };
-                self.step(step, asked)
             }
             (Ok(Line::Take), Some(samples)) => {
                 if !samples.holds() {
