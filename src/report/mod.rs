@@ -56,8 +56,6 @@ mod reduction;
 mod scatter;
 mod scene;
 mod separation;
-#[cfg(all(feature = "navigate", feature = "parquet"))]
-pub mod series;
 mod sheet;
 mod shown;
 mod site;

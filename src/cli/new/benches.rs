@@ -53,7 +53,7 @@ pub(super) fn chosen(
     };
     let all: Vec<Bench> = bench::built_ins().iter().filter_map(|own| built_in(own.id)).collect();
     let (fitting, others): (Vec<&Bench>, Vec<&Bench>) = all.iter().partition(|bench| fits(bench));
-    if answers.asks() && arguments.bench.is_none() {
+    if answers.asks && arguments.bench.is_none() {
         let line = |bench: &&Bench| format!("{}\n    {}\n    {}\n", bench.id, bench.title, drawn(bench));
         let list: String = fitting.iter().chain(&others).map(line).collect();
         crate::cli::note(&format!(
@@ -66,7 +66,7 @@ pub(super) fn chosen(
         false => format!("the bench: {} (whose columns this table has), another, a file, or own", ids.join(", ")),
     };
     // a person may take the first that fits; nobody takes one unasked
-    let proposal = ids.first().copied().filter(|_| answers.asks());
+    let proposal = ids.first().copied().filter(|_| answers.asks);
     answers.one(arguments.bench.as_deref(), ("--bench ID|FILE|own", &hint), proposal, |name| {
         let of = |reference: &str, is_theirs| Chosen {
             reference: BenchRef::Named(reference.to_string()),
@@ -97,7 +97,7 @@ pub(super) fn chosen(
 /// A bench of one's own.
 fn own(arguments: &Arguments, answers: &Answers, columns: &[Column], stem: &str) -> Result<BenchFile> {
     let given: Vec<String> = arguments.chain.clone().into_iter().collect();
-    if given.is_empty() && !answers.asks() {
+    if given.is_empty() && !answers.asks {
         return Err(Malformed::new(Fault::Missing, "not given, and no terminal to ask at: the chain of the bench")
             .expected(
                 "--chain beta:x,~dtheta_y:y (joints, and tilts with ~, from the ground to the sensor), or --chain none",

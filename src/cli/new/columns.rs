@@ -77,11 +77,9 @@ pub(super) fn proposed(bench: &Bench, columns: &[Column]) -> Vec<Option<String>>
     let read = read.filter_map(|key| Some((key.clone(), units::of_column(key)?)));
     let wanted: Vec<(String, String)> = states.chain(sensors).chain(read).collect();
     for (key, unit) in wanted.iter().filter(|(_, unit)| !unit.is_empty()) {
-        let fits: Vec<usize> = (0..columns.len())
-            .filter(|k| {
-                found.get(*k).is_some_and(Option::is_none) && columns.get(*k).is_some_and(|c| converts(c, unit))
-            })
-            .collect();
+        let open =
+            found.iter().zip(columns).enumerate().filter(|(_, (own, column))| own.is_none() && converts(column, unit));
+        let fits: Vec<usize> = open.map(|(k, _)| k).collect();
         let rivals = wanted.iter().filter(|(other, its)| other != key && its == unit).count();
         if let ([k], 0, false) = (fits.as_slice(), rivals, found.iter().flatten().any(|own| own == key))
             && let Some(place) = found.get_mut(*k)
@@ -117,7 +115,7 @@ pub(super) fn mapped(bench: &Bench, columns: &[Column], given: &[String], answer
     }
     let known = keys(bench).join(", ");
     for (k, (column, own)) in columns.iter().zip(&mut found).enumerate() {
-        if answers.asks() && !said.contains(&k) {
+        if answers.asks && !said.contains(&k) {
             let question = format!("column '{}' is one of {known}; empty: as proposed, -: none", column.title);
             let said = answers.one(None, ("--columns", &question), Some(own.as_deref().unwrap_or("-")), |text| {
                 Ok(Some(text.to_string()).filter(|text| text != "-"))

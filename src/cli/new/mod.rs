@@ -198,7 +198,7 @@ fn campaign(arguments: &Arguments, table: &Path, answers: &Answers) -> Result<Ou
         let fitted = match read(&campaign) {
             Ok((_, fitted)) => fitted,
             // a person at a terminal has not answered for nothing
-            Err(error) if answers.asks() => {
+            Err(error) if answers.asks => {
                 show_error::show(&error);
                 let ask = "starting values of estimates in which the model is not linear (NAME=VALUE [UNIT])";
                 let more = answers.several(&[], ("--start", ask), start)?;
@@ -212,7 +212,7 @@ fn campaign(arguments: &Arguments, table: &Path, answers: &Answers) -> Result<Ou
         };
         let doubts = fitted.map_or(Vec::new(), |fit| fit.not_estimable);
         let names: Vec<&str> = doubts.iter().flat_map(|d| &d.direction.terms).map(|(id, _)| id.as_str()).collect();
-        if names.is_empty() || !answers.asks() {
+        if names.is_empty() || !answers.asks {
             break doubts;
         }
         let ask = format!("these readings do not separate {}: which is known, or zero?", names.join(", "));
@@ -240,17 +240,9 @@ fn campaign(arguments: &Arguments, table: &Path, answers: &Answers) -> Result<Ou
     if let Some(bench) = &own.new {
         texts.push((own.path.clone(), headed("bench", "see the notes", bench)?));
     }
-    for kind in if own.new.is_some() { &["campaign", "bench"][..] } else { &["campaign"] } {
-        let path = to.with_file_name(format!("{kind}.schema.json"));
-        if let (false, Some(schema)) = (path.exists(), crate::report::schema(kind)) {
-            texts.push((path, files::json(&schema)?));
-        }
-    }
-    let names: Vec<String> = texts.iter().map(|(path, _)| path.display().to_string()).collect();
-    let mut outputs = Outputs::plan(texts.iter().map(|(path, _)| Some(path.as_path())))?;
-    outputs.extend(texts);
-    outputs.write()?;
-    super::show(&format!("wrote {}\n{}: {}\n", names.join(", "), to.display(), super::check::check(&to)?))?;
+    let kinds = if own.new.is_some() { &["campaign", "bench"][..] } else { &["campaign"] };
+    let names = write(texts, &to, kinds)?;
+    super::show(&format!("wrote {names}\n{}: {}\n", to.display(), super::check::check(&to)?))?;
     for doubt in &doubts {
         let names: Vec<&str> = doubt.direction.terms.iter().map(|(id, _)| id.as_str()).collect();
         super::show(&format!(
@@ -260,6 +252,21 @@ fn campaign(arguments: &Arguments, table: &Path, answers: &Answers) -> Result<Ou
     }
     super::show(&format!("next: tumble fit {}\n", to.display()))?;
     Ok(if doubts.is_empty() { Outcome::Done } else { Outcome::Rejected })
+}
+
+/// Write texts and, beside the first, the schemas of these kinds that are not there yet: their names.
+fn write(mut texts: Vec<(PathBuf, String)>, first: &Path, kinds: &[&str]) -> Result<String> {
+    for kind in kinds {
+        let path = first.with_file_name(format!("{kind}.schema.json"));
+        if let (false, Some(schema)) = (path.exists(), crate::report::schema(kind)) {
+            texts.push((path, files::json(&schema)?));
+        }
+    }
+    let names: Vec<String> = texts.iter().map(|(path, _)| path.display().to_string()).collect();
+    let mut outputs = Outputs::plan(texts.iter().map(|(path, _)| Some(path.as_path())))?;
+    outputs.extend(texts);
+    outputs.write()?;
+    Ok(names.join(", "))
 }
 
 /// What a campaign says to the person who goes on with it.
