@@ -5,7 +5,8 @@
 
 use super::whitened::Term;
 use crate::algebra::Expression;
-use crate::campaign::{Asked, Campaign, Deviating, Given, Request, Role, Scatter};
+use crate::bench::Bench;
+use crate::campaign::{Asked, Campaign, Deviating, Given, Readings, Request, Role, Scatter};
 use crate::error::{Fault, Malformed, Result};
 use crate::simulate::Regressor;
 
@@ -47,6 +48,18 @@ pub fn extended(campaign: &Campaign, terms: &[Term]) -> Result<(Campaign, Vec<St
             }
         }
     }
+    let longer = with_unknowns(campaign, bench, campaign.readings.clone(), &promoted, &names)?;
+    Ok((longer, names))
+}
+
+/// The campaign with another bench and other readings, in which some parameters that are not estimated, and some new ones, are.
+pub(crate) fn with_unknowns(
+    campaign: &Campaign,
+    bench: Bench,
+    readings: Readings,
+    promoted: &[usize],
+    names: &[String],
+) -> Result<Campaign> {
     let mut request = Request::default();
     for (k, parameter) in campaign.parameters.iter().enumerate() {
         let unit = (!parameter.unit.is_empty()).then(|| parameter.unit.clone());
@@ -70,7 +83,7 @@ pub fn extended(campaign: &Campaign, terms: &[Term]) -> Result<(Campaign, Vec<St
     let known = |name: &String| request.known.iter().any(|(id, _)| id == name);
     let stated = campaign.correlations.iter().filter(|(a, b, _)| known(a) && known(b));
     request.correlations = stated.cloned().collect();
-    let mut longer = Campaign::new(bench, request, campaign.readings.clone())?;
+    let mut longer = Campaign::new(bench, request, readings)?;
     longer.constraints = campaign.constraints.clone();
     longer.derived = campaign.derived.clone();
     longer.identity = campaign.identity.clone();
@@ -85,7 +98,7 @@ pub fn extended(campaign: &Campaign, terms: &[Term]) -> Result<(Campaign, Vec<St
         };
         longer.add_scatter(Scatter { of, ..line.clone() })?;
     }
-    Ok((longer, names))
+    Ok(longer)
 }
 
 /// A name for a term's coefficient that nothing has yet: `c_sin_2_beta` for `sin(2*beta)`.

@@ -77,6 +77,7 @@ pub use discriminating_positions::{DiscriminatingPosition, discriminating_positi
 pub(crate) use effort::mounting;
 pub use effort::{Costs, Noise, NoiseSource, Offer, SensorNoise, Work, mountings, planned, positions_only};
 pub use extended::extended;
+pub(crate) use extended::with_unknowns;
 pub use goal::{Goal, Reached, reach};
 pub use improve::{Improvement, improve};
 pub(crate) use independent::Independent;
