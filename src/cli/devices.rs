@@ -161,7 +161,7 @@ impl DeviceCampaign {
         let scatter = &self.file.scatter;
         match all {
             true => Some(key) != self.by.as_deref(),
-            false if wire::ScatterFile::use_key(scatter, key) => true,
+            false if crate::campaign::ScatterRequest::use_key(scatter, key) => true,
             false => (key == "position" && !scatter.is_empty()) || key.ends_with("_u"),
         }
     }

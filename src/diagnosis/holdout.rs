@@ -4,7 +4,7 @@
     reason = "groups hold rows of the fit's system; the whitening pads every vector to the same rows, and `scale` follows the group"
 )]
 
-use super::noise::Weighted;
+use super::noise::{Weighted, positions};
 use crate::campaign::Campaign;
 use crate::elements::Elements;
 use crate::estimate::{Floor, Group, Settings, System, adjust};
@@ -40,17 +40,9 @@ pub(super) fn holdout(
     (scale, weighted): (&[f64], &Weighted),
 ) -> Option<Holdout> {
     let mut groups: Vec<Vec<usize>> = Vec::new();
-    let mut seen: std::collections::HashMap<String, usize> = std::collections::HashMap::new();
-    for (i, origin) in before.design.rows.iter().enumerate() {
-        let reading = campaign.readings.rows.get(origin.reading)?;
-        let label =
-            if reading.position.is_empty() { format!("{:?}", reading.joints) } else { reading.position.clone() };
-        let next = groups.len();
-        let place = *seen.entry(label).or_insert(next);
-        if place == next {
-            groups.push(Vec::new());
-        }
-        groups.iter_mut().skip(place).take(1).for_each(|rows| rows.push(i));
+    for (i, place) in positions(campaign, &before.design, before.design.rows.len()).into_iter().enumerate() {
+        groups.resize_with(groups.len().max(place + 1), Vec::new);
+        groups[place].push(i);
     }
     if groups.len() < 2 {
         return None;
