@@ -14,11 +14,12 @@ use super::candidates::Unit;
 use super::criterion::weight_matrix;
 use super::effort::{Offer, planned};
 use super::improve::{Improvement, guide};
-use super::judge::{check_question, judge};
+use super::judge::check_question;
+use super::objective::Objective;
 use super::order::ordered;
 use super::point::check_point;
 use super::pool::Pool;
-use super::problem::{Objective, Problem, information};
+use super::problem::{Problem, information};
 use super::request::Progress;
 use super::request::Request;
 use super::scheduled::schedule_rows;
@@ -76,17 +77,9 @@ pub fn discriminate(
     let most = readings.max(1) + pool.blocks.unknowns();
     let progress = Progress::default();
     let found = (readings.max(1)..=most).find_map(|choose| {
-        let problem = Problem {
-            blocks: &pool.blocks,
-            base: &pool.base,
-            objective: &objective,
-            choose,
-            most_repeats: usize::MAX,
-            neighbours: &[],
-            prices: None,
-        };
-        let limits = Limits { starts, seed, effort: EFFORT, enough: None, given: &[], progress: &progress };
-        search(&problem, &limits, guide(&problem).as_ref())
+        let problem = Problem { choose, ..Problem::of(&pool.blocks, &pool.base, &objective) };
+        let limits = Limits { starts, seed, effort: EFFORT, enough: None, given: &Vec::new, progress: &progress };
+        search(&problem, &limits, || guide(&problem))
     });
     let Some(Found { design, hits, .. }) = found else { return Ok(nothing) };
     let after = information(&pool.blocks, &pool.base, &design.chosen);
@@ -117,33 +110,19 @@ pub fn separate(campaign: &Campaign, offer: &Offer, terms: [&Term; 2], request: 
     check_terms(campaign, offer, terms)?;
     let found = discriminate(campaign, offer, terms, request.readings, request.starts, request.seed)?;
     let kept = planned(campaign, &offer.kept);
-    let (stays, chosen) = (kept.rows.len(), found.positions.len());
+    let stays = kept.rows.len();
     let mut rows = kept.rows;
     rows.extend(found.positions);
     let all = campaign.with_readings(planned(campaign, &Readings { columns: kept.columns, rows }));
     let schedule =
         campaign.with_readings(ordered(&all, &offer.noise, &offer.costs, request.order, request.seed, stays)?);
-    let judgement = judge(&schedule, &offer.noise, &offer.costs)?;
     Ok(Separated {
         before: found.before,
         after: found.after,
         improvement: Improvement {
-            schedule,
-            judgement,
-            candidates: offer.candidates.rows.len(),
-            chosen,
-            kept: stays,
-            reasons: Vec::new(),
-            limit: None,
-            refined: None,
-            efficiency: None,
-            bound_gap: None,
-            enumerated: None,
             hits: found.hits,
             starts: request.starts.max(1),
-            check: None,
-            unreachable: Vec::new(),
-            frozen: Vec::new(),
+            ..Improvement::of(schedule, offer, offer.candidates.rows.len(), stays)?
         },
     })
 }

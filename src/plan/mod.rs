@@ -18,11 +18,9 @@
 //! | `pool.rs` | candidates as whitened rows in good coordinates |
 //! | `blocks.rs` | these rows in memory, and sums over all of them |
 //! | `criterion.rs` | D, A, G, I, E and c in the coordinates of the pool; functions of the unknowns that are asked for |
+//! | `objective.rs` | what is made small, and replacements for what is not smooth: the largest of several variances, the worst combination, a volume |
 //! | `search.rs` | all designs where there are few, else many starts of exchanges; a choice among plain rows |
 //! | `state.rs` | one start: what is chosen, the sums that follow it by rank-one updates, and every candidate weighed as a replacement |
-//! | `volume.rs` | exchanges for the volume of the parameters beside deviations |
-//! | `largest.rs` | exchanges for the largest of several variances |
-//! | `eigenvalue.rs` | exchanges for the worst determined combination |
 //! | `budget.rs` | exchanges within a budget: how many mountings, how many readings |
 //! | `prices.rs` | what chosen portions cost together |
 //! | `exchange.rs` | exchanges of one chosen candidate at a time |
@@ -42,12 +40,10 @@ mod blocks;
 mod bound;
 mod budget;
 mod candidates;
-mod combinations;
 mod criterion;
 mod discriminate;
 mod discriminating_positions;
 mod effort;
-mod eigenvalue;
 mod exchange;
 mod extended;
 mod goal;
@@ -55,7 +51,7 @@ mod improve;
 mod independent;
 mod judge;
 mod known;
-mod largest;
+mod objective;
 mod order;
 mod point;
 mod pool;
@@ -65,12 +61,10 @@ mod request;
 mod scheduled;
 mod search;
 mod state;
-mod volume;
 mod whitened;
 
 pub use blocks::Blocks;
 pub use candidates::{Unit, Zone, from_schedule, sweep, sweep_with_rates, without};
-pub use combinations::{Combinations, Volume};
 pub use criterion::Criterion;
 pub use discriminate::{Discrimination, Separated, discriminate, separate};
 pub use discriminating_positions::{DiscriminatingPosition, discriminating_positions};
@@ -83,9 +77,9 @@ pub(crate) use independent::Independent;
 pub use judge::{Judgement, Predicted, PredictedDerived, PredictedReading, is_angle, judge};
 pub(crate) use judge::{gradients, repeated};
 pub use known::ThroughTilts;
+pub use objective::{Combinations, Objective};
 pub use order::{Order, ordered};
 pub use point::{Judged, Lacking, PointSource, judged_at};
-pub use problem::Objective;
 pub use request::{Method, Progress, Refinement, Request};
 pub use scheduled::{Reason, Refined};
 pub use search::{Choice, choose};

@@ -9,9 +9,10 @@
 
 use super::candidates::{Zone, is_forbidden};
 use super::effort::{Noise, Offer, mounting, planned};
+use super::objective::Objective;
 use super::order::ordered;
 use super::pool::{Pool, log_det_of};
-use super::problem::{Design, Objective, WORTH};
+use super::problem::{Design, WORTH};
 use super::request::Request;
 use super::whitened::{Beside, adjusted, with_priors};
 use crate::campaign::{Campaign, JointState, Reading, Readings};
