@@ -10,11 +10,10 @@
 //! |---|---|
 //! | `effort.rs` | noise of the sensors, scatter of remounting, costs |
 //! | `judge.rs` | predicted uncertainties, also of derived quantities, what is not estimable, reliability, drift |
-//! | `independent.rs` | the rows of a schedule made independent of each other |
 //! | `point.rs` | where the rows are taken, and what vanishes there |
 //! | `known.rs` | known inputs, and the tilts through which they act |
 //! | `candidates.rs` | sweeps, forbidden zones, portions; coarser sweeps within a finer one |
-//! | `whitened.rs` | rows made independent of each other, mounting by mounting; deviations that link positions, as unknowns beside the parameters |
+//! | `whitened.rs` | rows made independent of each other, of a schedule or mounting by mounting; deviations that link positions, as unknowns beside the parameters |
 //! | `pool.rs` | candidates as whitened rows in good coordinates |
 //! | `blocks.rs` | these rows in memory, and sums over all of them |
 //! | `criterion.rs` | D, A, G, I, E and c in the coordinates of the pool; functions of the unknowns that are asked for |
@@ -28,9 +27,8 @@
 //! | `improve.rs` | the best positions, chosen or added |
 //! | `scheduled.rs` | from chosen portions to a schedule: order, angles between the candidates, why each mounting is in it |
 //! | `goal.rs` | the fewest, and the cheapest, positions that reach a goal |
-//! | `discriminate.rs` | positions that tell two effects apart |
+//! | `discriminate.rs` | positions that tell two effects apart, and one that tells an effect from many |
 //! | `extended.rs` | effects as further unknowns |
-//! | `discriminating_positions.rs` | one position that tells an effect from many |
 //! | `order.rs` | the order to run |
 //!
 //! Deliberately absent: readings (what was measured plays no part, except as a source of the noise), nonlinear design over unknown
@@ -42,13 +40,11 @@ mod budget;
 mod candidates;
 mod criterion;
 mod discriminate;
-mod discriminating_positions;
 mod effort;
 mod exchange;
 mod extended;
 mod goal;
 mod improve;
-mod independent;
 mod judge;
 mod known;
 mod objective;
@@ -66,14 +62,14 @@ mod whitened;
 pub use blocks::Blocks;
 pub use candidates::{Unit, Zone, from_schedule, sweep, sweep_with_rates, without};
 pub use criterion::Criterion;
-pub use discriminate::{Discrimination, Separated, discriminate, separate};
-pub use discriminating_positions::{DiscriminatingPosition, discriminating_positions};
+pub use discriminate::{
+    DiscriminatingPosition, Discrimination, Separated, discriminate, discriminating_positions, separate,
+};
 pub(crate) use effort::mounting;
 pub use effort::{Costs, Noise, NoiseSource, Offer, SensorNoise, Work, mountings, planned, positions_only};
 pub use extended::extended;
 pub use goal::{Goal, Reached, reach};
 pub use improve::{Improvement, improve};
-pub(crate) use independent::Independent;
 pub use judge::{Judgement, Predicted, PredictedDerived, PredictedReading, is_angle, judge};
 pub(crate) use judge::{gradients, repeated};
 pub use known::ThroughTilts;
@@ -83,4 +79,5 @@ pub use point::{Judged, Lacking, PointSource, judged_at};
 pub use request::{Method, Progress, Refinement, Request};
 pub use scheduled::{Reason, Refined};
 pub use search::{Choice, choose};
+pub(crate) use whitened::Independent;
 pub use whitened::Term;
