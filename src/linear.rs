@@ -167,6 +167,13 @@ impl Triangle {
     }
 }
 
+/// `y - A x`, for the first columns of `rows`, in place.
+pub(crate) fn subtract(observed: &mut [f64], rows: &Mat<f64>, x: &[f64]) {
+    for (j, x) in x.iter().enumerate().take(rows.ncols()).filter(|(_, x)| **x != 0.0) {
+        observed.iter_mut().zip(rows.col_as_slice(j)).for_each(|(v, a)| *v -= a * x);
+    }
+}
+
 /// `c' M c`.
 pub(crate) fn form(matrix: &Mat<f64>, along: &[f64]) -> f64 {
     let n = matrix.nrows();

@@ -1,4 +1,4 @@
-//! The operators and functions of a model line: their names, values and derivatives.
+//! What a model line is made of; the names, values and derivatives of its operators and functions.
 
 use crate::number;
 
@@ -142,6 +142,18 @@ impl Operator {
             },
         }
     }
+}
+
+/// One item of a line in postfix order: what the parser writes and the tree is read from.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Item {
+    /// Finite and not negative: a minus sign is always an item of its own.
+    Number(f64),
+    Pi,
+    Name(String),
+    Negate,
+    Call(Function),
+    Binary(Operator),
 }
 
 /// The number as an exponent for repeated multiplication: an integer of at most 64 in size.

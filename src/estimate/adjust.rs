@@ -196,10 +196,7 @@ pub fn solve(system: &System, hints: &ScaleHints<'_>, settings: &Settings) -> Re
     let group_scale: Vec<f64> = scales.scale.iter().map(|scale| scale.unwrap_or(1.0)).collect();
     let factor = compressed.factor(|g| group_scale[g], settings)?;
     let solution = compressed.solve(&factor, 1).solution;
-    let mut residuals = system.observed.clone();
-    for (j, x) in solution.iter().enumerate().filter(|(_, x)| **x != 0.0) {
-        residuals.iter_mut().zip(system.rows.col_as_slice(j)).for_each(|(v, a)| *v -= a * x);
-    }
+    let residuals = system.residuals(&solution);
     if !solution.iter().chain(&residuals).all(|value| value.is_finite()) {
         return Err(out_of_range());
     }

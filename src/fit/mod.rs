@@ -10,7 +10,6 @@ mod azimuth;
 mod checks;
 mod conditional;
 mod conformity;
-mod covariance_root;
 mod gauss_newton;
 mod least_absolute;
 mod linear;

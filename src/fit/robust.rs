@@ -91,7 +91,7 @@ pub(super) fn estimate(
     for stage in stages {
         if *stage == RobustMethod::L1 {
             let (solution, converged) = super::least_absolute::solve(system, &plain, readings);
-            weighted.residuals = residuals(system, &solution);
+            weighted.residuals = system.residuals(&solution);
             weighted.unknowns.solution = solution;
             record.converged = converged;
             scale = scales(system, &weighted, groups);
@@ -135,14 +135,6 @@ fn reweighted(system: &System, weights: &[f64], scale: &[f64]) -> System {
         .map(|i| system.u[i] * positive(scale_of(system, scale, i)) / weights[i].sqrt())
         .collect::<Vec<f64>>();
     System { u, group: vec![Group::Known; system.u.len()], ..system.clone() }
-}
-
-fn residuals(system: &System, solution: &[f64]) -> Vec<f64> {
-    let mut rest = system.observed.clone();
-    for (j, x) in solution.iter().enumerate().take(system.rows.ncols()) {
-        rest.iter_mut().zip(system.rows.col_as_slice(j)).for_each(|(v, a)| *v -= a * x);
-    }
-    rest
 }
 
 fn scale_of(system: &System, scale: &[f64], i: usize) -> f64 {

@@ -24,7 +24,6 @@
 //! | `inference.rs` | what each component contributes: squares, redundancy, information |
 //! | `problem.rs` | components, and the adjustment at given variances |
 //! | `reml.rs` | the steps to the variances |
-//! | `left_out.rs` | rows that others stand for |
 //! | `condense.rs` | the readings of a position as a few rows that say the same |
 //! | `chain.rs` | a filter along time, with derivatives by the noise |
 //! | `restricted.rs` | the likelihood of parts of the rows, and Newton's way to its top |
@@ -43,7 +42,6 @@ mod cost;
 mod elimination;
 mod floor;
 mod inference;
-mod left_out;
 mod mixture;
 mod pattern;
 mod problem;

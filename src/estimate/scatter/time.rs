@@ -571,7 +571,7 @@ impl Problem<'_> {
         let residuals = &point.estimate.residuals;
         let moved = turn(residuals);
         let square = crate::linear::dot(residuals, &moved);
-        inference.add(q, white, &moved);
+        inference.add(q, white, moved);
         let own = &inference.gamma[inference.gamma.len() - 1];
         let trace = (0..own.nrows()).map(|i| own[(i, i)]).sum::<f64>();
         self.log_determinant_slope(line, whitening.sd(), theta) - trace - square

@@ -10,7 +10,7 @@
 use super::Rows;
 use super::octaves::{self, Noise, Octaves, Stated};
 use super::question::{Chunk, Part, Question};
-use super::together::{left, merged, priors, together};
+use super::together::together;
 use crate::campaign::{Campaign, Size};
 use crate::elements::Elements;
 use crate::error::Result;
@@ -19,6 +19,7 @@ use crate::estimate::{
 };
 use crate::fit::Estimator;
 use crate::fit::gauss_newton::{Convergence, Iteration, Stop};
+use crate::linear::subtract;
 use faer::Mat;
 use faer::linalg::solvers::Solve;
 
@@ -91,7 +92,7 @@ impl Question {
             None => Ok(()),
         })?;
         let parts = chains.into_iter().flatten().map(Chain::part);
-        Ok(parts.chain([priors(self, directions, (point, &[]))]).collect())
+        Ok(parts.chain([self.prior_block(point).part(directions, &[])]).collect())
     }
 }
 
@@ -104,30 +105,6 @@ pub(super) fn turned(rows: &Mat<f64>, directions: &Mat<f64>, step: &[f64]) -> Ma
     to.copy_from_slice(rows.col_as_slice(rows.ncols() - 1));
     subtract(to, rows, step);
     out
-}
-
-/// `y - A x`, for the first columns of `rows`.
-pub(super) fn subtract(observed: &mut [f64], rows: &Mat<f64>, x: &[f64]) {
-    for (j, x) in x.iter().enumerate().filter(|(_, x)| **x != 0.0) {
-        observed.iter_mut().zip(rows.col_as_slice(j)).for_each(|(v, a)| *v -= a * x);
-    }
-}
-
-/// Squares of all rows at a point moved by `step`.
-fn merit(question: &Question, parts: &[Option<Part>], scale: &[f64], point: &[f64], step: &[f64]) -> f64 {
-    let squares = |part: &Part| left(part, step).iter().map(|v| v * v).sum::<f64>();
-    let own = parts.iter().zip(scale).filter_map(|(part, t)| Some(squares(part.as_ref()?) / t));
-    let prior = |(k, value, u): &(usize, f64, f64)| ((value - point.at(*k) - step.at(*k)) / u).powi(2);
-    own.sum::<f64>() + question.priors.iter().map(prior).sum::<f64>()
-}
-
-/// `|J dx|`, weighted.
-fn effect(question: &Question, parts: &[Option<Part>], scale: &[f64], point: &[f64], change: &[f64]) -> Result<f64> {
-    let fold = merged(question, parts, scale, point)?;
-    let triangle = fold.triangle();
-    let n = question.unknowns;
-    let row = |i: usize| (i..n).map(|j| triangle[(i, j)] * change[j]).sum::<f64>();
-    Ok((0..n).map(|i| row(i).powi(2)).sum::<f64>().sqrt())
 }
 
 /// A sensor's residuals as a pass of Gauss-Newton sees them.
@@ -191,8 +168,9 @@ pub(super) fn search(
         };
         let open: Vec<bool> = (0..sensors).map(|s| question.is_white_free(s) && open_at_first[s]).collect();
         let found = together(question, &parts, &open, point)?;
-        let change = found.folded.unknowns.solution.clone();
-        let here = merit(question, &parts, &found.scale, point, &vec![0.0; n]);
+        let change = found.found.unknowns.solution.clone();
+        let (norm, length) = found.rows.norms(&found.found.factor, &change);
+        let here = norm * norm;
         if let Some((merit_before, from, step, share)) = before.take()
             && here > merit_before * (1.0 + 1e-9)
             && share > 1e-6
@@ -209,14 +187,13 @@ pub(super) fn search(
             before = Some((merit_before, from, step, share));
             continue;
         }
-        let length = effect(question, &parts, &found.scale, point, &change)?;
         iterations.push(Iteration { sum_of_squares: here, step: length, share: 1.0 });
         for (s, own) in noise.iter_mut().enumerate().filter(|(s, _)| open[*s]) {
             own.white = found.scale[s].sqrt();
         }
-        directions = found.fold.directions(&question.settings.adjust)?;
-        let rest = found.folded.sum_of_squares.sqrt();
-        if linear_only || length <= NEGLIGIBLE * rest || length <= 1e-13 * (here.sqrt() + size(point)) {
+        directions = found.found.factor.whitened_directions();
+        let rest = found.found.sum_of_squares.sqrt();
+        if linear_only || length <= NEGLIGIBLE * rest || length <= 1e-13 * (norm + size(point)) {
             stop = Stop::Settled;
             break;
         }

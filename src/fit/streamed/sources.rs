@@ -13,7 +13,7 @@ use super::noise::{Found, Free};
 use super::octaves::Noise;
 use super::question::Question;
 use super::together::Together;
-use crate::campaign::{Campaign, Size};
+use crate::campaign::Campaign;
 use crate::error::{Fault, Malformed, Result};
 use crate::estimate::{Likelihood, LineState, NoiseModel, NoisePart, PartNoise, Slot};
 use crate::fit::noise::{ScatterSources, VarianceSource};
@@ -99,10 +99,12 @@ impl Noised {
         };
         let among: Vec<usize> = found.free.iter().enumerate().flat_map(estimated).collect();
         let (covariances, correction) = self.likelihood.costs(&self.model, &among);
+        let spread = Mat::from_fn(among.len(), among.len(), |a, b| covariances[(among[a], among[b])]);
         let component = |s: usize, which: usize| {
             let place = self.places[s].0[which]?;
             among.iter().position(|own| *own == place)
         };
+        let dof = |component: Option<usize>, stated: f64| component.map_or(stated, |c| 2.0 / spread[(c, c)]);
         let (mut sources, mut over, mut leans) = (Vec::new(), Vec::new(), Vec::new());
         let mut determined = true;
         for (s, own) in question.sensors.iter().enumerate().filter(|(s, _)| question.is_read(*s)) {
@@ -110,60 +112,50 @@ impl Noised {
             let levels = crate::number::index(rows[s]);
             let white = component(s, 0);
             determined &= white.is_none() || solved.redundancy[s] > 0.0;
-            let name = format!("readings of {}", campaign.bench.sensors.get(s).map_or("", |own| own.id.as_str()));
+            let name = format!("readings of {}", campaign.sensor_id(s));
             let share = |which: usize| self.slope(s, which).unwrap_or_else(|| Mat::zeros(n, n));
+            let (variance, state, part) = match (found.white_at_zero[s], white) {
+                (true, _) => (0.0, LineState::AtZero, Mat::zeros(n, n)),
+                (false, Some(_)) => (size.white * size.white * solved.scale[s], LineState::Estimated, share(0)),
+                (false, None) => (1.0, LineState::Stated, share(0)),
+            };
             sources.push(VarianceSource {
                 evaluation: Evaluation::TypeA,
-                variance: match (found.white_at_zero[s], white) {
-                    (true, _) => 0.0,
-                    (false, Some(_)) => size.white * size.white * solved.scale[s],
-                    (false, None) => 1.0,
-                },
-                state: match (found.white_at_zero[s], white) {
-                    (true, _) => LineState::AtZero,
-                    (false, Some(_)) => LineState::Estimated,
-                    (false, None) => LineState::Stated,
-                },
+                estimated: state != LineState::Stated,
+                dof: dof(white, f64::INFINITY),
+                variance,
+                state,
                 component: white,
                 sensor: Some(s),
-                ..VarianceSource::stated(name, if found.white_at_zero[s] { Mat::zeros(n, n) } else { share(0) }, levels)
+                ..VarianceSource::stated(name, part, levels)
             });
-            let Some(line) = own.line.and_then(|(line, _)| Some((line, campaign.scatter.get(line)?))) else { continue };
-            let (line, stated) = line;
-            let (is_stated, dof) = match stated.size {
-                Size::Stated { dof, .. } => (true, dof),
-                Size::Column(_) => (true, f64::INFINITY),
-                Size::Estimated => (false, f64::INFINITY),
-            };
-            let over_tau = stated.over.as_ref().and_then(|over| over.tau);
+            let Some((k, line)) = own.line.and_then(|(k, _)| Some((k, campaign.scatter.get(k)?))) else { continue };
+            let own = VarianceSource::line(campaign, k, line, share(1), levels);
+            let stated_tau = line.over.as_ref().and_then(|over| over.tau);
             let tau = component(s, 2);
-            let u_tau = tau.map(|k| covariances[(among[k], among[k])].sqrt() * size.tau).filter(|u| u.is_finite());
+            let u_tau = tau.map(|k| spread[(k, k)].sqrt() * size.tau).filter(|u| u.is_finite());
             over.push(VarianceSource {
-                evaluation: if is_stated { Evaluation::TypeB } else { Evaluation::TypeA },
                 variance: size.deviation * size.deviation,
-                line: Some(line),
-                state: match (found.at_zero[s], is_stated) {
+                state: match (found.at_zero[s], own.estimated) {
                     (true, _) => LineState::AtZero,
-                    (false, true) => LineState::Stated,
-                    (false, false) => LineState::Estimated,
+                    (false, false) => LineState::Stated,
+                    (false, true) => LineState::Estimated,
                 },
-                tau: (!found.at_zero[s] || over_tau.is_some()).then_some((over_tau.unwrap_or(size.tau), u_tau)),
-                dof,
+                tau: (!found.at_zero[s] || stated_tau.is_some()).then_some((stated_tau.unwrap_or(size.tau), u_tau)),
+                dof: dof(component(s, 1), own.dof),
                 component: component(s, 1),
-                ..VarianceSource::stated(stated.name(campaign), share(1), levels)
+                ..own
             });
             leans.extend(tau.zip(self.slope(s, 2)));
         }
+        let c = &solved.found.unknowns.cofactor;
         if !question.priors.is_empty() {
-            let c = &solved.folded.unknowns.cofactor;
             let share =
                 |i: usize, j: usize| question.priors.iter().map(|(k, _, u)| c[(i, *k)] * c[(*k, j)] / (u * u)).sum();
             let (share, count) = (Mat::from_fn(n, n, share), question.priors.len());
             sources.push(VarianceSource::stated("priors".into(), share, count));
         }
         sources.extend(over);
-        let spread = Mat::from_fn(among.len(), among.len(), |a, b| covariances[(among[a], among[b])]);
-        let cofactor = &solved.folded.unknowns.cofactor;
-        ScatterSources::streamed(sources, cofactor, (spread, self.back(&correction)), leans, determined)
+        ScatterSources::jointly(sources, c, (spread, self.back(&correction)), leans, determined)
     }
 }
