@@ -3,6 +3,7 @@
 use super::azimuth::{Sector, sector};
 use super::names::{NamedCombination, describe};
 use super::noise::ScatterSources;
+use super::rules::{self, Constraints};
 use crate::algebra::{Expression, Scratch, Tape};
 use crate::campaign::{Campaign, Derived, Kind, Known, Parameter, Role};
 use crate::design::DesignMatrix;
@@ -100,7 +101,7 @@ fn moved(terms: &[(usize, f64)], along: &[f64]) -> (f64, f64) {
 ///
 /// `df/dp` is that of the exact model at the *solution*: at a reference point with zero tilts a scale factor would seem to have no part in
 /// tilts that it multiplies.
-fn known_inputs<'a>(
+pub(super) fn known_inputs<'a>(
     campaign: &'a Campaign,
     at_solution: &DesignMatrix,
     noise: &ScatterSources,
@@ -122,6 +123,16 @@ fn known_inputs<'a>(
     inputs
 }
 
+/// What budgets tell.
+pub(super) struct Told {
+    pub parameters: Vec<ParameterResult>,
+    pub covariance: Mat<f64>,
+    pub derived: Vec<DerivedResult>,
+    pub combinations: Vec<CombinationResult>,
+    /// How the estimated parameters follow each known input that has an uncertainty.
+    pub known: Vec<(usize, Known, Vec<f64>)>,
+}
+
 /// What every budget of a fit needs.
 pub(super) struct BudgetInputs<'a> {
     campaign: &'a Campaign,
@@ -134,37 +145,36 @@ pub(super) struct BudgetInputs<'a> {
 }
 
 impl<'a> BudgetInputs<'a> {
+    /// `known`: how the solution follows each known input.
     pub(super) fn new(
         campaign: &'a Campaign,
-        at_solution: &DesignMatrix,
-        estimate: &'a Estimate,
-        noise: &'a ScatterSources,
+        (estimate, noise): (&'a Estimate, &'a ScatterSources),
+        known: Vec<(&'a str, Known, Vec<f64>)>,
         level: f64,
         (weak, judged_at): (&'a [usize], Option<&'a [f64]>),
     ) -> Self {
-        let known = known_inputs(campaign, at_solution, noise);
         BudgetInputs { campaign, estimate, noise, known, level, weak, judged_at }
     }
 
-    /// The same where it is known already how the solution follows each known input.
-    pub(super) fn with_known(
-        campaign: &'a Campaign,
-        estimate: &'a Estimate,
-        noise: &'a ScatterSources,
-        known: Vec<(&'a str, Known, Vec<f64>)>,
-        level: f64,
-    ) -> Self {
-        BudgetInputs { campaign, estimate, noise, known, level, weak: &[], judged_at: None }
-    }
-
-    /// How the estimated parameters follow each known input that has an uncertainty.
-    pub(super) fn known_sensitivities(&self) -> Vec<(usize, Known, Vec<f64>)> {
+    /// Everything at a point, `free` being the estimate that only equations restrict.
+    pub(super) fn told(&self, point: &[f64], free: &[f64], constraints: &Constraints) -> Result<Told> {
+        let at_bound = rules::at_bound(self.campaign, constraints);
+        let bounded = matches!(constraints, Constraints::Met { .. });
+        let none = (f64::NEG_INFINITY, f64::INFINITY);
+        let allowed = |k| if bounded { rules::allowed(self.campaign, k) } else { none };
         let index = |id: &str| self.campaign.parameter_index(id);
-        self.known.iter().filter_map(|(id, known, c)| Some((index(id)?, *known, c.clone()))).collect()
+        let known = self.known.iter().filter_map(|(id, known, c)| Some((index(id)?, *known, c.clone())));
+        Ok(Told {
+            parameters: self.parameters(point, free, &at_bound, allowed),
+            covariance: self.covariance(),
+            derived: self.derived(point)?,
+            combinations: self.combinations(point),
+            known: known.collect(),
+        })
     }
 
     /// Full covariance of the estimated parameters: readings and known inputs.
-    pub(super) fn covariance(&self) -> Mat<f64> {
+    fn covariance(&self) -> Mat<f64> {
         let mut covariance = self.noise.covariance.clone();
         for (_, input, c) in &self.known {
             for (i, a) in c.iter().enumerate().take(covariance.nrows()) {
@@ -231,7 +241,7 @@ impl<'a> BudgetInputs<'a> {
     }
 
     /// Results of all estimated parameters; `allowed` are the values that constraints leave each.
-    pub(super) fn parameters(
+    fn parameters(
         &self,
         point: &[f64],
         free: &[f64],
@@ -293,7 +303,7 @@ impl<'a> BudgetInputs<'a> {
     }
 
     /// What the readings determine of parameters that are not estimable alone.
-    pub(super) fn combinations(&self, point: &[f64]) -> Vec<CombinationResult> {
+    fn combinations(&self, point: &[f64]) -> Vec<CombinationResult> {
         let result = |combination: &Combination| {
             let mut along = vec![0.0; self.campaign.unknowns()];
             for (k, c) in &combination.terms {
@@ -322,7 +332,7 @@ impl<'a> BudgetInputs<'a> {
     /// Results of the derived quantities: first order, `c = d quantity / d parameters` at the estimate.
     ///
     /// A known parameter acts twice, through the line itself and through the estimates: its sensitivity is the sum of both.
-    pub(super) fn derived(&self, point: &[f64]) -> Result<Vec<DerivedResult>> {
+    fn derived(&self, point: &[f64]) -> Result<Vec<DerivedResult>> {
         let campaign = self.campaign;
         let ids: Vec<&str> = campaign.parameters.iter().map(|p| p.id.as_str()).collect();
         let finite = |(value, slopes): &(f64, Vec<f64>)| value.is_finite() && slopes.iter().all(|c| c.is_finite());

@@ -13,7 +13,7 @@
     reason = "`kept` holds components of the problem, for each of which the inference has a matrix, and `s` a row and a column"
 )]
 
-use super::cost;
+use super::inference;
 use super::problem::{Problem, SEPARATED};
 use crate::error::Result;
 use crate::linear::form;
@@ -48,7 +48,7 @@ impl Problem<'_> {
         let directions = point.estimate.factor.whitened_directions();
         let whole = &directions * directions.transpose();
         // 2 S^-1
-        let twice = cost::spread(&inference.s, kept);
+        let twice = inference::spread(&inference.s, kept);
         let one = |own: &Option<usize>| {
             let c = missing(own)?;
             let mut middle = inference.gamma[c].clone();

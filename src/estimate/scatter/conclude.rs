@@ -8,7 +8,7 @@ use super::condense::Condensed;
 use super::problem::Problem;
 use super::reml::{Ended, FULL, Limits};
 use super::time::{self, Along};
-use super::{LineState, ScatterLine, Scattered, Stepped, Whitening, cost};
+use super::{LineState, ScatterLine, Scattered, Stepped, Whitening, inference};
 use crate::error::Result;
 use crate::estimate::factor::{product_by_rows, rank_tolerance};
 use crate::estimate::{Elimination, ScaleHints, Settings, System, solve};
@@ -143,8 +143,8 @@ fn conclude(
     let (spread, correction) = match along {
         Some(along) => along.costs(inference.s.nrows(), &leaning),
         None => {
-            let spread = cost::spread(&inference.s, &free);
-            let correction = cost::correction(&directions, &spread, |g, h| inference.crossing(g, h));
+            let spread = inference::spread(&inference.s, &free);
+            let correction = inference::correction(&directions, &spread, |g, h| inference.crossing(g, h));
             (spread, correction)
         }
     };

@@ -13,7 +13,7 @@
     reason = "the pattern is that of the system, which `System::check` has seen: fronts hold rows and deviations below its numbers, and `class` has an entry for each row"
 )]
 
-use super::by_row::ByRow;
+use super::pattern::ByRow;
 use super::problem::{LeftOut, Problem};
 use super::reml::{Ended, Limits};
 use super::{Felt, ScatterLine};

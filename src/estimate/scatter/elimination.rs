@@ -17,8 +17,7 @@
     reason = "fronts hold deviations and rows of the pattern, and vectors over both have the pattern's lengths: whoever gives values from outside has them filled up first (`whiten`, `carry_back`)"
 )]
 
-use super::by_row::ByRow;
-use super::pattern::Front;
+use super::pattern::{ByRow, Front};
 use super::{Pattern, ScatterLine};
 use crate::elements::Elements;
 use faer::{Mat, MatRef};
@@ -300,14 +299,14 @@ impl Whitening {
         if let Some(own) = rows.get_mut(row) {
             *own = 1.0;
         }
-        let mut white = self.forward(Augmented { rows, deviations: vec![0.0; self.pattern.deviations] }).rows;
+        let mut white = self.forward(self.of_rows(rows)).rows;
         for _ in 0..2 {
             for k in 0..q.ncols() {
                 let along: f64 = white.iter().zip(q.col(k).iter()).map(|(r, q)| q * r).sum();
                 white.iter_mut().zip(q.col(k).iter()).for_each(|(r, q)| *r -= along * q);
             }
         }
-        let back = self.backward(Augmented { rows: white, deviations: vec![0.0; self.pattern.deviations] });
+        let back = self.backward(self.of_rows(white));
         [back.rows, back.deviations].concat()
     }
 
@@ -390,8 +389,7 @@ impl Whitening {
     /// Squared norms of the rows of the orthonormal basis `Q1` that the deviations span, by the covariance of each front's deviations, from the last
     /// front of a block to its first. `visit` gets each front with the columns of `Q1` in its rows: carried ones, the deviations' own, readings.
     pub(super) fn norms(&self, mut visit: impl FnMut(&Front, &[Vec<f64>])) -> Augmented {
-        let mut norms =
-            Augmented { rows: vec![0.0; self.pattern.rows], deviations: vec![0.0; self.pattern.deviations] };
+        let mut norms = self.of_rows(vec![0.0; self.pattern.rows]);
         let fronts: Vec<(&Front, &Part)> = self.pattern.fronts.iter().zip(&self.parts).collect();
         for block in fronts.chunk_by(|_, (next, _)| !next.begins) {
             let mut staying: Vec<Vec<f64>> = Vec::new();

@@ -12,7 +12,7 @@
 //! deviations count with the sign -1 in every product: the formulas are those of an imaginary standard deviation.
 #![allow(
     clippy::indexing_slicing,
-    reason = "members, fronts and norms have the pattern's rows and deviations; per-component lists have `members.count` entries or were added to together (`add`)"
+    reason = "members, fronts and norms have the pattern's rows and deviations; per-component lists have `members.count` entries or were added to together (`add`); `among` holds numbers of components"
 )]
 
 use super::elimination::{Augmented, Whitening};
@@ -20,6 +20,7 @@ use super::problem::LeftOut;
 use crate::estimate::Estimate;
 use crate::linear::dot;
 use faer::linalg::matmul::matmul;
+use faer::linalg::solvers::Solve;
 use faer::{Accum, Mat, MatRef, Par};
 
 /// The component that each row, and each deviation's own row, belongs to; `None` where its variance is known.
@@ -217,4 +218,45 @@ fn projected(q: &Mat<f64>, mut white: Mat<f64>, mut residual: Vec<f64>) -> (Mat<
         residual.iter_mut().zip(q.col_as_slice(k)).for_each(|(w, q)| *w -= along * q);
     }
     (Mat::from_fn(rank, rank, |a, b| 0.5 * (own[(a, b)] + own[(b, a)])), white, residual)
+}
+
+/// `2 S^-1` over some components: the covariance of the estimated variances, each relative to its estimate; zero for the others.
+pub(super) fn spread(s: &Mat<f64>, among: &[usize]) -> Mat<f64> {
+    let mut all = Mat::zeros(s.nrows(), s.nrows());
+    if among.is_empty() {
+        return all;
+    }
+    let size = |g: usize| s[(g, g)].max(f64::MIN_POSITIVE).sqrt();
+    let part =
+        Mat::from_fn(among.len(), among.len(), |a, b| s[(among[a], among[b])] / (size(among[a]) * size(among[b])));
+    let inverse = part.col_piv_qr().solve(Mat::<f64>::identity(among.len(), among.len()));
+    for (a, g) in among.iter().enumerate() {
+        for (b, h) in among.iter().enumerate() {
+            all[(*g, *h)] = 2.0 * inverse[(a, b)] / (size(*g) * size(*h));
+        }
+    }
+    all
+}
+
+/// What estimated variances add to the covariance of the unknowns: M. G. Kenward and J. H. Roger, "Small sample inference for fixed effects from restricted
+/// maximum likelihood", Biometrics 53 (1997), 983-997, `2 T {sum W_gh (Q_gh - P_g P_h)} T'`: `crossing(g, h)` is what stands in braces, `W` the relative covariance
+/// of the variances. In this form where variances are told by gram matrices of rows; from derivatives of the covariance: `restricted.rs`.
+///
+/// `T` are the whitened directions of the unknowns (`T T'` is their covariance with known variances).
+pub(super) fn correction(
+    directions: &Mat<f64>,
+    spread: &Mat<f64>,
+    crossing: impl Fn(usize, usize) -> Mat<f64>,
+) -> Mat<f64> {
+    let rank = directions.ncols();
+    let mut middle = Mat::<f64>::zeros(rank, rank);
+    for g in 0..spread.nrows() {
+        for h in 0..spread.nrows() {
+            let weight = spread[(g, h)];
+            if weight != 0.0 && weight.is_finite() {
+                middle += crossing(g, h) * faer::Scale(2.0 * weight);
+            }
+        }
+    }
+    directions * middle * directions.transpose()
 }

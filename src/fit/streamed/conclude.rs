@@ -16,7 +16,8 @@ use crate::campaign::{Campaign, Role};
 use crate::design;
 use crate::error::Result;
 use crate::estimate::{Chain, Estimate, Group, System, Unknowns};
-use crate::fit::{Checks, Constraints, Estimator, Fit, parameters, separate, system};
+use crate::fit::parameters::{BudgetInputs, Told};
+use crate::fit::{Checks, Constraints, Estimator, Fit, in_uncertainties, separate, system};
 use crate::linear::subtract;
 use crate::quality::{self, RowQuality};
 use faer::Mat;
@@ -128,12 +129,9 @@ pub(super) fn conclude(
             Ok((id, known, follow.iter().map(|c| -c).collect()))
         })
         .collect::<Result<Vec<_>>>()?;
-    let budgets = parameters::BudgetInputs::with_known(&campaign, &estimate, &noise, known, settings.level);
-    let results = budgets.parameters(&solution, &solution, &[], |_| (f64::NEG_INFINITY, f64::INFINITY));
-    let covariance = budgets.covariance();
-    let derived = budgets.derived(&solution)?;
-    let combinations = budgets.combinations(&solution);
-    let known_sensitivities = budgets.known_sensitivities();
+    let budgets = BudgetInputs::new(&campaign, (&estimate, &noise), known, settings.level, (&[], None));
+    let Told { parameters, covariance, derived, combinations, known: known_sensitivities } =
+        budgets.told(&solution, &solution, &Constraints::None)?;
     let linear = match settings.estimator {
         Estimator::Exact if !question.is_linear => {
             let reference = campaign.reference_point();
@@ -142,14 +140,8 @@ pub(super) fn conclude(
         }
         _ => solution.iter().copied().take(question.unknowns).collect::<Vec<f64>>(),
     };
-    let nonlinearity = results
-        .iter()
-        .zip(solution.iter().zip(&linear))
-        .map(|(own, (exact, linear))| {
-            let u = own.uncertainty.map(|own| own.u).filter(|u| *u > 0.0)?;
-            Some((exact - linear) / u).filter(|share: &f64| share.is_finite())
-        })
-        .collect();
+    let change: Vec<f64> = solution.iter().zip(&linear).map(|(exact, linear)| exact - linear).collect();
+    let nonlinearity = in_uncertainties(&parameters, &change);
     let quality = row_quality(&at, &weighed, &estimate, sizes, &solved, &independent);
     let studentized: Vec<f64> = quality.iter().filter_map(|own| own.studentized).collect();
     let is_stated = noise.sources.iter().all(|source| !source.estimated);
@@ -163,21 +155,18 @@ pub(super) fn conclude(
         design: at_solution,
         system: weighed,
         point: solution,
-        parameters: results,
+        parameters,
         covariance,
         derived,
         combinations,
         conditional: Vec::new(),
         noise,
         known_sensitivities,
-        constraints: Constraints::None,
-        robust: None,
         settled: found.settled && solved.found.settled,
         quality,
         global_test,
         not_estimable,
         convergence: found.convergence.map(|record| crate::fit::Convergence { linear, ..record }),
-        linearisation_error: start.linearisation_error,
         nonlinearity,
         streamed: Some(Streamed {
             rows: sample.rows,
@@ -190,6 +179,8 @@ pub(super) fn conclude(
         }),
         estimate,
         campaign,
+        // without constraints, nothing robust
+        ..start
     })
 }
 
