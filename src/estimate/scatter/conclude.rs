@@ -47,13 +47,11 @@ pub(crate) fn scattered(
         Some(along) => problem.ended_along(along, &timed.start)?,
         None => None,
     };
-    let mut found = match along {
-        Some(ended) => conclude(problem, ended, (&timed, sums), timed.along.as_ref())?,
-        None => {
-            let ended = problem.solve_all(&timed.start, FULL)?;
-            conclude(problem, ended, (&timed, sums), None)?
-        }
+    let (ended, along) = match along {
+        Some(ended) => (ended, timed.along.as_ref()),
+        None => (problem.solve_all(&timed.start, FULL)?, None),
     };
+    let mut found = conclude(problem, ended, (&timed, sums), along)?;
     for (k, tau, u) in timed.found {
         found.tau[k] = Some((tau, u));
     }

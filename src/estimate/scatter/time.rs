@@ -401,9 +401,7 @@ impl Along {
     pub fn inside(&self) -> Vec<usize> {
         (0..self.meaning.len()).filter(|k| !self.top.at_end[*k]).collect()
     }
-}
 
-impl Along {
     /// Covariance of the estimated variances, relative, `count` of them: components, then correlation times as `leaning` numbers them; and what estimating
     /// them adds to the covariance of the unknowns.
     pub fn costs(&self, count: usize, leaning: &[Option<usize>]) -> (Mat<f64>, Mat<f64>) {
