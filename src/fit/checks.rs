@@ -188,17 +188,7 @@ fn write_key(campaign: &Campaign, used: &[usize], origin: &RowOrigin, key: &mut 
     key.clear();
     key.push(origin.sensor as u64);
     let Some(reading) = campaign.readings.rows.get(origin.reading) else { return };
-    for state in &reading.joints {
-        let (kind, numbers): (u64, [f64; 3]) = match *state {
-            JointState::Held { angle_deg } => (0, [angle_deg, 0.0, 0.0]),
-            JointState::WholeTurns { rate_deg_s } => (1, [rate_deg_s, 0.0, 0.0]),
-            JointState::PartTurns { start_deg, rate_deg_s, turns } => (2, [start_deg, rate_deg_s, turns]),
-            JointState::Passing { angle_deg, rate_deg_s } => (3, [angle_deg, rate_deg_s, 0.0]),
-        };
-        key.push(kind);
-        // minus zero is zero
-        key.extend(numbers.map(|x| (x + 0.0).to_bits()));
-    }
+    key.extend(reading.joints.iter().flat_map(JointState::bits));
     for k in used {
         // readings that both lack it are alike in it
         let value = reading.columns.get(*k).copied().flatten().unwrap_or(f64::NAN);

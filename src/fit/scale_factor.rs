@@ -172,8 +172,7 @@ fn series(campaign: &Campaign, design: &DesignMatrix, s: usize, sensor: &Sensor)
         let Some(name) = names.get(joint) else { continue };
         let mut key = vec![joint as u64];
         for state in &reading.joints {
-            let (deg, deg_s, turns) = state.at_rate(1.0).unwrap_or(*state).keys();
-            key.extend([deg, deg_s, turns].map(|own| own.unwrap_or(f64::NAN).to_bits()));
+            key.extend(state.at_rate(1.0).unwrap_or(*state).bits());
         }
         // the joint's own columns say what its state says
         let others = used.iter().filter(|k| {
