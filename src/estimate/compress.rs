@@ -37,11 +37,7 @@ pub(crate) struct Block {
 impl Block {
     /// What the rows say in some directions of the unknowns, a step away.
     pub fn part(&self, directions: &Mat<f64>, step: &[f64]) -> NoisePart {
-        let (n, r) = directions.shape();
-        let mut rows = Mat::zeros(self.rows.nrows(), r + 1);
-        rows.subcols_mut(0, r).copy_from(self.rows.subcols(0, n) * directions);
-        rows.col_as_slice_mut(r).copy_from_slice(&self.observed);
-        crate::linear::subtract(rows.col_as_slice_mut(r), &self.rows, step);
+        let rows = crate::linear::turned(&self.rows, &self.observed, directions, step);
         NoisePart::white(self.size as f64, self.log_determinant, groups::gram(&rows))
     }
 }

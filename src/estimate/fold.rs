@@ -1,7 +1,7 @@
 //! The same estimate from rows that come in blocks: memory depends on the unknowns, not on the readings.
 #![allow(
     clippy::indexing_slicing,
-    reason = "`check` compares observed and u with the rows before they are used; the triangle has `unknowns + carried + 1` columns, square, from the constructor on; `unpack` compares the length of what it is given with it first"
+    reason = "`System::check` compares observed and u with the rows before they are used; the triangle has `unknowns + carried + 1` columns, square, from the constructor on; `unpack` compares the length of what it is given with it first"
 )]
 
 use super::compensated::accumulate;
@@ -98,8 +98,12 @@ impl Fold {
     /// The triangle with a block of rows whose numbers are no plain ones: refused, or by the general factorisation, which scales them.
     fn careful(&self, rows: MatRef<'_, f64>, observed: &[f64], u: &[f64]) -> Result<Mat<f64>> {
         let (k, size) = (rows.nrows(), self.triangle.ncols());
-        check(rows, observed, u)?;
-        let observed = about(rows, observed, &self.about);
+        // said with the place and in the words of a system
+        let (group, observed, u) = (vec![Group::Known; k], observed.to_vec(), u.to_vec());
+        let system = System { rows: rows.to_owned(), observed, u, group };
+        system.check()?;
+        let System { observed, u, .. } = system;
+        let observed = about(rows, &observed, &self.about);
         let below = |i: usize, j: usize| match i.checked_sub(size) {
             None => self.triangle[(i, j)],
             Some(i) if j + 1 < size => rows[(i, j)] / u[i],
@@ -319,22 +323,6 @@ fn sampled(rows: MatRef<'_, f64>, observed: &[f64], u: &[f64], unknowns: usize) 
         panel::fold(&mut fold.triangle, few.as_ref(), &of(observed)?, &of(u)?, &[])?;
     }
     fold.point()
-}
-
-/// The question as [`System::check`] asks it, of a block whose rows are borrowed.
-fn check(rows: MatRef<'_, f64>, observed: &[f64], u: &[f64]) -> Result<()> {
-    let (k, n) = rows.shape();
-    let plain = observed.len() == k
-        && u.len() == k
-        && observed.iter().all(|y| y.is_finite())
-        && u.iter().all(|u| u.is_finite() && *u > 0.0)
-        && (0..n).all(|j| rows.col(j).iter().all(|a| a.is_finite()));
-    if plain {
-        return Ok(());
-    }
-    // said with the place and in the words of a system
-    let group = vec![Group::Known; k];
-    System { rows: rows.to_owned(), observed: observed.to_vec(), u: u.to_vec(), group }.check()
 }
 
 /// Observed values about a point: `y - A a` in twice the working precision.

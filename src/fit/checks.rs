@@ -34,12 +34,7 @@ pub(super) fn checks(campaign: &Campaign, design: &DesignMatrix, step: &Step, le
     let system = &step.system;
     let estimate = &step.estimate;
     let readings = design.rows.len();
-    // standard uncertainty of each row, estimated scales included; `determined` where all of them are known or estimated
-    let scale = |i: usize| match system.group.get(i) {
-        Some(Group::Estimated(g)) => estimate.divisor(*g),
-        _ => 1.0,
-    };
-    let u: Vec<f64> = system.u.iter().enumerate().map(|(i, u)| u * scale(i)).collect();
+    let u = estimate.row_u(system);
     let mut checks = Checks::default();
     let value = |i: usize| design.predicted.get(i).zip(system.observed.get(i)).map_or(0.0, |(f, y)| (f + y).abs());
     let largest = (0..readings).map(|i| value(i) / u.at(i)).fold(0.0, f64::max);
@@ -84,7 +79,7 @@ pub(super) fn checks(campaign: &Campaign, design: &DesignMatrix, step: &Step, le
     }
     // one group alone: its scale comes after the adjustment, so the whitened rows do not have it
     let alone = system.group.iter().all(|g| *g == Group::Estimated(0)) && step.scattered.is_none();
-    let common = if alone { scale(0) } else { 1.0 };
+    let common = Some(estimate.scale_or_one(0)).filter(|scale| alone && *scale > 0.0).unwrap_or(1.0);
     let whitened = match &step.scattered {
         Some(found) => Whitened {
             sd: found.whitening.sd().to_vec(),

@@ -176,13 +176,9 @@ fn scales(system: &System, estimate: &Estimate, groups: usize) -> Vec<f64> {
         .collect()
 }
 
+/// `psi(d)/d`.
 fn weight_of(method: RobustMethod, deviation: f64) -> f64 {
-    let d = deviation.abs();
-    match method {
-        RobustMethod::Tukey if d >= TUKEY => 0.0,
-        RobustMethod::Tukey => (1.0 - (d / TUKEY).powi(2)).powi(2),
-        RobustMethod::Huber | RobustMethod::L1 => (HUBER / d).min(1.0),
-    }
+    if deviation == 0.0 { 1.0 } else { psi(method, deviation).0 / deviation }
 }
 
 /// `(psi, psi')`.

@@ -82,7 +82,7 @@ impl Binned {
         for j in 0..unknowns {
             rows.col_as_slice_mut(j).copy_from_slice(chunk.rows.col_as_slice(j));
         }
-        rows.col_as_slice_mut(unknowns + steps).copy_from_slice(chunk.rows.col_as_slice(chunk.rows.ncols() - 1));
+        rows.col_as_slice_mut(unknowns + steps).copy_from_slice(chunk.observed());
         for (place, (input, values)) in inputs.iter().zip(chunk.inputs).enumerate() {
             for (i, value) in values.iter().enumerate().filter(|(_, value)| value.is_finite()) {
                 let bin = input.bin(*value);

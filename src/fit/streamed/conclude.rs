@@ -5,7 +5,7 @@
 )]
 
 use super::bins::{Binned, Input, MOST};
-use super::noise::{Found, turned};
+use super::noise::Found;
 use super::octaves::Noise as Size;
 use super::question::{Folding, Part, Question};
 use super::residuals::Residuals;
@@ -58,10 +58,9 @@ pub(super) fn conclude(
     question.walk(rows, &point, &further, &mut |s, chunk| {
         folding[s].push(chunk.rows, chunk.time, chunk.relative)?;
         if let Some((chain, directions)) = &mut chains[s] {
-            chain.push(turned(chunk.rows, directions, &change).as_ref(), chunk.time, chunk.relative)?;
+            chain.push(chunk.turned(directions, &change).as_ref(), chunk.time, chunk.relative)?;
         }
-        let last = chunk.rows.ncols() - 1;
-        let mut left = chunk.rows.col_as_slice(last).to_vec();
+        let mut left = chunk.observed().to_vec();
         subtract(&mut left, chunk.rows, &change);
         let rows = binned[s].push(n, &inputs, chunk, &left)?;
         let mut whitened = rows.col_as_slice(rows.ncols() - 1).to_vec();

@@ -19,7 +19,6 @@ use crate::estimate::{
 };
 use crate::fit::Estimator;
 use crate::fit::gauss_newton::{Convergence, Iteration, Stop};
-use crate::linear::subtract;
 use faer::Mat;
 use faer::linalg::solvers::Solve;
 
@@ -88,23 +87,12 @@ impl Question {
             })
             .collect();
         self.walk(rows, point, &[], &mut |s, chunk| match &mut chains[s] {
-            Some(chain) => chain.push(turned(chunk.rows, directions, &[]).as_ref(), chunk.time, chunk.relative),
+            Some(chain) => chain.push(chunk.turned(directions, &[]).as_ref(), chunk.time, chunk.relative),
             None => Ok(()),
         })?;
         let parts = chains.into_iter().flatten().map(Chain::part);
         Ok(parts.chain([self.prior_block(point).part(directions, &[])]).collect())
     }
-}
-
-/// The unknowns' columns of some rows in some directions, and the observations less what a step makes of them.
-pub(super) fn turned(rows: &Mat<f64>, directions: &Mat<f64>, step: &[f64]) -> Mat<f64> {
-    let (n, r) = directions.shape();
-    let mut out = Mat::zeros(rows.nrows(), r + 1);
-    out.subcols_mut(0, r).copy_from(rows.subcols(0, n) * directions);
-    let to = out.col_as_slice_mut(r);
-    to.copy_from_slice(rows.col_as_slice(rows.ncols() - 1));
-    subtract(to, rows, step);
-    out
 }
 
 /// A sensor's residuals as a pass of Gauss-Newton sees them.
@@ -122,8 +110,7 @@ struct Seen {
 
 impl Seen {
     fn take(&mut self, chunk: &Chunk<'_>) {
-        let observed = chunk.rows.col_as_slice(chunk.rows.ncols() - 1);
-        for ((y, relative), time) in observed.iter().zip(chunk.relative).zip(chunk.time) {
+        for ((y, relative), time) in chunk.observed().iter().zip(chunk.relative).zip(chunk.time) {
             self.octaves.push(y / relative);
             self.rows += 1.0;
             self.weight += 1.0 / (relative * relative);

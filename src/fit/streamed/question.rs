@@ -67,6 +67,18 @@ pub(super) struct Chunk<'a> {
     pub inputs: &'a [Vec<f64>],
 }
 
+impl Chunk<'_> {
+    /// Observed minus predicted.
+    pub(super) fn observed(&self) -> &[f64] {
+        self.rows.col_as_slice(self.rows.ncols() - 1)
+    }
+
+    /// The rows in some directions of the unknowns, a step away.
+    pub(super) fn turned(&self, directions: &Mat<f64>, step: &[f64]) -> Mat<f64> {
+        crate::linear::turned(self.rows, self.observed(), directions, step)
+    }
+}
+
 /// A sensor's rows, folded with some noise.
 #[derive(Debug, Clone)]
 pub(super) struct Part {
