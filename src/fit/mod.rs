@@ -198,10 +198,7 @@ impl Fit {
     /// else shows these.
     pub fn without_u_for(&self, line: usize) -> Vec<&str> {
         let Some((_, own)) = self.noise.absorbed.iter().find(|(k, _)| *k == line) else { return Vec::new() };
-        let touched = |k: usize| {
-            let along: Vec<f64> = (0..=k).map(|j| f64::from(u8::from(j == k))).collect();
-            self.estimate.unknowns.is_estimable(k) && own.touches(&along)
-        };
+        let touched = |k: usize| self.estimate.unknowns.is_estimable(k) && own.touches_unknown(k);
         self.parameters.iter().enumerate().filter(|(k, _)| touched(*k)).map(|(_, own)| own.id.as_str()).collect()
     }
 

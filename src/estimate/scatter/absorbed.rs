@@ -33,6 +33,11 @@ impl Absorbed {
     pub fn touches(&self, along: &[f64]) -> bool {
         form(&self.unknown, along).abs() > SEPARATED.sqrt() * form(&self.whole, along)
     }
+
+    /// Does the variance of this unknown?
+    pub(crate) fn touches_unknown(&self, k: usize) -> bool {
+        self.unknown[(k, k)].abs() > SEPARATED.sqrt() * self.whole[(k, k)]
+    }
 }
 
 impl Problem<'_> {
@@ -57,14 +62,7 @@ impl Problem<'_> {
                 middle -= &inference.gamma[*h] * Scale(share);
             }
             let found = Absorbed { unknown: &directions * middle * directions.transpose(), whole: whole.clone() };
-            let mut along = vec![0.0; whole.nrows()];
-            let mut touched = (0..along.len()).filter(|j| {
-                along.fill(0.0);
-                along[*j] = 1.0;
-                found.touches(&along)
-            });
-            touched.next().is_some().then_some(())?;
-            Some(found)
+            (0..whole.nrows()).any(|k| found.touches_unknown(k)).then_some(found)
         };
         Ok(self.component.iter().map(one).collect())
     }

@@ -176,10 +176,7 @@ fn conclude(
         let parts: Vec<(usize, f64)> = free.iter().zip(&by_component).map(|(g, own)| (*g, own[(j, j)])).collect();
         satterthwaite(covariance[(j, j)], &parts, &spread)
     };
-    let follows = |j: usize| {
-        let along: Vec<f64> = (0..covariance.nrows()).map(|k| f64::from(u8::from(k == j))).collect();
-        absorbed.iter().flatten().any(|own| own.touches(&along))
-    };
+    let follows = |j: usize| absorbed.iter().flatten().any(|own| own.touches_unknown(j));
     let judged = (0..covariance.nrows()).filter(|j| point.estimate.unknowns.is_estimable(*j) && !follows(*j));
     let mixture = match sums && (is_open || judged.map(dof).any(|dof| dof < FEWEST)) {
         true => problem.summed(&point, &theta, &kept, timed)?,

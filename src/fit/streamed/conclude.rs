@@ -35,7 +35,7 @@ pub(super) fn conclude(
     let settings = question.settings;
     let sensors = question.sensors.len();
     // the scale of white noise alone is that of the last pass
-    let open: Vec<bool> = (0..sensors).map(|s| found.free[s].white && found.noise[s].deviation == 0.0).collect();
+    let open: Vec<bool> = (0..sensors).map(|s| found.free[s][0] && found.noise[s].deviation == 0.0).collect();
     let change = match settings.estimator {
         Estimator::Exact => vec![0.0; question.unknowns],
         Estimator::Linear => solved(&mut question, rows, &found.noise, &open, &point)?.found.unknowns.solution,

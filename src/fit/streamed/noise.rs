@@ -28,13 +28,8 @@ const NEGLIGIBLE: f64 = 1e-9;
 /// Steps of time of which the middling one is that of the record: 32 kB, and as many as a clock learns its step from.
 const STEPS: usize = 4096;
 
-/// What is free of a sensor's noise.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Free {
-    pub white: bool,
-    pub deviation: bool,
-    pub tau: bool,
-}
+/// What is free of a sensor's noise: the white part, the deviation, its correlation time.
+pub(super) type Free = [bool; 3];
 
 /// Where the search ended.
 pub(super) struct Found {
@@ -63,12 +58,8 @@ impl Question {
 
     /// What is free of a sensor's noise.
     fn free(&self, s: usize, stated: Option<Stated>) -> Free {
-        let is_read = self.is_read(s);
-        Free {
-            white: is_read && self.is_white_free(s),
-            deviation: is_read && stated.is_some_and(|own| own.deviation.is_none()),
-            tau: is_read && stated.is_some_and(|own| own.tau.is_none()),
-        }
+        let of = |value: fn(Stated) -> Option<f64>| stated.is_some_and(|own| value(own).is_none());
+        [self.is_white_free(s), of(|own| own.deviation), of(|own| own.tau)].map(|free| free && self.is_read(s))
     }
 
     /// One pass along time: the sums of each sensor's rows, those of its white noise with the factor 1, in some directions of the unknowns.
@@ -201,7 +192,7 @@ pub(super) fn search(
         white_at_zero: vec![false; sensors],
         directions: None,
     };
-    if lines.iter().zip(&found.free).any(|(line, free)| line.is_some() && (free.white || free.deviation || free.tau)) {
+    if lines.iter().zip(&found.free).any(|(line, free)| line.is_some() && free.contains(&true)) {
         found.along_time((question, rows), point, lines, &seen, &directions)?;
     }
     if lines.iter().any(Option::is_some) {
@@ -244,7 +235,7 @@ impl Found {
         };
         let read: Vec<usize> = (0..self.noise.len()).filter(|s| question.is_read(*s)).collect();
         for s in &read {
-            let (own, free) = (&seen[*s], self.free[*s]);
+            let (own, [free_white, free_size, free_tau]) = (&seen[*s], self.free[*s]);
             // the variance factor of the white noise as if nothing else scattered, and the variance of relative noise
             let (factor, natural) = (self.noise[*s].white.powi(2), own.rows / own.weight);
             let length = own.last - own.first.unwrap_or(own.last);
@@ -259,11 +250,11 @@ impl Found {
                 begin = octaves::start(&own.octaves, step, length, Stated { deviation, ..stated });
                 begin.deviation *= natural.sqrt();
             }
-            let white = slot(free.white, begin.white.powi(2), white_range(factor, question.floor.at(*s)), &mut model);
+            let white = slot(free_white, begin.white.powi(2), white_range(factor, question.floor.at(*s)), &mut model);
             let deviation = lines[*s].is_some().then(|| {
                 let size = begin.deviation.powi(2);
-                let size = slot(free.deviation, size, deviation_range(factor * natural), &mut model);
-                (size, slot(free.tau, begin.tau, time_range(step, length), &mut model))
+                let size = slot(free_size, size, deviation_range(factor * natural), &mut model);
+                (size, slot(free_tau, begin.tau, time_range(step, length), &mut model))
             });
             model.parts.push(PartNoise { white, deviation });
         }
@@ -295,12 +286,12 @@ impl Found {
             let zero = part.deviation.is_some_and(|(size, _)| at_low(size));
             if part.deviation.is_some() && at_low(part.white) {
                 self.white_at_zero[*s] = true;
-                self.free[*s].white = false;
+                self.free[*s][0] = false;
             }
             self.at_zero[*s] = zero;
             self.noise[*s] = Noise { white: white.sqrt(), deviation: if zero { 0.0 } else { deviation.sqrt() }, tau };
             if zero {
-                self.free[*s] = Free { deviation: false, tau: false, ..self.free[*s] };
+                self.free[*s][1..].fill(false);
             }
         }
         Ok(())

@@ -9,7 +9,7 @@
     reason = "every list here has one entry for each sensor; places of parameters are those that the model of the noise was made with"
 )]
 
-use super::noise::{Found, Free};
+use super::noise::Found;
 use super::octaves::Noise;
 use super::question::Question;
 use super::together::Together;
@@ -21,8 +21,7 @@ use crate::uncertainty::Evaluation;
 use faer::Mat;
 
 /// Where a sensor's parameters stand: variance factor of its white noise, variance of its deviation, correlation time.
-#[derive(Debug, Clone, Copy, Default)]
-struct Places([Option<usize>; 3]);
+type Places = [Option<usize>; 3];
 
 /// The likelihood at what was found, with its derivatives by all that the noise has.
 pub(super) struct Noised {
@@ -52,11 +51,11 @@ impl Noised {
                 true => vec![white * white, deviation * deviation, tau],
                 false => vec![scale[*s]],
             };
-            for (place, value) in places[*s].0.iter_mut().zip(values) {
+            for (place, value) in places[*s].iter_mut().zip(values) {
                 *place = Some(at.len());
                 at.push(value.ln());
             }
-            let slot = |k: usize| places[*s].0[k].map(Slot::Free);
+            let slot = |k: usize| places[*s][k].map(Slot::Free);
             let white = slot(0).unwrap_or(Slot::Stated(1.0));
             model.parts.push(PartNoise { white, deviation: slot(1).zip(slot(2)) });
         }
@@ -76,7 +75,7 @@ impl Noised {
 
     /// The derivative of the covariance by the logarithm of a sensor's parameter.
     fn slope(&self, s: usize, which: usize) -> Option<Mat<f64>> {
-        let place = self.places[s].0[which]?;
+        let place = self.places[s][which]?;
         Some(self.back(&self.likelihood.slope(place)))
     }
 
@@ -91,17 +90,12 @@ impl Noised {
     ) -> ScatterSources {
         let n = question.unknowns;
         // what was estimated, by its place among the parameters
-        let estimated = |(s, free): (usize, &Free)| {
-            let places = self.places[s].0;
-            [(free.white, 0), (free.deviation, 1), (free.tau, 2)]
-                .into_iter()
-                .filter_map(move |(is_free, which)| if is_free { places[which] } else { None })
-        };
-        let among: Vec<usize> = found.free.iter().enumerate().flat_map(estimated).collect();
+        let pairs = found.free.iter().flatten().zip(self.places.iter().flatten());
+        let among: Vec<usize> = pairs.filter_map(|(is_free, place)| place.filter(|_| *is_free)).collect();
         let (covariances, correction) = self.likelihood.costs(&self.model, &among);
         let spread = Mat::from_fn(among.len(), among.len(), |a, b| covariances[(among[a], among[b])]);
         let component = |s: usize, which: usize| {
-            let place = self.places[s].0[which]?;
+            let place = self.places[s][which]?;
             among.iter().position(|own| *own == place)
         };
         let dof = |component: Option<usize>, stated: f64| component.map_or(stated, |c| 2.0 / spread[(c, c)]);
