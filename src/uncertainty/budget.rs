@@ -64,6 +64,12 @@ pub struct Contribution {
 }
 
 impl Contribution {
+    /// Of many readings, or a pair of inputs: of no single source with an estimate of its own.
+    pub(crate) fn of_many(source: String, evaluation: Evaluation, u: f64, dof: f64) -> Self {
+        let distribution = if dof.is_finite() { Shape::T } else { Shape::Normal };
+        Contribution { source, evaluation, distribution, estimate: None, source_u: None, sensitivity: None, u, dof }
+    }
+
     /// What it adds to the variance.
     pub fn variance(&self) -> f64 {
         self.u * self.u.abs()
