@@ -169,7 +169,7 @@ impl Expression {
     /// ```
     pub fn without_value(&self, value_of: &dyn Fn(&str) -> f64) -> Option<Expression> {
         let mut first = None;
-        self.fold_parts(|node, here| {
+        self.fold_parts(|node: Node<'_, Part<f64>>, here| {
             let value = match node.map(|x| x.found) {
                 Node::Number(number) => number,
                 Node::Pi => std::f64::consts::PI,
@@ -197,19 +197,22 @@ impl Expression {
     /// ```
     pub fn as_azimuth(&self) -> Option<(f64, Expression, Expression)> {
         // a factor times the azimuth of two parts
-        let (factor, y, x) = self.fold_parts(|node, _| match node {
-            Node::Negate(x) => x.found.map(|(factor, y, x)| (-factor, y, x)),
-            Node::Binary(Operator::Atan2, y, x) if y.number.zip(x.number).is_none() => Some((1.0, y.range, x.range)),
-            Node::Binary(Operator::Multiply, own, by) | Node::Binary(Operator::Multiply, by, own)
-                if own.found.is_some() =>
-            {
-                own.found.zip(by.number).map(|((factor, y, x), c)| (factor * c, y, x))
-            }
-            Node::Binary(Operator::Divide, own, by) => {
-                own.found.zip(by.number).map(|((factor, y, x), c)| (factor / c, y, x))
-            }
-            _ => None,
-        })?;
+        let (factor, y, x) =
+            self.fold_parts(|node: Node<'_, Part<Option<(f64, Range<usize>, Range<usize>)>>>, _| match node {
+                Node::Negate(x) => x.found.map(|(factor, y, x)| (-factor, y, x)),
+                Node::Binary(Operator::Atan2, y, x) if y.number.zip(x.number).is_none() => {
+                    Some((1.0, y.range, x.range))
+                }
+                Node::Binary(Operator::Multiply, own, by) | Node::Binary(Operator::Multiply, by, own)
+                    if own.found.is_some() =>
+                {
+                    own.found.zip(by.number).map(|((factor, y, x), c)| (factor * c, y, x))
+                }
+                Node::Binary(Operator::Divide, own, by) => {
+                    own.found.zip(by.number).map(|((factor, y, x), c)| (factor / c, y, x))
+                }
+                _ => None,
+            })?;
         Some((factor, self.items(&y)?, self.items(&x)?))
     }
 
