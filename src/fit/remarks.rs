@@ -57,6 +57,11 @@ pub(super) fn remarks(fit: &Fit) -> Vec<Sentence> {
         sentence!("every-reading-of-a-channel-is-the-same", sensor = sensor.to_string(), value = value.to_string())
     }));
     found.extend(repeated(campaign));
+    let mut unread = campaign.readings.rows.iter().filter(|reading| reading.observations.is_empty());
+    if let Some(first) = unread.next() {
+        let count = 1 + unread.count();
+        found.push(sentence!("positions-without-a-reading", count, first = first.place.clone()));
+    }
     if let Some(condition) = absurd {
         found.push(sentence!(
             "condition-the-readings-hardly-tell-some-parameters",
