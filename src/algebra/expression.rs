@@ -169,7 +169,7 @@ impl Expression {
     /// ```
     pub fn without_value(&self, value_of: &dyn Fn(&str) -> f64) -> Option<Expression> {
         let mut first = None;
-        self.fold_parts(|node, here| {
+        self.fold_parts(|node: Node<'_, Part<f64>>, here| {
             let value = match node.map(|x| x.found) {
                 Node::Number(number) => number,
                 Node::Pi => std::f64::consts::PI,
@@ -197,7 +197,8 @@ impl Expression {
     /// ```
     pub fn as_azimuth(&self) -> Option<(f64, Expression, Expression)> {
         // a factor times the azimuth of two parts
-        let (factor, y, x) = self.fold_parts(|node, _| match node {
+        type Azimuth = Option<(f64, Range<usize>, Range<usize>)>;
+        let (factor, y, x) = self.fold_parts(|node: Node<'_, Part<Azimuth>>, _| match node {
             Node::Negate(x) => x.found.map(|(factor, y, x)| (-factor, y, x)),
             Node::Binary(Operator::Atan2, y, x) if y.number.zip(x.number).is_none() => Some((1.0, y.range, x.range)),
             Node::Binary(Operator::Multiply, own, by) | Node::Binary(Operator::Multiply, by, own)
@@ -224,7 +225,8 @@ impl Expression {
     /// ```
     pub fn as_norm(&self) -> Option<Vec<Expression>> {
         // the components of a sum of squares, and of the root of one
-        let (root, components) = self.fold_parts(|node, _| match node {
+        type Squares = (bool, Option<Vec<Expression>>);
+        let (root, components) = self.fold_parts(|node: Node<'_, Part<Squares>>, _| match node {
             Node::Binary(Operator::Power, base, two) if two.number == Some(2.0) => {
                 (false, self.items(&base.range).map(|own| vec![own]))
             }
