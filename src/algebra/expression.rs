@@ -197,24 +197,6 @@ impl Expression {
     /// ```
     pub fn as_azimuth(&self) -> Option<(f64, Expression, Expression)> {
         // a factor times the azimuth of two parts
-<<<<<<< HEAD
-        let (factor, y, x) =
-            self.fold_parts(|node: Node<'_, Part<Option<(f64, Range<usize>, Range<usize>)>>>, _| match node {
-                Node::Negate(x) => x.found.map(|(factor, y, x)| (-factor, y, x)),
-                Node::Binary(Operator::Atan2, y, x) if y.number.zip(x.number).is_none() => {
-                    Some((1.0, y.range, x.range))
-                }
-                Node::Binary(Operator::Multiply, own, by) | Node::Binary(Operator::Multiply, by, own)
-                    if own.found.is_some() =>
-                {
-                    own.found.zip(by.number).map(|((factor, y, x), c)| (factor * c, y, x))
-                }
-                Node::Binary(Operator::Divide, own, by) => {
-                    own.found.zip(by.number).map(|((factor, y, x), c)| (factor / c, y, x))
-                }
-                _ => None,
-            })?;
-=======
         type Azimuth = Option<(f64, Range<usize>, Range<usize>)>;
         let (factor, y, x) = self.fold_parts(|node: Node<'_, Part<Azimuth>>, _| match node {
             Node::Negate(x) => x.found.map(|(factor, y, x)| (-factor, y, x)),
@@ -229,7 +211,6 @@ impl Expression {
             }
             _ => None,
         })?;
->>>>>>> 22d6c76d5a1ff37c7c523a20ae1548db68680247
         Some((factor, self.items(&y)?, self.items(&x)?))
     }
 
