@@ -196,11 +196,11 @@ fn scatter_within_positions_that_cancels_in_their_means_is_no_agreement() {
             // residues of a square, as good as drawn
             let noise = ((k * k * 7919 + k * 104_729) % 1009) as f64 / 1009.0 * 1e-3;
             let sensitivity = 1.0 + own * ([0.3, -0.4, 0.1, 0.5, -0.2, -0.3, 0.4, 0.0, -0.5, 0.2, 0.1, -0.2][position]);
-            json!({ "position": position.to_string(), "x": x, "y": 0.2 + sensitivity * x + noise })
+            json!({ "position": position.to_string(), "x": x, "z": position, "y": 0.2 + sensitivity * x + noise })
         };
         let campaign = json!({
-            "bench": { "id": "line", "sensors": { "y": { "model": "a + b*x" } } },
-            "estimate": { "a": {}, "b": {} }, "readings": (0..72).map(reading).collect::<Vec<_>>()
+            "bench": { "id": "line", "sensors": { "y": { "model": "a + b*x + c*z" } } },
+            "estimate": { "a": {}, "b": {}, "c": {} }, "readings": (0..72).map(reading).collect::<Vec<_>>()
         });
         let fit = fitted(&parse(&campaign.to_string()));
         let test = fit.checks.between_positions.expect("positions");
