@@ -296,3 +296,40 @@ fn units_without_brackets_convert() {
         assert!((k - 20.0).abs() < 1e-9, "{rate} {output}: {k}");
     }
 }
+
+/// A built-in bench in LSB and a table in m/s^2: the bench is written with the units of the table.
+#[test]
+fn a_bench_takes_the_units_of_the_table() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    let faces = [
+        (0, 0, [0., 0., 1.]),
+        (0, 180, [0., 0., -1.]),
+        (0, 90, [0., 1., 0.]),
+        (0, 270, [0., -1., 0.]),
+        (270, 0, [1., 0., 0.]),
+        (90, 0, [-1., 0., 0.]),
+    ];
+    let row = |(k, (pitch, roll, up)): (usize, &(i32, i32, [f64; 3]))| {
+        let [x, y, z] = up.map(|up| 9.81 * up + 0.02);
+        [0.0, 1e-4, -1e-4]
+            .map(|noise| format!("{k},{pitch},{roll},{},{},{}\n", x + noise, y - noise, z + noise))
+            .concat()
+    };
+    let rows: String = faces.iter().enumerate().map(row).collect();
+    std::fs::write(
+        folder.join("t.csv"),
+        format!("position,pitch_deg,roll_deg,ax [m/s^2],ay [m/s^2],az [m/s^2]\n{rows}"),
+    )
+    .expect("a table");
+    let (code, out, told) = tumble(folder, &["new", "t.csv", "--bench", "accelerometer-six-positions"]);
+    assert!(code == 0 && out.contains("t.bench.json"), "{out}{told}");
+    let report = report(folder, "t.campaign.json");
+    // site without latitude: standard gravity, so K is 9.81 (m/s^2)/g
+    let (k, _) = estimate(&report, "Kx");
+    assert!((k - 9.81).abs() < 1e-9, "{k}");
+    let unit =
+        report["parameters"].as_array().expect("parameters").iter().find(|own| own["id"] == "Kx").expect("Kx")["unit"]
+            .clone();
+    assert_eq!(unit, "m/s^2/g");
+}

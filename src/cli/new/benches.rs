@@ -7,6 +7,7 @@ use crate::bench::{self, Bench, Link};
 use crate::cli::files;
 use crate::error::{Fault, Malformed, Result};
 use crate::record::{Column, find, title};
+use crate::units::Unit;
 use crate::wire::{self, BenchFile, BenchRef, SensorFile, SiteFile, Source};
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -78,7 +79,7 @@ pub(super) fn chosen(
             let path = folder.join(format!("{stem}.bench.json"));
             free(&path)?;
             let file = own(arguments, answers, columns, stem)?;
-            let bench = file.clone().into_bench()?.checked()?;
+            let bench = file.clone().into_bench()?;
             let chosen = Chosen { new: Some(file), ..of(&format!("{stem}.bench.json"), false) };
             return Ok((bench, Chosen { path, ..chosen }));
         }
@@ -92,6 +93,43 @@ pub(super) fn chosen(
                 .expected("a built-in bench (tumble bench list), a bench file, or own")),
         }
     })
+}
+
+/// A built-in bench whose sensors have the units of the table's columns, where these do not convert (m/s^2 for a bench in LSB): its model lines hold in any.
+///
+/// Errors: a name that is not free.
+pub(super) fn in_units_of(
+    bench: &Bench,
+    chosen: &Chosen,
+    columns: &[(&str, &Column)],
+    stem: &str,
+    folder: &Path,
+) -> Result<Option<(Bench, Chosen)>> {
+    let BenchRef::Named(id) = &chosen.reference else { return Ok(None) };
+    let Some(text) = bench::built_in(id).map(|own| own.text) else { return Ok(None) };
+    let mut file: BenchFile = wire::parse(&Source { name: id.clone(), text: text.into() })?;
+    let mut differs = false;
+    for ((_, sensor), own) in file.sensors.0.iter_mut().zip(&bench.sensors) {
+        let column = columns.iter().find(|(key, _)| *key == own.id).and_then(|(_, column)| column.unit.clone());
+        let units = column.as_deref().map(Unit::parse).zip(Some(Unit::parse(&own.unit)));
+        if let (Some(unit), Some((Ok(theirs), Ok(its)))) = (column, units)
+            && !unit.is_empty()
+            && !own.unit.is_empty()
+            && theirs.conversion(&its).is_none()
+        {
+            sensor.unit = unit;
+            differs = true;
+        }
+    }
+    if !differs {
+        return Ok(None);
+    }
+    let path = folder.join(format!("{stem}.bench.json"));
+    free(&path)?;
+    file.id = stem.to_string();
+    let reference = BenchRef::Named(format!("{stem}.bench.json"));
+    let bench = file.clone().into_bench()?;
+    Ok(Some((bench, Chosen { reference, new: Some(file), path, is_theirs: false })))
 }
 
 /// A bench of one's own.

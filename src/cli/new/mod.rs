@@ -112,8 +112,13 @@ fn campaign(arguments: &Arguments, table: &Path, answers: &Answers) -> Result<Ou
     drop(record);
     super::show(&format!("{}: {}\n", table.display(), record::listed(&titles)))?;
 
-    let (bench, own) = benches::chosen(arguments, answers, &titles, &stem, &folder)?;
+    let (mut bench, mut own) = benches::chosen(arguments, answers, &titles, &stem, &folder)?;
     let map = columns::mapped(&bench, &titles, &arguments.columns, answers)?;
+    let used = titles.iter().zip(&map.used).filter(|(_, used)| **used).map(|(column, _)| column);
+    let keyed: Vec<(&str, &record::Column)> = map.keys.iter().map(String::as_str).zip(used).collect();
+    if let Some(changed) = benches::in_units_of(&bench, &own, &keyed, &stem, &folder)? {
+        (bench, own) = changed;
+    }
     let by = samples.as_str();
     let unused: Vec<&str> = (titles.iter().zip(&map.used))
         .filter(|(column, used)| !**used && column.title != by && column.name != by)
