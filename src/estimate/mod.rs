@@ -46,7 +46,6 @@ mod inequalities;
 mod panel;
 mod pivoted;
 mod refine;
-mod reflections;
 pub mod scatter;
 mod sequential;
 mod small_qr;

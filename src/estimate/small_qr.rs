@@ -1,5 +1,5 @@
 //! Column-pivoted Householder QR of few rows by plain loops: what blocks of reflections and their scratch cost is more than such a
-//! factorisation itself, so that it stands apart from faer's (`reflections.rs`), with the same pivots and signs. G. H. Golub, C. F. Van Loan,
+//! factorisation itself, so that it stands apart from faer's (`pivoted.rs`), with the same pivots and signs. G. H. Golub, C. F. Van Loan,
 //! Matrix Computations, 5.4.2.
 #![allow(
     clippy::indexing_slicing,
@@ -72,10 +72,7 @@ pub(super) fn pivoted(scaled: &Mat<f64>, active: &[usize], tolerance: f64) -> Pi
         let count = size.min(j + 1);
         r.col_as_slice_mut(j)[..count].copy_from_slice(&column[..count]);
     }
-    let largest = if size > 0 { r[(0, 0)].abs() } else { 0.0 };
-    // Negated, so that anything not comparable counts as dependent.
-    let rank = (0..size).take_while(|&i| r[(i, i)].abs() > tolerance * largest).count();
-    Pivoted { q, r, order, rank }
+    Pivoted::new(q, r, order, tolerance)
 }
 
 /// `x -= scale v (v . x)` with `v = (first, own)`.
