@@ -149,7 +149,7 @@ impl<const L: usize> Turn<L> {
         self.angle != [0.0; L]
     }
 
-    /// `Rot(axis, t)^T v`, see [`Axis::to_inner`].
+    /// `Rot(axis, t)^T v`: components of `v` in the frame after an active rotation by `t`, `Rot(x,t) = [[1,0,0],[0,cos t,-sin t],[0,sin t,cos t]]`, and cyclically.
     #[inline(always)]
     fn apply(&self, axis: Axis, v: &mut Vectors<L>) {
         if self.turns() {
@@ -185,7 +185,7 @@ fn turned<const L: usize>(axis: Axis, v: &mut Vectors<L>, sin: &Lane<L>, cos: &L
     }
 }
 
-/// `-unit x v`, see [`Axis::derivative`], times a factor.
+/// `d/dt Rot(axis, t)^T v = -unit x v` of the already rotated `v`, times a factor.
 #[inline(always)]
 fn derivative<const L: usize>(axis: Axis, [x, y, z]: &Vectors<L>, factor: &Lane<L>) -> Vectors<L> {
     let zero = [0.0; L];

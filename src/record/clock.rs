@@ -522,15 +522,9 @@ pub(crate) fn unit_of(times: &[f64]) -> Option<Unsaid> {
 
 /// Is it a date and a time written together, `20261120091403`?
 fn is_compact(time: f64) -> bool {
-    if !((19_700_101e6..21_010_101e6).contains(&time) && time.fract() == 0.0) {
-        return false;
-    }
-    let digits = |from: f64, to: f64| (time / from).trunc() % to;
-    (1.0..=12.0).contains(&digits(1e8, 100.0))
-        && (1.0..=31.0).contains(&digits(1e6, 100.0))
-        && digits(1e4, 100.0) < 24.0
-        && digits(1e2, 100.0) < 60.0
-        && digits(1.0, 100.0) < 60.0
+    (19_700_101e6..21_010_101e6).contains(&time)
+        && time.fract() == 0.0
+        && jiff::civil::DateTime::strptime("%Y%m%d%H%M%S", format!("{time:.0}")).is_ok()
 }
 
 /// Seconds in a unit of time.
