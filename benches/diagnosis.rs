@@ -1,4 +1,4 @@
-//! The selection by itself (200 candidates, 2,000 readings) and a whole diagnosis of the published Table 1.
+//! The scores of 200 candidates of 2,000 readings by themselves and a whole diagnosis of the published Table 1.
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use rand_distr::{Distribution, StandardNormal};
@@ -12,8 +12,6 @@ fn selection(bench: &mut Criterion) {
     let columns = faer::Mat::from_fn(2000, 200, |_, _| normal());
     let q = faer::Mat::from_fn(2000, 6, |i, j| if i % 6 == j { (6.0_f64 / 2000.0).sqrt() } else { 0.0 });
     let residual: Vec<f64> = (0..2000).map(|i| columns[(i, 17)] + 0.5 * columns[(i, 99)] + 0.1 * normal()).collect();
-    let pool = Pool::new(columns.clone(), q.as_ref(), &residual);
-    bench.bench_function("three of 200 candidates, 2000 readings: selection", |b| b.iter(|| pool.forward(3)));
     bench.bench_function("200 candidates, 2000 readings: columns to scores", |b| {
         b.iter_batched(
             || columns.clone(),

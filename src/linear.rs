@@ -167,6 +167,23 @@ impl Triangle {
     }
 }
 
+/// `y - A x`, for the first columns of `rows`, in place.
+pub(crate) fn subtract(observed: &mut [f64], rows: &Mat<f64>, x: &[f64]) {
+    for (j, x) in x.iter().enumerate().take(rows.ncols()).filter(|(_, x)| **x != 0.0) {
+        observed.iter_mut().zip(rows.col_as_slice(j)).for_each(|(v, a)| *v -= a * x);
+    }
+}
+
+/// The first columns of `rows` in some directions, and behind them what a step leaves of the observations.
+pub(crate) fn turned(rows: &Mat<f64>, observed: &[f64], directions: &Mat<f64>, step: &[f64]) -> Mat<f64> {
+    let (n, r) = directions.shape();
+    let mut out = Mat::zeros(rows.nrows(), r + 1);
+    out.subcols_mut(0, r).copy_from(rows.subcols(0, n) * directions);
+    out.col_as_slice_mut(r).copy_from_slice(observed);
+    subtract(out.col_as_slice_mut(r), rows, step);
+    out
+}
+
 /// `c' M c`.
 pub(crate) fn form(matrix: &Mat<f64>, along: &[f64]) -> f64 {
     let n = matrix.nrows();

@@ -362,7 +362,7 @@ the-first-order-does-not-describe-its = 一阶近似不足以描述 { $id }：�
 all-values-of-lie-within-degrees-and = { $name } 的全部数值都在 6.3 度以内，若为弧度则恰绕一周：这些数值是否为弧度？
 rates-outside-those-of-the-table = { $name } = { $rate } deg/s：转台的速率范围为 { $least } 至 { $most } deg/s；该值是否以 rad/s 或其他单位给出？
 rates-would-be-round-as-radians = { $name } 的全部数值都在 6.3 deg/s 以内，若以 rad/s 计则均为 5 deg/s 的整数倍：其单位是否为 rad/s？
-tilt-is-no-small-rotation = { $id } = { $tilt } deg 已不是小倾角：按已知的 { $factor }，{ $sensor } 的读数大了几个数量级；其单位是 { $unit }，还是其千分之一？
+tilt-is-no-small-rotation = 倾角 { $id } = { $tilt } deg 已不是小倾角：按已知的 { $factor }，{ $sensor } 的读数与可能的值相差几个数量级；其单位是 { $unit } 吗？{ $factor } 是否正确？
 factor-is-thousands-off-its-start = { $id } 为其初值的 { $ratio } 倍，且读数主要由它决定：{ $sensor } 的读数单位是 { $unit } 吗？
 every-reading-of-a-channel-is-the-same = 输入量在变化，而 { $sensor } 的每个读数均为 { $value }：该通道已卡死，或其分辨力不足以显示变化
 every-row-stands-there-several-times = 每一行均以完全相同的数值出现 { $times } 次：若为重复录入，则 u 按该次数的平方根偏小

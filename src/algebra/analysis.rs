@@ -1,6 +1,6 @@
 //! What kind of function a model line is in some of its names: affine, trigonometric, smooth, of what degree in angles.
 
-use super::expression::{Expression, Node, number_of};
+use super::expression::{Expression, Node, Part};
 use super::function::{Function, Operator};
 use crate::number;
 
@@ -34,7 +34,6 @@ struct Harmonics {
     degree: Option<usize>,
     /// k, where the node is k*t + constant.
     turns: Option<f64>,
-    number: Option<f64>,
 }
 
 impl Expression {
@@ -48,26 +47,22 @@ impl Expression {
     /// # Ok::<(), tumble::error::Malformed>(())
     /// ```
     pub fn linear_in(&self, names: &[&str]) -> bool {
-        let (dependence, _) = self.fold(|node: Node<'_, (Dependence, Option<f64>)>| {
-            let number = number_of(&node.of(|(_, number)| *number));
-            let dependence = match node {
-                Node::Number(_) | Node::Pi => Dependence::None,
-                Node::Name(name) if names.contains(&name) => Dependence::Affine,
-                Node::Name(_) => Dependence::None,
-                Node::Negate((x, _)) => x,
-                Node::Call(_, (Dependence::None, _)) => Dependence::None,
-                Node::Call(..) => Dependence::Other,
-                Node::Binary(operator, (left, _), (right, exponent)) => match operator {
-                    Operator::Add | Operator::Subtract => left.max(right),
-                    Operator::Multiply if left == Dependence::None || right == Dependence::None => left.max(right),
-                    Operator::Divide if right == Dependence::None => left,
-                    Operator::Power if exponent == Some(0.0) => Dependence::None,
-                    Operator::Power if exponent == Some(1.0) => left,
-                    Operator::Power | Operator::Atan2 if left.max(right) == Dependence::None => Dependence::None,
-                    _ => Dependence::Other,
-                },
-            };
-            (dependence, number)
+        let dependence = self.fold_parts(|node: Node<'_, Part<Dependence>>, _| match node {
+            Node::Number(_) | Node::Pi => Dependence::None,
+            Node::Name(name) if names.contains(&name) => Dependence::Affine,
+            Node::Name(_) => Dependence::None,
+            Node::Negate(x) => x.found,
+            Node::Call(_, x) if x.found == Dependence::None => Dependence::None,
+            Node::Call(..) => Dependence::Other,
+            Node::Binary(operator, left, Part { found: right, number: exponent, .. }) => match (operator, left.found) {
+                (Operator::Add | Operator::Subtract, left) => left.max(right),
+                (Operator::Multiply, left) if left == Dependence::None || right == Dependence::None => left.max(right),
+                (Operator::Divide, left) if right == Dependence::None => left,
+                (Operator::Power, _) if exponent == Some(0.0) => Dependence::None,
+                (Operator::Power, left) if exponent == Some(1.0) => left,
+                (Operator::Power | Operator::Atan2, left) if left.max(right) == Dependence::None => Dependence::None,
+                _ => Dependence::Other,
+            },
         });
         dependence < Dependence::Other
     }
@@ -85,18 +80,14 @@ impl Expression {
     /// # Ok::<(), tumble::error::Malformed>(())
     /// ```
     pub fn trig_degree(&self, of: &dyn Fn(&str) -> NameDegree) -> Option<usize> {
-        self.fold(|node| harmonics(node, of)).degree
+        self.fold_parts(|node, _| harmonics(node, of)).degree
     }
 
     /// Whether the expression has every derivative, everywhere, in the names for which `depends` holds.
     ///
     /// `abs`, `sign`, `step`, `sqrt`, `tan`, `asin`, `acos`, division and powers other than whole ones break it.
     pub fn is_smooth_in(&self, depends: &dyn Fn(&str) -> bool) -> bool {
-        let state = self.fold(|node: Node<'_, (Option<bool>, Option<f64>)>| {
-            let number = number_of(&node.of(|(_, number)| *number));
-            (smoothness(node, depends), number)
-        });
-        state.0.is_some()
+        self.fold_parts(|node, _| smoothness(node, depends)).is_some()
     }
 
     /// Degree of the result in units of angle, by homogeneity; `None` where it cannot be said.
@@ -111,16 +102,11 @@ impl Expression {
     /// # Ok::<(), tumble::error::Malformed>(())
     /// ```
     pub fn angle_degree(&self, degree: &dyn Fn(&str) -> Option<f64>) -> Option<f64> {
-        let state = self.fold(|node: Node<'_, (Option<f64>, Option<f64>)>| {
-            let number = number_of(&node.of(|(_, number)| *number));
-            (angle_degree(node, degree), number)
-        });
-        state.0
+        self.fold_parts(|node, _| angle_degree(node, degree))
     }
 }
 
-fn harmonics(node: Node<'_, Harmonics>, of: &dyn Fn(&str) -> NameDegree) -> Harmonics {
-    let number = number_of(&node.of(|x| x.number));
+fn harmonics(node: Node<'_, Part<Harmonics>>, of: &dyn Fn(&str) -> NameDegree) -> Harmonics {
     let (degree, turns) = match node {
         Node::Number(_) | Node::Pi => (Some(0), Some(0.0)),
         Node::Name(name) => match of(name) {
@@ -128,31 +114,33 @@ fn harmonics(node: Node<'_, Harmonics>, of: &dyn Fn(&str) -> NameDegree) -> Harm
             NameDegree::Harmonic => (Some(1), None),
             NameDegree::Angle => (None, Some(1.0)),
         },
-        Node::Negate(x) => (x.degree, x.turns.map(|k| -k)),
-        Node::Call(_, x) if x.degree == Some(0) => (Some(0), Some(0.0)),
-        Node::Call(Function::Sin | Function::Cos, x) => (x.turns.and_then(whole), None),
+        Node::Negate(x) => (x.found.degree, x.found.turns.map(|k| -k)),
+        Node::Call(_, x) if x.found.degree == Some(0) => (Some(0), Some(0.0)),
+        Node::Call(Function::Sin | Function::Cos, x) => (x.found.turns.and_then(whole), None),
         Node::Call(..) => (None, None),
         Node::Binary(operator, left, right) => binary_harmonics(operator, left, right),
     };
     // What does not turn is a constant, and a constant does not turn.
     match (degree, turns) {
-        (Some(0), _) | (_, Some(0.0)) => Harmonics { degree: Some(0), turns: Some(0.0), number },
-        _ => Harmonics { degree: degree.filter(|degree| *degree <= HIGHEST), turns, number },
+        (Some(0), _) | (_, Some(0.0)) => Harmonics { degree: Some(0), turns: Some(0.0) },
+        _ => Harmonics { degree: degree.filter(|degree| *degree <= HIGHEST), turns },
     }
 }
 
-fn binary_harmonics(operator: Operator, left: Harmonics, right: Harmonics) -> (Option<usize>, Option<f64>) {
+fn binary_harmonics(operator: Operator, left: Part<Harmonics>, right: Part<Harmonics>) -> (Option<usize>, Option<f64>) {
+    let (numbers, left, right) = ([left.number, right.number], left.found, right.found);
+    let [left_number, right_number] = numbers;
     let both = |f: fn(usize, usize) -> usize| Some(f(left.degree?, right.degree?));
     let turning = |f: fn(f64, f64) -> f64| Some(f(left.turns?, right.turns?));
     match operator {
         Operator::Add => (both(usize::max), turning(|a, b| a + b)),
         Operator::Subtract => (both(usize::max), turning(|a, b| a - b)),
         Operator::Multiply => {
-            let scaled = |x: &Harmonics, by: &Harmonics| Some(x.turns? * by.number?);
-            (both(usize::saturating_add), scaled(&left, &right).or_else(|| scaled(&right, &left)))
+            let scaled = |x: Harmonics, by: Option<f64>| Some(x.turns? * by?);
+            (both(usize::saturating_add), scaled(left, right_number).or_else(|| scaled(right, left_number)))
         }
-        Operator::Divide if right.degree == Some(0) => (left.degree, left.turns.zip(right.number).map(|(k, c)| k / c)),
-        Operator::Power => match right.number {
+        Operator::Divide if right.degree == Some(0) => (left.degree, left.turns.zip(right_number).map(|(k, c)| k / c)),
+        Operator::Power => match right_number {
             _ if left.degree == Some(0) && right.degree == Some(0) => (Some(0), Some(0.0)),
             Some(1.0) => (left.degree, left.turns),
             Some(exponent) => {
@@ -171,15 +159,16 @@ fn whole(number: f64) -> Option<usize> {
 }
 
 /// Whether a smooth node depends on the names; `None` where it is not smooth in them.
-fn smoothness(node: Node<'_, (Option<bool>, Option<f64>)>, depends: &dyn Fn(&str) -> bool) -> Option<bool> {
+fn smoothness(node: Node<'_, Part<Option<bool>>>, depends: &dyn Fn(&str) -> bool) -> Option<bool> {
     match node {
         Node::Number(_) | Node::Pi => Some(false),
         Node::Name(name) => Some(depends(name)),
-        Node::Negate((x, _)) => x,
-        Node::Call(Function::Sin | Function::Cos | Function::Atan | Function::Exp, (x, _)) => x,
-        Node::Call(_, (x, _)) => x.filter(|depends| !depends),
-        Node::Binary(operator, (left, base), (right, exponent)) => {
-            let (left, right) = (left?, right?);
+        Node::Negate(x) => x.found,
+        Node::Call(Function::Sin | Function::Cos | Function::Atan | Function::Exp, x) => x.found,
+        Node::Call(_, x) => x.found.filter(|depends| !depends),
+        Node::Binary(operator, base, exponent) => {
+            let (left, right) = (base.found?, exponent.found?);
+            let (base, exponent) = (base.number, exponent.number);
             let smooth = match operator {
                 Operator::Add | Operator::Subtract | Operator::Multiply => true,
                 Operator::Divide => !right,
@@ -192,13 +181,13 @@ fn smoothness(node: Node<'_, (Option<bool>, Option<f64>)>, depends: &dyn Fn(&str
     }
 }
 
-fn angle_degree(node: Node<'_, (Option<f64>, Option<f64>)>, degree: &dyn Fn(&str) -> Option<f64>) -> Option<f64> {
+fn angle_degree(node: Node<'_, Part<Option<f64>>>, degree: &dyn Fn(&str) -> Option<f64>) -> Option<f64> {
     match node {
         Node::Number(_) | Node::Pi => Some(0.0),
         Node::Name(name) => degree(name),
-        Node::Negate((x, _)) => x,
-        Node::Call(function, (x, _)) => {
-            let x = x?;
+        Node::Negate(x) => x.found,
+        Node::Call(function, x) => {
+            let x = x.found?;
             match function {
                 Function::Sqrt => Some(x / 2.0),
                 Function::Abs => Some(x),
@@ -208,8 +197,8 @@ fn angle_degree(node: Node<'_, (Option<f64>, Option<f64>)>, degree: &dyn Fn(&str
                 Function::Exp => (x == 0.0).then_some(0.0),
             }
         }
-        Node::Binary(operator, (left, _), (right, exponent)) => {
-            let (left, right) = (left?, right?);
+        Node::Binary(operator, left, Part { found: right, number: exponent, .. }) => {
+            let (left, right) = (left.found?, right?);
             match operator {
                 Operator::Add | Operator::Subtract => (left == right).then_some(left),
                 Operator::Multiply => Some(left + right),

@@ -1,8 +1,8 @@
 //! The tree of a model line, kept in postfix order, and how trees are put together.
 
-use super::function::{Function, Operator};
-use super::item::Item;
+use super::function::{Function, Item, Operator};
 use crate::error::{Fault, Malformed, Result};
+use std::ops::Range;
 
 /// A model line: its tree and its text. Two are equal when their trees are.
 ///
@@ -32,17 +32,30 @@ pub(super) enum Node<'a, T> {
 }
 
 impl<'a, T> Node<'a, T> {
-    /// The same node seen through one part of what was found for its operands.
-    pub(super) fn of<U>(&self, part: impl Fn(&T) -> U) -> Node<'a, U> {
+    /// The same node with something else for its operands.
+    fn map<U>(self, mut of: impl FnMut(T) -> U) -> Node<'a, U> {
         match self {
-            Node::Number(number) => Node::Number(*number),
+            Node::Number(number) => Node::Number(number),
             Node::Pi => Node::Pi,
             Node::Name(name) => Node::Name(name),
-            Node::Negate(x) => Node::Negate(part(x)),
-            Node::Call(function, x) => Node::Call(*function, part(x)),
-            Node::Binary(operator, left, right) => Node::Binary(*operator, part(left), part(right)),
+            Node::Negate(x) => Node::Negate(of(x)),
+            Node::Call(function, x) => Node::Call(function, of(x)),
+            Node::Binary(operator, left, right) => {
+                let left = of(left);
+                Node::Binary(operator, left, of(right))
+            }
         }
     }
+}
+
+/// A part of the tree, and what was found for it.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Part<T> {
+    pub found: T,
+    /// Its value, where no name stands in it.
+    pub number: Option<f64>,
+    /// Its items in the postfix order.
+    range: Range<usize>,
 }
 
 impl PartialEq for Expression {
@@ -155,27 +168,22 @@ impl Expression {
     /// # Ok::<(), tumble::error::Malformed>(())
     /// ```
     pub fn without_value(&self, value_of: &dyn Fn(&str) -> f64) -> Option<Expression> {
-        // where each operand begins in the postfix order, and its value
-        let mut stack: Vec<(usize, f64)> = Vec::new();
-        for (end, item) in self.postfix.iter().enumerate() {
-            let (begin, value) = match item {
-                Item::Number(number) => (end, *number),
-                Item::Pi => (end, std::f64::consts::PI),
-                Item::Name(name) => (end, value_of(name)),
-                Item::Negate => stack.pop().map(|(begin, x)| (begin, -x))?,
-                Item::Call(function) => stack.pop().map(|(begin, x)| (begin, function.value(x)))?,
-                Item::Binary(operator) => {
-                    let (_, right) = stack.pop()?;
-                    let (begin, left) = stack.pop()?;
-                    (begin, operator.value(left, right))
-                }
+        let mut first = None;
+        self.fold_parts(|node: Node<'_, Part<f64>>, here| {
+            let value = match node.map(|x| x.found) {
+                Node::Number(number) => number,
+                Node::Pi => std::f64::consts::PI,
+                Node::Name(name) => value_of(name),
+                Node::Negate(x) => -x,
+                Node::Call(function, x) => function.value(x),
+                Node::Binary(operator, left, right) => operator.value(left, right),
             };
-            if !value.is_finite() {
-                return Some(Expression::of(self.postfix.get(begin..=end)?.to_vec()));
+            if !value.is_finite() && first.is_none() {
+                first = Some(here.range.clone());
             }
-            stack.push((begin, value));
-        }
-        None
+            value
+        });
+        self.items(&first?)
     }
 
     /// Is it an azimuth, `c*atan2(y, x)` with a constant c? Then c, y and x.
@@ -188,51 +196,24 @@ impl Expression {
     /// # Ok::<(), tumble::error::Malformed>(())
     /// ```
     pub fn as_azimuth(&self) -> Option<(f64, Expression, Expression)> {
-        /// What an operand is: a constant, or a factor times the azimuth of two parts of the postfix order.
-        #[derive(Clone)]
-        enum Part {
-            Constant(f64),
-            Azimuth(f64, std::ops::Range<usize>, std::ops::Range<usize>),
-            Other,
-        }
-        let mut stack: Vec<(usize, Part)> = Vec::new();
-        for (end, item) in self.postfix.iter().enumerate() {
-            let entry = match item {
-                Item::Number(number) => (end, Part::Constant(*number)),
-                Item::Pi => (end, Part::Constant(std::f64::consts::PI)),
-                Item::Name(_) => (end, Part::Other),
-                Item::Negate => match stack.pop()? {
-                    (begin, Part::Constant(x)) => (begin, Part::Constant(-x)),
-                    (begin, Part::Azimuth(factor, y, x)) => (begin, Part::Azimuth(-factor, y, x)),
-                    (begin, Part::Other) => (begin, Part::Other),
-                },
-                Item::Call(function) => match stack.pop()? {
-                    (begin, Part::Constant(x)) => (begin, Part::Constant(function.value(x))),
-                    (begin, _) => (begin, Part::Other),
-                },
-                Item::Binary(operator) => {
-                    let (middle, right) = stack.pop()?;
-                    let (begin, left) = stack.pop()?;
-                    let part = match (operator, left, right) {
-                        (_, Part::Constant(a), Part::Constant(b)) => Part::Constant(operator.value(a, b)),
-                        (Operator::Atan2, ..) => Part::Azimuth(1.0, begin..middle, middle..end),
-                        (Operator::Multiply, Part::Azimuth(factor, y, x), Part::Constant(c))
-                        | (Operator::Multiply, Part::Constant(c), Part::Azimuth(factor, y, x)) => {
-                            Part::Azimuth(factor * c, y, x)
-                        }
-                        (Operator::Divide, Part::Azimuth(factor, y, x), Part::Constant(c)) => {
-                            Part::Azimuth(factor / c, y, x)
-                        }
-                        _ => Part::Other,
-                    };
-                    (begin, part)
+        // a factor times the azimuth of two parts
+        let (factor, y, x) =
+            self.fold_parts(|node: Node<'_, Part<Option<(f64, Range<usize>, Range<usize>)>>>, _| match node {
+                Node::Negate(x) => x.found.map(|(factor, y, x)| (-factor, y, x)),
+                Node::Binary(Operator::Atan2, y, x) if y.number.zip(x.number).is_none() => {
+                    Some((1.0, y.range, x.range))
                 }
-            };
-            stack.push(entry);
-        }
-        let (_, Part::Azimuth(factor, y, x)) = stack.pop()? else { return None };
-        let part = |range| Some(Expression::of(self.postfix.get::<std::ops::Range<usize>>(range)?.to_vec()));
-        Some((factor, part(y)?, part(x)?))
+                Node::Binary(Operator::Multiply, own, by) | Node::Binary(Operator::Multiply, by, own)
+                    if own.found.is_some() =>
+                {
+                    own.found.zip(by.number).map(|((factor, y, x), c)| (factor * c, y, x))
+                }
+                Node::Binary(Operator::Divide, own, by) => {
+                    own.found.zip(by.number).map(|((factor, y, x), c)| (factor / c, y, x))
+                }
+                _ => None,
+            })?;
+        Some((factor, self.items(&y)?, self.items(&x)?))
     }
 
     /// Is it the length of a vector, `sqrt(x^2 + y^2 + ...)`? Then its components.
@@ -245,29 +226,24 @@ impl Expression {
     /// # Ok::<(), tumble::error::Malformed>(())
     /// ```
     pub fn as_norm(&self) -> Option<Vec<Expression>> {
-        let (Item::Call(Function::Sqrt), inner) = self.postfix.split_last()? else { return None };
-        // where each operand begins, and its components where it is a sum of squares
-        let mut stack: Vec<(usize, Option<Vec<Expression>>)> = Vec::new();
-        for (end, item) in inner.iter().enumerate() {
-            let entry = match item {
-                Item::Number(_) | Item::Pi | Item::Name(_) => (end, None),
-                Item::Negate | Item::Call(_) => (stack.pop()?.0, None),
-                Item::Binary(operator) => {
-                    let (middle, right) = stack.pop()?;
-                    let (begin, left) = stack.pop()?;
-                    let components = match (operator, inner.get(middle..end)?) {
-                        (Operator::Power, [Item::Number(2.0)]) => {
-                            Some(vec![Expression::of(inner.get(begin..middle)?.to_vec())])
-                        }
-                        (Operator::Add, _) => left.zip(right).map(|(left, right)| [left, right].concat()),
-                        _ => None,
-                    };
-                    (begin, components)
-                }
-            };
-            stack.push(entry);
-        }
-        stack.pop()?.1
+        // the components of a sum of squares, and of the root of one
+        let (root, components) = self.fold_parts(|node, _| match node {
+            Node::Binary(Operator::Power, base, two) if two.number == Some(2.0) => {
+                (false, self.items(&base.range).map(|own| vec![own]))
+            }
+            Node::Binary(Operator::Add, left, right) => match (left.found, right.found) {
+                ((false, Some(left)), (false, Some(right))) => (false, Some([left, right].concat())),
+                _ => (false, None),
+            },
+            Node::Call(Function::Sqrt, Part { found: (false, inner), .. }) => (true, inner),
+            _ => (false, None),
+        });
+        components.filter(|_| root)
+    }
+
+    /// A part of the postfix order by itself.
+    fn items(&self, range: &Range<usize>) -> Option<Expression> {
+        Some(Expression::of(self.postfix.get(range.clone())?.to_vec()))
     }
 
     fn with(&self, other: &Expression, operator: Operator) -> Expression {
@@ -284,37 +260,42 @@ impl Expression {
     }
 
     /// Works through the tree from its leaves: `rule` gets each node with the results of its operands.
-    ///
-    /// A postfix order always holds the operands of its operators, so the default of `T` is never met.
     pub(super) fn fold<'a, T: Default>(&'a self, mut rule: impl FnMut(Node<'a, T>) -> T) -> T {
-        let mut results: Vec<T> = Vec::new();
-        for item in &self.postfix {
-            let mut operand = || results.pop().unwrap_or_default();
-            let node = match item {
-                Item::Number(number) => Node::Number(*number),
-                Item::Pi => Node::Pi,
-                Item::Name(name) => Node::Name(name),
-                Item::Negate => Node::Negate(operand()),
-                Item::Call(function) => Node::Call(*function, operand()),
+        self.fold_parts(|node, _| rule(node.map(|x| x.found)))
+    }
+
+    /// The same with the parts that the operands and the node itself are.
+    ///
+    /// A postfix order always holds the operands of its operators, so the default of a part is never met.
+    pub(super) fn fold_parts<'a, T: Default>(&'a self, mut rule: impl FnMut(Node<'a, Part<T>>, &Part<()>) -> T) -> T {
+        let mut parts: Vec<Part<T>> = Vec::new();
+        for (end, item) in self.postfix.iter().enumerate() {
+            let mut operand = || parts.pop().unwrap_or_default();
+            let (node, number, start) = match item {
+                Item::Number(number) => (Node::Number(*number), Some(*number), end),
+                Item::Pi => (Node::Pi, Some(std::f64::consts::PI), end),
+                Item::Name(name) => (Node::Name(name), None, end),
+                Item::Negate => {
+                    let x = operand();
+                    let (number, start) = (x.number.map(|x| -x), x.range.start);
+                    (Node::Negate(x), number, start)
+                }
+                Item::Call(function) => {
+                    let x = operand();
+                    let (number, start) = (x.number.map(|x| function.value(x)), x.range.start);
+                    (Node::Call(*function, x), number, start)
+                }
                 Item::Binary(operator) => {
-                    let right = operand();
-                    Node::Binary(*operator, operand(), right)
+                    let (right, left) = (operand(), operand());
+                    let number = left.number.zip(right.number).map(|(left, right)| operator.value(left, right));
+                    let start = left.range.start;
+                    (Node::Binary(*operator, left, right), number, start)
                 }
             };
-            results.push(rule(node));
+            let here = Part { found: (), number, range: start..end + 1 };
+            let found = rule(node, &here);
+            parts.push(Part { found, number, range: here.range });
         }
-        results.pop().unwrap_or_default()
-    }
-}
-
-/// The value of a node whose operands are all numbers; `None` where one of them is a name.
-pub(super) fn number_of(node: &Node<'_, Option<f64>>) -> Option<f64> {
-    match *node {
-        Node::Number(number) => Some(number),
-        Node::Pi => Some(std::f64::consts::PI),
-        Node::Name(_) => None,
-        Node::Negate(x) => x.map(|x| -x),
-        Node::Call(function, x) => x.map(|x| function.value(x)),
-        Node::Binary(operator, left, right) => Some(operator.value(left?, right?)),
+        parts.pop().unwrap_or_default().found
     }
 }

@@ -1,67 +1,37 @@
-//! The operators and functions of a model line: their names, values and derivatives.
+//! What a model line is made of; the names, values and derivatives of its operators and functions.
 
 use crate::number;
+use crate::vocabulary::vocabulary;
 
-/// A function of one argument that a model line may call.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Function {
-    /// Sine, of radians.
-    Sin,
-    /// Cosine, of radians.
-    Cos,
-    /// Tangent, of radians.
-    Tan,
-    /// Inverse sine, in radians.
-    Asin,
-    /// Inverse cosine, in radians.
-    Acos,
-    /// Inverse tangent, in radians.
-    Atan,
-    /// Square root.
-    Sqrt,
-    /// Absolute value; its derivative at 0 is taken as 0.
-    Abs,
-    /// -1, 0 or 1; its derivative is taken as 0 everywhere.
-    Sign,
-    /// Exponential.
-    Exp,
-    /// 1 where the argument is at least 0, else 0; its derivative is taken as 0 everywhere.
-    Step,
+vocabulary! {
+    /// A function of one argument that a model line may call, in the order in which messages list them.
+    Function {
+        /// Sine, of radians.
+        Sin = "sin",
+        /// Cosine, of radians.
+        Cos = "cos",
+        /// Tangent, of radians.
+        Tan = "tan",
+        /// Inverse sine, in radians.
+        Asin = "asin",
+        /// Inverse cosine, in radians.
+        Acos = "acos",
+        /// Inverse tangent, in radians.
+        Atan = "atan",
+        /// Square root.
+        Sqrt = "sqrt",
+        /// Absolute value; its derivative at 0 is taken as 0.
+        Abs = "abs",
+        /// -1, 0 or 1; its derivative is taken as 0 everywhere.
+        Sign = "sign",
+        /// Exponential.
+        Exp = "exp",
+        /// 1 where the argument is at least 0, else 0; its derivative is taken as 0 everywhere.
+        Step = "step",
+    }
 }
 
 impl Function {
-    /// Every function, in the order in which messages list them.
-    pub const ALL: [Function; 11] = [
-        Function::Sin,
-        Function::Cos,
-        Function::Tan,
-        Function::Asin,
-        Function::Acos,
-        Function::Atan,
-        Function::Sqrt,
-        Function::Abs,
-        Function::Sign,
-        Function::Exp,
-        Function::Step,
-    ];
-
-    /// The function's name in a model line.
-    pub fn name(self) -> &'static str {
-        match self {
-            Function::Sin => "sin",
-            Function::Cos => "cos",
-            Function::Tan => "tan",
-            Function::Asin => "asin",
-            Function::Acos => "acos",
-            Function::Atan => "atan",
-            Function::Sqrt => "sqrt",
-            Function::Abs => "abs",
-            Function::Sign => "sign",
-            Function::Exp => "exp",
-            Function::Step => "step",
-        }
-    }
-
     /// The function of that name, if there is one.
     pub fn from_name(name: &str) -> Option<Function> {
         Function::ALL.into_iter().find(|function| function.name() == name)
@@ -142,6 +112,18 @@ impl Operator {
             },
         }
     }
+}
+
+/// One item of a line in postfix order: what the parser writes and the tree is read from.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Item {
+    /// Finite and not negative: a minus sign is always an item of its own.
+    Number(f64),
+    Pi,
+    Name(String),
+    Negate,
+    Call(Function),
+    Binary(Operator),
 }
 
 /// The number as an exponent for repeated multiplication: an integer of at most 64 in size.

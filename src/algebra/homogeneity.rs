@@ -6,7 +6,7 @@
 //!
 //! In the logarithm these are linear equations, whatever the line; which names have a unit already is not known here.
 
-use super::expression::{Expression, Node, number_of};
+use super::expression::{Expression, Node, Part};
 use super::function::{Function, Operator};
 use std::collections::BTreeMap;
 
@@ -52,12 +52,6 @@ pub struct Homogeneity<'a> {
     pub relations: Vec<Relation<'a>>,
 }
 
-#[derive(Debug, Clone, Default)]
-struct State<'a> {
-    powers: Powers<'a>,
-    number: Option<f64>,
-}
-
 impl Default for Powers<'_> {
     fn default() -> Self {
         Powers { names: BTreeMap::new(), radian: 0.0, factor: 1.0, pi: false }
@@ -99,13 +93,17 @@ impl Expression {
     /// ```
     pub fn homogeneity(&self) -> Homogeneity<'_> {
         let mut relations = Vec::new();
-        let state = self.fold(|node| rule(node, &mut relations));
-        Homogeneity { unit: state.number.is_none().then_some(state.powers), relations }
+        let mut is_number = false;
+        let powers = self.fold_parts(|node, here| {
+            // the whole line is the last
+            is_number = here.number.is_some();
+            rule(node, here.number, &mut relations)
+        });
+        Homogeneity { unit: (!is_number).then_some(powers), relations }
     }
 }
 
-fn rule<'a>(node: Node<'a, State<'a>>, relations: &mut Vec<Relation<'a>>) -> State<'a> {
-    let number = number_of(&node.of(|x| x.number));
+fn rule<'a>(node: Node<'a, Part<Powers<'a>>>, number: Option<f64>, relations: &mut Vec<Relation<'a>>) -> Powers<'a> {
     let mut require = |powers: Powers<'a>, reason: Reason| {
         if !powers.names.is_empty() {
             relations.push(Relation { powers, reason });
@@ -116,21 +114,21 @@ fn rule<'a>(node: Node<'a, State<'a>>, relations: &mut Vec<Relation<'a>>) -> Sta
         Node::Number(_) => Powers::default(),
         Node::Pi => Powers { pi: true, ..Powers::default() },
         Node::Name(name) => Powers { names: BTreeMap::from([(name, 1.0)]), ..Powers::default() },
-        Node::Negate(x) => x.powers,
+        Node::Negate(x) => x.found,
         Node::Call(function, x) => match function {
-            Function::Abs => x.powers,
-            Function::Sqrt => Powers::default().times(&x.powers, 0.5),
+            Function::Abs => x.found,
+            Function::Sqrt => Powers::default().times(&x.found, 0.5),
             Function::Sign | Function::Step => Powers::default(),
             Function::Sin | Function::Cos | Function::Tan => {
-                require(x.powers.times(&radian(), -1.0), Reason::Argument);
+                require(x.found.times(&radian(), -1.0), Reason::Argument);
                 Powers::default()
             }
             Function::Exp => {
-                require(x.powers, Reason::Argument);
+                require(x.found, Reason::Argument);
                 Powers::default()
             }
             Function::Asin | Function::Acos | Function::Atan => {
-                require(x.powers, Reason::Argument);
+                require(x.found, Reason::Argument);
                 radian()
             }
         },
@@ -140,30 +138,30 @@ fn rule<'a>(node: Node<'a, State<'a>>, relations: &mut Vec<Relation<'a>>) -> Sta
                 (Some(_), None) | (None, Some(_)) => {
                     let one = left.number == Some(1.0)
                         || (right.number == Some(1.0) && matches!(node_operator, Operator::Add));
-                    let kept = if left.number.is_some() { right.powers } else { left.powers };
+                    let kept = if left.number.is_some() { right.found } else { left.found };
                     if one {
                         require(kept.clone(), Reason::One);
                     }
                     kept.of_sum()
                 }
                 (None, None) => {
-                    require(left.powers.clone().times(&right.powers, -1.0), Reason::Terms);
+                    require(left.found.clone().times(&right.found, -1.0), Reason::Terms);
                     // a factor pi may convert an angle: the other term says more
-                    if left.powers.pi { right.powers.of_sum() } else { left.powers.of_sum() }
+                    if left.found.pi { right.found.of_sum() } else { left.found.of_sum() }
                 }
             }
         }
         Node::Binary(Operator::Atan2, y, x) => {
-            require(y.powers.times(&x.powers, -1.0), Reason::Terms);
+            require(y.found.times(&x.found, -1.0), Reason::Terms);
             radian()
         }
-        Node::Binary(Operator::Multiply, left, right) => left.powers.times(&right.powers, 1.0),
-        Node::Binary(Operator::Divide, left, right) => left.powers.times(&right.powers, -1.0),
+        Node::Binary(Operator::Multiply, left, right) => left.found.times(&right.found, 1.0),
+        Node::Binary(Operator::Divide, left, right) => left.found.times(&right.found, -1.0),
         Node::Binary(Operator::Power, left, right) => match right.number {
-            Some(power) => Powers::default().times(&left.powers, power),
+            Some(power) => Powers::default().times(&left.found, power),
             None => {
-                require(left.powers, Reason::Argument);
-                require(right.powers, Reason::Argument);
+                require(left.found, Reason::Argument);
+                require(right.found, Reason::Argument);
                 Powers::default()
             }
         },
@@ -171,5 +169,5 @@ fn rule<'a>(node: Node<'a, State<'a>>, relations: &mut Vec<Relation<'a>>) -> Sta
     if let Some(number) = number {
         powers.factor = number.abs();
     }
-    State { powers, number }
+    powers
 }

@@ -17,7 +17,6 @@ mod canonical;
 mod expression;
 mod function;
 mod homogeneity;
-mod item;
 mod language;
 mod parse;
 mod print;

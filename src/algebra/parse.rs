@@ -1,7 +1,6 @@
 //! From text to the postfix order of its tree, and from chumsky's findings to errors a person can use.
 
-use super::function::{ATAN2, Function, Operator};
-use super::item::Item;
+use super::function::{ATAN2, Function, Item, Operator};
 use crate::elements::TextPart;
 use crate::error::{Fault, Malformed, Result};
 use chumsky::error::{RichPattern, RichReason};

@@ -1,6 +1,6 @@
 //! A model line as a sum of products: which names stand in each term, to which power.
 
-use super::expression::{Expression, Node, number_of};
+use super::expression::{Expression, Node, Part};
 use super::function::{Function, Operator};
 use crate::number;
 
@@ -26,26 +26,21 @@ impl Expression {
     /// # Ok::<(), tumble::error::Malformed>(())
     /// ```
     pub fn terms(&self) -> Option<Vec<Term>> {
-        let state = self.fold(|node: Node<'_, (Option<Vec<Term>>, Option<f64>)>| {
-            let number = number_of(&node.of(|(_, number)| *number));
-            let terms = match node {
-                Node::Number(_) | Node::Pi => Some(vec![Term::default()]),
-                Node::Name(name) => Some(vec![Term { powers: vec![(name.to_string(), 1.0)] }]),
-                Node::Negate((x, _)) => x,
-                Node::Call(Function::Abs, (x, _)) => x.filter(|terms| terms.len() == 1),
-                Node::Call(Function::Sqrt, (x, _)) => x.and_then(|terms| power(&terms, 0.5)),
-                Node::Call(..) => Some(vec![Term::default()]),
-                Node::Binary(operator, (left, _), (right, exponent)) => match operator {
-                    Operator::Add | Operator::Subtract => sum(left, right),
-                    Operator::Atan2 => Some(vec![Term::default()]),
-                    Operator::Multiply => product(left, right),
-                    Operator::Divide => product(left, right.and_then(|terms| power(&terms, -1.0))),
-                    Operator::Power => exponent.and_then(|exponent| left.and_then(|terms| power(&terms, exponent))),
-                },
-            };
-            (terms, number)
-        });
-        state.0
+        self.fold_parts(|node: Node<'_, Part<Option<Vec<Term>>>>, _| match node {
+            Node::Number(_) | Node::Pi => Some(vec![Term::default()]),
+            Node::Name(name) => Some(vec![Term { powers: vec![(name.to_string(), 1.0)] }]),
+            Node::Negate(x) => x.found,
+            Node::Call(Function::Abs, x) => x.found.filter(|terms| terms.len() == 1),
+            Node::Call(Function::Sqrt, x) => x.found.and_then(|terms| power(&terms, 0.5)),
+            Node::Call(..) => Some(vec![Term::default()]),
+            Node::Binary(operator, Part { found: left, .. }, Part { found: right, number, .. }) => match operator {
+                Operator::Add | Operator::Subtract => sum(left, right),
+                Operator::Atan2 => Some(vec![Term::default()]),
+                Operator::Multiply => product(left, right),
+                Operator::Divide => product(left, right.and_then(|terms| power(&terms, -1.0))),
+                Operator::Power => number.and_then(|exponent| left.and_then(|terms| power(&terms, exponent))),
+            },
+        })
     }
 }
 

@@ -1,12 +1,10 @@
 //! A schedule factorised once: what is left for each device are products, sums and tests.
 #![allow(clippy::indexing_slicing, reason = "`lane` is a remainder by `LANES`, the length of every `Lane`")]
 
-use super::answer::Coverage;
-use super::block::{Kernel, LANES, Lane};
-use super::inputs::{Input, inputs};
-use super::replicates::Replicates;
-use super::simd_tests::{self, Sums};
-use super::{Device, Row};
+use super::answer::{Answer, Coverage, Input, Question, inputs, least_variance};
+use super::block::{Kernel, LANES, Lane, Sums};
+use super::residuals::{Cells, Tests, runs_of, runs_p, suspects};
+use super::{Device, Row, Solved};
 use crate::algebra::Tape;
 use crate::campaign::{Campaign, Kind, Role};
 use crate::design::{self, Model};
@@ -14,8 +12,7 @@ use crate::elements::{Elements, OrNan, Parts};
 use crate::estimate::{Estimate, Group, adjust};
 use crate::fit::{self, Estimator, Remount, Settings};
 use crate::number;
-use crate::quality::{self, NormalScores, Offsets, Whitened};
-use crate::uncertainty::quantiles;
+use crate::quality::{self, Offsets, Whitened};
 use faer::Mat;
 use pulp::Arch;
 
@@ -23,85 +20,82 @@ use pulp::Arch;
 pub(super) const ILL: f64 = 1e4;
 /// Rows whose uncertainties differ by more than this factor are not solved by products.
 pub(super) const UNLIKE: f64 = 100.0;
-/// Up to so many residuals are sorted side by side.
-pub(super) const NETWORK: usize = 256;
 
 /// What all devices of one schedule share.
 #[derive(Debug, Clone)]
 pub struct Common {
-    pub(super) campaign: Campaign,
-    pub(super) settings: Settings,
-    pub(super) kernel: Kernel,
+    campaign: Campaign,
+    settings: Settings,
+    kernel: Kernel,
     /// The row of the schedule and the place among its values of each row of the design.
-    pub(super) places: Vec<(usize, usize)>,
+    places: Vec<(usize, usize)>,
     /// Values of a row of the schedule.
-    pub(super) sensors: usize,
+    sensors: usize,
     /// Sensor of each row of the design.
-    pub(super) sensor: Vec<usize>,
+    sensor: Vec<usize>,
     /// Model at the reference point; for priors, zero.
-    pub(super) predicted: Vec<f64>,
+    predicted: Vec<f64>,
     /// Priors less their reference.
-    pub(super) priors: Vec<f64>,
-    pub(super) reference: Vec<f64>,
-    pub(super) estimate: Estimate,
+    priors: Vec<f64>,
+    reference: Vec<f64>,
+    estimate: Estimate,
     /// The readings' part of the cofactor; the rest is that of priors.
-    pub(super) share: Mat<f64>,
+    share: Mat<f64>,
     /// Is the scatter of the readings estimated (one scale for all)?
-    pub(super) scaled: bool,
-    pub(super) known: Vec<Input>,
-    pub(super) derived: Vec<Tape>,
-    pub(super) cells: Replicates,
+    scaled: bool,
+    known: Vec<Input>,
+    derived: Vec<Tape>,
+    /// Cell of each row, and how many there are: rows of equal inputs.
+    cells: (Vec<usize>, usize),
     /// Offsets of positions, where nothing is replicated.
-    pub(super) offsets: Option<Offsets>,
-    pub(super) scores: Option<NormalScores>,
-    /// How as many values as count for normality are sorted.
-    pub(super) network: Vec<(usize, usize)>,
+    offsets: Option<Offsets>,
+    tests: Tests,
     /// Reciprocals of the rows' standard uncertainties.
-    pub(super) weight: Vec<f64>,
+    weight: Vec<f64>,
+    /// Their squares.
+    squared: Vec<f64>,
     /// Rows that count for normality, with `1/(u sqrt r)`.
-    pub(super) studentizing: Vec<(usize, f64)>,
+    studentizing: Vec<(usize, f64)>,
     /// `1/(u^2 r)` of each reading that another checks, else 0.
-    pub(super) gain: Vec<f64>,
-    /// From here on the largest gain is looked at more closely; `None` where nothing can be tested.
-    pub(super) threshold: Option<f64>,
+    gain: Vec<f64>,
     /// Sensors whose readings cannot all be the same.
-    pub(super) channels: Vec<fit::Channel>,
+    channels: Vec<fit::Channel>,
     /// Greatest relative uncertainty of a row, for the rounding of readings.
-    pub(super) largest_u: f64,
+    largest_u: f64,
 }
 
 /// Buffers, and what returns.
 #[derive(Debug, Default)]
 pub(super) struct Scratch {
-    pub(super) observed: Vec<Lane>,
-    pub(super) unknowns: Vec<Lane>,
-    pub(super) residuals: Vec<Lane>,
-    pub(super) ordered_lanes: Vec<Lane>,
-    pub(super) sizes: Vec<Sizes>,
-    pub(super) sums: Vec<(Sums, Option<Lane>)>,
-    pub(super) rest: Vec<f64>,
-    pub(super) changes: Vec<f64>,
-    pub(super) ordered: Vec<f64>,
-    pub(super) cell_sums: Vec<f64>,
-    pub(super) memory: Coverage,
+    observed: Vec<Lane>,
+    unknowns: Vec<Lane>,
+    residuals: Vec<Lane>,
+    ordered_lanes: Vec<Lane>,
+    sizes: Vec<Sizes>,
+    sums: Vec<(Sums, Option<Lane>)>,
+    rest: Vec<f64>,
+    changes: Vec<f64>,
+    ordered: Vec<f64>,
+    cells: Cells,
+    memory: Coverage,
 }
 
 /// The least positive and the largest size of a device's values, and the largest in units of its uncertainty.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Sizes {
-    pub(super) least: f64,
-    pub(super) most: f64,
-    pub(super) weighed: f64,
+struct Sizes {
+    least: f64,
+    most: f64,
+    weighed: f64,
 }
 
 /// What is known of a device from the eight that it is one of.
-pub(super) struct Found {
-    pub(super) sizes: Sizes,
-    pub(super) squares: f64,
-    pub(super) gain: f64,
+struct Found {
+    sizes: Sizes,
+    squares: f64,
+    gain: f64,
     /// Positive residuals and runs, where that is counted.
-    pub(super) runs: Option<(usize, usize)>,
-    pub(super) normality: Option<f64>,
+    runs: Option<(usize, usize)>,
+    normality: Option<f64>,
 }
 
 impl Common {
@@ -177,29 +171,26 @@ impl Common {
         let gain: Vec<f64> = (0..readings)
             .map(|i| if checked(i) { weight(i).powi(2) / whitened.redundancy.at(i) } else { 0.0 })
             .collect();
-        let tested = gain.iter().filter(|g| **g > 0.0).count().max(1);
-        let single = -(settings.level.ln() / tested as f64).exp_m1();
-        let threshold = match (stated, estimate.dof) {
-            (true, 1..) => quantiles::chi_square_quantile(1.0 - single, 1.0),
-            (false, 2..) => quantiles::fisher_f_quantile(1.0 - single, 1.0, estimate.dof as f64 - 1.0),
-            _ => None,
-        };
+        let tested = gain.iter().filter(|g| **g > 0.0).count();
         drop(whitened);
-        let cells = Replicates::new(&fit::cells(campaign, &design, m), &system.u, estimate.dof);
+        let cells = fit::cells(campaign, &design, m);
+        let count = cells.iter().max().map_or(0, |most| most + 1);
+        // something is replicated, and something is left to be lack of fit
+        let are_tested = count < m && m - count < estimate.dof;
         let offsets = || {
             let positions = fit::positions(campaign, &design);
             Offsets::new(estimate.factor.weight(), estimate.factor.thin_q(), &positions, estimate.dof)
         };
-        let offsets = if cells.are_tested() { None } else { offsets() };
+        let offsets = if are_tested { None } else { offsets() };
         let largest_u = system.u.iter().copied().fold(0.0_f64, f64::max);
         Some(Common {
             sensor: design.rows.iter().map(|origin| origin.sensor).collect(),
             channels: fit::Channel::of(&design, n, campaign.bench.sensors.len()),
-            cells,
+            cells: (cells, count),
             offsets,
-            scores: NormalScores::new(studentizing.len()),
-            network: simd_tests::network(if studentizing.len() <= NETWORK { studentizing.len() } else { 0 }),
+            tests: Tests::new(studentizing.len(), tested, (estimate.dof, scaled, settings.level)),
             weight: system.u.iter().map(|u| 1.0 / u).collect(),
+            squared: system.u.iter().map(|u| 1.0 / (u * u)).collect(),
             priors: system.observed.iter().skip(readings).copied().collect(),
             campaign: campaign.with_readings(Default::default()),
             settings: *settings,
@@ -215,7 +206,6 @@ impl Common {
             derived,
             studentizing,
             gain,
-            threshold,
             largest_u,
         })
     }
@@ -262,13 +252,10 @@ impl Common {
         self.kernel.solve(arch, &work.observed, &mut work.unknowns, &mut work.residuals);
         work.sums.clear();
         for v in work.residuals.chunks_exact(m.max(1)).take(groups) {
-            let normality = self.scores.as_ref().filter(|_| !self.network.is_empty()).map(|scores| {
-                let studentized =
-                    self.studentizing.iter().filter_map(|(i, factor)| Some(v.get(*i)?.map(|v| v * factor)));
-                work.ordered_lanes.clear();
-                work.ordered_lanes.extend(studentized);
-                simd_tests::normality(scores, &self.network, &mut work.ordered_lanes)
-            });
+            let studentized = self.studentizing.iter().filter_map(|(i, factor)| Some(v.get(*i)?.map(|v| v * factor)));
+            work.ordered_lanes.clear();
+            work.ordered_lanes.extend(studentized);
+            let normality = self.tests.normality(&mut work.ordered_lanes);
             work.sums.push((Sums::of(v, &self.weight, &self.gain), normality));
         }
         let alone = self.campaign.bench.sensors.len() == 1;
@@ -303,23 +290,166 @@ impl Common {
         *scratch = work;
         rows
     }
+
+    /// The row of one device, from the products and sums of the eight that it is one of.
+    fn row(
+        &self,
+        device: &Device,
+        map: Option<&[usize]>,
+        (dx, v): (&[f64], &[f64]),
+        found: &Found,
+        work: &mut Scratch,
+    ) -> Option<Row> {
+        let (estimate, squares) = (&self.estimate, found.squares);
+        if found.sizes.most > fit::MOST || found.sizes.least < fit::LEAST {
+            return None;
+        }
+        if !(squares.is_finite() && dx.iter().all(|x| x.is_finite())) {
+            return None;
+        }
+        let own_dof =
+            // no group, no degrees of freedom
+            if self.scaled { estimate.group_redundancy.first().copied().unwrap_or_default() } else { f64::INFINITY };
+        let question = Question {
+            campaign: &self.campaign,
+            settings: &self.settings,
+            derived: &self.derived,
+            reference: &self.reference,
+            known: &self.known,
+            scaled: self.scaled,
+            rank: estimate.unknowns.rank,
+            dof: estimate.dof,
+            own_dof,
+        };
+        let values = || {
+            self.places.iter().map(|(row, slot)| {
+                // without a map the rows are in the schedule's order
+                let row = map.and_then(|map| map.get(*row)).unwrap_or(row);
+                device.values.or_nan(row * self.sensors + slot)
+            })
+        };
+        let (suspects, suspect_p) = self.suspects(v, found, map);
+        let value = |i: usize| {
+            let (row, slot) = self.places.get(i)?;
+            let row = map.and_then(|map| map.get(*row)).unwrap_or(row);
+            device.values.get(row * self.sensors + slot).copied()
+        };
+        let stuck =
+            |own: &fit::Channel| Some((own.sensor, own.stuck(|i| value(i).unwrap_or(f64::NAN), |i| v.or_nan(i))?));
+        let least = |own| least_variance(values, (own, found.sizes.weighed, self.largest_u));
+        let answer = Answer {
+            label: &device.label,
+            device: Some(device),
+            unknowns: None,
+            dx,
+            cofactor: &estimate.unknowns.cofactor,
+            share: &self.share,
+            variance: question.variance(squares, least),
+            squares,
+            readings: self.places.len(),
+            largest: found.sizes.weighed,
+            lack_of_fit_p: match &self.offsets {
+                Some(offsets) => offsets.test(v, self.settings.level).map(|test| test.p),
+                None => {
+                    let (cell, count) = &self.cells;
+                    work.cells.lack_of_fit((cell, *count), (v, self.squared.iter().copied()), estimate.dof)
+                }
+            },
+            runs_p: match found.runs {
+                Some((positive, runs)) => runs_of(positive, self.gain.len() - positive, runs),
+                None => self.runs(v, map),
+            },
+            normality_p: found.normality.unwrap_or_else(|| self.normality(v, work)),
+            suspects,
+            suspect_p,
+            stuck: self.channels.iter().filter_map(stuck).collect(),
+            solved: Solved::Together,
+        };
+        Some(question.row(answer, &mut work.memory))
+    }
+
+    /// Suspicious readings, counted from 1 among the device's rows, and the probability of the most significant.
+    fn suspects(&self, v: &[f64], found: &Found, map: Option<&[usize]>) -> (Vec<usize>, f64) {
+        if !self.tests.may_be_suspicious(found.squares, found.gain) {
+            return (Vec::new(), f64::NAN);
+        }
+        let factor = &self.estimate.factor;
+        let whitened = Whitened::independent(
+            factor.thin_q(),
+            factor.weight(),
+            v,
+            found.sizes.weighed,
+            self.estimate.dof,
+            !self.scaled,
+        );
+        let found = quality::snoop(&whitened, self.places.len(), self.settings.level);
+        let reading = |row: usize| {
+            let (row, _) = self.places.get(row)?;
+            // without a map the rows are in the schedule's order
+            Some(*map.and_then(|map| map.get(*row)).unwrap_or(row))
+        };
+        suspects(found.as_ref(), reading)
+    }
+
+    /// The smallest probability of the runs tests of the sensors, in the device's own order of rows.
+    fn runs(&self, v: &[f64], map: Option<&[usize]>) -> f64 {
+        let mut least = f64::NAN;
+        for sensor in 0..self.campaign.bench.sensors.len() {
+            let own = || self.sensor.iter().zip(v).enumerate().filter(|(_, (s, _))| **s == sensor);
+            let p = match map {
+                None => runs_p(own().map(|(_, (_, v))| *v)),
+                Some(map) => {
+                    let mut sorted: Vec<(usize, f64)> = own()
+                        .map(|(i, (_, v))| {
+                            // places are of rows that the map has
+                            (self.places.get(i).and_then(|(row, _)| map.get(*row)).copied().unwrap_or(i), *v)
+                        })
+                        .collect();
+                    sorted.sort_by_key(|(row, _)| *row);
+                    runs_p(sorted.into_iter().map(|(_, v)| v))
+                }
+            };
+            least = least.min(p);
+        }
+        least
+    }
+
+    fn normality(&self, v: &[f64], work: &mut Scratch) -> f64 {
+        let Some(scores) = &self.tests.scores else { return f64::NAN };
+        work.ordered.clear();
+        work.ordered.extend(self.studentizing.iter().filter_map(|(i, factor)| v.get(*i).map(|v| v * factor)));
+        scores.test(&mut work.ordered).map_or(f64::NAN, |test| test.p)
+    }
 }
 
 /// Is the question one that a linear step answers, without constraints, scatter, robust weights or closed circles?
 pub(super) fn is_plain(campaign: &Campaign, settings: &Settings) -> bool {
     let one_step = is_linear(campaign) || (settings.estimator == Estimator::Linear && !is_uncertain(campaign));
-    one_step && is_alone(campaign, settings)
+    one_step && alone(campaign, settings).is_ok()
 }
 
-/// Is the question least squares alone?
-pub(super) fn is_alone(campaign: &Campaign, settings: &Settings) -> bool {
-    settings.robust.is_none()
-        && settings.remount == Remount::No
-        && campaign.constraints.is_empty()
-        && campaign.scatter.is_empty()
-        && campaign.correlations.is_empty()
-        && campaign.limited_errors().is_empty()
-        && campaign.bench.sensors.iter().all(|sensor| sensor.turn.is_none())
+/// Is the question least squares alone? Else what it is besides, and where that stands in the campaign.
+pub(super) fn alone(campaign: &Campaign, settings: &Settings) -> std::result::Result<(), (String, &'static str)> {
+    let is = |what: &str, path| Err((what.to_string(), path));
+    if settings.robust.is_some() || settings.remount != Remount::No {
+        return is("robust weights or a scatter of remounting are asked for", "");
+    }
+    if !campaign.constraints.is_empty() {
+        return is("the campaign has constraints", "constraints");
+    }
+    if !campaign.scatter.is_empty() {
+        return is("the campaign says what scatters", "scatter");
+    }
+    if !campaign.correlations.is_empty() {
+        return is("known inputs are correlated", "correlations");
+    }
+    if let Some(error) = campaign.limited_errors().first() {
+        return is(&format!("{error} has limits"), "limits");
+    }
+    match campaign.bench.sensors.iter().find(|sensor| sensor.turn.is_some()) {
+        Some(sensor) => is(&format!("{} is a closed circle", sensor.id), "bench"),
+        None => Ok(()),
+    }
 }
 
 /// Is an input known with an uncertainty?

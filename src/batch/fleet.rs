@@ -4,8 +4,9 @@ use super::common::Scratch;
 use super::device::Shape;
 use super::own::Room;
 use super::own_exact::Exact;
-use super::own_rows::{Form, Own, Placed, Tests};
+use super::own_rows::{Form, Own, Placed};
 use super::positions::Positions;
+use super::residuals::Tests;
 use super::{Common, Device, Layout, Row, Solved};
 use crate::campaign::Campaign;
 use crate::error::Result;
@@ -64,6 +65,21 @@ struct Schedule {
     common: Option<Box<Common>>,
 }
 
+/// How devices are solved together: by a schedule's factorisation, or each by a system of its own.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+enum Way {
+    Common(usize),
+    Own(Form),
+}
+
+/// One of them: its number, the rows of the schedule's where they stand in another order, and the places of its rows among the positions.
+struct Member<'a> {
+    number: usize,
+    device: &'a Device,
+    map: Option<Vec<usize>>,
+    places: Vec<u32>,
+}
+
 /// A device's place: a schedule and, where its rows stand in another order, the rows of the schedule's.
 type Place = Option<(usize, Option<Vec<usize>>)>;
 
@@ -95,42 +111,58 @@ impl<'a> Fleet<'a> {
     /// A row for each device, in their order.
     pub fn fit(&mut self, devices: &[Device], layout: &Layout) -> Vec<Row> {
         let places = self.places(devices, layout);
-        let mut rows: Vec<Option<Row>> = vec![None; devices.len()];
-        let mut blocks: Vec<(usize, Vec<usize>)> = Vec::new();
-        let mut open: HashMap<usize, usize> = HashMap::new();
-        for (k, place) in places.iter().enumerate() {
-            let Some((schedule, _)) = place else { continue };
-            let block = *open.entry(*schedule).or_insert_with(|| {
-                blocks.push((*schedule, Vec::new()));
+        let mut blocks: Vec<(Way, Vec<Member<'_>>)> = Vec::new();
+        // devices of lines that follow the point go together with those of their schedule
+        let mut open: HashMap<(Way, u64), usize> = HashMap::new();
+        for ((number, device), place) in devices.iter().enumerate().zip(places) {
+            let shape = Shape::of(device, layout);
+            let (key, most, member) = match place {
+                Some((schedule, map)) => {
+                    ((Way::Common(schedule), 0), BLOCK, Member { number, device, map, places: Vec::new() })
+                }
+                None => {
+                    let Some((form, is_exact, places)) = self.side_by_side(device, layout) else { continue };
+                    let schedule = if is_exact { shape.hash_in_order() } else { 0 };
+                    let key = (Way::Own(form), schedule);
+                    let first = open.get(&key).and_then(|block| blocks.get(*block)?.1.first());
+                    if is_exact && first.is_some_and(|first| !shape.is_alike(&Shape::of(first.device, layout))) {
+                        continue;
+                    }
+                    (key, SIDE_BY_SIDE, Member { number, device, map: None, places })
+                }
+            };
+            let block = *open.entry(key).or_insert_with(|| {
+                blocks.push((key.0, Vec::new()));
                 blocks.len() - 1
             });
             let Some((_, members)) = blocks.get_mut(block) else { continue };
-            members.push(k);
-            if members.len() == BLOCK {
-                open.remove(schedule);
+            members.push(member);
+            if members.len() == most {
+                open.remove(&key);
             }
         }
         let arch = Arch::new();
-        let solved: Vec<(Vec<usize>, Vec<Option<Row>>)> = blocks
+        let solved: Vec<(Vec<Member<'_>>, Vec<Option<Row>>)> = blocks
             .into_par_iter()
-            .filter_map(|(schedule, members)| {
-                let common = self.known.list.get(schedule)?.common.as_deref()?;
-                let own: Vec<(&Device, Option<&[usize]>)> = members
-                    .iter()
-                    .filter_map(|k| Some((devices.get(*k)?, places.get(*k)?.as_ref()?.1.as_deref())))
-                    .collect();
-                let rows = common.rows(arch, &own, &mut Scratch::default());
-                Some((members, rows))
+            .map_init(Default::default, |(scratch, room), (way, members)| {
+                let found = match way {
+                    Way::Common(schedule) => {
+                        let common = self.known.list.get(schedule).and_then(|own| own.common.as_deref());
+                        let own: Vec<_> = members.iter().map(|own| (own.device, own.map.as_deref())).collect();
+                        common.map(|common| common.rows(arch, &own, scratch))
+                    }
+                    Way::Own(form) => self.own_rows(arch, &form, layout, &members, room),
+                };
+                // no rows: each of them is fitted by itself
+                (members, found.unwrap_or_default())
             })
             .collect();
-        for (members, found) in solved {
-            for (k, row) in members.into_iter().zip(found) {
-                if let Some(slot) = rows.get_mut(k) {
-                    *slot = row;
-                }
+        let mut rows: Vec<Option<Row>> = vec![None; devices.len()];
+        for (member, row) in solved.into_iter().flat_map(|(members, found)| members.into_iter().zip(found)) {
+            if let Some(slot) = rows.get_mut(member.number) {
+                *slot = row;
             }
         }
-        self.side_by_side(arch, devices, layout, &mut rows);
         rows.into_par_iter()
             .zip(devices.par_iter())
             .map(|(row, device)| {
@@ -152,86 +184,43 @@ impl<'a> Fleet<'a> {
         }
     }
 
-    /// Rows of the devices that have none, eight side by side, where that is possible.
-    fn side_by_side(&mut self, arch: Arch, devices: &[Device], layout: &Layout, rows: &mut [Option<Row>]) {
-        type Block = (Form, Vec<(usize, Vec<u32>)>);
-        let mut blocks: Vec<Block> = Vec::new();
-        // devices of lines that follow the point go together with those of their schedule
-        let mut open: HashMap<(Form, u64), usize> = HashMap::new();
-        for (k, device) in devices.iter().enumerate().filter(|(k, _)| rows.get(*k).is_some_and(Option::is_none)) {
-            self.look_for_a_way(device, layout);
-            let way = match &self.known.own {
-                None => continue,
-                Some(None) => return,
-                Some(Some(way)) => way,
-            };
-            let Some(form) = way.form_of(device) else { continue };
-            let places = match &mut self.known.positions {
-                Some(positions) => positions.of(way.width(), device, layout, self.question),
-                None if way.is_by_position() => return,
-                None => Some(Vec::new()),
-            };
-            let Some(places) = places else { continue };
-            if self.known.tests.len() < MOST {
-                self.known.tests.entry(form).or_insert_with(|| way.tests(&form));
-            }
-            let shape = Shape::of(device, layout);
-            let key = (form, if way.is_exact { shape.hash_in_order() } else { 0 });
-            let first =
-                open.get(&key).and_then(|block| blocks.get(*block)?.1.first()).and_then(|(k, _)| devices.get(*k));
-            if way.is_exact && first.is_some_and(|first| !shape.is_alike(&Shape::of(first, layout))) {
-                continue;
-            }
-            let block = *open.entry(key).or_insert_with(|| {
-                blocks.push((form, Vec::new()));
-                blocks.len() - 1
-            });
-            let Some((_, members)) = blocks.get_mut(block) else { continue };
-            members.push((k, places));
-            if members.len() == SIDE_BY_SIDE {
-                open.remove(&key);
-            }
+    /// The form of a device whose schedule is its own, whether its lines follow the point, and the places of its rows among the positions; `None`
+    /// where it cannot go beside others.
+    fn side_by_side(&mut self, device: &Device, layout: &Layout) -> Option<(Form, bool, Vec<u32>)> {
+        self.look_for_a_way(device, layout);
+        let way = self.known.own.as_ref()?.as_deref()?;
+        let form = way.form_of(device)?;
+        let places = match &mut self.known.positions {
+            Some(positions) => positions.of(way.width, device, layout, self.question)?,
+            None if way.is_by_position() => return None,
+            None => Vec::new(),
+        };
+        if self.known.tests.len() < MOST {
+            self.known.tests.entry(form).or_insert_with(|| way.tests(&form));
         }
-        let Some(Some(way)) = &self.known.own else { return };
-        let (tests, positions) = (&self.known.tests, self.known.positions.as_ref());
-        let solved: Vec<(Vec<(usize, Vec<u32>)>, Vec<Option<Row>>)> = blocks
-            .into_par_iter()
-            .map_init(Room::default, |room, (form, members)| {
-                let own = members.iter().filter_map(|(k, places)| Some((devices.get(*k)?, places.as_slice())));
-                let own: Vec<Placed<'_>> = own.collect();
-                let found = tests.get(&form).map(|tests| match way.is_exact {
-                    false => way.rows(arch, (&form, tests), positions, &own, room),
-                    true => self.exactly(arch, way, (&form, tests), layout, &own, room),
-                });
-                // no rows: each of them is fitted by itself
-                (members, found.unwrap_or_default())
-            })
-            .collect();
-        for (members, found) in solved {
-            for ((k, _), row) in members.into_iter().zip(found) {
-                if let Some(slot) = rows.get_mut(k) {
-                    *slot = row;
-                }
-            }
-        }
+        Some((form, way.is_exact, places))
     }
 
-    /// Rows of devices of one schedule whose lines follow the point; none for too few of them.
-    fn exactly(
+    /// Rows of devices of one form, eight side by side; none where they have no such way, and for too few of a schedule whose lines follow the point.
+    fn own_rows(
         &self,
         arch: Arch,
-        way: &Own,
-        form: (&Form, &Tests),
+        form: &Form,
         layout: &Layout,
-        devices: &[Placed<'_>],
+        members: &[Member<'_>],
         room: &mut Room,
-    ) -> Vec<Option<Row>> {
+    ) -> Option<Vec<Option<Row>>> {
+        let way = self.known.own.as_ref()?.as_deref()?;
+        let tests = self.known.tests.get(form)?;
+        if !way.is_exact {
+            let own: Vec<Placed<'_>> = members.iter().map(|own| (own.device, own.places.as_slice())).collect();
+            return Some(way.rows(arch, (form, tests), self.known.positions.as_ref(), &own, room));
+        }
+        let first = members.first().filter(|_| members.len() >= FEWEST)?;
         let sensors: Vec<usize> = layout.sensors().collect();
-        let first = devices.first().filter(|_| devices.len() >= FEWEST);
-        let campaign = first.and_then(|(device, _)| (self.question)(device).ok());
-        let Some(exact) = campaign.and_then(|campaign| Exact::new(campaign, &sensors)) else { return Vec::new() };
-        let devices: Vec<&Device> = devices.iter().map(|(device, _)| *device).collect();
-        way.rows_exactly(arch, form, &exact, &devices, room)
+        let exact = Exact::new((self.question)(first.device).ok()?, &sensors)?;
+        let devices: Vec<&Device> = members.iter().map(|own| own.device).collect();
+        Some(way.rows_exactly(arch, (form, tests), &exact, &devices, room))
     }
 
     /// A fit by itself: a schedule of one device, or the ordinary fit.

@@ -9,21 +9,16 @@
 //! | `layout.rs` | which columns of a table matter, and as what |
 //! | `device.rs` | the readings of one device, and when two devices have the same schedule |
 //! | `stream.rs` | a table of many devices, device by device; a serial number that comes back |
-//! | `common.rs` | a schedule factorised once |
-//! | `common_row.rs` | the row of one of its devices |
-//! | `answer.rs` | a device's row from its solution |
+//! | `common.rs` | a schedule factorised once, and the rows of its devices |
+//! | `answer.rs` | a device's row from its solution; known inputs with an uncertainty |
 //! | `own.rs` | devices of different schedules, eight side by side |
-//! | `own_rows.rs` | their rows of the design, from the columns of the table |
-//! | `own_cells.rs` | their replicates |
+//! | `own_rows.rs` | their rows of the design, from the columns of the table, and which of them are replicates |
 //! | `own_exact.rs` | devices of one schedule whose model is not linear, eight side by side to convergence |
 //! | `positions.rs` | their rows of the design, position by position, where joints stand or turn |
-//! | `inputs.rs` | known inputs with an uncertainty, once for a schedule |
-//! | `replicates.rs` | lack of fit beside replicates, order of the residuals |
-//! | `block.rs` | estimates and residuals of eight devices side by side |
-//! | `simd_tests.rs` | tests of the residuals of eight devices side by side |
+//! | `block.rs` | estimates, residuals and their sums of eight devices side by side |
+//! | `residuals.rs` | tests of the residuals: signs, normality, lack of fit beside replicates |
 //! | `fleet.rs` | which device is fitted how |
-//! | `parts.rs` | one linear step where the readings of a device come in parts, which merge |
-//! | `parts_row.rs` | the row of a device from its parts |
+//! | `parts.rs` | one linear step where the readings of a device come in parts, which merge, and the row from them |
 //! | `repeat.rs` | a column that seems to tell devices apart where nobody says so |
 //! | `row.rs` | what is said of one device |
 //! | `summary.rs` | what is said of all of them: distributions, outlying devices, does the line scatter more than it is measured |
@@ -35,22 +30,17 @@
 mod answer;
 mod block;
 mod common;
-mod common_row;
 mod device;
 mod fleet;
-mod inputs;
 mod layout;
 mod own;
-mod own_cells;
 mod own_exact;
 mod own_rows;
 mod parts;
-mod parts_row;
 mod positions;
 mod repeat;
-mod replicates;
+mod residuals;
 mod row;
-mod simd_tests;
 mod stream;
 mod summary;
 

@@ -7,16 +7,12 @@
 )]
 
 use super::answer::{Answer, Coverage, Question, least_variance};
-use super::block::{LANES, Lane};
+use super::block::{LANES, Lane, Sums};
 use super::common::ILL;
-use super::common_row::may_be_suspicious;
-use super::own_cells::Cells;
-use super::own_rows::{Form, Own, Placed, Places, Sizes, Tests, lane};
+use super::own_rows::{Form, Own, Parted, Placed, Places, Sizes, lane};
 use super::positions::Positions;
-use super::replicates::{Sorted, runs_of, runs_p};
-use super::row::Solved;
-use super::simd_tests::{self, Sums};
-use super::{Device, Row};
+use super::residuals::{Cells, Tests, runs_of, runs_p, suspects};
+use super::{Device, Row, Solved};
 use crate::estimate::eight::Eight;
 use crate::fit;
 use crate::number;
@@ -33,8 +29,8 @@ pub(super) struct Room {
     pub(super) eight: Eight,
     pub(super) places: Places,
     judged: Judged,
+    parted: Parted,
     cells: Cells,
-    sorted: Sorted,
     memory: Coverage,
     cofactor: Option<Mat<f64>>,
     dx: Vec<f64>,
@@ -89,7 +85,7 @@ impl Own {
         (l, sizes): (usize, Sizes),
         room: &mut Room,
     ) -> Option<Row> {
-        let Room { eight, judged, cells, sorted, memory, cofactor, dx, v, .. } = room;
+        let Room { eight, judged, parted, cells, memory, cofactor, dx, v, .. } = room;
         let sums = judged.sums?;
         let (m, n) = (form.readings(), self.campaign.unknowns());
         let squares = sums.squares[l];
@@ -131,12 +127,12 @@ impl Own {
         let (of, count) = match known {
             Some((of, count)) => (of.as_slice(), *count),
             None => {
-                let count = self.cells((device, places), positions, cells);
-                (cells.of.as_slice(), count)
+                let count = self.cells((device, places), positions, parted);
+                (parted.of.as_slice(), count)
             }
         };
         let lack_of_fit_p = match count < m {
-            true => sorted.lack_of_fit((of, count), (v, lane(&eight.weight, l)), dof),
+            true => cells.lack_of_fit((of, count), (v, lane(&eight.weight, l).map(|w| w * w)), dof),
             false if device.groups.is_empty() => None,
             false => self.between_positions(form, device, (l, v), eight),
         };
@@ -147,10 +143,7 @@ impl Own {
             let parts = form.parts().filter_map(|(begin, count)| v.get(begin..begin + count));
             parts.map(|own| runs_p(own.iter().copied())).fold(f64::NAN, f64::min)
         };
-        let suspicious = tests
-            .threshold
-            .is_some_and(|threshold| may_be_suspicious((squares, sums.gain[l]), dof, form.scaled, threshold));
-        let (suspects, suspect_p) = match suspicious {
+        let (suspects, suspect_p) = match tests.may_be_suspicious(squares, sums.gain[l]) {
             true => self.suspects(form, device, (l, sizes.weighed), eight),
             false => (Vec::new(), f64::NAN),
         };
@@ -230,9 +223,7 @@ impl Own {
         let v: Vec<f64> = (0..m).map(|i| at(&eight.residuals, i)).collect();
         let whitened = Whitened::independent(q.as_ref(), &weight, &v, largest, m - n, !form.scaled);
         let found = quality::snoop(&whitened, m, self.settings.level);
-        let suspects = || found.iter().flat_map(|found| &found.suspects);
-        let least = suspects().map(|suspect| suspect.p).fold(f64::NAN, f64::min);
-        (suspects().filter_map(|own| order.get(own.row).map(|(reading, _)| reading + 1)).collect(), least)
+        suspects(found.as_ref(), |row| order.get(row).map(|(reading, _)| *reading))
     }
 }
 
@@ -263,7 +254,6 @@ impl WithSimd for Judge<'_> {
             studentized.push(std::array::from_fn(|l| v[l] * (w[l] / r[l].sqrt())));
         }
         *sums = Some(Sums::of_own(&eight.residuals, eight.weight.iter().copied(), gain.iter().copied()));
-        let scores = tests.scores.as_ref().filter(|_| !tests.network.is_empty());
-        *normality = scores.map(|scores| simd_tests::normality(scores, &tests.network, studentized));
+        *normality = tests.normality(studentized);
     }
 }

@@ -10,7 +10,8 @@
 use super::block::{LANES, Lane};
 use super::common::ILL;
 use super::own::Room;
-use super::own_rows::{Form, Own, Placed, Tests};
+use super::own_rows::{Form, Own, Placed};
+use super::residuals::Tests;
 use super::{Device, Row};
 use crate::campaign::{Campaign, Kind};
 use crate::design::{self, Model, RowOrigin, Workspace};

@@ -1,21 +1,25 @@
-//! Devices of different schedules: which of them can go side by side, and their rows of the design from the columns of the table.
+//! Devices of different schedules: which of them can go side by side, their rows of the design from the columns of the table, and which of these
+//! are replicates: rows whose lines find the same inputs, by a table of their hashes.
 #![allow(
     clippy::indexing_slicing,
     reason = "`fill` gives every list the size of the form before it is written, and a `Lane` has `LANES` numbers; a row's inputs are as wide as said"
 )]
 
 use super::block::{LANES, Lane};
-use super::common::{NETWORK, UNLIKE, is_alone, is_linear, is_plain, is_uncertain};
+use super::common::{ILL, UNLIKE, alone, is_linear, is_plain, is_uncertain};
 use super::positions::Positions;
-use super::{Device, Layout, Use, simd_tests};
+use super::residuals::Tests;
+use super::{Device, Layout, Use};
 use crate::algebra::{Scratch, Tape};
 use crate::campaign::{Campaign, Readings, Role};
 use crate::design::{ColumnLine, Model, Read};
 use crate::estimate::eight::Eight;
 use crate::fit::{self, Estimator, Settings, Weighting};
-use crate::quality::NormalScores;
-use crate::uncertainty::quantiles;
+use crate::mix::Mix;
+use crate::number;
 use pulp::Arch;
+use std::collections::HashMap;
+use std::hash::{BuildHasherDefault, Hasher};
 
 /// Most readings of a device, and most sensors, that go this way.
 const MOST_ROWS: usize = 2048;
@@ -33,7 +37,7 @@ pub(super) struct Own {
     /// Their indices in the bench.
     pub(super) sensors: Vec<usize>,
     /// Cells of inputs in a row.
-    width: usize,
+    pub(super) width: usize,
     /// The cell of the number of samples.
     samples: Option<usize>,
     /// Are rows of the design those of positions, since joints take part?
@@ -70,15 +74,6 @@ pub(super) enum From {
 pub(super) struct Form {
     counts: [u16; MOST_SENSORS],
     pub(super) scaled: bool,
-}
-
-/// What the tests of devices of one shape share.
-#[derive(Debug)]
-pub(super) struct Tests {
-    pub(super) scores: Option<NormalScores>,
-    pub(super) network: Vec<(usize, usize)>,
-    /// From here on the largest gain is looked at more closely.
-    pub(super) threshold: Option<f64>,
 }
 
 /// What is known of a device before anything is computed.
@@ -127,10 +122,10 @@ impl Own {
         let bench = &campaign.bench;
         let prior = |p: &crate::campaign::Parameter| matches!(p.role, Role::Estimated { prior: Some(_), .. });
         let is_exact = settings.estimator == Estimator::Exact && !is_linear(campaign);
-        let simple = is_alone(campaign, settings)
+        let simple = alone(campaign, settings).is_ok()
             && (settings.estimator == Estimator::Exact || is_plain(campaign, settings))
             && !is_uncertain(campaign)
-            && settings.adjust.rank_tolerance.is_none_or(|t| t * super::common::ILL < 1.0)
+            && settings.adjust.rank_tolerance.is_none_or(|t| t * ILL < 1.0)
             && settings.level > 0.0
             && settings.level < 1.0
             && campaign.unknowns() > 0
@@ -192,11 +187,6 @@ impl Own {
         })
     }
 
-    /// Cells of inputs in a row.
-    pub(super) fn width(&self) -> usize {
-        self.width
-    }
-
     /// Positions for its devices, where they have joints.
     pub(super) fn positions(&self) -> Option<Positions> {
         let weights: Vec<usize> = self.lines.iter().filter_map(|line| line.u).chain(self.samples).collect();
@@ -253,18 +243,7 @@ impl Own {
     /// What the tests of a shape's devices share.
     pub(super) fn tests(&self, form: &Form) -> Tests {
         let m = form.readings();
-        let dof = m.saturating_sub(self.campaign.unknowns());
-        let single = -(self.settings.level.ln() / m.max(1) as f64).exp_m1();
-        let threshold = match (form.scaled, dof) {
-            (false, 1..) => quantiles::chi_square_quantile(1.0 - single, 1.0),
-            (true, 2..) => quantiles::fisher_f_quantile(1.0 - single, 1.0, dof as f64 - 1.0),
-            _ => None,
-        };
-        Tests {
-            scores: NormalScores::new(m),
-            network: simd_tests::network(if m <= NETWORK { m } else { 0 }),
-            threshold,
-        }
+        Tests::new(m, m, (m.saturating_sub(self.campaign.unknowns()), form.scaled, self.settings.level))
     }
 
     /// Eight devices of a shape into a system each (where there are fewer, the last one again), and what is known of their sizes; `None` for a
@@ -382,4 +361,81 @@ impl Own {
 /// Residuals of one system of eight, in the order of its rows.
 pub(super) fn lane(of: &[Lane], l: usize) -> impl Iterator<Item = f64> + '_ {
     of.iter().map(move |own| own[l])
+}
+
+/// The cell of each row of one device: rows of one cell have the same inputs. How many cells there are comes back.
+#[derive(Debug, Default)]
+pub(super) struct Parted {
+    /// Cell of each row.
+    pub(super) of: Vec<usize>,
+    /// Row (and sensor) at which each cell was met first.
+    firsts: Vec<(usize, usize)>,
+    table: Vec<u32>,
+    /// The same by the cells of positions.
+    known: HashMap<u32, usize, BuildHasherDefault<Mix>>,
+}
+
+impl Own {
+    /// Part a device's rows, in the order of the system's, by their inputs.
+    pub(super) fn cells(
+        &self,
+        (device, places): Placed<'_>,
+        positions: Option<&Positions>,
+        parted: &mut Parted,
+    ) -> usize {
+        let Parted { of, firsts, table, known } = parted;
+        of.clear();
+        firsts.clear();
+        let size = (4 * device.rows * self.lines.len()).next_power_of_two();
+        table.clear();
+        table.resize(size, u32::MAX);
+        if let Some(positions) = positions {
+            known.clear();
+            for place in places {
+                let next = known.len();
+                of.push(*known.entry(positions.cell(*place)).or_insert(next));
+            }
+            return known.len();
+        }
+        let word = |x: f64| (x + 0.0).to_bits();
+        for (slot, line) in self.lines.iter().enumerate() {
+            let at = |row: usize, k: usize| device.inputs.get(row * self.width + k).copied().map_or(0, word);
+            let used = || line.from.iter().filter_map(|from| if let From::Cell(k) = from { Some(*k) } else { None });
+            for row in 0..device.rows {
+                if device.values.get(row * self.lines.len() + slot).is_none_or(|value| value.is_nan()) {
+                    continue;
+                }
+                let mut hash = Mix(slot as u64);
+                used().for_each(|k| hash.write_u64(at(row, k)));
+                let mut place = number::index(hash.finish() & (size as u64 - 1));
+                let cell = loop {
+                    let Some(entry) = table.get_mut(place) else { break firsts.len() };
+                    match firsts.get(*entry as usize) {
+                        None => {
+                            // beyond u32 it stays an empty place, and the cell has no other row
+                            *entry = u32::try_from(firsts.len()).unwrap_or(u32::MAX);
+                            firsts.push((row, slot));
+                            break firsts.len() - 1;
+                        }
+                        Some((first, own)) if *own == slot && used().all(|k| at(row, k) == at(*first, k)) => {
+                            break *entry as usize;
+                        }
+                        Some(_) => place = (place + 1) & (size - 1),
+                    }
+                };
+                of.push(cell);
+            }
+        }
+        firsts.len()
+    }
+
+    /// The rows of a device's system in the order of its readings: the reading (from 0) and the row.
+    pub(super) fn order(&self, device: &Device) -> Vec<(usize, usize)> {
+        let sensors = self.lines.len();
+        let read = |slot: usize, row: usize| device.values.get(row * sensors + slot).is_some_and(|y| !y.is_nan());
+        let rows = (0..sensors).flat_map(|slot| (0..device.rows).filter(move |row| read(slot, *row)));
+        let mut order: Vec<(usize, usize)> = rows.enumerate().map(|(row, reading)| (reading, row)).collect();
+        order.sort_unstable();
+        order
+    }
 }

@@ -8,34 +8,37 @@
 //! A part is the triangle of a [`Fold`], whose size does not depend on the readings. What needs the readings themselves (robust weights,
 //! constraints, scatter, closed circles, several scales to estimate, suspicious readings, lack of fit, runs) is not to be had from it.
 
-use super::common::is_linear;
+use super::answer::{Answer, Coverage, Input, Question};
+use super::common::{alone, is_linear, is_uncertain};
+use super::{Row, Solved};
 use crate::algebra::Tape;
 use crate::campaign::{Campaign, Kind, Known, Observation, Readings, Role};
 use crate::design::{self, Model};
+use crate::elements::Elements;
 use crate::error::{Fault, Malformed, Result};
-use crate::estimate::Fold;
-use crate::fit::{self, Estimator, Remount, Settings, Weighting};
-use faer::Mat;
+use crate::estimate::{Fold, Folded, Group, Unknowns};
+use crate::fit::{self, Estimator, Settings, Weighting};
+use faer::{Mat, MatRef};
 
 /// The linear step of a campaign, for readings that are not all at hand.
 #[derive(Debug, Clone)]
 pub struct Parts {
-    pub(super) template: Campaign,
-    pub(super) settings: Settings,
-    pub(super) model: Model,
-    pub(super) reference: Vec<f64>,
-    pub(super) carried: Vec<PropagatedCalibration>,
-    pub(super) derived: Vec<Tape>,
+    template: Campaign,
+    settings: Settings,
+    model: Model,
+    reference: Vec<f64>,
+    carried: Vec<PropagatedCalibration>,
+    derived: Vec<Tape>,
     /// Unknown, prior less its reference, standard uncertainty.
-    pub(super) priors: Vec<(usize, f64, f64)>,
+    priors: Vec<(usize, f64, f64)>,
 }
 
 /// A column that is carried along for the budget of a known input: `df/dp`, or how much it changes with an unknown.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct PropagatedCalibration {
-    pub(super) parameter: usize,
-    pub(super) known: Known,
-    pub(super) by: Option<usize>,
+struct PropagatedCalibration {
+    parameter: usize,
+    known: Known,
+    by: Option<usize>,
 }
 
 /// A row of the design: what a sensor's value at some position says about the unknowns.
@@ -54,16 +57,16 @@ pub struct DesignRow {
 /// What is known of a device from some of its readings.
 #[derive(Debug, Clone)]
 pub struct Part {
-    pub(super) fold: Fold,
+    fold: Fold,
     /// For each sensor, whether values with and without a stated uncertainty were met.
-    pub(super) met: Vec<[bool; 2]>,
+    met: Vec<[bool; 2]>,
     /// Largest size of a value.
-    pub(super) largest: f64,
+    largest: f64,
     /// Two epsilons of the largest value in units of its uncertainty.
-    pub(super) arithmetic: f64,
-    pub(super) largest_u: f64,
+    arithmetic: f64,
+    largest_u: f64,
     /// The last decimal place of all values; `None` before the first, NaN where they have the digits of a computation.
-    pub(super) step: Option<f64>,
+    step: Option<f64>,
 }
 
 impl Parts {
@@ -81,25 +84,9 @@ impl Parts {
                 .expected("a number between 0 and 1, for example 0.95")
                 .found(settings.level.to_string()));
         }
-        if settings.robust.is_some() || settings.remount != Remount::No {
-            return refuse("robust weights or a scatter of remounting are asked for", "");
+        if let Err((what, path)) = alone(template, settings) {
+            return refuse(&what, path);
         }
-        if !template.constraints.is_empty() {
-            return refuse("the campaign has constraints", "constraints");
-        }
-        if !template.scatter.is_empty() {
-            return refuse("the campaign says what scatters", "scatter");
-        }
-        if !template.correlations.is_empty() {
-            return refuse("known inputs are correlated", "correlations");
-        }
-        if let Some(error) = template.limited_errors().first() {
-            return refuse(&format!("{error} has limits"), "limits");
-        }
-        if let Some(sensor) = template.bench.sensors.iter().find(|sensor| sensor.turn.is_some()) {
-            return refuse(&format!("{} is a closed circle", sensor.id), "bench");
-        }
-        let uncertain = template.parameters.iter().any(|p| matches!(p.role, Role::Known(known) if known.u != 0.0));
         if !is_linear(template) {
             if settings.estimator == Estimator::Exact {
                 return Err(Malformed::new(
@@ -111,7 +98,7 @@ impl Parts {
                 )
                 .at_path("estimate"));
             }
-            if uncertain {
+            if is_uncertain(template) {
                 return refuse(
                     "the model is not linear in its unknowns, and an input is known with an uncertainty",
                     "known",
@@ -295,7 +282,7 @@ impl Part {
     }
 
     /// The square of the scale that the rounding of the readings alone would have.
-    pub(super) fn least(&self) -> f64 {
+    fn least(&self) -> f64 {
         // numbers of full precision have no step
         let step = self.step.filter(|step| !step.is_nan()).unwrap_or(0.0);
         self.arithmetic.powi(2).max((step / 12f64.sqrt() / self.largest_u).powi(2))
@@ -318,4 +305,130 @@ fn finer(so_far: Option<f64>, value: f64) -> f64 {
         // not decimal: nothing later makes it so
         None => fit::resolution(std::iter::once(value)).unwrap_or(f64::NAN),
     }
+}
+
+impl Parts {
+    /// A device's answer: estimates, uncertainties, rank and global test as its own fit says them.
+    pub fn finish(&self, label: &str, part: &Part, coverage: &mut Coverage) -> Row {
+        let quantities = self.template.unknowns() + self.derived.len();
+        self.row(label, part, coverage).unwrap_or_else(|error| Row::without(label, quantities, &error))
+    }
+
+    /// Is the scatter of the readings estimated from them?
+    fn is_scaled(&self, part: &Part) -> Result<bool> {
+        let sensors = || self.template.bench.sensors.iter().zip(&part.met);
+        if let Some((sensor, _)) = sensors().find(|(_, met)| **met == [true, true]) {
+            let id = &sensor.id;
+            return Err(Malformed::new(
+                Fault::Missing,
+                format!("some readings of {id} have a stated uncertainty and some have none"),
+            )
+            .expected(format!(
+                "{id}_u in every reading of {id}, or in none (then it is estimated from the residuals)"
+            )));
+        }
+        let relative = self.settings.weighting == Weighting::Relative;
+        let read: Vec<bool> =
+            sensors().filter(|(_, met)| **met != [false, false]).map(|(_, met)| relative || met[1]).collect();
+        match read.as_slice() {
+            [] => {
+                let ids: Vec<&str> = self.template.bench.sensors.iter().map(|s| s.id.as_str()).collect();
+                Err(Malformed::new(Fault::Missing, "no reading has a sensor value")
+                    .expected(format!("readings with a value for {}", ids.join(" or "))))
+            }
+            [true] if self.priors.is_empty() => Ok(true),
+            list if !list.contains(&true) => Ok(false),
+            _ => Err(Malformed::new(
+                Fault::Missing,
+                "the scatter of several sensors (or with priors) is to be estimated, which needs all readings in memory",
+            )
+            .expected("stated uncertainties of the readings, or the ordinary fit of each device")),
+        }
+    }
+
+    fn row(&self, label: &str, part: &Part, coverage: &mut Coverage) -> Result<Row> {
+        let (template, settings) = (&self.template, &self.settings);
+        let n = template.unknowns();
+        let scaled = self.is_scaled(part)?;
+        if part.largest > 0.0 && part.largest < fit::LEAST {
+            return Err(Malformed::new(
+                Fault::Value,
+                "the largest reading is beyond the numbers that a fit can square",
+            )
+            .expected("units in which it lies between 1e-70 and 1e70")
+            .found(format!("{:e}", part.largest)));
+        }
+        let joined;
+        let fold = if self.priors.is_empty() {
+            &part.fold
+        } else {
+            let mut fold = part.fold.clone();
+            for (k, difference, u) in &self.priors {
+                let row = Mat::from_fn(1, n + self.carried.len(), |_, j| f64::from(u8::from(j == *k)));
+                fold.push(row.as_ref(), &[*difference], &[*u])?;
+            }
+            joined = fold;
+            &joined
+        };
+        let group = if scaled { Group::Estimated(0) } else { Group::Known };
+        let folded = fold.finish(group, &settings.adjust)?;
+        let (dof, squares) = (folded.dof, folded.sum_of_squares);
+        let Unknowns { solution, cofactor, .. } = &folded.unknowns;
+        let readings = if self.priors.is_empty() { None } else { Some(of_readings(cofactor, part.fold.triangle())) };
+        let question = Question {
+            campaign: template,
+            settings,
+            derived: &self.derived,
+            reference: &self.reference,
+            known: &self.known(fold, &folded)?,
+            scaled,
+            rank: folded.unknowns.rank,
+            dof,
+            own_dof: if scaled { dof as f64 } else { f64::INFINITY },
+        };
+        let answer = Answer {
+            label,
+            device: None,
+            unknowns: Some(&folded.unknowns),
+            dx: solution,
+            cofactor,
+            share: readings.as_ref().unwrap_or(cofactor),
+            variance: question.variance(squares, |_| part.least()),
+            squares,
+            readings: part.fold.rows(),
+            largest: 0.0,
+            lack_of_fit_p: None,
+            runs_p: f64::NAN,
+            normality_p: f64::NAN,
+            suspects: Vec::new(),
+            suspect_p: f64::NAN,
+            stuck: Vec::new(),
+            solved: Solved::Alone,
+        };
+        Ok(question.row(answer, coverage))
+    }
+
+    /// How the unknowns follow each known input that has an uncertainty: `-(dx/dy) df/dp` at the solution.
+    fn known(&self, fold: &Fold, folded: &Folded) -> Result<Vec<Input>> {
+        let mut found: Vec<Input> = Vec::new();
+        for (place, carried) in self.carried.iter().enumerate() {
+            let share = carried.by.map_or(1.0, |j| folded.unknowns.solution.at(j));
+            let Some(follow) = fold.follow(place, &self.settings.adjust)? else { continue };
+            let PropagatedCalibration { parameter, known, .. } = *carried;
+            if found.last().is_none_or(|own| own.index != parameter) {
+                found.push(Input { index: parameter, known, base: vec![0.0; follow.len()], slope: Vec::new() });
+            }
+            // there is one: pushed above
+            let own = found.last_mut().map(|own| own.base.as_mut_slice()).unwrap_or_default();
+            own.iter_mut().zip(&follow).for_each(|(c, f)| *c -= share * f);
+        }
+        Ok(found)
+    }
+}
+
+/// The part of the cofactor matrix that comes from the readings, whose triangle this is: `C R' R C`.
+fn of_readings(cofactor: &Mat<f64>, triangle: MatRef<'_, f64>) -> Mat<f64> {
+    let n = cofactor.nrows();
+    let moved = triangle.subrows(0, n).subcols(0, n) * cofactor;
+    moved.transpose() * &moved
 }

@@ -5,6 +5,8 @@ use crate::elements::Elements;
 use crate::fit::Conformity;
 use crate::number;
 use crate::uncertainty::quantiles;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, HashMap};
 
 /// Devices whose values are kept for distributions; of further ones only the counts.
@@ -105,15 +107,18 @@ fn rms((squares, count): (f64, usize)) -> Option<f64> {
 }
 
 /// A device that is not accepted, or outside a limit.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(rename = "NotInOrderReport")]
+#[non_exhaustive]
 pub struct NotInOrder {
     /// The device.
+    #[serde(rename = "device")]
     pub label: String,
-    /// Is its answer usable?
+    /// `rejected`, `malformed`, or `accepted` where only a limit is not kept.
     pub verdict: Verdict,
-    /// The worst outcome of its limits.
+    /// The worst outcome of its limits; null without limits.
     pub conformity: Option<Conformity>,
-    /// What is wrong, in words.
+    /// What is wrong, in words; empty where only a limit is not kept.
     pub why: String,
 }
 
@@ -144,27 +149,25 @@ pub struct Quantity {
 }
 
 /// Between-device scatter against the uncertainty from each device's own readings.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(rename = "BetweenReport")]
+#[non_exhaustive]
 pub struct Scattering {
     /// Root mean square of the Type A standard uncertainties.
     pub u: f64,
-    /// Variance between devices over that of the readings.
+    /// Variance between devices over that of the readings, a pure number.
     pub f: f64,
-    /// Degrees of freedom of the numerator: devices less one.
+    /// Degrees of freedom of the numerator.
     pub dof: f64,
-    /// Degrees of freedom of the denominator; infinite where uncertainties are stated.
-    pub u_dof: f64,
+    /// Degrees of freedom of the denominator; null for infinite.
+    pub u_dof: Option<f64>,
     /// Probability of a larger ratio if all devices were alike.
     pub p: f64,
-    /// Standard deviation of the devices' true values that explains the excess scatter, `sqrt(sd^2 - u^2)`; 0 where nothing is left.
+    /// Do devices differ by more than their readings scatter (p below 1 %)?
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub significant: Option<bool>,
+    /// Standard deviation of the devices' true values that explains the excess scatter, in the quantity's unit.
     pub sd_of_devices: f64,
-}
-
-impl Scattering {
-    /// Do devices differ by more than their readings scatter: is so large a ratio less probable than 1 %?
-    pub fn is_significant(&self) -> bool {
-        self.p < 0.01
-    }
 }
 
 /// An outlying device.
@@ -334,14 +337,16 @@ impl Summary {
         let squares: f64 = values.iter().map(|x| (x - mean) * (x - mean)).sum();
         let variance = (n > 1).then(|| squares / (n - 1) as f64);
         let sums = self.sums.get(quantity).copied().unwrap_or_default();
-        let u_dof = sums.dof;
+        // infinite where uncertainties are stated
+        let u_dof = Some(sums.dof).filter(|dof| dof.is_finite());
         let scattering = variance.zip(rms(sums.type_a).filter(|u| *u > 0.0)).and_then(|(variance, u)| {
             let (f, dof) = (variance / (u * u), (n - 1) as f64);
-            let p = match u_dof.is_finite() {
-                true => quantiles::fisher_f_survival(f, dof, u_dof),
-                false => quantiles::chi_square_survival(f * dof, dof),
+            let p = match u_dof {
+                Some(u_dof) => quantiles::fisher_f_survival(f, dof, u_dof),
+                None => quantiles::chi_square_survival(f * dof, dof),
             }?;
-            Some(Scattering { u, f, dof, u_dof, p, sd_of_devices: (variance - u * u).max(0.0).sqrt() })
+            let (significant, sd_of_devices) = (Some(p < 0.01), (variance - u * u).max(0.0).sqrt());
+            Some(Scattering { u, f, dof, u_dof, p, significant, sd_of_devices })
         });
         Some(Quantity { devices: n, mean, sd: variance.map(f64::sqrt), quantiles, u: rms(sums.u), scattering })
     }

@@ -129,6 +129,12 @@ impl JointState {
         }
     }
 
+    /// What tells it from other states, bit by bit; a negative zero is a zero.
+    pub(crate) fn bits(&self) -> [u64; 3] {
+        let (deg, deg_s, turns) = self.keys();
+        [deg, deg_s, turns].map(|own| own.map_or(u64::MAX, |value| (value + 0.0).to_bits()))
+    }
+
     /// The state that `<joint>_deg`, `<joint>_deg_s` and `<joint>_turns` say.
     ///
     /// Errors: `Missing` where neither angle nor rate is given, `Value` for a rate of zero without an angle, or turns that are not positive.

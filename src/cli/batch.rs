@@ -2,10 +2,10 @@
 
 use super::Outcome;
 use super::batch_reports::{self, Reports};
-use super::devices::{DeviceCampaign, Many, Others};
+use super::devices::{DeviceCampaign, Many, Passed};
 use super::pages::Pages;
-use super::rows::{Columns, Format, Rows};
-use crate::batch::{self, Device, Fleet, Layout, Row, Summary};
+use super::rows::{Cell, Format, Kind, Rows, Titles};
+use crate::batch::{self, Device, Fleet, Row, Schedules, Summary};
 use crate::campaign::Campaign;
 use crate::error::{Fault, Malformed, Result};
 use crate::fit::Settings;
@@ -17,6 +17,7 @@ use std::path::{Path, PathBuf};
 
 /// Most devices whose rows are shown on a terminal.
 const SHOWN: usize = 40;
+
 /// One fit for each device.
 pub(super) fn fit(
     question: &DeviceCampaign,
@@ -26,8 +27,8 @@ pub(super) fn fit(
     pages: &Pages,
     lang: Language,
 ) -> Result<Outcome> {
-    let table = question.table(Others::Named(&question.file), many.chart.as_deref())?;
-    let template = table.template()?;
+    let table = question.table(false, many.chart.as_deref())?;
+    let template = &table.template;
     super::probability("level", settings.level, "0.95")?;
     let names = report::batch_quantities(template);
     let mut outputs = pages.outputs([many.to.as_deref(), json])?;
@@ -43,44 +44,35 @@ pub(super) fn fit(
         Format::of(path)?;
     }
     let to_stdout = outputs.to_stdout() || target.as_ref() == Some(&stdout);
-    let columns = Columns {
-        by: table.by().to_string(),
-        lot: table.lot().map(str::to_string),
-        quantities: names.clone(),
-        limited: !template.limits.is_empty(),
-    };
-    let begin = || target.as_ref().map(|path| Rows::begin(path, outputs.open_held(path)?, columns.clone())).transpose();
-    let state =
-        std::cell::RefCell::new(State { rows: begin()?, summary: Summary::new(names.len()), shown: Vec::new() });
+    let (lot, limited) = (table.lot.as_deref(), !template.limits.is_empty());
+    let titles = titles(table.by(), lot, &names, limited);
+    let begin =
+        || target.as_ref().map(|path| Rows::begin(path, outputs.open_held(path)?, titles.clone(), &names)).transpose();
+    let (mut rows, mut summary, mut shown) = (begin()?, Summary::new(names.len()), Vec::<Row>::new());
     let bar = table.bar();
-    let question_of = std::cell::RefCell::new(None::<Layout>);
-    let schedules = std::cell::RefCell::new(None::<batch::Schedules>);
-    table.read(
-        &mut |devices, layout| {
-            let of = |device: &Device| table.campaign(layout, device);
-            let mut fleet = Fleet::with(&of, *settings, names.len(), schedules.borrow_mut().take().unwrap_or_default());
-            let rows = fleet.fit(&devices, layout);
-            *schedules.borrow_mut() = Some(fleet.into_schedules());
-            *question_of.borrow_mut() = Some(layout.clone());
-            let mut state = state.borrow_mut();
-            rows.iter().for_each(|row| state.summary.add(row));
-            let room = (SHOWN + 1).saturating_sub(state.shown.len());
-            state.shown.extend(rows.iter().take(room).cloned());
-            bar.inc(devices.iter().map(|device| device.rows as u64).sum());
-            state.rows.as_mut().map_or(Ok(()), |out| out.write(&rows))?;
-            let determined = rows.iter().filter(|row| row.rank == template.unknowns() && row.rank > 0).count();
-            Ok(2 * determined >= rows.len())
-        },
-        &mut || {
+    let mut schedules = Schedules::default();
+    table.read(&mut |passed| {
+        let Passed::Devices(devices, layout) = passed else {
             // the file that was begun is gone before it is begun anew under the same name
-            state.borrow_mut().rows = None;
-            *state.borrow_mut() = State { rows: begin()?, summary: Summary::new(names.len()), shown: Vec::new() };
+            drop(rows.take());
+            (rows, summary, shown) = (begin()?, Summary::new(names.len()), Vec::new());
             bar.reset();
-            Ok(())
-        },
-    )?;
+            return Ok(true);
+        };
+        let of = |device: &Device| table.campaign(layout, device);
+        let mut fleet = Fleet::with(&of, *settings, names.len(), std::mem::take(&mut schedules));
+        let fitted = fleet.fit(&devices, layout);
+        schedules = fleet.into_schedules();
+        fitted.iter().for_each(|row| summary.add(row));
+        shown.extend(fitted.iter().take((SHOWN + 1).saturating_sub(shown.len())).cloned());
+        bar.inc(devices.iter().map(|device| device.rows as u64).sum());
+        if let Some(rows) = &mut rows {
+            rows.write(&fitted.iter().map(|row| cells(row, lot.is_some(), limited)).collect::<Vec<_>>())?;
+        }
+        let determined = fitted.iter().filter(|row| row.rank == template.unknowns() && row.rank > 0).count();
+        Ok(2 * determined >= fitted.len())
+    })?;
     bar.finish_and_clear();
-    let State { rows, summary, shown } = state.into_inner();
     if summary.devices == 0 {
         return Err(Malformed::new(Fault::Missing, "there are no readings")
             .expected(format!("a table with the columns {} and those of a reading", table.by()))
@@ -109,8 +101,8 @@ pub(super) fn fit(
     if let Some(path) = json {
         outputs.json(path, &found)?;
     }
-    if let Some(out) = rows {
-        outputs.finish(out.finish()?);
+    if let Some(rows) = rows {
+        outputs.finish(rows.finish()?);
     }
     outputs.write()?;
     if !to_stdout {
@@ -124,18 +116,44 @@ pub(super) fn fit(
     Ok(if failed || rejected { Outcome::Rejected } else { Outcome::Done })
 }
 
-/// What a pass over the devices has found.
-struct State {
-    rows: Option<Rows>,
-    summary: Summary,
-    shown: Vec<Row>,
+/// What a row has, in order: what identifies the device, its verdicts, each quantity with u and U, the tests.
+fn titles(by: &str, lot: Option<&str>, quantities: &[(String, String)], limited: bool) -> Titles {
+    let mut titles = vec![(by.to_string(), Kind::Text)];
+    let texts = lot.into_iter().chain(["verdict"]).chain(limited.then_some("conformity"));
+    titles.extend(texts.map(|name| (name.to_string(), Kind::Text)));
+    for (id, _) in quantities {
+        titles.extend(["", "_u", "_U"].map(|end| (format!("{id}{end}"), Kind::Number)));
+    }
+    titles.extend(["readings", "rank", "dof"].map(|name| (name.to_string(), Kind::Count)));
+    let tests = ["residual_sd", "chi_square_p", "lack_of_fit_p", "runs_p", "normality_p"];
+    titles.extend(tests.map(|name| (name.to_string(), Kind::Number)));
+    titles.extend(["suspects", "schedule", "why"].map(|name| (name.to_string(), Kind::Text)));
+    titles
 }
 
-/// A text column that repeats the schedule: several devices that are about to be fitted as one?
-pub(super) fn repeated(campaign: &Campaign) -> Option<String> {
-    let (column, devices) = batch::repeats(campaign)?;
-    Some(format!(
+/// The cells of a row, in the order of the titles.
+fn cells(row: &Row, has_lot: bool, limited: bool) -> Vec<Cell<'_>> {
+    let mut cells = Vec::with_capacity(14 + 3 * row.value.len());
+    let conformity = limited.then(|| row.conformity.map_or("", |own| own.name()));
+    let texts = has_lot.then_some(row.lot.as_str()).into_iter().chain([row.verdict.name()]).chain(conformity);
+    cells.extend([row.label.as_str()].into_iter().chain(texts).map(|text| Cell::Text(text.into())));
+    for ((value, u), expanded) in row.value.iter().zip(&row.u).zip(&row.expanded) {
+        cells.extend([value, u, expanded].map(|x| Cell::Number(*x)));
+    }
+    cells.extend([row.readings, row.rank, row.dof].map(Cell::Count));
+    let tests = [row.residual_sd, row.chi_square_p, row.lack_of_fit_p, row.runs_p, row.normality_p];
+    cells.extend(tests.map(Cell::Number));
+    let suspects = row.suspects.iter().map(ToString::to_string).collect::<Vec<_>>().join(" ");
+    cells.push(Cell::Text(suspects.into()));
+    cells.extend([row.solved.name(), row.why.as_str()].map(|text| Cell::Text(text.into())));
+    cells
+}
+
+/// Say so where a text column repeats the schedule: several devices that are about to be fitted as one.
+pub(super) fn note_repeated(campaign: &Campaign) {
+    let Some((column, devices)) = batch::repeats(campaign) else { return };
+    super::note(&format!(
         "note: the column '{column}' repeats the schedule for {devices} labels, and all their readings are fitted together as one device; \
          --by {column} fits each by itself"
-    ))
+    ));
 }

@@ -1,19 +1,18 @@
 //! `tumble diagnose CAMPAIGN --by COLUMN`: which device has which effect.
 
+use super::Outcome;
 use super::catalogue::Catalogue;
-use super::devices::{DeviceCampaign, Many, Others};
+use super::devices::{DeviceCampaign, Many, Passed};
 use super::outputs::Outputs;
-use super::rows::{DiagnosedRow, EffectColumn, diagnosed};
-use super::{Outcome, rows::Format};
+use super::rows::{Cell, Format, Kind, Rows, Shortest, Titles};
 use crate::batch::Device;
-use crate::diagnosis::{self, Settings, Verdict};
+use crate::diagnosis::{self, Diagnosis, Finding, Settings, Verdict};
 use crate::document::terminal;
-use crate::error::{Fault, Malformed, Result};
+use crate::error::Result;
 use crate::language::{Language, say};
 use crate::wire;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
-use std::io::Write;
 use std::path::PathBuf;
 
 /// Diagnose every device by itself.
@@ -24,95 +23,51 @@ pub(super) fn run(
     settings: &Settings,
     lang: Language,
 ) -> Result<Outcome> {
-    let table = question.table(Others::All, None)?;
-    table.template()?;
+    let table = question.table(true, None)?;
     // what is wrong with the question itself (the significance, the catalogue) is no device's answer
     super::probability("significance", settings.significance, "0.01")?;
     let mut outputs = Outputs::plan([many.to.as_deref()])?;
     let target = many.to.clone().unwrap_or_else(|| PathBuf::from("-"));
-    let format = Format::of(&target)?;
-    if format == Format::Parquet {
-        return Err(Malformed::new(Fault::Value, "effects of devices are not written as Parquet")
-            .expected("a name that ends in .csv or .jsonl"));
-    }
+    Format::of(&target)?;
     let bar = table.bar();
-    let found = std::cell::RefCell::new(Vec::<DiagnosedRow>::new());
-    table.read(
-        &mut |devices, layout| {
-            let one = |device: &Device| {
-                let diagnosed = table
-                    .campaign(layout, device)
-                    .and_then(|campaign| diagnosis::diagnose(&campaign, &catalogue.effects, settings));
-                bar.inc(device.rows as u64);
-                match diagnosed {
-                    Ok(own) => DiagnosedRow {
-                        label: device.label.clone(),
-                        verdict: own.verdict.name().into(),
-                        effects: own
-                            .effects
-                            .iter()
-                            .map(|finding| EffectColumn {
-                                regressor: finding.effect.regressor.clone(),
-                                name: finding.effect.name.clone(),
-                                value: finding.value,
-                                u: finding.u,
-                                unit: finding.unit.clone(),
-                                p: finding.p,
-                                aliases: finding.aliases.iter().map(|alias| alias.regressor.clone()).collect(),
-                            })
-                            .collect(),
-                        why: String::new(),
-                    },
-                    Err(error) => {
-                        let error = wire::locate(error, question.source());
-                        let found = error.finding().map_or(String::new(), |found| format!("; found: {found}"));
-                        DiagnosedRow {
-                            label: device.label.clone(),
-                            verdict: "malformed".into(),
-                            effects: Vec::new(),
-                            why: format!("{} ({}){found}", error.what(), error.place().path),
-                        }
-                    }
-                }
-            };
-            let rows: Vec<DiagnosedRow> = devices.par_iter().map(one).collect();
-            found.borrow_mut().extend(rows);
-            Ok(true)
-        },
-        &mut || {
-            found.borrow_mut().clear();
+    let mut found: Vec<Diagnosed> = Vec::new();
+    table.read(&mut |passed| {
+        let Passed::Devices(devices, layout) = passed else {
+            found.clear();
             bar.reset();
-            Ok(())
-        },
-    )?;
+            return Ok(true);
+        };
+        let one = |device: &Device| {
+            let campaign = table.campaign(layout, device);
+            let own = campaign.and_then(|own| diagnosis::diagnose(&own, &catalogue.effects, settings));
+            bar.inc(device.rows as u64);
+            Diagnosed::new(device, &own.map_err(|error| wire::locate(error, &question.source)))
+        };
+        found.par_extend(devices.par_iter().map(one));
+        Ok(true)
+    })?;
     bar.finish_and_clear();
-    let rows = found.into_inner();
-    let mut stream = outputs.open(&target)?;
-    let text = diagnosed(table.by(), &rows, format);
-    stream
-        .write_all(&text)
-        .or_else(super::outputs::reader_left)
-        .map_err(|error| super::outputs::fault(&target, &error))?;
-    outputs.finish(stream);
-    outputs.write()?;
-    let mut effects: BTreeMap<(&str, &str), usize> = BTreeMap::new();
-    let mut verdicts: BTreeMap<&str, usize> = BTreeMap::new();
-    for row in &rows {
-        *verdicts.entry(row.verdict.as_str()).or_default() += 1;
-        for effect in &row.effects {
-            *effects.entry((effect.regressor.as_str(), effect.name.as_str())).or_default() += 1;
-        }
+    let (mut effects, mut verdicts) = (BTreeMap::<(String, String), usize>::new(), BTreeMap::<&str, usize>::new());
+    let mut cells = Vec::with_capacity(found.len());
+    for own in found {
+        *verdicts.entry(own.verdict).or_default() += 1;
+        own.effects.into_iter().for_each(|effect| *effects.entry(effect).or_default() += 1);
+        cells.push(own.cells);
     }
-    let mut counts: Vec<((&str, &str), usize)> = effects.into_iter().collect();
+    let mut rows = Rows::begin(&target, outputs.open(&target)?, titles(table.by()), &[])?;
+    rows.write(&cells)?;
+    outputs.finish(rows.finish()?);
+    outputs.write()?;
+    let mut counts: Vec<((String, String), usize)> = effects.into_iter().collect();
     counts.sort_by_key(|b| std::cmp::Reverse(b.1));
     let said: Vec<String> = verdicts.iter().map(|(verdict, n)| format!("{n} {}", lang.term(verdict))).collect();
-    let devices = lang.count(rows.len(), "device");
+    let devices = lang.count(cells.len(), "device");
     let devices = say!(lang, "grouped-by", what = devices, by = table.by());
     let mut text = format!("{devices}{}{}\n", lang.colon(), said.join(lang.comma()));
     if !counts.is_empty() {
         let cells: Vec<Vec<String>> = counts
             .iter()
-            .map(|((regressor, name), n)| vec![n.to_string(), (*regressor).to_string(), lang.name(name).into_owned()])
+            .map(|((regressor, name), n)| vec![n.to_string(), regressor.clone(), lang.name(name).into_owned()])
             .collect();
         text += &format!(
             "\n{}",
@@ -124,6 +79,50 @@ pub(super) fn run(
         // rows are on stdout
         None => super::note(text.trim_end()),
     }
-    let nothing = rows.iter().all(|row| row.verdict == Verdict::NothingMissing.name());
-    Ok(if nothing { Outcome::Done } else { Outcome::Rejected })
+    let nothing = Verdict::NothingMissing.name();
+    Ok(if verdicts.keys().all(|own| *own == nothing) { Outcome::Done } else { Outcome::Rejected })
+}
+
+/// What stays of the diagnosis of a device.
+struct Diagnosed {
+    verdict: &'static str,
+    /// Terms and names.
+    effects: Vec<(String, String)>,
+    cells: Vec<Cell<'static>>,
+}
+
+fn titles(by: &str) -> Titles {
+    let names = ["verdict", "effects", "regressors", "names", "values", "u", "units", "p", "aliases", "why"];
+    let kind = |name: &str| if name == "effects" { Kind::Count } else { Kind::Text };
+    [(by.to_string(), Kind::Text)].into_iter().chain(names.map(|name| (name.to_string(), kind(name)))).collect()
+}
+
+impl Diagnosed {
+    /// Its cells: how many effects, and the regressors, values, u, probabilities and aliases of all of them, parted by semicolons.
+    fn new(device: &Device, own: &Result<Diagnosis>) -> Self {
+        let verdict = own.as_ref().map_or("malformed", |own| own.verdict.name());
+        let effects: &[Finding] = own.as_ref().map_or(&[], |own| &own.effects);
+        let all = |of: &dyn Fn(&Finding) -> String| effects.iter().map(of).collect::<Vec<_>>().join("; ");
+        let number = |x: Option<f64>| x.map_or(String::new(), |x| Shortest(x).to_string());
+        let texts = [
+            all(&|own| own.effect.regressor.clone()),
+            all(&|own| own.effect.name.clone()),
+            all(&|own| number(own.value)),
+            all(&|own| number(own.u)),
+            all(&|own| own.unit.clone()),
+            all(&|own| number(Some(own.p))),
+            all(&|own| own.aliases.iter().map(|alias| alias.regressor.as_str()).collect::<Vec<_>>().join(" or ")),
+            own.as_ref().err().map_or(String::new(), |error| {
+                let found = error.finding().map_or(String::new(), |found| format!("; found: {found}"));
+                format!("{} ({}){found}", error.what(), error.place().path)
+            }),
+        ];
+        let first = [Cell::Text(device.label.clone().into()), Cell::Text(verdict.into()), Cell::Count(effects.len())];
+        let named = |own: &Finding| (own.effect.regressor.clone(), own.effect.name.clone());
+        Diagnosed {
+            verdict,
+            effects: effects.iter().map(named).collect(),
+            cells: first.into_iter().chain(texts.map(|text| Cell::Text(text.into()))).collect(),
+        }
+    }
 }

@@ -1,6 +1,6 @@
 //! `--reports FOLDER`: a page of its own for each device that is not in order or stands apart, to which the summary leads.
 
-use super::devices::DeviceTable;
+use super::devices::{DeviceTable, Passed};
 use super::pages::{self, Texts};
 use crate::batch::Verdict;
 use crate::document::html;
@@ -30,7 +30,7 @@ pub(super) fn reports(
     settings: &Settings,
     lang: Language,
 ) -> Result<Reports> {
-    let fitted = report.not_in_order.iter().filter(|own| own.verdict != Verdict::Malformed).map(|own| &own.device);
+    let fitted = report.not_in_order.iter().filter(|own| own.verdict != Verdict::Malformed).map(|own| &own.label);
     let mut wanted: Vec<&String> = Vec::new();
     for label in fitted.chain(report.outlying.iter().map(|own| &own.device)) {
         if !wanted.contains(&label) && wanted.len() < MOST {
@@ -39,30 +39,27 @@ pub(super) fn reports(
     }
     let names = names(&wanted);
     let inputs = table.inputs()?;
-    let made = std::cell::RefCell::new(Reports::default());
-    table.read(
-        &mut |devices, layout| {
-            for device in &devices {
-                let Some(name) = names.get(&device.label) else { continue };
-                // what is wrong with a device that cannot be fitted stands in its row
-                let Ok(fit) = table.campaign(layout, device).and_then(|own| fit::fit_owned(own, settings)) else {
-                    continue;
-                };
-                let mut page = pages::document_of(&fit, &report::fit_report(&fit), &inputs, lang);
-                page.title = format!("{}: {}", device.label, page.title);
-                let path = folder.join(name);
-                let mut made = made.borrow_mut();
-                made.links.insert(device.label.clone(), link(summary, &path));
-                made.texts.push((path, html::render(&page)?.into_bytes()));
-            }
-            Ok(true)
-        },
-        &mut || {
-            *made.borrow_mut() = Reports::default();
-            Ok(())
-        },
-    )?;
-    Ok(made.into_inner())
+    let mut made = Reports::default();
+    table.read(&mut |passed| {
+        let Passed::Devices(devices, layout) = passed else {
+            made = Reports::default();
+            return Ok(true);
+        };
+        for device in &devices {
+            let Some(name) = names.get(&device.label) else { continue };
+            // what is wrong with a device that cannot be fitted stands in its row
+            let Ok(fit) = table.campaign(layout, device).and_then(|own| fit::fit_owned(own, settings)) else {
+                continue;
+            };
+            let mut page = pages::document_of(&fit, &report::fit_report(&fit), &inputs, lang);
+            page.title = format!("{}: {}", device.label, page.title);
+            let path = folder.join(name);
+            made.links.insert(device.label.clone(), link(summary, &path));
+            made.texts.push((path, html::render(&page)?.into_bytes()));
+        }
+        Ok(true)
+    })?;
+    Ok(made)
 }
 
 /// A file name for each label: letters, digits, `-`, `_` and `.` stay, everything else becomes `_`; two of one name are numbered.

@@ -63,10 +63,8 @@ impl Stored {
 
     /// Lines that say which unit it is about.
     pub(super) fn identity(&self) -> Vec<String> {
-        let mut lines = Vec::new();
-        lines.extend(self.serial().map(|serial| format!("Serial number: {serial}.")));
-        lines.extend(self.date().map(|date| format!("Date of calibration: {date}.")));
-        lines
+        let serial = self.serial().map(|serial| format!("Serial number: {serial}."));
+        serial.into_iter().chain(self.date().map(|date| format!("Date of calibration: {date}."))).collect()
     }
 
     fn serial(&self) -> Option<String> {

@@ -56,7 +56,7 @@ pub(super) fn check(path: &Path) -> Result<String> {
         Model::new(&campaign).map_err(|error| wire::locate(error, &source))?;
         return Ok(said("a campaign", &campaign, &format!("{} rows of a record", sample.rows)));
     }
-    let (campaign, source) = files::campaign(path)?;
+    let (campaign, source, _) = files::campaign(path)?;
     Model::new(&campaign).map_err(|error| wire::locate(error, &source))?;
     let what = if campaign.is_measured() { "a campaign" } else { "a schedule" };
     Ok(said(what, &campaign, &format!("{} readings", campaign.readings.rows.len())))

@@ -1,16 +1,13 @@
 //! `tumble compare CAMPAIGN` (published closed forms), `tumble compare A B ...` (calibrations of one unit).
 
-use super::outputs::Outputs;
 use super::{Outcome, calibrations, files, pages};
 use crate::compare::{self, calibrations::changes, calibrations::trends};
-use crate::document::Document;
 use crate::error::{Fault, Malformed, Result};
 use crate::fit;
 use crate::language::Language;
 use crate::report;
 use crate::wire;
 use clap::Args;
-use serde::Serialize;
 use std::path::{Path, PathBuf};
 
 /// What to compare and what to write.
@@ -40,19 +37,13 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
     }
 }
 
-/// Write what is asked for, or print the document where nothing goes to stdout.
-fn finish(arguments: &Arguments, mut outputs: Outputs, document: Document, report: &impl Serialize) -> Result<()> {
-    outputs.extend(arguments.pages.page(&document)?);
-    arguments.pages.finish(outputs, arguments.json.as_deref(), report, || document)
-}
-
 fn closed_forms(arguments: &Arguments, path: &Path, lang: Language) -> Result<Outcome> {
     if calibrations::is_report(&files::read(path)?) {
         return Err(Malformed::new(Fault::Missing, "one calibration has nothing to be compared with")
             .expected("a second fit report: tumble compare BEFORE AFTER")
             .in_file(path.display().to_string()));
     }
-    let (campaign, source, inputs) = files::campaign_and_inputs(path)?;
+    let (campaign, source, inputs) = files::campaign(path)?;
     if let Some(by) = &campaign.by {
         return Err(wire::locate(
             Malformed::new(Fault::Value, "closed forms are compared for one device, and this campaign is of many")
@@ -68,8 +59,8 @@ fn closed_forms(arguments: &Arguments, path: &Path, lang: Language) -> Result<Ou
         compare::compare(&campaign, &forms, &fit::Settings::default()).map_err(|error| wire::locate(error, &source))?;
     let mut report = report::compare_report(&comparison);
     report.inputs = inputs.clone();
-    let document = report::compare_document(&report, &inputs, lang);
-    finish(arguments, outputs, document, &report)?;
+    let document = |_| report::compare_document(&report, &inputs, lang);
+    arguments.pages.finish(outputs, arguments.json.as_deref(), &report, document)?;
     Ok(Outcome::Done)
 }
 
@@ -84,7 +75,8 @@ fn two(arguments: &Arguments, before: &Path, after: &Path, lang: Language) -> Re
             .found(format!("benches {} and {}", before.report.bench, after.report.bench)));
     }
     let report = report::changes_report(&found, before.summary(), after.summary());
-    finish(arguments, outputs, report::changes_document(&report, lang), &report)?;
+    let document = |_| report::changes_document(&report, lang);
+    arguments.pages.finish(outputs, arguments.json.as_deref(), &report, document)?;
     Ok(if report.is_changed() { Outcome::Rejected } else { Outcome::Done })
 }
 
@@ -104,6 +96,7 @@ fn history(arguments: &Arguments, paths: &[PathBuf], lang: Language) -> Result<O
     let limits = |id: &str| last.and_then(|own| own.limits(id));
     let summaries = stored.iter().map(|own| own.summary()).collect();
     let report = report::history_report(summaries, &trends(&all, arguments.level), arguments.level, &limits);
-    finish(arguments, outputs, report::history_document(&report, lang), &report)?;
+    let document = |_| report::history_document(&report, lang);
+    arguments.pages.finish(outputs, arguments.json.as_deref(), &report, document)?;
     Ok(Outcome::Done)
 }

@@ -10,8 +10,9 @@ use crate::fit::Settings;
 use crate::number;
 use crate::record::{Column, Record};
 use crate::report::Input;
-use crate::wire::{self, CampaignFile, ReadingFile, ReadingsRef, Source};
+use crate::wire::{self, CampaignFile, ReadingsRef, Source};
 use clap::Args;
+use std::cell::RefCell;
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
@@ -36,13 +37,20 @@ impl Many {
     /// Errors: options that need many devices; `more` are further ones of the command, and whether they are given.
     pub(super) fn refuse_alone(&self, more: &[(&str, bool)]) -> Result<()> {
         let own = [("--to", self.to.is_some()), ("--chart", self.chart.is_some())];
-        match own.iter().chain(more).find(|(_, given)| *given) {
-            None => Ok(()),
-            Some((option, _)) => {
-                Err(Malformed::new(Fault::Missing, format!("{option} is of many devices, and here is one"))
-                    .expected("--by COLUMN, \"by\" in the campaign, or several files of --readings"))
-            }
-        }
+        let expected = "--by COLUMN, \"by\" in the campaign, or several files of --readings";
+        refuse([&own, more].concat(), (Fault::Missing, "is of many devices, and here is one"), expected)
+    }
+}
+
+/// Errors: options that are of one device, where there are many.
+pub(super) fn refuse_many(options: Vec<(&str, bool)>, expected: &str) -> Result<()> {
+    refuse(options, (Fault::Value, "is of one device, and here are many"), expected)
+}
+
+fn refuse(options: Vec<(&str, bool)>, (fault, why): (Fault, &str), expected: &str) -> Result<()> {
+    match options.into_iter().find(|(_, given)| *given) {
+        None => Ok(()),
+        Some((option, _)) => Err(Malformed::new(fault, format!("{option} {why}")).expected(expected)),
     }
 }
 
@@ -60,9 +68,10 @@ pub(super) fn behind<'a>(campaign: Option<&'a Path>, readings: &'a [PathBuf]) ->
 /// A campaign, and where its readings are.
 pub(super) struct DeviceCampaign {
     path: PathBuf,
-    source: Source,
+    /// The campaign file, for errors that come later.
+    pub(super) source: Source,
     input: Input,
-    pub(super) file: CampaignFile,
+    file: CampaignFile,
     by: Option<String>,
     /// Files of readings, where they are not in the campaign.
     files: Vec<PathBuf>,
@@ -83,11 +92,6 @@ impl DeviceCampaign {
             (ReadingsRef::Inline(_) | ReadingsRef::Samples(_), _) => Vec::new(),
         };
         Ok(DeviceCampaign { path: path.to_path_buf(), source, input, file, by, files, replaced: !readings.is_empty() })
-    }
-
-    /// The campaign file, for errors that come later.
-    pub(super) fn source(&self) -> &Source {
-        &self.source
     }
 
     /// Are there several devices?
@@ -144,65 +148,67 @@ impl DeviceCampaign {
         self.file.columns.get(key).map_or(key, String::as_str).to_string()
     }
 
-    /// The table of devices: files, or the campaign's own readings.
-    pub(super) fn table<'a>(&'a self, others: Others<'a>, chart: Option<&'a str>) -> Result<DeviceTable<'a>> {
+    /// The devices among the campaign's own rows.
+    fn inline(&self, bench: &Bench, all: bool) -> Result<(Layout, Vec<Device>)> {
+        let rows = if let ReadingsRef::Inline(rows) = &self.file.readings { rows.clone() } else { Vec::new() };
+        let by = self.by.as_deref().unwrap_or_default();
+        wire::inline_devices(bench, rows, by, |key| self.wants(key, all))
+            .map_err(|error| wire::locate(error.at_path("readings"), &self.source))
+    }
+
+    /// Is a column a device's? Those that the campaign's scatter names; `all`: every one, as a diagnosis looks at them.
+    fn wants(&self, key: &str, all: bool) -> bool {
+        let scatter = &self.file.scatter;
+        match all {
+            true => Some(key) != self.by.as_deref(),
+            false if crate::campaign::ScatterRequest::use_key(scatter, key) => true,
+            false => (key == "position" && !scatter.is_empty()) || key.ends_with("_u"),
+        }
+    }
+
+    /// The table of devices, with all columns or those of a fit: files, or the campaign's own readings.
+    pub(super) fn table(&self, all: bool, chart: Option<&str>) -> Result<DeviceTable<'_>> {
+        let located = |error| wire::locate(error, &self.source);
         if let (ReadingsRef::Samples(_), true) = (&self.file.readings, self.files.is_empty()) {
-            return Err(Malformed::new(Fault::Value, "a record of samples is of one device")
-                .expected("a table of readings of many devices (tumble reduce makes readings of each record)")
-                .at_path("readings"))
-            .map_err(|error| wire::locate(error, &self.source));
+            return Err(located(
+                Malformed::new(Fault::Value, "a record of samples is of one device")
+                    .expected("a table of readings of many devices (tumble reduce makes readings of each record)")
+                    .at_path("readings"),
+            ));
         }
         let mut inputs = vec![self.input.clone()];
         let bench = self.bench(&mut inputs)?;
-        let mut table = DeviceTable {
-            question: self,
-            by: self.by.clone(),
-            lot: None,
-            others,
-            template: None,
-            inline: Vec::new(),
-            names: self.files.iter().map(|path| path.display().to_string()).collect(),
-            inputs,
-        };
-        let mut titles: Vec<String> = Vec::new();
-        let numeric = match (self.files.first(), &self.file.readings) {
+        let (mut lot, mut numeric, mut titles) = (None, Vec::new(), Vec::new());
+        match (self.files.first(), &self.file.readings) {
             (Some(first), _) => {
-                let record = open(first)?;
+                let record = Record::at(first)?;
                 titles.extend(record.columns().iter().map(|column| column.title.clone()));
                 let by = self.by.as_deref().map(|by| record.find(&self.title(by))).transpose()?;
-                table.lot = match chart {
+                lot = match chart {
                     Some(column) => {
                         let found = record.find(&self.title(column))?;
                         Some(record.columns().get(found).map_or(column.into(), |c| c.title.clone()))
                     }
-                    None => lot(record.columns()),
+                    None => self::lot(record.columns()),
                 };
                 // a diagnosis has every column for itself
-                let all = matches!(others, Others::All);
-                table.lot = table.lot.take().filter(|lot| !all && Some(lot) != self.by.as_ref());
-                for path in &self.files {
-                    super::session::reads(path);
-                }
-                wire::table_layout(&bench, &record, by, &self.file.columns, |key| table.wants(key))?.numeric(&bench)
+                lot = lot.filter(|lot| !all && Some(lot) != self.by.as_ref());
+                self.files.iter().for_each(|path| super::session::reads(path));
+                let wants = |key: &str| self.wants(key, all);
+                numeric = wire::table_layout(&bench, &record, by, &self.file.columns, wants)?.numeric(&bench);
             }
             (None, ReadingsRef::Inline(rows)) => {
-                table.inline = rows.clone();
                 titles.extend(rows.iter().take(1).flat_map(|row| &row.0).map(|(key, _)| key.clone()));
-                let by = self.by.as_deref().unwrap_or_default();
-                let (layout, _) = wire::inline_devices(&bench, table.inline.clone(), by, |key| table.wants(key))
-                    .map_err(|error| wire::locate(error.at_path("readings"), &self.source))?;
-                layout.numeric(&bench)
+                numeric = self.inline(&bench, all)?.0.numeric(&bench);
             }
-            (None, ReadingsRef::Path(_) | ReadingsRef::Samples(_)) => Vec::new(),
-        };
+            (None, ReadingsRef::Path(_) | ReadingsRef::Samples(_)) => {}
+        }
         // the campaign of no device yet: everything but the readings is checked here
         let readings = Readings { columns: numeric, rows: Vec::new() };
         let file = CampaignFile { scatter: Vec::new(), ..self.file.clone() };
-        let template = file.with(bench, readings).map_err(|error| wire::locate(error, &self.source))?;
-        let unread = template.refuse_unread(titles.iter().map(String::as_str));
-        unread.map_err(|error| wire::locate(error, &self.source))?;
-        table.template = Some(template);
-        Ok(table)
+        let template = file.with(bench, readings).map_err(located)?;
+        template.refuse_unread(titles.iter().map(String::as_str)).map_err(located)?;
+        Ok(DeviceTable { question: self, lot, all, template, inputs })
     }
 
     /// The campaign of a device.
@@ -217,38 +223,24 @@ impl DeviceCampaign {
     }
 }
 
-/// Which further columns a device's campaign has.
-#[derive(Debug, Clone, Copy)]
-pub(super) enum Others<'a> {
-    /// Those that the campaign's scatter names.
-    Named(&'a CampaignFile),
-    /// All: a diagnosis looks at every one.
-    All,
-}
-
 /// A table of devices that is about to be read.
 pub(super) struct DeviceTable<'a> {
     question: &'a DeviceCampaign,
-    by: Option<String>,
-    lot: Option<String>,
-    others: Others<'a>,
-    template: Option<Campaign>,
-    inline: Vec<ReadingFile>,
-    names: Vec<String>,
+    pub(super) lot: Option<String>,
+    all: bool,
+    /// The campaign without readings.
+    pub(super) template: Campaign,
     inputs: Vec<Input>,
 }
 
-impl DeviceTable<'_> {
-    fn wants(&self, key: &str) -> bool {
-        match self.others {
-            Others::All => Some(key) != self.by.as_deref(),
-            Others::Named(file) => {
-                let named = crate::campaign::ScatterRequest::use_key(&file.scatter, key);
-                named || (key == "position" && !file.scatter.is_empty()) || key.ends_with("_u")
-            }
-        }
-    }
+/// What a pass over a table of devices brings.
+pub(super) enum Passed<'a> {
+    Devices(Vec<Device>, &'a Layout),
+    /// What was handed on is to be forgotten: the rows of a device are not contiguous, and all devices come anew.
+    Anew,
+}
 
+impl DeviceTable<'_> {
     /// Every file that was read, with digests.
     pub(super) fn inputs(&self) -> Result<Vec<Input>> {
         let mut inputs = self.inputs.clone();
@@ -258,54 +250,44 @@ impl DeviceTable<'_> {
         Ok(inputs)
     }
 
-    /// The campaign without readings.
-    pub(super) fn template(&self) -> Result<&Campaign> {
-        self.template.as_ref().ok_or_else(|| Malformed::new(Fault::Missing, "there is no campaign"))
-    }
-
     /// The column that identifies the device.
     pub(super) fn by(&self) -> &str {
-        self.by.as_deref().unwrap_or("file")
-    }
-
-    pub(super) fn lot(&self) -> Option<&str> {
-        self.lot.as_deref()
+        self.question.by.as_deref().unwrap_or("file")
     }
 
     /// The campaign of a device.
     pub(super) fn campaign(&self, layout: &Layout, device: &Device) -> Result<Campaign> {
-        self.question.of_device(self.template()?, layout, device)
+        self.question.of_device(&self.template, layout, device)
     }
 
-    /// Hand on the devices, in chunks; `restart` forgets what was handed on, where the rows of a device are not contiguous. `sink` says whether
-    /// devices were of use.
-    pub(super) fn read(
-        &self,
-        sink: &mut dyn FnMut(Vec<Device>, &Layout) -> Result<bool>,
-        restart: &mut dyn FnMut() -> Result<()>,
-    ) -> Result<()> {
-        let template = self.template()?;
-        if self.names.is_empty() {
-            let rows = self.inline.clone();
-            let (layout, devices) = wire::inline_devices(&template.bench, rows, self.by(), |key| self.wants(key))
-                .map_err(|error| wire::locate(error.at_path("readings"), &self.question.source))?;
-            return sink(devices, &layout).map(drop);
+    /// Hand on the devices, in chunks; `sink` says whether those of a chunk were of use.
+    pub(super) fn read(&self, sink: &mut dyn FnMut(Passed<'_>) -> Result<bool>) -> Result<()> {
+        let (question, bench) = (self.question, &self.template.bench);
+        if question.files.is_empty() {
+            let (layout, devices) = question.inline(bench, self.all)?;
+            return sink(Passed::Devices(devices, &layout)).map(drop);
         }
-        let open = |k: usize| self.question.files.get(k).map_or_else(|| Err(no_file()), |path| open(path));
-        let layout = |record: &Record, by: Option<usize>| {
-            wire::table_layout(&template.bench, record, by, &self.question.file.columns, |key| self.wants(key))
+        let open = |k: usize| match question.files.get(k) {
+            Some(path) => Record::at(path),
+            None => Err(Malformed::new(Fault::File, "there is no such file")),
         };
-        let by = self.by.as_deref().map(|by| self.question.title(by));
+        let layout = |record: &Record, by: Option<usize>| {
+            wire::table_layout(bench, record, by, &question.file.columns, |key| question.wants(key, self.all))
+        };
+        let by = question.by.as_deref().map(|by| question.title(by));
+        let files: Vec<String> = question.files.iter().map(|path| path.display().to_string()).collect();
         let tables =
-            Tables { files: &self.names, open: &open, by: by.as_deref(), lot: self.lot.as_deref(), layout: &layout };
-        let read = batch::stream(&tables, sink, &mut |again| {
+            Tables { files: &files, open: &open, by: by.as_deref(), lot: self.lot.as_deref(), layout: &layout };
+        let sink = RefCell::new(sink);
+        let devices = &mut |devices: Vec<Device>, layout: &Layout| sink.borrow_mut()(Passed::Devices(devices, layout));
+        let read = batch::stream(&tables, devices, &mut |again| {
             if let Restart::CameBack { label, row } = again {
                 super::note(&format!(
                     "note: '{label}' comes back in row {row}: the rows of a device do not stand together, so the table is read again, and devices are \
                      kept until they are whole"
                 ));
             }
-            restart()
+            sink.borrow_mut()(Passed::Anew).map(drop)
         })?;
         if let Some((first, others)) = read.blanks_differ.split_first() {
             let more = if others.is_empty() { String::new() } else { format!(" and {} others", others.len()) };
@@ -316,18 +298,13 @@ impl DeviceTable<'_> {
 
     /// A bar of rows on stderr with rate and time left; for tables of text their number is guessed from the first lines.
     pub(super) fn bar(&self) -> indicatif::ProgressBar {
-        let rows = |path: &PathBuf| match open(path).ok().and_then(|record| record.rows()) {
+        let rows = |path: &PathBuf| match Record::at(path).ok().and_then(|record| record.rows()) {
             Some(rows) => rows,
             None => guessed(path),
         };
         let shown = std::io::stderr().is_terminal();
-        let rows = if shown { self.question.files.iter().map(rows).sum() } else { self.inline.len() as u64 };
-        let bar = super::bar(rows);
-        let style = "{wide_bar} {human_pos} of about {human_len} rows, {per_sec}, {eta} left";
-        if let Ok(style) = indicatif::ProgressStyle::with_template(style) {
-            bar.set_style(style);
-        }
-        bar
+        let rows = if shown { self.question.files.iter().map(rows).sum() } else { 0 };
+        super::bar(rows, "{wide_bar} {human_pos} of about {human_len} rows, {per_sec}, {eta} left")
     }
 }
 
@@ -344,16 +321,8 @@ fn guessed(path: &Path) -> u64 {
     }
 }
 
-fn no_file() -> Malformed {
-    Malformed::new(Fault::File, "there is no such file")
-}
-
 /// The column of dates or lots.
 fn lot(columns: &[Column]) -> Option<String> {
     let named = |name: &&str| columns.iter().find(|own| own.name.eq_ignore_ascii_case(name));
     LOTS.iter().find_map(named).map(|column| column.title.clone())
-}
-
-fn open(path: &Path) -> Result<Record> {
-    Record::at(path)
 }

@@ -28,7 +28,7 @@ pub(super) struct Arguments {
     effects: Option<PathBuf>,
     /// Probability of reporting anything when nothing is missing.
     #[arg(long, default_value_t = 0.01, value_name = "P", allow_negative_numbers = true)]
-    significance: f64,
+    pub(super) significance: f64,
     /// Random offset of each sensor at each position (set-up repeatability): 'estimate' its variance, or state its standard uncertainty in
     /// the sensor's unit. Other random effects are "scatter" lines of the campaign.
     #[arg(long, value_name = "estimate|U", value_parser = super::fit::remount, allow_negative_numbers = true, conflicts_with = "measured")]
@@ -36,14 +36,14 @@ pub(super) struct Arguments {
     /// Write the repaired bench to NAME.bench.json and the repaired campaign to NAME.campaign.json in the same folder; with '--measured' the
     /// mission with the errors added.
     #[arg(long, value_name = "NAME.bench.json")]
-    write_model: Option<PathBuf>,
+    pub(super) write_model: Option<PathBuf>,
     /// Write the report as JSON to a file, or to stdout with '-'.
     #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
+    pub(super) json: Option<PathBuf>,
     /// Write the residuals before and after as a picture (SVG), or to stdout with '-'; with '--measured' the gap in time, in the channel where it
     /// is largest.
     #[arg(long, value_name = "FILE")]
-    svg: Option<PathBuf>,
+    pub(super) svg: Option<PathBuf>,
     /// Files of readings (CSV, Parquet, gzip; patterns with * and ?) in place of the campaign's: without '--by', each file is one device.
     /// The campaign may follow them.
     #[arg(long, value_name = "FILE", num_args = 1.., conflicts_with = "measured")]
@@ -51,22 +51,13 @@ pub(super) struct Arguments {
     #[command(flatten)]
     many: devices::Many,
     #[command(flatten)]
-    pages: pages::Pages,
+    pub(super) pages: pages::Pages,
 }
 
 pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
     let (campaign, readings) = devices::behind(arguments.campaign.as_deref(), &arguments.readings)?;
     if let Some(measured) = &arguments.measured {
-        return super::navigate_diagnose::run(&super::navigate_diagnose::Question {
-            mission: campaign,
-            measured,
-            significance: arguments.significance,
-            write_model: arguments.write_model.as_deref(),
-            json: arguments.json.as_deref(),
-            svg: arguments.svg.as_deref(),
-            pages: &arguments.pages,
-            lang,
-        });
+        return super::navigate_diagnose::run(arguments, campaign, measured, lang);
     }
     if campaign.to_string_lossy().ends_with(".mission.json") {
         return Err(Malformed::new(Fault::Missing, "a mission alone has nothing to be diagnosed")
@@ -75,40 +66,29 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
     let question = devices::DeviceCampaign::read(campaign, &arguments.many, readings)?;
     let many = question.is_of_many();
     let (campaign, source, mut inputs) = match many {
-        true => (None, question.source().clone(), Vec::new()),
+        true => (None, question.source.clone(), Vec::new()),
         false => {
             let (campaign, source, inputs) = question.single()?;
             (Some(campaign), source, inputs)
         }
     };
-    let own = match &arguments.effects {
-        Some(path) => {
-            let (effects, input) = files::read_input(path)?;
-            inputs.push(input);
-            Some(effects)
-        }
-        None => None,
-    };
+    let (own, input) = arguments.effects.as_deref().map(files::read_input).transpose()?.unzip();
+    inputs.extend(input);
     let catalogue = Catalogue::new(own)?;
     let remount = arguments.remount.unwrap_or_default();
     let settings = diagnosis::Settings { remount, ..diagnosis::Settings::at(arguments.significance) };
     let Some(campaign) = campaign else {
-        let single = [
-            (arguments.write_model.is_some(), "--write-model"),
-            (arguments.svg.is_some(), "--svg"),
-            (arguments.pages.is_asked_for(), "a page (--html and its like)"),
-            (arguments.json.is_some(), "--json"),
+        let single = vec![
+            ("--write-model", arguments.write_model.is_some()),
+            ("--svg", arguments.svg.is_some()),
+            ("a page (--html and its like)", arguments.pages.is_asked_for()),
+            ("--json", arguments.json.is_some()),
         ];
-        if let Some((_, option)) = single.iter().find(|(asked, _)| *asked) {
-            return Err(Malformed::new(Fault::Value, format!("{option} is of one device, and here are many"))
-                .expected("--to FILE for a row a device, or the readings of one device"));
-        }
+        devices::refuse_many(single, "--to FILE for a row a device, or the readings of one device")?;
         return batch_diagnose::run(&question, &arguments.many, &catalogue, &settings, lang);
     };
     arguments.many.refuse_alone(&[])?;
-    if let Some(note) = batch::repeated(&campaign) {
-        super::note(&note);
-    }
+    batch::note_repeated(&campaign);
     let model_names = arguments.write_model.as_deref().map(ModelNames::new).transpose()?;
     let [bench, repaired] = match &model_names {
         Some(names) => [Some(names.bench.as_path()), Some(names.campaign.as_path())],
@@ -120,8 +100,6 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
         .map_err(|error| catalogue.locate(error, &source))?;
     let mut report = report::diagnose_report(&campaign, &diagnosis, &settings);
     report.inputs = inputs;
-    let document = report::diagnose_document(&report, Some((&campaign, &diagnosis)), lang);
-    outputs.extend(arguments.pages.page(&document)?);
     if let Some(path) = &arguments.svg {
         let figure = report::diagnose_figure(&campaign, &diagnosis, &report, lang);
         outputs.add(path, pages::picture(&figure.chart, lang)?);
@@ -129,7 +107,8 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
     if let Some(names) = &model_names {
         names.add(&mut outputs, &diagnosis)?;
     }
-    arguments.pages.finish(outputs, json, &report, || document)?;
+    let document = |_| report::diagnose_document(&report, Some((&campaign, &diagnosis)), lang);
+    arguments.pages.finish(outputs, json, &report, document)?;
     for remark in diagnosis.before.remarks() {
         remark_note(&remark.say(lang), lang);
     }

@@ -3,6 +3,7 @@
 use super::session;
 use crate::campaign::Campaign;
 use crate::error::{Fault, Malformed, Result};
+use crate::navigate::mission::Mission;
 use crate::record::{Record, parted};
 use crate::report::Input;
 use crate::wire::{self, Folder, MissionFile, Source};
@@ -73,19 +74,13 @@ fn bytes(path: &Path, name: &str) -> Result<Vec<u8>> {
     }
 }
 
-/// Read a campaign; files that it refers to are looked for in its folder. Also gives its source, for errors that come later.
-pub(super) fn campaign(path: &Path) -> Result<(Campaign, Source)> {
-    campaign_and_inputs(path).map(|(campaign, source, _)| (campaign, source))
-}
-
-/// Read a campaign, and list every file that was read for it.
-pub(super) fn campaign_and_inputs(path: &Path) -> Result<(Campaign, Source, Vec<Input>)> {
+/// Read a campaign, with its source, for errors that come later, and every file that was read for it; those that it refers to are looked for in its
+/// folder.
+pub(super) fn campaign(path: &Path) -> Result<(Campaign, Source, Vec<Input>)> {
     let (source, input) = read_input(path)?;
-    let mut inputs = vec![input];
     let mut folder = Beside::new(path);
     let campaign = wire::read_campaign_in(&source, &mut folder)?;
-    inputs.extend(folder.inputs);
-    Ok((campaign, source, inputs))
+    Ok((campaign, source, [vec![input], folder.inputs].concat()))
 }
 
 /// The folder of a campaign file: what the campaign refers to, and what was read of it.
@@ -108,30 +103,21 @@ impl Beside {
 
     /// A table of readings at a path of the user's.
     pub(super) fn table_at(&mut self, path: &Path) -> Result<Record> {
-        self.seen(path)?;
-        Record::at(path)
-    }
-
-    fn text_at(&mut self, path: &Path) -> Result<Source> {
-        let (source, input) = read_input(path)?;
-        self.inputs.push(input);
-        Ok(source)
-    }
-
-    fn seen(&mut self, path: &Path) -> Result<()> {
         let (file, _) = parted(path);
         let name = file.display().to_string();
         if file.is_file() && self.inputs.iter().all(|own| own.name != name) {
             self.inputs.push(input(&file)?);
             session::reads(&file);
         }
-        Ok(())
+        Record::at(path)
     }
 }
 
 impl Folder for Beside {
     fn text(&mut self, name: &str) -> Result<Source> {
-        self.text_at(&self.folder.join(name))
+        let (source, input) = read_input(&self.folder.join(name))?;
+        self.inputs.push(input);
+        Ok(source)
     }
 
     fn table(&mut self, name: &str) -> Result<Record> {
@@ -147,8 +133,7 @@ impl Folder for Beside {
         if path.exists() && !path.is_file() && !path.is_dir() {
             self.pipes.push(path.clone());
         }
-        self.seen(&path)?;
-        Record::at(&path)
+        self.table_at(&path)
     }
 
     fn note(&mut self, text: String) {
@@ -166,10 +151,11 @@ pub(super) fn one_device(campaign: &Campaign) {
 }
 
 /// Read a mission file.
-pub(super) fn mission(path: &Path) -> Result<(MissionFile, Source)> {
+pub(super) fn mission(path: &Path) -> Result<(MissionFile, Mission, Source)> {
     let source = read(path)?;
-    let file = wire::parse(&source)?;
-    Ok((file, source))
+    let file: MissionFile = wire::parse(&source)?;
+    let mission = file.mission().map_err(|error| wire::locate(error, &source))?;
+    Ok((file, mission, source))
 }
 
 /// The same for a file that is read again, a campaign or a bench, whose first line says what wrote it (`own.rs`).

@@ -96,7 +96,7 @@ fn draw(fit: &fit::Fit, trials: usize, seed: u64) -> Result<Option<fit::Drawn>> 
             .expected(format!("--monte-carlo of at most {} for this campaign", most.min(fit::MOST_TRIALS)))
             .found(trials.to_string()));
     }
-    let bar = super::bar(trials as u64);
+    let bar = super::bar(trials as u64, "{wide_bar} {pos}/{len}");
     let drawn = fit::draw(fit, trials, seed, &|block| bar.inc(block as u64));
     bar.finish_and_clear();
     drawn
@@ -116,17 +116,15 @@ fn settings(arguments: &Arguments) -> fit::Settings {
 
 /// One fit for each device.
 fn many(arguments: &Arguments, question: devices::DeviceCampaign, lang: Language) -> Result<Outcome> {
-    let single = [
-        (arguments.monte_carlo.is_some(), "--monte-carlo"),
-        (arguments.budget, "--budget"),
-        (arguments.correction, "--correction"),
-        (arguments.certificate.path().is_some(), "--dcc"),
-        (arguments.readings.as_ref().is_some_and(Vec::is_empty), "--readings without a file"),
+    let single = vec![
+        ("--monte-carlo", arguments.monte_carlo.is_some()),
+        ("--budget", arguments.budget),
+        ("--correction", arguments.correction),
+        ("--dcc", arguments.certificate.path().is_some()),
+        ("--readings without a file", arguments.readings.as_ref().is_some_and(Vec::is_empty)),
     ];
-    if let Some((_, option)) = single.iter().find(|(asked, _)| *asked) {
-        return Err(Malformed::new(Fault::Value, format!("{option} is of one device, and here are many"))
-            .expected("the readings of one device, for example --readings ONE.csv with a campaign without \"by\""));
-    }
+    let one = "the readings of one device, for example --readings ONE.csv with a campaign without \"by\"";
+    devices::refuse_many(single, one)?;
     let outputs = (arguments.json.as_deref(), arguments.reports.as_deref());
     batch::fit(&question, &arguments.many, &settings(arguments), outputs, &arguments.pages, lang)
 }
@@ -138,12 +136,10 @@ fn fitted(
 ) -> Result<(fit::Fit, wire::Source, Vec<report::Input>)> {
     if question.is_streamed() {
         let (fit, inputs) = question.stream(settings)?;
-        return Ok((fit, question.source().clone(), inputs));
+        return Ok((fit, question.source.clone(), inputs));
     }
     let (campaign, source, inputs) = question.single()?;
-    if let Some(note) = batch::repeated(&campaign) {
-        super::note(&note);
-    }
+    batch::note_repeated(&campaign);
     let fit = fit::fit_owned(campaign, settings).map_err(|error| wire::locate(error, &source))?;
     Ok((fit, source, inputs))
 }
@@ -166,9 +162,6 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
         let drawn = draw(&fit, trials, arguments.seed)?;
         report.monte_carlo = drawn.map(|drawn| report::monte_carlo_report(&drawn, &fit));
     }
-    if arguments.pages.is_asked_for() {
-        outputs.extend(arguments.pages.page(&pages::document_of(&fit, &report, &inputs, lang))?);
-    }
     outputs.extend(arguments.certificate.make(&fit, &report, &source, lang)?);
     let asked = report::Asked {
         fit: Some(&fit),
@@ -178,8 +171,11 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
         budget: arguments.budget,
         correction: arguments.correction,
     };
-    let printed = || report::fit_document(&report, &asked, lang);
-    arguments.pages.finish(outputs, arguments.json.as_deref(), &report, printed)?;
+    let document = |page: bool| match page {
+        true => pages::document_of(&fit, &report, &inputs, lang),
+        false => report::fit_document(&report, &asked, lang),
+    };
+    arguments.pages.finish(outputs, arguments.json.as_deref(), &report, document)?;
     let conforms = report.conformity.as_ref().is_none_or(|own| own.outcome == crate::fit::Conformity::Pass);
     Ok(if !conforms || fit.is_rejected() { Outcome::Rejected } else { Outcome::Done })
 }

@@ -53,26 +53,9 @@ fn matching(pattern: &Path) -> Vec<PathBuf> {
 
 /// Does a name fit a pattern of `*` (any text) and `?` (one byte)?
 fn fits(pattern: &[u8], name: &[u8]) -> bool {
-    let (mut p, mut n, mut star) = (0, 0, None);
-    while n < name.len() {
-        match pattern.get(p) {
-            Some(b'*') => {
-                star = Some((p, n));
-                p += 1;
-            }
-            Some(byte) if *byte == b'?' || Some(byte) == name.get(n) => {
-                p += 1;
-                n += 1;
-            }
-            _ => match star {
-                Some((at, from)) => {
-                    p = at + 1;
-                    n = from + 1;
-                    star = Some((at, from + 1));
-                }
-                None => return false,
-            },
-        }
+    match (pattern, name) {
+        ([b'*', rest @ ..], _) => (0..=name.len()).any(|from| fits(rest, name.part(from..))),
+        ([own, rest @ ..], [byte, name @ ..]) => (*own == b'?' || own == byte) && fits(rest, name),
+        (pattern, name) => pattern.is_empty() && name.is_empty(),
     }
-    pattern.part(p..).iter().all(|byte| *byte == b'*')
 }

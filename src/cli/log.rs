@@ -1,7 +1,7 @@
 //! Opening a record: its file, its columns, its clock.
 
 use crate::error::Result;
-use crate::record::{self, Clock as Ticks, ClockFrom, Record};
+use crate::record::{self, ClockFrom, Record};
 use clap::Args;
 use std::path::Path;
 
@@ -28,25 +28,15 @@ impl Clock {
     pub(super) fn source(&self) -> ClockFrom {
         ClockFrom { time: self.time.clone(), rate: self.rate }
     }
-
-    /// The column of times, if there is one.
-    pub(super) fn column(&self, record: &Record) -> Result<Option<usize>> {
-        self.source().column(record)
-    }
-
-    /// The clock itself.
-    pub(super) fn ticks(&self, record: &Record, column: Option<usize>) -> Result<Ticks> {
-        self.source().ticks(record, column)
-    }
 }
 
 /// The columns that are named, or all of numbers but the times.
-pub(super) fn numeric_columns(record: &Record, names: &[String], clock: &Clock) -> Result<Vec<usize>> {
+pub(super) fn numeric_columns(record: &Record, names: &[String], clock: &ClockFrom) -> Result<Vec<usize>> {
     if !names.is_empty() {
         return names.iter().map(|name| record.find(name.trim())).collect();
     }
     let time = clock.column(record)?;
-    let unused = clock.source().unused(record);
+    let unused = clock.unused(record);
     let is_sensor = |k: &usize| ![time, unused].contains(&Some(*k)) && !record.is_text(*k);
     Ok((0..record.columns().len()).filter(is_sensor).collect())
 }

@@ -15,7 +15,6 @@ mod check;
 mod compare;
 mod devices;
 mod diagnose;
-mod embedded;
 mod export;
 mod files;
 mod fit;
@@ -38,16 +37,16 @@ mod shell;
 mod show_error;
 mod simulate;
 
-pub use embedded::{Printed, converse, run_embedded};
 pub use guide::{guide_screen, guide_text};
+pub use session::{Printed, converse, run_embedded};
 pub use show_error::explain;
 
 use crate::error::{Fault, Malformed, Result};
 use crate::language::Language;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Parser, Subcommand};
-use std::collections::BTreeSet;
+use indicatif::{ProgressBar, ProgressStyle};
 use std::process::ExitCode;
-use std::sync::Mutex;
 
 /// Calibrate inertial sensors from multi-position tests.
 #[derive(Debug, Parser)]
@@ -125,60 +124,62 @@ enum Outcome {
 
 /// Run the program with the arguments of the process.
 pub fn main() -> ExitCode {
-    let cli = match Cli::try_parse() {
-        Ok(cli) => cli,
-        Err(error) => {
-            let malformed = error.use_stderr();
-            return match error.print().or_else(outputs::reader_left) {
-                Err(error) if !malformed => {
-                    show_error::show(&not_printed(&error));
-                    ExitCode::from(1)
-                }
-                // an error that cannot be told still has its exit code
-                _ => ExitCode::from(u8::from(malformed)),
-            };
-        }
+    let code = match Cli::try_parse() {
+        Ok(cli) => execute(cli).0,
+        Err(error) => match (error.use_stderr(), error.print().or_else(outputs::reader_left)) {
+            // an error that cannot be told still has its exit code
+            (malformed, Ok(())) | (malformed @ true, Err(_)) => u8::from(malformed),
+            (false, Err(error)) => {
+                show_error::show(&not_printed(&error));
+                1
+            }
+        },
     };
-    if cli.force {
-        session::allow_replacing();
-    }
-    match speaks(&cli.command, cli.lang).and_then(|()| run(cli.command, cli.lang)) {
-        Ok(Outcome::Done) => ExitCode::SUCCESS,
-        Ok(Outcome::Rejected) => ExitCode::from(2),
+    ExitCode::from(code)
+}
+
+/// Carry out a command: its exit code, and what was malformed, which is shown.
+fn execute(cli: Cli) -> (u8, Option<Malformed>) {
+    session::with(|session| session.force |= cli.force);
+    match run(cli.command, cli.lang) {
+        Ok(Outcome::Done) => (0, None),
+        Ok(Outcome::Rejected) => (2, None),
         Err(error) => {
             show_error::show(&error);
-            ExitCode::from(1)
+            (1, Some(error))
         }
     }
 }
 
 /// A language by its code.
-fn language() -> impl clap::builder::TypedValueParser<Value = Language> {
-    use clap::builder::{PossibleValuesParser, TypedValueParser};
-    PossibleValuesParser::new(Language::ALL.map(Language::code)).map(|code| Language::of(&code).unwrap_or_default())
+fn language() -> impl TypedValueParser<Value = Language> {
+    one_of(Language::ALL.map(|own| (own.code(), own)))
+}
+
+/// One of a few values by its name.
+fn one_of<T: Clone + Send + Sync + 'static>(
+    values: impl Into<Vec<(&'static str, T)>>,
+) -> impl TypedValueParser<Value = T> {
+    let (names, values): (Vec<&'static str>, Vec<T>) = values.into().into_iter().unzip();
+    let place = names.clone();
+    // the parser before it lets no other name pass
+    PossibleValuesParser::new(names).try_map(move |name| {
+        let own = place.iter().position(|own| *own == name).and_then(|k| values.get(k));
+        own.cloned().ok_or("no such value")
+    })
 }
 
 /// The commands whose results are shown in every language.
 const TRANSLATED: &str = "fit, compare, apply, export, diagnose, simulate, navigate, plan, reduce, noise";
 
-/// Are the results of a command shown in every language?
-fn speaks(command: &Command, lang: Language) -> Result<()> {
-    match command {
-        _ if lang == Language::English => Ok(()),
-        Command::Bench(_)
-        | Command::Guide(_)
-        | Command::New(_)
-        | Command::Check(_)
-        | Command::Schema(_)
-        | Command::Completions(_)
-        | Command::Man(_) => Err(Malformed::new(Fault::Value, format!("this command has no '--lang {}'", lang.code()))
-            .expected(format!("one of the commands that have it: {TRANSLATED}"))),
-        _ => Ok(()),
-    }
-}
-
 fn run(command: Command, lang: Language) -> Result<Outcome> {
-    session::speak(lang);
+    use Command::{Bench, Check, Completions, Guide, Man, New, Schema};
+    let english = matches!(command, Bench(_) | Guide(_) | New(_) | Check(_) | Schema(_) | Completions(_) | Man(_));
+    if english && lang != Language::English {
+        return Err(Malformed::new(Fault::Value, format!("this command has no '--lang {}'", lang.code()))
+            .expected(format!("one of the commands that have it: {TRANSLATED}")));
+    }
+    session::with(|session| session.language = lang);
     match command {
         Command::Fit(arguments) => fit::run(&arguments, lang),
         Command::Compare(arguments) => compare::run(&arguments, lang),
@@ -190,13 +191,13 @@ fn run(command: Command, lang: Language) -> Result<Outcome> {
         Command::Reduce(arguments) => reduce::run(&arguments, lang),
         Command::Noise(arguments) => noise::run(&arguments, lang),
         Command::Plan(arguments) => plan::run(&arguments, lang),
-        Command::Guide(arguments) => guide::run(&arguments),
-        Command::Bench(arguments) => bench::run(&arguments, lang),
-        Command::New(arguments) => new::run(&arguments),
-        Command::Check(arguments) => check::run(&arguments),
-        Command::Schema(arguments) => check::run_schema(&arguments),
-        Command::Completions(arguments) => shell::completions(&arguments),
-        Command::Man(arguments) => shell::man(&arguments),
+        Guide(arguments) => guide::run(&arguments),
+        Bench(arguments) => bench::run(&arguments, lang),
+        New(arguments) => new::run(&arguments),
+        Check(arguments) => check::run(&arguments),
+        Schema(arguments) => check::run_schema(&arguments),
+        Completions(arguments) => shell::completions(&arguments),
+        Man(arguments) => shell::man(&arguments),
     }
 }
 
@@ -213,7 +214,7 @@ fn probability(what: &str, value: f64, example: &str) -> Result<()> {
 /// Print to stdout; a reader that has gone away (`tumble ... | head`) is no error, a full disk is one.
 fn print(text: &str) -> Result<()> {
     use std::io::Write;
-    let mut out = Visible::of(embedded::Stdout);
+    let mut out = Visible::of(session::Stdout);
     out.write_all(text.as_bytes()).and_then(|()| out.flush()).or_else(outputs::reader_left).map_err(|e| not_printed(&e))
 }
 
@@ -285,11 +286,12 @@ fn colours() -> bool {
     std::io::stderr().is_terminal() && !set("NO_COLOR") && !is_dumb()
 }
 
-/// A bar on stderr; it is not drawn where stderr is no terminal, or a dumb one.
-fn bar(length: u64) -> indicatif::ProgressBar {
-    match is_dumb() {
-        true => indicatif::ProgressBar::hidden(),
-        false => indicatif::ProgressBar::new(length),
+/// A bar on stderr with what its template shows; it is not drawn where stderr is no terminal, or a dumb one.
+fn bar(length: u64, template: &str) -> ProgressBar {
+    let bar = if is_dumb() { ProgressBar::hidden() } else { ProgressBar::new(length) };
+    match ProgressStyle::with_template(template) {
+        Ok(style) => bar.with_style(style),
+        Err(_) => bar,
     }
 }
 
@@ -298,14 +300,10 @@ fn is_dumb() -> bool {
     std::env::var_os("TERM").is_some_and(|term| term == "dumb")
 }
 
-/// What was noted on stderr.
-static NOTED: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
-
-/// Print a line to stderr, once: a file that is read again has no more to say. A closed stderr is ignored.
+/// Print a line to stderr, once. A closed stderr is ignored.
 fn note(text: &str) {
     let text = crate::document::wrap::lines(&session::language().name(text));
-    // a process in which commands are embedded says it in each of them
-    if embedded::is_embedded() || NOTED.lock().map_or(true, |mut noted| noted.insert(text.clone())) {
+    if session::with(|session| session.noted.insert(text.clone())) {
         note_as_it_is(&text);
     }
 }
@@ -313,7 +311,7 @@ fn note(text: &str) {
 /// The same for a text whose lines must stay: an error with its place marked below the line.
 fn note_as_it_is(text: &str) {
     use std::io::Write;
-    if !embedded::notes(text) {
+    if !session::notes(text) {
         let _ = writeln!(std::io::stderr().lock(), "{text}");
     }
 }

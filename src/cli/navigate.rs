@@ -1,24 +1,27 @@
 //! `tumble navigate MISSION`.
 
-use super::outputs::{self, Outputs, Stream};
+use super::outputs::{self, Stream};
 use super::pages::Pages;
+use super::rows::{Column, Columnar, Kind};
 use super::{Outcome, files};
 use crate::error::{Fault, Malformed, Result};
 use crate::language::Language;
-use crate::navigate::measured::{CHANNELS, Measured, MeasuredRow, channels, si_per_unit};
+use crate::navigate::measured::{CHANNEL_NAMES, CHANNELS, Measured, MeasuredRow, channels, si_per_unit};
 use crate::navigate::mission::Mission;
 use crate::navigate::propagation::{self, SourceCovariance};
 use crate::navigate::run::{Continue, Row, Scenario};
 use crate::navigate::study::{self, Progress};
 use crate::number;
-use crate::report::{self, series::Series};
-use crate::wire::{self, MissionFile};
+use crate::report::{self, ARCSEC};
+use crate::wire;
 use clap::Args;
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::ProgressBar;
+use parquet::basic::Repetition;
+use parquet::data_type::ByteArray;
+use parquet::file::properties::WriterProperties;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::SeedableRng;
-use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
 /// What to fly and what to write.
@@ -52,8 +55,7 @@ pub(super) struct Arguments {
 }
 
 pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
-    let (file, source) = files::mission(&arguments.mission)?;
-    let mission = file.mission().map_err(|error| wire::locate(error, &source))?;
+    let (file, mission, source) = files::mission(&arguments.mission)?;
     let calibration = match &file.calibration {
         Some(calibration) => {
             let path = arguments.mission.with_file_name(&calibration.report);
@@ -68,7 +70,12 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
     let [json, csv] = [&arguments.json, &arguments.csv].map(Option::as_deref);
     let [parquet, measured] = [&arguments.parquet, &arguments.measured].map(Option::as_deref);
     let mut outputs = arguments.pages.outputs([json, csv, parquet, measured])?;
-    let mut tables = Tables::open(arguments, &outputs, &scenarios)?;
+    let mut series = Vec::new();
+    for (path, parquet) in [(csv, false), (parquet, true)] {
+        let Some(path) = path else { continue };
+        let begun = Series::begin(outputs.open(path)?, parquet);
+        series.push((path, begun.map_err(|error| outputs::fault(path, &error))?));
+    }
     let mut instruments = Instruments::new(arguments, &mission)?;
 
     let bar = bar("flying");
@@ -76,13 +83,11 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
     let flown = study::fly(&mission, &scenarios, &mut |motion, row, progress| {
         show(&bar, progress);
         instruments.measure(motion, row);
-        match tables.push(motion, row) {
-            Ok(()) => Continue::Yes,
-            Err(error) => {
-                fault = Some(error);
-                Continue::Stop
-            }
-        }
+        let pushed = series.iter_mut().try_for_each(|(path, own)| {
+            own.push(motion, &scenarios, row).map_err(|error| outputs::fault(path, &error))
+        });
+        fault = pushed.err();
+        if fault.is_none() { Continue::Yes } else { Continue::Stop }
     });
     bar.finish_and_clear();
     if let Some(error) = fault {
@@ -93,13 +98,14 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
         None => Vec::new(),
     };
     let report = report::navigate_report(&mission, &scenarios, &flown, &carried);
-    tables.finish(&mut outputs)?;
+    for (path, own) in series {
+        outputs.finish(own.finish().map_err(|error| outputs::fault(path, &error))?);
+    }
     if let Some(path) = &arguments.measured {
         outputs.add(path, wire::write_measured(&instruments.measured, &mission));
     }
-    let document = report::navigate_document(&report, Some((&mission, &flown)), lang);
-    outputs.extend(arguments.pages.page(&document)?);
-    arguments.pages.finish(outputs, json, &report, || document)?;
+    let document = |_| report::navigate_document(&report, Some((&mission, &flown)), lang);
+    arguments.pages.finish(outputs, json, &report, document)?;
     Ok(Outcome::Done)
 }
 
@@ -164,12 +170,7 @@ impl Instruments {
 
 /// A bar on stderr, with the time left; it is not drawn where stderr is no terminal.
 fn bar(what: &str) -> ProgressBar {
-    let bar = super::bar(1);
-    if let Ok(style) = ProgressStyle::with_template("{msg} {wide_bar} {percent} %, {eta} left") {
-        bar.set_style(style);
-    }
-    bar.set_message(what.to_string());
-    bar
+    super::bar(1, "{msg} {wide_bar} {percent} %, {eta} left").with_message(what.to_string())
 }
 
 fn show(bar: &ProgressBar, progress: Progress) {
@@ -177,57 +178,86 @@ fn show(bar: &ProgressBar, progress: Progress) {
     bar.set_position(progress.done);
 }
 
-/// A time series in the making.
-struct Table {
-    path: PathBuf,
-    series: Series<BufWriter<Stream>>,
+/// Names of the columns of numbers of a time series; `motion` and `scenario` stand before them.
+const COLUMNS: [&str; 8] = {
+    let [phi_e, phi_n, phi_u, v_e, v_n, p_e, p_n] = CHANNEL_NAMES;
+    ["time_s", phi_e, phi_n, phi_u, v_e, v_n, p_e, p_n]
+};
+/// Rows of a Parquet row group.
+const GROUP: usize = 1 << 16;
+
+/// The errors in time on their way out, row by row: memory does not grow with the mission.
+enum Series {
+    Csv(Box<csv::Writer<Stream>>),
+    /// With the rows that wait for the others of their group: motions and scenarios, and their numbers.
+    Parquet(Box<(Columnar<Stream>, [Vec<ByteArray>; 2], [Vec<f64>; 8])>),
 }
 
-/// The time series that are asked for.
-struct Tables<'a> {
-    scenarios: &'a [Scenario],
-    tables: Vec<Table>,
-}
-
-impl<'a> Tables<'a> {
-    fn open(arguments: &Arguments, outputs: &Outputs, scenarios: &'a [Scenario]) -> Result<Self> {
-        let mut tables = Vec::new();
-        for (path, parquet) in [(&arguments.csv, false), (&arguments.parquet, true)] {
-            let Some(path) = path else { continue };
-            let to = BufWriter::new(outputs.open(path)?);
-            let series = if parquet { Series::parquet(to) } else { Series::csv(to) };
-            tables.push(Table { path: path.clone(), series: series.map_err(|error| outputs::fault(path, &error))? });
+impl Series {
+    fn begin(to: Stream, parquet: bool) -> std::io::Result<Self> {
+        let names = ["motion", "scenario"];
+        if !parquet {
+            let mut writer = csv::Writer::from_writer(to);
+            writer.write_record(names.iter().chain(&COLUMNS))?;
+            return Ok(Series::Csv(Box::new(writer)));
         }
-        Ok(Tables { scenarios, tables })
+        let field = |kind: Kind| move |name: &str| (name.to_string(), kind, Repetition::REQUIRED);
+        let fields = names.into_iter().map(field(Kind::Text)).chain(COLUMNS.into_iter().map(field(Kind::Number)));
+        let file = Columnar::begin(to, "navigation_errors", fields, WriterProperties::builder());
+        Ok(Series::Parquet(Box::new((file?, Default::default(), Default::default()))))
     }
 
-    fn push(&mut self, motion: &str, row: &Row<'_>) -> Result<()> {
-        for table in &mut self.tables {
-            let pushed = table.series.push(motion, self.scenarios, row);
-            pushed.map_err(|error| outputs::fault(&table.path, &error))?;
+    /// One instant of all scenarios.
+    fn push(&mut self, motion: &str, scenarios: &[Scenario], row: &Row<'_>) -> std::io::Result<()> {
+        for (scenario, error) in scenarios.iter().zip(row.errors) {
+            let names = [motion, scenario.id.as_str()];
+            let [e, n, u] = error.attitude.map(|phi| phi * ARCSEC);
+            let ([ve, vn, ..], [pe, pn, ..]) = (error.velocity, error.position);
+            let values = [row.truth.time, e, n, u, ve, vn, pe, pn];
+            match self {
+                Series::Csv(writer) => {
+                    let numbers = values.iter().map(|value| format!("{value:.9e}"));
+                    writer.write_record(names.map(str::to_string).into_iter().chain(numbers))?;
+                }
+                Series::Parquet(own) => {
+                    let (_, texts, numbers) = own.as_mut();
+                    texts.iter_mut().zip(names).for_each(|(column, name)| column.push(ByteArray::from(name)));
+                    numbers.iter_mut().zip(values).for_each(|(column, value)| column.push(value));
+                    self.flush(GROUP)?;
+                }
+            }
         }
         Ok(())
     }
 
-    fn finish(self, outputs: &mut Outputs) -> Result<()> {
-        for table in self.tables {
-            let whole = table.series.finish().and_then(|file| file.into_inner().map_err(|error| error.into_error()));
-            outputs.finish(whole.map_err(|error| outputs::fault(&table.path, &error))?);
+    /// Write the rows that wait, if they are as many.
+    fn flush(&mut self, least: usize) -> std::io::Result<()> {
+        match self {
+            Series::Parquet(own) if own.1[0].len() >= least => {
+                let (file, texts, numbers) = own.as_mut();
+                let texts = std::mem::take(texts).map(|own| (Column::Texts(own), None));
+                let numbers = std::mem::take(numbers).map(|own| (Column::Numbers(own), None));
+                Ok(file.group(texts.into_iter().chain(numbers))?)
+            }
+            _ => Ok(()),
         }
-        Ok(())
+    }
+
+    fn finish(mut self) -> std::io::Result<Stream> {
+        self.flush(1)?;
+        match self {
+            Series::Csv(writer) => writer.into_inner().map_err(|error| std::io::Error::other(error.to_string())),
+            Series::Parquet(own) => Ok(own.0.finish()?),
+        }
     }
 }
 
 pub(super) fn check(path: &Path) -> Result<String> {
-    let (file, source) = files::mission(path)?;
-    let mission = file.mission().map_err(|error| wire::locate(error, &source))?;
+    let (file, mission, _) = files::mission(path)?;
     let names: Vec<String> = study::motions(&mission).into_iter().map(|(name, _)| name).collect();
-    Ok(describe(&file, &names.join(", "), mission.errors.present().len()))
-}
-
-fn describe(file: &MissionFile, motions: &str, sources: usize) -> String {
-    format!(
+    let (motions, sources) = (names.join(", "), mission.errors.present().len());
+    Ok(format!(
         "a mission of {} h in steps of {} s; motions: {motions}; {sources} error sources",
         file.duration_h, file.step_s
-    )
+    ))
 }

@@ -1,6 +1,7 @@
 //! `tumble diagnose MISSION --measured FILE`.
 
-use super::pages::{Pages, picture};
+use super::diagnose::Arguments;
+use super::pages::picture;
 use super::{Outcome, files};
 use crate::diagnosis::Verdict;
 use crate::document::chart::Chart;
@@ -13,35 +14,19 @@ use crate::navigate::settings::Settings;
 use crate::number;
 use crate::report;
 use crate::wire::{self, MissionFile};
-use indicatif::{ProgressBar, ProgressStyle};
 use std::path::Path;
 use std::time::Duration;
 
-/// What to diagnose and what to write.
-pub(super) struct Question<'a> {
-    pub mission: &'a Path,
-    pub measured: &'a Path,
-    pub significance: f64,
-    pub write_model: Option<&'a Path>,
-    pub json: Option<&'a Path>,
-    pub svg: Option<&'a Path>,
-    pub pages: &'a Pages,
-    pub lang: Language,
-}
-
-pub(super) fn run(question: &Question<'_>) -> Result<Outcome> {
-    let lang = question.lang;
-    let (file, source) = files::mission(question.mission)?;
-    let mission = file.mission().map_err(|error| wire::locate(error, &source))?;
-    let measured = wire::read_measured(&files::read(question.measured)?, &mission)?;
-    let mut outputs = question.pages.outputs([question.json, question.svg, question.write_model])?;
-    let settings = Settings::at(question.significance);
-    let bar = ProgressBar::new(1000);
-    if let Ok(style) = ProgressStyle::with_template("{spinner} {elapsed} [{bar:20}] {wide_msg}") {
-        bar.set_style(style);
-    }
+/// Diagnose a mission with its measured errors.
+pub(super) fn run(arguments: &Arguments, mission: &Path, measured: &Path, lang: Language) -> Result<Outcome> {
+    let [json, svg, write_model] =
+        [&arguments.json, &arguments.svg, &arguments.write_model].map(|path| path.as_deref());
+    let (file, mission, source) = files::mission(mission)?;
+    let measured = wire::read_measured(&files::read(measured)?, &mission)?;
+    let mut outputs = arguments.pages.outputs([json, svg, write_model])?;
+    let settings = Settings::at(arguments.significance);
+    let bar = super::bar(1000, "{spinner} {elapsed} [{bar:20}] {wide_msg}").with_message("flying the mission");
     bar.enable_steady_tick(Duration::from_millis(200));
-    bar.set_message("flying the mission");
     let found = diagnose::diagnose_with(&mission, &measured, &settings, &mut |share, trying| {
         bar.set_position(number::count_u64(1000.0 * share.clamp(0.0, 1.0)));
         bar.set_message(format!("trying {trying}"));
@@ -49,19 +34,18 @@ pub(super) fn run(question: &Question<'_>) -> Result<Outcome> {
     bar.finish_and_clear();
     let diagnosis = found.map_err(|error| wire::locate(error, &source))?;
     let report = report::navigate_diagnose_report(&mission, &measured, &diagnosis, &settings);
-    let document = report::navigate_diagnose_document(&report, Some((&mission, &diagnosis)), lang);
-    outputs.extend(question.pages.page(&document)?);
-    if let Some(path) = question.svg {
+    if let Some(path) = svg {
         let figure = report::navigate_diagnose_figure(&report, &diagnosis, lang);
         let chart = figure.map_or_else(|| Chart::curves(&[], "", "", ""), |figure| figure.chart);
         outputs.add(path, picture(&chart, lang)?);
     }
     let found = matches!(diagnosis.verdict, Verdict::EffectsFound | Verdict::PartlyExplained);
-    if let Some(path) = question.write_model.filter(|_| found) {
+    if let Some(path) = write_model.filter(|_| found) {
         outputs.add(path, files::marked(&repaired(&file, &diagnosis))?);
     }
-    question.pages.finish(outputs, question.json, &report, || document)?;
-    match question.write_model {
+    let document = |_| report::navigate_diagnose_document(&report, Some((&mission, &diagnosis)), lang);
+    arguments.pages.finish(outputs, json, &report, document)?;
+    match write_model {
         Some(path) if found => super::note(&say!(lang, "wrote", file = path.display().to_string())),
         Some(_) => super::note(&say!(lang, "note-nothing-found", what = "error")),
         None => {}

@@ -1,6 +1,6 @@
 //! `tumble noise LOG`.
 
-use super::{Outcome, files, log, pages};
+use super::{Outcome, log, pages};
 use crate::elements::Parts;
 use crate::error::{Fault, Malformed, Result};
 use crate::language::Language;
@@ -71,12 +71,13 @@ fn read(
     columns: &[usize],
     see: &mut dyn FnMut(usize, Piece<'_>),
 ) -> Result<Ticks> {
-    let time = arguments.clock.column(record)?;
+    let from = arguments.clock.source();
+    let time = from.column(record)?;
     let titles: Vec<String> = columns.iter().filter_map(|k| Some(record.columns().get(*k)?.title.clone())).collect();
     let mut selected: Vec<(usize, As)> = columns.iter().map(|k| (*k, As::Number)).collect();
     selected.extend(time.map(|k| (k, As::Time)));
     record.select(&selected);
-    let mut clock = arguments.clock.ticks(record, time)?;
+    let mut clock = from.ticks(record, time)?;
     let mut block = Block::default();
     let mut last = f64::NAN;
     while record.next(&mut block)? {
@@ -115,33 +116,37 @@ fn read(
     Ok(clock)
 }
 
-/// A column as it is seen: its deviations, and what is odd in it.
-#[derive(Clone)]
+/// A column as it is seen: its deviations, what is odd in it, and the events whose samples are missing.
 struct Seen {
     ladder: Ladder,
     odd: Odd,
-}
-
-impl Seen {
-    fn see(&mut self, piece: &Piece<'_>) {
-        match piece {
-            Piece::Samples(samples) => self.ladder.push(samples),
-            Piece::Missing(count) => self.ladder.missing(*count),
-            Piece::Interrupt => self.ladder.interrupt(),
-        }
-    }
-}
-
-/// Samples without those of events: they are missing.
-struct Without {
     events: Vec<Event>,
     /// The first event that is not over, and samples so far.
     at: usize,
     samples: u64,
 }
 
-impl Without {
-    fn of(&mut self, samples: &[f64]) -> Vec<f64> {
+impl Seen {
+    fn new(per_octave: u8, events: Vec<Event>) -> Self {
+        Seen { ladder: Ladder::new(usize::from(per_octave)), odd: Odd::default(), events, at: 0, samples: 0 }
+    }
+
+    fn see(&mut self, piece: &Piece<'_>) {
+        match piece {
+            Piece::Samples(samples) if self.events.is_empty() => {
+                self.ladder.push(samples);
+                self.odd.see(samples);
+            }
+            Piece::Samples(samples) => {
+                let left = self.without_events(samples);
+                self.ladder.push(&left);
+            }
+            Piece::Missing(count) => self.ladder.missing(*count),
+            Piece::Interrupt => self.ladder.interrupt(),
+        }
+    }
+
+    fn without_events(&mut self, samples: &[f64]) -> Vec<f64> {
         let mut left = samples.to_vec();
         for sample in left.iter_mut().filter(|sample| sample.is_finite()) {
             while self.events.get(self.at).is_some_and(|event| event.sample + event.length <= self.samples) {
@@ -156,43 +161,37 @@ impl Without {
     }
 }
 
+/// A record as it is seen, each column without its events.
+fn seen(
+    arguments: &Arguments,
+    record: &mut Record,
+    columns: &[usize],
+    events: Vec<Vec<Event>>,
+) -> Result<(Ticks, Vec<Seen>)> {
+    let mut seen: Vec<Seen> = events.into_iter().map(|own| Seen::new(arguments.per_octave, own)).collect();
+    let clock = read(arguments, record, columns, &mut |k, piece| {
+        seen.get_mut(k).into_iter().for_each(|own| own.see(&piece));
+    })?;
+    Ok((clock, seen))
+}
+
 pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
     let mut record = log::open(&arguments.log)?;
-    let columns = log::numeric_columns(&record, &arguments.columns, &arguments.clock)?;
+    let columns = log::numeric_columns(&record, &arguments.columns, &arguments.clock.source())?;
     let titled: Vec<_> = columns.iter().filter_map(|k| record.columns().get(*k).cloned()).collect();
-    let fresh = Seen { ladder: Ladder::new(usize::from(arguments.per_octave)), odd: Odd::default() };
-    let mut seen = vec![fresh.clone(); titled.len()];
-    let clock = read(arguments, &mut record, &columns, &mut |k, piece| {
-        if let Some(own) = seen.get_mut(k) {
-            own.see(&piece);
-            if let Piece::Samples(samples) = piece {
-                own.odd.see(samples);
-            }
-        }
-    })?;
-    let (mut ladders, events): (Vec<Ladder>, Vec<Vec<Event>>) =
-        seen.into_iter().map(|own| (own.ladder, own.odd.events())).unzip();
-    // what is odd is no noise: a file is read once more without it
-    let again = events.iter().any(|own| !own.is_empty()) && crate::record::parted(&arguments.log).0.is_file();
+    let (clock, mut columns_seen) = seen(arguments, &mut record, &columns, vec![Vec::new(); titled.len()])?;
+    let events: Vec<Vec<Event>> = columns_seen.iter_mut().map(|own| std::mem::take(&mut own.odd).events()).collect();
     let mut left_out: Vec<BTreeMap<EventKind, u64>> = vec![BTreeMap::new(); titled.len()];
-    if again {
+    // what is odd is no noise: a file is read once more without it
+    if events.iter().any(|own| !own.is_empty()) && crate::record::parted(&arguments.log).0.is_file() {
         for (counts, own) in left_out.iter_mut().zip(&events) {
             own.iter().for_each(|event| *counts.entry(event.kind).or_default() += event.length);
         }
-        let mut rest: Vec<(Seen, Without)> =
-            events.into_iter().map(|events| (fresh.clone(), Without { events, at: 0, samples: 0 })).collect();
-        read(arguments, &mut log::open(&arguments.log)?, &columns, &mut |k, piece| {
-            let Some((own, without)) = rest.get_mut(k) else { return };
-            match piece {
-                Piece::Samples(samples) => own.see(&Piece::Samples(&without.of(samples))),
-                piece => own.see(&piece),
-            }
-        })?;
-        ladders = rest.into_iter().map(|(own, _)| own.ladder).collect();
+        columns_seen = seen(arguments, &mut log::open(&arguments.log)?, &columns, events)?.1;
     }
     let interval = clock.interval()?;
     let mut reports = Vec::new();
-    for ((column, ladder), left_out) in titled.iter().zip(&ladders).zip(left_out) {
+    for ((column, Seen { ladder, .. }), left_out) in titled.iter().zip(&columns_seen).zip(left_out) {
         if ladder.samples() < 32 {
             return Err(Malformed::new(
                 Fault::Missing,
@@ -208,17 +207,17 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
     }
     let report = report::noise_report(record.name(), interval, clock.source(), reports);
     let mut outputs = arguments.pages.outputs([arguments.json.as_deref(), arguments.kalibr.as_deref()])?;
-    if arguments.pages.is_asked_for() {
-        let inputs = vec![files::input(&crate::record::parted(&arguments.log).0)?];
-        outputs.extend(arguments.pages.page(&report::noise_document(&report, &inputs, true, lang))?);
-    }
+    let inputs = arguments.pages.input(&arguments.log)?;
     if let Some(path) = &arguments.kalibr {
         outputs.add(path, report::kalibr(&report)?);
     }
     for note in clock.notes() {
         super::note(&format!("note: {note}"));
     }
-    let printed = || report::noise_document(&report, &[], arguments.deviations, lang);
-    arguments.pages.finish(outputs, arguments.json.as_deref(), &report, printed)?;
+    let document = |page: bool| match page {
+        true => report::noise_document(&report, &inputs, true, lang),
+        false => report::noise_document(&report, &[], arguments.deviations, lang),
+    };
+    arguments.pages.finish(outputs, arguments.json.as_deref(), &report, document)?;
     Ok(Outcome::Done)
 }

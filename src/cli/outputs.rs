@@ -57,7 +57,7 @@ impl Outputs {
                 return Err(Malformed::new(Fault::File, format!("'{name}' is an input, and would be overwritten"))
                     .expected("another name for the output"));
             }
-            if !session::may_replace() && !own::may_go(target) {
+            if !session::with(|session| session.force) && !own::may_go(target) {
                 return Err(Malformed::new(
                     Fault::File,
                     format!("'{name}' exists, and is not as this program wrote it"),
@@ -290,8 +290,8 @@ impl Stream {
     fn release(&mut self) -> std::io::Result<()> {
         match (self.held.take(), &mut self.file) {
             (Some(mut held), Some(file)) => held.copy_to(file),
-            (Some(mut held), None) if self.is_text => held.copy_to(&mut super::Visible::of(super::embedded::Stdout)),
-            (Some(mut held), None) => held.copy_to(&mut super::embedded::Stdout),
+            (Some(mut held), None) if self.is_text => held.copy_to(&mut super::Visible::of(session::Stdout)),
+            (Some(mut held), None) => held.copy_to(&mut session::Stdout),
             (None, _) => Ok(()),
         }
     }
@@ -302,7 +302,7 @@ impl Write for Stream {
         match (&mut self.held, &mut self.file) {
             (Some(held), _) => held.write(bytes),
             (None, Some(file)) => file.write(bytes),
-            (None, None) => super::embedded::Stdout.write(bytes),
+            (None, None) => session::Stdout.write(bytes),
         }
     }
 
@@ -310,7 +310,7 @@ impl Write for Stream {
         match (&self.held, &mut self.file) {
             (Some(_), _) => Ok(()),
             (None, Some(file)) => file.flush(),
-            (None, None) => super::embedded::Stdout.flush(),
+            (None, None) => session::Stdout.flush(),
         }
     }
 }

@@ -9,10 +9,11 @@
 //! | tables of text | titles that only this program gives, or the notation of the numbers in the last column below titles that others give, too |
 //! | pages, sources, other text | the program's name at the beginning |
 
-use crate::report::series::WRITER;
+use super::rows::WRITER;
 use crate::report::{Input, VERSION};
 use parquet::file::reader::{FileReader, SerializedFileReader};
-use serde::de::Deserializer as _;
+use serde::de::IgnoredAny;
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
@@ -68,38 +69,8 @@ fn is_own_json(path: &Path) -> bool {
             .and_then(|(said, rest)| Some((said.split_once(DIGEST)?.1, rest)))
             .is_some_and(|(digest, rest)| digest == Input::new("", rest.as_bytes()).sha256);
     }
-    let mut keys = Keys::default();
-    let whole = serde_json::Deserializer::from_reader(file).deserialize_map(&mut keys).is_ok();
-    (keys.report && keys.tumble) || (whole && keys.any == 0)
-}
-
-/// The keys of an object, up to those of a report: behind them may be a million readings.
-#[derive(Default)]
-struct Keys {
-    any: usize,
-    report: bool,
-    tumble: bool,
-}
-
-impl<'de> serde::de::Visitor<'de> for &mut Keys {
-    type Value = ();
-
-    fn expecting(&self, to: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        to.write_str("an object")
-    }
-
-    fn visit_map<A: serde::de::MapAccess<'de>>(self, mut map: A) -> Result<(), A::Error> {
-        while let Some(key) = map.next_key::<String>()? {
-            self.any += 1;
-            self.report |= key == "report";
-            self.tumble |= key == "tumble";
-            if self.report && self.tumble {
-                return Err(serde::de::Error::custom("a report"));
-            }
-            map.next_value::<serde::de::IgnoredAny>()?;
-        }
-        Ok(())
-    }
+    let keys: Option<BTreeMap<String, IgnoredAny>> = serde_json::from_reader(file).ok();
+    keys.is_some_and(|keys| keys.is_empty() || ["report", "tumble"].iter().all(|key| keys.contains_key(*key)))
 }
 
 /// A table of text that this program wrote. `None` where it cannot be read as one.

@@ -8,6 +8,7 @@ use crate::document::{Detail, Document, html, markdown, plot, terminal};
 use crate::error::{Fault, Malformed, Result};
 use crate::fit::Fit;
 use crate::language::Language;
+use crate::record::parted;
 use crate::report::{self, FitReport, Input, dcc};
 use crate::wire::{self, Source};
 use clap::Args;
@@ -120,20 +121,30 @@ impl Pages {
         super::show(&terminal::render(document, if self.verbose { Detail::Full } else { Detail::Brief }))
     }
 
-    /// Write the report as JSON where that is asked for, and every file; where nothing went to stdout, print the document.
+    /// The record that a page says it was made from.
+    pub(super) fn input(&self, record: &Path) -> Result<Vec<Input>> {
+        let asked = self.is_asked_for().then(|| files::input(&parted(record).0));
+        Ok(asked.transpose()?.into_iter().collect())
+    }
+
+    /// Write the report as pages and as JSON where that is asked for, and every file; where nothing went to stdout, print the document. `document`
+    /// hears whether it is for a page.
     pub(super) fn finish(
         &self,
         mut outputs: Outputs,
         json: Option<&Path>,
         report: &impl Serialize,
-        printed: impl FnOnce() -> Document,
+        document: impl Fn(bool) -> Document,
     ) -> Result<()> {
+        if self.is_asked_for() {
+            outputs.extend(self.page(&document(true))?);
+        }
         if let Some(path) = json {
             outputs.json(path, report)?;
         }
         let to_stdout = outputs.to_stdout();
         outputs.write()?;
-        if to_stdout { Ok(()) } else { self.print(&printed()) }
+        if to_stdout { Ok(()) } else { self.print(&document(false)) }
     }
 
     /// Lay out a page, if it is asked for.

@@ -3,7 +3,6 @@
 use super::{Outcome, files, log, pages};
 use crate::error::{Fault, Malformed, Result};
 use crate::language::Language;
-use crate::record::parted;
 use crate::reduce::Channel;
 use crate::report;
 use crate::wire::{self, Encoder, Recipe, ReducedReading, Schedule, SegmentsBy};
@@ -80,22 +79,23 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
     }
     let report = report::reduce_report(record.name(), &reduced);
     let mut outputs = arguments.pages.outputs([arguments.json.as_deref(), arguments.to.as_deref()])?;
-    if arguments.pages.is_asked_for() {
-        let inputs = vec![files::input(&parted(&arguments.log).0)?];
-        let picture = report::record_chart(&reduced.trace, &reduced.reduction.segments);
-        let document = report::reduce_document(&report, Some(picture), &inputs, false, lang);
-        outputs.extend(arguments.pages.page(&document)?);
-    }
+    let inputs = arguments.pages.input(&arguments.log)?;
     if let Some(to) = &arguments.to {
         let readings = reduced.readings();
         let text = match schedule {
-            Some(schedule) if to_campaign => files::marked(&schedule.with(&readings, &reduced.places))?,
-            _ => table(&readings, &reduced.trace.channels),
+            Some(schedule) if to_campaign => files::marked(&schedule.with(&readings, &reduced.places))?.into_bytes(),
+            _ => table(&readings, &reduced.trace.channels)?,
         };
         outputs.add(to, text);
     }
-    let printed = || report::reduce_document(&report, None, &[], arguments.sources, lang);
-    arguments.pages.finish(outputs, arguments.json.as_deref(), &report, printed)?;
+    let document = |page: bool| match page {
+        true => {
+            let picture = report::record_chart(&reduced.trace, &reduced.reduction.segments);
+            report::reduce_document(&report, Some(picture), &inputs, false, lang)
+        }
+        false => report::reduce_document(&report, None, &[], arguments.sources, lang),
+    };
+    arguments.pages.finish(outputs, arguments.json.as_deref(), &report, document)?;
     Ok(Outcome::Done)
 }
 
@@ -131,29 +131,22 @@ fn recipe(arguments: &Arguments) -> Result<Recipe> {
 }
 
 /// Readings as CSV; a column's title has its unit, where the record says one.
-fn table(readings: &[ReducedReading], channels: &[Channel]) -> String {
+fn table(readings: &[ReducedReading], channels: &[Channel]) -> Result<Vec<u8>> {
     let unit = |name: &str| {
         let channel = channels.iter().find(|own| own.name == name).map(|own| own.unit.as_str());
         channel.filter(|unit| !unit.is_empty()).map_or(String::new(), |unit| format!(" ({unit})"))
     };
-    let names = readings.first().map(|r| r.values.iter().map(|(name, ..)| name.as_str()).collect::<Vec<_>>());
-    let mut text = String::from("position,time_s");
-    names.unwrap_or_default().iter().for_each(|name| {
-        let title = |name: &str, unit: String| {
-            let title = format!("{name}{unit}");
-            if title.contains([',', '"']) { format!("\"{}\"", title.replace('"', "\"\"")) } else { title }
-        };
-        let (mean, u) = (title(name, unit(name)), title(&format!("{name}_u"), unit(name)));
-        text.push_str(&format!(",{mean},{u}"));
-    });
-    text.push('\n');
-    for reading in readings {
-        let quoted = reading.position.contains([',', '"', '\n']);
-        let label =
-            if quoted { format!("\"{}\"", reading.position.replace('"', "\"\"")) } else { reading.position.clone() };
-        text.push_str(&format!("{label},{}", reading.time_s));
-        reading.values.iter().for_each(|(_, mean, u)| text.push_str(&format!(",{mean},{u:.4e}")));
-        text.push('\n');
+    let mut titles = vec!["position".to_string(), "time_s".into()];
+    for (name, ..) in readings.first().iter().flat_map(|own| &own.values) {
+        titles.extend(["", "_u"].map(|end| format!("{name}{end}{}", unit(name))));
     }
-    text
+    let mut text = csv::Writer::from_writer(Vec::new());
+    let rows = readings.iter().map(|own| {
+        let values = own.values.iter().flat_map(|(_, mean, u)| [mean.to_string(), format!("{u:.4e}")]);
+        [own.position.clone(), own.time_s.to_string()].into_iter().chain(values).collect()
+    });
+    let written = [titles].into_iter().chain(rows).try_for_each(|row| text.write_record(row));
+    let text =
+        written.map_err(std::io::Error::from).and_then(|()| text.into_inner().map_err(|error| error.into_error()));
+    text.map_err(|error| Malformed::new(Fault::File, format!("the readings cannot be written: {error}")))
 }

@@ -1,19 +1,22 @@
-//! One row a device: as CSV, JSON lines or Parquet, by the extension of the file.
+//! Tables that go out: rows of cells as CSV, JSON lines or Parquet, by the extension of the file.
 
 use super::outputs::{Stream, fault, reader_left};
-use crate::batch::Row;
-use crate::elements::{Elements, Parts};
 use crate::error::{Fault, Malformed, Result};
-use crate::report::series::WRITER;
+use crate::report::VERSION;
 use parquet::basic::{LogicalType, Repetition, Type as Physical};
 use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int64Type};
+use parquet::errors::ParquetError;
 use parquet::file::metadata::KeyValue;
-use parquet::file::properties::{EnabledStatistics, WriterProperties};
-use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
+use parquet::file::properties::{EnabledStatistics, WriterProperties, WriterPropertiesBuilder};
+use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::{ColumnPath, Type};
+use std::borrow::Cow;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+
+/// With its version, what a Parquet file names as the program that wrote it.
+pub(super) const WRITER: &str = "tumble ";
 
 /// How rows are written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -39,143 +42,79 @@ impl Format {
     }
 }
 
-/// A cell of a row.
-pub(super) enum Cell<'a> {
-    Text(std::borrow::Cow<'a, str>),
-    Number(f64),
-    Count(usize),
-}
-
-/// What the rows have, in order.
-#[derive(Debug, Clone)]
-pub(super) struct Columns {
-    /// Column that identifies the device.
-    pub by: String,
-    /// Column of dates or lots.
-    pub lot: Option<String>,
-    /// Estimated parameters and derived quantities with their units.
-    pub quantities: Vec<(String, String)>,
-    /// Has the campaign limits?
-    pub limited: bool,
-}
-
-/// What kind of cells a column has.
+/// What the cells of a column are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Kind {
+pub(super) enum Kind {
     Text,
     Number,
     Count,
 }
 
-impl Columns {
-    fn titles(&self) -> Vec<(String, Kind)> {
-        let mut titles = vec![(self.by.clone(), Kind::Text)];
-        titles.extend(self.lot.iter().map(|lot| (lot.clone(), Kind::Text)));
-        titles.push(("verdict".into(), Kind::Text));
-        if self.limited {
-            titles.push(("conformity".into(), Kind::Text));
-        }
-        for (id, _) in &self.quantities {
-            titles.extend(["", "_u", "_U"].map(|end| (format!("{id}{end}"), Kind::Number)));
-        }
-        titles.extend(["readings", "rank", "dof"].map(|name| (name.to_string(), Kind::Count)));
-        let tests = ["residual_sd", "chi_square_p", "lack_of_fit_p", "runs_p", "normality_p"];
-        titles.extend(tests.map(|name| (name.to_string(), Kind::Number)));
-        titles.extend(["suspects", "schedule", "why"].map(|name| (name.to_string(), Kind::Text)));
-        titles
-    }
+/// The title of each column.
+pub(super) type Titles = Vec<(String, Kind)>;
 
-    /// Cells of a row, in the order of the titles.
-    fn cells<'a>(&self, row: &'a Row) -> Vec<Cell<'a>> {
-        let mut cells = Vec::with_capacity(12 + 3 * self.quantities.len());
-        cells.push(Cell::Text(row.label.as_str().into()));
-        if self.lot.is_some() {
-            cells.push(Cell::Text(row.lot.as_str().into()));
-        }
-        cells.push(Cell::Text(row.verdict.name().into()));
-        if self.limited {
-            cells.push(Cell::Text(row.conformity.map_or("", |own| own.name()).into()));
-        }
-        for ((value, u), expanded) in row.value.iter().zip(&row.u).zip(&row.expanded) {
-            cells.extend([Cell::Number(*value), Cell::Number(*u), Cell::Number(*expanded)]);
-        }
-        cells.extend([Cell::Count(row.readings), Cell::Count(row.rank), Cell::Count(row.dof)]);
-        let tests = [row.residual_sd, row.chi_square_p, row.lack_of_fit_p, row.runs_p, row.normality_p];
-        cells.extend(tests.map(Cell::Number));
-        cells.push(Cell::Text(suspects(row)));
-        cells.push(Cell::Text(row.solved.name().into()));
-        cells.push(Cell::Text(row.why.as_str().into()));
-        cells
-    }
+/// A cell; a number that is none is an empty one.
+#[derive(Debug, Clone)]
+pub(super) enum Cell<'a> {
+    Text(Cow<'a, str>),
+    Number(f64),
+    Count(usize),
 }
 
 /// Rows on their way out.
 pub(super) struct Rows {
     path: PathBuf,
-    columns: Columns,
+    titles: Titles,
     to: To,
 }
 
 enum To {
-    Csv(Vec<u8>, Stream),
-    JsonLines(Vec<u8>, Stream),
-    Parquet(Box<SerializedFileWriter<Stream>>),
+    Text(Stream, fn(&Titles, &[Cell<'_>], &mut Vec<u8>)),
+    Parquet(Box<Columnar<Stream>>),
 }
 
 impl Rows {
-    pub(super) fn begin(path: &Path, stream: Stream, columns: Columns) -> Result<Self> {
-        let to = match Format::of(path)? {
-            Format::Csv => {
-                let mut text = Vec::new();
-                for (k, (title, _)) in columns.titles().iter().enumerate() {
-                    if k > 0 {
-                        text.push(b',');
-                    }
-                    quoted(title, &mut text);
-                }
-                text.push(b'\n');
-                To::Csv(text, stream)
+    /// `units` of columns go into a file that has a place for them.
+    pub(super) fn begin(path: &Path, stream: Stream, titles: Titles, units: &[(String, String)]) -> Result<Self> {
+        let format = Format::of(path)?;
+        let to = match format {
+            Format::Csv => To::Text(stream, csv_line),
+            Format::JsonLines => To::Text(stream, json_line),
+            Format::Parquet => {
+                To::Parquet(Box::new(of_devices(stream, &titles, units).map_err(|error| fault(path, &error))?))
             }
-            Format::JsonLines => To::JsonLines(Vec::new(), stream),
-            Format::Parquet => To::Parquet(Box::new(parquet(path, stream, &columns)?)),
         };
-        Ok(Rows { path: path.to_path_buf(), columns, to })
+        let header: Vec<Cell<'_>> = titles.iter().map(|(title, _)| Cell::Text(title.clone().into())).collect();
+        let mut rows = Rows { path: path.to_path_buf(), titles, to };
+        if format == Format::Csv {
+            rows.write(&[header])?;
+        }
+        Ok(rows)
     }
 
     /// Write some rows.
-    pub(super) fn write(&mut self, rows: &[Row]) -> Result<()> {
-        let cells = rows.iter().map(|row| self.columns.cells(row));
+    pub(super) fn write(&mut self, rows: &[Vec<Cell<'_>>]) -> Result<()> {
         let written = match &mut self.to {
-            To::Csv(text, stream) => {
-                cells.for_each(|cells| csv_line(&cells, text));
-                let written = stream.write_all(text);
-                text.clear();
-                written
+            To::Text(stream, line) => {
+                let mut text = Vec::new();
+                rows.iter().for_each(|cells| line(&self.titles, cells, &mut text));
+                stream.write_all(&text).or_else(reader_left)
             }
-            To::JsonLines(text, stream) => {
-                let titles = self.columns.titles();
-                cells.for_each(|cells| json_line(&titles, &cells, text));
-                let written = stream.write_all(text);
-                text.clear();
-                written
-            }
-            To::Parquet(writer) => {
-                return group(writer, &self.columns, rows).map_err(|error| fault(&self.path, &error));
+            To::Parquet(file) => {
+                let columns = self.titles.iter().enumerate().map(|(k, (_, kind))| column(*kind, rows, k));
+                file.group(columns).map_err(std::io::Error::other)
             }
         };
-        written.or_else(reader_left).map_err(|error| fault(&self.path, &error))
+        written.map_err(|error| fault(&self.path, &error))
     }
 
     /// The file, whole.
     pub(super) fn finish(self) -> Result<Stream> {
-        let unwritten = |error: std::io::Error| fault(&self.path, &error);
-        match self.to {
-            To::Csv(text, mut stream) | To::JsonLines(text, mut stream) => {
-                stream.write_all(&text).and_then(|()| stream.flush()).or_else(reader_left).map_err(unwritten)?;
-                Ok(stream)
-            }
-            To::Parquet(writer) => writer.into_inner().map_err(|error| fault(&self.path, &error)),
-        }
+        let whole = match self.to {
+            To::Text(mut stream, _) => stream.flush().or_else(reader_left).map(|()| stream),
+            To::Parquet(file) => file.finish().map_err(std::io::Error::other),
+        };
+        whole.map_err(|error| fault(&self.path, &error))
     }
 }
 
@@ -192,239 +131,157 @@ fn quoted(text: &str, to: &mut Vec<u8>) {
     }
 }
 
-fn csv_line(cells: &[Cell<'_>], to: &mut Vec<u8>) {
+// writing to memory does not fail
+fn csv_line(_: &Titles, cells: &[Cell<'_>], to: &mut Vec<u8>) {
     for (k, cell) in cells.iter().enumerate() {
-        if k > 0 {
-            to.push(b',');
-        }
+        to.extend((k > 0).then_some(b','));
         match cell {
             Cell::Text(text) => quoted(text, to),
             Cell::Number(x) if x.is_nan() => {}
-            Cell::Number(x) => number(*x, to),
-            // writing to memory does not fail
+            Cell::Number(x) => drop(write!(to, "{}", Shortest(*x))),
             Cell::Count(n) => drop(write!(to, "{n}")),
         }
     }
     to.push(b'\n');
 }
 
-/// The shortest text that is read back as this number.
-fn number(x: f64, to: &mut Vec<u8>) {
-    let size = x.abs();
-    let written = if size != 0.0 && !(1e-5..1e16).contains(&size) { write!(to, "{x:e}") } else { write!(to, "{x}") };
-    drop(written);
-}
-
-fn json_line(titles: &[(String, Kind)], cells: &[Cell<'_>], to: &mut Vec<u8>) {
+fn json_line(titles: &Titles, cells: &[Cell<'_>], to: &mut Vec<u8>) {
     for (k, ((title, _), cell)) in titles.iter().zip(cells).enumerate() {
         to.push(if k == 0 { b'{' } else { b',' });
-        // writing to memory does not fail
         drop(serde_json::to_writer(&mut *to, title));
         to.push(b':');
         match cell {
             Cell::Text(text) => drop(serde_json::to_writer(&mut *to, text.as_ref())),
             Cell::Number(x) if !x.is_finite() => to.extend_from_slice(b"null"),
-            Cell::Number(x) => number(*x, to),
+            Cell::Number(x) => drop(write!(to, "{}", Shortest(*x))),
             Cell::Count(n) => drop(write!(to, "{n}")),
         }
     }
     to.extend_from_slice(b"}\n");
 }
 
-fn parquet(path: &Path, stream: Stream, columns: &Columns) -> Result<SerializedFileWriter<Stream>> {
-    let unwritten = |error: parquet::errors::ParquetError| fault(path, &error);
-    let field = |(title, kind): (String, Kind)| {
-        let builder = match kind {
-            Kind::Text => Type::primitive_type_builder(&title, Physical::BYTE_ARRAY)
-                .with_logical_type(Some(LogicalType::String))
-                .with_repetition(Repetition::REQUIRED),
-            Kind::Number => {
-                Type::primitive_type_builder(&title, Physical::DOUBLE).with_repetition(Repetition::OPTIONAL)
-            }
-            Kind::Count => Type::primitive_type_builder(&title, Physical::INT64).with_repetition(Repetition::REQUIRED),
+/// The shortest text that is read back as this number.
+pub(super) struct Shortest(pub f64);
+
+impl std::fmt::Display for Shortest {
+    fn fmt(&self, to: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let (x, size) = (self.0, self.0.abs());
+        if size != 0.0 && !(1e-5..1e16).contains(&size) { write!(to, "{x:e}") } else { write!(to, "{x}") }
+    }
+}
+
+/// A Parquet file in the making.
+pub(super) struct Columnar<W: Write + Send>(SerializedFileWriter<W>);
+
+/// The cells of a column in a group of rows.
+pub(super) enum Column {
+    Texts(Vec<ByteArray>),
+    Numbers(Vec<f64>),
+    Counts(Vec<i64>),
+}
+
+/// The same, with a level for each row, 0 where it has none, for a column that may miss some.
+pub(super) type Levelled = (Column, Option<Vec<i16>>);
+
+impl<W: Write + Send> Columnar<W> {
+    pub(super) fn begin(
+        to: W,
+        name: &str,
+        fields: impl IntoIterator<Item = (String, Kind, Repetition)>,
+        properties: WriterPropertiesBuilder,
+    ) -> std::result::Result<Self, ParquetError> {
+        let field = |(title, kind, repetition): (String, Kind, Repetition)| {
+            let (physical, logical) = match kind {
+                Kind::Text => (Physical::BYTE_ARRAY, Some(LogicalType::String)),
+                Kind::Number => (Physical::DOUBLE, None),
+                Kind::Count => (Physical::INT64, None),
+            };
+            let builder = Type::primitive_type_builder(&title, physical).with_logical_type(logical);
+            builder.with_repetition(repetition).build().map(Arc::new)
         };
-        builder.build().map(Arc::new)
-    };
-    let fields = columns.titles().into_iter().map(field).collect::<std::result::Result<_, _>>().map_err(unwritten)?;
-    let schema = Type::group_type_builder("devices").with_fields(fields).build().map_err(unwritten)?;
-    let units = columns.quantities.iter().filter(|(_, unit)| !unit.is_empty());
+        let fields = fields.into_iter().map(field).collect::<std::result::Result<_, _>>()?;
+        let schema = Type::group_type_builder(name).with_fields(fields).build()?;
+        let properties = properties.set_created_by(format!("{WRITER}{VERSION}")).build();
+        SerializedFileWriter::new(to, Arc::new(schema), Arc::new(properties)).map(Columnar)
+    }
+
+    /// One more group of rows, in the order of the fields.
+    pub(super) fn group(
+        &mut self,
+        columns: impl IntoIterator<Item = Levelled>,
+    ) -> std::result::Result<(), ParquetError> {
+        let mut group = self.0.next_row_group()?;
+        for (column, levels) in columns {
+            let (Some(mut to), levels) = (group.next_column()?, levels.as_deref()) else { break };
+            match column {
+                Column::Texts(cells) => to.typed::<ByteArrayType>().write_batch(&cells, levels, None)?,
+                Column::Numbers(cells) => to.typed::<DoubleType>().write_batch(&cells, levels, None)?,
+                Column::Counts(cells) => to.typed::<Int64Type>().write_batch(&cells, levels, None)?,
+            };
+            to.close()?;
+        }
+        group.close().map(drop)
+    }
+
+    pub(super) fn finish(self) -> std::result::Result<W, ParquetError> {
+        self.0.into_inner()
+    }
+}
+
+/// Numbers of which those that are none are missing.
+pub(super) fn numbers(all: impl Iterator<Item = f64>) -> Levelled {
+    let (mut cells, mut levels) = (Vec::new(), Vec::new());
+    for x in all {
+        levels.push(i16::from(!x.is_nan()));
+        cells.extend((!x.is_nan()).then_some(x));
+    }
+    (Column::Numbers(cells), Some(levels))
+}
+
+fn column(kind: Kind, rows: &[Vec<Cell<'_>>], k: usize) -> Levelled {
+    let cells = rows.iter().filter_map(|row| row.get(k));
+    match kind {
+        Kind::Number => numbers(cells.map(|cell| if let Cell::Number(x) = cell { *x } else { f64::NAN })),
+        Kind::Count => {
+            let counts = cells.map(|cell| if let Cell::Count(n) = cell { *n as i64 } else { 0 });
+            (Column::Counts(counts.collect()), None)
+        }
+        Kind::Text => {
+            let mut texts: Vec<ByteArray> = Vec::with_capacity(rows.len());
+            for cell in cells {
+                let text = if let Cell::Text(text) = cell { text.as_ref() } else { "" };
+                // most are those of the row before
+                let before = texts.last().filter(|own| own.data() == text.as_bytes()).cloned();
+                texts.push(before.unwrap_or_else(|| ByteArray::from(text)));
+            }
+            (Column::Texts(texts), None)
+        }
+    }
+}
+
+fn of_devices(
+    stream: Stream,
+    titles: &Titles,
+    units: &[(String, String)],
+) -> std::result::Result<Columnar<Stream>, ParquetError> {
+    let units = units.iter().filter(|(_, unit)| !unit.is_empty());
     let units = units.map(|(id, unit)| KeyValue::new(format!("unit:{id}"), unit.clone())).collect();
-    let properties = WriterProperties::builder()
+    let mut properties = WriterProperties::builder()
         .set_compression(parquet::basic::Compression::SNAPPY)
-        .set_key_value_metadata(Some(units))
-        .set_created_by(format!("{WRITER}{}", crate::report::VERSION));
+        .set_key_value_metadata(Some(units));
     // numbers and names of devices hardly return, and looking for those that do costs more than all else; nor is anything found by the least
     // and the largest of texts but of the devices' own
-    let properties = columns
-        .titles()
-        .into_iter()
-        .enumerate()
-        .fold(properties, |own, (k, (title, kind))| {
-            let path = ColumnPath::new(vec![title]);
-            match kind {
-                Kind::Text if k > 0 => own.set_column_statistics_enabled(path, EnabledStatistics::None),
-                Kind::Text | Kind::Number => own.set_column_dictionary_enabled(path, false),
-                Kind::Count => own,
-            }
-        })
-        .build();
-    SerializedFileWriter::new(stream, Arc::new(schema), Arc::new(properties)).map_err(unwritten)
-}
-
-/// A row group, column by column from the rows as they are.
-fn group(
-    writer: &mut SerializedFileWriter<Stream>,
-    columns: &Columns,
-    rows: &[Row],
-) -> std::result::Result<(), parquet::errors::ParquetError> {
-    let mut group = Group { group: writer.next_row_group()?, rows, numbers: Vec::new(), levels: Vec::new() };
-    group.texts(|row| row.label.as_str().into())?;
-    if columns.lot.is_some() {
-        group.texts(|row| row.lot.as_str().into())?;
-    }
-    group.texts(|row| row.verdict.name().into())?;
-    if columns.limited {
-        group.texts(|row| row.conformity.map_or("", |own| own.name()).into())?;
-    }
-    for k in 0..columns.quantities.len() {
-        let at = |list: &[f64]| list.at(k);
-        group.numbers(|row| at(&row.value))?;
-        group.numbers(|row| at(&row.u))?;
-        group.numbers(|row| at(&row.expanded))?;
-    }
-    group.counts(|row| row.readings)?;
-    group.counts(|row| row.rank)?;
-    group.counts(|row| row.dof)?;
-    group.numbers(|row| row.residual_sd)?;
-    group.numbers(|row| row.chi_square_p)?;
-    group.numbers(|row| row.lack_of_fit_p)?;
-    group.numbers(|row| row.runs_p)?;
-    group.numbers(|row| row.normality_p)?;
-    group.texts(suspects)?;
-    group.texts(|row| row.solved.name().into())?;
-    group.texts(|row| row.why.as_str().into())?;
-    group.group.close()?;
-    Ok(())
-}
-
-/// Suspicious readings as a text.
-fn suspects(row: &Row) -> std::borrow::Cow<'_, str> {
-    match row.suspects.as_slice() {
-        [] => "".into(),
-        several => several.iter().map(ToString::to_string).collect::<Vec<_>>().join(" ").into(),
-    }
-}
-
-/// A row group on its way, in the order of the titles.
-struct Group<'a> {
-    group: SerializedRowGroupWriter<'a, Stream>,
-    rows: &'a [Row],
-    numbers: Vec<f64>,
-    levels: Vec<i16>,
-}
-
-type Written = std::result::Result<(), parquet::errors::ParquetError>;
-
-impl<'a> Group<'a> {
-    fn texts(&mut self, of: impl Fn(&'a Row) -> std::borrow::Cow<'a, str>) -> Written {
-        let Some(mut column) = self.group.next_column()? else { return Ok(()) };
-        // all texts in one piece of memory; most are those of the row before
-        let (mut all, mut places) = (Vec::new(), Vec::with_capacity(self.rows.len()));
-        let mut last = (0, 0);
-        for row in self.rows {
-            let text = of(row);
-            let before = all.part(last.0..last.0 + last.1);
-            if places.is_empty() || before != text.as_bytes() {
-                last = (all.len(), text.len());
-                all.extend_from_slice(text.as_bytes());
-            }
-            places.push(last);
-        }
-        let all = ByteArray::from(all);
-        let texts: Vec<ByteArray> = places.into_iter().map(|(start, length)| all.slice(start, length)).collect();
-        column.typed::<ByteArrayType>().write_batch(&texts, None, None)?;
-        column.close()
-    }
-
-    fn numbers(&mut self, of: impl Fn(&Row) -> f64) -> Written {
-        let Some(mut column) = self.group.next_column()? else { return Ok(()) };
-        self.levels.clear();
-        self.numbers.clear();
-        for x in self.rows.iter().map(of) {
-            self.levels.push(i16::from(!x.is_nan()));
-            if !x.is_nan() {
-                self.numbers.push(x);
-            }
-        }
-        column.typed::<DoubleType>().write_batch(&self.numbers, Some(&self.levels), None)?;
-        column.close()
-    }
-
-    fn counts(&mut self, of: impl Fn(&Row) -> usize) -> Written {
-        let Some(mut column) = self.group.next_column()? else { return Ok(()) };
-        let counts: Vec<i64> = self.rows.iter().map(|row| of(row) as i64).collect();
-        column.typed::<Int64Type>().write_batch(&counts, None, None)?;
-        column.close()
-    }
-}
-
-/// What a diagnosis found in one device.
-pub(super) struct DiagnosedRow {
-    pub label: String,
-    pub verdict: String,
-    pub effects: Vec<EffectColumn>,
-    pub why: String,
-}
-
-/// An effect of a device.
-pub(super) struct EffectColumn {
-    pub regressor: String,
-    pub name: String,
-    pub value: Option<f64>,
-    pub u: Option<f64>,
-    pub unit: String,
-    pub p: f64,
-    pub aliases: Vec<String>,
-}
-
-/// One row for each device: how many effects, and the regressors, values, u, probabilities and aliases of all of them, parted by semicolons.
-pub(super) fn diagnosed(by: &str, rows: &[DiagnosedRow], format: Format) -> Vec<u8> {
-    let names = ["verdict", "effects", "regressors", "names", "values", "u", "units", "p", "aliases", "why"];
-    let kind = |name: &str| if name == "effects" { Kind::Count } else { Kind::Text };
-    let mut titles = vec![(by.to_string(), Kind::Text)];
-    titles.extend(names.map(|name| (name.to_string(), kind(name))));
-    let mut text = Vec::new();
-    if format == Format::Csv {
-        let header: Vec<Cell<'_>> = titles.iter().map(|(title, _)| Cell::Text(title.as_str().into())).collect();
-        csv_line(&header, &mut text);
-    }
-    for row in rows {
-        let all = |of: &dyn Fn(&EffectColumn) -> String| -> Cell<'static> {
-            Cell::Text(row.effects.iter().map(of).collect::<Vec<_>>().join("; ").into())
+    for (k, (title, kind)) in titles.iter().enumerate() {
+        let path = ColumnPath::new(vec![title.clone()]);
+        properties = match kind {
+            Kind::Text if k > 0 => properties.set_column_statistics_enabled(path, EnabledStatistics::None),
+            Kind::Text | Kind::Number => properties.set_column_dictionary_enabled(path, false),
+            Kind::Count => properties,
         };
-        let optional = |x: Option<f64>| {
-            let mut text = Vec::new();
-            x.into_iter().for_each(|x| number(x, &mut text));
-            // written just above, in ASCII
-            String::from_utf8(text).unwrap_or_default()
-        };
-        let cells = [
-            Cell::Text(row.label.as_str().into()),
-            Cell::Text(row.verdict.as_str().into()),
-            Cell::Count(row.effects.len()),
-            all(&|own| own.regressor.clone()),
-            all(&|own| own.name.clone()),
-            all(&|own| optional(own.value)),
-            all(&|own| optional(own.u)),
-            all(&|own| own.unit.clone()),
-            all(&|own| optional(Some(own.p))),
-            all(&|own| own.aliases.join(" or ")),
-            Cell::Text(row.why.as_str().into()),
-        ];
-        match format {
-            Format::JsonLines => json_line(&titles, &cells, &mut text),
-            _ => csv_line(&cells, &mut text),
-        }
     }
-    text
+    let field = |(title, kind): &(String, Kind)| {
+        let repetition = if *kind == Kind::Number { Repetition::OPTIONAL } else { Repetition::REQUIRED };
+        (title.clone(), *kind, repetition)
+    };
+    Columnar::begin(stream, "devices", titles.iter().map(field), properties)
 }

@@ -17,7 +17,7 @@ const LONGEST_WORD: usize = 120;
 
 /// Print an error to stderr.
 pub(super) fn show(error: &Malformed) {
-    super::note_as_it_is(&render(error, super::colours()));
+    super::note_as_it_is(&rendered(error, super::colours(), None));
 }
 
 /// An error as the program shows it, without colours: the sentence, the place with its line and a caret, what was expected and what was found.
@@ -25,10 +25,6 @@ pub(super) fn show(error: &Malformed) {
 /// `text` is what the error is about, where that is no file.
 pub fn explain(error: &Malformed, text: Option<&str>) -> String {
     rendered(error, false, text)
-}
-
-fn render(error: &Malformed, colour: bool) -> String {
-    rendered(error, colour, None)
 }
 
 fn rendered(error: &Malformed, colour: bool, text: Option<&str>) -> String {
@@ -69,6 +65,7 @@ fn rendered(error: &Malformed, colour: bool, text: Option<&str>) -> String {
     if !place.path.is_empty() {
         message.push_str(&format!("\n  {}", say!(lang, "error-at", path = readable(&place.path))));
     }
+    let ink = Ink::of(colour);
     let excerpt = || {
         let text = text?;
         let of_line = || {
@@ -82,15 +79,11 @@ fn rendered(error: &Malformed, colour: bool, text: Option<&str>) -> String {
             };
             (end > start).then_some((before + start, end - start))
         };
-        let (start, len) = place.span.or_else(of_line)?;
-        Excerpt::around(text, &place.file, start, len)
+        excerpt(text, &place.file, place.span.or_else(of_line)?, &ink)
     };
-    let ink = Ink::of(colour);
     let bar = ink.red(ink.bar);
     let mut out = beside(&message, &format!("  {} ", ink.red(ink.cross)), &format!("  {bar} "));
-    if let Some(excerpt) = excerpt() {
-        out.push_str(&excerpt.drawn(&ink));
-    }
+    out.extend(excerpt());
     if !help.is_empty() {
         out.push_str(&beside(&help, &format!("  {} ", ink.cyan("help:")), "        "));
     }
@@ -185,77 +178,46 @@ fn quoted(file: &str) -> Option<String> {
     may_be_quoted(&text).then_some(text)
 }
 
-/// The line of a fault and its neighbours, each cut to what fits a terminal, with the number of its first line.
-#[derive(Debug)]
-struct Excerpt {
-    file: String,
-    text: String,
-    /// Lines of the file before the excerpt.
-    lines_before: usize,
-    /// The line of the fault among those of the excerpt, and its column in the file, in bytes from 1 as in the sentence.
-    line: usize,
-    column: usize,
-    /// What is underlined, in bytes of that line.
-    span: (usize, usize),
-}
-
-impl Excerpt {
-    /// `None` where the span is not inside the text (the file has changed since it was read).
-    fn around(text: &str, file: &str, start: usize, len: usize) -> Option<Self> {
-        let (before, rest) = (text.get(..start)?, text.get(start..)?);
-        let line_start = before.rfind('\n').map_or(0, |k| k + 1);
-        let previous = before.get(..line_start.saturating_sub(1)).filter(|_| line_start > 0);
-        let previous = previous.map(|lines| lines.rsplit('\n').next().unwrap_or(lines));
-        let mut following = rest.split('\n');
-        let right = following.next().unwrap_or_default().trim_end_matches('\r');
-        let left = before.part(line_start..);
-        let whole = left.chars().count() + right.chars().count() <= WHOLE;
-        let after = clipped(right, if whole { WHOLE } else { AFTER });
-        let skipped = if whole { 0 } else { left.chars().count().saturating_sub(BEFORE) };
-        let left: String =
-            if skipped > 0 { "…".chars().chain(left.chars().skip(skipped)).collect() } else { left.into() };
-        let mut excerpt = previous.map_or(String::new(), |line| clipped(line.trim_end_matches('\r'), WHOLE) + "\n");
-        let column = before.len() - line_start + 1;
-        excerpt.push_str(&left);
-        let span = (left.len(), len.min(after.len()));
-        excerpt.push_str(&after);
-        if let Some(next) = following.next() {
-            excerpt.push('\n');
-            excerpt.push_str(&clipped(next.trim_end_matches('\r'), WHOLE));
+/// The line of a fault and its neighbours in a frame, each cut to what fits a terminal, with their numbers, the fault underlined. `None` where the span is not
+/// inside the text (the file has changed since it was read).
+fn excerpt(text: &str, file: &str, (start, len): (usize, usize), ink: &Ink) -> Option<String> {
+    let (before, rest) = (text.get(..start)?, text.get(start..)?);
+    let (above, left) = before.rsplit_once('\n').map_or((None, before), |(above, left)| (Some(above), left));
+    let mut following = rest.split('\n');
+    let right = following.next().unwrap_or_default().trim_end_matches('\r');
+    let whole = left.chars().count() + right.chars().count() <= WHOLE;
+    let after = clipped(right, if whole { WHOLE } else { AFTER });
+    let skipped = if whole { 0 } else { left.chars().count().saturating_sub(BEFORE) };
+    // in bytes from 1, as in the sentence
+    let column = left.len() + 1;
+    let left: String =
+        if skipped > 0 { "…".chars().chain(left.chars().skip(skipped)).collect() } else { left.into() };
+    let neighbour = |line: &str| clipped(line.trim_end_matches('\r'), WHOLE);
+    let previous = above.map(|lines| neighbour(lines.rsplit('\n').next().unwrap_or(lines)));
+    let next = following.next().map(neighbour).filter(|line| !line.is_empty());
+    let number = before.matches('\n').count() + 1;
+    let first = number - usize::from(previous.is_some());
+    let wide = (number + usize::from(next.is_some())).to_string().len();
+    let margin = " ".repeat(wide + 2);
+    let place = ink.styled("36;1;4", &format!("{file}:{number}:{column}"));
+    let mut out = format!("{margin}{}{}[{place}]\n", ink.top, ink.line);
+    let lines = previous.into_iter().chain([format!("{left}{after}")]).chain(next);
+    for (own, line) in (first..).zip(lines) {
+        let line = super::visible(&line);
+        let shown = ink.styled("2", &format!("{own:>wide$}"));
+        out.push_str(format!(" {shown} {} {}", ink.bar, tabs_as_spaces(&line)).trim_end());
+        out.push('\n');
+        if own == number {
+            let upto = |end: usize| {
+                let part: String = line.char_indices().take_while(|(at, _)| *at < end).map(|(_, c)| c).collect();
+                wrap::columns(&tabs_as_spaces(&part))
+            };
+            let (from, to) = (upto(left.len()), upto(left.len() + len.min(after.len()).max(1)));
+            let mark = ink.styled("35;1", &ink.under.repeat(to.saturating_sub(from).max(1)));
+            out.push_str(&format!("{margin}{} {}{mark}\n", ink.gap, " ".repeat(from)));
         }
-        let excerpt = super::visible(&excerpt).into_owned();
-        let line = before.bytes().filter(|b| *b == b'\n').count();
-        let own = usize::from(previous.is_some());
-        Some(Excerpt { file: file.into(), text: excerpt, lines_before: line - own, line: own, column, span })
     }
-
-    /// The lines with their numbers in a frame, the fault underlined.
-    fn drawn(&self, ink: &Ink) -> String {
-        let mut lines: Vec<&str> = self.text.lines().collect();
-        // the fault may be that the text has ended
-        lines.extend((lines.len() == self.line).then_some(""));
-        let wide = (self.lines_before + lines.len()).to_string().len();
-        let margin = " ".repeat(wide + 2);
-        let number = self.lines_before + self.line + 1;
-        let place = ink.styled("36;1;4", &format!("{}:{number}:{}", self.file, self.column));
-        let mut out = format!("{margin}{}{}[{place}]\n", ink.top, ink.line);
-        for (k, line) in lines.iter().enumerate() {
-            let number = ink.styled("2", &format!("{:>wide$}", self.lines_before + k + 1));
-            out.push_str(format!(" {number} {} {}", ink.bar, tabs_as_spaces(line)).trim_end());
-            out.push('\n');
-            if k == self.line {
-                let (start, end) = (self.span.0, self.span.0 + self.span.1.max(1));
-                let upto = |end: usize| {
-                    let part: String = line.char_indices().take_while(|(at, _)| *at < end).map(|(_, c)| c).collect();
-                    wrap::columns(&tabs_as_spaces(&part))
-                };
-                let (left, size) = (upto(start), upto(end).saturating_sub(upto(start)).max(1));
-                let mark = ink.styled("35;1", &ink.under.repeat(size));
-                out.push_str(&format!("{margin}{} {}{mark}\n", ink.gap, " ".repeat(left)));
-            }
-        }
-        out + &format!("{margin}{}{}\n", ink.bottom, ink.line.repeat(4))
-    }
+    Some(out + &format!("{margin}{}{}\n", ink.bottom, ink.line.repeat(4)))
 }
 
 /// A line whose tabs are the spaces up to every fourth column.

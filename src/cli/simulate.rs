@@ -25,7 +25,7 @@ pub(super) struct Arguments {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
-    let (schedule, source) = files::campaign(&arguments.schedule)?;
+    let (schedule, source, _) = files::campaign(&arguments.schedule)?;
     files::one_device(&schedule);
     let truth = wire::read_truth(&files::read(&arguments.truth)?, &schedule)?;
     let mut outputs = Outputs::plan([Some(arguments.output.as_path())])?;

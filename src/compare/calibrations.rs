@@ -428,22 +428,6 @@ fn straight(points: &[(f64, f64, Option<f64>)], level: f64) -> Option<TrendLine>
 /// assert_eq!(day_number("2026-02-30"), None);
 /// ```
 pub fn day_number(date: &str) -> Option<f64> {
-    let mut parts = date.get(..10)?.split('-');
-    let mut next = || parts.next()?.parse::<i64>().ok();
-    let (year, month, day) = (next()?, next()?, next()?);
-    let leap = (year % 4 == 0 && year % 100 != 0) || year % 400 == 0;
-    let length = match month {
-        2 if leap => 29,
-        2 => 28,
-        4 | 6 | 9 | 11 => 30,
-        1..=12 => 31,
-        _ => return None,
-    };
-    if !(1..=length).contains(&day) {
-        return None;
-    }
-    // years begin in March, so that a leap day is the last
-    let (y, m) = if month > 2 { (year, month - 3) } else { (year - 1, month + 9) };
-    let days = 365 * y + y.div_euclid(4) - y.div_euclid(100) + y.div_euclid(400) + (153 * m + 2) / 5 + day - 1;
-    Some((days - 719_468) as f64)
+    let day: jiff::civil::Date = date.get(..10)?.parse().ok()?;
+    Some(f64::from(jiff::civil::date(1970, 1, 1).until(day).ok()?.get_days()))
 }

@@ -32,11 +32,13 @@ pub struct ClosedForms {
 }
 
 /// Readings that are solved together, for example those at one rate.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Group {
     /// The reading key that groups the readings.
     pub by: String,
     /// Both senses of a rate together?
+    #[serde(rename = "magnitude")]
     by_magnitude: bool,
     /// The group's value in the formulas.
     pub symbol: String,
@@ -95,7 +97,7 @@ struct File {
     source: String,
     sensor: String,
     #[serde(default)]
-    group: Option<GroupFile>,
+    group: Option<Group>,
     #[serde(default)]
     exact: bool,
     #[serde(default)]
@@ -112,15 +114,6 @@ enum EarthRateFile {
     #[default]
     Ignored,
     Included,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct GroupFile {
-    by: String,
-    magnitude: bool,
-    symbol: String,
-    title: String,
 }
 
 #[derive(Deserialize)]
@@ -185,12 +178,7 @@ pub fn closed_forms(bench: &str) -> Result<ClosedForms> {
     Ok(ClosedForms {
         source: file.source,
         sensor: file.sensor,
-        group: file.group.map(|group| Group {
-            by: group.by,
-            by_magnitude: group.magnitude,
-            symbol: group.symbol,
-            title: group.title,
-        }),
+        group: file.group,
         exact: file.exact,
         with_earth_rate: matches!(file.earth_rate, EarthRateFile::Included),
         symbols,

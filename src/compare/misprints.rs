@@ -36,15 +36,12 @@ pub(super) fn find(
             if let (Some(computed), Some(print)) = (computed, print)
                 && (computed - print).abs() > half
             {
-                misprints.push(Misprint {
-                    what: match group.group {
-                        Some(value) => sentence!("quantity-at", id, value),
-                        None => Sentence::text(id.clone()),
-                    },
-                    printed: Some(*print),
-                    computed: Some(*computed),
-                    explanation: sentence!("the-tables-own-readings-give-another-value"),
-                });
+                let what = match group.group {
+                    Some(value) => sentence!("quantity-at", id, value),
+                    None => Sentence::text(id.clone()),
+                };
+                let explanation = sentence!("the-tables-own-readings-give-another-value");
+                misprints.push(Misprint { what, printed: Some(*print), computed: Some(*computed), explanation });
             }
         }
     }
@@ -72,12 +69,8 @@ pub(super) fn find(
         } else {
             sentence!("not-the-mean-of-the-table")
         };
-        misprints.push(Misprint {
-            what: sentence!("mean-of", id),
-            printed: Some(*print),
-            computed: Some(computed),
-            explanation,
-        });
+        let (what, printed, computed) = (sentence!("mean-of", id), Some(*print), Some(computed));
+        misprints.push(Misprint { what, printed, computed, explanation });
     }
     misprints.extend(printed.row.iter().filter_map(|(id, line)| row_misprint(campaign, fit, id, line)));
     misprints

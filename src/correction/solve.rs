@@ -115,6 +115,13 @@ impl Corrector {
         self.inputs.iter().filter(|i| i.role == InputRole::Given).map(|i| i.fallback).collect()
     }
 
+    /// Given values with the fallbacks of those that are not there.
+    fn filled(&self, given: &[f64]) -> Vec<f64> {
+        let mut filled = self.fallbacks();
+        filled.iter_mut().zip(given).for_each(|(own, value)| *own = *value);
+        filled
+    }
+
     /// The first-order correction `M (s - b)`.
     pub fn linear(&self, readings: &[f64]) -> Vec<f64> {
         let difference = DVector::from_fn(self.bound.len(), |i, _| readings.or_nan(i) - self.bias[i]);
@@ -123,7 +130,13 @@ impl Corrector {
 
     /// Readings of all sensors for these inputs (solved and given): the lines themselves.
     pub fn readings(&self, inputs: &[f64], given: &[f64]) -> Vec<f64> {
-        self.values_at(inputs, given)
+        let (mut room, mut values, mut scratch) = (Vec::new(), Vec::new(), Scratch::default());
+        let state = self.state(inputs, given, &mut room);
+        let value = |bound: &Bound| {
+            bound.fill(&state, &mut values);
+            bound.tape.value(&values, &mut scratch)
+        };
+        self.bound.iter().map(value).collect()
     }
 
     /// Correct one sample: readings in [`Calibration::lines`] order, given inputs in their order (short or empty: their fallbacks).
@@ -131,15 +144,14 @@ impl Corrector {
     /// The first order is the start; then `q <- q + M (s - f(q))` while it contracts, and where it does not Newton's steps
     /// `q <- q + (M df/dq)^-1 M (s - f(q))`, whose solution is the same.
     pub fn correct(&self, readings: &[f64], given: &[f64]) -> Corrected {
-        let mut filled = self.fallbacks();
-        filled.iter_mut().zip(given).for_each(|(own, value)| *own = *value);
+        let filled = self.filled(given);
         let mut q = vec![0.0; self.solved()];
         let size: Vec<f64> = (0..q.len())
             .map(|i| (0..self.bound.len()).map(|j| (self.matrix[(i, j)] * readings.or_nan(j)).abs()).sum())
             .collect();
         let (mut newton, mut last) = (false, f64::INFINITY);
         for round in 0..ROUNDS {
-            let at = self.values_at(&q, &filled);
+            let at = self.readings(&q, &filled);
             let rest = DVector::from_fn(self.bound.len(), |i, _| readings.or_nan(i) - at.at(i));
             let mut step = Some(&self.matrix * rest);
             if newton {
@@ -172,8 +184,7 @@ impl Corrector {
         if self.covariance.is_empty() {
             return None;
         }
-        let mut filled = self.fallbacks();
-        filled.iter_mut().zip(given).for_each(|(own, value)| *own = *value);
+        let filled = self.filled(given);
         let by_parameter = self.by_parameter(inputs, &filled);
         let inverse = inverse(&self.lines_at(inputs, &filled).1)?;
         let c = inverse * by_parameter;
@@ -199,52 +210,43 @@ impl Corrector {
         State { rate, force, given: room, parameters: &self.parameters }
     }
 
-    fn values_at(&self, inputs: &[f64], given: &[f64]) -> Vec<f64> {
+    /// Each line with its value and its slopes by each of its names.
+    fn each_line(&self, inputs: &[f64], given: &[f64], mut each: impl FnMut(usize, &Bound, f64, &[f64])) {
         let (mut room, mut values, mut scratch) = (Vec::new(), Vec::new(), Scratch::default());
         let state = self.state(inputs, given, &mut room);
-        self.bound
-            .iter()
-            .map(|bound| {
-                bound.fill(&state, &mut values);
-                bound.tape.value(&values, &mut scratch)
-            })
-            .collect()
+        for (i, bound) in self.bound.iter().enumerate() {
+            bound.fill(&state, &mut values);
+            let mut slopes = vec![0.0; bound.slots.len()];
+            let value = bound.tape.gradient(&values, &mut scratch, &mut slopes);
+            each(i, bound, value, &slopes);
+        }
     }
 
     /// Values of the lines, and their slopes by the solved inputs.
     fn lines_at(&self, inputs: &[f64], given: &[f64]) -> (DVector<f64>, DMatrix<f64>) {
-        let (mut room, mut values, mut scratch) = (Vec::new(), Vec::new(), Scratch::default());
-        let state = self.state(inputs, given, &mut room);
         let mut at = DVector::zeros(self.bound.len());
         let mut slopes = DMatrix::zeros(self.bound.len(), self.solved());
-        for (i, bound) in self.bound.iter().enumerate() {
-            bound.fill(&state, &mut values);
-            let mut own = vec![0.0; bound.slots.len()];
-            at[i] = bound.tape.gradient(&values, &mut scratch, &mut own);
-            let (by_rate, by_force) = bound.by_input(&own);
+        self.each_line(inputs, given, |i, bound, value, own| {
+            at[i] = value;
+            let (by_rate, by_force) = bound.by_input(own);
             let solved = self.inputs.iter().zip(&self.parts).filter(|(input, _)| input.role == InputRole::Solved);
             for (j, (_, (rate, force))) in solved.enumerate() {
                 slopes[(i, j)] = by_rate.dot(rate) + by_force.dot(force);
             }
-        }
+        });
         (at, slopes)
     }
 
     /// `-df/dp`, sensors x parameters.
     fn by_parameter(&self, inputs: &[f64], given: &[f64]) -> DMatrix<f64> {
-        let (mut room, mut values, mut scratch) = (Vec::new(), Vec::new(), Scratch::default());
-        let state = self.state(inputs, given, &mut room);
         let mut slopes = DMatrix::zeros(self.bound.len(), self.parameters.len());
-        for (i, bound) in self.bound.iter().enumerate() {
-            bound.fill(&state, &mut values);
-            let mut own = vec![0.0; bound.slots.len()];
-            bound.tape.gradient(&values, &mut scratch, &mut own);
-            for (slot, slope) in bound.slots.iter().zip(&own) {
+        self.each_line(inputs, given, |i, bound, _, own| {
+            for (slot, slope) in bound.slots.iter().zip(own) {
                 if let Slot::Parameter(k) = slot {
                     slopes[(i, *k)] -= slope;
                 }
             }
-        }
+        });
         slopes
     }
 }
@@ -262,23 +264,18 @@ fn parts(inputs: &[LineInput]) -> Vec<(Vector3<f64>, Vector3<f64>)> {
         let directions = DMatrix::from_fn(which.len(), 3, |i, j| inputs[which[i]].direction[j]);
         let perpendicular = (0..which.len())
             .all(|i| (0..i).all(|j| inputs[which[i]].direction.dot(&inputs[which[j]].direction).abs() < 1e-15));
-        if perpendicular {
+        let inverse = match perpendicular {
             // directions that are perpendicular are their own inverse, without rounding
-            for k in &which {
-                let v = inputs[*k].direction / inputs[*k].direction.norm_squared();
-                if let Some(part) = parts.get_mut(*k) {
-                    *(if quantity == Quantity::Rate { &mut part.0 } else { &mut part.1 }) = v;
-                }
-            }
-            continue;
-        }
-        // the singular value decomposition of at most a few unit rows cannot fail on finite numbers; zeros would say so in the readings
-        let Ok(inverse) = directions.pseudo_inverse(1e-9) else { continue };
+            true => DMatrix::from_fn(3, which.len(), |i, j| {
+                let own = inputs[which[j]].direction;
+                own[i] / own.norm_squared()
+            }),
+            // the singular value decomposition of at most a few unit rows cannot fail on finite numbers; zeros would say so in the readings
+            false => directions.pseudo_inverse(1e-9).unwrap_or_else(|_| DMatrix::zeros(3, which.len())),
+        };
         for (column, k) in which.iter().enumerate() {
             let v = Vector3::new(inverse[(0, column)], inverse[(1, column)], inverse[(2, column)]);
-            if let Some(part) = parts.get_mut(*k) {
-                *(if quantity == Quantity::Rate { &mut part.0 } else { &mut part.1 }) = v;
-            }
+            *(if quantity == Quantity::Rate { &mut parts[*k].0 } else { &mut parts[*k].1 }) = v;
         }
     }
     parts

@@ -49,7 +49,7 @@ impl Kinematics {
 /// Carry Earth rate, specific force and joint rates through the chain.
 ///
 /// With `v0` the ground vector and `Rk` the k-th rotation about `uk`: `v_k = Rk^T v_{k-1} + q_k u_k` for the rate (`q_k` the rate of a turning
-/// joint, invariant under its own rotation) and `v_k = Rk^T v_{k-1}` for the force; the derivative by tilt k is `S_k (-u_k x v_k)`, where
+/// joint, invariant under its own rotation) and `v_k = Rk^T v_{k-1}` for the force; the derivative by rotation k is `S_k (-u_k x v_k)`, where
 /// `S_k = Rn^T ... R(k+1)^T` are all later rotations, multiplied up from the sensor back to the ground. `tilts` are in radians, in chain
 /// order; missing joints or tilts count as zero. No small angles anywhere.
 pub fn kinematics(bench: &Bench, tilts: &[f64], instant: &Instant, out: &mut Kinematics) {
@@ -123,10 +123,13 @@ struct Turn<const L: usize> {
     cos: Lane<L>,
     /// A joint's own rate, in the bench's unit.
     rate: f64,
+    /// A tilt's factor, where it follows joints.
+    factor: Lane<L>,
 }
 
 impl<const L: usize> Turn<L> {
-    const NONE: Self = Turn { angle: [0.0; L], in_degrees: true, sin: [0.0; L], cos: [1.0; L], rate: 0.0 };
+    const NONE: Self =
+        Turn { angle: [0.0; L], in_degrees: true, sin: [0.0; L], cos: [1.0; L], rate: 0.0, factor: [1.0; L] };
 
     #[inline(always)]
     fn to(&mut self, angle: Lane<L>, in_degrees: bool) {
@@ -149,11 +152,17 @@ impl<const L: usize> Turn<L> {
         self.angle != [0.0; L]
     }
 
-    /// `Rot(axis, t)^T v`: components of `v` in the frame after an active rotation by `t`, `Rot(x,t) = [[1,0,0],[0,cos t,-sin t],[0,sin t,cos t]]`, and cyclically.
+    /// `v <- Rot(axis, t)^T v`: components in the frame after an active rotation by `t`, `Rot(x,t) = [[1,0,0],[0,cos t,-sin t],[0,sin t,cos t]]`, and cyclically.
     #[inline(always)]
     fn apply(&self, axis: Axis, v: &mut Vectors<L>) {
-        if self.turns() {
-            turned(axis, v, &self.sin, &self.cos);
+        if !self.turns() {
+            return;
+        }
+        let (first, second) = plane(axis);
+        for l in 0..L {
+            let (a, b) = (v[first][l], v[second][l]);
+            v[first][l] = self.cos[l] * a + self.sin[l] * b;
+            v[second][l] = self.cos[l] * b - self.sin[l] * a;
         }
     }
 }
@@ -174,27 +183,15 @@ fn plane(axis: Axis) -> (usize, usize) {
     }
 }
 
-/// `v <- Rot(axis, t)^T v` of a rotation with this sine and cosine.
+/// `d/dt Rot(axis, t)^T v = -unit x v` of the already rotated `v`.
 #[inline(always)]
-fn turned<const L: usize>(axis: Axis, v: &mut Vectors<L>, sin: &Lane<L>, cos: &Lane<L>) {
-    let (first, second) = plane(axis);
-    for l in 0..L {
-        let (a, b) = (v[first][l], v[second][l]);
-        v[first][l] = cos[l] * a + sin[l] * b;
-        v[second][l] = cos[l] * b - sin[l] * a;
-    }
-}
-
-/// `d/dt Rot(axis, t)^T v = -unit x v` of the already rotated `v`, times a factor.
-#[inline(always)]
-fn derivative<const L: usize>(axis: Axis, [x, y, z]: &Vectors<L>, factor: &Lane<L>) -> Vectors<L> {
+fn derivative<const L: usize>(axis: Axis, [x, y, z]: &Vectors<L>) -> Vectors<L> {
     let zero = [0.0; L];
-    let plus = |a: &Lane<L>| lanes(|l| a[l] * factor[l]);
-    let minus = |a: &Lane<L>| lanes(|l| -a[l] * factor[l]);
+    let minus = |a: &Lane<L>| lanes(|l| -a[l]);
     match axis {
-        Axis::X => [zero, plus(z), minus(y)],
-        Axis::Y => [minus(z), zero, plus(x)],
-        Axis::Z => [plus(y), minus(x), zero],
+        Axis::X => [zero, *z, minus(y)],
+        Axis::Y => [minus(z), zero, *x],
+        Axis::Z => [*y, minus(x), zero],
     }
 }
 
@@ -287,17 +284,15 @@ impl<const L: usize> Instants<L> {
         turns.resize(bench.chain.len(), Turn::NONE);
         let at = |k: usize| if k == joint { stops } else { [base.angle_deg.at(k); L] };
         angles.clear();
-        // only tilts that follow joints, and derivatives by these, ask what the encoders show
-        if wanted.joints || bench.chain.iter().any(|link| matches!(link, Link::Tilt { times: Some(_), .. })) {
+        // only tilts that follow joints ask what the encoders show
+        if bench.chain.iter().any(|link| matches!(link, Link::Tilt { times: Some(_), .. })) {
             angles.extend((0..base.angle_deg.len()).map(|k| lanes(|l| shown(at(k)[l]).to_radians())));
         }
         let per_deg_s = bench.units.rate.per_deg_s();
         let mut k = 0;
-        // from the ground to the sensor: the vectors, and what a tilt does to them in its own frame
+        // from the ground to the sensor: the vectors, and what a tilt or a joint does to them in its own frame
         for (link, turn) in bench.chain.iter().zip(turns.iter_mut()) {
             let (Link::Joint { about, .. } | Link::Tilt { about, .. }) = link;
-            // what the caller leaves out is zero
-            let mut factor = [1.0; L];
             match link {
                 Link::Joint { .. } => {
                     turn.to(at(k), true);
@@ -305,11 +300,13 @@ impl<const L: usize> Instants<L> {
                     k += 1;
                 }
                 Link::Tilt { times, .. } => {
-                    if let Some(times) = times {
-                        factor = factors(angles, |here| times.factor(here, scratch));
-                    }
+                    turn.factor = match times {
+                        Some(times) => factors(angles, |here| times.factor(here, scratch)),
+                        None => [1.0; L],
+                    };
+                    // what the caller leaves out is zero
                     let tilt = tilts.get(rate_by_tilt.len()).copied().unwrap_or([0.0; L]);
-                    turn.to(lanes(|l| factor[l] * tilt[l]), false);
+                    turn.to(lanes(|l| turn.factor[l] * tilt[l]), false);
                     turn.rate = 0.0;
                 }
             }
@@ -322,24 +319,23 @@ impl<const L: usize> Instants<L> {
             if turn.rate != 0.0 {
                 rate[*about as usize].iter_mut().for_each(|q| *q += turn.rate);
             }
-            if let Link::Tilt { .. } = link {
-                let zero = [[0.0; L]; 3];
-                rate_by_tilt.push(if wanted.rate { derivative(*about, rate, &factor) } else { zero });
-                force_by_tilt.push(if wanted.force { derivative(*about, force, &factor) } else { zero });
-            }
-        }
-        if wanted.joints {
-            self.by_joints(bench, tilts);
+            let (by_rate, by_force) = match link {
+                Link::Tilt { .. } => (&mut *rate_by_tilt, &mut *force_by_tilt),
+                Link::Joint { .. } if wanted.joints => (&mut *rate_by_joint, &mut *force_by_joint),
+                Link::Joint { .. } => continue,
+            };
+            let zero = [[0.0; L]; 3];
+            by_rate.push(if wanted.rate { derivative(*about, rate) } else { zero });
+            by_force.push(if wanted.force { derivative(*about, force) } else { zero });
         }
         // from the sensor back to the ground: later rotations carry the derivatives to the sensor
-        let Instants { rate_by_tilt, force_by_tilt, turns, .. } = self;
         let mut later = Later::none();
-        let mut derivatives = rate_by_tilt.iter_mut().zip(force_by_tilt.iter_mut()).rev();
+        let mut by_tilt = rate_by_tilt.iter_mut().zip(force_by_tilt.iter_mut()).rev();
+        let mut by_joint = rate_by_joint.iter_mut().zip(force_by_joint.iter_mut()).rev();
         for (link, turn) in bench.chain.iter().zip(turns.iter()).rev() {
             let (Link::Joint { about, .. } | Link::Tilt { about, .. }) = link;
-            if let Link::Tilt { .. } = link
-                && let Some((rate, force)) = derivatives.next()
-            {
+            let own = if let Link::Tilt { .. } = link { by_tilt.next() } else { by_joint.next() };
+            if let Some((rate, force)) = own {
                 if wanted.rate {
                     later.carry(*about, rate);
                 }
@@ -349,61 +345,23 @@ impl<const L: usize> Instants<L> {
             }
             later.turn(*about, turn);
         }
-    }
-
-    /// Derivatives by the joints' angles, once `turns` are those of this instant: a joint turns what comes to it, and through the factors of
-    /// tilts also what comes to those.
-    fn by_joints(&mut self, bench: &Bench, tilts: &[Lane<L>]) {
-        let Instants { rate, force, rate_by_joint, force_by_joint, turns, angles, scratch, .. } = self;
-        for list in [&mut *rate_by_joint, &mut *force_by_joint] {
-            list.resize(angles.len(), [[0.0; L]; 3]);
-        }
-        // in the sensor's frame a rotation about `axis` at some place of the chain changes v by -(S axis) x v_there, carried by S; and the
-        // rotations' own rates that enter later are not turned: so from the sensor back, undoing what each link has done
-        let (mut rate, mut force) = (*rate, *force);
-        let mut later = Later::none();
-        let (mut joint, mut tilt) = (angles.len(), tilts.len());
-        for (link, turn) in bench.chain.iter().zip(turns.iter()).rev() {
-            let (Link::Joint { about, .. } | Link::Tilt { about, .. }) = link;
-            let turned = |v: &Vectors<L>, factor: &Lane<L>| {
-                let mut own = derivative(*about, v, factor);
-                later.carry(*about, &mut own);
-                own
-            };
-            let mut add = |k: usize, factor: &Lane<L>| {
-                for (by, v) in [(&mut *rate_by_joint, &rate), (&mut *force_by_joint, &force)] {
-                    let own = turned(v, factor);
-                    if let Some(by) = by.get_mut(k) {
-                        by.iter_mut()
-                            .zip(&own)
-                            .for_each(|(to, own)| to.iter_mut().zip(own).for_each(|(to, x)| *to += x));
-                    }
+        // a tilt that follows joints is turned by them, too
+        let tilting = bench.chain.iter().zip(turns.iter()).filter_map(|(link, turn)| match link {
+            Link::Tilt { times, .. } => Some((times.as_ref(), turn.factor)),
+            Link::Joint { .. } => None,
+        });
+        for (k, (times, factor)) in tilting.enumerate() {
+            let Some(times) = times else { continue };
+            let size = tilts.get(k).copied().unwrap_or([0.0; L]);
+            let parts = [(&mut *rate_by_tilt, &mut *rate_by_joint), (&mut *force_by_tilt, &mut *force_by_joint)];
+            for (by_tilt, by_joint) in parts {
+                let Some(own) = by_tilt.get_mut(k) else { continue };
+                for (j, by) in by_joint.iter_mut().enumerate().filter(|_| size != [0.0; L]) {
+                    let slope = factors(angles, |here| times.slopes(here, scratch).at(j));
+                    (0..3).for_each(|i| (0..L).for_each(|l| by[i][l] += size[l] * slope[l] * own[i][l]));
                 }
-            };
-            match link {
-                Link::Joint { .. } => {
-                    joint = joint.saturating_sub(1);
-                    add(joint, &[1.0; L]);
-                }
-                Link::Tilt { times, .. } => {
-                    tilt = tilt.saturating_sub(1);
-                    let size = tilts.get(tilt).copied().unwrap_or([0.0; L]);
-                    if let Some(times) = times.as_ref().filter(|_| size != [0.0; L]) {
-                        for k in 0..angles.len() {
-                            let slope = factors(angles, |here| times.slopes(here, scratch).at(k));
-                            add(k, &lanes(|l| size[l] * slope[l]));
-                        }
-                    }
-                }
+                own.iter_mut().for_each(|part| *part = lanes(|l| part[l] * factor[l]));
             }
-            // back into the frame before this link
-            if turn.turns() {
-                let sin = lanes(|l| -turn.sin[l]);
-                self::turned(*about, &mut rate, &sin, &turn.cos);
-                self::turned(*about, &mut force, &sin, &turn.cos);
-            }
-            later.turn(*about, turn);
-            rate[*about as usize].iter_mut().for_each(|q| *q -= turn.rate);
         }
     }
 }

@@ -180,11 +180,6 @@ impl Model {
         Ok(Model { sensors, tilts, parameters: campaign.parameters.len(), joints })
     }
 
-    /// The same, with derivatives by the angles of all joints.
-    pub fn with_joints(campaign: &Campaign) -> Result<Self> {
-        Ok(Model { joints: campaign.bench.joints().count(), ..Model::new(campaign)? })
-    }
-
     /// How many derivatives by joints' angles follow those by parameters in a gradient: all joints, or none.
     pub fn joint_derivatives(&self) -> usize {
         self.joints

@@ -8,7 +8,7 @@
 //! probability, and the variance of the parameters over them adds to their covariance (J. Hoeting, D. Madigan, A. Raftery, C. Volinsky: Bayesian
 //! model averaging, Statistical Science 14 (1999), 382, eq. 3): `u^2 = u(S)^2 + sum_k P_k (x_k - x(S))^2`, about the value that is reported.
 
-use super::candidate::Candidate;
+use super::candidates::Candidate;
 use super::evidence::Evidence;
 use super::noise::Weighted;
 use crate::elements::Elements;

@@ -99,10 +99,9 @@ pub(super) fn candidates(campaign: &Campaign, asked: &[usize], design: &DesignMa
             found.push(Candidate {
                 regressor: format!("prior:{}", parameter.id),
                 name: format!("error of the prior of {}", parameter.id),
-                kind: Regressor::Prior(k),
                 why: "the prior value is not that of this campaign".into(),
                 confirm: "leave the prior out, or measure at positions that determine the parameter without it".into(),
-                ..blank(column)
+                ..Candidate::new(Regressor::Prior(k), column)
             });
         }
     }
@@ -111,34 +110,12 @@ pub(super) fn candidates(campaign: &Campaign, asked: &[usize], design: &DesignMa
         found.push(Candidate {
             regressor: format!("constraint:{number}"),
             name: format!("constraint {number} does not hold"),
-            kind: Regressor::Constraint(k),
             why: "what was taken as given between the parameters is not so in this campaign".into(),
             confirm: "leave the constraint out and compare the estimates with it".into(),
-            ..blank(column)
+            ..Candidate::new(Regressor::Constraint(k), column)
         });
     }
     Ok(found)
-}
-
-fn blank(column: Vec<f64>) -> Candidate {
-    Candidate {
-        regressor: String::new(),
-        name: String::new(),
-        coefficient: String::new(),
-        kind: Regressor::Prior(0),
-        sensor: None,
-        family: String::new(),
-        harmonic: 0,
-        rank: 0,
-        one_of_many: false,
-        why: String::new(),
-        confirm: String::new(),
-        existing: None,
-        vanishing: false,
-        visible: 1.0,
-        size: 1.0,
-        column,
-    }
 }
 
 /// For each equation that the others do not imply: `A d` with `b_k d = 1` and `b_l d = 0` for the others.

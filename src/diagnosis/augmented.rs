@@ -85,15 +85,6 @@ pub(super) struct Seen {
 /// What was seen, and the repaired campaign with its exact fit if effects were named.
 pub(super) type Outcome = (Seen, Option<(Campaign, Fit)>);
 
-/// Columns at one point.
-struct Seeing {
-    design: DesignMatrix,
-    weighted: Weighted,
-    candidates: Vec<Candidate>,
-    /// Members of long families that have none.
-    without_column: usize,
-}
-
 /// A campaign whose effects are looked for.
 pub(super) struct Question<'a> {
     pub campaign: &'a Campaign,
@@ -108,6 +99,7 @@ struct View {
     design: DesignMatrix,
     weighted: Weighted,
     candidates: Vec<Candidate>,
+    /// Members of long families that have none.
     without_column: usize,
     score: Score,
     kernels: Vec<Kernel>,
@@ -296,7 +288,12 @@ impl<'a> Search<'a> {
         Ok((design, weighted))
     }
 
-    fn see(&mut self, point: &[f64], fit: Option<(&Fit, &[&Candidate])>) -> Result<Seeing> {
+    /// Rows and columns at a point, and how many members of long families have none.
+    fn see(
+        &mut self,
+        point: &[f64],
+        fit: Option<(&Fit, &[&Candidate])>,
+    ) -> Result<(DesignMatrix, Weighted, Vec<Candidate>, usize)> {
         let Question { campaign, asked, catalogue, settings } = self.question;
         let (design, weighted) = self.rows(point, fit, false)?;
         let given: Vec<&Vec<f64>> = fit.iter().flat_map(|(_, effects)| effects.iter().map(|c| &c.column)).collect();
@@ -311,7 +308,7 @@ impl<'a> Search<'a> {
         let mut candidates = build(campaign, catalogue, &self.model, &design, rows, &self.chosen, &mut self.kept)?;
         candidates.extend(assumptions::candidates(campaign, asked, &design)?);
         candidates.truncate(usize::from(u16::MAX));
-        Ok(Seeing { design, weighted, candidates, without_column })
+        Ok((design, weighted, candidates, without_column))
     }
 
     fn view(
@@ -321,8 +318,8 @@ impl<'a> Search<'a> {
         judged: &[(Names, Option<f64>)],
     ) -> Result<View> {
         let Question { campaign, settings, .. } = self.question;
-        let Seeing { design, weighted, mut candidates, without_column } = self.see(point, fit)?;
-        let columns = weighted.columns(candidates.iter().map(|c| &c.column).collect::<Vec<_>>().into_iter());
+        let (design, weighted, mut candidates, without_column) = self.see(point, fit)?;
+        let columns = weighted.columns(candidates.iter().map(|c| &c.column));
         let absurd = plain(&candidates, &design, self.priors.plain);
         let counted = |j: usize| {
             let largest = absurd.get(j).map_or(f64::INFINITY, |size| size * columns.col(j).norm_l2());
@@ -376,7 +373,7 @@ impl<'a> Search<'a> {
         let Some(own) = effects.iter().map(same).collect::<Option<Vec<Candidate>>>() else {
             return Ok((f64::NEG_INFINITY, weighted));
         };
-        let columns = weighted.columns(own.iter().map(|c| &c.column).collect::<Vec<_>>().into_iter());
+        let columns = weighted.columns(own.iter().map(|c| &c.column));
         let kernels = bank(campaign, &design, &weighted).into_iter().enumerate();
         let kernels: Vec<_> = kernels.filter(|(place, _)| beside.0.contains(place)).map(|(_, own)| own).collect();
         let problem = Problem {
@@ -683,7 +680,7 @@ fn outcome(search: &Search<'_>, stood: &Names, mut view: View, point: &[f64]) ->
     names.sort();
     let set = standing(&view.candidates, &view.score, &names).unwrap_or_default();
     let mut deviations = view.score.deviations(&set);
-    let each = view.score.t(&set);
+    let each = view.score.beside_best(&set).map_or_else(Vec::new, |own| own.t);
     let t_of = |(j, _): &(usize, f64)| {
         let stands_for = |first: &u16| {
             view.score.alike.get(usize::from(*first)).is_some_and(|own| own.iter().any(|i| usize::from(*i) == *j))
@@ -739,8 +736,8 @@ pub fn candidates(campaign: &Campaign, catalogue: &[Effect]) -> Result<Vec<(Cand
     let settings = Settings::default();
     let question = Question { campaign: &assumed.campaign, asked: &assumed.asked, catalogue, settings: &settings };
     let point: Vec<f64> = fit.point.iter().take(fit.design.point.len()).copied().collect();
-    let Seeing { weighted, mut candidates, .. } = Search::new(question)?.see(&point, None)?;
-    let columns = weighted.columns(candidates.iter().map(|c| &c.column).collect::<Vec<_>>().into_iter());
+    let (_, weighted, mut candidates, _) = Search::new(question)?.see(&point, None)?;
+    let columns = weighted.columns(candidates.iter().map(|c| &c.column));
     let visible = Pool::new(columns, weighted.estimate.factor.thin_q(), &weighted.residual);
     for (candidate, visible) in candidates.iter_mut().zip(visible.visible()) {
         candidate.visible = *visible;

@@ -93,8 +93,7 @@ fn is_label(rows: &[Reading], column: usize) -> bool {
 fn key<'a>(row: &'a Reading, labels: &[bool]) -> Key<'a> {
     let mut bits = Vec::new();
     for state in &row.joints {
-        let (deg, deg_s, turns) = state.keys();
-        bits.extend([deg, deg_s, turns].map(|v| v.map_or(u64::MAX, |v| (v + 0.0).to_bits())));
+        bits.extend(super::noise::bits(state));
     }
     for (value, label) in row.columns.iter().zip(labels) {
         bits.push(match value {

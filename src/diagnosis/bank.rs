@@ -5,7 +5,7 @@
     reason = "a dense kernel: every list is as long as the design's rows; an angle in billionths of a radian fits"
 )]
 
-use super::noise::{NoiseFrom, Weighted, positions};
+use super::noise::{NoiseFrom, Weighted, bits, positions};
 use super::score::Kernel;
 use crate::campaign::{Campaign, JointState};
 use crate::design::DesignMatrix;
@@ -73,10 +73,6 @@ pub(super) fn bank<'a>(campaign: &Campaign, design: &DesignMatrix, at: impl Into
     }
     let unit: Vec<f64> = rows.iter().map(|r| 1.0 / (scale[r.sensor].0 / scale[r.sensor].1 as f64).sqrt()).collect();
     let states = |r: &Row| campaign.readings.rows.get(r.reading).map(|x| x.joints.clone()).unwrap_or_default();
-    let bits = |s: &JointState| {
-        let (a, b, c) = s.keys();
-        [a, b, c].map(|v| v.map_or(u64::MAX, |v| (v + 0.0).to_bits()))
-    };
     let mut found: Vec<Kernel> = vec![];
     let of_sensor = |s: usize| rows.iter().filter(|r| r.sensor == s).count();
     let read: Vec<usize> = (0..sensors).filter(|s| of_sensor(*s) > 0).collect();

@@ -1,8 +1,19 @@
 //! Evidence for any set of candidates: scores given the set, family-wise probabilities, and whether the rest is only noise.
+//!
+//! Where the variances of what scatters are estimated a candidate is compared with the scatter in its own direction, and with the degrees of
+//! freedom from which that is known:
+//!
+//! ```text
+//! g = shares of the estimated variances in a candidate's direction,   nu = 2 / (g' S g),   o(j) = nu g_j' S g / 2
+//! t^2 = s^2 (nu - n) / (nu - lost - s^2),     n = 1 + sum o(j),  lost = sum o(j) step_j^2 over the effects already in
+//! ```
+//!
+//! The variances were estimated with the candidate's own effect among what scatters; what it takes off is taken off them. For a single variance
+//! that is Student's t with the residuals' own sum of squares, in a balanced design the t of each stratum. Where the variances come from a model
+//! with some effects in it, those count the other way.
 
-use super::noise::{NoiseFrom, Weighted, weighted_columns};
+use super::noise::{NoiseFrom, Weighted, scaled_columns};
 use super::pool::Pool;
-use super::strata::{Given, Strata};
 use crate::elements::Elements;
 use crate::linear::{dot, norm};
 use crate::uncertainty::quantiles::{chi_square_survival, fisher_f_survival, normal_survival, student_t_two_sided};
@@ -10,7 +21,7 @@ use faer::Mat;
 use std::cell::OnceCell;
 
 /// A column whose direction is this near to the span of others is no further effect.
-pub(super) const DISTINCT: f64 = 1e-6;
+const DISTINCT: f64 = 1e-6;
 
 /// All candidates against one model.
 pub(super) struct Evidence {
@@ -54,8 +65,8 @@ impl Evidence {
         let pure = weighted.replicates.as_ref().map(|replicates| {
             // within replicates nothing scatters but the rows' own noise
             let weight = &weighted.own_weight;
-            let own = weighted.floor.as_ref().map(|_| weighted_columns(columns.iter().copied(), weight));
-            let matrix = own.as_ref().unwrap_or(&matrix);
+            let weigh = |column: &[f64]| column.iter().zip(weight).map(|(v, w)| v * w).collect();
+            let matrix = scaled_columns(columns.iter().copied(), weight.len(), weigh);
             let mut within = Mat::zeros(matrix.nrows(), matrix.ncols());
             for j in 0..matrix.ncols() {
                 let column = matrix.col_as_slice(j);
@@ -71,12 +82,7 @@ impl Evidence {
             Pure { columns: within, residual, dof: replicates.dof }
         });
         let pool = Pool::new(matrix, weighted.estimate.factor.thin_q(), &weighted.residual);
-        let mut sizes: Vec<f64> =
-            pool.scores().iter().zip(pool.visible()).filter(|(_, v)| **v > 0.0).map(|(s, _)| s.abs()).collect();
-        sizes.sort_by(f64::total_cmp);
-        // columns of one direction have one score, and chance does not repeat nine digits
-        sizes.dedup_by(|a, b| (*a - *b).abs() <= 1e-9 * a.abs().max(b.abs()));
-        let tests = sizes.len().max(1);
+        let tests = pool.distinct().max(1);
         let strata = Strata::new(weighted, &pool);
         Evidence {
             strata,
@@ -271,5 +277,96 @@ impl Pure {
         }
         let score = (0..k.min(self.columns.ncols())).map(|j| dot(self.columns.col_as_slice(j), &residual)).collect();
         (dot(&residual, &residual), self.dof.saturating_sub(basis.len()), score)
+    }
+}
+
+/// What is left of a stratum is not taken for less than the noise of the readings in it, nor than this.
+const LEAST: f64 = 1e-3;
+
+/// Everything given that some candidates are in the model.
+pub(super) struct Given {
+    /// Score of each candidate; its square is the further drop of the sum of squares.
+    pub score: Vec<f64>,
+    /// Squared sine of each candidate with the set.
+    pub left: Vec<f64>,
+    pub rss: f64,
+    pub dof: usize,
+    pure: Option<(f64, usize, Vec<f64>)>,
+    /// The members, and what each takes off the sum of squares in this order.
+    steps: Vec<(usize, f64)>,
+}
+
+/// The estimated variances, as candidates feel them.
+struct Strata {
+    /// Of each candidate.
+    shares: Vec<Vec<f64>>,
+    /// Share of the readings' own noise in each candidate's direction.
+    noise: Vec<f64>,
+    spread: Mat<f64>,
+    /// Effects in the model from which the variances come.
+    reference: Vec<(usize, f64)>,
+}
+
+impl Strata {
+    /// `None` where every variance is stated.
+    fn new(weighted: &Weighted, pool: &Pool) -> Option<Self> {
+        let floor = weighted.floor.as_ref().filter(|own| own.spread().nrows() > 0)?;
+        let q = weighted.estimate.factor.thin_q();
+        let own = |j: usize| match pool.visible().get(j) {
+            Some(visible) if *visible > 0.0 => floor.shares(&pool.direction(j, q)),
+            _ => Vec::new(),
+        };
+        let shares: Vec<Vec<f64>> = (0..pool.len()).map(own).collect();
+        let of_lines = |own: &Vec<f64>| own.iter().skip(floor.groups()).sum::<f64>();
+        Some(Strata {
+            noise: shares.iter().map(|own| (1.0 - of_lines(own)).clamp(LEAST, 1.0)).collect(),
+            shares,
+            spread: floor.spread().clone(),
+            reference: Vec::new(),
+        })
+    }
+
+    fn found_with(&mut self, steps: Vec<(usize, f64)>) {
+        self.reference = steps;
+    }
+
+    /// `g_a' S g_b`.
+    fn product(&self, a: usize, b: usize) -> f64 {
+        let (Some(own), Some(other)) = (self.shares.get(a), self.shares.get(b)) else { return 0.0 };
+        let mut sum = 0.0;
+        for (k, x) in own.iter().enumerate() {
+            for (l, y) in other.iter().enumerate() {
+                sum += x * self.spread[(k, l)] * y;
+            }
+        }
+        sum
+    }
+
+    /// Sum of squares and degrees of freedom of what scatters in a candidate's direction, given some effects; `None` where it is all stated.
+    fn left(&self, given: &Given, index: usize) -> Option<(f64, f64)> {
+        let square = self.product(index, index);
+        if !(square > 1e-9) {
+            return None;
+        }
+        let nu = 2.0 / square;
+        let overlap = |j: usize| (nu * 0.5 * self.product(j, index)).clamp(0.0, 1.0);
+        let (mut sum, mut dof) = (nu, nu);
+        for (own, sign) in given.steps.iter().map(|s| (s, -1.0)).chain(self.reference.iter().map(|s| (s, 1.0))) {
+            let part = sign * overlap(own.0);
+            sum += part * own.1;
+            dof += part;
+        }
+        Some((sum.max(self.noise.at(index) * dof), dof))
+    }
+
+    /// Student's t and its degrees of freedom.
+    fn t(&self, given: &Given, index: usize, score: f64) -> (f64, f64) {
+        let Some((sum, dof)) = self.left(given, index) else { return (score, f64::INFINITY) };
+        let dof = dof - 1.0;
+        if dof < 1.0 {
+            return (0.0, 0.0);
+        }
+        let rest = (sum - score * score).max(self.noise.at(index) * dof);
+        (score / (rest / dof).sqrt(), dof)
     }
 }

@@ -9,31 +9,35 @@ use super::separate::Separation;
 use super::settings::Settings;
 use super::{Candidate, Diagnosis, Gap, NoiseFloor, Suspect, Unexplained, Verdict};
 use super::{holdout, places, separate, steps};
-use crate::campaign::{Campaign, Kind};
+use crate::campaign::{Campaign, Constraint, Kind, Role};
+use crate::elements::Elements;
 use crate::error::Result;
 use crate::fit::{self, Fit};
 use crate::simulate::Regressor;
 
-/// An effect that explains what the same readings show.
-#[derive(Debug, Clone, PartialEq)]
+/// Another effect that explains the same.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[schemars(rename = "AliasReport")]
+#[non_exhaustive]
 pub struct Alias {
     /// Its regressor.
     pub regressor: String,
     /// Its name.
     pub name: String,
-    /// Is it the same column exactly, or does it only fit not significantly worse?
+    /// The same column exactly (true), or only a fit that is not significantly worse (false).
     pub exact: bool,
-    /// How much worse it fits, in noise variances.
+    /// How much worse it fits, in variances of the noise.
     pub excess: f64,
     /// Posterior probability that it is the effect.
     pub probability: f64,
-    /// Is it small at every reading against what its inputs could make of it, or mostly in the model already?
+    /// Is it seen only through small terms (it vanishes here but for small tilts, or the model has nearly all of it)?
+    #[serde(rename = "only_small_terms")]
     pub vanishing: bool,
-    /// Share of its column's weighted norm that the model leaves.
+    /// Share of its column that the model as given leaves, 0 to 1.
     pub visible: f64,
-    /// Its largest value here over what its inputs could make of it.
+    /// Largest value of its term here over what its inputs could make of it, a pure number.
     pub size: f64,
-    /// A second effect (or several) that must then stand too, in the place of another finding or beside it.
+    /// A second effect that must then replace another one that was found.
     pub together_with: Option<String>,
 }
 
@@ -60,27 +64,8 @@ pub struct Finding {
     pub aliases: Vec<Alias>,
     /// Positions that would tell the aliases apart.
     pub separation: Separation,
-    /// The same effect in further sensors of the unit.
-    pub also: Vec<InSensor>,
-}
-
-/// An effect in one further sensor.
-#[derive(Debug, Clone)]
-pub struct InSensor {
-    /// The effect there.
-    pub effect: Candidate,
-    /// Its coefficient.
-    pub value: Option<f64>,
-    /// Standard uncertainty.
-    pub u: Option<f64>,
-    /// Unit of the coefficient.
-    pub unit: String,
-    /// Student's t (z where the noise is stated) given the other effects.
-    pub t: f64,
-    /// Family-wise probability of evidence as strong by chance.
-    pub p: f64,
-    /// Posterior probability that it or one of its aliases is present there.
-    pub probability: f64,
+    /// The same effect in further sensors of the unit, by their sizes.
+    pub also: Vec<Finding>,
 }
 
 /// One term in several sensors is one finding, with its size in each: the first stays, the others join it.
@@ -97,8 +82,7 @@ fn common(findings: Vec<Finding>) -> Vec<Finding> {
         match merged.iter_mut().find(same) {
             Some(first) => {
                 first.explains += own.explains;
-                let Finding { effect, value, u, unit, t, p, probability, .. } = own;
-                first.also.push(InSensor { effect, value, u, unit, t, p, probability });
+                first.also.push(own);
             }
             None => merged.push(own),
         }
@@ -141,41 +125,27 @@ pub(super) fn conclude(
     repaired: Option<(Campaign, Fit)>,
     settings: &Settings,
 ) -> Result<Diagnosis> {
-    let Seen {
-        candidates,
-        evidence,
-        weighted,
-        design,
-        named,
-        suspected,
-        t,
-        rivals,
-        explanations,
-        state,
-        further,
-        unaccounted,
-        outside,
-        deviations,
-    } = seen;
-    let own: Vec<usize> = named.iter().map(|(j, _)| *j).collect();
-    let ordered = if repaired.is_some() { steps::order(&evidence, &own) } else { Vec::new() };
+    let Seen { candidates, evidence, weighted, design, suspected, deviations, .. } = &seen;
+    let own: Vec<usize> = seen.named.iter().map(|(j, _)| *j).collect();
+    let ordered = if repaired.is_some() { steps::order(evidence, &own) } else { Vec::new() };
     let set: &[usize] = &ordered;
-    let scale = row_scale(&weighted);
-    let gap_before = gap(&before, &weighted, &evidence, &[]);
+    // standard uncertainty of each row by the noise floor
+    let scale: Vec<f64> = weighted.weight.iter().map(|w| 1.0 / w).collect();
+    let gap_before = gap(&before, weighted, evidence, &[]);
     let gap_after = match &repaired {
-        Some((_, after)) => gap(after, &weighted, &evidence, set),
+        Some((_, after)) => gap(after, weighted, evidence, set),
         None => gap_before.clone(),
     };
-    let verdict = match state {
+    let verdict = match seen.state {
         _ if weighted.estimate.dof == 0 => Verdict::NotDiagnosable,
         State::Nothing => Verdict::NothingMissing,
-        State::Named if unaccounted < settings.suspected => Verdict::EffectsFound,
+        State::Named if seen.unaccounted < settings.suspected => Verdict::EffectsFound,
         State::Named => Verdict::PartlyExplained,
         State::Suspected | State::Outside => Verdict::Unexplained,
     };
     let is_left = matches!(verdict, Verdict::PartlyExplained | Verdict::Unexplained);
     let left = evidence.directions(set).filter(|_| is_left);
-    let sd = noise_sd(&weighted, repaired.as_ref().map_or(&before, |(_, after)| after));
+    let sd = noise_sd(weighted, repaired.as_ref().map_or(&before, |(_, after)| after));
     let unexplained = left.map(|(_, residual)| {
         let nearest = || suspected.iter().map(|(j, _)| *j);
         let with: Vec<usize> = set.iter().copied().chain(nearest()).collect();
@@ -188,12 +158,12 @@ pub(super) fn conclude(
             Some(_) => {
                 let own: Vec<&Vec<f64>> = set.iter().filter_map(|j| candidates.get(*j)).map(|c| &c.column).collect();
                 // a system that cannot be solved with them: as without
-                weighted.residuals_with(&design, campaign.unknowns(), &own).unwrap_or(after.estimate.residuals)
+                weighted.residuals_with(design, campaign.unknowns(), &own).unwrap_or(after.estimate.residuals)
             }
         };
         after.residual = residual;
-        let cells = places::cells(campaign, &design, &after);
-        let pattern = places::pattern(campaign, &design, &after, &cells);
+        let cells = places::cells(campaign, design, &after);
+        let pattern = places::pattern(campaign, design, &after, &cells);
         let foremost = deviations.foremost();
         let follows = foremost.and_then(|(kernel, _)| kernel.follows.clone());
         let sd = foremost.zip(sd).map(|((_, variance), sd)| sd * variance.sqrt());
@@ -208,49 +178,35 @@ pub(super) fn conclude(
         }
     });
     // places are those of the order in which the effects are reported
-    let place = |rival: Rival| {
+    let place = |rival: &Rival| {
         let member = own.get(rival.place)?;
-        Some(Rival { place: set.iter().position(|j| j == member)?, ..rival })
+        Some(Rival { place: set.iter().position(|j| j == member)?, ..rival.clone() })
     };
-    let rivals: Vec<Rival> = rivals.into_iter().filter_map(place).collect();
-    let mut effects = Vec::new();
-    if let Some((repaired, after)) = &repaired {
-        let own = Effects {
-            campaign,
-            candidates: &candidates,
-            evidence: &evidence,
-            design: &design,
-            set,
-            rivals: &rivals,
-            complete: !is_left,
-            weighted: &weighted,
-            deviations: &deviations,
-            probabilities: &named,
-            t: &t,
-        };
-        effects = own.findings(repaired, after);
-    }
+    let rivals: Vec<Rival> = seen.rivals.iter().filter_map(place).collect();
+    let effects = repaired.as_ref().map_or_else(Vec::new, |repaired| {
+        let own = Effects { campaign, seen: &seen, set, rivals: &rivals, complete: !is_left };
+        (0..set.len()).filter_map(|place| own.finding(place, repaired)).collect()
+    });
     let effects = common(effects);
-    let moved = Shifts::new(&candidates, &evidence, &weighted).about(set, &rivals, &explanations);
+    let moved = Shifts::new(candidates, evidence, weighted).about(set, &rivals, &seen.explanations);
     let finished = repaired.as_ref().map_or(&before, |(_, after)| after);
     let mut changes = if verdict == Verdict::NotDiagnosable { Vec::new() } else { changes(&before, finished, &moved) };
     // where nothing is missing the fit's own uncertainties are those of the report
     for change in changes.iter_mut().filter(|_| verdict != Verdict::NothingMissing) {
         let index = finished.campaign.estimated().iter().position(|p| p.id == change.id);
         // likewise
-        change.remainder_u = index.and_then(|j| beyond_noise(finished, &weighted, &deviations, j)).unwrap_or(0.0);
+        change.remainder_u = index.and_then(|j| beyond_noise(finished, weighted, deviations, j)).unwrap_or(0.0);
     }
     let after = repaired.as_ref().map(|(_, fit)| fit);
-    let decided = steps::Decided { state, suspected: &suspected, further, outside, settings };
-    let steps = steps::steps(campaign, (&before, after), &candidates, &evidence, set, &weighted, &decided)?;
-    let holdout = holdout::holdout(campaign, &before, after, (&scale, &weighted));
+    let steps = steps::steps(campaign, (&before, after), &seen, set, settings)?;
+    let holdout = holdout::holdout(campaign, &before, after, (&scale, weighted));
     let would_help =
         if verdict == Verdict::NotDiagnosable { separate::redundancy(campaign, &before) } else { Vec::new() };
     Ok(Diagnosis {
         verdict,
         effects,
-        places: places::places(campaign, &design, &weighted),
-        noise: NoiseFloor { sd, from: noise_from(campaign, &weighted) },
+        places: places::places(campaign, design, weighted),
+        noise: NoiseFloor { sd, from: noise_from(campaign, weighted) },
         gap_before,
         gap_after,
         unexplained,
@@ -266,7 +222,7 @@ pub(super) fn conclude(
             .iter()
             .filter_map(|(j, p)| Some(Suspect { effect: candidates.get(*j)?.clone(), probability: *p }))
             .collect(),
-        state: (verdict != Verdict::NotDiagnosable).then_some(state),
+        state: (verdict != Verdict::NotDiagnosable).then_some(seen.state),
         repaired: None,
         averaged: None,
         after: repaired.map(|(_, after)| after),
@@ -280,32 +236,15 @@ fn beyond_noise(fit: &Fit, weighted: &Weighted, deviations: &Deviations, index: 
     if index >= n {
         return None;
     }
-    let rows = weighted.weight.len();
-    let mut combination = vec![0.0; rows];
-    if weighted.floor.is_some() {
-        let mut column = vec![0.0; rows];
-        for k in 0..n.min(fit.design.jacobian.ncols()) {
-            let own = fit.design.jacobian.col_as_slice(k);
-            column.iter_mut().zip(own).for_each(|(l, a)| *l += a * fit.covariance[(k, index)]);
-        }
-        combination = weighted.whiten(&column);
+    let mut column = vec![0.0; weighted.weight.len()];
+    for k in 0..n.min(fit.design.jacobian.ncols()) {
+        let own = fit.design.jacobian.col_as_slice(k);
+        column.iter_mut().zip(own).for_each(|(l, a)| *l += a * fit.covariance[(k, index)]);
     }
-    for k in 0..if weighted.floor.is_some() { 0 } else { n.min(fit.design.jacobian.ncols()) } {
-        let share = fit.covariance[(k, index)];
-        if share != 0.0 {
-            let column = fit.design.jacobian.col_as_slice(k);
-            let weights = column.iter().zip(&weighted.weight);
-            combination.iter_mut().zip(weights).for_each(|(l, (a, w))| *l += a * w * share);
-        }
-    }
+    let combination = weighted.whiten(&column);
     let white: f64 = combination.iter().map(|l| l * l).sum();
     let extra = deviations.variance_of(&combination) - white;
     (extra > 0.0 && extra.is_finite()).then(|| extra.sqrt())
-}
-
-/// Standard uncertainty of each row by the noise floor.
-fn row_scale(weighted: &Weighted) -> Vec<f64> {
-    weighted.weight.iter().map(|w| 1.0 / w).collect()
 }
 
 /// Where the readings' own noise is known from, whatever else scatters.
@@ -341,48 +280,36 @@ fn gap(fit: &Fit, weighted: &Weighted, evidence: &Evidence, set: &[usize]) -> Ga
 /// What the findings are made from.
 struct Effects<'a> {
     campaign: &'a Campaign,
-    candidates: &'a [Candidate],
-    evidence: &'a Evidence,
-    design: &'a crate::design::DesignMatrix,
+    seen: &'a Seen,
     set: &'a [usize],
     rivals: &'a [Rival],
     /// Is the rest noise? Then the noise alone is what an effect is compared with.
     complete: bool,
-    weighted: &'a Weighted,
-    deviations: &'a Deviations,
-    /// Of each named candidate, that it or one of its aliases is there.
-    probabilities: &'a [(usize, f64)],
-    /// The t of each of these beside the most probable remainder.
-    t: &'a [f64],
 }
 
 impl Effects<'_> {
-    fn findings(&self, repaired: &Campaign, after: &Fit) -> Vec<Finding> {
-        (0..self.set.len()).filter_map(|place| self.finding(place, repaired, after)).collect()
-    }
-
-    fn finding(&self, place: usize, repaired: &Campaign, after: &Fit) -> Option<Finding> {
-        let evidence = self.evidence;
+    fn finding(&self, place: usize, (repaired, after): &(Campaign, Fit)) -> Option<Finding> {
+        let Seen { candidates, evidence, weighted, design, deviations, .. } = self.seen;
         let member = self.set.get(place)?;
-        let effect = self.candidates.get(*member)?;
+        let effect = candidates.get(*member)?;
         let others: Vec<usize> = self.set.iter().copied().filter(|j| j != member).collect();
         let without = evidence.given(&others)?;
         let (alone, dof) = evidence.t(&without, *member);
         let (value, u, unit) = coefficient(self.campaign, repaired, after, effect);
         let index = repaired.estimated().iter().position(|p| p.id == effect.coefficient);
-        let extra = index.and_then(|j| beyond_noise(after, self.weighted, self.deviations, j));
+        let extra = index.and_then(|j| beyond_noise(after, weighted, deviations, j));
         // what the repaired model does not estimate has no further uncertainty
         let u = u.map(|u| u.hypot(extra.unwrap_or(0.0)));
         let own = evidence.cosines(*member);
         let at_place = || self.rivals.iter().filter(|rival| rival.place == place);
-        let named = self.probabilities.iter().position(|(j, _)| j == member);
-        let probability = named.and_then(|k| self.probabilities.get(k)).map_or(0.0, |(_, p)| *p);
-        let beside = named.and_then(|k| self.t.get(k)).filter(|_| !self.complete);
+        let named = self.seen.named.iter().position(|(j, _)| j == member);
+        let probability = named.and_then(|k| self.seen.named.get(k)).map_or(0.0, |(_, p)| *p);
+        let beside = named.and_then(|k| self.seen.t.get(k)).filter(|_| !self.complete);
         let t = beside.map_or(alone, |t| t.copysign(alone));
         let all = 1.0 + at_place().map(|rival| rival.share).sum::<f64>();
         let mut aliases: Vec<(u32, f64, usize, Alias)> = at_place()
             .filter_map(|rival| {
-                let other = self.candidates.get(rival.candidate)?;
+                let other = candidates.get(rival.candidate)?;
                 let cosine = own.get(rival.candidate).map_or(0.0, |g| g.abs());
                 let alias = Alias {
                     regressor: other.regressor.clone(),
@@ -402,8 +329,8 @@ impl Effects<'_> {
             })
             .collect();
         aliases.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
-        let columns: Vec<&Candidate> = aliases.iter().filter_map(|(_, _, j, _)| self.candidates.get(*j)).collect();
-        let separation = separate::positions(self.campaign, self.design, effect, &columns);
+        let columns: Vec<&Candidate> = aliases.iter().filter_map(|(_, _, j, _)| candidates.get(*j)).collect();
+        let separation = separate::positions(self.campaign, design, effect, &columns);
         let rss = evidence.rss_of(self.set);
         Some(Finding {
             effect: effect.clone(),
@@ -466,4 +393,32 @@ pub(super) fn changes(before: &Fit, after: &Fit, moved: &[(f64, f64)]) -> Vec<Ch
             })
         })
         .collect()
+}
+
+/// By how much a prior or an equation misses, with its standard uncertainty: in the parameter's unit (radians for tilts).
+pub(super) fn missed(campaign: &Campaign, after: &Fit, finding: &mut Finding) {
+    let at = |j: usize| after.point.at(j);
+    let unit = |j: usize| campaign.parameters.get(j).map_or(String::new(), |p| p.unit.clone());
+    let n = after.covariance.nrows();
+    let along = |terms: &[(usize, f64)]| {
+        let inside = || terms.iter().filter(|(j, _)| *j < n);
+        inside().map(|(j, a)| inside().map(|(k, b)| a * b * after.covariance[(*j, *k)]).sum::<f64>()).sum::<f64>()
+    };
+    match finding.effect.kind {
+        Regressor::Prior(k) => {
+            let Some(Role::Estimated { prior: Some(prior), .. }) = campaign.parameters.get(k).map(|p| &p.role) else {
+                return;
+            };
+            finding.value = Some(at(k) - prior.value);
+            finding.u = Some((along(&[(k, 1.0)]) + prior.u * prior.u).sqrt());
+            finding.unit = unit(k);
+        }
+        Regressor::Constraint(k) => {
+            let Some(Constraint::Linear { terms, lower, .. }) = campaign.constraints.get(k) else { return };
+            finding.value = Some(terms.iter().map(|(j, c)| c * at(*j)).sum::<f64>() - lower);
+            finding.u = Some(along(terms).max(0.0).sqrt());
+            finding.unit = terms.first().map_or(String::new(), |(j, _)| unit(*j));
+        }
+        _ => {}
+    }
 }

@@ -33,18 +33,20 @@ use faer::Mat;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::{Pcg64Mcg, rand_core::SeedableRng};
 
-/// The rule behind every smallest size.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// The rule behind every smallest size: `minimal = noncentrality u`.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[schemars(rename = "RuleReport")]
+#[non_exhaustive]
 pub struct Rule {
-    /// Probability of naming anything when nothing is missing.
+    /// Probability of naming anything when nothing is missing, over all tests.
     pub significance: f64,
     /// Probability of seeing an effect of the smallest size.
     pub power: f64,
-    /// Distinct directions among the effects, at small tilts.
+    /// Distinct directions: tests that are made.
     pub tests: usize,
-    /// `delta`, with the noise known.
+    /// `z(1 - a/2) + z(power)` with `a` the level of one test (Sidak), a pure number; the noise is known.
     pub noncentrality: f64,
-    /// `delta` where only the residuals tell the noise; `None` with too few degrees of freedom.
+    /// The same if the noise is known from the residuals only; null with too few degrees of freedom.
     pub with_residuals: Option<f64>,
 }
 

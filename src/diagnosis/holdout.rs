@@ -4,7 +4,7 @@
     reason = "groups hold rows of the fit's system; the whitening pads every vector to the same rows, and `scale` follows the group"
 )]
 
-use super::noise::Weighted;
+use super::noise::{Weighted, positions};
 use crate::campaign::Campaign;
 use crate::elements::Elements;
 use crate::estimate::{Floor, Group, Settings, System, adjust};
@@ -17,16 +17,18 @@ const LEAST_LEFT: f64 = 1e-4;
 /// Most rows of a campaign with lines of scatter whose positions are left out.
 const MOST_SCATTERED: usize = 3000;
 
-/// Predictions of left-out positions.
-#[derive(Debug, Clone, PartialEq)]
+/// Leave-one-position-out prediction.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[schemars(rename = "HoldoutReport")]
+#[non_exhaustive]
 pub struct Holdout {
-    /// Positions that both models could predict from the others.
+    /// Positions predicted from the others.
     pub positions: usize,
-    /// Positions that hold a parameter alone, so that they cannot be left out.
+    /// Positions that cannot be left out, because they alone hold a parameter.
     pub skipped: usize,
-    /// Root mean square of prediction minus reading before, in standard uncertainties of that difference; a true model has 1.
+    /// Root mean square prediction error before, in standard uncertainties of prediction and reading together: 1 for a true model.
     pub before: f64,
-    /// The same with the effects.
+    /// The same with the effects, in the same unit.
     pub after: Option<f64>,
 }
 
@@ -38,17 +40,9 @@ pub(super) fn holdout(
     (scale, weighted): (&[f64], &Weighted),
 ) -> Option<Holdout> {
     let mut groups: Vec<Vec<usize>> = Vec::new();
-    let mut seen: std::collections::HashMap<String, usize> = std::collections::HashMap::new();
-    for (i, origin) in before.design.rows.iter().enumerate() {
-        let reading = campaign.readings.rows.get(origin.reading)?;
-        let label =
-            if reading.position.is_empty() { format!("{:?}", reading.joints) } else { reading.position.clone() };
-        let next = groups.len();
-        let place = *seen.entry(label).or_insert(next);
-        if place == next {
-            groups.push(Vec::new());
-        }
-        groups.iter_mut().skip(place).take(1).for_each(|rows| rows.push(i));
+    for (i, place) in positions(campaign, &before.design, before.design.rows.len()).into_iter().enumerate() {
+        groups.resize_with(groups.len().max(place + 1), Vec::new);
+        groups[place].push(i);
     }
     if groups.len() < 2 {
         return None;

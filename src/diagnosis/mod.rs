@@ -13,14 +13,13 @@
 //! | `bank.rs` | remainders that know nothing of the catalogue |
 //! | `augmented.rs` | score and exact fit in turn |
 //! | `settings.rs` | every threshold, with its meaning and source |
-//! | `candidates.rs` | each effect as a column of this campaign |
-//! | `sizes.rs` | what only small tilts leave, and what is rounding |
+//! | `candidates.rs` | each effect as a column of this campaign, and how large it is |
 //! | `noise.rs` | the noise floor: stated, replicates, residuals |
 //! | `pool.rs` | lazy orthogonalisation of many columns |
-//! | `evidence.rs` | evidence given a set, family-wise probabilities, the global test |
+//! | `evidence.rs` | evidence given a set, family-wise probabilities, the global test; where variances of what scatters are estimated |
+//! | `indicators.rs` | columns of ones at some rows, compared without being made |
 //! | `screen.rs` | long campaigns: which bad readings, positions and steps get a column |
 //! | `remounting.rs` | positions that scatter |
-//! | `strata.rs` | evidence where variances of what scatters are estimated |
 //! | `steps.rs` | the gap after each effect |
 //! | `finding.rs` | from a search to the answer |
 //! | `repair.rs` | the effect in the model line |
@@ -39,14 +38,13 @@ mod assumptions;
 mod augmented;
 mod averaged;
 mod bank;
-mod candidate;
 mod candidates;
 mod catalogue;
 mod evidence;
 mod finding;
 mod foresee;
 mod holdout;
-mod missed;
+mod indicators;
 mod noise;
 mod own_noise;
 mod places;
@@ -58,17 +56,15 @@ mod score;
 mod screen;
 mod separate;
 mod settings;
-mod sizes;
 mod steps;
-mod strata;
 
 pub use assumptions::Held;
 pub use augmented::{State, candidates};
 #[cfg(feature = "navigate")]
 pub(crate) use bank::{LENGTHS, share_of_wave};
-pub use candidate::Candidate;
+pub use candidates::Candidate;
 pub use catalogue::{Applies, BUILT_IN, Effect};
-pub use finding::{Alias, Change, Finding, InSensor};
+pub use finding::{Alias, Change, Finding};
 pub(crate) use foresee::directions;
 pub use foresee::{Alike, Fate, Foresight, Near, Prospect, Rule, foresee, is_angle};
 pub use holdout::Holdout;
@@ -120,12 +116,14 @@ pub struct Gap {
     pub residuals: Vec<f64>,
 }
 
-/// The noise floor of the first sensor, and where it comes from.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// The noise floor.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[schemars(rename = "NoiseReport")]
+#[non_exhaustive]
 pub struct NoiseFloor {
-    /// Standard deviation of a reading, in the sensor's unit (root mean square where readings differ); `None` where nothing tells.
+    /// Standard deviation of a reading of the first sensor, in its unit; null where it is unknown.
     pub sd: Option<f64>,
-    /// Where it comes from.
+    /// `replicates`, `stated` or `residuals` (of the finished model: then completeness cannot be tested).
     pub from: NoiseFrom,
 }
 
@@ -257,7 +255,7 @@ fn given(campaign: &Campaign, catalogue: &[Effect], settings: &Settings) -> Resu
     let mut diagnosis = finding::conclude(campaign, before, seen, repaired, settings)?;
     if let Some(after) = &diagnosis.after {
         for finding in &mut diagnosis.effects {
-            missed::missed(campaign, after, finding);
+            finding::missed(campaign, after, finding);
         }
     }
     diagnosis.grouping = grouping;

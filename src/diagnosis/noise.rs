@@ -58,6 +58,14 @@ impl Weighted {
         }
     }
 
+    /// `W' v` of weighted values: what they are at the readings.
+    pub fn carry_back(&self, white: &[f64]) -> Vec<f64> {
+        match &self.floor {
+            None => self.whiten(white),
+            Some(floor) => floor.whitening().carry_back(white),
+        }
+    }
+
     /// Sum of squares of a column so weighted.
     pub fn squares(&self, column: &[f64]) -> f64 {
         self.whiten(column).iter().map(|v| v * v).sum()
@@ -73,16 +81,7 @@ impl Weighted {
 
     /// Weighted columns of candidates as a matrix, `m x k`; each scaled.
     pub fn columns<'a>(&self, columns: impl ExactSizeIterator<Item = &'a Vec<f64>>) -> Mat<f64> {
-        let Some(floor) = &self.floor else { return weighted_columns(columns, &self.weight) };
-        let mut matrix = Mat::zeros(self.weight.len(), columns.len());
-        for (j, column) in columns.enumerate() {
-            let largest = column.iter().fold(0.0_f64, |largest, v| largest.max(v.abs()));
-            let scale = if largest > 0.0 { largest } else { 1.0 };
-            let mut scaled: Vec<f64> = column.iter().map(|v| v / scale).collect();
-            scaled.resize(self.weight.len(), 0.0);
-            matrix.col_as_slice_mut(j).copy_from_slice(&floor.whitening().whiten(&scaled));
-        }
-        matrix
+        scaled_columns(columns, self.weight.len(), |column| self.whiten(column))
     }
 
     /// Shift of every unknown by a column of the readings that is not in the model.
@@ -330,10 +329,8 @@ fn replicate_groups(campaign: &Campaign, design: &DesignMatrix, rows: usize) -> 
         let mut key = vec![origin.sensor as u64];
         if let Some(reading) = campaign.readings.rows.get(origin.reading) {
             for state in &reading.joints {
-                let (deg, deg_s, turns) = state.keys();
-                let kind = matches!(state, JointState::WholeTurns { .. });
-                key.push(u64::from(kind));
-                key.extend([deg, deg_s, turns].map(|v| v.map_or(u64::MAX, |v| (v + 0.0).to_bits())));
+                key.push(u64::from(matches!(state, JointState::WholeTurns { .. })));
+                key.extend(bits(state));
             }
             // readings that both lack it are alike in it
             key.extend(used.iter().map(|k| reading.columns.get(*k).copied().flatten().unwrap_or(f64::NAN).to_bits()));
@@ -348,6 +345,12 @@ fn replicate_groups(campaign: &Campaign, design: &DesignMatrix, rows: usize) -> 
     }
     let dof = rows - next.min(rows);
     Replicates { group, dof }
+}
+
+/// A joint's state as a key: angle, rate and turns.
+pub(super) fn bits(state: &JointState) -> [u64; 3] {
+    let (deg, deg_s, turns) = state.keys();
+    [deg, deg_s, turns].map(|v| v.map_or(u64::MAX, |v| (v + 0.0).to_bits()))
 }
 
 /// The position of each row by its label (by the joints' states where there is none); each prior is a position of its own.
@@ -366,16 +369,19 @@ pub(super) fn positions(campaign: &Campaign, design: &DesignMatrix, rows: usize)
     position
 }
 
-/// Weighted columns of candidates as a matrix, `m x k`.
-pub(super) fn weighted_columns<'a>(columns: impl ExactSizeIterator<Item = &'a Vec<f64>>, weight: &[f64]) -> Mat<f64> {
-    let mut matrix = Mat::zeros(weight.len(), columns.len());
+/// Columns of candidates as a matrix, `m x k`, each scaled and then weighted.
+pub(super) fn scaled_columns<'a>(
+    columns: impl ExactSizeIterator<Item = &'a Vec<f64>>,
+    rows: usize,
+    weigh: impl Fn(&[f64]) -> Vec<f64>,
+) -> Mat<f64> {
+    let mut matrix = Mat::zeros(rows, columns.len());
     for (j, column) in columns.enumerate() {
         // large or tiny terms are brought to one before the weights multiply them
         let largest = column.iter().fold(0.0_f64, |largest, v| largest.max(v.abs()));
         let scale = if largest > 0.0 { largest } else { 1.0 };
-        for ((slot, value), w) in matrix.col_as_slice_mut(j).iter_mut().zip(column).zip(weight) {
-            *slot = value / scale * w;
-        }
+        let scaled: Vec<f64> = column.iter().map(|v| v / scale).collect();
+        matrix.col_as_slice_mut(j).iter_mut().zip(weigh(&scaled)).for_each(|(slot, v)| *slot = v);
     }
     matrix
 }

@@ -1,15 +1,19 @@
 //! Where the gap is: by position, joint angle, rate, sense, time, temperature and order; and its pattern over the joints' states.
 
-use super::noise::{NoiseFrom, Weighted};
+use super::indicators::{Indicators, Sums};
+use super::noise::{NoiseFrom, Weighted, bits};
 use crate::campaign::{Campaign, JointState, Reading};
 use crate::design::DesignMatrix;
+use crate::elements::Elements;
 use crate::uncertainty::quantiles::{normal_survival, student_t_two_sided};
 use std::collections::HashMap;
 
-/// A level of a factor.
-#[derive(Debug, Clone, PartialEq)]
+/// A level: a number or a label.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[schemars(rename = "LevelReport")]
+#[serde(untagged)]
 pub enum Level {
-    /// A number: an angle, a rate, the middle of a part of the time.
+    /// A number.
     Number(f64),
     /// A label.
     Text(String),
@@ -80,9 +84,10 @@ pub(super) fn places(campaign: &Campaign, design: &DesignMatrix, weighted: &Weig
         (_, Some(replicates)) => Some(replicates.dof.max(1)),
         _ => Some(weighted.estimate.dof.max(1)),
     };
+    let residuals = Residuals::new(design, weighted);
     for factor in factors(campaign) {
         for sensor in 0..campaign.bench.sensors.len() {
-            for (level, mean) in factor.levels.iter().zip(means(design, weighted, sensor, &factor)) {
+            for (level, mean) in factor.levels.iter().zip(residuals.means(sensor, &factor)) {
                 if let Some(Mean { readings, mean, z }) = mean {
                     let p = match dof {
                         Some(dof) => student_t_two_sided(z.abs(), dof as f64),
@@ -102,14 +107,11 @@ pub(super) fn places(campaign: &Campaign, design: &DesignMatrix, weighted: &Weig
 
 /// The factor with few levels that the gap follows most, if it follows any; every reading has a level of it.
 pub(super) fn grouping(campaign: &Campaign, design: &DesignMatrix, weighted: &Weighted) -> Option<Grouping> {
+    let residuals = Residuals::new(design, weighted);
     let all = |factor: &Grouping| factor.of.iter().all(Option::is_some);
     let few = factors(campaign).into_iter().filter(|factor| factor.levels.len() <= GROUPS && all(factor));
     let scored = few.map(|factor| {
-        let between: f64 = (0..campaign.bench.sensors.len())
-            .flat_map(|sensor| means(design, weighted, sensor, &factor))
-            .flatten()
-            .map(|mean| mean.z * mean.z)
-            .sum();
+        let between = residuals.between(campaign.bench.sensors.len(), &factor);
         (between / factor.levels.len() as f64, factor)
     });
     // means of noise have squares of one
@@ -126,10 +128,6 @@ pub(super) fn cells(campaign: &Campaign, design: &DesignMatrix, weighted: &Weigh
     let mut states: Vec<&[JointState]> = Vec::new();
     let mut seen: HashMap<Vec<[u64; 3]>, usize> = HashMap::new();
     let of = campaign.readings.rows.iter().map(|reading| {
-        let bits = |state: &JointState| {
-            let (deg, deg_s, turns) = state.keys();
-            [deg, deg_s, turns].map(|v| v.map_or(u64::MAX, |v| (v + 0.0).to_bits()))
-        };
         let next = states.len();
         let index = *seen.entry(reading.joints.iter().map(bits).collect()).or_insert(next);
         if index == next {
@@ -140,9 +138,10 @@ pub(super) fn cells(campaign: &Campaign, design: &DesignMatrix, weighted: &Weigh
     let of = of.collect();
     let levels = states.iter().map(|_| Level::Number(0.0)).collect();
     let by_state = Grouping { factor: String::new(), levels, of };
+    let residuals = Residuals::new(design, weighted);
     let mut cells = Vec::new();
     for sensor in 0..campaign.bench.sensors.len() {
-        for (joints, mean) in states.iter().zip(means(design, weighted, sensor, &by_state)) {
+        for (joints, mean) in states.iter().zip(residuals.means(sensor, &by_state)) {
             if let Some(Mean { readings, mean, z }) = mean {
                 cells.push(PlaceMean { joints: joints.to_vec(), sensor, readings, mean, z });
             }
@@ -156,14 +155,11 @@ pub(super) fn cells(campaign: &Campaign, design: &DesignMatrix, weighted: &Weigh
 /// The pattern in one sentence.
 pub(super) fn pattern(campaign: &Campaign, design: &DesignMatrix, weighted: &Weighted, cells: &[PlaceMean]) -> String {
     let total: f64 = weighted.rss;
+    let residuals = Residuals::new(design, weighted);
     let mut shares: Vec<(f64, String)> = factors(campaign)
         .into_iter()
         .filter_map(|factor| {
-            let between: f64 = (0..campaign.bench.sensors.len())
-                .flat_map(|sensor| means(design, weighted, sensor, &factor))
-                .flatten()
-                .map(|mean| mean.z * mean.z)
-                .sum();
+            let between = residuals.between(campaign.bench.sensors.len(), &factor);
             let tests = factor.levels.len().max(2) as f64;
             (between > 3.0 * tests).then(|| ((between / total).min(1.0), factor.factor))
         })
@@ -277,68 +273,39 @@ struct Mean {
     z: f64,
 }
 
-/// The mean residual of one sensor at each level; `None` at levels without a reading.
-fn means(design: &DesignMatrix, weighted: &Weighted, sensor: usize, factor: &Grouping) -> Vec<Option<Mean>> {
-    #[derive(Clone, Default)]
-    struct Sums {
-        readings: usize,
-        square: f64,
-        product: f64,
-        sum: f64,
-        along: Vec<f64>,
-    }
-    let q = weighted.estimate.factor.thin_q();
-    if weighted.floor.is_some() {
-        return scattered_means(design, weighted, sensor, factor);
-    }
-    let empty = Sums { along: vec![0.0; q.ncols()], ..Sums::default() };
-    let mut levels = vec![empty; factor.levels.len()];
-    for (i, origin) in design.rows.iter().enumerate().filter(|(_, origin)| origin.sensor == sensor) {
-        let level = factor.of.get(origin.reading).copied().flatten();
-        let (Some(own), Some(w), Some(r), Some(v)) = (
-            level.and_then(|level| levels.get_mut(level)),
-            weighted.weight.get(i),
-            weighted.residual.get(i),
-            weighted.estimate.residuals.get(i),
-        ) else {
-            continue;
-        };
-        own.readings += 1;
-        own.square += w * w;
-        own.product += w * r;
-        own.sum += v;
-        own.along.iter_mut().enumerate().for_each(|(k, slot)| *slot += q[(i, k)] * w);
-    }
-    let mean = |own: Sums| {
-        let left = own.square - own.along.iter().map(|a| a * a).sum::<f64>();
-        let z = if left > 1e-9 * own.square { own.product / left.sqrt() } else { 0.0 };
-        (own.readings > 0).then(|| Mean { readings: own.readings, mean: own.sum / own.readings as f64, z })
-    };
-    levels.into_iter().map(mean).collect()
+/// What the readings say at levels.
+struct Residuals<'a> {
+    design: &'a DesignMatrix,
+    weighted: &'a Weighted,
+    indicators: Indicators<'a>,
 }
 
-/// The same where rows are not independent: each level's column is made independent values first.
-fn scattered_means(design: &DesignMatrix, weighted: &Weighted, sensor: usize, factor: &Grouping) -> Vec<Option<Mean>> {
-    let q = weighted.estimate.factor.thin_q();
-    let mut rows: Vec<Vec<usize>> = vec![Vec::new(); factor.levels.len()];
-    for (i, origin) in design.rows.iter().enumerate().filter(|(_, origin)| origin.sensor == sensor) {
-        let level = factor.of.get(origin.reading).copied().flatten();
-        level.and_then(|level| rows.get_mut(level)).into_iter().for_each(|own| own.push(i));
+impl<'a> Residuals<'a> {
+    fn new(design: &'a DesignMatrix, weighted: &'a Weighted) -> Self {
+        Residuals { design, weighted, indicators: Indicators::new(weighted, &[]) }
     }
-    let mean = |rows: Vec<usize>| {
-        let mut column = vec![0.0; weighted.weight.len()];
-        for row in &rows {
-            column.iter_mut().skip(*row).take(1).for_each(|v| *v = 1.0);
+
+    /// The mean residual of one sensor at each level; `None` at levels without a reading.
+    fn means(&self, sensor: usize, factor: &Grouping) -> Vec<Option<Mean>> {
+        let mut levels = vec![(0, 0.0, self.indicators.none()); factor.levels.len()];
+        for (i, origin) in self.design.rows.iter().enumerate().filter(|(_, origin)| origin.sensor == sensor) {
+            let level = factor.of.get(origin.reading).copied().flatten();
+            if let Some((readings, sum, own)) = level.and_then(|level| levels.get_mut(level)) {
+                *readings += 1;
+                *sum += self.weighted.estimate.residuals.at(i);
+                self.indicators.add(i, own);
+            }
         }
-        let white = weighted.whiten(&column);
-        let dot = |other: &mut dyn Iterator<Item = f64>| white.iter().zip(other).map(|(a, b)| a * b).sum::<f64>();
-        let square = dot(&mut white.iter().copied());
-        let along: f64 = (0..q.ncols()).map(|k| dot(&mut q.col(k).iter().copied()).powi(2)).sum();
-        let product = dot(&mut weighted.residual.iter().copied());
-        let left = square - along;
-        let z = if left > 1e-9 * square { product / left.sqrt() } else { 0.0 };
-        let sum: f64 = rows.iter().filter_map(|row| weighted.estimate.residuals.get(*row)).sum();
-        (!rows.is_empty()).then(|| Mean { readings: rows.len(), mean: sum / rows.len() as f64, z })
-    };
-    rows.into_iter().map(mean).collect()
+        let mean = |(readings, sum, own): (usize, f64, Sums)| {
+            let z = self.indicators.score(&own);
+            (readings > 0).then(|| Mean { readings, mean: sum / readings as f64, z })
+        };
+        levels.into_iter().map(mean).collect()
+    }
+
+    /// Sum of the squares of the standardised means of all sensors at the levels of a factor.
+    fn between(&self, sensors: usize, factor: &Grouping) -> f64 {
+        let means = (0..sensors).flat_map(|sensor| self.means(sensor, factor));
+        means.flatten().map(|mean| mean.z * mean.z).sum()
+    }
 }

@@ -4,9 +4,8 @@
 //! c' = (c - Q Q'c) / |c - Q Q'c|        score = c' . r        c'_a . c'_b = (c_a . c_b - Q'c_a . Q'c_b) / (n_a n_b)
 //! ```
 //!
-//! `Q` is the orthonormal basis of the weighted model and `r` its weighted residuals. Only `Q'c` is kept; selecting a column appends its
-//! direction to the basis and updates norms and scores by one product (updating QR in its lazy form; Å. Björck, Numerical Methods for
-//! Least Squares Problems, 3.2).
+//! `Q` is the orthonormal basis of the weighted model and `r` its weighted residuals. Only `Q'c` is kept
+//! (QR in its lazy form; Å. Björck, Numerical Methods for Least Squares Problems, 3.2).
 
 use crate::elements::Elements;
 use crate::linear::dot;
@@ -71,6 +70,13 @@ impl Pool {
     }
 
     /// Scores against the model alone: the drop of the sum of squares is the square.
+    ///
+    /// ```
+    /// use tumble::diagnosis::Pool;
+    /// let columns = faer::mat![[1.0, 0.0], [0.0, 2.0], [0.0, 0.0]];
+    /// let pool = Pool::new(columns, faer::Mat::zeros(3, 0).as_ref(), &[1.0, 3.0, 0.5]);
+    /// assert_eq!(pool.scores(), [1.0, 3.0]);
+    /// ```
     pub fn scores(&self) -> &[f64] {
         &self.score
     }
@@ -78,6 +84,15 @@ impl Pool {
     /// Share of each column's weighted norm that the model leaves; 0 for those it leaves nothing of.
     pub fn visible(&self) -> &[f64] {
         &self.norm
+    }
+
+    /// How many directions are distinct, by their scores: columns of one direction have one, and chance does not repeat nine digits.
+    pub(super) fn distinct(&self) -> usize {
+        let visible = self.score.iter().zip(&self.norm).filter(|(_, left)| **left > 0.0);
+        let mut sizes: Vec<f64> = visible.map(|(score, _)| score.abs()).collect();
+        sizes.sort_by(f64::total_cmp);
+        sizes.dedup_by(|a, b| (*a - *b).abs() <= 1e-9 * a.abs().max(b.abs()));
+        sizes.len()
     }
 
     /// Column `a` outside the model, of norm one; zero where the model leaves nothing of it.
@@ -121,55 +136,6 @@ impl Pool {
             }
         }
         cosines
-    }
-
-    /// Forward selection: the column that explains most, then the one that explains most of what is left, and so on.
-    ///
-    /// Gives at most `most` indices and the drop of the sum of squares with each; stops where nothing is left to explain.
-    ///
-    /// ```
-    /// use tumble::diagnosis::Pool;
-    /// let columns = faer::mat![[1.0, 0.0], [0.0, 2.0], [0.0, 0.0]];
-    /// let pool = Pool::new(columns, faer::Mat::zeros(3, 0).as_ref(), &[1.0, 3.0, 0.5]);
-    /// assert_eq!(pool.forward(2), [(1, 9.0), (0, 1.0)]);
-    /// ```
-    pub fn forward(&self, most: usize) -> Vec<(usize, f64)> {
-        let (mut left, mut score) = (vec![1.0; self.len()], self.score.clone());
-        let mut basis: Vec<Vec<f64>> = Vec::new();
-        let mut chosen: Vec<(usize, f64)> = Vec::new();
-        while chosen.len() < most {
-            crate::stop::poll();
-            let gain = |j: usize| match (score.get(j), left.get(j)) {
-                (Some(s), Some(n)) if *n > 1e-9 => s * s / n,
-                _ => 0.0,
-            };
-            let best = (0..self.len()).map(|j| (j, gain(j))).fold((0, 0.0), |a, b| if b.1 > a.1 { b } else { a });
-            if !(best.1 > 0.0) {
-                break;
-            }
-            chosen.push(best);
-            if chosen.len() == most {
-                break;
-            }
-            // the chosen column's direction against all others: one product, corrected for the directions before it
-            let mut direction = self.cosines(best.0);
-            for before in &basis {
-                let own = before.at(best.0);
-                direction.iter_mut().zip(before).for_each(|(d, b)| *d -= own * b);
-            }
-            let size = left.at(best.0).sqrt();
-            let step = score.at(best.0) / size;
-            for ((d, n), s) in direction.iter_mut().zip(&mut left).zip(&mut score) {
-                *d /= size;
-                *n -= *d * *d;
-                *s -= *d * step;
-            }
-            if let Some(own) = left.get_mut(best.0) {
-                *own = 0.0;
-            }
-            basis.push(direction);
-        }
-        chosen
     }
 }
 

@@ -1,7 +1,7 @@
 //! Columns of the catalogue at positions where nobody has measured yet: at the schedule, at general positions, at small tilts.
 
-use super::candidate::Candidate;
 use super::candidates;
+use super::candidates::Candidate;
 use super::catalogue::Effect;
 use super::pool::Pool;
 use crate::campaign::{Campaign, JointState, Kind, Reading, Role};
@@ -43,13 +43,9 @@ pub(super) fn effects(
     for (j, (effect, _)) in all.iter().enumerate() {
         matrix.col_as_slice_mut(j).copy_from_slice(&independent.white(&effect.column));
     }
-    // columns of one direction have one score against numbers of no pattern, and chance does not repeat nine digits
+    // distinct by their scores against numbers of no pattern
     let patternless: Vec<f64> = (0..rows).map(|i| (1.0 + 1.7 * i as f64).sin() + (0.3 * i as f64).cos()).collect();
-    let pool = Pool::new(matrix, estimate.factor.thin_q(), &patternless);
-    let visible = pool.scores().iter().zip(pool.visible()).filter(|(_, left)| **left > 0.0);
-    let mut scores: Vec<f64> = visible.map(|(score, _)| score.abs()).collect();
-    scores.sort_by(f64::total_cmp);
-    scores.dedup_by(|a, b| (*a - *b).abs() <= 1e-9 * a.abs().max(b.abs()));
+    let tests = Pool::new(matrix, estimate.factor.thin_q(), &patternless).distinct();
     let mut here: HashMap<(String, Option<usize>), Vec<f64>> = columns(campaign, catalogue, model, design)?
         .into_iter()
         .map(|(effect, _)| ((effect.regressor, effect.sensor), effect.column))
@@ -60,7 +56,7 @@ pub(super) fn effects(
         effect.column = here.remove(&(effect.regressor.clone(), effect.sensor)).unwrap_or(none);
         (effect, size)
     });
-    Ok((effects.collect(), scores.len()))
+    Ok((effects.collect(), tests))
 }
 
 /// Every candidate with its column at the rows of the design, and its largest value there and at general positions.

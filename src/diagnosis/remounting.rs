@@ -52,7 +52,7 @@ pub(super) fn found(
         let left = matches!(first.verdict, Verdict::Unexplained | Verdict::PartlyExplained);
         if let (true, Some(own)) = (left, &mut first.unexplained) {
             let model = first.after.as_ref().unwrap_or(&first.before);
-            let best = ranked(&model.campaign, &sources, &model.design)?.into_iter().next();
+            let best = gains(&model.campaign, &sources, &model.design, &[])?.into_iter().next();
             if let Some((_, name, sd)) =
                 best.filter(|(gain, ..)| p(*gain, sources.len()) <= SHARE * settings.significance)
             {
@@ -166,29 +166,21 @@ fn sources(campaign: &Campaign) -> Vec<Source> {
     sources
 }
 
-/// The system of a campaign whose own lines stand, with further columns.
-fn system(campaign: &Campaign, design: &DesignMatrix, further: &[Vec<f64>]) -> Result<System> {
-    let mut system = fit::weigh(campaign, design, Weighting::AsStated)?;
-    system.u = fit::own_noise(campaign, design, &system.u);
-    let n = system.rows.ncols();
-    let rows = &system.rows;
-    let wider = Mat::from_fn(rows.nrows(), n + further.len(), |i, j| match j.checked_sub(n) {
-        None => rows[(i, j)],
-        Some(k) => further.at(k).at(i),
-    });
-    system.rows = wider;
-    Ok(system)
-}
-
-/// What each source takes off the deviance, the most first: name, and its size in words.
+/// What each source takes off the deviance beside the campaign's own lines and further columns, the most first: name, and its size in words.
 fn gains(
     campaign: &Campaign,
     sources: &[Source],
     design: &DesignMatrix,
-    system: &System,
+    further: &[Vec<f64>],
 ) -> Result<Vec<(f64, String, String)>> {
     let settings = estimate::Settings::default();
-    let u = fit::weigh(campaign, design, Weighting::AsStated)?.u;
+    let System { rows, observed, u, group } = fit::weigh(campaign, design, Weighting::AsStated)?;
+    let n = rows.ncols();
+    let wider = Mat::from_fn(rows.nrows(), n + further.len(), |i, j| match j.checked_sub(n) {
+        None => rows[(i, j)],
+        Some(k) => further.at(k).at(i),
+    });
+    let system = &System { rows: wider, observed, u: fit::own_noise(campaign, design, &u), group };
     let given: Vec<ScatterLine> = fit::scatter_lines(campaign, design, &u);
     let before = estimate::scattered((system, &given), None, &[], &settings, false)?.deviance;
     let mut all = Vec::new();
@@ -218,11 +210,7 @@ fn gains(
     Ok(all)
 }
 
-fn ranked(campaign: &Campaign, sources: &[Source], design: &DesignMatrix) -> Result<Vec<(f64, String, String)>> {
-    gains(campaign, sources, design, &system(campaign, design, &[])?)
-}
-
-/// The same with an offset and a scale of the rate for each sensor at each setting of the angles: an unknown pattern of the settings, or one in proportion to
+/// The same beside an offset and a scale of the rate for each sensor at each setting of the angles: an unknown pattern of the settings, or one in proportion to
 /// the rate.
 fn ranked_beside_settings(
     campaign: &Campaign,
@@ -244,7 +232,7 @@ fn ranked_beside_settings(
         }
     }
     let columns: Vec<Vec<f64>> = order.iter().filter_map(|key| groups.remove(key)).flatten().collect();
-    gains(campaign, sources, design, &system(campaign, design, &columns)?)
+    gains(campaign, sources, design, &columns)
 }
 
 /// The finding.
@@ -295,19 +283,12 @@ fn of(
         regressor: "scatter:position".into(),
         name: format!("positions scatter: {} deviates at each mounting", source.name),
         coefficient: format!("sd of {} per position", source.name),
-        kind: Regressor::Scatter,
         sensor,
         family: "scatter:position".into(),
-        harmonic: 0,
         rank: 2,
-        one_of_many: false,
         why: "the unit, fixture or joint does not come back to the same place when it is mounted again".into(),
         confirm: "mount one position several times; state the scatter as a line of the campaign".into(),
-        existing: None,
-        vanishing: false,
-        visible: 1.0,
-        size: 1.0,
-        column: vec![0.0; before.system.observed.len()],
+        ..Candidate::new(Regressor::Scatter, vec![0.0; before.system.observed.len()])
     };
     Finding {
         effect,

@@ -1,23 +1,24 @@
 //! The repair: a found effect becomes part of the model, visibly, so that any fit can use it.
 
 use super::assumptions;
-use super::candidate::Candidate;
+use super::candidates::Candidate;
 use crate::algebra::Expression;
 use crate::campaign::Campaign;
 use crate::error::Result;
 use crate::simulate::{Regressor, indicator};
 
-/// The campaign with these effects in its model.
+/// The campaign with these effects in its model, and without the priors and constraints that are among them.
 ///
 /// A term is appended to its sensor's line (`V0 + kI*w_I` becomes `V0 + kI*w_I + D_S*a_S`); a tilt, a known parameter or a coefficient
 /// that was assumed zero is estimated; what no input says (a position, a reading, a direction of approach) becomes a column of the readings
 /// and a term with it.
-pub(super) fn repair(campaign: &Campaign, effects: &[&Candidate]) -> Result<Campaign> {
+pub(super) fn repaired(campaign: &Campaign, effects: &[&Candidate]) -> Result<Campaign> {
+    let campaign = &assumptions::freed(campaign, effects);
     let mut bench = campaign.bench.clone();
     let mut readings = campaign.readings.clone();
     let mut promoted: Vec<usize> = Vec::new();
     let mut added: Vec<String> = Vec::new();
-    for effect in effects {
+    for effect in effects.iter().filter(|c| !assumptions::is_assumption(c)) {
         let term = match (&effect.kind, effect.existing) {
             (Regressor::Tilt(k) | Regressor::Known(k), _) => {
                 promoted.push(*k);
@@ -49,11 +50,4 @@ pub(super) fn repair(campaign: &Campaign, effects: &[&Candidate]) -> Result<Camp
         }
     }
     campaign.extended(bench, readings, &promoted, added)
-}
-
-/// The campaign with these effects in its model, and without the priors and constraints that are among them.
-pub(super) fn repaired(campaign: &Campaign, effects: &[&Candidate]) -> Result<Campaign> {
-    let freed = assumptions::freed(campaign, effects);
-    let terms: Vec<&Candidate> = effects.iter().filter(|c| !assumptions::is_assumption(c)).copied().collect();
-    repair(&freed, &terms)
 }

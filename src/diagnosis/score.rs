@@ -13,6 +13,7 @@
     reason = "a dense kernel: lengths are those of the columns that `Score::new` is given, which are no more than a u16 counts"
 )]
 
+use faer::linalg::solvers::Solve;
 use faer::{Mat, MatRef, Side};
 use std::cmp::Ordering;
 use std::collections::{BTreeMap, BTreeSet};
@@ -146,6 +147,8 @@ pub(crate) struct Problem<'a> {
 }
 
 struct Prepared {
+    /// The kernel of the bank that it is; nothing for none.
+    place: Option<usize>,
     lambda: Vec<f64>,
     along_z: Vec<f64>,
     along_c: Mat<f64>,
@@ -169,8 +172,6 @@ pub(crate) struct Score {
     norm: Vec<f64>,
     b: Vec<f64>,
     kernels: Vec<Prepared>,
-    /// The kernel of the bank that each one is; nothing for none.
-    from: Vec<Option<usize>>,
     /// So many share the probability of a remainder.
     pub sharing: usize,
     gram: Vec<Option<Vec<f64>>>,
@@ -194,11 +195,21 @@ struct State {
 }
 
 /// A set with one remainder of one size: ln p, its sizes and their t, and the sum of squares that is left.
-struct Solved {
+pub(crate) struct Solved {
     value: f64,
     sizes: Vec<f64>,
-    t: Vec<f64>,
+    pub t: Vec<f64>,
     squares: f64,
+}
+
+/// All columns beside one remainder of one size: `c_j' V^-1 z`, `c_j' V^-1 c_j`, `z' V^-1 z` and `ln|V|`.
+struct Beside {
+    kernel: usize,
+    shrink: Vec<f64>,
+    b: Vec<f64>,
+    d: Vec<f64>,
+    q: f64,
+    logdet: f64,
 }
 
 /// Eigenvalues of a Gram matrix and its eigenvectors; no vectors where it is diagonal.
@@ -251,14 +262,12 @@ impl Score {
         }
         let mut z = Mat::from_fn(n, 1, |i, _| p.residual[i]);
         project(p.basis, &mut z);
-        let dotz = |col: faer::ColRef<'_, f64>| -> f64 { col.iter().zip(z.col(0).iter()).map(|(a, b)| a * b).sum() };
-        let zz = dotz(z.col(0));
-        let b: Vec<f64> = (0..k).map(|j| dotz(c.col(j))).collect();
-        let dot2 = |x: faer::ColRef<'_, f64>, y: faer::ColRef<'_, f64>| -> f64 {
+        let dot = |x: faer::ColRef<'_, f64>, y: faer::ColRef<'_, f64>| -> f64 {
             x.iter().zip(y.iter()).map(|(a, b)| a * b).sum()
         };
-        let mut kernels = vec![Prepared { lambda: vec![], along_z: vec![], along_c: Mat::zeros(0, k) }];
-        let mut from = vec![None];
+        let zz = dot(z.col(0), z.col(0));
+        let b: Vec<f64> = (0..k).map(|j| dot(c.col(j), z.col(0))).collect();
+        let mut kernels = vec![Prepared { place: None, lambda: vec![], along_z: vec![], along_c: Mat::zeros(0, k) }];
         let mut factors = vec![];
         for (place, kernel) in p.kernels.iter().enumerate() {
             let mut f = kernel.factor.clone();
@@ -276,15 +285,14 @@ impl Score {
                 Some(turn) => &f * Mat::from_fn(s.len(), keep.len(), |i, j| turn[(i, keep[j])] / s[keep[j]].sqrt()),
                 None => Mat::from_fn(n, keep.len(), |i, j| f[(i, keep[j])] / s[keep[j]].sqrt()),
             };
-            let along_z = (0..keep.len()).map(|j| dotz(u.col(j))).collect();
+            let along_z = (0..keep.len()).map(|j| dot(u.col(j), z.col(0))).collect();
             let along_c = u.transpose() * &c;
             // what it does to a few vectors tells kernels that are alike
             let trial = Mat::from_fn(n, 8, |i, v| (12.9898 * (i + 1) as f64 * (v as f64 + 1.7)).sin());
             let does = &f * (f.transpose() * trial);
             let own = does.norm_l2();
             let same = |other: &Mat<f64>| {
-                let inner: f64 =
-                    (0..8).map(|v| does.col(v).iter().zip(other.col(v).iter()).map(|(a, b)| a * b).sum::<f64>()).sum();
+                let inner: f64 = (0..8).map(|v| dot(does.col(v), other.col(v))).sum();
                 // kernels that do the same to a few vectors, to 3 %, are one: a choice that bounds the bank
                 inner > 0.97 * own * other.norm_l2()
             };
@@ -292,13 +300,12 @@ impl Score {
                 continue;
             }
             factors.push(does);
-            from.push(Some(place));
-            kernels.push(Prepared { lambda: keep.iter().map(|i| s[*i]).collect(), along_z, along_c });
+            let lambda = keep.iter().map(|i| s[*i]).collect();
+            kernels.push(Prepared { place: Some(place), lambda, along_z, along_c });
         }
         let nu = (n - p.basis.ncols().min(n)) as f64;
         let mut norm: Vec<f64> = (0..k).map(|j| if visible[j] > 0.0 { 1.0 } else { 0.0 }).collect();
         // one column for those that are the same: the first of the most probable stands for all
-        let b: Vec<f64> = b;
         let mut order: Vec<usize> = (0..k).filter(|j| norm[*j] > 0.0).collect();
         order.sort_by(|x, y| b[*x].abs().total_cmp(&b[*y].abs()));
         let mut alike: Vec<Vec<u16>> = vec![vec![]; k];
@@ -314,7 +321,7 @@ impl Score {
                 if b[i].abs() - b[j].abs() > 1e-7 * zz.sqrt() {
                     break;
                 }
-                if !taken[i] && dot2(c.col(i), c.col(j)).abs() > 1.0 - 1e-9 {
+                if !taken[i] && dot(c.col(i), c.col(j)).abs() > 1.0 - 1e-9 {
                     group.push(i);
                 }
             }
@@ -345,7 +352,6 @@ impl Score {
             b,
             sharing: p.sharing.unwrap_or(kernels.len() - 1),
             kernels,
-            from,
             gram: vec![None; k],
             visited: BTreeMap::new(),
             integrated: BTreeMap::new(),
@@ -373,13 +379,13 @@ impl Score {
     }
 
     /// c_j' V^-1 c_m for all j.
-    fn column(&mut self, kernel: usize, shrink: &[f64], m: usize) -> Vec<f64> {
+    fn column(&mut self, beside: &Beside, m: usize) -> Vec<f64> {
         let mut g = self.gram0(m);
-        let own = &self.kernels[kernel];
-        if shrink.is_empty() {
+        let own = &self.kernels[beside.kernel];
+        if beside.shrink.is_empty() {
             return g;
         }
-        let w: Vec<f64> = shrink.iter().enumerate().map(|(i, d)| d * own.along_c[(i, m)]).collect();
+        let w: Vec<f64> = beside.shrink.iter().enumerate().map(|(i, d)| d * own.along_c[(i, m)]).collect();
         for (j, g) in g.iter_mut().enumerate() {
             let col = own.along_c.col_as_slice(j);
             *g -= col.iter().zip(&w).map(|(a, b)| a * b).sum::<f64>();
@@ -387,23 +393,19 @@ impl Score {
         g
     }
 
-    fn at(&self, kernel: usize, shrink: &[f64], t: f64) -> (Vec<f64>, Vec<f64>, f64, f64) {
-        let own = &self.kernels[kernel];
+    fn at(&self, kernel: usize, t: f64) -> Beside {
+        let (own, shrink) = (&self.kernels[kernel], self.shrink(kernel, t));
         let w: Vec<f64> = shrink.iter().zip(&own.along_z).map(|(d, z)| d * z).collect();
-        let mut b = self.b.clone();
-        let mut d = self.norm.clone();
-        for j in 0..b.len() {
-            let col = own.along_c.col_as_slice(j);
-            if !shrink.is_empty() && self.norm[j] > 0.0 {
-                for ((a, w), s) in col.iter().zip(&w).zip(shrink) {
-                    b[j] -= a * w;
-                    d[j] -= a * a * s;
-                }
+        let (mut b, mut d) = (self.b.clone(), self.norm.clone());
+        for j in (0..b.len()).filter(|j| !shrink.is_empty() && self.norm[*j] > 0.0) {
+            for ((a, w), s) in own.along_c.col_as_slice(j).iter().zip(&w).zip(&shrink) {
+                b[j] -= a * w;
+                d[j] -= a * a * s;
             }
         }
         let q = self.zz - w.iter().zip(&own.along_z).map(|(a, b)| a * b).sum::<f64>();
         let logdet = own.lambda.iter().map(|l| (1.0 + t * t * l).ln()).sum();
-        (b, d, q, logdet)
+        Beside { kernel, shrink, b, d, q, logdet }
     }
 
     /// ln of the odds of a column and of the density of its size, but for the range: all sizes are drawn alike, absurd ones less and less.
@@ -436,32 +438,26 @@ impl Score {
         q.max(1e-14 * self.zz).max(f64::MIN_POSITIVE) / (self.nu - k as f64).max(1.0)
     }
 
-    fn state(
-        &mut self,
-        kernel: usize,
-        shrink: &[f64],
-        base: &(Vec<f64>, Vec<f64>, f64, f64),
-        set: &[u16],
-    ) -> Option<State> {
+    fn state(&mut self, beside: &Beside, set: &[u16]) -> Option<State> {
         let mut state =
-            State { set: vec![], g: vec![], inverse: vec![], beta: vec![], q: base.2, logdet: 0.0, value: 0.0 };
+            State { set: vec![], g: vec![], inverse: vec![], beta: vec![], q: beside.q, logdet: 0.0, value: 0.0 };
         for m in set {
             let j = *m as usize;
-            let (h, d, bb) = step(&state, base, j)?;
+            let (h, d, bb) = step(&state, beside, j)?;
             extend(&mut state, h, d, bb, *m);
-            let col = self.column(kernel, shrink, j);
+            let col = self.column(beside, j);
             state.g.push(col);
         }
         let s2 = self.sigma2(state.q, set.len());
         let k = set.len();
         let square = |i: usize| state.beta[i] * state.beta[i] + s2 * state.inverse[i * k + i];
         let believed: f64 = (0..k).map(|i| self.believed(set[i] as usize, square(i))).sum();
-        state.value = self.evidence(k, state.q, base.3, state.logdet, believed);
+        state.value = self.evidence(k, state.q, beside.logdet, state.logdet, believed);
         Some(state)
     }
 
     /// value of S + j for all j
-    fn additions(&self, state: &State, base: &(Vec<f64>, Vec<f64>, f64, f64), least: f64) -> Vec<f64> {
+    fn additions(&self, state: &State, beside: &Beside, least: f64) -> Vec<f64> {
         let k = state.set.len();
         let own_q = state.q.max(1e-14 * self.zz).max(f64::MIN_POSITIVE);
         (0..self.b.len())
@@ -469,7 +465,7 @@ impl Score {
                 if self.norm[j] == 0.0 || state.set.contains(&(j as u16)) || !self.prior[j].is_finite() {
                     return f64::NEG_INFINITY;
                 }
-                let Some((h, d, bb)) = step(state, base, j) else { return f64::NEG_INFINITY };
+                let Some((h, d, bb)) = step(state, beside, j) else { return f64::NEG_INFINITY };
                 let q = state.q - bb * bb / d;
                 // sizes and volume cost: what a column takes off bounds what it gains
                 let gain = if self.known {
@@ -488,7 +484,7 @@ impl Score {
                     let u = state.inverse[i * k + i] + h * h / d;
                     believed += self.believed(state.set[i] as usize, bi * bi + s2 * u);
                 }
-                self.evidence(k + 1, q, base.3, state.logdet + d.ln(), believed)
+                self.evidence(k + 1, q, beside.logdet, state.logdet + d.ln(), believed)
             })
             .collect()
     }
@@ -500,8 +496,7 @@ impl Score {
 
     /// ln of the integral over t, and the best t; what was only approximated beside another t gives way to it.
     fn integral(&mut self, kernel: usize, set: &[u16]) -> Option<(f64, f64)> {
-        let mut key = (kernel as u16, set.to_vec());
-        key.1.sort_unstable();
+        let key = key(kernel, set);
         if let Some(known) = self.integrated.get(&key) {
             return Some(*known);
         }
@@ -517,8 +512,8 @@ impl Score {
 
     fn integrate(&mut self, kernel: usize, set: &[u16]) -> Option<(f64, f64)> {
         if kernel == 0 {
-            let base = self.at(0, &[], 0.0);
-            return Some((self.state(0, &[], &base, set)?.value, 0.0));
+            let beside = self.at(0, 0.0);
+            return Some((self.state(&beside, set)?.value, 0.0));
         }
         let (mut best, mut at, mut values) = (f64::NEG_INFINITY, 0.0, vec![]);
         for (t, value, _) in self.profile(kernel, set)? {
@@ -539,9 +534,8 @@ impl Score {
         }
         let sizes = if kernel == 0 { vec![0.0] } else { self.grid() };
         let own = |t: f64| {
-            let shrink = if kernel == 0 { vec![] } else { self.shrink(kernel, t) };
             // only what the set needs
-            let Solved { value, squares: q, .. } = self.quick(kernel, &shrink, t, set)?;
+            let Solved { value, squares: q, .. } = self.quick(kernel, t, set)?;
             let free = self.nu - set.len() as f64 - 2.0;
             // the mean of an inverse gamma distribution; of two degrees of freedom and fewer there is none
             let variance = if self.known { 1.0 } else { q / if free > 0.5 { free } else { 0.5 } };
@@ -554,7 +548,7 @@ impl Score {
     pub fn deviations(&mut self, set: &[u16]) -> Vec<Deviation> {
         let mut found = vec![];
         for kernel in 0..self.kernels.len() {
-            let (prior, place) = (self.prior_of(kernel, set), self.from[kernel]);
+            let (prior, place) = (self.prior_of(kernel, set), self.kernels[kernel].place);
             let width = if kernel == 0 { 1.0 } else { 0.5 * 2f64.ln() / self.settings.range() };
             for (t, value, variance) in self.profile(kernel, set).unwrap_or_default() {
                 let probability = value + prior + f64::ln(width);
@@ -568,8 +562,8 @@ impl Score {
     }
 
     /// One set, solved with nothing but what it needs.
-    fn quick(&self, kernel: usize, shrink: &[f64], t: f64, set: &[u16]) -> Option<Solved> {
-        let own = &self.kernels[kernel];
+    fn quick(&self, kernel: usize, t: f64, set: &[u16]) -> Option<Solved> {
+        let (own, shrink) = (&self.kernels[kernel], self.shrink(kernel, t));
         let k = set.len();
         let inner =
             |a: &[f64], b: &[f64]| -> f64 { shrink.iter().zip(a).zip(b).map(|((s, a), b)| s * a * b).sum::<f64>() };
@@ -597,27 +591,21 @@ impl Score {
         Some(Solved { value: self.evidence(k, q, logdet_v, logdet, believed), sizes: beta, t, squares: q })
     }
 
-    /// A set beside its most probable remainder.
-    fn beside_best(&mut self, set: &[u16]) -> Option<Solved> {
+    /// A set beside its most probable remainder; the t of its members are `b_j / (s (G_S^-1)_jj^1/2)`.
+    pub fn beside_best(&mut self, set: &[u16]) -> Option<Solved> {
         let of = |key: &(u16, Vec<u16>)| self.visited.get(key).copied().unwrap_or(f64::NEG_INFINITY);
         let kernels = (0..self.kernels.len() as u16).map(|kernel| (kernel, set.to_vec()));
         let best = kernels.max_by(|a, b| of(a).total_cmp(&of(b))).map_or(0, |(kernel, _)| usize::from(kernel));
         let t = self.integral(best, set).map_or(0.0, |(_, t)| t);
-        let shrink = if best == 0 { vec![] } else { self.shrink(best, t) };
         for m in set {
             self.gram0(*m as usize);
         }
-        self.quick(best, &shrink, t, set)
+        self.quick(best, t, set)
     }
 
     /// The size of each member of a set beside its most probable remainder.
     fn sizes(&mut self, set: &[u16]) -> Vec<f64> {
         self.beside_best(set).map_or_else(|| vec![0.0; set.len()], |own| own.sizes)
-    }
-
-    /// The t of each member of a set beside its most probable remainder: `b_j / (s (G_S^-1)_jj^1/2)`.
-    pub fn t(&mut self, set: &[u16]) -> Vec<f64> {
-        self.beside_best(set).map_or_else(|| vec![0.0; set.len()], |own| own.t)
     }
 
     /// Odds of each candidate of a column at a size.
@@ -654,8 +642,7 @@ impl Score {
             return;
         }
         self.best = self.best.max(value);
-        let mut key = (kernel as u16, set.to_vec());
-        key.1.sort_unstable();
+        let key = key(kernel, set);
         if self.integrated.contains_key(&key) {
             return;
         }
@@ -679,12 +666,9 @@ impl Score {
     /// What one addition, exchange or omission makes of a set, each with its value at the best t of the set; all of it is recorded.
     fn neighbours(&mut self, kernel: usize, set: &[u16]) -> Option<(f64, Vec<(f64, Vec<u16>)>)> {
         let (integral, t) = self.integral(kernel, set)?;
-        let mut key = (kernel as u16, set.to_vec());
-        key.1.sort_unstable();
-        let _again = self.expanded.insert(key);
-        let shrink = if kernel == 0 { vec![] } else { self.shrink(kernel, t) };
-        let base = self.at(kernel, &shrink, t);
-        let state = self.state(kernel, &shrink, &base, set)?;
+        let _again = self.expanded.insert(key(kernel, set));
+        let beside = self.at(kernel, t);
+        let state = self.state(&beside, set)?;
         let shift = integral - state.value;
         let mut options: Vec<(f64, Vec<u16>)> = vec![];
         let consider = |options: &mut Vec<(f64, Vec<u16>)>, values: &[f64], of: &[u16]| {
@@ -696,16 +680,16 @@ impl Score {
             }
         };
         if set.len() < self.settings.most {
-            let values = self.additions(&state, &base, self.best - KEPT - self.kernel_prior(kernel) - shift);
+            let values = self.additions(&state, &beside, self.best - KEPT - self.kernel_prior(kernel) - shift);
             self.record_all(kernel, set, &values, (shift, KEPT));
             consider(&mut options, &values, set);
         }
         for place in 0..set.len() {
             let mut less = set.to_vec();
             let _gone = less.remove(place);
-            let Some(own) = self.state(kernel, &shrink, &base, &less) else { continue };
+            let Some(own) = self.state(&beside, &less) else { continue };
             self.record(kernel, &less, own.value + shift);
-            let values = self.additions(&own, &base, self.best - KEPT - self.kernel_prior(kernel) - shift);
+            let values = self.additions(&own, &beside, self.best - KEPT - self.kernel_prior(kernel) - shift);
             self.record_all(kernel, &less, &values, (shift, KEPT));
             consider(&mut options, &values, &less);
             options.push((own.value + shift, less));
@@ -768,16 +752,15 @@ impl Score {
     /// Remainders have the size that they have beside `at`.
     fn longer(&mut self, kernel: usize, at: &[u16], sets: Vec<Vec<u16>>) -> Vec<Vec<u16>> {
         let Some((integral, t)) = self.integral(kernel, at) else { return vec![] };
-        let shrink = if kernel == 0 { vec![] } else { self.shrink(kernel, t) };
-        let base = self.at(kernel, &shrink, t);
-        let Some(own) = self.state(kernel, &shrink, &base, at) else { return vec![] };
+        let beside = self.at(kernel, t);
+        let Some(own) = self.state(&beside, at) else { return vec![] };
         let shift = integral - own.value;
         let mut found: Vec<(f64, Vec<u16>)> = vec![];
         for set in sets {
-            let Some(state) = self.state(kernel, &shrink, &base, &set) else { continue };
+            let Some(state) = self.state(&beside, &set) else { continue };
             let least = if found.len() < BEAM { f64::NEG_INFINITY } else { found[BEAM - 1].0 };
             let record = self.best - GROWN - self.kernel_prior(kernel) - shift;
-            let values = self.additions(&state, &base, least.min(record));
+            let values = self.additions(&state, &beside, least.min(record));
             self.record_all(kernel, &set, &values, (shift, GROWN));
             for (j, value) in values.iter().enumerate().filter(|(_, value)| **value > least) {
                 let mut next = [&set[..], &[j as u16]].concat();
@@ -1039,7 +1022,7 @@ impl Score {
 
     /// What a set has at its own solution takes the place of what the columns of another one say of it; minus infinity where it has none.
     pub fn overrule(&mut self, set: &[u16], value: f64) {
-        let each: Vec<f64> = (0..self.kernels.len()).map(|kernel| self.value(kernel, set)).collect();
+        let each = self.values(set);
         let shift = value - ln_sum(&each);
         self.visited.retain(|(_, own), _| own != set);
         for (kernel, own) in each.into_iter().enumerate() {
@@ -1054,16 +1037,27 @@ impl Score {
 
     /// Places in the bank of the kernels that matter beside a set.
     pub fn beside(&mut self, set: &[u16]) -> Vec<usize> {
-        let values: Vec<f64> = (0..self.kernels.len()).map(|k| self.value(k, set)).collect();
+        let values = self.values(set);
         let least = ln_sum(&values) + NEGLIGIBLE.ln();
-        self.from.iter().zip(values).filter(|(_, value)| *value >= least).filter_map(|(place, _)| *place).collect()
+        let near = self.kernels.iter().zip(values).filter(|(_, value)| *value >= least);
+        near.filter_map(|(own, _)| own.place).collect()
     }
 
     /// ln of the sum over kernels of one set.
     pub fn of(&mut self, set: &[u16]) -> f64 {
-        let values: Vec<f64> = (0..self.kernels.len()).map(|k| self.value(k, set)).collect();
-        ln_sum(&values)
+        ln_sum(&self.values(set))
     }
+
+    /// ln p of a set with each kernel.
+    fn values(&mut self, set: &[u16]) -> Vec<f64> {
+        (0..self.kernels.len()).map(|kernel| self.value(kernel, set)).collect()
+    }
+}
+
+fn key(kernel: usize, set: &[u16]) -> (u16, Vec<u16>) {
+    let mut set = set.to_vec();
+    set.sort_unstable();
+    (kernel as u16, set)
 }
 
 fn ln_sum(values: &[f64]) -> f64 {
@@ -1168,13 +1162,13 @@ pub(crate) struct Posterior {
     pub alone: Vec<f64>,
 }
 
-fn step(state: &State, base: &(Vec<f64>, Vec<f64>, f64, f64), j: usize) -> Option<(Vec<f64>, f64, f64)> {
+fn step(state: &State, beside: &Beside, j: usize) -> Option<(Vec<f64>, f64, f64)> {
     let k = state.set.len();
     let g: Vec<f64> = state.g.iter().map(|col| col[j]).collect();
     let h: Vec<f64> = (0..k).map(|i| (0..k).map(|l| state.inverse[i * k + l] * g[l]).sum()).collect();
-    let d = base.1[j] - g.iter().zip(&h).map(|(a, b)| a * b).sum::<f64>();
-    let bb = base.0[j] - g.iter().zip(&state.beta).map(|(a, b)| a * b).sum::<f64>();
-    (d > 1e-4 * base.1[j] && d > 1e-12).then_some((h, d, bb))
+    let d = beside.d[j] - g.iter().zip(&h).map(|(a, b)| a * b).sum::<f64>();
+    let bb = beside.b[j] - g.iter().zip(&state.beta).map(|(a, b)| a * b).sum::<f64>();
+    (d > 1e-4 * beside.d[j] && d > 1e-12).then_some((h, d, bb))
 }
 
 fn extend(state: &mut State, h: Vec<f64>, d: f64, bb: f64, m: u16) {
@@ -1205,13 +1199,7 @@ fn invert(g: &[f64], k: usize) -> Option<(Vec<f64>, f64)> {
     let llt = m.llt(Side::Lower).ok()?;
     let l = llt.L();
     let logdet = (0..k).map(|i| 2.0 * l[(i, i)].ln()).sum();
-    use faer::linalg::solvers::Solve;
-    let inv = llt.solve(Mat::<f64>::identity(k, k));
-    let mut out = vec![0.0; k * k];
-    for i in 0..k {
-        for j in 0..k {
-            out[i * k + j] = inv[(i, j)];
-        }
-    }
+    let inverse = llt.solve(Mat::<f64>::identity(k, k));
+    let out = (0..k).flat_map(|i| (0..k).map(move |j| (i, j))).map(|at| inverse[at]).collect();
     Some((out, logdet))
 }

@@ -1,20 +1,14 @@
 //! Long campaigns: bad readings, remounted positions and steps in time are so many that they cannot all have columns. They need none to be
-//! compared with the model, and only the strongest get one.
-//!
-//! ```text
-//! c = sum of w_i e_i over the rows R of a member,   c . r = sum w_i r_i,   |c'|^2 = sum w_i^2 - |sum w_i q_i|^2     (q_i: row i of Q)
-//! ```
-//!
-//! One row for a bad reading, the rows of a label for a position, a tail of the rows in time for a step: cumulative sums give every step in
-//! one pass over the rows. The same sums with further directions in `Q` compare what is left once some effects are in the model.
+//! compared with the model ([`indicators`](super::indicators)), and only the strongest get one: one row for a bad reading, the rows of a label for
+//! a position, a tail of the rows in time for a step, of which cumulative sums give every one in one pass over the rows.
 
 use super::catalogue::breaks;
+use super::indicators::{Indicators, Sums};
 use super::noise::Weighted;
 use super::settings::Settings;
 use crate::campaign::Campaign;
 use crate::design::DesignMatrix;
 use crate::elements::Elements;
-use crate::linear::{dot, norm};
 use std::collections::{HashMap, HashSet};
 
 /// A family with no more members than this gets all its columns.
@@ -136,28 +130,6 @@ pub(super) struct Screen {
     families: Vec<Vec<(Scanned, f64)>>,
 }
 
-#[derive(Clone)]
-struct Sums {
-    square: f64,
-    product: f64,
-    along: Vec<f64>,
-    /// The rows, where they are not independent.
-    rows: Vec<usize>,
-}
-
-impl Sums {
-    fn new(directions: usize) -> Self {
-        Sums { square: 0.0, product: 0.0, along: vec![0.0; directions], rows: Vec::new() }
-    }
-
-    /// Score of the member, its square the drop of the sum of squares; 0 for one that the model absorbs.
-    fn score(&self, of: &Rows<'_>) -> f64 {
-        let square = of.square(self);
-        let left = square - self.along.iter().map(|a| a * a).sum::<f64>();
-        if left > 1e-10 * square { self.product / left.sqrt() } else { 0.0 }
-    }
-}
-
 impl Screen {
     /// Evidence given that some columns (not weighted, `m` each) are in the model too.
     pub fn new(
@@ -171,16 +143,16 @@ impl Screen {
         if !(chosen.readings || chosen.positions || chosen.breaks) {
             return Screen { families };
         }
-        let rows = Rows::new(weighted, given);
+        let rows = Indicators::new(weighted, given);
         let times = breaks(campaign);
         let time = campaign.readings.columns.iter().position(|column| column == "time_s");
         for sensor in 0..campaign.bench.sensors.len() {
             let own = || design.rows.iter().enumerate().filter(move |(_, origin)| origin.sensor == sensor);
             if chosen.readings {
                 let one = |(i, origin): (usize, &crate::design::RowOrigin)| {
-                    let mut sums = Sums::new(rows.directions());
+                    let mut sums = rows.none();
                     rows.add(i, &mut sums);
-                    (Scanned::Reading(sensor, origin.reading), sums.score(&rows))
+                    (Scanned::Reading(sensor, origin.reading), rows.score(&sums))
                 };
                 families.push(own().map(one).collect());
             }
@@ -188,11 +160,11 @@ impl Screen {
                 let mut labels: HashMap<&str, Sums> = HashMap::new();
                 for (i, origin) in own() {
                     let label = campaign.readings.rows.get(origin.reading).map_or("", |r| r.position.as_str());
-                    rows.add(i, labels.entry(label).or_insert_with(|| Sums::new(rows.directions())));
+                    rows.add(i, labels.entry(label).or_insert_with(|| rows.none()));
                 }
                 let labelled = labels.into_iter().filter(|(label, _)| !label.is_empty());
                 let mut family: Vec<(Scanned, f64)> = labelled
-                    .map(|(label, sums)| (Scanned::Position(sensor, label.into()), sums.score(&rows)))
+                    .map(|(label, sums)| (Scanned::Position(sensor, label.into()), rows.score(&sums)))
                     .collect();
                 family.sort_by(|a, b| a.1.total_cmp(&b.1).then_with(|| label(&a.0).cmp(label(&b.0))));
                 families.push(family);
@@ -202,14 +174,14 @@ impl Screen {
                 let mut late: Vec<(f64, usize)> =
                     own().filter_map(|(i, origin)| at(origin.reading).map(|t| (t, i))).collect();
                 late.sort_by(|a, b| a.0.total_cmp(&b.0));
-                let mut sums = Sums::new(rows.directions());
+                let mut sums = rows.none();
                 let mut family = Vec::with_capacity(times.len());
                 for (_, at) in times.iter().rev() {
                     while let Some((_, i)) = late.last().copied().filter(|(t, _)| t >= at) {
                         rows.add(i, &mut sums);
                         late.pop();
                     }
-                    family.push((Scanned::Break(sensor, at.to_bits()), sums.score(&rows)));
+                    family.push((Scanned::Break(sensor, at.to_bits()), rows.score(&sums)));
                 }
                 families.push(family);
             }
@@ -243,93 +215,5 @@ fn label(member: &Scanned) -> &str {
     match member {
         Scanned::Position(_, label) => label,
         _ => "",
-    }
-}
-
-/// Rows of the weighted model and further directions, and the residuals outside them.
-struct Rows<'a> {
-    weighted: &'a Weighted,
-    further: Vec<Vec<f64>>,
-    residual: Vec<f64>,
-    /// Where rows are not independent: what the directions and the residuals are at the readings, and the diagonal of `V^-1`.
-    back: Option<(Vec<Vec<f64>>, Vec<f64>, Vec<f64>)>,
-}
-
-impl<'a> Rows<'a> {
-    fn new(weighted: &'a Weighted, given: &[&Vec<f64>]) -> Self {
-        let q = weighted.estimate.factor.thin_q();
-        let mut further: Vec<Vec<f64>> = Vec::new();
-        let mut residual = weighted.residual.clone();
-        for column in given {
-            let largest = column.iter().fold(f64::MIN_POSITIVE, |largest, v| largest.max(v.abs()));
-            let scaled: Vec<f64> = column.iter().map(|v| v / largest).collect();
-            let mut direction = weighted.whiten(&scaled);
-            let before = norm(&direction);
-            for _ in 0..2 {
-                for k in 0..q.ncols() {
-                    let along: f64 = q.col(k).iter().zip(&direction).map(|(q, v)| q * v).sum();
-                    direction.iter_mut().zip(q.col(k).iter()).for_each(|(v, q)| *v -= along * q);
-                }
-                for other in &further {
-                    let along = dot(other, &direction);
-                    direction.iter_mut().zip(other).for_each(|(v, o)| *v -= along * o);
-                }
-            }
-            let size = norm(&direction);
-            if size > super::VISIBLE * before {
-                direction.iter_mut().for_each(|v| *v /= size);
-                let along = dot(&direction, &residual);
-                residual.iter_mut().zip(&direction).for_each(|(r, d)| *r -= along * d);
-                further.push(direction);
-            }
-        }
-        let back = weighted.floor.as_ref().map(|floor| {
-            let whitening = floor.whitening();
-            let model = (0..q.ncols()).map(|k| q.col(k).iter().copied().collect::<Vec<f64>>());
-            let directions = model.chain(further.iter().cloned()).map(|own| whitening.carry_back(&own)).collect();
-            let alone = whitening.redundancies(faer::Mat::zeros(weighted.weight.len(), 0).as_ref());
-            let diagonal = alone.iter().zip(whitening.sd()).map(|(left, sd)| left / (sd * sd)).collect();
-            (directions, whitening.carry_back(&residual), diagonal)
-        });
-        Rows { weighted, further, residual, back }
-    }
-
-    /// Squared norm of a member's column.
-    fn square(&self, sums: &Sums) -> f64 {
-        match (&self.back, sums.rows.as_slice()) {
-            (None, _) => sums.square,
-            (Some((.., diagonal)), [row]) => diagonal.at(*row),
-            (Some(_), rows) => {
-                let mut column = vec![0.0; self.weighted.weight.len()];
-                for row in rows {
-                    column.iter_mut().skip(*row).take(1).for_each(|v| *v = 1.0);
-                }
-                self.weighted.squares(&column)
-            }
-        }
-    }
-
-    fn directions(&self) -> usize {
-        self.weighted.estimate.factor.thin_q().ncols() + self.further.len()
-    }
-
-    fn add(&self, i: usize, sums: &mut Sums) {
-        if let Some((directions, residual, _)) = &self.back {
-            sums.rows.push(i);
-            sums.product += residual.at(i);
-            for (sum, direction) in sums.along.iter_mut().zip(directions) {
-                *sum += direction.at(i);
-            }
-            return;
-        }
-        let (Some(w), Some(r)) = (self.weighted.weight.get(i), self.residual.get(i)) else { return };
-        let q = self.weighted.estimate.factor.thin_q();
-        sums.square += w * w;
-        sums.product += w * r;
-        let (model, further) = sums.along.split_at_mut(q.ncols());
-        model.iter_mut().enumerate().for_each(|(k, sum)| *sum += w * q[(i, k)]);
-        for (sum, direction) in further.iter_mut().zip(&self.further) {
-            *sum += w * direction.at(i);
-        }
     }
 }

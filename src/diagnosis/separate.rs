@@ -1,6 +1,6 @@
 //! Positions that would tell an effect from its aliases, and positions that would make a campaign redundant.
 
-use super::candidate::Candidate;
+use super::candidates::Candidate;
 use crate::campaign::{Campaign, JointState, Role};
 use crate::design::{self, DesignMatrix, Model};
 use crate::fit::{self, Fit};

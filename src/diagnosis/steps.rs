@@ -1,8 +1,7 @@
 //! The gap step by step: as given, after the first effect, after the second, with the model line growing.
 
-use super::augmented::State;
+use super::augmented::{Seen, State};
 use super::evidence::Evidence;
-use super::noise::Weighted;
 use super::settings::Settings;
 use super::{Candidate, fit_exactly, repair};
 use crate::campaign::Campaign;
@@ -40,37 +39,20 @@ pub struct GapStep {
     pub decision: String,
 }
 
-/// What the posterior says once all that is named is in the model.
-pub(super) struct Decided<'a> {
-    pub state: State,
-    pub suspected: &'a [(usize, f64)],
-    /// Probability that anything is missing beyond the effects named.
-    pub further: f64,
-    /// Probability of a remainder that no effect is.
-    pub outside: f64,
-    pub settings: &'a Settings,
-}
-
-impl Decided<'_> {
-    /// Why nothing is added after the last effect.
-    fn last(&self, name: impl Fn(usize) -> String) -> String {
-        let (further, outside) = (short(self.further), short(self.outside));
-        let probable = self.suspected.iter().reduce(|best, own| if own.1 > best.1 { own } else { best });
-        match (self.state, probable) {
-            (_, Some((j, p))) => {
-                let level = self.settings.probability;
-                format!("{} is suspected: its probability is {}, and a name needs {level}", name(*j), short(*p))
-            }
-            _ if self.outside >= self.settings.suspected => {
-                format!(
-                    "a pattern that no candidate is has probability {outside}, and no further candidate is probable beside it"
-                )
-            }
-            (State::Outside, _) => {
-                format!("something is missing with probability {further}, and no candidate is probable")
-            }
-            _ => format!("nothing further: more is missing with probability {further}"),
+/// Why nothing is added after the last effect, from what the posterior says once all that is named is in the model.
+fn last(seen: &Seen, settings: &Settings, name: impl Fn(usize) -> String) -> String {
+    let (further, outside) = (short(seen.further), short(seen.outside));
+    let probable = seen.suspected.iter().reduce(|best, own| if own.1 > best.1 { own } else { best });
+    match (seen.state, probable) {
+        (_, Some((j, p))) => {
+            let level = settings.probability;
+            format!("{} is suspected: its probability is {}, and a name needs {level}", name(*j), short(*p))
         }
+        _ if seen.outside >= settings.suspected => format!(
+            "a pattern that no candidate is has probability {outside}, and no further candidate is probable beside it"
+        ),
+        (State::Outside, _) => format!("something is missing with probability {further}, and no candidate is probable"),
+        _ => format!("nothing further: more is missing with probability {further}"),
     }
 }
 
@@ -78,12 +60,11 @@ impl Decided<'_> {
 pub(super) fn steps(
     campaign: &Campaign,
     (before, after): (&Fit, Option<&Fit>),
-    candidates: &[Candidate],
-    evidence: &Evidence,
+    seen: &Seen,
     set: &[usize],
-    weighted: &Weighted,
-    decided: &Decided<'_>,
+    settings: &Settings,
 ) -> Result<Vec<GapStep>> {
+    let Seen { candidates, evidence, weighted, .. } = seen;
     let name = |j: usize| candidates.get(j).map_or(String::new(), |c| c.regressor.clone());
     let mut steps = Vec::with_capacity(set.len() + 1);
     for count in 0..=set.len() {
@@ -108,7 +89,7 @@ pub(super) fn steps(
         let model = fit.campaign.bench.sensors.iter().map(|s| (s.id.clone(), s.model.to_string())).collect();
         let decision = match set.get(count) {
             Some(next) => format!("{} is added", name(*next)),
-            None => decided.last(name),
+            None => last(seen, settings, name),
         };
         steps.push(GapStep {
             evidence: Step {

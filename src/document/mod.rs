@@ -12,9 +12,11 @@
 //! To write the document of an answer: one function `<answer>_document(&Report, .., Language) -> Document` in `report`, from sections:
 //!
 //! ```
-//! use tumble::document::{Align, Cell, Detail, Document, Section, Table, Tone, terminal};
-//! let mut table = Table::new(&[("parameter", Align::Left), ("estimate", Align::Decimal), ("u", Align::Decimal)]);
-//! table.row(vec![Cell::name("V0"), Cell::value(Some(1.58203), Some(0.0114)), Cell::value(Some(0.0114), Some(0.0114))]);
+//! use tumble::document::{Cell, Detail, Document, Rows, Section, Tone, terminal};
+//! let table = Rows::of([("V0", 1.58203, 0.0114)])
+//!     .name("parameter", |(id, ..)| id)
+//!     .decimal("estimate", |(_, value, u)| Cell::Value(value, Some(u)))
+//!     .decimal("u", |(.., u)| Cell::Value(u, Some(u)));
 //! let result = Section::new("Result").verdict(Tone::Good, "The readings agree.").table(table).full().prose("More.");
 //! let document = Document::new("A fit").section(result);
 //! let text = terminal::render(&document, Detail::Brief);
@@ -26,7 +28,7 @@
 //! * Sentences come from the catalogues (`say!`), one for all outputs. In every text a pair of backticks sets a name in code type.
 //! * A section puts its verdicts in order itself: what is not in order stands before what is, and beside a bad one nothing is praised.
 //! * A [`Figure`] holds the specification of a chart ([`chart::Chart`]), not a drawing, with its caption and its words.
-//! * [`Section::full`] and [`Section::brief`] say the detail of the blocks that follow; [`Table::at`] that of columns ([`Detail::Roomy`]: left out
+//! * [`Section::full`] and [`Section::brief`] say the detail of the blocks that follow; [`Rows::at`] that of a column ([`Detail::Roomy`]: left out
 //!   at a terminal where the line is too short).
 //!
 //! | file | subject |
@@ -62,7 +64,7 @@ pub mod wrap;
 #[cfg(feature = "html")]
 pub(crate) mod xml;
 
-pub use table::{Align, Cell, Column, Row, Table};
+pub use table::{Align, Cell, Column, Row, Rows, Table};
 
 use crate::language::{Language, say};
 use chart::Chart;
@@ -225,6 +227,18 @@ impl Document {
         Document { title: title.into(), ..Document::default() }
     }
 
+    /// Add a fact.
+    pub fn fact(mut self, name: impl Into<String>, value: impl Into<String>) -> Self {
+        self.facts.push((name.into(), value.into()));
+        self
+    }
+
+    /// Add facts.
+    pub fn facts(mut self, facts: impl IntoIterator<Item = (String, String)>) -> Self {
+        self.facts.extend(facts);
+        self
+    }
+
     /// Add a section, unless it is empty.
     pub fn section(mut self, mut section: Section) -> Self {
         if section.blocks.is_empty() {
@@ -287,10 +301,20 @@ impl Section {
         self
     }
 
+    /// The same, unless a reader asked for them.
+    pub fn full_unless(self, asked: bool) -> Self {
+        if asked { self } else { self.full() }
+    }
+
     /// Add a paragraph, unless it is empty.
     pub fn prose(self, text: impl Into<String>) -> Self {
         let text = text.into();
         if text.is_empty() { self } else { self.block(Content::Prose(text)) }
+    }
+
+    /// Add each paragraph.
+    pub fn proses(self, texts: impl IntoIterator<Item = String>) -> Self {
+        texts.into_iter().fold(self, Section::prose)
     }
 
     /// Add a verdict.
@@ -298,18 +322,31 @@ impl Section {
         self.block(Content::Verdict { tone, text: text.into() })
     }
 
+    /// Add each verdict.
+    pub fn verdicts(self, all: impl IntoIterator<Item = (Tone, String)>) -> Self {
+        all.into_iter().fold(self, |section, (tone, text)| section.verdict(tone, text))
+    }
+
     /// Add points, unless there are none.
-    pub fn list(self, points: Vec<String>) -> Self {
+    pub fn list(self, points: impl IntoIterator<Item = String>) -> Self {
+        let points: Vec<String> = points.into_iter().collect();
         if points.is_empty() { self } else { self.block(Content::List(points)) }
     }
 
+    /// Add names and values, unless there are none.
+    pub fn facts(self, facts: Vec<(String, String)>) -> Self {
+        if facts.is_empty() { self } else { self.block(Content::Facts(facts)) }
+    }
+
     /// Add a table, unless it has no rows.
-    pub fn table(self, table: Table) -> Self {
+    pub fn table(self, table: impl Into<Table>) -> Self {
+        let table = table.into();
         if table.rows.is_empty() { self } else { self.block(Content::Table(table)) }
     }
 
     /// Add figures, unless there are none.
-    pub fn figures(self, figures: Vec<Figure>) -> Self {
+    pub fn figures(self, figures: impl IntoIterator<Item = Figure>) -> Self {
+        let figures: Vec<Figure> = figures.into_iter().collect();
         if figures.is_empty() { self } else { self.block(Content::Figures(figures)) }
     }
 }

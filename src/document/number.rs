@@ -63,11 +63,13 @@ pub fn significant(value: f64, digits: i32) -> String {
 
 /// Six digits at most, no idle zeros.
 pub fn trimmed(value: f64) -> String {
-    let text = significant(value, 6);
-    if text.contains('.') && !text.contains('e') {
-        return text.trim_end_matches('0').trim_end_matches('.').to_string();
-    }
-    text
+    at_most(value, 6)
+}
+
+/// So many digits at most, no idle zeros.
+pub(crate) fn at_most(value: f64, digits: i32) -> String {
+    let text = significant(value, digits);
+    if text.contains('e') { text } else { trim(text) }
 }
 
 /// Exponent of the leading digit.

@@ -167,9 +167,27 @@ impl From<&str> for Cell {
     }
 }
 
+impl From<&String> for Cell {
+    fn from(text: &String) -> Self {
+        Cell::Text(text.clone())
+    }
+}
+
 impl From<usize> for Cell {
     fn from(count: usize) -> Self {
         Cell::Text(count.to_string())
+    }
+}
+
+impl From<u64> for Cell {
+    fn from(count: u64) -> Self {
+        Cell::Text(count.to_string())
+    }
+}
+
+impl<C: Into<Cell>> From<Option<C>> for Cell {
+    fn from(own: Option<C>) -> Self {
+        own.map_or_else(Cell::absent, Into::into)
     }
 }
 
@@ -179,51 +197,112 @@ impl From<std::borrow::Cow<'_, str>> for Cell {
     }
 }
 
+/// A table with a row for each item. A column is its title, how it stands, and its cell of an item.
+///
+/// ```
+/// use tumble::document::{Cell, Detail, Rows, Table};
+/// let rows = Rows::of([("V0", 1.58203), ("kI", 2.0)]).name("parameter", |(id, _)| id).decimal("estimate", |(_, v)| Cell::Digits(v, 3));
+/// let table: Table = rows.right("k", |_| "2").at(Detail::Full).into();
+/// assert_eq!(table.rows[0].cells[1].text(), "1.58");
+/// ```
+#[derive(Debug, Clone)]
+pub struct Rows<T> {
+    items: Vec<T>,
+    table: Table,
+}
+
+impl<T: Copy> Rows<T> {
+    /// A table of these items, without columns yet.
+    pub fn of(items: impl IntoIterator<Item = T>) -> Self {
+        let items: Vec<T> = items.into_iter().collect();
+        let table = Table { rows: vec![Row::default(); items.len()], ..Table::default() };
+        Rows { items, table }
+    }
+
+    /// A column.
+    pub fn column<C: Into<Cell>>(mut self, title: impl Into<String>, align: Align, cell: impl Fn(T) -> C) -> Self {
+        self.table.columns.push(Column { title: title.into(), align, detail: Detail::Brief });
+        self.each(|row, item| row.cells.push(cell(item).into()))
+    }
+
+    /// A column of words.
+    pub fn left<C: Into<Cell>>(self, title: impl Into<String>, cell: impl Fn(T) -> C) -> Self {
+        self.column(title, Align::Left, cell)
+    }
+
+    /// A column of names in code type.
+    pub fn name<C: AsRef<str>>(self, title: impl Into<String>, name: impl Fn(T) -> C) -> Self {
+        self.column(title, Align::Left, |item| Cell::name(name(item)))
+    }
+
+    /// A column to the right.
+    pub fn right<C: Into<Cell>>(self, title: impl Into<String>, cell: impl Fn(T) -> C) -> Self {
+        self.column(title, Align::Right, cell)
+    }
+
+    /// A column of numbers, at the decimal point.
+    pub fn decimal<C: Into<Cell>>(self, title: impl Into<String>, cell: impl Fn(T) -> C) -> Self {
+        self.column(title, Align::Decimal, cell)
+    }
+
+    /// At which detail the last column appears.
+    pub fn at(mut self, detail: Detail) -> Self {
+        self.table.columns.last_mut().into_iter().for_each(|column| column.detail = detail);
+        self
+    }
+
+    /// How each row sounds.
+    pub fn tone(self, tone: impl Fn(T) -> Tone) -> Self {
+        self.each(|row, item| row.tone = tone(item))
+    }
+
+    /// Which rows begin a group: a rule is set before them.
+    pub fn rule(self, begins: impl Fn(T) -> bool) -> Self {
+        self.each(|row, item| row.rule = begins(item))
+    }
+
+    /// Where the first cell of each row leads.
+    pub fn link<'a>(self, to: impl Fn(T) -> Option<&'a String>) -> Self {
+        self.each(|row, item| row.link = to(item).cloned().unwrap_or_default())
+    }
+
+    fn each(mut self, change: impl Fn(&mut Row, T)) -> Self {
+        self.table.rows.iter_mut().zip(&self.items).for_each(|(row, item)| change(row, *item));
+        self
+    }
+
+    /// What it shows.
+    pub fn caption(mut self, caption: impl Into<String>) -> Self {
+        self.table.caption = caption.into();
+        self
+    }
+
+    /// A remark under it.
+    pub fn note(mut self, note: impl Into<String>) -> Self {
+        self.table.note = note.into();
+        self
+    }
+
+    /// Set small: for long tables.
+    pub fn small(mut self) -> Self {
+        self.table.small = true;
+        self
+    }
+
+    /// So many rows at brief detail.
+    pub fn most(mut self, rows: usize) -> Self {
+        self.table.brief_rows = Some(rows);
+        self
+    }
+}
+
+impl<T> From<Rows<T>> for Table {
+    fn from(own: Rows<T>) -> Self {
+        own.table
+    }
+}
+
 impl Table {
-    /// A table of columns and no rows yet: titles, each with its alignment.
-    pub fn new(columns: &[(&str, Align)]) -> Self {
-        let column = |(title, align): &(&str, Align)| Column {
-            title: (*title).to_string(),
-            align: *align,
-            detail: Detail::Brief,
-        };
-        Table { columns: columns.iter().map(column).collect(), ..Table::default() }
-    }
-
-    /// Columns, by their number, that appear at this detail.
-    pub fn at(mut self, detail: Detail, columns: &[usize]) -> Self {
-        for (_, column) in self.columns.iter_mut().enumerate().filter(|(k, _)| columns.contains(k)) {
-            column.detail = detail;
-        }
-        self
-    }
-
-    /// Add a row.
-    pub fn row<C: Into<Cell>>(&mut self, cells: Vec<C>) -> &mut Self {
-        self.rows.push(Row { cells: cells.into_iter().map(Into::into).collect(), ..Row::default() });
-        self
-    }
-
-    /// How the last row sounds.
-    pub fn tone(&mut self, tone: Tone) -> &mut Self {
-        self.rows.last_mut().into_iter().for_each(|row| row.tone = tone);
-        self
-    }
-
-    /// A rule before the last row, where it begins a group.
-    pub fn rule(&mut self, begins: bool) -> &mut Self {
-        self.rows.last_mut().into_iter().for_each(|row| row.rule = begins);
-        self
-    }
-
-    /// The first cell of the last row leads to a page, where there is one.
-    pub fn link(&mut self, to: Option<&String>) -> &mut Self {
-        if let (Some(row), Some(to)) = (self.rows.last_mut(), to) {
-            row.link.clone_from(to);
-        }
-        self
-    }
-
     /// Without columns in which no row has anything.
     pub(super) fn settle(&mut self) {
         let is_empty =

@@ -7,12 +7,7 @@ pub const WIDTH: usize = 80;
 
 /// Wrap a line at spaces, with so many spaces before every further one; a word that is longer than a line stays whole.
 pub fn hanging(line: &str, indent: usize) -> String {
-    within(line, indent, WIDTH)
-}
-
-/// The same within so many columns.
-pub fn narrow(line: &str, indent: usize, width: usize) -> String {
-    within(line, indent, width)
+    narrow(line, indent, WIDTH)
 }
 
 /// Every line of a text that is too long is wrapped below its own beginning; lines that fit stay as they are. Spaces that were
@@ -32,7 +27,8 @@ pub fn lines(text: &str) -> String {
     if wrapped.contains('\u{a0}') { wrapped.replace('\u{a0}', " ") } else { wrapped }
 }
 
-fn within(line: &str, indent: usize, width: usize) -> String {
+/// The same as [`hanging`] within so many columns.
+pub fn narrow(line: &str, indent: usize, width: usize) -> String {
     let mut text = String::with_capacity(line.len() + 16);
     let mut column = 0;
     // leading spaces belong to the line

@@ -53,12 +53,13 @@ impl Estimate {
         self.group_scale.get(group).copied().flatten().unwrap_or(1.0)
     }
 
-    /// The same as a divisor: 1 also where the residuals of the group are all zero.
-    pub(crate) fn divisor(&self, group: usize) -> f64 {
-        match self.scale_or_one(group) {
-            scale if scale > 0.0 => scale,
-            _ => 1.0,
-        }
+    /// Standard uncertainty of each row of the system, as a divisor: its relative one also where the residuals of its group are all zero.
+    pub(crate) fn row_u(&self, system: &System) -> Vec<f64> {
+        let scale = |group: &Group| match group {
+            Group::Estimated(g) => Some(self.scale_or_one(*g)).filter(|scale| *scale > 0.0).unwrap_or(1.0),
+            Group::Known => 1.0,
+        };
+        system.u.iter().zip(&system.group).map(|(u, group)| u * scale(group)).collect()
     }
 }
 
@@ -196,10 +197,7 @@ pub fn solve(system: &System, hints: &ScaleHints<'_>, settings: &Settings) -> Re
     let group_scale: Vec<f64> = scales.scale.iter().map(|scale| scale.unwrap_or(1.0)).collect();
     let factor = compressed.factor(|g| group_scale[g], settings)?;
     let solution = compressed.solve(&factor, 1).solution;
-    let mut residuals = system.observed.clone();
-    for (j, x) in solution.iter().enumerate().filter(|(_, x)| **x != 0.0) {
-        residuals.iter_mut().zip(system.rows.col_as_slice(j)).for_each(|(v, a)| *v -= a * x);
-    }
+    let residuals = system.residuals(&solution);
     if !solution.iter().chain(&residuals).all(|value| value.is_finite()) {
         return Err(out_of_range());
     }

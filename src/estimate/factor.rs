@@ -10,7 +10,6 @@
 use super::basis::{self, Coupling, Dependence};
 use crate::error::{Fault, Malformed, Result};
 use faer::linalg::matmul::matmul;
-use faer::linalg::triangular_inverse;
 use faer::{Accum, Mat, MatRef, Par};
 
 /// The factorisation behind an estimate: `W A D^-1` restricted to independent columns equals `Q R`.
@@ -86,11 +85,7 @@ impl Factor {
             r.col_as_slice_mut(j)[..=j].copy_from_slice(&pivoted.r.col_as_slice(j)[..=j]);
         }
         let mut r_inverse = Mat::zeros(rank, rank);
-        if rank <= SMALL {
-            invert(&r, &mut r_inverse);
-        } else {
-            triangular_inverse::invert_upper_triangular(r_inverse.as_mut(), r.as_ref(), Par::Seq);
-        }
+        invert(&r, &mut r_inverse);
         let q = if pivoted.q.ncols() == rank { pivoted.q } else { pivoted.q.subcols(0, rank).to_owned() };
         let basis = pivoted.order[..rank].to_vec();
         Ok(Factor { q, r, r_inverse, basis, dependence, weight, scale, tolerance, embedding: None })
@@ -289,9 +284,6 @@ impl Embedding {
         all
     }
 }
-
-/// Up to so many columns plain loops invert a triangle sooner than blocks do.
-const SMALL: usize = 16;
 
 /// The inverse of an upper triangle, column by column.
 fn invert(r: &Mat<f64>, inverse: &mut Mat<f64>) {

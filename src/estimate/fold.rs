@@ -1,7 +1,7 @@
 //! The same estimate from rows that come in blocks: memory depends on the unknowns, not on the readings.
 #![allow(
     clippy::indexing_slicing,
-    reason = "`check` compares observed and u with the rows before they are used; the triangle has `unknowns + carried + 1` columns, square, from the constructor on"
+    reason = "`System::check` compares observed and u with the rows before they are used; the triangle has `unknowns + carried + 1` columns, square, from the constructor on; `unpack` compares the length of what it is given with it first"
 )]
 
 use super::compensated::accumulate;
@@ -10,9 +10,8 @@ use super::unknowns::Unknowns;
 use super::{Group, Settings, System, panel, refine};
 use crate::error::{Fault, Malformed, Result};
 use crate::linear::short_dot;
-use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::linalg::qr::no_pivoting::factor as qr;
-use faer::{Mat, MatRef, Par};
+use crate::number;
+use faer::{Mat, MatRef};
 
 /// Rows folded into the triangle of `W [A C y - A a] = Q [R S z; 0 T t; 0 0 rho]`.
 ///
@@ -33,11 +32,11 @@ use faer::{Mat, MatRef, Par};
 /// ```
 #[derive(Debug, Clone)]
 pub struct Fold {
-    pub(super) triangle: Mat<f64>,
-    pub(super) unknowns: usize,
+    triangle: Mat<f64>,
+    unknowns: usize,
     /// The point about which observations are taken; empty where none is known yet.
-    pub(super) about: Vec<f64>,
-    pub(super) rows: usize,
+    about: Vec<f64>,
+    rows: usize,
 }
 
 /// An estimate without what belongs to single rows.
@@ -53,8 +52,6 @@ pub struct Folded {
     pub dof: usize,
     /// The estimated scale, `None` where `u` is known or there are no degrees of freedom.
     pub scale: Option<f64>,
-    /// `ln |A' P A|` of the independent columns.
-    pub log_determinant: f64,
 }
 
 impl Fold {
@@ -101,19 +98,19 @@ impl Fold {
     /// The triangle with a block of rows whose numbers are no plain ones: refused, or by the general factorisation, which scales them.
     fn careful(&self, rows: MatRef<'_, f64>, observed: &[f64], u: &[f64]) -> Result<Mat<f64>> {
         let (k, size) = (rows.nrows(), self.triangle.ncols());
-        check(rows, observed, u)?;
-        let mut below = Mat::from_fn(size + k, size, |i, j| match i.checked_sub(size) {
+        // said with the place and in the words of a system
+        let (group, observed, u) = (vec![Group::Known; k], observed.to_vec(), u.to_vec());
+        let system = System { rows: rows.to_owned(), observed, u, group };
+        system.check()?;
+        let System { observed, u, .. } = system;
+        let observed = about(rows, &observed, &self.about);
+        let below = |i: usize, j: usize| match i.checked_sub(size) {
             None => self.triangle[(i, j)],
             Some(i) if j + 1 < size => rows[(i, j)] / u[i],
             Some(i) => observed[i] / u[i],
-        });
-        if !self.about.is_empty() {
-            let last = &mut below.col_as_slice_mut(size - 1)[size..];
-            for ((to, y), u) in last.iter_mut().zip(about(rows, observed, &self.about)).zip(u) {
-                *to = y / u;
-            }
-        }
-        let largest = (0..size).flat_map(|j| below.col_as_slice(j)).fold(0.0_f64, |most, a| most.max(a.abs()));
+        };
+        let all = (0..size).flat_map(|j| (0..size + k).map(move |i| (i, j)));
+        let largest = all.fold(0.0_f64, |most, (i, j)| most.max(below(i, j).abs()));
         if largest > 1e150 {
             return Err(Malformed::new(
                 Fault::Value,
@@ -121,7 +118,7 @@ impl Fold {
             )
             .expected("units in which numbers stay below 1e150"));
         }
-        Ok(triangle(below))
+        Ok(triangle_of(size + k, size, below))
     }
 
     /// A point near which the observations of the triangle lie: its solution, unless terms of that cancel.
@@ -175,14 +172,6 @@ impl Fold {
         Ok(Some(own.finish(Group::Known, settings)?.unknowns.solution))
     }
 
-    /// `T` with `T T'` the cofactor matrix of the unknowns, unknowns x rank: rows times `T` are columns that are nearly orthonormal. Errors: those of
-    /// [`Fold::finish`].
-    pub(crate) fn directions(&self, settings: &Settings) -> Result<Mat<f64>> {
-        let n = self.unknowns;
-        let factor = Factor::new(self.triangle.get(..n, ..n), vec![1.0; n], self.rows, settings.rank_tolerance)?;
-        Ok(factor.whitened_directions())
-    }
-
     /// The triangle of all rows so far, square: it has the inner products of the weighted columns, and of the observations about [`Fold::about`].
     pub fn triangle(&self) -> MatRef<'_, f64> {
         self.triangle.as_ref()
@@ -211,15 +200,108 @@ impl Fold {
         };
         let variance = if scale.is_some() { sum_of_squares / dof as f64 } else { 1.0 };
         let determined = group == Group::Known || scale.is_some();
-        let logarithm = |(k, j): (usize, &usize)| 2.0 * (factor.r[(k, k)].abs().ln() + factor.scale[*j].ln());
         Ok(Folded {
             unknowns: Unknowns::new(&factor, fit.solution, variance, |_| determined),
             sum_of_squares,
             rows: self.rows,
             dof,
             scale,
-            log_determinant: factor.basis.iter().enumerate().map(logarithm).sum(),
         })
+    }
+
+    /// Joins the rows that another fold has taken: a QR of one triangle above the other.
+    ///
+    /// Errors: a fold of other columns.
+    ///
+    /// ```
+    /// use tumble::estimate::{Fold, Group, Settings};
+    /// let (mut one, mut other) = (Fold::new(1), Fold::new(1));
+    /// one.push(faer::mat![[1.0], [1.0]].as_ref(), &[1.0, 2.0], &[1.0; 2])?;
+    /// other.push(faer::mat![[1.0]].as_ref(), &[6.0], &[1.0])?;
+    /// one.merge(&Fold::unpack(1, 0, &other.pack())?)?;
+    /// let mean = one.finish(Group::Estimated(0), &Settings::default())?;
+    /// assert!((mean.unknowns.solution[0] - 3.0).abs() < 1e-14 && (mean.sum_of_squares - 14.0).abs() < 1e-13);
+    /// # Ok::<(), tumble::error::Malformed>(())
+    /// ```
+    pub fn merge(&mut self, other: &Fold) -> Result<()> {
+        let (size, n) = (self.triangle.ncols(), self.unknowns);
+        if other.triangle.ncols() != size || other.unknowns != n {
+            return Err(Malformed::new(Fault::Value, "folds of other columns cannot be joined")
+                .expected(format!("{n} unknowns, {} columns", size - 1))
+                .found(format!("{} unknowns, {} columns", other.unknowns, other.triangle.ncols() - 1)));
+        }
+        if other.rows == 0 {
+            return Ok(());
+        }
+        if self.rows == 0 {
+            *self = other.clone();
+            return Ok(());
+        }
+        if self.about.is_empty() && !other.about.is_empty() {
+            shift(&mut self.triangle, &vec![0.0; n], &other.about);
+            self.about.clone_from(&other.about);
+        }
+        let mut below = other.triangle.clone();
+        if !self.about.is_empty() {
+            let zero = vec![0.0; n];
+            shift(&mut below, if other.about.is_empty() { &zero } else { &other.about }, &self.about);
+        }
+        let (columns, observed) = (below.subcols(0, size - 1), below.col_as_slice(size - 1));
+        let mut next = self.triangle.clone();
+        if panel::fold(&mut next, columns, observed, &vec![1.0; size], &[]).is_none() {
+            next = triangle_of(2 * size, size, |i, j| match i.checked_sub(size) {
+                None => self.triangle[(i, j)],
+                Some(i) => below[(i, j)],
+            });
+        }
+        self.triangle = next;
+        self.rows += other.rows;
+        Ok(())
+    }
+
+    /// The fold as numbers, for [`Fold::unpack`]: rows, the point (its length first), the triangle column by column without what is below its diagonal.
+    pub fn pack(&self) -> Vec<f64> {
+        let size = self.triangle.ncols();
+        let mut numbers = Vec::with_capacity(2 + self.about.len() + size * (size + 1) / 2);
+        numbers.extend([self.rows as f64, self.about.len() as f64]);
+        numbers.extend_from_slice(&self.about);
+        (0..size).for_each(|j| numbers.extend_from_slice(&self.triangle.col_as_slice(j)[..=j]));
+        numbers
+    }
+
+    /// The fold that was packed, with as many unknowns and carried columns. Errors: numbers that are no such fold.
+    pub fn unpack(unknowns: usize, columns: usize, packed: &[f64]) -> Result<Fold> {
+        let mut fold = Fold::carrying(unknowns, columns);
+        let size = unknowns + columns + 1;
+        // too short: no parts, refused below
+        let (head, rest) = packed.split_at_checked(2).unwrap_or_default();
+        let point = head.get(1).map_or(0, |length| number::count(*length));
+        let whole = rest.len() == point.saturating_add(size * (size + 1) / 2) && (point == 0 || point == unknowns);
+        if !whole || !packed.iter().all(|x| x.is_finite()) || !head.iter().all(|x| *x >= 0.0) {
+            return Err(Malformed::new(Fault::Value, "these numbers are no packed fold")
+                .expected(format!("finite numbers: rows, the point, a triangle of {size} columns"))
+                .found(format!("{} numbers", packed.len())));
+        }
+        let (about, mut rest) = rest.split_at(point);
+        fold.about = about.to_vec();
+        fold.rows = head.first().map_or(0, |rows| number::count(*rows));
+        for j in 0..size {
+            let (own, after) = rest.split_at(j + 1);
+            fold.triangle.col_as_slice_mut(j)[..=j].copy_from_slice(own);
+            rest = after;
+        }
+        Ok(fold)
+    }
+}
+
+/// Observations of a triangle from one point to another: `z + R (from - to)`.
+fn shift(triangle: &mut Mat<f64>, from: &[f64], to: &[f64]) {
+    let last = triangle.ncols() - 1;
+    for (j, (from, to)) in from.iter().zip(to).enumerate() {
+        for i in 0..=j {
+            let change = triangle[(i, j)] * (from - to);
+            triangle[(i, last)] += change;
+        }
     }
 }
 
@@ -241,22 +323,6 @@ fn sampled(rows: MatRef<'_, f64>, observed: &[f64], u: &[f64], unknowns: usize) 
         panel::fold(&mut fold.triangle, few.as_ref(), &of(observed)?, &of(u)?, &[])?;
     }
     fold.point()
-}
-
-/// The question as [`System::check`] asks it, of a block whose rows are borrowed.
-fn check(rows: MatRef<'_, f64>, observed: &[f64], u: &[f64]) -> Result<()> {
-    let (k, n) = rows.shape();
-    let plain = observed.len() == k
-        && u.len() == k
-        && observed.iter().all(|y| y.is_finite())
-        && u.iter().all(|u| u.is_finite() && *u > 0.0)
-        && (0..n).all(|j| rows.col(j).iter().all(|a| a.is_finite()));
-    if plain {
-        return Ok(());
-    }
-    // said with the place and in the words of a system
-    let group = vec![Group::Known; k];
-    System { rows: rows.to_owned(), observed: observed.to_vec(), u: u.to_vec(), group }.check()
 }
 
 /// Observed values about a point: `y - A a` in twice the working precision.
@@ -281,47 +347,35 @@ fn about(rows: MatRef<'_, f64>, observed: &[f64], point: &[f64]) -> Vec<f64> {
 /// Terms of a point about which observations are taken are at most so many times as large as the observations.
 const MOST_TERM: f64 = 8.0;
 
-/// From so many rows on a triangle is folded block by block: a factorisation of all rows at once would pack kilobytes for each.
-const TALL: usize = 4096;
+/// Rows that are made and folded at a time.
 const BLOCK: usize = 1024;
+/// Numbers below this share of the largest of their column add nothing to any sum of squares.
+const NOTHING: f64 = 1e-130;
 
-/// The upper triangle `R` of `work = Q R`, `n x n`, for `work` with at least as many rows as columns.
+/// The upper triangle `R`, `n x n`, of `m` rows that are made as they are needed, `[rows] = Q R`.
 ///
-/// Many rows go block by block, `[R; block] = Q' R'`: the same triangle but for signs of rows.
-pub(super) fn triangle(work: Mat<f64>) -> Mat<f64> {
-    let (m, n) = work.shape();
-    if m <= TALL.max(8 * n) { factorised(work) } else { triangle_of(m, n, |i, j| work[(i, j)]) }
-}
-
-/// The same of `m` rows, at least as many as columns, that are made as they are needed.
+/// Columns whose squares would leave the range of a double are scaled by powers of two, which rounds nothing.
 pub(super) fn triangle_of(m: usize, n: usize, element: impl Fn(usize, usize) -> f64) -> Mat<f64> {
-    if m <= TALL.max(8 * n) {
-        return factorised(Mat::from_fn(m, n, element));
-    }
-    let size = BLOCK.max(4 * n);
-    let mut folded = factorised(Mat::from_fn(size, n, &element));
-    let mut start = size;
-    while start < m {
-        let count = size.min(m - start);
-        let mut below = Mat::zeros(n + count, n);
-        for j in 0..n {
-            let (before, rows) = below.col_as_slice_mut(j).split_at_mut(n);
-            before.copy_from_slice(folded.col_as_slice(j));
-            rows.iter_mut().enumerate().for_each(|(i, slot)| *slot = element(start + i, j));
+    fn folded(m: usize, n: usize, element: impl Fn(usize, usize) -> f64) -> Option<Mat<f64>> {
+        let (mut triangle, unit) = (Mat::zeros(n, n), vec![1.0; BLOCK.min(m)]);
+        for start in (0..m).step_by(BLOCK) {
+            let count = BLOCK.min(m - start);
+            let rows = Mat::from_fn(count, n, |i, j| element(start + i, j));
+            panel::fold(&mut triangle, rows.subcols(0, n - 1), rows.col_as_slice(n - 1), &unit[..count], &[])?;
         }
-        folded = factorised(below);
-        start += count;
+        Some(triangle)
     }
-    folded
-}
-
-fn factorised(mut work: Mat<f64>) -> Mat<f64> {
-    let (m, n) = work.shape();
-    let block = qr::recommended_block_size::<f64>(m, n).clamp(1, n.max(1));
-    let mut coefficients = Mat::zeros(block, n);
-    let needed = qr::qr_in_place_scratch::<f64>(m, n, block, Par::Seq, Default::default());
-    let mut memory = MemBuffer::new(needed);
-    let stack = MemStack::new(&mut memory);
-    qr::qr_in_place(work.as_mut(), coefficients.as_mut(), Par::Seq, stack, Default::default());
-    Mat::from_fn(n, n, |i, j| if i <= j { work[(i, j)] } else { 0.0 })
+    if let Some(triangle) = folded(m, n, &element) {
+        return triangle;
+    }
+    let largest = |j: usize| (0..m).fold(0.0_f64, |most, i| most.max(element(i, j).abs()));
+    let size = |largest: f64| if largest > 0.0 { largest.log2().floor().exp2() } else { 1.0 };
+    let sizes: Vec<f64> = (0..n).map(|j| size(largest(j))).collect();
+    let scaled = |i: usize, j: usize| match element(i, j) / sizes[j] {
+        share if share.abs() < NOTHING => 0.0,
+        share => share,
+    };
+    // what is not finite has no triangle
+    let triangle = folded(m, n, scaled).unwrap_or_else(|| Mat::from_fn(n, n, |_, _| f64::NAN));
+    Mat::from_fn(n, n, |i, j| triangle[(i, j)] * sizes[j])
 }

@@ -2,13 +2,14 @@
 //! (`scatter/restricted.rs`), in the few rows to which each group is compressed.
 #![allow(
     clippy::indexing_slicing,
-    reason = "`Compressed::new` gives ranges, sizes, own and magnitudes one entry for each group and one for the known ones"
+    reason = "`Compressed` has a block and a range for each group, and behind them for the known ones"
 )]
 
 use super::compress::Compressed;
+use super::factor::Factor;
 use super::scatter::chain::Part as NoisePart;
-use super::scatter::restricted::NoiseModel;
-use super::{Group, Settings, System};
+use super::scatter::restricted::{NoiseModel, PartNoise, Slot};
+use super::{Estimate, Group, Settings, System};
 use crate::elements::Elements;
 use crate::error::Result;
 use faer::linalg::matmul::matmul;
@@ -31,7 +32,7 @@ pub struct ScaleHints<'a> {
 }
 
 /// A group with less redundancy than this has none.
-pub(crate) const NO_REDUNDANCY: f64 = 1e-9;
+pub(super) const NO_REDUNDANCY: f64 = 1e-9;
 /// Residuals below this share of a group's largest observation are the rounding of the arithmetic: its scale is this share at least.
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
@@ -43,18 +44,18 @@ pub(super) fn count(group: &[Group]) -> usize {
 
 /// The scales, beginning with what each group's own best fit leaves, or with what is said of them beforehand.
 pub(super) fn estimate(rows: &Compressed, hints: &ScaleHints<'_>, settings: &Settings) -> Result<Scales> {
-    let count = rows.range.len() - 1;
-    let largest = rows.magnitude.iter().fold(0.0_f64, |most, y| most.max(*y));
+    let count = rows.groups;
+    let largest = rows.blocks.iter().fold(0.0_f64, |most, own| most.max(own.magnitude));
     let least: Vec<f64> = (0..count)
         .map(|g| {
-            let size = [rows.magnitude[g], f64::EPSILON * largest, f64::EPSILON];
+            let size = [rows.blocks[g].magnitude, f64::EPSILON * largest, f64::EPSILON];
             // the last size is above zero
             let arithmetic = ROUNDING * size.into_iter().find(|y| *y > 0.0).unwrap_or(1.0);
             let stated = hints.least.get(g).copied().unwrap_or(0.0); // no hint: no floor
             arithmetic.max(stated).powi(2).max(f64::MIN_POSITIVE)
         })
         .collect();
-    let own = |g: usize| rows.own[g].filter(|(_, dof)| *dof > 0).map(|(squares, dof)| squares / dof as f64);
+    let own = |g: usize| rows.blocks[g].own.filter(|(_, dof)| *dof > 0).map(|(squares, dof)| squares / dof as f64);
     let (mut sum, mut known) = (0.0, 0);
     for variance in (0..count).filter_map(own) {
         sum += variance;
@@ -69,8 +70,7 @@ pub(super) fn estimate(rows: &Compressed, hints: &ScaleHints<'_>, settings: &Set
         (0..count).filter(|g| !free.contains(g)).for_each(|g| variance[g] = 1.0);
         (free, parts) = self::parts(rows, &variance, settings)?;
     }
-    // the last group is known
-    variance.push(1.0);
+    variance.resize(parts.len(), 1.0);
     let top = NoiseModel::scales(&parts, &mut variance, (&free, &least), settings.group_iterations)?;
     let scale = (0..count).map(|g| free.contains(&g).then(|| variance[g].sqrt())).collect();
     Ok(Scales { scale, iterations: top.iterations, converged: top.converged })
@@ -82,19 +82,15 @@ fn parts(rows: &Compressed, variance: &[f64], settings: &Settings) -> Result<(Ve
     let residuals = rows.solve(&factor, 1).residuals;
     let rank = factor.rank();
     let (mut free, mut parts) = (Vec::new(), Vec::with_capacity(rows.range.len()));
-    for (g, range) in rows.range.iter().enumerate() {
-        let weighted = |i: usize, j: usize| {
-            let row = range.start + i;
-            if j < rank { factor.q[(row, j)] } else { residuals[row] * factor.weight[row] }
-        };
-        let own = gram(&Mat::from_fn(range.len(), rank + 1, weighted));
+    for (g, (range, block)) in rows.range.iter().zip(&rows.blocks).enumerate() {
+        let own = sums(&factor, &residuals, &range.clone().collect::<Vec<usize>>());
         let leverage: f64 = (0..rank).map(|j| own[(j, j)]).sum();
-        if g < variance.len() && rows.size[g] as f64 - leverage > NO_REDUNDANCY {
+        if g < variance.len() && block.size as f64 - leverage > NO_REDUNDANCY {
             free.push(g);
         }
         // of rows as they were before the weights
         let unit = variance.get(g).copied().unwrap_or(1.0);
-        parts.push(NoisePart::white(rows.size[g] as f64, 0.0, own * faer::Scale(unit)));
+        parts.push(NoisePart::white(block.size as f64, block.log_determinant, own * faer::Scale(unit)));
     }
     Ok((free, parts))
 }
@@ -108,9 +104,62 @@ pub(super) fn weights(system: &System, scale: &[f64]) -> Vec<f64> {
     system.u.iter().zip(&system.group).map(|(u, group)| 1.0 / (u * scale_of(group))).collect()
 }
 
+/// Products of the orthonormal columns and the residuals, over some of the weighted rows.
+fn sums(factor: &Factor, residuals: &[f64], rows: &[usize]) -> Mat<f64> {
+    let (q, weight) = (&factor.q, &factor.weight);
+    let own = |i: usize, j: usize| if j < q.ncols() { q[(rows[i], j)] } else { residuals[rows[i]] * weight[rows[i]] };
+    gram(&Mat::from_fn(rows.len(), q.ncols() + 1, own))
+}
+
 /// `A' A`.
 pub(super) fn gram(rows: &Mat<f64>) -> Mat<f64> {
     let mut gram = Mat::zeros(rows.ncols(), rows.ncols());
     matmul(&mut gram, Accum::Replace, rows.transpose(), rows, 1.0, Par::Seq);
     gram
+}
+
+/// What estimated scales cost beyond the covariance that takes them as known.
+#[derive(Debug, Clone)]
+pub struct ScaleUncertainty {
+    /// Covariance of the groups' variances, each relative to its estimate.
+    pub relative: Mat<f64>,
+    /// Addition to the covariance of the unknowns, `n x n` (M. G. Kenward, J. H. Roger, Biometrics 53 (1997), 983-997).
+    pub correction: Mat<f64>,
+}
+
+impl Estimate {
+    /// How uncertain the scales of several groups are, and what that adds to the covariance of the unknowns; `None` where no scale was
+    /// estimated beside others (one group alone leaves the weights as they are, and Student's distribution says the rest).
+    ///
+    /// With `G_g = Q_g' Q_g` and `W = 2 S^-1`, the covariance of the relative variances, the addition is
+    /// `2 T (sum_g W_gg G_g - sum_gh W_gh G_g G_h) T'`, `T T'` being the covariance with known scales: Kenward and Roger's formula for
+    /// `V = diag(s_g^2 u^2)` (`scatter/restricted.rs`).
+    pub fn scale_uncertainty(&self, system: &System) -> Option<ScaleUncertainty> {
+        let count = count(&system.group);
+        if self.group_iterations == 0 || count == 0 {
+            return None;
+        }
+        let index = |group: &Group| if let Group::Estimated(g) = group { *g } else { count };
+        let part = |g: usize| {
+            let all = 0..system.group.len().min(self.residuals.len());
+            let rows: Vec<usize> = all.filter(|i| index(&system.group[*i]) == g).collect();
+            NoisePart::white(rows.len() as f64, 0.0, sums(&self.factor, &self.residuals, &rows))
+        };
+        let parts: Vec<NoisePart> = (0..=count).map(part).collect();
+        // the rows have their weights
+        let white = |g: usize| if g < count { Slot::Free(g) } else { Slot::Stated(1.0) };
+        let model = NoiseModel {
+            parts: (0..=count).map(|g| PartNoise { white: white(g), deviation: None }).collect(),
+            range: vec![(f64::NEG_INFINITY, f64::INFINITY); count],
+            columns: self.factor.rank(),
+        };
+        let found = model.likelihood(&vec![0.0; count], &parts)?;
+        let among: Vec<usize> = (0..count).filter(|g| found.redundancy[*g] > NO_REDUNDANCY).collect();
+        let (relative, correction) = found.costs(&model, &among);
+        let directions = self.factor.whitened_directions();
+        let correction = &directions * correction * directions.transpose();
+        let finite =
+            |matrix: &Mat<f64>| (0..matrix.ncols()).flat_map(|j| matrix.col_as_slice(j)).all(|value| value.is_finite());
+        (finite(&relative) && finite(&correction)).then_some(ScaleUncertainty { relative, correction })
+    }
 }

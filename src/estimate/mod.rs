@@ -17,16 +17,14 @@
 //! | `basis.rs` | which columns depend on which, and the parameters' combinations that follow |
 //! | `refine.rs` | iterative refinement with residuals in twice the working precision |
 //! | `compress.rs` | each group's rows as a triangle that says the same |
-//! | `groups.rs` | the scales `s_g` of several groups |
-//! | `scale_uncertainty.rs` | what it costs to estimate them |
+//! | `groups.rs` | the scales `s_g` of several groups, and what it costs to estimate them |
 //! | `equalities.rs` | linear equations between unknowns, by elimination |
 //! | `inequalities.rs` | bounds, ranges and norm cones: what is active, what it costs |
 //! | `cone_program.rs` | the same question as clarabel takes it |
 //! | `active_set.rs` | Newton's method on the active constraints, to the last digit |
 //! | `scatter/` | what scatters beyond the rows' own noise: whitening, REML, Kenward and Roger |
-//! | `fold.rs` | the same estimate from rows that come in blocks |
+//! | `fold.rs` | the same estimate from rows that come in blocks; folds of parts of the rows, joined |
 //! | `panel.rs` | blocks of rows folded into a triangle in the registers of the machine |
-//! | `fold_parts.rs` | folds of parts of the rows, joined |
 //! | `sequential.rs` | rows whose noise is correlated in time, made independent as they come |
 //!
 //! Deliberately absent: normal equations, priors that are not rows, damping, a pseudo-inverse that would choose
@@ -43,14 +41,12 @@ pub(crate) mod eight;
 mod equalities;
 mod factor;
 mod fold;
-mod fold_parts;
 mod groups;
 mod inequalities;
 mod panel;
 mod pivoted;
 mod refine;
 mod reflections;
-mod scale_uncertainty;
 pub mod scatter;
 mod sequential;
 mod small_qr;
@@ -59,15 +55,14 @@ mod unknowns;
 pub use adjust::{Estimate, Solution, adjust, adjust_hinted, solve};
 pub use basis::{Combination, Coupling};
 pub(crate) use compensated::Sum;
+pub(crate) use compress::{Block, Compressed, Scaled};
 pub(crate) use cone_program::solver_settings;
 pub use equalities::{Elimination, Equation, Equations, adjust_on};
 pub use factor::Factor;
 pub(crate) use factor::product_by_rows;
 pub use fold::{Fold, Folded};
-pub(crate) use groups::NO_REDUNDANCY;
-pub use groups::ScaleHints;
+pub use groups::{ScaleHints, ScaleUncertainty};
 pub use inequalities::{Active, Inequality, Restricted, Side, restrict};
-pub use scale_uncertainty::ScaleUncertainty;
 pub use scatter::{
     Absorbed, Felt, Floor, LineState, Memory, Mixture, Node, Pattern, ScatterLine, Scattered, Stepped, Variances,
     Whitening, adjust_scattered, step_scattered,
@@ -128,6 +123,13 @@ impl System {
     /// Rows and columns.
     pub fn shape(&self) -> (usize, usize) {
         (self.rows.nrows(), self.rows.ncols())
+    }
+
+    /// What a solution leaves of the observed values.
+    pub(crate) fn residuals(&self, solution: &[f64]) -> Vec<f64> {
+        let mut rest = self.observed.clone();
+        crate::linear::subtract(&mut rest, &self.rows, solution);
+        rest
     }
 
     /// The system as a question: sizes agree, everything is finite, uncertainties are positive, groups count from 0.

@@ -34,12 +34,7 @@ pub(super) fn checks(campaign: &Campaign, design: &DesignMatrix, step: &Step, le
     let system = &step.system;
     let estimate = &step.estimate;
     let readings = design.rows.len();
-    // standard uncertainty of each row, estimated scales included; `determined` where all of them are known or estimated
-    let scale = |i: usize| match system.group.get(i) {
-        Some(Group::Estimated(g)) => estimate.divisor(*g),
-        _ => 1.0,
-    };
-    let u: Vec<f64> = system.u.iter().enumerate().map(|(i, u)| u * scale(i)).collect();
+    let u = estimate.row_u(system);
     let mut checks = Checks::default();
     let value = |i: usize| design.predicted.get(i).zip(system.observed.get(i)).map_or(0.0, |(f, y)| (f + y).abs());
     let largest = (0..readings).map(|i| value(i) / u.at(i)).fold(0.0, f64::max);
@@ -84,7 +79,7 @@ pub(super) fn checks(campaign: &Campaign, design: &DesignMatrix, step: &Step, le
     }
     // one group alone: its scale comes after the adjustment, so the whitened rows do not have it
     let alone = system.group.iter().all(|g| *g == Group::Estimated(0)) && step.scattered.is_none();
-    let common = if alone { scale(0) } else { 1.0 };
+    let common = Some(estimate.scale_or_one(0)).filter(|scale| alone && *scale > 0.0).unwrap_or(1.0);
     let whitened = match &step.scattered {
         Some(found) => Whitened {
             sd: found.whitening.sd().to_vec(),
@@ -188,17 +183,7 @@ fn write_key(campaign: &Campaign, used: &[usize], origin: &RowOrigin, key: &mut 
     key.clear();
     key.push(origin.sensor as u64);
     let Some(reading) = campaign.readings.rows.get(origin.reading) else { return };
-    for state in &reading.joints {
-        let (kind, numbers): (u64, [f64; 3]) = match *state {
-            JointState::Held { angle_deg } => (0, [angle_deg, 0.0, 0.0]),
-            JointState::WholeTurns { rate_deg_s } => (1, [rate_deg_s, 0.0, 0.0]),
-            JointState::PartTurns { start_deg, rate_deg_s, turns } => (2, [start_deg, rate_deg_s, turns]),
-            JointState::Passing { angle_deg, rate_deg_s } => (3, [angle_deg, rate_deg_s, 0.0]),
-        };
-        key.push(kind);
-        // minus zero is zero
-        key.extend(numbers.map(|x| (x + 0.0).to_bits()));
-    }
+    key.extend(reading.joints.iter().flat_map(JointState::bits));
     for k in used {
         // readings that both lack it are alike in it
         let value = reading.columns.get(*k).copied().flatten().unwrap_or(f64::NAN);

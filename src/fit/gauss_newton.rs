@@ -66,14 +66,16 @@ impl Stop {
     }
 }
 
-/// One iteration of Gauss-Newton.
-#[derive(Debug, Clone, PartialEq)]
+/// One iteration.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[schemars(rename = "IterationReport")]
+#[non_exhaustive]
 pub struct Iteration {
-    /// `sum (v/u)^2` of the exact model before the step.
+    /// Weighted sum of squares before the step, in the square of the unit of `residual_sd`.
     pub sum_of_squares: f64,
-    /// Norm of the step's effect on the weighted predictions, `|J dx / u|`.
+    /// Norm of the weighted change of the predictions.
     pub step: f64,
-    /// Share of the step that was taken; below 1 where the full step would have made the fit worse.
+    /// Share of the step taken, 0 to 1.
     pub share: f64,
 }
 

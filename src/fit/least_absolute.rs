@@ -5,6 +5,7 @@
 )]
 
 use crate::estimate::{Estimate, System, solver_settings};
+use crate::linear::{norm, normalise, project};
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{DefaultSolver, IPSolver, SupportedConeT};
 use faer::Mat;
@@ -99,15 +100,9 @@ fn vertex(moved: &Mat<f64>, plain: &Estimate, weight: &dyn Fn(usize) -> f64, v: 
     let mut chosen = Vec::new();
     for i in order {
         let mut rest: Vec<f64> = (0..rank).map(|k| weight(i) * moved[(i, k)]).collect();
-        let norm = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>().sqrt();
         let whole = norm(&rest);
-        for unit in &span {
-            let along: f64 = unit.iter().zip(&rest).map(|(u, r)| u * r).sum();
-            rest.iter_mut().zip(unit).for_each(|(r, u)| *r -= along * u);
-        }
-        let left = norm(&rest);
-        if left > 1e-7 * whole && whole > 0.0 {
-            rest.iter_mut().for_each(|r| *r /= left);
+        project(&mut rest, &span);
+        if normalise(&mut rest) > 1e-7 * whole {
             span.push(rest);
             chosen.push(i);
         }

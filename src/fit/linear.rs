@@ -56,7 +56,7 @@ impl Linear {
                 before.and_then(|step| if let Weights::Stepped(own) = &step.weights { Some(&**own) } else { None });
             let found = estimate::step_scattered(&own, &lines, &least, before, &settings.adjust)?;
             let (change, rank) = (found.solution.clone(), found.rank);
-            let residuals = step::residuals(&system, &change);
+            let residuals = system.residuals(&change);
             let weights = Weights::Stepped(Box::new(found));
             return Ok(Linear { system, change, residuals, rank, scales: Vec::new(), least, weights });
         }

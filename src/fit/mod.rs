@@ -10,7 +10,6 @@ mod azimuth;
 mod checks;
 mod conditional;
 mod conformity;
-mod covariance_root;
 mod gauss_newton;
 mod least_absolute;
 mod linear;
@@ -64,6 +63,7 @@ use crate::quality::{self, GlobalTest, RowQuality};
 use crate::uncertainty::quantiles::{chi_square_survival, fisher_f_survival};
 use crate::vocabulary::vocabulary;
 use faer::Mat;
+use parameters::{BudgetInputs, Told};
 use std::borrow::Cow;
 
 vocabulary! {
@@ -198,10 +198,7 @@ impl Fit {
     /// else shows these.
     pub fn without_u_for(&self, line: usize) -> Vec<&str> {
         let Some((_, own)) = self.noise.absorbed.iter().find(|(k, _)| *k == line) else { return Vec::new() };
-        let touched = |k: usize| {
-            let along: Vec<f64> = (0..=k).map(|j| f64::from(u8::from(j == k))).collect();
-            self.estimate.unknowns.is_estimable(k) && own.touches(&along)
-        };
+        let touched = |k: usize| self.estimate.unknowns.is_estimable(k) && own.touches_unknown(k);
         self.parameters.iter().enumerate().filter(|(k, _)| touched(*k)).map(|(_, own)| own.id.as_str()).collect()
     }
 
@@ -370,23 +367,12 @@ fn of(given: Cow<'_, Campaign>, settings: &Settings) -> Result<Fit> {
     let linearisation_error = gauss_newton::linearisation_error(at_solution, &design, &step.system, &step.estimate);
     let checks = checks::checks(campaign, &design, &step, settings.level);
     let step::Step { system, estimate, noise, constraints, robust, settled, scattered, .. } = step;
-    let budget_inputs = parameters::BudgetInputs::new(
-        campaign,
-        at_solution,
-        &estimate,
-        &noise,
-        settings.level,
-        (&weak, judged_at.as_deref()),
-    );
+    let known = parameters::known_inputs(campaign, at_solution, &noise);
+    let judged = (weak.as_slice(), judged_at.as_deref());
+    let budgets = BudgetInputs::new(campaign, (&estimate, &noise), known, settings.level, judged);
     let free: Vec<f64> = design.point.iter().zip(&estimate.unknowns.solution).map(|(x, dx)| x + dx).collect();
-    let at_bound = rules::at_bound(campaign, &constraints);
-    let bounded = matches!(constraints, Constraints::Met { .. });
-    let allowed = |k| if bounded { rules::allowed(campaign, k) } else { (f64::NEG_INFINITY, f64::INFINITY) };
-    let parameters = budget_inputs.parameters(&point, &free, &at_bound, allowed);
-    let covariance = budget_inputs.covariance();
-    let derived = budget_inputs.derived(&point)?;
-    let combinations = budget_inputs.combinations(&point);
-    let known_sensitivities = budget_inputs.known_sensitivities();
+    let Told { parameters, covariance, derived, combinations, known: known_sensitivities } =
+        budgets.told(&point, &free, &constraints)?;
     let quality = quality::rows(&system, &estimate, scattered.as_ref());
     // with an estimated variance among them, chi-square is what that variance makes it
     let stated = noise.sources.iter().all(|source| !source.estimated);
@@ -482,11 +468,7 @@ fn nonlinearity(
             Err(_) => Vec::new(),
         },
     };
-    let of = |(k, result): (usize, &ParameterResult)| {
-        let u = result.uncertainty.map(|combined| combined.u).filter(|u| *u > 0.0)?;
-        change.get(k).map(|change| change / u).filter(|share| share.is_finite())
-    };
-    let mut found: Vec<Option<f64>> = parameters.iter().enumerate().map(of).collect();
+    let mut found = in_uncertainties(parameters, &change);
     if record.is_some() && found.iter().flatten().any(|share| share.abs() > VISIBLE) {
         // what the reference point does not determine has no linear estimate
         for k in unseen {
@@ -494,6 +476,15 @@ fn nonlinearity(
         }
     }
     found
+}
+
+/// Changes of the parameters in units of their standard uncertainties.
+fn in_uncertainties(parameters: &[ParameterResult], change: &[f64]) -> Vec<Option<f64>> {
+    let of = |(k, result): (usize, &ParameterResult)| {
+        let u = result.uncertainty.map(|combined| combined.u).filter(|u| *u > 0.0)?;
+        change.get(k).map(|change| change / u).filter(|share| share.is_finite())
+    };
+    parameters.iter().enumerate().map(of).collect()
 }
 
 /// Robust estimation is supported neither with constraints nor with shared deviations.

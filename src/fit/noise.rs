@@ -12,7 +12,7 @@ use crate::uncertainty::{monte_carlo, quantiles};
 use crate::vocabulary::vocabulary;
 use faer::Mat;
 use faer::linalg::matmul::matmul;
-use faer::{Accum, Par};
+use faer::{Accum, Par, Side};
 
 vocabulary! {
     /// Where a standard deviation comes from.
@@ -72,6 +72,18 @@ impl VarianceSource {
             levels,
             component: None,
             sensor: None,
+        }
+    }
+
+    /// A line of the campaign's scatter.
+    pub(super) fn line(campaign: &Campaign, k: usize, line: &Scatter, share: Mat<f64>, levels: usize) -> Self {
+        let estimated = line.size == Size::Estimated;
+        VarianceSource {
+            evaluation: if estimated { Evaluation::TypeA } else { Evaluation::TypeB },
+            estimated,
+            dof: if let Size::Stated { dof, .. } = line.size { dof } else { f64::INFINITY },
+            line: Some(k),
+            ..VarianceSource::stated(line.name(campaign), share, levels)
         }
     }
 }
@@ -137,6 +149,39 @@ fn share(sensitivities: &Mat<f64>, rows: &[usize], u: &[f64], variance: f64) -> 
 }
 
 impl ScatterSources {
+    /// Nothing that scatters.
+    fn none() -> Self {
+        ScatterSources {
+            sources: Vec::new(),
+            sensitivities: Mat::new(),
+            covariance: Mat::new(),
+            spread: None,
+            correction: None,
+            leans: Vec::new(),
+            determined: true,
+            mixture: None,
+            absorbed: Vec::new(),
+        }
+    }
+
+    /// Independent rows, the unknowns following them as in a plain estimate; `of` tells the variance of a source and its degrees of freedom.
+    fn of_rows(
+        campaign: &Campaign,
+        design: &DesignMatrix,
+        system: &System,
+        plain: &Estimate,
+        of: impl Fn(&VarianceSource) -> (f64, f64),
+    ) -> Self {
+        let sensitivities = plain.factor.sensitivities();
+        let own = |(mut source, rows): (VarianceSource, Vec<usize>)| {
+            (source.variance, source.dof) = of(&source);
+            source.share = share(&sensitivities, &rows, &system.u, source.variance);
+            source
+        };
+        let sources = row_sources(campaign, design, system).into_iter().map(own).collect();
+        ScatterSources { sources, sensitivities, ..ScatterSources::none() }
+    }
+
     /// Independent readings: the variances are the squares of the estimate's group scales.
     pub(super) fn independent(
         campaign: &Campaign,
@@ -144,26 +189,14 @@ impl ScatterSources {
         system: &System,
         estimate: &Estimate,
     ) -> Self {
-        let sensitivities = estimate.factor.sensitivities();
-        let mut sources = Vec::new();
-        for (mut source, rows) in row_sources(campaign, design, system) {
-            if let Some(g) = source.component {
-                source.variance = estimate.scale_or_one(g).powi(2);
-                source.dof = estimate.group_redundancy.at(g);
-            }
-            source.share = share(&sensitivities, &rows, &system.u, source.variance);
-            sources.push(source);
-        }
+        let of = |source: &VarianceSource| match source.component {
+            Some(g) => (estimate.scale_or_one(g).powi(2), estimate.group_redundancy.at(g)),
+            None => (source.variance, source.dof),
+        };
         let mut noise = ScatterSources {
-            sensitivities,
             covariance: estimate.unknowns.covariance.clone(),
-            spread: None,
-            correction: None,
-            leans: Vec::new(),
             determined: estimate.group_scale.iter().all(Option::is_some),
-            mixture: None,
-            absorbed: Vec::new(),
-            sources,
+            ..ScatterSources::of_rows(campaign, design, system, estimate, of)
         };
         let several = estimate.scale_uncertainty(system).filter(|_| noise.determined);
         if let Some(ScaleUncertainty { relative, correction }) = several {
@@ -183,27 +216,34 @@ impl ScatterSources {
         factor: impl Fn(Option<usize>) -> f64,
         covariance: Mat<f64>,
     ) -> Self {
-        let sensitivities = plain.factor.sensitivities();
-        let mut sources = Vec::new();
-        for (mut source, rows) in row_sources(campaign, design, system) {
-            source.variance = factor(source.component);
-            if source.evaluation == Evaluation::TypeA {
-                source.dof = plain.dof as f64;
-            }
-            source.share = share(&sensitivities, &rows, &system.u, source.variance);
-            sources.push(source);
-        }
+        let dof = |own: &VarianceSource| {
+            if own.evaluation == Evaluation::TypeA { plain.dof as f64 } else { own.dof }
+        };
+        let of = |own: &VarianceSource| (factor(own.component), dof(own));
         let determined = plain.dof > 0;
+        ScatterSources { covariance, determined, ..ScatterSources::of_rows(campaign, design, system, plain, of) }
+    }
+
+    /// What was estimated together: the covariance with variances as if they were known, theirs, what they add to it and how it follows
+    /// correlation times.
+    pub(super) fn jointly(
+        sources: Vec<VarianceSource>,
+        known: &Mat<f64>,
+        (spread, correction): (Mat<f64>, Mat<f64>),
+        leans: Vec<(usize, Mat<f64>)>,
+        determined: bool,
+    ) -> Self {
+        let estimated = !leans.is_empty() || sources.iter().any(|s| s.component.is_some());
         ScatterSources {
             sources,
-            sensitivities,
-            covariance,
-            spread: None,
-            correction: None,
-            leans: Vec::new(),
+            // of a record that was streamed it is not known how the unknowns follow single readings
+            sensitivities: Mat::zeros(known.nrows(), 0),
+            covariance: known + &correction,
+            spread: estimated.then_some(spread),
+            correction: estimated.then_some(correction),
+            leans,
             determined,
-            mixture: None,
-            absorbed: Vec::new(),
+            ..ScatterSources::none()
         }
     }
 
@@ -248,71 +288,33 @@ impl ScatterSources {
             let at = |list: &[f64]| list.at(k);
             // a line of which the estimate knows nothing
             let state = found.state.get(k).copied().unwrap_or(LineState::NotFelt);
-            let estimated = line.size == Size::Estimated;
             let component = found.component.get(k).copied().flatten();
+            // a line that no row feels has no share
+            let share = found.shares.get(k).cloned().unwrap_or_else(Mat::new);
+            let own = VarianceSource::line(campaign, k, line, share, levels.at(k));
             sources.push(VarianceSource {
-                name: line.name(campaign),
-                evaluation: if estimated { Evaluation::TypeA } else { Evaluation::TypeB },
                 variance: at(&found.variance),
-                estimated,
-                dof: match line.size {
-                    Size::Stated { dof, .. } => dof,
-                    Size::Column(_) => f64::INFINITY,
-                    Size::Estimated if state == LineState::Estimated => dof(component),
-                    Size::Estimated => f64::INFINITY,
-                },
-                // a line that no row feels has no share
-                share: found.shares.get(k).cloned().unwrap_or_else(Mat::new),
-                line: Some(k),
+                dof: if own.estimated && state == LineState::Estimated { dof(component) } else { own.dof },
                 state,
                 tau: found.tau.get(k).copied().flatten(),
                 could_be: found.could_be.get(k).copied().flatten(),
-                levels: levels.at(k),
                 component,
-                sensor: None,
+                ..own
             });
         }
-        let leans: Vec<(usize, Mat<f64>)> = found.leans.iter().flatten().cloned().collect();
-        let estimated = !leans.is_empty() || sources.iter().any(|s| s.component.is_some());
+        let leans = found.leans.iter().flatten().cloned().collect();
+        let estimate = (&found.estimate.unknowns.covariance, (found.spread.clone(), found.correction.clone()));
+        let determined = found.group_variance.iter().all(Option::is_some);
+        let jointly = ScatterSources::jointly(sources, estimate.0, estimate.1, leans, determined);
         ScatterSources {
             sensitivities: std::mem::replace(&mut found.sensitivities, Mat::new()),
             covariance: match &found.mixture {
                 Some(mixture) => summed_covariance(mixture).0,
-                None => &found.estimate.unknowns.covariance + &found.correction,
+                None => jointly.covariance,
             },
-            spread: estimated.then(|| found.spread.clone()),
-            correction: estimated.then(|| found.correction.clone()),
-            leans,
-            determined: found.group_variance.iter().all(Option::is_some),
             mixture: found.mixture.take(),
             absorbed: found.absorbed.iter().enumerate().filter_map(|(k, own)| Some((k, own.clone()?))).collect(),
-            sources,
-        }
-    }
-
-    /// Sources of a record that was streamed: how the unknowns follow single readings is not known.
-    pub(super) fn streamed(
-        mut sources: Vec<VarianceSource>,
-        cofactor: &Mat<f64>,
-        (spread, correction): (Mat<f64>, Mat<f64>),
-        leans: Vec<(usize, Mat<f64>)>,
-        determined: bool,
-    ) -> Self {
-        for own in &mut sources {
-            own.estimated = own.component.is_some() || own.state == LineState::AtZero;
-            own.dof = own.component.map_or(own.dof, |c| 2.0 / spread[(c, c)]);
-        }
-        let estimated = spread.nrows() > 0;
-        ScatterSources {
-            sources,
-            sensitivities: Mat::zeros(cofactor.nrows(), 0),
-            covariance: cofactor + &correction,
-            spread: estimated.then_some(spread),
-            correction: estimated.then_some(correction),
-            leans,
-            determined,
-            mixture: None,
-            absorbed: Vec::new(),
+            ..jointly
         }
     }
 
@@ -321,14 +323,10 @@ impl ScatterSources {
     pub(super) fn of_one(&self, sensor: usize, of_rows: f64, of_line: &dyn Fn(usize, Option<f64>) -> f64) -> Self {
         let mut own = ScatterSources {
             sources: self.sources.clone(),
-            sensitivities: Mat::new(),
             covariance: Mat::zeros(1, 1),
             spread: self.spread.clone(),
-            correction: None,
-            leans: Vec::new(),
             determined: self.determined,
-            mixture: None,
-            absorbed: Vec::new(),
+            ..ScatterSources::none()
         };
         for source in &mut own.sources {
             let form = match source.line {
@@ -351,10 +349,7 @@ impl ScatterSources {
     /// What a variance estimated as zero takes off the others cannot be drawn alone: with such a line, all that the readings tell of is drawn
     /// together.
     pub(super) fn scatter(&self) -> Vec<monte_carlo::Scatter> {
-        let factored = |share: &Mat<f64>, dof: f64| monte_carlo::Scatter {
-            factor: super::covariance_root::covariance_root(share),
-            dof,
-        };
+        let factored = |share: &Mat<f64>, dof: f64| monte_carlo::Scatter { factor: covariance_root(share), dof };
         let felt = self.sources.iter().filter(|s| s.variance > 0.0 && s.share.nrows() > 0);
         let below = self.sources.iter().any(VarianceSource::is_below_zero);
         let (mut joint, mut all) = (Mat::zeros(self.covariance.nrows(), self.covariance.nrows()), Vec::new());
@@ -408,16 +403,7 @@ impl ScatterSources {
             .iter()
             .zip(&forms)
             .filter(|(_, form)| **form > 0.0)
-            .map(|(source, form)| Contribution {
-                source: source.name.clone(),
-                evaluation: source.evaluation,
-                distribution: if source.dof.is_finite() { Shape::T } else { Shape::Normal },
-                estimate: None,
-                source_u: None,
-                sensitivity: None,
-                u: form.sqrt(),
-                dof: source.dof,
-            })
+            .map(|(own, form)| Contribution::of_many(own.name.clone(), own.evaluation, form.sqrt(), own.dof))
             .collect();
         let Some(dof) = self.together(&|share| form(share, along)) else { return (contributions, None) };
         if let Some((u, dof)) = self.mixture.as_ref().and_then(|own| summed(own, along)) {
@@ -438,7 +424,8 @@ impl ScatterSources {
         let added = self.correction.as_ref().map_or(0.0, |correction| form(correction, along));
         // one variance for all readings leaves their weights as they are, to rounding: of sums over 10^4 epsilons
         if added > 1e-12 * form(&self.covariance, along) {
-            contributions.push(type_a("estimated weights (Kenward-Roger)".into(), added, dof));
+            let source = "estimated weights (Kenward-Roger)".to_string();
+            contributions.push(Contribution::of_many(source, Evaluation::TypeA, added.sqrt(), dof));
         }
         (contributions, Some(dof))
     }
@@ -506,18 +493,21 @@ fn summed_covariance(mixture: &Mixture) -> (Mat<f64>, f64) {
     (Mat::from_fn(mean.nrows(), mean.ncols(), |i, j| mean[(i, j)] * factor.at(i) * factor.at(j)), least)
 }
 
-/// A Type A contribution of many readings.
-fn type_a(source: String, variance: f64, dof: f64) -> Contribution {
-    Contribution {
-        source,
-        evaluation: Evaluation::TypeA,
-        distribution: if dof.is_finite() { Shape::T } else { Shape::Normal },
-        estimate: None,
-        source_u: None,
-        sensitivity: None,
-        u: variance.sqrt(),
-        dof,
-    }
+/// `F` with `F F' = covariance`, from the eigenvectors of the correlation; directions without variance are left out.
+fn covariance_root(covariance: &Mat<f64>) -> Mat<f64> {
+    let n = covariance.nrows();
+    let sd: Vec<f64> = (0..n).map(|k| covariance[(k, k)].max(0.0).sqrt()).collect();
+    let sd_of = |i: usize| sd.at(i);
+    let correlation = Mat::from_fn(n, n, |i, j| match sd_of(i) * sd_of(j) {
+        product if product > 0.0 => covariance[(i, j)] / product,
+        _ => 0.0,
+    });
+    let Ok(eigen) = correlation.self_adjoint_eigen(Side::Lower) else { return Mat::zeros(n, 0) };
+    let values = eigen.S().column_vector().iter().copied().enumerate();
+    let kept: Vec<(usize, f64)> = values.filter(|(_, value)| *value > 1e-14).collect();
+    Mat::from_fn(n, kept.len(), |i, k| {
+        kept.get(k).map_or(0.0, |(k, value)| sd_of(i) * eigen.U()[(i, *k)] * value.sqrt())
+    })
 }
 
 /// Is this line a correlation, which has no size of its own?

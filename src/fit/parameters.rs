@@ -3,13 +3,14 @@
 use super::azimuth::{Sector, sector};
 use super::names::{NamedCombination, describe};
 use super::noise::ScatterSources;
+use super::rules::{self, Constraints};
 use crate::algebra::{Expression, Scratch, Tape};
 use crate::campaign::{Campaign, Derived, Kind, Known, Parameter, Role};
 use crate::design::DesignMatrix;
 use crate::elements::{Elements, Parts};
 use crate::error::Result;
 use crate::estimate::{Combination, Estimate};
-use crate::uncertainty::{Combined, Contribution, Evaluation, Shape, combine_groups};
+use crate::uncertainty::{Combined, Contribution, Evaluation, combine_groups};
 use crate::vocabulary::vocabulary;
 use faer::Mat;
 
@@ -100,7 +101,7 @@ fn moved(terms: &[(usize, f64)], along: &[f64]) -> (f64, f64) {
 ///
 /// `df/dp` is that of the exact model at the *solution*: at a reference point with zero tilts a scale factor would seem to have no part in
 /// tilts that it multiplies.
-fn known_inputs<'a>(
+pub(super) fn known_inputs<'a>(
     campaign: &'a Campaign,
     at_solution: &DesignMatrix,
     noise: &ScatterSources,
@@ -122,6 +123,16 @@ fn known_inputs<'a>(
     inputs
 }
 
+/// What budgets tell.
+pub(super) struct Told {
+    pub parameters: Vec<ParameterResult>,
+    pub covariance: Mat<f64>,
+    pub derived: Vec<DerivedResult>,
+    pub combinations: Vec<CombinationResult>,
+    /// How the estimated parameters follow each known input that has an uncertainty.
+    pub known: Vec<(usize, Known, Vec<f64>)>,
+}
+
 /// What every budget of a fit needs.
 pub(super) struct BudgetInputs<'a> {
     campaign: &'a Campaign,
@@ -134,37 +145,36 @@ pub(super) struct BudgetInputs<'a> {
 }
 
 impl<'a> BudgetInputs<'a> {
+    /// `known`: how the solution follows each known input.
     pub(super) fn new(
         campaign: &'a Campaign,
-        at_solution: &DesignMatrix,
-        estimate: &'a Estimate,
-        noise: &'a ScatterSources,
+        (estimate, noise): (&'a Estimate, &'a ScatterSources),
+        known: Vec<(&'a str, Known, Vec<f64>)>,
         level: f64,
         (weak, judged_at): (&'a [usize], Option<&'a [f64]>),
     ) -> Self {
-        let known = known_inputs(campaign, at_solution, noise);
         BudgetInputs { campaign, estimate, noise, known, level, weak, judged_at }
     }
 
-    /// The same where it is known already how the solution follows each known input.
-    pub(super) fn with_known(
-        campaign: &'a Campaign,
-        estimate: &'a Estimate,
-        noise: &'a ScatterSources,
-        known: Vec<(&'a str, Known, Vec<f64>)>,
-        level: f64,
-    ) -> Self {
-        BudgetInputs { campaign, estimate, noise, known, level, weak: &[], judged_at: None }
-    }
-
-    /// How the estimated parameters follow each known input that has an uncertainty.
-    pub(super) fn known_sensitivities(&self) -> Vec<(usize, Known, Vec<f64>)> {
+    /// Everything at a point, `free` being the estimate that only equations restrict.
+    pub(super) fn told(&self, point: &[f64], free: &[f64], constraints: &Constraints) -> Result<Told> {
+        let at_bound = rules::at_bound(self.campaign, constraints);
+        let bounded = matches!(constraints, Constraints::Met { .. });
+        let none = (f64::NEG_INFINITY, f64::INFINITY);
+        let allowed = |k| if bounded { rules::allowed(self.campaign, k) } else { none };
         let index = |id: &str| self.campaign.parameter_index(id);
-        self.known.iter().filter_map(|(id, known, c)| Some((index(id)?, *known, c.clone()))).collect()
+        let known = self.known.iter().filter_map(|(id, known, c)| Some((index(id)?, *known, c.clone())));
+        Ok(Told {
+            parameters: self.parameters(point, free, &at_bound, allowed),
+            covariance: self.covariance(),
+            derived: self.derived(point)?,
+            combinations: self.combinations(point),
+            known: known.collect(),
+        })
     }
 
     /// Full covariance of the estimated parameters: readings and known inputs.
-    pub(super) fn covariance(&self) -> Mat<f64> {
+    fn covariance(&self) -> Mat<f64> {
         let mut covariance = self.noise.covariance.clone();
         for (_, input, c) in &self.known {
             for (i, a) in c.iter().enumerate().take(covariance.nrows()) {
@@ -223,8 +233,15 @@ impl<'a> BudgetInputs<'a> {
         (budget, combined)
     }
 
+    /// The same of what follows all parameters, known ones also by themselves, like this.
+    fn budget_along(&self, slopes: &[f64]) -> (Vec<Contribution>, Option<Combined>) {
+        // a source that the line does not depend on
+        let own = |id: &str| self.campaign.parameter_index(id).and_then(|k| slopes.get(k)).copied().unwrap_or_default();
+        self.budget(slopes.part(..self.campaign.unknowns()), own)
+    }
+
     /// Results of all estimated parameters; `allowed` are the values that constraints leave each.
-    pub(super) fn parameters(
+    fn parameters(
         &self,
         point: &[f64],
         free: &[f64],
@@ -286,7 +303,7 @@ impl<'a> BudgetInputs<'a> {
     }
 
     /// What the readings determine of parameters that are not estimable alone.
-    pub(super) fn combinations(&self, point: &[f64]) -> Vec<CombinationResult> {
+    fn combinations(&self, point: &[f64]) -> Vec<CombinationResult> {
         let result = |combination: &Combination| {
             let mut along = vec![0.0; self.campaign.unknowns()];
             for (k, c) in &combination.terms {
@@ -315,25 +332,17 @@ impl<'a> BudgetInputs<'a> {
     /// Results of the derived quantities: first order, `c = d quantity / d parameters` at the estimate.
     ///
     /// A known parameter acts twice, through the line itself and through the estimates: its sensitivity is the sum of both.
-    pub(super) fn derived(&self, point: &[f64]) -> Result<Vec<DerivedResult>> {
+    fn derived(&self, point: &[f64]) -> Result<Vec<DerivedResult>> {
         let campaign = self.campaign;
         let ids: Vec<&str> = campaign.parameters.iter().map(|p| p.id.as_str()).collect();
+        let finite = |(value, slopes): &(f64, Vec<f64>)| value.is_finite() && slopes.iter().all(|c| c.is_finite());
         let result = |quantity: &Derived| {
-            let tape = Tape::compile(&quantity.line, &ids)?;
-            let mut gradient: Vec<f64> = vec![0.0; ids.len()];
-            let value = tape.gradient(point, &mut Scratch::default(), &mut gradient);
-            let along = gradient.part(..campaign.unknowns());
-            let finite = value.is_finite() && gradient.iter().all(|c| c.is_finite());
-            let mut there: Vec<f64> = vec![0.0; ids.len()];
-            let judged = self.judged_at.filter(|_| !self.estimate.unknowns.free_directions.is_empty()).and_then(|at| {
-                let value = tape.gradient(at, &mut Scratch::default(), &mut there);
-                (value.is_finite() && there.iter().all(|c| c.is_finite())).then_some(there.as_slice())
-            });
-            let usable = finite && self.determines(along, judged);
-            let own =
-                // a source that the line does not depend on
-                |id: &str| campaign.parameter_index(id).and_then(|k| gradient.get(k)).copied().unwrap_or_default();
-            let (budget, uncertainty) = if usable { self.budget(along, own) } else { (Vec::new(), None) };
+            let there = self.judged_at.filter(|_| !self.estimate.unknowns.free_directions.is_empty());
+            let there = there.map(|at| slopes(&quantity.line, &ids, at)).transpose()?.filter(finite);
+            let here = slopes(&quantity.line, &ids, point)?;
+            let (value, along) = (here.0, here.1.part(..campaign.unknowns()));
+            let usable = finite(&here) && self.determines(along, there.as_ref().map(|own| own.1.as_slice()));
+            let (budget, uncertainty) = if usable { self.budget_along(&here.1) } else { (Vec::new(), None) };
             let angle = |name: &str| {
                 let parameter = campaign.parameter_index(name).and_then(|k| campaign.parameters.get(k))?;
                 Some(if parameter.kind == Kind::Tilt { 1.0 } else { return None })
@@ -369,13 +378,8 @@ impl<'a> BudgetInputs<'a> {
     ) -> Result<Option<(f64, Sector)>> {
         let (Some((scale, y, x)), Some(combined)) = (quantity.line.as_azimuth(), uncertainty) else { return Ok(None) };
         let one = |line: &Expression| -> Result<(f64, Option<f64>)> {
-            let mut gradient: Vec<f64> = vec![0.0; ids.len()];
-            let value = Tape::compile(line, ids)?.gradient(point, &mut Scratch::default(), &mut gradient);
-            let own =
-                // a source that the line does not depend on
-                |id: &str| self.campaign.parameter_index(id).and_then(|k| gradient.get(k)).copied().unwrap_or_default();
-            let along = gradient.part(..self.campaign.unknowns());
-            Ok((value, self.budget(along, own).1.map(|c| c.u * c.u)))
+            let (value, along) = slopes(line, ids, point)?;
+            Ok((value, self.budget_along(&along).1.map(|c| c.u * c.u)))
         };
         let ((y_value, yy), (x_value, xx), (_, both)) = (one(&y)?, one(&x)?, one(&x.plus(&y))?);
         let found = xx.zip(yy).zip(both).and_then(|((xx, yy), both)| {
@@ -388,6 +392,13 @@ impl<'a> BudgetInputs<'a> {
             Sector::Between(low, high) => (scale, Sector::Between(scale * low, scale * high)),
         }))
     }
+}
+
+/// Value of a line of algebra, and its slopes by all parameters.
+fn slopes(line: &Expression, ids: &[&str], at: &[f64]) -> Result<(f64, Vec<f64>)> {
+    let mut slopes = vec![0.0; ids.len()];
+    let value = Tape::compile(line, ids)?.gradient(at, &mut Scratch::default(), &mut slopes);
+    Ok((value, slopes))
 }
 
 /// The uncertainty of an angle of which nothing is known: rectangular over the circle (GUM 4.3.7), `u = pi/sqrt 3`, U half of it.
@@ -409,16 +420,8 @@ fn pair_name([a, b]: [&str; 2]) -> String {
 
 /// The covariance of two correlated inputs, `2 c_i c_j u_i u_j r` of GUM eq. 13, as the budget has it.
 fn correlated_contribution(names: [&str; 2], covariance: f64) -> Contribution {
-    Contribution {
-        source: pair_name(names),
-        evaluation: Evaluation::TypeB,
-        distribution: Shape::Normal,
-        estimate: None,
-        source_u: None,
-        sensitivity: None,
-        u: covariance.abs().sqrt().copysign(covariance),
-        dof: f64::INFINITY,
-    }
+    let u = covariance.abs().sqrt().copysign(covariance);
+    Contribution::of_many(pair_name(names), Evaluation::TypeB, u, f64::INFINITY)
 }
 
 fn known_contribution(id: &str, input: &Known, sensitivity: f64) -> Contribution {

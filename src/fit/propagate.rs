@@ -24,14 +24,18 @@ pub struct Drawn {
     pub joint: Option<Joint>,
 }
 
-/// Several outputs together (JCGM 102).
-#[derive(Debug, Clone, PartialEq)]
+/// Several outputs together.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[schemars(rename = "JointReport")]
+#[non_exhaustive]
 pub struct Joint {
-    /// Names of the outputs.
+    /// Their order.
+    #[serde(rename = "order")]
     pub names: Vec<String>,
-    /// Their covariance, row by row.
+    /// Covariance, in products of the quantities' units.
     pub covariance: Vec<Vec<f64>>,
-    /// Factor of the coverage ellipsoid; `None` where the outputs depend on each other.
+    /// Factor of the coverage ellipsoid, a pure number; null where they depend on each other.
+    #[serde(rename = "k_p")]
     pub ellipsoid_factor: Option<f64>,
 }
 

@@ -71,7 +71,7 @@ pub(crate) fn check_rows(campaign: &Campaign, model: &Model, design: &DesignMatr
             continue;
         }
         let Some(reading) = campaign.readings.rows.get(origin.reading) else { continue };
-        let sensor = campaign.bench.sensors.get(origin.sensor).map_or("", |own| own.id.as_str());
+        let sensor = campaign.sensor_id(origin.sensor);
         let at = position(campaign, &reading.joints);
         if predicted.is_finite() {
             let id = bad.and_then(|k| campaign.parameters.get(k)).map_or("", |own| own.id.as_str());
@@ -79,7 +79,7 @@ pub(crate) fn check_rows(campaign: &Campaign, model: &Model, design: &DesignMatr
                 Fault::Value,
                 format!("the model line of {sensor} has no finite derivative by '{id}' at this reading{at}"),
             )
-            .expected(format!("a \"start\" for '{id}' at which it has one"))
+            .expected(format!("a \"start\" for '{id}' at which it has one (of tumble new: --start {id}=VALUE)"))
             .at_path(reading.place.clone()));
         }
         let error =
@@ -104,7 +104,7 @@ pub(super) fn name_reading(campaign: &Campaign, error: Malformed) -> Malformed {
     let values =
         campaign.readings.rows.iter().flat_map(|reading| reading.observations.iter().map(move |own| (reading, own)));
     let Some((reading, own)) = values.max_by(|a, b| a.1.value.abs().total_cmp(&b.1.value.abs())) else { return error };
-    let sensor = campaign.bench.sensors.get(own.sensor).map_or("", |own| own.id.as_str());
+    let sensor = campaign.sensor_id(own.sensor);
     error.found(format!("a largest reading {sensor} = {:e}", own.value)).at_path(reading.place.clone())
 }
 

@@ -91,7 +91,7 @@ pub(super) fn estimate(
     for stage in stages {
         if *stage == RobustMethod::L1 {
             let (solution, converged) = super::least_absolute::solve(system, &plain, readings);
-            weighted.residuals = residuals(system, &solution);
+            weighted.residuals = system.residuals(&solution);
             weighted.unknowns.solution = solution;
             record.converged = converged;
             scale = scales(system, &weighted, groups);
@@ -137,14 +137,6 @@ fn reweighted(system: &System, weights: &[f64], scale: &[f64]) -> System {
     System { u, group: vec![Group::Known; system.u.len()], ..system.clone() }
 }
 
-fn residuals(system: &System, solution: &[f64]) -> Vec<f64> {
-    let mut rest = system.observed.clone();
-    for (j, x) in solution.iter().enumerate().take(system.rows.ncols()) {
-        rest.iter_mut().zip(system.rows.col_as_slice(j)).for_each(|(v, a)| *v -= a * x);
-    }
-    rest
-}
-
 fn scale_of(system: &System, scale: &[f64], i: usize) -> f64 {
     match system.group[i] {
         Group::Known => 1.0,
@@ -184,13 +176,9 @@ fn scales(system: &System, estimate: &Estimate, groups: usize) -> Vec<f64> {
         .collect()
 }
 
+/// `psi(d)/d`.
 fn weight_of(method: RobustMethod, deviation: f64) -> f64 {
-    let d = deviation.abs();
-    match method {
-        RobustMethod::Tukey if d >= TUKEY => 0.0,
-        RobustMethod::Tukey => (1.0 - (d / TUKEY).powi(2)).powi(2),
-        RobustMethod::Huber | RobustMethod::L1 => (HUBER / d).min(1.0),
-    }
+    if deviation == 0.0 { 1.0 } else { psi(method, deviation).0 / deviation }
 }
 
 /// `(psi, psi')`.

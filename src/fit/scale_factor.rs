@@ -20,7 +20,7 @@ use crate::design::{DesignMatrix, Instant, Kinematics, kinematics};
 use crate::elements::Elements;
 use crate::estimate::ScatterLine;
 use crate::language::{Sentence, sentence};
-use crate::uncertainty::{Combined, Contribution, Evaluation, Shape, combine_groups, quantiles};
+use crate::uncertainty::{Combined, Contribution, Evaluation, combine_groups, quantiles};
 use nalgebra::Vector3;
 use std::collections::{BTreeMap, HashMap};
 
@@ -172,8 +172,7 @@ fn series(campaign: &Campaign, design: &DesignMatrix, s: usize, sensor: &Sensor)
         let Some(name) = names.get(joint) else { continue };
         let mut key = vec![joint as u64];
         for state in &reading.joints {
-            let (deg, deg_s, turns) = state.at_rate(1.0).unwrap_or(*state).keys();
-            key.extend([deg, deg_s, turns].map(|own| own.unwrap_or(f64::NAN).to_bits()));
+            key.extend(state.at_rate(1.0).unwrap_or(*state).bits());
         }
         // the joint's own columns say what its state says
         let others = used.iter().filter(|k| {
@@ -374,16 +373,7 @@ impl Of<'_> {
         let mean = slopes.iter().sum::<f64>() / count as f64;
         let value = PPM * (slopes.iter().map(|own| (own - mean).powi(2)).sum::<f64>() / dof).sqrt() / mean.abs();
         let (share, half) = ((1.0 - c4(count).powi(2)).sqrt(), half_width(self.fit.settings.level, dof)?);
-        let source = Contribution {
-            source: "slopes of runs".into(),
-            evaluation: Evaluation::TypeA,
-            distribution: Shape::T,
-            estimate: None,
-            source_u: None,
-            sensitivity: None,
-            u: share * value,
-            dof,
-        };
+        let source = Contribution::of_many("slopes of runs".into(), Evaluation::TypeA, share * value, dof);
         let uncertainty = Combined {
             u: source.u,
             type_a: source.u,

@@ -88,13 +88,16 @@ fn scatter_line(campaign: &Campaign, design: &DesignMatrix, u: &[f64], line: &Sc
         felt.push(Felt { row, level, by });
     }
     let memory = line.over.as_ref().map(|over| Memory { time: times, run: runs, tau: over.tau });
-    let variance = match line.size {
-        Size::Stated { sd, .. } => Some(sd * sd),
-        Size::Column(_) => Some(1.0),
-        Size::Estimated => None,
-    };
-    let variance = if matches!(line.of, Deviating::Correlated(..)) { Some(1.0) } else { variance };
-    ScatterLine { felt, variance, memory }
+    ScatterLine { felt, variance: variance(line), memory }
+}
+
+/// The variance of a line, where it is not to be estimated.
+fn variance(line: &Scatter) -> Option<f64> {
+    match (&line.of, &line.size) {
+        (Deviating::Correlated(..), _) | (_, Size::Column(_)) => Some(1.0),
+        (_, Size::Stated { sd, .. }) => Some(sd * sd),
+        (_, Size::Estimated) => None,
+    }
 }
 
 /// What the rows keep of their standard uncertainties where a correlation shares out a part: `sqrt(1 - |r|) u`.
@@ -129,12 +132,8 @@ pub fn floor(campaign: &Campaign, design: &DesignMatrix, system: &System, varian
 
 /// The variances of a campaign's lines as far as they are stated; zero for those to be estimated.
 pub fn stated_variances(campaign: &Campaign) -> Vec<f64> {
-    let of = |line: &Scatter| match (&line.of, &line.size) {
-        (Deviating::Correlated(..), _) | (_, Size::Column(_)) => 1.0,
-        (_, Size::Stated { sd, .. }) => sd * sd,
-        (_, Size::Estimated) => 0.0,
-    };
-    campaign.scatter.iter().map(of).collect()
+    // as asked for
+    campaign.scatter.iter().map(|line| variance(line).unwrap_or(0.0)).collect()
 }
 
 /// The system with the rows' own noise alone: itself, where no correlation shares out a part of it.

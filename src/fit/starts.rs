@@ -4,12 +4,12 @@
 //! reading responds to either, though another value of one brings the other into sight. The rank is a fact of a point, not of the bench.
 
 use super::Settings;
-use super::step::{self, Step};
+use super::step;
 use crate::campaign::{Campaign, Kind, Role};
 use crate::design::{self, DesignMatrix, Model};
 use crate::elements::Elements;
 use crate::error::Result;
-use crate::estimate::{Coupling, Group};
+use crate::estimate::Coupling;
 
 /// A start away from a point at which unknowns are out of sight.
 pub(super) struct Start {
@@ -93,7 +93,7 @@ pub(super) fn weak(
         if !step.noise.determined {
             break;
         }
-        let weight = weights(&step);
+        let u = step.estimate.row_u(&step.system);
         let mut worst: Option<(f64, usize)> = None;
         for k in asked.iter().copied().filter(|k| !found.contains(k)) {
             let variance = if k < step.noise.covariance.nrows() { step.noise.covariance[(k, k)] } else { 0.0 };
@@ -102,7 +102,7 @@ pub(super) fn weak(
             }
             let along: Vec<f64> =
                 (0..campaign.unknowns()).map(|j| step.noise.covariance[(j, k)] / variance.sqrt()).collect();
-            let curved = curvature(campaign, model, &held, &along, &weight)?;
+            let curved = curvature(campaign, model, &held, &along, &u)?;
             // of two that are free together a coefficient is held rather than an angle
             let tilt = campaign.parameters.get(k).is_some_and(|own| own.kind == Kind::Tilt);
             let curved = if tilt { curved } else { curved * (1.0 + 1e-6) };
@@ -118,18 +118,8 @@ pub(super) fn weak(
     Ok(found)
 }
 
-/// One over the standard deviation of each row.
-fn weights(step: &Step) -> Vec<f64> {
-    let rows = step.system.u.iter().zip(&step.system.group);
-    rows.map(|(u, group)| match group {
-        Group::Known => 1.0 / u,
-        Group::Estimated(g) => 1.0 / (u * step.estimate.divisor(*g)),
-    })
-    .collect()
-}
-
 /// Share of the second order in the change of the weighted predictions along a step; infinite where a prediction leaves the numbers.
-fn curvature(campaign: &Campaign, model: &Model, design: &DesignMatrix, along: &[f64], weight: &[f64]) -> Result<f64> {
+fn curvature(campaign: &Campaign, model: &Model, design: &DesignMatrix, along: &[f64], u: &[f64]) -> Result<f64> {
     let beside = |sign: f64| {
         let mut point = design.point.clone();
         point.iter_mut().zip(along).for_each(|(x, dx)| *x += sign * dx);
@@ -137,14 +127,14 @@ fn curvature(campaign: &Campaign, model: &Model, design: &DesignMatrix, along: &
     };
     let (up, down) = (beside(1.0)?, beside(-1.0)?);
     let (mut first, mut second) = (0.0, 0.0);
-    for (i, w) in weight.iter().enumerate().take(design.predicted.len()) {
+    for (i, u) in u.iter().enumerate().take(design.predicted.len()) {
         let slope: f64 = along.iter().enumerate().map(|(j, dx)| design.jacobian[(i, j)] * dx).sum();
         let (Some(up), Some(here), Some(down)) = (up.predicted.get(i), design.predicted.get(i), down.predicted.get(i))
         else {
             continue;
         };
-        first += (w * slope).powi(2);
-        second += (w * (up + down - 2.0 * here)).powi(2);
+        first += (slope / u).powi(2);
+        second += ((up + down - 2.0 * here) / u).powi(2);
     }
     let share = (second / first).sqrt() / 2.0;
     Ok(if share.is_finite() { share } else { f64::INFINITY })
@@ -173,7 +163,8 @@ pub(super) fn follow(
     let own = |i: usize| -> f64 {
         observed.at(i) - follows.iter().enumerate().map(|(j, c)| c * step.system.rows[(i, j)]).sum::<f64>()
     };
-    let told: f64 = weights(&step).iter().enumerate().map(|(i, w)| (w * own(i)).powi(2)).sum();
+    let u = step.estimate.row_u(&step.system);
+    let told: f64 = u.iter().enumerate().map(|(i, u)| (own(i) / u).powi(2)).sum();
     let u_of = |j: usize| step.noise.covariance[(j, j)].max(0.0).sqrt();
     let matters = |(j, c): &(usize, f64)| {
         *j != unknown && *c != 0.0 && !(step.noise.determined && c.abs() <= LINEAR * u_of(*j) * told.sqrt())

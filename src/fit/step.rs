@@ -106,7 +106,7 @@ pub(super) fn solve(campaign: &Campaign, design: &DesignMatrix, settings: &Setti
         }
     };
     if change != estimate.unknowns.solution {
-        estimate.residuals = residuals(&system, &change);
+        estimate.residuals = system.residuals(&change);
     }
     Ok(Step { system, estimate, change, noise, constraints, robust: robust_record, scattered, settled })
 }
@@ -205,7 +205,7 @@ fn inequalities(
 /// An estimate from whitened rows, with residuals, leverages and redundancies of the readings as they were read.
 fn as_read(system: &System, noise: &ScatterSources, found: &Scattered) -> Estimate {
     let mut estimate = found.estimate.clone();
-    estimate.residuals = residuals(system, &estimate.unknowns.solution);
+    estimate.residuals = system.residuals(&estimate.unknowns.solution);
     let m = system.observed.len();
     estimate.leverage = (0..m)
         .map(|i| {
@@ -220,12 +220,4 @@ fn as_read(system: &System, noise: &ScatterSources, found: &Scattered) -> Estima
     estimate.group_iterations = found.iterations;
     estimate.group_converged = found.converged;
     estimate
-}
-
-pub(super) fn residuals(system: &System, solution: &[f64]) -> Vec<f64> {
-    let mut rest = system.observed.clone();
-    for (j, x) in solution.iter().enumerate().take(system.rows.ncols()) {
-        rest.iter_mut().zip(system.rows.col_as_slice(j)).for_each(|(v, a)| *v -= a * x);
-    }
-    rest
 }

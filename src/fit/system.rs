@@ -100,31 +100,20 @@ fn priors(campaign: &Campaign, design: &DesignMatrix) -> impl Iterator<Item = (u
 ///
 /// A campaign without noise has residuals of that size or none at all, and nothing better can be said of its scatter.
 pub(super) fn rounding(campaign: &Campaign, design: &DesignMatrix, system: &System) -> Vec<f64> {
-    let mut least: Vec<f64> = Vec::new();
+    // a sensor's rows are of one group
+    let mut sensors: Vec<Option<(usize, f64, f64)>> = vec![None; campaign.bench.sensors.len()];
     for ((origin, group), u) in design.rows.iter().zip(&system.group).zip(&system.u) {
-        let Group::Estimated(g) = *group else { continue };
-        let reading = campaign.readings.rows.get(origin.reading);
-        let value =
-            reading.and_then(|r| r.observations.iter().find(|o| o.sensor == origin.sensor)).map_or(0.0, |o| o.value);
-        if least.len() <= g {
-            least.resize(g + 1, 0.0);
-        }
-        if let Some(own) = least.get_mut(g) {
-            *own = own.max(2.0 * f64::EPSILON * value.abs() / u);
+        if let (Group::Estimated(g), Some(slot)) = (group, sensors.get_mut(origin.sensor)) {
+            let value = read(campaign, origin).map_or(0.0, |o| o.value.abs());
+            let (_, value_in_u, largest) = slot.get_or_insert((*g, 0.0, 0.0));
+            (*value_in_u, *largest) = (value_in_u.max(value / u), largest.max(*u));
         }
     }
-    let mut seen: Vec<usize> = Vec::new();
-    for (origin, group) in design.rows.iter().zip(&system.group) {
-        let Group::Estimated(g) = *group else { continue };
-        if seen.contains(&g) {
-            continue;
-        }
-        seen.push(g);
-        let rows = || design.rows.iter().zip(&system.u).filter(|(row, _)| row.sensor == origin.sensor);
-        let largest = rows().map(|(_, u)| *u).fold(0.0_f64, f64::max);
-        if let (Some(step), Some(own)) = (sensor_resolution(campaign, origin.sensor), least.get_mut(g)) {
-            *own = own.max(step / 12f64.sqrt() / largest);
-        }
+    let mut least: Vec<f64> = Vec::new();
+    for (s, (g, value_in_u, largest)) in sensors.iter().enumerate().filter_map(|(s, own)| Some((s, (*own)?))) {
+        least.resize(least.len().max(g + 1), 0.0);
+        let step = sensor_resolution(campaign, s).map_or(0.0, |step| step / 12f64.sqrt() / largest);
+        least.get_mut(g).into_iter().for_each(|own| *own = step.max(2.0 * f64::EPSILON * value_in_u));
     }
     least
 }
@@ -145,6 +134,12 @@ fn unread(campaign: &Campaign, origin: &RowOrigin) -> Malformed {
         .at_path(reading.map_or(String::new(), |r| r.place.clone()))
 }
 
+/// A sensor whose uncertainties are stated in some of its readings only.
+pub(super) fn stated_here_and_there(id: &str) -> Malformed {
+    Malformed::new(Fault::Missing, format!("some readings of {id} have a stated uncertainty and some have none"))
+        .expected(format!("{id}_u in every reading of {id}, or in none (then it is estimated from the residuals)"))
+}
+
 /// Are the uncertainties of each sensor stated in all of its readings, or in none?
 fn stated_throughout(campaign: &Campaign) -> Result<()> {
     let mut stated: Vec<Option<bool>> = vec![None; campaign.bench.sensors.len()];
@@ -153,16 +148,10 @@ fn stated_throughout(campaign: &Campaign) -> Result<()> {
             let Some(slot) = stated.get_mut(observation.sensor) else { continue };
             let here = observation.u.is_some();
             if slot.is_some_and(|before| before != here) {
-                let id = campaign.bench.sensors.get(observation.sensor).map_or("", |s| s.id.as_str());
-                return Err(Malformed::new(
-                    Fault::Missing,
-                    format!("some readings of {id} have a stated uncertainty and some have none"),
-                )
-                .expected(format!(
-                    "{id}_u in every reading of {id}, or in none (then it is estimated from the residuals)"
-                ))
-                .found(if here { format!("{id}_u here, and none before") } else { format!("no {id}_u here") })
-                .at_path(reading.place.clone()));
+                let id = campaign.sensor_id(observation.sensor);
+                return Err(stated_here_and_there(id)
+                    .found(if here { format!("{id}_u here, and none before") } else { format!("no {id}_u here") })
+                    .at_path(reading.place.clone()));
             }
             *slot = Some(here);
         }

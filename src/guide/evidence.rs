@@ -129,11 +129,10 @@ fn limits(campaign: &Campaign, parameter: usize) -> Option<(f64, f64)> {
     })
 }
 
-/// Rows about a point: what each value differs from the model there, and how the model's value follows the unknowns; both independent and of unit
+/// Rows about a point (`design.rows` says whose): what each value differs from the model there, and how the model's value follows the unknowns; both independent and of unit
 /// variance.
 #[derive(Debug, Clone)]
 pub(super) struct Rows {
-    pub origins: Vec<RowOrigin>,
     /// By unknown, for each row.
     pub slopes: Vec<Vec<f64>>,
     /// Value less prediction; zero where nothing was read.
@@ -184,8 +183,7 @@ impl Rows {
         let residual: Vec<f64> =
             design.rows.iter().zip(&design.predicted).map(|(o, f)| value(o).map_or(0.0, |y| y - f)).collect();
         let whitening = (!own.scatter.is_empty()).then(|| fit::whitening(&own, &design, &sd, &noise.lines));
-        let origins = design.rows.clone();
-        let mut rows = Rows { origins, slopes: Vec::new(), rest: Vec::new(), residual, sd, design, whitening };
+        let mut rows = Rows { slopes: Vec::new(), rest: Vec::new(), residual, sd, design, whitening };
         let columns: Vec<Vec<f64>> = beliefs.0.iter().map(|own| rows.along(own.parameter, own.u, 0)).collect();
         rows.slopes = (0..rows.sd.len()).map(|i| columns.iter().map(|column| column[i]).collect()).collect();
         rows.rest = rows.white(rows.residual.clone());
@@ -209,7 +207,7 @@ impl Rows {
             true => size * self.design.jacobian[(i, parameter)],
             false => 0.0,
         };
-        self.white(self.origins.iter().enumerate().map(of).collect())
+        self.white(self.design.rows.iter().enumerate().map(of).collect())
     }
 
     /// What they tell, with further unknowns beside the beliefs: columns for one standard deviation of each.

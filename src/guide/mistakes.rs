@@ -102,7 +102,8 @@ fn of_reading(
         }
     }
     // an offset of any size: of one value, and of each of them
-    let own: Vec<usize> = (0..rows.sd.len()).filter(|i| rows.origins.get(*i).is_some_and(|o| o.reading == j)).collect();
+    let own: Vec<usize> =
+        (0..rows.sd.len()).filter(|i| rows.design.rows.get(*i).is_some_and(|o| o.reading == j)).collect();
     let bad = |values: &[usize]| {
         let density = |size: f64| {
             let one = |i: &usize| {
@@ -114,7 +115,7 @@ fn of_reading(
         };
         mean_over(BAD, density)
     };
-    let sensor = |i: &usize| campaign.bench.sensors.get(rows.origins.get(*i)?.sensor).map(|own| own.id.as_str());
+    let sensor = |i: &usize| campaign.bench.sensors.get(rows.design.rows.get(*i)?.sensor).map(|own| own.id.as_str());
     let named = |values: &[usize]| values.iter().filter_map(sensor).collect::<Vec<_>>().join(", ");
     let each = own.chunks(1).chain((own.len() > 1).then_some(own.as_slice()));
     each.for_each(|values| push(MistakeKind::BadReading, named(values), None, bad(values)));
@@ -261,7 +262,8 @@ pub(super) fn agreement(judge: Judge, others: &[Reading], own: &Reading) -> Resu
     // what is left when all readings have their say has the sign of what the others alone predict, also where slopes at their point do not reach so far
     let mut left: Vec<f64> = after
         .rows
-        .origins
+        .design
+        .rows
         .iter()
         .zip(&after.rows.residual)
         .zip(&after.rows.sd)

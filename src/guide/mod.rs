@@ -28,7 +28,7 @@ pub use advice::{
 
 pub use held::{Held, HeldMean, Holding};
 
-use crate::campaign::{Campaign, Reading, Readings};
+use crate::campaign::{Campaign, Observation, Reading, Readings};
 use crate::design::RowOrigin;
 use crate::diagnosis::{self, Diagnosis, Effect, Verdict};
 use crate::error::{Fault, Malformed, Result};
@@ -40,7 +40,7 @@ use crate::uncertainty::quantiles::{chi_square_survival, normal_quantile};
 use evidence::{Beliefs, Judge, Solved};
 #[cfg(feature = "cli")]
 pub(crate) use mistakes::setting;
-use seen::{Seen, Table, Wanted, Worth, same_position};
+use seen::{Seen, Table, Wanted, Worth, cost_from, same_position};
 use std::sync::Arc;
 
 /// What a guide is asked.
@@ -215,13 +215,9 @@ impl Guide {
                 .at_path(reading.place));
         }
         let mut own = reading;
-        for k in 0..own.observations.len() {
-            let u = own
-                .observations
-                .get(k)
-                .map(|seen| own.stated_u(seen.sensor).unwrap_or_else(|| self.noise.u(&own, seen.sensor)));
-            own.observations.iter_mut().skip(k).take(1).for_each(|slot| slot.u = u);
-        }
+        let u = |seen: &Observation| own.stated_u(seen.sensor).unwrap_or_else(|| self.noise.u(&own, seen.sensor));
+        let all: Vec<f64> = own.observations.iter().map(u).collect();
+        own.observations.iter_mut().zip(all).for_each(|(slot, u)| slot.u = Some(u));
         own.planned_u.clear();
         let asked = own.position.clone();
         own.position = self.label(&own);
@@ -338,7 +334,7 @@ impl Guide {
                 in_sd: residual / sd,
             })
         };
-        rows.origins.iter().zip(&rows.residual).zip(&rows.sd).filter_map(one).collect()
+        rows.design.rows.iter().zip(&rows.residual).zip(&rows.sd).filter_map(one).collect()
     }
 
     /// The model in use, about a point of its parameters (empty: what is believed).
@@ -382,26 +378,15 @@ impl Guide {
     }
 
     fn newest(&self) -> Result<Option<Newest>> {
-        let Some((own, others)) = self.taken.split_last() else { return Ok(None) };
-        let Judged { agreement, deviation, p, level } = self.judged(others, own)?;
-        Ok(Some(Newest {
-            reading: self.taken.len(),
-            position: own.position.clone(),
-            setting: mistakes::setting(&self.campaign, &own.joints),
-            agreement,
-            deviation,
-            p,
-            level,
-            remarks: self.clock(others.last(), own),
-        }))
+        self.taken.split_last().map(|(own, others)| self.judged(others, own)).transpose()
     }
 
-    /// A reading against others.
-    fn judged(&self, others: &[Reading], own: &Reading) -> Result<Judged> {
+    /// A reading against others that were taken before it.
+    fn judged(&self, others: &[Reading], own: &Reading) -> Result<Newest> {
         let found = mistakes::agreement(self.judge(&[]), others, own)?.filter(|own| own.predicted > 0);
-        let count = (others.len() + 1) as f64;
+        let reading = others.len() + 1;
         // 1/2 + 1/6 + 1/12 + ... = 1
-        let level = self.settings.false_alarms / (count * (count + 1.0));
+        let level = self.settings.false_alarms / (reading as f64 * (reading as f64 + 1.0));
         let p = found.as_ref().and_then(|own| chi_square_survival(own.square.max(0.0), own.predicted as f64));
         let agreement = match p {
             None => Agreement::NotPredicted,
@@ -416,7 +401,9 @@ impl Guide {
             };
             if own.is_below { -far } else { far }
         });
-        Ok(Judged { agreement, deviation, p, level })
+        let (position, setting) = (own.position.clone(), mistakes::setting(&self.campaign, &own.joints));
+        let remarks = self.clock(others.last(), own);
+        Ok(Newest { reading, position, setting, agreement, deviation, p, level, remarks })
     }
 
     /// Would this reading agree with those that stand?
@@ -563,9 +550,7 @@ impl Guide {
     }
 
     fn cost_of(&self, reading: &Reading) -> f64 {
-        let before: Vec<Reading> = self.taken.last().cloned().into_iter().collect();
-        let run: Vec<Reading> = before.iter().chain([reading]).cloned().collect();
-        self.settings.costs.work(&run).cost - self.settings.costs.work(&before).cost
+        cost_from(self.taken.last(), reading, &self.settings.costs)
     }
 
     /// The position of a reading that does not agree, once more, unless a missing effect explains it.
@@ -597,24 +582,18 @@ impl Guide {
     /// A position that tells a finding from what else it could be.
     fn discriminating(&self, diagnosis: &Diagnosis) -> Result<Option<Next>> {
         for finding in &diagnosis.effects {
-            let rivals: Vec<&diagnosis::Alias> = finding
-                .aliases
-                .iter()
-                .filter(|own| {
-                    own.together_with.is_none() && !own.vanishing && own.probability > 1.0 - self.settings.probability
-                })
-                .collect();
+            let is_rival = |own: &&diagnosis::Alias| {
+                own.together_with.is_none() && !own.vanishing && own.probability > 1.0 - self.settings.probability
+            };
+            let rivals: Vec<&diagnosis::Alias> = finding.aliases.iter().filter(is_rival).collect();
             let term = |regressor: Regressor| {
                 let common = matches!(regressor, Regressor::Tilt(_) | Regressor::Known(_));
                 (common || matches!(regressor, Regressor::Term(_)))
                     .then(|| Term { sensor: finding.effect.sensor.filter(|_| !common), regressor })
             };
-            let others: Vec<Term> = rivals
-                .iter()
-                .filter_map(|own| {
-                    Regressor::parse(&self.campaign, finding.effect.sensor, &own.regressor).ok().and_then(term)
-                })
-                .collect();
+            let parsed =
+                rivals.iter().map(|own| Regressor::parse(&self.campaign, finding.effect.sensor, &own.regressor));
+            let others: Vec<Term> = parsed.filter_map(|own| own.ok().and_then(term)).collect();
             let Some(own) = term(finding.effect.kind.clone()).filter(|_| !others.is_empty()) else { continue };
             let columns = self.campaign.readings.columns.clone();
             let offer = Offer {
@@ -629,28 +608,13 @@ impl Guide {
             if let Some(best) = fresh {
                 let position = self.candidates.iter().find(|own| same_position(own, &best.position));
                 let position = position.unwrap_or(&best.position);
-                let names = [finding.effect.regressor.clone()]
-                    .into_iter()
-                    .chain(rivals.iter().map(|own| own.regressor.clone()));
-                return Ok(Some(self.next(
-                    position,
-                    Why::Discriminates,
-                    names.collect(),
-                    None,
-                    self.cost_of(position),
-                )));
+                let names = [&finding.effect.regressor].into_iter().chain(rivals.iter().map(|own| &own.regressor));
+                let (names, cost) = (names.cloned().collect(), self.cost_of(position));
+                return Ok(Some(self.next(position, Why::Discriminates, names, None, cost)));
             }
         }
         Ok(None)
     }
-}
-
-/// A reading against others.
-struct Judged {
-    agreement: Agreement,
-    deviation: Option<f64>,
-    p: Option<f64>,
-    level: f64,
 }
 
 fn unexplained(diagnosis: Option<&Diagnosis>) -> bool {

@@ -22,6 +22,7 @@ use super::evidence::{Beliefs, Judge, Rows, Solved, Told, same_state};
 use crate::campaign::{Campaign, Reading, Readings};
 use crate::design::RowOrigin;
 use crate::diagnosis::{Alike, Effect, Prospect, directions};
+use crate::elements::Parts;
 use crate::error::Result;
 use crate::linear::{Triangle, dot};
 use crate::plan::{Costs, Goal, Noise, gradients};
@@ -88,11 +89,11 @@ impl Table {
                     let at = (first + origin.reading) * self.sensors + origin.sensor;
                     effect.values.get(at).copied().unwrap_or(0.0)
                 };
-                own.white(own.origins.iter().map(value).collect())
+                own.white(own.design.rows.iter().map(value).collect())
             };
             let columns: Vec<Vec<f64>> = self.effects.iter().map(values).collect();
-            let places: Vec<usize> = (0..own.origins.len()).collect();
-            for rows in places.chunk_by(|a, b| own.origins[*a].reading == own.origins[*b].reading) {
+            let places: Vec<usize> = (0..own.design.rows.len()).collect();
+            for rows in places.chunk_by(|a, b| own.design.rows[*a].reading == own.design.rows[*b].reading) {
                 let of = |column: &Vec<f64>| rows.iter().map(|i| column[*i]).collect();
                 blocks.push((rows.iter().map(|i| own.slopes[*i].clone()).collect(), columns.iter().map(of).collect()));
             }
@@ -169,13 +170,10 @@ pub(super) struct Wanted<'a> {
     pub costs: &'a Costs,
 }
 
-impl Wanted<'_> {
-    /// What setting a position and reading it costs from where the bench stands.
-    fn cost(&self, position: &Reading) -> f64 {
-        let before: Vec<Reading> = self.last.cloned().into_iter().collect();
-        let run: Vec<Reading> = before.iter().chain([position]).cloned().collect();
-        self.costs.work(&run).cost - self.costs.work(&before).cost
-    }
+/// What setting a position and reading it costs from where the bench stands.
+pub(super) fn cost_from(last: Option<&Reading>, position: &Reading, costs: &Costs) -> f64 {
+    let run: Vec<Reading> = last.into_iter().chain([position]).cloned().collect();
+    costs.work(&run).cost - costs.work(run.part(..run.len() - 1)).cost
 }
 
 /// What is wanted, in numbers.
@@ -263,7 +261,7 @@ impl Seen {
                 let place = places.get(origin.reading).copied().flatten()?;
                 effect.values.get(place * table.sensors + origin.sensor).copied()
             };
-            let column = rows.white(rows.origins.iter().map(|origin| value(origin).unwrap_or(0.0)).collect());
+            let column = rows.white(rows.design.rows.iter().map(|origin| value(origin).unwrap_or(0.0)).collect());
             let taken_up = told.solved(white, &column);
             let left: Vec<f64> = white.iter().zip(&column).map(|(row, c)| c - dot(row, &taken_up)).collect();
             // what rounding leaves of a column that the model takes up is nothing
@@ -362,7 +360,11 @@ impl Seen {
     pub fn worth(&self, table: &Table, model: &Campaign, wanted: &Wanted) -> Result<Vec<Worth>> {
         let weighing = self.weighing(model, wanted)?;
         let one = |(position, block): (usize, &Block)| {
-            Some(Worth { position, nats: weighing.nats(block)?, cost: wanted.cost(&table.positions[position]) })
+            Some(Worth {
+                position,
+                nats: weighing.nats(block)?,
+                cost: cost_from(wanted.last, &table.positions[position], wanted.costs),
+            })
         };
         let mut all: Vec<Worth> = self.blocks.iter().enumerate().filter_map(one).collect();
         let rate = |own: &Worth| own.nats / own.cost.max(f64::MIN_POSITIVE);

@@ -51,13 +51,13 @@ pub struct Setting {
 
 /// A triad's errors, scaled to increments: bias times step, `1 + K`, square over step.
 #[derive(Clone, Copy)]
-struct Triad<S: Simd, const K: usize> {
-    bias: Triple<S, K>,
-    rows: [Triple<S, K>; 3],
-    square: Triple<S, K>,
+struct Triad<S: Simd> {
+    bias: Triple<S>,
+    rows: [Triple<S>; 3],
+    square: Triple<S>,
 }
 
-impl<S: Simd, const K: usize> Triad<S, K> {
+impl<S: Simd> Triad<S> {
     #[inline(always)]
     fn load(simd: S, columns: &[[f64; 8]], from: usize) -> Self {
         let at = |i: usize| triple(simd, columns, i, from);
@@ -66,9 +66,9 @@ impl<S: Simd, const K: usize> Triad<S, K> {
 
     /// What the sensors report of true increments.
     #[inline(always)]
-    fn measure(&self, t: Triple<S, K>) -> Triple<S, K> {
+    fn measure(&self, t: Triple<S>) -> Triple<S> {
         let [x, y, z] = self.rows;
-        let axis = |row: Triple<S, K>, bias: Real<S, K>, square: Real<S, K>, own: Real<S, K>| {
+        let axis = |row: Triple<S>, bias: Real<S>, square: Real<S>, own: Real<S>| {
             let squared = (square * own).times_plus(own, bias);
             row.x.times_plus(t.x, row.y.times_plus(t.y, row.z.times_plus(t.z, squared)))
         };
@@ -81,13 +81,13 @@ impl<S: Simd, const K: usize> Triad<S, K> {
 }
 
 #[inline(always)]
-fn triple<S: Simd, const K: usize>(simd: S, columns: &[[f64; 8]], i: usize, from: usize) -> Triple<S, K> {
-    let at = |i: usize| Real::<S, K>::load(simd, &columns[i], from);
+fn triple<S: Simd>(simd: S, columns: &[[f64; 8]], i: usize, from: usize) -> Triple<S> {
+    let at = |i: usize| Real::<S>::load(simd, &columns[i], from);
     Triple { x: at(i), y: at(i + 1), z: at(i + 2) }
 }
 
 #[inline(always)]
-fn keep<S: Simd, const K: usize>(value: Triple<S, K>, columns: &mut [[f64; 8]], i: usize, from: usize) {
+fn keep<S: Simd>(value: Triple<S>, columns: &mut [[f64; 8]], i: usize, from: usize) {
     value.x.store(&mut columns[i], from);
     value.y.store(&mut columns[i + 1], from);
     value.z.store(&mut columns[i + 2], from);
@@ -111,47 +111,47 @@ pub struct Memory {
     pub track: Track,
 }
 
-/// Fly one block with `K` registers of a group's eight lanes, from register `FROM`.
+/// Fly one block with one register of a group's eight lanes.
 ///
-/// Increments of a chunk of steps first, which do not depend on each other, then the navigators' own chains of steps,
-/// `K` of them interleaved so that none waits for itself. `noise` holds, for each step and lane, six increments of
+/// Increments of a chunk of steps first, which do not depend on each other, then the navigators' own chains of steps. `noise` holds, for each step and lane, six increments of
 /// noise; it is empty where there is none.
 #[inline(always)]
-pub fn fly<S: Simd, const FROM: usize, const K: usize>(
+pub fn fly<S: Simd>(
     simd: S,
     setting: Setting,
     block: &Block,
     memory: &mut Memory,
     noise: &[[[f64; 8]; 6]],
+    register: usize,
 ) {
     let Memory { errors, state, reported, track } = memory;
-    let mut navigator = Navigator::<S, K>::load(simd, setting, state, FROM);
+    let mut navigator = Navigator::<S>::load(simd, setting, state, register);
     let mut done = 0;
     while done < block.steps {
         let steps = CHUNK.min(block.steps - done);
         let noise = noise.get(done..).unwrap_or(&[]); // a quiet unit has none
-        measure::<S, K>(simd, block, done, errors, noise, FROM, &mut reported[1..1 + steps]);
+        measure::<S>(simd, block, done, errors, noise, register, &mut reported[1..1 + steps]);
         let pairs = steps / 2;
         for (pair, slot) in track[..pairs].iter_mut().enumerate() {
             if let Some(three) = reported[2 * pair..].first_chunk::<3>() {
-                compensate::<S, K>(simd, three, FROM, slot);
+                compensate::<S>(simd, three, register, slot);
             }
         }
         for increment in &track[..pairs] {
-            navigator.step(simd, increment, FROM);
+            navigator.step(simd, increment, register);
         }
         let last = reported[steps];
         for (slot, value) in reported[0].iter_mut().zip(&last) {
-            Real::<S, K>::load(simd, value, FROM).store(slot, FROM);
+            Real::<S>::load(simd, value, register).store(slot, register);
         }
         done += steps;
     }
-    navigator.store(simd, state, FROM);
+    navigator.store(simd, state, register);
 }
 
 /// What the units report in a chunk of steps.
 #[inline(always)]
-fn measure<S: Simd, const K: usize>(
+fn measure<S: Simd>(
     simd: S,
     block: &Block,
     done: usize,
@@ -160,17 +160,17 @@ fn measure<S: Simd, const K: usize>(
     lane: usize,
     reported: &mut [[[f64; 8]; 6]],
 ) {
-    let gyro = Triad::<S, K>::load(simd, &errors[..15], lane);
-    let accelerometer = Triad::<S, K>::load(simd, &errors[15..30], lane);
+    let gyro = Triad::<S>::load(simd, &errors[..15], lane);
+    let accelerometer = Triad::<S>::load(simd, &errors[15..30], lane);
     let drifts = errors[30..].iter().flatten().any(|value| *value != 0.0);
-    let drift = [30, 33, 36].map(|i| triple::<S, K>(simd, errors, i, lane));
+    let drift = [30, 33, 36].map(|i| triple::<S>(simd, errors, i, lane));
     let columns: &[[f64; MAX_STEPS]; 6] = &block.increments;
     for (i, slot) in reported.iter_mut().enumerate() {
-        let seen = |axis: usize| Real::<S, K>::splat(simd, columns[axis][(done + i) % MAX_STEPS]);
+        let seen = |axis: usize| Real::<S>::splat(simd, columns[axis][(done + i) % MAX_STEPS]);
         let force = Triple { x: seen(3), y: seen(4), z: seen(5) };
         let mut turn = gyro.measure(Triple { x: seen(0), y: seen(1), z: seen(2) });
         if drifts {
-            let along = |row: Triple<S, K>, own: Real<S, K>| {
+            let along = |row: Triple<S>, own: Real<S>| {
                 row.x.times_plus(force.x, row.y.times_plus(force.y, row.z.times_plus(force.z, own)))
             };
             turn = Triple { x: along(drift[0], turn.x), y: along(drift[1], turn.y), z: along(drift[2], turn.z) };
@@ -180,15 +180,15 @@ fn measure<S: Simd, const K: usize>(
     }
     for (slot, noise) in reported.iter_mut().zip(noise) {
         for (value, noise) in slot.iter_mut().zip(noise) {
-            (Real::<S, K>::load(simd, value, lane) + Real::<S, K>::load(simd, noise, lane)).store(value, lane);
+            (Real::<S>::load(simd, value, lane) + Real::<S>::load(simd, noise, lane)).store(value, lane);
         }
     }
 }
 
 /// Coning and sculling: the body's turn and velocity increment in a pair of steps, from its increments and a past one.
 #[inline(always)]
-fn compensate<S: Simd, const K: usize>(simd: S, reported: &[[[f64; 8]; 6]; 3], lane: usize, slot: &mut [[f64; 8]; 7]) {
-    let number = |value: f64| Real::<S, K>::splat(simd, value);
+fn compensate<S: Simd>(simd: S, reported: &[[[f64; 8]; 6]; 3], lane: usize, slot: &mut [[f64; 8]; 7]) {
+    let number = |value: f64| Real::<S>::splat(simd, value);
     let [past, first, second] = reported;
     let (a0, v0) = (triple(simd, past, 0, lane), triple(simd, past, 3, lane));
     let (a1, v1) = (triple(simd, first, 0, lane), triple(simd, first, 3, lane));
@@ -213,45 +213,45 @@ fn compensate<S: Simd, const K: usize>(simd: S, reported: &[[[f64; 8]; 6]; 3], l
 
 /// A value that hangs on the latitude: at the block's start, and its slope.
 #[derive(Clone, Copy)]
-struct Slope<S: Simd, const K: usize>(Real<S, K>, Real<S, K>);
+struct Slope<S: Simd>(Real<S>, Real<S>);
 
-impl<S: Simd, const K: usize> Slope<S, K> {
+impl<S: Simd> Slope<S> {
     #[inline(always)]
-    fn at(self, latitude_rad: Real<S, K>) -> Real<S, K> {
+    fn at(self, latitude_rad: Real<S>) -> Real<S> {
         self.1.times_plus(latitude_rad, self.0)
     }
 }
 
 /// One register of navigators during a block; angles of the Earth times the step.
 #[derive(Clone, Copy)]
-struct Navigator<S: Simd, const K: usize> {
-    w: Real<S, K>,
-    q: Triple<S, K>,
-    east: Real<S, K>,
-    north: Real<S, K>,
+struct Navigator<S: Simd> {
+    w: Real<S>,
+    q: Triple<S>,
+    east: Real<S>,
+    north: Real<S>,
     /// The same, and half of the last step's Coriolis and frame terms.
-    east_ahead: Real<S, K>,
-    north_ahead: Real<S, K>,
-    sine: Real<S, K>,
-    cosine: Real<S, K>,
+    east_ahead: Real<S>,
+    north_ahead: Real<S>,
+    sine: Real<S>,
+    cosine: Real<S>,
     /// Since the block's start.
-    latitude_rad: Real<S, K>,
-    longitude_rad: Real<S, K>,
+    latitude_rad: Real<S>,
+    longitude_rad: Real<S>,
     /// `h/(R_M + h)`, `h/(R_N + h)`, and the latter times the latitude's tangent and secant.
-    meridian: Slope<S, K>,
-    prime: Slope<S, K>,
-    tangent: Slope<S, K>,
-    secant: Slope<S, K>,
+    meridian: Slope<S>,
+    prime: Slope<S>,
+    tangent: Slope<S>,
+    secant: Slope<S>,
     /// Earth rate times the step, north and up.
-    level: Slope<S, K>,
-    vertical: Slope<S, K>,
+    level: Slope<S>,
+    vertical: Slope<S>,
 }
 
-impl<S: Simd, const K: usize> Navigator<S, K> {
+impl<S: Simd> Navigator<S> {
     #[inline(always)]
     fn load(simd: S, setting: Setting, state: &[[f64; 8]; STATES], from: usize) -> Self {
-        let number = |value: f64| Real::<S, K>::splat(simd, value);
-        let at = |i: usize| Real::<S, K>::load(simd, &state[i], from);
+        let number = |value: f64| Real::<S>::splat(simd, value);
+        let at = |i: usize| Real::<S>::load(simd, &state[i], from);
         let (sine, cosine) = (at(8), at(9));
         let (one, h) = (number(1.0), number(2.0 * setting.step));
         let altitude_m = number(setting.altitude_m);
@@ -290,11 +290,11 @@ impl<S: Simd, const K: usize> Navigator<S, K> {
 
     #[inline(always)]
     fn step(&mut self, simd: S, increment: &[[f64; 8]; 7], from: usize) {
-        let half = Real::<S, K>::splat(simd, 0.5);
+        let half = Real::<S>::splat(simd, 0.5);
         let (w, q) = (self.w, self.q);
         let dv = triple(simd, increment, 0, from);
         let turn = triple(simd, increment, 3, from);
-        let cosine = Real::<S, K>::load(simd, &increment[6], from);
+        let cosine = Real::<S>::load(simd, &increment[6], from);
         let twice = q.cross(dv);
         let twice = Triple { x: twice.x + twice.x, y: twice.y + twice.y, z: twice.z + twice.z };
         let dv = q.cross_plus(twice, twice.scaled_plus(w, dv));
@@ -317,7 +317,7 @@ impl<S: Simd, const K: usize> Navigator<S, K> {
         self.latitude_rad = self.latitude_rad + zx;
         self.longitude_rad = east_mid.times_plus(self.secant.at(middle), self.longitude_rad);
 
-        let minus_half = Real::<S, K>::splat(simd, -0.5);
+        let minus_half = Real::<S>::splat(simd, -0.5);
         let zeta = Triple { x: half * zx, y: minus_half * zy, z: minus_half * zz };
         let w_body = q.z.times_from(turn.z, q.y.times_from(turn.y, q.x.times_from(turn.x, w * cosine)));
         let q_body = q.cross_plus(turn, turn.scaled_plus(w, q.scaled(cosine)));
@@ -328,7 +328,7 @@ impl<S: Simd, const K: usize> Navigator<S, K> {
     /// Unit length again, by one Newton step of the reciprocal root; sine and cosine follow the latitude.
     #[inline(always)]
     fn store(self, simd: S, state: &mut [[f64; 8]; STATES], from: usize) {
-        let number = |value: f64| Real::<S, K>::splat(simd, value);
+        let number = |value: f64| Real::<S>::splat(simd, value);
         let (half, three_halves) = (number(0.5), number(1.5));
         let scale = half.times_from(self.w.times_plus(self.w, self.q.dot(self.q)), three_halves);
         let d = self.latitude_rad;
@@ -338,7 +338,7 @@ impl<S: Simd, const K: usize> Navigator<S, K> {
         let sine = self.sine * cd + self.cosine * sd;
         let cosine = self.cosine * cd - self.sine * sd;
         let unit = half.times_from(sine * sine + cosine * cosine, three_halves);
-        let old = |i: usize, state: &[[f64; 8]; STATES]| Real::<S, K>::load(simd, &state[i], from);
+        let old = |i: usize, state: &[[f64; 8]; STATES]| Real::<S>::load(simd, &state[i], from);
         let (latitude_rad, longitude_rad) = (old(6, state) + d, old(7, state) + self.longitude_rad);
         (self.w * scale).store(&mut state[0], from);
         keep(self.q.scaled(scale), &mut state[..], 1, from);

@@ -102,21 +102,8 @@ impl WithSimd for Advance<'_> {
         for group in groups {
             group.draw(block.steps);
             let Group { used, memory, drawn, .. } = group;
-            // Which register is known when this is compiled, for each instruction set.
-            let registers = used.div_ceil(S::F64_LANES);
-            mechanise::fly::<S, 0, 1>(simd, *setting, block, memory, drawn);
-            if S::F64_LANES <= 4 && registers > 1 {
-                mechanise::fly::<S, 1, 1>(simd, *setting, block, memory, drawn);
-            }
-            if S::F64_LANES <= 2 && registers > 2 {
-                mechanise::fly::<S, 2, 1>(simd, *setting, block, memory, drawn);
-                mechanise::fly::<S, 3, 1>(simd, *setting, block, memory, drawn);
-            }
-            if S::F64_LANES == 1 && registers > 4 {
-                mechanise::fly::<S, 4, 1>(simd, *setting, block, memory, drawn);
-                mechanise::fly::<S, 5, 1>(simd, *setting, block, memory, drawn);
-                mechanise::fly::<S, 6, 1>(simd, *setting, block, memory, drawn);
-                mechanise::fly::<S, 7, 1>(simd, *setting, block, memory, drawn);
+            for register in 0..used.div_ceil(S::F64_LANES) {
+                mechanise::fly(simd, *setting, block, memory, drawn, register);
             }
         }
     }

@@ -46,20 +46,24 @@ pub struct Flown {
     pub series: Vec<Vec<NavigationError>>,
 }
 
-/// Ratios of one scenario in one motion to the reference; `None` where the reference has no such error.
-#[derive(Debug, Clone, PartialEq)]
+/// Ratios of one scenario; null where the first motion has no such error.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[schemars(rename = "RatioReport")]
+#[non_exhaustive]
 pub struct Ratio {
     /// The scenario.
     pub scenario: String,
     /// The motion compared.
     pub motion: String,
-    /// Tilt.
+    /// The motion that it is compared with.
+    pub against: String,
+    /// Tilt, a ratio.
     pub tilt: Option<f64>,
-    /// Azimuth.
+    /// Azimuth, a ratio.
     pub azimuth: Option<f64>,
-    /// Velocity.
+    /// Velocity, a ratio.
     pub velocity: Option<f64>,
-    /// Position.
+    /// Position, a ratio.
     pub position: Option<f64>,
 }
 
@@ -207,8 +211,8 @@ pub fn ratios(mission: &Mission, flown: &[Flown]) -> Vec<Ratio> {
             let shares = together(a, b, |a, b| a / b);
             let seen = together(b, floors, |b, floor| b > floor);
             let [tilt, azimuth, velocity, position] = together(shares, seen, |share, seen| seen.then_some(share));
-            let (scenario, motion) = (base.id.clone(), other.motion.clone());
-            ratios.push(Ratio { scenario, motion, tilt, azimuth, velocity, position });
+            let (scenario, motion, against) = (base.id.clone(), other.motion.clone(), reference.motion.clone());
+            ratios.push(Ratio { scenario, motion, against, tilt, azimuth, velocity, position });
         }
     }
     ratios

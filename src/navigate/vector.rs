@@ -2,143 +2,112 @@
 //!
 //! [`Real`] holds as many `f64` as the machine's registers do. Fused multiply-add is used where the hardware has it and
 //! is a multiplication and an addition where it has not (never the slow software routine behind `f64::mul_add`).
-#![allow(clippy::indexing_slicing, reason = "`K` registers, indexed by loops over `K`")]
 
 use pulp::Simd;
 use std::ops::{Add, Mul, Neg, Sub};
 
-/// One number in each lane of `K` registers, worked on side by side so that none waits for its own last result.
+/// One number in each lane of a register.
 #[derive(Debug, Clone, Copy)]
-pub struct Real<S: Simd, const K: usize> {
+pub struct Real<S: Simd> {
     simd: S,
-    lanes: [S::f64s; K],
+    lanes: S::f64s,
 }
 
 /// Three components.
 #[derive(Debug, Clone, Copy)]
-pub struct Triple<S: Simd, const K: usize> {
+pub struct Triple<S: Simd> {
     /// First component.
-    pub x: Real<S, K>,
+    pub x: Real<S>,
     /// Second component.
-    pub y: Real<S, K>,
+    pub y: Real<S>,
     /// Third component.
-    pub z: Real<S, K>,
+    pub z: Real<S>,
 }
 
-impl<S: Simd, const K: usize> Real<S, K> {
+impl<S: Simd> Real<S> {
     /// The same number in all lanes.
     #[inline(always)]
     pub fn splat(simd: S, value: f64) -> Self {
-        Real { simd, lanes: [simd.splat_f64s(value); K] }
+        Real { simd, lanes: simd.splat_f64s(value) }
     }
 
-    /// Registers `index..index + K` of eight lanes; zero beyond them.
+    /// One register of eight lanes; zero beyond them.
     #[inline(always)]
-    pub fn load(simd: S, lanes: &[f64; 8], index: usize) -> Self {
+    pub fn load(simd: S, lanes: &[f64; 8], register: usize) -> Self {
         let (registers, _) = S::as_simd_f64s(lanes);
-        let mut loaded = Real::splat(simd, 0.0);
-        for k in 0..K {
-            if let Some(register) = registers.get(index + k) {
-                loaded.lanes[k] = *register;
-            }
-        }
-        loaded
+        registers.get(register).map_or(Real::splat(simd, 0.0), |lanes| Real { simd, lanes: *lanes })
     }
 
-    /// Into registers `index..index + K` of eight lanes.
+    /// Into one register of eight lanes.
     #[inline(always)]
-    pub fn store(self, lanes: &mut [f64; 8], index: usize) {
+    pub fn store(self, lanes: &mut [f64; 8], register: usize) {
         let (registers, _) = S::as_mut_simd_f64s(lanes);
-        for k in 0..K {
-            if let Some(register) = registers.get_mut(index + k) {
-                *register = self.lanes[k];
-            }
-        }
+        registers.get_mut(register).into_iter().for_each(|slot| *slot = self.lanes);
+    }
+
+    #[inline(always)]
+    fn with(self, lanes: S::f64s) -> Self {
+        Real { lanes, ..self }
     }
 
     /// `self * b + c`.
     #[inline(always)]
-    pub fn times_plus(mut self, b: Self, c: Self) -> Self {
-        for k in 0..K {
-            self.lanes[k] = self.simd.mul_add_e_f64s(self.lanes[k], b.lanes[k], c.lanes[k]);
-        }
-        self
+    pub fn times_plus(self, b: Self, c: Self) -> Self {
+        self.with(self.simd.mul_add_e_f64s(self.lanes, b.lanes, c.lanes))
     }
 
     /// `c - self * b`.
     #[inline(always)]
-    pub fn times_from(mut self, b: Self, c: Self) -> Self {
-        for k in 0..K {
-            self.lanes[k] = self.simd.negate_mul_add_e_f64s(self.lanes[k], b.lanes[k], c.lanes[k]);
-        }
-        self
+    pub fn times_from(self, b: Self, c: Self) -> Self {
+        self.with(self.simd.negate_mul_add_e_f64s(self.lanes, b.lanes, c.lanes))
     }
 
     /// `1 / sqrt(self)`.
     #[inline(always)]
-    pub fn reciprocal_root(mut self) -> Self {
-        for k in 0..K {
-            self.lanes[k] = self.simd.sqrt_f64s(self.lanes[k]);
-        }
-        self.reciprocal()
+    pub fn reciprocal_root(self) -> Self {
+        self.with(self.simd.sqrt_f64s(self.lanes)).reciprocal()
     }
 
     /// `1 / self`.
     #[inline(always)]
-    pub fn reciprocal(mut self) -> Self {
-        let one = self.simd.splat_f64s(1.0);
-        for k in 0..K {
-            self.lanes[k] = self.simd.div_f64s(one, self.lanes[k]);
-        }
-        self
+    pub fn reciprocal(self) -> Self {
+        self.with(self.simd.div_f64s(self.simd.splat_f64s(1.0), self.lanes))
     }
 }
 
-impl<S: Simd, const K: usize> Add for Real<S, K> {
+impl<S: Simd> Add for Real<S> {
     type Output = Self;
     #[inline(always)]
-    fn add(mut self, b: Self) -> Self {
-        for k in 0..K {
-            self.lanes[k] = self.simd.add_f64s(self.lanes[k], b.lanes[k]);
-        }
-        self
+    fn add(self, b: Self) -> Self {
+        self.with(self.simd.add_f64s(self.lanes, b.lanes))
     }
 }
 
-impl<S: Simd, const K: usize> Sub for Real<S, K> {
+impl<S: Simd> Sub for Real<S> {
     type Output = Self;
     #[inline(always)]
-    fn sub(mut self, b: Self) -> Self {
-        for k in 0..K {
-            self.lanes[k] = self.simd.sub_f64s(self.lanes[k], b.lanes[k]);
-        }
-        self
+    fn sub(self, b: Self) -> Self {
+        self.with(self.simd.sub_f64s(self.lanes, b.lanes))
     }
 }
 
-impl<S: Simd, const K: usize> Mul for Real<S, K> {
+impl<S: Simd> Mul for Real<S> {
     type Output = Self;
     #[inline(always)]
-    fn mul(mut self, b: Self) -> Self {
-        for k in 0..K {
-            self.lanes[k] = self.simd.mul_f64s(self.lanes[k], b.lanes[k]);
-        }
-        self
+    fn mul(self, b: Self) -> Self {
+        self.with(self.simd.mul_f64s(self.lanes, b.lanes))
     }
 }
 
-impl<S: Simd, const K: usize> Neg for Real<S, K> {
+impl<S: Simd> Neg for Real<S> {
     type Output = Self;
     #[inline(always)]
-    fn neg(mut self) -> Self {
-        for k in 0..K {
-            self.lanes[k] = self.simd.neg_f64s(self.lanes[k]);
-        }
-        self
+    fn neg(self) -> Self {
+        self.with(self.simd.neg_f64s(self.lanes))
     }
 }
 
-impl<S: Simd, const K: usize> Triple<S, K> {
+impl<S: Simd> Triple<S> {
     /// Cross product.
     #[inline(always)]
     pub fn cross(self, b: Self) -> Self {
@@ -173,19 +142,19 @@ impl<S: Simd, const K: usize> Triple<S, K> {
 
     /// Dot product.
     #[inline(always)]
-    pub fn dot(self, b: Self) -> Real<S, K> {
+    pub fn dot(self, b: Self) -> Real<S> {
         self.z.times_plus(b.z, self.y.times_plus(b.y, self.x * b.x))
     }
 
     /// `factor * self`.
     #[inline(always)]
-    pub fn scaled(self, factor: Real<S, K>) -> Self {
+    pub fn scaled(self, factor: Real<S>) -> Self {
         Triple { x: self.x * factor, y: self.y * factor, z: self.z * factor }
     }
 
     /// `factor * self + c`.
     #[inline(always)]
-    pub fn scaled_plus(self, factor: Real<S, K>, c: Self) -> Self {
+    pub fn scaled_plus(self, factor: Real<S>, c: Self) -> Self {
         Triple {
             x: self.x.times_plus(factor, c.x),
             y: self.y.times_plus(factor, c.y),

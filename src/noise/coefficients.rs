@@ -11,6 +11,8 @@ use super::ladder::MISSING;
 use crate::linear::{Triangle, dot, norm, normalise, project};
 use crate::uncertainty::quantiles::{chi_square_survival, normal_survival};
 use crate::vocabulary::vocabulary;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 use std::f64::consts::{LN_2, PI};
 
 vocabulary! {
@@ -74,29 +76,45 @@ pub struct Coefficients {
     pub terms: [Coefficient; 5],
     /// Squares of the likeliest set, with those of terms that another could stand for, and that are therefore not reported.
     pub squares: [f64; 5],
-    /// Generalized sum of squares of the deviations from the fitted line.
-    pub chi_square: f64,
-    /// Averaging times less coefficients.
-    pub dof: usize,
-    /// Probability of so large a sum of squares if the line holds.
-    pub p: f64,
-    /// The first averaging time that they describe, s, where shorter ones are left out: what a filter or a logger makes of the noise there is none of the terms.
-    pub from: Option<f64>,
-    /// The sampling interval where a rate random walk fits better as a walk that is sampled than as one averaged over each interval, s.
-    pub walk_sampled: Option<f64>,
+    /// How well they describe the deviations.
+    pub agreement: Agreement,
 }
 
-impl Coefficients {
-    /// Does their sum describe the Allan variances? Not where so large a chi-square has a probability below 1 %.
-    pub fn describes(&self) -> bool {
-        !(self.p < 0.01)
+/// Agreement of the fitted coefficients with the Allan variances.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(rename = "AgreementReport")]
+#[non_exhaustive]
+pub struct Agreement {
+    /// Generalized sum of squares.
+    pub chi_square: f64,
+    /// Degrees of freedom.
+    pub dof: usize,
+    /// Probability of more.
+    pub p: f64,
+    /// Do they describe them (a probability of at least 1 %)?
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub describes: Option<bool>,
+    /// The first averaging time that they describe, s, where shorter ones are left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub from_tau_s: Option<f64>,
+    /// The sampling interval, s, where a rate random walk was taken as sampled at the ends of the intervals rather than averaged over each:
+    /// its Allan variance is then larger by `K^2 dt^2 / (6 tau)`. Which of the two a logger does is not known; the one that needs less to be
+    /// described was taken.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub walk_sampled_s: Option<f64>,
+}
+
+impl Agreement {
+    /// Do the coefficients describe the Allan variances?
+    pub fn is_good(&self) -> bool {
+        self.describes != Some(false)
     }
 }
 
 impl Coefficients {
     /// The fitted Allan variance at `tau`.
     pub fn variance(&self, tau: f64) -> f64 {
-        let steps = self.walk_sampled.map_or(0.0, |interval| sampled_walk(interval, tau));
+        let steps = self.agreement.walk_sampled_s.map_or(0.0, |interval| sampled_walk(interval, tau));
         let more = |term: Term| if term == Term::RateRandomWalk { steps } else { 0.0 };
         Term::ALL.iter().zip(self.squares).map(|(term, square)| square * (term.variance(tau) + more(*term))).sum()
     }
@@ -236,25 +254,32 @@ fn least_squares(columns: &[&Vec<f64>], y: &[f64]) -> Option<(Vec<f64>, Vec<Vec<
 pub(super) fn coefficients(sums: &[Sums], cells: &Cells, interval: f64) -> Option<Coefficients> {
     let points = Points::new(sums, cells)?;
     let all = described(&points, interval)?;
-    if all.describes() {
+    if all.agreement.is_good() {
         return Some(all);
     }
     let from = |k: usize| {
         let own = sums.get(k..)?;
         let points = Points { is_filtered: true, ..Points::new(own, cells)? };
-        Some(Coefficients { from: Some(own.first()?.m as f64 * interval), ..described(&points, interval)? })
+        let mut found = described(&points, interval)?;
+        found.agreement.from_tau_s = Some(own.first()?.m as f64 * interval);
+        Some(found)
     };
-    let Some(k) = (1..sums.len()).find(|k| from(*k).is_some_and(|own| own.describes())) else {
-        let (chi_square, dof, p) = (all.chi_square, all.dof, all.p);
+    let Some(k) = (1..sums.len()).find(|k| from(*k).is_some_and(|own| own.agreement.is_good())) else {
+        let dof = all.agreement.dof as f64;
         let apart = |own: f64| described(&Points { apart: own.exp(), ..points.clone() }, interval);
         let (mut low, mut high) = APART;
         while high - low > 0.1 {
             let middle = 0.5 * (low + high);
-            if apart(middle)?.chi_square > dof as f64 { low = middle } else { high = middle }
+            if apart(middle)?.agreement.chi_square > dof { low = middle } else { high = middle }
         }
-        return Some(Coefficients { chi_square, dof, p, ..apart(high)? });
+        let found = apart(high)?;
+        let Agreement { chi_square, dof, p, describes, .. } = all.agreement;
+        return Some(Coefficients {
+            agreement: Agreement { chi_square, dof, p, describes, ..found.agreement },
+            ..found
+        });
     };
-    (k..=k + MORE).rev().find_map(|k| from(k).filter(Coefficients::describes))
+    (k..=k + MORE).rev().find_map(|k| from(k).filter(|own| own.agreement.is_good()))
 }
 
 /// Probability of so large a chi-square; a misfit that is not finite is rejected.
@@ -313,8 +338,11 @@ fn described(points: &Points, interval: f64) -> Option<Coefficients> {
     });
     let dof = (points.m.len() + 1).saturating_sub(best.count());
     let p = survival(best.chi_square, dof);
-    let walk_sampled = (best.sampled && best.active[3]).then_some(interval);
-    Some(Coefficients { terms, squares, chi_square: best.chi_square, dof, p, from: None, walk_sampled })
+    // so large a chi-square with a probability below 1 % describes nothing
+    let describes = Some(!(p < 0.01));
+    let walk_sampled_s = (best.sampled && best.active[3]).then_some(interval);
+    let agreement = Agreement { chi_square: best.chi_square, dof, p, describes, from_tau_s: None, walk_sampled_s };
+    Some(Coefficients { terms, squares, agreement })
 }
 
 impl Points {

@@ -22,34 +22,43 @@ mod edf;
 mod field_units;
 mod ladder;
 
-pub use coefficients::{Coefficient, Coefficients, Term};
+pub use coefficients::{Agreement, Coefficient, Coefficients, Term};
 pub use edf::{Kind, equivalent_dof, interval};
 pub use field_units::{FieldUnit, field_unit, si_factor};
 pub use ladder::{Ladder, Sums};
 
 use crate::vocabulary::vocabulary;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
-/// A deviation at one averaging time.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// One deviation with its chi-square interval.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(rename = "DeviationReport")]
+#[non_exhaustive]
 pub struct Deviation {
-    /// The deviation, in the record's unit.
+    /// The deviation, in the column's unit.
     pub value: f64,
-    /// Ends of its interval at the analysis' level; absent where there are too few degrees of freedom.
-    pub interval: Option<(f64, f64)>,
-    /// Equivalent degrees of freedom of its square.
+    /// Lower end of its interval, in the same unit.
+    pub low: Option<f64>,
+    /// Upper end, in the same unit.
+    pub high: Option<f64>,
+    /// Equivalent degrees of freedom.
     pub edf: f64,
     /// Differences averaged.
     pub differences: u64,
 }
 
 /// Deviations at one averaging time.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(rename = "DeviationsReport")]
+#[non_exhaustive]
 pub struct Point {
     /// Samples averaged.
     pub m: u64,
     /// Averaging time, s.
+    #[serde(rename = "tau_s")]
     pub tau: f64,
-    /// Power of the frequency in the spectral density that dominates here: 2 (quantization) to -2 (random walk).
+    /// Power of the frequency in the spectral density that dominates here: 2 (quantization), 0 (white), -1 (flicker), -2 (random walk).
     pub alpha: i32,
     /// Overlapping Allan deviation.
     pub allan: Deviation,
@@ -57,6 +66,8 @@ pub struct Point {
     pub hadamard: Option<Deviation>,
     /// Modified Allan deviation.
     pub modified: Option<Deviation>,
+    /// Allan deviation of the fitted coefficients, in the column's unit.
+    pub fitted: Option<f64>,
 }
 
 /// The noise of one column of a record.
@@ -134,7 +145,8 @@ pub fn analyse(ladder: &Ladder, interval: f64, level: f64) -> Analysis {
                 // where the formula has no value: the least that an interval can have
                 let edf = equivalent_dof(kind, alpha, s.m, ladder.samples() + 1).unwrap_or(1.0);
                 let value = square.max(0.0).sqrt();
-                Deviation { value, interval: self::interval(value, edf, level), edf, differences }
+                let (low, high) = self::interval(value, edf, level).unzip();
+                Deviation { value, low, high, edf, differences }
             };
             Point {
                 m: s.m,
@@ -143,6 +155,7 @@ pub fn analyse(ladder: &Ladder, interval: f64, level: f64) -> Analysis {
                 allan: deviation(Kind::Allan, s.allan_variance(), s.allan.1),
                 hadamard: s.hadamard_variance().map(|v| deviation(Kind::Hadamard, v, s.hadamard.1)),
                 modified: s.modified_variance().map(|v| deviation(Kind::Modified, v, s.modified.1)),
+                fitted: coefficients.as_ref().map(|c| c.variance(*tau).sqrt()),
             }
         })
         .collect();

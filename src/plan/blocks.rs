@@ -115,9 +115,21 @@ impl Blocks {
             }
         }
     }
-}
 
-impl Blocks {
+    /// The same for all r <= s, each at `packed(r, s)`.
+    pub(super) fn all_quadratics(&self, b: &[f64], out: &mut [Vec<f64>], work: &mut [f64]) {
+        for s in 0..self.rows {
+            (0..=s).for_each(|r| self.quadratic(r, s, b, &mut out[packed(r, s)], work));
+        }
+    }
+
+    /// The same in room of its own.
+    pub(super) fn quadratics(&self, b: &[f64]) -> Vec<Vec<f64>> {
+        let mut out = vec![vec![0.0; self.count]; self.rows * (self.rows + 1) / 2];
+        self.all_quadratics(b, &mut out, &mut vec![0.0; self.count]);
+        out
+    }
+
     /// The largest `x' B x` over all rows of all candidates.
     pub(super) fn largest_quadratic(&self, b: &[f64]) -> f64 {
         let (mut out, mut work) = (vec![0.0; self.count], vec![0.0; self.count]);
@@ -193,6 +205,11 @@ impl Blocks {
             out.iter_mut().zip(work.iter()).for_each(|(out, w)| *out += w * w);
         }
     }
+}
+
+/// Position of (r, s), r <= s, in a packed triangle.
+pub(super) fn packed(r: usize, s: usize) -> usize {
+    s * (s + 1) / 2 + r
 }
 
 /// The largest number of a list and its place; NaN is smaller than any number.

@@ -14,10 +14,10 @@
 )]
 
 use super::blocks::{Blocks, add_outer, invert, sandwich};
-use super::eigenvalue::Mixture;
-use super::problem::Objective;
+use super::objective::{Combinations, Objective};
 use crate::linear::dot;
 use crate::number;
+use faer::{Mat, Side};
 
 /// What weights instead of repeats could reach.
 #[derive(Debug, Clone, PartialEq)]
@@ -28,6 +28,13 @@ pub(super) struct Bound {
     pub reached: f64,
     /// Weight of each candidate, summing to 1.
     pub weights: Vec<f64>,
+}
+
+impl Bound {
+    /// `M(w)^-1`.
+    pub(super) fn inverse(&self, blocks: &Blocks, base: &[f64], total: f64) -> Option<Vec<f64>> {
+        invert(&weighted(blocks, base, total, &self.weights), blocks.unknowns()).map(|(inverse, _)| inverse)
+    }
 }
 
 const ITERATIONS: usize = 5000;
@@ -51,14 +58,7 @@ pub(super) fn bound(blocks: &Blocks, base: &[f64], objective: &Objective, total:
     let mut active: Vec<usize> = (0..count).collect();
     let mut rows = blocks.clone();
     let mut weights = vec![1.0 / count as f64; count];
-    let mut mixture = match objective {
-        Objective::Eigenvalue(combinations) => Some(Mixture::new(combinations)),
-        _ => None,
-    };
-    let mut predicted = match objective {
-        Objective::Largest(rows) => Some(Predicted::new(rows)),
-        _ => None,
-    };
+    let mut mixture = Mixture::of(objective);
     let mut least = 0.0;
     // logarithms of determinants: their slopes' steps are those of D
     let determinant = matches!(objective, Objective::Determinant | Objective::Volume(_));
@@ -66,7 +66,8 @@ pub(super) fn bound(blocks: &Blocks, base: &[f64], objective: &Objective, total:
         Objective::Volume(volume) => volume.size(),
         _ => n as f64,
     };
-    let size = blocks.rows() * count + predicted.as_ref().map_or(0, |p| p.mass.len());
+    let predicted = if let Objective::Largest(rows) = objective { rows.rows() * rows.count() } else { 0 };
+    let size = blocks.rows() * count + predicted;
     let most = number::count(EFFORT / (2.0 * (size * n * n) as f64)).clamp(50, ITERATIONS);
     for iteration in 0..most {
         let Some((inverse, log_det)) = invert(&weighted(&rows, base, total, &weights), n) else {
@@ -81,23 +82,17 @@ pub(super) fn bound(blocks: &Blocks, base: &[f64], objective: &Objective, total:
             continue;
         };
         // value of the smooth objective at these weights, and the matrix whose quadratic forms are its slopes
-        let (slopes, value, here) = match (objective, &mut predicted) {
-            (Objective::Eigenvalue(combinations), _) => {
-                let largest = mixture.as_mut().map_or(f64::NAN, |own| own.follow(combinations, &inverse));
-                let w = mixture.as_ref().map_or_else(Vec::new, |own| own.weight_matrix(combinations));
+        let (slopes, value, here) = match (objective, &mut mixture) {
+            (_, Some(mixture)) => {
+                let (w, largest) = mixture.follow(&inverse);
                 (sandwich(&inverse, &w, n), dot(&w, &inverse), largest)
             }
             (Objective::Trace(w), _) => {
                 let value = dot(w, &inverse);
                 (sandwich(&inverse, w, n), value, value)
             }
-            (Objective::Largest(rows), Some(predicted)) => {
-                let largest = predicted.follow(rows, &inverse);
-                let w = predicted.weight_matrix(rows);
-                (sandwich(&inverse, &w, n), dot(&w, &inverse), largest)
-            }
-            (Objective::Volume(volume), _) => {
-                let Some((value, slopes)) = volume.with_slopes(&inverse) else { break };
+            (Objective::Volume(own), _) => {
+                let Some((value, slopes)) = own.with_slopes(&inverse) else { break };
                 (slopes, value, value)
             }
             _ => (inverse, -log_det, -log_det),
@@ -158,42 +153,72 @@ fn gains(blocks: &Blocks, b: &[f64]) -> Vec<f64> {
     gain
 }
 
-/// Weights of predicted rows: mass where the variance is largest.
-struct Predicted {
-    /// Of row r of candidate j at `r * count + j`, summing to 1.
-    mass: Vec<f64>,
-    variance: Vec<f64>,
-    work: Vec<f64>,
+/// Weights of what is largest, where that is largest: a mass on predicted rows that sums to one, or a positive semidefinite `Z` of trace one, for
+/// which `lambda_max(C) >= tr(Z C)`.
+enum Mixture<'a> {
+    /// Of row r of candidate j at `r * count + j`.
+    Rows(&'a Blocks, Vec<f64>),
+    Combined(&'a Combinations, Mat<f64>),
 }
 
-impl Predicted {
-    fn new(rows: &Blocks) -> Self {
-        let all = rows.rows() * rows.count();
-        Predicted { mass: vec![1.0 / all as f64; all], variance: vec![0.0; all], work: vec![0.0; rows.count()] }
+impl<'a> Mixture<'a> {
+    /// All alike; `None` for an objective that is smooth.
+    fn of(objective: &'a Objective) -> Option<Self> {
+        match objective {
+            Objective::Largest(rows) => {
+                let all = rows.rows() * rows.count();
+                Some(Mixture::Rows(rows, vec![1.0 / all as f64; all]))
+            }
+            Objective::Eigenvalue(own) => {
+                let p = own.0.len();
+                Some(Mixture::Combined(own, Mat::from_fn(p, p, |i, j| if i == j { 1.0 / own.size() } else { 0.0 })))
+            }
+            _ => None,
+        }
     }
 
-    /// Move the mass towards the largest `x' M^-1 x`, which is returned.
-    fn follow(&mut self, rows: &Blocks, inverse: &[f64]) -> f64 {
-        for (r, variance) in self.variance.chunks_exact_mut(rows.count().max(1)).enumerate() {
-            rows.quadratic(r, r, inverse, variance, &mut self.work);
+    /// Move the weights towards what is largest at `M^-1`: `sum m x x'` or `T' Z T`, row by row, and the largest.
+    fn follow(&mut self, inverse: &[f64]) -> (Vec<f64>, f64) {
+        match self {
+            Mixture::Rows(rows, mass) => {
+                let (mut variance, mut work) = (vec![0.0; mass.len()], vec![0.0; rows.count()]);
+                for (r, variance) in variance.chunks_exact_mut(rows.count().max(1)).enumerate() {
+                    rows.quadratic(r, r, inverse, variance, &mut work);
+                }
+                let mean = dot(mass, &variance);
+                mass.iter_mut().zip(&variance).for_each(|(m, d)| *m *= d / mean);
+                let sum: f64 = mass.iter().sum();
+                mass.iter_mut().for_each(|m| *m /= sum);
+                let mut w = vec![0.0; rows.unknowns() * rows.unknowns()];
+                // rows without mass are left out
+                for (k, m) in mass.iter().enumerate().filter(|(_, m)| **m > 1e-12) {
+                    add_outer(&mut w, *m, &rows.row(k % rows.count(), k / rows.count()));
+                }
+                (w, variance.into_iter().fold(0.0, f64::max))
+            }
+            // Z <- C^(1/2) Z C^(1/2) over its trace
+            Mixture::Combined(own, weights) => {
+                let c = own.image(inverse);
+                let mut largest = f64::NAN;
+                if let Ok(eigen) = c.self_adjoint_eigen(Side::Lower) {
+                    let p = c.nrows();
+                    let root = Mat::from_fn(p, p, |i, j| {
+                        let along = |k: usize| eigen.U()[(i, k)] * eigen.S()[k].max(0.0).sqrt() * eigen.U()[(j, k)];
+                        (0..p).map(along).sum::<f64>()
+                    });
+                    let moved = &root * &*weights * &root;
+                    let trace: f64 = (0..p).map(|k| moved[(k, k)]).sum();
+                    if trace > 0.0 {
+                        *weights = Mat::from_fn(p, p, |i, j| 0.5 * (moved[(i, j)] + moved[(j, i)]) / trace);
+                    }
+                    largest = eigen.S()[p - 1];
+                }
+                (own.weighted(|i, k| weights[(i, k)]), largest)
+            }
         }
-        let mean = dot(&self.mass, &self.variance);
-        self.mass.iter_mut().zip(&self.variance).for_each(|(m, d)| *m *= d / mean);
-        let sum: f64 = self.mass.iter().sum();
-        self.mass.iter_mut().for_each(|m| *m /= sum);
-        self.variance.iter().copied().fold(0.0, f64::max)
-    }
-
-    /// `sum m x x'`, row by row; rows without mass are left out.
-    fn weight_matrix(&self, rows: &Blocks) -> Vec<f64> {
-        let n = rows.unknowns();
-        let mut w = vec![0.0; n * n];
-        for (k, m) in self.mass.iter().enumerate().filter(|(_, m)| **m > 1e-12) {
-            add_outer(&mut w, *m, &rows.row(k % rows.count(), k / rows.count()));
-        }
-        w
     }
 }
+
 /// `M(w)`.
 fn weighted(blocks: &Blocks, base: &[f64], total: f64, weights: &[f64]) -> Vec<f64> {
     let n = blocks.unknowns();
@@ -211,9 +236,4 @@ fn weighted(blocks: &Blocks, base: &[f64], total: f64, weights: &[f64]) -> Vec<f
         }
     }
     m
-}
-
-/// `M(w)^-1` of an approximate design.
-pub(super) fn inverse(blocks: &Blocks, base: &[f64], total: f64, bound: &Bound) -> Option<Vec<f64>> {
-    invert(&weighted(blocks, base, total, &bound.weights), blocks.unknowns()).map(|(inverse, _)| inverse)
 }

@@ -8,11 +8,12 @@
     reason = "`chosen` holds numbers of the problem's candidates, of which `used` has one entry each"
 )]
 
-use super::blocks::sandwich;
-use super::exchange::{FEW, improve_state, value};
+use super::blocks::{packed, sandwich};
+use super::exchange::{improve_state, value};
+use super::objective::Objective;
 use super::prices::{Prices, Till};
-use super::problem::{Design, Objective, Problem, WORTH, counted, information};
-use super::state::{State, packed};
+use super::problem::{Design, Problem, WORTH, counted, information};
+use super::state::State;
 use crate::elements::Elements;
 use crate::number;
 use rand_pcg::Pcg64Mcg;
@@ -28,11 +29,8 @@ const ROUNDS: usize = 60;
 /// The largest of very many variances is dear to compare, and so is an eigenvalue: mountings are found by the smooth criterion that is nearest (the
 /// determinant, the sum of the variances), and exchanges lower what is largest then.
 pub(super) fn start(problem: &Problem<'_>, prices: &Prices, rng: &mut Pcg64Mcg) -> Option<Design> {
-    let nearest = match problem.objective {
-        Objective::Largest(rows) if rows.count() * rows.rows() > FEW => Objective::Determinant,
-        Objective::Eigenvalue(combinations) => Objective::Trace(combinations.sum()),
-        Objective::Volume(_) => Objective::Determinant,
-        _ => return searched(problem, prices, rng),
+    let Some(nearest) = problem.objective.nearest().filter(|_| !problem.objective.is_of_few()) else {
+        return searched(problem, prices, rng);
     };
     let smooth = searched(&Problem { objective: &nearest, ..problem.clone() }, prices, rng)?;
     let mut state = State::of(problem, smooth.chosen)?;

@@ -1,10 +1,9 @@
 //! What is best: criteria in the coordinates of the candidates.
 
 use super::blocks::Blocks;
-use super::combinations::{Combinations, Volume};
 use super::judge::gradients;
+use super::objective::{Combinations, Objective};
 use super::pool::Pool;
-use super::problem::Objective;
 use super::whitened::single;
 use crate::campaign::{Campaign, Kind};
 use crate::elements::Elements;
@@ -33,7 +32,7 @@ pub enum Criterion {
 pub(super) fn objective(campaign: &Campaign, pool: &Pool, criterion: &Criterion) -> Result<Objective> {
     let n = campaign.unknowns();
     match criterion {
-        Criterion::D if pool.deviations > 0 => Ok(Objective::Volume(Volume::new(pool.independent(n)))),
+        Criterion::D if pool.deviations > 0 => Ok(Objective::Volume(Combinations::new(pool.independent(n)))),
         Criterion::D => Ok(Objective::Determinant),
         Criterion::G => Ok(Objective::Largest(pool.rows.clone())),
         Criterion::A => Ok(Objective::Trace(weight_matrix(&asked(campaign, pool)?, pool.blocks.unknowns()))),

@@ -7,23 +7,29 @@
 //! ```
 //!
 //! (A. C. Atkinson, V. V. Fedorov, Biometrika 62 (1975) 57: T-optimality; for linear rivals it is the c-criterion of the rival's coefficient.)
-//! Which of two is true nobody knows, so both take part, each in units of what all candidates could reach.
+//! Which of two is true nobody knows, so both take part, each in units of what all candidates could reach. For a campaign that has been measured,
+//! single further positions: against several rivals, the best is the one at which the least told rival is told best (Biometrika 62 (1975) 289).
+#![allow(
+    clippy::indexing_slicing,
+    reason = "whitened rows have the unknowns and one column for each term; lists over rivals have one entry for each term but the first"
+)]
 
 use super::blocks::{invert, times};
-use super::candidates::Unit;
+use super::candidates::{Unit, portions};
 use super::criterion::weight_matrix;
 use super::effort::{Offer, planned};
 use super::improve::{Improvement, guide};
-use super::judge::{check_question, judge};
+use super::judge::check_question;
+use super::objective::Objective;
 use super::order::ordered;
 use super::point::check_point;
 use super::pool::Pool;
-use super::problem::{Objective, Problem, information};
+use super::problem::{Problem, information};
 use super::request::Progress;
 use super::request::Request;
 use super::scheduled::schedule_rows;
 use super::search::{EFFORT, Found, Limits, search};
-use super::whitened::{Beside, Term, whitened};
+use super::whitened::{Beside, Term, adjusted, mounted_apart, single, whitened, with_priors};
 use crate::algebra::{Scratch, Tape};
 use crate::campaign::{Campaign, Reading, Readings, is_axis_input};
 use crate::error::{Fault, Malformed, Result};
@@ -60,10 +66,7 @@ pub fn discriminate(
     check_point(campaign, kept, candidates, noise)?;
     let pool = Pool::new(campaign, kept, candidates, Unit::Reading, noise, &terms.map(Clone::clone))?;
     let n = campaign.unknowns() + pool.deviations;
-    let coordinates = [n, n + 1].map(|k| {
-        let unit: Vec<f64> = (0..n + 2).map(|j| f64::from(u8::from(j == k))).collect();
-        pool.coordinates(&unit)
-    });
+    let coordinates = [n, n + 1].map(|k| pool.coordinates(&single(n + 2, k, 1.0)));
     let nothing = Discrimination { positions: Vec::new(), before: [None; 2], after: [None; 2], hits: 0 };
     let [Some(a), Some(b)] = &coordinates else { return Ok(nothing) };
     let u = |m: &[f64], c: &[f64]| {
@@ -76,17 +79,9 @@ pub fn discriminate(
     let most = readings.max(1) + pool.blocks.unknowns();
     let progress = Progress::default();
     let found = (readings.max(1)..=most).find_map(|choose| {
-        let problem = Problem {
-            blocks: &pool.blocks,
-            base: &pool.base,
-            objective: &objective,
-            choose,
-            most_repeats: usize::MAX,
-            neighbours: &[],
-            prices: None,
-        };
-        let limits = Limits { starts, seed, effort: EFFORT, enough: None, given: &[], progress: &progress };
-        search(&problem, &limits, guide(&problem).as_ref())
+        let problem = Problem { choose, ..Problem::of(&pool.blocks, &pool.base, &objective) };
+        let limits = Limits { starts, seed, effort: EFFORT, enough: None, given: &Vec::new, progress: &progress };
+        search(&problem, &limits, || guide(&problem))
     });
     let Some(Found { design, hits, .. }) = found else { return Ok(nothing) };
     let after = information(&pool.blocks, &pool.base, &design.chosen);
@@ -117,33 +112,19 @@ pub fn separate(campaign: &Campaign, offer: &Offer, terms: [&Term; 2], request: 
     check_terms(campaign, offer, terms)?;
     let found = discriminate(campaign, offer, terms, request.readings, request.starts, request.seed)?;
     let kept = planned(campaign, &offer.kept);
-    let (stays, chosen) = (kept.rows.len(), found.positions.len());
+    let stays = kept.rows.len();
     let mut rows = kept.rows;
     rows.extend(found.positions);
     let all = campaign.with_readings(planned(campaign, &Readings { columns: kept.columns, rows }));
     let schedule =
         campaign.with_readings(ordered(&all, &offer.noise, &offer.costs, request.order, request.seed, stays)?);
-    let judgement = judge(&schedule, &offer.noise, &offer.costs)?;
     Ok(Separated {
         before: found.before,
         after: found.after,
         improvement: Improvement {
-            schedule,
-            judgement,
-            candidates: offer.candidates.rows.len(),
-            chosen,
-            kept: stays,
-            reasons: Vec::new(),
-            limit: None,
-            refined: None,
-            efficiency: None,
-            bound_gap: None,
-            enumerated: None,
             hits: found.hits,
             starts: request.starts.max(1),
-            check: None,
-            unreachable: Vec::new(),
-            frozen: Vec::new(),
+            ..Improvement::of(schedule, offer, offer.candidates.rows.len(), stays)?
         },
     })
 }
@@ -220,4 +201,127 @@ fn name(campaign: &Campaign, regressor: &Regressor) -> String {
         Regressor::Constraint(k) => format!("constraint:{}", k + 1),
         Regressor::Scatter => "scatter:position".into(),
     }
+}
+
+/// A position that tells an effect from its rivals.
+#[derive(Debug, Clone)]
+pub struct DiscriminatingPosition {
+    /// The position.
+    pub position: Reading,
+    /// What it adds to `T` against the rival that it tells least, as a share of the most that any candidate adds.
+    pub least: f64,
+    /// The mean of these shares over all rivals.
+    pub mean: f64,
+    /// The rivals that it tells plainly, by index: it adds at least a tenth of what a reading holds of the effect on average.
+    pub told: Vec<usize>,
+}
+
+/// A rival that no candidate adds this share of the effect's own information against is told by none of them.
+const TELLS: f64 = 1e-4;
+/// A position tells a rival plainly if it adds this share of what a reading at hand holds of the effect on average.
+const PLAINLY: f64 = 0.1;
+/// Weight of a loose prior on parameters where what is kept does not determine all of them, as a share of their columns.
+const LOOSE: f64 = 1e-3;
+
+/// Every candidate position that tells `effect` from at least one of `rivals` when it is added to what is kept, the best first.
+///
+/// Adding rows `F` updates the products of the residual columns, `P_ab + e_a' (I + F (A'A)^-1 F')^-1 e_b` with `e = f - F x`, and
+/// `T = P_aa - P_ab^2 / P_bb`. Errors: those of [`discriminate`].
+pub fn discriminating_positions(
+    campaign: &Campaign,
+    offer: &Offer,
+    effect: &Term,
+    rivals: &[Term],
+) -> Result<Vec<DiscriminatingPosition>> {
+    let Offer { kept, candidates, noise, .. } = offer;
+    check_question(campaign)?;
+    let terms: Vec<Term> = [effect].into_iter().chain(rivals).cloned().collect();
+    let portions = portions(campaign, candidates, Unit::Reading)?;
+    let apart = mounted_apart(&portions, candidates);
+    let beside = Beside::new(campaign, noise, &terms, &[kept, &apart]);
+    let n = beside.fitted(campaign);
+    let mut rows = with_priors(campaign, kept, noise, &beside)?;
+    let mut estimate = adjusted(campaign, &rows, n)?;
+    if estimate.unknowns.rank < n {
+        for k in 0..n {
+            let size = rows.iter().map(|row| row[k] * row[k]).sum::<f64>().sqrt();
+            let weight = if size > 0.0 { LOOSE * size } else { LOOSE };
+            rows.push(single(n + terms.len(), k, weight));
+        }
+        estimate = adjusted(campaign, &rows, n)?;
+    }
+    let column = |t: usize| rows.iter().map(|row| row[n + t]).collect::<Vec<f64>>();
+    let fitted: Vec<Vec<f64>> = (0..terms.len()).map(|t| estimate.factor.solve(&column(t))).collect::<Result<_>>()?;
+    let residual: Vec<Vec<f64>> =
+        (0..terms.len()).map(|t| estimate.factor.project_out(&column(t))).collect::<Result<_>>()?;
+    let further = whitened(campaign, &apart, noise, &beside, true)?;
+    let size = (further.len() / portions.len().max(1)).max(1);
+    let own = dot(residual.first().map_or(&[], Vec::as_slice), residual.first().map_or(&[], Vec::as_slice));
+    let before: Vec<[f64; 3]> = residual.iter().skip(1).map(|b| products(&residual[0], b)).collect();
+    // what each candidate adds to T against each rival
+    let gains: Vec<Vec<f64>> = further
+        .chunks(size)
+        .map(|rows| {
+            let errors: Vec<Vec<f64>> = fitted
+                .iter()
+                .enumerate()
+                .map(|(t, x)| rows.iter().map(|row| row[n + t] - dot(&row[..n], x)).collect())
+                .collect();
+            let k = rows.len();
+            let spread: Vec<Vec<f64>> = rows
+                .iter()
+                .map(|row| {
+                    (0..n).map(|i| (0..n).map(|j| estimate.unknowns.covariance[(i, j)] * row[j]).sum()).collect()
+                })
+                .collect();
+            let s: Vec<f64> = (0..k * k)
+                .map(|at| f64::from(u8::from(at / k == at % k)) + dot(&rows[at / k][..n], &spread[at % k]))
+                .collect();
+            let Some((inverse, _)) = invert(&s, k) else { return vec![0.0; before.len()] };
+            let whitened: Vec<Vec<f64>> = errors.iter().map(|e| times(&inverse, e)).collect();
+            before
+                .iter()
+                .enumerate()
+                .map(|(b, [aa, ab, bb])| {
+                    let more = [
+                        dot(&errors[0], &whitened[0]),
+                        dot(&errors[0], &whitened[b + 1]),
+                        dot(&errors[b + 1], &whitened[b + 1]),
+                    ];
+                    told([aa + more[0], ab + more[1], bb + more[2]]) - told([*aa, *ab, *bb])
+                })
+                .collect()
+        })
+        .collect();
+    let most: Vec<f64> = (0..before.len()).map(|b| gains.iter().map(|g| g[b]).fold(0.0, f64::max)).collect();
+    let told_by_some: Vec<usize> = (0..before.len()).filter(|b| most[*b] > TELLS * own).collect();
+    let mut list: Vec<DiscriminatingPosition> = portions
+        .iter()
+        .zip(&gains)
+        .filter_map(|(portion, gain)| {
+            let shares = told_by_some.iter().map(|b| gain[*b].max(0.0) / most[*b]);
+            let mean = shares.clone().sum::<f64>() / told_by_some.len().max(1) as f64;
+            let least = shares.reduce(f64::min)?;
+            let plain = PLAINLY * own / kept.rows.len().max(1) as f64;
+            let told = told_by_some.iter().copied().filter(|b| gain[*b] > plain).collect();
+            Some(DiscriminatingPosition { position: portion.first()?.clone(), least, mean, told })
+        })
+        .filter(|own| own.mean > TELLS)
+        .collect();
+    // shares that differ by rounding must not order positions
+    let rounded = |v: f64| (v * 1e3).round();
+    list.sort_by(|a, b| {
+        rounded(b.least).total_cmp(&rounded(a.least)).then(rounded(b.mean).total_cmp(&rounded(a.mean)))
+    });
+    Ok(list)
+}
+
+/// `a'a`, `a'b`, `b'b`.
+fn products(a: &[f64], b: &[f64]) -> [f64; 3] {
+    [dot(a, a), dot(a, b), dot(b, b)]
+}
+
+/// `T` from products of residual columns; a rival that the model absorbs takes nothing away.
+fn told([aa, ab, bb]: [f64; 3]) -> f64 {
+    if bb > 1e-20 * aa { (aa - ab * ab / bb).max(0.0) } else { aa }
 }

@@ -188,16 +188,18 @@ impl Default for Costs {
     }
 }
 
-/// Work of a schedule in its order.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// Work of a schedule.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[schemars(rename = "WorkReport")]
+#[non_exhaustive]
 pub struct Work {
     /// Readings.
     pub readings: usize,
-    /// Mountings: how often a joint that stands still is moved, or the label changes; the first counts.
+    /// Mountings.
     pub mountings: usize,
     /// Rate changes within mountings.
     pub rate_changes: usize,
-    /// Cost of it all.
+    /// Cost of it all, in the unit of the costs that were given (readings, where none were).
     pub cost: f64,
 }
 

@@ -15,10 +15,10 @@
     reason = "`chosen` holds numbers of the problem's candidates, of which `settled` has one entry each"
 )]
 
-use super::blocks::invert;
+use super::blocks::{add_outer, invert};
 use super::bound::Bound;
-use super::largest::{Worst, lower};
-use super::problem::{Design, Objective, Problem, SWEEPS, WORTH, information};
+use super::objective::Objective;
+use super::problem::{Design, Problem, SWEEPS, WORTH, information};
 use super::state::State;
 use crate::linear::dot;
 use crate::number;
@@ -87,42 +87,62 @@ pub(super) fn finished(problem: &Problem<'_>, mut chosen: Vec<usize>) -> Option<
     Some(Design { chosen, value, effort: 0.0 })
 }
 
-/// Exchanges until none is worth it.
+/// Exchanges until none is worth it. What is not smooth is lowered from where the start is, and from the best of the smooth objective that is
+/// nearest: the first alone is slow to get near, the second is the same from any start.
 pub(super) fn improve_state(state: &mut State<'_>) {
-    match state.problem.objective {
-        Objective::Largest(predicted) => {
-            let few = predicted.count() * predicted.rows() <= FEW;
-            improve_worst(
-                state,
-                predicted,
-                &if few { Objective::Trace(predicted.sum()) } else { Objective::Determinant },
-            );
-        }
-        Objective::Eigenvalue(combinations) => {
-            improve_worst(state, combinations, &Objective::Trace(combinations.sum()));
-        }
-        Objective::Volume(volume) => improve_worst(state, volume, &Objective::Determinant),
-        objective => sweeps(state, objective),
-    }
-}
-
-/// From where the start is, and from the best of a smooth objective: the first alone is slow to get near, the second is the same from any start.
-fn improve_worst(state: &mut State<'_>, worst: &impl Worst, smooth: &Objective) {
+    let objective = state.problem.objective;
+    let Some(smooth) = objective.nearest() else { return sweeps(state, objective) };
     let other = State::of(state.problem, state.chosen.clone());
-    sweeps(state, smooth);
-    lower(state, worst);
+    sweeps(state, &smooth);
+    let reached = lower(state, objective);
     if let Some(mut other) = other {
-        lower(&mut other, worst);
+        let further = lower(&mut other, objective);
         let effort = state.effort + other.effort;
-        if worst.of(&other.inverse) < worst.of(&state.inverse) {
+        if further < reached {
             *state = other;
         }
         state.effort = effort;
     }
 }
 
-/// With so few predicted rows, the sum of their variances is near their largest.
-pub(super) const FEW: usize = 64;
+/// Exchanges that lower what is not smooth, and what they reach.
+fn lower(state: &mut State<'_>, objective: &Objective) -> f64 {
+    let blocks = state.problem.blocks;
+    // a singular volume has no value
+    let value = |state: &State<'_>| objective.of(&state.inverse).unwrap_or(f64::NAN);
+    let mut now = value(state);
+    for _ in 0..SWEEPS {
+        let mut improved = false;
+        let mut settled = vec![false; blocks.count()];
+        for at in 0..state.chosen.len() {
+            if settled[state.chosen[at]] {
+                continue;
+            }
+            let mut without = information(blocks, state.problem.base, &state.chosen);
+            for r in 0..blocks.rows() {
+                add_outer(&mut without, -1.0, &blocks.row(state.chosen[at], r));
+            }
+            let best = match invert(&without, blocks.unknowns()) {
+                Some((inverse, _)) => objective.replacement(state, at, &inverse, now),
+                None => objective.one_by_one(state, at, &without, now),
+            };
+            match best.filter(|(_, value)| *value < now * (1.0 - WORTH)) {
+                Some((j, _)) => {
+                    state.exchange(at, j);
+                    let after = value(state);
+                    improved |= after < now * (1.0 - 0.5 * WORTH);
+                    now = after;
+                    settled.fill(false);
+                }
+                None => settled[state.chosen[at]] = true,
+            }
+        }
+        if !improved || state.refactor().is_none() {
+            break;
+        }
+    }
+    value(state)
+}
 
 /// Sweep over the chosen blocks until none has a better replacement.
 fn sweeps(state: &mut State<'_>, objective: &Objective) {
@@ -176,17 +196,4 @@ pub(super) fn value(objective: &Objective, m: &[f64], n: usize) -> Option<f64> {
     crate::stop::poll();
     let (inverse, log_det) = invert(m, n)?;
     Some(objective.of(&inverse).unwrap_or(-log_det))
-}
-
-impl Objective {
-    /// Its value for `M^-1`, row by row; `None` for the determinant.
-    pub(super) fn of(&self, inverse: &[f64]) -> Option<f64> {
-        match self {
-            Objective::Determinant => None,
-            Objective::Trace(w) => Some(dot(w, inverse)),
-            Objective::Largest(predicted) => Some(predicted.of(inverse)),
-            Objective::Eigenvalue(combinations) => Some(combinations.of(inverse)),
-            Objective::Volume(volume) => Some(volume.of(inverse)),
-        }
-    }
 }

@@ -5,18 +5,17 @@
 use super::blocks::{Blocks, times};
 use super::bound::bound;
 use super::criterion::{gradients_of, no_result, weight_matrix};
-use super::effort::{Costs, Offer, planned};
-use super::improve::{Improvement, guide, made};
-use super::judge::{Judgement, check_question};
-use super::point::check_point;
-use super::pool::Pool;
-use super::pool::from_coarser;
+use super::effort::Offer;
+use super::exchange::value;
+use super::improve::{Improvement, Question, guide};
+use super::judge::Judgement;
+use super::objective::Objective;
+use super::pool::{Pool, from_coarser};
 use super::prices::Prices;
-use super::problem::{Objective, Problem};
+use super::problem::{Problem, information};
 use super::request::Request;
-use super::scheduled::{refined, schedule_rows};
 use super::search::{EFFORT, Limits, search};
-use crate::campaign::{Campaign, Reading, Readings};
+use crate::campaign::{Campaign, Reading};
 use crate::elements::Elements;
 use crate::error::{Fault, Malformed, Result};
 use crate::linear::dot;
@@ -59,41 +58,30 @@ const LITTLE: f64 = EFFORT / 8.0;
 /// and the schedule is the best reachable with that many readings. Errors: those of [`super::improve`], a limit that is not positive, a quantity
 /// that is neither estimated nor derived.
 pub fn reach(campaign: &Campaign, offer: &Offer, request: &Request, goals: &[Goal], cheapest: bool) -> Result<Reached> {
-    let Offer { candidates, noise, costs, .. } = offer;
-    let kept = &planned(campaign, &offer.kept);
-    check_question(campaign)?;
-    costs.check()?;
-    check_point(campaign, kept, candidates, noise)?;
-    if let Some(wanted) = &request.refine {
-        wanted.check()?;
-    }
-    let pool_of = |readings: &Readings| Pool::new(campaign, kept, readings, request.unit, noise, &[]);
-    let pool = pool_of(candidates)?;
+    let question = &Question::new(campaign, offer, request)?;
+    let pool = question.pool(&offer.candidates)?;
     let (rows, impossible) = limits(campaign, &pool, goals)?;
     let size = pool.portion_size();
-    let most = (request.readings / size).min(pool.portions.len().saturating_mul(request.most_repeats));
-    if most == 0 {
+    let most = request.readings / size;
+    let search = Search::new(question, &pool, rows, request, most);
+    if search.most == 0 {
         return Err(Malformed::new(Fault::Value, "no reading may be chosen, so no goal can be sought")
             .expected(format!("at least {size} readings allowed"))
             .found(request.readings.to_string()));
     }
-    let apart = !noise.remount.is_empty();
     // what coarser sweeps within this one reach is where this one goes on from
     let best = |own: &Pool, given: &[Vec<usize>]| {
         let (rows, missing) = limits(campaign, own, goals).ok()?;
-        let most = most.min(own.portions.len().saturating_mul(request.most_repeats));
-        let search = Search::new(own, &rows, request, costs, apart, most);
+        let search = Search::new(question, own, rows, request, most);
         Some((missing == impossible).then(|| search.best(given, cheapest)).flatten()?.chosen)
     };
-    let given = from_coarser(candidates, &pool, pool_of, best);
-    let search = Search::new(&pool, &rows, request, costs, apart, most);
-    let found = search.best(&given, cheapest).ok_or_else(|| {
-        Malformed::new(Fault::Value, format!("no {} of these candidates determine the unknowns", most * size))
+    let given = from_coarser(&offer.candidates, &pool, |readings| question.pool(readings), best);
+    let mut found = search.best(&given, cheapest).ok_or_else(|| {
+        Malformed::new(Fault::Value, format!("no {} of these candidates determine the unknowns", search.most * size))
             .expected("more readings, more candidates, or a prior")
     })?;
-    let rows_of = |found: &Reach| schedule_rows(kept, &pool, &found.chosen, apart);
-    let moved = |rows: &[Reading]| refined(campaign, rows, (&pool, &search.objective), offer, request, Some(1.0));
-    let (mut found, mut rows, mut refined) = (found.clone(), rows_of(&found), None);
+    let moved = |rows: &[Reading]| question.refined(rows, (&pool, &search.objective), Some(1.0));
+    let (mut rows, mut refined) = (question.rows(&pool, &found.chosen), None);
     // what is enough stays where it is: angles beyond the limits would be moved at the cost of what has none
     if !found.reaches()
         && let Some((other, what)) = moved(&rows)?
@@ -103,13 +91,13 @@ pub fn reach(campaign: &Campaign, offer: &Offer, request: &Request, goals: &[Goa
     // between the candidates fewer may be enough
     let fewer = |found: &Reach| if cheapest || found.chosen.len() < 2 { None } else { search.one_fewer(found) };
     while let Some(fewer) = request.refine.as_ref().and_then(|_| fewer(&found)) {
-        let Some((other, what)) = moved(&rows_of(&fewer))? else { break };
+        let Some((other, what)) = moved(&question.rows(&pool, &fewer.chosen))? else { break };
         if !(what.value <= 1.0) {
             break;
         }
         (found, rows, refined) = (Reach { is_fewest: false, ..fewer }, other, Some(what));
     }
-    let made = made(campaign, &pool, rows, offer, request)?;
+    let made = question.made(&pool, rows)?;
     let largest_share = largest_share(&made.judgement, goals);
     Ok(Reached {
         reached: impossible.is_empty() && largest_share.is_some_and(|share| share <= 1.0),
@@ -185,26 +173,21 @@ impl Reach {
 
 struct Search<'a> {
     pool: &'a Pool,
-    rows: &'a [Vec<f64>],
+    rows: Vec<Vec<f64>>,
     objective: Objective,
     request: &'a Request,
     prices: Prices,
+    /// Portions that may be chosen.
     most: usize,
 }
 
 impl<'a> Search<'a> {
-    fn new(
-        pool: &'a Pool,
-        rows: &'a [Vec<f64>],
-        request: &'a Request,
-        costs: &Costs,
-        apart: bool,
-        most: usize,
-    ) -> Self {
+    fn new(question: &Question<'_>, pool: &'a Pool, rows: Vec<Vec<f64>>, request: &'a Request, most: usize) -> Self {
         let n = pool.blocks.unknowns();
         let limited = Blocks::from_fn(rows.len(), 1, n, |j, _, c| rows.at(j).at(c));
-        let prices = Prices::new(&pool.portions, &pool.levels, *costs, 0.0, apart);
-        Search { pool, rows, objective: Objective::Largest(limited), request, prices, most }
+        let (objective, prices) = (Objective::Largest(limited), question.prices(pool, 0.0));
+        let most = most.min(pool.portions.len().saturating_mul(request.most_repeats));
+        Search { pool, rows, objective, request, prices, most }
     }
 
     fn best(&self, given: &[Vec<usize>], cheapest: bool) -> Option<Reach> {
@@ -221,21 +204,21 @@ impl<'a> Search<'a> {
     }
 
     fn problem<'p>(&'p self, choose: usize, prices: Option<&'p Prices>) -> Problem<'p> {
-        let Pool { blocks, base, .. } = self.pool;
         let most_repeats = self.request.most_repeats;
-        Problem { blocks, base, objective: &self.objective, choose, most_repeats, neighbours: &[], prices }
+        Problem { choose, most_repeats, prices, ..Problem::of(&self.pool.blocks, &self.pool.base, &self.objective) }
     }
 
     /// The design whose largest `u / limit` is smallest; with little effort unless it matters.
     fn seek(&self, problem: &Problem<'_>, given: &[Vec<usize>], earnest: bool) -> Option<Reach> {
-        let all = Limits::of(self.request, given);
+        let given = || given.to_vec();
+        let all = Limits::of(self.request, &given);
         let limits = match earnest {
             true => Limits { enough: Some(1.0), ..all },
             false => Limits { enough: Some(1.0), starts: STARTS.min(self.request.starts), effort: LITTLE, ..all },
         };
         // very many portions begin from the approximate design
         let many = problem.prices.is_none() && problem.choose > 40 * problem.blocks.unknowns();
-        let found = search(problem, &limits, many.then(|| guide(problem)).flatten().as_ref())?;
+        let found = search(problem, &limits, || many.then(|| guide(problem)).flatten())?;
         Some(Reach {
             chosen: found.design.chosen,
             share: found.design.value.max(0.0).sqrt(),
@@ -295,8 +278,8 @@ impl<'a> Search<'a> {
         let cost = |chosen: &[usize]| self.prices.of(chosen);
         let blocks = &self.pool.blocks;
         let reaches = |chosen: &Vec<usize>| {
-            let m = super::problem::information(blocks, &self.pool.base, chosen);
-            let value = super::exchange::value(&self.objective, &m, blocks.unknowns());
+            let m = information(blocks, &self.pool.base, chosen);
+            let value = value(&self.objective, &m, blocks.unknowns());
             value.is_some_and(|value| value <= 1.0) && chosen.len() <= self.most
         };
         let mut best = Reach { is_fewest: false, ..fewest };
@@ -352,9 +335,7 @@ impl<'a> Search<'a> {
             if best.value > weights.iter().sum::<f64>() * (1.0 + 1e-9) {
                 return true;
             }
-            let Some(inverse) = super::bound::inverse(blocks, &self.pool.base, choose as f64, &best) else {
-                return false;
-            };
+            let Some(inverse) = best.inverse(blocks, &self.pool.base, choose as f64) else { return false };
             let squares: Vec<f64> = self.rows.iter().map(|c| dot(c, &times(&inverse, c))).collect();
             let mean = squares.iter().sum::<f64>() / squares.len() as f64;
             weights.iter_mut().zip(&squares).for_each(|(w, s)| *w *= s / mean);

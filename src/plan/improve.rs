@@ -4,16 +4,17 @@ use super::blocks::{add_outer, rank};
 use super::bound::{Bound, bound};
 use super::candidates::frozen;
 use super::criterion::objective;
-use super::effort::{Costs, Noise, Offer, planned};
+use super::effort::{Costs, Offer, planned};
 use super::judge::{Judgement, check_question, judge};
+use super::objective::Objective;
 use super::point::check_point;
 use super::pool::Pool;
 use super::pool::from_coarser;
 use super::prices::Prices;
-use super::problem::{Design, Objective, Problem};
+use super::problem::{Design, Problem};
 use super::request::{Method, Request};
 use super::scheduled::{Reason, Refined, check, reasons, refined, schedule_rows, scheduled};
-use super::search::{Found, Limits, best_of_all, search};
+use super::search::{Found, Limits, search};
 use crate::campaign::{Campaign, Reading, Readings};
 use crate::error::{Fault, Malformed, Result};
 use crate::fit::RankDefect;
@@ -112,85 +113,67 @@ pub fn improve(campaign: &Campaign, offer: &Offer, request: &Request) -> Result<
 
 /// The best positions, the way between them not counted.
 fn improve_within(campaign: &Campaign, offer: &Offer, request: &Request) -> Result<(Improvement, Proof)> {
-    let Offer { candidates, noise, costs, .. } = offer;
-    let kept = &planned(campaign, &offer.kept);
-    check_question(campaign)?;
-    costs.check()?;
-    if let Some(wanted) = &request.refine {
-        wanted.check()?;
-    }
-    check_point(campaign, kept, candidates, noise)?;
+    let question = Question::new(campaign, offer, request)?;
     if let Some(budget) = request.budget {
-        check_budget(budget, costs, request)?;
+        check_budget(budget, &offer.costs, request)?;
     }
-    let question = Question { campaign, kept, noise, costs, request };
-    let mut sought = question.sought(candidates, request.budget)?;
+    let mut sought = question.sought(request.budget)?;
     if sought.is_none()
         && let Some(budget) = request.budget
     {
-        let pool = question.pool(candidates)?;
+        let pool = question.pool(&offer.candidates)?;
         if request.readings > 0 && too_small(&pool, request) {
             return Err(too_few(&pool, request));
         }
         let cost_within = |more: f64| {
-            let found = question.seek(&pool, Some(more), &[], 20).ok()??;
-            Some(Prices::new(&pool.portions, &pool.levels, *costs, 0.0, question.apart()).of(&found.design.chosen))
+            let found = question.seek(pool.clone(), Some(more), 20, &|_| Vec::new()).ok()??;
+            Some(question.prices(&pool, 0.0).of(&found.design.chosen))
         };
         let enough = least_budget(budget, cost_within);
         if let (true, Some(enough)) = (request.may_cost_more, enough) {
-            sought = question.sought(candidates, Some(enough))?;
+            sought = question.sought(Some(enough))?;
         }
         if sought.is_none() {
             return Err(too_poor(budget, &pool, enough));
         }
     }
-    let Some(Sought { pool, objective, design, hits, starts, enumerated, efficiency, bound_gap, limit, proof }) =
-        sought
-    else {
-        return Err(too_few(&question.pool(candidates)?, request));
+    let Some(Sought { pool, objective, design, hits, starts, enumerated, bound_gap, limit, proof }) = sought else {
+        return Err(too_few(&question.pool(&offer.candidates)?, request));
     };
-    let rows = schedule_rows(kept, &pool, &design.chosen, question.apart());
-    let refined = refined(campaign, &rows, (&pool, &objective), offer, request, None)?;
-    let found = match refined {
-        Some((moved, what)) => Improvement { refined: Some(what), ..made(campaign, &pool, moved, offer, request)? },
+    let rows = question.rows(&pool, &design.chosen);
+    let found = match question.refined(&rows, (&pool, &objective), None)? {
+        Some((moved, what)) => Improvement { refined: Some(what), ..question.made(&pool, moved)? },
         None => {
-            let found = made(campaign, &pool, rows, offer, request)?;
-            Improvement { check: check(&found.schedule, noise, &pool, &objective, &design)?, ..found }
+            let found = question.made(&pool, rows)?;
+            Improvement { check: check(&found.schedule, &offer.noise, &pool, &objective, &design)?, ..found }
         }
     };
+    let efficiency = proof.share_of(design.value);
     Ok((Improvement { limit, efficiency, bound_gap, enumerated, hits, starts, ..found }, proof))
 }
 
-/// The schedule of what is kept and the rows chosen of a pool: how well it will do, and why each mounting is there. What the search knows is added.
-pub(super) fn made(
-    campaign: &Campaign,
-    pool: &Pool,
-    rows: Vec<Reading>,
-    offer: &Offer,
-    request: &Request,
-) -> Result<Improvement> {
-    let Offer { candidates, noise, costs, .. } = offer;
-    let kept = &planned(campaign, &offer.kept);
-    let chosen = rows.len().saturating_sub(kept.rows.len());
-    let schedule = scheduled(campaign, kept, rows, offer, request)?;
-    Ok(Improvement {
-        judgement: judge(&schedule, noise, costs)?,
-        candidates: pool.portions.len(),
-        chosen,
-        kept: kept.rows.len(),
-        reasons: reasons(&schedule, noise, kept.rows.len())?,
-        limit: None,
-        efficiency: None,
-        bound_gap: None,
-        enumerated: None,
-        hits: 0,
-        starts: 0,
-        refined: None,
-        check: None,
-        unreachable: pool.not_estimable.clone(),
-        frozen: frozen(campaign, candidates),
-        schedule,
-    })
+impl Improvement {
+    /// A schedule whose first `kept` readings stay: how well it will do. What is known of the search is added.
+    pub(super) fn of(schedule: Campaign, offer: &Offer, candidates: usize, kept: usize) -> Result<Self> {
+        Ok(Improvement {
+            judgement: judge(&schedule, &offer.noise, &offer.costs)?,
+            candidates,
+            chosen: schedule.readings.rows.len().saturating_sub(kept),
+            kept,
+            reasons: Vec::new(),
+            limit: None,
+            efficiency: None,
+            bound_gap: None,
+            enumerated: None,
+            hits: 0,
+            starts: 0,
+            refined: None,
+            check: None,
+            unreachable: Vec::new(),
+            frozen: Vec::new(),
+            schedule,
+        })
+    }
 }
 
 /// What a choice reached, and what none within its budget can go below.
@@ -214,11 +197,11 @@ impl Proof {
 }
 
 /// What is asked, of any set of candidates.
-struct Question<'a> {
+pub(super) struct Question<'a> {
     campaign: &'a Campaign,
-    kept: &'a Readings,
-    noise: &'a Noise,
-    costs: &'a Costs,
+    /// What is kept, as it is planned.
+    kept: Readings,
+    offer: &'a Offer,
     request: &'a Request,
 }
 
@@ -230,102 +213,118 @@ struct Sought {
     hits: usize,
     starts: usize,
     enumerated: Option<u64>,
-    efficiency: Option<f64>,
     bound_gap: Option<f64>,
     limit: Option<f64>,
     proof: Proof,
 }
 
-impl Question<'_> {
+impl<'a> Question<'a> {
+    /// A question that makes sense. Errors: nothing to estimate, costs and resolutions that are none, a point at which what is asked vanishes.
+    pub fn new(campaign: &'a Campaign, offer: &'a Offer, request: &'a Request) -> Result<Self> {
+        check_question(campaign)?;
+        offer.costs.check()?;
+        if let Some(wanted) = &request.refine {
+            wanted.check()?;
+        }
+        let kept = planned(campaign, &offer.kept);
+        check_point(campaign, &kept, &offer.candidates, &offer.noise)?;
+        Ok(Question { campaign, kept, offer, request })
+    }
+
     /// Where remounting scatters, every portion is a mounting of its own.
     fn apart(&self) -> bool {
-        !self.noise.remount.is_empty()
+        !self.offer.noise.remount.is_empty()
     }
 
-    fn pool(&self, candidates: &Readings) -> Result<Pool> {
-        Pool::new(self.campaign, self.kept, candidates, self.request.unit, self.noise, &[])
+    pub fn pool(&self, candidates: &Readings) -> Result<Pool> {
+        Pool::new(self.campaign, &self.kept, candidates, self.request.unit, &self.offer.noise, &[])
     }
 
-    /// The best of these candidates, with what coarser sweeps within them have found; `None` where nothing determines the unknowns.
-    fn sought(&self, candidates: &Readings, limit: Option<f64>) -> Result<Option<Sought>> {
-        let pool = self.pool(candidates)?;
-        let objective = objective(self.campaign, &pool, &self.request.criterion)?;
-        // where all designs can be tried, nothing else is needed
-        if let Some(found) = self.all(&pool, &objective, limit)? {
-            return self.with_bound(pool, objective, found, None, limit).map(Some);
-        }
-        let best = |own: &Pool, given: &[Vec<usize>]| {
-            Some(self.seek(own, limit, given, self.request.starts).ok()??.design.chosen)
-        };
-        let given = from_coarser(candidates, &pool, |readings| self.pool(readings), best);
-        self.seek(&pool, limit, &given, self.request.starts)
+    pub fn prices(&self, pool: &Pool, budget: f64) -> Prices {
+        Prices::new(&pool.portions, &pool.levels, self.offer.costs, budget, self.apart())
     }
 
-    fn all(&self, pool: &Pool, objective: &Objective, limit: Option<f64>) -> Result<Option<Found>> {
-        let (choose, prices) = self.wanted(pool, limit)?;
-        let problem = self.problem(pool, objective, choose, prices.as_ref(), &[]);
-        let found = if self.request.method == Method::Coordinate { None } else { best_of_all(&problem) };
-        Ok(found
-            .and_then(|(design, count)| Some(Found { design: design?, hits: 1, starts: 1, enumerated: Some(count) })))
+    /// What is kept, then the portions chosen of a pool.
+    pub fn rows(&self, pool: &Pool, chosen: &[usize]) -> Vec<Reading> {
+        schedule_rows(&self.kept, pool, chosen, self.apart())
     }
 
-    /// The best of one pool.
-    fn seek(&self, pool: &Pool, limit: Option<f64>, given: &[Vec<usize>], starts: usize) -> Result<Option<Sought>> {
-        let objective = objective(self.campaign, pool, &self.request.criterion)?;
-        let (choose, prices) = self.wanted(pool, limit)?;
-        let neighbours = if self.request.method == Method::Coordinate { pool.neighbours() } else { Vec::new() };
-        let problem = self.problem(pool, &objective, choose, prices.as_ref(), &neighbours);
-        let guide = guide(&problem);
-        let limits = Limits { starts, ..Limits::of(self.request, given) };
-        let Some(found) = search(&problem, &limits, guide.as_ref()) else { return Ok(None) };
-        self.with_bound(pool.clone(), objective.clone(), found, guide, limit).map(Some)
-    }
-
-    fn wanted(&self, pool: &Pool, limit: Option<f64>) -> Result<(usize, Option<Prices>)> {
-        let prices = limit.map(|limit| Prices::new(&pool.portions, &pool.levels, *self.costs, limit, self.apart()));
-        let choose = match (limit, self.request.readings) {
-            (Some(_), 0) => usize::MAX,
-            _ => portions_to_choose(pool, self.request)?,
-        };
-        // a limit that no choice of so many can reach is none
-        let dearest = |prices: &Prices| (0..pool.portions.len()).map(|j| prices.alone(j)).fold(0.0, f64::max);
-        let prices = prices.filter(|prices| !prices.affords(choose as f64 * dearest(prices)));
-        Ok((choose, prices))
-    }
-
-    fn problem<'p>(
+    /// These rows with their angles moved, where that is asked for.
+    pub fn refined(
         &self,
-        pool: &'p Pool,
-        objective: &'p Objective,
-        choose: usize,
-        prices: Option<&'p Prices>,
-        neighbours: &'p [Vec<usize>],
-    ) -> Problem<'p> {
-        let most_repeats = self.request.most_repeats;
-        Problem { blocks: &pool.blocks, base: &pool.base, objective, choose, most_repeats, neighbours, prices }
+        rows: &[Reading],
+        of: (&Pool, &Objective),
+        enough: Option<f64>,
+    ) -> Result<Option<(Vec<Reading>, Refined)>> {
+        refined(self.campaign, rows, of, self.offer, self.request, enough)
     }
 
-    fn with_bound(
+    /// The schedule of rows chosen of a pool: how well it will do, and why each mounting is there.
+    pub fn made(&self, pool: &Pool, rows: Vec<Reading>) -> Result<Improvement> {
+        let kept = self.kept.rows.len();
+        let schedule = scheduled(self.campaign, &self.kept, rows, self.offer, self.request)?;
+        Ok(Improvement {
+            reasons: reasons(&schedule, &self.offer.noise, kept)?,
+            unreachable: pool.not_estimable.clone(),
+            frozen: frozen(self.campaign, &self.offer.candidates),
+            ..Improvement::of(schedule, self.offer, pool.portions.len(), kept)?
+        })
+    }
+
+    /// The best of all candidates, with what coarser sweeps within them have found; `None` where nothing determines the unknowns.
+    fn sought(&self, limit: Option<f64>) -> Result<Option<Sought>> {
+        let (candidates, starts) = (&self.offer.candidates, self.request.starts);
+        let best = |own: &Pool, given: &[Vec<usize>]| {
+            Some(self.seek(own.clone(), limit, starts, &|_| given.to_vec()).ok()??.design.chosen)
+        };
+        let coarser = |pool: &Pool| from_coarser(candidates, pool, |readings| self.pool(readings), best);
+        self.seek(self.pool(candidates)?, limit, starts, &coarser)
+    }
+
+    /// The best of one pool; `given` are designs from which the search goes on, where not all designs can be tried.
+    fn seek(
         &self,
         pool: Pool,
-        objective: Objective,
-        found: Found,
-        guide: Option<Bound>,
         limit: Option<f64>,
-    ) -> Result<Sought> {
-        let Found { design, hits, starts, enumerated } = found;
+        starts: usize,
+        given: &dyn Fn(&Pool) -> Vec<Vec<usize>>,
+    ) -> Result<Option<Sought>> {
+        let objective = objective(self.campaign, &pool, &self.request.criterion)?;
+        let (choose, prices) = self.wanted(&pool, limit)?;
+        let neighbours = if self.request.method == Method::Coordinate { pool.neighbours() } else { Vec::new() };
+        let problem = Problem {
+            choose,
+            most_repeats: self.request.most_repeats,
+            neighbours: &neighbours,
+            prices: prices.as_ref(),
+            ..Problem::of(&pool.blocks, &pool.base, &objective)
+        };
+        let given = || given(&pool);
+        let limits = Limits { starts, ..Limits::of(self.request, &given) };
+        let Some(found) = search(&problem, &limits, || guide(&problem)) else { return Ok(None) };
+        let Found { design, hits, starts, enumerated, guide } = found;
         let n = pool.blocks.unknowns() as f64;
         let proof = Proof {
             value: design.value,
             least: enumerated.map(|_| design.value).or(guide.as_ref().map(|bound| bound.value)),
             logarithm_of: (objective == Objective::Determinant).then_some(n),
         };
-        let bound_gap = match (enumerated, guide) {
-            (Some(_), _) => Some(0.0),
-            (None, guide) => guide.and_then(|bound| Some(1.0 - proof.share_of(bound.reached)?)),
+        let bound_gap = match enumerated {
+            Some(_) => Some(0.0),
+            None => guide.and_then(|bound| Some(1.0 - proof.share_of(bound.reached)?)),
         };
-        let efficiency = proof.share_of(design.value);
-        Ok(Sought { pool, objective, design, hits, starts, enumerated, efficiency, bound_gap, limit, proof })
+        Ok(Some(Sought { pool, objective, design, hits, starts, enumerated, bound_gap, limit, proof }))
+    }
+
+    fn wanted(&self, pool: &Pool, limit: Option<f64>) -> Result<(usize, Option<Prices>)> {
+        let choose = match (limit, self.request.readings) {
+            (Some(_), 0) => usize::MAX,
+            _ => portions_to_choose(pool, self.request)?,
+        };
+        // a limit that no choice of so many can reach is none
+        let dearest = |prices: &Prices| (0..pool.portions.len()).map(|j| prices.alone(j)).fold(0.0, f64::max);
+        let prices = limit.map(|limit| self.prices(pool, limit));
+        Ok((choose, prices.filter(|prices| !prices.affords(choose as f64 * dearest(prices)))))
     }
 }
 

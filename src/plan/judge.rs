@@ -6,10 +6,9 @@
 //! Predicted uncertainties of derived quantities.
 
 use super::effort::{Costs, Noise, Work, planned, times};
-use super::independent::Independent;
 use super::known::{ThroughTilts, contributions};
 use super::point::{self, Lacking};
-use super::whitened::links;
+use super::whitened::{Independent, links};
 use crate::algebra::{Scratch, Tape};
 use crate::campaign::{Campaign, Constraint, Derived, Deviating, Kind};
 use crate::design::{self, DesignMatrix, Model, RowOrigin};
@@ -168,7 +167,7 @@ pub fn judge(campaign: &Campaign, noise: &Noise, costs: &Costs) -> Result<Judgem
         .collect();
     let rank = estimate.unknowns.rank;
     Ok(Judgement {
-        derived: derived(campaign, &design, &covariance, &estimate)?,
+        derived: derived(campaign, &covariance, &estimate)?,
         not_estimable: match &nearby {
             None => fit::separations(campaign, &model, &design, &estimate, &[]),
             Some((_, design, estimate)) => fit::separations(campaign, &model, design, estimate, &[]),
@@ -312,54 +311,28 @@ pub struct PredictedDerived {
 }
 
 /// Derived quantities: `u^2 = g' C g`; where the gradient does not exist at the reference point, the largest over points close by.
-pub(super) fn derived(
-    campaign: &Campaign,
-    design: &DesignMatrix,
-    covariance: &Mat<f64>,
-    estimate: &Estimate,
-) -> Result<Vec<PredictedDerived>> {
-    let ids: Vec<&str> = campaign.parameters.iter().map(|p| p.id.as_str()).collect();
-    let n = campaign.unknowns();
-    let mut results = Vec::with_capacity(campaign.derived.len());
-    for quantity in &campaign.derived {
-        let tape = Tape::compile(&quantity.line, &ids)?;
-        let mut scratch = Scratch::default();
-        let mut gradient = vec![0.0; ids.len()];
-        let mut u_at = |point: &[f64]| -> Option<f64> {
-            tape.gradient(point, &mut scratch, &mut gradient);
-            let g = gradient.get(..n)?;
-            let usable =
-                g.iter().enumerate().all(|(k, c)| c.is_finite() && (*c == 0.0 || estimate.unknowns.is_estimable(k)));
-            let variance: f64 = g
-                .iter()
-                .enumerate()
-                .flat_map(|(i, a)| g.iter().enumerate().map(move |(j, b)| a * b * covariance[(i, j)]))
-                .sum();
+fn derived(campaign: &Campaign, covariance: &Mat<f64>, estimate: &Estimate) -> Result<Vec<PredictedDerived>> {
+    let of = |quantity: &Derived| -> Result<PredictedDerived> {
+        let (slopes, is_here) = slopes(campaign, quantity)?;
+        let u_of = |g: &Vec<f64>| -> Option<f64> {
+            let usable = g.iter().enumerate().all(|(k, c)| *c == 0.0 || estimate.unknowns.is_estimable(k));
+            let pairs = g.iter().enumerate().flat_map(|a| g.iter().enumerate().map(move |b| (a, b)));
+            let variance: f64 = pairs.map(|((i, a), (j, b))| a * b * covariance[(i, j)]).sum();
             (usable && variance.is_finite()).then(|| variance.max(0.0).sqrt())
         };
-        let here = u_at(&design.point).filter(|u| *u > 0.0);
-        let mut is_largest = false;
-        let u = match here {
-            Some(u) => Some(u),
-            // the uncertainty of a direction of next to nothing depends on how much that is
-            None if quantity.line.as_azimuth().is_some() => None,
-            None => {
-                let largest =
-                    nearby(campaign, quantity, &design.point).iter().filter_map(|point| u_at(point)).reduce(f64::max);
-                is_largest = largest.is_some();
-                largest
-            }
-        };
-        results.push(PredictedDerived {
+        // the uncertainty of a direction of next to nothing depends on how much that is
+        let is_told = is_here || quantity.line.as_azimuth().is_none();
+        let u = slopes.iter().filter(|_| is_told).filter_map(u_of).reduce(f64::max);
+        Ok(PredictedDerived {
             id: quantity.id.clone(),
             line: quantity.line.to_string(),
             is_angle: is_angle(campaign, &quantity.id),
             unit: quantity.unit.clone(),
             u,
-            is_largest,
-        });
-    }
-    Ok(results)
+            is_largest: u.is_some() && !is_here,
+        })
+    };
+    campaign.derived.iter().map(of).collect()
 }
 
 /// Points close to one at which a quantity has no derivative: all round in the plane of each two of its parameters.
@@ -397,6 +370,11 @@ fn nearby(campaign: &Campaign, quantity: &Derived, point: &[f64]) -> Vec<Vec<f64
 /// Gradients of a derived quantity by the estimated parameters: one at the reference point, or those of points nearby where it has none there.
 /// Empty where it has none at all. Errors: a line that does not compile.
 pub(crate) fn gradients(campaign: &Campaign, quantity: &Derived) -> Result<Vec<Vec<f64>>> {
+    Ok(slopes(campaign, quantity)?.0)
+}
+
+/// The same, and whether it is the one at the reference point.
+fn slopes(campaign: &Campaign, quantity: &Derived) -> Result<(Vec<Vec<f64>>, bool)> {
     let ids: Vec<&str> = campaign.parameters.iter().map(|p| p.id.as_str()).collect();
     let tape = Tape::compile(&quantity.line, &ids)?;
     let mut scratch = Scratch::default();
@@ -408,8 +386,8 @@ pub(crate) fn gradients(campaign: &Campaign, quantity: &Derived) -> Result<Vec<V
     };
     let point = campaign.reference_point();
     Ok(match at(&point) {
-        Some(gradient) => vec![gradient],
-        None => nearby(campaign, quantity, &point).iter().filter_map(|point| at(point)).collect(),
+        Some(gradient) => (vec![gradient], true),
+        None => (nearby(campaign, quantity, &point).iter().filter_map(|point| at(point)).collect(), false),
     })
 }
 

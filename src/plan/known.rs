@@ -9,7 +9,7 @@
 //! the size is the user's to state. Where it is not stated, that part is left out, and what it would be is said.
 
 use super::effort::Noise;
-use super::independent::Independent;
+use super::whitened::Independent;
 use crate::campaign::{Campaign, Kind, Parameter, Role};
 use crate::design::{self, DesignMatrix, Model};
 use crate::error::Result;

@@ -10,19 +10,16 @@
 //! |---|---|
 //! | `effort.rs` | noise of the sensors, scatter of remounting, costs |
 //! | `judge.rs` | predicted uncertainties, also of derived quantities, what is not estimable, reliability, drift |
-//! | `independent.rs` | the rows of a schedule made independent of each other |
 //! | `point.rs` | where the rows are taken, and what vanishes there |
 //! | `known.rs` | known inputs, and the tilts through which they act |
 //! | `candidates.rs` | sweeps, forbidden zones, portions; coarser sweeps within a finer one |
-//! | `whitened.rs` | rows made independent of each other, mounting by mounting; deviations that link positions, as unknowns beside the parameters |
+//! | `whitened.rs` | rows made independent of each other, of a schedule or mounting by mounting; deviations that link positions, as unknowns beside the parameters |
 //! | `pool.rs` | candidates as whitened rows in good coordinates |
 //! | `blocks.rs` | these rows in memory, and sums over all of them |
 //! | `criterion.rs` | D, A, G, I, E and c in the coordinates of the pool; functions of the unknowns that are asked for |
+//! | `objective.rs` | what is made small, and replacements for what is not smooth: the largest of several variances, the worst combination, a volume |
 //! | `search.rs` | all designs where there are few, else many starts of exchanges; a choice among plain rows |
 //! | `state.rs` | one start: what is chosen, the sums that follow it by rank-one updates, and every candidate weighed as a replacement |
-//! | `volume.rs` | exchanges for the volume of the parameters beside deviations |
-//! | `largest.rs` | exchanges for the largest of several variances |
-//! | `eigenvalue.rs` | exchanges for the worst determined combination |
 //! | `budget.rs` | exchanges within a budget: how many mountings, how many readings |
 //! | `prices.rs` | what chosen portions cost together |
 //! | `exchange.rs` | exchanges of one chosen candidate at a time |
@@ -30,9 +27,8 @@
 //! | `improve.rs` | the best positions, chosen or added |
 //! | `scheduled.rs` | from chosen portions to a schedule: order, angles between the candidates, why each mounting is in it |
 //! | `goal.rs` | the fewest, and the cheapest, positions that reach a goal |
-//! | `discriminate.rs` | positions that tell two effects apart |
+//! | `discriminate.rs` | positions that tell two effects apart, and one that tells an effect from many |
 //! | `extended.rs` | effects as further unknowns |
-//! | `discriminating_positions.rs` | one position that tells an effect from many |
 //! | `order.rs` | the order to run |
 //!
 //! Deliberately absent: readings (what was measured plays no part, except as a source of the noise), nonlinear design over unknown
@@ -42,20 +38,16 @@ mod blocks;
 mod bound;
 mod budget;
 mod candidates;
-mod combinations;
 mod criterion;
 mod discriminate;
-mod discriminating_positions;
 mod effort;
-mod eigenvalue;
 mod exchange;
 mod extended;
 mod goal;
 mod improve;
-mod independent;
 mod judge;
 mod known;
-mod largest;
+mod objective;
 mod order;
 mod point;
 mod pool;
@@ -65,28 +57,27 @@ mod request;
 mod scheduled;
 mod search;
 mod state;
-mod volume;
 mod whitened;
 
 pub use blocks::Blocks;
 pub use candidates::{Unit, Zone, from_schedule, sweep, sweep_with_rates, without};
-pub use combinations::{Combinations, Volume};
 pub use criterion::Criterion;
-pub use discriminate::{Discrimination, Separated, discriminate, separate};
-pub use discriminating_positions::{DiscriminatingPosition, discriminating_positions};
+pub use discriminate::{
+    DiscriminatingPosition, Discrimination, Separated, discriminate, discriminating_positions, separate,
+};
 pub(crate) use effort::mounting;
 pub use effort::{Costs, Noise, NoiseSource, Offer, SensorNoise, Work, mountings, planned, positions_only};
 pub use extended::extended;
 pub use goal::{Goal, Reached, reach};
 pub use improve::{Improvement, improve};
-pub(crate) use independent::Independent;
 pub use judge::{Judgement, Predicted, PredictedDerived, PredictedReading, is_angle, judge};
 pub(crate) use judge::{gradients, repeated};
 pub use known::ThroughTilts;
+pub use objective::{Combinations, Objective};
 pub use order::{Order, ordered};
 pub use point::{Judged, Lacking, PointSource, judged_at};
-pub use problem::Objective;
 pub use request::{Method, Progress, Refinement, Request};
 pub use scheduled::{Reason, Refined};
 pub use search::{Choice, choose};
+pub(crate) use whitened::Independent;
 pub use whitened::Term;

@@ -54,59 +54,25 @@ pub fn ordered(
     fixed: usize,
 ) -> Result<Readings> {
     let rows = &campaign.readings.rows;
-    let fixed = fixed.min(rows.len());
     // readings that are correlated in time stay at their times
-    let order = if campaign.scatter.iter().any(|line| line.over.is_some()) { Order::AsGiven } else { order };
-    let levels = levels(campaign);
-    // readings of one level, a day, follow each other
-    let level = |group: &Vec<usize>| group.first().map(|k| levels.at(*k));
-    let mut groups = by_mounting(rows, fixed, &levels);
-    groups.sort_by_key(level);
-    let groups = groups;
-    let sequence: Vec<usize> = match order {
-        Order::AsGiven => return Ok(campaign.readings.clone()),
-        _ if rows.len() > MOST => {
-            let place = |group: Vec<usize>| abba(rows, group, costs, false);
-            shortened(rows, fixed, nearest(rows, fixed, groups, costs, &levels), costs, &levels)
-                .into_iter()
-                .flat_map(place)
-                .collect()
-        }
-        Order::Abba => {
-            let drift = Drift::new(campaign, noise, costs, fixed)?;
-            let start: Vec<Vec<usize>> =
-                shortened(rows, fixed, nearest(rows, fixed, groups, costs, &levels), costs, &levels)
-                    .into_iter()
-                    .map(|group| abba(rows, group, costs, false))
-                    .collect();
-            drift.improved(start, &levels)
-        }
-        Order::Random => {
-            let drift = Drift::new(campaign, noise, costs, fixed)?;
-            let mut rng = Pcg64Mcg::seed_from_u64(seed);
-            let mut best: Option<(f64, Vec<usize>)> = None;
-            for _ in 0..TRIES {
-                let mut shuffled = groups.clone();
-                shuffle(&mut shuffled, &mut rng);
-                shuffled.sort_by_key(level);
-                let mut run = Vec::with_capacity(rows.len());
-                for group in shuffled {
-                    let mut blocks = blocks(rows, group, costs);
-                    shuffle(&mut blocks, &mut rng);
-                    run.extend(blocks.into_iter().flatten());
-                }
-                let shift = drift.shift(&run).0;
-                if best.as_ref().is_none_or(|(before, _)| shift < *before) {
-                    best = Some((shift, run));
-                }
-            }
-            // nothing to order
-            best.map(|(_, run)| run).unwrap_or_default()
+    if order == Order::AsGiven || campaign.scatter.iter().any(|line| line.over.is_some()) {
+        return Ok(campaign.readings.clone());
+    }
+    let run = Run { rows, costs, fixed: fixed.min(rows.len()), levels: levels(campaign) };
+    let groups = run.mountings();
+    let sequence: Vec<usize> = if rows.len() > MOST {
+        run.nearest(groups).concat()
+    } else {
+        // of each reading its part in every parameter's shift, in units of the parameter's uncertainty
+        let parts = weighted_sensitivities(campaign, noise)?;
+        match order {
+            Order::Random => run.least_harmed(&parts, groups, seed),
+            _ => run.improved(&parts, run.nearest(groups)),
         }
     };
-    let mut readings: Vec<Reading> = rows.part(..fixed).to_vec();
+    let mut readings: Vec<Reading> = rows.part(..run.fixed).to_vec();
     readings.extend(sequence.iter().filter_map(|k| rows.get(*k)).cloned());
-    Ok(timed(Readings { columns: campaign.readings.columns.clone(), rows: readings }, costs, fixed))
+    Ok(timed(Readings { columns: campaign.readings.columns.clone(), rows: readings }, costs, run.fixed))
 }
 
 /// Where readings have a column `time_s`, its values in the order of the run: those that there are, where every reading has one of its own; else
@@ -133,68 +99,165 @@ fn timed(mut readings: Readings, costs: &Costs, fixed: usize) -> Readings {
     readings
 }
 
-/// What a drift does to orders of one schedule.
-struct Drift<'a> {
+/// Orders of one schedule: readings after the fixed ones in groups, a mounting each.
+struct Run<'a> {
     rows: &'a [Reading],
     costs: &'a Costs,
     fixed: usize,
-    /// Of each reading in every parameter, in units of the parameter's uncertainty.
-    parts: Vec<Vec<f64>>,
+    /// Of each reading, in the columns by which readings share deviations.
+    levels: Vec<usize>,
 }
 
-impl<'a> Drift<'a> {
-    fn new(campaign: &'a Campaign, noise: &Noise, costs: &'a Costs, fixed: usize) -> Result<Self> {
-        let parts = weighted_sensitivities(campaign, noise)?;
-        Ok(Drift { rows: &campaign.readings.rows, costs, fixed, parts })
-    }
-
+impl Run<'_> {
     /// The largest shift of a parameter by a linear drift, and by a quadratic one, as a share of its uncertainty.
-    fn shift(&self, run: &[usize]) -> (f64, f64) {
+    fn shift(&self, parts: &[Vec<f64>], run: &[usize]) -> (f64, f64) {
         let whole: Vec<usize> = (0..self.fixed).chain(run.iter().copied()).filter(|k| *k < self.rows.len()).collect();
         let times = times(whole.iter().filter_map(|k| self.rows.get(*k)), self.costs);
-        shifts(&times, whole.iter().map(|k| self.parts.get(*k).map_or(&[][..], Vec::as_slice)))
+        shifts(&times, whole.iter().map(|k| parts.get(*k).map_or(&[][..], Vec::as_slice)))
     }
 
-    fn harm(&self, groups: &[Vec<usize>]) -> f64 {
-        let (linear, quadratic) = self.shift(&groups.concat());
-        linear + QUADRATIC * quadratic
+    /// From one reading to another: what moving the joints costs, how many are moved, and by how many degrees.
+    fn step(&self, a: usize, b: usize) -> (f64, usize, f64) {
+        let (Some(a), Some(b)) = (self.rows.get(a), self.rows.get(b)) else { return (0.0, 0, 0.0) };
+        let turns = moved_deg(a, b);
+        (self.costs.index * furthest(a, b), turns.iter().filter(|t| **t > 0.0).count(), turns.iter().sum())
     }
 
     /// Joints moved in an order of mountings, and what moving them costs.
     fn way(&self, groups: &[Vec<usize>]) -> (usize, f64) {
-        let firsts: Vec<usize> =
-            (self.fixed.checked_sub(1).into_iter()).chain(groups.iter().filter_map(|g| g.first().copied())).collect();
-        let steps = firsts.iter().zip(firsts.iter().skip(1));
-        let of = |(a, b): (&usize, &usize)| (way(self.rows, *a, *b).0, degrees(self.rows, *a, *b, self.costs));
-        steps.map(of).fold((0, 0.0), |sum, own| (sum.0 + own.0, sum.1 + own.1))
+        let firsts = groups.iter().filter_map(|g| g.first().copied());
+        let stops: Vec<usize> = self.fixed.checked_sub(1).into_iter().chain(firsts).collect();
+        let steps = stops.iter().zip(stops.iter().skip(1)).map(|(a, b)| self.step(*a, *b));
+        steps.fold((0, 0.0), |sum, (costs, joints, _)| (sum.0 + joints, sum.1 + costs))
+    }
+
+    fn level(&self, group: &[usize]) -> Option<usize> {
+        group.first().map(|row| self.levels.at(*row))
+    }
+
+    /// Are two mountings of one level? Those between them are then, too.
+    fn alike(&self, groups: &[Vec<usize>], a: usize, b: usize) -> bool {
+        let level = |k: usize| groups.get(k).and_then(|group| self.level(group));
+        level(a) == level(b)
+    }
+
+    /// Readings after the fixed ones by mounting and level; those of one level, a day, follow each other.
+    fn mountings(&self) -> Vec<Vec<usize>> {
+        let mut groups: Vec<Vec<usize>> = Vec::new();
+        let mut known: std::collections::HashMap<String, usize> = std::collections::HashMap::new();
+        for (k, reading) in self.rows.iter().enumerate().skip(self.fixed) {
+            let key = format!("{} {:?} {}", reading.position, mounting(reading), self.levels.at(k));
+            let place = *known.entry(key).or_insert(groups.len());
+            match groups.get_mut(place) {
+                Some(group) => group.push(k),
+                None => groups.push(vec![k]),
+            }
+        }
+        groups.sort_by_key(|group| self.level(group));
+        groups
+    }
+
+    /// Each mounting is followed by the nearest that is left: fewest joints moved, then the smallest sum of angles; where degrees cost something,
+    /// the least of them first. Then shorter ways, and within each mounting the senses in their pattern.
+    fn nearest(&self, mut groups: Vec<Vec<usize>>) -> Vec<Vec<usize>> {
+        let mut sorted: Vec<Vec<usize>> = Vec::with_capacity(groups.len());
+        let mut last = self.fixed.checked_sub(1);
+        if groups.len() > MOST {
+            std::mem::swap(&mut sorted, &mut groups);
+        }
+        while !groups.is_empty() {
+            // groups come level by level, and have members: those of the first level that is left
+            let own = groups.iter().take_while(|group| self.level(group) == groups.first().and_then(|g| self.level(g)));
+            let way = |last: usize| {
+                let steps = own.filter_map(|group| Some(self.step(last, *group.first()?))).enumerate();
+                let nearer =
+                    steps.min_by(|(_, a), (_, b)| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)).then(a.2.total_cmp(&b.2)));
+                nearer.map_or(0, |(k, _)| k)
+            };
+            let next = last.map_or(0, way);
+            let group = groups.remove(next);
+            last = group.first().copied();
+            sorted.push(group);
+        }
+        self.shortened(sorted).into_iter().map(|group| self.abba(group, false)).collect()
+    }
+
+    /// Mountings in an order that moves the joints less: stretches turned round and mountings put elsewhere, as long as that is shorter.
+    fn shortened(&self, mut groups: Vec<Vec<usize>>) -> Vec<Vec<usize>> {
+        if self.costs.index == 0.0 || groups.len() > MOST_SHORTENED {
+            return groups;
+        }
+        let mut now = self.way(&groups).1;
+        for _ in 0..ROUNDS {
+            let before = now;
+            let count = groups.len();
+            for (a, b) in (0..count).flat_map(|a| (0..count).map(move |b| (a, b))) {
+                if !self.alike(&groups, a, b) {
+                    continue;
+                }
+                let mut moved = groups.clone();
+                let own = moved.remove(a);
+                moved.insert(b, own);
+                for other in [turned(&groups, a, b), moved] {
+                    let own = self.way(&other).1;
+                    if own < now - 1e-9 {
+                        (now, groups) = (own, other);
+                    }
+                }
+            }
+            if now >= before {
+                break;
+            }
+        }
+        groups
+    }
+
+    /// Mountings and the readings within them in random order, of many the one that a linear drift harms least.
+    fn least_harmed(&self, parts: &[Vec<f64>], groups: Vec<Vec<usize>>, seed: u64) -> Vec<usize> {
+        let mut rng = Pcg64Mcg::seed_from_u64(seed);
+        let mut best: Option<(f64, Vec<usize>)> = None;
+        for _ in 0..TRIES {
+            let mut shuffled = groups.clone();
+            shuffle(&mut shuffled, &mut rng);
+            shuffled.sort_by_key(|group| self.level(group));
+            let mut run = Vec::with_capacity(self.rows.len());
+            for group in shuffled {
+                let mut blocks = self.blocks(group);
+                shuffle(&mut blocks, &mut rng);
+                run.extend(blocks.into_iter().flatten());
+            }
+            let shift = self.shift(parts, &run).0;
+            if best.as_ref().is_none_or(|(before, _)| shift < *before) {
+                best = Some((shift, run));
+            }
+        }
+        // nothing to order
+        best.map(|(_, run)| run).unwrap_or_default()
     }
 
     /// Better and better orders: senses exchanged in a mounting, states exchanged, mountings exchanged or a stretch of them turned round, as long as
     /// no more joints move than before; then, where the mountings cost the same in any order, whatever way is best.
-    fn improved(&self, start: Vec<Vec<usize>>, levels: &[usize]) -> Vec<usize> {
+    fn improved(&self, parts: &[Vec<f64>], start: Vec<Vec<usize>>) -> Vec<usize> {
+        let harm = |groups: &[Vec<usize>]| {
+            let (linear, quadratic) = self.shift(parts, &groups.concat());
+            linear + QUADRATIC * quadratic
+        };
         let mut groups = start;
-        let mut now = self.harm(&groups);
+        let mut now = harm(&groups);
         let (joints_moved, moving_costs) = self.way(&groups);
         let no_more = |(joints, costs): (usize, f64)| joints <= joints_moved && costs <= moving_costs * (1.0 + 1e-12);
         let readings: usize = groups.iter().map(Vec::len).sum();
         // each evaluation costs a pass over the readings
-        let mut evaluations = 40_000_000 / (readings * self.parts.first().map_or(1, Vec::len)).max(1);
+        let mut evaluations = 40_000_000 / (readings * parts.first().map_or(1, Vec::len)).max(1);
         for _ in 0..ROUNDS {
             let before = now;
             for g in 0..groups.len() {
                 let Some(own) = groups.get(g).cloned() else { continue };
-                let blocks = blocks(self.rows, own.clone(), self.costs);
-                let mut others = vec![
-                    abba(self.rows, own.clone(), self.costs, true),
-                    abba(self.rows, own.clone(), self.costs, false),
-                ];
+                let blocks = self.blocks(own.clone());
+                let mut others = vec![self.abba(own.clone(), true), self.abba(own, false)];
                 others.push(blocks.iter().rev().flatten().copied().collect());
                 let pairs = (0..blocks.len()).flat_map(|a| (a + 1..blocks.len()).map(move |b| (a, b)));
-                others.extend(pairs.take(200).map(|(a, b)| {
-                    let mut swapped = blocks.clone();
-                    swapped.swap(a, b);
-                    swapped.concat()
-                }));
+                others.extend(pairs.take(200).map(|(a, b)| swapped(&blocks, a, b).concat()));
                 for other in others {
                     if evaluations == 0 {
                         return groups.concat();
@@ -202,9 +265,9 @@ impl<'a> Drift<'a> {
                     evaluations -= 1;
                     let Some(slot) = groups.get_mut(g) else { continue };
                     let kept = std::mem::replace(slot, other);
-                    let harm = self.harm(&groups);
-                    if harm < now - 1e-12 {
-                        now = harm;
+                    let own = harm(&groups);
+                    if own < now - 1e-12 {
+                        now = own;
                     } else if let Some(slot) = groups.get_mut(g) {
                         *slot = kept;
                     }
@@ -212,29 +275,22 @@ impl<'a> Drift<'a> {
             }
             let mut best: Option<(f64, Vec<Vec<usize>>)> = None;
             for a in 0..groups.len() {
-                for b in a + 1..groups.len() {
-                    if !alike(&groups, levels, a, b) {
-                        break;
-                    }
-                    let mut swapped = groups.clone();
-                    swapped.swap(a, b);
-                    let mut turned = groups.clone();
-                    turned.get_mut(a..=b).into_iter().for_each(<[_]>::reverse);
-                    for other in [swapped, turned] {
+                for b in (a + 1..groups.len()).take_while(|b| self.alike(&groups, a, *b)) {
+                    for other in [swapped(&groups, a, b), turned(&groups, a, b)] {
                         if evaluations == 0 {
                             break;
                         }
                         evaluations -= 1;
-                        let harm = self.harm(&other);
-                        let better = harm < best.as_ref().map_or(now - 1e-12, |(before, _)| *before);
+                        let own = harm(&other);
+                        let better = own < best.as_ref().map_or(now - 1e-12, |(before, _)| *before);
                         if better && no_more(self.way(&other)) {
-                            best = Some((harm, other));
+                            best = Some((own, other));
                         }
                     }
                 }
             }
-            if let Some((harm, other)) = best {
-                (now, groups) = (harm, other);
+            if let Some((own, other)) = best {
+                (now, groups) = (own, other);
             }
             if evaluations == 0 || !(now < before - 1e-9 * before) {
                 break;
@@ -242,6 +298,65 @@ impl<'a> Drift<'a> {
         }
         groups.concat()
     }
+
+    /// Readings of one mounting that stay together: those of one state, or each alone where rate changes cost nothing.
+    fn blocks(&self, group: Vec<usize>) -> Vec<Vec<usize>> {
+        let mut blocks: Vec<Vec<usize>> = Vec::new();
+        for k in group {
+            let alike = |other: &&mut Vec<usize>| {
+                let first = other.first().and_then(|first| self.rows.get(*first));
+                first.zip(self.rows.get(k)).is_some_and(|(a, b)| a.joints == b.joints)
+            };
+            match blocks.iter_mut().find(alike).filter(|_| self.costs.rate_change != 0.0) {
+                Some(block) => block.push(k),
+                None => blocks.push(vec![k]),
+            }
+        }
+        blocks
+    }
+
+    /// Readings of one mounting, senses in the Thue-Morse pattern, beginning with the positive one or the negative.
+    fn abba(&self, group: Vec<usize>, negative_first: bool) -> Vec<usize> {
+        let sense = |block: &Vec<usize>| {
+            let reading = block.first().and_then(|k| self.rows.get(*k));
+            let rates = reading.into_iter().flat_map(|r| r.joints.iter().map(|s| s.rate_deg_s()));
+            // at rest
+            rates.into_iter().find(|rate| *rate != 0.0).unwrap_or(0.0)
+        };
+        let (mut plus, mut minus): (Vec<Vec<usize>>, Vec<Vec<usize>>) =
+            self.blocks(group).into_iter().partition(|block| sense(block) >= 0.0);
+        let size = |a: &Vec<usize>, b: &Vec<usize>| sense(a).abs().total_cmp(&sense(b).abs());
+        plus.sort_by(size);
+        minus.sort_by(size);
+        let (mut plus, mut minus) = (plus.into_iter(), minus.into_iter());
+        let mut run = Vec::new();
+        for k in 0_u32.. {
+            let (first, second) = if k.count_ones().is_multiple_of(2) != negative_first {
+                (&mut plus, &mut minus)
+            } else {
+                (&mut minus, &mut plus)
+            };
+            match first.next().or_else(|| second.next()) {
+                Some(block) => run.extend(block),
+                None => break,
+            }
+        }
+        run
+    }
+}
+
+/// Two of a list exchanged.
+fn swapped(groups: &[Vec<usize>], a: usize, b: usize) -> Vec<Vec<usize>> {
+    let mut swapped = groups.to_vec();
+    swapped.swap(a, b);
+    swapped
+}
+
+/// A stretch of a list turned round.
+fn turned(groups: &[Vec<usize>], a: usize, b: usize) -> Vec<Vec<usize>> {
+    let mut turned = groups.to_vec();
+    turned.get_mut(a..=b).into_iter().for_each(<[_]>::reverse);
+    turned
 }
 
 fn shuffle<T>(list: &mut [T], rng: &mut Pcg64Mcg) {
@@ -268,169 +383,4 @@ fn levels(campaign: &Campaign) -> Vec<usize> {
     }
     // each name is among the distinct ones
     names.iter().map(|name| distinct.iter().position(|own| own == name).unwrap_or_default()).collect()
-}
-
-/// Are two mountings of one level? Those between them are then, too.
-fn alike(groups: &[Vec<usize>], levels: &[usize], a: usize, b: usize) -> bool {
-    let level = |k: usize| groups.get(k).and_then(|group| group.first()).map(|row| levels.at(*row));
-    level(a) == level(b)
-}
-
-/// Readings after the fixed ones by mounting and level.
-fn by_mounting(rows: &[Reading], fixed: usize, levels: &[usize]) -> Vec<Vec<usize>> {
-    let mut groups: Vec<Vec<usize>> = Vec::new();
-    let mut known: std::collections::HashMap<String, usize> = std::collections::HashMap::new();
-    for (k, reading) in rows.iter().enumerate().skip(fixed) {
-        let place = *known
-            .entry(format!("{} {:?} {}", reading.position, mounting(reading), levels.at(k)))
-            .or_insert(groups.len());
-        match groups.get_mut(place) {
-            Some(group) => group.push(k),
-            None => groups.push(vec![k]),
-        }
-    }
-    groups
-}
-
-/// Joints that are moved from one reading to another, and by how many degrees.
-fn way(rows: &[Reading], a: usize, b: usize) -> (usize, f64) {
-    let (Some(a), Some(b)) = (rows.get(a), rows.get(b)) else { return (0, 0.0) };
-    let turns = moved_deg(a, b);
-    (turns.iter().filter(|t| **t > 0.0).count(), turns.iter().sum())
-}
-
-/// Each mounting is followed by the nearest that is left: fewest joints moved, then the smallest sum of angles; where degrees cost something, the
-/// least of them first.
-fn nearest(
-    rows: &[Reading],
-    fixed: usize,
-    mut groups: Vec<Vec<usize>>,
-    costs: &Costs,
-    levels: &[usize],
-) -> Vec<Vec<usize>> {
-    if groups.len() > MOST {
-        return groups;
-    }
-    let mut sorted: Vec<Vec<usize>> = Vec::with_capacity(groups.len());
-    let mut last = fixed.checked_sub(1);
-    while !groups.is_empty() {
-        // groups have members
-        let first = |group: &Vec<usize>| group.first().copied().unwrap_or_default();
-        let next = match last {
-            None => 0,
-            Some(last) => {
-                // groups come level by level: those of the first that is left
-                let level = groups.first().map(|group| levels.at(first(group)));
-                let own = groups.iter().take_while(|group| Some(levels.at(first(group))) == level);
-                own.map(|group| (degrees(rows, last, first(group), costs), way(rows, last, first(group))))
-                    .enumerate()
-                    .min_by(|(_, (a, own)), (_, (b, other))| {
-                        a.total_cmp(b).then(own.0.cmp(&other.0)).then(own.1.total_cmp(&other.1))
-                    })
-                    .map_or(0, |(k, _)| k)
-            }
-        };
-        let group = groups.remove(next);
-        last = group.first().copied();
-        sorted.push(group);
-    }
-    sorted
-}
-
-/// What moving the joints from one reading to another costs.
-fn degrees(rows: &[Reading], a: usize, b: usize, costs: &Costs) -> f64 {
-    rows.get(a).zip(rows.get(b)).map_or(0.0, |(a, b)| costs.index * furthest(a, b))
-}
-
-/// Mountings in an order that moves the joints less: stretches turned round and mountings put elsewhere, as long as that is shorter.
-fn shortened(
-    rows: &[Reading],
-    fixed: usize,
-    groups: Vec<Vec<usize>>,
-    costs: &Costs,
-    levels: &[usize],
-) -> Vec<Vec<usize>> {
-    if costs.index == 0.0 || groups.len() > MOST_SHORTENED {
-        return groups;
-    }
-    let mut groups = groups;
-    let length = |groups: &[Vec<usize>]| {
-        let stops: Vec<usize> =
-            fixed.checked_sub(1).into_iter().chain(groups.iter().filter_map(|g| g.first().copied())).collect();
-        stops.iter().zip(stops.iter().skip(1)).map(|(a, b)| degrees(rows, *a, *b, costs)).sum::<f64>()
-    };
-    let mut now = length(&groups);
-    for _ in 0..ROUNDS {
-        let before = now;
-        for a in 0..groups.len() {
-            for b in 0..groups.len() {
-                if !alike(&groups, levels, a, b) {
-                    continue;
-                }
-                let mut turned = groups.clone();
-                turned.get_mut(a..=b).into_iter().for_each(<[_]>::reverse);
-                let mut moved = groups.clone();
-                let own = moved.remove(a);
-                moved.insert(b, own);
-                for other in [turned, moved] {
-                    let own = length(&other);
-                    if own < now - 1e-9 {
-                        (now, groups) = (own, other);
-                    }
-                }
-            }
-        }
-        if now >= before {
-            break;
-        }
-    }
-    groups
-}
-
-/// Readings of one mounting that stay together: those of one state, or each alone where rate changes cost nothing.
-fn blocks(rows: &[Reading], group: Vec<usize>, costs: &Costs) -> Vec<Vec<usize>> {
-    if costs.rate_change == 0.0 {
-        return group.into_iter().map(|k| vec![k]).collect();
-    }
-    let mut blocks: Vec<Vec<usize>> = Vec::new();
-    for k in group {
-        let alike = |other: &&mut Vec<usize>| {
-            let first = other.first().and_then(|first| rows.get(*first));
-            first.zip(rows.get(k)).is_some_and(|(a, b)| a.joints == b.joints)
-        };
-        match blocks.iter_mut().find(alike) {
-            Some(block) => block.push(k),
-            None => blocks.push(vec![k]),
-        }
-    }
-    blocks
-}
-
-/// Readings of one mounting, senses in the Thue-Morse pattern, beginning with the positive one or the negative.
-fn abba(rows: &[Reading], group: Vec<usize>, costs: &Costs, negative_first: bool) -> Vec<usize> {
-    let sense = |block: &Vec<usize>| {
-        let reading = block.first().and_then(|k| rows.get(*k));
-        let rates = reading.into_iter().flat_map(|r| r.joints.iter().map(|s| s.rate_deg_s()));
-        // at rest
-        rates.into_iter().find(|rate| *rate != 0.0).unwrap_or(0.0)
-    };
-    let (mut plus, mut minus): (Vec<Vec<usize>>, Vec<Vec<usize>>) =
-        blocks(rows, group, costs).into_iter().partition(|block| sense(block) >= 0.0);
-    let size = |a: &Vec<usize>, b: &Vec<usize>| sense(a).abs().total_cmp(&sense(b).abs());
-    plus.sort_by(size);
-    minus.sort_by(size);
-    let (mut plus, mut minus) = (plus.into_iter().peekable(), minus.into_iter().peekable());
-    let mut run = Vec::new();
-    for k in 0_u32.. {
-        let (first, second) = if k.count_ones().is_multiple_of(2) != negative_first {
-            (&mut plus, &mut minus)
-        } else {
-            (&mut minus, &mut plus)
-        };
-        match first.next().or_else(|| second.next()) {
-            Some(block) => run.extend(block),
-            None => break,
-        }
-    }
-    run
 }

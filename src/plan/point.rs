@@ -5,7 +5,7 @@
 //! point, and not nearby, is no defect of the schedule: it needs a value.
 
 use super::effort::Noise;
-use super::independent::Independent;
+use super::whitened::Independent;
 use crate::campaign::{Campaign, Kind, Readings, Role};
 use crate::design::{self, DesignMatrix, Model};
 use crate::error::{Fault, Malformed, Result};

@@ -61,7 +61,7 @@ impl Pool {
         let levels = portions.iter().map(|portion| first(portion).unwrap_or_default()).collect();
         let further = mounted_apart(&portions, candidates);
         let beside = Beside::new(campaign, noise, terms, &[kept, &further]);
-        let deviations = beside.deviations.count();
+        let deviations = beside.deviations.len();
         let mut rows = with_priors(campaign, kept, noise, &beside)?;
         let fixed = rows.len();
         rows.extend(whitened(campaign, &further, noise, &beside, true)?);

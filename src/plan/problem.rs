@@ -1,23 +1,8 @@
 //! What an exchange is to make best, of what, and a design that it has found.
 
 use super::blocks::Blocks;
-use super::combinations::{Combinations, Volume};
+use super::objective::Objective;
 use super::prices::Prices;
-
-/// What the exchange makes small, in the coordinates of the blocks.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Objective {
-    /// `-log det M`: D.
-    Determinant,
-    /// `tr(W M^-1)`, `W` symmetric and row by row: A, and c with `W = c c'`.
-    Trace(Vec<f64>),
-    /// The largest `x' M^-1 x` over all rows of these blocks: G.
-    Largest(Blocks),
-    /// The largest eigenvalue of `T M^-1 T'`: E.
-    Eigenvalue(Combinations),
-    /// `det(T M^-1 T')^(1/p)`, p rows of T: D of some of the unknowns.
-    Volume(Volume),
-}
 
 /// The exchange problem.
 #[derive(Debug, Clone)]
@@ -36,6 +21,13 @@ pub(super) struct Problem<'a> {
     pub neighbours: &'a [Vec<usize>],
     /// Prices that exchanges must keep to, where there is a budget instead of a number.
     pub prices: Option<&'a Prices>,
+}
+
+impl<'a> Problem<'a> {
+    /// A choice of nothing, as often as one likes, at any price.
+    pub fn of(blocks: &'a Blocks, base: &'a [f64], objective: &'a Objective) -> Self {
+        Problem { blocks, base, objective, choose: 0, most_repeats: usize::MAX, neighbours: &[], prices: None }
+    }
 }
 
 /// A chosen design.

@@ -9,11 +9,12 @@
 
 use super::candidates::{Zone, is_forbidden};
 use super::effort::{Noise, Offer, mounting, planned};
+use super::objective::Objective;
 use super::order::ordered;
 use super::pool::{Pool, log_det_of};
-use super::problem::{Design, Objective, WORTH};
+use super::problem::{Design, WORTH};
 use super::request::Request;
-use super::whitened::{Beside, adjusted, with_priors};
+use super::whitened::adjusted_alone;
 use crate::campaign::{Campaign, JointState, Reading, Readings};
 use crate::elements::Elements;
 use crate::error::Result;
@@ -94,11 +95,9 @@ pub(super) fn criterion_of(
     objective: &Objective,
 ) -> Result<Option<f64>> {
     let n = schedule.unknowns();
-    let beside = Beside::new(schedule, noise, &[], &[&schedule.readings]);
-    let rows = with_priors(schedule, &schedule.readings, noise, &beside)?;
-    let fresh = adjusted(schedule, &rows, beside.columns(schedule))?;
+    let (fresh, deviations) = adjusted_alone(schedule, &schedule.readings, noise)?;
     // deviations are always determined, and the schedule may have fewer of them than the pool
-    let rank = fresh.unknowns.rank.saturating_sub(beside.deviations.count());
+    let rank = fresh.unknowns.rank.saturating_sub(deviations);
     let basis = pool.estimate.factor.basis();
     if rank != pool.determined() || fresh.factor.basis().iter().any(|j| *j < n && !basis.contains(j)) {
         return Ok(None);
@@ -158,9 +157,7 @@ pub(super) fn reasons(schedule: &Campaign, noise: &Noise, kept: usize) -> Result
     }
     let n = schedule.unknowns();
     let u = |readings: &Readings| -> Result<Vec<Option<f64>>> {
-        let beside = Beside::new(schedule, noise, &[], &[readings]);
-        let rows = with_priors(schedule, readings, noise, &beside)?;
-        let estimate = adjusted(schedule, &rows, beside.columns(schedule))?;
+        let (estimate, _) = adjusted_alone(schedule, readings, noise)?;
         let known = |k: usize| estimate.unknowns.is_estimable(k);
         Ok((0..n).map(|k| known(k).then(|| estimate.unknowns.covariance[(k, k)].sqrt())).collect())
     };
@@ -185,16 +182,21 @@ pub(super) fn reasons(schedule: &Campaign, noise: &Noise, kept: usize) -> Result
     Ok(reasons)
 }
 
-/// What moving the angles brought.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// Angles moved between the candidates.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[schemars(rename = "RefinedReport")]
+#[non_exhaustive]
 pub struct Refined {
-    /// Mountings with an angle that is not the chosen candidate's.
+    /// Angles were moved in multiples of this, in degrees.
+    pub resolution_deg: f64,
+    /// Mountings with an angle that no candidate has.
     pub moved: usize,
-    /// By what share the criterion is better than that of the choice: the determinant for each unknown (D), a variance (else).
+    /// By what share the criterion is better: the determinant for each unknown (D), a variance (else).
     pub gain: f64,
     /// The criterion there: `-log det M` (D), a variance, or with a goal the largest `(u / limit)^2`.
+    #[serde(skip)]
     pub value: f64,
-    /// Did it end because nothing was worth a move? Else because of the effort.
+    /// Did it end because no move was worth it? Else because of the effort.
     pub finished: bool,
 }
 
@@ -294,7 +296,7 @@ pub(super) fn refined(
         rows.get(first).map(mounting) != given.get(first).cloned()
     };
     let moved = groups.iter().filter(changed).count();
-    Ok(Some((rows, Refined { moved, gain, value: now, finished })))
+    Ok(Some((rows, Refined { resolution_deg: resolution, moved, gain, value: now, finished })))
 }
 
 /// Joints that stand at several angles in the candidates.

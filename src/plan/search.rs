@@ -12,8 +12,9 @@ use super::blocks::{Blocks, add_outer, rank};
 use super::bound::{Bound, bound};
 use super::budget;
 use super::exchange::{descend, finished, start, value};
+use super::objective::Objective;
 use super::prices::Till;
-use super::problem::{Design, Objective, Problem, information};
+use super::problem::{Design, Problem, information};
 use super::request::{Progress, Request};
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::SeedableRng;
@@ -30,10 +31,12 @@ pub(super) struct Found {
     pub starts: usize,
     /// Designs that were tried, where that was all of them: none is better.
     pub enumerated: Option<u64>,
+    /// The approximate design, where it was needed.
+    pub guide: Option<Bound>,
 }
 
 /// How long to search.
-#[derive(Debug, Clone)]
+#[derive(Clone)]
 pub(super) struct Limits<'a> {
     /// Starts.
     pub starts: usize,
@@ -44,14 +47,14 @@ pub(super) struct Limits<'a> {
     /// A value of the objective that is good enough.
     pub enough: Option<f64>,
     /// Designs from which the search goes on besides.
-    pub given: &'a [Vec<usize>],
+    pub given: &'a dyn Fn() -> Vec<Vec<usize>>,
     /// Told after every batch of starts.
     pub progress: &'a Progress,
 }
 
 impl<'a> Limits<'a> {
     /// Limits of one search of a request.
-    pub fn of(request: &'a Request, given: &'a [Vec<usize>]) -> Self {
+    pub fn of(request: &'a Request, given: &'a dyn Fn() -> Vec<Vec<usize>>) -> Self {
         // who asks for more starts than usual is ready to wait for them
         let patience = (request.starts as f64 / 100.0).clamp(1.0, 5.0);
         let Request { starts, seed, progress, .. } = request;
@@ -66,12 +69,17 @@ pub(super) const EFFORT: f64 = 5e8;
 
 /// The best of all designs, or of many starts. `guide`: the approximate design, whose weights some starts round. `None` where no design is
 /// regular, or none was found.
-pub(super) fn search(problem: &Problem<'_>, limits: &Limits<'_>, guide: Option<&Bound>) -> Option<Found> {
+pub(super) fn search(
+    problem: &Problem<'_>,
+    limits: &Limits<'_>,
+    guide: impl FnOnce() -> Option<Bound>,
+) -> Option<Found> {
     if problem.neighbours.is_empty()
         && let Some((best, designs)) = best_of_all(problem)
     {
-        return best.map(|design| Found { design, hits: 1, starts: 1, enumerated: Some(designs) });
+        return best.map(|design| Found { design, hits: 1, starts: 1, enumerated: Some(designs), guide: None });
     }
+    let (given, guide) = ((limits.given)(), guide());
     let near = |a: f64, b: f64| (a - b).abs() <= 1e-9 * a.abs().max(b.abs()).max(1e-300);
     let mut best: Option<(Design, usize)> = None;
     let keep = |best: &mut Option<(Design, usize)>, design: Design| match best {
@@ -79,12 +87,13 @@ pub(super) fn search(problem: &Problem<'_>, limits: &Limits<'_>, guide: Option<&
         Some((known, _)) if known.value <= design.value => {}
         _ => *best = Some((design, 1)),
     };
-    let starts = limits.starts.max(1);
+    let (starts, seed) = (limits.starts.max(1), limits.seed);
     let (mut made, mut effort) = (0, 0.0);
     while made < starts && effort < limits.effort {
         let batch: Vec<usize> = (made..(made + BATCH).min(starts)).collect();
         made += batch.len();
-        let designs: Vec<Option<Design>> = batch.into_par_iter().map(|k| one(problem, limits.seed, k, guide)).collect();
+        let designs: Vec<Option<Design>> =
+            batch.into_par_iter().map(|k| one(problem, seed, k, guide.as_ref())).collect();
         for design in designs.into_iter().flatten() {
             effort += design.effort;
             keep(&mut best, design);
@@ -92,13 +101,13 @@ pub(super) fn search(problem: &Problem<'_>, limits: &Limits<'_>, guide: Option<&
         limits.progress.tell("starts", made, starts);
         // nothing can be better than the bound, and what is enough is enough
         let value = best.as_ref().map_or(f64::INFINITY, |(design, _)| design.value);
-        if guide.is_some_and(|guide| value - guide.value <= 1e-9 * guide.value.abs())
+        if guide.as_ref().is_some_and(|guide| value - guide.value <= 1e-9 * guide.value.abs())
             || limits.enough.is_some_and(|enough| value <= enough)
         {
             break;
         }
     }
-    for given in limits.given.iter().filter(|given| fits(problem, given)) {
+    for given in given.iter().filter(|given| fits(problem, given)) {
         let further = match problem.prices {
             Some(prices) => budget::descend(problem, prices, given.clone()),
             None => descend(problem, given.clone()),
@@ -109,7 +118,7 @@ pub(super) fn search(problem: &Problem<'_>, limits: &Limits<'_>, guide: Option<&
     }
     best.map(|(mut design, hits)| {
         design.chosen.sort_unstable();
-        Found { design, hits: hits.min(made), starts: made, enumerated: None }
+        Found { design, hits: hits.min(made), starts: made, enumerated: None, guide }
     })
 }
 
@@ -143,7 +152,7 @@ const MOST_DEPTH: usize = 1000;
 /// The best of all designs (`None` where none is regular) and how many there are; `None` where there are too many.
 ///
 /// With a budget, only designs to which nothing can be added are tried: more readings are never worse.
-pub(super) fn best_of_all(problem: &Problem<'_>) -> Option<(Option<Design>, u64)> {
+fn best_of_all(problem: &Problem<'_>) -> Option<(Option<Design>, u64)> {
     let n = problem.blocks.unknowns();
     // so few rows leave a defect, whatever the rounding says
     if problem.choose.saturating_mul(problem.blocks.rows()).saturating_add(rank(problem.base, n)) < n {
@@ -327,24 +336,16 @@ pub fn choose(
     with_bound: bool,
 ) -> Option<Choice> {
     let n = blocks.unknowns();
-    let fits = match objective {
-        Objective::Determinant => true,
-        Objective::Trace(w) => w.len() == n * n,
-        Objective::Largest(rows) => rows.unknowns() == n,
-        Objective::Eigenvalue(combinations) => combinations.fits(n),
-        Objective::Volume(volume) => volume.0.fits(n),
-    };
     // without a row or an unknown nothing can be determined
-    if !fits || n == 0 || blocks.rows() == 0 || blocks.count() == 0 {
+    if !objective.fits(n) || n == 0 || blocks.rows() == 0 || blocks.count() == 0 {
         return None;
     }
     let base = vec![0.0; n * n];
-    let problem =
-        Problem { blocks, base: &base, objective, choose: count, most_repeats, neighbours: &[], prices: None };
+    let problem = Problem { choose: count, most_repeats, ..Problem::of(blocks, &base, objective) };
     let bound = if with_bound { bound(blocks, &base, objective, count as f64) } else { None };
     let progress = Progress::default();
-    let limits = Limits { starts, seed, effort: EFFORT, enough: None, given: &[], progress: &progress };
-    let Found { design, hits, enumerated, .. } = search(&problem, &limits, bound.as_ref())?;
+    let limits = Limits { starts, seed, effort: EFFORT, enough: None, given: &Vec::new, progress: &progress };
+    let Found { design, hits, enumerated, .. } = search(&problem, &limits, || bound.clone())?;
     Some(Choice {
         chosen: design.chosen,
         value: design.value,

@@ -1,6 +1,6 @@
 //! The state of one start: what is chosen, `M^-1`, and the sums over all candidates that follow it by rank-one updates.
 //!
-//! The best replacement of one chosen block: every candidate weighed at once, in pieces that stay in the first-level cache.
+//! The best replacement of one chosen block: every candidate is weighed.
 //!
 //! Taking block `i` out first makes both criteria sums over what a candidate adds: with `G = L^-1 Xi M^-1`, `L L' = I - Xi M^-1 Xi'`,
 //!
@@ -10,10 +10,10 @@
 //! ```
 #![allow(
     clippy::indexing_slicing,
-    reason = "`State::empty` sizes the sums by the block's rows and all candidates; `chosen` holds numbers of candidates below `blocks.count()`; `State::empty` sizes spread, cross and effect by the block's rows and all candidates; pieces are cut to the length of what they fill"
+    reason = "`chosen` holds numbers of candidates below `blocks.count()`; `State::empty` sizes spread, cross and effect by the block's rows and all candidates"
 )]
 
-use super::blocks::{Blocks, add_outer, determinant_and_trace, inverse_and_root, largest, times};
+use super::blocks::{Blocks, add_outer, determinant_and_trace, inverse_and_root, largest, packed, times};
 use super::prices::Till;
 use super::problem::{Problem, information};
 use crate::linear::dot;
@@ -48,11 +48,6 @@ pub(super) struct State<'a> {
     pub cross: Vec<Vec<f64>>,
     /// The same through `M^-1 W`.
     pub cross_effect: Vec<Vec<f64>>,
-}
-
-/// Position of (r, s), r <= s, in a packed triangle.
-pub(super) fn packed(r: usize, s: usize) -> usize {
-    s * (s + 1) / 2 + r
 }
 
 impl<'a> State<'a> {
@@ -187,11 +182,7 @@ impl<'a> State<'a> {
             blocks.squares(0, root, &mut self.spread[0], &mut self.work);
             return;
         }
-        for s in 0..blocks.rows() {
-            for r in 0..=s {
-                blocks.quadratic(r, s, &self.inverse, &mut self.spread[packed(r, s)], &mut self.work);
-            }
-        }
+        blocks.all_quadratics(&self.inverse, &mut self.spread, &mut self.work);
     }
 
     /// `M^-1 W M^-1` and its sums, unless they stand.
@@ -210,11 +201,7 @@ impl<'a> State<'a> {
             out.copy_from_slice(&times(&self.inverse, row));
         }
         self.effect.resize(blocks.rows() * (blocks.rows() + 1) / 2, vec![0.0; count]);
-        for s in 0..blocks.rows() {
-            for r in 0..=s {
-                blocks.quadratic(r, s, &self.sandwich, &mut self.effect[packed(r, s)], &mut self.work);
-            }
-        }
+        blocks.all_quadratics(&self.sandwich, &mut self.effect, &mut self.work);
     }
 
     /// Rank-one update of the inverse and the sums: `sign` is +1 for a row that comes, -1 for one that goes, or so many of them. Sherman-Morrison.
@@ -319,8 +306,6 @@ impl<'a> State<'a> {
     }
 }
 
-/// Candidates that are weighed together.
-const PIECE: usize = 64;
 /// A pivot of `I - Xi M^-1 Xi'` below this is one without which the design would be singular: it is taken as this.
 const PIVOT: f64 = 1e-12;
 /// Below this pivot the decrease of a trace is the difference of two large numbers, and the bordered form is used instead.
@@ -352,16 +337,11 @@ impl State<'_> {
         let without = self.without(i);
         self.cross = products(blocks, &without.g, std::mem::take(&mut self.cross));
         let mut ratios = std::mem::take(&mut self.work);
-        let k = blocks.rows();
-        let mut t = vec![0.0; k * (k + 1) / 2 * PIECE];
-        let mut ratio = vec![0.0; PIECE];
-        for (piece, out) in ratios.chunks_mut(PIECE).enumerate() {
-            self.fill_t(piece * PIECE, out.len(), &mut t);
-            ratio.fill(without.determinant);
-            eliminate(k, out.len(), &mut t, |_, pivot, _| {
-                ratio.iter_mut().zip(pivot).for_each(|(ratio, d)| *ratio *= d);
-            });
-            out.iter_mut().zip(&ratio).for_each(|(out, ratio)| *out = *ratio);
+        let mut t = vec![0.0; self.spread.len()];
+        for (j, ratio) in ratios.iter_mut().enumerate() {
+            self.fill_t(j, &mut t);
+            *ratio = without.determinant;
+            eliminate(blocks.rows(), &mut t, &mut [], |pivot, _| *ratio *= pivot);
         }
         self.work = ratios;
         self.best(at)
@@ -417,17 +397,13 @@ impl State<'_> {
                 .collect();
             self.cross = products(blocks, &without.g, std::mem::take(&mut self.cross));
             self.cross_effect = products(blocks, &h, std::mem::take(&mut self.cross_effect));
-            let mut t = vec![0.0; k * (k + 1) / 2 * PIECE];
-            let (mut e, mut own) = (t.clone(), vec![0.0; PIECE]);
-            for (piece, out) in gains.chunks_mut(PIECE).enumerate() {
-                self.fill_t(piece * PIECE, out.len(), &mut t);
-                self.fill_e(piece * PIECE, out.len(), &mut e);
-                out.fill(-lost);
-                eliminate(k, out.len(), &mut t, |c, pivot, factors| {
-                    congruent(k, c, factors, &mut e, &mut own);
-                    let (at, len) = (packed(c, c) * PIECE, out.len());
-                    out.iter_mut().zip(&e[at..at + len]).zip(pivot).for_each(|((out, e), d)| *out += e / d);
-                });
+            let mut t = vec![0.0; self.spread.len()];
+            let mut e = t.clone();
+            for (j, gain) in gains.iter_mut().enumerate() {
+                self.fill_t(j, &mut t);
+                self.fill_e(j, &mut e);
+                *gain = -lost;
+                eliminate(k, &mut t, &mut e, |pivot, own| *gain += own / pivot);
             }
         }
         self.work = gains;
@@ -478,39 +454,26 @@ impl State<'_> {
         Without { g, determinant, smallest_pivot }
     }
 
-    /// `T` of a piece of candidates, packed by columns.
-    fn fill_t(&self, start: usize, len: usize, t: &mut [f64]) {
+    /// `T` of a candidate, packed.
+    fn fill_t(&self, j: usize, t: &mut [f64]) {
         let k = self.problem.blocks.rows();
         for s in 0..k {
             for r in 0..=s {
-                let slot = &mut t[packed(r, s) * PIECE..][..len];
-                slot.copy_from_slice(&self.spread[packed(r, s)][start..start + len]);
-                if r == s {
-                    slot.iter_mut().for_each(|t| *t += 1.0);
-                }
-                for m in 0..k {
-                    let (a, b) =
-                        (&self.cross[m * k + r][start..start + len], &self.cross[m * k + s][start..start + len]);
-                    slot.iter_mut().zip(a).zip(b).for_each(|((t, a), b)| *t += a * b);
-                }
+                let own = self.spread[packed(r, s)][j] + f64::from(u8::from(r == s));
+                t[packed(r, s)] = (0..k).fold(own, |t, m| t + self.cross[m * k + r][j] * self.cross[m * k + s][j]);
             }
         }
     }
 
-    /// `Xj Mi^-1 W Mi^-1 Xj'` of a piece of candidates.
-    fn fill_e(&self, start: usize, len: usize, e: &mut [f64]) {
+    /// `Xj Mi^-1 W Mi^-1 Xj'` of a candidate, packed.
+    fn fill_e(&self, j: usize, e: &mut [f64]) {
         let k = self.problem.blocks.rows();
-        let (c, h) = (&self.cross, &self.cross_effect);
+        let (c, h) =
+            (|m: usize, r: usize| self.cross[m * k + r][j], |m: usize, r: usize| self.cross_effect[m * k + r][j]);
         for s in 0..k {
             for r in 0..=s {
-                let slot = &mut e[packed(r, s) * PIECE..][..len];
-                slot.copy_from_slice(&self.effect[packed(r, s)][start..start + len]);
-                for m in 0..k {
-                    let (hr, hs) = (&h[m * k + r][start..start + len], &h[m * k + s][start..start + len]);
-                    let (cr, cs) = (&c[m * k + r][start..start + len], &c[m * k + s][start..start + len]);
-                    let terms = slot.iter_mut().zip(hr).zip(hs).zip(cr).zip(cs);
-                    terms.for_each(|((((e, hr), hs), cr), cs)| *e += hr * cs + cr * hs);
-                }
+                let own = self.effect[packed(r, s)][j];
+                e[packed(r, s)] = (0..k).fold(own, |e, m| e + (h(m, r) * c(m, s) + c(m, r) * h(m, s)));
             }
         }
     }
@@ -537,44 +500,20 @@ impl State<'_> {
     }
 }
 
-/// `L D L'` of a piece of packed symmetric matrices, in place; `each` sees every pivot and the factors below it (row by row, `PIECE` apart).
-fn eliminate(k: usize, len: usize, t: &mut [f64], mut each: impl FnMut(usize, &[f64], &[f64])) {
-    let mut pivot = [0.0; PIECE];
-    let mut column = vec![0.0; k * PIECE];
-    let mut factors = vec![0.0; k * PIECE];
+/// `L D L'` of a packed symmetric matrix in place, and `E <- L^-1 E L^-T` of another (which may be empty); `each` sees every pivot, and the diagonal
+/// element of `E` beside it.
+fn eliminate(k: usize, t: &mut [f64], e: &mut [f64], mut each: impl FnMut(f64, f64)) {
     for c in 0..k {
-        pivot[..len].copy_from_slice(&t[packed(c, c) * PIECE..][..len]);
-        for r in c + 1..k {
-            let below = &t[packed(c, r) * PIECE..][..len];
-            column[r * PIECE..][..len].copy_from_slice(below);
-            let slots = factors[r * PIECE..][..len].iter_mut().zip(below).zip(&pivot);
-            slots.for_each(|((f, b), d)| *f = b / d);
-        }
-        each(c, &pivot[..len], &factors);
+        let (pivot, own) = (t[packed(c, c)], e.get(packed(c, c)).copied().unwrap_or(0.0));
+        each(pivot, own);
         for s in c + 1..k {
+            let fs = t[packed(c, s)] / pivot;
             for r in c + 1..=s {
-                let slot = t[packed(r, s) * PIECE..][..len].iter_mut();
-                let (f, b) = (&factors[s * PIECE..][..len], &column[r * PIECE..][..len]);
-                slot.zip(f).zip(b).for_each(|((t, f), b)| *t -= f * b);
-            }
-        }
-    }
-}
-
-/// The same elimination on both sides of another packed symmetric matrix: `E <- L^-1 E L^-T`, one column of `L`.
-fn congruent(k: usize, c: usize, factors: &[f64], e: &mut [f64], own: &mut [f64]) {
-    own.copy_from_slice(&e[packed(c, c) * PIECE..][..PIECE]);
-    let mut column = vec![0.0; k * PIECE];
-    for r in c + 1..k {
-        column[r * PIECE..(r + 1) * PIECE].copy_from_slice(&e[packed(c, r) * PIECE..][..PIECE]);
-    }
-    for s in c + 1..k {
-        for r in c + 1..=s {
-            let slot = e[packed(r, s) * PIECE..][..PIECE].iter_mut();
-            let (fr, fs) = (&factors[r * PIECE..][..PIECE], &factors[s * PIECE..][..PIECE]);
-            let (er, es) = (&column[r * PIECE..][..PIECE], &column[s * PIECE..][..PIECE]);
-            for (((((e, fr), fs), er), es), own) in slot.zip(fr).zip(fs).zip(er).zip(es).zip(own.iter()) {
-                *e -= fr * es + fs * er - fr * fs * own;
+                let fr = t[packed(c, r)] / pivot;
+                t[packed(r, s)] -= fs * t[packed(c, r)];
+                if !e.is_empty() {
+                    e[packed(r, s)] -= fr * e[packed(c, s)] + fs * e[packed(c, r)] - fr * fs * own;
+                }
             }
         }
     }

@@ -1,9 +1,8 @@
-//! Rows of a schedule made independent of each other: what pools, checks and comparisons of positions are adjusted from.
+//! Rows of a schedule made independent of each other: as they are judged, and as pools, checks and comparisons of positions are adjusted from.
 //!
-//! Deviations that link positions: one for the whole campaign, or for each day, operator, instrument.
-//!
-//! Positions that share a deviation are no longer independent, so their information does not add up. With the deviation as one more unknown that is
-//! known beforehand to be `0` with its standard deviation, it does:
+//! Deviations that link positions: one for the whole campaign, or for each day, operator, instrument. Positions that share one are no longer
+//! independent, so their information does not add up. With the deviation as one more unknown that is known beforehand to be `0` with its standard
+//! deviation, it does:
 //!
 //! ```text
 //! [A Z; 0 1/s] in the unknowns (x, d):     (M^-1)_xx = (A' (R + s^2 Z Z')^-1 A)^-1       (C. R. Henderson, Biometrics 31 (1975) 423)
@@ -12,7 +11,7 @@
 //! The deviations themselves are not what a plan is after: criteria speak of the parameters alone.
 #![allow(
     clippy::indexing_slicing,
-    reason = "`with_priors` and `whitened` make every row as long as the unknowns and the terms; members are rows of the schedule that was whitened"
+    reason = "a design has one row of its derivatives for each of its readings, and priors follow; `with_priors` and `whitened` make every row as long as the unknowns and the terms; members are rows of the schedule that was whitened"
 )]
 
 use super::effort::{Noise, mountings};
@@ -20,10 +19,88 @@ use crate::campaign::{Campaign, Per, Reading, Readings, Role};
 use crate::design::{self, DesignMatrix, Model};
 use crate::elements::Elements;
 use crate::error::{Fault, Malformed, Result};
-use crate::estimate::{self, Estimate, Felt, Group, Pattern, ScatterLine, System, Whitening};
+use crate::estimate::{self, Estimate, Felt, Group, Pattern, ScatterLine, System, Whitening, product_by_rows};
 use crate::fit;
 use crate::simulate::{self, Regressor};
 use faer::Mat;
+use std::collections::{HashMap, HashSet};
+
+/// Rows of readings and priors with what scatters taken out: no column for any deviation, whatever their number.
+pub(crate) struct Independent {
+    /// The rows; of unit variance where anything scatters.
+    pub system: System,
+    /// Standard deviation of each row's own noise.
+    pub u: Vec<f64>,
+    whitening: Option<Whitening>,
+}
+
+impl Independent {
+    /// The rows of a design.
+    pub fn new(campaign: &Campaign, design: &DesignMatrix, noise: &Noise) -> Self {
+        let n = campaign.unknowns();
+        let (m, priors) = (design.rows.len(), priors(campaign));
+        let (stated, mut u) = own_noise(campaign, design, noise);
+        let (lines, variance) = lines(campaign, design, noise, &stated);
+        u.extend(priors.iter().map(|(_, u)| *u));
+        let total = m + priors.len();
+        let mut rows = Mat::zeros(total, n);
+        for j in 0..n {
+            rows.col_as_slice_mut(j)[..m].copy_from_slice(&design.jacobian.col_as_slice(j)[..m]);
+        }
+        for (p, (k, _)) in priors.iter().enumerate() {
+            rows[(m + p, *k)] = 1.0;
+        }
+        let felt = lines.iter().any(|line| !line.felt.is_empty());
+        let whitening = felt.then(|| Whitening::new(&Pattern::new(total, &lines), &u, &lines, &variance));
+        let (rows, weights) = match &whitening {
+            Some(whitening) => (whitening.whiten_columns(&rows), vec![1.0; total]),
+            None => (rows, u.clone()),
+        };
+        let system = System { rows, observed: vec![0.0; total], u: weights, group: vec![Group::Known; total] };
+        Independent { system, u, whitening }
+    }
+
+    /// The adjustment, meeting the campaign's equations.
+    pub fn adjust(&self, campaign: &Campaign, design: &DesignMatrix) -> Result<Estimate> {
+        fit::adjust_with_equations(campaign, design, &self.system)
+    }
+
+    /// A column of the readings (as long as all rows) as the adjusted rows have it.
+    pub fn column(&self, column: Vec<f64>) -> Vec<f64> {
+        match &self.whitening {
+            Some(whitening) => whitening.whiten(&column),
+            None => column,
+        }
+    }
+
+    /// A column of the readings (a shorter one: zero beyond) as independent values of unit variance.
+    pub fn white(&self, column: &[f64]) -> Vec<f64> {
+        let mut column = column.to_vec();
+        column.resize(self.u.len(), 0.0);
+        let column = self.column(column);
+        column.iter().zip(&self.system.u).map(|(v, u)| v / u).collect()
+    }
+
+    /// `d x / d y` by the rows as they are read.
+    pub fn sensitivities(&self, estimate: &Estimate) -> Mat<f64> {
+        let Some(whitening) = &self.whitening else { return estimate.factor.sensitivities() };
+        let (q, directions) = (estimate.factor.thin_q(), estimate.factor.whitened_directions());
+        let mut back = Mat::zeros(q.nrows(), q.ncols());
+        for k in 0..q.ncols() {
+            let column: Vec<f64> = q.col(k).iter().copied().collect();
+            back.col_as_slice_mut(k).copy_from_slice(&whitening.carry_back(&column));
+        }
+        product_by_rows(directions.as_ref(), back.as_ref())
+    }
+
+    /// Redundancy number of each row, deviations being unknowns with a row of their own.
+    pub fn redundancies(&self, estimate: &Estimate) -> Vec<f64> {
+        match &self.whitening {
+            Some(whitening) => whitening.redundancies(estimate.factor.thin_q()),
+            None => estimate.redundancy.clone(),
+        }
+    }
+}
 
 /// An effect that the model may lack: one more unknown, its coefficient.
 #[derive(Debug, Clone, PartialEq)]
@@ -38,26 +115,73 @@ pub struct Term {
 #[derive(Debug, Clone, Default)]
 pub(super) struct Beside<'a> {
     /// Deviations, each known beforehand to be zero with its standard deviation.
-    pub deviations: Deviations,
+    pub deviations: Vec<Deviation>,
     /// Effects, of which nothing is known beforehand.
     pub terms: &'a [Term],
 }
 
+/// A deviation that positions share.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Deviation {
+    /// The campaign's line, by index.
+    line: usize,
+    /// Its level.
+    level: String,
+    /// Standard deviation.
+    sd: f64,
+}
+
 impl<'a> Beside<'a> {
-    /// The deviations that all these readings share, and effects.
+    /// The deviations that all these readings share, in the order in which they come, and effects. A line that scatters by nothing has none.
     pub fn new(campaign: &Campaign, noise: &Noise, terms: &'a [Term], sets: &[&Readings]) -> Self {
-        Beside { deviations: Deviations::of(campaign, noise, sets), terms }
+        let mut deviations: Vec<Deviation> = Vec::new();
+        for (k, own) in campaign.scatter.iter().enumerate().filter(|(k, _)| links(campaign, *k)) {
+            let Some(sd) = noise.lines.get(k).map(|variance| variance.sqrt()).filter(|sd| *sd > 0.0) else { continue };
+            let mut seen: HashSet<String> = HashSet::new();
+            for level in sets.iter().flat_map(|set| set.rows.iter().filter_map(|row| own.per.level_name(set, row))) {
+                if seen.insert(level.to_string()) {
+                    deviations.push(Deviation { line: k, level: level.into_owned(), sd });
+                }
+            }
+        }
+        Beside { deviations, terms }
     }
 
     /// Parameters and deviations: what a fit of the rows estimates.
     pub fn fitted(&self, campaign: &Campaign) -> usize {
-        campaign.unknowns() + self.deviations.count()
+        campaign.unknowns() + self.deviations.len()
     }
 
     /// All columns of a row.
     pub fn columns(&self, campaign: &Campaign) -> usize {
         self.fitted(campaign) + self.terms.len()
     }
+
+    /// What each row of a design feels of each deviation; `lines` are the campaign's at that design.
+    fn felt(&self, campaign: &Campaign, design: &DesignMatrix, lines: &[ScatterLine]) -> Vec<Vec<f64>> {
+        let readings = &campaign.readings;
+        let mut columns = vec![vec![0.0; design.rows.len()]; self.deviations.len()];
+        let place: HashMap<(usize, &str), usize> =
+            self.deviations.iter().enumerate().map(|(at, own)| ((own.line, own.level.as_str()), at)).collect();
+        for (k, (own, line)) in campaign.scatter.iter().zip(lines).enumerate().filter(|(k, _)| links(campaign, *k)) {
+            for felt in &line.felt {
+                let reading = design.rows.get(felt.row).and_then(|origin| readings.rows.get(origin.reading));
+                let level = reading.and_then(|reading| own.per.level_name(readings, reading));
+                let column = level.and_then(|level| place.get(&(k, &*level)).copied());
+                if let Some(slot) = column.and_then(|at| columns.get_mut(at)?.get_mut(felt.row)) {
+                    *slot += felt.by;
+                }
+            }
+        }
+        columns
+    }
+}
+
+/// Rows of readings and of what is known beforehand, adjusted anew, and how many deviations stand among the unknowns.
+pub(super) fn adjusted_alone(campaign: &Campaign, readings: &Readings, noise: &Noise) -> Result<(Estimate, usize)> {
+    let beside = Beside::new(campaign, noise, &[], &[readings]);
+    let rows = with_priors(campaign, readings, noise, &beside)?;
+    Ok((adjusted(campaign, &rows, beside.columns(campaign))?, beside.deviations.len()))
 }
 
 /// Rows of positions that are kept, then those of the priors and of what deviations are known to be; no prior speaks of terms.
@@ -70,7 +194,7 @@ pub(super) fn with_priors(
     let (n, parameters) = (beside.columns(campaign), campaign.unknowns());
     let mut rows = whitened(campaign, kept, noise, beside, false)?;
     rows.extend(priors(campaign).into_iter().map(|(k, u)| single(n, k, 1.0 / u)));
-    rows.extend(beside.deviations.sd().enumerate().map(|(k, sd)| single(n, parameters + k, 1.0 / sd)));
+    rows.extend(beside.deviations.iter().enumerate().map(|(k, own)| single(n, parameters + k, 1.0 / own.sd)));
     Ok(rows)
 }
 
@@ -154,11 +278,7 @@ fn rows_of(
             list.push(i);
         }
     }
-    let u: Vec<f64> = design
-        .rows
-        .iter()
-        .map(|origin| readings.rows.get(origin.reading).map_or(1.0, |reading| noise.u(reading, origin.sensor)))
-        .collect();
+    let (u, own) = own_noise(&schedule, &design, noise);
     if let Some(line) = schedule.scatter.iter().find(|line| line.over.is_some()) {
         return Err(Malformed::new(
             Fault::Value,
@@ -168,11 +288,10 @@ fn rows_of(
         .at_path(line.place.clone()));
     }
     let (lines, variance) = lines(&schedule, &design, noise, &u);
-    let deviations = beside.deviations.columns(&schedule, &design, &lines);
+    let deviations = beside.felt(&schedule, &design, &lines);
     // lines that link positions have columns instead
     let within = lines.into_iter().zip(variance).enumerate().filter(|(k, _)| scattered && !links(&schedule, *k));
     let (lines, variance): (Vec<ScatterLine>, Vec<f64>) = within.map(|(_, own)| own).unzip();
-    let own = fit::own_noise(&schedule, &design, &u);
     let whitening = Whitening::new(&Pattern::new(u.len(), &lines), &own, &lines, &variance);
     let white: Vec<Vec<f64>> = (0..n)
         .map(|j| whitening.whiten(design.jacobian.col_as_slice(j)))
@@ -210,7 +329,7 @@ pub(super) fn lines(
 fn term_columns(
     schedule: &Campaign,
     model: &Model,
-    design: &design::DesignMatrix,
+    design: &DesignMatrix,
     terms: &[Term],
     further: bool,
 ) -> Result<Vec<Vec<f64>>> {
@@ -257,23 +376,6 @@ pub(super) fn priors(campaign: &Campaign) -> Vec<(usize, f64)> {
     campaign.estimated().iter().enumerate().filter_map(prior).collect()
 }
 
-/// One deviation.
-#[derive(Debug, Clone, PartialEq)]
-struct Deviation {
-    /// The campaign's line, by index.
-    line: usize,
-    /// Its level.
-    level: String,
-    /// Standard deviation.
-    sd: f64,
-}
-
-/// The deviations that the readings of a plan share.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub(super) struct Deviations {
-    list: Vec<Deviation>,
-}
-
 /// Does a line give positions one deviation together?
 pub(super) fn links(campaign: &Campaign, line: usize) -> bool {
     campaign.scatter.get(line).is_some_and(|line| !matches!(line.per, Per::Reading | Per::Position))
@@ -286,52 +388,4 @@ pub(super) fn level_of(campaign: &Campaign, readings: &Readings, reading: &Readi
         .map(|line| line.per.level_name(readings, reading).map_or(String::new(), |name| name.into_owned()))
         .collect();
     names.join("\n")
-}
-
-impl Deviations {
-    /// Those of all these readings, in the order in which they come. A line that scatters by nothing has none.
-    pub fn of(campaign: &Campaign, noise: &Noise, sets: &[&Readings]) -> Self {
-        let mut list: Vec<Deviation> = Vec::new();
-        for (k, own) in campaign.scatter.iter().enumerate().filter(|(k, _)| links(campaign, *k)) {
-            let Some(sd) = noise.lines.get(k).map(|variance| variance.sqrt()).filter(|sd| *sd > 0.0) else { continue };
-            let mut seen: std::collections::HashSet<String> = std::collections::HashSet::new();
-            for set in sets {
-                for level in set.rows.iter().filter_map(|row| own.per.level_name(set, row)) {
-                    if seen.insert(level.to_string()) {
-                        list.push(Deviation { line: k, level: level.into_owned(), sd });
-                    }
-                }
-            }
-        }
-        Deviations { list }
-    }
-
-    /// How many.
-    pub fn count(&self) -> usize {
-        self.list.len()
-    }
-
-    /// Their standard deviations.
-    pub fn sd(&self) -> impl Iterator<Item = f64> {
-        self.list.iter().map(|own| own.sd)
-    }
-
-    /// What each row of a design feels of each of them; `lines` are the campaign's at that design.
-    pub fn columns(&self, campaign: &Campaign, design: &DesignMatrix, lines: &[ScatterLine]) -> Vec<Vec<f64>> {
-        let readings = &campaign.readings;
-        let mut columns = vec![vec![0.0; design.rows.len()]; self.list.len()];
-        let place: std::collections::HashMap<(usize, &str), usize> =
-            self.list.iter().enumerate().map(|(at, own)| ((own.line, own.level.as_str()), at)).collect();
-        for (k, (own, line)) in campaign.scatter.iter().zip(lines).enumerate().filter(|(k, _)| links(campaign, *k)) {
-            for felt in &line.felt {
-                let reading = design.rows.get(felt.row).and_then(|origin| readings.rows.get(origin.reading));
-                let level = reading.and_then(|reading| own.per.level_name(readings, reading));
-                let column = level.and_then(|level| place.get(&(k, &*level)).copied());
-                if let Some(slot) = column.and_then(|at| columns.get_mut(at)?.get_mut(felt.row)) {
-                    *slot += felt.by;
-                }
-            }
-        }
-        columns
-    }
 }

@@ -4,7 +4,6 @@
 
 use crate::elements::Elements;
 use crate::uncertainty::quantiles;
-use std::cell::RefCell;
 
 /// Fewest residuals that these tests take.
 const FEWEST: usize = 8;
@@ -103,37 +102,8 @@ impl NormalityTest {
 /// Shapiro-Francia `W'` of studentized residuals; its p-value by P. Royston, "A pocket-calculator algorithm for the Shapiro-Francia test for
 /// non-normality", Statistics in Medicine 12 (1993), for 5 to 5000 values. `None` with fewer than eight, or without any scatter.
 pub fn normality(studentized: &[f64]) -> Option<NormalityTest> {
-    // fits that follow each other have as many readings
-    thread_local! {
-        static LAST: RefCell<Option<NormalScores>> = const { RefCell::new(None) };
-    }
     let mut values: Vec<f64> = studentized.iter().copied().filter(|v| v.is_finite()).collect();
-    LAST.with_borrow_mut(|last| {
-        if last.as_ref().is_none_or(|scores| scores.scores.len() != values.len()) {
-            *last = NormalScores::new(values.len());
-        }
-        last.as_ref()?.test(&mut values)
-    })
-}
-
-/// Sort values in ascending order, few by insertion.
-fn sort(values: &mut [f64]) {
-    if values.len() > 48 {
-        return values.sort_unstable_by(f64::total_cmp);
-    }
-    for k in 1..values.len() {
-        let (before, from) = values.split_at_mut(k);
-        let Some(own) = from.first_mut() else { return };
-        let value = *own;
-        // how many of those before are larger: a sum without branches
-        let larger: usize = before.iter().map(|x| usize::from(*x > value)).sum();
-        if larger > 0 {
-            values.copy_within(k - larger..k, k - larger + 1);
-            if let Some(slot) = values.get_mut(k - larger) {
-                *slot = value;
-            }
-        }
-    }
+    NormalScores::new(values.len())?.test(&mut values)
 }
 
 /// What tests of normality of equally many values share.
@@ -170,7 +140,7 @@ impl NormalScores {
         if n != self.scores.len() {
             return None;
         }
-        sort(values);
+        values.sort_unstable_by(f64::total_cmp);
         let mean = values.iter().sum::<f64>() / n as f64;
         let product: f64 = self.scores.iter().zip(values.iter()).map(|(m, x)| m * (x - mean)).sum();
         let of_values: f64 = values.iter().map(|x| (x - mean).powi(2)).sum();

@@ -4,6 +4,7 @@
 //! most from the sum of squares is a suspect if that is significant over *all* readings (Sidak), and the search goes on with its shift
 //! estimated. Where the variance is estimated, the test is the t test of the shift (A. J. Pope 1976, in its exact form).
 
+use super::UNCHECKED;
 use crate::elements::Elements;
 use crate::linear::{self, Triangle};
 use crate::uncertainty::quantiles;
@@ -53,8 +54,6 @@ pub struct Snooping {
     pub suspects: Vec<Suspect>,
 }
 
-/// A reading counts as untestable below this redundancy.
-const UNCHECKED: f64 = 1e-9;
 /// Residuals of at most so much of the largest reading are rounding: of itself, and of the products that it is compared with.
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
 /// Most suspects.

@@ -19,15 +19,19 @@ pub struct Stretch {
 }
 
 /// A step of the times that is none from one sample to the next.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[schemars(rename = "JumpReport")]
+#[non_exhaustive]
 pub struct Jump {
     /// What it looks like.
     pub kind: JumpKind,
     /// Rows before it.
     pub row: u64,
-    /// Time of the last of them, s since the first row (steps back left out).
+    /// Time of the last of them, s since the first.
+    #[serde(rename = "time_s")]
     pub time: f64,
     /// The step, s.
+    #[serde(rename = "step_s")]
     pub step: f64,
 }
 

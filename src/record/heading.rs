@@ -2,7 +2,7 @@
 
 use crate::units::Unit;
 
-/// Name and unit of a title such as `Acc X [m/s^2]`, `Winkel (Grad)`, `rate / deg/s` or `U/mV` (ISO 80000-1). A number in brackets is an index of the name,
+/// Name and unit of a title such as `Acc X [m/s^2]`, `Winkel (Grad)`, `Rate in deg/s`, `rate / deg/s` or `U/mV` (ISO 80000-1). A number in brackets is an index of the name,
 /// and a unit alone (`deg/s`) is a name.
 ///
 /// ```
@@ -12,6 +12,7 @@ use crate::units::Unit;
 /// assert_eq!(title("gyro_rad[0]"), ("gyro_rad[0]".into(), None));
 /// assert_eq!(title("t/ms"), ("t".into(), Some("ms".into())));
 /// assert_eq!(title("deg/s"), ("deg/s".into(), None));
+/// assert_eq!(title("Drehrate in °/s"), ("Drehrate".into(), Some("°/s".into())));
 /// ```
 pub fn title(text: &str) -> (String, Option<String>) {
     let text = text.trim();
@@ -23,6 +24,11 @@ pub fn title(text: &str) -> (String, Option<String>) {
         {
             return (name.trim().to_string(), Some(unit.trim().to_string()).filter(|unit| !unit.is_empty()));
         }
+    }
+    if let Some((name, unit)) = text.rsplit_once(" in ")
+        && Unit::parse(unit).is_ok()
+    {
+        return (name.trim().to_string(), Some(unit.trim().to_string()));
     }
     match text.split_once(" / ") {
         Some((name, unit)) if !name.trim().is_empty() => (name.trim().to_string(), Some(unit.trim().to_string())),

@@ -68,6 +68,7 @@ use dialect::Dialect;
 
 use crate::elements::{Parts, first_odd};
 use crate::error::{Fault, Malformed, Result};
+use crate::units::{self, Unit};
 use std::fs::File;
 use std::io::{Read, Seek};
 use std::path::{Path, PathBuf};
@@ -87,6 +88,13 @@ impl Column {
     pub(crate) fn titled(text: &str) -> Self {
         let (name, unit) = title(text);
         Column { name, title: text.trim().to_string(), unit }
+    }
+
+    /// The title's unit, or else what its end says if it is a unit that converts to the one that is wanted: `U_uV`, `Rate rpm`.
+    pub(crate) fn unit_for(&self, wanted: &Unit) -> Option<String> {
+        let end = || units::of_column(&self.title.replace(' ', "_"));
+        let fits = |own: &String| Unit::parse(own).is_ok_and(|own| own.conversion(wanted).is_some());
+        self.unit.clone().or_else(|| end().filter(fits))
     }
 }
 

@@ -11,7 +11,7 @@
 //! Segments learn from each other only where their noise is the same: those whose differences from block to block are clearly larger (a table
 //! that turns beside one that stands) make a class of their own.
 
-use super::innovations::{FLICKER_ALLAN, Process, Products, flicker, flicker_level, markov, markov_mean};
+use super::innovations::{FLICKER_ALLAN, Process, Products, flicker, flicker_level, markov_lags, markov_mean};
 use super::turning::{self, Designs, Turned};
 use crate::elements::Elements;
 use crate::number;
@@ -105,11 +105,22 @@ struct Description {
     /// Place among those of its kind: of the correlation time, and of the ratio.
     place: (usize, usize),
     kind: Kind,
-    covariance: Vec<f64>,
     prior: f64,
 }
 
 impl Description {
+    /// The process at so many blocks, in variances of a white block. `None` where rounding leaves it no positive variance.
+    fn process(&self, blocks: usize) -> Option<Process> {
+        match self.kind {
+            Kind::White => Process::markov(blocks, 0.0, 1.0),
+            Kind::Markov { tau, ratio } => Process::markov(blocks, ratio, tau),
+            Kind::Flicker { ratio } => {
+                let white = std::iter::once(1.0).chain(std::iter::repeat(0.0));
+                Process::new(&flicker(blocks).iter().zip(white).map(|(c, own)| ratio * c + own).collect::<Vec<f64>>())
+            }
+        }
+    }
+
     /// Variance of a mean over `length` from `start` in a record of `record` blocks, in variances of a white block; and with flicker at its Allan floor.
     fn variance(&self, start: f64, length: f64, record: f64) -> (f64, f64) {
         let white = 1.0 / length;
@@ -131,39 +142,21 @@ fn spread(from: f64, to: f64, count: usize) -> impl Iterator<Item = f64> {
     (0..count).map(move |k| from * (to / from).powf(k as f64 / (count.max(2) - 1) as f64))
 }
 
-fn descriptions(longest: usize, typical: f64) -> Vec<Description> {
-    let unit = |mut covariance: Vec<f64>, ratio: f64| {
-        covariance.iter_mut().for_each(|c| *c *= ratio);
-        if let Some(own) = covariance.first_mut() {
-            *own += 1.0;
-        }
-        covariance
-    };
-    let white = unit(vec![0.0; longest], 1.0);
-    let mut all = vec![Description { place: (0, 0), kind: Kind::White, covariance: white, prior: PLAIN }];
+fn descriptions(typical: f64) -> Vec<Description> {
+    let mut all = vec![Description { place: (0, 0), kind: Kind::White, prior: PLAIN }];
     let with_memory = 0.5 * (1.0 - PLAIN);
     let taus: Vec<f64> = spread(0.5, typical.max(2.0), TIMES).collect();
     let roots: f64 = taus.iter().map(|tau| 1.0 / tau.sqrt()).sum();
     for (i, tau) in taus.into_iter().enumerate() {
-        let own = markov(longest, tau);
-        // no blocks: of one sample
-        let block = own.first().copied().unwrap_or(1.0);
+        let ([block, _], _) = markov_lags(tau);
+        let prior = with_memory / (tau.sqrt() * roots * RATIOS as f64);
         for (j, ratio) in spread(0.1, SMOOTH, RATIOS).enumerate() {
-            let prior = with_memory / (tau.sqrt() * roots * RATIOS as f64);
-            let ratio = ratio / block;
-            let kind = Kind::Markov { tau, ratio };
-            all.push(Description { place: (i, j), kind, covariance: unit(own.clone(), ratio), prior });
+            all.push(Description { place: (i, j), kind: Kind::Markov { tau, ratio: ratio / block }, prior });
         }
     }
-    for (j, ratio) in spread(0.003, 30.0, FLOORS).enumerate() {
-        let prior = with_memory / FLOORS as f64;
-        all.push(Description {
-            place: (0, j),
-            kind: Kind::Flicker { ratio },
-            covariance: unit(flicker(longest), ratio),
-            prior,
-        });
-    }
+    let prior = with_memory / FLOORS as f64;
+    let floors = spread(0.003, 30.0, FLOORS).enumerate();
+    all.extend(floors.map(|(j, ratio)| Description { place: (0, j), kind: Kind::Flicker { ratio }, prior }));
     all
 }
 
@@ -310,16 +303,15 @@ fn alike(segments: &[SegmentBlocks], record: f64, level: f64) -> Vec<MeanUncerta
         slopes: Vec<(f64, f64)>,
         own: Vec<(f64, f64)>,
     }
-    let (first, between): (Vec<Description>, Vec<Description>) = descriptions(longest, middling / width)
-        .into_iter()
-        .partition(|d| d.place.0 % COARSE == 0 && d.place.1 % COARSE == 0);
+    let (first, between): (Vec<Description>, Vec<Description>) =
+        descriptions(middling / width).into_iter().partition(|d| d.place.0 % COARSE == 0 && d.place.1 % COARSE == 0);
     let mut seen: Vec<Seen> = Vec::new();
     let mut queue: Vec<Description> = first;
     let mut later = Some(between);
     while !queue.is_empty() {
         for description in std::mem::take(&mut queue) {
             crate::stop::poll();
-            let Some(process) = Process::new(&description.covariance) else { continue };
+            let Some(process) = description.process(longest) else { continue };
             let (mut log, mut q) = (0.0, 0.0);
             let columns = designs.innovations(&process);
             let (mut slopes, mut own) = (Vec::new(), Vec::new());

@@ -1,13 +1,16 @@
-//! Many devices: the summary as stable JSON, and rows of devices as a table.
+//! Many devices: the summary as stable JSON, its document, and rows of devices as a table.
 
-use super::Input;
-use crate::batch::{Chance, Reason, Row, Summary, Verdict};
+use super::fit_document::model_facts;
+use super::provenance::begin;
+use super::{Input, ReportKind, VERSION, finite};
+use crate::batch::{Chance, NotInOrder, Reason, Row, Scattering, Summary};
 use crate::campaign::{Campaign, Decision, Limited};
-use crate::document::number::rounded;
+use crate::document::chart::{Chart, Control, Distribution};
+use crate::document::number::{level, rounded, significant};
 use crate::document::terminal::plain;
+use crate::document::{Cell, Detail, Document, Figure, Rows, Section, Tone};
 use crate::fit;
 use crate::language::{Language, say};
-use crate::report::ReportKind;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -48,7 +51,7 @@ pub struct BatchReport {
     /// Devices that are not accepted or lie outside a limit, the worst first, at most 100: those without an answer, those that a test rejects
     /// (the least probable first), those outside a limit, those that their limits leave undecided.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub not_in_order: Vec<NotInOrderReport>,
+    pub not_in_order: Vec<NotInOrder>,
     /// Devices by what is wrong with them, or suspicious; a device may have several reasons.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub reasons: BTreeMap<Reason, usize>,
@@ -135,30 +138,9 @@ pub struct DistributionReport {
     /// Root mean square of the devices' standard uncertainties.
     pub u: Option<f64>,
     /// Do devices differ more than they are measured? Null without uncertainties.
-    pub scattering: Option<BetweenReport>,
+    pub scattering: Option<Scattering>,
     /// Limits, in `unit`; null for none.
     pub limits: Option<[Option<f64>; 2]>,
-}
-
-/// Between-device scatter against the uncertainty from each device's own readings.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
-pub struct BetweenReport {
-    /// Root mean square of the Type A standard uncertainties.
-    pub u: f64,
-    /// Variance between devices over that of the readings, a pure number.
-    pub f: f64,
-    /// Degrees of freedom of the numerator.
-    pub dof: f64,
-    /// Degrees of freedom of the denominator; null for infinite.
-    pub u_dof: Option<f64>,
-    /// Probability of a larger ratio if all devices were alike.
-    pub p: f64,
-    /// Do devices differ by more than their readings scatter (p below 1 %)?
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub significant: Option<bool>,
-    /// Standard deviation of the devices' true values that explains the excess scatter, in the quantity's unit.
-    pub sd_of_devices: f64,
 }
 
 /// An outlying device.
@@ -173,20 +155,6 @@ pub struct OutlyingReport {
     pub value: f64,
     /// Distance from the median in robust standard deviations, `(x - median) / (1.4826 MAD)`.
     pub z: f64,
-}
-
-/// A device that is not accepted, or outside a limit.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
-pub struct NotInOrderReport {
-    /// The device.
-    pub device: String,
-    /// `rejected`, `malformed`, or `accepted` where only a limit is not kept.
-    pub verdict: Verdict,
-    /// The worst outcome of its limits; null without limits.
-    pub conformity: Option<fit::Conformity>,
-    /// What is wrong, in words; empty where only a limit is not kept.
-    pub why: String,
 }
 
 /// A lot or a date.
@@ -270,7 +238,7 @@ pub fn batch_report(campaign: &Campaign, settings: &fit::Settings, by: &str, sum
             Limited::Derived(own) => n + own == k,
             Limited::ScaleFactor(own) => names.get(k).is_some_and(|(id, _)| errors.get(own) == Some(id)),
         })?;
-        Some([own.lower, own.upper].map(|bound| bound.is_finite().then_some(bound)))
+        Some([own.lower, own.upper].map(finite))
     };
     let quantity = |(k, (id, unit)): (usize, &(String, String))| {
         let own = summary.quantity(k)?;
@@ -287,15 +255,7 @@ pub fn batch_report(campaign: &Campaign, settings: &fit::Settings, by: &str, sum
             q05,
             q95,
             u: own.u,
-            scattering: own.scattering.map(|s| BetweenReport {
-                u: s.u,
-                f: s.f,
-                dof: s.dof,
-                u_dof: s.u_dof.is_finite().then_some(s.u_dof),
-                p: s.p,
-                significant: Some(s.is_significant()),
-                sd_of_devices: s.sd_of_devices,
-            }),
+            scattering: own.scattering,
             limits: limits(k),
         })
     };
@@ -323,11 +283,11 @@ pub fn batch_report(campaign: &Campaign, settings: &fit::Settings, by: &str, sum
     let [accepted, rejected, malformed] = summary.verdicts;
     let [pass, undecided, fail] = summary.conformity;
     BatchReport {
-        tumble: env!("CARGO_PKG_VERSION").into(),
+        tumble: VERSION.into(),
         report: ReportKind::Batch,
         inputs: Vec::new(),
         bench: campaign.bench.id.clone(),
-        model: campaign.bench.sensors.iter().map(|s| (s.id.clone(), s.model.to_string())).collect(),
+        model: super::model_lines(campaign),
         estimator: settings.estimator,
         level: settings.level,
         by: by.into(),
@@ -352,16 +312,7 @@ pub fn batch_report(campaign: &Campaign, settings: &fit::Settings, by: &str, sum
             .into_iter()
             .map(|own| OutlyingReport { device: own.label, id: name(own.quantity), value: own.value, z: own.z })
             .collect(),
-        not_in_order: summary
-            .not_in_order
-            .iter()
-            .map(|own| NotInOrderReport {
-                device: own.label.clone(),
-                verdict: own.verdict,
-                conformity: own.conformity,
-                why: own.why.clone(),
-            })
-            .collect(),
+        not_in_order: summary.not_in_order.clone(),
         reasons: summary.reasons.clone(),
         chance: tests.into_iter().filter_map(chance).collect(),
         lots: controlled(lots.collect()),
@@ -399,4 +350,185 @@ pub fn batch_rows(campaign: &Campaign, by: &str, rows: &[Row], lang: Language) -
         })
         .collect();
     plain(&header, &cells)
+}
+
+/// Quantities whose charts are drawn.
+const DRAWN: usize = 40;
+
+/// The document of many devices. What was fitted has the values that histograms show; `links` leads from a device to a page of its own, where
+/// there is one.
+pub fn batch_document(
+    report: &BatchReport,
+    fitted: Option<(&Campaign, &Summary)>,
+    links: &BTreeMap<String, String>,
+    lang: Language,
+) -> Document {
+    let devices = lang.count(report.devices.all, "device");
+    begin(say!(lang, "grouped-by", what = devices, by = report.by), &report.inputs, lang)
+        .fact(say!(lang, "bench"), format!("`{}`", report.bench))
+        .fact(say!(lang, "estimator"), lang.term(&report.estimator.to_string()))
+        .facts(model_facts(&report.model, lang))
+        .facts(fitted.map(|(campaign, _)| campaign.identity.facts(lang)).unwrap_or_default())
+        .section(answer(report, lang))
+        .section(reasons(report, lang))
+        .section(not_in_order(report, links, lang))
+        .section(distributions(report, fitted, lang))
+        .section(apart(report, links, lang))
+        .section(lots(report, lang))
+}
+
+fn answer(report: &BatchReport, lang: Language) -> Section {
+    let own = &report.devices;
+    let devices = lang.count(own.all, "device");
+    let accepted = match own.rejected + own.malformed {
+        0 => (Tone::Good, say!(lang, "all-are-accepted", devices)),
+        bad => {
+            let [bad, rejected, malformed] = [bad, own.rejected, own.malformed].map(|n| n.to_string());
+            (Tone::Bad, say!(lang, "of-are-not-accepted-rejected-a-rank", bad, devices, rejected, malformed))
+        }
+    };
+    let conformity = report.conformity.as_ref().map(|limits| {
+        let tone = match (limits.fail, limits.undecided) {
+            (0, 0) => Tone::Good,
+            (0, _) => Tone::Caution,
+            _ => Tone::Bad,
+        };
+        let [pass, undecided, fail] = [limits.pass, limits.undecided, limits.fail].map(|n| n.to_string());
+        let decision = limits.decision.to_string();
+        (tone, say!(lang, "conformity-rule-pass-undecided-fail", decision, pass, undecided, fail))
+    });
+    let differs = |q: &&DistributionReport| q.scattering.as_ref().is_some_and(|s| s.significant == Some(true));
+    let names = lang.names(report.quantities.iter().filter(differs).map(|q| q.id.as_str()));
+    Section::new(say!(lang, "result")).verdicts([accepted]).verdicts(conformity).prose(say!(
+        lang,
+        "devices-differ-by-more-than-their-readings",
+        names
+    ))
+}
+
+/// Devices by reason, and what chance alone finds; no section where no device has a reason.
+fn reasons(report: &BatchReport, lang: Language) -> Section {
+    let rows = report.reasons.iter().map(|(reason, devices)| (reason, *devices, report.chance.get(reason)));
+    let table = Rows::of(rows)
+        .left(say!(lang, "reason"), |(reason, ..)| lang.term(reason.name()))
+        .right(say!(lang, "devices"), |(_, devices, _)| devices)
+        .right(say!(lang, "devices-tested"), |(.., chance)| chance.map(|own| own.tested))
+        .decimal(say!(lang, "expected-by-chance"), |(.., chance)| Cell::digits(chance.map(|own| own.expected), 2))
+        .right(say!(lang, "beyond-chance"), |(.., chance)| chance.map(|own| own.beyond))
+        .tone(|(.., chance)| if chance.is_some_and(|own| own.beyond > 0) { Tone::Caution } else { Tone::Plain })
+        .note(say!(lang, "chance-alone-finds", level = level(report.level)));
+    Section::new(say!(lang, "reasons")).table(table)
+}
+
+fn distributions(report: &BatchReport, fitted: Option<(&Campaign, &Summary)>, lang: Language) -> Section {
+    let between = |q: &DistributionReport, of: fn(&Scattering) -> f64| q.scattering.as_ref().map(of);
+    let bound = |bound: Option<f64>| bound.map_or(String::new(), |x| significant(x, 4));
+    let table = Rows::of(&report.quantities)
+        .name(say!(lang, "quantity"), |q| &q.id)
+        .right(say!(lang, "devices"), |q| q.devices)
+        .at(Detail::Roomy)
+        .decimal(say!(lang, "mean"), |q| Cell::Value(q.mean, q.sd))
+        .decimal("sd", |q| Cell::digits(q.sd, 3))
+        .decimal("u", |q| Cell::digits(q.u, 3))
+        .decimal(say!(lang, "sd-of-devices"), |q| Cell::digits(between(q, |s| s.sd_of_devices), 3))
+        .right(say!(lang, "p-if-alike"), |q| Cell::p(between(q, |s| s.p)))
+        .decimal(say!(lang, "min"), |q| Cell::Value(q.least, q.sd))
+        .at(Detail::Full)
+        .decimal(say!(lang, "max"), |q| Cell::Value(q.most, q.sd))
+        .at(Detail::Full)
+        .left(say!(lang, "limits"), |q| q.limits.map(|[a, b]| format!("{}\u{a0}..\u{a0}{}", bound(a), bound(b))))
+        .at(Detail::Roomy)
+        .left(say!(lang, "unit"), |q| &q.unit)
+        .small()
+        .note(say!(lang, "accepted-devices-only-sd-between-devices-u"));
+    let ids = fitted.map(|(campaign, _)| batch_quantities(campaign)).unwrap_or_default();
+    let figure = |q: &DistributionReport| {
+        let (_, summary) = fitted?;
+        let values = summary.values(ids.iter().position(|(id, _)| *id == q.id)?);
+        let limits = q.limits.map(|[low, high]| [low.unwrap_or(f64::NEG_INFINITY), high.unwrap_or(f64::INFINITY)]);
+        let alone = q.scattering.as_ref().map(|s| [q.median, s.u]);
+        let chart = Distribution { label: q.id.clone(), unit: q.unit.clone(), values, limits, alone };
+        let caption = format!("{}{}{}", q.id, lang.colon(), lang.count(q.devices, "device"));
+        Some(Figure::new(caption, Chart::Distribution(chart), false))
+    };
+    let figures: Vec<Figure> = report.quantities.iter().take(DRAWN).filter_map(figure).collect();
+    let how = if figures.is_empty() { "" } else { say!(lang, "each-histogram-shows-the-accepted-devices-the") };
+    Section::new(say!(lang, "distributions")).table(table).full().prose(how).figures(figures)
+}
+
+/// Devices that are not accepted or outside a limit; no section where there is none.
+fn not_in_order(report: &BatchReport, links: &BTreeMap<String, String>, lang: Language) -> Section {
+    let section = Section::new(say!(lang, "devices-that-are-not-in-order"));
+    let listed = report.not_in_order.len();
+    if listed == 0 {
+        return section;
+    }
+    let fails = report.conformity.as_ref().map_or(0, |own| own.fail);
+    let all = (report.devices.rejected + report.devices.malformed).max(fails);
+    let [shown, n] = [listed, all].map(|n| n.to_string());
+    let first = (listed < all).then(|| say!(lang, "the-first-of-are-listed-the-json", listed = shown, n));
+    let mut table = Rows::of(&report.not_in_order)
+        .left(report.by.as_str(), |own| &own.label)
+        .left(say!(lang, "verdict"), |own| lang.term(own.verdict.name()));
+    if report.conformity.is_some() {
+        table = table.left(say!(lang, "limits"), |own| own.conformity.map(|own| lang.term(own.name())));
+    }
+    let table = table.left(say!(lang, "reason"), |own| lang.name(&own.why)).link(|own| links.get(&own.label));
+    section.proses(first).table(table.small())
+}
+
+fn apart(report: &BatchReport, links: &BTreeMap<String, String>, lang: Language) -> Section {
+    let section = Section::new(say!(lang, "devices-that-stand-apart"));
+    if report.outlying.is_empty() {
+        return section.prose(say!(lang, "no-accepted-device-stands-apart-from-the"));
+    }
+    let rows = report.outlying.iter().map(|own| (own, report.quantities.iter().find(|q| q.id == own.id)));
+    let table = Rows::of(rows)
+        .left(report.by.as_str(), |(own, _)| &own.device)
+        .name(say!(lang, "quantity"), |(own, _)| &own.id)
+        .decimal(say!(lang, "value"), |(own, q)| Cell::Value(own.value, q.and_then(|q| q.u)))
+        .decimal("z", |(own, _)| Cell::Decimals(own.z, 1))
+        .left(say!(lang, "unit"), |(_, q)| q.map_or("", |q| q.unit.as_str()))
+        .link(|(own, _)| links.get(&own.device))
+        .note(say!(lang, "z-value-median-mad-beyond-what-a"));
+    section.table(table)
+}
+
+/// Control charts: means of lots against their limits; no section where there are no limits.
+fn lots(report: &BatchReport, lang: Language) -> Section {
+    let section = Section::new(say!(lang, "control-charts"));
+    let (mut figures, mut beyond) = (Vec::new(), Vec::new());
+    let limited = |q: &&DistributionReport| report.lots.iter().any(|lot| lot.control.contains_key(&q.id));
+    for q in report.quantities.iter().filter(limited).take(DRAWN) {
+        let limits = |lot: &'_ LotReport| Some((*lot.mean.get(&q.id)?, *lot.control.get(&q.id)?));
+        let own = || report.lots.iter().filter_map(|lot| Some((lot, limits(lot)?)));
+        beyond.extend(own().filter(|(lot, _)| lot.is_beyond(q)).map(|(lot, (mean, by))| (q, lot, mean, by)));
+        let lots = own().map(|(lot, (mean, by))| (lot.name.clone(), mean, by)).collect();
+        let caption = say!(lang, "grouped-by", what = q.id, by = say!(lang, "lot"));
+        let control = Control { label: q.id.clone(), unit: q.unit.clone(), lots, mean: q.mean };
+        figures.push(Figure::new(caption, Chart::Control(control), false));
+    }
+    if figures.is_empty() {
+        return section;
+    }
+    let (tone, lots) = match beyond.len() {
+        0 => (Tone::Good, say!(lang, "none").to_string()),
+        n => (Tone::Caution, n.to_string()),
+    };
+    let table = Rows::of(beyond)
+        .name(say!(lang, "quantity"), |(q, ..)| &q.id)
+        .left(say!(lang, "lot"), |(_, lot, ..)| &lot.name)
+        .right(say!(lang, "devices"), |(q, lot, ..)| lot.devices.get(&q.id).copied().unwrap_or_default())
+        .decimal(say!(lang, "mean"), |(.., mean, by)| Cell::Value(mean, Some(by)))
+        .left(say!(lang, "control-limits"), |(q, .., by)| {
+            let [low, high] = [q.mean - by, q.mean + by].map(|limit| rounded(limit, Some(by)));
+            format!("{low} .. {high}")
+        })
+        .left(say!(lang, "unit"), |(q, ..)| &q.unit);
+    section
+        .verdict(tone, say!(lang, "lots-beyond-their-control-limits", lots))
+        .table(table)
+        .full()
+        .prose(say!(lang, "points-are-means-of-lots-the-line"))
+        .figures(figures)
 }

@@ -1,10 +1,14 @@
-//! Two calibrations of one unit side by side, and the history of many (`tumble compare A B`).
+//! Two calibrations of one unit side by side, and the history of many (`tumble compare A B`): their reports and documents.
 
-use super::{ARCSEC, FitReport, VERSION};
+use super::fit::Shown;
+use super::provenance::begin;
+use super::{BudgetReport, FitReport, ReportKind, VERSION};
 use crate::compare::calibrations::{Change, Changes, Determination, InputShare, Quantity, Together, Trend};
+use crate::document::chart::{Chart, History, Interval};
+use crate::document::number::{dof, level, significant};
+use crate::document::{Cell, Detail, Document, Figure, Rows, Section, Tone};
 use crate::language::{Language, say};
 use crate::number;
-use crate::report::ReportKind;
 use nalgebra::DMatrix;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -52,7 +56,7 @@ pub struct CalibratedReport {
 
 /// A calibration's results, ready to be compared: angles in arcsec.
 pub fn determination(name: &str, report: &FitReport, day: Option<f64>) -> Determination {
-    let known = |source: &super::BudgetReport, scale: f64| {
+    let known = |source: &BudgetReport, scale: f64| {
         Some(InputShare {
             id: source.source.clone(),
             estimate: source.estimate?,
@@ -60,42 +64,34 @@ pub fn determination(name: &str, report: &FitReport, day: Option<f64>) -> Determ
             c: source.c? * scale,
         })
     };
-    let (mut quantities, mut scales, mut places) = (Vec::new(), Vec::new(), Vec::new());
-    for p in &report.parameters {
-        let Some(value) = p.value else { continue };
-        let (scale, unit) = if p.arcsec.is_some() { (ARCSEC, "arcsec") } else { (1.0, p.unit.as_str()) };
-        quantities.push(Quantity {
-            id: p.id.clone(),
-            unit: unit.into(),
-            value: value * scale,
-            u: p.u.map(|u| u * scale),
-            dof: p.dof.unwrap_or(f64::INFINITY),
-            inputs: p.budget.iter().filter_map(|source| known(source, scale)).collect(),
-        });
-        scales.push(scale);
-        places.push(report.covariance.order.iter().position(|id| *id == p.id));
-    }
-    for d in &report.derived {
-        let Some(value) = d.value else { continue };
-        let (scale, unit) = if d.arcsec.is_some() { (ARCSEC, "arcsec") } else { (1.0, d.unit.as_str()) };
-        quantities.push(Quantity {
-            id: d.id.clone(),
-            unit: unit.into(),
-            value: value * scale,
-            u: d.u.map(|u| u * scale),
-            dof: d.dof.unwrap_or(f64::INFINITY),
-            inputs: d.budget.iter().filter_map(|source| known(source, scale)).collect(),
-        });
-        scales.push(scale);
-        places.push(None);
-    }
-    let element = |i: usize, j: usize| {
-        let (row, column) = (*places.get(i)?, *places.get(j)?);
-        let value = (*report.covariance.matrix.get(row?)?.get(column?)?)?;
-        Some(value * scales.get(i)? * scales.get(j)?)
+    let quantity = |own: &Shown<'_>| {
+        Some(Quantity {
+            id: own.id.into(),
+            unit: own.unit.into(),
+            value: own.value?,
+            u: own.u,
+            dof: own.dof.unwrap_or(f64::INFINITY),
+            inputs: own.budget.iter().filter_map(|source| known(source, own.scale)).collect(),
+        })
     };
-    let n = quantities.len();
+    let all: Vec<(usize, Shown<'_>)> = report.quantities().enumerate().filter(|(_, own)| own.value.is_some()).collect();
+    // derived quantities come after the parameters, and have no covariance
+    let places: Vec<(Option<usize>, f64)> = all
+        .iter()
+        .map(|(k, own)| {
+            let parameter = report.parameters.get(*k);
+            let place = parameter.and_then(|p| report.covariance.order.iter().position(|id| *id == p.id));
+            (place, own.scale)
+        })
+        .collect();
+    let element = |i: usize, j: usize| {
+        let ((row, a), (column, b)) = (places.get(i)?, places.get(j)?);
+        let value = (*report.covariance.matrix.get((*row)?)?.get((*column)?)?)?;
+        Some(value * a * b)
+    };
+    let n = all.len();
     let covariance = DMatrix::from_fn(n, n, |i, j| element(i, j).unwrap_or(f64::NAN));
+    let quantities = all.iter().filter_map(|(_, own)| quantity(own)).collect();
     Determination { name: name.into(), day, quantities, covariance, correlations: report.correlations.clone() }
 }
 
@@ -123,7 +119,7 @@ impl ChangesReport {
 }
 
 /// What the reports say of themselves that two calibrations of one unit, one after the other, would not.
-pub(super) fn doubts(report: &ChangesReport, lang: Language) -> Vec<String> {
+fn doubts(report: &ChangesReport, lang: Language) -> Vec<String> {
     let (before, after) = (&report.before, &report.after);
     let mut found = Vec::new();
     if let (Some(first), Some(second)) = (&before.serial, &after.serial)
@@ -229,4 +225,118 @@ pub fn date_of(day: f64) -> String {
     let day = of_year - (153 * month + 2) / 5 + 1;
     let (month, next) = if month < 10 { (month + 3, 0) } else { (month - 9, 1) };
     format!("{:04}-{month:02}-{day:02}", year_of_era + 400 * era + next)
+}
+
+/// The document of two calibrations.
+pub fn changes_document(report: &ChangesReport, lang: Language) -> Document {
+    let changed = report.changes.iter().filter(|c| c.significant == Some(true)).map(|c| c.id.as_str());
+    let changed: Vec<&str> = changed.collect();
+    let single = match changed.as_slice() {
+        [] if report.is_changed() => None,
+        ids => {
+            let tone = if ids.is_empty() { Tone::Good } else { Tone::Bad };
+            Some((tone, say!(lang, "changed-by-more-than-the-uncertainties-allow", ids = lang.names(ids))))
+        }
+    };
+    let together = report.together.map(|together| {
+        let tone = if together.significant { Tone::Bad } else { Tone::Plain };
+        (tone, all_together(&together, lang))
+    });
+    let table = Rows::of(&report.changes)
+        .name(say!(lang, "quantity"), |c| &c.id)
+        .decimal(say!(lang, "before"), |c| Cell::Value(c.before, c.u_before))
+        .decimal(say!(lang, "after"), |c| Cell::Value(c.after, c.u_after))
+        .decimal(say!(lang, "difference"), |c| Cell::Value(c.difference, c.expanded.or(c.u)))
+        .decimal(format!("U ({})", level(report.level)), |c| Cell::value(c.expanded, c.expanded))
+        .decimal("E_n", |c| Cell::decimals(c.e_n, 2))
+        .decimal(say!(lang, "per-day"), |c| Cell::digits(c.per_day, 3))
+        .at(Detail::Roomy)
+        .left(say!(lang, "unit"), |c| &c.unit)
+        .tone(|c| if c.significant == Some(true) { Tone::Bad } else { Tone::Plain })
+        .note(say!(lang, "u-expanded-uncertainty-of-the-difference-e-2"));
+    let bar = |c: &Change| Some(Interval { label: c.id.clone(), value: c.e_n?, expanded: 1.0, at_bound: None });
+    let bars = Chart::Values(report.changes.iter().filter_map(bar).collect(), "E_n".into());
+    let caption = say!(lang, "differences-of-the-two-calibrations-over-their");
+    let combined = Rows::of(&report.changes)
+        .name(say!(lang, "quantity"), |c| &c.id)
+        .decimal(say!(lang, "combined"), |c| Cell::value(c.combined, c.u_combined))
+        .decimal("u", |c| Cell::value(c.u_combined, c.u_combined))
+        .decimal(say!(lang, "birge-ratio"), |c| Cell::decimals(c.birge, 2))
+        .left(say!(lang, "unit"), |c| &c.unit);
+    let only = [(&report.only_before, say!(lang, "before")), (&report.only_after, say!(lang, "after"))];
+    let only = only.into_iter().filter(|(ids, _)| !ids.is_empty());
+    let answer = Section::new(say!(lang, "result"))
+        .verdicts(single)
+        .verdicts(together)
+        .verdicts(doubts(report, lang).into_iter().map(|doubt| (Tone::Caution, lang.sentence(&doubt))))
+        .prose(say!(lang, "shared-by-both-calibrations-and-therefore-not", shared = lang.names(&report.shared)))
+        .table(table)
+        .list(only.map(|(ids, which)| say!(lang, "changes-only", which, ids = ids.join(lang.comma()))))
+        .figures([Figure::new(caption, bars, false)]);
+    let mean = Section::new(lang.title(say!(lang, "combined")));
+    begin(say!(lang, "two-calibrations-of-one-unit"), &[], lang)
+        .fact(lang.title(say!(lang, "before")), who(&report.before, lang))
+        .fact(lang.title(say!(lang, "after")), who(&report.after, lang))
+        .section(answer)
+        .section(mean.table(combined).prose(say!(lang, "the-weighted-mean-of-both-its-u")))
+}
+
+/// The test of all parameters together.
+fn all_together(t: &Together, lang: Language) -> String {
+    let test = match t.scatter_dof {
+        Some(scatter) => {
+            let f = significant(t.statistic / t.dof as f64, 3);
+            say!(lang, "f-test", f, between_dof = t.dof, pure_error_dof = dof(scatter))
+        }
+        None => say!(lang, "chi-square-with-degrees-of-freedom", statistic = significant(t.statistic, 4), dof = t.dof),
+    };
+    say!(lang, "all-parameters-together-p", test, p = significant(t.p, 2), changed = t.significant)
+}
+
+fn who(c: &CalibratedReport, lang: Language) -> String {
+    let serial = c.serial.as_ref().map(|serial| format!("{} {serial}", say!(lang, "serial")));
+    [serial, c.date.clone(), Some(c.file.clone())].into_iter().flatten().collect::<Vec<_>>().join(lang.clause())
+}
+
+/// The document of many calibrations.
+pub fn history_document(report: &HistoryReport, lang: Language) -> Document {
+    const YEAR: f64 = 365.2425;
+    let calibrations = &report.calibrations;
+    let drifts = report.trends.iter().filter(|t| t.significant == Some(true)).map(|t| t.id.as_str());
+    let drifts: Vec<&str> = drifts.collect();
+    let tone = if drifts.is_empty() { Tone::Good } else { Tone::Caution };
+    let drifts = say!(lang, "drift-beyond-the-scatter-of-the-calibrations", drifts = lang.names(drifts));
+    // a line says where a quantity goes; whether it conforms, each calibration says
+    let left = report.trends.iter().filter_map(|t| {
+        let (id, day) = (&t.id, date_of(t.leaves?));
+        Some((Tone::Caution, say!(lang, "leaves-its-limits", past = t.has_left(), id, day)))
+    });
+    let u = |t: &TrendReport| t.u_per_day.map(|u| u * YEAR);
+    let table = Rows::of(&report.trends)
+        .name(say!(lang, "quantity"), |t| &t.id)
+        .right("n", |t| t.points.len())
+        .decimal(say!(lang, "last"), |t| t.points.last().map(|(_, v, u)| Cell::Value(*v, *u)))
+        .decimal(say!(lang, "per-year"), |t| Cell::value(t.per_day.map(|d| d * YEAR), u(t)))
+        .decimal("u", |t| Cell::value(u(t), u(t)))
+        .decimal(say!(lang, "birge-ratio"), |t| Cell::decimals(t.birge, 2))
+        .left(say!(lang, "unit"), |t| &t.unit);
+    let figure = |t: &TrendReport| {
+        let calendar = |day: f64| 1970.0 + day / YEAR;
+        let slope = t.per_day.filter(|_| t.significant == Some(true));
+        let trend = slope.zip(t.points.first()).zip(t.points.last()).map(|((slope, first), last)| {
+            let mean =
+                |of: fn(&(f64, f64, Option<f64>)) -> f64| t.points.iter().map(of).sum::<f64>() / t.points.len() as f64;
+            let (middle, mean) = (mean(|p| p.0), mean(|p| p.1));
+            [first.0, last.0].map(|day| (calendar(day), mean + slope * (day - middle)))
+        });
+        let points = t.points.iter().map(|(day, v, u)| (calendar(*day), *v, 2.0 * u.unwrap_or(0.0))).collect();
+        let caption = format!("{}{}{}", t.id, lang.colon(), say!(lang, "over-time"));
+        let history = History { label: t.id.clone(), unit: t.unit.clone(), points, trend, limits: t.limits };
+        Figure::new(caption, Chart::History(history), false)
+    };
+    let figures = Section::new(lang.title(say!(lang, "over-time"))).full().prose(say!(lang, "bars-limits-and-trend"));
+    begin(say!(lang, "history-of-calibrations", calibrations = calibrations.len()), &[], lang)
+        .facts(calibrations.iter().map(|c| (c.date.clone().unwrap_or_default(), who(c, lang))))
+        .section(Section::new(say!(lang, "result")).verdict(tone, drifts).verdicts(left).table(table))
+        .section(figures.figures(report.trends.iter().map(figure)))
 }

@@ -1,10 +1,13 @@
-//! The comparison report (`tumble compare --json`): angles in arcseconds.
+//! The comparison with published closed forms: its report (`tumble compare --json`; angles in arcseconds), its document, and its section in the document
+//! of a fit.
 
-use super::{ARCSEC, Input, VERSION};
+use super::provenance::begin;
+use super::{ARCSEC, Input, ReportKind, VERSION};
 use crate::campaign::{Identity, Kind};
 use crate::compare::{Comparison, GroupComparison, value_of};
+use crate::document::number::significant;
+use crate::document::{Cell, Document, Rows, Section, Tone};
 use crate::language::{Language, Sentence, say};
-use crate::report::ReportKind;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -198,4 +201,67 @@ fn scale(comparison: &Comparison, id: &str) -> (f64, String) {
     let angle = parameter.is_some_and(|p| p.kind == Kind::Tilt)
         || comparison.all.derived.iter().any(|d| d.id == id && d.is_angle);
     if angle { (ARCSEC, "arcsec".into()) } else { (1.0, parameter.map(|p| p.unit.clone()).unwrap_or_default()) }
+}
+
+/// The document of a comparison.
+pub fn compare_document(report: &CompareReport, inputs: &[Input], lang: Language) -> Document {
+    let misprints = Rows::of(&report.misprints)
+        .left(say!(lang, "quantity"), |m| m.what.say(lang))
+        .decimal(say!(lang, "printed"), |m| Cell::digits(m.printed, 4))
+        .decimal(say!(lang, "computed"), |m| Cell::digits(m.computed, 4))
+        .left(say!(lang, "probable-cause"), |m| m.explanation.say(lang));
+    begin(say!(lang, "comparison-with-the-published-closed-forms"), inputs, lang)
+        .fact(say!(lang, "bench"), format!("`{}`", report.bench))
+        .fact(lang.title(say!(lang, "source")), lang.name(&report.source))
+        .section(section(report, lang))
+        .section(Section::new(say!(lang, "group-by-group")).table(groups(report, lang)))
+        .section(Section::new(say!(lang, "misprints-found")).table(misprints))
+}
+
+/// All readings: the mean of the closed forms beside one least-squares fit.
+pub(super) fn section(report: &CompareReport, lang: Language) -> Section {
+    let ignored = report.groups.iter().flat_map(|g| &g.quantities).any(|q| q.without_earth_rate.is_some());
+    let verdict = report.largest_relative_difference.map(|difference| {
+        let (square, difference) = (report.is_square_case(), significant(difference, 2));
+        let tone = if square { Tone::Good } else { Tone::Caution };
+        match ignored {
+            true => (tone, say!(lang, "group-by-group-without-earth-rate", square, difference)),
+            false => (Tone::Plain, lang.sentence(&say!(lang, "closed-form-and-least-squares-differ-by", difference))),
+        }
+    });
+    let closed = format!("{} {}", say!(lang, "closed-form"), lang.in_parentheses(say!(lang, "mean")));
+    let mut table = Rows::of(&report.all.quantities)
+        .name(report.quantity(lang), |q| &q.id)
+        .decimal(closed, |q| number(q.closed_form, q, 3))
+        .decimal(say!(lang, "least-squares"), |q| number(q.least_squares, q, 3));
+    if report.printed.is_some() {
+        table = table.decimal(say!(lang, "printed"), |q| number(q.printed, q, 1));
+    }
+    Section::new(say!(lang, "comparison-with-the-published-closed-forms"))
+        .verdicts(verdict)
+        .table(table.left(say!(lang, "unit"), |q| &q.unit))
+        .full()
+        .prose(lang.sentence(&lang.name(&report.source)))
+}
+
+/// Angles with so many decimals, coefficients with digits enough for any unit.
+fn number(value: Option<f64>, of: &QuantityReport, decimals: usize) -> Cell {
+    if of.is_angle() { Cell::decimals(value, decimals) } else { Cell::digits(value, 7) }
+}
+
+fn groups(report: &CompareReport, lang: Language) -> Rows<(bool, Option<f64>, &QuantityReport)> {
+    let rows = report.groups.iter().flat_map(|group| {
+        let quantities = group.quantities.iter().enumerate();
+        quantities.map(|(k, q)| (k == 0, group.group, q))
+    });
+    let group = |own: Option<f64>| own.map_or_else(|| say!(lang, "all").into(), |own| own.to_string());
+    Rows::of(rows)
+        .left(lang.name(&report.group_title), |(first, own, _)| if first { group(own) } else { String::new() })
+        .name(report.quantity(lang), |(.., q)| &q.id)
+        .decimal(say!(lang, "closed-form"), |(.., q)| number(q.closed_form, q, 3))
+        .decimal(say!(lang, "least-squares-no-earth-rate"), |(.., q)| number(q.without_earth_rate, q, 3))
+        .decimal(say!(lang, "least-squares"), |(.., q)| number(q.least_squares, q, 3))
+        .decimal(say!(lang, "printed"), |(.., q)| number(q.printed, q, 1))
+        .left(say!(lang, "unit"), |(.., q)| &q.unit)
+        .rule(|(first, ..)| first)
 }

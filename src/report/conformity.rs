@@ -3,7 +3,7 @@
 use super::ARCSEC;
 use crate::campaign::Decision;
 use crate::document::number::level_in_percent;
-use crate::document::{Align, Cell, Section, Table, Tone};
+use crate::document::{Cell, Rows, Section, Tone};
 use crate::fit::{Conformity, Fit};
 use crate::language::{Language, Sentence, say, sentence};
 use schemars::JsonSchema;
@@ -101,37 +101,22 @@ pub(super) fn verdict(conformity: &ConformityReport, lang: Language) -> (Tone, S
 
 /// Conformity with the limits of the campaign; an empty section where it has none.
 pub(super) fn section(report: Option<&ConformityReport>, lang: Language) -> Section {
-    let section = Section::new(say!(lang, "conformity"));
-    let Some(conformity) = report else { return section };
-    let mut table = Table::new(&[
-        (say!(lang, "quantity"), Align::Left),
-        (say!(lang, "lower-limit"), Align::Decimal),
-        (say!(lang, "value"), Align::Decimal),
-        (say!(lang, "upper-limit"), Align::Decimal),
-        ("U", Align::Decimal),
-        (say!(lang, "unit"), Align::Left),
-        (say!(lang, "probability"), Align::Right),
-        (say!(lang, "verdict"), Align::Left),
-    ]);
-    for q in &conformity.quantities {
-        table.row(vec![
-            Cell::name(&q.id),
-            Cell::digits(q.lower, 6),
-            Cell::value(q.value, q.expanded),
-            Cell::digits(q.upper, 6),
-            Cell::value(q.expanded, q.expanded),
-            q.unit.as_str().into(),
-            q.probability.map_or_else(Cell::absent, |p| percent(p).into()),
-            lang.term(&q.outcome.to_string()).into(),
-        ]);
-        table.tone(match q.outcome {
+    let table = Rows::of(report.iter().flat_map(|own| &own.quantities))
+        .name(say!(lang, "quantity"), |q| &q.id)
+        .decimal(say!(lang, "lower-limit"), |q| Cell::digits(q.lower, 6))
+        .decimal(say!(lang, "value"), |q| Cell::value(q.value, q.expanded))
+        .decimal(say!(lang, "upper-limit"), |q| Cell::digits(q.upper, 6))
+        .decimal("U", |q| Cell::value(q.expanded, q.expanded))
+        .left(say!(lang, "unit"), |q| &q.unit)
+        .right(say!(lang, "probability"), |q| q.probability.map(percent))
+        .left(say!(lang, "verdict"), |q| lang.term(q.outcome.name()))
+        .tone(|q| match q.outcome {
             Conformity::Pass => Tone::Plain,
             Conformity::Undecided => Tone::Caution,
             Conformity::Fail => Tone::Bad,
-        });
-    }
-    table.note = say!(lang, "probability-that-the-quantity-is-inside-its").into();
-    section.table(table)
+        })
+        .note(say!(lang, "probability-that-the-quantity-is-inside-its"));
+    Section::new(say!(lang, "conformity")).table(table)
 }
 
 /// A probability in percent; neither 0 nor 1 where it is only near.

@@ -1,6 +1,6 @@
 //! The correction for a person: the first order as lines of algebra, where it holds, and what must be given.
 
-use crate::document::number::significant;
+use crate::document::number::{at_most, significant};
 use crate::language::{Language, say};
 use crate::wire::{CorrectionFile, InputFile};
 
@@ -8,7 +8,7 @@ use crate::wire::{CorrectionFile, InputFile};
 const DIGITS: i32 = 9;
 
 /// The first-order correction, one line for each input: `w_x = 0.4998*(gx - 0.125) + 0.0021*(gy - 0.5)`.
-pub fn correction_lines(correction: &CorrectionFile) -> Vec<String> {
+pub(super) fn correction_lines(correction: &CorrectionFile) -> Vec<String> {
     let solved = correction.inputs.iter().filter(|input| input.solved);
     solved
         .zip(&correction.matrix)
@@ -44,15 +44,11 @@ fn difference(sensor: &str, bias: f64) -> String {
 }
 
 fn number(value: f64) -> String {
-    let text = significant(value, DIGITS);
-    if text.contains('.') && !text.contains('e') {
-        return text.trim_end_matches('0').trim_end_matches('.').to_string();
-    }
-    text
+    at_most(value, DIGITS)
 }
 
 /// Where the first order holds, in one sentence for each kind of answer.
-pub fn validity_sentence(correction: &CorrectionFile, lang: Language) -> String {
+pub(super) fn validity_sentence(correction: &CorrectionFile, lang: Language) -> String {
     let validity = &correction.validity;
     let solved: Vec<&InputFile> = correction.inputs.iter().filter(|input| input.solved).collect();
     let within: Vec<String> = solved
@@ -89,7 +85,7 @@ pub fn validity_sentence(correction: &CorrectionFile, lang: Language) -> String 
 }
 
 /// What must be given with the readings, and the value that is used if it is not.
-pub fn given_sentence(correction: &CorrectionFile, lang: Language) -> Option<String> {
+pub(super) fn given_sentence(correction: &CorrectionFile, lang: Language) -> Option<String> {
     let given: Vec<String> = correction
         .inputs
         .iter()

@@ -1,8 +1,10 @@
-//! The effects of the catalogue on a schedule, as a report has them.
+//! The effects of the catalogue on a schedule, as a report and its document have them.
 
 use super::ARCSEC;
 use crate::campaign::Campaign;
-use crate::diagnosis::{Fate, Foresight, Prospect, is_angle};
+use crate::diagnosis::{Fate, Foresight, Near, Prospect, Rule, is_angle};
+use crate::document::number::significant;
+use crate::document::{Cell, Detail, Rows, Section};
 use crate::language::{Language, say};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -13,29 +15,13 @@ use std::collections::BTreeMap;
 #[non_exhaustive]
 pub struct ForesightReport {
     /// The rule behind every smallest size.
-    pub rule: RuleReport,
+    pub rule: Rule,
     /// Every effect of the catalogue that this bench and these columns allow.
     pub effects: Vec<ProspectReport>,
     /// Effects that this schedule cannot distinguish, the most plausible first; most groups have one member.
     pub groups: Vec<AlikeReport>,
     /// Families of effects that were passed over, with the columns that the schedule lacks for them.
     pub passed_over: Vec<PassedOverReport>,
-}
-
-/// The rule behind every smallest size: `minimal = noncentrality u`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
-pub struct RuleReport {
-    /// Probability of naming anything when nothing is missing, over all tests.
-    pub significance: f64,
-    /// Probability of seeing an effect of the smallest size.
-    pub power: f64,
-    /// Distinct directions: tests that are made.
-    pub tests: usize,
-    /// `z(1 - a/2) + z(power)` with `a` the level of one test (Sidak), a pure number; the noise is known.
-    pub noncentrality: f64,
-    /// The same if the noise is known from the residuals only; null with too few degrees of freedom.
-    pub with_residuals: Option<f64>,
 }
 
 /// One effect on a schedule.
@@ -121,7 +107,7 @@ pub struct PassedOverReport {
 }
 
 /// The report of a foresight.
-pub fn foresight_report(campaign: &Campaign, foresight: &Foresight) -> ForesightReport {
+pub(super) fn foresight_report(campaign: &Campaign, foresight: &Foresight) -> ForesightReport {
     let id = |k: &usize| campaign.parameter_id(*k).to_string();
     // groups and aliases hold places of prospects
     let label = |j: &usize| foresight.prospects.get(*j).map(|p| labelled(campaign, p)).unwrap_or_default();
@@ -143,14 +129,14 @@ pub fn foresight_report(campaign: &Campaign, foresight: &Foresight) -> Foresight
         hides_in: p.hides_in.iter().map(id).collect(),
         group: p.group,
     };
+    let near = |own: &Near| NearReport {
+        regressor: first(own.group),
+        group: own.group,
+        cosine: own.cosine,
+        apart_from: own.apart_from,
+    };
     ForesightReport {
-        rule: RuleReport {
-            significance: foresight.rule.significance,
-            power: foresight.rule.power,
-            tests: foresight.rule.tests,
-            noncentrality: foresight.rule.noncentrality,
-            with_residuals: foresight.rule.with_residuals,
-        },
+        rule: foresight.rule,
         effects: foresight.prospects.iter().map(effect).collect(),
         groups: foresight
             .groups
@@ -159,16 +145,7 @@ pub fn foresight_report(campaign: &Campaign, foresight: &Foresight) -> Foresight
                 members: group.members.iter().map(label).collect(),
                 // a group has a member at least: it is made round one
                 first: group.members.first().copied().unwrap_or_default(),
-                near: group
-                    .near
-                    .iter()
-                    .map(|n| NearReport {
-                        regressor: first(n.group),
-                        group: n.group,
-                        cosine: n.cosine,
-                        apart_from: n.apart_from,
-                    })
-                    .collect(),
+                near: group.near.iter().map(near).collect(),
             })
             .collect(),
         passed_over: foresight
@@ -188,27 +165,6 @@ fn labelled(campaign: &Campaign, prospect: &Prospect) -> String {
     }
 }
 
-/// One line of the table of groups: what a terminal and a page show.
-#[derive(Debug, Clone)]
-#[cfg_attr(not(feature = "html"), allow(dead_code))] // the page shows all of it
-pub(super) struct GroupLine {
-    /// First member and its name.
-    pub effect: String,
-    pub name: String,
-    /// Smallest size and its unit; arcsec for angles.
-    pub minimal: f64,
-    pub unit: String,
-    /// Largest change of a value, in its u.
-    pub at_a_reading: f64,
-    /// `0.3 u of V0`.
-    pub moves: String,
-    /// Other members, then near groups with their cosines.
-    pub alike: Vec<String>,
-    pub near: Vec<String>,
-    /// The nearest group, in few words.
-    pub nearest: Option<String>,
-}
-
 /// A regressor with its sensor, as reports have it (`a_S of gyro`), in a language.
 fn label(text: &str, lang: Language) -> String {
     match text.split_once(" of ") {
@@ -217,56 +173,8 @@ fn label(text: &str, lang: Language) -> String {
     }
 }
 
-/// Groups as lines, in their order.
-pub(super) fn group_lines(report: &ForesightReport, lang: Language) -> Vec<GroupLine> {
-    let mut lines = Vec::with_capacity(report.groups.len());
-    for group in &report.groups {
-        let (Some(label), Some(own)) = (group.members.first(), report.effects.get(group.first)) else { continue };
-        let (minimal, unit) = match own.minimal_arcsec {
-            Some(arcsec) => (arcsec, "arcsec".to_string()),
-            // an effect of a group is detectable, and then has both
-            None => (own.minimal.unwrap_or(f64::NAN), own.unit.clone()),
-        };
-        let scale = if own.minimal_arcsec.is_some() { ARCSEC } else { 1.0 };
-        lines.push(GroupLine {
-            effect: self::label(label, lang),
-            name: lang.name(&own.name).into_owned(),
-            minimal,
-            unit,
-            at_a_reading: own.at_a_reading_in_u.unwrap_or(f64::NAN),
-            moves: own.moves.as_ref().map_or(String::new(), |m| {
-                format!("{} {} u", m.parameter, crate::document::number::significant(m.in_u, 2))
-            }),
-            alike: group.members.iter().skip(1).map(|member| self::label(member, lang)).collect(),
-            nearest: group.near.first().map(|n| {
-                say!(
-                    lang,
-                    "foresight-nearly",
-                    regressor = self::label(&n.regressor, lang),
-                    cosine = format!("{:+.2}", n.cosine)
-                )
-            }),
-            near: group
-                .near
-                .iter()
-                .map(|n| {
-                    let apart = crate::document::number::significant(n.apart_from * scale, 2);
-                    say!(
-                        lang,
-                        "apart-from",
-                        regressor = self::label(&n.regressor, lang),
-                        cosine = format!("{:+.3}", n.cosine),
-                        apart
-                    )
-                })
-                .collect(),
-        });
-    }
-    lines
-}
-
 /// Absorbed effects by the parameters that hide them: `dtheta_y0 and V0` with the regressors.
-pub(super) fn hidden(report: &ForesightReport, lang: Language) -> Vec<(String, Vec<String>)> {
+fn hidden(report: &ForesightReport, lang: Language) -> Vec<(String, Vec<String>)> {
     let mut places: Vec<(String, Vec<String>)> = Vec::new();
     for effect in report.effects.iter().filter(|e| e.fate == Fate::Absorbed) {
         let place = effect.hides_in.join(", ");
@@ -284,21 +192,13 @@ pub(super) fn hidden(report: &ForesightReport, lang: Language) -> Vec<(String, V
     places
 }
 
-/// Regressors that are zero at every position.
-pub(super) fn not_exercised(report: &ForesightReport) -> Vec<String> {
-    let mut list: Vec<String> =
-        report.effects.iter().filter(|e| e.fate == Fate::NotExercised).map(|e| e.regressor.clone()).collect();
-    list.dedup();
-    list
-}
-
 /// What the rule says, in one sentence.
-pub(super) fn rule_text(report: &ForesightReport, lang: Language) -> String {
+fn rule_text(report: &ForesightReport, lang: Language) -> String {
     let rule = &report.rule;
     if report.groups.is_empty() {
         return say!(lang, "none-would-show-the-estimated-parameters-take").into();
     }
-    let number = |v: f64| crate::document::number::significant(v, 3);
+    let number = |v: f64| significant(v, 3);
     let with_residuals = rule.with_residuals.map_or(say!(lang, "none").into(), |size| format!("{} u", number(size)));
     say!(
         lang,
@@ -310,11 +210,83 @@ pub(super) fn rule_text(report: &ForesightReport, lang: Language) -> String {
     )
 }
 
-/// Columns that are lacking, with how many families need each.
-pub(super) fn lacking(report: &ForesightReport) -> Vec<(String, usize)> {
-    let mut columns: BTreeMap<String, usize> = BTreeMap::new();
+/// Groups of effects, and combinations that absorb some, that a terminal lists.
+const LISTED: usize = 12;
+
+/// What a diagnosis could find.
+pub(super) fn section(report: &ForesightReport, lang: Language) -> Section {
+    let code =
+        |names: &mut dyn Iterator<Item = String>| -> Vec<String> { names.map(|name| format!("`{name}`")).collect() };
+    let scale = |own: &ProspectReport| if own.minimal_arcsec.is_some() { ARCSEC } else { 1.0 };
+    // an effect of a group is detectable, and then has its smallest size
+    let number = |own: Option<f64>| own.unwrap_or(f64::NAN);
+    let near = |own: &NearReport, scale: f64| {
+        let (regressor, cosine) = (label(&own.regressor, lang), format!("{:+.3}", own.cosine));
+        say!(lang, "apart-from", regressor, cosine, apart = significant(own.apart_from * scale, 2))
+    };
+    let nearly = |own: &NearReport| {
+        let (regressor, cosine) = (label(&own.regressor, lang), format!("{:+.2}", own.cosine));
+        say!(lang, "foresight-nearly", regressor, cosine)
+    };
+    let alike = |group: &AlikeReport| {
+        let others = code(&mut group.members.iter().skip(1).map(|member| label(member, lang)));
+        match group.near.first() {
+            Some(nearest) if others.is_empty() => nearly(nearest),
+            _ => lang.first_of(&others, 4, lang.comma()),
+        }
+    };
+    let rows = report
+        .groups
+        .iter()
+        .filter_map(|group| Some((group, group.members.first()?, report.effects.get(group.first)?)));
+    let table = Rows::of(rows)
+        .name(lang.title(say!(lang, "effect")), |(_, first, _)| label(first, lang))
+        .left(say!(lang, "meaning"), |(.., own)| lang.name(&own.name))
+        .at(Detail::Full)
+        .decimal(say!(lang, "shows-from"), |(.., own)| Cell::Digits(number(own.minimal_arcsec.or(own.minimal)), 3))
+        .left(say!(lang, "unit"), |(.., own)| if own.minimal_arcsec.is_some() { "arcsec" } else { &own.unit })
+        .decimal(say!(lang, "then-at-a-reading-in-its-u"), |(.., own)| Cell::Digits(number(own.at_a_reading_in_u), 2))
+        .left(say!(lang, "and-shifts"), |(.., own)| {
+            let moves = own.moves.as_ref().map(|m| format!("{} {} u", m.parameter, significant(m.in_u, 2)));
+            moves.unwrap_or_default()
+        })
+        .left(say!(lang, "cannot-be-distinguished-from"), |(group, ..)| alike(group))
+        .left(say!(lang, "nearly-alike"), |(group, _, own)| {
+            let near: Vec<String> = group.near.iter().map(|n| near(n, scale(own))).collect();
+            lang.first_of(&near, 4, lang.comma())
+        })
+        .at(Detail::Full)
+        .small()
+        .most(LISTED)
+        .caption(say!(lang, "effects-that-would-show"))
+        .note(say!(lang, "nearly-alike-cosine-beside-the-model-and"));
+    let places = hidden(report, lang);
+    let never = Rows::of(&places)
+        .left(say!(lang, "effect"), |(_, list)| code(&mut list.iter().cloned()).join(", "))
+        .left(say!(lang, "taken-up-by"), |(place, _)| place)
+        .small()
+        .most(LISTED)
+        .caption(say!(lang, "effects-that-never-show-estimated-parameters-take"));
+    let zero = report.effects.iter().filter(|e| e.fate == Fate::NotExercised).map(|e| e.regressor.clone());
+    let mut zero: Vec<String> = zero.collect();
+    zero.dedup();
+    let zero = code(&mut zero.into_iter()).join(", ");
+    let mut notes = Vec::new();
+    notes.extend((!zero.is_empty()).then(|| say!(lang, "zero-at-every-position", effects = zero)));
+    let mut columns: BTreeMap<&str, usize> = BTreeMap::new();
     for column in report.passed_over.iter().flat_map(|p| &p.needs) {
-        *columns.entry(column.clone()).or_default() += 1;
+        *columns.entry(column).or_default() += 1;
     }
-    columns.into_iter().collect()
+    let without = columns.into_iter();
+    notes.extend(
+        without
+            .map(|(column, n)| say!(lang, "not-tried-without-a-column-kinds-of-2", column, families = n.to_string())),
+    );
+    let [tried, distinct] = [report.effects.len(), report.rule.tests].map(|n| n.to_string());
+    Section::new(say!(lang, "what-a-diagnosis-could-find"))
+        .prose(say!(lang, "effects-of-the-catalogue-were-tried-in", tried, distinct))
+        .prose(lang.sentence(&rule_text(report, lang)))
+        .table(table)
+        .table(never)
+        .list(notes)
 }

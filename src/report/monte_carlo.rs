@@ -1,6 +1,7 @@
 //! What a fit report says of the Monte Carlo beside the first order.
 
-use crate::fit::{Drawn, Fit};
+use crate::document::number::{percent, significant};
+use crate::fit::{Drawn, Fit, Joint};
 use crate::language::{Sentence, sentence};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -18,7 +19,7 @@ pub struct MonteCarloReport {
     /// Each output.
     pub outputs: Vec<DrawnReport>,
     /// Several outputs together (GUM Supplement 2): the derived quantities, or the parameters where fewer than two are derived.
-    pub joint: Option<JointReport>,
+    pub joint: Option<Joint>,
     /// In words.
     pub verdict: Vec<Sentence>,
 }
@@ -43,18 +44,6 @@ pub struct DrawnReport {
     pub first_order_agrees: Option<bool>,
 }
 
-/// Several outputs together.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
-pub struct JointReport {
-    /// Their order.
-    pub order: Vec<String>,
-    /// Covariance, in products of the quantities' units.
-    pub covariance: Vec<Vec<f64>>,
-    /// Factor of the coverage ellipsoid, a pure number; null where they depend on each other.
-    pub k_p: Option<f64>,
-}
-
 /// Monte Carlo results of a fit for the report.
 pub fn monte_carlo_report(drawn: &Drawn, fit: &Fit) -> MonteCarloReport {
     let pair = |(a, b): (f64, f64)| [a, b];
@@ -70,8 +59,8 @@ pub fn monte_carlo_report(drawn: &Drawn, fit: &Fit) -> MonteCarloReport {
                 verdict.push(sentence!(
                     "the-first-order-does-not-describe-its",
                     id,
-                    level = crate::document::number::percent(fit.settings.level),
-                    sd = crate::document::number::significant(off / own.sd, 2)
+                    level = percent(fit.settings.level),
+                    sd = significant(off / own.sd, 2)
                 ));
             }
             DrawnReport {
@@ -94,11 +83,7 @@ pub fn monte_carlo_report(drawn: &Drawn, fit: &Fit) -> MonteCarloReport {
         asked: drawn.trials.asked,
         seed: drawn.trials.seed,
         outputs,
-        joint: drawn.joint.as_ref().map(|joint| JointReport {
-            order: joint.names.clone(),
-            covariance: joint.covariance.clone(),
-            k_p: joint.ellipsoid_factor,
-        }),
+        joint: drawn.joint.clone(),
         verdict,
     }
 }

@@ -1,6 +1,12 @@
-//! The navigation report (`tumble navigate --json`).
+//! A navigation study: its report (`tumble navigate --json`), and its document: where each motion ends and by which error most, the errors in time,
+//! and what they are made of.
 
-use super::{ARCSEC, VERSION, finite};
+use super::provenance::begin;
+use super::scene::mission_figure;
+use super::{ARCSEC, ReportKind, VERSION, finite};
+use crate::document::chart::{Chart, Curve};
+use crate::document::number::{significant, trimmed};
+use crate::document::{Cell, Document, Figure, Rows, Section, Tone};
 use crate::language::{Language, say};
 use crate::navigate::earth::EARTH_RATE;
 use crate::navigate::errors::{ErrorSource, ImuErrors};
@@ -8,8 +14,7 @@ use crate::navigate::linear;
 use crate::navigate::mission::Mission;
 use crate::navigate::propagation::NavigationUncertainty;
 use crate::navigate::run::{NavigationError, Scenario, Summary};
-use crate::navigate::study::{self, Flown, PropagatedCalibration};
-use crate::report::ReportKind;
+use crate::navigate::study::{self, Flown, PERFECT, PropagatedCalibration, Ratio};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -44,7 +49,7 @@ pub struct NavigateReport {
     /// Each scenario in each motion.
     pub results: Vec<ResultReport>,
     /// Root mean square errors of each motion over those of the first one.
-    pub ratios: Vec<RatioReport>,
+    pub ratios: Vec<Ratio>,
     /// A calibration's covariance, carried to navigation errors.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub carried: Vec<CarriedReport>,
@@ -64,7 +69,7 @@ pub struct PeriodsReport {
 
 impl PeriodsReport {
     /// In one line.
-    pub(super) fn in_words(&self, lang: Language) -> String {
+    fn in_words(&self, lang: Language) -> String {
         let foucault =
             self.foucault_h.map_or(say!(lang, "none-at-the-equator").to_string(), |hours| format!("{hours:.2} h"));
         let [schuler, earth] = [format!("{:.2}", self.schuler_min), format!("{:.3}", self.earth_h)];
@@ -138,26 +143,6 @@ pub struct ErrorReport {
     pub position_m: [Option<f64>; 2],
 }
 
-/// Ratios of one scenario; null where the first motion has no such error.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
-pub struct RatioReport {
-    /// The scenario.
-    pub scenario: String,
-    /// The motion compared.
-    pub motion: String,
-    /// The motion that it is compared with.
-    pub against: String,
-    /// Tilt, a ratio.
-    pub tilt: Option<f64>,
-    /// Azimuth, a ratio.
-    pub azimuth: Option<f64>,
-    /// Velocity, a ratio.
-    pub velocity: Option<f64>,
-    /// Position, a ratio.
-    pub position: Option<f64>,
-}
-
 /// A covariance carried along one motion.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[non_exhaustive]
@@ -183,7 +168,6 @@ pub fn navigate_report(
     flown: &[Flown],
     carried: &[PropagatedCalibration],
 ) -> NavigateReport {
-    let against = flown.first().map(|f| f.motion.clone()).unwrap_or_default();
     NavigateReport {
         tumble: VERSION.into(),
         report: ReportKind::Navigate,
@@ -199,27 +183,19 @@ pub fn navigate_report(
             earth_h: TAU / earth / 3600.0,
             foucault_h: Some(TAU / (EARTH_RATE * mission.site.latitude_rad.sin().abs()) / 3600.0).filter(|h| *h < 1e4),
         }),
-        scenarios: scenarios.iter().map(scenario).collect(),
-        results: flown.iter().flat_map(results).collect(),
-        ratios: study::ratios(mission, flown)
-            .into_iter()
-            .map(|r| RatioReport {
-                scenario: r.scenario,
-                motion: r.motion,
-                against: against.clone(),
-                tilt: r.tilt,
-                azimuth: r.azimuth,
-                velocity: r.velocity,
-                position: r.position,
-            })
+        scenarios: scenarios
+            .iter()
+            .map(|own| ScenarioReport { id: own.id.clone(), errors: error_quantities(&own.errors) })
             .collect(),
+        results: flown.iter().flat_map(results).collect(),
+        ratios: study::ratios(mission, flown),
         carried: carried.iter().map(propagated).collect(),
     }
 }
 
 fn warning(mission: &Mission, own: &study::Unresolved) -> String {
     let [tilt, azimuth, velocity, position] = own.own;
-    let digits = |value: f64| crate::document::number::significant(value, 3);
+    let digits = |value: f64| significant(value, 3);
     let mut text = format!(
         "in {} a perfect unit is wrong by {} arcsec of tilt, {} arcsec of azimuth, {} m/s and {} m: the error of the navigator",
         own.motion,
@@ -237,10 +213,6 @@ fn warning(mission: &Mission, own: &study::Unresolved) -> String {
         ));
     }
     text
-}
-
-fn scenario(scenario: &Scenario) -> ScenarioReport {
-    ScenarioReport { id: scenario.id.clone(), errors: error_quantities(&scenario.errors) }
 }
 
 /// What is not zero of a set of errors.
@@ -301,4 +273,191 @@ fn error(error: &NavigationError) -> ErrorReport {
 
 fn uncertainty(u: &NavigationUncertainty) -> ErrorReport {
     error(&NavigationError { attitude: u.attitude, velocity: u.velocity, position: u.position })
+}
+
+/// Scenarios that get figures of their own; single sources beyond them are in the table and in the series.
+const DRAWN: usize = 10;
+/// Motions that have a sentence.
+const MOTIONS: usize = 4;
+
+/// A quantity that is drawn: its name as a key of the catalogue, its unit, and how it is read off an error.
+type Quantity = (&'static str, &'static str, fn(&NavigationError) -> f64);
+
+const QUANTITIES: [Quantity; 4] = [
+    ("position", "m", |e| e.distance()),
+    ("azimuth", "arcsec", |e| e.attitude[2] * ARCSEC),
+    ("tilt", "arcsec", |e| e.tilt() * ARCSEC),
+    ("velocity", "m/s", |e| e.speed()),
+];
+
+/// The document of a navigation report; the mission and its series that were kept give the figures.
+pub fn navigate_document(report: &NavigateReport, of: Option<(&Mission, &[Flown])>, lang: Language) -> Document {
+    let title = if report.title.is_empty() { say!(lang, "navigation-errors") } else { &report.title };
+    let steps = say!(lang, "h-in-steps-of-s", duration = trimmed(report.duration_h), step = report.step_s.to_string());
+    let whole = (0..report.scenarios.len()).max_by_key(|i| (errors(report, *i), std::cmp::Reverse(*i)));
+    let flown: &[Flown] = of.map_or(&[], |(_, flown)| flown);
+    let mut document = begin(title, &[], lang)
+        .fact(say!(lang, "duration"), steps)
+        .section(answer(report, lang).figures(whole.into_iter().flat_map(|i| in_time(report, flown, i, lang))))
+        .section(root_mean_squares(report, lang))
+        .section(ratios(report, lang))
+        .section(carried(report, lang));
+    for (i, scenario) in report.scenarios.iter().enumerate().take(DRAWN).filter(|(i, _)| Some(*i) != whole) {
+        let heading = format!("{}{}{}", lang.title(say!(lang, "over-time")), lang.colon(), scenario.id);
+        document = document.section(Section::new(heading).full().figures(in_time(report, flown, i, lang)));
+    }
+    let mut facts = vec![
+        (say!(lang, "convention").into(), lang.name(&report.convention).into_owned()),
+        (say!(lang, "vertical-channel").into(), lang.name(&report.vertical_channel).into_owned()),
+    ];
+    facts.extend(report.periods.map(|periods| (say!(lang, "periods").into(), periods.in_words(lang))));
+    let drawn = of.map(|(mission, _)| mission_figure(mission, lang));
+    document.section(Section::new(say!(lang, "what-was-assumed")).facts(facts).figures(drawn))
+}
+
+/// How many errors a scenario has.
+fn errors(report: &NavigateReport, scenario: usize) -> usize {
+    report.scenarios.get(scenario).map_or(0, |own| own.errors.len())
+}
+
+/// One scenario against time: a figure a quantity, a curve a motion.
+fn in_time(report: &NavigateReport, flown: &[Flown], scenario: usize, lang: Language) -> Vec<Figure> {
+    let Some(of) = report.scenarios.get(scenario).filter(|_| !flown.is_empty()) else { return Vec::new() };
+    let figure = |(key, unit, size): &Quantity| {
+        let what = lang.word(key);
+        let lines: Vec<Curve> = flown
+            .iter()
+            .enumerate()
+            .map(|(k, motion)| {
+                let errors = motion.series.get(scenario).into_iter().flatten();
+                let points = motion.times.iter().zip(errors).map(|(time, error)| (time / 3600.0, size(error)));
+                Curve { label: motion.motion.clone(), points: points.collect(), dashed: k == 0 && flown.len() > 1 }
+            })
+            .collect();
+        let caption = say!(lang, "curve-of", what, of = format!("`{}`", of.id));
+        Figure {
+            description: in_words(&lines, &caption, unit, lang),
+            caption,
+            chart: Chart::curves(&lines, what, unit, &format!("{}, h", say!(lang, "time"))),
+            wide: false,
+        }
+    };
+    QUANTITIES.iter().map(figure).collect()
+}
+
+/// A figure of curves for those who cannot see it.
+pub(super) fn in_words(lines: &[Curve], caption: &str, unit: &str, lang: Language) -> String {
+    let ends = lines.iter().map(|line| {
+        let most = line.points.iter().map(|(_, y)| y.abs()).filter(|y| y.is_finite()).fold(0.0, f64::max);
+        let last = line.points.last().map_or(f64::NAN, |(_, y)| *y);
+        let [most, last] = [most, last].map(|size| format!("{} {unit}", significant(size, 3)).trim_end().to_string());
+        say!(lang, "at-most-at-the-end", label = line.label, most, last)
+    });
+    format!("{caption}{}{}", lang.semicolon(), ends.collect::<Vec<_>>().join(lang.semicolon()))
+}
+
+/// The answer in sentences: where each motion ends, and by which error most; what a reader must know of the numbers first.
+fn answer(report: &NavigateReport, lang: Language) -> Section {
+    let mut motions: Vec<&str> = Vec::new();
+    for result in &report.results {
+        if !motions.contains(&result.motion.as_str()) {
+            motions.push(&result.motion);
+        }
+    }
+    let text = |value: Option<f64>| number(value).text();
+    let mut points = Vec::new();
+    for motion in motions.iter().take(MOTIONS) {
+        let own = || report.results.iter().filter(|r| r.motion == *motion);
+        let place = |id: &str| report.scenarios.iter().position(|s| s.id == id);
+        // the scenario with most errors is the unit as it is; those with one are its sources
+        let count = |id: &str| place(id).map_or(0, |i| errors(report, i));
+        let Some(whole) = own().max_by_key(|r| count(&r.scenario)) else { continue };
+        let mut said = say!(
+            lang,
+            "after-h-the-position-is-off-by",
+            motion,
+            time = trimmed(whole.time_h),
+            position = text(whole.position_m.last),
+            position_rms = text(whole.position_m.rms),
+            azimuth = text(whole.azimuth_arcsec.last),
+            azimuth_rms = text(whole.azimuth_arcsec.rms)
+        );
+        let mut parts: Vec<_> = own().filter(|r| r.scenario != whole.scenario && r.scenario != PERFECT).collect();
+        parts.sort_by(|a, b| b.position_m.rms.unwrap_or(0.0).total_cmp(&a.position_m.rms.unwrap_or(0.0)));
+        if !parts.is_empty() {
+            let most = parts.iter().take(3).map(|r| format!("`{}` {} m", r.scenario, text(r.position_m.rms)));
+            let sources = most.collect::<Vec<_>>().join(lang.comma());
+            said = say!(lang, "with-most-of-it-from-position-rms", text = said, scenario = whole.scenario, sources);
+        }
+        points.push(lang.sentence(&said));
+    }
+    let warnings = report.warnings.iter().map(|warning| (Tone::Caution, lang.sentence(&lang.name(warning))));
+    Section::new(say!(lang, "result")).verdicts(warnings).list(points)
+}
+
+/// A size of an error to four digits; a navigator that ran over a pole has none.
+fn number(value: Option<f64>) -> Cell {
+    Cell::digits(value, 4)
+}
+
+/// A row of sizes under names: tilt, azimuth, velocity, position, and the position at the end.
+type Sizes<'a> = ([&'a str; 2], [Option<f64>; 5]);
+
+/// A table of sizes under names.
+fn sizes<'a>(names: [&str; 2], units: bool, rows: &'a [Sizes<'a>], lang: Language) -> Rows<&'a Sizes<'a>> {
+    let table = Rows::of(rows).left(names[0], |(names, _)| names[0]).left(names[1], |(names, _)| names[1]);
+    let sizes = [
+        (say!(lang, "tilt"), "arcsec"),
+        (say!(lang, "azimuth"), "arcsec"),
+        (say!(lang, "velocity"), "m/s"),
+        (say!(lang, "position"), "m"),
+    ];
+    let column = |table: Rows<&'a Sizes<'a>>, (k, (what, unit)): (usize, (&str, &str))| {
+        let title = if units { format!("{what} {}", lang.in_parentheses(unit)) } else { what.to_string() };
+        table.decimal(title, |(_, sizes)| number(sizes.get(k).copied().flatten()))
+    };
+    sizes.into_iter().enumerate().fold(table, column)
+}
+
+fn root_mean_squares(report: &NavigateReport, lang: Language) -> Section {
+    let mut rows: Vec<Sizes<'_>> = Vec::new();
+    for r in &report.results {
+        let position = r.position_m;
+        let sizes = [r.tilt_arcsec.rms, r.azimuth_arcsec.rms, r.velocity_m_s.rms, position.rms, position.last];
+        rows.push(([&r.motion, &r.scenario], sizes));
+    }
+    let table = sizes([say!(lang, "motion"), say!(lang, "scenario")], true, &rows, lang)
+        .decimal(say!(lang, "position-at-the-end-m"), |(_, [.., last])| number(*last));
+    let perfect = report.results.iter().any(|r| r.scenario == PERFECT);
+    let note = if perfect { say!(lang, "perfect-unit-a-perfect-unit-the-navigators") } else { "" };
+    Section::new(say!(lang, "root-mean-square-errors")).table(table).prose(note)
+}
+
+fn ratios(report: &NavigateReport, lang: Language) -> Section {
+    let motions: Vec<String> = report.ratios.iter().map(|r| format!("{} / {}", r.motion, r.against)).collect();
+    let mut rows: Vec<Sizes<'_>> = Vec::new();
+    for (r, motions) in report.ratios.iter().zip(&motions) {
+        rows.push(([&r.scenario, motions], [r.tilt, r.azimuth, r.velocity, r.position, None]));
+    }
+    let note = if rows.is_empty() { "" } else { say!(lang, "ratios-of-root-mean-squares-where-the") };
+    let table = sizes([say!(lang, "scenario"), say!(lang, "motion")], false, &rows, lang);
+    Section::new(say!(lang, "against-the-first-motion")).table(table).prose(note)
+}
+
+/// Standard uncertainties at the end, by linear covariance and by Monte Carlo.
+fn carried(report: &NavigateReport, lang: Language) -> Section {
+    let both = |parts: [Option<f64>; 2]| Some(parts[0]?.hypot(parts[1]?));
+    let draws: Vec<String> =
+        report.carried.iter().map(|own| say!(lang, "monte-carlo-draws", draws = own.draws.to_string())).collect();
+    let mut rows: Vec<Sizes<'_>> = Vec::new();
+    for (own, draws) in report.carried.iter().zip(&draws) {
+        let ways = [(say!(lang, "linear-covariance"), own.linear), (draws.as_str(), own.monte_carlo)];
+        for (by, u) in ways.into_iter().filter_map(|(by, u)| Some((by, u?))) {
+            let [east, north, up] = u.phi_arcsec;
+            let sizes = [both([east, north]), up, both(u.velocity_m_s), both(u.position_m), None];
+            rows.push(([&own.motion, by], sizes));
+        }
+    }
+    let table = sizes([say!(lang, "motion"), say!(lang, "carried-by")], true, &rows, lang);
+    Section::new(say!(lang, "what-the-calibrations-uncertainty-does")).table(table)
 }

@@ -1,18 +1,26 @@
-//! The report of a diagnosis of measured navigation errors (`tumble diagnose MISSION --measured F --json`).
+//! A diagnosis of measured navigation errors: its report (`tumble diagnose MISSION --measured F --json`), and its document: the verdict, what was found
+//! and the gap in time, how it shrinks, what else it could be.
 
-use super::navigate::error_quantities;
-use super::{GapReport, GapsReport, NoiseReport, QuantityWithUnit, StepReport, VERSION};
-use crate::diagnosis::{NoiseFrom, Verdict};
+use super::diagnose_document as words;
+use super::navigate::{error_quantities, in_words};
+use super::provenance::begin;
+use super::scene::mission_figure;
+use super::{GapReport, GapsReport, QuantityWithUnit, ReportKind, StepReport, VERSION};
+use crate::diagnosis::{NoiseFloor, NoiseFrom, Verdict};
+use crate::document::chart::{Chart, Curve};
+use crate::document::number::{rounded, significant};
+use crate::document::{Cell, Content, Document, Figure, Rows, Section, Tone};
 use crate::elements::Elements;
+use crate::language::{Language, say};
 use crate::navigate::cause::Cause;
-use crate::navigate::diagnose::{Alias, Finding, Gap, NavigationDiagnosis};
+use crate::navigate::diagnose::{Alias, Finding, Gap, NavigationDiagnosis, Suspect};
 use crate::navigate::errors::ErrorSource;
-use crate::navigate::measured::{CHANNEL_NAMES, Measured, si_per_unit};
+use crate::navigate::measured::{CHANNEL_NAMES, Measured, Run, si_per_unit};
 use crate::navigate::mission::Mission;
+use crate::navigate::remainder::{self, ChannelGap};
 use crate::navigate::separate::DiscriminatingMotion;
 use crate::navigate::settings::Settings;
 use crate::navigate::study;
-use crate::report::ReportKind;
 use crate::wire::MotionFile;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -243,17 +251,20 @@ pub fn navigate_diagnose_report(
     settings: &Settings,
 ) -> NavigateDiagnoseReport {
     let motions: Vec<String> = study::motions(mission).into_iter().map(|(name, _)| name).collect();
-    let run = |run: &crate::navigate::measured::Run| RunReport {
-        // runs are numbered by the motions of this mission
-        motion: motions.get(run.motion).cloned().unwrap_or_default(),
-        rows: run.rows.len(),
+    // runs are numbered by the motions of this mission
+    let motion = |run: &Run| motions.get(run.motion).cloned().unwrap_or_default();
+    let suspect = |own: &Suspect| NavigationSuspectReport {
+        motion: measured.runs.get(own.cell.run).map(motion).unwrap_or_default(),
+        column: column(own.cell.channel),
+        time_s: own.cell.time,
+        z: own.z,
     };
     let [before, after] = diagnosis.gap.map(gap);
     NavigateDiagnoseReport {
         tumble: VERSION.into(),
         report: ReportKind::NavigateDiagnose,
         mission: mission.title.clone(),
-        runs: measured.runs.iter().map(run).collect(),
+        runs: measured.runs.iter().map(|run| RunReport { motion: motion(run), rows: run.rows.len() }).collect(),
         left_out: measured.left_out,
         verdict: diagnosis.verdict,
         significance: settings.common.significance,
@@ -264,7 +275,7 @@ pub fn navigate_diagnose_report(
             before,
             after,
             sensors: BTreeMap::new(),
-            noise: NoiseReport { sd: None, from: diagnosis.noise },
+            noise: NoiseFloor { sd: None, from: diagnosis.noise },
         },
         gap_steps: diagnosis
             .gap_steps
@@ -278,32 +289,8 @@ pub fn navigate_diagnose_report(
             nearest: own.nearest.iter().map(Cause::id).collect(),
             nearest_explains: own.nearest_explains,
         }),
-        suspects: diagnosis
-            .suspects
-            .iter()
-            .map(|own| NavigationSuspectReport {
-                motion: measured
-                    .runs
-                    .get(own.cell.run)
-                    .and_then(|run| motions.get(run.motion))
-                    .cloned()
-                    .unwrap_or_default(),
-                column: column(own.cell.channel),
-                time_s: own.cell.time,
-                z: own.z,
-            })
-            .collect(),
-        steps: diagnosis
-            .steps
-            .iter()
-            .map(|step| StepReport {
-                with: step.with.clone(),
-                strongest: step.strongest.as_ref().map(|(name, _, _)| name.clone()),
-                t: step.strongest.as_ref().map(|(_, t, _)| *t),
-                p: step.strongest.as_ref().map(|(_, _, p)| *p),
-                global_p: step.global_p,
-            })
-            .collect(),
+        suspects: diagnosis.suspects.iter().map(suspect).collect(),
+        steps: diagnosis.steps.iter().map(StepReport::of).collect(),
         candidates: diagnosis.candidates.0,
         distinct_candidates: diagnosis.candidates.1,
         invisible: diagnosis.invisible.iter().map(ErrorSource::id).collect(),
@@ -367,7 +354,7 @@ fn column(channel: usize) -> String {
 
 fn channels(measured: &Measured, diagnosis: &NavigationDiagnosis) -> Vec<ChannelReport> {
     let stated = |channel: usize| measured.cells().filter(|cell| cell.channel == channel).all(|cell| cell.u.is_some());
-    let one = |own: &crate::navigate::remainder::ChannelGap| {
+    let one = |own: &ChannelGap| {
         let unit = si_per_unit(own.channel);
         let from = if stated(own.channel) { NoiseFrom::Stated } else { NoiseFrom::Residuals };
         ChannelReport {
@@ -385,7 +372,7 @@ fn channels(measured: &Measured, diagnosis: &NavigationDiagnosis) -> Vec<Channel
     diagnosis.channels.iter().map(one).collect()
 }
 
-fn cell(own: &crate::navigate::remainder::Cell) -> NavigationCellReport {
+fn cell(own: &remainder::Cell) -> NavigationCellReport {
     NavigationCellReport {
         motion: own.motion.clone(),
         column: column(own.channel),
@@ -395,4 +382,294 @@ fn cell(own: &crate::navigate::remainder::Cell) -> NavigationCellReport {
         mean: own.mean / si_per_unit(own.channel),
         z: own.z,
     }
+}
+
+/// Most aliases, added causes and values that are listed at a terminal; the JSON report has all.
+const LISTED: usize = 8;
+
+/// The document of a report; the mission and its diagnosis give the figures.
+pub fn navigate_diagnose_document(
+    report: &NavigateDiagnoseReport,
+    of: Option<(&Mission, &NavigationDiagnosis)>,
+    lang: Language,
+) -> Document {
+    let title = if report.mission.is_empty() { say!(lang, "navigation-errors") } else { &report.mission };
+    let runs = report.runs.iter().map(|run| say!(lang, "rows-of", n = run.rows, motion = run.motion));
+    let left_out = match report.left_out {
+        0 => String::new(),
+        rows => say!(lang, "rows-of-other-scenarios-left-out", rows = rows.to_string()),
+    };
+    let measured = runs.collect::<Vec<_>>().join(lang.comma()) + &left_out;
+    let cards = report.effects.iter().filter_map(|effect| card(effect, lang));
+    let diagnosis = of.map(|(_, diagnosis)| diagnosis);
+    begin(say!(lang, "diagnosis-of", title), &[], lang)
+        .fact(say!(lang, "measured-navigation-errors"), measured)
+        .section(result(report, diagnosis, lang))
+        .section(shrinking(report, lang))
+        .section(places(report, lang))
+        .section(cards.fold(Section::new(say!(lang, "what-is-missing")), Section::block))
+        .section(channels_section(report, lang))
+        .section(in_time(report, diagnosis, lang))
+        .section(origin(report, of.map(|(mission, _)| mission), lang))
+}
+
+fn result(report: &NavigateDiagnoseReport, of: Option<&NavigationDiagnosis>, lang: Language) -> Section {
+    let found = report.effects.iter().map(|effect| words::Found {
+        regressor: &effect.regressor,
+        quantity: lang.name(&effect.name).into_owned(),
+        sensor: "",
+        value: Some(effect.value),
+        u: effect.u,
+        expanded: None,
+        unit: &effect.unit,
+        t: effect.t,
+        p: effect.p,
+        explains: effect.explains,
+    });
+    let found: Vec<words::Found<'_>> = found.collect();
+    let changes = if found.is_empty() { "" } else { say!(lang, "values-are-changes-of-the-missions-errors") };
+    let unexplained = report.unexplained.iter().flat_map(|own| {
+        [lang.sentence(&lang.name(&own.pattern)), words::nearest(&own.nearest, own.nearest_explains, lang)]
+    });
+    let drawn = of.and_then(|own| Some((own, worst(own)?)));
+    Section::new(say!(lang, "result"))
+        .verdict(words::tone(report.verdict), lang.sentence(&sentence(report, lang)))
+        .table(words::found(&found, None, lang))
+        .prose(changes)
+        .proses(unexplained)
+        .figures(drawn.into_iter().flat_map(|(diagnosis, channel)| figures_of(report, diagnosis, channel, lang)))
+}
+
+/// The verdict as a sentence, without a full stop.
+fn sentence(report: &NavigateDiagnoseReport, lang: Language) -> String {
+    match report.verdict {
+        Verdict::EffectsFound => found(report, lang),
+        Verdict::PartlyExplained => say!(lang, "what-remains-is-more-than-noise", found = found(report, lang)),
+        Verdict::NothingMissing => say!(lang, "nothing-is-missing", noise = "known"),
+        Verdict::Unexplained => say!(lang, "unexplained").into(),
+        Verdict::NotDiagnosable => say!(lang, "not-diagnosable", of = "mission"),
+    }
+}
+
+/// What was found: how much, and its names.
+fn found(report: &NavigateDiagnoseReport, lang: Language) -> String {
+    let name = |effect: &NavigationEffectReport| {
+        say!(lang, "effect-named", name = lang.name(&effect.name), regressor = effect.regressor)
+    };
+    let names: Vec<String> = report.effects.iter().map(name).collect();
+    let names = lang.first_of(&names, LISTED, lang.semicolon());
+    say!(lang, "effects-are-missing", n = report.effects.len(), names)
+}
+
+/// The gap as given and after each cause.
+fn shrinking(report: &NavigateDiagnoseReport, lang: Language) -> Section {
+    let steps = &report.gap_steps;
+    let mut rows: Vec<(String, &GapReport)> = vec![(say!(lang, "as-given").into(), &report.gap.before)];
+    for (before, own) in steps.iter().zip(steps.iter().skip(1)) {
+        let added: Vec<String> = own.with.iter().filter(|name| !before.with.contains(name)).cloned().collect();
+        let added = words::listed(&added, LISTED, lang);
+        let out = (own.left_out > 0).then(|| format!("{} {}", own.left_out, say!(lang, "outliers")));
+        let parts = [Some(added).filter(|added| !added.is_empty()), out];
+        rows.push((format!("+ {}", parts.into_iter().flatten().collect::<Vec<_>>().join(lang.comma())), &own.gap));
+    }
+    if steps.len() < 2 && !report.effects.is_empty() {
+        rows.push((say!(lang, "after").into(), &report.gap.after));
+    }
+    let table = Rows::of(&rows)
+        .left(say!(lang, "in-the-model"), |(name, _)| name)
+        .decimal(say!(lang, "rms"), |(_, gap)| Cell::digits(gap.rms, 4))
+        .decimal(say!(lang, "max"), |(_, gap)| Cell::Digits(gap.max, 4))
+        .decimal(say!(lang, "chi-square"), |(_, gap)| Cell::Digits(gap.chi_square, 4))
+        .right(say!(lang, "dof"), |(_, gap)| gap.dof)
+        .right("p", |(_, gap)| Cell::p(gap.p))
+        .caption(say!(lang, "gap-in-standard-uncertainties"));
+    let noise = words::noise_source(report.gap.noise.from, lang);
+    let [candidates, distinct] = [report.candidates, report.distinct_candidates].map(|n| n.to_string());
+    let significance = report.significance.to_string();
+    let tried = say!(lang, "candidates-tried", candidates, distinct, significance, averaged = "");
+    Section::new(say!(lang, "the-gap"))
+        .table(table)
+        .prose(lang.sentence(&say!(lang, "noise-floor", noise)))
+        .prose(lang.sentence(&tried))
+}
+
+/// What is to be known of an error beside its size; `None` where that is nothing.
+fn card(effect: &NavigationEffectReport, lang: Language) -> Option<Content> {
+    let mut facts: Vec<(String, String)> = Vec::new();
+    if let (Some(before), Some(after)) = (effect.before.filter(|before| *before != 0.0), effect.after) {
+        // without what a unit of radians costs in the last digits
+        let before: f64 = format!("{before:.9e}").parse().unwrap_or(before);
+        let [before, after] = [before.to_string(), rounded(after, effect.u)];
+        facts.push((say!(lang, "in-the-mission").into(), changed(&before, &after, lang)));
+    }
+    if !effect.aliases.is_empty() {
+        let names: Vec<String> = effect.aliases.iter().map(|own| alias_said(own, lang)).collect();
+        let names = lang.first_of(&names, LISTED, lang.semicolon());
+        facts.push((lang.title(say!(lang, "cannot-be-distinguished-from")), names));
+    }
+    let possible = effect.aliases.iter().filter(|alias| !alias.absurd && alias.together_with.is_none()).count();
+    let run = |own: &SeparationReport| {
+        let [n, of] = [own.tells.len(), possible].map(|n| n.to_string());
+        say!(lang, "discriminates", at = lang.name(&own.is), n, of)
+    };
+    if !effect.separate_by.is_empty() {
+        let runs = effect.separate_by.iter().map(run).collect::<Vec<_>>().join(lang.semicolon());
+        facts.push((say!(lang, "discriminated-by").into(), runs));
+    }
+    let heading = words::heading(&effect.name, &effect.regressor, lang);
+    (!facts.is_empty()).then_some(Content::Card { heading, tone: Tone::Bad, facts })
+}
+
+fn alias_said(alias: &NavigationAliasReport, lang: Language) -> String {
+    let mut text = format!("`{}`", alias.regressor);
+    if let Some(value) = alias.value {
+        let unit = if alias.unit == "1" { "" } else { &alias.unit };
+        text.push_str(format!(" = {} {unit}", significant(value, 4)).trim_end());
+    }
+    if alias.absurd {
+        text.push_str(&format!(" {}", say!(lang, "absurd")));
+    }
+    if !alias.exact {
+        text.push_str(&format!(" (+{:.1})", alias.excess));
+    }
+    if let Some(other) = &alias.together_with {
+        text.push_str(&format!(" ({})", say!(lang, "together-with", other)));
+    }
+    text
+}
+
+/// The gap by channel.
+fn channels_section(report: &NavigateDiagnoseReport, lang: Language) -> Section {
+    let several = report.runs.len() > 1;
+    let found = !report.effects.is_empty();
+    let rms = say!(lang, "rms");
+    let at = |when| if found { words::at(rms, when, lang) } else { rms.to_string() };
+    let table = Rows::of(&report.channels)
+        .name(say!(lang, "channel"), |own| &own.column)
+        .left(say!(lang, "motion"), |own| if several { own.motion.as_str() } else { "" })
+        .right(say!(lang, "values"), |own| own.values)
+        .decimal(at("before"), |own| Cell::Digits(own.rms_before, 4))
+        .decimal(at("after"), |own| if found { Cell::Digits(own.rms_after, 4) } else { "".into() })
+        .decimal("u", |own| Cell::Digits(own.u, 3))
+        .left("", |own| match own.u_from {
+            NoiseFrom::Stated => String::new(),
+            from => lang.term(from.name()),
+        });
+    Section::new(say!(lang, "the-gap-by-channel")).table(table)
+}
+
+/// Where what is unexplained lies, and single values far off.
+fn places(report: &NavigateDiagnoseReport, lang: Language) -> Section {
+    let table = Rows::of(report.unexplained.iter().flat_map(|own| &own.cells))
+        .name(say!(lang, "channel"), |cell| &cell.column)
+        .left(say!(lang, "motion"), |cell| &cell.motion)
+        .left(format!("{}, h", say!(lang, "time")), |cell| {
+            say!(lang, "from-to", a = significant(cell.from_h, 3), b = significant(cell.to_h, 3))
+        })
+        .right(say!(lang, "values"), |cell| cell.values)
+        .decimal(say!(lang, "mean"), |cell| Cell::Digits(cell.mean, 3))
+        .decimal("z", |cell| Cell::Decimals(cell.z, 1))
+        .most(LISTED);
+    let far = Rows::of(&report.suspects)
+        .name(say!(lang, "outliers"), |own| &own.column)
+        .left(say!(lang, "motion"), |own| &own.motion)
+        .decimal(format!("{}, s", say!(lang, "time")), |own| own.time_s.to_string())
+        .decimal("z", |own| Cell::Decimals(own.z, 1))
+        .most(LISTED);
+    Section::new(say!(lang, "where-the-gap-is")).table(table).table(far)
+}
+
+/// How the causes were compared, what these data cannot show, and the mission.
+fn origin(report: &NavigateDiagnoseReport, mission: Option<&Mission>, lang: Language) -> Section {
+    let times = report.refits.to_string();
+    let refits = (!report.settled).then(|| say!(lang, "refits", times));
+    let invisible = grouped(&report.invisible).join(lang.comma());
+    let invisible = (!invisible.is_empty()).then(|| say!(lang, "these-data-cannot-show", sources = invisible));
+    Section::new(say!(lang, "what-was-assumed"))
+        .proses(invisible)
+        .full()
+        .list(refits)
+        .figures(mission.map(|mission| mission_figure(mission, lang)))
+}
+
+/// Error sources by group: `gyro_bias (x, y)`.
+fn grouped(ids: &[String]) -> Vec<String> {
+    let mut groups: Vec<(&str, Vec<&str>)> = Vec::new();
+    for (group, axes) in ids.iter().filter_map(|id| id.rsplit_once('_')) {
+        match groups.iter_mut().find(|(name, _)| *name == group) {
+            Some((_, list)) => list.push(axes),
+            None => groups.push((group, vec![axes])),
+        }
+    }
+    groups.into_iter().map(|(group, axes)| format!("`{group}` ({})", axes.join(", "))).collect()
+}
+
+/// The gap in time, before and with what was found, in the channel where it is largest against its standard uncertainty; `None` where nothing was
+/// measured.
+pub fn navigate_diagnose_figure(
+    report: &NavigateDiagnoseReport,
+    diagnosis: &NavigationDiagnosis,
+    lang: Language,
+) -> Option<Figure> {
+    let place = worst(diagnosis)?;
+    figures_of(report, diagnosis, place, lang).into_iter().next()
+}
+
+/// The gap in one channel and, where something was found, what is left of it before the band of two u.
+fn figures_of(
+    report: &NavigateDiagnoseReport,
+    diagnosis: &NavigationDiagnosis,
+    channel: usize,
+    lang: Language,
+) -> Vec<Figure> {
+    let (series, own) = (diagnosis.gaps_over_time.get(channel), diagnosis.channels.get(channel));
+    let Some((series, channel)) = series.zip(own) else { return Vec::new() };
+    let scale = 1.0 / si_per_unit(series.channel);
+    let line = |label: &str, of: &dyn Fn(&(f64, f64, f64)) -> f64| Curve {
+        label: label.into(),
+        points: series.points.iter().map(|point| (point.0 / 3600.0, scale * of(point))).collect(),
+        dashed: false,
+    };
+    // the name of a channel says its unit
+    let name = CHANNEL_NAMES.at(series.channel);
+    let chart = |lines: &[Curve]| Chart::curves(lines, name, "", &format!("{}, h", say!(lang, "time")));
+    let where_ = if report.runs.len() > 1 { format!(" ({})", series.motion) } else { String::new() };
+    let [size, after] = [channel.before.0, channel.after.0].map(|size| significant(scale * size, 3));
+    let before = line(say!(lang, "before"), &|point| point.1);
+    if report.effects.is_empty() {
+        return vec![Figure::new(say!(lang, "gap-of", name, where_, size), chart(&[before]), false)];
+    }
+    let left = line(say!(lang, "with-what-was-found"), &|point| point.2);
+    let gap = say!(lang, "gap-of", name, where_, size = changed(&size, &after, lang));
+    let gap = Figure::new(gap, chart(&[before, left.clone()]), false);
+    // the band of two u as a box around the time of the run
+    let (first, last) = (series.points.first().map_or(0.0, |p| p.0), series.points.last().map_or(0.0, |p| p.0));
+    let corners = [(first, 2.0), (last, 2.0), (last, -2.0), (first, -2.0), (first, 2.0)];
+    let band = corners.map(|(time, size)| (time / 3600.0, size * scale * channel.u)).to_vec();
+    let lines = [Curve { label: "2 u".into(), points: band, dashed: true }, left];
+    let caption = say!(lang, "what-is-left-of-with-two-standard", name, where_);
+    let description = in_words(&lines, &caption, "", lang);
+    vec![gap, Figure { description, caption, chart: chart(&lines), wide: false }]
+}
+
+/// A size before and after.
+fn changed(before: &str, after: &str, lang: Language) -> String {
+    format!("{before} {}{}{after} {}", say!(lang, "before"), lang.clause(), say!(lang, "after"))
+}
+
+/// The place of the channel in which the gap is largest against its standard uncertainty.
+fn worst(diagnosis: &NavigationDiagnosis) -> Option<usize> {
+    let size = |channel: &ChannelGap| channel.before.0 / channel.u.max(f64::MIN_POSITIVE);
+    let channels = diagnosis.channels.iter().enumerate().take(diagnosis.gaps_over_time.len());
+    channels.max_by(|a, b| size(a.1).total_cmp(&size(b.1))).map(|(k, _)| k)
+}
+
+/// The gap of every channel against time, and what is left of it.
+fn in_time(report: &NavigateDiagnoseReport, of: Option<&NavigationDiagnosis>, lang: Language) -> Section {
+    let section = Section::new(lang.title(say!(lang, "over-time"))).full();
+    let Some(diagnosis) = of else { return section };
+    let first = worst(diagnosis);
+    // the worst stands beside the verdict
+    let others = (0..diagnosis.channels.len()).filter(|channel| Some(*channel) != first);
+    section.figures(others.flat_map(|channel| figures_of(report, diagnosis, channel, lang)))
 }

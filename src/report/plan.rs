@@ -1,9 +1,14 @@
-//! The report of a plan: how well a schedule will do, and the better one.
+//! The report of a plan: how well a schedule will do, and the better one; from a judgement and what was found beside it.
 
-use super::{ForesightReport, NotEstimableReport, PositionReport};
-use crate::campaign::{Identity, Kind};
-use crate::plan::{NoiseSource, PointSource};
-use crate::report::ReportKind;
+use super::foresight::{ForesightReport, foresight_report};
+use super::separation::not_estimable;
+use super::{ARCSEC, NotEstimableReport, PositionReport, ReportKind, VERSION, position_keys};
+use crate::campaign::{Campaign, Identity, Kind, Per, Reading, Scatter};
+use crate::diagnosis::Foresight;
+use crate::plan::{
+    Costs, Goal, Improvement, Judgement, Noise, NoiseSource, PointSource, Predicted, Reached, Reason, Refined, Request,
+    Separated, Work,
+};
 use crate::vocabulary::vocabulary;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -100,7 +105,7 @@ pub struct SensorNoiseReport {
 #[non_exhaustive]
 pub struct JudgementReport {
     /// Readings, mountings, rate changes, cost.
-    pub work: WorkReport,
+    pub work: Work,
     /// Independent combinations of the estimated parameters that it determines.
     pub rank: usize,
     /// Values minus rank.
@@ -150,20 +155,6 @@ pub struct ThroughTiltsReport {
     pub u: f64,
     /// The same in arcseconds, for tilts.
     pub u_arcsec: Option<f64>,
-}
-
-/// Work of a schedule.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
-pub struct WorkReport {
-    /// Readings.
-    pub readings: usize,
-    /// Mountings.
-    pub mountings: usize,
-    /// Rate changes within mountings.
-    pub rate_changes: usize,
-    /// Cost of it all, in the unit of the costs that were given (readings, where none were).
-    pub cost: f64,
 }
 
 /// Prediction for one parameter.
@@ -255,20 +246,6 @@ vocabulary! {
     }
 }
 
-/// Angles moved between the candidates.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
-pub struct RefinedReport {
-    /// Angles were moved in multiples of this, in degrees.
-    pub resolution_deg: f64,
-    /// Mountings with an angle that no candidate has.
-    pub moved: usize,
-    /// By what share the criterion is better: the determinant for each unknown (D), a variance (else).
-    pub gain: f64,
-    /// Did it end because no move was worth it? Else because of the effort.
-    pub finished: bool,
-}
-
 /// The better schedule.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[non_exhaustive]
@@ -285,7 +262,7 @@ pub struct ImprovedReport {
     #[serde(default)]
     pub kept: usize,
     /// Work that is still to be done: without what has been measured.
-    pub to_run: WorkReport,
+    pub to_run: Work,
     /// What the chosen ones might cost at most, where that was limited, in the unit of the costs.
     #[serde(default)]
     pub cost_limit: Option<f64>,
@@ -300,7 +277,7 @@ pub struct ImprovedReport {
     /// What moving the angles between the candidates brought; absent where that was not asked for. Efficiency and enumeration are those of the
     /// choice among the candidates.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub refined: Option<RefinedReport>,
+    pub refined: Option<Refined>,
     /// Starts of the exchange.
     pub starts: usize,
     /// Starts that ended at this schedule's value.
@@ -418,4 +395,329 @@ pub struct GoalReport {
     pub is_cheapest_found: bool,
     /// Limited quantities that even all candidates together do not determine.
     pub impossible: Vec<String>,
+}
+
+/// What was found beside the judgement of the given schedule.
+#[derive(Debug, Clone, Copy)]
+pub enum Better<'a> {
+    /// The best schedule by a criterion, and the criterion's name.
+    Best(&'a Improvement, &'a str),
+    /// The schedule that reaches goals.
+    Goal(&'a Reached, &'a [Goal]),
+    /// The schedule that tells two effects apart.
+    Apart(&'a Separated, &'a [String; 2]),
+}
+
+/// What a diagnosis could find, of the given schedule and the better one.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Foreseen<'a> {
+    /// Of the given one.
+    pub given: Option<&'a Foresight>,
+    /// Of the better one.
+    pub better: Option<&'a Foresight>,
+}
+
+/// The report of a plan.
+#[allow(clippy::too_many_arguments, reason = "each part of the report has its source")]
+pub fn plan_report(
+    campaign: &Campaign,
+    noise: &Noise,
+    judgement: &Judgement,
+    better: Option<Better<'_>>,
+    foreseen: Foreseen<'_>,
+    request: &Request,
+    costs: &Costs,
+    from: &[PointSource],
+) -> PlanReport {
+    let given = judgement_report(campaign, judgement, foreseen.given);
+    let sensors = campaign.bench.sensors.iter();
+    let improved = better.map(|better| {
+        let (improvement, criterion, goal, separation) = match better {
+            Better::Best(improvement, criterion) => (improvement, criterion.to_string(), None, None),
+            Better::Goal(reached, goals) => {
+                (&reached.improvement, "goal".to_string(), Some(goal_report(campaign, reached, goals)), None)
+            }
+            Better::Apart(Separated { improvement, before, after }, effects @ [a, b]) => {
+                let own = DiscriminationReport { effects: effects.clone(), before: *before, after: *after };
+                (improvement, format!("T:{a}|{b}"), None, Some(own))
+            }
+        };
+        let to_run = to_run(campaign, improvement);
+        let own = judgement_report(&improvement.schedule, &improvement.judgement, foreseen.better);
+        let budget = request.budget.filter(|_| matches!(better, Better::Best(..)) && !request.may_cost_more);
+        let effort = |work: &Work| if budget.is_some() { work.cost } else { work.readings as f64 };
+        ImprovedReport {
+            criterion,
+            budget,
+            candidates: improvement.candidates,
+            chosen: improvement.chosen,
+            kept: improvement.kept,
+            to_run: costs.work(&to_run),
+            cost_limit: improvement.limit,
+            enumerated: improvement.enumerated,
+            efficiency: improvement.efficiency,
+            bound_gap: improvement.bound_gap,
+            refined: improvement.refined,
+            starts: improvement.starts,
+            hits: improvement.hits,
+            seed: request.seed,
+            check: improvement.check,
+            effort: if budget.is_some() { Effort::Cost } else { Effort::Readings },
+            comparison: {
+                let times = effort(&own.work) / effort(&given.work).max(f64::MIN_POSITIVE);
+                match crate::plan::repeated(campaign, noise, times, costs) {
+                    // what positions share does not average out
+                    Some(repeated) => comparison(&given, &own, &judgement_report(campaign, &repeated, None), 1.0),
+                    None => comparison(&given, &own, &given, times.recip().sqrt()),
+                }
+            },
+            positions: positions(&improvement.schedule, &to_run),
+            reasons: improvement.reasons.iter().map(|r| reason(campaign, r)).collect(),
+            unreachable: improvement.unreachable.iter().map(|s| not_estimable(campaign, s)).collect(),
+            frozen: improvement.frozen.iter().cloned().collect(),
+            shared: shared(&improvement.schedule, improvement.kept),
+            goal,
+            separation,
+            judgement: own,
+        }
+    });
+    PlanReport {
+        tumble: VERSION.into(),
+        report: ReportKind::Plan,
+        bench: campaign.bench.id.clone(),
+        identity: campaign.identity.clone(),
+        model: super::model_lines(campaign),
+        noise: sensors
+            .zip(&noise.sensors)
+            .map(|(s, n)| (s.id.clone(), SensorNoiseReport { sd: n.sd, unit: s.unit.clone(), from: n.from }))
+            .collect(),
+        remount: noise
+            .remount
+            .iter()
+            .filter_map(|(k, sd)| Some((campaign.parameters.get(*k)?.id.clone(), *sd)))
+            .collect(),
+        judged_at: point(campaign, from),
+        finds: Vec::new(),
+        schedule: given,
+        improved,
+    }
+}
+
+/// Columns by which the positions after the first `kept` share deviations, with their values there.
+fn shared(schedule: &Campaign, kept: usize) -> Vec<SharedReport> {
+    let readings = &schedule.readings;
+    let of = |line: &Scatter| {
+        let Per::Column(column) = &line.per else { return None };
+        let mut levels: Vec<String> = Vec::new();
+        for level in readings.rows.iter().skip(kept).filter_map(|row| line.per.level_name(readings, row)) {
+            if !levels.iter().any(|own| *own == level) {
+                levels.push(level.into_owned());
+            }
+        }
+        (!levels.is_empty()).then(|| SharedReport { line: line.name(schedule), column: column.clone(), levels })
+    };
+    schedule.scatter.iter().filter_map(of).collect()
+}
+
+/// The point at which schedules are judged: the campaign's reference point.
+fn point(campaign: &Campaign, from: &[PointSource]) -> Vec<PointReport> {
+    let values = campaign.estimated().iter().zip(from);
+    values
+        .map(|(p, from)| PointReport {
+            id: p.id.clone(),
+            value: p.reference(),
+            unit: p.unit.clone(),
+            arcsec: (p.kind == Kind::Tilt).then(|| p.reference() * ARCSEC),
+            from: *from,
+        })
+        .collect()
+}
+
+/// With more values than this they are not listed one by one: each takes two kilobytes of a report.
+const MOST_LISTED: usize = 20_000;
+
+fn judgement_report(campaign: &Campaign, judgement: &Judgement, foresight: Option<&Foresight>) -> JudgementReport {
+    let ids: Vec<String> = judgement.parameters.iter().map(|p| p.id.clone()).collect();
+    let n = ids.len();
+    let is_tilt: Vec<bool> = judgement.parameters.iter().map(|p| p.kind == Kind::Tilt).collect();
+    let fault = |k: usize| {
+        let checked = judgement.readings.iter().filter(|r| r.mdb.is_some());
+        checked.filter_map(|r| r.effect.get(k)).map(|e| e.abs()).reduce(f64::max)
+    };
+    let listed = if judgement.readings.len() > MOST_LISTED { 0 } else { judgement.readings.len() };
+    JudgementReport {
+        unchecked: judgement.readings.iter().filter(|r| r.mdb.is_none()).count(),
+        work: judgement.work,
+        rank: judgement.rank,
+        dof: judgement.dof,
+        condition: judgement.condition,
+        parameters: judgement.parameters.iter().enumerate().map(|(k, p)| predicted(p, fault(k))).collect(),
+        derived: judgement
+            .derived
+            .iter()
+            .map(|d| PredictedDerivedReport {
+                id: d.id.clone(),
+                line: d.line.clone(),
+                unit: d.unit.clone(),
+                u: d.u,
+                u_arcsec: d.u.filter(|_| d.is_angle).map(|u| u * ARCSEC),
+                is_largest: d.is_largest,
+            })
+            .collect(),
+        correlation: CorrelationReport {
+            matrix: (0..n).map(|i| (0..n).map(|j| judgement.correlation(i, j)).collect()).collect(),
+            order: ids.clone(),
+        },
+        not_estimable: judgement.not_estimable.iter().map(|s| not_estimable(campaign, s)).collect(),
+        lacking: judgement.lacking.as_ref().map(|lacking| {
+            let names = |list: &[usize]| list.iter().filter_map(|k| ids.get(*k)).cloned().collect();
+            LackingReport { untold: names(&lacking.untold), needs: names(&lacking.needs) }
+        }),
+        bounds_not_counted: judgement.bounds,
+        drift: judgement.drift,
+        through_tilts: judgement.through_tilts.as_ref().map(|through| {
+            let parameter = judgement.parameters.get(through.parameter);
+            ThroughTiltsReport {
+                tilts_arcsec: through.size * ARCSEC,
+                counted: through.counted,
+                known: through.known.clone(),
+                parameter: campaign.parameter_id(through.parameter).to_string(),
+                u: through.u,
+                u_arcsec: parameter.filter(|p| p.kind == Kind::Tilt).map(|_| through.u * ARCSEC),
+            }
+        }),
+        effects: foresight.map(|foresight| foresight_report(campaign, foresight)),
+        readings: judgement
+            .readings
+            .iter()
+            .take(listed)
+            .map(|r| {
+                let reading = campaign.readings.rows.get(r.origin.reading);
+                let effects = ids.iter().zip(&r.effect).filter(|_| r.mdb.is_some());
+                let tilts = effects.clone().zip(&is_tilt).filter(|(_, tilt)| **tilt);
+                PlannedReadingReport {
+                    index: r.origin.reading + 1,
+                    position: campaign.position_of(r.origin.reading).to_string(),
+                    at: reading.map(|r| position_keys(campaign, &r.joints)).unwrap_or_default(),
+                    sensor: campaign.sensor_id(r.origin.sensor).to_string(),
+                    u: r.u,
+                    leverage: r.leverage,
+                    mdb: r.mdb,
+                    effect_arcsec: tilts.map(|((id, e), _)| (id.clone(), e * ARCSEC)).collect(),
+                    effect: effects.map(|(id, e)| (id.clone(), *e)).collect(),
+                }
+            })
+            .collect(),
+    }
+}
+
+/// `fault` is the most that an undetected one does to it.
+fn predicted(p: &Predicted, fault: Option<f64>) -> PredictedReport {
+    let arcsec = |own: Option<f64>| own.filter(|_| p.kind == Kind::Tilt).map(|own| own * ARCSEC);
+    PredictedReport {
+        undetected_fault: fault,
+        undetected_fault_arcsec: arcsec(fault),
+        id: p.id.clone(),
+        kind: p.kind,
+        unit: p.unit.clone(),
+        u: p.u,
+        u_arcsec: arcsec(p.u),
+        from_readings: p.from_readings,
+        from_known: p.from_known,
+    }
+}
+
+/// The readings of a better schedule that have no value yet; `campaign` has the values, of what was kept.
+fn to_run(campaign: &Campaign, improvement: &Improvement) -> Vec<Reading> {
+    let done = |k: usize| {
+        k < improvement.kept && campaign.readings.rows.get(k).is_some_and(|row| !row.observations.is_empty())
+    };
+    let rows = improvement.schedule.readings.rows.iter().enumerate();
+    rows.filter(|(k, _)| !done(*k)).map(|(_, row)| row.clone()).collect()
+}
+
+fn reason(campaign: &Campaign, reason: &Reason) -> ReasonReport {
+    let parameter = campaign.parameter_id(reason.parameter).to_string();
+    ReasonReport { position: reason.position.clone(), parameter, grows: reason.grows }
+}
+
+fn positions(schedule: &Campaign, rows: &[Reading]) -> Vec<PlannedPositionReport> {
+    let level = |line: &Scatter, row: &Reading| match &line.per {
+        Per::Column(column) => Some((column.clone(), line.per.level_name(&schedule.readings, row)?.into_owned())),
+        _ => None,
+    };
+    let position = |row: &Reading| PlannedPositionReport {
+        position: row.position.clone(),
+        at: position_keys(schedule, &row.joints),
+        levels: schedule.scatter.iter().filter_map(|line| level(line, row)).collect(),
+    };
+    rows.iter().map(position).collect()
+}
+
+/// `equal` is the given schedule at equal effort, but for the factor `by`.
+fn comparison(
+    given: &JudgementReport,
+    better: &JudgementReport,
+    equal: &JudgementReport,
+    by: f64,
+) -> Vec<ComparisonReport> {
+    let line = |((g, b), e): ((Sized<'_>, Sized<'_>), Sized<'_>)| {
+        let is_angle = g.is_angle || b.is_angle;
+        let own = |of: Sized<'_>| if is_angle { of.arcsec } else { of.u };
+        let (given, equal, better) = (own(g), own(e), own(b));
+        ComparisonReport {
+            id: g.id.to_string(),
+            unit: if is_angle { "arcsec" } else { g.unit }.to_string(),
+            given,
+            equal_effort: equal.map(|u| u * by),
+            better,
+            gain: equal.zip(better).filter(|(_, b)| *b > 0.0).map(|(e, b)| e * by / b),
+        }
+    };
+    given.quantities().zip(better.quantities()).zip(equal.quantities()).map(line).collect()
+}
+
+/// A predicted uncertainty in its unit and, of an angle, in arcseconds.
+#[derive(Clone, Copy)]
+struct Sized<'a> {
+    id: &'a str,
+    unit: &'a str,
+    u: Option<f64>,
+    arcsec: Option<f64>,
+    is_angle: bool,
+}
+
+impl JudgementReport {
+    fn quantities(&self) -> impl Iterator<Item = Sized<'_>> {
+        let parameters = self.parameters.iter().map(|p| Sized {
+            id: &p.id,
+            unit: &p.unit,
+            u: p.u,
+            arcsec: p.u_arcsec,
+            is_angle: p.kind == Kind::Tilt,
+        });
+        let derived = self.derived.iter().map(|d| Sized {
+            id: &d.id,
+            unit: &d.unit,
+            u: d.u,
+            arcsec: d.u_arcsec,
+            is_angle: d.u_arcsec.is_some(),
+        });
+        parameters.chain(derived)
+    }
+}
+
+fn goal_report(campaign: &Campaign, reached: &Reached, goals: &[Goal]) -> GoalReport {
+    let limit = |goal: &Goal| {
+        let tilt = crate::plan::is_angle(campaign, &goal.id);
+        (goal.id.clone(), if tilt { goal.u * ARCSEC } else { goal.u })
+    };
+    GoalReport {
+        limits: goals.iter().map(limit).collect(),
+        reached: reached.reached,
+        largest_share: reached.largest_share,
+        is_fewest: reached.is_fewest,
+        is_cheapest_found: reached.is_cheapest_found,
+        impossible: reached.impossible.clone(),
+    }
 }

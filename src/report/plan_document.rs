@@ -1,24 +1,22 @@
-//! The document of a plan: the better schedule beside the given one, where its positions lie, and what each reading contributes.
+//! The document of a plan: the better schedule beside the given one, where its positions lie, and what each reading contributes; how the better one was
+//! found, how good it is, and why each of its positions is there.
 
-use super::colophon::begin;
 use super::fit_document::{bench_figure, model_facts};
-use super::foresight::{group_lines, hidden, lacking, not_exercised, rule_text};
-use super::plan_better::{
-    apart, cost_limit, found_with, goal_notes, mountings, moved, not_told_apart, proof, reason, shortfall,
+use super::provenance::begin;
+use super::separation::NotEstimableReport;
+use super::{
+    DiscriminationReport, Effort, FindReport, GoalReport, ImprovedReport, JudgementReport, LackingReport, PlanReport,
 };
-use super::plan_words::{judged_at, lacking as lacking_value, nowhere, shared, through_tilts, work_of};
-use super::{Effort, FindReport, ForesightReport, ImprovedReport, JudgementReport};
-use super::{NotEstimableReport, PlanReport, PositionReport};
+use super::{PlannedPositionReport, PointReport, PositionReport, SharedReport, ThroughTiltsReport, foresight};
 use crate::campaign::{Campaign, Kind, Readings};
 use crate::document::chart::{Chart, Spot};
 use crate::document::number::significant;
-use crate::document::{Align, Cell, Content, Detail, Document, Figure, Section, Table, Tone};
+use crate::document::{Cell, Document, Figure, Rows, Section, Tone};
+use crate::elements::Parts;
 use crate::language::{Language, say};
 use crate::number;
+use crate::plan::{PointSource, Work};
 use std::collections::BTreeMap;
-
-/// Groups of effects, and combinations that absorb some, that a terminal lists.
-const LISTED: usize = 12;
 
 /// The document of a plan. The campaign and its candidates give the map of the positions; `listed` puts every reading before a reader of a
 /// terminal.
@@ -30,35 +28,27 @@ pub fn plan_document(
 ) -> Document {
     let title = drawn.map(|(campaign, _)| campaign.bench.title.as_str()).filter(|title| !title.is_empty());
     let title = title.map_or_else(|| report.bench.clone(), |title| lang.name(title).into_owned());
-    let mut document = begin(say!(lang, "plan-of", title), &[], lang);
-    document.facts = vec![(say!(lang, "bench").into(), format!("`{}`", report.bench))];
-    document.facts.push((say!(lang, "judged-at-2").into(), judged_at(&report.judged_at, lang)));
-    if let Some(nothing) = report.improved.as_ref().and_then(|own| not_told_apart(own, lang)) {
-        document = document.section(Section::new(say!(lang, "result")).verdict(Tone::Bad, nothing));
-    }
-    let improved = report.improved.as_ref().filter(|improved| not_told_apart(improved, lang).is_none());
+    let nothing = report.improved.as_ref().and_then(|own| not_told_apart(own, lang));
+    let improved = report.improved.as_ref().filter(|_| nothing.is_none());
+    let mut document = begin(say!(lang, "plan-of", title), &[], lang)
+        .fact(say!(lang, "bench"), format!("`{}`", report.bench))
+        .fact(say!(lang, "judged-at-2"), judged_at(&report.judged_at, lang))
+        .section(Section::new(say!(lang, "result")).verdicts(nothing.map(|nothing| (Tone::Bad, nothing))));
     if let Some(improved) = improved {
         document = document.section(answer(improved, &report.finds, lang)).section(order(improved, lang));
     }
-    let given = judged(say!(lang, "the-given-schedule"), &report.schedule, improved.is_some(), lang);
-    let map = drawn.map(|(campaign, candidates)| map(campaign, report, candidates, lang));
-    let map = map.unwrap_or_default();
-    document = match improved {
-        Some(improved) => {
-            let full = judged(say!(lang, "the-better-schedule-in-full"), &improved.judgement, true, lang);
-            let readings = readings(say!(lang, "readings"), &improved.judgement, listed, lang);
-            document.section(given).section(map).section(full).section(readings)
-        }
-        None => {
-            let readings = readings(say!(lang, "readings"), &report.schedule, listed, lang);
-            document.section(given).section(map).section(readings)
-        }
-    };
-    let last = improved.map_or(&report.schedule, |improved| &improved.judgement);
-    if let Some(effects) = &last.effects {
-        document = document.section(effects_section(effects, lang));
+    document = document
+        .section(judged(say!(lang, "the-given-schedule"), &report.schedule, improved.is_some(), lang))
+        .section(drawn.map(|(campaign, candidates)| map(campaign, report, candidates, lang)).unwrap_or_default());
+    if let Some(improved) = improved {
+        let heading = say!(lang, "the-better-schedule-in-full");
+        document = document.section(judged(heading, &improved.judgement, true, lang));
     }
-    document.section(model(report, drawn.map(|(campaign, _)| campaign), lang))
+    let last = improved.map_or(&report.schedule, |improved| &improved.judgement);
+    document
+        .section(readings(last, listed, lang))
+        .section(last.effects.as_ref().map(|effects| foresight::section(effects, lang)).unwrap_or_default())
+        .section(model(report, drawn.map(|(campaign, _)| campaign), lang))
 }
 
 /// The model and the noise that the plan was made with.
@@ -73,84 +63,65 @@ fn model(report: &PlanReport, campaign: Option<&Campaign>, lang: Language) -> Se
     let remount = |(id, sd): (&String, &f64)| {
         lang.sentence(&say!(lang, "every-remounting-scatters-sd-rad-for-a", id, sd = significant(*sd, 3)))
     };
-    let section = Section::new(say!(lang, "model-and-noise")).list(report.remount.iter().map(remount).collect());
-    section.block(Content::Facts(facts)).full().figures(bench_figure(campaign, lang))
+    let section = Section::new(say!(lang, "model-and-noise")).list(report.remount.iter().map(remount));
+    section.facts(facts).full().figures(bench_figure(campaign, lang))
 }
 
-/// A predicted uncertainty, or what it is given for.
-fn predicted(value: Option<f64>) -> Cell {
-    Cell::digits(value, 3)
-}
-
-fn keys(position: &PositionReport) -> String {
+fn keys(position: &BTreeMap<String, f64>) -> String {
     position.iter().map(|(key, value)| format!("{key} = {value}")).collect::<Vec<_>>().join(", ")
 }
 
 fn answer(improved: &ImprovedReport, finds: &[FindReport], lang: Language) -> Section {
-    let mut section = Section::new(say!(lang, "the-better-schedule-2"));
-    section = section.prose(lang.sentence(&work_of(&improved.judgement.work, lang)));
-    if let Some(goal) = &improved.goal {
+    let goal = improved.goal.as_ref();
+    let reached = goal.map(|goal| {
         let share = goal.largest_share.map_or(say!(lang, "unknown").into(), |s| significant(s, 3));
         let proof = if goal.is_fewest { say!(lang, "fewer-readings-cannot-reach-it") } else { "" };
         let tone = if goal.reached { Tone::Good } else { Tone::Bad };
-        section = section.verdict(tone, say!(lang, "goal-reached", reached = goal.reached, share, proof));
-    }
-    if let Some(goal) = &improved.goal {
-        section = goal_notes(improved, goal, lang)
-            .into_iter()
-            .fold(section, |section, note| section.prose(lang.sentence(&note)));
-        for id in &goal.impossible {
-            let text = say!(lang, "cannot-be-determined-by-any-choice", text = format!("`{id}`"));
-            section = section.verdict(Tone::Bad, lang.sentence(&text));
-        }
-    }
-    if let (Some(efficiency), Some(proof)) = (improved.efficiency, proof(improved, lang)) {
-        section = section.verdict(if efficiency >= 0.99 { Tone::Good } else { Tone::Plain }, lang.sentence(&proof));
-        if let Some(why) = shortfall(improved, lang) {
-            section = section.prose(lang.sentence(&why));
-        }
-    }
-    if let Some(moved) = moved(improved, lang) {
-        section = section.prose(lang.sentence(&moved));
-    }
-    if let Some(limit) = improved.cost_limit {
-        section = section.prose(lang.sentence(&cost_limit(improved, limit, lang)));
-    }
-    for find in finds {
-        section = section.prose(lang.sentence(&found_with(find, lang)));
-    }
-    if improved.to_run != improved.judgement.work {
-        section = section.prose(say!(lang, "still-to-run-2", work = work_of(&improved.to_run, lang)));
-    }
-    if let Some(separation) = &improved.separation {
+        (tone, say!(lang, "goal-reached", reached = goal.reached, share, proof))
+    });
+    let impossible = goal.into_iter().flat_map(|goal| &goal.impossible).map(|id| {
+        let text = say!(lang, "cannot-be-determined-by-any-choice", text = format!("`{id}`"));
+        (Tone::Bad, lang.sentence(&text))
+    });
+    let proven = improved
+        .efficiency
+        .zip(proof(improved, lang))
+        .map(|(efficiency, proof)| (if efficiency >= 0.99 { Tone::Good } else { Tone::Plain }, lang.sentence(&proof)));
+    let limit = improved.cost_limit.map(|limit| cost_limit(improved, limit, lang));
+    let said =
+        shortfall(improved, lang).filter(|_| proven.is_some()).into_iter().chain(moved(improved, lang)).chain(limit);
+    let said = said.chain(finds.iter().map(|find| found_with(find, lang))).map(|said| lang.sentence(&said));
+    let to_run = (improved.to_run != improved.judgement.work).then(|| work_of(&improved.to_run, lang));
+    let apart = improved.separation.iter().flat_map(|separation| {
         let tone = if separation.after.iter().all(Option::is_some) { Tone::Good } else { Tone::Bad };
-        section = apart(separation, lang).into_iter().fold(section, |section, line| section.verdict(tone, line));
-    }
+        apart(separation, lang).into_iter().map(move |line| (tone, line))
+    });
     let cost = improved.effort == Effort::Cost;
-    let mut table = Table::new(&[
-        (&lang.title(say!(lang, "parameter")), Align::Left),
-        (say!(lang, "as-given"), Align::Decimal),
-        (&say!(lang, "u-at-equal-effort", cost), Align::Decimal),
-        (say!(lang, "better"), Align::Decimal),
-        (say!(lang, "gain"), Align::Decimal),
-        (say!(lang, "unit"), Align::Left),
-    ]);
-    table.caption = say!(lang, "predicted-standard-uncertainties").into();
-    table.note = say!(lang, "at-equal-effort", cost);
-    for c in &improved.comparison {
-        table.row(vec![
-            Cell::name(&c.id),
-            predicted(c.given),
-            predicted(c.equal_effort),
-            predicted(c.better),
-            Cell::decimals(c.gain, 2),
-            c.unit.as_str().into(),
-        ]);
-    }
+    let table = Rows::of(&improved.comparison)
+        .name(lang.title(say!(lang, "parameter")), |c| &c.id)
+        .decimal(say!(lang, "as-given"), |c| Cell::digits(c.given, 3))
+        .decimal(say!(lang, "u-at-equal-effort", cost), |c| Cell::digits(c.equal_effort, 3))
+        .decimal(say!(lang, "better"), |c| Cell::digits(c.better, 3))
+        .decimal(say!(lang, "gain"), |c| Cell::decimals(c.gain, 2))
+        .left(say!(lang, "unit"), |c| &c.unit)
+        .caption(say!(lang, "predicted-standard-uncertainties"))
+        .note(say!(lang, "at-equal-effort", cost));
     let what = |text: String| say!(lang, "cannot-be-determined-by-any-choice", text);
     let mut notes = shared(&improved.shared, lang);
     notes.extend(defects(&improved.unreachable, what, &nowhere(&improved.frozen, lang), lang));
-    section.table(table).list(notes).full().prose(lang.sentence(&chosen(improved, lang)))
+    Section::new(say!(lang, "the-better-schedule-2"))
+        .prose(lang.sentence(&work_of(&improved.judgement.work, lang)))
+        .verdicts(reached)
+        .proses(goal.into_iter().flat_map(|goal| goal_notes(improved, goal, lang)).map(|note| lang.sentence(&note)))
+        .verdicts(impossible)
+        .verdicts(proven)
+        .proses(said)
+        .proses(to_run.map(|work| say!(lang, "still-to-run-2", work)))
+        .verdicts(apart)
+        .table(table)
+        .list(notes)
+        .full()
+        .prose(lang.sentence(&chosen(improved, lang)))
 }
 
 /// How the better schedule was found.
@@ -185,19 +156,15 @@ fn defects(list: &[NotEstimableReport], what: impl Fn(String) -> String, nowhere
 }
 
 fn order(improved: &ImprovedReport, lang: Language) -> Section {
-    let mut table = Table::new(&[
-        (say!(lang, "mounting"), Align::Left),
-        (say!(lang, "setting"), Align::Left),
-        (say!(lang, "reason"), Align::Left),
-    ]);
-    table.small = true;
-    let mut said: Option<String> = None;
-    for (label, place) in mountings(&improved.positions) {
-        let why = reason(improved, &label, lang).filter(|_| said.as_ref() != Some(&label)).unwrap_or_default();
-        table.row(vec![label.clone(), place, why]);
-        said = Some(label);
-    }
-    Section::new(say!(lang, "to-run-in-this-order")).table(table)
+    let rows = mountings(&improved.positions);
+    let before = std::iter::once(None).chain(rows.iter().map(|(label, _)| Some(label)));
+    let table = Rows::of(rows.iter().zip(before))
+        .left(say!(lang, "mounting"), |((label, _), _)| label)
+        .left(say!(lang, "setting"), |((_, place), _)| place)
+        .left(say!(lang, "reason"), |((label, _), before)| {
+            reason(improved, label, lang).filter(|_| before != Some(label)).unwrap_or_default()
+        });
+    Section::new(say!(lang, "to-run-in-this-order")).table(table.small())
 }
 
 /// Where the positions lie, over the first two joints that stand still.
@@ -242,101 +209,31 @@ fn map(campaign: &Campaign, report: &PlanReport, candidates: Option<&Readings>, 
         .collect();
     let description = if places.is_empty() { caption.to_string() } else { places.join(lang.semicolon()) };
     let chart = Chart::Positions([drawn, given, better], [across, up].map(String::from));
-    section.figures(vec![Figure { caption: caption.into(), description, chart, wide: false }])
-}
-
-/// What a diagnosis could find.
-fn effects_section(effects: &ForesightReport, lang: Language) -> Section {
-    let mut table = Table::new(&[
-        (&lang.title(say!(lang, "effect")), Align::Left),
-        (say!(lang, "meaning"), Align::Left),
-        (say!(lang, "shows-from"), Align::Decimal),
-        (say!(lang, "unit"), Align::Left),
-        (say!(lang, "then-at-a-reading-in-its-u"), Align::Decimal),
-        (say!(lang, "and-shifts"), Align::Left),
-        (say!(lang, "cannot-be-distinguished-from"), Align::Left),
-        (say!(lang, "nearly-alike"), Align::Left),
-    ])
-    .at(Detail::Full, &[1, 7]);
-    table.small = true;
-    table.brief_rows = Some(LISTED);
-    table.caption = say!(lang, "effects-that-would-show").into();
-    table.note = say!(lang, "nearly-alike-cosine-beside-the-model-and").into();
-    for line in group_lines(effects, lang) {
-        let alike: Vec<String> = line.alike.iter().map(|name| format!("`{name}`")).collect();
-        let alike = match line.nearest {
-            Some(nearest) if alike.is_empty() => nearest,
-            _ => lang.first_of(&alike, 4, lang.comma()),
-        };
-        table.row(vec![
-            Cell::name(&line.effect),
-            line.name.into(),
-            Cell::Digits(line.minimal, 3),
-            line.unit.into(),
-            Cell::Digits(line.at_a_reading, 2),
-            line.moves.into(),
-            alike.into(),
-            lang.first_of(&line.near, 4, lang.comma()).into(),
-        ]);
-    }
-    let mut never = Table::new(&[(say!(lang, "effect"), Align::Left), (say!(lang, "taken-up-by"), Align::Left)]);
-    never.small = true;
-    never.brief_rows = Some(LISTED);
-    never.caption = say!(lang, "effects-that-never-show-estimated-parameters-take").into();
-    let places = hidden(effects, lang);
-    for (place, list) in &places {
-        never.row(vec![list.iter().map(|r| format!("`{r}`")).collect::<Vec<_>>().join(", "), place.clone()]);
-    }
-    let mut notes = Vec::new();
-    let zero = not_exercised(effects);
-    if !zero.is_empty() {
-        notes.push(say!(
-            lang,
-            "zero-at-every-position",
-            effects = zero.iter().map(|r| format!("`{r}`")).collect::<Vec<_>>().join(", ")
-        ));
-    }
-    for (column, families) in lacking(effects) {
-        notes.push(say!(lang, "not-tried-without-a-column-kinds-of-2", column, families = families.to_string()));
-    }
-    let [tried, distinct] = [effects.effects.len(), effects.rule.tests].map(|n| n.to_string());
-    let tried = say!(lang, "effects-of-the-catalogue-were-tried-in", tried, distinct);
-    let section = Section::new(say!(lang, "what-a-diagnosis-could-find"))
-        .prose(tried)
-        .prose(lang.sentence(&rule_text(effects, lang)))
-        .table(table);
-    let section = if places.is_empty() { section } else { section.table(never) };
-    section.list(notes)
+    section.figures([Figure { caption: caption.into(), description, chart, wide: false }])
 }
 
 /// A schedule judged; where a better one stands before it, a terminal leaves it out.
 fn judged(heading: &str, j: &JudgementReport, beside: bool, lang: Language) -> Section {
-    let mut table = Table::new(&[
-        (&lang.title(say!(lang, "parameter")), Align::Left),
-        ("u", Align::Decimal),
-        (say!(lang, "unit"), Align::Left),
-        (say!(lang, "strongest-correlation"), Align::Left),
-        (say!(lang, "undetected-fault"), Align::Decimal),
-    ]);
+    let mut rows: Vec<(&str, Cell, &str, String, Cell)> = Vec::new();
     for (k, p) in j.parameters.iter().enumerate() {
-        let u = p.u_arcsec.or(p.u);
-        let unit = if p.kind == Kind::Tilt { "arcsec".to_string() } else { p.unit.clone() };
+        let unit = if p.kind == Kind::Tilt { "arcsec" } else { &p.unit };
         let needs_value = j.lacking.as_ref().is_some_and(|own| own.untold.contains(&p.id));
         let instead = if needs_value { say!(lang, "needs-a-value").into() } else { lang.term("not-estimable") };
+        let u = p.u_arcsec.or(p.u).map_or(Cell::Text(instead), |u| Cell::Digits(u, 3));
         let fault = p.u.and(p.undetected_fault_arcsec.or(p.undetected_fault));
-        table.row(vec![
-            Cell::name(&p.id),
-            u.map_or_else(|| instead.as_str().into(), |u| Cell::Digits(u, 3)),
-            unit.into(),
-            strongest(j, k).unwrap_or_default().into(),
-            predicted(fault),
-        ]);
+        rows.push((&p.id, u, unit, strongest(j, k).unwrap_or_default(), Cell::digits(fault, 3)));
     }
     for d in &j.derived {
         let unit = if d.u_arcsec.is_some() { "arcsec" } else { d.unit.as_str() };
         let note = if d.is_largest { say!(lang, "largest-near-the-reference") } else { "" };
-        table.row(vec![Cell::name(&d.id), predicted(d.u_arcsec.or(d.u)), unit.into(), note.into(), "".into()]);
+        rows.push((&d.id, Cell::digits(d.u_arcsec.or(d.u), 3), unit, note.into(), "".into()));
     }
+    let table = Rows::of(&rows)
+        .name(lang.title(say!(lang, "parameter")), |(id, ..)| id)
+        .decimal("u", |(_, u, ..)| u.clone())
+        .left(say!(lang, "unit"), |(_, _, unit, ..)| *unit)
+        .left(say!(lang, "strongest-correlation"), |(.., strongest, _)| strongest)
+        .decimal(say!(lang, "undetected-fault"), |(.., fault)| fault.clone());
     let w = &j.work;
     let rank = say!(lang, "plan-rank", rank = j.rank.to_string(), dof = lang.count(j.dof, "degree"));
     let mut clauses = vec![work_of(w, lang), rank];
@@ -350,24 +247,20 @@ fn judged(heading: &str, j: &JudgementReport, beside: bool, lang: Language) -> S
     if j.bounds_not_counted > 0 {
         notes.push(lang.sentence(&say!(lang, "bounds-not-counted", n = j.bounds_not_counted)));
     }
-    let through = j.through_tilts.as_ref().map(|t| lang.sentence(&through_tilts(t, lang))).unwrap_or_default();
-    let (tone, verdict) = match j.not_estimable.len() {
+    let verdict = match j.not_estimable.len() {
         0 if j.lacking.is_some() => (Tone::Caution, say!(lang, "not-every-unknown-has-a-predicted-uncertainty").into()),
         0 => (Tone::Good, say!(lang, "every-unknown-can-be-estimated").into()),
         n => (Tone::Bad, say!(lang, "combinations-cannot-be-estimated", n)),
     };
-    let section = if beside { Section::new(heading).full() } else { Section::new(heading) };
-    section
-        .verdict(tone, verdict)
+    let what = |text| say!(lang, "is-not-estimable", text);
+    let further =
+        [j.through_tilts.as_ref().map(|t| through_tilts(t, lang)), j.lacking.as_ref().map(|own| lacking(own, lang))];
+    Section::new(heading)
+        .full_unless(!beside)
+        .verdicts([verdict])
         .prose(work)
-        .prose(through)
-        .prose(j.lacking.as_ref().map(|own| lang.sentence(&lacking_value(own, lang))).unwrap_or_default())
-        .list(defects(
-            &j.not_estimable,
-            |text| say!(lang, "is-not-estimable", text),
-            &nowhere(&BTreeMap::new(), lang),
-            lang,
-        ))
+        .proses(further.into_iter().flatten().map(|said| lang.sentence(&said)))
+        .list(defects(&j.not_estimable, what, &nowhere(&BTreeMap::new(), lang), lang))
         .table(table)
         .list(notes)
 }
@@ -382,31 +275,254 @@ fn strongest(j: &JudgementReport, k: usize) -> Option<String> {
 }
 
 /// What each reading contributes.
-fn readings(heading: &str, j: &JudgementReport, listed: bool, lang: Language) -> Section {
-    let mut readings = Table::new(&[
-        ("#", Align::Right),
-        (say!(lang, "position"), Align::Left),
-        (say!(lang, "setting"), Align::Left),
-        (say!(lang, "sensor"), Align::Left),
-        (say!(lang, "leverage"), Align::Decimal),
-        (say!(lang, "mdb"), Align::Decimal),
-        (say!(lang, "undetected-fault"), Align::Left),
-    ]);
-    readings.caption = say!(lang, "each-value-leverage-minimal-detectable-bias-and").into();
-    readings.small = true;
-    for r in &j.readings {
-        let worst = r.effect_arcsec.iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
-        let effect = worst.map_or(String::new(), |(id, e)| format!("`{id}` {} arcsec", significant(*e, 3)));
-        readings.row(vec![
-            r.index.into(),
-            r.position.as_str().into(),
-            keys(&r.at).into(),
-            r.sensor.as_str().into(),
-            Cell::Decimals(r.leverage, 3),
-            predicted(r.mdb),
-            effect.into(),
-        ]);
+fn readings(j: &JudgementReport, listed: bool, lang: Language) -> Section {
+    let table = Rows::of(&j.readings)
+        .right("#", |r| r.index)
+        .left(say!(lang, "position"), |r| &r.position)
+        .left(say!(lang, "setting"), |r| keys(&r.at))
+        .left(say!(lang, "sensor"), |r| &r.sensor)
+        .decimal(say!(lang, "leverage"), |r| Cell::Decimals(r.leverage, 3))
+        .decimal(say!(lang, "mdb"), |r| Cell::digits(r.mdb, 3))
+        .left(say!(lang, "undetected-fault"), |r| {
+            let worst = r.effect_arcsec.iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
+            worst.map_or(String::new(), |(id, e)| format!("`{id}` {} arcsec", significant(*e, 3)))
+        })
+        .caption(say!(lang, "each-value-leverage-minimal-detectable-bias-and"))
+        .small();
+    Section::new(say!(lang, "readings")).full_unless(listed).table(table)
+}
+
+/// The positions of a schedule, one line for each mounting: its label, and its keys; the key that changes within it has several values.
+fn mountings(positions: &[PlannedPositionReport]) -> Vec<(String, String)> {
+    let mut lines: Vec<(String, String)> = Vec::new();
+    let mut rest = positions;
+    while let Some(first) = rest.first() {
+        // the longest run with this label in which only one key changes
+        let mut changing: Option<&str> = None;
+        let mut length = 1;
+        for other in rest.part(1..) {
+            let same_keys =
+                other.at.keys().eq(first.at.keys()) && other.position == first.position && other.levels == first.levels;
+            let different: Vec<&str> =
+                first.at.iter().filter(|(k, v)| other.at.get(*k) != Some(v)).map(|(k, _)| k.as_str()).collect();
+            match different.as_slice() {
+                [] if same_keys => {}
+                [one] if same_keys && changing.is_none_or(|own| own == *one) => changing = Some(one),
+                _ => break,
+            }
+            length += 1;
+        }
+        let (run, left) = rest.split_at(length);
+        let part = |(key, value): (&String, &f64)| match changing {
+            Some(own) if own == key => {
+                format!("{key} = {}", runs(run.iter().filter_map(|p| p.at.get(key))))
+            }
+            _ => format!("{key} = {value}"),
+        };
+        let mut parts: Vec<String> = first.at.iter().map(part).collect();
+        if changing.is_none() && length > 1 {
+            parts.push(format!("\u{d7} {length}"));
+        }
+        parts.extend(first.levels.iter().map(|(column, level)| format!("{column} = {level}")));
+        lines.push((first.position.clone(), parts.join(", ")));
+        rest = left;
     }
-    let section = Section::new(heading);
-    if listed { section.table(readings) } else { section.full().table(readings) }
+    lines
+}
+
+/// Values in order, four and more of one in a row as `40 × 4`.
+fn runs<'a>(values: impl Iterator<Item = &'a f64>) -> String {
+    let mut runs: Vec<(f64, usize)> = Vec::new();
+    for value in values {
+        match runs.last_mut() {
+            Some((own, count)) if own == value => *count += 1,
+            _ => runs.push((*value, 1)),
+        }
+    }
+    let text = |(value, count): (f64, usize)| match count {
+        1..=3 => vec![value.to_string(); count].join(", "),
+        _ => format!("{value}\u{a0}\u{d7}\u{a0}{count}"),
+    };
+    runs.into_iter().map(text).collect::<Vec<_>>().join(", ")
+}
+
+/// How good the choice is proven to be.
+fn proof(improved: &ImprovedReport, lang: Language) -> Option<String> {
+    if let Some(all) = improved.enumerated {
+        return Some(say!(lang, "best-of-all-choices", all = all.to_string()));
+    }
+    Some(say!(lang, "proven-efficiency", share = percent(improved.efficiency?)))
+}
+
+/// What moving the angles between the candidates brought.
+fn moved(improved: &ImprovedReport, lang: Language) -> Option<String> {
+    let refined = improved.refined.as_ref()?;
+    let resolution = significant(refined.resolution_deg, 3);
+    if refined.moved == 0 {
+        return Some(say!(lang, "no-angle-is-worth-moving", resolution));
+    }
+    let (mountings, gain) = (refined.moved.to_string(), significant(100.0 * refined.gain, 2));
+    Some(say!(lang, "angles-moved", finished = refined.finished, mountings, resolution, gain))
+}
+
+/// Why the efficiency is below 0.99: the bound, or the few portions.
+fn shortfall(improved: &ImprovedReport, lang: Language) -> Option<String> {
+    let (efficiency, gap) = (improved.efficiency?, improved.bound_gap?);
+    let short = 1.0 - efficiency;
+    (short > 0.01).then(|| match gap < 0.1 * short {
+        true if improved.cost_limit.is_some() => say!(lang, "the-bound-allows-more-mountings-than-the").into(),
+        true => say!(lang, "so-few-portions-cannot-follow-the-best").into(),
+        false => say!(lang, "the-bound-itself-may-be-too-high", gap = significant(gap, 2)),
+    })
+}
+
+/// The limit of the cost, and where it comes from.
+fn cost_limit(improved: &ImprovedReport, limit: f64, lang: Language) -> String {
+    let cost = significant(limit, 4);
+    match improved.budget {
+        Some(_) => say!(lang, "within-a-budget-of-for-what-was", cost),
+        None => say!(lang, "at-no-more-cost-than-the-given", cost),
+    }
+}
+
+/// Why a mounting is there, in words.
+fn reason(improved: &ImprovedReport, label: &str, lang: Language) -> Option<String> {
+    let reason = improved.reasons.iter().find(|r| r.position == label)?;
+    Some(match reason.grows {
+        None => say!(lang, "without-it-nothing-determines", parameter = reason.parameter),
+        Some(grows) => {
+            let share = significant(100.0 * (grows - 1.0).max(0.0), 2);
+            say!(lang, "without-it-u-of-grows-by", parameter = reason.parameter, share)
+        }
+    })
+}
+
+/// How well two effects are told apart, before and after.
+fn apart(separation: &DiscriminationReport, lang: Language) -> Vec<String> {
+    let [a, b] = &separation.effects;
+    let known = |u: &[Option<f64>; 2]| match u {
+        [Some(p), Some(q)] => say!(lang, "u-of-their-coefficients-and", p = significant(*p, 3), q = significant(*q, 3)),
+        _ => lang.term("not-estimable"),
+    };
+    let mut lines = vec![say!(lang, "and-both-in-the-model-before", a, b, before = known(&separation.before))];
+    lines.push(match separation.after {
+        [Some(_), Some(_)] => say!(lang, "with-the-added-positions", after = known(&separation.after)),
+        _ => say!(lang, "no-candidate-discriminates", a, b),
+    });
+    lines
+}
+
+/// A share that something has at least: cut, not rounded up.
+fn percent(share: f64) -> String {
+    format!("{:.2} %", (share * 1e4 + 1e-2).floor() / 100.0)
+}
+
+/// What an effect that is to be found asks of the schedule.
+fn found_with(find: &FindReport, lang: Language) -> String {
+    say!(
+        lang,
+        "of-is-found-with-probability-where-the",
+        effect = find.effect,
+        size = significant(find.size, 3),
+        power = find.power.to_string(),
+        coefficient = find.coefficient,
+        u = significant(find.u, 3)
+    )
+}
+
+/// What a goal counts, and what is known of its cost.
+fn goal_notes(improved: &ImprovedReport, goal: &GoalReport, lang: Language) -> Vec<String> {
+    let counted = goal.limits.keys().map(String::as_str).collect::<Vec<_>>().join(", ");
+    let derived = improved.judgement.derived.iter().map(|d| d.id.as_str());
+    let derived: Vec<&str> = derived.filter(|id| !goal.limits.contains_key(*id)).collect();
+    let some = !derived.is_empty();
+    let mut notes = vec![say!(lang, "the-goal-counts", counted, some, derived = derived.join(", "))];
+    if goal.is_cheapest_found && goal.reached {
+        notes.push(say!(lang, "this-is-the-cheapest-schedule-that-was").into());
+    }
+    notes
+}
+
+/// Two effects that no candidate tells apart: there is no better schedule to show.
+fn not_told_apart(improved: &ImprovedReport, lang: Language) -> Option<String> {
+    let separation = improved.separation.as_ref()?;
+    let [a, b] = &separation.effects;
+    let none = separation.after.iter().any(Option::is_none);
+    none.then(|| say!(lang, "no-candidate-discriminates", a, b))
+}
+
+/// The point at which schedules are judged, in words: values with their source, then what stands at zero.
+fn judged_at(point: &[PointReport], lang: Language) -> String {
+    let mut parts: Vec<String> = Vec::new();
+    let mut zero: Vec<&str> = Vec::new();
+    for value in point {
+        let (number, unit) = match value.arcsec {
+            Some(arcsec) => (arcsec, "arcsec"),
+            None => (value.value, value.unit.as_str()),
+        };
+        match value.from {
+            PointSource::Zero => zero.push(&value.id),
+            from => {
+                let from = lang.term(&from.to_string());
+                parts.push(format!("{} = {} {unit} ({from})", value.id, significant(number, 4)).replace("  ", " "));
+            }
+        }
+    }
+    match (zero.len(), parts.is_empty()) {
+        (0, _) => {}
+        (_, true) => parts.push(say!(lang, "zero-no-parameter-has-a-start-prior").into()),
+        (1..=6, _) => parts.push(format!("{} = 0", zero.join(", "))),
+        (count, _) => parts.push(say!(lang, "plan-table-others", count = count.to_string())),
+    }
+    parts.join(", ")
+}
+
+/// What needs a value, in one sentence.
+fn lacking(lacking: &LackingReport, lang: Language) -> String {
+    let needs = lacking.needs.join(", ");
+    let first = lacking.needs.first().map_or("", String::as_str);
+    let untold = lacking.untold.join(", ");
+    say!(lang, "uncertainty-depends-on-a-value", untold, needs, first)
+}
+
+fn work_of(w: &Work, lang: Language) -> String {
+    say!(
+        lang,
+        "in-with-cost",
+        readings = lang.count(w.readings, "reading"),
+        mountings = w.mountings.to_string(),
+        rate_changes = w.rate_changes.to_string(),
+        cost = significant(w.cost, 4)
+    )
+}
+
+/// What known inputs do through the tilts, in one sentence.
+fn through_tilts(through: &ThroughTiltsReport, lang: Language) -> String {
+    let (u, unit) = match through.u_arcsec {
+        Some(arcsec) => (arcsec, " arcsec"),
+        None => (through.u, ""),
+    };
+    let ThroughTiltsReport { known, parameter, tilts_arcsec, .. } = through;
+    let (u, tilts) = (significant(u, 2), significant(*tilts_arcsec, 3));
+    match through.counted {
+        true => say!(lang, "counted-above-with-tilts-of-arcsec-the", tilts, known, u, unit, parameter),
+        false => say!(lang, "not-counted-the-uncertainty-of-acts-through", known, tilts, u, unit, parameter),
+    }
+}
+
+/// The levels that chosen positions are planned for, where they share deviations.
+fn shared(list: &[SharedReport], lang: Language) -> Vec<String> {
+    let told = |own: &SharedReport| {
+        let SharedReport { line, column, levels } = own;
+        say!(lang, "positions-share-deviations-planned-for", line, levels = format!("{column} = {}", levels.join(", ")))
+    };
+    list.iter().map(told).collect()
+}
+
+/// Why no position separates what is not estimable: none of the bench does, or the candidates hold a column at one value.
+fn nowhere(frozen: &BTreeMap<String, f64>, lang: Language) -> String {
+    match frozen.is_empty() {
+        true => say!(lang, "no-position-of-this-bench-would-separate-2").into(),
+        false => say!(lang, "no-candidate-would-separate-it-but-all", held = keys(frozen)),
+    }
 }

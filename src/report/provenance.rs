@@ -1,7 +1,10 @@
-//! What a report was made from: names of the input files and digests of their bytes.
+//! What a report was made from: names of the input files and digests of their bytes; the begin and the end of every page say them.
 
+use super::VERSION;
+use crate::document::Document;
 #[cfg(feature = "cli")]
 use crate::elements::Parts;
+use crate::language::{Language, say};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 #[cfg(feature = "cli")]
@@ -42,4 +45,12 @@ impl Input {
         let sha256 = digest.finalize().iter().map(|byte| format!("{byte:02x}")).collect();
         Ok(Input { name: name.into(), sha256 })
     }
+}
+
+/// A document without sections, with version and inputs at its end.
+pub(super) fn begin(title: impl Into<String>, inputs: &[Input], lang: Language) -> Document {
+    let digest = |input: &Input| (say!(lang, "sha-of", name = input.name), format!("`{}`", input.sha256));
+    let version = (say!(lang, "made-by").to_string(), format!("tumble {VERSION}"));
+    let colophon = [version].into_iter().chain(inputs.iter().map(digest)).collect();
+    Document { title: title.into(), language: lang, colophon, ..Document::default() }
 }

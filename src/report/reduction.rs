@@ -1,9 +1,15 @@
-//! The report of a reduction (`tumble reduce --json`).
+//! A reduction of samples to readings: its report (`tumble reduce --json`), and its document: the record with its segments, the means, and where
+//! their uncertainties come from.
 
-use super::{VERSION, finite};
-use crate::record::JumpKind;
-use crate::reduce::EventKind;
-use crate::report::ReportKind;
+use super::noise::events;
+use super::provenance::begin;
+use super::{Input, ReportKind, VERSION, finite};
+use crate::document::chart::{Chart, RecordChart};
+use crate::document::number::significant;
+use crate::document::{Cell, Detail, Document, Figure, Rows, Section, Tone};
+use crate::language::{Language, say};
+use crate::record::Jump;
+use crate::reduce::{EventKind, Segment, Trace};
 use crate::wire::Reduced;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -42,7 +48,7 @@ pub struct ReduceReport {
     pub clock_jumps: Option<u64>,
     /// Gaps and jumps one by one, the first thousand.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub jumps: Vec<JumpReport>,
+    pub jumps: Vec<Jump>,
     /// Events of the whole record, by column and kind.
     pub events: BTreeMap<String, BTreeMap<EventKind, u64>>,
 }
@@ -128,20 +134,6 @@ pub struct SegmentMeanReport {
     /// Events within the segment, by kind.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub events: BTreeMap<EventKind, u64>,
-}
-
-/// A step of the times that is none from one sample to the next.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
-pub struct JumpReport {
-    /// What it looks like.
-    pub kind: JumpKind,
-    /// Rows before it.
-    pub row: u64,
-    /// Time of the last of them, s since the first.
-    pub time_s: f64,
-    /// The step, s.
-    pub step_s: f64,
 }
 
 /// A stretch that did not become a reading.
@@ -230,11 +222,142 @@ pub fn reduce_report(record: &str, reduced: &Reduced) -> ReduceReport {
             .collect(),
         gaps: reduced.gaps,
         clock_jumps: Some(reduced.clock_jumps),
-        jumps: reduced
-            .jumps
-            .iter()
-            .map(|j| JumpReport { kind: j.kind, row: j.row, time_s: j.time, step_s: j.step })
-            .collect(),
+        jumps: reduced.jumps.clone(),
         events,
     }
+}
+
+/// The document of a reduction; `record` is its picture, `sources` puts before a reader of a terminal where each uncertainty comes from.
+pub fn reduce_document(
+    report: &ReduceReport,
+    record: Option<RecordChart>,
+    inputs: &[Input],
+    sources: bool,
+    lang: Language,
+) -> Document {
+    let rate = significant(1.0 / report.interval_s, 6);
+    let grouped = say!(lang, "grouped-by", what = report.segments.len().to_string(), by = lang.name(&report.by));
+    let caption = say!(lang, "the-whole-record-segments-are-shaded");
+    let result = Section::new(say!(lang, "record"))
+        .verdicts([verdict(report, lang)])
+        .verdicts(notes(report, lang).into_iter().map(|text| (Tone::Caution, text)))
+        .figures(record.map(|chart| Figure::new(caption, Chart::Record(chart), true)));
+    let means = Section::new(say!(lang, "readings"));
+    let means = if sources { means } else { means.table(overview(report, lang)).full() };
+    let blocks = || say!(lang, "segments-begin-and-end-with-blocks-of", block = report.block.to_string());
+    let means = means
+        .table(table(report, lang))
+        .brief()
+        .prose(say!(lang, "u-on-either-side-of-a-mean"))
+        .proses((report.block > 1).then(blocks));
+    let rejected = Rows::of(&report.rejected)
+        .decimal(say!(lang, "from-s"), |r| Cell::Decimals(r.start_s, 3))
+        .decimal(say!(lang, "to-s"), |r| Cell::Decimals(r.end_s, 3))
+        .left(say!(lang, "reason"), |r| lang.name(&r.reason));
+    begin(say!(lang, "from-samples-to-readings"), inputs, lang)
+        .fact(say!(lang, "record"), &report.record)
+        .fact(say!(lang, "samples"), report.samples.to_string())
+        .fact(say!(lang, "sampling-rate"), format!("{rate} Hz"))
+        .fact(say!(lang, "segments"), grouped)
+        .section(result)
+        .section(means)
+        .section(Section::new(say!(lang, "not-used-2")).table(rejected))
+}
+
+/// The picture of a record: for each step of it the smallest and largest value of each channel.
+pub fn record_chart(trace: &Trace, segments: &[Segment]) -> RecordChart {
+    const STEPS: usize = 820;
+    let channels = trace.channels.iter().map(|channel| {
+        let step = (channel.means.len() / STEPS).max(1);
+        let course = channel.means.chunks(step).enumerate().flat_map(|(k, chunk)| {
+            let at = trace.time((k * step * trace.block) as u64);
+            let ends = chunk.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(*v), b.max(*v)));
+            [Some((at, ends.0)), (chunk.len() > 1).then_some((at, ends.1))].into_iter().flatten()
+        });
+        let unit = if channel.unit.is_empty() { String::new() } else { format!(", {}", channel.unit) };
+        (format!("{}{unit}", channel.name), course.collect())
+    });
+    let pieces = segments.iter().flat_map(|segment| &segment.pieces);
+    RecordChart {
+        channels: channels.collect(),
+        segments: pieces.map(|piece| (trace.time(piece.start), trace.time(piece.end))).collect(),
+        end: trace.time(trace.samples.saturating_sub(1)).max(trace.interval),
+    }
+}
+
+fn each(report: &ReduceReport) -> impl Iterator<Item = (&str, &SegmentMeanReport)> {
+    report.segments.iter().flat_map(|s| s.means.iter().map(|m| (s.position.as_str(), m)))
+}
+
+/// Segments, what was left out, slopes and odd samples, in one sentence.
+fn verdict(report: &ReduceReport, lang: Language) -> (Tone, String) {
+    let all = each(report).count();
+    let sloping = each(report).filter(|(_, m)| m.sloping == Some(true)).count();
+    let odd: u64 = each(report).flat_map(|(_, m)| m.events.values()).sum();
+    let tone = match report.segments.is_empty() {
+        true => Tone::Bad,
+        false if odd > 0 || sloping * 20 > all => Tone::Caution,
+        false => Tone::Good,
+    };
+    let sentence = say!(
+        lang,
+        "not-used-of-means-have-a-slope",
+        segments = report.segments.len().to_string(),
+        stretches = report.rejected.len().to_string(),
+        sloping = sloping.to_string(),
+        all = all.to_string(),
+        odd = odd.to_string()
+    );
+    (tone, sentence)
+}
+
+/// What a reader should know of single segments.
+fn notes(report: &ReduceReport, lang: Language) -> Vec<String> {
+    let mut notes = Vec::new();
+    for (segment, m) in each(report).filter(|(_, m)| m.noisier > 1.0) {
+        let [column, segment, times] = [m.column.clone(), segment.to_string(), significant(m.noisier, 2)];
+        let apart = m.apart == Some(true);
+        notes.push(say!(lang, "noisier-segment", apart, column, segment, times));
+    }
+    for segment in report.segments.iter().filter(|s| !s.notes.is_empty()) {
+        let said: Vec<_> = segment.notes.iter().map(|note| lang.name(note)).collect();
+        let notes_of = say!(lang, "reduction-segment", segment = segment.position, notes = said.join(lang.semicolon()));
+        notes.push(notes_of);
+    }
+    notes
+}
+
+/// A row for each segment, its means beside one another.
+fn overview(report: &ReduceReport, lang: Language) -> Rows<&SegmentReport> {
+    let table = Rows::of(&report.segments)
+        .left(say!(lang, "position"), |s| &s.position)
+        .decimal(say!(lang, "from-s"), |s| Cell::Decimals(s.start_s, 2))
+        .decimal(say!(lang, "to-s"), |s| Cell::Decimals(s.end_s, 2));
+    let column = |table: Rows<_>, (k, mean): (usize, &SegmentMeanReport)| {
+        let own = |s: &SegmentReport, cell: fn(&SegmentMeanReport) -> Cell| s.means.get(k).map_or("".into(), cell);
+        let table = table.decimal(&mean.column, |s| own(s, |m| Cell::Value(m.mean, Some(m.u))));
+        table.decimal("u", |s| own(s, |m| Cell::Digits(m.u, 2)))
+    };
+    report.segments.first().into_iter().flat_map(|s| &s.means).enumerate().fold(table, column)
+}
+
+/// A row for each mean, with what its uncertainty would be in other ways.
+fn table(report: &ReduceReport, lang: Language) -> Rows<(bool, &SegmentReport, &SegmentMeanReport)> {
+    let rows = report.segments.iter().flat_map(|s| s.means.iter().enumerate().map(move |(k, m)| (k == 0, s, m)));
+    Rows::of(rows)
+        .left(say!(lang, "position"), |(first, s, _)| if first { &s.position } else { "" })
+        .name(say!(lang, "column"), |(.., m)| &m.column)
+        .right("n", |(first, s, _)| if first { s.n.to_string() } else { String::new() })
+        .decimal(say!(lang, "mean"), |(.., m)| Cell::Value(m.mean, Some(m.u)))
+        .decimal("u", |(.., m)| Cell::Digits(m.u, 2))
+        .decimal(say!(lang, "white"), |(.., m)| Cell::Digits(m.u_white, 2))
+        .decimal(say!(lang, "autocorr"), |(.., m)| Cell::Digits(m.u_autocorrelation, 2))
+        .decimal(say!(lang, "allan"), |(.., m)| Cell::Digits(m.u_allan_floor, 2))
+        .decimal(say!(lang, "n-eff"), |(.., m)| Cell::Digits(m.effective_n, 2))
+        .decimal(say!(lang, "lag"), |(.., m)| Cell::Decimals(m.lag1, 2))
+        .decimal(say!(lang, "slope-p"), |(.., m)| Cell::Probability(m.slope_p))
+        .left(say!(lang, "odd"), |(.., m)| events(&m.events, lang))
+        .at(Detail::Full)
+        .rule(|(first, ..)| first)
+        .small()
 }

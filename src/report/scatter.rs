@@ -3,7 +3,7 @@
 use super::finite;
 use crate::campaign::{Known, Per, Size};
 use crate::document::number::{percent, significant};
-use crate::document::{Align, Cell, Section, Table};
+use crate::document::{Cell, Rows, Section};
 use crate::estimate::LineState;
 use crate::fit::{Fit, VarianceFrom, VarianceSource};
 use crate::language::{Language, Sentence, say, sentence};
@@ -226,41 +226,29 @@ pub(super) fn section(sources: &[ScatterReport], lang: Language) -> Section {
     if !is_worth_a_table(sources) {
         return section;
     }
-    let mut table = Table::new(&[
-        (say!(lang, "source"), Align::Left),
-        ("sd", Align::Right),
-        ("u(sd)", Align::Right),
-        (say!(lang, "state"), Align::Left),
-        (say!(lang, "values"), Align::Right),
-        (say!(lang, "scatter-largest-share"), Align::Left),
-    ]);
-    table.small = true;
-    table.note = say!(lang, "sd-standard-deviation-of-one-deviation-a").into();
-    let mut notes = Vec::new();
-    for own in sources {
-        let sd = match (own.sd, own.tau) {
-            (Some(sd), None) => format!("{} {}", significant(sd, 3), own.unit).trim_end().into(),
-            (Some(sd), Some(tau)) => {
-                let sd = format!("{} {}", significant(sd, 3), own.unit);
-                format!("{}{}\u{3c4} = {}", sd.trim_end(), lang.clause(), significant(tau, 3)).into()
-            }
-            (None, _) => Cell::absent(),
-        };
-        let largest = own.share.iter().max_by(|a, b| a.1.total_cmp(b.1)).filter(|(_, share)| **share > 0.0);
-        let from = lang.term(&own.from.to_string()).into();
-        table.row(vec![
-            source_name(&own.source, lang).into(),
-            sd,
-            Cell::digits(own.u_sd, 2),
-            from,
-            own.levels.into(),
-            largest.map_or_else(Cell::absent, |(id, share)| format!("{id} {} %", percent(*share)).into()),
-        ]);
-        notes.extend(
-            own.note
-                .as_ref()
-                .map(|note| say!(lang, "source-note-sentence", source = source_name(&own.source, lang), note)),
-        );
-    }
+    let sd = |own: &ScatterReport| {
+        let text = format!("{} {}", significant(own.sd?, 3), own.unit);
+        Some(match own.tau {
+            None => text.trim_end().to_string(),
+            Some(tau) => format!("{}{}\u{3c4} = {}", text.trim_end(), lang.clause(), significant(tau, 3)),
+        })
+    };
+    let largest = |own: &ScatterReport| {
+        let (id, share) = own.share.iter().max_by(|a, b| a.1.total_cmp(b.1)).filter(|(_, share)| **share > 0.0)?;
+        Some(format!("{id} {} %", percent(*share)))
+    };
+    let table = Rows::of(sources)
+        .left(say!(lang, "source"), |own| source_name(&own.source, lang))
+        .right("sd", sd)
+        .right("u(sd)", |own| Cell::digits(own.u_sd, 2))
+        .left(say!(lang, "state"), |own| lang.term(&own.from.to_string()))
+        .right(say!(lang, "values"), |own| own.levels)
+        .left(say!(lang, "scatter-largest-share"), largest)
+        .small()
+        .note(say!(lang, "sd-standard-deviation-of-one-deviation-a"));
+    let notes = sources.iter().filter_map(|own| {
+        let (source, note) = (source_name(&own.source, lang), own.note.as_ref()?);
+        Some(say!(lang, "source-note-sentence", source, note))
+    });
     section.table(table).list(notes)
 }

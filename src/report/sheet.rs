@@ -1,12 +1,12 @@
 //! A run sheet: the readings of a schedule in the order to run, with empty cells for what is read, as a document and as a table that goes back
 //! as the readings of a campaign.
 
-use super::colophon::begin;
+use super::provenance::begin;
 use super::scene::scene_figure;
 use super::separation::position_keys;
-use crate::campaign::{Campaign, JointState, Reading};
+use crate::campaign::{Campaign, Reading};
 use crate::document::number::trimmed;
-use crate::document::{Align, Cell, Document, Section, Table};
+use crate::document::{Document, Rows, Section};
 use crate::language::{Language, say};
 use crate::plan::{Costs, mountings};
 
@@ -81,50 +81,41 @@ pub fn sheet_document(schedule: &Campaign, costs: &Costs, lang: Language) -> Doc
     let columns = Columns::of(schedule);
     let of = mountings(rows);
     let work = costs.work(rows);
-    let mut document = begin(say!(lang, "run-sheet", bench = lang.name(&schedule.bench.title)), &[], lang);
-    document.facts = vec![
-        (say!(lang, "bench").into(), format!("`{}`", schedule.bench.id)),
-        (say!(lang, "readings").into(), work.readings.to_string()),
-        (say!(lang, "mountings").into(), work.mountings.to_string()),
-        (say!(lang, "cost").into(), trimmed(work.cost)),
-    ];
-    let titles = columns.titles(schedule);
-    let mut heads = vec![("#", Align::Right), (say!(lang, "mounting"), Align::Left)];
-    heads.extend(titles.iter().map(|title| (title.as_str(), Align::Decimal)));
-    let sensors: Vec<String> = schedule
-        .bench
-        .sensors
-        .iter()
-        .map(|own| if own.unit.is_empty() { own.id.clone() } else { format!("{} ({})", own.id, own.unit) })
-        .collect();
-    heads.extend(sensors.iter().map(|title| (title.as_str(), Align::Decimal)));
-    heads.extend([(say!(lang, "cost-so-far"), Align::Decimal), (say!(lang, "note"), Align::Left)]);
-    let mut table = Table::new(&heads);
-    let mut before = None;
-    for (k, (row, mounting)) in rows.iter().zip(&of).enumerate() {
-        let label = name_of(row, *mounting);
-        let new = before != Some(*mounting);
-        let mut cells: Vec<Cell> = vec![(k + 1).into(), if new { label.into() } else { "".into() }];
-        cells.extend(columns.cells(schedule, row).into_iter().map(Cell::from));
-        let empty = |sensor: usize| Cell::Text(value_of(row, sensor).unwrap_or_else(|| BLANK.into()));
-        cells.extend((0..sensors.len()).map(empty));
-        let done = rows.get(..=k).map_or(0.0, |done| costs.work(done).cost);
-        cells.extend([Cell::Text(trimmed(done)), BLANK.into()]);
-        table.row(cells).rule(new && k > 0);
-        before = Some(*mounting);
+    let begins = std::iter::once(None).chain(of.iter().map(Some)).zip(&of).map(|(before, own)| before != Some(own));
+    let numbered = rows.iter().zip(&of).zip(begins).enumerate();
+    let mut table = Rows::of(numbered.map(|(k, ((row, mounting), new))| (k, row, *mounting, new)))
+        .right("#", |(k, ..)| k + 1)
+        .left(
+            say!(lang, "mounting"),
+            |(_, row, mounting, new)| if new { name_of(row, mounting) } else { String::new() },
+        )
+        .rule(|(k, .., new)| new && k > 0);
+    for (k, title) in columns.titles(schedule).into_iter().enumerate() {
+        table =
+            table.decimal(title, |(_, row, ..)| columns.cells(schedule, row).into_iter().nth(k).unwrap_or_default());
     }
+    for (k, own) in schedule.bench.sensors.iter().enumerate() {
+        let title = if own.unit.is_empty() { own.id.clone() } else { format!("{} ({})", own.id, own.unit) };
+        table = table.decimal(title, |(_, row, ..)| value_of(row, k).unwrap_or_else(|| BLANK.into()));
+    }
+    let table = table
+        .decimal(say!(lang, "cost-so-far"), |(k, ..)| trimmed(rows.get(..=k).map_or(0.0, |done| costs.work(done).cost)))
+        .left(say!(lang, "note"), |_| BLANK);
     let mut figures = Vec::new();
-    let mut drawn: Vec<(usize, &[JointState])> = Vec::new();
+    let mut drawn: Vec<usize> = Vec::new();
     for (row, mounting) in rows.iter().zip(&of) {
-        if !drawn.iter().any(|(own, _)| own == mounting) && drawn.len() < DRAWN {
-            drawn.push((*mounting, &row.joints));
+        if !drawn.contains(mounting) && drawn.len() < DRAWN {
+            drawn.push(*mounting);
             let caption = format!("{} {}", lang.title(say!(lang, "mounting")), name_of(row, *mounting));
             figures.push(scene_figure(&schedule.bench, &row.joints, caption, lang));
         }
     }
-    let note = say!(lang, "run-sheet-how");
-    document
-        .section(Section::new(say!(lang, "readings")).prose(note).table(table))
+    begin(say!(lang, "run-sheet", bench = lang.name(&schedule.bench.title)), &[], lang)
+        .fact(say!(lang, "bench"), format!("`{}`", schedule.bench.id))
+        .fact(say!(lang, "readings"), work.readings.to_string())
+        .fact(say!(lang, "mountings"), work.mountings.to_string())
+        .fact(say!(lang, "cost"), trimmed(work.cost))
+        .section(Section::new(say!(lang, "readings")).prose(say!(lang, "run-sheet-how")).table(table))
         .section(Section::new(say!(lang, "mountings")).figures(figures))
 }
 

@@ -60,7 +60,7 @@ pub struct GravityReport {
 }
 
 /// The site of a bench.
-pub fn site(bench: &Bench) -> SiteReport {
+pub(super) fn site(bench: &Bench) -> SiteReport {
     let own = bench.site;
     let (from, formula, altitude_m) = match own.map(|site| site.gravity_from).unwrap_or_default() {
         GravityFrom::Assumed => (GravityBasis::Assumed, None, None),
@@ -98,7 +98,7 @@ fn sees_force(bench: &Bench) -> bool {
 }
 
 /// Gravity in words.
-pub fn gravity_text(report: &SiteReport, lang: Language) -> String {
+pub(super) fn gravity_text(report: &SiteReport, lang: Language) -> String {
     let gravity = &report.gravity;
     let u = if gravity.u > 0.0 { format!(" (u {:.1e})", gravity.u) } else { String::new() };
     let from = match (&gravity.formula, gravity.altitude_m) {

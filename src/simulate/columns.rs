@@ -34,7 +34,7 @@ impl<'a> Table<'a> {
         let mut seen = std::collections::HashMap::new();
         let mut state = Vec::with_capacity(campaign.readings.rows.len());
         for reading in &campaign.readings.rows {
-            let key: Vec<[u64; 4]> = reading.joints.iter().map(bits).collect();
+            let key: Vec<[u64; 3]> = reading.joints.iter().map(JointState::bits).collect();
             let index = *seen.entry(key).or_insert_with(|| {
                 states.push((reading, Vec::new()));
                 states.len() - 1
@@ -120,19 +120,6 @@ impl<'a> Table<'a> {
         }
         mean
     }
-}
-
-/// A joint's state as comparable bits; a negative zero is a zero.
-fn bits(state: &JointState) -> [u64; 4] {
-    let (deg, deg_s, turns) = state.keys();
-    let code = |value: Option<f64>| value.map_or(u64::MAX, |v| (v + 0.0).to_bits());
-    let kind = match state {
-        JointState::Held { .. } => 0,
-        JointState::WholeTurns { .. } => 1,
-        JointState::PartTurns { .. } => 2,
-        JointState::Passing { .. } => 3,
-    };
-    [kind, code(deg), code(deg_s), code(turns)]
 }
 
 /// The columns of several regressors, `rows` long each; `Tilt` and `Known` have none here (they are derivatives of the model) and give zeros.

@@ -69,9 +69,7 @@ impl Hidden {
     pub fn new(campaign: &Campaign, regressor: &str, value: f64, sensor: Option<usize>) -> Result<Self> {
         Ok(Hidden { regressor: Regressor::parse(campaign, sensor, regressor)?, value, sensor })
     }
-}
 
-impl Hidden {
     /// The unit of its coefficient: radians for a tilt, else the unit that follows from the sensor's line with the term; `None` where that is open.
     pub fn unit(&self, campaign: &Campaign) -> Option<String> {
         let sensor = self.sensor.or((campaign.bench.sensors.len() == 1).then_some(0));

@@ -64,6 +64,12 @@ pub struct Contribution {
 }
 
 impl Contribution {
+    /// Of many readings, or a pair of inputs: of no single source with an estimate of its own.
+    pub(crate) fn of_many(source: String, evaluation: Evaluation, u: f64, dof: f64) -> Self {
+        let distribution = if dof.is_finite() { Shape::T } else { Shape::Normal };
+        Contribution { source, evaluation, distribution, estimate: None, source_u: None, sensitivity: None, u, dof }
+    }
+
     /// What it adds to the variance.
     pub fn variance(&self) -> f64 {
         self.u * self.u.abs()
@@ -101,27 +107,7 @@ pub struct Combined {
 /// assert!((combined.dof - 625.0 * 4.0 / 81.0).abs() < 1e-9);
 /// ```
 pub fn combine(contributions: &[Contribution], level: f64) -> Option<Combined> {
-    let sum = |of: Option<Evaluation>| -> f64 {
-        // an empty sum of floats is -0
-        contributions
-            .iter()
-            .filter(|c| of.is_none_or(|e| c.evaluation == e))
-            .fold(0.0, |s, c| s + c.variance())
-            .max(0.0)
-            .sqrt()
-    };
-    let u = sum(None);
-    let parts = contributions.iter().map(|c| (c.u, c.dof));
-    let dof = effective_dof(u, parts);
-    let coverage_factor = quantiles::coverage_factor(level, dof)?;
-    Some(Combined {
-        u,
-        type_a: sum(Some(Evaluation::TypeA)),
-        type_b: sum(Some(Evaluation::TypeB)),
-        dof,
-        coverage_factor,
-        expanded: coverage_factor * u,
-    })
+    combine_groups(contributions, &|_| None, &[], level)
 }
 
 /// `u^4 / sum(u_i^4 / nu_i)`.
@@ -139,13 +125,15 @@ pub fn combine_groups(
     dof: &[f64],
     level: f64,
 ) -> Option<Combined> {
-    let separate = combine(contributions, level)?;
-    let one = |k: usize| {
-        let own = contributions.iter().filter(|c| group(c) == Some(k));
-        own.map(Contribution::variance).sum::<f64>().max(0.0).sqrt()
+    let sum = |of: &dyn Fn(&Contribution) -> bool| -> f64 {
+        // an empty sum of floats is -0
+        contributions.iter().filter(|c| of(c)).fold(0.0, |s, c| s + c.variance()).max(0.0).sqrt()
     };
+    let u = sum(&|_| true);
     let others = contributions.iter().filter(|c| group(c).is_none()).map(|c| (c.u, c.dof));
-    let dof = effective_dof(separate.u, others.chain(dof.iter().enumerate().map(|(k, dof)| (one(k), *dof))));
+    let groups = dof.iter().enumerate().map(|(k, dof)| (sum(&|c| group(c) == Some(k)), *dof));
+    let dof = effective_dof(u, others.chain(groups));
     let coverage_factor = quantiles::coverage_factor(level, dof)?;
-    Some(Combined { dof, coverage_factor, expanded: coverage_factor * separate.u, ..separate })
+    let [type_a, type_b] = [Evaluation::TypeA, Evaluation::TypeB].map(|own| sum(&|c| c.evaluation == own));
+    Some(Combined { u, type_a, type_b, dof, coverage_factor, expanded: coverage_factor * u })
 }

@@ -222,13 +222,9 @@ fn drop_infinite(values: &mut Vec<f64>, count: usize) {
 fn draw(model: &Model, size: usize, seed: u64, block: u64) -> Vec<f64> {
     // any odd multiplier keeps the blocks apart; this one is the golden ratio's
     let mut random = Pcg64Mcg::seed_from_u64(seed.wrapping_add(block.wrapping_mul(0x9e37_79b9_7f4a_7c15)));
-    let chi_square: Vec<Option<ChiSquared<f64>>> =
-        model.scatter.iter().map(|s| if s.dof.is_finite() { ChiSquared::new(s.dof).ok() } else { None }).collect();
-    let known_chi: Vec<Option<ChiSquared<f64>>> = model
-        .known
-        .iter()
-        .map(|k| if k.known.dof.is_finite() { ChiSquared::new(k.known.dof).ok() } else { None })
-        .collect();
+    let of = |dof: f64| if dof.is_finite() { ChiSquared::new(dof).ok() } else { None };
+    let chi_square: Vec<Option<ChiSquared<f64>>> = model.scatter.iter().map(|own| of(own.dof)).collect();
+    let known_chi: Vec<Option<ChiSquared<f64>>> = model.known.iter().map(|own| of(own.known.dof)).collect();
     let mut point = model.point.clone();
     let mut work = Scratch::default();
     let mut values = Vec::with_capacity(size * model.outputs.len());

@@ -68,7 +68,7 @@ const TABLE: &[(&str, [f64; BASES], Scale, bool, &str)] = &[
     ("gon", AN_ANGLE, other(0.9, 1.0), false, ""),
     // a turn a minute
     ("rpm", is(&[(ANGLE, 1.0), (TIME, -1.0)]), Scale { other: 360.0, degree: 1.0, sixty: -1.0, ..ONE }, false, "rpm"),
-    ("dps", is(&[(ANGLE, 1.0), (TIME, -1.0)]), sixty(0.0, 1.0), true, "dps"),
+    ("dps", is(&[(ANGLE, 1.0), (TIME, -1.0)]), sixty(0.0, 1.0), true, "dps mdps"),
     // time
     ("s", IN_TIME, ONE, true, "s sec ms us ns"),
     ("min", IN_TIME, sixty(1.0, 0.0), false, "min"),

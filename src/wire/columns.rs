@@ -1,7 +1,8 @@
 //! Columns of a table under names of its own: which key each one is, and in which unit.
 //!
 //! A campaign's `"columns": { "theta_deg": "Winkel (rad)" }` says which column a key is found in. Where the title of a column ends in a unit
-//! that the key's converts from, its numbers are converted; without a map, `V (mV)` is the sensor `V` as well.
+//! that the key's converts from, its numbers are converted; without a map, `V (mV)` is the sensor `V` as well. Of a column that the map names, the unit
+//! may stand without brackets (`U_mV`, `Rate rpm`).
 
 use super::Named;
 use super::readings_file::{Meaning, meaning};
@@ -64,7 +65,11 @@ pub(super) fn columns(
             (None, _) if unit.is_some() && key_unit(bench, &name).is_some() => name,
             (None, _) => found.to_string(),
         };
-        let conversion = match (unit, key_unit(bench, &key)) {
+        let wanted = key_unit(bench, &key);
+        // a title that is the key says no other unit than the key's
+        let end = || own.unit_for(&Unit::parse(wanted.as_deref()?).ok()?).filter(|_| key != found);
+        let unit = unit.or_else(end);
+        let conversion = match (unit, wanted) {
             (Some(from), Some(to)) => match from_title(&format!("the column '{found}'"), &from, &to) {
                 // a difference of temperatures has no zero
                 Ok(to) if key.ends_with("_u") => to.map(Conversion::of_differences),

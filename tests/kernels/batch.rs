@@ -2,12 +2,9 @@
 
 #[path = "../../src/batch/block.rs"]
 mod block;
-#[path = "../../src/batch/simd_tests.rs"]
-mod simd_tests;
 
 use crate::quality::{NormalScores, runs};
-use block::{LANES, Lane};
-use simd_tests::{Sums, network, normality};
+use block::{LANES, Lane, Sums, network, normality};
 
 /// A network sorts everything if it sorts all sequences of zeros and ones (Knuth, 5.3.4, theorem Z).
 #[test]

@@ -287,6 +287,20 @@ fn a_diagnosis_says_which_device_has_which_effect() {
     assert_eq!((rows["A"]["effects"].as_str(), rows["C"]["effects"].as_str()), ("0", "0"), "{}", found.stdout);
     assert_eq!((rows["B"]["effects"].as_str(), rows["B"]["regressors"].as_str()), ("1", "w_I^2"), "{}", found.stdout);
     assert!(found.stderr.contains("3 devices by serial"), "{}", found.stderr);
+    // the same rows in columns
+    let found = run(folder.path(), &["diagnose", "c.campaign.json", "--by", "serial", "--to", "e.parquet"]);
+    assert_eq!(found.code, 2, "{}", found.stderr);
+    let file = std::fs::File::open(folder.path().join("e.parquet")).expect("a file");
+    let mut record = tumble::record::Record::open("e.parquet", file).expect("Parquet");
+    let [serial, effects, terms] = ["serial", "effects", "regressors"].map(|name| record.find(name).expect("a column"));
+    use tumble::record::As;
+    record.select(&[(serial, As::Label), (effects, As::Number), (terms, As::Label)]);
+    let mut block = tumble::record::Block::default();
+    assert!(record.next(&mut block).expect("rows"));
+    let label = |k: usize, row: usize| record.labels()[block.columns[k][row] as usize].as_str();
+    assert_eq!([0, 1, 2].map(|row| label(0, row)), ["A", "B", "C"]);
+    assert_eq!(block.columns[1], [0.0, 1.0, 0.0]);
+    assert_eq!(label(2, 1), "w_I^2");
 }
 
 /// What takes all readings as one device's says so, or refuses, rather than passing over "by" in silence.

@@ -1,7 +1,7 @@
 //! Documents as they are rendered: anchors, hostile texts, numbers point under point, charts of anything.
 
 use tumble::document::chart::{Bar, Chart, GapPanel, GapPoint, Interval, Part, Residual};
-use tumble::document::{Align, Cell, Detail, Document, Section, Table, html, plot, terminal};
+use tumble::document::{Cell, Detail, Document, Row, Rows, Section, Table, html, plot, terminal};
 use tumble::language::Language;
 
 #[test]
@@ -26,8 +26,9 @@ fn markup_of_the_user_stays_text() {
 
 #[test]
 fn numbers_stand_point_under_point() {
-    let mut table = Table::new(&[("u", Align::Decimal)]);
-    table.row(vec!["-1.25"]).row(vec!["30"]).row(vec![Cell::absent()]).row(Vec::<Cell>::new());
+    let cells = [Cell::from("-1.25"), "30".into(), Cell::absent()];
+    let mut table: Table = Rows::of(&cells).decimal("u", |cell| cell.clone()).into();
+    table.rows.push(Row::default());
     let page = html::render(&Document::new("p").section(Section::new("s").table(table))).unwrap();
     let (_, body) = page.split_once("<tbody>").unwrap();
     let cells: Vec<&str> = body
@@ -92,11 +93,7 @@ fn text_in_a_chart_is_text() {
 /// Of a long table the program says which option shows all; a value that is printed has no options.
 #[test]
 fn rows_that_are_left_out_are_counted() {
-    let mut table = Table::new(&[("n", Align::Right)]);
-    for n in 1..=7 {
-        table.row(vec![n.to_string()]);
-    }
-    table.brief_rows = Some(3);
+    let table = Rows::of(1..=7_usize).right("n", |n| n).most(3);
     let page = Document::new("p").section(Section::new("s").table(table));
     let (program, value) = (terminal::render(&page, Detail::Brief), terminal::brief(&page));
     assert!(program.contains("\n... and 4 more rows (all with -v)\n"), "{program}");

@@ -51,8 +51,11 @@ class Parameter:
     def __str__(self) -> str:
         if self.value is None:
             return f"{self.id}: {self.state}"
-        spread = "" if self.U is None or self.k is None else f" +- {self.U:.3g} (k = {self.k:.2f})"
-        return f"{self.id} = {self.value:.6g}{spread} {self.unit}".rstrip()
+        if not self.U or self.k is None or not math.isfinite(self.U):
+            return f"{self.id} = {self.value:.6g} {self.unit}".rstrip()
+        # GUM 7.2.6: U to two significant digits, the value to the same place
+        places = max(1 - int(f"{self.U:.1e}".partition("e")[2]), 0)
+        return f"{self.id} = {self.value:.{places}f} +- {self.U:.{places}f} (k = {self.k:.2f}) {self.unit}".rstrip()
 
 
 class Readings(Frames):

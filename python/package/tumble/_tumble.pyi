@@ -1,14 +1,14 @@
 """The compiled part; `tumble` is the package."""
 
 from collections.abc import Sequence
-from typing import Any, final
+from typing import Any, Self, final
 
 from tumble._report import State
 from tumble._types import Dumps, Folder, How
 
 __all__ = [
-    "Devices", "Fit", "MalformedError", "__version__", "batch_seconds", "engine_seconds", "fit", "fit_array", "fit_table", "report_table", "run", "sensors",
-    "simulate", "write_csv",
+    "Conversation", "Devices", "Fit", "MalformedError", "__version__", "batch_seconds", "engine_seconds", "fit", "fit_array", "fit_table", "guide_text",
+    "report_table", "run", "sensors", "simulate", "write_csv",
 ]
 
 __version__: str
@@ -54,7 +54,7 @@ class Devices:
 @final
 class Conversation:
     exit_code: int | None
-    def __init__(self, arguments: Sequence[str]) -> None: ...
+    def __new__(cls, arguments: Sequence[str]) -> Self: ...
     def say(self, line: str) -> None: ...
     def close(self) -> None: ...
     def next_line(self) -> str | None: ...

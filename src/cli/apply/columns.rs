@@ -2,20 +2,18 @@
 //! seconds), texts are texts.
 
 use super::{Correction, Counts, Plan, Stream, plan, titles};
+use crate::cli::rows::{Column, Columnar, Kind, numbers};
 use crate::elements::Elements;
 use crate::error::{Fault, Malformed, Result};
 use crate::number;
 use crate::record::{As, Block, Record, UNREADABLE, Written};
 use crate::units::Conversion;
-use parquet::basic::{Compression, LogicalType, Repetition, Type as Physical};
-use parquet::data_type::{ByteArray, ByteArrayType, DoubleType};
+use parquet::basic::{Compression, Repetition};
+use parquet::data_type::ByteArray;
 use parquet::errors::ParquetError;
 use parquet::file::properties::WriterProperties;
-use parquet::file::writer::SerializedFileWriter;
-use parquet::schema::types::Type;
 use std::borrow::Cow;
 use std::io::Write;
-use std::sync::Arc;
 
 /// An open record and how its columns feed the correction.
 struct Source {
@@ -192,52 +190,27 @@ pub(super) fn to_columns(
     stream: Stream,
 ) -> Result<Stream> {
     let mut source = Source::open(correction, open, false)?;
-    let header = source.header(correction);
+    let field = |(title, kind): (String, As)| {
+        (title, if kind == As::Label { Kind::Text } else { Kind::Number }, Repetition::OPTIONAL)
+    };
     let failed = |error: ParquetError| unwritten(&error);
-    let fields = header
-        .iter()
-        .map(|(title, kind)| {
-            let text = *kind == As::Label;
-            let physical = if text { Physical::BYTE_ARRAY } else { Physical::DOUBLE };
-            let builder = Type::primitive_type_builder(title, physical).with_repetition(Repetition::OPTIONAL);
-            let builder = if text { builder.with_logical_type(Some(LogicalType::String)) } else { builder };
-            builder.build().map(Arc::new)
-        })
-        .collect::<std::result::Result<_, _>>()
-        .map_err(failed)?;
-    let schema = Type::group_type_builder("record").with_fields(fields).build().map_err(failed)?;
-    let written_by = format!("tumble {}", crate::report::VERSION);
-    let properties =
-        WriterProperties::builder().set_compression(Compression::SNAPPY).set_created_by(written_by).build();
-    let mut writer = SerializedFileWriter::new(stream, Arc::new(schema), Arc::new(properties)).map_err(failed)?;
+    let properties = WriterProperties::builder().set_compression(Compression::SNAPPY);
+    let header = source.header(correction);
+    let mut file = Columnar::begin(stream, "record", header.into_iter().map(field), properties).map_err(failed)?;
     let kinds = source.kept.clone();
     source.each(correction, counts, |kept, corrected, texts| {
-        group(&mut writer, &kinds, kept, corrected, texts).map_err(failed)
+        let columns = kept.iter().copied().chain(corrected.iter().map(Vec::as_slice)).enumerate();
+        let columns = columns.map(|(k, column)| {
+            let (cells, levels) = numbers(column.iter().copied());
+            match cells {
+                Column::Numbers(labels) if kinds.get(k) == Some(&As::Label) => {
+                    let labels = labels.into_iter().map(|own| ByteArray::from(texts.label(own)));
+                    (Column::Texts(labels.collect()), levels)
+                }
+                cells => (cells, levels),
+            }
+        });
+        file.group(columns).map_err(failed)
     })?;
-    writer.into_inner().map_err(failed)
-}
-
-fn group(
-    writer: &mut SerializedFileWriter<Stream>,
-    kinds: &[As],
-    kept: &[&[f64]],
-    corrected: &[Vec<f64>],
-    texts: &Texts<'_>,
-) -> std::result::Result<(), ParquetError> {
-    let mut group = writer.next_row_group()?;
-    for (k, column) in kept.iter().copied().chain(corrected.iter().map(Vec::as_slice)).enumerate() {
-        let Some(mut to) = group.next_column()? else { break };
-        let levels: Vec<i16> = column.iter().map(|v| i16::from(!v.is_nan())).collect();
-        let values = column.iter().filter(|v| !v.is_nan());
-        if kinds.get(k) == Some(&As::Label) {
-            let values: Vec<ByteArray> = values.map(|v| ByteArray::from(texts.label(*v))).collect();
-            to.typed::<ByteArrayType>().write_batch(&values, Some(&levels), None)?;
-        } else {
-            let values: Vec<f64> = values.copied().collect();
-            to.typed::<DoubleType>().write_batch(&values, Some(&levels), None)?;
-        }
-        to.close()?;
-    }
-    group.close()?;
-    Ok(())
+    file.finish().map_err(failed)
 }

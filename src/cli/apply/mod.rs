@@ -6,12 +6,13 @@ mod columns;
 
 use super::outputs::{Outputs, Stream};
 use super::{Outcome, calibrations};
-use crate::correction::{Calibration, Corrector, InputRole, Quantity};
+use crate::correction::{Calibration, Corrector, InputRole, LineInput, Quantity};
 use crate::error::{Fault, Malformed, Result};
 use crate::record::{Column, Record};
 use crate::units::Conversion;
 use crate::wire;
 use clap::{Args, ValueEnum};
+use nalgebra::{DMatrix, DVector};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -63,7 +64,7 @@ struct Correction<'a> {
     arguments: &'a Arguments,
     calibration: &'a Calibration,
     corrector: &'a Corrector,
-    rotation: Option<nalgebra::Matrix3<f64>>,
+    rotation: Option<DMatrix<f64>>,
 }
 
 /// What came of it, up to a fault.
@@ -100,7 +101,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
             rows(&correction, &mut counts, &mut stream)?;
             outputs.finish(stream);
         }
-        None => rows(&correction, &mut counts, super::embedded::Stdout).inspect_err(|error| {
+        None => rows(&correction, &mut counts, super::session::Stdout).inspect_err(|error| {
             if counts.rows > 0 && error.fault() != Fault::File {
                 super::note(&format!("note: the {} rows before the fault are corrected and printed", counts.rows));
             }
@@ -126,10 +127,10 @@ fn is_parquet(path: &Path) -> bool {
     path.extension().is_some_and(|end| end.eq_ignore_ascii_case("parquet") || end.eq_ignore_ascii_case("pq"))
 }
 
-/// Rotations of the solved rates and forces to the mounting face.
+/// The rotation of all solved rates and forces to the mounting face.
 ///
 /// Errors: no tilts after the last joint, a tilt that is not estimable, a vector of which not all three components are solved for.
-fn to_mount(calibration: &Calibration) -> Result<nalgebra::Matrix3<f64>> {
+fn to_mount(calibration: &Calibration) -> Result<DMatrix<f64>> {
     let fault = |found: String| {
         Malformed::new(Fault::Missing, "the inputs cannot be turned to the mounting face")
             .expected(
@@ -141,14 +142,23 @@ fn to_mount(calibration: &Calibration) -> Result<nalgebra::Matrix3<f64>> {
     if !mounting.missing.is_empty() {
         return Err(fault(format!("not estimable: {}", mounting.missing.join(", "))));
     }
+    let solved: Vec<&LineInput> = calibration.solved().collect();
+    let mut all = DMatrix::identity(solved.len(), solved.len());
     for quantity in [Quantity::Rate, Quantity::Force] {
-        let solved: Vec<&str> =
-            calibration.solved().filter(|i| i.quantity == quantity).map(|i| i.name.as_str()).collect();
-        if !matches!(solved.len(), 0 | 3) {
-            return Err(fault(format!("only {}", solved.join(", "))));
+        let own: Vec<(usize, &&LineInput)> =
+            solved.iter().enumerate().filter(|(_, i)| i.quantity == quantity).collect();
+        if !matches!(own.len(), 0 | 3) {
+            let names: Vec<&str> = own.iter().map(|(_, input)| input.name.as_str()).collect();
+            return Err(fault(format!("only {}", names.join(", "))));
+        }
+        for (i, (row, _)) in own.iter().enumerate() {
+            for (j, (column, _)) in own.iter().enumerate() {
+                let from = mounting.rotation.get((i, j));
+                all.get_mut((*row, *column)).zip(from).into_iter().for_each(|(to, from)| *to = *from);
+            }
         }
     }
-    Ok(mounting.rotation)
+    Ok(all)
 }
 
 /// Titles of the corrected columns.
@@ -165,8 +175,12 @@ impl Correction<'_> {
     /// The corrected inputs of a row, then their uncertainties where these are asked for; NaN and `false` where there is no solution.
     fn row(&self, readings: &[f64], given: &[f64]) -> (Vec<f64>, bool) {
         let corrected = self.corrector.correct(readings, given);
-        let covariance = if self.arguments.u { self.corrector.covariance(&corrected.inputs, given) } else { None };
-        let (mut values, covariance) = turned(self.calibration, self.rotation.as_ref(), &corrected.inputs, covariance);
+        let mut covariance = if self.arguments.u { self.corrector.covariance(&corrected.inputs, given) } else { None };
+        let mut values = corrected.inputs;
+        if let Some(rotation) = &self.rotation {
+            values = (rotation * DVector::from_vec(values)).as_slice().to_vec();
+            covariance = covariance.map(|c| rotation * c * rotation.transpose());
+        }
         if self.arguments.u {
             let n = values.len();
             values.extend((0..n).map(|k| covariance.as_ref().map_or(f64::NAN, |c| c[(k, k)].max(0.0).sqrt())));
@@ -176,33 +190,6 @@ impl Correction<'_> {
         }
         (values, corrected.converged)
     }
-}
-
-/// The inputs in the frame asked for.
-fn turned(
-    calibration: &Calibration,
-    rotation: Option<&nalgebra::Matrix3<f64>>,
-    inputs: &[f64],
-    covariance: Option<nalgebra::DMatrix<f64>>,
-) -> (Vec<f64>, Option<nalgebra::DMatrix<f64>>) {
-    let Some(rotation) = rotation else { return (inputs.to_vec(), covariance) };
-    let n = inputs.len();
-    let mut all = nalgebra::DMatrix::identity(n, n);
-    let quantities: Vec<Quantity> = calibration.solved().map(|i| i.quantity).collect();
-    for quantity in [Quantity::Rate, Quantity::Force] {
-        let places: Vec<usize> = (0..n).filter(|k| quantities.get(*k) == Some(&quantity)).collect();
-        if places.len() == 3 {
-            for (i, row) in places.iter().enumerate() {
-                for (j, column) in places.iter().enumerate() {
-                    if let (Some(to), Some(from)) = (all.get_mut((*row, *column)), rotation.get((i, j))) {
-                        *to = *from;
-                    }
-                }
-            }
-        }
-    }
-    let vector = nalgebra::DVector::from_column_slice(inputs);
-    ((&all * vector).as_slice().to_vec(), covariance.map(|c| &all * c * all.transpose()))
 }
 
 fn plan(arguments: &Arguments, calibration: &Calibration, header: &[Column]) -> Result<Plan> {

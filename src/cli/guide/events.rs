@@ -6,7 +6,7 @@ use super::place::{Placed, placed};
 use super::samples::{Samples, Step};
 use super::screen::Screen;
 use super::serve::Page;
-use super::table::{Beside, Due};
+use super::table::Beside;
 use super::{json, view};
 use crate::campaign::{Campaign, Reading, Readings};
 use crate::cli;
@@ -184,7 +184,7 @@ impl Session {
                 }
             };
             let Some(lines) = &self.source.lines else { return Ok(None) };
-            let (line, from) = (next.as_ref().map_or(0, |own| own.number), lines.name().to_string());
+            let (line, from) = (next.as_ref().map_or(0, |own| own.number), lines.name.clone());
             let followed = lines.is_file().then_some(line);
             let event = match next {
                 Some(own) => self.line(&own, asked.as_ref()),
@@ -219,7 +219,7 @@ impl Session {
     #[cfg(feature = "serial")]
     fn is_back(&mut self, advice: &Advice) -> Result<()> {
         self.source.samples.iter_mut().try_for_each(Samples::interrupt)?;
-        let name = self.source.lines.as_ref().map_or("", Lines::name).to_string();
+        let name = self.source.lines.as_ref().map_or("", |own| &own.name).to_string();
         let said = say!(session::language(), "guide-port-is-back", name).to_string();
         self.progress.line.suspend(|| cli::note_as_it_is(&said));
         self.show(advice, None)
@@ -228,19 +228,17 @@ impl Session {
     /// What a line brings. Errors: it is not understood, or nothing can be done with it.
     fn line(&mut self, own: &Numbered, asked: Option<&Reading>) -> Result<Event> {
         let Some(lines) = &mut self.source.lines else { return Ok(Event::End) };
-        let bench = &self.campaign.bench;
-        let parsed = match &self.source.samples {
-            Some(_) => lines.parse_sample(&own.text),
-            None => lines.parse(&own.text, bench),
-        };
+        let parsed = lines.parse(&own.text, self.source.samples.is_some(), &self.campaign.bench);
         if let (Some(samples), false) = (&mut self.source.samples, own.passed) {
             samples.is_past()?;
         }
         let beside = Beside { campaign: &self.campaign, guide: &self.guide, asked, last: self.ever.last() };
         match (parsed, &mut self.source.samples) {
             // titles among the lines that the journal has, and rows that the clock must have seen
-            (Ok(Line::Row), Some(samples)) if own.passed => {
-                samples.row(lines.titles().unwrap_or_default(), &own.text, true, &self.campaign).map(|_| Event::None)
+            (Ok(Line::Row), Some(samples)) => {
+                let titles = lines.titles.as_deref().unwrap_or_default();
+                let step = samples.row(titles, &own.text, own.passed, beside)?;
+                self.step(step, asked)
             }
             _ if own.passed => Ok(Event::None),
             (Ok(Line::Nothing), _) => Ok(Event::None),
@@ -249,17 +247,8 @@ impl Session {
                 let number = number.unwrap_or(self.guide.taken().len());
                 self.guide.clone().undo(number).map(|()| Event::Undo(number))
             }
-            (Ok(Line::Reading(cells)), _) => {
+            (Ok(Line::Keys(cells)), None) => {
                 lines::reading(cells, &self.campaign, &self.guide, asked).and_then(|own| self.accepted(own))
-            }
-            (Ok(Line::Row), Some(samples)) => {
-                let titles = lines.titles().unwrap_or_default();
-                let step = match samples.row(titles, &own.text, false, &self.campaign)? {
-                    Due::Nothing => return Ok(Event::None),
-                    Due::Glance => samples.glance(beside)?,
-                    due => samples.look(beside, false, due == Due::Ended)?,
-                };
-                self.step(step, asked)
             }
             (Ok(Line::Take), Some(samples)) => {
                 if !samples.holds() {
@@ -269,11 +258,11 @@ impl Session {
                 let step = samples.look(beside, true, false)?;
                 self.step(step, asked)
             }
-            (Ok(Line::Position(keys)), Some(samples)) => match samples.name(keys) {
+            (Ok(Line::Keys(keys)), Some(samples)) => match samples.name(keys) {
                 Some(cells) => self.step(Step::Read(cells), asked),
                 None => Ok(Event::None),
             },
-            (Ok(Line::Row | Line::Take | Line::Position(_)), None) => Ok(Event::None),
+            (Ok(Line::Row | Line::Take), None) => Ok(Event::None),
             (Err(error), _) => Err(error),
         }
     }
@@ -302,11 +291,11 @@ impl Session {
         let Some(samples) = &mut self.source.samples else { return Ok(Event::None) };
         match placed {
             Placed::Here(own) => {
-                samples.ask(None);
+                samples.open = None;
                 self.accepted(own)
             }
             Placed::Which(candidates) => {
-                samples.ask(Some(cells));
+                samples.open = Some(cells);
                 let held = Held { candidates, ..Held::nothing(Holding::Which) };
                 self.tell(held).map(|()| Event::None)
             }

@@ -113,7 +113,7 @@ impl Journal {
         };
         let Some(first) = lines.next() else {
             let header = Header { guide: VERSION, campaign: campaign.to_string() };
-            journal.write(&header)?;
+            journal.append(&header)?;
             return Ok((journal, Vec::new()));
         };
         let header: Header = serde_json::from_str(first).map_err(|error| malformed(1, error.to_string()))?;
@@ -136,11 +136,7 @@ impl Journal {
     }
 
     /// One more line, on the disk when this returns.
-    pub fn append(&mut self, entry: &Entry) -> Result<()> {
-        self.write(entry)
-    }
-
-    fn write(&mut self, value: &impl Serialize) -> Result<()> {
+    pub fn append(&mut self, value: &impl Serialize) -> Result<()> {
         let fault = |error: String| {
             Malformed::new(Fault::File, format!("cannot write the journal '{}': {error}", self.path.display()))
                 .expected("room for one more line; what was shown is in it, and --resume goes on from there")

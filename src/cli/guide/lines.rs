@@ -21,14 +21,13 @@ const PAUSE: Duration = Duration::from_millis(10);
 
 /// What a line says.
 pub(super) enum Line {
-    Reading(ReadingFile),
+    /// A reading, or of samples where the bench stands.
+    Keys(ReadingFile),
     /// Take back a reading, the last one unless its number is given.
     Undo(Option<usize>),
     Quit,
     /// A row of samples.
     Row,
-    /// Where the bench stands.
-    Position(ReadingFile),
     /// Read what is held as it is.
     Take,
     Nothing,
@@ -37,35 +36,35 @@ pub(super) enum Line {
 /// A source of lines.
 pub(super) struct Lines {
     from: From,
-    name: String,
-    titles: Option<String>,
+    pub name: String,
+    /// The titles, once they are known.
+    pub titles: Option<String>,
     /// Lines that were given out.
     count: usize,
     /// Lines that a journal has already.
     skip: usize,
-    /// Commands from standard input beside a file of samples.
+    /// Commands from standard input beside a file or a port.
     commands: Option<Receiver<String>>,
+    /// What was read of a file or a port, and from where on it was not given out.
+    rest: Vec<u8>,
+    at: usize,
 }
 
 enum From {
     Input,
-    /// What was read of it, and from where on it was not given out.
-    File {
-        file: File,
-        path: PathBuf,
-        regular: bool,
-        read: u64,
-        rest: Vec<u8>,
-        at: usize,
-    },
-    /// A serial port; what came since the last end of a line; is the next line the first since it was opened?
+    File(Followed),
+    /// A serial port; is the next line the first since it was opened?
     #[cfg(feature = "serial")]
-    Port {
-        port: Port,
-        rest: Vec<u8>,
-        at: usize,
-        fresh: bool,
-    },
+    Port(Port, bool),
+}
+
+/// A file that grows.
+struct Followed {
+    file: File,
+    path: PathBuf,
+    /// A serial port is a file, too, and has no lines that could be read again.
+    regular: bool,
+    read: u64,
 }
 
 /// What comes next.
@@ -89,20 +88,19 @@ pub(super) struct Numbered {
 }
 
 impl Lines {
+    fn new(from: From, name: String) -> Self {
+        Lines { from, name, titles: None, count: 0, skip: 0, commands: None, rest: Vec::new(), at: 0 }
+    }
+
     pub fn open(path: &Path) -> Result<Self> {
+        if path == Path::new("-") {
+            return Ok(Lines::new(From::Input, "standard input".into()));
+        }
         let name = path.display().to_string();
-        let from = match path == Path::new("-") {
-            true => From::Input,
-            false => {
-                let file = File::open(path)
-                    .map_err(|error| Malformed::new(Fault::File, format!("cannot read '{name}': {error}")))?;
-                // a serial port is a file, too, and has no lines that could be read again
-                let regular = file.metadata().is_ok_and(|own| own.is_file());
-                From::File { file, path: path.to_path_buf(), regular, read: 0, rest: Vec::new(), at: 0 }
-            }
-        };
-        let name = if matches!(from, From::Input) { "standard input".into() } else { name };
-        Ok(Lines { from, name, titles: None, count: 0, skip: 0, commands: None })
+        let cannot = |error| Malformed::new(Fault::File, format!("cannot read '{name}': {error}"));
+        let file = File::open(path).map_err(cannot)?;
+        let regular = file.metadata().is_ok_and(|own| own.is_file());
+        Ok(Lines::new(From::File(Followed { file, path: path.to_path_buf(), regular, read: 0 }), name))
     }
 
     /// A serial port, `/dev/ttyUSB0:115200`.
@@ -110,17 +108,12 @@ impl Lines {
     pub fn port(asked: &str) -> Result<Self> {
         let port = Port::open(asked)?;
         let name = port.name();
-        let from = From::Port { port, rest: Vec::new(), at: 0, fresh: true };
-        Ok(Lines { from, name, titles: None, count: 0, skip: 0, commands: None })
-    }
-
-    pub fn name(&self) -> &str {
-        &self.name
+        Ok(Lines::new(From::Port(port, true), name))
     }
 
     /// Is it a file whose lines are there again after a kill?
     pub fn is_file(&self) -> bool {
-        matches!(self.from, From::File { regular: true, .. })
+        matches!(self.from, From::File(Followed { regular: true, .. }))
     }
 
     /// The journal has the lines up to this one.
@@ -141,26 +134,48 @@ impl Lines {
         self
     }
 
-    /// Titles that the source does not say.
-    pub fn with_titles(mut self, titles: Option<&str>) -> Self {
-        self.titles = titles.map(str::to_string);
-        self
-    }
-
-    /// The titles, once they are known.
-    pub fn titles(&self) -> Option<&str> {
-        self.titles.as_deref()
-    }
-
     /// The next line. A file that grows is waited for, and so is a port that was unplugged.
     ///
     /// Errors: a file that cannot be read any more, is no longer there, or has become shorter.
     pub fn next(&mut self) -> Result<Next> {
-        #[cfg(feature = "serial")]
-        if let From::Port { .. } = self.from {
-            return Ok(self.of_port());
+        loop {
+            if let Some(Ok(command)) = self.commands.as_ref().map(Receiver::try_recv) {
+                return Ok(self.numbered(command, false));
+            }
+            if let Some(line) = whole(&mut self.rest, &mut self.at) {
+                // the end of a row, of which the beginning came before the port was opened
+                #[cfg(feature = "serial")]
+                if let From::Port(_, fresh) = &mut self.from
+                    && std::mem::take(fresh)
+                    && line.starts_with(|own: char| own.is_ascii_digit() || "+-.,;\t ".contains(own))
+                {
+                    continue;
+                }
+                return Ok(self.numbered(line, true));
+            }
+            let mut block = vec![0; 1 << 16];
+            let came = match &mut self.from {
+                From::Input => {
+                    let line = input().map_err(|error| broken(&self.name, error))?;
+                    return Ok(line.map_or(Next::End, |line| self.numbered(line, true)));
+                }
+                From::File(own) => own.read(&mut block).map_err(|error| broken(&self.name, error))?,
+                #[cfg(feature = "serial")]
+                From::Port(port, fresh) => match port.read(&mut block) {
+                    Came::Nothing => 0,
+                    Came::Bytes(count) => count,
+                    Came::Gone(why) => {
+                        (self.at, *fresh) = (0, true);
+                        self.rest.clear();
+                        let said = format!("nothing more comes from the serial port '{}': {why}", self.name);
+                        let waits = "the cable plugged in again: the guide waits for it, and goes on; or 'quit'";
+                        return Ok(Next::Away(Malformed::new(Fault::File, said).expected(waits)));
+                    }
+                    Came::Back => return Ok(Next::Back),
+                },
+            };
+            self.rest.extend_from_slice(block.part(..came));
         }
-        Ok(self.line()?.map_or(Next::End, |(text, counts)| self.numbered(text, counts)))
     }
 
     /// `counts`: it is one of the source's own.
@@ -169,165 +184,107 @@ impl Lines {
         Next::Line(Numbered { number: self.count, text, passed: counts && self.count <= self.skip })
     }
 
-    #[cfg(feature = "serial")]
-    fn of_port(&mut self) -> Next {
-        loop {
-            if let Some(Ok(command)) = self.commands.as_ref().map(Receiver::try_recv) {
-                return self.numbered(command, false);
-            }
-            // only a port is asked
-            let From::Port { port, rest, at, fresh } = &mut self.from else { return Next::End };
-            if let Some(line) = whole(rest, at) {
-                // the end of a row, of which the beginning came before the port was opened
-                let is_row = |own: char| own.is_ascii_digit() || "+-.,;\t ".contains(own);
-                if std::mem::take(fresh) && line.starts_with(is_row) {
-                    continue;
-                }
-                return self.numbered(line, true);
-            }
-            let mut block = vec![0; 1 << 12];
-            match port.read(&mut block) {
-                Came::Nothing => {}
-                Came::Bytes(count) => rest.extend_from_slice(block.part(..count)),
-                Came::Gone(why) => {
-                    (*at, *fresh) = (0, true);
-                    rest.clear();
-                    let said = format!("nothing more comes from the serial port '{}': {why}", self.name);
-                    let waits = "the cable plugged in again: the guide waits for it, and goes on; or 'quit'";
-                    return Next::Away(Malformed::new(Fault::File, said).expected(waits));
-                }
-                Came::Back => return Next::Back,
-            }
-        }
-    }
-
-    /// A line, and whether it is one of the source's own.
-    fn line(&mut self) -> Result<Option<(String, bool)>> {
-        let broken = |name: &str, error: String| {
-            Malformed::new(Fault::File, format!("no more readings come from '{name}': {error}"))
-                .expected("a source that stays; --resume goes on with what was accepted")
-        };
-        match &mut self.from {
-            From::Input => {
-                if let Some(told) = crate::cli::embedded::told() {
-                    return Ok(told.map(|text| (text, true)));
-                }
-                let mut bytes = Vec::new();
-                let read = std::io::stdin().lock().read_until(b'\n', &mut bytes);
-                let read = read.map_err(|error| broken(&self.name, error.to_string()))?;
-                Ok((read > 0).then(|| (String::from_utf8_lossy(&bytes).trim_end().to_string(), true)))
-            }
-            #[cfg(feature = "serial")]
-            From::Port { .. } => Ok(None),
-            From::File { file, path, regular, read, rest, at } => loop {
-                if let Some(Ok(command)) = self.commands.as_ref().map(Receiver::try_recv) {
-                    return Ok(Some((command, false)));
-                }
-                if let Some(line) = whole(rest, at) {
-                    return Ok(Some((line, true)));
-                }
-                let length = file.metadata().map_err(|error| broken(&self.name, error.to_string()))?.len();
-                if *regular && length < *read {
-                    return Err(broken(&self.name, "it has become shorter".into()));
-                }
-                let mut block = vec![0; 1 << 16];
-                match file.read(&mut block).map_err(|error| broken(&self.name, error.to_string()))? {
-                    0 => {
-                        if !is_there(file, path) {
-                            return Err(broken(&self.name, "the file was removed, or replaced by another".into()));
-                        }
-                        std::thread::sleep(PAUSE);
-                    }
-                    more => {
-                        *read += more as u64;
-                        rest.extend_from_slice(block.part(..more));
-                    }
-                }
-            },
-        }
-    }
-
-    /// What a line of samples says. Errors: it is neither a command, nor a position in JSON, nor a row below a line of titles.
-    pub fn parse_sample(&mut self, text: &str) -> Result<Line> {
+    /// What a line says, among samples or among readings.
+    ///
+    /// Errors: it is neither a command, nor keys in JSON, nor a row below a line of titles.
+    pub fn parse(&mut self, text: &str, samples: bool, bench: &Bench) -> Result<Line> {
         // the usual row
-        if self.titles.is_some() && text.starts_with(|own: char| own.is_ascii_digit() || own == '-') {
+        if samples && self.titles.is_some() && text.starts_with(|own: char| own.is_ascii_digit() || own == '-') {
             return Ok(Line::Row);
         }
         let text = text.trim().trim_start_matches('\u{feff}');
         // a board that was switched on anew says its titles again
-        if self.titles.as_deref() == Some(text) {
+        if samples && self.titles.as_deref() == Some(text) {
             return Ok(Line::Nothing);
         }
         if let Some(command) = command(text)? {
             return Ok(command);
         }
-        if text == "take" {
-            return Ok(Line::Take);
+        match text.split_once(char::is_whitespace) {
+            None if samples && text == "take" => return Ok(Line::Take),
+            Some(("position", label)) if samples && self.titles.is_some() => {
+                let label = Cell::Text(label.trim().to_string());
+                return Ok(Line::Keys(Named(vec![("position".into(), label)])));
+            }
+            _ if text.starts_with('{') => return cells(text).map(Line::Keys),
+            _ => {}
         }
-        if let (Some(_), Some(("position", label))) = (&self.titles, text.split_once(char::is_whitespace)) {
-            let label = Cell::Text(label.trim().to_string());
-            return Ok(Line::Position(Named(vec![("position".into(), label)])));
-        }
-        if text.starts_with('{') {
-            return cells(text).map(Line::Position);
-        }
-        Ok(if self.is_titled(text)? { Line::Row } else { Line::Nothing })
-    }
-
-    /// What a line says. Errors: it is neither a command, nor a reading in JSON or below a line of titles.
-    pub fn parse(&mut self, text: &str, bench: &Bench) -> Result<Line> {
-        let text = text.trim().trim_start_matches('\u{feff}');
-        if let Some(command) = command(text)? {
-            return Ok(command);
-        }
-        if text.starts_with('{') {
-            return cells(text).map(Line::Reading);
-        }
-        self.may_be_titles(text, bench)?;
-        if !self.is_titled(text)? {
+        if !self.is_titled(text, Some(bench).filter(|_| !samples))? {
             return Ok(Line::Nothing);
+        }
+        if samples {
+            return Ok(Line::Row);
         }
         let titles = self.titles.as_deref().unwrap_or_default();
         let rows = wire::table_cells(bench, Record::of_text(&self.name, format!("{titles}\n{text}\n"))?)?;
-        Ok(rows.into_iter().next().map_or(Line::Nothing, Line::Reading))
+        Ok(rows.into_iter().next().map_or(Line::Nothing, Line::Keys))
     }
 
-    /// Where titles are still to come: without a sensor among them it is a word that was mistyped, under which no row could be read.
-    fn may_be_titles(&self, text: &str, bench: &Bench) -> Result<()> {
-        if self.titles.is_some() {
-            return Ok(());
-        }
-        // what is no table at all is refused with its titles
-        let Ok(record) = Record::of_text(&self.name, format!("{text}\n")) else { return Ok(()) };
-        if !record.is_named() {
-            return Ok(());
-        }
-        let keys = wire::table_keys(bench, &record)?;
-        let sensors: Vec<&str> = bench.sensors.iter().map(|own| own.id.as_str()).collect();
-        if keys.iter().any(|(key, _)| sensors.contains(&key.as_str())) {
-            return Ok(());
-        }
-        let sensors = sensors.join(" or ");
-        Err(Malformed::new(Fault::Syntax, "the line is no reading, no command, and no titles of a table")
-            .expected(format!(
-                "a JSON object with a number for {sensors}; undo, undo and a number, or quit; or titles with {sensors}"
-            ))
-            .found(format!("'{text}'")))
-    }
-
-    /// Are there titles above this line? If not, it is they.
-    fn is_titled(&mut self, text: &str) -> Result<bool> {
+    /// Are there titles above this line? If not, it is they. Those of readings on a bench name a sensor: without one it is a word that was mistyped, under
+    /// which no row could be read.
+    fn is_titled(&mut self, text: &str, readings: Option<&Bench>) -> Result<bool> {
         if self.titles.is_some() {
             return Ok(true);
         }
-        if Record::of_text(&self.name, format!("{text}\n")).is_ok_and(|table| !table.is_named()) {
-            return Err(Malformed::new(Fault::Missing, "there is no line of titles before the first row")
-                .expected("titles as in a campaign's readings, for example position,alpha_deg,V")
+        // what is no table at all is refused with the rows below it
+        if let Ok(record) = Record::of_text(&self.name, format!("{text}\n")) {
+            if !record.is_named() {
+                return Err(Malformed::new(Fault::Missing, "there is no line of titles before the first row")
+                    .expected("titles as in a campaign's readings, for example position,alpha_deg,V")
+                    .found(format!("'{text}'")));
+            }
+            let keys = readings.map(|bench| wire::table_keys(bench, &record)).transpose()?.unwrap_or_default();
+            let sensors = readings.into_iter().flat_map(|bench| &bench.sensors).map(|own| own.id.as_str());
+            let sensors: Vec<&str> = sensors.collect();
+            if readings.is_some() && !keys.iter().any(|(key, _)| sensors.contains(&key.as_str())) {
+                let sensors = sensors.join(" or ");
+                return Err(Malformed::new(
+                    Fault::Syntax,
+                    "the line is no reading, no command, and no titles of a table",
+                )
+                .expected(format!(
+                    "a JSON object with a number for {sensors}; undo, undo and a number, or quit; or titles with {sensors}"
+                ))
                 .found(format!("'{text}'")));
+            }
         }
         self.titles = Some(text.to_string());
         Ok(false)
     }
+}
+
+impl Followed {
+    /// What was written in addition, or nothing after a pause.
+    fn read(&mut self, block: &mut [u8]) -> std::io::Result<usize> {
+        let gone = std::io::Error::other;
+        if self.regular && self.file.metadata()?.len() < self.read {
+            return Err(gone("it has become shorter"));
+        }
+        let more = self.file.read(block)?;
+        if more == 0 && !is_there(&self.file, &self.path) {
+            return Err(gone("the file was removed, or replaced by another"));
+        }
+        if more == 0 {
+            std::thread::sleep(PAUSE);
+        }
+        self.read += more as u64;
+        Ok(more)
+    }
+}
+
+/// A line of standard input, or of whom an embedded command speaks with; `None` at the end.
+fn input() -> std::io::Result<Option<String>> {
+    if let Some(told) = crate::cli::session::told() {
+        return Ok(told);
+    }
+    let mut bytes = Vec::new();
+    let read = std::io::stdin().lock().read_until(b'\n', &mut bytes)?;
+    Ok((read > 0).then(|| String::from_utf8_lossy(&bytes).trim_end().to_string()))
+}
+
+fn broken(name: &str, error: std::io::Error) -> Malformed {
+    Malformed::new(Fault::File, format!("no more readings come from '{name}': {error}"))
+        .expected("a source that stays; --resume goes on with what was accepted")
 }
 
 /// A command that every source has, or an empty line.
@@ -390,11 +347,16 @@ pub(super) fn label(cells: &ReadingFile) -> Option<String> {
     })
 }
 
+/// Is a position the one of this label, if there is one?
+pub(super) fn is_labelled(label: Option<&str>) -> impl Fn(&&Reading) -> bool {
+    move |own| label.is_none_or(|label| own.position == label)
+}
+
 /// The position that keys of a reading are taken for: of their label, or as asked for.
 pub(super) fn base<'a>(keys: &ReadingFile, guide: &'a Guide, asked: Option<&'a Reading>) -> Option<&'a Reading> {
     let label = label(keys);
-    let is_labelled = |own: &&Reading| label.as_ref().is_none_or(|label| own.position == *label);
-    asked.filter(is_labelled).or_else(|| guide.candidates().iter().find(is_labelled))
+    let is_labelled = is_labelled(label.as_deref());
+    asked.filter(&is_labelled).or_else(|| guide.candidates().iter().find(&is_labelled))
 }
 
 /// A reading of a line. Joints that it does not name stand as in the candidate of its label, or as asked for.
@@ -408,10 +370,10 @@ pub(super) fn reading(
     asked: Option<&Reading>,
 ) -> Result<Reading> {
     let label = label(&cells);
-    let is_labelled = |own: &&Reading| label.as_ref().is_none_or(|label| own.position == *label);
-    let labelled: Vec<&Reading> = match asked.filter(is_labelled) {
+    let is_labelled = is_labelled(label.as_deref());
+    let labelled: Vec<&Reading> = match asked.filter(&is_labelled) {
         Some(asked) => vec![asked],
-        None if label.is_some() => guide.candidates().iter().filter(is_labelled).collect(),
+        None if label.is_some() => guide.candidates().iter().filter(&is_labelled).collect(),
         None => Vec::new(),
     };
     let is_given = |(key, _): &(String, Cell)| {
@@ -476,8 +438,8 @@ pub(super) fn reading(
     let values = columns.iter().enumerate().map(value).collect();
     // a setting of the schedule has its label there
     let same = |candidate: &&Reading| candidate.joints == own.joints;
-    let position = match (label, base.filter(|base| base.joints == own.joints)) {
-        (Some(label), _) => label,
+    let position = match (&label, base.filter(|base| base.joints == own.joints)) {
+        (Some(label), _) => label.clone(),
         (None, Some(base)) => base.position.clone(),
         (None, None) => guide.candidates().iter().find(same).map_or(String::new(), |own| own.position.clone()),
     };

@@ -134,7 +134,7 @@ impl Arguments {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
-    let (campaign, source) = files::campaign(&arguments.campaign)?;
+    let (campaign, source, _) = files::campaign(&arguments.campaign)?;
     // before anything is written
     let screen = arguments.view.then(|| Screen::open(&campaign.bench)).transpose()?;
     let located = |error| wire::locate(error, &source);
@@ -167,19 +167,19 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     let (clock, is_stream) = (arguments.clock.source(), stream.is_some());
     let lines = match (&truth, stream) {
         (Some(_), _) => None,
-        (None, Some(lines)) => Some(lines.with_commands().with_titles(arguments.titles.as_deref())),
+        (None, Some(mut lines)) => {
+            lines.titles.clone_from(&arguments.titles);
+            Some(lines.with_commands())
+        }
         (None, None) => Some(Lines::open(&arguments.readings)?),
     };
     let samples = is_stream.then(|| Samples::new(clock, arguments.window, arguments.threshold));
     let source = Source { lines, samples, truth, seed: arguments.seed, given: guide.taken().to_vec() };
     let page = arguments.serve.map(|port| Page::open(arguments.listen, port, &campaign.bench)).transpose()?;
     if let Some(page) = &page {
-        super::note(&format!("the page: {}", page.address()));
+        super::note(&format!("the page: {}", page.address));
     }
-    let line = super::bar(0);
-    if let Ok(style) = indicatif::ProgressStyle::with_template("{wide_msg}") {
-        line.set_style(style);
-    }
+    let line = super::bar(0, "{wide_msg}");
     if !line.is_hidden() {
         line.set_draw_target(indicatif::ProgressDrawTarget::stderr_with_hz(50));
     }

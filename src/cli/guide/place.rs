@@ -24,14 +24,14 @@ pub(super) fn placed(cells: &ReadingFile, beside: Beside) -> Result<Placed> {
         |joint: &str| cells.0.iter().any(|(key, _)| key.strip_prefix(joint).is_some_and(|own| own.starts_with("_deg")));
     let by_joints = joints.filter(|joint| says(joint)).count() > 0;
     let named = lines::label(cells);
-    let is_named = |own: &&Reading| named.as_ref().is_none_or(|label| own.position == *label);
-    let settings: Vec<&Reading> = guide.candidates().iter().filter(is_named).collect();
+    let is_named = lines::is_labelled(named.as_deref());
+    let settings: Vec<&Reading> = guide.candidates().iter().filter(&is_named).collect();
     let told = by_joints || named.is_some() && settings.len() < 2;
     if told || asked.is_none() && named.is_none() {
         return lines::reading(cells.clone(), campaign, guide, asked).map(Placed::Here);
     }
     let at = |own: &Reading| lines::reading(cells.clone(), campaign, guide, Some(own));
-    if let Some(own) = asked.filter(is_named) {
+    if let Some(own) = asked.filter(&is_named) {
         let own = at(own)?;
         if guide.would_agree(&own)? != Agreement::Disagrees {
             return Ok(Placed::Here(own));
@@ -48,7 +48,7 @@ pub(super) fn placed(cells: &ReadingFile, beside: Beside) -> Result<Placed> {
         }
     }
     let agrees = possible.iter().any(|(_, found)| *found == Agreement::Agrees);
-    match (possible.as_slice(), asked.filter(is_named)) {
+    match (possible.as_slice(), asked.filter(&is_named)) {
         ([(own, _)], _) if agrees => Ok(Placed::Here(own.clone())),
         (several, _) if agrees => {
             let one = |(own, _): &(Reading, Agreement)| {

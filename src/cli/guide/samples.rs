@@ -4,7 +4,7 @@
 
 use super::lines;
 use super::table::{Beside, Due, Standstills, Table};
-use crate::campaign::{Campaign, JointState};
+use crate::campaign::JointState;
 use crate::error::Result;
 use crate::guide::{Held, HeldMean, Holding};
 use crate::record::ClockFrom;
@@ -39,8 +39,8 @@ pub(super) struct Samples {
     /// What the last look found, where it is a position that is held and not read; and the samples until then.
     held_now: Option<(Held, u64)>,
     weighing: Option<Weighing>,
-    /// A reading of which several positions may be the one.
-    open: Option<ReadingFile>,
+    /// A reading of which several positions may be the one, and which waits for its position.
+    pub open: Option<ReadingFile>,
     still_sd: Vec<f64>,
     /// Was the last row one that was looked at before?
     passing: bool,
@@ -108,20 +108,24 @@ impl Samples {
         self.table.as_ref().map_or(&[], |own| own.hold.still_sd())
     }
 
-    /// A row below these titles. `passed`: it was looked at before.
+    /// A row below these titles. `passed`: it was looked at before, and brings nothing.
     ///
     /// Errors: titles of no sensor, cells that are no numbers, times that do not increase.
-    pub fn row(&mut self, titles: &str, text: &str, passed: bool, campaign: &Campaign) -> Result<Due> {
+    pub fn row(&mut self, titles: &str, text: &str, passed: bool, beside: Beside) -> Result<Step> {
         let table = match &mut self.table {
             Some(own) => own,
             None => {
-                let mut own = Table::new(titles, text, &self.standstills, campaign)?;
+                let mut own = Table::new(titles, text, &self.standstills, beside.campaign)?;
                 own.hold.set_still_sd(self.still_sd.clone());
                 self.table.insert(own)
             }
         };
         self.passing = passed;
-        table.row(text, passed)
+        match table.row(text, passed)? {
+            Due::Nothing => Ok(Step::Nothing),
+            Due::Glance => self.glance(beside),
+            due => self.look(beside, false, due == Due::Ended),
+        }
     }
 
     /// Everything that was passed is behind.
@@ -163,18 +167,13 @@ impl Samples {
         None
     }
 
-    /// A reading waits for its position, or (`None`) waits no more.
-    pub fn ask(&mut self, cells: Option<ReadingFile>) {
-        self.open = cells;
-    }
-
     /// Is anything held that is not read?
     pub fn holds(&self) -> bool {
         self.open.is_none() && self.said.as_ref().is_some_and(|own| own.state == Holding::Held)
     }
 
     /// A few more rows came: what is held is so for as much longer, until its means are due.
-    pub fn glance(&mut self, beside: Beside) -> Result<Step> {
+    fn glance(&mut self, beside: Beside) -> Result<Step> {
         let Some(hold) = self.table.as_ref().map(|own| &own.hold) else { return Ok(Step::Nothing) };
         if self.weighing.as_ref().is_some_and(|own| hold.count() >= own.due) {
             return self.look(beside, false, false);

@@ -54,19 +54,15 @@ impl Screen {
             return Err(Malformed::new(Fault::Value, "--view needs a terminal, and standard output is none")
                 .expected("a terminal, or the command without --view"));
         }
-        Ok(Screen { terminal: fresh().map_err(|error| fault(&error))?, bench: bench.clone(), shown: Shown::default() })
+        Ok(Screen { terminal: fresh().map_err(fault)?, bench: bench.clone(), shown: Shown::default() })
     }
 
     /// After a step or a line that was refused: `asked` is the position of the advice.
     pub fn step(&mut self, advice: &Advice, asked: Option<&Reading>, refused: Option<String>) -> Result<()> {
-        self.shown = Shown {
-            advice: Some(advice.clone()),
-            joints: asked.map_or_else(Vec::new, |own| own.joints.clone()),
-            held: None,
-            refused,
-        };
+        let joints = asked.map_or_else(Vec::new, |own| own.joints.clone());
+        self.shown = Shown { advice: Some(advice.clone()), joints, held: None, refused };
         // what was typed stands on the screen too; clearing by the terminal itself would ask it where its cursor is, which is answered on standard input
-        self.terminal = fresh().map_err(|error| fault(&error))?;
+        self.terminal = fresh().map_err(fault)?;
         self.draw()
     }
 
@@ -79,7 +75,7 @@ impl Screen {
     fn draw(&mut self) -> Result<()> {
         let (bench, shown) = (&self.bench, &self.shown);
         let drawn = self.terminal.draw(|frame| draw(frame, bench, shown, session::language()));
-        drawn.map(|_| ()).map_err(|error| fault(&error))
+        drawn.map(|_| ()).map_err(fault)
     }
 }
 
@@ -100,7 +96,7 @@ fn fresh() -> std::io::Result<Terminal<CrosstermBackend<Stdout>>> {
     Ok(terminal)
 }
 
-fn fault(error: &dyn std::fmt::Display) -> Malformed {
+fn fault(error: impl std::fmt::Display) -> Malformed {
     Malformed::new(Fault::File, format!("the view cannot be drawn: {error}")).expected("a terminal that stays open")
 }
 
@@ -109,14 +105,10 @@ fn fault(error: &dyn std::fmt::Display) -> Malformed {
 /// Errors: no size.
 pub fn guide_screen(bench: &Bench, report: &GuideReport, joints: &[JointState], size: [u16; 2]) -> Result<String> {
     let [width, height] = size;
-    let shown = Shown {
-        advice: Some(report.advice.clone()),
-        joints: joints.to_vec(),
-        held: report.held.clone(),
-        refused: report.error.clone(),
-    };
-    let mut terminal = Terminal::new(TestBackend::new(width, height)).map_err(|error| fault(&error))?;
-    terminal.draw(|frame| draw(frame, bench, &shown, Language::English)).map_err(|error| fault(&error))?;
+    let (advice, held, refused) = (Some(report.advice.clone()), report.held.clone(), report.error.clone());
+    let shown = Shown { advice, joints: joints.to_vec(), held, refused };
+    let mut terminal = Terminal::new(TestBackend::new(width, height)).map_err(fault)?;
+    terminal.draw(|frame| draw(frame, bench, &shown, Language::English)).map_err(fault)?;
     let cells = terminal.backend().buffer().content();
     let lines = cells.chunks(usize::from(width).max(1));
     Ok(lines

@@ -35,7 +35,8 @@ type Shared = Arc<(Mutex<Told>, Condvar)>;
 /// A page that is served while this lives.
 pub(super) struct Page {
     told: Shared,
-    address: String,
+    /// Where it is.
+    pub address: String,
 }
 
 impl Page {
@@ -70,11 +71,6 @@ impl Page {
             }
         });
         Ok(page)
-    }
-
-    /// Where it is.
-    pub fn address(&self) -> &str {
-        &self.address
     }
 
     /// What holds until the next one of its kind, or the next event.

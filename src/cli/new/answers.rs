@@ -1,12 +1,13 @@
 //! Answers: given as options, or asked for at a terminal.
 
-use crate::cli::{embedded, show_error};
+use crate::cli::{session, show_error};
 use crate::error::{Fault, Malformed, Result};
 use std::io::{BufRead, IsTerminal, Write};
 
 /// Who answers.
 pub(super) struct Answers {
-    terminal: bool,
+    /// Is somebody there to be asked?
+    pub(super) asks: bool,
 }
 
 /// An option and the question that it answers.
@@ -15,13 +16,8 @@ type Question<'a> = (&'a str, &'a str);
 impl Answers {
     /// Somebody at a terminal, if there is one and this is the program itself.
     pub(super) fn here() -> Self {
-        let terminal = !embedded::is_embedded() && std::io::stdin().is_terminal() && std::io::stderr().is_terminal();
-        Answers { terminal }
-    }
-
-    /// Is somebody there to be asked?
-    pub(super) fn asks(&self) -> bool {
-        self.terminal
+        let asks = !session::is_embedded() && std::io::stdin().is_terminal() && std::io::stderr().is_terminal();
+        Answers { asks }
     }
 
     /// One answer. `proposal` is the answer for an empty line, and where nobody can be asked.
@@ -34,7 +30,7 @@ impl Answers {
         proposal: Option<&str>,
         read: impl Fn(&str) -> Result<T>,
     ) -> Result<T> {
-        match (given, self.terminal, proposal) {
+        match (given, self.asks, proposal) {
             (Some(text), _, _) => read(text),
             (None, true, _) => loop {
                 let text = self.line(question, proposal)?;
@@ -57,9 +53,9 @@ impl Answers {
         read: impl Fn(&str) -> Result<T>,
     ) -> Result<Vec<T>> {
         let mut all = given.iter().map(|text| read(text)).collect::<Result<Vec<T>>>()?;
-        if self.terminal && given.is_empty() {
+        if self.asks && given.is_empty() {
             loop {
-                let text = self.line(&format!("{question}, one a line"), Some(""))?;
+                let text = self.line(&format!("{question}, one a line; an empty line ends them"), Some(""))?;
                 if text.is_empty() {
                     break;
                 }

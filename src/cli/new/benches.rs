@@ -53,7 +53,7 @@ pub(super) fn chosen(
     };
     let all: Vec<Bench> = bench::built_ins().iter().filter_map(|own| built_in(own.id)).collect();
     let (fitting, others): (Vec<&Bench>, Vec<&Bench>) = all.iter().partition(|bench| fits(bench));
-    if answers.asks() && arguments.bench.is_none() {
+    if answers.asks && arguments.bench.is_none() {
         let line = |bench: &&Bench| format!("{}\n    {}\n    {}\n", bench.id, bench.title, drawn(bench));
         let list: String = fitting.iter().chain(&others).map(line).collect();
         crate::cli::note(&format!(
@@ -66,7 +66,7 @@ pub(super) fn chosen(
         false => format!("the bench: {} (whose columns this table has), another, a file, or own", ids.join(", ")),
     };
     // a person may take the first that fits; nobody takes one unasked
-    let proposal = ids.first().copied().filter(|_| answers.asks());
+    let proposal = ids.first().copied().filter(|_| answers.asks);
     answers.one(arguments.bench.as_deref(), ("--bench ID|FILE|own", &hint), proposal, |name| {
         let of = |reference: &str, is_theirs| Chosen {
             reference: BenchRef::Named(reference.to_string()),
@@ -96,8 +96,8 @@ pub(super) fn chosen(
 
 /// A bench of one's own.
 fn own(arguments: &Arguments, answers: &Answers, columns: &[Column], stem: &str) -> Result<BenchFile> {
-    let given: Vec<String> = arguments.chain.iter().flat_map(|text| text.split(',')).map(|s| s.trim().into()).collect();
-    if given.is_empty() && !answers.asks() {
+    let given: Vec<String> = arguments.chain.clone().into_iter().collect();
+    if given.is_empty() && !answers.asks {
         return Err(Malformed::new(Fault::Missing, "not given, and no terminal to ask at: the chain of the bench")
             .expected(
                 "--chain beta:x,~dtheta_y:y (joints, and tilts with ~, from the ground to the sensor), or --chain none",
@@ -105,7 +105,7 @@ fn own(arguments: &Arguments, answers: &Answers, columns: &[Column], stem: &str)
     }
     let question =
         ("--chain", "joints and tilts from the ground (x east, y north, z up) to the sensor, as beta:x or ~dtheta_y:y");
-    let chain = answers.several(&given, question, |text| {
+    let link = |text: &str| {
         let (kind, name) = text.strip_prefix('~').map_or(("joint", text), |name| ("tilt", name));
         match name.rsplit_once(':') {
             _ if text == "none" => Ok(None),
@@ -114,7 +114,9 @@ fn own(arguments: &Arguments, answers: &Answers, columns: &[Column], stem: &str)
                 .expected("NAME:AXIS or ~NAME:AXIS, the axis x, y or z")
                 .found(format!("'{text}'"))),
         }
-    })?;
+    };
+    let links = |text: &str| text.split(',').map(|own| link(own.trim())).collect::<Result<Vec<_>>>();
+    let chain = answers.several(&given, question, links)?;
     let question =
         "sensors, as V [mV] = V0 + k*a_x (rates w_x, w_y, w_z and specific forces a_x, a_y, a_z in the last frame)";
     let sensors = answers.several(&arguments.model, ("--model", question), |text| {
@@ -136,7 +138,7 @@ fn own(arguments: &Arguments, answers: &Answers, columns: &[Column], stem: &str)
             "readings give each joint NAME as NAME_deg at rest, or NAME_deg_s while it turns (the mean over whole turns)",
             "a tilt is a small unknown angle, estimated in rad and arcsec; every other name in a model line is a column of the readings or a coefficient"
         ],
-        "chain": chain.into_iter().flatten().collect::<Vec<_>>(), "sensors": {}
+        "chain": chain.into_iter().flatten().flatten().collect::<Vec<_>>(), "sensors": {}
     }))
     .map_err(|error| Malformed::new(Fault::Value, error.to_string()))?;
     file.sensors = wire::Named(sensors);

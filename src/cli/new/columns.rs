@@ -5,7 +5,7 @@ use crate::bench::Bench;
 use crate::campaign::is_axis_input;
 use crate::error::{Fault, Malformed, Result};
 use crate::record::{Column, find, listed};
-use crate::units::Unit;
+use crate::units::{self, Unit};
 use crate::wire::{Cell, ReadingFile};
 use std::path::Path;
 
@@ -15,6 +15,8 @@ pub(super) struct Mapped {
     pub keys: Vec<String>,
     /// Keys with titles, where the title is not the key.
     pub renamed: Vec<(String, String)>,
+    /// Is each column of the table one of these?
+    pub used: Vec<bool>,
 }
 
 /// Every key that a reading on this bench may have and a model line can use.
@@ -30,14 +32,22 @@ fn keys(bench: &Bench) -> Vec<String> {
     keys
 }
 
+/// Is it the state of a joint, or the u of a sensor?
+fn is_state(bench: &Bench, key: &str) -> bool {
+    let joint = |end: &str| key.strip_suffix(end).is_some_and(|name| bench.joints().any(|joint| joint == name));
+    ["_deg", "_deg_s", "_turns"].into_iter().any(joint)
+        || key.strip_suffix("_u").is_some_and(|name| bench.sensors.iter().any(|sensor| sensor.id == name))
+}
+
 /// The key that each column is thought to be, without asking.
 pub(super) fn proposed(bench: &Bench, columns: &[Column]) -> Vec<Option<String>> {
     let keys = keys(bench);
     let alike = |a: &str, b: &str| a.eq_ignore_ascii_case(b);
     let converts = |column: &Column, unit: &str| {
-        let of = |text: &str| Unit::parse(text).ok();
-        let own = column.unit.as_deref().filter(|own| !own.is_empty()).and_then(of);
-        matches!((own, of(unit)), (Some(own), Some(unit)) if own.conversion(&unit).is_some())
+        Unit::parse(unit).is_ok_and(|wanted| {
+            let own = column.unit_for(&wanted).and_then(|own| Unit::parse(&own).ok());
+            own.is_some_and(|own| own.conversion(&wanted).is_some())
+        })
     };
     let state = |joint: &str, column: &Column| {
         [("deg/s", "_deg_s"), ("deg", "_deg")]
@@ -59,14 +69,17 @@ pub(super) fn proposed(bench: &Bench, columns: &[Column]) -> Vec<Option<String>>
         [joint] => vec![(format!("{joint}_deg_s"), "deg/s"), (format!("{joint}_deg"), "deg")],
         _ => Vec::new(),
     };
-    let sensors = bench.sensors.iter().map(|sensor| (sensor.id.clone(), sensor.unit.as_str()));
-    let wanted: Vec<(String, &str)> = states.into_iter().chain(sensors).collect();
+    let sensors = bench.sensors.iter().map(|sensor| (sensor.id.clone(), sensor.unit.clone()));
+    let states = states.into_iter().map(|(key, unit)| (key, unit.to_string()));
+    // what a model line reads beside them, and whose name has a unit (`temperature_c`)
+    let is_sensor = |key: &str| bench.sensors.iter().any(|sensor| sensor.id == key);
+    let read = keys.iter().filter(|key| key.as_str() != "time_s" && !is_sensor(key) && !is_state(bench, key));
+    let read = read.filter_map(|key| Some((key.clone(), units::of_column(key)?)));
+    let wanted: Vec<(String, String)> = states.chain(sensors).chain(read).collect();
     for (key, unit) in wanted.iter().filter(|(_, unit)| !unit.is_empty()) {
-        let fits: Vec<usize> = (0..columns.len())
-            .filter(|k| {
-                found.get(*k).is_some_and(Option::is_none) && columns.get(*k).is_some_and(|c| converts(c, unit))
-            })
-            .collect();
+        let open =
+            found.iter().zip(columns).enumerate().filter(|(_, (own, column))| own.is_none() && converts(column, unit));
+        let fits: Vec<usize> = open.map(|(k, _)| k).collect();
         let rivals = wanted.iter().filter(|(other, its)| other != key && its == unit).count();
         if let ([k], 0, false) = (fits.as_slice(), rivals, found.iter().flatten().any(|own| own == key))
             && let Some(place) = found.get_mut(*k)
@@ -102,7 +115,7 @@ pub(super) fn mapped(bench: &Bench, columns: &[Column], given: &[String], answer
     }
     let known = keys(bench).join(", ");
     for (k, (column, own)) in columns.iter().zip(&mut found).enumerate() {
-        if answers.asks() && !said.contains(&k) {
+        if answers.asks && !said.contains(&k) {
             let question = format!("column '{}' is one of {known}; empty: as proposed, -: none", column.title);
             let said = answers.one(None, ("--columns", &question), Some(own.as_deref().unwrap_or("-")), |text| {
                 Ok(Some(text.to_string()).filter(|text| text != "-"))
@@ -118,7 +131,7 @@ pub(super) fn mapped(bench: &Bench, columns: &[Column], given: &[String], answer
             .expected("one column for each key: --columns KEY=TITLE"));
     }
     let renamed = pairs.into_iter().filter(|(key, title)| key != title).collect();
-    Ok(Mapped { keys, renamed })
+    Ok(Mapped { keys, renamed, used: found.iter().map(Option::is_some).collect() })
 }
 
 /// The positions of a record.

@@ -1,8 +1,7 @@
 //! `tumble new lab`: the identities of a certificate.
 
 use super::answers::Answers;
-use super::{free, headed};
-use crate::cli::outputs::Outputs;
+use super::{free, headed, write};
 use crate::cli::{Outcome, files};
 use crate::error::{Fault, Malformed, Result};
 use crate::wire::{self, Source};
@@ -80,14 +79,8 @@ pub(super) fn run(arguments: &Arguments, answers: &Answers) -> Result<Outcome> {
     // read as `fit --lab` reads it, and written with its keys in the order of the type
     let name = arguments.to.display().to_string();
     let lab = wire::read_lab(&Source { name: name.clone(), text: files::json(&lab)? })?;
-    let mut texts = vec![(arguments.to.clone(), headed("lab", "equipment, method and statements may be added", &lab)?)];
-    let schema = arguments.to.with_file_name("lab.schema.json");
-    if let (false, Some(own)) = (schema.exists(), crate::report::schema("lab")) {
-        texts.push((schema, files::json(&own)?));
-    }
-    let mut outputs = Outputs::plan(texts.iter().map(|(path, _)| Some(path.as_path())))?;
-    outputs.extend(texts);
-    outputs.write()?;
+    let texts = vec![(arguments.to.clone(), headed("lab", "equipment, method and statements may be added", &lab)?)];
+    write(texts, &arguments.to, &["lab"])?;
     super::super::show(&format!("wrote {name}\nnext: tumble fit CAMPAIGN --dcc certificate.xml --lab {name}\n"))?;
     Ok(Outcome::Done)
 }

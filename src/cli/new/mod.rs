@@ -11,7 +11,7 @@ mod benches;
 mod columns;
 mod lab;
 
-use super::{Outcome, files, outputs::Outputs, session};
+use super::{Outcome, files, outputs::Outputs, session, show_error};
 use crate::campaign::{Asked, Given, UnitUnderTest};
 use crate::error::{Fault, Malformed, Result};
 use crate::fit;
@@ -90,9 +90,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
 
 fn campaign(arguments: &Arguments, table: &Path, answers: &Answers) -> Result<Outcome> {
     let (file, _) = parted(table);
-    let stem = file.file_name().unwrap_or_default().to_string_lossy();
-    let stem = stem.split('.').next().filter(|stem| !stem.is_empty()).unwrap_or("new").to_string();
-    let to = arguments.to.clone().unwrap_or_else(|| table.with_file_name(format!("{stem}.campaign.json")));
+    let stem = |path: &Path| {
+        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        name.split('.').next().filter(|stem| !stem.is_empty()).unwrap_or("new").to_string()
+    };
+    let to = arguments.to.clone();
+    let to = to.unwrap_or_else(|| table.with_file_name(format!("{}.campaign.json", stem(&file))));
+    // a bench that is made goes by the campaign's name
+    let stem = stem(&to);
     let folder = to.parent().map(Path::to_path_buf).unwrap_or_default();
     free(&to)?;
     let samples = answers.one(
@@ -109,6 +114,17 @@ fn campaign(arguments: &Arguments, table: &Path, answers: &Answers) -> Result<Ou
 
     let (bench, own) = benches::chosen(arguments, answers, &titles, &stem, &folder)?;
     let map = columns::mapped(&bench, &titles, &arguments.columns, answers)?;
+    let by = samples.as_str();
+    let unused: Vec<&str> = (titles.iter().zip(&map.used))
+        .filter(|(column, used)| !**used && column.title != by && column.name != by)
+        .map(|(column, _)| column.title.as_str())
+        .collect();
+    if !unused.is_empty() {
+        super::show(&format!(
+            "not read by this bench: {} (--columns KEY=TITLE says what a column is)\n",
+            unused.join(", ")
+        ))?;
+    }
     let mut campaign: CampaignFile = serde_json::from_value(json!({ "bench": "", "readings": [] }))
         .map_err(|error| Malformed::new(Fault::Value, error.to_string()))?;
     campaign.bench = own.reference;
@@ -160,13 +176,14 @@ fn campaign(arguments: &Arguments, table: &Path, answers: &Answers) -> Result<Ou
     let listed: Vec<String> = parameters.iter().map(|(id, unit)| format!("{id} [{unit}]")).collect();
     let ask = format!("known values among {} (NAME=VALUE[+-U] [UNIT]; NAME=0: not in the model)", listed.join(", "));
     let mut given = known(&arguments.known, &ask)?;
-    let starts = arguments.start.iter().map(|text| Quantity::of(text, &parameters)).collect::<Result<Vec<_>>>()?;
+    let start = |text: &str| Quantity::of(text, &parameters);
+    let mut starts = arguments.start.iter().map(|text| start(text)).collect::<Result<Vec<_>>>()?;
     let doubts = loop {
         let estimated = parameters.iter().filter(|(id, _)| given.iter().all(|own| own.name != *id));
         campaign.estimate = wire::Named(
             estimated
                 .map(|(id, _)| {
-                    let start = starts.iter().find(|own| own.name == *id);
+                    let start = starts.iter().rfind(|own| own.name == *id);
                     let unit = start.and_then(|own| own.unit.clone());
                     (id.clone(), Asked { start: start.map(|own| own.value), unit, ..Asked::default() })
                 })
@@ -178,10 +195,24 @@ fn campaign(arguments: &Arguments, table: &Path, answers: &Answers) -> Result<Ou
             (own.name.clone(), KnownEntry::Known(known))
         });
         campaign.known = wire::Named(named.collect());
-        let (_, fitted) = read(&campaign)?;
+        let fitted = match read(&campaign) {
+            Ok((_, fitted)) => fitted,
+            // a person at a terminal has not answered for nothing
+            Err(error) if answers.asks => {
+                show_error::show(&error);
+                let ask = "starting values of estimates in which the model is not linear (NAME=VALUE [UNIT])";
+                let more = answers.several(&[], ("--start", ask), start)?;
+                if more.is_empty() {
+                    return Err(error);
+                }
+                starts.extend(more);
+                continue;
+            }
+            Err(error) => return Err(error),
+        };
         let doubts = fitted.map_or(Vec::new(), |fit| fit.not_estimable);
         let names: Vec<&str> = doubts.iter().flat_map(|d| &d.direction.terms).map(|(id, _)| id.as_str()).collect();
-        if names.is_empty() || !answers.asks() {
+        if names.is_empty() || !answers.asks {
             break doubts;
         }
         let ask = format!("these readings do not separate {}: which is known, or zero?", names.join(", "));
@@ -209,17 +240,9 @@ fn campaign(arguments: &Arguments, table: &Path, answers: &Answers) -> Result<Ou
     if let Some(bench) = &own.new {
         texts.push((own.path.clone(), headed("bench", "see the notes", bench)?));
     }
-    for kind in if own.new.is_some() { &["campaign", "bench"][..] } else { &["campaign"] } {
-        let path = to.with_file_name(format!("{kind}.schema.json"));
-        if let (false, Some(schema)) = (path.exists(), crate::report::schema(kind)) {
-            texts.push((path, files::json(&schema)?));
-        }
-    }
-    let names: Vec<String> = texts.iter().map(|(path, _)| path.display().to_string()).collect();
-    let mut outputs = Outputs::plan(texts.iter().map(|(path, _)| Some(path.as_path())))?;
-    outputs.extend(texts);
-    outputs.write()?;
-    super::show(&format!("wrote {}\n{}: {}\n", names.join(", "), to.display(), super::check::check(&to)?))?;
+    let kinds = if own.new.is_some() { &["campaign", "bench"][..] } else { &["campaign"] };
+    let names = write(texts, &to, kinds)?;
+    super::show(&format!("wrote {names}\n{}: {}\n", to.display(), super::check::check(&to)?))?;
     for doubt in &doubts {
         let names: Vec<&str> = doubt.direction.terms.iter().map(|(id, _)| id.as_str()).collect();
         super::show(&format!(
@@ -229,6 +252,21 @@ fn campaign(arguments: &Arguments, table: &Path, answers: &Answers) -> Result<Ou
     }
     super::show(&format!("next: tumble fit {}\n", to.display()))?;
     Ok(if doubts.is_empty() { Outcome::Done } else { Outcome::Rejected })
+}
+
+/// Write texts and, beside the first, the schemas of these kinds that are not there yet: their names.
+fn write(mut texts: Vec<(PathBuf, String)>, first: &Path, kinds: &[&str]) -> Result<String> {
+    for kind in kinds {
+        let path = first.with_file_name(format!("{kind}.schema.json"));
+        if let (false, Some(schema)) = (path.exists(), crate::report::schema(kind)) {
+            texts.push((path, files::json(&schema)?));
+        }
+    }
+    let names: Vec<String> = texts.iter().map(|(path, _)| path.display().to_string()).collect();
+    let mut outputs = Outputs::plan(texts.iter().map(|(path, _)| Some(path.as_path())))?;
+    outputs.extend(texts);
+    outputs.write()?;
+    Ok(names.join(", "))
 }
 
 /// What a campaign says to the person who goes on with it.

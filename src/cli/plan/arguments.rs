@@ -1,8 +1,14 @@
 //! What `tumble plan` is asked.
 
+use crate::cli::one_of;
 use crate::cli::pages::Pages;
-use clap::{Args, ValueEnum};
+use crate::plan::{Method, Order, Unit};
+use clap::Args;
 use std::path::PathBuf;
+
+const UNITS: [(&str, Unit); 3] = [("reading", Unit::Reading), ("pair", Unit::Pair), ("mounting", Unit::Mounting)];
+const METHODS: [(&str, Method); 2] = [("fedorov", Method::Fedorov), ("coordinate", Method::Coordinate)];
+const ORDERS: [(&str, Order); 3] = [("given", Order::AsGiven), ("abba", Order::Abba), ("random", Order::Random)];
 
 /// What to judge, what to look for and what to write.
 #[derive(Debug, Args)]
@@ -75,8 +81,8 @@ pub(in crate::cli) struct Arguments {
     #[arg(long, value_name = "DEG", requires = "refinable", conflicts_with = "separate")]
     pub(super) refine: Option<f64>,
     /// Portions in which readings are chosen: single readings, both senses of a rate, all rates of a mounting.
-    #[arg(long, value_enum, default_value_t = UnitArgument::Reading)]
-    pub(super) unit: UnitArgument,
+    #[arg(long, default_value = "reading", value_parser = one_of(UNITS))]
+    pub(super) unit: Unit,
     /// A schedule whose positions are the candidates (its lists sweep joints and rates); a sweep of the bench unless given.
     #[arg(long, value_name = "FILE")]
     pub(super) candidates: Option<PathBuf>,
@@ -99,8 +105,8 @@ pub(in crate::cli) struct Arguments {
     #[arg(long, value_name = "N")]
     pub(super) repeats: Option<usize>,
     /// Fedorov exchange, or coordinate exchange for very many candidates.
-    #[arg(long, value_enum, default_value_t = MethodArgument::Fedorov)]
-    pub(super) method: MethodArgument,
+    #[arg(long, default_value = "fedorov", value_parser = one_of(METHODS))]
+    pub(super) method: Method,
     /// Costs: mounting=10, rate=1, reading=1; soak=30 for the wait after each mounting; and degree=0.02 for moving from one mounting to the
     /// next, for each degree of the joint that moves furthest.
     #[arg(long, value_name = "WHAT=COST")]
@@ -112,8 +118,8 @@ pub(in crate::cli) struct Arguments {
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub(super) seed: u64,
     /// Order of the schedule found.
-    #[arg(long, value_enum, default_value_t = OrderArgument::Abba)]
-    pub(super) order: OrderArgument,
+    #[arg(long, default_value = "abba", value_parser = one_of(ORDERS))]
+    pub(super) order: Order,
     /// Write the schedule found (or, without a search, the given one in that order) as a campaign file.
     #[arg(short, long, value_name = "FILE")]
     pub(super) write: Option<PathBuf>,
@@ -129,24 +135,4 @@ pub(in crate::cli) struct Arguments {
     /// Also list every value with its leverage and minimal detectable bias.
     #[arg(long)]
     pub(super) readings: bool,
-}
-
-#[derive(Debug, Clone, Copy, ValueEnum)]
-pub(super) enum UnitArgument {
-    Reading,
-    Pair,
-    Mounting,
-}
-
-#[derive(Debug, Clone, Copy, ValueEnum)]
-pub(super) enum MethodArgument {
-    Fedorov,
-    Coordinate,
-}
-
-#[derive(Debug, Clone, Copy, ValueEnum)]
-pub(super) enum OrderArgument {
-    Given,
-    Abba,
-    Random,
 }

@@ -1,13 +1,11 @@
 //! Options of `tumble plan` in the terms of the library.
 
 use super::super::files;
-use super::arguments::{Arguments, MethodArgument, OrderArgument, UnitArgument};
+use super::arguments::Arguments;
 use crate::campaign::{Campaign, Kind, Readings};
 use crate::error::{Fault, Malformed, Result};
 use crate::fit::Fit;
-use crate::plan::{
-    self, Costs, Criterion, Goal, Judgement, Method, Noise, Order, Progress, Refinement, Request, Term, Unit, Zone,
-};
+use crate::plan::{self, Costs, Criterion, Goal, Judgement, Noise, Progress, Refinement, Request, Term, Zone};
 use crate::report;
 use crate::simulate::Regressor;
 use crate::wire;
@@ -20,14 +18,8 @@ const MOST_STARTS: usize = 1_000_000;
 /// More readings than this are not chosen.
 const MOST_READINGS: usize = 100_000;
 
-/// The two effects to be discriminated.
-pub(super) fn terms(effects: &[String; 2], campaign: &Campaign, sensor: Option<&str>) -> Result<[Term; 2]> {
-    let [a, b] = effects;
-    Ok([term(a, campaign, sensor)?, term(b, campaign, sensor)?])
-}
-
 /// An effect as reports write it, of the sensor that is named or the only one.
-fn term(text: &str, campaign: &Campaign, sensor: Option<&str>) -> Result<Term> {
+pub(super) fn term(text: &str, campaign: &Campaign, sensor: Option<&str>) -> Result<Term> {
     let ids: Vec<&str> = campaign.bench.sensors.iter().map(|s| s.id.as_str()).collect();
     let sensor = match (sensor, ids.as_slice()) {
         (Some(id), _) => Some(ids.iter().position(|own| *own == id).ok_or_else(|| {
@@ -85,7 +77,7 @@ pub(super) fn find_candidates(arguments: &Arguments, campaign: &Campaign) -> Res
     let candidates = match &arguments.candidates {
         None => plan::sweep_with_rates(campaign, arguments.step, &arguments.rates)?,
         Some(path) => {
-            let (other, source) = files::campaign(path)?;
+            let (other, source, _) = files::campaign(path)?;
             let located = |error| wire::locate(error, &source);
             let candidates = plan::from_schedule(campaign, &other).map_err(located)?;
             if candidates.rows.is_empty() {
@@ -136,23 +128,9 @@ pub(super) fn request(arguments: &Arguments, given: &Judgement, bar: &ProgressBa
             spinner.set_message(format!("searching: {done} of {of} {what}"));
             spinner.tick();
         }),
-        criterion: match arguments.criterion.as_str() {
-            "D" | "d" => Criterion::D,
-            "A" | "a" => Criterion::A,
-            "G" | "g" => Criterion::G,
-            "I" | "i" => Criterion::I,
-            "E" | "e" => Criterion::E,
-            name => Criterion::C(name.to_string()),
-        },
-        unit: match arguments.unit {
-            UnitArgument::Reading => Unit::Reading,
-            UnitArgument::Pair => Unit::Pair,
-            UnitArgument::Mounting => Unit::Mounting,
-        },
-        method: match arguments.method {
-            MethodArgument::Fedorov => Method::Fedorov,
-            MethodArgument::Coordinate => Method::Coordinate,
-        },
+        criterion: criterion(&arguments.criterion),
+        unit: arguments.unit,
+        method: arguments.method,
         most_repeats: arguments.repeats.unwrap_or(usize::MAX),
         starts: arguments.starts,
         seed: arguments.seed,
@@ -160,22 +138,24 @@ pub(super) fn request(arguments: &Arguments, given: &Judgement, bar: &ProgressBa
             Some(resolution_deg) => Some(Refinement { resolution_deg, zones: zones(arguments)? }),
             None => None,
         },
-        order: match arguments.order {
-            OrderArgument::Given => Order::AsGiven,
-            OrderArgument::Abba => Order::Abba,
-            OrderArgument::Random => Order::Random,
-        },
+        order: arguments.order,
     })
+}
+
+/// Criteria of all unknowns.
+const CRITERIA: [(&str, Criterion); 5] =
+    [("D", Criterion::D), ("A", Criterion::A), ("G", Criterion::G), ("I", Criterion::I), ("E", Criterion::E)];
+
+/// One of these in either case, or that of a quantity.
+fn criterion(text: &str) -> Criterion {
+    let named = CRITERIA.into_iter().find(|(name, _)| name.eq_ignore_ascii_case(text));
+    named.map_or_else(|| Criterion::C(text.to_string()), |(_, own)| own)
 }
 
 pub(super) fn criterion_name(criterion: &Criterion) -> String {
     match criterion {
-        Criterion::D => "D".into(),
-        Criterion::A => "A".into(),
-        Criterion::G => "G".into(),
-        Criterion::I => "I".into(),
-        Criterion::E => "E".into(),
         Criterion::C(id) => format!("c:{id}"),
+        other => CRITERIA.iter().find(|(_, own)| own == other).map_or("", |(name, _)| name).to_string(),
     }
 }
 
@@ -194,21 +174,25 @@ pub(in crate::cli) fn named_number(text: &str, option: &str, example: &str) -> R
 pub(super) fn point(given: &[String], campaign: &Campaign) -> Result<Vec<(String, f64)>> {
     let one = |text: &String| {
         let (id, value) = named_number(text, "--at", "K=1.3")?;
-        let tilt = campaign.parameters.iter().any(|p| p.id == id && p.kind == Kind::Tilt);
-        Ok((id, if tilt { value / report::ARCSEC } else { value }))
+        Ok(in_radians(id, value, campaign))
     };
     given.iter().map(one).collect()
+}
+
+/// A tilt's value in arcseconds, or another parameter's in its own unit.
+fn in_radians(id: String, value: f64, campaign: &Campaign) -> (String, f64) {
+    let is_tilt = campaign.parameters.iter().any(|p| p.id == id && p.kind == Kind::Tilt);
+    (id, if is_tilt { value / report::ARCSEC } else { value })
 }
 
 pub(super) fn noise(arguments: &Arguments, campaign: &Campaign, fitted: Option<&Fit>) -> Result<Noise> {
     let given: Vec<(String, f64)> =
         arguments.noise.iter().map(|text| named_number(text, "--noise", "V=9e-4")).collect::<Result<_>>()?;
-    let mut remount = Vec::new();
-    for text in &arguments.remount {
+    let one = |text: &String| -> Result<(String, f64)> {
         let (id, sd) = named_number(text, "--remount", "dtheta_y2=0.5")?;
-        let is_tilt = campaign.parameters.iter().any(|p| p.id == id && p.kind == Kind::Tilt);
-        remount.push((id, if is_tilt { sd / report::ARCSEC } else { sd }));
-    }
+        Ok(in_radians(id, sd, campaign))
+    };
+    let remount = arguments.remount.iter().map(one).collect::<Result<Vec<_>>>()?;
     let tilts = arguments.tilts.map(|arcsec| match arcsec >= 0.0 && arcsec.is_finite() {
         true => Ok(arcsec / report::ARCSEC),
         false => Err(Malformed::new(Fault::Value, "the expected size of the tilts is not possible")
@@ -266,7 +250,7 @@ pub(in crate::cli) fn parse_goals(given: &[String], campaign: &Campaign) -> Resu
 }
 
 /// `alpha_deg=100:170,beta_deg=0:90`.
-pub(super) fn zone(text: &str) -> Result<Zone> {
+fn zone(text: &str) -> Result<Zone> {
     let limit = |part: &str| -> Option<(String, f64, f64)> {
         let (key, interval) = part.split_once('=')?;
         let (low, high) = interval.split_once(':')?;

@@ -18,7 +18,7 @@ use crate::plan::{self, Costs, Goal, Offer};
 use crate::report::{self, Better, FindReport, Foreseen};
 use crate::wire;
 pub(super) use asked::{costs, named_number, parse_goals};
-use asked::{criterion_name, extras, find_candidates, noise, point, request, terms};
+use asked::{criterion_name, extras, find_candidates, noise, point, request, term};
 use find::shown_from;
 use indicatif::ProgressBar;
 use std::path::Path;
@@ -27,7 +27,7 @@ use std::path::Path;
 const MOST_FORESEEN: usize = 100_000;
 
 pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
-    let (campaign, source) = files::campaign(&arguments.schedule)?;
+    let (campaign, source, _) = files::campaign(&arguments.schedule)?;
     files::one_device(&campaign);
     let mut outputs =
         arguments.pages.outputs([arguments.write.as_deref(), arguments.sheet.as_deref(), arguments.json.as_deref()])?;
@@ -85,14 +85,13 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
     let (mut goals, mut finds) = (Vec::<Goal>::new(), Vec::new());
     if anew || arguments.add.is_some() || separates.is_some() {
         let keeps = !anew || arguments.keep;
-        let kept = if keeps {
-            campaign.readings.clone()
-        } else {
-            Readings { rows: Vec::new(), columns: given.columns.clone() }
-        };
+        let none = || Readings { rows: Vec::new(), columns: given.columns.clone() };
+        let kept = if keeps { campaign.readings.clone() } else { none() };
         let offer = Offer { kept, candidates: find_candidates(arguments, &campaign)?, noise: noise.clone(), costs };
         if let Some(effects) = &separates {
-            let [a, b] = terms(effects, &campaign, arguments.sensor.as_deref())?;
+            let term = |text: &str| term(text, &campaign, arguments.sensor.as_deref());
+            let [a, b] = effects;
+            let [a, b] = [term(a)?, term(b)?];
             separated = Some(plan::separate(&campaign, &offer, [&a, &b], &request).map_err(located)?);
         } else if arguments.goal.is_empty() && arguments.find.is_empty() {
             best = Some(plan::improve(&campaign, &offer, &request).map_err(located)?);
@@ -101,15 +100,10 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
                 extras.iter().zip(&coefficients).filter_map(|(extra, name)| Some((extra, name, extra.size?)));
             for (extra, name, size) in coefficients {
                 let Some(rule) = foresight.as_ref().map(|foresight| foresight.rule) else { continue };
-                let u = size / rule.size_for(arguments.power);
+                let (u, power) = (size / rule.size_for(arguments.power), arguments.power);
+                let (effect, coefficient) = (extra.regressor.clone(), name.clone());
                 goals.push(Goal { id: name.clone(), u });
-                finds.push(FindReport {
-                    effect: extra.regressor.clone(),
-                    coefficient: name.clone(),
-                    size,
-                    power: arguments.power,
-                    u,
-                });
+                finds.push(FindReport { effect, coefficient, size, power, u });
             }
             for goal in parse_goals(&arguments.goal, &campaign)? {
                 goals.retain(|other| other.id != goal.id);
@@ -134,12 +128,11 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
         (_, _, Some((separated, effects))) => Some(Better::Apart(separated, effects)),
         _ => None,
     };
-    let found = match better {
-        Some(Better::Best(improvement, _)) => Some(improvement),
-        Some(Better::Goal(reached, _)) => Some(&reached.improvement),
-        Some(Better::Apart(separated, _)) => Some(&separated.improvement),
-        None => None,
-    };
+    let found = better.as_ref().map(|better| match better {
+        Better::Best(improvement, _) => *improvement,
+        Better::Goal(reached, _) => &reached.improvement,
+        Better::Apart(separated, _) => &separated.improvement,
+    });
     let better_foresight = found.map(|improvement| foresee(&improvement.schedule)).transpose()?.flatten();
     let foreseen = Foreseen { given: foresight.as_ref(), better: better_foresight.as_ref() };
     let with_values = asked.is_measured().then(|| campaign.with_readings(asked.readings.clone()));
@@ -166,20 +159,8 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
                 let half = campaign.with_readings(Readings { rows, columns: given.columns.clone() });
                 let whole = campaign.with_readings(plan::planned(&half, &half.readings));
                 let run = plan::ordered(&whole, &noise, &costs, request.order, request.seed, fixed)?;
-                (
-                    Readings {
-                        rows: half
-                            .readings
-                            .rows
-                            .iter()
-                            .take(fixed)
-                            .chain(run.rows.iter().skip(fixed))
-                            .cloned()
-                            .collect(),
-                        ..run
-                    },
-                    fixed,
-                )
+                let rows = half.readings.rows.iter().take(fixed).chain(run.rows.iter().skip(fixed)).cloned().collect();
+                (Readings { rows, ..run }, fixed)
             }
         };
         // the file has the model of the one that was given
@@ -193,12 +174,11 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
             outputs.add(path, sheet(path, &schedule, &costs, lang)?);
         }
     }
-    if arguments.pages.is_asked_for() {
-        let drawn = Some((&campaign, candidates.as_ref()));
-        outputs.extend(arguments.pages.page(&report::plan_document(&report, drawn, false, lang))?);
-    }
-    let printed = || report::plan_document(&report, Some((&campaign, None)), arguments.readings, lang);
-    arguments.pages.finish(outputs, arguments.json.as_deref(), &report, printed)?;
+    let document = |page: bool| {
+        let drawn = Some((&campaign, candidates.as_ref().filter(|_| page)));
+        report::plan_document(&report, drawn, !page && arguments.readings, lang)
+    };
+    arguments.pages.finish(outputs, arguments.json.as_deref(), &report, document)?;
     let defect = match found {
         Some(improvement) => !improvement.judgement.not_estimable.is_empty() || !improvement.unreachable.is_empty(),
         None => !judgement.not_estimable.is_empty() || judgement.lacking.is_some(),

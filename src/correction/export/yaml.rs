@@ -5,6 +5,7 @@ use crate::bench::STANDARD_GRAVITY_M_S2;
 use crate::correction::{Calibration, Corrector, InputRole, Quantity, linearity};
 use crate::elements::Elements;
 use crate::error::Result;
+use nalgebra::DMatrix;
 
 /// The sensors that measure x, y and z of a quantity, and the columns of these; `None` where the unit does not measure all of it.
 fn block(calibration: &Calibration, corrector: &Corrector, quantity: Quantity) -> Option<([usize; 3], [usize; 3])> {
@@ -40,12 +41,13 @@ fn si(calibration: &Calibration, quantity: Quantity) -> f64 {
     }
 }
 
-fn sub(matrix: &nalgebra::DMatrix<f64>, rows: &[usize], columns: &[usize], factor: f64) -> String {
-    let row = |i: &usize| {
-        let cells: Vec<String> = columns.iter().map(|j| number(matrix[(*i, *j)] * factor)).collect();
-        format!("  - [{}]", cells.join(", "))
+/// A matrix under its name.
+fn block_of(name: &str, matrix: &DMatrix<f64>) -> String {
+    let row = |row: usize| {
+        let cells: Vec<String> = matrix.row(row).iter().map(|cell| number(*cell)).collect();
+        format!("  - [{}]\n", cells.join(", "))
     };
-    rows.iter().map(row).collect::<Vec<_>>().join("\n")
+    format!("  {name}:\n{}", (0..matrix.nrows()).map(row).collect::<String>())
 }
 
 /// What stands at the top, as comments: where it comes from, the lines, what of them these files cannot hold.
@@ -98,23 +100,21 @@ pub(super) fn kalibr(calibration: &Calibration, corrector: &Corrector, origin: &
     text.push_str("\n\nmodel: scale-misalignment\n");
     let m = corrector.sensitivity();
     let bias = |rows: &[usize]| rows.iter().map(|i| corrector.bias().at(*i)).map(number).collect::<Vec<_>>().join(", ");
+    let part = |rows: &[usize; 3], columns: &[usize; 3], quantity: Quantity| {
+        let cells = rows.iter().flat_map(|i| columns.iter().map(move |j| m[(*i, *j)] * si(calibration, quantity)));
+        DMatrix::from_row_iterator(3, 3, cells)
+    };
     if let Some((rows, columns)) = &accelerometers {
-        let factor = si(calibration, Quantity::Force);
-        text.push_str(&sensors(calibration, rows));
-        text.push_str(&format!("accelerometers:\n  M:\n{}\n  bias: [{}]\n", sub(m, rows, columns, factor), bias(rows)));
+        let m = block_of("M", &part(rows, columns, Quantity::Force));
+        text += &format!("{}accelerometers:\n{m}  bias: [{}]\n", sensors(calibration, rows), bias(rows));
     }
     if let Some((rows, columns)) = &gyros {
-        let factor = si(calibration, Quantity::Rate);
-        text.push_str(&sensors(calibration, rows));
-        text.push_str(&format!("gyroscopes:\n  M:\n{}\n", sub(m, rows, columns, factor)));
-        match &accelerometers {
-            Some((_, force)) => {
-                text.push_str(&format!("  A:\n{}\n", sub(m, rows, force, si(calibration, Quantity::Force))))
-            }
-            None => text.push_str("  A:\n  - [0.0, 0.0, 0.0]\n  - [0.0, 0.0, 0.0]\n  - [0.0, 0.0, 0.0]\n"),
-        }
-        text.push_str("  C_gyro_i:\n  - [1.0, 0.0, 0.0]\n  - [0.0, 1.0, 0.0]\n  - [0.0, 0.0, 1.0]\n");
-        text.push_str(&format!("  bias: [{}]\n", bias(rows)));
+        let a = accelerometers.as_ref().map(|(_, force)| part(rows, force, Quantity::Force));
+        text += &format!("{}gyroscopes:\n", sensors(calibration, rows));
+        text += &block_of("M", &part(rows, columns, Quantity::Rate));
+        text += &block_of("A", &a.unwrap_or_else(|| DMatrix::zeros(3, 3)));
+        text += &block_of("C_gyro_i", &DMatrix::identity(3, 3));
+        text += &format!("  bias: [{}]\n", bias(rows));
     }
     Ok(text)
 }

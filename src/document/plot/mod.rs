@@ -5,37 +5,22 @@
 //!
 //! | file | subject |
 //! |---|---|
-//! | `values.rs` | estimates with their expanded uncertainties |
-//! | `bars.rs` | budgets: variances in their parts |
-//! | `residuals.rs`, `normal.rs` | residuals in the order of the readings, and against normal quantiles |
-//! | `correlation.rs` | a correlation matrix |
-//! | `positions.rs` | positions as spots |
+//! | `rows.rs` | estimates with their expanded uncertainties; budgets: variances in their parts |
+//! | `residuals.rs` | residuals in the order of the readings, before and after a repair, and against normal quantiles |
+//! | `lines.rs` | quantities against time, over calibrations, lots and devices |
+//! | `maps.rs` | a correlation matrix, positions as spots, Allan deviations, a whole record with its segments |
 //! | `scene.rs` | a bench in one position |
-//! | `gap.rs` | residuals before and after a repair |
-//! | `curves.rs` | quantities against time |
-//! | `history.rs` | a quantity over calendar time |
-//! | `record.rs` | a whole record with its segments |
-//! | `deviations.rs` | Allan deviations against averaging time |
-//! | `scale.rs`, `rules.rs` | powers of a thousand, ticks and their numbers; the rules at them |
+//! | `scale.rs`, `axes.rs` | powers of a thousand, ticks and their numbers; the frame of a chart, the rules at the ticks |
 //!
 //! Deliberately absent: computation; a chart gets the numbers that it shows.
 
-mod bars;
-mod control;
-mod correlation;
-mod curves;
-mod deviations;
-mod distribution;
-mod gap;
-mod history;
-mod normal;
-mod positions;
-mod record;
+mod axes;
+mod lines;
+mod maps;
 mod residuals;
-mod rules;
+mod rows;
 mod scale;
 mod scene;
-mod values;
 
 use super::chart::Chart;
 use super::xml;
@@ -85,21 +70,19 @@ const YELLOW: RGBColor = RGBColor(0xf0, 0xe4, 0x42);
 /// ```
 pub fn draw(chart: &Chart, lang: Language) -> Result<String> {
     match chart {
-        Chart::Values(rows, unit) => values::values(rows, unit, lang),
-        Chart::Bars(rows, what, unit, wide) => bars::bars(rows, (what, unit), if *wide { WIDE } else { HALF }, lang),
+        Chart::Values(rows, unit) => rows::values(rows, unit, lang),
+        Chart::Bars(rows, what, unit, wide) => rows::bars(rows, (what, unit), if *wide { WIDE } else { HALF }, lang),
         Chart::Residuals(rows, what, unit) => residuals::residuals(rows, what, unit, lang),
-        Chart::Normal(studentized) => normal::normal(studentized, lang),
-        Chart::Correlation(names, matrix) => correlation::correlation(names, matrix),
-        Chart::Gap(panels, factor) => gap::gap(panels, factor, lang),
-        Chart::Curves(lines, [what, unit, along]) => curves::curves(lines, what, unit, along),
-        Chart::History(own) => history::history(own, lang),
-        Chart::Control(own) => control::control(own),
-        Chart::Distribution(own) => distribution::distribution(own, lang),
-        Chart::Deviations(points, title) => deviations::deviations(points, title, lang),
-        Chart::Record(own) => record::record(own, lang),
-        Chart::Positions([candidates, given, better], axes) => {
-            positions::positions(candidates, given, better, axes, lang)
-        }
+        Chart::Normal(studentized) => residuals::normal(studentized, lang),
+        Chart::Correlation(names, matrix) => maps::correlation(names, matrix),
+        Chart::Gap(panels, factor) => residuals::gap(panels, factor, lang),
+        Chart::Curves(lines, [what, unit, along]) => lines::curves(lines, what, unit, along),
+        Chart::History(own) => lines::history(own, lang),
+        Chart::Control(own) => lines::control(own),
+        Chart::Distribution(own) => lines::distribution(own, lang),
+        Chart::Deviations(points, title) => maps::deviations(points, title, lang),
+        Chart::Record(own) => maps::record(own, lang),
+        Chart::Positions([candidates, given, better], axes) => maps::positions(candidates, given, better, axes, lang),
         Chart::Scene(own) => scene::scene(own, lang),
     }
 }

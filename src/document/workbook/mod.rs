@@ -43,9 +43,8 @@ const MARK: &str = "tumble_digest";
 /// Errors: a table with more rows than a sheet has (1,048,576).
 ///
 /// ```
-/// use tumble::document::{Align, Cell, Document, Section, Table, workbook};
-/// let mut table = Table::new(&[("parameter", Align::Left), ("estimate", Align::Decimal)]);
-/// table.row(vec![Cell::name("V0"), Cell::value(Some(1.58203), Some(0.0114))]);
+/// use tumble::document::{Cell, Document, Rows, Section, workbook};
+/// let table = Rows::of(["V0"]).name("parameter", |id| id).decimal("estimate", |_| Cell::Value(1.58203, Some(0.0114)));
 /// let bytes = workbook::render(&Document::new("A fit").section(Section::new("Result").table(table)))?;
 /// assert!(bytes.starts_with(b"PK"));
 /// # Ok::<(), tumble::error::Malformed>(())

@@ -13,7 +13,7 @@
     reason = "`kept` holds components of the problem, for each of which the inference has a matrix, and `s` a row and a column"
 )]
 
-use super::cost;
+use super::inference;
 use super::problem::{Problem, SEPARATED};
 use crate::error::Result;
 use crate::linear::form;
@@ -33,6 +33,11 @@ impl Absorbed {
     pub fn touches(&self, along: &[f64]) -> bool {
         form(&self.unknown, along).abs() > SEPARATED.sqrt() * form(&self.whole, along)
     }
+
+    /// Does the variance of this unknown?
+    pub(crate) fn touches_unknown(&self, k: usize) -> bool {
+        self.unknown[(k, k)].abs() > SEPARATED.sqrt() * self.whole[(k, k)]
+    }
 }
 
 impl Problem<'_> {
@@ -48,7 +53,7 @@ impl Problem<'_> {
         let directions = point.estimate.factor.whitened_directions();
         let whole = &directions * directions.transpose();
         // 2 S^-1
-        let twice = cost::spread(&inference.s, kept);
+        let twice = inference::spread(&inference.s, kept);
         let one = |own: &Option<usize>| {
             let c = missing(own)?;
             let mut middle = inference.gamma[c].clone();
@@ -57,14 +62,7 @@ impl Problem<'_> {
                 middle -= &inference.gamma[*h] * Scale(share);
             }
             let found = Absorbed { unknown: &directions * middle * directions.transpose(), whole: whole.clone() };
-            let mut along = vec![0.0; whole.nrows()];
-            let mut touched = (0..along.len()).filter(|j| {
-                along.fill(0.0);
-                along[*j] = 1.0;
-                found.touches(&along)
-            });
-            touched.next().is_some().then_some(())?;
-            Some(found)
+            (0..whole.nrows()).any(|k| found.touches_unknown(k)).then_some(found)
         };
         Ok(self.component.iter().map(one).collect())
     }

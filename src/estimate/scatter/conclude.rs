@@ -8,7 +8,7 @@ use super::condense::Condensed;
 use super::problem::Problem;
 use super::reml::{Ended, FULL, Limits};
 use super::time::{self, Along};
-use super::{LineState, ScatterLine, Scattered, Stepped, Whitening, cost};
+use super::{LineState, ScatterLine, Scattered, Stepped, Whitening, inference};
 use crate::error::Result;
 use crate::estimate::factor::{product_by_rows, rank_tolerance};
 use crate::estimate::{Elimination, ScaleHints, Settings, System, solve};
@@ -47,13 +47,11 @@ pub(crate) fn scattered(
         Some(along) => problem.ended_along(along, &timed.start)?,
         None => None,
     };
-    let mut found = match along {
-        Some(ended) => conclude(problem, ended, (&timed, sums), timed.along.as_ref())?,
-        None => {
-            let ended = problem.solve_all(&timed.start, FULL)?;
-            conclude(problem, ended, (&timed, sums), None)?
-        }
+    let (ended, along) = match along {
+        Some(ended) => (ended, timed.along.as_ref()),
+        None => (problem.solve_all(&timed.start, FULL)?, None),
     };
+    let mut found = conclude(problem, ended, (&timed, sums), along)?;
     for (k, tau, u) in timed.found {
         found.tau[k] = Some((tau, u));
     }
@@ -143,8 +141,8 @@ fn conclude(
     let (spread, correction) = match along {
         Some(along) => along.costs(inference.s.nrows(), &leaning),
         None => {
-            let spread = cost::spread(&inference.s, &free);
-            let correction = cost::correction(&directions, &spread, |g, h| inference.crossing(g, h));
+            let spread = inference::spread(&inference.s, &free);
+            let correction = inference::correction(&directions, &spread, |g, h| inference.crossing(g, h));
             (spread, correction)
         }
     };
@@ -178,10 +176,7 @@ fn conclude(
         let parts: Vec<(usize, f64)> = free.iter().zip(&by_component).map(|(g, own)| (*g, own[(j, j)])).collect();
         satterthwaite(covariance[(j, j)], &parts, &spread)
     };
-    let follows = |j: usize| {
-        let along: Vec<f64> = (0..covariance.nrows()).map(|k| f64::from(u8::from(k == j))).collect();
-        absorbed.iter().flatten().any(|own| own.touches(&along))
-    };
+    let follows = |j: usize| absorbed.iter().flatten().any(|own| own.touches_unknown(j));
     let judged = (0..covariance.nrows()).filter(|j| point.estimate.unknowns.is_estimable(*j) && !follows(*j));
     let mixture = match sums && (is_open || judged.map(dof).any(|dof| dof < FEWEST)) {
         true => problem.summed(&point, &theta, &kept, timed)?,

@@ -13,13 +13,12 @@
     reason = "the pattern is that of the system, which `System::check` has seen: fronts hold rows and deviations below its numbers, and `class` has an entry for each row"
 )]
 
-use super::by_row::ByRow;
-use super::left_out::LeftOut;
-use super::problem::Problem;
+use super::pattern::ByRow;
+use super::problem::{LeftOut, Problem};
 use super::reml::{Ended, Limits};
 use super::{Felt, ScatterLine};
 use crate::error::Result;
-use crate::estimate::fold::triangle;
+use crate::estimate::fold::triangle_of;
 use crate::estimate::{Group, System};
 use faer::Mat;
 
@@ -27,8 +26,6 @@ use faer::Mat;
 const FEW: usize = 512;
 /// Rows whose standard uncertainties differ by more than this stay as they are: reflections would leave the rounding of the large ones in the small.
 const ALIKE: f64 = 1e4;
-/// Rows that are folded at a time.
-const CHUNK: usize = 512;
 
 /// A system of fewer rows with the same likelihood, but for [`LeftOut`].
 pub(super) struct Condensed {
@@ -63,63 +60,44 @@ impl Condensed {
             line.felt.iter().map(move |felt| (felt.row, (start.saturating_add(felt.level), felt.by)))
         });
         let felt = ByRow::new(m, pairs);
-        let mut made = Made { rows: Vec::new(), u: Vec::new(), group: Vec::new(), felt: vec![Vec::new(); lines.len()] };
+        let felt_by = vec![Vec::new(); lines.len()];
+        let mut made = Made { columns: n + 1, rows: Vec::new(), u: Vec::new(), group: Vec::new(), felt: felt_by };
         let mut left_out = LeftOut { rows: vec![0.0; problem.groups], log_determinant: 0.0 };
-        let mut place = vec![usize::MAX; pattern.deviations];
         for class in &classes {
             let deviations = class.front.map_or(&[][..], |f| &pattern.fronts[f].columns);
-            deviations.iter().enumerate().for_each(|(k, d)| place[*d] = k);
             let line_of = |d: usize| pattern.first.partition_point(|start| *start <= d).saturating_sub(1);
             let named: Vec<(usize, usize)> =
                 deviations.iter().map(|d| (line_of(*d), *d)).map(|(k, d)| (k, d - pattern.first[k])).collect();
             let size = deviations.len() + n + 1;
-            let write = |row: usize, by: f64, out: &mut [f64]| {
-                out.fill(0.0);
-                felt.of(row).iter().for_each(|(d, slope)| out[place[*d]] += slope * by);
-                let (_, rest) = out.split_at_mut(deviations.len());
-                rest.iter_mut().take(n).enumerate().for_each(|(j, slot)| *slot = system.rows[(row, j)] * by);
-                rest[n] = system.observed[row] * by;
+            let value = |row: usize, j: usize| match j.checked_sub(deviations.len()) {
+                None => felt.of(row).iter().filter(|(d, _)| *d == deviations[j]).map(|(_, slope)| slope).sum(),
+                Some(j) if j < n => system.rows[(row, j)],
+                Some(_) => system.observed[row],
             };
             if class.rows.len() <= size || !alike(system, &class.rows) {
-                let mut values = vec![0.0; size];
                 for row in &class.rows {
-                    write(*row, 1.0, &mut values);
-                    made.push(&values, 0, &named, system.u[*row], class.group);
+                    made.push(|j| value(*row, j), 0, &named, system.u[*row], class.group);
                 }
                 continue;
             }
-            let mut folded: Mat<f64> = Mat::zeros(0, size);
-            let mut values = vec![0.0; size];
-            for chunk in class.rows.chunks(CHUNK) {
-                let before = folded.nrows();
-                let mut below = Mat::zeros(before + chunk.len(), size);
-                for j in 0..size {
-                    below.col_as_slice_mut(j)[..before].copy_from_slice(folded.col_as_slice(j));
-                }
-                for (i, row) in chunk.iter().enumerate() {
-                    write(*row, 1.0 / system.u[*row], &mut values);
-                    values.iter().enumerate().for_each(|(j, value)| below[(before + i, j)] = *value);
-                }
-                folded = if below.nrows() > size { triangle(below) } else { below };
-            }
-            for i in 0..folded.nrows() {
-                values.iter_mut().enumerate().for_each(|(j, slot)| *slot = folded[(i, j)]);
-                made.push(&values, i, &named, 1.0, class.group);
-            }
-            let gone = class.rows.len() - folded.nrows();
+            let own = |i: usize, j: usize| value(class.rows[i], j) / system.u[class.rows[i]];
+            let folded = triangle_of(class.rows.len(), size, own);
+            (0..size).for_each(|i| made.push(|j| folded[(i, j)], i, &named, 1.0, class.group));
             left_out.log_determinant += class.rows.iter().map(|row| 2.0 * system.u[*row].ln()).sum::<f64>();
             if let Group::Estimated(g) = class.group {
-                left_out.rows[g] += gone as f64;
+                left_out.rows[g] += (class.rows.len() - size) as f64;
             }
         }
         // a level that no row feels would be lost at the end of its line
-        let found = made.finish(n, lines, left_out);
+        let found = made.finish(lines, left_out);
         found.lines.iter().zip(*lines).all(|(few, all)| few.levels() == all.levels()).then_some(found)
     }
 }
 
 /// Rows as they are made.
 struct Made {
+    /// Unknowns, and one for what was observed.
+    columns: usize,
     /// Derivatives by the unknowns, and what was observed, of one row after the other.
     rows: Vec<f64>,
     u: Vec<f64>,
@@ -128,21 +106,21 @@ struct Made {
 }
 
 impl Made {
-    /// One more row: `values` are its derivatives by the deviations `named` (line and level), by the unknowns, and what was observed. Those before
+    /// One more row: `value` gives its derivatives by the deviations `named` (line and level), by the unknowns, and what was observed. Those before
     /// `from` are zero by construction.
-    fn push(&mut self, values: &[f64], from: usize, named: &[(usize, usize)], u: f64, group: Group) {
+    fn push(&mut self, value: impl Fn(usize) -> f64, from: usize, named: &[(usize, usize)], u: f64, group: Group) {
         let row = self.u.len();
-        for ((line, level), by) in named.iter().zip(values).skip(from) {
-            self.felt[*line].push(Felt { row, level: *level, by: *by });
+        for (j, (line, level)) in named.iter().enumerate().skip(from) {
+            self.felt[*line].push(Felt { row, level: *level, by: value(j) });
         }
-        self.rows.extend(&values[named.len()..]);
+        self.rows.extend((named.len()..named.len() + self.columns).map(value));
         self.u.push(u);
         self.group.push(group);
     }
 
-    fn finish(self, n: usize, lines: &[ScatterLine], left_out: LeftOut) -> Condensed {
-        let count = self.u.len();
-        let element = |i: usize, j: usize| self.rows[i * (n + 1) + j];
+    fn finish(self, lines: &[ScatterLine], left_out: LeftOut) -> Condensed {
+        let (count, n) = (self.u.len(), self.columns - 1);
+        let element = |i: usize, j: usize| self.rows[i * self.columns + j];
         let system = System {
             rows: Mat::from_fn(count, n, element),
             observed: (0..count).map(|i| element(i, n)).collect(),

@@ -17,7 +17,7 @@
     reason = "fronts hold deviations and rows of the pattern, and vectors over both have the pattern's lengths: whoever gives values from outside has them filled up first (`whiten`, `carry_back`)"
 )]
 
-use super::by_row::ByRow;
+use super::pattern::{ByRow, Front};
 use super::{Pattern, ScatterLine};
 use crate::elements::Elements;
 use faer::{Mat, MatRef};
@@ -299,20 +299,20 @@ impl Whitening {
         if let Some(own) = rows.get_mut(row) {
             *own = 1.0;
         }
-        let mut white = self.forward(Augmented { rows, deviations: vec![0.0; self.pattern.deviations] }).rows;
+        let mut white = self.forward(self.of_rows(rows)).rows;
         for _ in 0..2 {
             for k in 0..q.ncols() {
                 let along: f64 = white.iter().zip(q.col(k).iter()).map(|(r, q)| q * r).sum();
                 white.iter_mut().zip(q.col(k).iter()).for_each(|(r, q)| *r -= along * q);
             }
         }
-        let back = self.backward(Augmented { rows: white, deviations: vec![0.0; self.pattern.deviations] });
+        let back = self.backward(self.of_rows(white));
         [back.rows, back.deviations].concat()
     }
 
     /// Redundancy number of each row beside an orthonormal basis `q` of the whitened rows, deviations being unknowns with a row of their own.
     pub fn redundancies(&self, q: MatRef<'_, f64>) -> Vec<f64> {
-        let mut left: Vec<f64> = self.norms().rows.iter().map(|norm| 1.0 - norm).collect();
+        let mut left: Vec<f64> = self.norms(|_, _| {}).rows.iter().map(|norm| 1.0 - norm).collect();
         for k in 0..q.ncols() {
             let rows = q.col(k).iter().copied().collect();
             let back = self.backward(self.of_rows(rows));
@@ -320,23 +320,6 @@ impl Whitening {
         }
         left.iter_mut().for_each(|left| *left = left.max(0.0));
         left
-    }
-
-    /// Squared norms of the rows of the orthonormal basis that the deviations span.
-    fn norms(&self) -> Augmented {
-        if !self.pattern.is_simple {
-            return self.span_norms();
-        }
-        let mut norms =
-            Augmented { rows: vec![0.0; self.pattern.rows], deviations: vec![0.0; self.pattern.deviations] };
-        self.spans(|rows, deviations, span| {
-            let sign = |i: usize| deviations.get(i).map_or(1.0, |d| self.sign(*d));
-            let square =
-                |i: usize| sign(i) * (0..span.ncols()).map(|k| sign(k) * span[(i, k)] * span[(i, k)]).sum::<f64>();
-            deviations.iter().enumerate().for_each(|(i, d)| norms.deviations[*d] = square(i));
-            rows.iter().enumerate().for_each(|(i, row)| norms.rows[*row] = square(deviations.len() + i));
-        });
-        norms
     }
 
     /// Standard deviation of each row's own noise.
@@ -403,52 +386,31 @@ impl Whitening {
         vector
     }
 
-    /// Rows of the orthonormal basis that the deviations span, front by front: `visit(rows, deviations' own rows, Q1)` with `Q1` row by row in
-    /// that order. Only where every block is one front.
-    pub(super) fn spans(&self, mut visit: impl FnMut(&[usize], &[usize], &Mat<f64>)) {
-        for (front, part) in self.pattern.fronts.iter().zip(&self.parts) {
-            let columns = front.columns.len();
-            let mut span = Mat::zeros(part.rows, columns);
-            for j in 0..columns {
-                let column = span.col_as_slice_mut(j);
-                column[j] = 1.0;
-                part.reflect_back(column);
+    /// Squared norms of the rows of the orthonormal basis `Q1` that the deviations span, by the covariance of each front's deviations, from the last
+    /// front of a block to its first. `visit` gets each front with the columns of `Q1` in its rows: carried ones, the deviations' own, readings.
+    pub(super) fn norms(&self, mut visit: impl FnMut(&Front, &[Vec<f64>])) -> Augmented {
+        let mut norms = self.of_rows(vec![0.0; self.pattern.rows]);
+        let fronts: Vec<(&Front, &Part)> = self.pattern.fronts.iter().zip(&self.parts).collect();
+        for block in fronts.chunk_by(|_, (next, _)| !next.begins) {
+            let mut staying: Vec<Vec<f64>> = Vec::new();
+            for (front, part) in block.iter().rev() {
+                // rows of `part` times F, with F F' the covariance in the basis of T
+                let mut columns = self.front_factor(front.columns.len(), front.leaving, &staying);
+                for column in &mut columns {
+                    column.resize(part.rows, 0.0);
+                    part.reflect_back(column);
+                }
+                let signs: Vec<f64> = front.columns.iter().map(|d| self.sign(*d)).collect();
+                let square = |i: usize| columns.iter().zip(&signs).map(|(c, sign)| sign * c[i] * c[i]).sum::<f64>();
+                let own = front.entering.iter().enumerate();
+                own.for_each(|(i, d)| norms.deviations[*d] = self.sign(*d) * square(part.carried + i));
+                let after = part.carried + front.entering.len();
+                front.rows.iter().enumerate().for_each(|(i, row)| norms.rows[*row] = square(after + i));
+                // the Gram matrix of the carried rows goes to the front before
+                let gram = |a: usize, b: usize| columns.iter().map(|c| c[a] * c[b]).sum();
+                staying = (0..part.carried).map(|a| (0..part.carried).map(|b| gram(a, b)).collect()).collect();
+                visit(front, &columns);
             }
-            visit(&front.rows, &front.entering, &span);
-        }
-    }
-
-    /// Squared norms of the rows of that basis in general, by the covariance of each front's deviations, from the last front to the first.
-    pub(super) fn span_norms(&self) -> Augmented {
-        let mut norms =
-            Augmented { rows: vec![0.0; self.pattern.rows], deviations: vec![0.0; self.pattern.deviations] };
-        let mut staying: Vec<Vec<f64>> = Vec::new();
-        let fronts: Vec<(&super::pattern::Front, &Part)> = self.pattern.fronts.iter().zip(&self.parts).collect();
-        for (f, (front, part)) in fronts.iter().enumerate().rev() {
-            let (n, leaving) = (front.columns.len(), front.leaving);
-            if leaving == n {
-                staying.clear();
-            }
-            // Q1 of this front's rows: rows of `part` times F, with F F' the covariance in the basis of T
-            // columns of `factor`: how the front's first n transformed rows follow independent unit variables
-            let unit = self.front_factor(n, leaving, &staying);
-            let mut columns: Vec<Vec<f64>> = Vec::with_capacity(unit.len());
-            for column in unit {
-                let mut local = vec![0.0; part.rows];
-                local[..n].copy_from_slice(&column);
-                part.reflect_back(&mut local);
-                columns.push(local);
-            }
-            let square = |i: usize| columns.iter().map(|c| c[i] * c[i]).sum::<f64>();
-            let after = part.carried + front.entering.len();
-            front.entering.iter().enumerate().for_each(|(i, d)| norms.deviations[*d] = square(part.carried + i));
-            front.rows.iter().enumerate().for_each(|(i, row)| norms.rows[*row] = square(after + i));
-            // Gram matrix of the carried rows goes to the front before
-            let begins = front.begins || f == 0;
-            let carried = if begins { 0 } else { part.carried };
-            staying = (0..carried)
-                .map(|a| (0..carried).map(|b| columns.iter().map(|c| c[a] * c[b]).sum()).collect())
-                .collect();
         }
         norms
     }

@@ -12,14 +12,15 @@
 //! deviations count with the sign -1 in every product: the formulas are those of an imaginary standard deviation.
 #![allow(
     clippy::indexing_slicing,
-    reason = "members, fronts and norms have the pattern's rows and deviations; per-component lists have `members.count` entries or were added to together (`add`)"
+    reason = "members, fronts and norms have the pattern's rows and deviations; per-component lists have `members.count` entries or were added to together (`add`); `among` holds numbers of components"
 )]
 
 use super::elimination::{Augmented, Whitening};
-use super::left_out::LeftOut;
+use super::problem::LeftOut;
 use crate::estimate::Estimate;
 use crate::linear::dot;
 use faer::linalg::matmul::matmul;
+use faer::linalg::solvers::Solve;
 use faer::{Accum, Mat, MatRef, Par};
 
 /// The component that each row, and each deviation's own row, belongs to; `None` where its variance is known.
@@ -82,13 +83,6 @@ impl Inference {
             };
             Augmented { rows: keep(rows, &members.rows), deviations: keep(deviations, &members.deviations) }
         };
-        let project = |mut white: Vec<f64>| {
-            for k in 0..rank {
-                let along = dot(q.col_as_slice(k), &white);
-                white.iter_mut().zip(q.col_as_slice(k)).for_each(|(w, q)| *w -= along * q);
-            }
-            white
-        };
         let (mut gamma, mut turned, mut moved) = (Vec::new(), Vec::new(), Vec::new());
         for g in 0..count {
             let mut white = Mat::zeros(pattern.rows, rank);
@@ -96,17 +90,15 @@ impl Inference {
                 let own = masked(basis.col_as_slice(k), felt.col_as_slice(k), g);
                 white.col_as_slice_mut(k).copy_from_slice(&whitening.forward(own).rows);
             }
-            // G' W' W V_g W' W G = G_g' G_g
-            let mut own = Mat::zeros(rank, rank);
-            add_product(&mut own, q.as_ref(), white.as_ref());
-            matmul(&mut white, Accum::Add, q.as_ref(), own.as_ref(), -1.0, Par::Seq);
-            gamma.push(Mat::from_fn(rank, rank, |a, b| 0.5 * (own[(a, b)] + own[(b, a)])));
+            let left = whitening.forward(masked(&residuals.rows, &residuals.deviations, g)).rows;
+            let (own, white, left) = projected(q, white, left);
+            gamma.push(own);
             turned.push(white);
-            moved.push(project(whitening.forward(masked(&residuals.rows, &residuals.deviations, g)).rows));
+            moved.push(left);
         }
         let (norms, local) = spans(whitening, members);
         // a row of zeros is redundant
-        let mut size: Vec<f64> = (0..count).map(|g| left_out.of(g)).collect();
+        let mut size: Vec<f64> = (0..count).map(|g| left_out.rows.get(g).copied().unwrap_or(0.0)).collect();
         let (mut squares, mut redundancy) = (vec![0.0; count], size.clone());
         let rows = members.rows.iter().zip(&residuals.rows).zip(&norms.rows).map(|own| (own, 1.0));
         let deviations = members.deviations.iter().zip(&residuals.deviations).zip(&norms.deviations);
@@ -149,19 +141,11 @@ impl Inference {
     }
 
     /// One more component, by what its derivative of `V` makes of `V^-1 A` and of the residuals, both in whitened rows.
-    pub fn add(&mut self, q: &Mat<f64>, mut white: Mat<f64>, residual: &[f64]) {
-        let rank = q.ncols();
-        let mut own = Mat::zeros(rank, rank);
-        add_product(&mut own, q.as_ref(), white.as_ref());
-        matmul(&mut white, Accum::Add, q.as_ref(), own.as_ref(), -1.0, Par::Seq);
-        let mut rest = residual.to_vec();
-        for k in 0..rank {
-            let along = dot(q.col_as_slice(k), &rest);
-            rest.iter_mut().zip(q.col_as_slice(k)).for_each(|(w, q)| *w -= along * q);
-        }
+    pub fn add(&mut self, q: &Mat<f64>, white: Mat<f64>, residual: Vec<f64>) {
+        let (own, white, left) = projected(q, white, residual);
         self.gamma.push(own);
         self.turned.push(white);
-        self.moved.push(rest);
+        self.moved.push(left);
         let count = self.gamma.len();
         let grown = |old: &Mat<f64>| {
             Mat::from_fn(count, count, |g, h| {
@@ -189,43 +173,90 @@ fn inner(a: &Mat<f64>, b: &Mat<f64>) -> f64 {
 
 /// Squared norms of the rows of `Q1`, and where all blocks are small `sum over blocks tr(K_g K_h)` with `K_g = Q1_g' Q1_g`.
 fn spans(whitening: &Whitening, members: &Membership) -> (Augmented, Option<Mat<f64>>) {
-    let pattern = whitening.pattern();
-    if !pattern.is_simple {
-        return (whitening.span_norms(), None);
-    }
-    let mut norms = Augmented { rows: vec![0.0; pattern.rows], deviations: vec![0.0; pattern.deviations] };
+    let is_simple = whitening.pattern().is_simple;
     let mut local = Mat::zeros(members.count, members.count);
-    whitening.spans(|rows, deviations, span| {
-        let columns = span.ncols();
-        let sign: Vec<f64> = deviations.iter().map(|d| whitening.sign(*d)).collect();
-        // no signs are kept where all are positive
-        let own_sign = |i: usize| sign.get(i).copied().unwrap_or(1.0);
-        let square = |i: usize| own_sign(i) * (0..columns).map(|k| sign[k] * span[(i, k)] * span[(i, k)]).sum::<f64>();
-        deviations.iter().enumerate().for_each(|(i, d)| norms.deviations[*d] = square(i));
-        rows.iter().enumerate().for_each(|(i, row)| norms.rows[*row] = square(deviations.len() + i));
-        if members.count == 0 {
+    let norms = whitening.norms(|front, columns| {
+        if !is_simple || members.count == 0 {
             return;
         }
+        let sign = |i: usize| front.entering.get(i).map_or(1.0, |d| whitening.sign(*d));
+        let size = columns.len();
         let mut grams: Vec<(usize, Vec<f64>)> = Vec::new();
-        let own = deviations.iter().map(|d| members.deviations[*d]).chain(rows.iter().map(|row| members.rows[*row]));
-        for (i, g) in own.enumerate() {
+        let deviations = front.entering.iter().map(|d| members.deviations[*d]);
+        for (i, g) in deviations.chain(front.rows.iter().map(|row| members.rows[*row])).enumerate() {
             let Some(g) = g else { continue };
             let at = grams.iter().position(|(known, _)| *known == g).unwrap_or_else(|| {
-                grams.push((g, vec![0.0; columns * columns]));
+                grams.push((g, vec![0.0; size * size]));
                 grams.len() - 1
             });
-            for a in 0..columns {
-                for b in 0..columns {
-                    grams[at].1[a * columns + b] += own_sign(i) * span[(i, a)] * span[(i, b)];
+            for (a, one) in columns.iter().enumerate() {
+                for (b, other) in columns.iter().enumerate() {
+                    grams[at].1[a * size + b] += sign(i) * one[i] * other[i];
                 }
             }
         }
         for (g, a) in &grams {
             for (h, b) in &grams {
                 let pairs = a.iter().zip(b).enumerate();
-                local[(*g, *h)] += pairs.map(|(k, (a, b))| sign[k / columns] * sign[k % columns] * a * b).sum::<f64>();
+                local[(*g, *h)] += pairs.map(|(k, (a, b))| sign(k / size) * sign(k % size) * a * b).sum::<f64>();
             }
         }
     });
-    (norms, Some(local))
+    (norms, is_simple.then_some(local))
+}
+
+/// What a component's covariance makes of `V^-1 A` and of the residuals, both in whitened rows: its part of the unknowns' covariance, and the rest of both in the
+/// redundancy.
+fn projected(q: &Mat<f64>, mut white: Mat<f64>, mut residual: Vec<f64>) -> (Mat<f64>, Mat<f64>, Vec<f64>) {
+    let rank = q.ncols();
+    // G' W' W V_g W' W G = G_g' G_g
+    let mut own = Mat::zeros(rank, rank);
+    add_product(&mut own, q.as_ref(), white.as_ref());
+    matmul(&mut white, Accum::Add, q.as_ref(), own.as_ref(), -1.0, Par::Seq);
+    for k in 0..rank {
+        let along = dot(q.col_as_slice(k), &residual);
+        residual.iter_mut().zip(q.col_as_slice(k)).for_each(|(w, q)| *w -= along * q);
+    }
+    (Mat::from_fn(rank, rank, |a, b| 0.5 * (own[(a, b)] + own[(b, a)])), white, residual)
+}
+
+/// `2 S^-1` over some components: the covariance of the estimated variances, each relative to its estimate; zero for the others.
+pub(super) fn spread(s: &Mat<f64>, among: &[usize]) -> Mat<f64> {
+    let mut all = Mat::zeros(s.nrows(), s.nrows());
+    if among.is_empty() {
+        return all;
+    }
+    let size = |g: usize| s[(g, g)].max(f64::MIN_POSITIVE).sqrt();
+    let part =
+        Mat::from_fn(among.len(), among.len(), |a, b| s[(among[a], among[b])] / (size(among[a]) * size(among[b])));
+    let inverse = part.col_piv_qr().solve(Mat::<f64>::identity(among.len(), among.len()));
+    for (a, g) in among.iter().enumerate() {
+        for (b, h) in among.iter().enumerate() {
+            all[(*g, *h)] = 2.0 * inverse[(a, b)] / (size(*g) * size(*h));
+        }
+    }
+    all
+}
+
+/// What estimated variances add to the covariance of the unknowns: M. G. Kenward and J. H. Roger, "Small sample inference for fixed effects from restricted
+/// maximum likelihood", Biometrics 53 (1997), 983-997, `2 T {sum W_gh (Q_gh - P_g P_h)} T'`: `crossing(g, h)` is what stands in braces, `W` the relative covariance
+/// of the variances. In this form where variances are told by gram matrices of rows; from derivatives of the covariance: `restricted.rs`.
+///
+/// `T` are the whitened directions of the unknowns (`T T'` is their covariance with known variances).
+pub(super) fn correction(
+    directions: &Mat<f64>,
+    spread: &Mat<f64>,
+    crossing: impl Fn(usize, usize) -> Mat<f64>,
+) -> Mat<f64> {
+    let rank = directions.ncols();
+    let mut middle = Mat::<f64>::zeros(rank, rank);
+    for g in 0..spread.nrows() {
+        for h in 0..spread.nrows() {
+            let weight = spread[(g, h)];
+            if weight != 0.0 && weight.is_finite() {
+                middle += crossing(g, h) * faer::Scale(2.0 * weight);
+            }
+        }
+    }
+    directions * middle * directions.transpose()
 }

@@ -13,18 +13,16 @@
 //! `whitening.whiten(column)` for each column of the design, of candidates, and for the readings; their inner products are those with
 //! `V^-1`. From a campaign, `fit::scatter_lines` makes the lines at a design's point and `fit::whitening` does all of it in one call.
 //!
-//! **To estimate:** [`adjust_scattered`]; it estimates by REML what is not stated, with what that costs the unknowns (`reml.rs`, `cost.rs`).
+//! **To estimate:** [`adjust_scattered`]; it estimates by REML what is not stated, with what that costs the unknowns (`reml.rs`, `inference.rs`).
 //!
 //! | file | subject |
 //! |---|---|
 //! | `pattern.rs` | which rows share deviations, and the order in which fronts take them out |
-//! | `by_row.rs` | what belongs to each row, in one list |
 //! | `elimination.rs` | the orthogonal transformations, forwards and backwards |
 //! | `floor.rs` | rows made independent for others: a diagnosis, a plan |
-//! | `inference.rs` | what each component contributes: squares, redundancy, information |
+//! | `inference.rs` | what each component contributes (squares, redundancy, information), and what it costs to estimate it |
 //! | `problem.rs` | components, and the adjustment at given variances |
 //! | `reml.rs` | the steps to the variances |
-//! | `left_out.rs` | rows that others stand for |
 //! | `condense.rs` | the readings of a position as a few rows that say the same |
 //! | `chain.rs` | a filter along time, with derivatives by the noise |
 //! | `restricted.rs` | the likelihood of parts of the rows, and Newton's way to its top |
@@ -32,18 +30,14 @@
 //! | `absorbed.rs` | variances that no residual shows, though unknowns follow them |
 //! | `mixture.rs` | the unknowns over the whole likelihood, where its top says nothing of some |
 //! | `conclude.rs` | the adjustment with what was found |
-//! | `cost.rs` | spread of the variances, Kenward and Roger's correction |
 
 mod absorbed;
-mod by_row;
 pub(super) mod chain;
 mod conclude;
 mod condense;
-mod cost;
 mod elimination;
 mod floor;
 mod inference;
-mod left_out;
 mod mixture;
 mod pattern;
 mod problem;

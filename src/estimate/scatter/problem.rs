@@ -6,7 +6,6 @@
 
 use super::elimination::Whitening;
 use super::inference::{Inference, Membership};
-use super::left_out::LeftOut;
 use super::{LineState, Pattern, ScatterLine};
 use crate::error::{Fault, Malformed, Result};
 use crate::estimate::{Elimination, Estimate, Group, ScaleHints, Settings, System, adjust, adjust_on, groups, solve};
@@ -43,6 +42,15 @@ pub(super) struct Problem<'a> {
     pub(super) left_out: LeftOut,
     /// Variance factors of the groups as if nothing else scattered, where they are known from the rows that these stand for.
     pub(super) plain: Option<Vec<f64>>,
+}
+
+/// Rows that others stand for (`condense.rs`): what rows of zeros say.
+#[derive(Debug, Clone, Default)]
+pub(super) struct LeftOut {
+    /// How many belong to each component; none where the list ends.
+    pub rows: Vec<f64>,
+    /// `log det` of their covariance at variances of one.
+    pub log_determinant: f64,
 }
 
 /// The adjustment at some variances.
@@ -156,7 +164,8 @@ impl<'a> Problem<'a> {
         let estimate = self.adjust(&self.white(&whitening))?;
         let factor = &estimate.factor;
         let mut deviance = whitening.log_determinant() + estimate.sum_of_squares;
-        deviance += self.left_out.log_determinant_at(theta);
+        let gone = self.left_out.rows.iter().zip(theta).filter(|(count, _)| **count > 0.0);
+        deviance += self.left_out.log_determinant + gone.map(|(count, theta)| count * theta.ln()).sum::<f64>();
         deviance += factor.log_determinant();
         let mut basis = factor.basis().to_vec();
         basis.sort_unstable();

@@ -9,7 +9,7 @@
 //!
 //! Parameters are logarithms of variances and of correlation times; `M_k`, `M_kh` are derivatives of the sums that the parts bring (`chain.rs`). H. D. Patterson,
 //! R. Thompson 1971; derivatives of the profiled criterion in these forms: D. Bates, M. Maechler, B. Bolker, S. Walker, J. Stat. Software 67 (2015), 1; D. M. Bates,
-//! MixedModels.jl. Kenward and Roger's addition to `Phi` is `-sum W_kh (Phi_kh - Phi R_kh Phi/2)` in variances themselves (`cost.rs` has the other form).
+//! MixedModels.jl. Kenward and Roger's addition to `Phi` is `-sum W_kh (Phi_kh - Phi R_kh Phi/2)` in variances themselves (`inference.rs` has the other form).
 #![allow(
     clippy::indexing_slicing,
     reason = "slots hold numbers of parameters, for each of which there is a logarithm, a range and a derivative; parts are as many as the model has"
@@ -341,8 +341,8 @@ impl Likelihood {
         let times = model.times();
         let linear = !among.iter().any(|k| times.contains(k));
         let spread = match linear {
-            true => super::cost::spread(&self.expected(), among),
-            false => super::cost::spread(&self.bend, among),
+            true => super::inference::spread(&self.expected(), among),
+            false => super::inference::spread(&self.bend, among),
         };
         let n = self.covariance.nrows();
         let mut correction = Mat::<f64>::zeros(n, n);

@@ -8,9 +8,9 @@
 )]
 
 use super::octaves::Noise;
-use super::question::{Chunk, Folding, Part, Question};
+use super::question::{Chunk, Folding, Question};
 use super::residuals::{Bin, BinnedResiduals};
-use super::together::left;
+use super::together::Together;
 use crate::elements::Elements;
 use crate::error::Result;
 use crate::estimate::{Fold, Sum};
@@ -82,7 +82,7 @@ impl Binned {
         for j in 0..unknowns {
             rows.col_as_slice_mut(j).copy_from_slice(chunk.rows.col_as_slice(j));
         }
-        rows.col_as_slice_mut(unknowns + steps).copy_from_slice(chunk.rows.col_as_slice(chunk.rows.ncols() - 1));
+        rows.col_as_slice_mut(unknowns + steps).copy_from_slice(chunk.observed());
         for (place, (input, values)) in inputs.iter().zip(chunk.inputs).enumerate() {
             for (i, value) in values.iter().enumerate().filter(|(_, value)| value.is_finite()) {
                 let bin = input.bin(*value);
@@ -98,37 +98,32 @@ impl Binned {
         self.folding.push(&self.rows, chunk.time, chunk.relative)
     }
 
-    /// The tests of all inputs; `others` are the triangles of the other sensors, `scale` the variance factors of all.
+    /// The tests of all inputs; `solved` has the rows of the other sensors, and the scales of all.
     pub(super) fn conclude(
         self,
         question: &Question,
         inputs: &[Input],
-        sensor: usize,
-        others: &[Option<Part>],
-        scale: &[f64],
+        (sensor, id): (usize, &str),
+        solved: &Together,
     ) -> Result<Vec<BinnedResiduals>> {
         let n = question.unknowns;
         let Binned { folding, counts, sums, .. } = self;
         let part = folding.part();
         let triangle = part.fold.triangle();
-        let z = left(&part, &[]);
-        let t = |s: usize| scale.at(s);
+        let z = part.block(n).observed;
+        let sd = |s: Option<&usize>| s.map_or(1.0, |s| solved.scale.at(*s).sqrt());
+        let others = || solved.rows.blocks.iter().enumerate().map(|(k, own)| (solved.order.get(k), own));
         let mut found = Vec::with_capacity(inputs.len());
         for (place, input) in inputs.iter().enumerate() {
             let mut fold = Fold::carrying(n, BINS - 1);
             let first = n + place * (BINS - 1);
             let of = |j: usize| if j < n { j } else { first + j - n };
             let rows = Mat::from_fn(triangle.nrows(), n + BINS - 1, |i, j| triangle[(i, of(j))]);
-            fold.push(rows.as_ref(), &z, &vec![t(sensor).sqrt(); triangle.nrows()])?;
-            for (s, other) in others.iter().enumerate().filter(|(s, _)| *s != sensor) {
-                let Some(other) = other else { continue };
-                let own = other.fold.triangle();
-                let rows = Mat::from_fn(own.nrows(), n + BINS - 1, |i, j| if j < n { own[(i, j)] } else { 0.0 });
-                fold.push(rows.as_ref(), &left(other, &[]), &vec![t(s).sqrt(); own.nrows()])?;
-            }
-            for (k, _, u) in &question.priors {
-                let row = Mat::from_fn(1, n + BINS - 1, |_, j| f64::from(u8::from(j == *k)));
-                fold.push(row.as_ref(), &[0.0], &[*u])?;
+            fold.push(rows.as_ref(), &z, &vec![sd(Some(&sensor)); triangle.nrows()])?;
+            for (s, own) in others().filter(|(s, own)| *s != Some(&sensor) && !own.observed.is_empty()) {
+                let row = |i: usize, j: usize| if j < n { own.rows[(i, j)] } else { 0.0 };
+                let rows = Mat::from_fn(own.observed.len(), n + BINS - 1, row);
+                fold.push(rows.as_ref(), &own.observed, &vec![sd(s); own.observed.len()])?;
             }
             let whole = fold.triangle();
             let last = whole.ncols() - 1;
@@ -149,12 +144,14 @@ impl Binned {
                     low: input.low + width * k as f64,
                     high: input.low + width * (k + 1) as f64,
                     rows: counts[place][k],
-                    mean: sums[place][k].value() / counts[place][k].max(1) as f64,
+                    mean: (counts[place][k] > 0).then(|| sums[place][k].value() / counts[place][k] as f64),
                 })
                 .collect();
             // no degrees of freedom: no probability
             let p = quantiles::chi_square_survival(chi_square, dof as f64).unwrap_or(f64::NAN);
-            found.push(BinnedResiduals { sensor, column: input.name.clone(), bins, chi_square, dof, p });
+            // how many are tested is not known here
+            let (sensor, rejected) = (id.to_string(), false);
+            found.push(BinnedResiduals { sensor, column: input.name.clone(), chi_square, dof, p, rejected, bins });
         }
         Ok(found)
     }

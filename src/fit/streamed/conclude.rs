@@ -5,18 +5,20 @@
 )]
 
 use super::bins::{Binned, Input, MOST};
-use super::noise::{Found, subtract, turned};
+use super::noise::Found;
 use super::octaves::Noise as Size;
 use super::question::{Folding, Part, Question};
 use super::residuals::Residuals;
 use super::sources::Noised;
-use super::together::{Together, sums, together};
+use super::together::{Together, together};
 use super::{Rows, Sample, Streamed};
 use crate::campaign::{Campaign, Role};
 use crate::design;
 use crate::error::Result;
 use crate::estimate::{Chain, Estimate, Group, System, Unknowns};
-use crate::fit::{Checks, Constraints, Estimator, Fit, parameters, separate, system};
+use crate::fit::parameters::{BudgetInputs, Told};
+use crate::fit::{Checks, Constraints, Estimator, Fit, in_uncertainties, separate, system};
+use crate::linear::subtract;
 use crate::quality::{self, RowQuality};
 use faer::Mat;
 use std::collections::HashMap;
@@ -33,10 +35,10 @@ pub(super) fn conclude(
     let settings = question.settings;
     let sensors = question.sensors.len();
     // the scale of white noise alone is that of the last pass
-    let open: Vec<bool> = (0..sensors).map(|s| found.free[s].white && found.noise[s].deviation == 0.0).collect();
+    let open: Vec<bool> = (0..sensors).map(|s| found.free[s][0] && found.noise[s].deviation == 0.0).collect();
     let change = match settings.estimator {
         Estimator::Exact => vec![0.0; question.unknowns],
-        Estimator::Linear => solved(&mut question, rows, &found.noise, &open, &point)?.folded.unknowns.solution,
+        Estimator::Linear => solved(&mut question, rows, &found.noise, &open, &point)?.found.unknowns.solution,
     };
     let inputs = inputs(&campaign, sample, &question);
     let further: Vec<usize> = inputs.iter().map(|input| input.column).collect();
@@ -56,10 +58,9 @@ pub(super) fn conclude(
     question.walk(rows, &point, &further, &mut |s, chunk| {
         folding[s].push(chunk.rows, chunk.time, chunk.relative)?;
         if let Some((chain, directions)) = &mut chains[s] {
-            chain.push(turned(chunk.rows, directions, &change).as_ref(), chunk.time, chunk.relative)?;
+            chain.push(chunk.turned(directions, &change).as_ref(), chunk.time, chunk.relative)?;
         }
-        let last = chunk.rows.ncols() - 1;
-        let mut left = chunk.rows.col_as_slice(last).to_vec();
+        let mut left = chunk.observed().to_vec();
         subtract(&mut left, chunk.rows, &change);
         let rows = binned[s].push(n, &inputs, chunk, &left)?;
         let mut whitened = rows.col_as_slice(rows.ncols() - 1).to_vec();
@@ -78,25 +79,23 @@ pub(super) fn conclude(
     let solved = together(&question, &parts, &open, &point)?;
     let directions = match &found.directions {
         Some(directions) => directions.clone(),
-        None => solved.fold.directions(&settings.adjust)?,
+        None => solved.found.factor.whitened_directions(),
     };
-    let mut summed = sums(&question, &parts, &directions, (&point, &change));
-    let read: Vec<usize> = (0..sensors).filter(|s| question.is_read(*s)).collect();
-    for (own, s) in summed.iter_mut().zip(&read) {
-        if let Some((chain, _)) = chains[*s].take() {
-            *own = chain.part();
-        }
-    }
-    let noised = Noised::new(&found, &solved.scale, &read, &summed, directions)?;
+    let mut chain = |k: usize| Some(chains[*solved.order.get(k)?].take()?.0.part());
+    let blocks = solved.rows.blocks.iter().enumerate();
+    let summed: Vec<_> = blocks.map(|(k, own)| chain(k).unwrap_or_else(|| own.part(&directions, &change))).collect();
+    let noised = Noised::new(&found, &solved.scale, &solved.order, &summed, directions)?;
     let mut bins = Vec::new();
     for (s, own) in binned.into_iter().enumerate().filter(|(s, _)| question.is_read(*s)) {
-        bins.extend(own.conclude(&question, &inputs, s, &parts, &solved.scale)?);
+        bins.extend(own.conclude(&question, &inputs, (s, campaign.sensor_id(s)), &solved)?);
     }
+    let tested = bins.len().max(1) as f64;
+    bins.iter_mut().for_each(|own| own.rejected = own.p * tested < 1.0 - settings.level);
     let tests: Vec<_> = residuals
         .into_iter()
         .enumerate()
         .filter(|(s, _)| question.is_read(*s))
-        .map(|(s, own)| own.conclude(s, solved.scale[s]))
+        .map(|(s, own)| own.conclude((s, campaign.sensor_id(s).to_string()), solved.scale[s]))
         .collect();
 
     // from here on the fit of the sample is made that of the record
@@ -112,7 +111,7 @@ pub(super) fn conclude(
     let weighed = system::weigh(&campaign, &at, settings.weighting)?;
     let values: u64 = parts.iter().flatten().map(|part| part.rows).sum();
     let all = values + question.priors.len() as u64;
-    let dof = all.saturating_sub(solved.folded.unknowns.rank as u64);
+    let dof = all.saturating_sub(solved.found.unknowns.rank as u64);
     let counts: Vec<u64> = parts.iter().map(|part| part.as_ref().map_or(0, |part| part.rows)).collect();
     let noise = noised.sources(&campaign, &question, &found, &solved, &counts);
     let sizes = &found.noise;
@@ -127,61 +126,48 @@ pub(super) fn conclude(
             Some((own.id.as_str(), known, k))
         })
         .map(|(id, known, k)| {
-            // the fold carries a column for each known input
-            let follow = solved.fold.follow(k, &settings.adjust)?.unwrap_or_default();
+            let follow = solved.rows.follow(&solved.found.factor, k)?;
             Ok((id, known, follow.iter().map(|c| -c).collect()))
         })
         .collect::<Result<Vec<_>>>()?;
-    let budgets = parameters::BudgetInputs::with_known(&campaign, &estimate, &noise, known, settings.level);
-    let results = budgets.parameters(&solution, &solution, &[], |_| (f64::NEG_INFINITY, f64::INFINITY));
-    let covariance = budgets.covariance();
-    let derived = budgets.derived(&solution)?;
-    let combinations = budgets.combinations(&solution);
-    let known_sensitivities = budgets.known_sensitivities();
+    let budgets = BudgetInputs::new(&campaign, (&estimate, &noise), known, settings.level, (&[], None));
+    let Told { parameters, covariance, derived, combinations, known: known_sensitivities } =
+        budgets.told(&solution, &solution, &Constraints::None)?;
     let linear = match settings.estimator {
         Estimator::Exact if !question.is_linear => {
             let reference = campaign.reference_point();
             let step = self::solved(&mut question, rows, &found.noise, &open, &reference)?;
-            reference.iter().zip(&step.folded.unknowns.solution).map(|(x, dx)| x + dx).collect()
+            reference.iter().zip(&step.found.unknowns.solution).map(|(x, dx)| x + dx).collect()
         }
         _ => solution.iter().copied().take(question.unknowns).collect::<Vec<f64>>(),
     };
-    let nonlinearity = results
-        .iter()
-        .zip(solution.iter().zip(&linear))
-        .map(|(own, (exact, linear))| {
-            let u = own.uncertainty.map(|own| own.u).filter(|u| *u > 0.0)?;
-            Some((exact - linear) / u).filter(|share: &f64| share.is_finite())
-        })
-        .collect();
+    let change: Vec<f64> = solution.iter().zip(&linear).map(|(exact, linear)| exact - linear).collect();
+    let nonlinearity = in_uncertainties(&parameters, &change);
     let quality = row_quality(&at, &weighed, &estimate, sizes, &solved, &independent);
     let studentized: Vec<f64> = quality.iter().filter_map(|own| own.studentized).collect();
     let is_stated = noise.sources.iter().all(|source| !source.estimated);
     let known_groups = weighed.group.iter().all(|group| *group == Group::Known);
     let global_test = quality::global_test(&weighed, &estimate, settings.level).filter(|_| is_stated && known_groups);
     let not_estimable = separate::separations(&campaign, &model, &at, &estimate, &[]);
-    let runs = tests.iter().filter_map(|own| Some((own.sensor, own.runs?))).collect();
+    let runs = tests.iter().filter_map(|own| Some((own.index, own.runs?))).collect();
     Ok(Fit {
         checks: Checks { runs, normality: quality::normality(&studentized), ..Checks::default() },
         settings,
         design: at_solution,
         system: weighed,
         point: solution,
-        parameters: results,
+        parameters,
         covariance,
         derived,
         combinations,
         conditional: Vec::new(),
         noise,
         known_sensitivities,
-        constraints: Constraints::None,
-        robust: None,
-        settled: found.settled && solved.settled,
+        settled: found.settled && solved.found.settled,
         quality,
         global_test,
         not_estimable,
         convergence: found.convergence.map(|record| crate::fit::Convergence { linear, ..record }),
-        linearisation_error: start.linearisation_error,
         nonlinearity,
         streamed: Some(Streamed {
             rows: sample.rows,
@@ -194,6 +180,8 @@ pub(super) fn conclude(
         }),
         estimate,
         campaign,
+        // without constraints, nothing robust
+        ..start
     })
 }
 
@@ -236,9 +224,8 @@ fn estimate(
     change: &[f64],
     dof: usize,
 ) -> Estimate {
-    let folded = &solved.folded;
-    let mut residuals = weighed.observed.clone();
-    subtract(&mut residuals, &weighed.rows, change);
+    let folded = &solved.found;
+    let residuals = weighed.residuals(change);
     let mut group_scale = vec![None; sample.group_scale.len()];
     let mut group_redundancy = vec![0.0; sample.group_scale.len()];
     for (origin, group) in at.rows.iter().zip(&weighed.group) {

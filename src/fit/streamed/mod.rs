@@ -39,7 +39,7 @@ mod sample;
 mod sources;
 mod together;
 
-pub use residuals::{Bin, BinnedResiduals, Far, MeansTest, SensorResiduals};
+pub use residuals::{Bin, BinnedResiduals, Far, Lag, MeansTest, SensorResiduals};
 pub use rows::{Block, Held, Observed, Rows};
 pub use sample::{Sample, sample};
 
@@ -86,15 +86,24 @@ pub(crate) fn sample_and_fold(
     campaign: &dyn Fn(&Readings) -> Result<Campaign>,
     settings: &Settings,
 ) -> Result<Sample> {
+    let columns = rows.columns().to_vec();
+    // what is wrong with the question is said by the fit
+    sampled(rows, &mut |first| campaign(first).ok().and_then(|own| begun(&own, settings, &columns)))
+}
+
+/// What is folded while a sample is taken: the question, its point and the rows of each sensor.
+type Begun = (Question, Vec<f64>, Vec<Folding>);
+
+/// A sample; `begin` gets the readings of the first block.
+fn sampled(rows: &mut dyn Rows, begin: &mut dyn FnMut(&Readings) -> Option<Begun>) -> Result<Sample> {
     rows.rewind()?;
     let (mut found, mut block) = (Sample::new(rows.columns()), Block::default());
-    let mut folding: Option<(Question, Vec<f64>, Vec<Folding>)> = None;
+    let mut folding: Option<Begun> = None;
     while rows.next(&mut block)? {
         let (is_first, before) = (found.rows == 0, found.rows);
         found.take(rows, &block)?;
         if is_first {
-            // what is wrong with the question is said by the fit
-            folding = campaign(&found.readings).ok().and_then(|own| begun(&own, settings, rows.columns()));
+            folding = begin(&found.readings);
         }
         if let Some((question, point, folding)) = &mut folding {
             question.chunks((&*rows, &block), point, &[], before, &mut |s, chunk| {
@@ -110,7 +119,7 @@ pub(crate) fn sample_and_fold(
 }
 
 /// A fit that has all that it needs before its rows are read: linear, with white noise.
-fn begun(campaign: &Campaign, settings: &Settings, columns: &[String]) -> Option<(Question, Vec<f64>, Vec<Folding>)> {
+fn begun(campaign: &Campaign, settings: &Settings, columns: &[String]) -> Option<Begun> {
     question::check(campaign, settings).ok()?;
     let question = Question::new(campaign, settings, columns).ok()?;
     let folding = || Folding::new(question.unknowns, question.carried.len(), Noise::WHITE);

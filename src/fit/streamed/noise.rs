@@ -10,7 +10,7 @@
 use super::Rows;
 use super::octaves::{self, Noise, Octaves, Stated};
 use super::question::{Chunk, Part, Question};
-use super::together::{left, merged, priors, together};
+use super::together::together;
 use crate::campaign::{Campaign, Size};
 use crate::elements::Elements;
 use crate::error::Result;
@@ -28,13 +28,8 @@ const NEGLIGIBLE: f64 = 1e-9;
 /// Steps of time of which the middling one is that of the record: 32 kB, and as many as a clock learns its step from.
 const STEPS: usize = 4096;
 
-/// What is free of a sensor's noise.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Free {
-    pub white: bool,
-    pub deviation: bool,
-    pub tau: bool,
-}
+/// What is free of a sensor's noise: the white part, the deviation, its correlation time.
+pub(super) type Free = [bool; 3];
 
 /// Where the search ended.
 pub(super) struct Found {
@@ -63,12 +58,8 @@ impl Question {
 
     /// What is free of a sensor's noise.
     fn free(&self, s: usize, stated: Option<Stated>) -> Free {
-        let is_read = self.is_read(s);
-        Free {
-            white: is_read && self.is_white_free(s),
-            deviation: is_read && stated.is_some_and(|own| own.deviation.is_none()),
-            tau: is_read && stated.is_some_and(|own| own.tau.is_none()),
-        }
+        let of = |value: fn(Stated) -> Option<f64>| stated.is_some_and(|own| value(own).is_none());
+        [self.is_white_free(s), of(|own| own.deviation), of(|own| own.tau)].map(|free| free && self.is_read(s))
     }
 
     /// One pass along time: the sums of each sensor's rows, those of its white noise with the factor 1, in some directions of the unknowns.
@@ -87,47 +78,12 @@ impl Question {
             })
             .collect();
         self.walk(rows, point, &[], &mut |s, chunk| match &mut chains[s] {
-            Some(chain) => chain.push(turned(chunk.rows, directions, &[]).as_ref(), chunk.time, chunk.relative),
+            Some(chain) => chain.push(chunk.turned(directions, &[]).as_ref(), chunk.time, chunk.relative),
             None => Ok(()),
         })?;
         let parts = chains.into_iter().flatten().map(Chain::part);
-        Ok(parts.chain([priors(self, directions, (point, &[]))]).collect())
+        Ok(parts.chain([self.prior_block(point).part(directions, &[])]).collect())
     }
-}
-
-/// The unknowns' columns of some rows in some directions, and the observations less what a step makes of them.
-pub(super) fn turned(rows: &Mat<f64>, directions: &Mat<f64>, step: &[f64]) -> Mat<f64> {
-    let (n, r) = directions.shape();
-    let mut out = Mat::zeros(rows.nrows(), r + 1);
-    out.subcols_mut(0, r).copy_from(rows.subcols(0, n) * directions);
-    let to = out.col_as_slice_mut(r);
-    to.copy_from_slice(rows.col_as_slice(rows.ncols() - 1));
-    subtract(to, rows, step);
-    out
-}
-
-/// `y - A x`, for the first columns of `rows`.
-pub(super) fn subtract(observed: &mut [f64], rows: &Mat<f64>, x: &[f64]) {
-    for (j, x) in x.iter().enumerate().filter(|(_, x)| **x != 0.0) {
-        observed.iter_mut().zip(rows.col_as_slice(j)).for_each(|(v, a)| *v -= a * x);
-    }
-}
-
-/// Squares of all rows at a point moved by `step`.
-fn merit(question: &Question, parts: &[Option<Part>], scale: &[f64], point: &[f64], step: &[f64]) -> f64 {
-    let squares = |part: &Part| left(part, step).iter().map(|v| v * v).sum::<f64>();
-    let own = parts.iter().zip(scale).filter_map(|(part, t)| Some(squares(part.as_ref()?) / t));
-    let prior = |(k, value, u): &(usize, f64, f64)| ((value - point.at(*k) - step.at(*k)) / u).powi(2);
-    own.sum::<f64>() + question.priors.iter().map(prior).sum::<f64>()
-}
-
-/// `|J dx|`, weighted.
-fn effect(question: &Question, parts: &[Option<Part>], scale: &[f64], point: &[f64], change: &[f64]) -> Result<f64> {
-    let fold = merged(question, parts, scale, point)?;
-    let triangle = fold.triangle();
-    let n = question.unknowns;
-    let row = |i: usize| (i..n).map(|j| triangle[(i, j)] * change[j]).sum::<f64>();
-    Ok((0..n).map(|i| row(i).powi(2)).sum::<f64>().sqrt())
 }
 
 /// A sensor's residuals as a pass of Gauss-Newton sees them.
@@ -145,8 +101,7 @@ struct Seen {
 
 impl Seen {
     fn take(&mut self, chunk: &Chunk<'_>) {
-        let observed = chunk.rows.col_as_slice(chunk.rows.ncols() - 1);
-        for ((y, relative), time) in observed.iter().zip(chunk.relative).zip(chunk.time) {
+        for ((y, relative), time) in chunk.observed().iter().zip(chunk.relative).zip(chunk.time) {
             self.octaves.push(y / relative);
             self.rows += 1.0;
             self.weight += 1.0 / (relative * relative);
@@ -191,8 +146,9 @@ pub(super) fn search(
         };
         let open: Vec<bool> = (0..sensors).map(|s| question.is_white_free(s) && open_at_first[s]).collect();
         let found = together(question, &parts, &open, point)?;
-        let change = found.folded.unknowns.solution.clone();
-        let here = merit(question, &parts, &found.scale, point, &vec![0.0; n]);
+        let change = found.found.unknowns.solution.clone();
+        let (norm, length) = found.rows.norms(&found.found.factor, &change);
+        let here = norm * norm;
         if let Some((merit_before, from, step, share)) = before.take()
             && here > merit_before * (1.0 + 1e-9)
             && share > 1e-6
@@ -209,14 +165,13 @@ pub(super) fn search(
             before = Some((merit_before, from, step, share));
             continue;
         }
-        let length = effect(question, &parts, &found.scale, point, &change)?;
         iterations.push(Iteration { sum_of_squares: here, step: length, share: 1.0 });
         for (s, own) in noise.iter_mut().enumerate().filter(|(s, _)| open[*s]) {
             own.white = found.scale[s].sqrt();
         }
-        directions = found.fold.directions(&question.settings.adjust)?;
-        let rest = found.folded.sum_of_squares.sqrt();
-        if linear_only || length <= NEGLIGIBLE * rest || length <= 1e-13 * (here.sqrt() + size(point)) {
+        directions = found.found.factor.whitened_directions();
+        let rest = found.found.sum_of_squares.sqrt();
+        if linear_only || length <= NEGLIGIBLE * rest || length <= 1e-13 * (norm + size(point)) {
             stop = Stop::Settled;
             break;
         }
@@ -237,7 +192,7 @@ pub(super) fn search(
         white_at_zero: vec![false; sensors],
         directions: None,
     };
-    if lines.iter().zip(&found.free).any(|(line, free)| line.is_some() && (free.white || free.deviation || free.tau)) {
+    if lines.iter().zip(&found.free).any(|(line, free)| line.is_some() && free.contains(&true)) {
         found.along_time((question, rows), point, lines, &seen, &directions)?;
     }
     if lines.iter().any(Option::is_some) {
@@ -280,7 +235,7 @@ impl Found {
         };
         let read: Vec<usize> = (0..self.noise.len()).filter(|s| question.is_read(*s)).collect();
         for s in &read {
-            let (own, free) = (&seen[*s], self.free[*s]);
+            let (own, [free_white, free_size, free_tau]) = (&seen[*s], self.free[*s]);
             // the variance factor of the white noise as if nothing else scattered, and the variance of relative noise
             let (factor, natural) = (self.noise[*s].white.powi(2), own.rows / own.weight);
             let length = own.last - own.first.unwrap_or(own.last);
@@ -295,11 +250,11 @@ impl Found {
                 begin = octaves::start(&own.octaves, step, length, Stated { deviation, ..stated });
                 begin.deviation *= natural.sqrt();
             }
-            let white = slot(free.white, begin.white.powi(2), white_range(factor, question.floor.at(*s)), &mut model);
+            let white = slot(free_white, begin.white.powi(2), white_range(factor, question.floor.at(*s)), &mut model);
             let deviation = lines[*s].is_some().then(|| {
                 let size = begin.deviation.powi(2);
-                let size = slot(free.deviation, size, deviation_range(factor * natural), &mut model);
-                (size, slot(free.tau, begin.tau, time_range(step, length), &mut model))
+                let size = slot(free_size, size, deviation_range(factor * natural), &mut model);
+                (size, slot(free_tau, begin.tau, time_range(step, length), &mut model))
             });
             model.parts.push(PartNoise { white, deviation });
         }
@@ -331,12 +286,12 @@ impl Found {
             let zero = part.deviation.is_some_and(|(size, _)| at_low(size));
             if part.deviation.is_some() && at_low(part.white) {
                 self.white_at_zero[*s] = true;
-                self.free[*s].white = false;
+                self.free[*s][0] = false;
             }
             self.at_zero[*s] = zero;
             self.noise[*s] = Noise { white: white.sqrt(), deviation: if zero { 0.0 } else { deviation.sqrt() }, tau };
             if zero {
-                self.free[*s] = Free { deviation: false, tau: false, ..self.free[*s] };
+                self.free[*s][1..].fill(false);
             }
         }
         Ok(())

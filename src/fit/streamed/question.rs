@@ -9,6 +9,7 @@ use crate::design::{self, ColumnLine, DesignMatrix, Model, Read};
 use crate::elements::{Elements, OrNan, Parts};
 use crate::error::{Fault, Malformed, Result};
 use crate::estimate::{Fold, Sequential, TimeNoise, backwards};
+use crate::fit::system::stated_here_and_there;
 use crate::fit::{Remount, Settings, Weighting};
 use faer::Mat;
 use pulp::Arch;
@@ -64,6 +65,18 @@ pub(super) struct Chunk<'a> {
     pub rows: &'a Mat<f64>,
     /// The further inputs that were asked for, one list each.
     pub inputs: &'a [Vec<f64>],
+}
+
+impl Chunk<'_> {
+    /// Observed minus predicted.
+    pub(super) fn observed(&self) -> &[f64] {
+        self.rows.col_as_slice(self.rows.ncols() - 1)
+    }
+
+    /// The rows in some directions of the unknowns, a step away.
+    pub(super) fn turned(&self, directions: &Mat<f64>, step: &[f64]) -> Mat<f64> {
+        crate::linear::turned(self.rows, self.observed(), directions, step)
+    }
 }
 
 /// A sensor's rows, folded with some noise.
@@ -293,13 +306,7 @@ impl Question {
         let stated = sensor.stated.unwrap_or(own.first().is_some_and(|k| is_stated(*k)));
         sensor.stated = Some(stated);
         if let Some(k) = own.iter().find(|k| is_stated(**k) != stated) {
-            let id = self.campaign.bench.sensors.get(s).map_or("", |own| own.id.as_str());
-            return Err(Malformed::new(
-                Fault::Missing,
-                format!("some readings of {id} have a stated uncertainty and some have none"),
-            )
-            .expected(format!("{id}_u in every reading of {id}, or in none (then it is estimated from the residuals)"))
-            .at_path(rows.place(*k)));
+            return Err(stated_here_and_there(self.campaign.sensor_id(s)).at_path(rows.place(*k)));
         }
         if let Some((_, column)) = sensor.line {
             if let Some(k) = missing(column) {

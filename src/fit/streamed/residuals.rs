@@ -6,8 +6,11 @@ use super::octaves::Octaves;
 use crate::elements::{Elements, Parts};
 use crate::estimate::Sum;
 use crate::linear::dot;
+use crate::number;
 use crate::quality::{RunsTest, runs_of};
 use crate::uncertainty::quantiles;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 /// Lags at which residuals are correlated with each other: 1, 2, 4, ...
 const LAGS: usize = 11;
@@ -17,87 +20,117 @@ const KEPT: usize = 10;
 /// Fewest pairs of means that a test takes.
 const PAIRS: u64 = 8;
 
-/// What the residuals of a sensor are like.
-#[derive(Debug, Clone)]
+/// Residuals of independent rows (the noise that is correlated in time taken out), over their standard deviations.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(rename = "RecordSensorReport")]
+#[non_exhaustive]
 pub struct SensorResiduals {
-    /// Index of the sensor.
-    pub sensor: usize,
+    /// The sensor.
+    pub sensor: String,
     /// Values read.
+    #[serde(rename = "values")]
     pub rows: u64,
-    /// Mean square of the residuals of independent rows, in their variance: near 1 where the uncertainties are right.
+    /// Mean square, a pure number; 1 is expected.
     pub mean_square: f64,
-    /// Skewness, and kurtosis less 3: 0 for normal ones.
+    /// Skewness, a pure number; 0 for normal residuals.
     pub skewness: f64,
-    /// See `skewness`.
+    /// Kurtosis less 3, a pure number; 0 for normal residuals.
     pub excess_kurtosis: f64,
-    /// Lag in rows, correlation.
-    pub lags: Vec<(u64, f64)>,
-    /// Probability of so large correlations if rows are independent (Box and Pierce); `None` for few rows.
+    /// Correlation of residuals that are so many rows apart.
+    pub lags: Vec<Lag>,
+    /// Probability of so large correlations of independent residuals; null for few rows.
     pub lags_p: Option<f64>,
     /// Do means of many rows scatter as those of independent ones?
     pub means: Vec<MeansTest>,
+    /// Index of the sensor.
+    #[serde(skip)]
+    pub index: usize,
     /// Order of the signs.
+    #[serde(skip)]
     pub runs: Option<RunsTest>,
     /// The largest, first.
     pub largest: Vec<Far>,
 }
 
+/// Correlation of residuals.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(rename = "LagReport")]
+#[non_exhaustive]
+pub struct Lag {
+    /// Rows apart.
+    pub rows: u64,
+    /// Correlation, a pure number.
+    pub correlation: f64,
+}
+
 /// Means of so many rows.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(rename = "MeansReport")]
+#[non_exhaustive]
 pub struct MeansTest {
     /// Rows in a mean.
-    pub rows: f64,
-    /// Pairs of neighbours that were compared.
+    pub rows: u64,
+    /// Pairs of neighbouring means that were compared.
     pub pairs: u64,
-    /// Their variance over that of means of independent rows; 1 is expected.
+    /// Variance of these means over that of means of independent rows, a pure number; 1 is expected.
     pub ratio: f64,
-    /// Probability of a ratio at least so far from 1, on either side.
+    /// Probability of a ratio so far from 1, on either side.
     pub p: f64,
 }
 
 /// A residual that is far from zero.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(rename = "FarReport")]
+#[non_exhaustive]
 pub struct Far {
     /// Number of the row, from 1.
+    #[serde(rename = "row")]
     pub number: u64,
-    /// The value read.
+    /// Value read, in the sensor's unit.
     pub value: f64,
-    /// Value less fitted, in the sensor's unit.
+    /// Value minus fitted, in the sensor's unit.
     pub residual: f64,
     /// Residual of the independent row, in its standard deviations.
     pub w: f64,
-    /// Probability of so large a one among all rows if none is bad (Sidak).
+    /// Probability of so large a one among all rows if none is bad.
     pub p: f64,
 }
 
-/// Residuals over an input.
-#[derive(Debug, Clone, PartialEq)]
+/// Residuals over the range of an input.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(rename = "BinsReport")]
+#[non_exhaustive]
 pub struct BinnedResiduals {
-    /// Index of the sensor.
-    pub sensor: usize,
-    /// Name of the input.
+    /// The sensor.
+    pub sensor: String,
+    /// The input: a column of the record.
+    #[serde(rename = "input")]
     pub column: String,
-    /// Bins from the least to the largest value of the input.
-    pub bins: Vec<Bin>,
-    /// Sum of squares that a step in each bin would explain, over the variance; `chi^2` with `dof` if the model is right.
+    /// What a step in each eighth of the input's range would explain, over the variance of the noise.
     pub chi_square: f64,
-    /// Steps that the model does not have.
+    /// Its degrees of freedom: steps that the model does not have itself.
     pub dof: usize,
     /// Probability of a larger one if the model is right.
     pub p: f64,
+    /// Is the model rejected at the level, all inputs and sensors together?
+    pub rejected: bool,
+    /// Mean residual in each eighth of the range.
+    pub bins: Vec<Bin>,
 }
 
-/// A bin of an input.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// A part of the range of an input.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(rename = "BinReport")]
+#[non_exhaustive]
 pub struct Bin {
-    /// Its ends.
+    /// Its lower end, in the input's unit.
     pub low: f64,
-    /// See `low`.
+    /// Its upper end, in the input's unit.
     pub high: f64,
     /// Rows in it.
     pub rows: u64,
-    /// Mean residual, in the sensor's unit.
-    pub mean: f64,
+    /// Mean residual, in the sensor's unit; null without rows.
+    pub mean: Option<f64>,
 }
 
 /// Sums over the residuals of one sensor.
@@ -163,26 +196,26 @@ impl Residuals {
     }
 
     /// What they say, for residuals whose mean square should be `variance`.
-    pub(super) fn conclude(mut self, sensor: usize, variance: f64) -> SensorResiduals {
+    pub(super) fn conclude(mut self, (index, sensor): (usize, String), variance: f64) -> SensorResiduals {
         let n = self.rows as f64;
         let [m1, m2, m3, m4] = self.powers.map(|sum| if n > 0.0 { sum.value() / n } else { 0.0 });
         let central = (m2 - m1 * m1).max(f64::MIN_POSITIVE);
         let third = m3 - 3.0 * m1 * m2 + 2.0 * m1 * m1 * m1;
         let fourth = m4 - 4.0 * m1 * m3 + 6.0 * m1 * m1 * m2 - 3.0 * m1.powi(4);
-        let lags: Vec<(u64, f64)> = (0..LAGS)
-            .map(|k| {
-                (1_u64 << k, self.products.get(k).map_or(0.0, |sum| sum.value() / (n * m2).max(f64::MIN_POSITIVE)))
-            })
-            .filter(|(lag, _)| *lag * 8 <= self.rows)
+        let correlation =
+            |k: usize| self.products.get(k).map_or(0.0, |sum| sum.value() / (n * m2).max(f64::MIN_POSITIVE));
+        let lags: Vec<Lag> = (0..LAGS)
+            .map(|k| Lag { rows: 1 << k, correlation: correlation(k) })
+            .filter(|lag| lag.rows * 8 <= self.rows)
             .collect();
-        let squares: f64 = lags.iter().map(|(lag, r)| n * n / (n - *lag as f64) * r * r).sum();
+        let squares: f64 = lags.iter().map(|Lag { rows, correlation: r }| n * n / (n - *rows as f64) * r * r).sum();
         let means = self.octaves.variances().filter(|own| own.1 >= PAIRS);
         let means = means
             .map(|(rows, pairs, own)| {
                 let ratio = own * rows / variance.max(f64::MIN_POSITIVE);
                 // a count of pairs is a number of degrees of freedom, so that the quantile exists
                 let above = quantiles::chi_square_survival(ratio * pairs as f64, pairs as f64).unwrap_or(f64::NAN);
-                MeansTest { rows, pairs, ratio, p: (2.0 * above.min(1.0 - above)).min(1.0) }
+                MeansTest { rows: number::count_u64(rows), pairs, ratio, p: (2.0 * above.min(1.0 - above)).min(1.0) }
             })
             .collect();
         let sd = variance.sqrt().max(f64::MIN_POSITIVE);
@@ -194,6 +227,7 @@ impl Residuals {
         }
         SensorResiduals {
             sensor,
+            index,
             rows: self.rows,
             mean_square: m2 / variance.max(f64::MIN_POSITIVE),
             skewness: third / central.powf(1.5),

@@ -9,11 +9,11 @@
     reason = "every list here has one entry for each sensor; places of parameters are those that the model of the noise was made with"
 )]
 
-use super::noise::{Found, Free};
+use super::noise::Found;
 use super::octaves::Noise;
 use super::question::Question;
 use super::together::Together;
-use crate::campaign::{Campaign, Size};
+use crate::campaign::Campaign;
 use crate::error::{Fault, Malformed, Result};
 use crate::estimate::{Likelihood, LineState, NoiseModel, NoisePart, PartNoise, Slot};
 use crate::fit::noise::{ScatterSources, VarianceSource};
@@ -21,8 +21,7 @@ use crate::uncertainty::Evaluation;
 use faer::Mat;
 
 /// Where a sensor's parameters stand: variance factor of its white noise, variance of its deviation, correlation time.
-#[derive(Debug, Clone, Copy, Default)]
-struct Places([Option<usize>; 3]);
+type Places = [Option<usize>; 3];
 
 /// The likelihood at what was found, with its derivatives by all that the noise has.
 pub(super) struct Noised {
@@ -52,11 +51,11 @@ impl Noised {
                 true => vec![white * white, deviation * deviation, tau],
                 false => vec![scale[*s]],
             };
-            for (place, value) in places[*s].0.iter_mut().zip(values) {
+            for (place, value) in places[*s].iter_mut().zip(values) {
                 *place = Some(at.len());
                 at.push(value.ln());
             }
-            let slot = |k: usize| places[*s].0[k].map(Slot::Free);
+            let slot = |k: usize| places[*s][k].map(Slot::Free);
             let white = slot(0).unwrap_or(Slot::Stated(1.0));
             model.parts.push(PartNoise { white, deviation: slot(1).zip(slot(2)) });
         }
@@ -76,7 +75,7 @@ impl Noised {
 
     /// The derivative of the covariance by the logarithm of a sensor's parameter.
     fn slope(&self, s: usize, which: usize) -> Option<Mat<f64>> {
-        let place = self.places[s].0[which]?;
+        let place = self.places[s][which]?;
         Some(self.back(&self.likelihood.slope(place)))
     }
 
@@ -91,18 +90,15 @@ impl Noised {
     ) -> ScatterSources {
         let n = question.unknowns;
         // what was estimated, by its place among the parameters
-        let estimated = |(s, free): (usize, &Free)| {
-            let places = self.places[s].0;
-            [(free.white, 0), (free.deviation, 1), (free.tau, 2)]
-                .into_iter()
-                .filter_map(move |(is_free, which)| if is_free { places[which] } else { None })
-        };
-        let among: Vec<usize> = found.free.iter().enumerate().flat_map(estimated).collect();
+        let pairs = found.free.iter().flatten().zip(self.places.iter().flatten());
+        let among: Vec<usize> = pairs.filter_map(|(is_free, place)| place.filter(|_| *is_free)).collect();
         let (covariances, correction) = self.likelihood.costs(&self.model, &among);
+        let spread = Mat::from_fn(among.len(), among.len(), |a, b| covariances[(among[a], among[b])]);
         let component = |s: usize, which: usize| {
-            let place = self.places[s].0[which]?;
+            let place = self.places[s][which]?;
             among.iter().position(|own| *own == place)
         };
+        let dof = |component: Option<usize>, stated: f64| component.map_or(stated, |c| 2.0 / spread[(c, c)]);
         let (mut sources, mut over, mut leans) = (Vec::new(), Vec::new(), Vec::new());
         let mut determined = true;
         for (s, own) in question.sensors.iter().enumerate().filter(|(s, _)| question.is_read(*s)) {
@@ -110,60 +106,50 @@ impl Noised {
             let levels = crate::number::index(rows[s]);
             let white = component(s, 0);
             determined &= white.is_none() || solved.redundancy[s] > 0.0;
-            let name = format!("readings of {}", campaign.bench.sensors.get(s).map_or("", |own| own.id.as_str()));
+            let name = format!("readings of {}", campaign.sensor_id(s));
             let share = |which: usize| self.slope(s, which).unwrap_or_else(|| Mat::zeros(n, n));
+            let (variance, state, part) = match (found.white_at_zero[s], white) {
+                (true, _) => (0.0, LineState::AtZero, Mat::zeros(n, n)),
+                (false, Some(_)) => (size.white * size.white * solved.scale[s], LineState::Estimated, share(0)),
+                (false, None) => (1.0, LineState::Stated, share(0)),
+            };
             sources.push(VarianceSource {
                 evaluation: Evaluation::TypeA,
-                variance: match (found.white_at_zero[s], white) {
-                    (true, _) => 0.0,
-                    (false, Some(_)) => size.white * size.white * solved.scale[s],
-                    (false, None) => 1.0,
-                },
-                state: match (found.white_at_zero[s], white) {
-                    (true, _) => LineState::AtZero,
-                    (false, Some(_)) => LineState::Estimated,
-                    (false, None) => LineState::Stated,
-                },
+                estimated: state != LineState::Stated,
+                dof: dof(white, f64::INFINITY),
+                variance,
+                state,
                 component: white,
                 sensor: Some(s),
-                ..VarianceSource::stated(name, if found.white_at_zero[s] { Mat::zeros(n, n) } else { share(0) }, levels)
+                ..VarianceSource::stated(name, part, levels)
             });
-            let Some(line) = own.line.and_then(|(line, _)| Some((line, campaign.scatter.get(line)?))) else { continue };
-            let (line, stated) = line;
-            let (is_stated, dof) = match stated.size {
-                Size::Stated { dof, .. } => (true, dof),
-                Size::Column(_) => (true, f64::INFINITY),
-                Size::Estimated => (false, f64::INFINITY),
-            };
-            let over_tau = stated.over.as_ref().and_then(|over| over.tau);
+            let Some((k, line)) = own.line.and_then(|(k, _)| Some((k, campaign.scatter.get(k)?))) else { continue };
+            let own = VarianceSource::line(campaign, k, line, share(1), levels);
+            let stated_tau = line.over.as_ref().and_then(|over| over.tau);
             let tau = component(s, 2);
-            let u_tau = tau.map(|k| covariances[(among[k], among[k])].sqrt() * size.tau).filter(|u| u.is_finite());
+            let u_tau = tau.map(|k| spread[(k, k)].sqrt() * size.tau).filter(|u| u.is_finite());
             over.push(VarianceSource {
-                evaluation: if is_stated { Evaluation::TypeB } else { Evaluation::TypeA },
                 variance: size.deviation * size.deviation,
-                line: Some(line),
-                state: match (found.at_zero[s], is_stated) {
+                state: match (found.at_zero[s], own.estimated) {
                     (true, _) => LineState::AtZero,
-                    (false, true) => LineState::Stated,
-                    (false, false) => LineState::Estimated,
+                    (false, false) => LineState::Stated,
+                    (false, true) => LineState::Estimated,
                 },
-                tau: (!found.at_zero[s] || over_tau.is_some()).then_some((over_tau.unwrap_or(size.tau), u_tau)),
-                dof,
+                tau: (!found.at_zero[s] || stated_tau.is_some()).then_some((stated_tau.unwrap_or(size.tau), u_tau)),
+                dof: dof(component(s, 1), own.dof),
                 component: component(s, 1),
-                ..VarianceSource::stated(stated.name(campaign), share(1), levels)
+                ..own
             });
             leans.extend(tau.zip(self.slope(s, 2)));
         }
+        let c = &solved.found.unknowns.cofactor;
         if !question.priors.is_empty() {
-            let c = &solved.folded.unknowns.cofactor;
             let share =
                 |i: usize, j: usize| question.priors.iter().map(|(k, _, u)| c[(i, *k)] * c[(*k, j)] / (u * u)).sum();
             let (share, count) = (Mat::from_fn(n, n, share), question.priors.len());
             sources.push(VarianceSource::stated("priors".into(), share, count));
         }
         sources.extend(over);
-        let spread = Mat::from_fn(among.len(), among.len(), |a, b| covariances[(among[a], among[b])]);
-        let cofactor = &solved.folded.unknowns.cofactor;
-        ScatterSources::streamed(sources, cofactor, (spread, self.back(&correction)), leans, determined)
+        ScatterSources::jointly(sources, c, (spread, self.back(&correction)), leans, determined)
     }
 }

@@ -1,192 +1,153 @@
-//! The administrative part: the lab file, with what the campaigns add to it.
+//! The administrative part: the lab file, with what the campaigns add to it; method, software and equipment.
 
 use super::VERSION;
-use super::texts::{Texts, Xml, of_type, text, told, within};
+use super::xml::{Element, Texts, element, text};
 use crate::campaign::{Identity, Instrument};
-use crate::language::{Language, say};
-use crate::wire::{ContactFile, IdentificationFile, IssuerFile, ItemFile, LabFile};
-use std::io;
+use crate::language::say;
+use crate::wire::{ContactFile, IssuerFile, ItemFile, LabFile};
 
-pub(super) fn write(xml: &mut Xml, lab: &LabFile, campaigns: &[&Identity], texts: Texts<'_>) -> io::Result<()> {
-    within(xml, "dcc:administrativeData", |xml| {
-        software(xml, "dcc:dccSoftware", texts)?;
-        core_data(xml, lab, texts)?;
-        within(xml, "dcc:items", |xml| {
-            lab.items.iter().try_for_each(|item| {
-                within(xml, "dcc:item", |xml| {
-                    texts.own(xml, "dcc:name", &item.name)?;
-                    made(xml, item, None, texts)
-                })
-            })
-        })?;
-        within(xml, "dcc:calibrationLaboratory", |xml| {
-            if let Some(code) = &lab.laboratory.code {
-                text(xml, "dcc:calibrationLaboratoryCode", code)?;
-            }
-            within(xml, "dcc:contact", |xml| contact(xml, &lab.laboratory, texts))
-        })?;
-        within(xml, "dcc:respPersons", |xml| {
-            lab.persons.iter().try_for_each(|person| {
-                within(xml, "dcc:respPerson", |xml| {
-                    within(xml, "dcc:person", |xml| texts.own(xml, "dcc:name", &person.name))?;
-                    if let Some(role) = &person.role {
-                        text(xml, "dcc:role", role)?;
-                    }
-                    text(xml, "dcc:mainSigner", if person.main_signer { "true" } else { "false" })
-                })
-            })
-        })?;
-        within(xml, "dcc:customer", |xml| contact(xml, &lab.customer, texts))?;
-        within(xml, "dcc:statements", |xml| {
-            let declared = |xml: &mut Xml, ref_type: Option<&str>, said: &dyn Fn(Language) -> String| {
-                of_type(xml, "dcc:statement", ref_type, |xml| told(xml, "dcc:declaration", texts, said))
-            };
-            declared(xml, None, &|lang| say!(lang, "dcc-relates-only-to-the-items").into())?;
-            let mut traced: Vec<&Instrument> = Vec::new();
-            for instrument in campaigns.iter().flat_map(|own| &own.instruments) {
-                let Some(to) = instrument.traceable_to.as_deref().filter(|_| !traced.contains(&instrument)) else {
-                    continue;
-                };
-                let by = [Some(instrument.name.as_str()), instrument.certificate.as_deref()];
-                let by: Vec<&str> = by.into_iter().flatten().collect();
-                let traceable = Some("basic_metrologicallyTraceableToSI");
-                declared(xml, traceable, &|lang| say!(lang, "dcc-traceable", by = by.join(lang.comma()), to))?;
-                traced.push(instrument);
-            }
-            lab.statements.iter().try_for_each(|statement| {
-                within(xml, "dcc:statement", |xml| texts.own(xml, "dcc:declaration", statement))
-            })
-        })
-    })
+pub(super) fn data(lab: &LabFile, campaigns: &[&Identity], texts: Texts<'_>) -> Element {
+    let items = lab
+        .items
+        .iter()
+        .map(|item| element("dcc:item").add(texts.own("dcc:name", &item.name)).add(made(item, None, texts)));
+    let code = lab.laboratory.code.as_ref().map(|code| text("dcc:calibrationLaboratoryCode", code));
+    let persons = lab.persons.iter().map(|person| {
+        element("dcc:respPerson")
+            .add(element("dcc:person").add(texts.own("dcc:name", &person.name)))
+            .add(person.role.as_ref().map(|role| text("dcc:role", role)))
+            .add(text("dcc:mainSigner", person.main_signer.to_string()))
+    });
+    let laboratory = element("dcc:contact").add(contact(&lab.laboratory, texts));
+    element("dcc:administrativeData")
+        .add(software("dcc:dccSoftware", texts))
+        .add(core_data(lab, texts))
+        .add(element("dcc:items").add(items))
+        .add(element("dcc:calibrationLaboratory").add(code).add(laboratory))
+        .add(element("dcc:respPersons").add(persons))
+        .add(element("dcc:customer").add(contact(&lab.customer, texts)))
+        .add(statements(lab, campaigns, texts))
+}
+
+fn statements(lab: &LabFile, campaigns: &[&Identity], texts: Texts<'_>) -> Element {
+    let mut traced: Vec<(&Instrument, &str)> = Vec::new();
+    for instrument in campaigns.iter().flat_map(|own| &own.instruments) {
+        let is_new = traced.iter().all(|(known, _)| *known != instrument);
+        traced.extend(instrument.traceable_to.as_deref().filter(|_| is_new).map(|to| (instrument, to)));
+    }
+    let traced = traced.into_iter().map(|(instrument, to)| {
+        let by = [Some(instrument.name.as_str()), instrument.certificate.as_deref()];
+        let by: Vec<&str> = by.into_iter().flatten().collect();
+        let said = texts.said("dcc:declaration", |lang| say!(lang, "dcc-traceable", by = by.join(lang.comma()), to));
+        element("dcc:statement").of_type(Some("basic_metrologicallyTraceableToSI")).add(said)
+    });
+    let only = texts.said("dcc:declaration", |lang| say!(lang, "dcc-relates-only-to-the-items").into());
+    let own = lab.statements.iter().map(|own| element("dcc:statement").add(texts.own("dcc:declaration", own)));
+    element("dcc:statements").add(element("dcc:statement").add(only)).add(traced).add(own)
 }
 
 /// This program: it writes the certificate, and computes its results.
-fn software(xml: &mut Xml, name: &str, texts: Texts<'_>) -> io::Result<()> {
-    within(xml, name, |xml| {
-        within(xml, "dcc:software", |xml| {
-            texts.own(xml, "dcc:name", "tumble")?;
-            text(xml, "dcc:release", &format!("v{VERSION}"))?;
-            text(xml, "dcc:type", "application")
-        })
-    })
+fn software(name: &'static str, texts: Texts<'_>) -> Element {
+    let program = element("dcc:software")
+        .add(texts.own("dcc:name", "tumble"))
+        .add(text("dcc:release", format!("v{VERSION}")))
+        .add(text("dcc:type", "application"));
+    element(name).add(program)
 }
 
-fn core_data(xml: &mut Xml, lab: &LabFile, texts: Texts<'_>) -> io::Result<()> {
+fn core_data(lab: &LabFile, texts: Texts<'_>) -> Element {
     let certificate = &lab.certificate;
-    within(xml, "dcc:coreData", |xml| {
-        text(xml, "dcc:countryCodeISO3166_1", &certificate.country)?;
-        texts.declared().try_for_each(|code| text(xml, "dcc:usedLangCodeISO639_1", code))?;
-        text(xml, "dcc:mandatoryLangCodeISO639_1", &certificate.language)?;
-        text(xml, "dcc:uniqueIdentifier", &certificate.id)?;
-        for (name, day) in [
-            ("dcc:receiptDate", &certificate.received),
-            ("dcc:beginPerformanceDate", &certificate.begin),
-            ("dcc:endPerformanceDate", &certificate.end),
-        ] {
-            day.iter().try_for_each(|day| text(xml, name, day))?;
-        }
-        text(xml, "dcc:performanceLocation", certificate.location.name())?;
-        text(xml, "dcc:issueDate", &certificate.issued)
-    })
+    let day = |name, day: &Option<String>| day.as_ref().map(|day| text(name, day));
+    element("dcc:coreData")
+        .add(text("dcc:countryCodeISO3166_1", &certificate.country))
+        .add(texts.declared().map(|code| text("dcc:usedLangCodeISO639_1", code)))
+        .add(text("dcc:mandatoryLangCodeISO639_1", &certificate.language))
+        .add(text("dcc:uniqueIdentifier", &certificate.id))
+        .add(day("dcc:receiptDate", &certificate.received))
+        .add(day("dcc:beginPerformanceDate", &certificate.begin))
+        .add(day("dcc:endPerformanceDate", &certificate.end))
+        .add(text("dcc:performanceLocation", certificate.location.name()))
+        .add(text("dcc:issueDate", &certificate.issued))
 }
 
 /// Manufacturer, model and identifications of an item or a piece of equipment, in the schema's order.
-fn made(xml: &mut Xml, item: &ItemFile, certificate: Option<&str>, texts: Texts<'_>) -> io::Result<()> {
-    if let Some(manufacturer) = &item.manufacturer {
-        within(xml, "dcc:manufacturer", |xml| texts.own(xml, "dcc:name", manufacturer))?;
-    }
-    if let Some(model) = &item.model {
-        text(xml, "dcc:model", model)?;
-    }
-    if item.identifications.is_empty() && certificate.is_none() {
-        return Ok(());
-    }
-    within(xml, "dcc:identifications", |xml| {
-        item.identifications.iter().try_for_each(|identification: &IdentificationFile| {
-            let serial = identification.issuer == IssuerFile::Manufacturer;
-            of_type(xml, "dcc:identification", serial.then_some("basic_serialNumber"), |xml| {
-                text(xml, "dcc:issuer", identification.issuer.name())?;
-                text(xml, "dcc:value", &identification.value)?;
-                identification.name.iter().try_for_each(|name| texts.own(xml, "dcc:name", name))
-            })
-        })?;
-        certificate.map_or(Ok(()), |number| {
-            within(xml, "dcc:identification", |xml| {
-                text(xml, "dcc:issuer", IssuerFile::Other.name())?;
-                text(xml, "dcc:value", number)?;
-                told(xml, "dcc:name", texts, |lang| say!(lang, "calibration-certificate").into())
-            })
-        })
-    })
+fn made(item: &ItemFile, certificate: Option<&str>, texts: Texts<'_>) -> Vec<Element> {
+    let manufacturer = item.manufacturer.as_ref();
+    let manufacturer = manufacturer.map(|own| element("dcc:manufacturer").add(texts.own("dcc:name", own)));
+    let model = item.model.as_ref().map(|model| text("dcc:model", model));
+    let stated = item.identifications.iter().map(|own| {
+        let serial = own.issuer == IssuerFile::Manufacturer;
+        element("dcc:identification")
+            .of_type(serial.then_some("basic_serialNumber"))
+            .add(text("dcc:issuer", own.issuer.name()))
+            .add(text("dcc:value", &own.value))
+            .add(own.name.as_ref().map(|name| texts.own("dcc:name", name)))
+    });
+    let certificate = certificate.map(|number| {
+        element("dcc:identification")
+            .add(text("dcc:issuer", IssuerFile::Other.name()))
+            .add(text("dcc:value", number))
+            .add(texts.said("dcc:name", |lang| say!(lang, "calibration-certificate").into()))
+    });
+    let all: Vec<Element> = stated.chain(certificate).collect();
+    let all = (!all.is_empty()).then(|| element("dcc:identifications").add(all));
+    [manufacturer, model, all].into_iter().flatten().collect()
 }
 
-fn contact(xml: &mut Xml, contact: &ContactFile, texts: Texts<'_>) -> io::Result<()> {
-    texts.own(xml, "dcc:name", &contact.name)?;
-    for (name, value) in [("dcc:eMail", &contact.email), ("dcc:phone", &contact.phone)] {
-        if let Some(value) = value {
-            text(xml, name, value)?;
-        }
-    }
+fn contact(contact: &ContactFile, texts: Texts<'_>) -> Vec<Element> {
+    let some = |name, value: &Option<String>| value.as_ref().map(|value| text(name, value));
     let address = &contact.address;
-    within(xml, "dcc:location", |xml| {
-        let street =
-            [("dcc:street", &address.street), ("dcc:streetNo", &address.number), ("dcc:postCode", &address.post_code)];
-        for (name, value) in street {
-            if let Some(value) = value {
-                text(xml, name, value)?;
-            }
-        }
-        text(xml, "dcc:city", &address.city)?;
-        text(xml, "dcc:countryCode", &address.country)
-    })
+    let location = element("dcc:location")
+        .add(some("dcc:street", &address.street))
+        .add(some("dcc:streetNo", &address.number))
+        .add(some("dcc:postCode", &address.post_code))
+        .add(text("dcc:city", &address.city))
+        .add(text("dcc:countryCode", &address.country));
+    let named = texts.own("dcc:name", &contact.name).into_iter();
+    named.chain(some("dcc:eMail", &contact.email)).chain(some("dcc:phone", &contact.phone)).chain(location).collect()
 }
 
 /// Method, software and equipment, in the place where a measurement result has them: the lab file's and the campaign's, which are one where they have one name.
-pub(super) fn method_and_equipment(
-    xml: &mut Xml,
-    lab: &LabFile,
-    campaign: &Identity,
-    texts: Texts<'_>,
-) -> io::Result<()> {
-    within(xml, "dcc:usedMethods", |xml| {
-        of_type(xml, "dcc:usedMethod", Some("basic_calibrationMethod"), |xml| {
-            match &lab.method {
-                Some(method) => texts.own(xml, "dcc:name", &method.name)?,
-                None => told(xml, "dcc:name", texts, |lang| say!(lang, "dcc-method").into())?,
-            }
-            campaign.procedure.iter().try_for_each(|procedure| texts.own(xml, "dcc:description", procedure))?;
-            lab.method.iter().flat_map(|method| &method.norms).try_for_each(|norm| text(xml, "dcc:norm", norm))
-        })?;
-        of_type(xml, "dcc:usedMethod", Some("basic_methodMeasurementUncertainty"), |xml| {
-            told(xml, "dcc:name", texts, |lang| say!(lang, "dcc-uncertainty").into())?;
-            text(xml, "dcc:norm", "JCGM 100:2008 (GUM)")
-        })
-    })?;
-    software(xml, "dcc:usedSoftware", texts)?;
+pub(super) fn method_and_equipment(lab: &LabFile, campaign: &Identity, texts: Texts<'_>) -> Vec<Element> {
+    let method = match &lab.method {
+        Some(method) => texts.own("dcc:name", &method.name),
+        None => texts.said("dcc:name", |lang| say!(lang, "dcc-method").into()),
+    };
+    let norms = lab.method.iter().flat_map(|method| &method.norms).map(|norm| text("dcc:norm", norm));
+    let calibration = element("dcc:usedMethod")
+        .of_type(Some("basic_calibrationMethod"))
+        .add(method)
+        .add(campaign.procedure.as_ref().map(|procedure| texts.own("dcc:description", procedure)))
+        .add(norms);
+    let uncertainty = element("dcc:usedMethod")
+        .of_type(Some("basic_methodMeasurementUncertainty"))
+        .add(texts.said("dcc:name", |lang| say!(lang, "dcc-uncertainty").into()))
+        .add(text("dcc:norm", "JCGM 100:2008 (GUM)"));
     let named = |name: &str| campaign.instruments.iter().find(|own| own.name == name);
     let known = |own: &&Instrument| lab.equipment.iter().all(|entry| entry.name != own.name);
     let entry =
         |name: &str| ItemFile { name: name.into(), manufacturer: None, model: None, identifications: Vec::new() };
     let own = campaign.instruments.iter().filter(known).map(|own| (entry(&own.name), Some(own)));
-    let equipment: Vec<(ItemFile, Option<&Instrument>)> =
-        lab.equipment.iter().map(|entry| (entry.clone(), named(&entry.name))).chain(own).collect();
-    if equipment.is_empty() {
-        return Ok(());
-    }
-    within(xml, "dcc:measuringEquipments", |xml| {
-        equipment.iter().try_for_each(|(entry, instrument)| {
-            of_type(xml, "dcc:measuringEquipment", Some("basic_measurementStandard"), |xml| {
-                texts.own(xml, "dcc:name", &entry.name)?;
-                let stated = instrument.map(|own| (own.valid_to.as_deref(), own.traceable_to.as_deref()));
-                if let Some((valid_to, traceable_to)) = stated.filter(|own| *own != (None, None)) {
-                    told(xml, "dcc:description", texts, |lang| {
-                        let valid = valid_to.map(|day| format!("{} {day}", say!(lang, "identity-valid-to")));
-                        let traceable = traceable_to.map(|to| format!("{} {to}", say!(lang, "identity-traceable-to")));
-                        valid.into_iter().chain(traceable).collect::<Vec<_>>().join(lang.comma())
-                    })?;
-                }
-                made(xml, entry, instrument.and_then(|own| own.certificate.as_deref()), texts)
-            })
+    let equipment = lab.equipment.iter().map(|entry| (entry.clone(), named(&entry.name))).chain(own);
+    let equipment: Vec<Element> = equipment.map(|(entry, own)| piece(&entry, own, texts)).collect();
+    let equipment = (!equipment.is_empty()).then(|| element("dcc:measuringEquipments").add(equipment));
+    let methods = element("dcc:usedMethods").add(calibration).add(uncertainty);
+    [methods, software("dcc:usedSoftware", texts)].into_iter().chain(equipment).collect()
+}
+
+/// A piece of equipment, with what the campaign states of it.
+fn piece(entry: &ItemFile, instrument: Option<&Instrument>, texts: Texts<'_>) -> Element {
+    let stated = instrument.map(|own| (own.valid_to.as_deref(), own.traceable_to.as_deref()));
+    let stated = stated.filter(|own| *own != (None, None)).map(|(valid_to, traceable_to)| {
+        texts.said("dcc:description", |lang| {
+            let valid = valid_to.map(|day| format!("{} {day}", say!(lang, "identity-valid-to")));
+            let traceable = traceable_to.map(|to| format!("{} {to}", say!(lang, "identity-traceable-to")));
+            valid.into_iter().chain(traceable).collect::<Vec<_>>().join(lang.comma())
         })
-    })
+    });
+    element("dcc:measuringEquipment")
+        .of_type(Some("basic_measurementStandard"))
+        .add(texts.own("dcc:name", &entry.name))
+        .add(stated)
+        .add(made(entry, instrument.and_then(|own| own.certificate.as_deref()), texts))
 }

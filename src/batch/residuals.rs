@@ -1,0 +1,143 @@
+//! What is tested of the residuals of a device: their size, signs in their order, normality, lack of fit beside replicates.
+
+use super::block::{Lane, network, normality};
+use crate::mix::Mix;
+use crate::quality::{self, NormalScores, Snooping};
+use crate::uncertainty::quantiles;
+use std::cell::RefCell;
+use std::collections::HashMap;
+use std::hash::BuildHasherDefault;
+
+/// Up to so many residuals are sorted side by side.
+const NETWORK: usize = 256;
+/// Share of a threshold within which the exact probability decides.
+const SLACK: f64 = 1e-6;
+
+/// What the tests of devices of one shape share.
+#[derive(Debug, Clone)]
+pub(super) struct Tests {
+    pub scores: Option<NormalScores>,
+    /// How as many values as count for normality are sorted.
+    pub network: Vec<(usize, usize)>,
+    dof: usize,
+    /// Is the scatter of the readings estimated?
+    scaled: bool,
+    /// From here on the largest gain is looked at more closely; `None` where nothing can be tested.
+    threshold: Option<f64>,
+}
+
+impl Tests {
+    /// `sorted` residuals count for normality, `checked` readings may be found suspicious.
+    pub fn new(sorted: usize, checked: usize, (dof, scaled, level): (usize, bool, f64)) -> Self {
+        let single = -(level.ln() / checked.max(1) as f64).exp_m1();
+        let threshold = match (scaled, dof) {
+            (false, 1..) => quantiles::chi_square_quantile(1.0 - single, 1.0),
+            (true, 2..) => quantiles::fisher_f_quantile(1.0 - single, 1.0, dof as f64 - 1.0),
+            _ => None,
+        };
+        let network = network(if sorted <= NETWORK { sorted } else { 0 });
+        Tests { scores: NormalScores::new(sorted), network, dof, scaled, threshold }
+    }
+
+    /// Probabilities of the test of normality of eight devices, where they are sorted side by side.
+    #[inline(always)]
+    pub fn normality(&self, values: &mut [Lane]) -> Option<Lane> {
+        let scores = self.scores.as_ref().filter(|_| !self.network.is_empty())?;
+        Some(normality(scores, &self.network, values))
+    }
+
+    /// Can the reading with the largest gain be suspicious? Of sums of squares near the threshold the exact probability decides.
+    pub fn may_be_suspicious(&self, squares: f64, best: f64) -> bool {
+        let Some(threshold) = self.threshold else { return false };
+        let statistic = if self.scaled {
+            let rest = (squares - best).max(0.0) / (self.dof as f64 - 1.0);
+            if rest > 0.0 { best / rest } else { f64::INFINITY }
+        } else {
+            best
+        };
+        !(statistic < threshold * (1.0 - SLACK) || best == 0.0)
+    }
+}
+
+/// Suspicious readings, counted from 1 among the device's rows, and the probability of the most significant; `reading` is that of a row, from 0.
+pub(super) fn suspects(found: Option<&Snooping>, reading: impl Fn(usize) -> Option<usize>) -> (Vec<usize>, f64) {
+    let suspects = || found.iter().flat_map(|found| &found.suspects);
+    let least = suspects().map(|suspect| suspect.p).fold(f64::NAN, f64::min);
+    (suspects().filter_map(|suspect| Some(reading(suspect.row)? + 1)).collect(), least)
+}
+
+/// Probabilities of the runs test by counts: they depend on nothing else.
+type Runs = HashMap<(usize, usize, usize), f64, BuildHasherDefault<Mix>>;
+
+thread_local! {
+    static RUNS: RefCell<Runs> = RefCell::default();
+}
+/// As many of them are kept.
+const RUNS_KEPT: usize = 1 << 16;
+
+/// Sums of cells: rows of equal inputs.
+#[derive(Debug, Default)]
+pub(super) struct Cells {
+    /// Weight and weighted sum of each cell.
+    sums: Vec<(f64, f64)>,
+    own: Vec<f64>,
+}
+
+impl Cells {
+    /// Probability of the test for lack of fit of residuals with their weights `1/u^2`, as [`quality::lack_of_fit`] has it; `None` where nothing is
+    /// replicated, or nothing is left to be lack of fit.
+    pub fn lack_of_fit(
+        &mut self,
+        (cell, count): (&[usize], usize),
+        (v, weight): (&[f64], impl Iterator<Item = f64>),
+        dof: usize,
+    ) -> Option<f64> {
+        let Cells { sums, own } = self;
+        let pure_dof = cell.len().checked_sub(count).filter(|pure| *pure > 0)?;
+        let between_dof = dof.checked_sub(pure_dof).filter(|rest| *rest > 0)?;
+        sums.clear();
+        sums.resize(count, (0.0, 0.0));
+        own.clear();
+        own.extend(weight);
+        for ((v, own), cell) in v.iter().zip(own.iter()).zip(cell) {
+            let Some((weight, sum)) = sums.get_mut(*cell) else { continue };
+            *weight += own;
+            *sum += v * own;
+        }
+        let between: f64 = sums.iter().map(|(weight, sum)| sum * sum / weight).sum();
+        let (mut pure, mut total) = (0.0, 0.0);
+        for ((v, own), cell) in v.iter().zip(own.iter()).zip(cell) {
+            let mean = sums.get(*cell).map_or(0.0, |(weight, sum)| sum / weight);
+            pure += (v - mean) * (v - mean) * own;
+            total += v * v * own;
+        }
+        quality::lack_of_fit_p(pure, pure_dof, between, between_dof, total).map(|(_, p)| p)
+    }
+}
+
+/// Probability of the runs test; NaN where there is none. Equal counts have equal probabilities, and return often.
+pub(super) fn runs_p(residuals: impl Iterator<Item = f64>) -> f64 {
+    let (mut positive, mut negative, mut runs, mut last) = (0_usize, 0_usize, 0_usize, None);
+    for v in residuals.filter(|v| *v != 0.0 && v.is_finite()) {
+        let sign = v > 0.0;
+        if sign {
+            positive += 1;
+        } else {
+            negative += 1;
+        }
+        runs += usize::from(last != Some(sign));
+        last = Some(sign);
+    }
+    runs_of(positive, negative, runs)
+}
+
+/// The same by counts.
+pub(super) fn runs_of(positive: usize, negative: usize, runs: usize) -> f64 {
+    let key = (positive, negative, runs);
+    RUNS.with_borrow_mut(|seen| {
+        if seen.len() > RUNS_KEPT {
+            seen.clear();
+        }
+        *seen.entry(key).or_insert_with(|| quality::runs_of(positive, negative, runs).map_or(f64::NAN, |test| test.p))
+    })
+}

@@ -1,0 +1,91 @@
+//! The frame that the data of a chart fill, and the rules across it at the ticks of its axes, each with its number.
+
+use super::{Area, Drawn, RULE, SMALL, SOFT, scale, style};
+use crate::number;
+use plotters::prelude::*;
+use plotters::style::FontTransform;
+use plotters::style::text_anchor::{HPos, VPos};
+
+/// The rectangle that the data of a chart fill.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Frame {
+    pub left: i32,
+    pub right: i32,
+    pub top: i32,
+    pub bottom: i32,
+}
+
+impl Frame {
+    /// Where a value of the level axis is, whose ends are these.
+    pub(super) fn x(self, (low, high): (f64, f64)) -> impl Fn(f64) -> i32 + Copy {
+        let room = f64::from(self.right - self.left);
+        move |v| self.left + number::whole(((v - low) / (high - low) * room).round())
+    }
+
+    /// Where a value of the upright axis is, whose ends are these.
+    pub(super) fn y(self, (low, high): (f64, f64)) -> impl Fn(f64) -> i32 + Copy {
+        let room = f64::from(self.bottom - self.top);
+        move |v| self.top + number::whole(((high - v) / (high - low) * room).round())
+    }
+
+    /// Level rules at ticks, which come with their decimals, and the numbers before them.
+    pub(super) fn level(self, area: &Area<'_>, ticks: (Vec<f64>, usize), y: impl Fn(f64) -> i32) -> Drawn {
+        level(area, ticks, (self.left, self.right), y)
+    }
+
+    /// The axis at the bottom, with a mark and a number at each tick.
+    pub(super) fn axis(self, area: &Area<'_>, (ticks, decimals): (Vec<f64>, usize), x: impl Fn(f64) -> i32) -> Drawn {
+        let Frame { left, right, bottom, .. } = self;
+        for tick in ticks {
+            area.draw(&PathElement::new([(x(tick), bottom), (x(tick), bottom + 6)], SOFT.stroke_width(1)))?;
+            let place = (x(tick), bottom + 12);
+            area.draw(&Text::new(scale::label(tick, decimals), place, style(SMALL, &SOFT, HPos::Center, VPos::Top)))?;
+        }
+        area.draw(&PathElement::new([(left, bottom), (right, bottom)], SOFT.stroke_width(1)))?;
+        Ok(())
+    }
+
+    /// The title of the level axis, so far below the frame.
+    pub(super) fn below(self, area: &Area<'_>, title: impl Into<String>, by: i32, colour: &RGBColor) -> Drawn {
+        let place = ((self.left + self.right) / 2, self.bottom + by);
+        area.draw(&Text::new(title.into(), place, style(SMALL, colour, HPos::Center, VPos::Top)))?;
+        Ok(())
+    }
+
+    /// The title of the upright axis, turned, at the left end.
+    pub(super) fn beside(self, area: &Area<'_>, title: impl Into<String>, colour: &RGBColor) -> Drawn {
+        let turned = style(SMALL, colour, HPos::Center, VPos::Top).transform(FontTransform::Rotate270);
+        area.draw(&Text::new(title.into(), (8, (self.top + self.bottom) / 2), turned))?;
+        Ok(())
+    }
+}
+
+/// Level rules from `left` to `right`, their numbers before them; `ticks` with their decimals, as `scale::ticks` gives them.
+pub(super) fn level(
+    area: &Area<'_>,
+    (ticks, decimals): (Vec<f64>, usize),
+    (left, right): (i32, i32),
+    y: impl Fn(f64) -> i32,
+) -> Drawn {
+    for tick in ticks {
+        area.draw(&PathElement::new([(left, y(tick)), (right, y(tick))], RULE.stroke_width(1)))?;
+        let place = (left - 12, y(tick));
+        area.draw(&Text::new(scale::label(tick, decimals), place, style(SMALL, &SOFT, HPos::Right, VPos::Center)))?;
+    }
+    Ok(())
+}
+
+/// Upright rules from the top to `bottom`, their numbers below them.
+pub(super) fn upright(
+    area: &Area<'_>,
+    (ticks, decimals): (Vec<f64>, usize),
+    bottom: i32,
+    x: impl Fn(f64) -> i32,
+) -> Drawn {
+    for tick in ticks {
+        area.draw(&PathElement::new([(x(tick), 0), (x(tick), bottom)], RULE.stroke_width(1)))?;
+        let place = (x(tick), bottom + 10);
+        area.draw(&Text::new(scale::label(tick, decimals), place, style(SMALL, &SOFT, HPos::Center, VPos::Top)))?;
+    }
+    Ok(())
+}

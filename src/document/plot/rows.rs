@@ -1,0 +1,160 @@
+//! A row for each name: values with error bars, and stacked bars that say where an uncertainty comes from.
+
+use super::{
+    Area, BLUE, Drawn, GREEN, HALF, INK, ORANGE, PURPLE, SKY, SMALL, SOFT, TEXT, TINT, VERMILLION, YELLOW, axes,
+    fitted, scale, style, svg, text_width,
+};
+use crate::document::chart::{Bar, Interval};
+use crate::error::Result;
+use crate::language::{Language, say};
+use crate::number;
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, VPos};
+
+/// Height of a row.
+const ROW: i32 = 48;
+
+impl Interval {
+    fn ends(&self) -> [f64; 2] {
+        self.at_bound.unwrap_or([self.value - self.expanded, self.value + self.expanded])
+    }
+}
+
+/// Values with error bars on a common axis that holds zero.
+pub(super) fn values(rows: &[Interval], unit: &str, lang: Language) -> Result<String> {
+    let height = ROW * number::signed(rows.len()) + 96;
+    svg(HALF, height.unsigned_abs(), |area| draw_values(area, rows, unit, height, lang))
+}
+
+fn draw_values(area: &Area<'_>, rows: &[Interval], unit: &str, height: i32, lang: Language) -> Drawn {
+    let exponent = scale::readable_exponent(rows.iter().flat_map(|r| [r.value, r.expanded]));
+    let at = |v: f64| scale::scaled(v, exponent);
+    let ends = rows.iter().flat_map(|r| r.ends().map(at).into_iter().chain([at(r.value)]));
+    let (low, high) = scale::range(ends.chain([0.0]), 0.04);
+    let left = rows.iter().map(|r| text_width(&r.label, TEXT)).max().unwrap_or(0).clamp(80, 300) + 24;
+    let (right, bottom) = (HALF as i32 - 24, height - 84);
+    let x = |v: f64| left + number::whole(((v - low) / (high - low) * f64::from(right - left)).round());
+    for (k, _) in rows.iter().enumerate().filter(|(k, _)| k % 2 == 0) {
+        let top = ROW * number::signed(k);
+        area.draw(&Rectangle::new([(left, top), (right, top + ROW)], TINT.filled()))?;
+    }
+    axes::upright(area, scale::ticks(low, high, 5), bottom, x)?;
+    area.draw(&PathElement::new([(x(0.0), 0), (x(0.0), bottom)], SOFT.stroke_width(2)))?;
+    area.draw(&PathElement::new([(left, bottom), (right, bottom)], SOFT.stroke_width(2)))?;
+    let title = scale::title(say!(lang, "estimate-and-expanded-uncertainty"), unit, exponent);
+    area.draw(&Text::new(title, ((left + right) / 2, bottom + 46), style(SMALL, &SOFT, HPos::Center, VPos::Top)))?;
+    for (k, row) in rows.iter().enumerate() {
+        let y = ROW * number::signed(k) + ROW / 2;
+        let label = fitted(&row.label, TEXT, left - 20);
+        area.draw(&Text::new(label, (left - 16, y), style(TEXT, &INK, HPos::Right, VPos::Center)))?;
+        let [from, to] = row.ends().map(|end| x(at(end)));
+        area.draw(&PathElement::new([(from, y), (to, y)], BLUE.stroke_width(4)))?;
+        for end in [from, to] {
+            area.draw(&PathElement::new([(end, y - 14), (end, y + 14)], BLUE.stroke_width(3)))?;
+        }
+        if row.at_bound.is_some() {
+            let bound = x(at(row.value));
+            area.draw(&PathElement::new([(bound, y - 22), (bound, y + 22)], VERMILLION.stroke_width(5)))?;
+        }
+        area.draw(&Circle::new((x(at(row.value)), y), 6, BLUE.filled()))?;
+    }
+    Ok(())
+}
+
+const TYPE_A: [RGBColor; 3] = [BLUE, SKY, GREEN];
+const TYPE_B: [RGBColor; 4] = [VERMILLION, ORANGE, YELLOW, PURPLE];
+
+/// A source, its colour, and whether it is of Type B.
+type Source<'a> = (&'a str, bool, RGBColor);
+
+/// Stacked bars on a common axis from zero, with a legend of sources; `what` and `unit` title the axis.
+pub(super) fn bars(rows: &[Bar], (what, unit): (&str, &str), width: u32, lang: Language) -> Result<String> {
+    let sources = sources(rows);
+    let legend = legend_rows(&sources, width as i32, lang);
+    let height = ROW * number::signed(rows.len()) + 96 + 36 * legend;
+    svg(width, height.unsigned_abs(), |area| {
+        draw_bars(area, rows, (what, unit), &sources, (width as i32, height - 36 * legend), lang)
+    })
+}
+
+/// Distinct sources in order of first appearance; the first of each type have colours of their own, the rest share grey.
+fn sources(rows: &[Bar]) -> Vec<Source<'_>> {
+    let mut sources: Vec<Source<'_>> = Vec::new();
+    for part in rows.iter().flat_map(|row| &row.parts) {
+        if !sources.iter().any(|(name, ..)| *name == part.source) {
+            let before = sources.iter().filter(|(_, type_b, _)| *type_b == part.type_b).count();
+            let palette: &[RGBColor] = if part.type_b { &TYPE_B } else { &TYPE_A };
+            sources.push((&part.source, part.type_b, palette.get(before).copied().unwrap_or(SOFT)));
+        }
+    }
+    sources
+}
+
+fn entry((name, type_b, _): &Source<'_>, lang: Language) -> String {
+    fitted(&say!(lang, "bars-type", name, type_b = if *type_b { "B" } else { "A" }), SMALL, 420)
+}
+
+/// Where each entry of the legend stands: column offset and row.
+fn legend_places(sources: &[Source<'_>], width: i32, lang: Language) -> Vec<(i32, i32)> {
+    let (mut x, mut row) = (0, 0);
+    let mut places = Vec::new();
+    for source in sources {
+        let room = text_width(&entry(source, lang), SMALL) + 64;
+        if x > 0 && x + room > width - 24 {
+            x = 0;
+            row += 1;
+        }
+        places.push((x, row));
+        x += room;
+    }
+    places
+}
+
+fn legend_rows(sources: &[Source<'_>], width: i32, lang: Language) -> i32 {
+    legend_places(sources, width, lang).last().map_or(0, |(_, row)| row + 1)
+}
+
+fn draw_bars(
+    area: &Area<'_>,
+    rows: &[Bar],
+    (what, unit): (&str, &str),
+    sources: &[Source<'_>],
+    (width, height): (i32, i32),
+    lang: Language,
+) -> Drawn {
+    let total = |row: &Bar| row.parts.iter().map(|p| p.size.max(0.0)).filter(|s| s.is_finite()).sum::<f64>();
+    let exponent = scale::readable_exponent(rows.iter().map(total));
+    let at = |v: f64| scale::scaled(v.max(0.0), exponent);
+    let high = rows.iter().map(|r| at(total(r))).fold(0.0, f64::max);
+    let high = if high > 0.0 { 1.03 * high } else { 1.0 };
+    let left = rows.iter().map(|r| text_width(&r.label, TEXT)).max().unwrap_or(0).clamp(80, 300) + 24;
+    let (right, bottom) = (width - 24, height - 84);
+    let x = |v: f64| left + number::whole((v / high * f64::from(right - left)).round());
+    let ticks = scale::ticks(0.0, high, if width > 1000 { 10 } else { 5 });
+    axes::upright(area, ticks, bottom, x)?;
+    area.draw(&PathElement::new([(left, bottom), (right, bottom)], SOFT.stroke_width(2)))?;
+    let title = scale::title(what, unit, exponent);
+    area.draw(&Text::new(title, ((left + right) / 2, bottom + 46), style(SMALL, &SOFT, HPos::Center, VPos::Top)))?;
+    for (k, row) in rows.iter().enumerate() {
+        let y = ROW * number::signed(k);
+        let label = fitted(&row.label, TEXT, left - 20);
+        area.draw(&Text::new(label, (left - 16, y + ROW / 2), style(TEXT, &INK, HPos::Right, VPos::Center)))?;
+        let mut from = 0.0;
+        for part in &row.parts {
+            let to = from + at(part.size);
+            let colour = sources.iter().find(|(name, ..)| *name == part.source).map_or(SOFT, |(.., colour)| *colour);
+            if x(to) > x(from) {
+                area.draw(&Rectangle::new([(x(from), y + 9), (x(to), y + ROW - 9)], colour.filled()))?;
+                area.draw(&PathElement::new([(x(to), y + 9), (x(to), y + ROW - 9)], WHITE.stroke_width(2)))?;
+            }
+            from = to;
+        }
+    }
+    area.draw(&PathElement::new([(left, 0), (left, bottom)], SOFT.stroke_width(2)))?;
+    for (source, (column, row)) in sources.iter().zip(legend_places(sources, width, lang)) {
+        let y = height + 36 * row + 14;
+        area.draw(&Rectangle::new([(column + 12, y - 10), (column + 34, y + 10)], source.2.filled()))?;
+        area.draw(&Text::new(entry(source, lang), (column + 44, y), style(SMALL, &INK, HPos::Left, VPos::Center)))?;
+    }
+    Ok(())
+}

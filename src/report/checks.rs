@@ -1,0 +1,628 @@
+//! What a fit report says of the readings: whether they agree with the model, the robust estimator, a record that was streamed, the constraints.
+
+use super::{ARCSEC, finite};
+use crate::campaign::{Campaign, Constraint, Kind};
+use crate::document::number::{at_most, significant};
+use crate::estimate::Side;
+use crate::fit::streamed::{BinnedResiduals, SensorResiduals};
+use crate::fit::{Constraints, Fit, RobustMethod};
+use crate::language::{Sentence, sentence};
+use crate::quality::LackOfFit;
+use crate::vocabulary::vocabulary;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize, Serializer};
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+/// Do the readings agree with the model?
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
+pub struct ChecksReport {
+    /// Replicates against what the model leaves; null where nothing is replicated.
+    pub lack_of_fit: Option<LackOfFitReport>,
+    /// What the model leaves between positions against the scatter of the readings of each, where nothing is replicated.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lack_of_fit_by_position: Option<LackOfFitReport>,
+    /// Order of the residuals' signs, for each sensor.
+    pub runs: BTreeMap<String, RunsReport>,
+    /// Shapiro-Francia test of normality; null with fewer than eight residuals.
+    pub normality: Option<NormalityReport>,
+    /// Suspicious readings; null in a robust or constrained fit, and without redundancy.
+    pub snooping: Option<SnoopingReport>,
+    /// For each parameter, the reading whose undetected fault would do most to it.
+    pub external: BTreeMap<String, ExternalReport>,
+    /// In words, one sentence for each thing found.
+    pub verdict: Vec<Sentence>,
+}
+
+impl ChecksReport {
+    /// The test for lack of fit: by replicates, else by positions.
+    pub fn misfit(&self) -> Option<&LackOfFitReport> {
+        self.lack_of_fit.as_ref().or(self.lack_of_fit_by_position.as_ref())
+    }
+}
+
+impl LackOfFitReport {
+    /// Is the model wrong beyond doubt, at the significance at which a single bad reading is?
+    pub fn is_beyond_doubt(&self) -> bool {
+        self.p < crate::quality::ALPHA
+    }
+}
+
+/// The lack of fit test.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
+pub struct LackOfFitReport {
+    /// F, a pure number; null where replicates agree exactly.
+    pub f: Option<f64>,
+    /// Degrees of freedom of what the model leaves.
+    pub between_dof: usize,
+    /// Degrees of freedom of the replicates' scatter, or of that within positions.
+    pub pure_error_dof: usize,
+    /// Factor by which its standard deviation differs from the weights' (1 where uncertainties are right).
+    pub pure_error_sd: f64,
+    /// Probability of a larger F if the model is right.
+    pub p: f64,
+    /// Is the model rejected?
+    pub rejected: bool,
+}
+
+/// The runs test.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
+pub struct RunsReport {
+    /// Runs of equal sign.
+    pub runs: usize,
+    /// Mean number of runs to be expected.
+    pub expected: f64,
+    /// Two-sided probability.
+    pub p: f64,
+    /// Is it below one minus the level?
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rejected: Option<bool>,
+}
+
+/// The test of normality.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
+pub struct NormalityReport {
+    /// Shapiro-Francia W'.
+    pub w: f64,
+    /// Probability of a smaller one for normal errors.
+    pub p: f64,
+    /// Is it below one minus the level?
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rejected: Option<bool>,
+}
+
+/// Data snooping.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
+pub struct SnoopingReport {
+    /// Readings tested.
+    pub tested: usize,
+    /// Significance for a single reading (Sidak), a probability.
+    pub single_level: f64,
+    /// Suspicious readings.
+    pub suspects: Vec<SuspectReport>,
+    /// How each parameter would change without them (tilts in arcseconds).
+    pub without_suspects: BTreeMap<String, f64>,
+}
+
+/// A suspicious reading.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
+pub struct SuspectReport {
+    /// Number of the reading, from 1.
+    pub index: usize,
+    /// Its position label.
+    pub position: String,
+    /// The sensor.
+    pub sensor: String,
+    /// Its shift against the other readings, in the sensor's unit.
+    pub shift: f64,
+    /// Standard uncertainty of the shift, in the sensor's unit.
+    pub u: f64,
+    /// `shift / u`.
+    pub w: f64,
+    /// Probability of so large a shift among all readings if none were bad.
+    pub p: f64,
+}
+
+/// External reliability of a parameter.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
+pub struct ExternalReport {
+    /// Number of the reading, from 1.
+    pub index: usize,
+    /// What its smallest detectable fault would do to the parameter, undetected (tilts in arcseconds).
+    pub effect: f64,
+}
+
+/// The robust estimator.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
+pub struct RobustReport {
+    /// `huber`, `tukey` or `l1`.
+    pub method: RobustMethod,
+    /// Steps of reweighting.
+    pub iterations: usize,
+    /// Did it settle?
+    pub converged: bool,
+    /// Readings with less than half of their weight, by number.
+    pub downweighted: Vec<usize>,
+}
+
+/// Factor to arcseconds for tilts, 1 for coefficients.
+fn shown(fit: &Fit, parameter: usize) -> f64 {
+    let tilt = fit.parameters.get(parameter).is_some_and(|p| p.kind == Kind::Tilt);
+    if tilt { ARCSEC } else { 1.0 }
+}
+
+/// The robust estimator's record, where one was asked for.
+pub(super) fn robust(fit: &Fit) -> Option<RobustReport> {
+    let record = fit.robust.as_ref()?;
+    let low = record.weights.iter().take(fit.design.rows.len()).enumerate().filter(|(_, w)| **w < 0.5);
+    Some(RobustReport {
+        method: record.method,
+        iterations: record.iterations,
+        converged: record.converged,
+        downweighted: low.filter_map(|(i, _)| fit.design.rows.get(i).map(|origin| origin.reading + 1)).collect(),
+    })
+}
+
+/// A number for each parameter, in JSON an object with its names as keys. The rows of a report share the names, of which a million readings would else hold
+/// millions.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(from = "BTreeMap<String, f64>")]
+pub struct EachParameter {
+    /// In alphabetical order.
+    names: Arc<[String]>,
+    values: Box<[f64]>,
+}
+
+impl EachParameter {
+    /// The number of the parameter with this id.
+    pub fn get(&self, id: &str) -> Option<f64> {
+        self.names.iter().zip(&self.values).find(|(name, _)| *name == id).map(|(_, value)| *value)
+    }
+}
+
+impl From<BTreeMap<String, f64>> for EachParameter {
+    fn from(own: BTreeMap<String, f64>) -> Self {
+        let (names, values): (Vec<String>, Vec<f64>) = own.into_iter().unzip();
+        EachParameter { names: names.into(), values: values.into() }
+    }
+}
+
+impl Serialize for EachParameter {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_map(self.names.iter().zip(&self.values))
+    }
+}
+
+/// The names that the rows of a report share.
+pub(super) struct Names {
+    order: Vec<usize>,
+    names: Arc<[String]>,
+}
+
+impl Names {
+    pub(super) fn of(fit: &Fit) -> Self {
+        let mut named: Vec<(usize, String)> = fit.parameters.iter().map(|own| own.id.clone()).enumerate().collect();
+        named.sort_by(|(_, a), (_, b)| a.cmp(b));
+        let (order, names): (Vec<usize>, Vec<String>) = named.into_iter().unzip();
+        Names { order, names: names.into() }
+    }
+}
+
+/// What an undetected fault of a reading would do to each parameter (tilts in arcseconds).
+pub(super) fn external(fit: &Fit, names: &Names, row: usize) -> Option<EachParameter> {
+    let values: Option<_> = names.order.iter().map(|k| Some(fit.external(row, *k)? * shown(fit, *k))).collect();
+    Some(EachParameter { names: names.names.clone(), values: values? })
+}
+
+/// Suspicious readings in words; the list has them all.
+pub(super) const PRINTED: usize = 5;
+
+/// The checks.
+pub(super) fn checks(fit: &Fit) -> ChecksReport {
+    let checks = &fit.checks;
+    let level = fit.settings.level;
+    let sensor = |s: usize| fit.campaign.sensor_id(s).to_string();
+    let short = |x: f64| significant(x, 3);
+    let mut verdict = Vec::new();
+    let mut lack_of_fit = |test: LackOfFit, by_position: bool| {
+        let f = if test.f.is_finite() { significant(test.f, 5) } else { "inf".into() };
+        let (rejected, p) = (test.rejected, short(test.p));
+        let test_said = sentence!("f-test", f, between_dof = test.between_dof, pure_error_dof = test.pure_error_dof);
+        verdict.push(match by_position {
+            false => sentence!("lack-of-fit-by-replicates", rejected, test = test_said, p),
+            true => sentence!("lack-of-fit-between-positions", rejected, test = test_said, p),
+        });
+        LackOfFitReport {
+            f: finite(test.f),
+            between_dof: test.between_dof,
+            pure_error_dof: test.pure_error_dof,
+            pure_error_sd: (test.pure_error / test.pure_error_dof as f64).sqrt(),
+            p: test.p,
+            rejected: test.rejected,
+        }
+    };
+    let by_replicates = checks.lack_of_fit.map(|test| lack_of_fit(test, false));
+    let by_position = checks.between_positions.map(|test| lack_of_fit(test, true));
+    for (s, test) in checks.runs.iter().filter(|(_, test)| test.is_rejected(level)) {
+        let few = (test.runs as f64) < test.expected;
+        verdict.push(sentence!(
+            "residuals-of-have-too-runs-of-one",
+            sensor = sensor(*s),
+            few,
+            runs = test.runs,
+            expected = short(test.expected),
+            p = short(test.p)
+        ));
+    }
+    if let Some(test) = checks.normality.filter(|test| test.is_rejected(level)) {
+        verdict.push(sentence!("residuals-are-not-normal-shapiro-francia-w", w = short(test.w), p = short(test.p)));
+    }
+    let row = |k: usize| fit.design.rows.get(k);
+    let snooping = checks.snooping.as_ref().map(|found| {
+        let suspects: Vec<SuspectReport> = found
+            .suspects
+            .iter()
+            .map(|s| {
+                // a suspect is a row of the design; of any other the report would name nothing
+                let reading = row(s.row).and_then(|origin| fit.campaign.readings.rows.get(origin.reading));
+                SuspectReport {
+                    index: row(s.row).map_or(0, |origin| origin.reading + 1),
+                    position: reading.map(|r| r.position.clone()).unwrap_or_default(),
+                    sensor: row(s.row).map(|origin| sensor(origin.sensor)).unwrap_or_default(),
+                    shift: s.shift,
+                    u: s.u,
+                    w: s.w,
+                    p: s.p,
+                }
+            })
+            .collect();
+        for s in suspects.iter().take(PRINTED) {
+            verdict.push(sentence!(
+                "suspicious-reading-of-is-off-what-the",
+                index = s.index,
+                sensor = s.sensor,
+                shift = short(s.shift),
+                w = short(s.w),
+                p = short(s.p),
+                tested = found.tested
+            ));
+        }
+        if suspects.len() > PRINTED {
+            verdict.push(sentence!("more-suspicious-readings", more = suspects.len() - PRINTED));
+        }
+        let change = fit.parameters.iter().zip(&checks.without_suspects).enumerate();
+        SnoopingReport {
+            tested: found.tested,
+            single_level: found.single_level,
+            suspects,
+            without_suspects: change.map(|(k, (p, x))| (p.id.clone(), x * shown(fit, k))).collect(),
+        }
+    });
+    let mut external = BTreeMap::new();
+    for (k, parameter) in fit.parameters.iter().enumerate() {
+        let worst = (0..fit.checks.detectable.len())
+            .filter_map(|i| Some((row(i)?.reading + 1, fit.external(i, k)?)))
+            .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
+        if let Some((index, effect)) = worst {
+            external.insert(parameter.id.clone(), ExternalReport { index, effect: effect * shown(fit, k) });
+        }
+    }
+    verdict.extend(record_verdict(fit));
+    ChecksReport {
+        lack_of_fit: by_replicates,
+        lack_of_fit_by_position: by_position,
+        runs: checks
+            .runs
+            .iter()
+            .map(|(s, t)| {
+                (
+                    sensor(*s),
+                    RunsReport { runs: t.runs, expected: t.expected, p: t.p, rejected: Some(t.is_rejected(level)) },
+                )
+            })
+            .collect(),
+        normality: checks.normality.map(|t| NormalityReport { w: t.w, p: t.p, rejected: Some(t.is_rejected(level)) }),
+        snooping,
+        external,
+        verdict,
+    }
+}
+
+/// A record whose rows are the readings.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
+pub struct RecordReport {
+    /// Rows of the record.
+    pub rows: u64,
+    /// Values that were read.
+    pub values: u64,
+    /// Passes over the record.
+    pub passes: usize,
+    /// Rows that the list of readings and the pictures show.
+    pub shown: usize,
+    /// The residuals of each sensor.
+    pub sensors: Vec<SensorResiduals>,
+    /// Lack of fit over the ranges of the inputs.
+    pub inputs: Vec<BinnedResiduals>,
+}
+
+/// Largest residuals that a sentence names.
+const NAMED: usize = 3;
+
+/// The record of a fit, if it was streamed.
+pub(super) fn record(fit: &Fit) -> Option<RecordReport> {
+    let own = fit.streamed.as_ref()?;
+    Some(RecordReport {
+        rows: own.rows,
+        values: own.values,
+        passes: own.passes,
+        shown: own.numbers.len(),
+        sensors: own.sensors.clone(),
+        inputs: own.bins.clone(),
+    })
+}
+
+/// What the residuals of a record say, in sentences.
+fn record_verdict(fit: &Fit) -> Vec<Sentence> {
+    let Some(record) = record(fit) else { return Vec::new() };
+    let level = 1.0 - fit.settings.level;
+    let short = |x: f64| significant(x, 3);
+    let mut found = Vec::new();
+    for own in &record.sensors {
+        let all = own.means.len().max(1) as f64;
+        let worst = own
+            .means
+            .iter()
+            .filter(|test| test.p * all < level)
+            .max_by(|a, b| a.ratio.ln().abs().total_cmp(&b.ratio.ln().abs()));
+        let rejected: Vec<&BinnedResiduals> =
+            record.inputs.iter().filter(|input| input.rejected && input.sensor == own.sensor).collect();
+        let is_correlated = worst.is_some_and(|test| test.ratio > 1.0);
+        for input in rejected.iter().filter(|_| !is_correlated) {
+            found.push(sentence!(
+                "lack-of-fit-over-an-input",
+                sensor = input.sensor,
+                input = input.column,
+                chi_square = short(input.chi_square),
+                dof = input.dof,
+                p = short(input.p)
+            ));
+        }
+        match worst {
+            Some(test) if test.ratio > 1.0 => found.push(sentence!(
+                "means-of-rows-scatter-too-much",
+                sensor = own.sensor,
+                rows = test.rows.to_string(),
+                ratio = short(test.ratio.sqrt()),
+                p = short(test.p)
+            )),
+            Some(test) => found.push(sentence!(
+                "means-of-rows-scatter-too-little",
+                sensor = own.sensor,
+                rows = test.rows.to_string(),
+                ratio = short(test.ratio.sqrt()),
+                p = short(test.p)
+            )),
+            None => {
+                if let Some(p) = own.lags_p.filter(|p| *p < level) {
+                    let lag = own.lags.iter().max_by(|a, b| a.correlation.abs().total_cmp(&b.correlation.abs()));
+                    found.push(sentence!(
+                        "residuals-are-correlated",
+                        sensor = own.sensor,
+                        correlation = lag.map_or(String::new(), |lag| short(lag.correlation)),
+                        rows = lag.map_or(String::new(), |lag| lag.rows.to_string()),
+                        p = short(p)
+                    ));
+                }
+            }
+        }
+        if is_correlated && !rejected.is_empty() {
+            let inputs: Vec<&str> = rejected.iter().map(|input| input.column.as_str()).collect();
+            found.push(sentence!("lack-of-fit-or-correlation", sensor = own.sensor, inputs = inputs.join(", ")));
+        }
+        for far in own.largest.iter().filter(|far| far.p < level).take(NAMED) {
+            found.push(sentence!(
+                "row-is-far-from-the-model",
+                sensor = own.sensor,
+                row = far.number.to_string(),
+                residual = short(far.residual),
+                w = short(far.w),
+                p = short(far.p)
+            ));
+        }
+    }
+    found
+}
+
+vocabulary! {
+    /// What became of a campaign's constraints.
+    ConstraintsStatus {
+        /// The estimate meets them.
+        Met = "met",
+        /// No values meet them together; none was applied.
+        Contradictory = "contradictory",
+        /// None was applied: a rank defect is left, or the solver gave up.
+        NotApplied = "not-applied",
+    }
+}
+
+vocabulary! {
+    /// What became of one constraint.
+    ConstraintState {
+        /// An equation, met exactly.
+        Equality = "equality",
+        /// Met without it.
+        Inactive = "inactive",
+        /// An inequality that holds the estimate back.
+        Active = "active",
+        /// Together with others no values meet it.
+        Contradictory = "contradictory",
+        /// Not applied: a rank defect is left, or the solver gave up.
+        NotApplied = "not-applied",
+    }
+}
+
+/// The constraints of a campaign and what became of them.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
+pub struct ConstraintsReport {
+    /// `met`, `contradictory` (none was applied) or `not-applied` (a rank defect is left, or the solver gave up).
+    pub status: ConstraintsStatus,
+    /// Each of them.
+    pub list: Vec<ConstraintReport>,
+    /// By how much the inequalities raise chi-square (the sum of squares over the estimated variance), a pure number.
+    pub cost: Option<f64>,
+    /// Covariance of the constrained estimate on the active face (from the readings), in the order of `covariance`; null where no
+    /// inequality is active. The parameters' own `u` and `interval` do not rely on it.
+    pub on_face: Option<Vec<Vec<f64>>>,
+    /// Probability of a larger cost if the bounds that are active were true: chi-square, or F where the variance is estimated.
+    #[serde(default)]
+    pub p: Option<f64>,
+    /// Is it below one minus the level?
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rejected: Option<bool>,
+    /// In words.
+    pub verdict: Sentence,
+}
+
+/// One constraint.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
+pub struct ConstraintReport {
+    /// Number in the file, from 1.
+    pub index: usize,
+    /// The constraint as a line of text.
+    pub text: String,
+    /// `equality`, `inactive`, `active` or `contradictory`.
+    pub state: ConstraintState,
+    /// `lower`, `upper` or `norm` where it is active.
+    pub side: Option<Side>,
+    /// Decrease of chi-square for each unit (radian for tilts) by which an active bound gives way.
+    pub multiplier: Option<f64>,
+    /// By how much chi-square, a pure number, would be smaller without an active bound.
+    pub cost: Option<f64>,
+}
+
+/// The constraints, if the campaign has any.
+pub(super) fn constraints(fit: &Fit) -> Option<ConstraintsReport> {
+    let (status, contradictory): (ConstraintsStatus, &[usize]) = match &fit.constraints {
+        Constraints::None => return None,
+        Constraints::Met { .. } => (ConstraintsStatus::Met, &[]),
+        Constraints::Contradictory(named) => (ConstraintsStatus::Contradictory, named),
+        Constraints::NotApplied => (ConstraintsStatus::NotApplied, &[]),
+    };
+    let (active, cost, on_face) = match &fit.constraints {
+        Constraints::Met { active, cost, on_face, .. } => (active.as_slice(), Some(*cost), on_face.as_ref()),
+        _ => (&[][..], None, None),
+    };
+    let list: Vec<ConstraintReport> = fit
+        .campaign
+        .constraints
+        .iter()
+        .enumerate()
+        .map(|(k, constraint)| {
+            let own = active.iter().find(|a| a.constraint == k);
+            let equality = matches!(constraint, Constraint::Linear { lower, upper, .. } if lower == upper);
+            let state = match (own, equality) {
+                _ if contradictory.contains(&k) => ConstraintState::Contradictory,
+                _ if status != ConstraintsStatus::Met => ConstraintState::NotApplied,
+                (Some(_), _) => ConstraintState::Active,
+                (None, true) => ConstraintState::Equality,
+                (None, false) => ConstraintState::Inactive,
+            };
+            ConstraintReport {
+                index: k + 1,
+                text: constraint_text(&fit.campaign, constraint),
+                state,
+                side: own.map(|a| a.side),
+                multiplier: own.map(|a| a.multiplier),
+                cost: own.map(|a| a.cost),
+            }
+        })
+        .collect();
+    let short = |x: f64| significant(x, 3);
+    let verdict = match status {
+        ConstraintsStatus::Contradictory => {
+            let named: Vec<String> = contradictory.iter().map(|k| (k + 1).to_string()).collect();
+            sentence!("no-values-meet-constraints-together-none-was", named = named.join(", "))
+        }
+        ConstraintsStatus::NotApplied => {
+            sentence!("the-constraints-were-not-applied-the-readings")
+        }
+        ConstraintsStatus::Met => {
+            let mut clauses: Vec<Sentence> = list
+                .iter()
+                .filter_map(|c| {
+                    let cost = short(c.cost?);
+                    Some(sentence!("constraint-costs-in-chi-square", index = c.index, text = c.text, cost))
+                })
+                .collect();
+            if clauses.is_empty() {
+                sentence!("no-bound-is-active-the-estimate-is")
+            } else {
+                let contradicted = fit.bounds_p().filter(|_| fit.bounds_are_rejected() == Some(true));
+                clauses.extend(
+                    contradicted.map(|p| sentence!("rejected-the-readings-contradict-the-bounds-p", p = short(p))),
+                );
+                Sentence::clauses(clauses)
+            }
+        }
+    };
+    let matrix = |m: &faer::Mat<f64>| {
+        (0..m.nrows()).map(|i| (0..m.ncols()).map(|j| m[(i, j)]).collect()).collect::<Vec<Vec<f64>>>()
+    };
+    Some(ConstraintsReport {
+        status,
+        list,
+        cost,
+        on_face: on_face.map(matrix),
+        p: fit.bounds_p(),
+        rejected: fit.bounds_are_rejected(),
+        verdict,
+    })
+}
+
+/// A constraint as a line of text, angles in arcseconds where all its parameters are tilts.
+pub(super) fn constraint_text(campaign: &Campaign, constraint: &Constraint) -> String {
+    let id = |k: &usize| campaign.parameters.get(*k).map_or("", |p| p.id.as_str());
+    let tilt = |k: &usize| campaign.parameters.get(*k).is_some_and(|p| p.kind == Kind::Tilt);
+    let angles = |parameters: &[usize]| parameters.iter().all(tilt);
+    // digits enough to tell bounds apart, without those of a change of units
+    let number = |x: f64| at_most(x, 12);
+    match constraint {
+        Constraint::Linear { terms, lower, upper } => {
+            let mut sum = String::new();
+            for (k, c) in terms {
+                let sign = match (sum.is_empty(), *c < 0.0) {
+                    (true, true) => "-",
+                    (true, false) => "",
+                    (false, true) => " - ",
+                    (false, false) => " + ",
+                };
+                let factor = if c.abs() == 1.0 { String::new() } else { format!("{}*", number(c.abs())) };
+                sum.push_str(&format!("{sign}{factor}{}", id(k)));
+            }
+            let tilts = angles(&terms.iter().map(|(k, _)| *k).collect::<Vec<usize>>());
+            let (scale, unit) = if tilts { (ARCSEC, " arcsec") } else { (1.0, "") };
+            match (lower.is_finite(), upper.is_finite()) {
+                _ if lower == upper => format!("{sum} = {}{unit}", number(lower * scale)),
+                (true, true) => format!("{} <= {sum} <= {}{unit}", number(lower * scale), number(upper * scale)),
+                (true, false) => format!("{sum} >= {}{unit}", number(lower * scale)),
+                _ => format!("{sum} <= {}{unit}", number(upper * scale)),
+            }
+        }
+        Constraint::Norm { of, at_most } => {
+            let names: Vec<&str> = of.iter().map(id).collect();
+            let (scale, unit) = if angles(of) { (ARCSEC, " arcsec") } else { (1.0, "") };
+            format!("norm of ({}) <= {}{unit}", names.join(", "), number(at_most * scale))
+        }
+    }
+}

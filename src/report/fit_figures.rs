@@ -1,0 +1,195 @@
+//! The figures of a fit, each with its caption and its words.
+
+use super::fit::Shown;
+use super::fit_document::FAR;
+use super::{ARCSEC, BudgetReport, FitReport, ReadingReport, scatter};
+use crate::document::Figure;
+use crate::document::chart::{Bar, Chart, Interval, Part, Residual};
+use crate::document::number::{level, rounded, significant};
+use crate::fit::{Fit, State};
+use crate::language::{Language, say};
+use crate::uncertainty::Evaluation;
+
+/// More rows than this are no figure any more.
+const MOST_ROWS: usize = 60;
+/// More readings of a sensor than this are thinned; those far out stay.
+const MOST_POINTS: usize = 1500;
+
+/// Parts of a bar of length `u`: each source by its share of the variance, large ones first; the smallest together.
+fn parts(budget: &[BudgetReport], u: f64, lang: Language) -> Vec<Part> {
+    let mut lines: Vec<&BudgetReport> = budget.iter().filter(|line| line.share > 5e-3).collect();
+    lines.sort_by(|a, b| a.evaluation.cmp(&b.evaluation).then(b.share.total_cmp(&a.share)));
+    lines
+        .iter()
+        .map(|line| Part {
+            source: scatter::source_name(&line.source, lang),
+            type_b: line.evaluation == Evaluation::TypeB,
+            size: u * line.share,
+        })
+        .collect()
+}
+
+/// Angles with error bars, and their standard uncertainties by source.
+pub(super) fn estimate_figures(report: &FitReport, lang: Language) -> Vec<Figure> {
+    let known = |own: &Shown<'_>| own.is_angle && own.value.is_some() && own.u.is_some() && own.expanded.is_some();
+    let angles: Vec<Shown<'_>> = report.quantities().filter(known).take(MOST_ROWS).collect();
+    if angles.is_empty() {
+        return Vec::new();
+    }
+    let at_bound = |id: &str| {
+        let own = report.parameters.iter().find(|p| p.id == id && p.state == State::AtBound)?;
+        own.interval.map(|ends| ends.map(|end| end * ARCSEC))
+    };
+    // those that are drawn have all three
+    let number = |own: Option<f64>| own.unwrap_or(f64::NAN);
+    let interval = |own: &Shown<'_>| Interval {
+        label: own.id.into(),
+        value: number(own.value),
+        expanded: number(own.expanded),
+        at_bound: at_bound(own.id),
+    };
+    let rows: Vec<Interval> = angles.iter().map(interval).collect();
+    let bar = |own: &Shown<'_>| Bar { label: own.id.into(), parts: parts(own.budget, number(own.u), lang) };
+    let bars: Vec<Bar> = angles.iter().map(bar).collect();
+    let held = rows.iter().any(|row| row.at_bound.is_some()).then(|| say!(lang, "angles-at-bounds").to_string());
+    let caption = say!(lang, "angles-with-their-expanded-uncertainties", level = level(report.level()));
+    let values = angles.iter().map(|own| {
+        let [value, expanded] = [rounded(number(own.value), own.u), significant(number(own.expanded), 3)];
+        format!("{} {value} \u{b1} {expanded} arcsec", own.id)
+    });
+    let sizes = bars.iter().zip(&angles).map(|(bar, own)| {
+        let (u, shares) = (significant(number(own.u), 3), lang.in_parentheses(&shares(bar, lang)));
+        format!("{} u = {u} arcsec{shares}", own.id)
+    });
+    let [values, sizes] = [listed(values, lang), listed(sizes, lang)];
+    vec![
+        Figure {
+            caption: [Some(caption), held].into_iter().flatten().collect::<Vec<_>>().join(lang.space()),
+            description: values,
+            chart: Chart::Values(rows, "arcsec".into()),
+            wide: false,
+        },
+        Figure {
+            caption: say!(lang, "standard-uncertainties-divided-by-each-sources-share").into(),
+            description: sizes,
+            chart: Chart::Bars(bars, say!(lang, "standard-uncertainty").into(), "arcsec".into(), false),
+            wide: false,
+        },
+    ]
+}
+
+/// Shares of the variance for coefficients, where there is more than one source.
+pub(super) fn budget_figures(report: &FitReport, lang: Language) -> Vec<Figure> {
+    let bars: Vec<Bar> = report
+        .quantities()
+        .filter(|own| !own.is_angle && !own.budget.is_empty())
+        .map(|own| Bar { label: own.id.into(), parts: parts(own.budget, 100.0, lang) })
+        .take(MOST_ROWS)
+        .collect();
+    if bars.iter().all(|bar| bar.parts.len() < 2) {
+        return Vec::new();
+    }
+    vec![Figure {
+        caption: say!(lang, "coefficients-each-sources-share-of-the-variance").into(),
+        description: listed(bars.iter().map(|bar| format!("{}: {}", bar.label, shares(bar, lang))), lang),
+        chart: Chart::Bars(bars, say!(lang, "share").into(), "%".into(), true),
+        wide: true,
+    }]
+}
+
+/// What is left of a reading when deviations that it shares with others are taken out.
+fn own_residual(reading: &ReadingReport, shared: bool) -> f64 {
+    match (reading.studentized, reading.u) {
+        (Some(s), Some(u)) if shared => s * u * reading.redundancy.max(0.0).sqrt(),
+        _ => reading.residual,
+    }
+}
+
+/// Residuals of each sensor in order, with the band in which each should lie.
+pub(super) fn residual_figures(fit: &Fit, report: &FitReport, lang: Language) -> Vec<Figure> {
+    let mut figures = Vec::new();
+    let shared = !fit.campaign.scatter.is_empty();
+    let sensors = &fit.campaign.bench.sensors;
+    for sensor in sensors {
+        let own: Vec<_> = report.readings.iter().filter(|r| r.sensor == sensor.id).collect();
+        if own.is_empty() {
+            continue;
+        }
+        let every = own.len().div_ceil(MOST_POINTS).max(1);
+        let is_far = |s: Option<f64>| s.is_some_and(|s| s.abs() > FAR);
+        let rows: Vec<Residual> = own
+            .iter()
+            .enumerate()
+            .filter(|(k, r)| k % every == 0 || is_far(r.studentized))
+            .map(|(_, r)| Residual {
+                number: r.index,
+                group: r.position.clone(),
+                value: own_residual(r, shared),
+                band: r.u.map(|u| 2.0 * u * r.redundancy.max(0.0).sqrt()),
+                far: is_far(r.studentized),
+            })
+            .collect();
+        let far: Vec<String> = own.iter().filter(|r| is_far(r.studentized)).map(|r| r.index.to_string()).collect();
+        let far = match far.len() {
+            0 => say!(lang, "none").into(),
+            1..=12 => far.join(lang.comma()),
+            n => lang.count(n, "reading"),
+        };
+        let mut caption = say!(lang, "residuals-of-figure", shared, id = sensor.id, limit = FAR, far);
+        if every > 1 {
+            caption.push_str(&format!("{}{}", lang.space(), say!(lang, "one-reading-in-is-drawn", every)));
+        }
+        let title = format!("{} {}", sensor.id, say!(lang, "residual"));
+        figures.push(Figure::new(caption, Chart::Residuals(rows, title, sensor.unit.clone()), true));
+    }
+    figures
+}
+
+/// The normal plot and the correlation map.
+pub(super) fn spread_figures(report: &FitReport, lang: Language) -> Vec<Figure> {
+    let mut figures = Vec::new();
+    let studentized: Vec<f64> = report.readings.iter().filter_map(|r| r.studentized).collect();
+    if studentized.len() > 2 {
+        let caption = say!(lang, "normal-plot-of-the-studentized-residuals-with");
+        figures.push(Figure::new(caption, Chart::Normal(studentized), false));
+    }
+    let super::CovarianceReport { order, matrix } = &report.correlation;
+    if (2..=MOST_ROWS).contains(&order.len()) {
+        figures.push(Figure {
+            caption: say!(lang, "correlations-of-the-estimates-in-hundredths-blue").into(),
+            description: strongest(order, matrix, lang),
+            wide: order.len() > 14,
+            chart: Chart::Correlation(order.clone(), matrix.clone()),
+        });
+    }
+    figures
+}
+
+/// What a figure lists, in words; long lists are cut.
+fn listed(lines: impl Iterator<Item = String>, lang: Language) -> String {
+    const MOST: usize = 12;
+    lang.sentence(&lang.first_of(&lines.collect::<Vec<_>>(), MOST, lang.semicolon()))
+}
+
+/// The parts of a bar, in words.
+fn shares(bar: &Bar, lang: Language) -> String {
+    let whole: f64 = bar.parts.iter().map(|part| part.size).sum();
+    let part = |part: &Part| format!("{} {:.0} %", part.source, 100.0 * part.size / whole.max(f64::MIN_POSITIVE));
+    bar.parts.iter().map(part).collect::<Vec<_>>().join(lang.comma())
+}
+
+/// The largest correlation, in words.
+fn strongest(order: &[String], matrix: &[Vec<Option<f64>>], lang: Language) -> String {
+    let mut best: Option<(f64, &str, &str)> = None;
+    for (i, row) in matrix.iter().enumerate() {
+        for (j, r) in row.iter().enumerate().take(i) {
+            if let (Some(r), Some(a), Some(b)) = (r, order.get(j), order.get(i))
+                && best.is_none_or(|(before, ..)| r.abs() > before.abs())
+            {
+                best = Some((*r, a, b));
+            }
+        }
+    }
+    let best = best.map_or(say!(lang, "none").into(), |(r, a, b)| format!("r({a}, {b}) = {r:.2}"));
+    lang.title(&format!("{}{}{best}", say!(lang, "strongest-correlation"), lang.colon()))
+}
