@@ -1,7 +1,8 @@
 //! Files at the edge: JSON and CSV in, domain types out, once, with errors that point at file, line, column and path.
 //!
-//! The only module that knows serde, csv and schemars for input. It reads no files itself: whoever calls it brings the text and a
-//! function that fetches what the text refers to (a bench file, a CSV of readings).
+//! What a file has as it is used (an axis, a known value, an effect) is read into the type of the domain, which says its JSON itself; the types here are
+//! those of files that become something else. Nothing here reads a file: whoever calls it brings the text and a function that fetches what the text
+//! refers to (a bench file, a CSV of readings).
 
 mod bench_file;
 mod build_bench;
