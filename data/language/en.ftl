@@ -335,6 +335,13 @@ lack-of-fit-between-positions = { $rejected ->
     [yes] LACK OF FIT by position: the residuals between positions exceed the scatter of the readings of a position ({ $test }, p = { $p })
    *[no] the residuals between positions agree with the scatter of the readings of a position ({ $test }, p = { $p })
 }
+less-than-the-scatter = the residuals { $by_position ->
+    [yes] between positions are smaller than the scatter of the readings of a position allows
+   *[no] are smaller than the scatter of replicates allows
+} ({ $test }, probability of a smaller F: { $p }): that scatter is not noise alone, and contains an effect that is absent from { $by_position ->
+    [yes] the mean of a position, such as one in proportion to the rate or a drift
+   *[no] the mean of replicates, such as a drift or an input that the model does not read
+}
 diagnose-says-what-is-missing = run `tumble diagnose` on this campaign to find what the model lacks
 residuals-of-have-too-runs-of-one = residuals of { $sensor } have too { $few ->
     [yes] few
@@ -361,6 +368,10 @@ no-bound-is-active-the-estimate-is = no bound is active: the estimate is the fre
 the-first-order-does-not-describe-its = the first order does not describe { $id }: the limits of its { $level } % interval differ by up to { $sd } u; use the Monte Carlo interval
 
 # fit/remarks.rs
+positions-without-a-reading = { $count ->
+    [one] one reading has no value of any sensor, and is left out ({ $first })
+   *[other] { $count } readings have no value of any sensor, and are left out (the first: { $first })
+}
 all-values-of-lie-within-degrees-and = all values of { $name } lie within 6.3 degrees and would go round the circle as radians: are they radians?
 rates-outside-those-of-the-table = { $name } = { $rate } deg/s: the rates of this table are { $least } to { $most } deg/s; is it in rad/s or another unit?
 rates-would-be-round-as-radians = all values of { $name } lie within 6.3 deg/s and would be multiples of 5 deg/s if they were in rad/s: are they?

@@ -333,6 +333,13 @@ lack-of-fit-between-positions = { $rejected ->
     [yes] 按位置失拟：模型在各位置之间的剩余大于同一位置读数的分散（{ $test }，p = { $p }）
    *[no] 模型在各位置之间的剩余与同一位置读数的分散相当（{ $test }，p = { $p }）
 }
+less-than-the-scatter = { $by_position ->
+    [yes] 各位置之间的残差小于同一位置读数的分散所允许的程度
+   *[no] 残差小于重复读数的分散所允许的程度
+}（{ $test }，F 更小的概率为 { $p }）：该分散不只是噪声，其中含有在{ $by_position ->
+    [yes] 位置平均值中不出现的影响，例如与角速率成比例的影响或漂移
+   *[no] 重复读数平均值中不出现的影响，例如漂移或模型未使用的输入
+}
 diagnose-says-what-is-missing = 对本次试验运行 `tumble diagnose` 可查明模型缺少什么
 residuals-of-have-too-runs-of-one = { $sensor } 残差的同号游程过{ $few ->
     [yes] 少
@@ -359,6 +366,7 @@ no-bound-is-active-the-estimate-is = 没有起作用的界限：估计值即无�
 the-first-order-does-not-describe-its = 一阶近似不足以描述 { $id }：其 { $level } % 区间端点相差达 { $sd } u；请采用蒙特卡洛法的区间
 
 # fit/remarks.rs
+positions-without-a-reading = 有 { $count } 个读数没有任何传感器的值，已略去（第一个：{ $first }）
 all-values-of-lie-within-degrees-and = { $name } 的全部数值都在 6.3 度以内，若为弧度则恰绕一周：这些数值是否为弧度？
 rates-outside-those-of-the-table = { $name } = { $rate } deg/s：转台的速率范围为 { $least } 至 { $most } deg/s；该值是否以 rad/s 或其他单位给出？
 rates-would-be-round-as-radians = { $name } 的全部数值都在 6.3 deg/s 以内，若以 rad/s 计则均为 5 deg/s 的整数倍：其单位是否为 rad/s？

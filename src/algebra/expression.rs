@@ -197,22 +197,20 @@ impl Expression {
     /// ```
     pub fn as_azimuth(&self) -> Option<(f64, Expression, Expression)> {
         // a factor times the azimuth of two parts
-        let (factor, y, x) =
-            self.fold_parts(|node: Node<'_, Part<Option<(f64, Range<usize>, Range<usize>)>>>, _| match node {
-                Node::Negate(x) => x.found.map(|(factor, y, x)| (-factor, y, x)),
-                Node::Binary(Operator::Atan2, y, x) if y.number.zip(x.number).is_none() => {
-                    Some((1.0, y.range, x.range))
-                }
-                Node::Binary(Operator::Multiply, own, by) | Node::Binary(Operator::Multiply, by, own)
-                    if own.found.is_some() =>
-                {
-                    own.found.zip(by.number).map(|((factor, y, x), c)| (factor * c, y, x))
-                }
-                Node::Binary(Operator::Divide, own, by) => {
-                    own.found.zip(by.number).map(|((factor, y, x), c)| (factor / c, y, x))
-                }
-                _ => None,
-            })?;
+        type Azimuth = Option<(f64, Range<usize>, Range<usize>)>;
+        let (factor, y, x) = self.fold_parts(|node: Node<'_, Part<Azimuth>>, _| match node {
+            Node::Negate(x) => x.found.map(|(factor, y, x)| (-factor, y, x)),
+            Node::Binary(Operator::Atan2, y, x) if y.number.zip(x.number).is_none() => Some((1.0, y.range, x.range)),
+            Node::Binary(Operator::Multiply, own, by) | Node::Binary(Operator::Multiply, by, own)
+                if own.found.is_some() =>
+            {
+                own.found.zip(by.number).map(|((factor, y, x), c)| (factor * c, y, x))
+            }
+            Node::Binary(Operator::Divide, own, by) => {
+                own.found.zip(by.number).map(|((factor, y, x), c)| (factor / c, y, x))
+            }
+            _ => None,
+        })?;
         Some((factor, self.items(&y)?, self.items(&x)?))
     }
 
@@ -227,7 +225,8 @@ impl Expression {
     /// ```
     pub fn as_norm(&self) -> Option<Vec<Expression>> {
         // the components of a sum of squares, and of the root of one
-        let (root, components) = self.fold_parts(|node, _| match node {
+        type Squares = (bool, Option<Vec<Expression>>);
+        let (root, components) = self.fold_parts(|node: Node<'_, Part<Squares>>, _| match node {
             Node::Binary(Operator::Power, base, two) if two.number == Some(2.0) => {
                 (false, self.items(&base.range).map(|own| vec![own]))
             }

@@ -9,13 +9,13 @@
 
 use super::factor::Factor;
 use super::fold::triangle_of;
-use super::groups::{self, ScaleHints, Scales};
 use super::refine::{self, Refined};
 use super::scatter::chain::Part as NoisePart;
 use super::unknowns::Unknowns;
 use super::{Group, Settings, System};
 use crate::error::Result;
-use faer::Mat;
+use faer::linalg::matmul::matmul;
+use faer::{Accum, Mat, Par};
 use std::ops::Range;
 
 /// Rows that say the same as those of a group.
@@ -38,7 +38,7 @@ impl Block {
     /// What the rows say in some directions of the unknowns, a step away.
     pub fn part(&self, directions: &Mat<f64>, step: &[f64]) -> NoisePart {
         let rows = crate::linear::turned(&self.rows, &self.observed, directions, step);
-        NoisePart::white(self.size as f64, self.log_determinant, groups::gram(&rows))
+        NoisePart::white(self.size as f64, self.log_determinant, gram(&rows))
     }
 }
 
@@ -130,29 +130,6 @@ impl Compressed {
         refine::solve(factor, self.rows.as_ref(), &self.observed, refinements)
     }
 
-    /// Everything that the rows say of the unknowns, with estimated scales. Errors: those of [`super::adjust`].
-    pub fn adjust(&self, hints: &ScaleHints<'_>, settings: &Settings) -> Result<Scaled> {
-        let scales = match self.groups {
-            0 => Scales { scale: Vec::new(), iterations: 0, converged: true },
-            _ => groups::estimate(self, hints, settings)?,
-        };
-        let scale: Vec<f64> = scales.scale.iter().map(|scale| scale.unwrap_or(1.0)).collect();
-        let factor = self.factor(|g| scale[g], settings)?;
-        let found = self.solve(&factor, settings.refinements);
-        let leverage = factor.leverages();
-        let own = |(block, range): (&Block, &Range<usize>)| {
-            (block.size as f64 - leverage[range.clone()].iter().sum::<f64>()).max(0.0)
-        };
-        Ok(Scaled {
-            sum_of_squares: found.residuals.iter().zip(&factor.weight).map(|(v, w)| (v * w).powi(2)).sum(),
-            unknowns: Unknowns::new(&factor, found.solution, 1.0, |_| true),
-            redundancy: self.blocks.iter().zip(&self.range).map(own).collect(),
-            settled: scales.converged,
-            scale,
-            factor,
-        })
-    }
-
     /// Norm of the weighted observations, and that of what a step makes of the weighted predictions.
     pub fn norms(&self, factor: &Factor, step: &[f64]) -> (f64, f64) {
         let norm = |values: &[f64]| values.iter().zip(&factor.weight).map(|(v, w)| (v * w).powi(2)).sum::<f64>().sqrt();
@@ -166,4 +143,11 @@ impl Compressed {
         let carried = |block: &Block| block.rows.col_as_slice(self.rows.ncols() + column).to_vec();
         factor.solve(&self.blocks.iter().flat_map(carried).collect::<Vec<f64>>())
     }
+}
+
+/// `A' A`.
+pub(super) fn gram(rows: &Mat<f64>) -> Mat<f64> {
+    let mut gram = Mat::zeros(rows.ncols(), rows.ncols());
+    matmul(&mut gram, Accum::Replace, rows.transpose(), rows, 1.0, Par::Seq);
+    gram
 }

@@ -5,15 +5,16 @@
     reason = "`Compressed` has a block and a range for each group, and behind them for the known ones"
 )]
 
-use super::compress::Compressed;
+use super::compress::{Block, Compressed, Scaled, gram};
 use super::factor::Factor;
 use super::scatter::chain::Part as NoisePart;
 use super::scatter::restricted::{NoiseModel, PartNoise, Slot};
+use super::unknowns::Unknowns;
 use super::{Estimate, Group, Settings, System};
 use crate::elements::Elements;
 use crate::error::Result;
-use faer::linalg::matmul::matmul;
-use faer::{Accum, Mat, Par};
+use faer::Mat;
+use std::ops::Range;
 
 /// Scales of the groups: `None` for a group without redundancy of its own, and how the iteration went.
 pub(super) struct Scales {
@@ -111,11 +112,29 @@ fn sums(factor: &Factor, residuals: &[f64], rows: &[usize]) -> Mat<f64> {
     gram(&Mat::from_fn(rows.len(), q.ncols() + 1, own))
 }
 
-/// `A' A`.
-pub(super) fn gram(rows: &Mat<f64>) -> Mat<f64> {
-    let mut gram = Mat::zeros(rows.ncols(), rows.ncols());
-    matmul(&mut gram, Accum::Replace, rows.transpose(), rows, 1.0, Par::Seq);
-    gram
+impl Compressed {
+    /// Everything that the rows say of the unknowns, with estimated scales. Errors: those of [`super::adjust`].
+    pub fn adjust(&self, hints: &ScaleHints<'_>, settings: &Settings) -> Result<Scaled> {
+        let scales = match self.groups {
+            0 => Scales { scale: Vec::new(), iterations: 0, converged: true },
+            _ => estimate(self, hints, settings)?,
+        };
+        let scale: Vec<f64> = scales.scale.iter().map(|scale| scale.unwrap_or(1.0)).collect();
+        let factor = self.factor(|g| scale[g], settings)?;
+        let found = self.solve(&factor, settings.refinements);
+        let leverage = factor.leverages();
+        let own = |(block, range): (&Block, &Range<usize>)| {
+            (block.size as f64 - leverage[range.clone()].iter().sum::<f64>()).max(0.0)
+        };
+        Ok(Scaled {
+            sum_of_squares: found.residuals.iter().zip(&factor.weight).map(|(v, w)| (v * w).powi(2)).sum(),
+            unknowns: Unknowns::new(&factor, found.solution, 1.0, |_| true),
+            redundancy: self.blocks.iter().zip(&self.range).map(own).collect(),
+            settled: scales.converged,
+            scale,
+            factor,
+        })
+    }
 }
 
 /// What estimated scales cost beyond the covariance that takes them as known.

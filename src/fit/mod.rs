@@ -123,6 +123,7 @@ impl Default for Settings {
     }
 }
 
+pub(crate) use remarks::STEEP;
 pub use remarks::resolution;
 
 /// Everything that a fit found.

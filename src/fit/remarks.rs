@@ -34,8 +34,8 @@ pub fn resolution(values: impl Iterator<Item = f64>) -> Option<f64> {
     most.map(|places| 10f64.powi(-number::signed(places)))
 }
 
-/// A tilt is a small rotation: from one degree on it is none.
-const STEEP: f64 = std::f64::consts::PI / 180.0;
+/// A tilt is a small rotation: from one degree on it is none, in radians.
+pub(crate) const STEEP: f64 = std::f64::consts::PI / 180.0;
 
 /// Powers of ten, exact.
 const UNITS: [f64; PLACES + 1] = [1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12];
@@ -57,6 +57,11 @@ pub(super) fn remarks(fit: &Fit) -> Vec<Sentence> {
         sentence!("every-reading-of-a-channel-is-the-same", sensor = sensor.to_string(), value = value.to_string())
     }));
     found.extend(repeated(campaign));
+    let mut unread = campaign.readings.rows.iter().filter(|reading| reading.observations.is_empty());
+    if let Some(first) = unread.next() {
+        let count = 1 + unread.count();
+        found.push(sentence!("positions-without-a-reading", count, first = first.place.clone()));
+    }
     if let Some(condition) = absurd {
         found.push(sentence!(
             "condition-the-readings-hardly-tell-some-parameters",

@@ -233,6 +233,11 @@ impl<'a> Search<'a> {
     fn fewest(&self, given: &[Vec<usize>]) -> Option<Reach> {
         let blocks = &self.pool.blocks;
         let with = |choose: usize, earnest: bool| self.seek(&self.problem(choose, None), given, earnest);
+        // what is kept may be enough
+        let kept = value(&self.objective, &information(blocks, &self.pool.base, &[]), blocks.unknowns());
+        if let Some(share) = kept.map(|value| value.max(0.0).sqrt()).filter(|share| *share <= 1.0) {
+            return Some(Reach { chosen: Vec::new(), share, is_fewest: true, all_tried: true, hits: 1, starts: 1 });
+        }
         let known = given.iter().map(Vec::len).filter(|count| *count <= self.most).min();
         let mut low = 0; // too few
         let mut high = blocks.unknowns().div_ceil(blocks.rows().max(1)).clamp(1, self.most.max(1));

@@ -8,6 +8,7 @@ use crate::fit::streamed::{BinnedResiduals, SensorResiduals};
 use crate::fit::{Constraints, Fit, RobustMethod};
 use crate::language::{Sentence, sentence};
 use crate::quality::LackOfFit;
+use crate::uncertainty::quantiles;
 use crate::vocabulary::vocabulary;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize, Serializer};
@@ -46,6 +47,11 @@ impl LackOfFitReport {
     /// Is the model wrong beyond doubt, at the significance at which a single bad reading is?
     pub fn is_beyond_doubt(&self) -> bool {
         self.p < crate::quality::ALPHA
+    }
+
+    /// Is the lack of fit smaller than the scatter allows, at that significance? Then that scatter is not noise alone.
+    pub fn is_below_scatter(&self) -> bool {
+        self.p > 1.0 - crate::quality::ALPHA
     }
 }
 
@@ -233,21 +239,26 @@ pub(super) fn checks(fit: &Fit) -> ChecksReport {
     let short = |x: f64| significant(x, 3);
     let mut verdict = Vec::new();
     let mut lack_of_fit = |test: LackOfFit, by_position: bool| {
-        let f = if test.f.is_finite() { significant(test.f, 5) } else { "inf".into() };
-        let (rejected, p) = (test.rejected, short(test.p));
-        let test_said = sentence!("f-test", f, between_dof = test.between_dof, pure_error_dof = test.pure_error_dof);
-        verdict.push(match by_position {
-            false => sentence!("lack-of-fit-by-replicates", rejected, test = test_said, p),
-            true => sentence!("lack-of-fit-between-positions", rejected, test = test_said, p),
-        });
-        LackOfFitReport {
+        let report = LackOfFitReport {
             f: finite(test.f),
             between_dof: test.between_dof,
             pure_error_dof: test.pure_error_dof,
             pure_error_sd: (test.pure_error / test.pure_error_dof as f64).sqrt(),
             p: test.p,
             rejected: test.rejected,
-        }
+        };
+        let f = if test.f.is_finite() { significant(test.f, 5) } else { "inf".into() };
+        let (rejected, below) = (test.rejected, report.is_below_scatter());
+        // of what is too small the tail that tells; F has one, since its degrees of freedom are positive
+        let lower = || quantiles::fisher_f_cdf(test.f, test.between_dof as f64, test.pure_error_dof as f64);
+        let p = short(if below { lower().unwrap_or(1.0 - test.p) } else { test.p });
+        let test = sentence!("f-test", f, between_dof = test.between_dof, pure_error_dof = test.pure_error_dof);
+        verdict.push(match (by_position, below) {
+            (_, true) => sentence!("less-than-the-scatter", by_position, test, p),
+            (false, _) => sentence!("lack-of-fit-by-replicates", rejected, test, p),
+            (true, _) => sentence!("lack-of-fit-between-positions", rejected, test, p),
+        });
+        report
     };
     let by_replicates = checks.lack_of_fit.map(|test| lack_of_fit(test, false));
     let by_position = checks.between_positions.map(|test| lack_of_fit(test, true));

@@ -135,6 +135,7 @@ fn checked(report: &FitReport, lang: Language) -> Vec<(Tone, String)> {
     let tones = tests.map(|test| match (test.rejected, test.is_beyond_doubt()) {
         (true, true) => Tone::Bad,
         (true, false) => Tone::Caution,
+        (false, _) if test.is_below_scatter() => Tone::Caution,
         (false, _) => Tone::Good,
     });
     // of a record the sentences say what is in order, too

@@ -177,3 +177,37 @@ fn a_channel_that_reads_zero_is_stuck() {
     assert_eq!(fit.stuck(), [("A", 0.0)]);
     assert!(fit.is_rejected());
 }
+
+/// A reading that was not made is counted, and where it stands is said.
+#[test]
+fn a_position_without_a_reading_is_told() {
+    let mut campaign = table();
+    campaign["readings"][3].as_object_mut().expect("a reading").remove("V");
+    let found = remarks(&campaign);
+    assert!(found.contains("one reading has no value of any sensor") && found.contains("readings[3]"), "{found}");
+}
+
+/// Each position has its own sensitivity to the rate: the readings of a position scatter by it, and their mean, over both senses, has nothing of it.
+#[test]
+fn scatter_within_positions_that_cancels_in_their_means_is_no_agreement() {
+    let says = |own: f64| {
+        let reading = |k: usize| {
+            let (position, x) = (k / 6, [1.0, -1.0, 2.0, -2.0, 3.0, -3.0][k % 6]);
+            // residues of a square, as good as drawn
+            let noise = ((k * k * 7919 + k * 104_729) % 1009) as f64 / 1009.0 * 1e-3;
+            let sensitivity = 1.0 + own * ([0.3, -0.4, 0.1, 0.5, -0.2, -0.3, 0.4, 0.0, -0.5, 0.2, 0.1, -0.2][position]);
+            json!({ "position": position.to_string(), "x": x, "z": position, "y": 0.2 + sensitivity * x + noise })
+        };
+        let campaign = json!({
+            "bench": { "id": "line", "sensors": { "y": { "model": "a + b*x + c*z" } } },
+            "estimate": { "a": {}, "b": {}, "c": {} }, "readings": (0..72).map(reading).collect::<Vec<_>>()
+        });
+        let fit = fitted(&parse(&campaign.to_string()));
+        let test = fit.checks.between_positions.expect("positions");
+        (test.p, tumble::report::fit_report(&fit).checks.verdict[0].to_string())
+    };
+    let (p, text) = says(0.0);
+    assert!(p < 0.999 && !text.contains("smaller"), "{p} {text}");
+    let (p, text) = says(0.3);
+    assert!(p > 0.999 && text.contains("between positions are smaller than the scatter"), "{p} {text}");
+}

@@ -123,8 +123,14 @@ fn what_is_known_is_told() {
     let (code, out, told) = tumble(folder, &[&own[..], &columns, &["--start", "k=15", "--start", "s=1"]].concat());
     assert!(code == 2 && out.contains("NOT DETERMINED") && out.contains("s, k"), "{out}{told}");
     let named = ["--known", "s=1+-0.0005", "--start", "k=15 mV/(deg/s)", "--to", "known.campaign.json"];
+    std::fs::write(folder.join("known.bench.json"), "{}").expect("a file");
     let (code, out, told) = tumble(folder, &[&own[..], &columns, &named].concat());
     assert_eq!(code, 1, "the bench of the same name stays: {out}{told}");
+    assert!(!folder.join("known.campaign.json").exists(), "{out}{told}");
+    // under another name both are new
+    let other = [&own[..], &columns, &named[..4], &["--to", "other.campaign.json"]].concat();
+    let (code, out, told) = tumble(folder, &other);
+    assert!(code == 0 && folder.join("other.bench.json").exists(), "{out}{told}");
     let bench = ["new", "Drehtisch.csv", "--bench", "Drehtisch.bench.json", "--latitude", "52.1"];
     let (code, out, told) =
         tumble(folder, &[&bench[..], &["--columns", "turn_deg_s=Drehrate,V=Ausgang"], &named].concat());
@@ -250,4 +256,43 @@ fn a_person_is_asked() {
     let file = std::fs::read_to_string(folder.join("Drehtisch.campaign.json")).expect("a campaign");
     let file: Value = serde_json::from_str(&file).expect("JSON");
     assert_eq!((&file["unit"]["serial"], file.get("date")), (&Value::from("G-7"), None));
+}
+
+/// Units at the end of a title, without brackets, count where the column is named; `in` says one anywhere.
+#[test]
+fn units_without_brackets_convert() {
+    for (rate, output) in
+        [("Rate rpm", "U_uV"), ("rate_rad_s", "U uV"), ("Drehrate in °/s", "U in V"), ("rate_mdps", "U (mV)")]
+    {
+        let folder = tempfile::tempdir().expect("a folder");
+        let folder = folder.path();
+        let (of_rate, of_output) = match (rate, output) {
+            ("Rate rpm", _) => (1.0 / 6.0, 1e3),
+            ("rate_rad_s", _) => (std::f64::consts::PI / 180.0, 1e3),
+            ("rate_mdps", _) => (1e3, 1.0),
+            _ => (1.0, 1e-3),
+        };
+        let row = |deg_s: f64| format!("{};{}\n", deg_s * of_rate, (2.5 + 20.0 * deg_s) * of_output);
+        let rows: String = [-100.0, -50.0, -20.0, 20.0, 50.0, 100.0].map(row).concat();
+        std::fs::write(folder.join("t.csv"), format!("{rate};{output}\n{rows}")).expect("a table");
+        let columns = format!("turn_deg_s={rate},V={output}");
+        let given = [
+            "new",
+            "t.csv",
+            "--latitude",
+            "0",
+            "--bench",
+            "own",
+            "--chain",
+            "turn:z",
+            "--columns",
+            &columns,
+            "--model",
+            "V [mV] = V0 + k*w_z",
+        ];
+        let (code, out, told) = tumble(folder, &given);
+        assert_eq!(code, 0, "{rate} {output}: {out}{told}");
+        let (k, _) = estimate(&report(folder, "t.campaign.json"), "k");
+        assert!((k - 20.0).abs() < 1e-9, "{rate} {output}: {k}");
+    }
 }

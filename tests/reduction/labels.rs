@@ -31,7 +31,8 @@ fn written(texts: &[Option<String>], is_optional: bool, properties: WriterProper
 }
 
 /// The texts as the program reads them.
-fn read(file: File) -> Result<Vec<Option<String>>, tumble::Malformed> {
+fn read(mut file: File) -> Result<Vec<Option<String>>, tumble::Malformed> {
+    file.rewind().unwrap();
     let mut record = Record::open("texts", file)?;
     record.select(&[(0, As::Label)]);
     let (mut block, mut found) = (Block::default(), Vec::new());

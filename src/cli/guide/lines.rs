@@ -138,6 +138,10 @@ impl Lines {
     ///
     /// Errors: a file that cannot be read any more, is no longer there, or has become shorter.
     pub fn next(&mut self) -> Result<Next> {
+        if matches!(self.from, From::Input) {
+            let line = input().map_err(|error| broken(&self.name, error))?;
+            return Ok(line.map_or(Next::End, |line| self.numbered(line, true)));
+        }
         loop {
             if let Some(Ok(command)) = self.commands.as_ref().map(Receiver::try_recv) {
                 return Ok(self.numbered(command, false));
@@ -155,10 +159,7 @@ impl Lines {
             }
             let mut block = vec![0; 1 << 16];
             let came = match &mut self.from {
-                From::Input => {
-                    let line = input().map_err(|error| broken(&self.name, error))?;
-                    return Ok(line.map_or(Next::End, |line| self.numbered(line, true)));
-                }
+                From::Input => return Ok(Next::End),
                 From::File(own) => own.read(&mut block).map_err(|error| broken(&self.name, error))?,
                 #[cfg(feature = "serial")]
                 From::Port(port, fresh) => match port.read(&mut block) {

@@ -3,7 +3,7 @@
 use crate::cli::one_of;
 use crate::cli::pages::Pages;
 use crate::plan::{Method, Order, Unit};
-use clap::Args;
+use clap::{ArgGroup, Args};
 use std::path::PathBuf;
 
 const UNITS: [(&str, Unit); 3] = [("reading", Unit::Reading), ("pair", Unit::Pair), ("mounting", Unit::Mounting)];
@@ -12,6 +12,7 @@ const ORDERS: [(&str, Order); 3] = [("given", Order::AsGiven), ("abba", Order::A
 
 /// What to judge, what to look for and what to write.
 #[derive(Debug, Args)]
+#[command(group(ArgGroup::new("searched").multiple(true)), group(ArgGroup::new("refinable").multiple(true)))]
 pub(in crate::cli) struct Arguments {
     /// The schedule, or a campaign, whose values are used for the noise only.
     pub(super) schedule: PathBuf,
@@ -32,7 +33,7 @@ pub(in crate::cli) struct Arguments {
     #[arg(long, value_name = "FILE")]
     pub(super) effects: Option<PathBuf>,
     /// Find the best schedule of N readings at no more than the cost of N readings of the given one (--budget: another limit).
-    #[arg(long, value_name = "N", group = "refinable", conflicts_with_all = ["add", "goal"])]
+    #[arg(long, value_name = "N", group = "refinable", conflicts_with_all = ["add", "goal", "budget"])]
     pub(super) choose: Option<usize>,
     /// With --choose: without a limit of cost.
     #[arg(long, requires = "choose", conflicts_with = "budget")]
@@ -48,7 +49,7 @@ pub(in crate::cli) struct Arguments {
     pub(super) sensor: Option<String>,
     /// Find the fewest readings for a standard uncertainty: 1 (arcsec, every estimated angle), dtheta_y2=0.5 or gamma=1 for a derived angle
     /// (arcsec; its unit for a coefficient).
-    #[arg(long, value_name = "[NAME=]U", groups = ["searched", "refinable"])]
+    #[arg(long, value_name = "[NAME=]U", groups = ["searched", "refinable"], conflicts_with = "budget")]
     pub(super) goal: Vec<String>,
     /// Find the fewest readings that show an effect of this size with the power of --power: a_S=1e-3, or tilt:dtheta_z2=20 (arcsec). It becomes
     /// one more unknown, with a limit on its uncertainty; can be combined with --goal.

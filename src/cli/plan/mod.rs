@@ -8,7 +8,7 @@ pub(super) use arguments::Arguments;
 
 use super::pages::workbook;
 use super::{Outcome, files};
-use crate::campaign::{Campaign, Reading, Readings};
+use crate::campaign::{Campaign, Kind, Reading, Readings};
 use crate::diagnosis;
 use crate::document::html;
 use crate::error::{Fault, Malformed, Result};
@@ -105,6 +105,10 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
                 goals.push(Goal { id: name.clone(), u });
                 finds.push(FindReport { effect, coefficient, size, power, u });
             }
+            // an effect shows beside tilts that are determined: from a degree on these are no small rotations, and nothing that is predicted holds
+            let tilts = judgement.parameters.iter().filter(|own| own.kind == Kind::Tilt);
+            let determined = tilts.filter(|own| !finds.is_empty() && own.u.is_some_and(|u| u < fit::STEEP));
+            goals.extend(determined.map(|own| Goal { id: own.id.clone(), u: fit::STEEP }));
             for goal in parse_goals(&arguments.goal, &campaign)? {
                 goals.retain(|other| other.id != goal.id);
                 goals.push(goal);
