@@ -9,31 +9,26 @@ pub struct BuiltIn {
     pub text: &'static str,
 }
 
+/// A bench by the name of its file.
+macro_rules! shipped {
+    ($id:literal) => {
+        BuiltIn { id: $id, text: include_str!(concat!("../../data/benches/", $id, ".bench.json")) }
+    };
+}
+
 const BUILT_INS: &[BuiltIn] = &[
-    BuiltIn { id: "gyro-turntable", text: include_str!("../../data/benches/gyro-turntable.bench.json") },
-    BuiltIn {
-        id: "accelerometer-plumb-plane",
-        text: include_str!("../../data/benches/accelerometer-plumb-plane.bench.json"),
-    },
-    BuiltIn {
-        id: "accelerometer-dividing-head",
-        text: include_str!("../../data/benches/accelerometer-dividing-head.bench.json"),
-    },
-    BuiltIn { id: "imu-three-axis-table", text: include_str!("../../data/benches/imu-three-axis-table.bench.json") },
-    BuiltIn { id: "gyro-skew-triad", text: include_str!("../../data/benches/gyro-skew-triad.bench.json") },
-    BuiltIn {
-        id: "accelerometer-six-positions",
-        text: include_str!("../../data/benches/accelerometer-six-positions.bench.json"),
-    },
-    BuiltIn {
-        id: "accelerometer-triad-norm",
-        text: include_str!("../../data/benches/accelerometer-triad-norm.bench.json"),
-    },
-    BuiltIn { id: "gyro-rate-steps", text: include_str!("../../data/benches/gyro-rate-steps.bench.json") },
-    BuiltIn { id: "gyro-temperature", text: include_str!("../../data/benches/gyro-temperature.bench.json") },
-    BuiltIn { id: "gyro-turn-on", text: include_str!("../../data/benches/gyro-turn-on.bench.json") },
-    BuiltIn { id: "cube-mirror", text: include_str!("../../data/benches/cube-mirror.bench.json") },
-    BuiltIn { id: "cube-mirror-right", text: include_str!("../../data/benches/cube-mirror-right.bench.json") },
+    shipped!("gyro-turntable"),
+    shipped!("accelerometer-plumb-plane"),
+    shipped!("accelerometer-dividing-head"),
+    shipped!("imu-three-axis-table"),
+    shipped!("gyro-skew-triad"),
+    shipped!("accelerometer-six-positions"),
+    shipped!("accelerometer-triad-norm"),
+    shipped!("gyro-rate-steps"),
+    shipped!("gyro-temperature"),
+    shipped!("gyro-turn-on"),
+    shipped!("cube-mirror"),
+    shipped!("cube-mirror-right"),
 ];
 
 /// All built-in benches.

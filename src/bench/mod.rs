@@ -10,13 +10,13 @@
 
 mod builtin;
 pub mod earth;
-mod gravity;
 mod modulation;
 mod rotation;
 
 pub use builtin::{BuiltIn, built_in, built_ins};
-pub use earth::{EARTH_RATE_DEG_H, STANDARD_GRAVITY_M_S2};
-pub use gravity::{GravityFrom, NORMAL_GRAVITY_FORMULA, NORMAL_GRAVITY_U_M_S2, normal_gravity};
+pub use earth::{
+    EARTH_RATE_DEG_H, GravityFrom, NORMAL_GRAVITY_FORMULA, NORMAL_GRAVITY_U_M_S2, STANDARD_GRAVITY_M_S2, normal_gravity,
+};
 pub use modulation::Modulation;
 pub use rotation::{Axis, sin_cos_deg};
 
@@ -211,18 +211,18 @@ impl Sensor {
     /// The direction of an axis by name.
     fn axis(&self, name: &str) -> Option<Vector3<f64>> {
         let own = self.axes.iter().find(|(own, _)| own == name).map(|(_, direction)| *direction);
-        own.or(match name {
-            "x" => Some(Vector3::x()),
-            "y" => Some(Vector3::y()),
-            "z" => Some(Vector3::z()),
-            _ => None,
-        })
+        own.or_else(|| frame_axis(name))
     }
 
     /// The direction of the input axis, in the last frame of the chain.
     pub fn input(&self) -> Option<Vector3<f64>> {
         self.axis(self.input_axis.as_deref()?)
     }
+}
+
+/// An axis of the last frame by its name.
+fn frame_axis(name: &str) -> Option<Vector3<f64>> {
+    Axis::ALL.into_iter().find(|own| own.name() == name).map(Axis::unit)
 }
 
 /// Most joints of a chain: positions that tell unknowns apart are sought over all of them.
@@ -298,13 +298,7 @@ impl Bench {
                         .found(format!("length {norm}"))
                         .at_path(path));
                 }
-                let fixed = match axis.as_str() {
-                    "x" => Some(Vector3::x()),
-                    "y" => Some(Vector3::y()),
-                    "z" => Some(Vector3::z()),
-                    _ => None,
-                };
-                if fixed.is_some_and(|own| own != *direction) {
+                if frame_axis(axis).is_some_and(|own| own != *direction) {
                     return Err(Malformed::new(Fault::NameClash, format!("axis {axis} of {} is not the frame's {axis}", sensor.id))
                         .expected("w_x, w_y, w_z, a_x, a_y, a_z belong to the last frame of the chain; give the axis another name")
                         .at_path(path));

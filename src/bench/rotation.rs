@@ -26,33 +26,6 @@ impl Axis {
             Axis::Z => Vector3::z(),
         }
     }
-
-    /// `Rot(axis, t)^T v`: components of `v` in the frame after an active rotation by `t`, given sine and cosine of `t`.
-    ///
-    /// `Rot(x,t) = [[1,0,0],[0,cos t,-sin t],[0,sin t,cos t]]`, and cyclically.
-    ///
-    /// ```
-    /// use tumble::bench::Axis;
-    /// use nalgebra::Vector3;
-    /// // a sensor turned +90 deg about z sees ground north (y) along its own x
-    /// assert_eq!(Axis::Z.to_inner(&Vector3::y(), (1.0, 0.0)), Vector3::x());
-    /// ```
-    pub fn to_inner(self, v: &Vector3<f64>, (sin, cos): (f64, f64)) -> Vector3<f64> {
-        match self {
-            Axis::X => Vector3::new(v.x, cos * v.y + sin * v.z, cos * v.z - sin * v.y),
-            Axis::Y => Vector3::new(cos * v.x - sin * v.z, v.y, cos * v.z + sin * v.x),
-            Axis::Z => Vector3::new(cos * v.x + sin * v.y, cos * v.y - sin * v.x, v.z),
-        }
-    }
-
-    /// `d/dt Rot(axis, t)^T v = -unit x (Rot(axis, t)^T v)`, given the already rotated `inner = Rot^T v`.
-    pub fn derivative(self, inner: &Vector3<f64>) -> Vector3<f64> {
-        match self {
-            Axis::X => Vector3::new(0.0, inner.z, -inner.y),
-            Axis::Y => Vector3::new(-inner.z, 0.0, inner.x),
-            Axis::Z => Vector3::new(inner.y, -inner.x, 0.0),
-        }
-    }
 }
 
 /// Sine and cosine of an angle in degrees, exact at every multiple of 90 degrees.

@@ -39,20 +39,8 @@ pub struct Identity {
 /// The day, `YYYY-MM-DD`, that a text begins with.
 pub fn day(text: &str) -> Option<&str> {
     let (day, rest) = text.trim().split_at_checked(10)?;
-    let digits = |part: std::ops::Range<usize>| {
-        day.get(part).filter(|part| part.bytes().all(|b| b.is_ascii_digit())).and_then(|part| part.parse::<u32>().ok())
-    };
-    let (year, month, date) = (digits(0..4)?, digits(5..7)?, digits(8..10)?);
-    let leap = year % 4 == 0 && (year % 100 != 0 || year % 400 == 0);
-    let longest = match month {
-        2 => 28 + u32::from(leap),
-        4 | 6 | 9 | 11 => 30,
-        1..=12 => 31,
-        _ => 0,
-    };
-    let dashes = [4, 7].iter().all(|&k| day.as_bytes().get(k) == Some(&b'-'));
-    (dashes && year > 0 && (1..=longest).contains(&date) && !rest.starts_with(|c: char| c.is_ascii_digit()))
-        .then_some(day)
+    let date: jiff::civil::Date = day.parse().ok()?;
+    (date.to_string() == day && date.year() > 0 && !rest.starts_with(|c: char| c.is_ascii_digit())).then_some(day)
 }
 
 /// The unit under test.

@@ -152,7 +152,7 @@ impl<const L: usize> Turn<L> {
         self.angle != [0.0; L]
     }
 
-    /// `v <- Rot(axis, t)^T v`, see [`Axis::to_inner`].
+    /// `v <- Rot(axis, t)^T v`: components in the frame after an active rotation by `t`, `Rot(x,t) = [[1,0,0],[0,cos t,-sin t],[0,sin t,cos t]]`, and cyclically.
     #[inline(always)]
     fn apply(&self, axis: Axis, v: &mut Vectors<L>) {
         if !self.turns() {
@@ -183,7 +183,7 @@ fn plane(axis: Axis) -> (usize, usize) {
     }
 }
 
-/// `-unit x v`, see [`Axis::derivative`].
+/// `d/dt Rot(axis, t)^T v = -unit x v` of the already rotated `v`.
 #[inline(always)]
 fn derivative<const L: usize>(axis: Axis, [x, y, z]: &Vectors<L>) -> Vectors<L> {
     let zero = [0.0; L];

@@ -25,11 +25,13 @@ pub(super) struct Cells {
     end: u64,
 }
 
-impl Cells {
-    pub fn new() -> Self {
+impl Default for Cells {
+    fn default() -> Self {
         Cells { length: 1, cells: Vec::new(), places: 0, end: 0 }
     }
+}
 
+impl Cells {
     /// One more sample, or `None`.
     pub fn push(&mut self, sample: Option<f64>) {
         if self.places >= self.end {

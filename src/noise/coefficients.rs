@@ -32,11 +32,6 @@ vocabulary! {
 }
 
 impl Term {
-    /// The letter of IEEE Std 952.
-    pub fn letter(self) -> &'static str {
-        self.name()
-    }
-
     /// Allan variance at `tau` for a coefficient of one.
     pub fn variance(self, tau: f64) -> f64 {
         match self {

@@ -108,7 +108,7 @@ struct Level {
 }
 
 /// Sums of squared differences of all samples pushed so far.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Ladder {
     levels: Vec<Level>,
     sums: Vec<Sums>,
@@ -118,11 +118,12 @@ pub struct Ladder {
     inside: bool,
     place: f64,
     cells: Cells,
-    range: (f64, f64),
+    range: Option<(f64, f64)>,
     samples: u64,
     total: f64,
     stretches: u64,
-    fresh: bool,
+    /// Has a stretch begun that goes on?
+    begun: bool,
 }
 
 impl Ladder {
@@ -148,21 +149,7 @@ impl Ladder {
             }
             sums.push(Sums { m, ..Sums::default() });
         }
-        Ladder {
-            levels,
-            sums,
-            reference: None,
-            running: 0.0,
-            lost: Lost::default(),
-            inside: false,
-            place: 0.0,
-            cells: Cells::new(),
-            range: (f64::INFINITY, f64::NEG_INFINITY),
-            samples: 0,
-            total: 0.0,
-            stretches: 0,
-            fresh: true,
-        }
+        Ladder { levels, sums, ..Ladder::default() }
     }
 
     /// Samples pushed.
@@ -177,7 +164,7 @@ impl Ladder {
 
     /// Are all samples equal?
     pub fn is_constant(&self) -> bool {
-        !(self.range.0 < self.range.1)
+        !self.range.is_some_and(|(least, most)| least < most)
     }
 
     /// Mean of all samples.
@@ -199,7 +186,7 @@ impl Ladder {
             (level.seen, level.passed, level.place) = (0, 0, 0.0);
         }
         (self.running, self.lost, self.place) = (0.0, Lost::default(), 0.0);
-        self.fresh = true;
+        self.begun = false;
     }
 
     /// So many samples are missing.
@@ -239,18 +226,18 @@ impl Ladder {
         // near zero the running sum stays small, and its differences exact
         let reference = *self.reference.get_or_insert_with(|| sound().sum::<f64>() / count.max(1) as f64);
         let Some(first) = self.levels.first_mut() else { return };
-        if self.fresh {
+        if !std::mem::replace(&mut self.begun, true) {
             first.x.push(0.0);
             first.s.push(0.0);
             first.lost.push(self.lost);
             self.stretches += 1;
-            self.fresh = false;
         }
         let before = self.running;
         for y in samples {
             if y.is_finite() {
                 self.running += y - reference;
-                self.range = (self.range.0.min(*y), self.range.1.max(*y));
+                let (least, most) = self.range.unwrap_or((*y, *y));
+                self.range = Some((y.min(least), y.max(most)));
             } else {
                 self.lost.samples += 1.0;
                 self.lost.runs += f64::from(u8::from(!self.inside));

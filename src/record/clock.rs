@@ -131,7 +131,7 @@ impl ClockFrom {
 }
 
 /// Times of rows, one block after the other.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Clock {
     /// Seconds in a unit of the column; `None` where a rate was stated.
     factor: Option<f64>,
@@ -156,7 +156,7 @@ pub struct Clock {
     /// Sum and number of the steps that are no gaps.
     steps: (f64, u64),
     /// Smallest and largest of them.
-    range: (f64, f64),
+    range: Option<(f64, f64)>,
     jumps: Vec<Jump>,
     /// Steps back, gaps and short steps, all of them.
     counts: [u64; 3],
@@ -178,7 +178,7 @@ impl Clock {
                 .expected("samples a second")
                 .found(rate_hz.to_string()));
         }
-        Ok(Clock { step: 1.0 / rate_hz, ..Clock::empty(None, String::new(), file) })
+        Ok(Clock { step: 1.0 / rate_hz, file: file.into(), ..Clock::default() })
     }
 
     /// Times from a column: its unit stands in its title or at the end of its name (`time_s`, `t_ms`), else they are seconds, or what their size and their steps say.
@@ -195,7 +195,8 @@ impl Clock {
                     .in_file(file)
             })?,
         };
-        Ok(Clock { bare: unit.is_none(), ..Clock::empty(Some(factor), column.title.clone(), file) })
+        let (bare, factor, title) = (unit.is_none(), Some(factor), column.title.clone());
+        Ok(Clock { bare, factor, title, file: file.into(), ..Clock::default() })
     }
 
     /// Seconds in a unit of the column; 1 where a rate was stated.
@@ -206,30 +207,6 @@ impl Clock {
     /// Does the column say no unit? Then its times do.
     pub(crate) fn is_bare(&self) -> bool {
         self.bare
-    }
-
-    fn empty(factor: Option<f64>, title: String, file: &str) -> Self {
-        Clock {
-            factor,
-            title,
-            file: file.into(),
-            step: 0.0,
-            origin: None,
-            last: 0.0,
-            rows: 0,
-            steps: (0.0, 0),
-            range: (f64::INFINITY, 0.0),
-            jumps: Vec::new(),
-            counts: [0; 3],
-            bare: false,
-            taken: None,
-            tick: 0.0,
-            owed: 0.0,
-            still: None,
-            times: Vec::new(),
-            set_back: 0.0,
-            pending_gap: false,
-        }
     }
 
     /// Where the next `count` rows stand; `times` is their column. Rows outside `from` to `to` (s since the first row) are left out.
@@ -318,7 +295,8 @@ impl Clock {
                 self.pending_gap = true;
             } else if self.rows > 0 {
                 self.count(step.max(0.0));
-                self.range = (self.range.0.min(step), self.range.1.max(step));
+                let (least, most) = self.range.unwrap_or((step, step));
+                self.range = Some((step.min(least), step.max(most)));
             }
             // times that changed places do not go back
             self.last = self.last.max(time);
@@ -340,8 +318,7 @@ impl Clock {
 
     /// The usual step, and whether several rows have one time.
     fn learn(&mut self, times: &[f64], factor: f64) {
-        let pairs = times.iter().zip(times.iter().skip(1)).take(4001);
-        let mut steps: Vec<f64> = pairs.map(|(before, time)| (time - before) * factor).collect();
+        let mut steps: Vec<f64> = pairs(times).map(|(before, time)| (time - before) * factor).collect();
         let equal = steps.iter().filter(|step| **step == 0.0).count();
         steps.retain(|step| *step > 0.0);
         steps.sort_by(f64::total_cmp);
@@ -351,8 +328,7 @@ impl Clock {
         self.tick = if coarse { median } else { 0.0 };
         // coarse times: rows between the first change and the last
         let changed = |pair: (&f64, &f64)| pair.0 < pair.1;
-        let pairs = || times.iter().zip(times.iter().skip(1)).take(4001);
-        let (first, last) = (pairs().position(changed), pairs().collect::<Vec<_>>().into_iter().rposition(changed));
+        let (first, last) = (pairs(times).position(changed), pairs(times).rposition(changed));
         let rows = last.unwrap_or(0) - first.unwrap_or(0);
         let changes = steps.len().saturating_sub(1);
         self.step = if coarse && rows > 0 { median * changes as f64 / rows as f64 } else { median };
@@ -452,14 +428,22 @@ impl Clock {
             ));
         }
         let mean = if self.steps.1 > 0 { self.steps.0 / self.steps.1 as f64 } else { 0.0 };
-        if mean > 0.0 && self.tick == 0.0 && (self.range.1 - self.range.0) > 0.2 * mean {
+        if let Some((least, most)) = self.range
+            && mean > 0.0
+            && self.tick == 0.0
+            && most - least > 0.2 * mean
+        {
             notes.push(format!(
-                "the sampling interval varies from {:.6} s to {:.6} s; samples are taken as equally spaced at {mean:.6} s",
-                self.range.0, self.range.1
+                "the sampling interval varies from {least:.6} s to {most:.6} s; samples are taken as equally spaced at {mean:.6} s"
             ));
         }
         notes
     }
+}
+
+/// Neighbouring times, of the first few thousand.
+fn pairs(times: &[f64]) -> impl DoubleEndedIterator<Item = (&f64, &f64)> + ExactSizeIterator {
+    times.iter().zip(times.iter().skip(1)).take(4001)
 }
 
 /// Unix time from 2001 to 2103.
@@ -504,7 +488,7 @@ pub(crate) fn unit_of(times: &[f64]) -> Option<Unsaid> {
     const SLOW: f64 = 1e3;
     const FAST: f64 = 1e-4;
     let first = *times.first()?;
-    let mut steps: Vec<f64> = times.iter().zip(times.iter().skip(1)).take(4001).map(|(a, b)| b - a).collect();
+    let mut steps: Vec<f64> = pairs(times).map(|(a, b)| b - a).collect();
     steps.retain(|step| *step > 0.0);
     let middle = steps.len() / 2;
     let (_, median, _) = (!steps.is_empty()).then(|| steps.select_nth_unstable_by(middle, f64::total_cmp))?;
@@ -526,15 +510,9 @@ pub(crate) fn unit_of(times: &[f64]) -> Option<Unsaid> {
 
 /// Is it a date and a time written together, `20261120091403`?
 fn is_compact(time: f64) -> bool {
-    if !((19_700_101e6..21_010_101e6).contains(&time) && time.fract() == 0.0) {
-        return false;
-    }
-    let digits = |from: f64, to: f64| (time / from).trunc() % to;
-    (1.0..=12.0).contains(&digits(1e8, 100.0))
-        && (1.0..=31.0).contains(&digits(1e6, 100.0))
-        && digits(1e4, 100.0) < 24.0
-        && digits(1e2, 100.0) < 60.0
-        && digits(1.0, 100.0) < 60.0
+    (19_700_101e6..21_010_101e6).contains(&time)
+        && time.fract() == 0.0
+        && jiff::civil::DateTime::strptime("%Y%m%d%H%M%S", format!("{time:.0}")).is_ok()
 }
 
 /// Seconds in a unit of time.

@@ -152,7 +152,7 @@ impl Hold {
         if std::mem::take(&mut self.interrupted) {
             self.trace.interrupt();
         }
-        self.trace.push_at(columns, Some(times));
+        self.trace.push(columns, Some(times));
     }
 
     /// Are no samples kept?

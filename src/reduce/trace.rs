@@ -104,13 +104,9 @@ impl Trace {
         self.resumed = true;
     }
 
-    /// Further rows, equally spaced, one slice for each channel, all of one length. A row with a value that is not finite is left out, and is an event.
-    pub fn push(&mut self, columns: &[&[f64]]) {
-        self.push_at(columns, None);
-    }
-
-    /// The same with the times of the rows, s since the first row.
-    pub fn push_at(&mut self, columns: &[&[f64]], times: Option<&[f64]>) {
+    /// Further rows, one slice for each channel, all of one length, and their times, s since the first row (equally spaced without). A row with a value
+    /// that is not finite is left out, and is an event.
+    pub fn push(&mut self, columns: &[&[f64]], times: Option<&[f64]>) {
         let rows = columns.iter().map(|c| c.len()).min().unwrap_or(0);
         let mut start = 0;
         while start < rows {

@@ -8,16 +8,12 @@
 //! pure number stand for each other, the radian being 1 (`ppm` and `urad` of a misalignment). A value in `K` where `degC` is wanted is shifted by
 //! 273.15. Deliberately absent: logarithmic units, numbers inside a unit.
 
-mod dimension;
 mod parse;
-mod scale;
 mod table;
 mod unit;
 
-pub use dimension::Dimension;
-pub use scale::{Conversion, STANDARD_GRAVITY_M_S2};
 pub use table::names;
 pub(crate) use table::of_column;
 #[cfg(feature = "dcc")]
 pub(crate) use table::plain;
-pub use unit::Unit;
+pub use unit::{Conversion, Dimension, STANDARD_GRAVITY_M_S2, Unit};

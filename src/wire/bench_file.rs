@@ -1,12 +1,13 @@
 //! The bench file (`*.bench.json`).
 
-use super::{DerivedFile, DerivedLine, Named, SiteFile};
+use super::shapes::shapes;
+use super::{Named, SiteFile};
 use crate::algebra::Expression;
 use crate::bench::{Axis, Bench, DerivedQuantity, Link, Modulation, Sensor, Units};
 use crate::error::{Fault, Malformed, Result};
 use nalgebra::Vector3;
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 
 /// A bench: the chain of rotations from the ground to the sensor, and each sensor's error model as one line of algebra.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -102,6 +103,44 @@ pub struct SensorFile {
     pub input_axis: Option<String>,
     /// The error model, one line of algebra, for example `V0 + kI*w_I + kII*w_I^2`.
     pub model: String,
+}
+
+/// A derived quantity.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[serde(untagged)]
+pub enum DerivedFile {
+    /// A line of algebra in the parameters; its unit follows from theirs.
+    Line(String),
+    /// A line, and the unit that its value is wanted in.
+    InUnit(DerivedLine),
+}
+
+/// A line of algebra in the parameters with its unit.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct DerivedLine {
+    /// The line of algebra.
+    pub line: String,
+    /// The unit that its value is wanted in, for example `ppm`, `ug`, `arcsec`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unit: Option<String>,
+}
+
+impl DerivedFile {
+    /// The line, the path of the line below the quantity's own, and the unit.
+    pub(super) fn parts(self) -> (String, &'static str, Option<String>) {
+        match self {
+            DerivedFile::Line(line) => (line, "", None),
+            DerivedFile::InUnit(own) => (own.line, ".line", own.unit),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for DerivedFile {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Self, D::Error> {
+        let shapes = shapes("a line of algebra, or { \"line\": ..., \"unit\": ... }");
+        shapes.text(DerivedFile::Line).object(DerivedFile::InUnit).read(deserializer)
+    }
 }
 
 impl BenchFile {

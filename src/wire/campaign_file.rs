@@ -139,7 +139,7 @@ impl<'de> Deserialize<'de> for ReadingsRef {
     }
 }
 
-/// An entry of the known parameters: one by its name, or those of an earlier fit.
+/// An entry of that section.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
 #[serde(untagged)]
 pub enum KnownEntry {

@@ -5,6 +5,7 @@
 //! may stand without brackets (`U_mV`, `Rate rpm`).
 
 use super::Named;
+use super::readings_file::{Meaning, meaning};
 use crate::bench::Bench;
 use crate::error::{Fault, Malformed, Result};
 use crate::record;
@@ -44,6 +45,11 @@ pub(super) fn columns(
         }
     }
     let used: HashSet<&str> = bench.sensors.iter().flat_map(|sensor| sensor.model.names()).collect();
+    let is_read = |key: &str| {
+        let kind = meaning(bench, key);
+        used.contains(key)
+            || matches!(kind, Meaning::Sensor(_) | Meaning::SensorU(_) | Meaning::Angle(_) | Meaning::Rate(_))
+    };
     let mut columns: Vec<Column> = Vec::with_capacity(titles.len());
     let mut seen: HashSet<String> = HashSet::new();
     for own in titles {
@@ -69,7 +75,7 @@ pub(super) fn columns(
                 Ok(to) if key.ends_with("_u") => to.map(Conversion::of_differences),
                 Ok(to) => to,
                 // what nothing reads may be in any unit
-                Err(_) if !is_read(bench, &used, &key) && !others(&key) && map.get(&key).is_none() => None,
+                Err(_) if !is_read(&key) && !others(&key) && map.get(&key).is_none() => None,
                 Err(error) => return Err(error.at_line(1, 0).in_file(file)),
             },
             _ => None,
@@ -114,24 +120,13 @@ pub(crate) fn from_title(what: &str, from: &str, to: &str) -> Result<Option<Conv
     Ok(Some(own.conversion_for(&wanted, what)?).filter(|conversion| !conversion.is_none()))
 }
 
-/// Is a key a sensor's, a joint's, or a name in a model line?
-fn is_read(bench: &Bench, used: &HashSet<&str>, key: &str) -> bool {
-    let sensor = |id: &str| bench.sensors.iter().any(|own| own.id == id);
-    let joint = |end: &str| key.strip_suffix(end).is_some_and(|name| bench.joints().any(|joint| joint == name));
-    used.contains(key) || sensor(key) || key.strip_suffix("_u").is_some_and(sensor) || joint("_deg") || joint("_deg_s")
-}
-
 /// The unit that a key of a reading has; `None` where it says nothing of one.
 pub(super) fn key_unit(bench: &Bench, key: &str) -> Option<String> {
-    let joint = |suffix: &str| key.strip_suffix(suffix).is_some_and(|name| bench.joints().any(|joint| joint == name));
-    let sensor = |id: &str| bench.sensors.iter().find(|sensor| sensor.id == id).map(|sensor| sensor.unit.clone());
-    let text = if joint("_deg_s") {
-        "deg/s".to_string()
-    } else if joint("_deg") {
-        "deg".to_string()
-    } else {
-        let column = || units::of_column(key);
-        sensor(key).or_else(|| key.strip_suffix("_u").and_then(sensor)).or_else(column)?
+    let unit = match meaning(bench, key) {
+        Meaning::Angle(_) => Some("deg".to_string()),
+        Meaning::Rate(_) => Some("deg/s".to_string()),
+        Meaning::Sensor(k) | Meaning::SensorU(k) => bench.sensors.get(k).map(|sensor| sensor.unit.clone()),
+        _ => units::of_column(key),
     };
-    Some(text).filter(|text| !text.is_empty())
+    unit.filter(|unit| !unit.is_empty())
 }

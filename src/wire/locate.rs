@@ -4,7 +4,7 @@ use super::Source;
 use crate::elements::TextPart;
 use crate::error::Malformed;
 use serde_json::value::RawValue;
-use std::{borrow::Cow, fmt};
+use std::{borrow::Cow, collections::HashMap};
 
 /// Give an error its file, line, column and caret from its JSON path, unless it stands in another file already.
 ///
@@ -149,9 +149,10 @@ fn find<'a>(text: &'a str, path: &str) -> Option<(usize, &'a str)> {
     let mut here: &'a RawValue = serde_json::from_str(text).ok()?;
     for step in steps(path) {
         let next = match step {
-            Step::Key(key) => serde_json::from_str::<RawObject<'a>>(here.get()).ok().and_then(|RawObject(entries)| {
-                entries.into_iter().find(|(name, _)| name == key).map(|(_, value)| value)
-            }),
+            Step::Key(key) => {
+                let keys = serde_json::from_str::<HashMap<Cow<'a, str>, &'a RawValue>>(here.get());
+                keys.ok().and_then(|keys| keys.get(key).copied())
+            }
             Step::Index(k) => {
                 serde_json::from_str::<Vec<&'a RawValue>>(here.get()).ok().and_then(|list| list.get(k).copied())
             }
@@ -163,26 +164,4 @@ fn find<'a>(text: &'a str, path: &str) -> Option<(usize, &'a str)> {
     }
     let start = (here.get().as_ptr() as usize).checked_sub(text.as_ptr() as usize)?;
     Some((start, here.get()))
-}
-
-struct RawObject<'a>(Vec<(Cow<'a, str>, &'a RawValue)>);
-
-impl<'de: 'a, 'a> serde::Deserialize<'de> for RawObject<'a> {
-    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Entries;
-        impl<'de> serde::de::Visitor<'de> for Entries {
-            type Value = RawObject<'de>;
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("an object")
-            }
-            fn visit_map<A: serde::de::MapAccess<'de>>(self, mut map: A) -> Result<RawObject<'de>, A::Error> {
-                let mut entries = Vec::new();
-                while let Some(key) = map.next_key::<String>()? {
-                    entries.push((Cow::Owned(key), map.next_value()?));
-                }
-                Ok(RawObject(entries))
-            }
-        }
-        deserializer.deserialize_map(Entries)
-    }
 }

@@ -1,7 +1,8 @@
 //! Files at the edge: JSON and CSV in, domain types out, once, with errors that point at file, line, column and path.
 //!
-//! The only module that knows serde, csv and schemars for input. It reads no files itself: whoever calls it brings the text and a
-//! function that fetches what the text refers to (a bench file, a CSV of readings).
+//! What a file has as it is used (an axis, a known value, an effect) is read into the type of the domain, which says its JSON itself; the types here are
+//! those of files that become something else. Nothing here reads a file: whoever calls it brings the text and a function that fetches what the text
+//! refers to (a bench file, a CSV of readings).
 
 mod bench_file;
 mod build_bench;
@@ -10,9 +11,7 @@ mod campaign_file;
 mod columns;
 mod constraint_file;
 mod correction_file;
-mod derived_file;
 mod effects_file;
-mod folder;
 mod front;
 #[cfg(feature = "navigate")]
 mod imu_errors_file;
@@ -29,7 +28,6 @@ mod motion_file;
 mod named;
 mod readings_file;
 mod readings_table;
-mod recipe;
 mod record_rows;
 mod reduced;
 mod reduction;
@@ -42,7 +40,8 @@ mod truth_file;
 mod write;
 
 use crate::elements::Parts;
-pub use bench_file::{BenchFile, DirectionFile, LinkFile, SensorFile};
+pub use crate::record::ClockFrom;
+pub use bench_file::{BenchFile, DerivedFile, DerivedLine, DirectionFile, LinkFile, SensorFile};
 pub use build_bench::{BenchBuilder, SensorBuilder};
 pub use build_campaign::{CampaignBuilder, ReadingBuilder};
 pub use campaign_file::{BenchRef, CampaignFile, CovarianceFile, KnownEntry, ReadingsRef};
@@ -52,10 +51,8 @@ pub use constraint_file::ConstraintFile;
 pub use correction_file::{
     CorrectedSensorFile, CorrectionFile, CorrectionParametersFile, InputFile, MountingFile, ValidityFile,
 };
-pub use derived_file::{DerivedFile, DerivedLine};
 pub use effects_file::{EffectsFile, built_in_effects, read_effects};
-pub use folder::Folder;
-pub use front::{bench_ref, fit_rows, fit_rows_beside, read_campaign_beside};
+pub use front::{Folder, bench_ref, fit_rows, fit_rows_beside, read_campaign_beside};
 #[cfg(feature = "navigate")]
 pub use imu_errors_file::{AxesFile, DriftCoefficients, DriftFile, ErrorsFile, InstallationAngles, InstallationFile};
 pub use lab::{
@@ -74,11 +71,10 @@ pub use motion_file::{LegFile, LegsFile, MotionFile, OscillationFile, StaticFile
 pub use named::Named;
 pub use readings_file::{Cell, ReadingFile};
 pub use readings_table::{device_readings, inline_devices, table_cells, table_keys, table_layout};
-pub use recipe::{ClockFrom, Encoder, Recipe, SegmentsBy, times};
 pub use record_rows::{RecordRows, read_rows_of};
 pub use reduced::{Computed, ReducedReading, Schedule, read_schedule};
 pub use reduction::Reduced;
-pub use samples_file::{SamplesAs, SamplesFile, TimesFile, TimesLine};
+pub use samples_file::{Encoder, Recipe, SamplesAs, SamplesFile, SegmentsBy, TimesFile, TimesLine, times};
 pub(crate) use schema::identified;
 pub use schema::{SCHEMAS, schema};
 pub use site_file::{GravityFile, SiteFile};
@@ -160,7 +156,7 @@ pub fn read_bench(source: &Source) -> Result<Bench> {
 ///
 /// A bench that is named is a built-in id, or else a path for `fetch`. Errors carry the file in which the fault stands.
 pub fn read_campaign(source: &Source, fetch: Fetch<'_>) -> Result<Campaign> {
-    campaign_from(campaign_of(source)?, source, &mut folder::Texts(fetch))
+    campaign_from(campaign_of(source)?, source, &mut front::Texts(fetch))
 }
 
 /// Read a campaign file, with everything that it refers to: benches, tables of readings in any format, records of samples.

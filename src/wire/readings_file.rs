@@ -5,9 +5,11 @@ use crate::bench::Bench;
 use crate::campaign::is_axis_input;
 use crate::campaign::{JointState, Observation, Reading, Readings};
 use crate::error::{Fault, Malformed, Result};
+use crate::mix::Mix;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::{HashMap, HashSet};
+use std::hash::BuildHasherDefault;
 
 /// One reading: keys `<joint>_deg`, `<joint>_deg_s`, `<joint>_turns`, `<sensor>`, `<sensor>_u`, `n`, `position`, and any further column.
 pub type ReadingFile = Named<Cell>;
@@ -100,6 +102,13 @@ pub(super) enum Meaning {
     Column,
 }
 
+impl Meaning {
+    /// Is a number under it an input of that name?
+    pub fn is_input(self) -> bool {
+        matches!(self, Meaning::Column | Meaning::Angle(_) | Meaning::Rate(_) | Meaning::Turns(_))
+    }
+}
+
 /// The meaning of a key of a reading.
 pub(super) fn meaning(bench: &Bench, key: &str) -> Meaning {
     match key {
@@ -125,42 +134,8 @@ pub(super) fn meaning(bench: &Bench, key: &str) -> Meaning {
     Meaning::Column
 }
 
-/// Meanings of keys, looked up once where rows have the same keys in the same order.
-struct Meanings<'a> {
-    bench: &'a Bench,
-    seen: Vec<(String, Meaning, Option<usize>)>,
-    /// Places of the numeric columns.
-    slots: HashMap<String, usize>,
-}
-
-impl Meanings<'_> {
-    /// The meaning of the key that stands at a place of its row, and its place among the numeric columns.
-    fn of(&mut self, place: usize, key: &str) -> (Meaning, Option<usize>) {
-        if let Some((own, meaning, slot)) = self.seen.get(place)
-            && own == key
-        {
-            return (*meaning, *slot);
-        }
-        let found = (meaning(self.bench, key), self.slots.get(key).copied());
-        self.seen.truncate(place);
-        if self.seen.len() == place {
-            self.seen.push((key.to_string(), found.0, found.1));
-        }
-        found
-    }
-
-    /// The place of a key with a number.
-    fn slot(&mut self, place: usize, key: &str, columns: &mut Vec<String>) {
-        let next = columns.len();
-        let slot = *self.slots.entry(key.to_string()).or_insert(next);
-        if slot == next {
-            columns.push(key.to_string());
-        }
-        if let Some((_, _, own)) = self.seen.get_mut(place) {
-            *own = Some(slot);
-        }
-    }
-}
+/// What each key of the readings means, and its place among the numeric columns.
+type Meanings = HashMap<String, (Meaning, Option<usize>), BuildHasherDefault<Mix>>;
 
 /// Rows of cells that are gone through several times: at hand, or read anew from a text each time, so that they need not be held beside it.
 pub(super) trait CellRows {
@@ -191,7 +166,7 @@ pub(super) fn from_cells(bench: &Bench, rows: impl CellRows) -> Result<Readings>
     let joints: Vec<&str> = bench.joints().collect();
     // every key with a number somewhere is an input of that name, joint keys too (a term may say gamma_deg_s*cos(2*beta))
     let mut columns: Vec<String> = Vec::new();
-    let mut meanings = Meanings { bench, seen: Vec::new(), slots: HashMap::new() };
+    let mut meanings = Meanings::default();
     let mut count = 0_usize;
     // a text where a model line wants a number is a fault of its row, not a column that is not there
     let used: HashSet<&str> = bench.sensors.iter().flat_map(|sensor| sensor.model.names()).collect();
@@ -202,11 +177,16 @@ pub(super) fn from_cells(bench: &Bench, rows: impl CellRows) -> Result<Readings>
     };
     rows.visit(&mut |_, row| {
         count += 1;
-        for (at, (key, cell)) in row.0.iter().enumerate() {
-            let (meaning, slot) = meanings.of(at, key);
-            let input = matches!(meaning, Meaning::Column | Meaning::Angle(_) | Meaning::Rate(_) | Meaning::Turns(_));
-            if input && slot.is_none() && is_read(key, cell) {
-                meanings.slot(at, key, &mut columns);
+        for (key, cell) in &row.0 {
+            if !meanings.contains_key(key) {
+                meanings.insert(key.clone(), (meaning(bench, key), None));
+            }
+            if let Some((meaning, slot @ None)) = meanings.get_mut(key)
+                && meaning.is_input()
+                && is_read(key, cell)
+            {
+                *slot = Some(columns.len());
+                columns.push(key.clone());
             }
         }
         Ok(())
@@ -241,12 +221,10 @@ pub(super) fn from_cells(bench: &Bench, rows: impl CellRows) -> Result<Readings>
             .at_path(format!("{place}.{column}")));
         }
     }
-    // every place is known now
-    meanings.seen.clear();
     let mut made: Vec<Reading> = Vec::with_capacity(count);
     let mut without: Option<(String, usize)> = None;
     rows.visit(&mut |place, row| {
-        let own = reading(&mut meanings, &joints, &columns, place(), row)?;
+        let own = reading(bench, &meanings, &joints, columns.len(), place(), row)?;
         // an empty cell says that nothing was read there
         let lacks = |k: &usize| bench.sensors.get(*k).is_some_and(|sensor| row.get(&sensor.id).is_none());
         if without.is_none() {
@@ -278,20 +256,22 @@ fn undeclared_axis<'a>(bench: &Bench, column: &'a str) -> Option<&'a str> {
 }
 
 fn reading(
-    meanings: &mut Meanings<'_>,
+    bench: &Bench,
+    meanings: &Meanings,
     joints: &[&str],
-    columns: &[String],
+    columns: usize,
     place: String,
     row: &ReadingFile,
 ) -> Result<Reading> {
     let mut position = String::new();
     let mut samples = 1.0;
     let mut remarks = Vec::new();
-    let mut values: Vec<(Option<f64>, Option<f64>)> = vec![(None, None); meanings.bench.sensors.len()];
+    let mut values: Vec<(Option<f64>, Option<f64>)> = vec![(None, None); bench.sensors.len()];
     let mut states: Vec<[Option<f64>; 3]> = vec![[None; 3]; joints.len()];
-    let mut numbers: Vec<Option<f64>> = vec![None; columns.len()];
-    for (at, (key, cell)) in row.0.iter().enumerate() {
-        let (meaning, slot) = meanings.of(at, key);
+    let mut numbers: Vec<Option<f64>> = vec![None; columns];
+    for (key, cell) in &row.0 {
+        // every key was seen before
+        let (meaning, slot) = meanings.get(key).copied().unwrap_or((Meaning::Column, None));
         let number = match (cell, &meaning) {
             (Cell::Nothing(()), _) => continue,
             (Cell::Text(text), Meaning::Position) => {

@@ -4,9 +4,8 @@ use super::campaign_file::CampaignFile;
 use super::columns::columns;
 use super::locate::row_place;
 use super::readings_file::{Cell, Meaning, ReadingFile, meaning};
-use super::recipe::SegmentsBy;
 use super::reduced::{Runs, assigned};
-use super::samples_file::SamplesFile;
+use super::samples_file::{SamplesFile, SegmentsBy};
 use super::{Folder, Named, Source, locate};
 use crate::bench::Bench;
 use crate::campaign::{Campaign, JointState, Observation, Reading, Readings, ScatterRequest};
@@ -201,7 +200,7 @@ impl<'a> RecordRows<'a> {
 
     /// The place of an input among the numeric columns.
     fn slot(&mut self, kind: Meaning, key: &str) -> Option<usize> {
-        if !matches!(kind, Meaning::Column | Meaning::Angle(_) | Meaning::Rate(_) | Meaning::Turns(_)) {
+        if !kind.is_input() {
             return None;
         }
         let found = self.names.iter().position(|name| name == key);

@@ -6,7 +6,7 @@ use super::readings_file::{self, Cell, ReadingFile};
 use super::samples_file::SamplesFile;
 use super::{Fetch, Folder, Named, Source, kind, locate, parse};
 use crate::algebra::{Expression, Scratch, Tape};
-use crate::bench::Bench;
+use crate::bench::{Bench, Sensor};
 use crate::campaign::Readings;
 use crate::error::{Fault, Malformed, Result};
 use crate::fit;
@@ -107,9 +107,14 @@ impl Computed {
 impl Schedule {
     /// The sensors that the schedule states a value of, and whose model lines read these columns.
     pub fn computed(&self, columns: &[String]) -> Vec<Computed> {
-        let stated = |id: &str| self.rows.iter().all(|row| matches!(row.get(id), Some(Cell::Number(_))));
-        let unread = self.bench.sensors.iter().filter(|s| !columns.contains(&s.id) && stated(&s.id));
+        let unread = self.stated().filter(|s| !columns.contains(&s.id));
         unread.filter_map(|s| self.compute(&s.id, s.unit.as_str(), &s.model, columns)).collect()
+    }
+
+    /// The sensors whose values all rows state.
+    fn stated(&self) -> impl Iterator<Item = &Sensor> {
+        let all = |id: &str| self.rows.iter().all(|row| matches!(row.get(id), Some(Cell::Number(_))));
+        self.bench.sensors.iter().filter(move |own| all(&own.id))
     }
 
     fn compute(&self, id: &str, unit: &str, model: &Expression, columns: &[String]) -> Option<Computed> {
@@ -138,11 +143,8 @@ impl Schedule {
     ///
     /// The uncertainty of a norm is that of its model line, whose slopes are the scale factors: at the start these may be any.
     pub(super) fn moves(&mut self, reduced: &[ReducedReading], places: &[usize]) -> bool {
-        let names: Vec<&String> =
-            reduced.iter().take(1).flat_map(|own| own.values.iter().map(|(name, ..)| name)).collect();
-        let stated =
-            |own: &&crate::bench::Sensor| self.rows.iter().all(|row| matches!(row.get(&own.id), Some(Cell::Number(_))));
-        if !self.bench.sensors.iter().filter(stated).any(|own| names.contains(&&own.id)) {
+        let first = reduced.first().map(|own| own.values.as_slice()).unwrap_or_default();
+        if !self.stated().any(|own| first.iter().any(|(name, ..)| *name == own.id)) {
             return false;
         }
         let rows = self.filled(reduced, places).into_iter().map(|row| (String::new(), row));
@@ -206,23 +208,22 @@ impl Schedule {
     pub(super) fn filled(&self, readings: &[ReducedReading], places: &[usize]) -> Vec<ReadingFile> {
         let mut rows = Vec::new();
         for (reading, place) in readings.iter().zip(places) {
-            let Some(mut row) = self.rows.get(*place).cloned() else { continue };
+            let Some(schedule) = self.rows.get(*place) else { continue };
+            let states = |key: &str| matches!(schedule.get(key), Some(Cell::Number(_)));
+            let mut row = schedule.clone();
             let mut set = |key: &str, cell: Cell| match row.0.iter_mut().find(|(own, _)| own == key) {
                 Some((_, old)) => *old = cell,
                 None => row.0.push((key.to_string(), cell)),
             };
-            if self.rows.len() == 1 || self.rows.get(*place).is_some_and(|row| row.get("position").is_none()) {
+            if self.rows.len() == 1 || schedule.get("position").is_none() {
                 set("position", Cell::Text(reading.position.clone()));
             }
             for (name, mean, u) in &reading.values {
-                let stated = self.bench.sensors.iter().any(|s| s.id == *name)
-                    && self.rows.get(*place).is_some_and(|row| matches!(row.get(name), Some(Cell::Number(_))));
-                if !stated {
+                if !(states(name) && self.bench.sensors.iter().any(|own| own.id == *name)) {
                     set(name, Cell::Number(*mean));
                 }
                 let key = format!("{name}_u");
-                let given = self.rows.get(*place).is_some_and(|row| matches!(row.get(&key), Some(Cell::Number(_))));
-                if *u > 0.0 && !given {
+                if *u > 0.0 && !states(&key) {
                     set(&key, Cell::Number(*u));
                 }
             }

@@ -4,8 +4,8 @@
 //! record -> columns -> trace -> segments -> (rows of the schedule) -> whole turns -> means with their uncertainties
 //! ```
 
-use super::recipe::{Recipe, SegmentsBy};
 use super::reduced::{ReducedReading, Schedule};
+use super::samples_file::{Recipe, SegmentsBy};
 use crate::elements::{Elements, Parts};
 use crate::error::{Fault, Malformed, Result};
 use crate::number;
@@ -200,7 +200,7 @@ impl Recipe {
                 let more: Vec<Vec<f64>> = computed.iter().map(|c| c.values(&columns)).collect();
                 let all: Vec<&[f64]> =
                     columns.iter().copied().chain(more.iter().map(Vec::as_slice)).chain(turned.as_deref()).collect();
-                trace.push_at(&all, clock.times().get(stretch.rows.clone()));
+                trace.push(&all, clock.times().get(stretch.rows.clone()));
             }
         }
         trace.finish();

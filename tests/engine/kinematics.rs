@@ -1,13 +1,13 @@
 //! The chain of rotations: constants of the Earth, exact quarter turns, rates and forces and their derivatives, means over turns.
 
 use crate::support::parse;
-use nalgebra::{Rotation3, Vector3};
+use nalgebra::Rotation3;
 use serde_json::{Map, Value, json};
 use tumble::algebra::Scratch;
 use tumble::bench::earth::{
     CENTRIFUGAL_RATIO, EARTH_RATE_DEG_H, EARTH_RATE_RAD_S, ECCENTRICITY_SQUARED, FLATTENING, SEMI_MAJOR_AXIS_M,
 };
-use tumble::bench::{Axis, Bench, Link, built_in, sin_cos_deg};
+use tumble::bench::{Bench, Link, built_in, sin_cos_deg};
 use tumble::design::{self, Instant, Kinematics, Model, kinematics};
 use tumble::wire;
 
@@ -33,17 +33,6 @@ fn quarter_turns_are_exact_and_others_agree_with_the_library() {
         let (sin, cos) = sin_cos_deg(angle);
         // two correct roundings of the same number differ by at most the reduction error of the radian argument
         assert!((sin - angle.to_radians().sin()).abs() < 4e-15 && (cos - angle.to_radians().cos()).abs() < 4e-15);
-    }
-}
-
-#[test]
-fn derivative_is_the_limit_of_differences() {
-    let v = Vector3::new(0.3, -1.2, 2.5);
-    for axis in [Axis::X, Axis::Y, Axis::Z] {
-        let (t, h) = (0.7_f64, 1e-6);
-        let at = |t: f64| axis.to_inner(&v, t.sin_cos());
-        let difference = (at(t + h) - at(t - h)) / (2.0 * h);
-        assert!((axis.derivative(&at(t)) - difference).norm() < 1e-9); // h^2 truncation plus eps/h rounding
     }
 }
 

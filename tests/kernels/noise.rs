@@ -21,7 +21,7 @@ fn on_the_diagonal_stand_the_degrees_of_freedom() {
     };
     let all: Vec<Sums> = (0..11).map(|k| at(1 << k)).collect();
     for m in [1_u64, 4, 16] {
-        let variance = covariance(&gram(&at(m), &at(m), &all, &Cells::new()), [0.0, 1.0, 0.0, 0.0]);
+        let variance = covariance(&gram(&at(m), &at(m), &all, &Cells::default()), [0.0, 1.0, 0.0, 0.0]);
         let (m, n) = (m as f64, samples as f64 + 1.0);
         let edf = (1.5 * (n - 1.0) / m - 2.0 * (n - 2.0) / n) * 4.0 * m * m / (4.0 * m * m + 5.0);
         let ours = 2.0 / (m * m * variance);

@@ -208,7 +208,7 @@ fn coefficients_of_simulated_records() {
                 if truth == 0.0 {
                     made_up += found.len();
                     if long && !found.is_empty() {
-                        println!("{name:>8} {missing:>8} {:>2} {:6.3}", term.letter(), n / runs as f64);
+                        println!("{name:>8} {missing:>8} {:>2} {:6.3}", term.name(), n / runs as f64);
                     }
                     continue;
                 }
@@ -219,14 +219,14 @@ fn coefficients_of_simulated_records() {
                 let share = held as f64 / n;
                 println!(
                     "{name:>8} {missing:>8} {:>2} {:6.3} {mean:9.4} {z:7.3} {share:7.3}",
-                    term.letter(),
+                    term.name(),
                     n / runs as f64
                 );
                 // nine in ten, less three standard deviations of that count; a ramp of 5 deg/h/h cannot always be distinguished from a random walk
                 let least = 0.9 * runs as f64 - 3.0 * (0.09 * runs as f64).sqrt();
-                assert!(n >= least || truth == 5.0, "{name}, {missing}: {}", term.letter());
+                assert!(n >= least || truth == 5.0, "{name}, {missing}: {}", term.name());
                 // four standard deviations of a share of 300 on either side
-                assert!(!long || (0.9..=0.995).contains(&share), "{name}, {missing}: {} {share}", term.letter());
+                assert!(!long || (0.9..=0.995).contains(&share), "{name}, {missing}: {} {share}", term.name());
             }
         }
     }

@@ -42,7 +42,7 @@ fn what_is_held_has_the_mean_of_the_record_that_ended() {
     let means = standing.means(2, None).unwrap();
     let mut trace = Trace::new(["a", "b"].map(|name| (name.to_string(), String::new())).to_vec());
     trace.interval = 1.0 / HZ;
-    trace.push(&columns.iter().map(Vec::as_slice).collect::<Vec<_>>());
+    trace.push(&columns.iter().map(Vec::as_slice).collect::<Vec<_>>(), None);
     trace.finish();
     let by = By::Still { window: 0.5, threshold: 4.0 };
     let mut found = segment(&trace, &by, 0.5, 1.0);

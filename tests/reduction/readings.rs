@@ -18,7 +18,7 @@ pub fn uniform(random: &mut Pcg64Mcg, low: f64, high: f64) -> f64 {
 fn trace(columns: &[Vec<f64>], interval: f64) -> Trace {
     let mut trace = Trace::new((0..columns.len()).map(|k| (format!("c{k}"), String::new())).collect());
     trace.interval = interval;
-    trace.push(&columns.iter().map(Vec::as_slice).collect::<Vec<_>>());
+    trace.push(&columns.iter().map(Vec::as_slice).collect::<Vec<_>>(), None);
     trace.finish();
     trace
 }
@@ -270,7 +270,7 @@ fn a_thinned_trace_has_the_same_means() {
     let whole = trace(std::slice::from_ref(&x), 0.01);
     let mut thin = Trace::new(vec![("c".into(), String::new())]).with_blocks(1000);
     thin.interval = 0.01;
-    x.chunks(997).for_each(|part| thin.push(&[part]));
+    x.chunks(997).for_each(|part| thin.push(&[part], None));
     thin.finish();
     assert!(thin.block == 128 && thin.channels[0].means.len() <= 1000);
     let times = By::Times(vec![("a".into(), 100.0, 400.0)]);

@@ -142,7 +142,7 @@ fn drawn(random: &mut Pcg64Mcg, kind: &str) -> Drawn {
     let trace = |values: &[f64]| {
         let mut trace = Trace::new(vec![("gyro".into(), String::new())]);
         trace.interval = 1.0 / rate;
-        trace.push(&[values]);
+        trace.push(&[values], None);
         trace.finish();
         trace
     };
