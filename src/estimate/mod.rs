@@ -46,6 +46,7 @@ mod inequalities;
 mod panel;
 mod pivoted;
 mod refine;
+mod scale_uncertainty;
 pub mod scatter;
 mod sequential;
 mod small_qr;
@@ -60,8 +61,9 @@ pub use equalities::{Elimination, Equation, Equations, adjust_on};
 pub use factor::Factor;
 pub(crate) use factor::product_by_rows;
 pub use fold::{Fold, Folded};
-pub use groups::{ScaleHints, ScaleUncertainty};
+pub use groups::ScaleHints;
 pub use inequalities::{Active, Inequality, Restricted, Side, restrict};
+pub use scale_uncertainty::ScaleUncertainty;
 pub use scatter::{
     Absorbed, Felt, Floor, LineState, Memory, Mixture, Node, Pattern, ScatterLine, Scattered, Stepped, Variances,
     Whitening, adjust_scattered, step_scattered,
