@@ -159,10 +159,10 @@ impl<const L: usize> Turn<L> {
             return;
         }
         let (first, second) = plane(axis);
-        for l in 0..L {
+        for (l, (cos, sin)) in self.cos.iter().zip(&self.sin).enumerate() {
             let (a, b) = (v[first][l], v[second][l]);
-            v[first][l] = self.cos[l] * a + self.sin[l] * b;
-            v[second][l] = self.cos[l] * b - self.sin[l] * a;
+            v[first][l] = cos * a + sin * b;
+            v[second][l] = cos * b - sin * a;
         }
     }
 }
