@@ -123,6 +123,7 @@ impl Default for Settings {
     }
 }
 
+#[cfg(feature = "cli")]
 pub(crate) use remarks::STEEP;
 pub use remarks::resolution;
 

@@ -148,6 +148,7 @@ impl Delimited {
     /// The rows of further lines, of a table that grows somewhere else: nothing is read from where this one was opened.
     ///
     /// Errors: those of [`Delimited::next`].
+    #[allow(dead_code, reason = "the command line alone reads lines that arrive")]
     pub fn lines(&mut self, text: &[u8], block: &mut Block) -> Result<()> {
         block.clear(self.selected);
         self.ended = true;

@@ -223,6 +223,7 @@ struct Head {
     columns: Vec<Column>,
     labels: Labels,
     /// Are the labels forgotten as soon as their numbers are no longer needed?
+    #[allow(dead_code, reason = "Parquet alone reads it")]
     forgets: bool,
     times: times::Times,
 }
@@ -361,6 +362,7 @@ impl Record {
     }
 
     /// The table, where it is one of text.
+    #[allow(dead_code, reason = "some features alone use it")]
     fn text(&self) -> Option<&Delimited> {
         if let Source::Text(table) = &self.0 { Some(table) } else { None }
     }

@@ -8,12 +8,14 @@
 //! pure number stand for each other, the radian being 1 (`ppm` and `urad` of a misalignment). A value in `K` where `degC` is wanted is shifted by
 //! 273.15. Deliberately absent: logarithmic units, numbers inside a unit.
 
+mod dimension;
 mod parse;
 mod table;
 mod unit;
 
+pub use dimension::{Conversion, Dimension, STANDARD_GRAVITY_M_S2};
 pub use table::names;
 pub(crate) use table::of_column;
 #[cfg(feature = "dcc")]
 pub(crate) use table::plain;
-pub use unit::{Conversion, Dimension, STANDARD_GRAVITY_M_S2, Unit};
+pub use unit::Unit;

@@ -1,7 +1,7 @@
 //! The table of units: names, dimensions and sizes. A new unit is a new line here.
 #![allow(clippy::indexing_slicing, reason = "evaluated when this is compiled: an index that is none would not build")]
 
-use super::unit::{ANGLE, BASES, COUNT, CURRENT, LENGTH, MASS, ONE, Scale, TEMPERATURE, TIME};
+use super::dimension::{ANGLE, BASES, COUNT, CURRENT, LENGTH, MASS, ONE, Scale, TEMPERATURE, TIME};
 
 /// What a name stands for.
 pub(super) struct Entry {

@@ -23,6 +23,7 @@ impl<T, L, M> Shapes<T, L, M> {
         Shapes { text: Some(of), ..self }
     }
 
+    #[allow(dead_code, reason = "files of missions alone have such values")]
     pub fn number(self, of: fn(f64) -> T) -> Self {
         Shapes { number: Some(of), ..self }
     }
