@@ -9,7 +9,6 @@
 //! | tables of text | titles that only this program gives, or the notation of the numbers in the last column below titles that others give, too |
 //! | pages, sources, other text | the program's name at the beginning |
 
-use super::rows::WRITER;
 use crate::report::{Input, VERSION};
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use serde::de::Deserializer as _;
@@ -17,6 +16,8 @@ use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 
+/// With its version, what a Parquet file names as the program that wrote it.
+pub(super) const WRITER: &str = "tumble ";
 /// Bytes in which a text says what wrote it.
 const BEGINNING: u64 = 1 << 16;
 /// Names that tables of text end in.

@@ -1,6 +1,7 @@
 //! Tables that go out: rows of cells as CSV, JSON lines or Parquet, by the extension of the file.
 
 use super::outputs::{Stream, fault, reader_left};
+use super::own::WRITER;
 use crate::error::{Fault, Malformed, Result};
 use crate::report::VERSION;
 use parquet::basic::{LogicalType, Repetition, Type as Physical};
@@ -14,9 +15,6 @@ use std::borrow::Cow;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-
-/// With its version, what a Parquet file names as the program that wrote it.
-pub(super) const WRITER: &str = "tumble ";
 
 /// How rows are written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -7,7 +7,8 @@
     reason = "columns are numbers below `scaled.ncols()` that the factorisation has ordered; every vector of the null space has as many entries"
 )]
 
-use super::pivoted::{Pivoted, pivoted_qr};
+use super::pivoted::pivoted_qr;
+use super::small_qr::Pivoted;
 use crate::elements::Elements;
 use faer::Mat;
 

@@ -6,9 +6,40 @@
     reason = "`work` holds `k` columns of `m` rows, squares and computed have `k` entries and reflections `min(m, k)`, all made here"
 )]
 
-use super::pivoted::Pivoted;
 use crate::linear::short_dot;
 use faer::Mat;
+
+/// A pivoted QR of some columns, before anything is said about rank.
+pub(super) struct Pivoted {
+    /// Thin, `m x min(m, k)`.
+    pub q: Mat<f64>,
+    /// Upper trapezoidal, `min(m, k) x k`; below its diagonal lies what faer keeps there.
+    pub r: Mat<f64>,
+    /// Columns in pivot order.
+    pub order: Vec<usize>,
+    /// How many leading diagonal elements stand above the tolerance.
+    pub rank: usize,
+}
+
+impl Pivoted {
+    pub fn new(q: Mat<f64>, r: Mat<f64>, order: Vec<usize>, tolerance: f64) -> Self {
+        let size = r.nrows();
+        let largest = if size > 0 { r[(0, 0)].abs() } else { 0.0 };
+        // Negated, so that anything not comparable counts as dependent.
+        let rank = (0..size).take_while(|&i| r[(i, i)].abs() > tolerance * largest).count();
+        Pivoted { q, r, order, rank }
+    }
+
+    /// Whether a column behind the first negligible one is not negligible.
+    pub fn hides_a_larger_column(&self, tolerance: f64) -> bool {
+        let (size, k, rank) = (self.r.nrows(), self.r.ncols(), self.rank);
+        let Some(limit) = (rank < size).then(|| tolerance * self.r[(0, 0)].abs()) else { return false };
+        (rank + 1..k).any(|j| {
+            let squares: f64 = (rank..size.min(j + 1)).map(|i| self.r[(i, j)].powi(2)).sum();
+            squares.sqrt() > limit
+        })
+    }
+}
 
 /// Elements up to which this is the faster way.
 pub(super) const MOST: usize = 4096;

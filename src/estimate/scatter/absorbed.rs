@@ -13,7 +13,6 @@
     reason = "`kept` holds components of the problem, for each of which the inference has a matrix, and `s` a row and a column"
 )]
 
-use super::inference;
 use super::problem::{Problem, SEPARATED};
 use crate::error::Result;
 use crate::linear::form;
@@ -53,7 +52,7 @@ impl Problem<'_> {
         let directions = point.estimate.factor.whitened_directions();
         let whole = &directions * directions.transpose();
         // 2 S^-1
-        let twice = inference::spread(&inference.s, kept);
+        let twice = super::restricted::spread(&inference.s, kept);
         let one = |own: &Option<usize>| {
             let c = missing(own)?;
             let mut middle = inference.gamma[c].clone();

@@ -141,7 +141,7 @@ fn conclude(
     let (spread, correction) = match along {
         Some(along) => along.costs(inference.s.nrows(), &leaning),
         None => {
-            let spread = inference::spread(&inference.s, &free);
+            let spread = super::restricted::spread(&inference.s, &free);
             let correction = inference::correction(&directions, &spread, |g, h| inference.crossing(g, h));
             (spread, correction)
         }

@@ -13,8 +13,9 @@
     reason = "the pattern is that of the system, which `System::check` has seen: fronts hold rows and deviations below its numbers, and `class` has an entry for each row"
 )]
 
+use super::inference::LeftOut;
 use super::pattern::ByRow;
-use super::problem::{LeftOut, Problem};
+use super::problem::Problem;
 use super::reml::{Ended, Limits};
 use super::{Felt, ScatterLine};
 use crate::error::Result;

@@ -16,11 +16,8 @@
 )]
 
 use super::elimination::{Augmented, Whitening};
-use super::problem::LeftOut;
-use crate::estimate::Estimate;
 use crate::linear::dot;
 use faer::linalg::matmul::matmul;
-use faer::linalg::solvers::Solve;
 use faer::{Accum, Mat, MatRef, Par};
 
 /// The component that each row, and each deviation's own row, belongs to; `None` where its variance is known.
@@ -61,10 +58,24 @@ fn add_product(to: &mut Mat<f64>, a: MatRef<'_, f64>, b: MatRef<'_, f64>) {
     matmul(to, Accum::Add, a.transpose(), b, 1.0, Par::Seq);
 }
 
+/// Rows that others stand for (`condense.rs`): what rows of zeros say.
+#[derive(Debug, Clone, Default)]
+pub(super) struct LeftOut {
+    /// How many belong to each component; none where the list ends.
+    pub rows: Vec<f64>,
+    /// `log det` of their covariance at variances of one.
+    pub log_determinant: f64,
+}
+
 impl Inference {
-    pub fn new(whitening: &Whitening, members: &Membership, left_out: &LeftOut, estimate: &Estimate) -> Self {
+    /// `q` is the orthonormal basis of the whitened rows, and `residuals` are those of whitened least squares.
+    pub fn new(
+        whitening: &Whitening,
+        members: &Membership,
+        left_out: &LeftOut,
+        (q, residuals): (&Mat<f64>, &[f64]),
+    ) -> Self {
         let pattern = whitening.pattern();
-        let q = &estimate.factor.q;
         let rank = q.ncols();
         let back = |rows: &[f64]| {
             whitening.backward(Augmented { rows: rows.to_vec(), deviations: vec![0.0; pattern.deviations] })
@@ -75,7 +86,7 @@ impl Inference {
             basis.col_as_slice_mut(k).copy_from_slice(&column.rows);
             felt.col_as_slice_mut(k).copy_from_slice(&column.deviations);
         }
-        let residuals = back(&estimate.residuals);
+        let residuals = back(residuals);
         let count = members.count;
         let masked = |rows: &[f64], deviations: &[f64], g: usize| {
             let keep = |values: &[f64], of: &[Option<usize>]| -> Vec<f64> {
@@ -218,24 +229,6 @@ fn projected(q: &Mat<f64>, mut white: Mat<f64>, mut residual: Vec<f64>) -> (Mat<
         residual.iter_mut().zip(q.col_as_slice(k)).for_each(|(w, q)| *w -= along * q);
     }
     (Mat::from_fn(rank, rank, |a, b| 0.5 * (own[(a, b)] + own[(b, a)])), white, residual)
-}
-
-/// `2 S^-1` over some components: the covariance of the estimated variances, each relative to its estimate; zero for the others.
-pub(super) fn spread(s: &Mat<f64>, among: &[usize]) -> Mat<f64> {
-    let mut all = Mat::zeros(s.nrows(), s.nrows());
-    if among.is_empty() {
-        return all;
-    }
-    let size = |g: usize| s[(g, g)].max(f64::MIN_POSITIVE).sqrt();
-    let part =
-        Mat::from_fn(among.len(), among.len(), |a, b| s[(among[a], among[b])] / (size(among[a]) * size(among[b])));
-    let inverse = part.col_piv_qr().solve(Mat::<f64>::identity(among.len(), among.len()));
-    for (a, g) in among.iter().enumerate() {
-        for (b, h) in among.iter().enumerate() {
-            all[(*g, *h)] = 2.0 * inverse[(a, b)] / (size(*g) * size(*h));
-        }
-    }
-    all
 }
 
 /// What estimated variances add to the covariance of the unknowns: M. G. Kenward and J. H. Roger, "Small sample inference for fixed effects from restricted

@@ -5,7 +5,7 @@
 )]
 
 use super::elimination::Whitening;
-use super::inference::{Inference, Membership};
+use super::inference::{Inference, LeftOut, Membership};
 use super::{LineState, Pattern, ScatterLine};
 use crate::error::{Fault, Malformed, Result};
 use crate::estimate::{Elimination, Estimate, Group, ScaleHints, Settings, System, adjust, adjust_on, groups, solve};
@@ -42,15 +42,6 @@ pub(super) struct Problem<'a> {
     pub(super) left_out: LeftOut,
     /// Variance factors of the groups as if nothing else scattered, where they are known from the rows that these stand for.
     pub(super) plain: Option<Vec<f64>>,
-}
-
-/// Rows that others stand for (`condense.rs`): what rows of zeros say.
-#[derive(Debug, Clone, Default)]
-pub(super) struct LeftOut {
-    /// How many belong to each component; none where the list ends.
-    pub rows: Vec<f64>,
-    /// `log det` of their covariance at variances of one.
-    pub log_determinant: f64,
 }
 
 /// The adjustment at some variances.
@@ -173,7 +164,8 @@ impl<'a> Problem<'a> {
     }
 
     pub fn inference(&self, point: &Point) -> Inference {
-        Inference::new(&point.whitening, &self.members, &self.left_out, &point.estimate)
+        let found = (&point.estimate.factor.q, point.estimate.residuals.as_slice());
+        Inference::new(&point.whitening, &self.members, &self.left_out, found)
     }
 
     /// Variance of each line.

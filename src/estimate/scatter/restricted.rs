@@ -341,8 +341,8 @@ impl Likelihood {
         let times = model.times();
         let linear = !among.iter().any(|k| times.contains(k));
         let spread = match linear {
-            true => super::inference::spread(&self.expected(), among),
-            false => super::inference::spread(&self.bend, among),
+            true => spread(&self.expected(), among),
+            false => spread(&self.bend, among),
         };
         let n = self.covariance.nrows();
         let mut correction = Mat::<f64>::zeros(n, n);
@@ -455,4 +455,22 @@ impl PartNoise {
             }
         }
     }
+}
+
+/// `2 S^-1` over some components: the covariance of the estimated variances, each relative to its estimate; zero for the others.
+pub(super) fn spread(s: &Mat<f64>, among: &[usize]) -> Mat<f64> {
+    let mut all = Mat::zeros(s.nrows(), s.nrows());
+    if among.is_empty() {
+        return all;
+    }
+    let size = |g: usize| s[(g, g)].max(f64::MIN_POSITIVE).sqrt();
+    let part =
+        Mat::from_fn(among.len(), among.len(), |a, b| s[(among[a], among[b])] / (size(among[a]) * size(among[b])));
+    let inverse = part.col_piv_qr().solve(Mat::<f64>::identity(among.len(), among.len()));
+    for (a, g) in among.iter().enumerate() {
+        for (b, h) in among.iter().enumerate() {
+            all[(*g, *h)] = 2.0 * inverse[(a, b)] / (size(*g) * size(*h));
+        }
+    }
+    all
 }

@@ -91,7 +91,7 @@ pub(super) fn with_times<'a>(
     if let Some(chains) = Chains::of(&problem)? {
         let along = chains.top(&problem, start, known)?;
         let time = |k: usize| along.meaning.iter().position(|own| *own == Meaning::Time(k));
-        let spread = super::inference::spread(&along.top.found.bend, &along.inside());
+        let spread = super::restricted::spread(&along.top.found.bend, &along.inside());
         let mut found = Vec::with_capacity(open.len());
         for k in &open {
             let Some(at) = time(*k) else { continue };
@@ -521,7 +521,7 @@ impl Beside<'_> {
             (at, here) = (trial, there);
         }
         let inside: Vec<usize> = (0..at.len()).filter(|j| at[*j] > ranges[*j].0 && at[*j] < ranges[*j].1).collect();
-        let spread = super::inference::spread(&here.bend, &inside);
+        let spread = super::restricted::spread(&here.bend, &inside);
         let u = |j: usize| Some(at[j].exp() * spread[(j, j)].sqrt()).filter(|u| *u > 0.0 && u.is_finite());
         Ok((at.iter().map(|x| x.exp()).collect(), here.theta, (0..at.len()).map(u).collect()))
     }
@@ -539,7 +539,7 @@ impl Beside<'_> {
         let slope = self.open.iter().map(|k| problem.lean(&point, &mut inference, *k, &ended.theta)).collect();
         let kept: Vec<usize> = ended.kept.iter().copied().filter(|c| !ended.at_floor[*c]).collect();
         // what is left of the information when the variances follow
-        let spread = super::inference::spread(&inference.s, &kept);
+        let spread = super::restricted::spread(&inference.s, &kept);
         let s = &inference.s;
         let bend = Mat::from_fn(at.len(), at.len(), |a, b| {
             let (a, b) = (known + a, known + b);
