@@ -53,6 +53,7 @@ mod point;
 mod pool;
 mod prices;
 mod problem;
+mod replacement;
 mod request;
 mod scheduled;
 mod search;

@@ -3,7 +3,7 @@
 use super::checks::{ConstraintsStatus, RecordReport};
 use super::correction::{correction_lines, given_sentence, validity_sentence};
 use super::fit::Shown;
-use super::fit_figures::{budget_figures, estimate_figures, residual_figures, spread_figures};
+use super::fit_figures::{FAR, budget_figures, estimate_figures, residual_figures, spread_figures};
 use super::provenance::begin;
 use super::scene::scene_figure;
 use super::{CompareReport, FitReport, Input, ReadingReport, compare, conformity, scatter, site};
@@ -14,9 +14,6 @@ use crate::fit::{Estimator, Fit, State, VarianceFrom};
 use crate::language::{Language, say};
 use crate::wire::{CorrectionFile, MountingFile};
 use std::collections::BTreeMap;
-
-/// Studentized residuals beyond this are marked.
-pub(super) const FAR: f64 = 3.0;
 
 /// What else the document of a fit is made from, and what a reader of a terminal asked to see.
 #[derive(Debug, Clone, Copy, Default)]

@@ -1,7 +1,6 @@
 //! The figures of a fit, each with its caption and its words.
 
 use super::fit::Shown;
-use super::fit_document::FAR;
 use super::{ARCSEC, BudgetReport, FitReport, ReadingReport, scatter};
 use crate::document::Figure;
 use crate::document::chart::{Bar, Chart, Interval, Part, Residual};
@@ -9,6 +8,9 @@ use crate::document::number::{level, rounded, significant};
 use crate::fit::{Fit, State};
 use crate::language::{Language, say};
 use crate::uncertainty::Evaluation;
+
+/// Studentized residuals beyond this are marked.
+pub(super) const FAR: f64 = 3.0;
 
 /// More rows than this are no figure any more.
 const MOST_ROWS: usize = 60;

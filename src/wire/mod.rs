@@ -12,6 +12,7 @@ mod columns;
 mod constraint_file;
 mod correction_file;
 mod effects_file;
+mod folder;
 mod front;
 #[cfg(feature = "navigate")]
 mod imu_errors_file;
@@ -52,7 +53,8 @@ pub use correction_file::{
     CorrectedSensorFile, CorrectionFile, CorrectionParametersFile, InputFile, MountingFile, ValidityFile,
 };
 pub use effects_file::{EffectsFile, built_in_effects, read_effects};
-pub use front::{Folder, bench_ref, fit_rows, fit_rows_beside, read_campaign_beside};
+pub use folder::Folder;
+pub use front::{bench_ref, fit_rows, fit_rows_beside, read_campaign_beside};
 #[cfg(feature = "navigate")]
 pub use imu_errors_file::{AxesFile, DriftCoefficients, DriftFile, ErrorsFile, InstallationAngles, InstallationFile};
 pub use lab::{
@@ -156,7 +158,7 @@ pub fn read_bench(source: &Source) -> Result<Bench> {
 ///
 /// A bench that is named is a built-in id, or else a path for `fetch`. Errors carry the file in which the fault stands.
 pub fn read_campaign(source: &Source, fetch: Fetch<'_>) -> Result<Campaign> {
-    campaign_from(campaign_of(source)?, source, &mut front::Texts(fetch))
+    campaign_from(campaign_of(source)?, source, &mut folder::Texts(fetch))
 }
 
 /// Read a campaign file, with everything that it refers to: benches, tables of readings in any format, records of samples.
