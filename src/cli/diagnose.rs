@@ -19,10 +19,10 @@ use std::path::{Path, PathBuf};
 pub(super) struct Arguments {
     /// The campaign file (JSON; standard input with '-'), or a mission file with '--measured'.
     #[arg(required_unless_present = "readings")]
-    campaign: Option<PathBuf>,
+    pub(super) campaign: Option<PathBuf>,
     /// Measured navigation errors of a mission (CSV, with the columns of `tumble navigate --csv`, and `_u` for their standard uncertainties).
     #[arg(long, value_name = "FILE", conflicts_with = "effects")]
-    measured: Option<PathBuf>,
+    pub(super) measured: Option<PathBuf>,
     /// A catalogue of further effects to try with the built-in ones (`tumble schema effects` has its form).
     #[arg(long, value_name = "FILE")]
     effects: Option<PathBuf>,
@@ -56,9 +56,6 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
     let (campaign, readings) = devices::behind(arguments.campaign.as_deref(), &arguments.readings)?;
-    if let Some(measured) = &arguments.measured {
-        return super::navigate_diagnose::run(arguments, campaign, measured, lang);
-    }
     if campaign.to_string_lossy().ends_with(".mission.json") {
         return Err(Malformed::new(Fault::Missing, "a mission alone has nothing to be diagnosed")
             .expected("--measured FILE with measured navigation errors"));

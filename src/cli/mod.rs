@@ -185,7 +185,10 @@ fn run(command: Command, lang: Language) -> Result<Outcome> {
         Command::Compare(arguments) => compare::run(&arguments, lang),
         Command::Apply(arguments) => apply::run(&arguments),
         Command::Export(arguments) => export::run(&arguments),
-        Command::Diagnose(arguments) => diagnose::run(&arguments, lang),
+        Command::Diagnose(arguments) => match (&arguments.campaign, &arguments.measured) {
+            (Some(mission), Some(measured)) => navigate_diagnose::run(&arguments, mission, measured, lang),
+            _ => diagnose::run(&arguments, lang),
+        },
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Navigate(arguments) => navigate::run(&arguments, lang),
         Command::Reduce(arguments) => reduce::run(&arguments, lang),
