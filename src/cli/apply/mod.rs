@@ -26,7 +26,8 @@ pub(super) struct Arguments {
     /// Write to a file, Parquet if its name ends in .parquet; without it, CSV to stdout.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
-    /// Also write the standard uncertainty of each input from the calibration (not the noise of the sample), as <input>_u.
+    /// Also write the standard uncertainty of each input from the calibration (not the noise of the sample), as <input>_u. With '--frame mount'
+    /// the rotation is taken as exact.
     #[arg(long)]
     u: bool,
     /// Frame of the inputs: the sensor axes, or the mounting face (rotated by the tilts after the last joint).
@@ -83,6 +84,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
         Frame::Sensor => None,
         Frame::Mount => Some(to_mount(&calibration)?),
     };
+    if arguments.u && rotation.is_some() {
+        super::note(
+            "note: the uncertainties take the rotation to the mounting face as exact; those of the tilts come on top",
+        );
+    }
     let correction = Correction { arguments, calibration: &calibration, corrector: &corrector, rotation };
     let mut outputs = Outputs::plan([arguments.out.as_deref()])?;
     let stream = arguments.out.as_deref().map(|path| outputs.open(path)).transpose()?;
