@@ -349,7 +349,8 @@ const MOST_TERM: f64 = 8.0;
 
 /// Rows that are made and folded at a time.
 const BLOCK: usize = 1024;
-/// Numbers below this share of the largest of their column add nothing to any sum of squares.
+/// Numbers below this share of the largest of their column add nothing to any sum of squares: their own squares are 1e-260 of its. They are zero, so that no
+/// product of two of them falls among the numbers below 1e-308, which lose their digits.
 const NOTHING: f64 = 1e-130;
 
 /// The upper triangle `R`, `n x n`, of `m` rows that are made as they are needed, `[rows] = Q R`.

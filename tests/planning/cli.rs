@@ -273,3 +273,58 @@ fn what_is_to_be_found_is_not_said_to_stay_hidden() {
     let words: Vec<&str> = never.split([' ', ',', '\n']).collect();
     assert!(!words.contains(&"a_S"), "{never}");
 }
+
+/// Effects that are to be found, and limits of parameters, are goals of one schedule; tilts without a limit are held to one degree.
+#[test]
+fn what_is_to_be_found_stands_beside_goals() {
+    let (code, stdout, stderr) = plan(&["--find", "a_S=3e-3", "--goal", "dtheta_y2=2", "--json", "-"]);
+    assert_eq!(code, 0, "{stderr}");
+    let report: serde_json::Value = serde_json::from_str(&stdout).expect("JSON");
+    let (goal, finds) = (&report["improved"]["goal"], &report["finds"]);
+    assert_eq!(goal["reached"], true);
+    assert_eq!((&goal["limits"]["dtheta_y2"], &goal["limits"]["dtheta_x0"]), (&2.0.into(), &3600.0.into()));
+    assert_eq!(goal["limits"]["c_a_S"], finds[0]["u"]);
+}
+
+/// A schedule that is kept and keeps the limits needs no reading more.
+#[test]
+fn a_schedule_that_is_enough_is_added_nothing() {
+    let (code, stdout, stderr) = plan(&["--goal", "1000", "--keep"]);
+    assert!(code == 0 && stdout.contains("30 readings; mountings: 5"), "{stdout}{stderr}");
+}
+
+/// Where an effect alone is sought, tilts that the schedule determines are held to one degree: as angles that act in the first order.
+#[test]
+fn what_is_to_be_found_leaves_the_tilts_determined() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let positions = [(0, 0), (0, 45), (0, 90), (90, 90), (180, 90), (270, 90), (0, 180)];
+    let rates = [10, -10, 50, -50, 100, -100, 200, -200, 300, -300];
+    let readings: Vec<String> = positions
+        .iter()
+        .flat_map(|(alpha, beta)| {
+            rates.map(|rate| {
+                format!(r#"{{"position": "{alpha}/{beta}", "alpha_deg": {alpha}, "beta_deg": {beta}, "gamma_deg_s": {rate}}}"#)
+            })
+        })
+        .collect();
+    let schedule = format!(
+        r#"{{"bench": {{"id": "own", "chain": [{{"joint": "gamma", "about": "z"}}, {{"tilt": "fix", "about": "x"}}, {{"joint": "beta", "about": "x"}},
+            {{"joint": "alpha", "about": "z"}}, {{"tilt": "dx", "about": "x"}}, {{"tilt": "dy", "about": "y"}}],
+            "sensors": {{"V": {{"unit": "mV", "model": "V0 + K*w_z"}}}}}},
+            "site": {{"latitude_deg": 48}}, "estimate": {{"fix": {{}}, "dx": {{}}, "dy": {{}}, "V0": {{}}, "K": {{"start": 5}}}},
+            "readings": [{}]}}"#,
+        readings.join(",")
+    );
+    std::fs::write(folder.path().join("s.json"), schedule).expect("a file");
+    let at = ["--at", "fix=300", "--at", "dx=1200", "--at", "dy=-800"];
+    let asked = ["plan", "s.json", "--noise", "V=0.03", "--find", "a_z=0.05", "--json", "-"];
+    let (code, stdout, stderr) = tumble(folder.path(), &[&asked[..], &at].concat());
+    assert_eq!(code, 0, "{stderr}");
+    let report: serde_json::Value = serde_json::from_str(&stdout).expect("JSON");
+    let limits = report["improved"]["goal"]["limits"].as_object().expect("limits");
+    assert_eq!(limits.keys().collect::<Vec<_>>(), ["c_a_z", "dx", "dy", "fix"]);
+    let parameters = report["improved"]["judgement"]["parameters"].as_array().expect("parameters");
+    for own in parameters.iter().filter(|own| ["fix", "dx", "dy"].iter().any(|tilt| own["id"] == *tilt)) {
+        assert!(own["u"].as_f64().is_some_and(|u| u < 1_f64.to_radians()), "{own}");
+    }
+}
