@@ -606,6 +606,10 @@ impl Format {
         match first {
             [] => Format::Unread("empty"),
             [b'P', b'A', b'R', b'1', ..] => Format::Parquet,
+            [b'A', b'R', b'R', b'O', b'W', b'1', ..] | [b'F', b'E', b'A', b'1', ..] => {
+                Format::Unread("an Arrow (Feather) file, which is saved as Parquet instead")
+            }
+            [b'{', ..] | [b'[', b'{', ..] => Format::Unread("JSON, which is saved as CSV or Parquet instead"),
             // .xlsx, .xlsb and .ods are archives; .xls is a compound file
             [b'P', b'K', 3, 4, ..] | [0xD0, 0xCF, 0x11, 0xE0, ..] => Format::Workbook,
             // level 7.3 is HDF5 behind 512 bytes of its own

@@ -435,6 +435,10 @@ fn formats_have_their_names() {
         (b"SQLite format 3\0\x10\0", "SQLite"),
         (b"ULog\x01\x12\x35\x01\0\0\0\0", "ULog"),
         (b"TDSm\x0e\0\0\0\x69\x12\0\0", "TDMS"),
+        (b"ARROW1\0\0\xff\xff\xff\xff", "Arrow"),
+        (b"FEA1\0\0\0\0\0\0\0\0", "Arrow"),
+        (b"{\"t\":0,\"V\":1}\n", "JSON"),
+        (b"[{\"t\":0,\"V\":1}]", "JSON"),
         (b"\x28\xb5\x2f\xfd\x04\x00\x00\x00", "zstd"),
     ] {
         let path = folder.path().join("log");
