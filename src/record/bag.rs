@@ -60,9 +60,9 @@ fn read(from: &mut impl BufRead, topics: &mut HashMap<u32, Topic>) -> io::Result
 fn field<'a>(head: &'a [u8], name: &str) -> Option<&'a [u8]> {
     let mut at = Bytes(head);
     loop {
-        let own = at.part()?;
-        let equals = own.iter().position(|byte| *byte == b'=')?;
-        let (key, value) = own.split_at_checked(equals)?;
+        let entry = at.part()?;
+        let equals = entry.iter().position(|byte| *byte == b'=')?;
+        let (key, value) = entry.split_at_checked(equals)?;
         if key == name.as_bytes() {
             return value.get(1..);
         }
@@ -70,7 +70,7 @@ fn field<'a>(head: &'a [u8], name: &str) -> Option<&'a [u8]> {
 }
 
 fn number(head: &[u8], name: &str) -> io::Result<u32> {
-    let bytes = field(head, name).and_then(|own| own.try_into().ok());
+    let bytes = field(head, name).and_then(|bytes| bytes.try_into().ok());
     bytes.map(u32::from_le_bytes).ok_or_else(|| invalid(format!("a record without the field '{name}'")))
 }
 
@@ -86,7 +86,7 @@ fn record(head: &[u8], data: &[u8], topics: &mut HashMap<u32, Topic>, outside: b
         Some([MESSAGE]) => {
             let Some(topic) = topics.get_mut(&number(head, "conn")?) else { return Ok(()) };
             let Some(serial) = topic.serial else { return Ok(()) };
-            let time = field(head, "time").and_then(|own| own.try_into().ok()).map_or(0, u64::from_le_bytes);
+            let time = field(head, "time").and_then(|bytes| bytes.try_into().ok()).map_or(0, u64::from_le_bytes);
             let time = (time & 0xFFFF_FFFF) * 1_000_000_000 + (time >> 32);
             let (stamp, values) = imu(data, serial).ok_or_else(|| invalid("a message that ends too early"))?;
             topic.push(stamp, time, values);

@@ -74,7 +74,7 @@ fn times_of(columns: &[Column]) -> Option<usize> {
         let bare = behind(&column.name).and_then(|unit| column.name.strip_suffix(unit)?.strip_suffix('_'));
         let name = bare.unwrap_or(&column.name);
         // T is a temperature
-        let alike = |own: &&str| *own == name || (own.chars().count() > 1 && *own == name.to_lowercase());
+        let alike = |known: &&str| *known == name || (known.chars().count() > 1 && *known == name.to_lowercase());
         let place = TIMES.iter().position(&alike)?;
         // one that says its unit comes first
         Some((place, bare.is_none() && column.unit.is_none()))
@@ -86,7 +86,7 @@ fn times_of(columns: &[Column]) -> Option<usize> {
 /// The unit of time at the end of a column's name: `time_ms`.
 fn behind(name: &str) -> Option<&str> {
     let (_, unit) = name.rsplit_once('_')?;
-    crate::units::of_column(name).and_then(|own| seconds(&own)).map(|_| unit)
+    crate::units::of_column(name).and_then(|unit| seconds(&unit)).map(|_| unit)
 }
 
 /// Where the times of samples come from.
@@ -305,7 +305,7 @@ impl Clock {
             let wanted = time >= from && time <= to;
             inside &= wanted && !gap;
             match found.last_mut().filter(|_| inside) {
-                Some(own) => own.rows.end = k + 1,
+                Some(stretch) => stretch.rows.end = k + 1,
                 None if wanted => {
                     found.push(Stretch { rows: k..k + 1, after_gap: std::mem::take(&mut self.pending_gap) });
                     inside = true;
@@ -517,7 +517,7 @@ fn is_compact(time: f64) -> bool {
 
 /// Seconds in a unit of time.
 fn seconds(unit: &str) -> Option<f64> {
-    let (own, second) = (Unit::parse(unit.trim()).ok()?, Unit::parse("s").ok()?);
+    let (unit, second) = (Unit::parse(unit.trim()).ok()?, Unit::parse("s").ok()?);
     // a pure number is none of time
-    Some(own.conversion(&second)?.apply(1.0))
+    Some(unit.conversion(&second)?.apply(1.0))
 }

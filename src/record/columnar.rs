@@ -64,11 +64,11 @@ impl Meaning {
         match (column.logical_type_ref(), column.converted_type()) {
             (Some(LogicalType::Timestamp(t)), _) => of_time(&t.unit, true),
             (Some(LogicalType::Time(t)), _) => of_time(&t.unit, false),
-            (Some(LogicalType::Decimal(own)), _) => Meaning::Decimal(own.scale),
+            (Some(LogicalType::Decimal(decimal)), _) => Meaning::Decimal(decimal.scale),
             (Some(LogicalType::Float16), _) => Meaning::Half,
             (Some(LogicalType::Date), _) => Meaning::Date,
             (Some(LogicalType::Uuid), _) => Meaning::Uuid,
-            (Some(LogicalType::Integer(own)), _) if !own.is_signed => Meaning::Unsigned,
+            (Some(LogicalType::Integer(integer)), _) if !integer.is_signed => Meaning::Unsigned,
             (
                 Some(
                     LogicalType::Integer(_)
@@ -122,10 +122,10 @@ impl Meaning {
     /// The same as a text.
     fn text(self, value: i64, as_unsigned: u64) -> String {
         let at = |nanoseconds: Option<i128>, day: bool| {
-            let there = nanoseconds.and_then(|own| jiff::Timestamp::from_nanosecond(own).ok());
-            there.map(|own| own.to_zoned(jiff::tz::TimeZone::UTC).datetime()).map(|own| match day {
-                true => own.date().to_string(),
-                false => own.to_string(),
+            let there = nanoseconds.and_then(|count| jiff::Timestamp::from_nanosecond(count).ok());
+            there.map(|moment| moment.to_zoned(jiff::tz::TimeZone::UTC).datetime()).map(|moment| match day {
+                true => moment.date().to_string(),
+                false => moment.to_string(),
             })
         };
         let text = match self {
@@ -162,7 +162,7 @@ impl Meaning {
 /// Nanoseconds in a unit of times.
 fn nanoseconds(seconds: f64) -> Option<i128> {
     const UNITS: [(f64, i128); 3] = [(1e-3, 1_000_000), (1e-6, 1_000), (1e-9, 1)];
-    UNITS.iter().find(|(own, _)| *own == seconds).map(|(_, each)| *each)
+    UNITS.iter().find(|(size, _)| *size == seconds).map(|(_, each)| *each)
 }
 
 /// Labels that are numbers become these, each looked at once.
@@ -184,18 +184,18 @@ fn mixed(column: &mut [f64], texts: &[String]) {
 /// A whole number in two's complement, the highest byte first; `None` beyond 128 bits.
 fn whole(bytes: &[u8]) -> Option<i128> {
     let sign = if bytes.first().is_some_and(|first| first & 0x80 != 0) { -1 } else { 0 };
-    let (above, own) = bytes.split_at(bytes.len().saturating_sub(16));
+    let (above, low) = bytes.split_at(bytes.len().saturating_sub(16));
     // bytes above are there to fill the width of the type
     let fits = above
         .iter()
-        .chain(own.first().filter(|_| !above.is_empty()))
+        .chain(low.first().filter(|_| !above.is_empty()))
         .all(|byte| *byte == if sign < 0 { 0xFF } else { 0 });
-    fits.then(|| own.iter().fold(sign, |all, byte| (all << 8) | i128::from(*byte)))
+    fits.then(|| low.iter().fold(sign, |all, byte| (all << 8) | i128::from(*byte)))
 }
 
 /// A decimal number as it is written.
 fn decimal(value: i128, scale: i32) -> Option<String> {
-    let places = usize::try_from(scale).ok().filter(|own| *own <= 40)?;
+    let places = usize::try_from(scale).ok().filter(|places| *places <= 40)?;
     let digits = format!("{:0>width$}", value.unsigned_abs(), width = places + 1);
     let (whole, part) = digits.split_at_checked(digits.len() - places)?;
     let sign = if value < 0 { "-" } else { "" };
@@ -254,8 +254,11 @@ impl Columnar {
         let reader = SerializedFileReader::new(file).map_err(|error| fault(name, &error))?;
         let schema = reader.metadata().file_metadata().schema_descr();
         let written = reader.metadata().file_metadata().key_value_metadata();
-        let arrow =
-            written.into_iter().flatten().find(|own| own.key == "ARROW:schema").and_then(|own| own.value.as_ref());
+        let arrow = written
+            .into_iter()
+            .flatten()
+            .find(|entry| entry.key == "ARROW:schema")
+            .and_then(|entry| entry.value.as_ref());
         let durations = arrow.map(|schema| columnar_arrow::durations(schema)).unwrap_or_default();
         let meaning = |column: &ColumnDescriptor| match Meaning::of(column) {
             Meaning::Plain => match durations.get(&column.path().string()) {
@@ -267,8 +270,8 @@ impl Columnar {
         let meanings: Vec<Meaning> = schema.columns().iter().map(|column| meaning(column)).collect();
         let titled = schema.columns().iter().map(|c| Column::titled(&c.path().string()));
         // times of these types are seconds here
-        let in_seconds = |own: &Meaning| matches!(own, Meaning::Time(..) | Meaning::Date);
-        let unit = |(column, own): (Column, &Meaning)| match in_seconds(own) {
+        let in_seconds = |meaning: &Meaning| matches!(meaning, Meaning::Time(..) | Meaning::Date);
+        let unit = |(column, meaning): (Column, &Meaning)| match in_seconds(meaning) {
             true => Column { unit: Some("s".into()), ..column },
             false => column,
         };
@@ -288,9 +291,9 @@ impl Columnar {
     /// Does a column hold texts, not numbers?
     pub fn is_text(&self, column: usize) -> bool {
         let schema = self.reader.metadata().file_metadata().schema_descr();
-        let kind = schema.columns().get(column).map(|own| own.physical_type());
+        let kind = schema.columns().get(column).map(|descriptor| descriptor.physical_type());
         kind.is_some_and(|kind| matches!(kind, Type::BYTE_ARRAY | Type::FIXED_LEN_BYTE_ARRAY))
-            && self.meanings.get(column).is_some_and(|own| !own.is_number())
+            && self.meanings.get(column).is_some_and(|meaning| !meaning.is_number())
     }
 
     /// How many rows it has.
@@ -322,12 +325,12 @@ impl Columnar {
                 }
                 let group = self.reader.get_row_group(self.group).map_err(error)?;
                 let open = |(column, kind): &(usize, As)| {
-                    let own = group.metadata().column(*column);
+                    let chunk = group.metadata().column(*column);
                     Ok(match kind {
                         As::Label | As::Written | As::Mixed
-                            if columnar_labels::reads(own) && self.meanings.get(*column) == Some(&Meaning::Plain) =>
+                            if columnar_labels::reads(chunk) && self.meanings.get(*column) == Some(&Meaning::Plain) =>
                         {
-                            let is_optional = own.column_descr().max_def_level() > 0;
+                            let is_optional = chunk.column_descr().max_def_level() > 0;
                             Open::Labels(Pages::new(group.get_column_page_reader(*column)?, is_optional))
                         }
                         _ => Open::Values(Box::new(group.get_column_reader(*column)?)),
@@ -343,11 +346,13 @@ impl Columnar {
                 match (kind, reader) {
                     _ if meaning == Meaning::Unread => {
                         let schema = self.reader.metadata().file_metadata().schema_descr();
-                        let own = schema.columns().get(*column);
-                        let logical =
-                            own.map(|own| (own.converted_type(), own.logical_type_ref().map(|own| format!("{own:?}"))));
-                        let name = logical.map(|(old, new)| new.unwrap_or_else(|| old.to_string())).unwrap_or_default();
-                        let is_list = own.is_some_and(|own| own.max_rep_level() > 0);
+                        let descriptor = schema.columns().get(*column);
+                        let name = descriptor.map(|descriptor| match descriptor.logical_type_ref() {
+                            Some(logical) => format!("{logical:?}"),
+                            None => descriptor.converted_type().to_string(),
+                        });
+                        let name = name.unwrap_or_default();
+                        let is_list = descriptor.is_some_and(|descriptor| descriptor.max_rep_level() > 0);
                         let name = if is_list { "LIST or MAP (several values in a row)".into() } else { name };
                         Err(ParquetError::NYI(format!("values of the type {name}")))
                     }
@@ -445,12 +450,12 @@ fn values(
 ) -> Read {
     let Scratch { levels, doubles, floats, ints, longs, bools, bytes, fixed, old } = scratch;
     macro_rules! read {
-        ($reader:expr, $buffer:expr, $own:ident => $value:expr) => {{
+        ($reader:expr, $buffer:expr, $item:ident => $value:expr) => {{
             $buffer.clear();
             levels.clear();
             $reader.read_records(ROWS, Some(levels), None, $buffer)?;
             let highest = levels.iter().copied().max().unwrap_or(0).max(1);
-            place($buffer, levels, highest, to, |$own| number($value));
+            place($buffer, levels, highest, to, |$item| number($value));
         }};
     }
     match reader {
@@ -526,7 +531,7 @@ fn labels(
     let mut written: HashMap<u64, f64> = HashMap::new();
     let mut last: Option<(u64, f64)> = None;
     let mut label = |key: u64, text: &dyn Fn() -> String, labels: &mut Labels| match last {
-        Some((own, number)) if own == key => number,
+        Some((known, number)) if known == key => number,
         _ => {
             let number = *written.entry(key).or_insert_with(|| labels.number_of(text().as_bytes()));
             last = Some((key, number));

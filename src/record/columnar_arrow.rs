@@ -61,8 +61,8 @@ impl Buffer<'_> {
         let entries = table.checked_add_signed(isize::try_from(back).ok()?.checked_neg()?)?;
         let entry = 4 + 2 * number;
         let size = usize::from(u16::from_le_bytes(self.bytes(entries)?));
-        let own = usize::from(u16::from_le_bytes(self.bytes(entries.checked_add(entry)?)?));
-        (entry < size && own > 0).then(|| table + own)
+        let offset = usize::from(u16::from_le_bytes(self.bytes(entries.checked_add(entry)?)?));
+        (entry < size && offset > 0).then(|| table + offset)
     }
 
     /// The table, list or text that is a field of a table.
@@ -81,7 +81,7 @@ impl Buffer<'_> {
             let path = if path.is_empty() { name.to_string() } else { format!("{path}.{name}") };
             let kind = self.field(field, KIND).and_then(|at| self.bytes(at));
             if kind == Some([DURATION]) {
-                let unit = self.child(field, TYPE).and_then(|own| self.bytes(self.field(own, UNIT)?));
+                let unit = self.child(field, TYPE).and_then(|kind_table| self.bytes(self.field(kind_table, UNIT)?));
                 // milliseconds are the default
                 let seconds = match unit.map_or(1, u16::from_le_bytes) {
                     0 => 1.0,
@@ -108,8 +108,8 @@ fn base64(text: &str) -> Vec<u8> {
         _ => None,
     };
     let (mut bytes, mut bits, mut held) = (Vec::with_capacity(text.len() / 4 * 3), 0, 0_u32);
-    for own in text.bytes().map_while(digit) {
-        (held, bits) = (held << 6 | u32::from(own), bits + 6);
+    for value in text.bytes().map_while(digit) {
+        (held, bits) = (held << 6 | u32::from(value), bits + 6);
         if bits >= 8 {
             bits -= 8;
             let [byte, ..] = (held >> bits).to_le_bytes();

@@ -32,13 +32,13 @@ fn cut_off() -> ParquetError {
 
 /// Can a column be read this way: flat texts, by a dictionary or plain?
 pub(super) fn reads(column: &ColumnChunkMetaData) -> bool {
-    let own = column.column_descr();
+    let descriptor = column.column_descr();
     let known = |encoding: Encoding| {
         matches!(encoding, Encoding::PLAIN | Encoding::RLE | Encoding::RLE_DICTIONARY | Encoding::PLAIN_DICTIONARY)
     };
     column.column_type() == Type::BYTE_ARRAY
-        && own.max_rep_level() == 0
-        && own.max_def_level() <= 1
+        && descriptor.max_rep_level() == 0
+        && descriptor.max_def_level() <= 1
         && column.encodings().all(known)
 }
 
@@ -160,8 +160,8 @@ fn hybrid(mut bytes: &[u8], width: u8, count: usize, to: &mut Vec<u32>) -> Read<
         }
         let left = end - to.len();
         if header & 1 == 0 {
-            let (own, rest) = bytes.split_at_checked(usize::from(width.div_ceil(8))).ok_or_else(cut_off)?;
-            let value = own.iter().rev().fold(0_u32, |sum, byte| (sum << 8) | u32::from(*byte));
+            let (code, rest) = bytes.split_at_checked(usize::from(width.div_ceil(8))).ok_or_else(cut_off)?;
+            let value = code.iter().rev().fold(0_u32, |sum, byte| (sum << 8) | u32::from(*byte));
             // longer than memory is longer than what is left
             to.resize(to.len() + left.min(usize::try_from(header >> 1).unwrap_or(usize::MAX)), value);
             bytes = rest;

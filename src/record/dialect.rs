@@ -161,9 +161,9 @@ pub(super) fn cell_place(row: &[u8], delimiter: u8, cell: usize) -> Option<(usiz
     let before = row.part(..start);
     let line = before.iter().rposition(|b| *b == b'\n').map_or(0, |k| k + 1);
     let characters = |bytes: &[u8]| decoded(bytes).chars().count();
-    let own = written.trim_ascii().split(|b| *b == b'\n').next().unwrap_or_default();
+    let line_text = written.trim_ascii().split(|b| *b == b'\n').next().unwrap_or_default();
     let lines = before.iter().filter(|b| **b == b'\n').count();
-    Some((lines, (characters(before.part(line..)) + 1, characters(own))))
+    Some((lines, (characters(before.part(line..)) + 1, characters(line_text))))
 }
 
 fn unquoted(cell: &[u8]) -> Cow<'_, [u8]> {
@@ -176,14 +176,14 @@ fn unquoted(cell: &[u8]) -> Cow<'_, [u8]> {
 
 /// With one quote for each two.
 fn doubled(inner: &[u8]) -> Vec<u8> {
-    let (mut own, mut open) = (Vec::with_capacity(inner.len()), false);
+    let (mut unquoted, mut open) = (Vec::with_capacity(inner.len()), false);
     for byte in inner {
         open = *byte == b'"' && !open;
         if !open {
-            own.push(*byte);
+            unquoted.push(*byte);
         }
     }
-    own
+    unquoted
 }
 
 /// Is a cell a number or a time?
@@ -238,15 +238,15 @@ impl Dialect {
         let used = |line: &[u8]| cells(line, delimiter).iter().rposition(|cell| !cell.is_empty()).map_or(0, |k| k + 1);
         let width = filled.iter().map(|(_, line)| used(line)).filter(|used| *used <= width).max().unwrap_or(width);
         let texts = |line: &[u8]| -> Vec<String> {
-            let mut own: Vec<String> = cells(line, delimiter).iter().map(|cell| decoded(cell)).collect();
-            while own.len() > width && own.last().is_some_and(String::is_empty) {
-                own.pop();
+            let mut row: Vec<String> = cells(line, delimiter).iter().map(|cell| decoded(cell)).collect();
+            while row.len() > width && row.last().is_some_and(String::is_empty) {
+                row.pop();
             }
             // a name behind the others is that of remarks, of which no row has any; a comma or a blank may stand in a name
-            if own.len() == width + 1 && !matches!(delimiter, b',' | b' ') {
-                own.pop();
+            if row.len() == width + 1 && !matches!(delimiter, b',' | b' ') {
+                row.pop();
             }
-            own
+            row
         };
         let above: Vec<Vec<String>> = filled.iter().take(first).map(|(_, line)| texts(line)).collect();
         // TOA5 (Campbell Scientific): the station, names, units, and what became of the samples
@@ -309,7 +309,9 @@ impl Dialect {
             column.unit = Some("s".into());
         }
         let mut seen = HashSet::new();
-        if let Some(twice) = columns.iter().find(|own| !own.title.is_empty() && !seen.insert(own.title.as_str())) {
+        if let Some(twice) =
+            columns.iter().find(|column| !column.title.is_empty() && !seen.insert(column.title.as_str()))
+        {
             return Err(Malformed::new(Fault::NameClash, format!("the column '{}' stands twice", twice.title))
                 .expected("each column once")
                 .at_path(twice.title.as_str())
@@ -348,7 +350,7 @@ fn tagged<'a>(
     })?;
     let below: Vec<&Vec<(bool, bool)>> =
         rows.iter().skip(names + 1).filter(|row| row.len() == width && has_values(row)).collect();
-    let most = |k: usize| 2 * below.iter().filter(|row| row.get(k).is_some_and(|own| own.1)).count() > below.len();
+    let most = |k: usize| 2 * below.iter().filter(|row| row.get(k).is_some_and(|cell| cell.1)).count() > below.len();
     let is_tagged =
         |row: &Vec<(bool, bool)>| row.iter().take(width).enumerate().any(|(k, (number, _))| !number && most(k));
     let above: Vec<&Vec<(bool, bool)>> = rows.iter().take(names).filter(|row| has_values(row)).collect();

@@ -75,7 +75,7 @@ fn dataset(
     }
     // a list of pieces that cannot be listed is followed by their reader, piece by piece
     let pieces = if from.is_chunked() { from.chunks().unwrap_or_default() } else { Vec::new() };
-    if pieces.iter().any(|own| own.address.saturating_add(own.storage_size) > bytes) {
+    if pieces.iter().any(|piece| piece.address.saturating_add(piece.storage_size) > bytes) {
         return Err(Error::Shape(format!("a piece of the dataset '{name}' reaches beyond the end of the file")));
     }
     let unit = text("units").or_else(|| text("unit"));
@@ -101,7 +101,7 @@ fn dataset(
     Ok(())
 }
 
-/// A dataset of records: a table of its own, a column for each numeric member.
+/// A dataset of records: a separate table, with a column for each numeric member.
 fn compound(
     from: &Dataset,
     members: &[(String, DType)],
@@ -115,7 +115,7 @@ fn compound(
     let (size, raw) = (size as usize, from.read_raw()?);
     let group = if path.is_empty() { name.to_string() } else { format!("{path}/{name}") };
     for place in &places {
-        let Some((_, kind)) = members.iter().find(|(own, _)| *own == place.name) else { continue };
+        let Some((_, kind)) = members.iter().find(|(member, _)| *member == place.name) else { continue };
         let big = match &place.datatype {
             Datatype::FixedPoint { byte_order, .. } | Datatype::FloatingPoint { byte_order, .. } => {
                 matches!(byte_order, DatatypeByteOrder::BigEndian)
@@ -139,8 +139,8 @@ fn decoder(kind: &DType, big: bool) -> Option<Box<dyn Fn(&[u8]) -> Option<f64>>>
     macro_rules! of {
         ($type:ty) => {
             Box::new(move |bytes: &[u8]| {
-                let own = bytes.get(..size_of::<$type>())?.try_into().ok()?;
-                Some((if big { <$type>::from_be_bytes(own) } else { <$type>::from_le_bytes(own) }) as f64)
+                let word = bytes.get(..size_of::<$type>())?.try_into().ok()?;
+                Some((if big { <$type>::from_be_bytes(word) } else { <$type>::from_le_bytes(word) }) as f64)
             })
         };
     }

@@ -33,11 +33,11 @@ pub(super) struct Sheet {
 
 impl Sheet {
     fn rows(&self) -> usize {
-        self.columns.first().map_or(0, |own| own.values.len())
+        self.columns.first().map_or(0, |column| column.values.len())
     }
 
     fn told(&self) -> String {
-        let titles: Vec<&str> = self.columns.iter().map(|own| own.column.title.as_str()).take(8).collect();
+        let titles: Vec<&str> = self.columns.iter().map(|column| column.column.title.as_str()).take(8).collect();
         let more = if self.columns.len() > titles.len() { ", ..." } else { "" };
         format!("'{}' ({} rows: {}{more})", self.name, self.rows(), titles.join(", "))
     }
@@ -68,7 +68,7 @@ impl Held {
     pub(super) fn choose(name: &str, what: &str, sheets: Vec<Sheet>, wanted: Option<&str>) -> Result<Held> {
         let place = choose(name, what, &sheets, wanted)?;
         let sheet = sheets.into_iter().nth(place).unwrap_or_default();
-        let columns = sheet.columns.into_iter().map(|own| (own.column, Cells::Numbers(own.values))).unzip();
+        let columns = sheet.columns.into_iter().map(|column| (column.column, Cells::Numbers(column.values))).unzip();
         Held::with(name, columns)
     }
 
@@ -118,7 +118,7 @@ impl Held {
 
     /// How many rows it has.
     pub(super) fn rows(&self) -> u64 {
-        self.values.first().map_or(0, |own| own.len() as u64)
+        self.values.first().map_or(0, |cells| cells.len() as u64)
     }
 
     /// Which columns the blocks have.
@@ -135,10 +135,10 @@ impl Held {
         }
         for ((column, kind), to) in self.wanted.iter().zip(&mut block.columns) {
             match self.values.get(*column) {
-                Some(Cells::Numbers(own)) => numbers(own.part(self.at..end), *kind, to, &mut self.head.labels),
-                Some(Cells::Texts(own)) => {
-                    let own = own.part(self.at..end);
-                    texts(own, *kind, to, &mut self.head.labels, &mut self.head.times).map_err(|text| {
+                Some(Cells::Numbers(cells)) => numbers(cells.part(self.at..end), *kind, to, &mut self.head.labels),
+                Some(Cells::Texts(cells)) => {
+                    let cells = cells.part(self.at..end);
+                    texts(cells, *kind, to, &mut self.head.labels, &mut self.head.times).map_err(|text| {
                         let title = self.head.columns.get(*column).map_or("", |column| column.title.as_str());
                         Malformed::new(Fault::Value, format!("a cell of the column '{title}' is no number"))
                             .expected("a number")
@@ -157,16 +157,16 @@ impl Held {
 impl Cells {
     fn len(&self) -> usize {
         match self {
-            Cells::Numbers(own) => own.len(),
-            Cells::Texts(own) => own.len(),
+            Cells::Numbers(cells) => cells.len(),
+            Cells::Texts(cells) => cells.len(),
         }
     }
 }
 
-fn numbers(own: &[f64], kind: As, to: &mut Vec<f64>, labels: &mut Labels) {
+fn numbers(cells: &[f64], kind: As, to: &mut Vec<f64>, labels: &mut Labels) {
     match kind {
-        As::Number | As::Cell | As::Time | As::Mixed => to.extend_from_slice(own),
-        As::Label | As::Written => to.extend(own.iter().map(|value| match value.is_nan() {
+        As::Number | As::Cell | As::Time | As::Mixed => to.extend_from_slice(cells),
+        As::Label | As::Written => to.extend(cells.iter().map(|value| match value.is_nan() {
             true => f64::NAN,
             false => labels.number(value.to_string().as_bytes()),
         })),
@@ -175,13 +175,13 @@ fn numbers(own: &[f64], kind: As, to: &mut Vec<f64>, labels: &mut Labels) {
 
 /// Errors: the first text that is no number, where numbers are wanted.
 fn texts<'a>(
-    own: &'a [String],
+    cells: &'a [String],
     kind: As,
     to: &mut Vec<f64>,
     labels: &mut Labels,
     times: &mut Times,
 ) -> std::result::Result<(), &'a str> {
-    for text in own {
+    for text in cells {
         to.push(match (text.trim(), kind) {
             ("", _) => f64::NAN,
             (_, As::Label | As::Written) => labels.number(text.as_bytes()),
@@ -205,8 +205,8 @@ fn choose(name: &str, what: &str, sheets: &[Sheet], wanted: Option<&str>) -> Res
     };
     if let Some(wanted) = wanted {
         let bare = |text: &str| text.trim_matches('/').to_string();
-        let place = sheets.iter().position(|own| own.name == wanted);
-        return place.or_else(|| sheets.iter().position(|own| bare(&own.name) == bare(wanted))).ok_or_else(|| {
+        let place = sheets.iter().position(|sheet| sheet.name == wanted);
+        return place.or_else(|| sheets.iter().position(|sheet| bare(&sheet.name) == bare(wanted))).ok_or_else(|| {
             Malformed::new(Fault::UnknownName, format!("'{name}' has no {what} '{wanted}' of numbers"))
                 .expected("one of those found, behind a '#'")
                 .found(if sheets.is_empty() { "none".to_string() } else { listed(&mut sheets.iter()) })
@@ -214,7 +214,8 @@ fn choose(name: &str, what: &str, sheets: &[Sheet], wanted: Option<&str>) -> Res
         });
     }
     let longest = sheets.iter().map(Sheet::rows).max().unwrap_or(0);
-    let mut candidates = sheets.iter().enumerate().filter(|(_, own)| own.rows() * SHORT >= longest && own.rows() > 1);
+    let mut candidates =
+        sheets.iter().enumerate().filter(|(_, sheet)| sheet.rows() * SHORT >= longest && sheet.rows() > 1);
     match (candidates.next(), candidates.next()) {
         (Some((place, _)), None) => Ok(place),
         (Some((_, first)), Some(_)) => {
@@ -252,25 +253,26 @@ pub(super) fn tables(arrays: Vec<Array>) -> Vec<Sheet> {
     let mut groups: Vec<(String, Vec<Array>)> = Vec::new();
     for array in arrays {
         match groups.iter_mut().find(|(group, _)| *group == array.group) {
-            Some((_, own)) => own.push(array),
+            Some((_, group)) => group.push(array),
             None => groups.push((array.group.clone(), vec![array])),
         }
     }
     let mut sheets = Vec::new();
     for (group, arrays) in groups {
         let mut lengths: Vec<usize> =
-            arrays.iter().map(|own| own.shape.0.max(own.shape.1)).filter(|n| *n > 1).collect();
+            arrays.iter().map(|array| array.shape.0.max(array.shape.1)).filter(|n| *n > 1).collect();
         lengths.sort_unstable_by(|a, b| b.cmp(a));
         lengths.dedup();
         for (k, length) in lengths.iter().enumerate() {
-            let own: Vec<&Array> = arrays.iter().filter(|own| own.shape.0.max(own.shape.1) == *length).collect();
+            let alike: Vec<&Array> =
+                arrays.iter().filter(|array| array.shape.0.max(array.shape.1) == *length).collect();
             let path = |name: &str| if group.is_empty() { name.to_string() } else { format!("{group}/{name}") };
-            let name = match (own.as_slice(), k) {
+            let name = match (alike.as_slice(), k) {
                 ([one], _) => path(&one.name),
                 (_, 0) if !group.is_empty() => group.clone(),
                 (several, _) => path(several.first().map_or("", |first| first.name.as_str())),
             };
-            sheets.push(Sheet { name, columns: own.into_iter().flat_map(|array| columns(array, *length)).collect() });
+            sheets.push(Sheet { name, columns: alike.into_iter().flat_map(|array| columns(array, *length)).collect() });
         }
     }
     sheets

@@ -72,8 +72,8 @@ impl<'a> Reader<'a> {
     }
 
     fn u32(&mut self) -> Option<u32> {
-        let own = <[u8; 4]>::try_from(self.take(4)?).ok()?;
-        Some(if self.big { u32::from_be_bytes(own) } else { u32::from_le_bytes(own) })
+        let word = <[u8; 4]>::try_from(self.take(4)?).ok()?;
+        Some(if self.big { u32::from_be_bytes(word) } else { u32::from_le_bytes(word) })
     }
 
     /// Type and data of the next element; those within a matrix are padded to eight bytes, a compressed one is not.
@@ -96,8 +96,8 @@ impl<'a> Reader<'a> {
     fn integers(&mut self) -> Option<Vec<i32>> {
         let big = self.big;
         let (_, data) = self.element(false)?;
-        let own = data.chunks_exact(4).filter_map(|b| <[u8; 4]>::try_from(b).ok());
-        Some(own.map(|b| if big { i32::from_be_bytes(b) } else { i32::from_le_bytes(b) }).collect())
+        let words = data.chunks_exact(4).filter_map(|b| <[u8; 4]>::try_from(b).ok());
+        Some(words.map(|b| if big { i32::from_be_bytes(b) } else { i32::from_le_bytes(b) }).collect())
     }
 }
 
@@ -119,16 +119,16 @@ fn matrix(
         return Some(());
     }
     let sides = reader.integers()?;
-    let (_, own) = reader.element(false)?;
-    let name = field.map_or_else(|| String::from_utf8_lossy(own).into_owned(), str::to_string);
+    let (_, name_bytes) = reader.element(false)?;
+    let name = field.map_or_else(|| String::from_utf8_lossy(name_bytes).into_owned(), str::to_string);
     let count: usize = sides.iter().try_fold(1_usize, |n, side| n.checked_mul(usize::try_from(*side).ok()?))?;
     match class {
         STRUCT if count == 1 && depth < DEEPEST => {
             let width = usize::try_from(*reader.integers()?.first()?).ok()?;
             let (_, names) = reader.element(false)?;
             let inside = if group.is_empty() { name } else { format!("{group}/{name}") };
-            for own in names.chunks(width.max(1)) {
-                let text: Vec<u8> = own.iter().copied().take_while(|b| *b != 0).collect();
+            for field_name in names.chunks(width.max(1)) {
+                let text: Vec<u8> = field_name.iter().copied().take_while(|b| *b != 0).collect();
                 let (kind, data) = reader.element(false)?;
                 if kind == MATRIX {
                     let mut inner = Reader { bytes: data, big: reader.big };

@@ -135,7 +135,7 @@ impl Log {
             }
             match kind {
                 DATA_END => {
-                    let said = data.first_chunk::<4>().map_or(0, |own| u32::from_le_bytes(*own));
+                    let said = data.first_chunk::<4>().map_or(0, |bytes| u32::from_le_bytes(*bytes));
                     if said != 0 && sum.finalize() != said {
                         let damaged = "data whose checksum (CRC) is another one: the file is damaged";
                         return Err(io::Error::new(io::ErrorKind::InvalidData, damaged));
@@ -244,8 +244,8 @@ pub(super) fn imu(data: &[u8], serial: Serial) -> Option<(i128, [f64; 6])> {
     }
     let body = at.0;
     let number = |bytes: &[u8]| {
-        let own = <[u8; 4]>::try_from(bytes).ok()?;
-        Some(if big { u32::from_be_bytes(own) } else { u32::from_le_bytes(own) })
+        let word = <[u8; 4]>::try_from(bytes).ok()?;
+        Some(if big { u32::from_be_bytes(word) } else { u32::from_le_bytes(word) })
     };
     if serial == Serial::Ros1 {
         at.take(4)?;
@@ -264,8 +264,8 @@ pub(super) fn imu(data: &[u8], serial: Serial) -> Option<(i128, [f64; 6])> {
     // orientation 4, its covariance 9, rate 3, covariance 9, specific force 3
     let mut values = [0.0; 6];
     for (value, place) in values.iter_mut().zip([13, 14, 15, 25, 26, 27]) {
-        let own = <[u8; 8]>::try_from(at.0.get(8 * place..8 * place + 8)?).ok()?;
-        *value = if big { f64::from_be_bytes(own) } else { f64::from_le_bytes(own) };
+        let word = <[u8; 8]>::try_from(at.0.get(8 * place..8 * place + 8)?).ok()?;
+        *value = if big { f64::from_be_bytes(word) } else { f64::from_le_bytes(word) };
     }
     Some((stamp, values))
 }

@@ -93,7 +93,7 @@ impl Column {
     /// The title's unit, or else what its end says if it is a unit that converts to the one that is wanted: `U_uV`, `Rate rpm`.
     pub(crate) fn unit_for(&self, wanted: &Unit) -> Option<String> {
         let end = || units::of_column(&self.title.replace(' ', "_"));
-        let fits = |own: &String| Unit::parse(own).is_ok_and(|own| own.conversion(wanted).is_some());
+        let fits = |unit: &String| Unit::parse(unit).is_ok_and(|unit| unit.conversion(wanted).is_some());
         self.unit.clone().or_else(|| end().filter(fits))
     }
 }
@@ -245,7 +245,7 @@ impl From<Held> for Record {
 pub(crate) fn cell_of(text: &str, line: usize, column: &str) -> Option<(usize, usize)> {
     let bytes = text.as_bytes();
     let dialect = Dialect::of(bytes.get(..delimited::HEAD).unwrap_or(bytes)).ok()?;
-    let place = dialect.columns.iter().position(|own| own.title == column || own.name == column)?;
+    let place = dialect.columns.iter().position(|other| other.title == column || other.name == column)?;
     let line = text.lines().nth(line.checked_sub(1)?)?;
     let (_, place) = dialect::cell_place(line.as_bytes(), dialect.delimiter, place)?;
     Some(place).filter(|(_, width)| *width > 0)
@@ -275,7 +275,7 @@ impl Record {
         let first = first.part(..read);
         match Format::of(first) {
             #[cfg(feature = "parquet")]
-            Format::Parquet => return Columnar::open(name, file).map(|own| Record(Source::Parquet(own))),
+            Format::Parquet => return Columnar::open(name, file).map(|table| Record(Source::Parquet(table))),
             Format::Text => {}
             other => {
                 return Err(Malformed::new(Fault::Syntax, format!("'{name}' is {}", other.name()))
@@ -325,7 +325,7 @@ impl Record {
             (Format::Ulog, table) => ulog::open(&name, &whole(&mut file).map_err(unread)?, table).map(Record::from),
             #[cfg(feature = "excel")]
             (Format::Workbook, table) => {
-                workbook::open(&name, whole(&mut file).map_err(unread)?, table).map(|own| Record(Source::Text(own)))
+                workbook::open(&name, whole(&mut file).map_err(unread)?, table).map(|table| Record(Source::Text(table)))
             }
             #[cfg(feature = "hdf5")]
             (Format::Hdf5, table) => hdf5::open(&name, &path, table).map(Record::from),
@@ -545,9 +545,9 @@ impl Labels {
     fn trimmed(&mut self, cell: &[u8]) -> f64 {
         let (from, label) = (cell.trim_ascii_start(), cell.trim_ascii());
         let number = self.number(label);
-        let (place, own) = (crate::number::count(number), [cell.len() - from.len(), from.len() - label.len()]);
-        self.blanks.resize(self.blanks.len().max(self.texts.len()), own);
-        if self.blanks.get(place).is_some_and(|first| *first != own) && !self.blanks_differ.contains(&place) {
+        let (place, blanks) = (crate::number::count(number), [cell.len() - from.len(), from.len() - label.len()]);
+        self.blanks.resize(self.blanks.len().max(self.texts.len()), blanks);
+        if self.blanks.get(place).is_some_and(|first| *first != blanks) && !self.blanks_differ.contains(&place) {
             self.blanks_differ.push(place);
         }
         number

@@ -88,7 +88,7 @@ fn dated(cell: &[u8], order: Slashes) -> Option<Moment> {
 fn of_a_day(time: &str) -> Option<(f64, f64)> {
     let whole = |part: &str, most: u32| {
         let sound = !part.is_empty() && part.len() <= 6 && part.bytes().all(|b| b.is_ascii_digit());
-        part.parse::<u32>().ok().filter(|own| sound && *own <= most).map(f64::from)
+        part.parse::<u32>().ok().filter(|number| sound && *number <= most).map(f64::from)
     };
     let second = |part: &str| {
         let (seconds, rest) = part.split_once(['.', ',']).unwrap_or((part, ""));
@@ -115,7 +115,7 @@ fn with_month(text: &str) -> Option<String> {
     let parts: Vec<&str> = date.split([' ', '-', ',', '/', '.']).filter(|part| !part.is_empty()).collect();
     let place = parts.iter().position(|part| part.starts_with(|c: char| c.is_ascii_alphabetic()))?;
     let month = parts.get(place)?.to_ascii_lowercase();
-    let number = MONTHS.iter().position(|own| month.starts_with(own))? + 1;
+    let number = MONTHS.iter().position(|known| month.starts_with(known))? + 1;
     let (day, year) = match (place, parts.as_slice()) {
         (1, [day, _, year]) if day.len() <= 2 => (day, year),
         (1, [year, _, day]) | (0, [_, day, year]) => (day, year),

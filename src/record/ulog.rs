@@ -67,8 +67,8 @@ fn read(bytes: &[u8]) -> std::result::Result<BTreeMap<u16, Topic>, String> {
             (b'D', [low, high, data @ ..]) => {
                 let Some(topic) = topics.get_mut(&u16::from_le_bytes([*low, *high])) else { continue };
                 for ((_, place, number), values) in topic.fields.iter().zip(&mut topic.values) {
-                    let own = data.get(*place..).and_then(number);
-                    values.push(own.ok_or_else(|| format!("a message of {} that is too short", topic.name))?);
+                    let value = data.get(*place..).and_then(number);
+                    values.push(value.ok_or_else(|| format!("a message of {} that is too short", topic.name))?);
                 }
             }
             _ => {}
@@ -98,9 +98,9 @@ fn layout(
     if depth > DEEPEST {
         return Err(format!("the format '{format}', which has itself inside"));
     }
-    for field in list.split(';').filter(|own| !own.is_empty()) {
+    for field in list.split(';').filter(|field| !field.is_empty()) {
         let (kind, name) = field.split_once(' ').ok_or_else(|| format!("the field '{field}' without a name"))?;
-        let (kind, count) = match kind.strip_suffix(']').and_then(|own| own.split_once('[')) {
+        let (kind, count) = match kind.strip_suffix(']').and_then(|rest| rest.split_once('[')) {
             Some((kind, count)) => (kind, count.parse().map_err(|_| format!("the field '{field}'"))?),
             None => (kind, 1_usize),
         };
@@ -132,7 +132,7 @@ fn layout(
 fn number(kind: &str) -> Option<(usize, fn(&[u8]) -> Option<f64>)> {
     macro_rules! of {
         ($kind:ty) => {
-            (size_of::<$kind>(), |bytes| bytes.first_chunk().map(|own| <$kind>::from_le_bytes(*own) as f64))
+            (size_of::<$kind>(), |bytes| bytes.first_chunk().map(|word| <$kind>::from_le_bytes(*word) as f64))
         };
     }
     Some(match kind {

@@ -41,10 +41,10 @@ fn read(
 ) -> Result<String> {
     let mut book = open_workbook_auto_from_rs(Cursor::new(bytes)).map_err(|error| broken(&error))?;
     let all = book.sheet_names();
-    let list = |names: &[String]| names.iter().map(|own| format!("'{own}'")).collect::<Vec<_>>().join(", ");
+    let list = |names: &[String]| names.iter().map(|name| format!("'{name}'")).collect::<Vec<_>>().join(", ");
     let names: Vec<String> = match table {
         Some(wanted) => {
-            let one = all.iter().find(|own| *own == wanted).ok_or_else(|| {
+            let one = all.iter().find(|name| *name == wanted).ok_or_else(|| {
                 Malformed::new(Fault::UnknownName, format!("'{name}' has no sheet '{wanted}'"))
                     .expected("one of its sheets, behind a '#'")
                     .found(list(&all))
@@ -55,22 +55,22 @@ fn read(
         None => all.clone(),
     };
     let mut found = Vec::new();
-    for own in names {
-        let sheet = used(&mut book, &own).map_err(|error| broken(&error))?;
+    for name in names {
+        let sheet = used(&mut book, &name).map_err(|error| broken(&error))?;
         let is_number = |(_, cell): &(Place, Data)| matches!(cell, Data::Int(_) | Data::Float(_) | Data::DateTime(_));
         // numbers may be written as texts
         if sheet.iter().any(is_number) || (table.is_some() && !sheet.is_empty()) {
-            found.push((own, sheet));
+            found.push((name, sheet));
         }
     }
     // a sheet with few rows beside another is taken only by its name
     let rows = |sheet: &[(Place, Data)]| sheet.chunk_by(|((a, _), _), ((b, _), _)| a == b).count();
     let longest = found.iter().map(|(_, sheet)| rows(sheet)).max().unwrap_or(0);
     found.retain(|(_, sheet)| rows(sheet) * SHORT >= longest);
-    let names: Vec<String> = found.iter().map(|(own, _)| own.clone()).collect();
+    let names: Vec<String> = found.iter().map(|(name, _)| name.clone()).collect();
     match (found.pop(), found.is_empty()) {
-        (Some((own, sheet)), true) => lines(&sheet).ok_or_else(|| {
-            Malformed::new(Fault::Value, format!("the sheet '{own}' is too wide for its rows"))
+        (Some((name, sheet)), true) => lines(&sheet).ok_or_else(|| {
+            Malformed::new(Fault::Value, format!("the sheet '{name}' is too wide for its rows"))
                 .expected(format!("at most {MOST_CELLS} cells, rows times columns with a cell"))
                 .in_file(name)
         }),
@@ -147,14 +147,14 @@ fn lines(cells: &[(Place, Data)]) -> Option<String> {
         .collect();
     let (mut text, mut line) = (String::new(), 0);
     for row in rows {
-        let own = row.first().map_or(line, |((own, _), _)| *own);
-        text.extend(std::iter::repeat_n('\n', (own - line) as usize));
+        let number = row.first().map_or(line, |((number, _), _)| *number);
+        text.extend(std::iter::repeat_n('\n', (number - line) as usize));
         let mut left = row.iter().peekable();
         for (k, column) in columns.iter().enumerate() {
             if k > 0 {
                 text.push('\t');
             }
-            let Some((_, cell)) = left.next_if(|((_, own), _)| own == column) else { continue };
+            let Some((_, cell)) = left.next_if(|((_, place), _)| place == column) else { continue };
             // writing to memory does not fail
             let _ = match cell {
                 Data::Int(value) => write!(text, "{value}"),
@@ -171,18 +171,18 @@ fn lines(cells: &[(Place, Data)]) -> Option<String> {
                     }
                 }
                 Data::Bool(value) => write!(text, "{}", u8::from(*value)),
-                Data::String(own) | Data::DateTimeIso(own) | Data::DurationIso(own) => {
-                    let own = own.replace(['\t', '\r', '\n'], " ");
-                    match own.contains('"') {
-                        true => write!(text, "\"{}\"", own.replace('"', "\"\"")),
-                        false => write!(text, "{own}"),
+                Data::String(cell_text) | Data::DateTimeIso(cell_text) | Data::DurationIso(cell_text) => {
+                    let cell_text = cell_text.replace(['\t', '\r', '\n'], " ");
+                    match cell_text.contains('"') {
+                        true => write!(text, "\"{}\"", cell_text.replace('"', "\"\"")),
+                        false => write!(text, "{cell_text}"),
                     }
                 }
                 Data::Error(_) | Data::Empty => Ok(()),
             };
         }
         text.push('\n');
-        line = own + 1;
+        line = number + 1;
     }
     Some(text)
 }
@@ -233,12 +233,14 @@ fn is_sound(bytes: &[u8]) -> bool {
 /// Do records of dimensions (MS-XLS 2.4.90: first row, last row, first column, last column, zero) say no more than 65,536 rows and 256 columns? Their reader asks for
 /// memory for all of them.
 fn is_of_a_sheet(bytes: &[u8]) -> bool {
-    let word = |own: &[u8], at: usize| {
-        own.get(at..).and_then(|own| own.first_chunk::<4>()).map(|own| u32::from_le_bytes(*own))
+    let word = |record: &[u8], at: usize| {
+        record.get(at..).and_then(|record| record.first_chunk::<4>()).map(|record| u32::from_le_bytes(*record))
     };
-    let is_record = |own: &&[u8]| matches!(own.first_chunk::<4>(), Some([0x00, 0x02, 0x0E | 0x10, 0x00]));
-    (0..bytes.len()).filter_map(|at| bytes.get(at..)).filter(is_record).all(|own| {
-        let (Some(rows), Some(columns), Some(rest)) = (word(own, 8), word(own, 12), word(own, 14)) else { return true };
+    let is_record = |record: &&[u8]| matches!(record.first_chunk::<4>(), Some([0x00, 0x02, 0x0E | 0x10, 0x00]));
+    (0..bytes.len()).filter_map(|at| bytes.get(at..)).filter(is_record).all(|record| {
+        let (Some(rows), Some(columns), Some(rest)) = (word(record, 8), word(record, 12), word(record, 14)) else {
+            return true;
+        };
         // what is not followed by zero is no such record
         rest >> 16 != 0 || (rows <= 65_536 && columns >> 16 <= 256)
     })
@@ -249,10 +251,10 @@ fn has_loop(next: &[u32]) -> bool {
     let mut walk = vec![0_usize; next.len()];
     (0..next.len()).any(|start| {
         let mut at = start;
-        while let (Some(own), Some(follower)) = (walk.get_mut(at), next.get(at)) {
-            match *own {
-                0 => *own = start + 1,
-                own => return own == start + 1,
+        while let (Some(step), Some(follower)) = (walk.get_mut(at), next.get(at)) {
+            match *step {
+                0 => *step = start + 1,
+                step => return step == start + 1,
             }
             at = *follower as usize;
         }
