@@ -15,7 +15,7 @@ pub struct Gap {
     pub p: Option<f64>,
 }
 
-/// The gap with some of the errors that were found.
+/// The gap with some of the findings.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GapStep {
     /// Their names.

@@ -140,10 +140,10 @@ pub fn frequencies(site: Site) -> Option<[f64; 3]> {
     let f = dynamics(&at_rest(site));
     let scaled = nalgebra::SMatrix::<f64, STATES, STATES>::from_fn(|i, j| f[i][j] * scale[j] / scale[i]) * 1000.0;
     let schur = nalgebra::linalg::Schur::try_new(scaled, 1e-15, 10_000)?;
-    let mut found: Vec<f64> =
+    let mut frequencies: Vec<f64> =
         schur.complex_eigenvalues().iter().map(|value| value.im / 1000.0).filter(|value| *value > 1e-9).collect();
-    found.sort_by(f64::total_cmp);
-    <[f64; 3]>::try_from(found).ok()
+    frequencies.sort_by(f64::total_cmp);
+    <[f64; 3]>::try_from(frequencies).ok()
 }
 
 /// Propagate all signatures along one motion of a mission; one call of `sink` for each row, as in a full run.
@@ -151,7 +151,7 @@ pub fn propagate(mission: &Mission, motion: &Motion, sink: &mut dyn FnMut(&Signa
     propagate_to(mission, motion, &mut |done| done + mission.steps_per_row, sink);
 }
 
-/// The same with rows after steps of one's own: `next` gives the next row's step, from that of the row before.
+/// The same with rows at any steps: `next` gives the next row's step, from that of the row before.
 pub fn propagate_to(
     mission: &Mission,
     motion: &Motion,
@@ -217,7 +217,7 @@ pub fn propagate_to(
 /// The state at the start per SI unit of a source, with the metres of a radian of longitude and latitude there.
 fn at_start(source: &ErrorSource, metres: [f64; 2]) -> State {
     let mut state = [0.0; STATES];
-    // longitude stands after latitude
+    // longitude follows latitude
     let (place, value) = match (source.kind, source.axis) {
         (Kind::Attitude, axis) => (axis, 1.0),
         (Kind::Velocity, axis) => (3 + axis, 1.0),

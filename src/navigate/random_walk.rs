@@ -1,10 +1,10 @@
-//! A random walk that a mission does not state, as it was found (`wander.rs`).
+//! A random walk that a mission does not state (`wander.rs` looks for one).
 
 use super::cause::Cause;
 use super::errors::{ImuErrors, Instrument};
 use super::mission::Mission;
 
-/// A random walk found.
+/// Such a random walk.
 #[derive(Debug, Clone)]
 pub(super) struct Wander {
     pub cause: Cause,

@@ -65,8 +65,8 @@ pub struct Trajectory {
     longest: usize,
     /// Parts of a step that are integrated one by one, for a motion faster than the steps.
     parts: usize,
-    /// A second part of a block, on its way.
-    rest: Block,
+    /// Memory for the second part of a block.
+    second: Block,
     done: u64,
     steps: u64,
     latitude_rad: f64,
@@ -84,7 +84,7 @@ impl Trajectory {
             Path::Stays => (Vec::new(), 0.0),
             Path::Legs(legs) => (legs.schedule(end), legs.heading),
         };
-        // A block spans a tenth of the shortest period, and 0.64 s at the most (the navigator's own curvature terms
+        // A block spans a tenth of the shortest period, and 0.64 s at the most (the navigator's curvature terms
         // are linear over a block).
         let span = (0.1 * motion.shortest_period()).min(0.64);
         let longest = 2 * number::count((0.5 * span / mission.step_s).round()).clamp(1, MAX_STEPS / 2);
@@ -103,7 +103,7 @@ impl Trajectory {
             heading,
             longest,
             parts,
-            rest: Block::default(),
+            second: Block::default(),
             done: 0,
             steps: mission.steps,
             latitude_rad: mission.site.latitude_rad,
@@ -156,19 +156,19 @@ impl Trajectory {
     /// Advance by one block of at most `limit` steps (an even number) and fill `block` with its increments; a leg that ends between two
     /// samples of a pair parts the block, not the pair.
     ///
-    /// Inlined into its caller, so that it is compiled for the vector instructions that were found at run time.
+    /// Inlined into its caller, so that it is compiled for the vector instructions that are detected at run time.
     #[inline(always)]
     pub fn advance(&mut self, limit: u64, block: &mut Block) {
         self.advance_smooth(limit, block);
         while block.steps % 2 == 1 && block.steps < MAX_STEPS && self.done < self.steps {
             let room = (MAX_STEPS - block.steps) as u64;
-            let mut rest = std::mem::take(&mut self.rest);
-            self.advance_smooth(limit.saturating_sub(block.steps as u64).clamp(1, room), &mut rest);
-            for (row, own) in block.increments.iter_mut().zip(rest.increments.iter()) {
-                row[block.steps..].iter_mut().zip(&own[..rest.steps]).for_each(|(slot, value)| *slot = *value);
+            let mut second = std::mem::take(&mut self.second);
+            self.advance_smooth(limit.saturating_sub(block.steps as u64).clamp(1, room), &mut second);
+            for (row, part) in block.increments.iter_mut().zip(second.increments.iter()) {
+                row[block.steps..].iter_mut().zip(&part[..second.steps]).for_each(|(slot, value)| *slot = *value);
             }
-            block.steps += rest.steps;
-            self.rest = rest;
+            block.steps += second.steps;
+            self.second = second;
         }
     }
 
@@ -271,7 +271,7 @@ impl Trajectory {
         rotate_to_body(&self.attitude, turn, rule, start, span, &frame, &force, &mut self.values);
     }
 
-    /// Along the heading: latitude at the nodes by Picard iteration on its own integral, then rates and forces.
+    /// Along the heading: latitude at the nodes by Picard iteration on its integral, then rates and forces.
     fn travel(
         &mut self,
         rule: &Quadrature,

@@ -52,9 +52,9 @@ impl Regressor {
         match text.split_once(':') {
             None => {
                 let line = Expression::parse(text)?;
-                for (k, own) in campaign.bench.sensors.iter().enumerate() {
+                for (k, entry) in campaign.bench.sensors.iter().enumerate() {
                     if sensor.is_none_or(|wanted| wanted == k) {
-                        SensorModel::bind(campaign, own, &line)?;
+                        SensorModel::bind(campaign, entry, &line)?;
                     }
                 }
                 Ok(Regressor::Term(line))
@@ -102,7 +102,7 @@ impl Regressor {
                     }
                 }
             }
-            Some(("approach", joint)) => match campaign.bench.joints().position(|own| own == joint) {
+            Some(("approach", joint)) => match campaign.bench.joints().position(|name| name == joint) {
                 Some(k) => Ok(Regressor::Approach(k)),
                 None => Err(unknown("joint", joint, campaign.bench.joints().collect())),
             },
