@@ -3,12 +3,12 @@
 use super::candidates::Linear;
 use super::cause::Cause;
 use super::diagnose::Alias;
-use super::refine::Walk;
+use super::refine::Search;
 
 /// Pairs of members are compared with other pairs in sets of no more than so many.
 const PAIRED: usize = 8;
 
-impl Walk<'_> {
+impl Search<'_> {
     pub(super) fn aliases(&self, linear: &Linear, set: &[usize], place: usize, scale: f64) -> Vec<Alias> {
         let member = set.get(place).and_then(|j| linear.causes.get(*j));
         let rivals = linear.products.rivals(set, place, self.case.settings.indistinguishable * scale * scale);

@@ -19,10 +19,11 @@ const QUIET: usize = 34;
 /// Standard deviations of its mean square by which the residuals of a channel exceed noise.
 const MORE: f64 = 3.0;
 
-fn matrix(rows: usize, columns: &[Vec<f64>]) -> Mat<f64> {
+/// Columns as a matrix.
+pub(super) fn matrix(rows: usize, columns: &[impl AsRef<Vec<f64>>]) -> Mat<f64> {
     // each has a value for each row
     Mat::from_fn(rows, columns.len(), |i, j| {
-        columns.get(j).and_then(|column| column.get(i)).copied().unwrap_or_default()
+        columns.get(j).and_then(|column| column.as_ref().get(i)).copied().unwrap_or_default()
     })
 }
 

@@ -84,7 +84,7 @@ impl<'a> Case<'a> {
         })
     }
 
-    /// The same question with the columns of errors around others than the mission's; `None` where those cannot be flown.
+    /// The same question with columns around other errors than the mission's; `None` where those cannot be flown.
     pub fn around(&self, errors: &ImuErrors, u: &[f64]) -> Option<Case<'a>> {
         let steps: Vec<f64> =
             ErrorSource::catalogue().iter().map(|source| self.step(&Cause::Constant(*source), u)).collect();
@@ -103,7 +103,7 @@ impl<'a> Case<'a> {
         Case { columns: Rc::new(self.columns.walking(walks)), ..self.clone() }
     }
 
-    /// The question of the first rows alone, which `early` holds: `kept` says which values those are.
+    /// The question for the first rows alone, `early`, with their values marked in `kept`.
     pub fn until<'b>(&self, early: &'b Measured, kept: &[bool]) -> Case<'b>
     where
         'a: 'b,
@@ -145,7 +145,7 @@ impl<'a> Case<'a> {
                 missed.iter_mut().zip(column).for_each(|(slot, c)| *slot -= by * c);
             }
         }
-        let [missed, moved] = [missed, moved].map(|column| norm(&self.weighed(column, u, &[])));
+        let [missed, moved] = [missed, moved].map(|column| norm(&self.whitened(column, u, &[])));
         (missed, missed / moved.max(f64::MIN_POSITIVE))
     }
 
@@ -263,8 +263,8 @@ impl<'a> Case<'a> {
         u
     }
 
-    /// A column weighed.
-    pub fn weighed(&self, column: Vec<f64>, u: &[f64], out: &[usize]) -> Vec<f64> {
+    /// A column weighed, its random walks whitened.
+    pub fn whitened(&self, column: Vec<f64>, u: &[f64], out: &[usize]) -> Vec<f64> {
         let mut columns = [column];
         self.weigh(u, out, &mut columns);
         let [column] = columns;
@@ -287,7 +287,7 @@ impl<'a> Case<'a> {
 
     /// Can these data show a cause at some size that a navigator's unit has?
     pub fn is_visible(&self, cause: &Cause, u: &[f64]) -> bool {
-        !self.is_invisible(cause, norm(&self.weighed(self.raw_of(cause), u, &[])))
+        !self.is_invisible(cause, norm(&self.whitened(self.raw_of(cause), u, &[])))
     }
 
     /// The same by the norm of its weighed column.
@@ -297,7 +297,7 @@ impl<'a> Case<'a> {
 
     /// A gap; cells that are left out count neither in it nor in its degrees of freedom.
     pub fn gap(&self, residual: &[f64], u: &[f64], out: &[usize], fitted: usize) -> Gap {
-        let white = self.weighed(residual.to_vec(), u, out);
+        let white = self.whitened(residual.to_vec(), u, out);
         let chi_square = dot(&white, &white);
         let dof = white.len().saturating_sub(fitted + out.len());
         let max = white.iter().fold(0.0_f64, |max, v| max.max(v.abs()));

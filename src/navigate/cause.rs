@@ -16,7 +16,7 @@ pub enum Change {
     Step(f64),
     /// `x exp(-t / T)`, `T` in s.
     WarmUp(f64),
-    /// `x sin(2 pi t / T + phase)`: a temperature that goes up and down.
+    /// `x sin(2 pi t / T + phase)`: a temperature that cycles.
     Wave {
         /// `T`, s.
         period: f64,

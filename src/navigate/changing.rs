@@ -7,7 +7,7 @@
 //! c(t) = Psi(t) int_0^t f(s) dg(s),      g(s) = Psi(s)^-1 S(s)
 //! ```
 //!
-//! with `S` the signature of the constant bias and `Psi` the signatures of the start, which carry an error on (Duhamel). `g` goes as slowly as a
+//! with `S` the signature of the constant bias and `Psi` the signatures of the start, which propagate an error (Duhamel). `g` is as slow as a
 //! Schuler oscillation and is taken straight between the times of a grid, over which the mean of `f` is exact: a fast `f` costs no accuracy.
 #![allow(
     clippy::indexing_slicing,

@@ -3,7 +3,7 @@
 use super::cause::Cause;
 use super::diagnose::{Alias, Finding, NavigationDiagnosis, Suspect, Unexplained};
 use super::partly::Partly;
-use super::refine::{State, Walk};
+use super::refine::{Search, State};
 use super::remainder::Remainder;
 use super::separate;
 use crate::diagnosis::{NoiseFrom, Step, Verdict};
@@ -18,7 +18,7 @@ fn chance(t: f64, tests: usize) -> f64 {
     (2.0 * normal_survival(t.abs()).unwrap_or_default() * tests as f64).min(1.0)
 }
 
-impl Walk<'_> {
+impl Search<'_> {
     /// The diagnosis of a state; where that is not complete, of the causes that are significant against what is unexplained.
     pub fn conclude(mut self, state: &State, gap: &[f64]) -> Result<NavigationDiagnosis> {
         self.part = (0.9, 1.0);
@@ -26,31 +26,12 @@ impl Walk<'_> {
         let partly = if complete { None } else { self.partly(state) };
         let nearest_rss = if complete { 0.0 } else { state.rss };
         let state = partly.as_ref().map_or(state, |partly| &partly.state);
-        let mut diagnosis =
-            self.concluded(state, gap, complete.then_some(&state.each), partly.as_ref(), nearest_rss)?;
-        if !diagnosis.findings.is_empty() {
-            diagnosis.gap_steps = self.gap_steps(state, gap);
-            diagnosis.refits.0 = self.flights;
-        }
-        Ok(diagnosis)
-    }
-
-    /// A complete state has the probability of `each` of its causes; else `nearest_rss` is the residual sum of squares of the nearest set.
-    fn concluded(
-        &self,
-        state: &State,
-        gap: &[f64],
-        each: Option<&[f64]>,
-        partly: Option<&Partly>,
-        nearest_rss: f64,
-    ) -> Result<NavigationDiagnosis> {
-        let case = &self.case;
-        let u = self.u;
+        let (case, u) = (&self.case, self.u);
         let residual = case.residual(&state.flown.predicted);
         let before = case.gap(gap, u, &[], 0);
         let after = self.gap_of(state);
-        let nothing = state.set.is_empty() && state.out.is_empty() && self.wander.is_none();
-        let verdict = match (each.is_some(), nothing) {
+        let nothing = state.set.is_empty() && state.out.is_empty() && self.unstated.is_none();
+        let verdict = match (complete, nothing) {
             _ if case.values.len() < 3 => Verdict::NotDiagnosable,
             (true, true) => Verdict::NothingMissing,
             (true, false) => Verdict::EffectsFound,
@@ -58,13 +39,13 @@ impl Walk<'_> {
             (false, _) => Verdict::Unexplained,
         };
         let has_findings = matches!(verdict, Verdict::EffectsFound | Verdict::PartlyExplained);
-        let mut findings =
-            if has_findings { self.findings(state, gap, each.unwrap_or_default(), partly) } else { Vec::new() };
+        let mut findings = Vec::new();
         if has_findings {
+            findings = self.findings(state, gap, partly.as_ref());
             let present = |cause: &Cause| {
                 let member = state.set.iter().position(|other| other == cause);
                 let derivative = member.and_then(|k| state.flown.jacobian.get(k)).cloned();
-                case.weighed(derivative.unwrap_or_else(|| case.raw_of(cause)), u, &state.out)
+                case.whitened(derivative.unwrap_or_else(|| case.raw_of(cause)), u, &state.out)
             };
             separate::separate(
                 case.mission,
@@ -85,7 +66,7 @@ impl Walk<'_> {
         let unexplained = matches!(verdict, Verdict::Unexplained | Verdict::PartlyExplained).then(|| {
             let (cells, pattern) = remainder.pattern();
             let share = if before.chi_square > 0.0 { 1.0 - nearest_rss / before.chi_square } else { 0.0 };
-            let (nearest, share) = match partly {
+            let (nearest, share) = match &partly {
                 Some(partly) => (partly.nearest.clone(), partly.nearest_share),
                 None if state.set.len() <= 8 => (state.set.clone(), share),
                 None => (Vec::new(), share),
@@ -99,27 +80,30 @@ impl Walk<'_> {
             strongest: seen.strongest.as_ref().map(|(cause, t)| (cause.id(), *t, chance(*t, self.distinct))),
             global_p: seen.p,
         });
+        let (steps, invisible) = (steps.collect(), invisible.collect());
+        let gap_steps = if findings.is_empty() { Vec::new() } else { self.gap_steps(state, gap) };
+        let case = &self.case;
         Ok(NavigationDiagnosis {
             verdict,
             before: case.mission.errors,
             after: if has_findings { case.with(&state.set, &state.values) } else { case.mission.errors },
             noise: case.from,
             gap: [before, if has_findings { after } else { before }],
-            gap_steps: Vec::new(),
+            gap_steps,
             channels: remainder.channels(),
             gaps_over_time: remainder.gaps_over_time(),
             unexplained,
             suspects,
-            steps: steps.collect(),
+            steps,
             candidates: (case.causes.len(), self.distinct),
-            invisible: invisible.collect(),
+            invisible,
             refits: (self.flights, state.settled),
             findings,
         })
     }
 
     fn suspects(&self, state: &State, residual: &[f64]) -> Vec<Suspect> {
-        let white = self.case.weighed(residual.to_vec(), self.u, &[]);
+        let white = self.case.whitened(residual.to_vec(), self.u, &[]);
         let cells: Vec<_> = self.case.measured.cells().collect();
         let one = |at: &usize| Some(Suspect { cell: *cells.get(*at)?, z: *white.get(*at)? });
         let mut suspects: Vec<Suspect> = state.out.iter().filter_map(one).collect();
@@ -127,14 +111,15 @@ impl Walk<'_> {
         suspects
     }
 
-    fn findings(&self, state: &State, gap: &[f64], each: &[f64], partly: Option<&Partly>) -> Vec<Finding> {
+    /// A state that is not `partly` explained has the probabilities of its causes.
+    fn findings(&self, state: &State, gap: &[f64], partly: Option<&Partly>) -> Vec<Finding> {
         let case = &self.case;
         let linear = self.linear(state, &self.alike(state));
         let set = linear.places(&state.set);
-        let white = case.weighed(gap.to_vec(), self.u, &state.out);
+        let white = case.whitened(gap.to_vec(), self.u, &state.out);
         let whole = dot(&white, &white).max(f64::MIN_POSITIVE);
         let rss = state.rss;
-        // in the rows in which the causes were looked for
+        // in the rows of the search
         let least = linear.products.solve(&set).map_or(rss, |solved| solved.rss);
         // noise that is estimated from the residuals has their size
         let dof = case.values.len().saturating_sub(set.len() + state.out.len()).max(1) as f64;
@@ -142,6 +127,17 @@ impl Walk<'_> {
             _ if case.from == NoiseFrom::Residuals => (rss / dof).sqrt(),
             Some(_) => (rss / dof).sqrt().max(1.0),
             None => 1.0,
+        };
+        let finding = |source: Cause, [value, u, t]: [f64; 3], tests: usize, explains: f64| Finding {
+            source,
+            value,
+            u: Some(u).filter(|u| u.is_finite()),
+            t,
+            p: chance(t, tests),
+            probability: None,
+            explains: explains.clamp(0.0, 1.0),
+            aliases: Vec::new(),
+            separate_by: Vec::new(),
         };
         let mut findings = Vec::new();
         for (place, cause) in state.set.iter().enumerate() {
@@ -154,23 +150,17 @@ impl Walk<'_> {
             let without = linear.products.solve(&others).map_or(least, |solved| solved.rss);
             let t = if u > 0.0 { value / u } else { f64::INFINITY };
             findings.push(Finding {
-                source: *cause,
-                value,
-                u: Some(u).filter(|u| u.is_finite()),
-                t,
-                p: chance(t, self.distinct),
-                probability: member.map(|member| member.probability).or(each.get(place).copied()),
-                explains: ((without - least) / whole).clamp(0.0, 1.0),
+                probability: member.map(|member| member.probability).or(state.each.get(place).copied()),
                 aliases: self.aliases(&linear, &set, place, scale),
-                separate_by: Vec::new(),
+                ..finding(*cause, [value, u, t], self.distinct, (without - least) / whole)
             });
         }
         let cells: Vec<_> = case.measured.cells().collect();
         let residual = case.residual(&state.flown.predicted);
-        if let Some(wander) = &self.wander {
+        if let Some(unstated) = &self.unstated {
             // against the noise of the values, without any walk
             let square = |values: &[f64]| values.iter().zip(self.u).map(|(v, u)| (v / u) * (v / u)).sum::<f64>();
-            let t = wander.gain.max(0.0).sqrt();
+            let t = unstated.gain.max(0.0).sqrt();
             let other = |(source, density, excess): &(Cause, f64, f64)| Alias {
                 source: *source,
                 value: Some(*density),
@@ -179,33 +169,19 @@ impl Walk<'_> {
                 absurd: false,
                 together_with: None,
             };
+            let explains = (square(&residual) - rss) / square(gap).max(f64::MIN_POSITIVE);
             findings.push(Finding {
-                source: wander.cause,
-                value: wander.density,
-                u: Some(wander.u),
-                t,
-                p: chance(t, self.distinct),
-                probability: None,
-                explains: ((square(&residual) - rss) / square(gap).max(f64::MIN_POSITIVE)).clamp(0.0, 1.0),
-                aliases: wander.others.iter().map(other).collect(),
-                separate_by: Vec::new(),
+                aliases: unstated.others.iter().map(other).collect(),
+                ..finding(unstated.cause, [unstated.density, unstated.u, t], self.distinct, explains)
             });
         }
         for at in &state.out {
             let (Some(cell), Some(value)) = (cells.get(*at), residual.get(*at)) else { continue };
             let u = self.u.at(*at);
             let before: usize = case.measured.runs.iter().take(cell.run).map(|run| run.rows.len()).sum();
-            findings.push(Finding {
-                source: Cause::Reading { row: before + cell.row + 1, channel: cell.channel, at: *at },
-                value: *value,
-                u: Some(u),
-                t: value / u,
-                p: chance(value / u, case.values.len()),
-                probability: None,
-                explains: (gap.get(*at).map_or(0.0, |gap| (gap / u).powi(2)) / whole).clamp(0.0, 1.0),
-                aliases: Vec::new(),
-                separate_by: Vec::new(),
-            });
+            let source = Cause::Reading { row: before + cell.row + 1, channel: cell.channel, at: *at };
+            let explains = gap.get(*at).map_or(0.0, |gap| (gap / u).powi(2)) / whole;
+            findings.push(finding(source, [*value, u, value / u], case.values.len(), explains));
         }
         findings
     }

@@ -7,10 +7,10 @@
 //! Causes ([`super::cause`]) are constant errors of the unit and the start, biases that change in time (ramp, step, warm-up), faults of the
 //! reference (offset, drift, step) and single values. Sets of causes have the posterior of campaigns, on the linear model at a state (`judged.rs`); the most
 //! probable one is refined by Gauss-Newton on the full simulation, with derivatives by differences of it (`refine.rs`), and all are judged again from there
-//! (`walk.rs`). The walk begins with nothing; where that does not leave noise, or the gap is far from linear, also with all biases that a unit has, and
+//! (`search.rs`). The search begins with nothing; where that does not leave noise, or the gap is far from linear, also with all biases that a unit has, and
 //! with these and the attitude of the start, where the gap is large fitted to the first rows before the later ones, and with columns made anew around them.
-//! What is less probable than a name asks goes at the end. Random walks that the mission states are whitened away (`whiten.rs`); one that it does not
-//! state, white or of a bias, is looked for where nothing else fits (`wander.rs`). Where no set leaves noise alone, causes that are significant against the
+//! Causes less probable than a name requires are removed at the end. Random walks that the mission states are whitened away (`whiten.rs`); one that it does not
+//! state, white or of a bias, is looked for where nothing else fits (`unstated_walk.rs`). Where no set leaves noise alone, causes that are significant against the
 //! noise and the remainder are named (`partly.rs`). Known errors of the mission are the current model: a finding is a change of them.
 
 use super::case::Case;
@@ -20,10 +20,10 @@ pub use super::finding::{Alias, Finding, Suspect, Unexplained};
 pub use super::gap::{Gap, GapStep};
 use super::measured::Measured;
 use super::mission::Mission;
-use super::refine::Walk;
+use super::refine::Search;
 use super::remainder::{ChannelGap, GapOverTime};
+use super::search;
 use super::settings::Settings;
-use super::walk;
 use crate::diagnosis::{NoiseFrom, Step, Verdict};
 use crate::error::{Fault, Malformed, Result};
 
@@ -111,13 +111,13 @@ pub fn diagnose_with(
     }
     let mut u = case.first_u(&gap);
     for round in 0..ROUNDS {
-        let tests = walk::penalty(&case, &u);
+        let tests = search::penalty(&case, &u);
         let mut tell = |share: f64, trying: &str| progress(share, trying);
-        let mut walk = Walk::new(case.clone(), &u, tests, &mut tell);
+        let mut search = Search::new(case.clone(), &u, tests, &mut tell);
         // where noise is estimated in rounds, each takes half of what remains
         let done = 1.0 - 0.5_f64.powf(round as f64);
-        walk.part = if case.from == NoiseFrom::Stated { (0.0, 0.8) } else { (done, 0.5 + 0.5 * done) };
-        let state = walk.run().ok_or_else(over_a_pole)?;
+        search.part = if case.from == NoiseFrom::Stated { (0.0, 0.8) } else { (done, 0.5 + 0.5 * done) };
+        let state = search.run().ok_or_else(over_a_pole)?;
         if case.from == NoiseFrom::Residuals && round + 1 < ROUNDS {
             let better = case.u_of(&case.residual(&state.flown.predicted), state.set.len(), &gap);
             if !better.iter().zip(&u).all(|(a, b)| (a - b).abs() <= STEADY * b) {
@@ -125,23 +125,23 @@ pub fn diagnose_with(
                 continue;
             }
         }
-        let Some(wander) = walk.wander(&state) else { return walk.conclude(&state, &gap) };
+        let Some(unstated) = search.unstated_walk(&state) else { return search.conclude(&state, &gap) };
         // the same question of a mission that states the random walk
-        let stated = wander.stated(mission).unwrap_or_else(|| mission.clone());
-        let cost = walk.is_complete(&state).then(|| case.spread(&u, &state.out) - 2.0 * state.value);
-        let with = match wander.cause {
+        let stated = unstated.stated(mission).unwrap_or_else(|| mission.clone());
+        let cost = search.is_complete(&state).then(|| case.spread(&u, &state.out) - 2.0 * state.value);
+        let with = match unstated.cause {
             Cause::RandomWalk(_) => Case::new(&stated, measured, settings)?,
-            _ => walk.with_wander(&case, &wander),
+            _ => search.with_walk(&case, &unstated),
         };
-        let mut again = |share: f64, trying: &str| (walk.progress)(share, trying);
-        let mut other = Walk::new(with.clone(), &u, tests, &mut again);
+        let mut again = |share: f64, trying: &str| (search.progress)(share, trying);
+        let mut other = Search::new(with.clone(), &u, tests, &mut again);
         other.part = (0.8, 0.9);
-        other.wander = Some(wander);
-        if let Some(with_walk) = other.run()
-            && other.is_complete(&with_walk)
-            && cost.is_none_or(|cost| other.score_of_all(&with_walk) < cost)
+        other.unstated = Some(unstated);
+        if let Some(accepted) = other.run()
+            && other.is_complete(&accepted)
+            && cost.is_none_or(|cost| other.score_of_all(&accepted) < cost)
         {
-            let mut diagnosis = other.conclude(&with_walk, &gap)?;
+            let mut diagnosis = other.conclude(&accepted, &gap)?;
             let before = case.gap(&gap, &u, &[], 0);
             let [_, after] = diagnosis.gap;
             if !diagnosis.gap_steps.is_empty() {
@@ -149,7 +149,7 @@ pub fn diagnose_with(
             }
             return Ok(NavigationDiagnosis { before: mission.errors, gap: [before, after], ..diagnosis });
         }
-        return walk.conclude(&state, &gap);
+        return search.conclude(&state, &gap);
     }
     Err(over_a_pole())
 }

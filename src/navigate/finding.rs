@@ -49,7 +49,7 @@ pub struct Finding {
     pub p: f64,
     /// Probability that it, or a cause that cannot be distinguished from it, is present; `None` for random walks and single values.
     pub probability: Option<f64>,
-    /// Share of the gap's sum of squares that it takes off, the others given.
+    /// Share of the gap's sum of squares that it explains, the others given.
     pub explains: f64,
     /// What else it could be.
     pub aliases: Vec<Alias>,

@@ -1,21 +1,20 @@
-//! The gap as it shrinks: after the cause that takes off most, after that one and the next, and so on, each set refined anew on the full simulation.
+//! The gap as it shrinks: with the cause that reduces it most, with that one and the next, and so on, each set refined anew on the full simulation.
 
 use super::cause::Cause;
 use super::gap::{Gap, GapStep};
 use super::products::Products;
-use super::refine::{State, Walk};
+use super::refine::{Search, State};
 use crate::elements::Elements;
-use crate::linear::normalise;
 
 /// With more causes than this only the first and the last gap are reported.
 const MOST: usize = 12;
 
-impl Walk<'_> {
+impl Search<'_> {
     /// The gap before, after each of the causes of a state, and after all of them with single values left out; `whole` is the gap before.
     pub fn gap_steps(&mut self, state: &State, whole: &[f64]) -> Vec<GapStep> {
         let (u, out) = (self.u, &state.out);
         // a random walk is no member of the set: with one, all gaps are innovations
-        let walk: Vec<String> = self.wander.iter().map(|wander| wander.cause.id()).collect();
+        let walk: Vec<String> = self.unstated.iter().map(|unstated| unstated.cause.id()).collect();
         let step = |set: &[Cause], left_out: usize, gap: Gap| GapStep {
             with: walk.iter().cloned().chain(set.iter().map(Cause::id)).collect(),
             left_out,
@@ -49,11 +48,8 @@ impl Walk<'_> {
         columns.push(self.case.observed(&state.flown, &state.values));
         self.case.weigh(self.u, &state.out, &mut columns);
         let Some(residual) = columns.pop() else { return Vec::new() };
-        columns.iter_mut().for_each(|column| {
-            normalise(column);
-        });
         let count = columns.len();
-        let products = Products::of(columns, &residual);
+        let (products, _) = Products::normalised(columns, &residual);
         let mut order: Vec<usize> = Vec::with_capacity(count);
         while order.len() < count {
             let Some(solved) = products.solve(&order) else { return Vec::new() };

@@ -4,7 +4,6 @@
     reason = "matrices and arrays over the seven channels, indexed by `from_fn` over that length"
 )]
 
-use super::errors::ErrorSource;
 use super::measured::{CHANNELS, Channels};
 use nalgebra::SMatrix;
 
@@ -30,7 +29,8 @@ pub struct Instant {
 impl Instant {
     /// `Psi`: the signatures of the start.
     pub(super) fn start(&self) -> Matrix {
-        let first = ErrorSource::all().len();
+        // they are the last of the catalogue
+        let first = self.signatures.len().saturating_sub(CHANNELS);
         Matrix::from_fn(|i, j| self.signatures.get(first + j).map_or(0.0, |s| s[i]))
     }
 

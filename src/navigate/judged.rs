@@ -1,9 +1,9 @@
 //! The posterior of sets of causes, and of what none of them explains, on the linear model at a state: the score of campaigns (`diagnosis`).
 
-use super::bank::bank;
+use super::bank::{bank, matrix};
 use super::candidates::Linear;
 use super::cause::{Cause, Change};
-use super::refine::{State, Walk};
+use super::refine::{Search, State};
 use crate::diagnosis::{Class, Deviations, Kernel, NoiseFrom, Posterior, Priors, Problem, Score};
 use faer::Mat;
 use faer::linalg::solvers::Solve;
@@ -38,19 +38,16 @@ pub(super) enum Among {
     None,
     /// Sets of so many causes at most; what they leave is noise alone.
     Sets(usize),
-    /// All sets, and what none of them explains.
+    /// All sets, and remainders that none of them explains.
     Remainders,
 }
 
-impl Walk<'_> {
+impl Search<'_> {
     /// The posterior at a state.
     pub(super) fn judge(&self, linear: &Linear, state: &State, among: Among) -> Judged {
         let (case, settings) = (&self.case, &self.case.settings);
         let residual = linear.products.residual();
-        let all = linear.products.columns();
-        let value = |i: usize, j: usize| all.get(j).and_then(|column| column.get(i)).copied();
-        // each has a value for each row
-        let columns = Mat::from_fn(residual.len(), all.len(), |i, j| value(i, j).unwrap_or_default());
+        let columns = matrix(residual.len(), linear.products.columns());
         let whole = among != Among::Remainders;
         let kernels = match whole {
             true => Vec::new(),

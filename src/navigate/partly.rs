@@ -6,7 +6,7 @@
 
 use super::cause::Cause;
 use super::judged::Among;
-use super::refine::{State, Walk};
+use super::refine::{Search, State};
 use crate::diagnosis::NoiseFrom;
 
 /// Rounds of naming and refining, at most.
@@ -34,7 +34,7 @@ pub(super) struct Partly {
     pub nearest_share: f64,
 }
 
-impl Walk<'_> {
+impl Search<'_> {
     /// The significant causes where a search has ended without explaining everything; `None` where none is, or the noise is not stated.
     pub fn partly(&mut self, best: &State) -> Option<Partly> {
         if self.case.from != NoiseFrom::Stated {
@@ -105,7 +105,7 @@ impl Walk<'_> {
                 let all = members.len() == state.set.len();
                 return all.then_some(Partly { state, members, nearest, nearest_share });
             }
-            // names that come round again do not settle
+            // the names cycle and do not settle
             if before.contains(&causes) {
                 return None;
             }

@@ -1,4 +1,4 @@
-//! A bias or a channel of the reference that goes up and down, as under a temperature that is held between two limits.
+//! A bias or a channel of the reference that oscillates, as under a temperature that is held between two limits.
 //!
 //! ```text
 //! x sin(2 pi t / T + phase) = a cos(2 pi t / T) + b sin(2 pi t / T),      x^2 = a^2 + b^2,  tan(phase) = a / b
@@ -9,7 +9,7 @@
 
 use super::cause::{Cause, Change};
 use super::products::INDEPENDENT;
-use super::refine::{State, Walk};
+use super::refine::{Search, State};
 use super::sharpen::By;
 use super::weighed::Weighed;
 use crate::linear::{dot, orthonormal, project};
@@ -77,7 +77,7 @@ fn grows(cause: &Cause) -> bool {
     cause.change() == Some(Change::Ramp)
 }
 
-impl Walk<'_> {
+impl Search<'_> {
     /// The time of the last row, s, above zero.
     pub(super) fn last(&self) -> f64 {
         self.case.measured.last_time().max(f64::MIN_POSITIVE)

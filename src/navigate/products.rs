@@ -5,7 +5,7 @@
 )]
 
 use crate::elements::Elements;
-use crate::linear::{Triangle, dot};
+use crate::linear::{Triangle, dot, normalise};
 use crate::uncertainty::quantiles::normal_quantile;
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -17,7 +17,7 @@ pub(super) const INDEPENDENT: f64 = 1e-7;
 pub(super) struct Products {
     columns: Vec<Rc<Vec<f64>>>,
     residual: Vec<f64>,
-    /// Rows of `C' C`, made when they are asked for: those of the columns that a set has held.
+    /// Rows of `C' C`, computed on demand: those of the columns of sets so far.
     gram: RefCell<Vec<Option<Rc<Vec<f64>>>>>,
     /// Its diagonal.
     squares: Vec<f64>,
@@ -44,9 +44,10 @@ impl Products {
         Products { columns, residual, gram, squares, along, square }
     }
 
-    /// The same, of columns that are not shared.
-    pub fn of(columns: Vec<Vec<f64>>, residual: &[f64]) -> Products {
-        Products::new(columns.into_iter().map(Rc::new).collect(), residual)
+    /// The same of columns that are scaled to unit norm here, with their norms.
+    pub fn normalised(mut columns: Vec<Vec<f64>>, residual: &[f64]) -> (Products, Vec<f64>) {
+        let norms = columns.iter_mut().map(|column| normalise(column)).collect();
+        (Products::new(columns.into_iter().map(Rc::new).collect(), residual), norms)
     }
 
     /// The columns, and the residual that they explain.

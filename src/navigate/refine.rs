@@ -4,10 +4,10 @@ use super::case::{Case, Flown};
 use super::cause::Cause;
 use super::gap::Gap;
 use super::products::{Products, Solved};
-use super::random_walk::Wander;
+use super::random_walk::UnstatedWalk;
 use super::weighed::Weighed;
 use crate::diagnosis::NoiseFrom;
-use crate::linear::{dot, normalise};
+use crate::linear::dot;
 use std::cell::RefCell;
 use std::rc::Rc;
 
@@ -15,7 +15,7 @@ use std::rc::Rc;
 const STEPS: usize = 25;
 /// A refinement has settled when no cause moves by more than this share of its standard uncertainty.
 const SETTLED: f64 = 0.02;
-/// or where the linear model promises to take off no more than this share of the sum of squares.
+/// or where the linear model predicts a reduction of the sum of squares by no more than this share.
 const FLAT: f64 = 1e-6;
 /// Damping of a Gauss-Newton step (Levenberg and Marquardt), shares of each column's square: the least and the most.
 const LEAST_DAMPED: f64 = 1e-6;
@@ -42,15 +42,15 @@ pub(super) struct State {
     pub outside: bool,
 }
 
-/// One look of the walk, for the record.
+/// One step of the search, for the record.
 pub(super) struct Seen {
     pub set: Vec<Cause>,
     pub strongest: Option<(Cause, f64)>,
     pub p: Option<f64>,
 }
 
-/// A walk through sets of causes.
-pub(super) struct Walk<'a> {
+/// A search through sets of causes.
+pub(super) struct Search<'a> {
     pub case: Case<'a>,
     pub u: &'a [f64],
     /// Penalty of each cause, and how many are distinct.
@@ -63,7 +63,7 @@ pub(super) struct Walk<'a> {
     /// All ordinary causes together, refined.
     pub ordinary: Option<State>,
     /// A random walk that the mission does not state and that has been added to it.
-    pub wander: Option<Wander>,
+    pub unstated: Option<UnstatedWalk>,
     /// The part of the whole that is being done: its start and its end, shares.
     pub part: (f64, f64),
     /// The question in fewer rows.
@@ -74,15 +74,27 @@ pub(super) struct Walk<'a> {
 /// Reports of a long search: the approximate share that is done, and what is being tried.
 pub(super) type Progress<'a> = dyn FnMut(f64, &str) + 'a;
 
-impl<'a> Walk<'a> {
+impl<'a> Search<'a> {
     pub fn new(
         case: Case<'a>,
         u: &'a [f64],
         (penalty, distinct): (f64, usize),
         progress: &'a mut Progress<'a>,
-    ) -> Walk<'a> {
-        let (seen, flights, moved, ordinary, wander, weighed) = (Vec::new(), 0, 0, None, None, RefCell::new(None));
-        Walk { case, u, penalty, distinct, seen, flights, moved, ordinary, wander, part: (0.0, 1.0), weighed, progress }
+    ) -> Search<'a> {
+        Search {
+            case,
+            u,
+            penalty,
+            distinct,
+            seen: Vec::new(),
+            flights: 0,
+            moved: 0,
+            ordinary: None,
+            unstated: None,
+            part: (0.0, 1.0),
+            weighed: RefCell::new(None),
+            progress,
+        }
     }
 
     /// Report that a set is being tried, in the given round of the present part.
@@ -128,8 +140,7 @@ impl<'a> Walk<'a> {
             columns.push(self.case.residual(&flown.predicted));
             self.case.weigh(self.u, out, &mut columns);
             let residual = columns.pop()?;
-            let norms: Vec<f64> = columns.iter_mut().map(|column| normalise(column)).collect();
-            let products = Products::of(columns, &residual);
+            let (products, norms) = Products::normalised(columns, &residual);
             let all: Vec<usize> = (0..set.len()).collect();
             let of = |solved: &Solved| -> Vec<f64> {
                 solved.values.iter().zip(&norms).map(|(x, norm)| if *norm > 0.0 { x / norm } else { 0.0 }).collect()
@@ -204,11 +215,11 @@ impl<'a> Walk<'a> {
             let place = |at: &usize| kept.iter().take(*at).filter(|kept| **kept).count();
             let out: Vec<usize> = out.iter().filter(|at| kept.get(**at) == Some(&true)).map(place).collect();
             let mut nobody = |_: f64, _: &str| {};
-            let mut walk = Walk::new(case, &u, (self.penalty, self.distinct), &mut nobody);
-            if let Some(state) = walk.descend(set, &values, &out, LEAST_DAMPED) {
+            let mut search = Search::new(case, &u, (self.penalty, self.distinct), &mut nobody);
+            if let Some(state) = search.descend(set, &values, &out, LEAST_DAMPED) {
                 values = state.values;
             }
-            self.flights += walk.flights;
+            self.flights += search.flights;
         }
         values
     }
@@ -224,7 +235,7 @@ impl<'a> Walk<'a> {
     }
 
     fn rss(&self, flown: &Flown, out: &[usize]) -> f64 {
-        let white = self.case.weighed(self.case.residual(&flown.predicted), self.u, out);
+        let white = self.case.whitened(self.case.residual(&flown.predicted), self.u, out);
         dot(&white, &white)
     }
 }

@@ -37,7 +37,7 @@ struct Alternative {
     columns: Vec<Vec<f64>>,
 }
 
-/// Name the motions for each finding that has aliases.
+/// Find the motions for each finding that has aliases.
 pub(super) fn separate(
     mission: &Mission,
     measured: &Measured,
@@ -63,12 +63,11 @@ pub(super) fn separate(
             .filter_map(|alias| alias.source.constant())
             .collect();
         for alternative in &alternatives {
-            // what changes in time or is the reference's need not come again in a further run
+            // changes in time and faults of the reference need not recur in a further run
             let column = |cause: &Cause| -> Vec<f64> {
                 let rows = alternative.columns.first().map_or(0, Vec::len);
                 let further = cause.constant().and_then(|source| index(&source));
                 let further = further.and_then(|j| alternative.columns.get(j)).cloned();
-                // what changes in time has no column in a further run, as said above
                 present(cause).into_iter().chain(further.unwrap_or_else(|| vec![0.0; rows])).collect()
             };
             let discriminated: Vec<(ErrorSource, f64)> = aliases

@@ -2,7 +2,7 @@
 
 use super::cause::{Cause, Change};
 use super::products::INDEPENDENT;
-use super::refine::{State, Walk};
+use super::refine::{Search, State};
 use super::weighed::Weighed;
 use crate::linear::{dot, project};
 use std::rc::Rc;
@@ -52,7 +52,7 @@ impl By {
     }
 }
 
-impl Walk<'_> {
+impl Search<'_> {
     /// The time of a step, a warm-up or a wave is one of a coarse grid: the best one near it, on the linear model, finer and finer. Was any moved?
     pub(super) fn sharpen(&self, state: &State, set: &mut [Cause], values: &mut [f64]) -> bool {
         let steps = self.case.causes.iter().filter_map(|cause| match cause {

@@ -3,8 +3,8 @@
 use super::instant::Instant;
 use super::measured::{CHANNELS, Measured, MeasuredRow};
 
-/// Values of a question at most, about: they bound the work. Of seven channels these are two hundred rows; what goes with time, and is neither noise nor a
-/// single value, does so over more than a hundredth of the run.
+/// Values of a question at most, about: they bound the work. Of seven channels these are two hundred rows; a course of time that is neither noise nor a
+/// single value lasts longer than a hundredth of the run.
 const VALUES: usize = 1500;
 
 /// Means over the rows of equal stretches of time, weighted by their uncertainties.

@@ -1,8 +1,8 @@
 //! The design matrix of measured navigation errors: one row for each value, one column for each error source; and the full
 //! simulation at the same instants.
 //!
-//! Columns come from [`linear`], which integrates all 46 signatures in one pass. One simulation for each source would differ by what
-//! is of second order in the errors, and costs six times as much; predictions, which must be right to second order, are simulated
+//! Columns come from [`linear`], which integrates all 46 signatures in one pass. One simulation for each source would differ by
+//! terms of second order in the errors, and costs six times as much; predictions, which must be right to second order, are simulated
 //! in full ([`run`]). Values between two pairs of steps are interpolated (the pairs are a fiftieth of a second apart at 100 Hz).
 
 use super::errors::{ErrorSource, ImuErrors};

@@ -1,13 +1,13 @@
 //! Single wrong values: far from what a state predicts and from their neighbours in time.
 
 use super::measured::CHANNELS;
-use super::refine::{State, Walk};
+use super::refine::{Search, State};
 use crate::diagnosis::NoiseFrom;
 use crate::elements::Elements;
 use crate::number;
 use crate::uncertainty::quantiles::normal_quantile;
 
-impl Walk<'_> {
+impl Search<'_> {
     /// Single values far from what the state predicts and from their neighbours in time; none where they are more than a few.
     ///
     /// While something is still missing a value is compared with the values of its channel before and after it, in units of how they usually
@@ -17,7 +17,7 @@ impl Walk<'_> {
             return Vec::new();
         }
         let settings = &self.case.settings;
-        let white = self.case.weighed(self.case.residual(&state.flown.predicted), self.u, &[]);
+        let white = self.case.whitened(self.case.residual(&state.flown.predicted), self.u, &[]);
         let most = self.most();
         let level = settings.single_share * settings.common.significance / white.len().max(1) as f64;
         // a level of zero asks for more than any number
@@ -31,7 +31,7 @@ impl Walk<'_> {
 
     /// Single values that stand out from their neighbours in time, whatever else is unexplained; none where they are more than a few.
     pub(super) fn standing_out(&self, state: &State) -> Vec<usize> {
-        let white = self.case.weighed(self.case.residual(&state.flown.predicted), self.u, &[]);
+        let white = self.case.whitened(self.case.residual(&state.flown.predicted), self.u, &[]);
         self.outstanding(&white, self.most(), false)
     }
 

@@ -14,6 +14,7 @@ use super::motion::{Attitude, Motion, Oscillation, Path, Stage};
 use super::quadrature::{MAX_STEPS, NODES, Quadrature};
 use crate::number;
 use std::f64::consts::TAU;
+use std::sync::Arc;
 
 /// One quantity at the nodes of a block.
 pub type AtNodes = [f64; NODES];
@@ -71,7 +72,7 @@ pub struct Trajectory {
     steps: u64,
     latitude_rad: f64,
     longitude_rad: f64,
-    rules: Vec<Quadrature>,
+    rules: Vec<Arc<Quadrature>>,
     values: Box<NodeValues>,
     constant: bool,
 }
@@ -196,41 +197,36 @@ impl Trajectory {
         if self.parts > 0 {
             return self.fill_by_parts(start, block);
         }
-        let rules = self.rules_for(steps);
-        if let Some(rule) = rules.iter().find(|rule| rule.steps == steps) {
-            let span = steps as f64 * self.step;
-            self.evaluate(rule, start, span);
-            integrate(rule, &self.values, span, block);
-        }
-        self.rules = rules;
+        let rule = self.rule(steps);
+        let span = steps as f64 * self.step;
+        self.evaluate(&rule, start, span);
+        integrate(&rule, &self.values, span, block);
     }
 
-    /// The rules, with that for so many steps among them; they must be given back.
-    fn rules_for(&mut self, steps: usize) -> Vec<Quadrature> {
-        let mut rules = std::mem::take(&mut self.rules);
-        if !rules.iter().any(|rule| rule.steps == steps) {
-            rules.push(Quadrature::new(steps));
+    /// The rule for so many steps, made once.
+    fn rule(&mut self, steps: usize) -> Arc<Quadrature> {
+        if let Some(rule) = self.rules.iter().find(|rule| rule.steps == steps) {
+            return rule.clone();
         }
-        rules
+        let rule = Arc::new(Quadrature::new(steps));
+        self.rules.push(rule.clone());
+        rule
     }
 
     /// Increments of a motion that is faster than the steps: each step as the sum of parts that are short against it.
     fn fill_by_parts(&mut self, start: f64, block: &mut Block) {
-        let rules = self.rules_for(1);
-        if let Some(rule) = rules.iter().find(|rule| rule.steps == 1) {
-            let span = self.step / self.parts as f64;
-            let mut part = Block::default();
-            for step in 0..block.steps {
-                let mut sums = [0.0; 6];
-                for k in 0..self.parts {
-                    self.evaluate(rule, start + self.step * step as f64 + span * k as f64, span);
-                    integrate(rule, &self.values, span, &mut part);
-                    sums.iter_mut().zip(part.increments.iter()).for_each(|(sum, row)| *sum += row[0]);
-                }
-                block.increments.iter_mut().zip(sums).for_each(|(row, sum)| row[step] = sum);
+        let rule = self.rule(1);
+        let span = self.step / self.parts as f64;
+        let mut part = Block::default();
+        for step in 0..block.steps {
+            let mut sums = [0.0; 6];
+            for k in 0..self.parts {
+                self.evaluate(&rule, start + self.step * step as f64 + span * k as f64, span);
+                integrate(&rule, &self.values, span, &mut part);
+                sums.iter_mut().zip(part.increments.iter()).for_each(|(sum, row)| *sum += row[0]);
             }
+            block.increments.iter_mut().zip(sums).for_each(|(row, sum)| row[step] = sum);
         }
-        self.rules = rules;
     }
 
     /// What the last block looked like at its nodes.

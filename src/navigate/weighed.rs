@@ -20,13 +20,15 @@ pub(super) struct Weighed {
     pub unit: Vec<(Rc<Vec<f64>>, f64)>,
 }
 
+/// A column of unit norm, and its norm before.
+pub(super) fn unit(mut column: Vec<f64>) -> (Rc<Vec<f64>>, f64) {
+    let norm = normalise(&mut column);
+    (Rc::new(column), norm)
+}
+
 impl Weighed {
     pub fn new(case: &Case<'_>, u: &[f64], out: &[usize]) -> Weighed {
         let mut weighed = Weighed::of_rows(case, Shortened::new(case.measured, &case.without(u, out)), out);
-        let unit = |mut column: Vec<f64>| {
-            let norm = normalise(&mut column);
-            (Rc::new(column), norm)
-        };
         weighed.unit = weighed.rows(case.raw.iter()).into_iter().map(unit).collect();
         weighed
     }

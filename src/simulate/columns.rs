@@ -158,7 +158,7 @@ pub fn columns(
         .collect()
 }
 
-/// The column of a regressor that no input says, for one sensor.
+/// The column of a regressor that is no function of inputs, for one sensor.
 pub(crate) fn indicator(campaign: &Campaign, rows: &[RowOrigin], regressor: &Regressor, sensor: usize) -> Vec<f64> {
     let value: Box<dyn Fn(usize) -> f64> = match regressor {
         Regressor::Position(label) => Box::new(|k: usize| {

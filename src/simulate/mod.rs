@@ -54,7 +54,7 @@ pub struct DrawnNoise {
 /// A hidden effect: `coefficient * regressor`.
 #[derive(Debug, Clone)]
 pub struct Hidden {
-    /// What goes with the coefficient.
+    /// The factor of the coefficient.
     pub regressor: Regressor,
     /// Coefficient, in the sensor's unit for each unit of the regressor; radians for a tilt.
     pub value: f64,
@@ -119,7 +119,7 @@ pub fn simulate(schedule: &Campaign, truth: &Truth, seed: u64) -> Result<Campaig
     for reading in &mut campaign.readings.rows {
         *reading = reading.unread();
     }
-    // the campaign says what is claimed of its inputs, the world has the true ones
+    // the campaign has the stated values of its inputs, the world the true ones
     let mut world = campaign.clone();
     for (parameter, value) in schedule.parameters.iter().zip(&point).filter(|(p, _)| p.kind == Kind::Input) {
         world.shift_input(&parameter.id, value - parameter.reference());
@@ -134,7 +134,7 @@ pub fn simulate(schedule: &Campaign, truth: &Truth, seed: u64) -> Result<Campaig
         .collect();
     let wanted: Vec<(&Regressor, Option<usize>)> = apart.iter().map(|h| (&h.regressor, h.sensor)).collect();
     let effects = columns(&world, &rows, &tilts, &point, &wanted)?;
-    // a sensor of which the truth says nothing has no noise
+    // a sensor without an entry in the truth has no noise
     let noise_of = |sensor: usize| truth.noise.get(sensor).copied().unwrap_or_default();
     let sd: Vec<f64> = rows
         .iter()

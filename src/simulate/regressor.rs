@@ -1,4 +1,4 @@
-//! What an effect is proportional to: a term of the model line, or something about a reading that no input says.
+//! What an effect is proportional to: a term of the model line, or a property of a reading that is no input.
 
 use super::is_tilt;
 use crate::algebra::Expression;

@@ -7,10 +7,10 @@ use super::cause::{Cause, Change};
 use super::errors::{Instrument, Kind};
 use super::judged::{Among, Judged};
 use super::products::{self, Products};
-use super::refine::{Seen, State, Walk};
-use super::weighed::Weighed;
+use super::refine::{Search, Seen, State};
+use super::weighed::{Weighed, unit};
 use crate::diagnosis::NoiseFrom;
-use crate::linear::{dot, normalise};
+use crate::linear::dot;
 use std::rc::Rc;
 
 /// Rounds of judging and refining, at most.
@@ -24,7 +24,7 @@ const MOST_MOVED: usize = 6;
 /// A gain (ln) of less than this on the full simulation is none: a tenth in the odds, as rounding and the ends of refinements make; the search would cycle.
 const GAIN: f64 = 0.1;
 
-impl<'a> Walk<'a> {
+impl<'a> Search<'a> {
     /// The best explanation, from the empty set; where that does not leave noise alone, from all biases of the unit, and from these and the attitude of the start.
     pub fn run(&mut self) -> Option<State> {
         let empty = self.refine(&[], &[], &[])?;
@@ -159,17 +159,10 @@ impl<'a> Walk<'a> {
         for (j, cause) in causes.iter().enumerate() {
             let member = state.set.iter().position(|other| other == cause).and_then(|k| derivatives.get_mut(k));
             let (column, norm) = match (member, weighed.unit.get(j)) {
-                (Some(column), _) => {
-                    let norm = normalise(column);
-                    (Rc::new(std::mem::take(column)), norm)
-                }
-                (None, Some(unit)) => unit.clone(),
+                (Some(column), _) => unit(std::mem::take(column)),
+                (None, Some(kept)) => kept.clone(),
                 // a wave
-                (None, None) => {
-                    let mut column = weighed.of(&self.case, cause);
-                    let norm = normalise(&mut column);
-                    (Rc::new(column), norm)
-                }
+                (None, None) => unit(weighed.of(&self.case, cause)),
             };
             let seen = norm > 0.0 && !self.case.is_invisible(cause, norm);
             columns.push(if seen { column } else { Rc::new(vec![0.0; residual.len()]) });

@@ -17,14 +17,14 @@ use super::changing::Columns;
 use super::errors::{ErrorSource, Instrument};
 use super::measured::CHANNELS;
 use super::products::Products;
-use super::random_walk::{Wander, with};
-use super::refine::{State, Walk};
+use super::random_walk::{UnstatedWalk, with};
+use super::refine::{Search, State};
+use super::search::Ordinary;
 use super::shortened::Shortened;
 use super::signatures::{Instant, instants, motion, times};
-use super::walk::Ordinary;
 use super::whiten::{Walks, whiten};
 use crate::diagnosis::NoiseFrom;
-use crate::linear::{dot, normalise};
+use crate::linear::dot;
 use crate::uncertainty::quantiles::chi_square_survival;
 use std::f64::consts::FRAC_PI_2;
 
@@ -35,7 +35,7 @@ const GYRO_RANGE: (f64, f64) = (1e-13, 1e-6);
 const ACCELEROMETER_RANGE: (f64, f64) = (1e-10, 1e-3);
 const FACTOR: f64 = 4.0;
 
-/// The rows in which walks are looked for.
+/// The rows in which walks are searched for.
 #[derive(Clone, Copy)]
 struct Rows<'a> {
     short: &'a Shortened,
@@ -57,9 +57,9 @@ fn moves(cause: &Cause, place: usize) -> bool {
     of_place == *instrument && axis.is_none_or(|axis| axis == place % 3)
 }
 
-impl<'a> Walk<'a> {
+impl<'a> Search<'a> {
     /// The random walk, if any, that may explain the residuals of a state, or replace its causes that change in time.
-    pub fn wander(&mut self, state: &State) -> Option<Wander> {
+    pub fn unstated_walk(&mut self, state: &State) -> Option<UnstatedWalk> {
         let fixed = self.is_complete(state) && state.set.iter().all(Cause::is_constant);
         if fixed || self.case.from != NoiseFrom::Stated {
             return None;
@@ -67,13 +67,13 @@ impl<'a> Walk<'a> {
         // given all ordinary causes
         let ordinary = self.ordinary.clone().or_else(|| self.ordinary(&state.out));
         let state = ordinary.unwrap_or_else(|| state.clone());
-        let along = self.wander_along(&state);
-        // a large error turns the frame in which a walk goes on: along the errors that the state has it may be likelier
+        let along = self.unstated_walk_along(&state);
+        // a large error rotates the frame in which a walk propagates: along the errors of the state it may be likelier
         let case = self.case.clone();
         let errors = self.case.with(&state.set, &state.values);
         let Some(moved) = self.case.around(&errors, self.u) else { return along };
         self.case = moved;
-        let turned = self.wander_along(&state);
+        let turned = self.unstated_walk_along(&state);
         self.case = case;
         let alike = self.case.settings.indistinguishable;
         match (along, turned) {
@@ -90,7 +90,7 @@ impl<'a> Walk<'a> {
     }
 
     /// The same, with the question's columns around the state.
-    fn wander_along(&self, state: &State) -> Option<Wander> {
+    fn unstated_walk_along(&self, state: &State) -> Option<UnstatedWalk> {
         let observed = self.case.observed(&state.flown, &state.values);
         let weighed = self.weighed(&state.out);
         let short = &weighed.short;
@@ -101,7 +101,7 @@ impl<'a> Walk<'a> {
         let none = Rows { short, made: &weighed.made, out: &out, stated, unit: &[], columns: &columns };
         let gyro = Instrument::Gyro;
         let both = [gyro, Instrument::Accelerometer];
-        let mut walks: Vec<Wander> = Vec::new();
+        let mut walks: Vec<UnstatedWalk> = Vec::new();
         for instrument in both {
             let unit = carrying(Some(instrument));
             walks.extend(self.likeliest(Cause::RandomWalk(instrument), RANGE, &Rows { unit: &unit, ..none }));
@@ -172,7 +172,7 @@ impl<'a> Walk<'a> {
     }
 
     /// The density at which a walk is likeliest, if it is far likelier than none and leaves white innovations.
-    fn likeliest(&self, cause: Cause, range: (f64, f64), rows: &Rows<'_>) -> Option<Wander> {
+    fn likeliest(&self, cause: Cause, range: (f64, f64), rows: &Rows<'_>) -> Option<UnstatedWalk> {
         let fit = |density: f64| self.deviance(&cause, density, rows).map(|(deviance, _)| deviance);
         let none = fit(0.0)?;
         let mut best = (none, 0.0);
@@ -209,14 +209,14 @@ impl<'a> Walk<'a> {
         let step = 0.1_f64;
         let bend = (fit(density * step.exp())? - 2.0 * deviance + fit(density * (-step).exp())?) / (step * step);
         let u = if bend > 0.0 { density * (2.0 / bend).sqrt() } else { density };
-        let wander = Wander { cause, density, u, deviance, gain: none - deviance, others: Vec::new() };
-        (wander.gain > self.penalty && self.is_white(&white, rows) && self.is_flat(&white, rows)).then_some(wander)
+        let unstated = UnstatedWalk { cause, density, u, deviance, gain: none - deviance, others: Vec::new() };
+        (unstated.gain > self.penalty && self.is_white(&white, rows) && self.is_flat(&white, rows)).then_some(unstated)
     }
 
     /// The score of a state with all that its random walk costs.
     pub fn score_of_all(&self, state: &State) -> f64 {
         let rank_penalty = self.case.settings.rank_penalty;
-        let walk = self.wander.as_ref().map_or(0.0, |wander| self.penalty + rank_penalty * wander.cause.rank());
+        let walk = self.unstated.as_ref().map_or(0.0, |unstated| self.penalty + rank_penalty * unstated.cause.rank());
         self.case.spread(self.u, &state.out) + walk - 2.0 * state.value
     }
 
@@ -246,8 +246,13 @@ impl<'a> Walk<'a> {
     }
 
     /// The question with a walk of a bias that no mission states.
-    pub fn with_wander(&self, case: &Case<'a>, wander: &Wander) -> Case<'a> {
-        case.with_walks(self.walks(&wander.cause, wander.density, &self.unit(None), &self.case.columns.walks.instants))
+    pub fn with_walk(&self, case: &Case<'a>, unstated: &UnstatedWalk) -> Case<'a> {
+        case.with_walks(self.walks(
+            &unstated.cause,
+            unstated.density,
+            &self.unit(None),
+            &self.case.columns.walks.instants,
+        ))
     }
 
     /// `-2 ln L` with a walk of this density added to those of the mission, and the innovations of the residuals.
@@ -256,15 +261,12 @@ impl<'a> Walk<'a> {
         let mut columns = rows.columns.to_vec();
         let size = whiten(&rows.short.measured, &walks, &rows.short.u, &mut columns);
         let residual = columns.pop()?;
-        let count = columns.len();
-        columns.iter_mut().for_each(|column| {
-            normalise(column);
-        });
-        let products = Products::of(columns.clone(), &residual);
-        let solved = products.damped(&(0..count).collect::<Vec<usize>>(), 1e-9)?;
+        let (products, _) = Products::normalised(columns, &residual);
+        let all: Vec<usize> = (0..products.columns().len()).collect();
+        let solved = products.damped(&all, 1e-9)?;
         let mut innovations = residual;
-        for (column, value) in columns.iter().zip(&solved.values) {
-            innovations.iter_mut().zip(column).for_each(|(y, c)| *y -= c * value);
+        for (column, value) in products.columns().iter().zip(&solved.values) {
+            innovations.iter_mut().zip(column.iter()).for_each(|(y, c)| *y -= c * value);
         }
         let deviance = dot(&innovations, &innovations) + size;
         deviance.is_finite().then_some((deviance, innovations))
