@@ -5,7 +5,7 @@
 //! reading = model line(inputs; coefficients)
 //! ```
 //!
-//! A bench is data: no system that a bench file can describe has code of its own. Frames: ground x east, y north, z up; rotations are
+//! A bench is data: no system that a bench file can describe needs code. Frames: ground x east, y north, z up; rotations are
 //! active and take sensor components to the ground. Deliberately absent: lever arms, dynamics, file formats (`wire` knows those).
 
 mod builtin;
@@ -65,7 +65,7 @@ pub struct DerivedQuantity {
     pub id: String,
     /// A line of algebra in the parameters.
     pub line: Expression,
-    /// The unit that its value is wanted in; the line's own where there is none.
+    /// The unit that its value is wanted in; that of the line where there is none.
     pub unit: Option<String>,
 }
 
@@ -166,7 +166,7 @@ pub enum Link {
         /// What it is, for a person; may be empty.
         meaning: String,
     },
-    /// A small unknown rotation: a parameter, in radians. Where it follows a joint's angle, the parameter times a factor; its own
+    /// A small unknown rotation: a parameter, in radians. Where it follows a joint's angle, the parameter times a factor; its
     /// rate `tilt * d factor/dt` is left out (over whole turns a positioning error closes).
     Tilt {
         /// Name of the parameter.
@@ -210,8 +210,8 @@ pub struct Sensor {
 impl Sensor {
     /// The direction of an axis by name.
     fn axis(&self, name: &str) -> Option<Vector3<f64>> {
-        let own = self.axes.iter().find(|(own, _)| own == name).map(|(_, direction)| *direction);
-        own.or_else(|| frame_axis(name))
+        let axis = self.axes.iter().find(|(axis, _)| axis == name).map(|(_, direction)| *direction);
+        axis.or_else(|| frame_axis(name))
     }
 
     /// The direction of the input axis, in the last frame of the chain.
@@ -222,10 +222,10 @@ impl Sensor {
 
 /// An axis of the last frame by its name.
 fn frame_axis(name: &str) -> Option<Vector3<f64>> {
-    Axis::ALL.into_iter().find(|own| own.name() == name).map(Axis::unit)
+    Axis::ALL.into_iter().find(|axis| axis.name() == name).map(Axis::unit)
 }
 
-/// Most joints of a chain: positions that tell unknowns apart are sought over all of them.
+/// Most joints of a chain: positions that discriminate unknowns are sought over all of them.
 const MOST_JOINTS: usize = 64;
 /// Most joints and tilts together.
 const MOST_LINKS: usize = 512;
@@ -236,12 +236,12 @@ impl Bench {
     /// Errors: `NameClash` for a joint, tilt, sensor or axis that repeats; `Value` for numbers out of range.
     pub fn checked(self) -> Result<Self> {
         let joints = self.joints().count();
-        for (what, found, most) in [("joints", joints, MOST_JOINTS), ("joints and tilts", self.chain.len(), MOST_LINKS)]
+        for (what, count, most) in [("joints", joints, MOST_JOINTS), ("joints and tilts", self.chain.len(), MOST_LINKS)]
         {
-            if found > most {
+            if count > most {
                 return Err(Malformed::new(Fault::Value, format!("the chain has too many {what}"))
                     .expected(format!("at most {most}"))
-                    .found(found.to_string())
+                    .found(count.to_string())
                     .at_path("chain"));
             }
         }
@@ -250,7 +250,7 @@ impl Bench {
             identifier(link.name()).map_err(|e| e.at_path(&path))?;
             if let Some(first) = self.chain.iter().take(k).position(|other| other.name() == link.name()) {
                 let is_tilt = |at: usize| matches!(self.chain.get(at), Some(Link::Tilt { .. }));
-                // a joint's name stands in every reading, so of the two it is the tilt that should be renamed
+                // a joint's name is in every reading, so of the two it is the tilt that should be renamed
                 let (at, what) = match (is_tilt(first), is_tilt(k)) {
                     (true, false) => (first, format!("the tilt '{}' has the name of a joint", link.name())),
                     (false, true) => (k, format!("the tilt '{}' has the name of a joint", link.name())),
@@ -298,7 +298,7 @@ impl Bench {
                         .found(format!("length {norm}"))
                         .at_path(path));
                 }
-                if frame_axis(axis).is_some_and(|own| own != *direction) {
+                if frame_axis(axis).is_some_and(|unit| unit != *direction) {
                     return Err(Malformed::new(Fault::NameClash, format!("axis {axis} of {} is not the frame's {axis}", sensor.id))
                         .expected("w_x, w_y, w_z, a_x, a_y, a_z belong to the last frame of the chain; give the axis another name")
                         .at_path(path));
@@ -313,7 +313,7 @@ impl Bench {
         }
         for (joint, [least, most]) in &self.rate_range {
             let path = format!("rate_range_deg_s.{joint}");
-            if !self.joints().any(|own| own == joint) {
+            if !self.joints().any(|name| name == joint) {
                 return Err(Malformed::new(Fault::UnknownName, format!("the bench has no joint '{joint}'"))
                     .expected(format!("one of {}", self.joints().collect::<Vec<_>>().join(", ")))
                     .at_path(path));
@@ -327,7 +327,7 @@ impl Bench {
         }
         for (joint, u) in &self.rate_u {
             let path = format!("rate_u_ppm.{joint}");
-            if !self.joints().any(|own| own == joint) {
+            if !self.joints().any(|name| name == joint) {
                 let joints: Vec<&str> = self.joints().collect();
                 return Err(Malformed::new(Fault::UnknownName, format!("the chain has no joint '{joint}'"))
                     .expected(format!("a joint of the chain: {}", joints.join(", ")))

@@ -1,17 +1,16 @@
-//! What could stand in the place of a finding: another cause, or another together with another for a second finding.
+//! Causes that fit as well in the place of a finding: alone, or together with a second one in the place of another finding.
 
 use super::candidates::Linear;
-use super::cause::{Cause, Change};
+use super::cause::Cause;
 use super::diagnose::Alias;
-use super::measured::CHANNEL_NAMES;
-use super::refine::Walk;
+use super::refine::Search;
 
-/// Sets in which two members together are compared with other pairs.
+/// Pairs of members are compared with other pairs in sets of no more than so many.
 const PAIRED: usize = 8;
 
-impl Walk<'_> {
+impl Search<'_> {
     pub(super) fn aliases(&self, linear: &Linear, set: &[usize], place: usize, scale: f64) -> Vec<Alias> {
-        let own = set.get(place).and_then(|j| linear.causes.get(*j));
+        let member = set.get(place).and_then(|j| linear.causes.get(*j));
         let rivals = linear.products.rivals(set, place, self.case.settings.indistinguishable * scale * scale);
         let alone: Vec<usize> = rivals.iter().map(|(j, ..)| *j).collect();
         let one = |(j, excess, exact): (usize, f64, bool)| -> Option<Alias> {
@@ -26,39 +25,27 @@ impl Walk<'_> {
         };
         let mut aliases: Vec<Alias> = rivals.into_iter().filter_map(one).collect();
         aliases.extend(self.together(linear, set, place, &alone, scale));
-        // of the many times of one step the best speaks for all, and none beside the time that was found
-        let step = |cause: &Cause| match cause {
-            Cause::Changing(source, Change::Step(_)) => Some(source.id()),
-            Cause::Changing(source, Change::WarmUp(_)) => Some(format!("{} warm-up", source.id())),
-            Cause::Changing(source, Change::Wave { .. }) => Some(format!("{} wave", source.id())),
-            Cause::Reference(channel, Some(Change::Wave { .. })) => {
-                CHANNEL_NAMES.get(*channel).map(|s| format!("{s} wave"))
-            }
-            Cause::Reference(channel, Some(Change::Step(_))) => CHANNEL_NAMES.get(*channel).map(|s| (*s).to_string()),
-            _ => None,
-        };
-        // of the same column all fit alike but for rounding: those stay in the order of the catalogue
-        let excess = |own: &Alias| if own.exact { 0.0 } else { own.excess };
+        // identical columns fit equally well but for rounding: those stay in the order of the catalogue
+        let excess = |alias: &Alias| if alias.exact { 0.0 } else { alias.excess };
         aliases.sort_by(|a, b| excess(a).total_cmp(&excess(b)));
-        let mut seen: Vec<String> = own.and_then(step).into_iter().collect();
-        aliases.retain(|alias| match step(&alias.source).filter(|_| alias.together_with.is_none()) {
-            Some(name) if seen.contains(&name) => false,
-            Some(name) => {
-                seen.push(name);
-                true
-            }
-            None => true,
+        // of causes that differ only in the time of a change the best is kept, and none that differs so from the member
+        let mut seen: Vec<_> = member.map(Cause::family).into_iter().collect();
+        aliases.retain(|alias| {
+            let family = alias.source.family();
+            let is_kept = alias.together_with.is_some() || !seen.contains(&family);
+            seen.extend(alias.together_with.is_none().then_some(family));
+            is_kept
         });
         let order = |a: &Alias| (a.absurd, a.together_with.is_some(), !a.exact, crate::number::whole(a.source.rank()));
         aliases.sort_by(|a, b| order(a).cmp(&order(b)).then(excess(a).total_cmp(&excess(b))));
         aliases
     }
 
-    /// Constant errors that could stand in the place of a member if another stands in that of a second member; those of `alone` need no other.
+    /// Constant errors that fit as well in the place of a member if another error replaces a second member; those in `alone` do so by themselves.
     fn together(&self, linear: &Linear, set: &[usize], place: usize, alone: &[usize], scale: f64) -> Vec<Alias> {
-        let mut found: Vec<Alias> = Vec::new();
+        let mut aliases: Vec<Alias> = Vec::new();
         if set.len() > PAIRED {
-            return found;
+            return aliases;
         }
         let excess = self.case.settings.indistinguishable * scale * scale;
         let is_constant = |j: &usize| linear.causes.get(*j).is_some_and(Cause::is_constant);
@@ -74,8 +61,10 @@ impl Walk<'_> {
                 let (Some(source), Some(with)) = (linear.causes.get(first), linear.causes.get(second)) else {
                     continue;
                 };
-                let known = found.iter().position(|alias| alias.source == *source);
-                if alone.contains(&first) || known.and_then(|k| found.get(k)).is_some_and(|own| own.excess <= worse) {
+                let known = aliases.iter().position(|alias| alias.source == *source);
+                if alone.contains(&first)
+                    || known.and_then(|k| aliases.get(k)).is_some_and(|alias| alias.excess <= worse)
+                {
                     continue;
                 }
                 let mut instead = set.to_vec();
@@ -89,12 +78,12 @@ impl Walk<'_> {
                 let absurd = absurd(source, value) || absurd(with, of(other, second));
                 let worse = (worse / (scale * scale).max(f64::MIN_POSITIVE)).max(0.0);
                 if let Some(k) = known {
-                    found.remove(k);
+                    aliases.remove(k);
                 }
                 let (source, together_with) = (*source, Some(*with));
-                found.push(Alias { source, value, exact: false, excess: worse, absurd, together_with });
+                aliases.push(Alias { source, value, exact: false, excess: worse, absurd, together_with });
             }
         }
-        found
+        aliases
     }
 }

@@ -12,7 +12,7 @@ use super::whiten::{Walks, whiten};
 use crate::diagnosis::NoiseFrom;
 use crate::elements::Elements;
 use crate::error::{Fault, Malformed, Result};
-use crate::linear::dot;
+use crate::linear::{dot, norm};
 use crate::uncertainty::quantiles::chi_square_survival;
 use std::rc::Rc;
 
@@ -20,14 +20,14 @@ use std::rc::Rc;
 const LEFT_OUT: f64 = 1e7;
 /// Size of a finite difference, in standard deviations of all values together.
 const DIFFERENCE: f64 = 30.0;
-/// but standard deviations no smaller than these (rad, m/s, m), beside which the simulation's rounding is nothing.
+/// but standard deviations no smaller than these (rad, m/s, m), against which the rounding of the simulation is negligible.
 const ROUNDED: Channels = [1e-9, 1e-9, 1e-9, 1e-5, 1e-5, 1e-2, 1e-2];
 
-/// Values with neighbours on both sides from which these tell the noise: the variance from n second differences is known to `sqrt(35 / (9 n))` of itself, a half, and
-/// the noise to a quarter.
+/// Values with neighbours on both sides from which the noise is estimated: the relative standard deviation of a variance from n second differences is
+/// `sqrt(35 / (9 n))`, a half, and that of the noise a quarter.
 const FEWEST: usize = 16;
 
-/// One question, and what is common to all passes.
+/// One question, and what is common to all rounds.
 #[derive(Clone)]
 pub(super) struct Case<'a> {
     pub mission: &'a Mission,
@@ -65,10 +65,9 @@ impl<'a> Case<'a> {
         let columns = Columns::new(mission, measured);
         let mut present = [false; CHANNELS];
         measured.cells().for_each(|cell| present.get_mut(cell.channel).into_iter().for_each(|slot| *slot = true));
-        let last = measured.cells().fold(0.0_f64, |last, cell| last.max(cell.time));
         // fewer times of a step where they would fill the memory
         let steps = if measured.count() > 20_000 { 8 } else { 24 };
-        let causes = cause::catalogue(&present, last, steps);
+        let causes = cause::catalogue(&present, measured.last_time(), steps);
         let raw = causes.iter().map(|cause| columns.of(cause)).collect();
         Ok(Case {
             mission,
@@ -85,7 +84,7 @@ impl<'a> Case<'a> {
         })
     }
 
-    /// The same question with the columns of errors around others than the mission's; `None` where those cannot be flown.
+    /// The same question with columns around other errors than the mission's; `None` where those cannot be flown.
     pub fn around(&self, errors: &ImuErrors, u: &[f64]) -> Option<Case<'a>> {
         let steps: Vec<f64> =
             ErrorSource::catalogue().iter().map(|source| self.step(&Cause::Constant(*source), u)).collect();
@@ -104,7 +103,7 @@ impl<'a> Case<'a> {
         Case { columns: Rc::new(self.columns.walking(walks)), ..self.clone() }
     }
 
-    /// The question of the first rows alone, which `early` holds: `kept` says which values those are.
+    /// The question for the first rows alone, `early`, with their values marked in `kept`.
     pub fn until<'b>(&self, early: &'b Measured, kept: &[bool]) -> Case<'b>
     where
         'a: 'b,
@@ -135,8 +134,8 @@ impl<'a> Case<'a> {
         (DIFFERENCE / norm.max(1e-300)).min(1e-3 * cause.limit())
     }
 
-    /// How far the columns are from the full simulation of some errors, `predicted`: the length of what they miss in standard deviations, and
-    /// its share of what the errors do.
+    /// Nonlinearity: the norm of `predicted`, the full simulation of some errors, minus its linear prediction by the columns, in standard deviations, and
+    /// as a share of the norm of what the errors do.
     pub fn bent(&self, errors: &ImuErrors, predicted: &[f64], u: &[f64]) -> (f64, f64) {
         let moved: Vec<f64> = predicted.iter().zip(self.there.iter()).map(|(a, b)| a - b).collect();
         let mut missed = moved.clone();
@@ -146,52 +145,50 @@ impl<'a> Case<'a> {
                 missed.iter_mut().zip(column).for_each(|(slot, c)| *slot -= by * c);
             }
         }
-        let mut both = [missed, moved];
-        self.weigh(u, &[], &mut both);
-        let [missed, moved] = both.map(|column| dot(&column, &column).sqrt());
+        let [missed, moved] = [missed, moved].map(|column| norm(&self.whitened(column, u, &[])));
         (missed, missed / moved.max(f64::MIN_POSITIVE))
     }
 
-    /// Stated standard uncertainties; where there are none, the gap's own size.
+    /// Stated standard uncertainties; where there are none, the size of the gap.
     pub fn first_u(&self, gap: &[f64]) -> Vec<f64> {
         let sizes = self.sizes(gap, 0);
         // cells have channels that `sizes` lists
         self.measured.cells().map(|cell| cell.u.or(sizes.get(cell.channel).copied()).unwrap_or(1.0)).collect()
     }
 
-    /// The same from what a fit left; no less than what rounding makes of the gap.
-    pub fn u_of(&self, left: &[f64], fitted: usize, gap: &[f64]) -> Vec<f64> {
-        let (sizes, first) = (self.sizes(left, fitted), self.sizes(gap, 0));
+    /// The same from the residuals of a fit; no less than what rounding makes of the gap.
+    pub fn u_of(&self, residual: &[f64], fitted: usize, gap: &[f64]) -> Vec<f64> {
+        let (sizes, first) = (self.sizes(residual, fitted), self.sizes(gap, 0));
         let of = |channel: usize| Some(sizes.get(channel)?.max(1e-9 * first.get(channel)?));
         // likewise
         self.measured.cells().map(|cell| cell.u.or(of(cell.channel)).unwrap_or(1.0)).collect()
     }
 
-    /// The size of the noise of each channel in what a fit left: the root mean square, less the share of degrees of freedom that the fit took; or what
-    /// values differ from the line between their neighbours in time, where that is less: what goes with time is no noise (J. von Neumann, Ann. Math. Stat.
+    /// Standard deviation of the noise of each channel from residuals: their root mean square, corrected for the degrees of freedom of the fit; or that of
+    /// their differences from the line between their neighbours in time, where it is less, as a slow course is no noise (J. von Neumann, Ann. Math. Stat.
     /// 12 (1941), 367, with second differences).
     pub fn sizes(&self, values: &[f64], fitted: usize) -> [f64; CHANNELS] {
         let mut series: [Vec<(usize, f64, f64)>; CHANNELS] = Default::default();
         for (cell, value) in self.measured.cells().zip(values) {
-            series.get_mut(cell.channel).into_iter().for_each(|own| own.push((cell.run, cell.time, *value)));
+            series.get_mut(cell.channel).into_iter().for_each(|points| points.push((cell.run, cell.time, *value)));
         }
         let kept = 1.0 - (fitted as f64 / self.values.len().max(1) as f64).min(0.9);
-        series.map(|own| {
+        series.map(|points| {
             let mean = |squares: &[f64]| squares.iter().sum::<f64>() / squares.len().max(1) as f64;
-            let whole = mean(&own.iter().map(|(_, _, v)| v * v / kept).collect::<Vec<f64>>());
+            let whole = mean(&points.iter().map(|(_, _, v)| v * v / kept).collect::<Vec<f64>>());
             let bend = |three: &[(usize, f64, f64)]| {
                 let [a, b, c] = three else { return None };
                 let share = (b.1 - a.1) / (c.1 - a.1);
                 let off = b.2 - (1.0 - share) * a.2 - share * c.2;
                 (a.0 == c.0 && c.1 > a.1).then(|| off * off / (1.0 + share * share + (1.0 - share) * (1.0 - share)))
             };
-            let bends: Vec<f64> = own.windows(3).filter_map(bend).collect();
+            let bends: Vec<f64> = points.windows(3).filter_map(bend).collect();
             let square = if bends.len() < FEWEST { whole } else { whole.min(mean(&bends)) };
             if square > 0.0 { square.sqrt() } else { 1.0 }
         })
     }
 
-    /// The mission's errors with a change of some causes; those that no mission holds are left out.
+    /// The mission's errors, changed by the values of some causes; causes that a mission does not contain are left out.
     pub fn with(&self, causes: &[Cause], values: &[f64]) -> ImuErrors {
         let mut errors = self.mission.errors;
         for (source, value) in causes.iter().zip(values).filter_map(|(cause, value)| Some((cause.constant()?, value))) {
@@ -243,13 +240,13 @@ impl<'a> Case<'a> {
         (finite(&predicted) && jacobian.iter().all(|column| finite(column))).then_some(Flown { predicted, jacobian })
     }
 
-    /// The column of a cause: of those that are kept, or made.
+    /// The column of a cause, from those in memory or computed.
     pub fn raw_of(&self, cause: &Cause) -> Vec<f64> {
-        let kept = self.causes.iter().position(|own| own == cause).and_then(|j| self.raw.get(j));
+        let kept = self.causes.iter().position(|other| other == cause).and_then(|j| self.raw.get(j));
         kept.cloned().unwrap_or_else(|| self.columns.of(cause))
     }
 
-    /// Weigh columns: divided by `u`, random walks taken out; cells that are left out weigh nothing.
+    /// Weigh columns: divided by `u`, random walks whitened; cells that are left out have no weight.
     pub fn weigh(&self, u: &[f64], out: &[usize], columns: &mut [Vec<f64>]) {
         whiten(self.measured, &self.columns.walks, &self.without(u, out), columns);
     }
@@ -259,28 +256,48 @@ impl<'a> Case<'a> {
         whiten(self.measured, &self.columns.walks, &self.without(u, out), &mut [])
     }
 
-    /// Standard uncertainties with which cells that are left out weigh nothing.
+    /// Standard uncertainties with which cells that are left out have no weight.
     pub fn without(&self, u: &[f64], out: &[usize]) -> Vec<f64> {
         let mut u = u.to_vec();
         out.iter().for_each(|at| u.get_mut(*at).into_iter().for_each(|u| *u *= LEFT_OUT));
         u
     }
 
+    /// A column weighed, its random walks whitened.
+    pub fn whitened(&self, column: Vec<f64>, u: &[f64], out: &[usize]) -> Vec<f64> {
+        let mut columns = [column];
+        self.weigh(u, out, &mut columns);
+        let [column] = columns;
+        column
+    }
+
     /// `measured - predicted`.
-    pub fn left(&self, predicted: &[f64]) -> Vec<f64> {
+    pub fn residual(&self, predicted: &[f64]) -> Vec<f64> {
         self.values.iter().zip(predicted).map(|(y, p)| y - p).collect()
     }
 
-    /// Causes that these data cannot show at any size that a navigator's unit has: norms of their weighted columns.
+    /// What the linear model of a set has to explain, `residual + J x`, at the values `x` at which it was flown.
+    pub fn observed(&self, flown: &Flown, values: &[f64]) -> Vec<f64> {
+        let mut observed = self.residual(&flown.predicted);
+        for (column, value) in flown.jacobian.iter().zip(values) {
+            observed.iter_mut().zip(column).for_each(|(y, c)| *y += c * value);
+        }
+        observed
+    }
+
+    /// Can these data show a cause at some size that a navigator's unit has?
+    pub fn is_visible(&self, cause: &Cause, u: &[f64]) -> bool {
+        !self.is_invisible(cause, norm(&self.whitened(self.raw_of(cause), u, &[])))
+    }
+
+    /// The same by the norm of its weighed column.
     pub fn is_invisible(&self, cause: &Cause, norm: f64) -> bool {
         !(norm * cause.limit() > self.settings.unseen)
     }
 
     /// A gap; cells that are left out count neither in it nor in its degrees of freedom.
-    pub fn gap(&self, left: &[f64], u: &[f64], out: &[usize], fitted: usize) -> Gap {
-        let mut columns = [left.to_vec()];
-        self.weigh(u, out, &mut columns);
-        let [white] = columns;
+    pub fn gap(&self, residual: &[f64], u: &[f64], out: &[usize], fitted: usize) -> Gap {
+        let white = self.whitened(residual.to_vec(), u, out);
         let chi_square = dot(&white, &white);
         let dof = white.len().saturating_sub(fitted + out.len());
         let max = white.iter().fold(0.0_f64, |max, v| max.max(v.abs()));

@@ -1,10 +1,11 @@
-//! What can be behind a gap between measured and predicted navigation errors: constant errors of the unit and the start, errors that change
-//! in time, random walks, faults of the reference, single values.
+//! Possible causes of the difference between measured and predicted navigation errors: constant errors of the unit and the start, errors that
+//! change in time, random walks, faults of the reference, single values.
 
 use super::errors::{ErrorSource, ImuErrors, Instrument, Kind};
 use super::measured::{CHANNEL_NAMES, CHANNELS, si_per_unit};
 use crate::elements::Elements;
 use std::f64::consts::TAU;
+use std::mem::{Discriminant, discriminant};
 
 /// How an error of the unit changes in time.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -15,7 +16,7 @@ pub enum Change {
     Step(f64),
     /// `x exp(-t / T)`, `T` in s.
     WarmUp(f64),
-    /// `x sin(2 pi t / T + phase)`: a temperature that goes up and down.
+    /// `x sin(2 pi t / T + phase)`: a temperature that cycles.
     Wave {
         /// `T`, s.
         period: f64,
@@ -24,7 +25,7 @@ pub enum Change {
     },
 }
 
-/// A cause that explains something.
+/// A possible cause.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Cause {
     /// A constant error of the unit or the start: what a mission file can hold.
@@ -50,7 +51,7 @@ pub enum Cause {
 
 impl PartialEq<ErrorSource> for Cause {
     fn eq(&self, other: &ErrorSource) -> bool {
-        matches!(self, Cause::Constant(own) if own == other)
+        matches!(self, Cause::Constant(source) if source == other)
     }
 }
 
@@ -161,17 +162,15 @@ impl Cause {
 
     /// The unit in which reports give it.
     pub fn unit(&self) -> String {
-        let (unit, change) = match self {
-            Cause::Constant(source) => (source.unit(), None),
-            Cause::Changing(source, change) => (source.unit(), Some(*change)),
-            Cause::RandomWalk(Instrument::Gyro) => ("deg/sqrt(h)", None),
-            Cause::RandomWalk(_) => ("(m/s)/sqrt(h)", None),
-            Cause::BiasWalk(Instrument::Gyro, _) => ("(deg/h)/sqrt(h)", None),
-            Cause::BiasWalk(..) => ("g/sqrt(h)", None),
-            Cause::Reference(channel, change) => (channel_unit(*channel), *change),
-            Cause::Reading { channel, .. } => (channel_unit(*channel), None),
+        let unit = match self {
+            Cause::Constant(source) | Cause::Changing(source, _) => source.unit(),
+            Cause::RandomWalk(Instrument::Gyro) => "deg/sqrt(h)",
+            Cause::RandomWalk(_) => "(m/s)/sqrt(h)",
+            Cause::BiasWalk(Instrument::Gyro, _) => "(deg/h)/sqrt(h)",
+            Cause::BiasWalk(..) => "g/sqrt(h)",
+            Cause::Reference(channel, _) | Cause::Reading { channel, .. } => channel_unit(*channel),
         };
-        match change {
+        match self.change() {
             Some(Change::Ramp) if unit.contains('/') => format!("({unit})/h"),
             Some(Change::Ramp) => format!("{unit}/h"),
             _ => unit.into(),
@@ -180,20 +179,18 @@ impl Cause {
 
     /// SI value of one of [`Cause::unit`].
     pub fn si_per_unit(&self) -> f64 {
-        let (si, change) = match self {
-            Cause::Constant(source) => (source.si_per_unit(), None),
-            Cause::Changing(source, change) => (source.si_per_unit(), Some(*change)),
-            Cause::RandomWalk(Instrument::Gyro) => (1f64.to_radians() / 60.0, None),
-            Cause::RandomWalk(_) => (1.0 / 60.0, None),
-            Cause::BiasWalk(Instrument::Gyro, _) => (1f64.to_radians() / 3600.0 / 60.0, None),
-            Cause::BiasWalk(..) => (super::earth::STANDARD_GRAVITY / 60.0, None),
-            Cause::Reference(channel, change) => (si_per_unit(*channel), *change),
-            Cause::Reading { channel, .. } => (si_per_unit(*channel), None),
+        let si = match self {
+            Cause::Constant(source) | Cause::Changing(source, _) => source.si_per_unit(),
+            Cause::RandomWalk(Instrument::Gyro) => 1f64.to_radians() / 60.0,
+            Cause::RandomWalk(_) => 1.0 / 60.0,
+            Cause::BiasWalk(Instrument::Gyro, _) => 1f64.to_radians() / 3600.0 / 60.0,
+            Cause::BiasWalk(..) => super::earth::STANDARD_GRAVITY / 60.0,
+            Cause::Reference(channel, _) | Cause::Reading { channel, .. } => si_per_unit(*channel),
         };
-        if change == Some(Change::Ramp) { si / 3600.0 } else { si }
+        if self.change() == Some(Change::Ramp) { si / 3600.0 } else { si }
     }
 
-    /// The largest size, SI, that is no absurdity.
+    /// The largest size, SI, that is plausible.
     pub fn limit(&self) -> f64 {
         match self {
             Cause::Constant(source) => source.limit(),
@@ -222,7 +219,7 @@ impl Cause {
         }
     }
 
-    /// Order among causes that the data cannot tell apart: the most common first.
+    /// Order among causes that the data cannot distinguish: the most common first.
     pub fn rank(&self) -> f64 {
         match self {
             Cause::Constant(source) => match source.kind {
@@ -242,27 +239,34 @@ impl Cause {
         }
     }
 
-    /// A wave of the same bias or channel; `None` where it is of neither.
-    pub(super) fn waving(&self, period: f64, phase: f64) -> Option<Cause> {
-        let wave = Change::Wave { period, phase };
+    /// How it changes in time.
+    pub(super) fn change(&self) -> Option<Change> {
         match self {
-            Cause::Changing(source, _) => Some(Cause::Changing(*source, wave)),
-            Cause::Reference(channel, _) => Some(Cause::Reference(*channel, Some(wave))),
+            Cause::Changing(_, change) | Cause::Reference(_, Some(change)) => Some(*change),
             _ => None,
         }
     }
 
-    /// Does it begin at a time?
-    pub(super) fn is_step(&self) -> bool {
-        matches!(self, Cause::Changing(_, Change::Step(_)) | Cause::Reference(_, Some(Change::Step(_))))
+    /// The same bias or channel with this change; `None` for what is neither.
+    pub(super) fn with_change(&self, change: Change) -> Option<Cause> {
+        match self {
+            Cause::Changing(source, _) => Some(Cause::Changing(*source, change)),
+            Cause::Reference(channel, _) => Some(Cause::Reference(*channel, Some(change))),
+            _ => None,
+        }
     }
 
-    /// Is it a course of time: a ramp, a step, a warm-up, a wave of the unit or the reference?
+    /// The same for causes that differ only in the time, the period or the phase of their change.
+    pub(super) fn family(&self) -> (Cause, Option<Discriminant<Change>>) {
+        (self.with_change(Change::Ramp).unwrap_or(*self), self.change().as_ref().map(discriminant))
+    }
+
+    /// Does it change in time as a ramp, a step, a warm-up or a wave?
     pub fn is_course(&self) -> bool {
-        matches!(self, Cause::Changing(..) | Cause::Reference(_, Some(_)))
+        self.change().is_some()
     }
 
-    /// Does it change in time, or is it the reference's?
+    /// Is it a constant error of the unit or the start?
     pub fn is_constant(&self) -> bool {
         matches!(self, Cause::Constant(_))
     }
@@ -276,13 +280,11 @@ pub(super) fn catalogue(measured: &[bool; CHANNELS], duration: f64, steps: usize
     let channels = || measured.iter().enumerate().filter(|(_, is)| **is).map(|(channel, _)| channel);
     causes.extend(channels().map(|channel| Cause::Reference(channel, None)));
     causes.extend(channels().map(|channel| Cause::Reference(channel, Some(Change::Ramp))));
-    let biases: Vec<ErrorSource> =
-        ErrorSource::first_order().into_iter().filter(|source| source.kind == Kind::Bias).collect();
     let mut changes = vec![Change::Ramp];
     changes.extend([0.03, 0.1, 0.3].map(|share| Change::WarmUp(share * duration)));
     changes.extend(times.iter().map(|time| Change::Step(*time)));
-    for bias in &biases {
-        causes.extend(changes.iter().map(|change| Cause::Changing(*bias, *change)));
+    for bias in ErrorSource::biases() {
+        causes.extend(changes.iter().map(|change| Cause::Changing(bias, *change)));
     }
     for channel in channels() {
         causes.extend(times.iter().map(|time| Cause::Reference(channel, Some(Change::Step(*time)))));
@@ -311,19 +313,21 @@ fn name(source: &ErrorSource) -> String {
     let axis = axis_name;
     // an axis is 0, 1 or 2
     let direction = ["east", "north", "up"].get(source.axis).copied().unwrap_or("?");
-    let own = axis(source.axis);
+    let sensor_axis = axis(source.axis);
     let instrument = match source.instrument {
         Instrument::Gyro => "gyro",
         Instrument::Accelerometer => "accelerometer",
         Instrument::Start => "navigator",
     };
     match source.kind {
-        Kind::Bias => format!("bias of the {own} {instrument}"),
-        Kind::ScaleFactor => format!("scale factor error of the {own} {instrument}"),
-        Kind::Installation => format!("installation error of the {own} {instrument} towards {}", axis(source.input)),
-        Kind::SecondOrder => format!("second-order coefficient of the {own} {instrument}"),
+        Kind::Bias => format!("bias of the {sensor_axis} {instrument}"),
+        Kind::ScaleFactor => format!("scale factor error of the {sensor_axis} {instrument}"),
+        Kind::Installation => {
+            format!("installation error of the {sensor_axis} {instrument} towards {}", axis(source.input))
+        }
+        Kind::SecondOrder => format!("second-order coefficient of the {sensor_axis} {instrument}"),
         Kind::AccelerationSensitive => {
-            format!("acceleration-sensitive drift of the {own} gyro along {}", axis(source.input))
+            format!("acceleration-sensitive drift of the {sensor_axis} gyro along {}", axis(source.input))
         }
         Kind::Attitude if source.axis == 2 => "azimuth error at the start".into(),
         Kind::Attitude => format!("tilt about {direction} at the start"),

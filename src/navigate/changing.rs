@@ -7,7 +7,7 @@
 //! c(t) = Psi(t) int_0^t f(s) dg(s),      g(s) = Psi(s)^-1 S(s)
 //! ```
 //!
-//! with `S` the signature of the constant bias and `Psi` the signatures of the start, which carry an error on (Duhamel). `g` goes as slowly as a
+//! with `S` the signature of the constant bias and `Psi` the signatures of the start, which propagate an error (Duhamel). `g` is as slow as a
 //! Schuler oscillation and is taken straight between the times of a grid, over which the mean of `f` is exact: a fast `f` costs no accuracy.
 #![allow(
     clippy::indexing_slicing,
@@ -15,23 +15,21 @@
 )]
 
 use super::cause::{Cause, Change};
-use super::errors::{ErrorSource, ImuErrors, Kind};
+use super::errors::{ErrorSource, ImuErrors};
+use super::instant::{Instant, Matrix, SIZE, scaled};
 use super::measured::{self, CHANNELS, Channels, Measured};
 use super::mission::Mission;
 use super::shortened::Shortened;
-use super::signatures::{Instant, instants, motion, predicted_together, times};
+use super::signatures::{instants, motion, predicted_together, times};
 use super::whiten::{Walks, carried as carried_walks};
 use crate::elements::Elements;
 use crate::number;
-use nalgebra::{SMatrix, SVector};
+use nalgebra::SVector;
 
-type Matrix = SMatrix<f64, CHANNELS, CHANNELS>;
 type Vector = SVector<f64, CHANNELS>;
 
 /// Times at which integrals are taken, at least.
 const GRID: f64 = 1000.0;
-/// Sizes of the channels in one Schuler oscillation: radians, metres per second, metres.
-const SIZE: Channels = [1.0, 1.0, 1.0, 7.9e3, 7.9e3, 6.4e6, 6.4e6];
 
 /// What the causes' columns are made of.
 #[derive(Clone)]
@@ -61,18 +59,17 @@ impl Run {
     fn new(
         mission: &Mission,
         run: &measured::Run,
-        own: &[f64],
-        sources: &[ErrorSource],
+        row_times: &[f64],
         instants: impl Fn(&[f64]) -> Vec<Instant>,
     ) -> Run {
         // a run without rows ends where it starts
-        let end = own.last().copied().unwrap_or_default();
+        let end = row_times.last().copied().unwrap_or_default();
         let step = (mission.duration() / GRID).max(2.0 * mission.step_s);
         let count = number::count((end / step).ceil().max(1.0));
         let grid: Vec<f64> = (0..=count).map(|k| (k as f64 * step).min(end)).collect();
         // both lists are in rising order; one pass serves both
         let mut union: Vec<(f64, bool)> =
-            own.iter().map(|time| (*time, true)).chain(grid.iter().map(|time| (*time, false))).collect();
+            row_times.iter().map(|time| (*time, true)).chain(grid.iter().map(|time| (*time, false))).collect();
         union.sort_by(|a, b| a.0.total_cmp(&b.0));
         let all: Vec<f64> = union.iter().map(|(time, _)| *time).collect();
         let (mut at_rows, mut on_grid) = (Vec::new(), Vec::new());
@@ -80,12 +77,12 @@ impl Run {
             if *is_row { at_rows.push(instant) } else { on_grid.push(instant) }
         }
         let of_biases = |instants: &[Instant]| -> Vec<Vec<Vector>> {
-            biases(sources).map(|j| instants.iter().map(|own| carried(own, j)).collect()).collect()
+            let of = |j: usize| instants.iter().map(|instant| carried(instant, j)).collect();
+            ErrorSource::bias_indices().into_iter().map(of).collect()
         };
         let (carried, carried_to_rows) = (of_biases(&on_grid), of_biases(&at_rows));
-        let psi = at_rows.iter().map(psi).collect();
-        let rows = run.rows.iter().map(|row| (row.time, row.value.map(|v| v.is_some()))).collect();
-        Run { rows, at_rows, grid, carried, psi, carried_to_rows }
+        let psi = at_rows.iter().map(|instant| scaled(&instant.start())).collect();
+        Run { rows: measured_at(run), at_rows, grid, carried, psi, carried_to_rows }
     }
 }
 
@@ -93,12 +90,13 @@ impl Columns {
     pub fn new(mission: &Mission, measured: &Measured) -> Columns {
         let sources = ErrorSource::catalogue();
         let (mut runs, mut walks) = (Vec::new(), Walks::default());
-        for (run, own) in measured.runs.iter().zip(times(measured)) {
-            let own = Run::new(mission, run, &own, &sources, |all| instants(mission, motion(mission, run.motion), all));
+        for (run, row_times) in measured.runs.iter().zip(times(measured)) {
+            let at = |times: &[f64]| instants(mission, motion(mission, run.motion), times);
+            let made = Run::new(mission, run, &row_times, at);
             if mission.errors.is_noisy() {
-                walks.instants.push(own.at_rows.clone());
+                walks.instants.push(made.at_rows.clone());
             }
-            runs.push(own);
+            runs.push(made);
         }
         Columns { runs, walks, sources }
     }
@@ -112,8 +110,8 @@ impl Columns {
             flights.push(moved);
         }
         let mut runs = Vec::new();
-        for (run, own) in measured.runs.iter().zip(times(measured)) {
-            runs.push(Run::new(mission, run, &own, &self.sources, |all| {
+        for (run, row_times) in measured.runs.iter().zip(times(measured)) {
+            runs.push(Run::new(mission, run, &row_times, |all| {
                 let flown = predicted_together(mission, motion(mission, run.motion), &flights, all);
                 let Some((base, others)) = flown.split_first() else { return Vec::new() };
                 let derivative = |row: usize, base: &Channels| -> Vec<Channels> {
@@ -136,21 +134,21 @@ impl Columns {
 
     /// The same of a record in fewer rows.
     pub(super) fn shortened(&self, short: &Shortened) -> Columns {
-        let vectors = |own: &[Vector]| own.iter().sum::<Vector>() / own.len() as f64;
-        let run = |(k, (own, measured)): (usize, (&Run, &measured::Run))| Run {
-            rows: measured.rows.iter().map(|row| (row.time, row.value.map(|v| v.is_some()))).collect(),
-            at_rows: short.means(k, &own.at_rows, Instant::mean),
-            grid: own.grid.clone(),
-            carried: own.carried.clone(),
-            psi: short.means(k, &own.psi, |own| own.iter().sum::<Matrix>() / own.len() as f64),
-            carried_to_rows: own.carried_to_rows.iter().map(|own| short.means(k, own, vectors)).collect(),
+        let mean = |vectors: &[Vector]| vectors.iter().sum::<Vector>() / vectors.len() as f64;
+        let run = |(k, (whole, measured)): (usize, (&Run, &measured::Run))| Run {
+            rows: measured_at(measured),
+            at_rows: short.means(k, &whole.at_rows, Instant::mean),
+            grid: whole.grid.clone(),
+            carried: whole.carried.clone(),
+            psi: short.means(k, &whole.psi, |all| all.iter().sum::<Matrix>() / all.len() as f64),
+            carried_to_rows: whole.carried_to_rows.iter().map(|vectors| short.means(k, vectors, mean)).collect(),
         };
         let runs = self.runs.iter().zip(&short.measured.runs).enumerate().map(run).collect();
         let walks = Walks { instants: short.instants(&self.walks.instants), biases: self.walks.biases };
         Columns { runs, walks, sources: self.sources.clone() }
     }
 
-    /// Random walks as they go on beside the errors that these columns are around.
+    /// Random walks as they propagate along the errors that these columns are around.
     pub fn carrying(&self, instants: &[Vec<Instant>]) -> Vec<Vec<Instant>> {
         instants.iter().zip(&self.runs).map(|(old, run)| carried_walks(old, &run.at_rows)).collect()
     }
@@ -166,8 +164,8 @@ impl Columns {
         for run in &self.runs {
             let values: Vec<Channels> = match cause {
                 Cause::Constant(source) => {
-                    let j = self.sources.iter().position(|own| own == source).unwrap_or(usize::MAX);
-                    run.at_rows.iter().map(|own| own.signatures.at(j)).collect()
+                    let j = self.sources.iter().position(|other| other == source).unwrap_or(usize::MAX);
+                    run.at_rows.iter().map(|instant| instant.signatures.at(j)).collect()
                 }
                 Cause::Changing(source, change) => self.course(run, source, *change),
                 Cause::Reference(channel, change) => {
@@ -192,8 +190,8 @@ impl Columns {
 
     /// A bias that changes.
     fn course(&self, run: &Run, source: &ErrorSource, change: Change) -> Vec<Channels> {
-        let Some(j) = self.sources.iter().position(|own| own == source) else { return Vec::new() };
-        let place = biases(&self.sources).position(|own| own == j);
+        let Some(j) = self.sources.iter().position(|other| other == source) else { return Vec::new() };
+        let place = ErrorSource::bias_indices().iter().position(|index| *index == j);
         let Some((carried, to_rows)) = place.and_then(|k| run.carried.get(k).zip(run.carried_to_rows.get(k))) else {
             return vec![[0.0; CHANNELS]; run.rows.len()];
         };
@@ -213,31 +211,25 @@ impl Columns {
                 before = Some((*at, *g));
                 next += 1;
             }
-            let rest = before
+            let last_part = before
                 .filter(|(last, _)| time > last)
                 .map_or(Vector::zeros(), |(last, old)| (to_row - old) * change.mean(last, *time));
-            let all = psi * (integral + rest);
+            let all = psi * (integral + last_part);
             values.push(std::array::from_fn(|i| SIZE[i] * all[i]));
         }
         values
     }
 }
 
-/// Indices of the biases.
-fn biases(sources: &[ErrorSource]) -> impl Iterator<Item = usize> + '_ {
-    sources.iter().enumerate().filter(|(_, source)| source.kind == Kind::Bias).map(|(j, _)| j)
-}
-
-/// Signatures of the start, scaled to a size near one another.
-fn psi(instant: &Instant) -> Matrix {
-    let first = ErrorSource::all().len();
-    Matrix::from_fn(|i, j| instant.signatures.get(first + j).map_or(0.0, |s| s[i]) * SIZE[j] / SIZE[i])
+/// Times of the rows of a run, and which channels were measured there.
+fn measured_at(run: &measured::Run) -> Vec<(f64, [bool; CHANNELS])> {
+    run.rows.iter().map(|row| (row.time, row.value.map(|v| v.is_some()))).collect()
 }
 
 /// `Psi^-1 S` of one source, scaled.
 fn carried(instant: &Instant, j: usize) -> Vector {
     let signature = instant.signatures.at(j);
-    let scaled = Vector::from_fn(|i, _| signature[i] / SIZE[i]);
+    let signature = Vector::from_fn(|i, _| signature[i] / SIZE[i]);
     // at the start itself nothing has moved: singular, and nothing is carried
-    psi(instant).lu().solve(&scaled).unwrap_or_else(Vector::zeros)
+    scaled(&instant.start()).lu().solve(&signature).unwrap_or_else(Vector::zeros)
 }

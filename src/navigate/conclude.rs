@@ -1,9 +1,9 @@
-//! From a walk that has ended to a diagnosis.
+//! The diagnosis of a search that has ended.
 
 use super::cause::Cause;
 use super::diagnose::{Alias, Finding, NavigationDiagnosis, Suspect, Unexplained};
 use super::partly::Partly;
-use super::refine::{State, Walk};
+use super::refine::{Search, State};
 use super::remainder::Remainder;
 use super::separate;
 use crate::diagnosis::{NoiseFrom, Step, Verdict};
@@ -12,54 +12,40 @@ use crate::error::Result;
 use crate::linear::dot;
 use crate::uncertainty::quantiles::normal_survival;
 
-impl Walk<'_> {
-    /// The diagnosis of a state; or, where it is not complete, of what stands beside an unexplained rest.
+/// Family-wise probability of so large a t by chance in so many tests.
+fn chance(t: f64, tests: usize) -> f64 {
+    // t beyond all numbers: certain
+    (2.0 * normal_survival(t.abs()).unwrap_or_default() * tests as f64).min(1.0)
+}
+
+impl Search<'_> {
+    /// The diagnosis of a state; where that is not complete, of the causes that are significant against what is unexplained.
     pub fn conclude(mut self, state: &State, gap: &[f64]) -> Result<NavigationDiagnosis> {
         self.part = (0.9, 1.0);
         let complete = self.is_complete(state);
         let partly = if complete { None } else { self.partly(state) };
-        let rest = if complete { 0.0 } else { state.rss };
-        let state = partly.as_ref().map_or(state, |own| &own.state);
-        let mut diagnosis = self.concluded(state, gap, complete.then_some(&state.each), partly.as_ref(), rest)?;
-        if !diagnosis.findings.is_empty() {
-            diagnosis.gap_steps = self.gap_steps(state, gap);
-            diagnosis.refits.0 = self.flights;
-        }
-        Ok(diagnosis)
-    }
-
-    /// A state that is complete has the probability of `each` of its causes; `rest` is the sum of squares that the nearest set leaves where nothing stands.
-    fn concluded(
-        &self,
-        state: &State,
-        gap: &[f64],
-        each: Option<&[f64]>,
-        partly: Option<&Partly>,
-        rest: f64,
-    ) -> Result<NavigationDiagnosis> {
-        let case = &self.case;
-        let u = self.u;
-        let left = case.left(&state.flown.predicted);
+        let nearest_rss = if complete { 0.0 } else { state.rss };
+        let state = partly.as_ref().map_or(state, |partly| &partly.state);
+        let (case, u) = (&self.case, self.u);
+        let residual = case.residual(&state.flown.predicted);
         let before = case.gap(gap, u, &[], 0);
-        let after = case.gap(&left, u, &state.out, state.set.len());
-        let nothing = state.set.is_empty() && state.out.is_empty() && self.wander.is_none();
-        let verdict = match (each.is_some(), nothing) {
+        let after = self.gap_of(state);
+        let nothing = state.set.is_empty() && state.out.is_empty() && self.unstated.is_none();
+        let verdict = match (complete, nothing) {
             _ if case.values.len() < 3 => Verdict::NotDiagnosable,
             (true, true) => Verdict::NothingMissing,
             (true, false) => Verdict::EffectsFound,
             (false, _) if partly.is_some() => Verdict::PartlyExplained,
             (false, _) => Verdict::Unexplained,
         };
-        let found = matches!(verdict, Verdict::EffectsFound | Verdict::PartlyExplained);
-        let mut findings = if found { self.findings(state, gap, each.unwrap_or_default(), partly) } else { Vec::new() };
-        if found {
+        let has_findings = matches!(verdict, Verdict::EffectsFound | Verdict::PartlyExplained);
+        let mut findings = Vec::new();
+        if has_findings {
+            findings = self.findings(state, gap, partly.as_ref());
             let present = |cause: &Cause| {
-                let member = state.set.iter().position(|own| own == cause);
-                let own = member.and_then(|k| state.flown.jacobian.get(k)).cloned();
-                let mut column = [own.unwrap_or_else(|| case.raw_of(cause))];
-                case.weigh(u, &state.out, &mut column);
-                let [column] = column;
-                column
+                let member = state.set.iter().position(|other| other == cause);
+                let derivative = member.and_then(|k| state.flown.jacobian.get(k)).cloned();
+                case.whitened(derivative.unwrap_or_else(|| case.raw_of(cause)), u, &state.out)
             };
             separate::separate(
                 case.mission,
@@ -72,46 +58,43 @@ impl Walk<'_> {
             )?;
             findings.sort_by(|a, b| b.t.abs().total_cmp(&a.t.abs()));
         }
-        let mut explained = left.clone();
+        let mut explained = residual.clone();
         state.out.iter().for_each(|at| explained.get_mut(*at).into_iter().for_each(|slot| *slot = 0.0));
-        let rest_of = if found { &explained[..] } else { gap };
-        let remainder = Remainder { mission: case.mission, measured: case.measured, u, before: gap, after: rest_of };
-        let suspects = if found { self.suspects(state, &left) } else { Vec::new() };
+        let shown = if has_findings { &explained[..] } else { gap };
+        let remainder = Remainder { mission: case.mission, measured: case.measured, u, before: gap, after: shown };
+        let suspects = if has_findings { self.suspects(state, &residual) } else { Vec::new() };
         let unexplained = matches!(verdict, Verdict::Unexplained | Verdict::PartlyExplained).then(|| {
             let (cells, pattern) = remainder.pattern();
-            let share = if before.chi_square > 0.0 { 1.0 - rest / before.chi_square } else { 0.0 };
-            let (nearest, share) = match partly {
-                Some(own) => (own.nearest.clone(), own.nearest_share),
+            let share = if before.chi_square > 0.0 { 1.0 - nearest_rss / before.chi_square } else { 0.0 };
+            let (nearest, share) = match &partly {
+                Some(partly) => (partly.nearest.clone(), partly.nearest_share),
                 None if state.set.len() <= 8 => (state.set.clone(), share),
                 None => (Vec::new(), share),
             };
             Unexplained { pattern, cells, nearest, nearest_explains: share.max(0.0) }
         });
-        let invisible = case.causes.iter().filter_map(Cause::constant).filter(|source| {
-            let mut column = [case.raw_of(&Cause::Constant(*source))];
-            case.weigh(u, &[], &mut column);
-            case.is_invisible(&Cause::Constant(*source), dot(&column[0], &column[0]).sqrt())
-        });
-        let invisible = invisible.collect();
-        // t beyond all numbers: certain
-        let family = |t: f64| (2.0 * normal_survival(t.abs()).unwrap_or_default() * self.distinct as f64).min(1.0);
+        let constants = case.causes.iter().filter(|cause| cause.is_constant());
+        let invisible = constants.filter(|cause| !case.is_visible(cause, u)).filter_map(Cause::constant);
         let steps = self.seen.iter().map(|seen| Step {
             with: seen.set.iter().map(Cause::id).collect(),
-            strongest: seen.strongest.as_ref().map(|(cause, t)| (cause.id(), *t, family(*t))),
+            strongest: seen.strongest.as_ref().map(|(cause, t)| (cause.id(), *t, chance(*t, self.distinct))),
             global_p: seen.p,
         });
+        let (steps, invisible) = (steps.collect(), invisible.collect());
+        let gap_steps = if findings.is_empty() { Vec::new() } else { self.gap_steps(state, gap) };
+        let case = &self.case;
         Ok(NavigationDiagnosis {
             verdict,
             before: case.mission.errors,
-            after: if found { case.with(&state.set, &state.values) } else { case.mission.errors },
+            after: if has_findings { case.with(&state.set, &state.values) } else { case.mission.errors },
             noise: case.from,
-            gap: [before, if found { after } else { before }],
-            gap_steps: Vec::new(),
+            gap: [before, if has_findings { after } else { before }],
+            gap_steps,
             channels: remainder.channels(),
             gaps_over_time: remainder.gaps_over_time(),
             unexplained,
             suspects,
-            steps: steps.collect(),
+            steps,
             candidates: (case.causes.len(), self.distinct),
             invisible,
             refits: (self.flights, state.settled),
@@ -119,64 +102,65 @@ impl Walk<'_> {
         })
     }
 
-    fn suspects(&self, state: &State, left: &[f64]) -> Vec<Suspect> {
-        let mut white = [left.to_vec()];
-        self.case.weigh(self.u, &[], &mut white);
+    fn suspects(&self, state: &State, residual: &[f64]) -> Vec<Suspect> {
+        let white = self.case.whitened(residual.to_vec(), self.u, &[]);
         let cells: Vec<_> = self.case.measured.cells().collect();
-        let one = |at: &usize| Some(Suspect { cell: *cells.get(*at)?, z: *white[0].get(*at)? });
+        let one = |at: &usize| Some(Suspect { cell: *cells.get(*at)?, z: *white.get(*at)? });
         let mut suspects: Vec<Suspect> = state.out.iter().filter_map(one).collect();
         suspects.sort_by(|a, b| b.z.abs().total_cmp(&a.z.abs()));
         suspects
     }
 
-    fn findings(&self, state: &State, gap: &[f64], each: &[f64], partly: Option<&Partly>) -> Vec<Finding> {
+    /// A state that is not `partly` explained has the probabilities of its causes.
+    fn findings(&self, state: &State, gap: &[f64], partly: Option<&Partly>) -> Vec<Finding> {
         let case = &self.case;
         let linear = self.linear(state, &self.alike(state));
         let set = linear.places(&state.set);
-        let mut white = [gap.to_vec()];
-        case.weigh(self.u, &state.out, &mut white);
-        let whole = dot(&white[0], &white[0]).max(f64::MIN_POSITIVE);
+        let white = case.whitened(gap.to_vec(), self.u, &state.out);
+        let whole = dot(&white, &white).max(f64::MIN_POSITIVE);
         let rss = state.rss;
-        // in the rows in which the causes were looked for
+        // in the rows of the search
         let least = linear.products.solve(&set).map_or(rss, |solved| solved.rss);
-        // where the noise is what is left, its own size counts
+        // noise that is estimated from the residuals has their size
         let dof = case.values.len().saturating_sub(set.len() + state.out.len()).max(1) as f64;
         let scale = match partly {
             _ if case.from == NoiseFrom::Residuals => (rss / dof).sqrt(),
             Some(_) => (rss / dof).sqrt().max(1.0),
             None => 1.0,
         };
-        let tests = self.distinct as f64;
-        // t beyond all numbers: certain
-        let p_of = |t: f64, tests: f64| (2.0 * normal_survival(t.abs()).unwrap_or_default() * tests).min(1.0);
+        let finding = |source: Cause, [value, u, t]: [f64; 3], tests: usize, explains: f64| Finding {
+            source,
+            value,
+            u: Some(u).filter(|u| u.is_finite()),
+            t,
+            p: chance(t, tests),
+            probability: None,
+            explains: explains.clamp(0.0, 1.0),
+            aliases: Vec::new(),
+            separate_by: Vec::new(),
+        };
         let mut findings = Vec::new();
         for (place, cause) in state.set.iter().enumerate() {
             let (Some(value), Some(u)) = (state.values.get(place).copied(), state.u.get(place)) else { continue };
-            let stands = partly.and_then(|own| own.stands.get(place));
-            // beside an unexplained rest the uncertainty counts it
-            let u = stands.map_or(scale * u, |own| own.u);
+            let member = partly.and_then(|partly| partly.members.get(place));
+            // where something is unexplained, the uncertainty contains it
+            let u = member.map_or(scale * u, |member| member.u);
             let mut others = set.clone();
             others.remove(place);
             let without = linear.products.solve(&others).map_or(least, |solved| solved.rss);
             let t = if u > 0.0 { value / u } else { f64::INFINITY };
             findings.push(Finding {
-                source: *cause,
-                value,
-                u: Some(u).filter(|u| u.is_finite()),
-                t,
-                p: p_of(t, tests),
-                probability: stands.map(|own| own.probability).or(each.get(place).copied()),
-                explains: ((without - least) / whole).clamp(0.0, 1.0),
+                probability: member.map(|member| member.probability).or(state.each.get(place).copied()),
                 aliases: self.aliases(&linear, &set, place, scale),
-                separate_by: Vec::new(),
+                ..finding(*cause, [value, u, t], self.distinct, (without - least) / whole)
             });
         }
         let cells: Vec<_> = case.measured.cells().collect();
-        let left = case.left(&state.flown.predicted);
-        if let Some(wander) = &self.wander {
-            // against the values' own noise, without any walk
+        let residual = case.residual(&state.flown.predicted);
+        if let Some(unstated) = &self.unstated {
+            // against the noise of the values, without any walk
             let square = |values: &[f64]| values.iter().zip(self.u).map(|(v, u)| (v / u) * (v / u)).sum::<f64>();
-            let t = wander.gain.max(0.0).sqrt();
+            let t = unstated.gain.max(0.0).sqrt();
             let other = |(source, density, excess): &(Cause, f64, f64)| Alias {
                 source: *source,
                 value: Some(*density),
@@ -185,33 +169,19 @@ impl Walk<'_> {
                 absurd: false,
                 together_with: None,
             };
+            let explains = (square(&residual) - rss) / square(gap).max(f64::MIN_POSITIVE);
             findings.push(Finding {
-                source: wander.cause,
-                value: wander.density,
-                u: Some(wander.u),
-                t,
-                p: p_of(t, tests),
-                probability: None,
-                explains: ((square(&left) - rss) / square(gap).max(f64::MIN_POSITIVE)).clamp(0.0, 1.0),
-                aliases: wander.others.iter().map(other).collect(),
-                separate_by: Vec::new(),
+                aliases: unstated.others.iter().map(other).collect(),
+                ..finding(unstated.cause, [unstated.density, unstated.u, t], self.distinct, explains)
             });
         }
         for at in &state.out {
-            let (Some(cell), Some(value)) = (cells.get(*at), left.get(*at)) else { continue };
+            let (Some(cell), Some(value)) = (cells.get(*at), residual.get(*at)) else { continue };
             let u = self.u.at(*at);
             let before: usize = case.measured.runs.iter().take(cell.run).map(|run| run.rows.len()).sum();
-            findings.push(Finding {
-                source: Cause::Reading { row: before + cell.row + 1, channel: cell.channel, at: *at },
-                value: *value,
-                u: Some(u),
-                t: value / u,
-                p: p_of(value / u, case.values.len() as f64),
-                probability: None,
-                explains: (gap.get(*at).map_or(0.0, |gap| (gap / u).powi(2)) / whole).clamp(0.0, 1.0),
-                aliases: Vec::new(),
-                separate_by: Vec::new(),
-            });
+            let source = Cause::Reading { row: before + cell.row + 1, channel: cell.channel, at: *at };
+            let explains = gap.get(*at).map_or(0.0, |gap| (gap / u).powi(2)) / whole;
+            findings.push(finding(source, [*value, u, value / u], case.values.len(), explains));
         }
         findings
     }

@@ -7,11 +7,11 @@
 //! Causes ([`super::cause`]) are constant errors of the unit and the start, biases that change in time (ramp, step, warm-up), faults of the
 //! reference (offset, drift, step) and single values. Sets of causes have the posterior of campaigns, on the linear model at a state (`judged.rs`); the most
 //! probable one is refined by Gauss-Newton on the full simulation, with derivatives by differences of it (`refine.rs`), and all are judged again from there
-//! (`walk.rs`). The walk begins with nothing; where that does not leave noise, or the gap is far from linear, also with all biases that a unit has, and
+//! (`search.rs`). The search begins with nothing; where that does not leave noise, or the gap is far from linear, also with all biases that a unit has, and
 //! with these and the attitude of the start, where the gap is large fitted to the first rows before the later ones, and with columns made anew around them.
-//! What is less probable than a name asks goes at the end. Random walks that the mission states are whitened away (`whiten.rs`); one that it does not
-//! state, white or of a bias, is looked for where nothing else fits (`wander.rs`). Where no set leaves noise, what stands against the noise and the
-//! unexplained rest is named (`partly.rs`). Known errors of the mission are the current model: what is found is a change of them.
+//! Causes less probable than a name requires are removed at the end. Random walks that the mission states are whitened away (`whiten.rs`); one that it does not
+//! state, white or of a bias, is looked for where nothing else fits (`unstated_walk.rs`). Where no set leaves noise alone, causes that are significant against the
+//! noise and the remainder are named (`partly.rs`). Known errors of the mission are the current model: a finding is a change of them.
 
 use super::case::Case;
 use super::cause::Cause;
@@ -20,14 +20,14 @@ pub use super::finding::{Alias, Finding, Suspect, Unexplained};
 pub use super::gap::{Gap, GapStep};
 use super::measured::Measured;
 use super::mission::Mission;
-use super::refine::Walk;
+use super::refine::Search;
 use super::remainder::{ChannelGap, GapOverTime};
+use super::search;
 use super::settings::Settings;
-use super::walk;
 use crate::diagnosis::{NoiseFrom, Step, Verdict};
 use crate::error::{Fault, Malformed, Result};
 
-/// Everything that a diagnosis of navigation errors found.
+/// The result of a diagnosis of navigation errors.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NavigationDiagnosis {
     /// The verdict.
@@ -36,21 +36,21 @@ pub struct NavigationDiagnosis {
     pub findings: Vec<Finding>,
     /// The mission's errors as given.
     pub before: ImuErrors,
-    /// The same with what was found.
+    /// The same with the findings.
     pub after: ImuErrors,
     /// Where the noise comes from.
     pub noise: NoiseFrom,
     /// The gap before and after.
     pub gap: [Gap; 2],
-    /// The gap as it shrinks, from the mission as given, by one cause after the other; empty where nothing was found.
+    /// The gap as it shrinks, from the mission as given, by one cause after the other; empty without findings.
     pub gap_steps: Vec<GapStep>,
-    /// The same by run and channel, in the channel's own unit.
+    /// The same by run and channel, in the unit of the channel.
     pub channels: Vec<ChannelGap>,
     /// The gap in time, for a picture.
     pub gaps_over_time: Vec<GapOverTime>,
     /// What is unexplained.
     pub unexplained: Option<Unexplained>,
-    /// Single values that noise does not explain after all that was found, the furthest first; none where only residuals tell the noise.
+    /// Single values that noise does not explain, with the findings in the mission, the furthest first; none where the noise is estimated from residuals.
     pub suspects: Vec<Suspect>,
     /// The search's record.
     pub steps: Vec<Step>,
@@ -62,15 +62,15 @@ pub struct NavigationDiagnosis {
     pub refits: (usize, bool),
 }
 
-/// Where the noise is what is left: most rounds of its estimate,
+/// Rounds of estimating the noise from the residuals, at most;
 const ROUNDS: usize = 8;
-/// and it has settled when no scale moves by more than this share.
+/// it has settled when no scale moves by more than this share.
 const STEADY: f64 = 0.02;
 
 /// Diagnose measured navigation errors of a mission.
 ///
-/// Errors: a significance outside (0, 1); random walks in the mission, but measured values without `u`; a navigator that the mission's own
-/// errors carry over a pole.
+/// Errors: a significance outside (0, 1); random walks in the mission, but measured values without `u`; a navigator that the
+/// errors of the mission carry over a pole.
 ///
 /// ```
 /// use tumble::navigate::{diagnose, errors::{ImuErrors, ErrorSource}, measured::{Measured, MeasuredRow}};
@@ -83,16 +83,16 @@ const STEADY: f64 = 0.02;
 /// for (time, z) in times.iter().zip(signatures::predicted(&mission, &mission.motion, &hidden, &times)) {
 ///     measured.push(0, MeasuredRow { time: *time, value: z.map(Some), u: [1e-5, 1e-5, 1e-5, 0.01, 0.01, 5.0, 5.0].map(Some) });
 /// }
-/// let found = diagnose::diagnose(&mission, &measured, &Default::default())?;
-/// assert_eq!(found.findings[0].source.id(), "accelerometer_bias_x");
-/// assert!((found.findings[0].value / 1e-4 - 1.0).abs() < 1e-6);
+/// let diagnosis = diagnose::diagnose(&mission, &measured, &Default::default())?;
+/// assert_eq!(diagnosis.findings[0].source.id(), "accelerometer_bias_x");
+/// assert!((diagnosis.findings[0].value / 1e-4 - 1.0).abs() < 1e-6);
 /// # Ok::<(), tumble::error::Malformed>(())
 /// ```
 pub fn diagnose(mission: &Mission, measured: &Measured, settings: &Settings) -> Result<NavigationDiagnosis> {
     diagnose_with(mission, measured, settings, &mut |_, _| {})
 }
 
-/// The same; `progress` is told about what share of the work is done, and what is being tried.
+/// The same; `progress` gets the approximate share of the work that is done, and what is being tried.
 pub fn diagnose_with(
     mission: &Mission,
     measured: &Measured,
@@ -105,43 +105,43 @@ pub fn diagnose_with(
             .expected("errors with which the mission can be flown")
     };
     let case = Case::new(mission, measured, settings)?;
-    let gap = case.left(&case.there);
+    let gap = case.residual(&case.there);
     if gap.iter().any(|v| !v.is_finite()) {
         return Err(over_a_pole());
     }
     let mut u = case.first_u(&gap);
     for round in 0..ROUNDS {
-        let tests = walk::penalty(&case, &u);
+        let tests = search::penalty(&case, &u);
         let mut tell = |share: f64, trying: &str| progress(share, trying);
-        let mut walk = Walk::new(case.clone(), &u, tests, &mut tell);
-        // of noise that is estimated in rounds each takes half of what is left
+        let mut search = Search::new(case.clone(), &u, tests, &mut tell);
+        // where noise is estimated in rounds, each takes half of what remains
         let done = 1.0 - 0.5_f64.powf(round as f64);
-        walk.part = if case.from == NoiseFrom::Stated { (0.0, 0.8) } else { (done, 0.5 + 0.5 * done) };
-        let state = walk.run().ok_or_else(over_a_pole)?;
+        search.part = if case.from == NoiseFrom::Stated { (0.0, 0.8) } else { (done, 0.5 + 0.5 * done) };
+        let state = search.run().ok_or_else(over_a_pole)?;
         if case.from == NoiseFrom::Residuals && round + 1 < ROUNDS {
-            let better = case.u_of(&case.left(&state.flown.predicted), state.set.len(), &gap);
+            let better = case.u_of(&case.residual(&state.flown.predicted), state.set.len(), &gap);
             if !better.iter().zip(&u).all(|(a, b)| (a - b).abs() <= STEADY * b) {
                 u = better;
                 continue;
             }
         }
-        let Some(wander) = walk.wander(&state) else { return walk.conclude(&state, &gap) };
+        let Some(unstated) = search.unstated_walk(&state) else { return search.conclude(&state, &gap) };
         // the same question of a mission that states the random walk
-        let stated = wander.stated(mission).unwrap_or_else(|| mission.clone());
-        let cost = walk.is_complete(&state).then(|| case.spread(&u, &state.out) - 2.0 * state.value);
-        let with = match wander.cause {
+        let stated = unstated.stated(mission).unwrap_or_else(|| mission.clone());
+        let cost = search.is_complete(&state).then(|| case.spread(&u, &state.out) - 2.0 * state.value);
+        let with = match unstated.cause {
             Cause::RandomWalk(_) => Case::new(&stated, measured, settings)?,
-            _ => walk.beside(&case, &wander),
+            _ => search.with_walk(&case, &unstated),
         };
-        let mut again = |share: f64, trying: &str| (walk.progress)(share, trying);
-        let mut other = Walk::new(with.clone(), &u, tests, &mut again);
+        let mut again = |share: f64, trying: &str| (search.progress)(share, trying);
+        let mut other = Search::new(with.clone(), &u, tests, &mut again);
         other.part = (0.8, 0.9);
-        other.wander = Some(wander);
-        if let Some(found) = other.run()
-            && other.is_complete(&found)
-            && cost.is_none_or(|cost| other.score_of_all(&found) < cost)
+        other.unstated = Some(unstated);
+        if let Some(accepted) = other.run()
+            && other.is_complete(&accepted)
+            && cost.is_none_or(|cost| other.score_of_all(&accepted) < cost)
         {
-            let mut diagnosis = other.conclude(&found, &gap)?;
+            let mut diagnosis = other.conclude(&accepted, &gap)?;
             let before = case.gap(&gap, &u, &[], 0);
             let [_, after] = diagnosis.gap;
             if !diagnosis.gap_steps.is_empty() {
@@ -149,7 +149,7 @@ pub fn diagnose_with(
             }
             return Ok(NavigationDiagnosis { before: mission.errors, gap: [before, after], ..diagnosis });
         }
-        return walk.conclude(&state, &gap);
+        return search.conclude(&state, &gap);
     }
     Err(over_a_pole())
 }

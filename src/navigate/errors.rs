@@ -1,8 +1,8 @@
-//! What is wrong with an inertial measurement unit and with the navigator's start: errors and their names.
+//! Errors of an inertial measurement unit and of the navigator's start, and their names.
 //!
 //! Each triad reads `measured = (1 + K) true + b + k2 true^2 + noise` (gyros `+ D f`, their acceleration-sensitive drift) in the body frame: the diagonal of `K` holds the
-//! scale factor errors, the rest the installation errors (`xy`: what of the y input the x sensor sees), `b` the bias,
-//! `k2` the second-order coefficient of each sensor on its own input, noise a white one (random walk of its integral).
+//! scale factor errors, the other elements the installation errors (`xy`: what of the y input the x sensor sees), `b` the bias,
+//! `k2` the second-order coefficient of each sensor on its input, noise a white one (random walk of its integral).
 
 /// Which of the two triads, or the start.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -22,13 +22,13 @@ pub struct TriadErrors {
     pub bias: [f64; 3],
     /// Row: the sensor; column: the input. Diagonal: scale factor error; off it: installation error, rad.
     pub matrix: [[f64; 3]; 3],
-    /// Second-order coefficient of each sensor on its own input, s/rad or s^2/m.
+    /// Second-order coefficient of each sensor on its input, s/rad or s^2/m.
     pub square: [f64; 3],
     /// Random walk of the integrated reading, rad/sqrt(s) or (m/s)/sqrt(s); the square root of the noise density.
     pub random_walk: f64,
 }
 
-/// What the navigator has wrong when it starts, in the convention of `run::NavigationError`.
+/// Errors of the navigator when it starts, in the convention of `run::NavigationError`.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct StartErrors {
     /// `phi` about east, north, up, rad.
@@ -126,14 +126,25 @@ impl ErrorSource {
         sources
     }
 
-    /// What can be wrong at the start: attitude, velocity and position, 7 sources.
+    /// The biases of the three gyros and the three accelerometers.
+    pub(super) fn biases() -> Vec<ErrorSource> {
+        ErrorSource::first_order().into_iter().filter(|source| source.kind == Kind::Bias).collect()
+    }
+
+    /// Their indices in the catalogue.
+    pub(super) fn bias_indices() -> Vec<usize> {
+        let is_bias = |(_, source): &(usize, ErrorSource)| source.kind == Kind::Bias;
+        ErrorSource::catalogue().into_iter().enumerate().filter(is_bias).map(|(j, _)| j).collect()
+    }
+
+    /// The errors of the start: attitude, velocity and position, 7 sources.
     pub fn start() -> Vec<ErrorSource> {
         let source = |kind, axis| ErrorSource { instrument: Instrument::Start, kind, axis, input: axis };
         let kinds = [(Kind::Attitude, 3), (Kind::Velocity, 2), (Kind::Position, 2)];
         kinds.into_iter().flat_map(|(kind, axes)| (0..axes).map(move |axis| source(kind, axis))).collect()
     }
 
-    /// Everything that a mission can have wrong: the 39 sources of the unit, then the 7 of the start.
+    /// All errors of a mission: the 39 sources of the unit, then the 7 of the start.
     ///
     /// ```
     /// use tumble::navigate::errors::ErrorSource;

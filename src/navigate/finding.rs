@@ -1,4 +1,4 @@
-//! What a diagnosis of navigation errors names, and what it leaves.
+//! What a diagnosis of navigation errors names, and what is unexplained.
 
 use super::cause::Cause;
 use super::errors::ErrorSource;
@@ -6,12 +6,12 @@ use super::measured::Cell;
 use super::motion::Motion;
 use super::remainder;
 
-/// A motion that tells an error from some of its aliases.
+/// A motion that discriminates an error from some of its aliases.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DiscriminatingMotion {
     /// The motion.
     pub motion: Motion,
-    /// Aliases that it tells from the error, in their order.
+    /// Aliases that it discriminates from the error, in their order.
     pub tells: Vec<ErrorSource>,
     /// By how many standard deviations at least.
     pub by: f64,
@@ -47,13 +47,13 @@ pub struct Finding {
     pub t: f64,
     /// Family-wise probability of evidence as strong by chance.
     pub p: f64,
-    /// Probability that it, or a cause that cannot be told from it, is present; `None` for random walks and single values.
+    /// Probability that it, or a cause that cannot be distinguished from it, is present; `None` for random walks and single values.
     pub probability: Option<f64>,
-    /// Share of the gap's sum of squares that it takes off, the others given.
+    /// Share of the gap's sum of squares that it explains, the others given.
     pub explains: f64,
     /// What else it could be.
     pub aliases: Vec<Alias>,
-    /// Motions that would tell, best first.
+    /// Motions that would discriminate, best first.
     pub separate_by: Vec<DiscriminatingMotion>,
 }
 
@@ -66,7 +66,7 @@ pub struct Unexplained {
     pub cells: Vec<remainder::Cell>,
     /// The errors that come nearest together; they are not accepted.
     pub nearest: Vec<Cause>,
-    /// The share of the gap's sum of squares that they would take off.
+    /// The share of the gap's sum of squares that they would explain.
     pub nearest_explains: f64,
 }
 
@@ -75,6 +75,6 @@ pub struct Unexplained {
 pub struct Suspect {
     /// The value.
     pub cell: Cell,
-    /// What is left of it, in standard uncertainties (of innovations, where the mission has random walks).
+    /// Its residual, in standard uncertainties (of innovations, where the mission has random walks).
     pub z: f64,
 }

@@ -1,4 +1,4 @@
-//! How far measured and predicted navigation errors are apart.
+//! Measured minus predicted navigation errors.
 
 /// A gap, in standard uncertainties (of innovations, where the mission has random walks).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -11,11 +11,11 @@ pub struct Gap {
     pub chi_square: f64,
     /// Values minus errors fitted.
     pub dof: usize,
-    /// Probability of a sum of squares as large by chance; `None` where only residuals tell the noise.
+    /// Probability of a sum of squares as large by chance; `None` where the noise is estimated from residuals.
     pub p: Option<f64>,
 }
 
-/// The gap with some of the errors that were found.
+/// The gap with some of the findings.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GapStep {
     /// Their names.

@@ -1,21 +1,20 @@
-//! The gap as it shrinks: after the cause that takes off most, after that one and the next, and so on, each set refined anew on the full simulation.
+//! The gap as it shrinks: with the cause that reduces it most, with that one and the next, and so on, each set refined anew on the full simulation.
 
 use super::cause::Cause;
 use super::gap::{Gap, GapStep};
 use super::products::Products;
-use super::refine::{State, Walk};
+use super::refine::{Search, State};
 use crate::elements::Elements;
-use crate::linear::normalise;
 
-/// With more causes than this only the first and the last gap are told.
+/// With more causes than this only the first and the last gap are reported.
 const MOST: usize = 12;
 
-impl Walk<'_> {
+impl Search<'_> {
     /// The gap before, after each of the causes of a state, and after all of them with single values left out; `whole` is the gap before.
     pub fn gap_steps(&mut self, state: &State, whole: &[f64]) -> Vec<GapStep> {
         let (u, out) = (self.u, &state.out);
-        // a random walk is no member of the set: all gaps beside it are innovations
-        let walk: Vec<String> = self.wander.iter().map(|own| own.cause.id()).collect();
+        // a random walk is no member of the set: with one, all gaps are innovations
+        let walk: Vec<String> = self.unstated.iter().map(|unstated| unstated.cause.id()).collect();
         let step = |set: &[Cause], left_out: usize, gap: Gap| GapStep {
             with: walk.iter().cloned().chain(set.iter().map(Cause::id)).collect(),
             left_out,
@@ -28,42 +27,35 @@ impl Walk<'_> {
         for count in 1..order.len() {
             let (set, start): (Vec<Cause>, Vec<f64>) =
                 order.iter().take(count).filter_map(|k| Some((*state.set.get(*k)?, *state.values.get(*k)?))).unzip();
-            // what cannot be flown alone is no step of its own
+            // a set that cannot be flown is left out
             let Some(fitted) = self.refine(&set, &start, out) else { continue };
-            steps.push(step(&set, 0, self.case.gap(&self.case.left(&fitted.flown.predicted), u, &[], set.len())));
+            steps.push(step(&set, 0, self.case.gap(&self.case.residual(&fitted.flown.predicted), u, &[], set.len())));
         }
         let set = if order.is_empty() { state.set.clone() } else { causes(&order) };
-        let left = self.case.left(&state.flown.predicted);
+        let residual = self.case.residual(&state.flown.predicted);
         if !set.is_empty() {
-            steps.push(step(&set, 0, self.case.gap(&left, u, &[], set.len())));
+            steps.push(step(&set, 0, self.case.gap(&residual, u, &[], set.len())));
         }
         if !out.is_empty() {
-            steps.push(step(&set, out.len(), self.case.gap(&left, u, out, set.len())));
+            steps.push(step(&set, out.len(), self.case.gap(&residual, u, out, set.len())));
         }
         steps
     }
 
-    /// Members of a state's set by what they take off of the gap beside those before them.
+    /// Members of a state's set in the order in which they reduce the gap most, given those before them.
     fn order(&self, state: &State) -> Vec<usize> {
         let mut columns = state.flown.jacobian.clone();
-        let mut residual = self.case.left(&state.flown.predicted);
-        for (column, value) in columns.iter().zip(&state.values) {
-            residual.iter_mut().zip(column).for_each(|(slot, c)| *slot += value * c);
-        }
-        columns.push(residual);
+        columns.push(self.case.observed(&state.flown, &state.values));
         self.case.weigh(self.u, &state.out, &mut columns);
         let Some(residual) = columns.pop() else { return Vec::new() };
-        columns.iter_mut().for_each(|column| {
-            normalise(column);
-        });
         let count = columns.len();
-        let products = Products::of(columns, &residual);
+        let (products, _) = Products::normalised(columns, &residual);
         let mut order: Vec<usize> = Vec::with_capacity(count);
         while order.len() < count {
             let Some(solved) = products.solve(&order) else { return Vec::new() };
             let gains = products.gains(&order, &solved);
-            let rest = (0..count).filter(|k| !order.contains(k));
-            match rest.max_by(|a, b| gains.at(*a).total_cmp(&gains.at(*b)).then(b.cmp(a))) {
+            let remaining = (0..count).filter(|k| !order.contains(k));
+            match remaining.max_by(|a, b| gains.at(*a).total_cmp(&gains.at(*b)).then(b.cmp(a))) {
                 Some(next) => order.push(next),
                 None => break,
             }

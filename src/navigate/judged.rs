@@ -1,9 +1,9 @@
 //! The posterior of sets of causes, and of what none of them explains, on the linear model at a state: the score of campaigns (`diagnosis`).
 
-use super::bank::bank;
+use super::bank::{bank, matrix};
 use super::candidates::Linear;
 use super::cause::{Cause, Change};
-use super::refine::{State, Walk};
+use super::refine::{Search, State};
 use crate::diagnosis::{Class, Deviations, Kernel, NoiseFrom, Posterior, Priors, Problem, Score};
 use faer::Mat;
 use faer::linalg::solvers::Solve;
@@ -23,47 +23,38 @@ pub(super) struct Judged {
 /// ln odds of each cause but for what all share: a nat for a penalty of two variances; steps, warm-ups and waves of one bias or channel share the odds
 /// of one.
 fn odds(causes: &[Cause], rank_penalty: f64, rows: usize) -> Vec<f64> {
-    let kind = |change: &Change| std::mem::discriminant(change);
-    let same = |a: &Cause, b: &Cause| match (a, b) {
-        (Cause::Changing(a, x), Cause::Changing(b, y)) => a == b && kind(x) == kind(y),
-        (Cause::Reference(a, Some(x)), Cause::Reference(b, Some(y))) => a == b && kind(x) == kind(y),
-        _ => a == b,
+    let count = |cause: &Cause| match cause.change() {
+        // one of as many frequencies as these rows resolve
+        Some(Change::Wave { .. }) => rows.div_ceil(2),
+        _ => causes.iter().filter(|other| other.family() == cause.family()).count(),
     };
-    let count = |own: &Cause| match own {
-        // one of as many frequencies as these rows tell apart
-        Cause::Changing(_, Change::Wave { .. }) | Cause::Reference(_, Some(Change::Wave { .. })) => rows.div_ceil(2),
-        _ => causes.iter().filter(|other| same(own, other)).count(),
-    };
-    causes.iter().map(|own| -(count(own).max(1) as f64).ln() - 0.5 * rank_penalty * own.rank()).collect()
+    causes.iter().map(|cause| -(count(cause).max(1) as f64).ln() - 0.5 * rank_penalty * cause.rank()).collect()
 }
 
-/// Among what a set is judged.
+/// The alternatives with which a set is compared.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Among {
-    /// Nothing: it is only valued.
+    /// None: only the probability density of the set itself is computed.
     None,
-    /// Sets of so many causes at most, with noise alone beside them.
+    /// Sets of so many causes at most; what they leave is noise alone.
     Sets(usize),
-    /// All sets, and what none of them explains.
+    /// All sets, and remainders that none of them explains.
     Remainders,
 }
 
-impl Walk<'_> {
+impl Search<'_> {
     /// The posterior at a state.
     pub(super) fn judge(&self, linear: &Linear, state: &State, among: Among) -> Judged {
         let (case, settings) = (&self.case, &self.case.settings);
         let residual = linear.products.residual();
-        let all = linear.products.columns();
-        let value = |i: usize, j: usize| all.get(j).and_then(|own| own.get(i)).copied();
-        // each has a value for each row
-        let columns = Mat::from_fn(residual.len(), all.len(), |i, j| value(i, j).unwrap_or_default());
+        let columns = matrix(residual.len(), linear.products.columns());
         let whole = among != Among::Remainders;
         let kernels = match whole {
             true => Vec::new(),
             false => {
                 let rows = self.weighed(&state.out);
-                let left = rows.rows([&case.left(&state.flown.predicted)].into_iter());
-                left.first().map_or_else(Vec::new, |left| bank(&rows, left))
+                let residual = rows.rows([&case.residual(&state.flown.predicted)].into_iter());
+                residual.first().map_or_else(Vec::new, |residual| bank(&rows, residual))
             }
         };
         let largest = residual.iter().fold(LARGEST, |most, v| most.max(v.abs()));
@@ -72,24 +63,22 @@ impl Walk<'_> {
         // of each its largest plausible size, as a coefficient of its unit column
         let sizes = linear.causes.iter().zip(&linear.norms).map(|(cause, norm)| cause.limit() * norm);
         let absurd: Vec<f64> = sizes.map(|size| if size > 0.0 { size } else { f64::INFINITY }).collect();
-        let longest = case.measured.runs.iter().map(|run| run.rows.len()).max();
-        // without rows there is no run
-        let own = odds(&linear.causes, settings.rank_penalty, longest.unwrap_or_default());
+        let log_odds = odds(&linear.causes, settings.rank_penalty, case.measured.longest_run());
         let share = |j: usize| priors.share_below(absurd.get(j).copied().unwrap_or(f64::INFINITY));
         let none = Mat::zeros(residual.len(), 0);
         let problem = Problem {
             residual,
             basis: none.as_ref(),
             columns: columns.as_ref(),
-            prior: &priors.shared(own, share),
+            prior: &priors.shared(log_odds, share),
             plain: &absurd,
-            // beside an unexplained rest the noise itself may be larger than stated
+            // where something is unexplained, the noise itself may be larger than stated
             known: whole && case.from == NoiseFrom::Stated,
             kernels: &kernels,
             sharing: None,
         };
         let mut score = Score::new(&problem, priors);
-        let of = |cause: &Cause| linear.causes.iter().position(|own| own == cause).and_then(|j| score.standing(j));
+        let of = |cause: &Cause| linear.causes.iter().position(|other| other == cause).and_then(|j| score.standing(j));
         let start: Vec<u16> = state.set.iter().filter_map(of).collect();
         if among != Among::None {
             score.search(&[start]);
@@ -100,7 +89,7 @@ impl Walk<'_> {
 }
 
 impl Judged {
-    /// The most probable set; of causes with the same column those that stand already, or the most probable.
+    /// The most probable set; of causes with the same column those that are in the present set, or else the most probable.
     pub(super) fn best(&self, now: &[usize]) -> Vec<usize> {
         let Some((_, set)) = self.posterior.sets.first() else { return now.to_vec() };
         let one = |j: &u16| {
@@ -116,26 +105,26 @@ impl Judged {
         standing.map_or(f64::NEG_INFINITY, |set| self.score.of(&set))
     }
 
-    /// What is likely, with the probability that it, or what cannot be told from it, is there: the most probable in each place, the first of the catalogue
-    /// among those that are nearly as probable.
+    /// Causes with at least this probability that the cause, or one that cannot be distinguished from it, is present: of each class the most probable,
+    /// the first of the catalogue among those that are nearly as probable.
     pub(super) fn likely(&self, least: f64) -> Vec<(usize, f64)> {
         let likely = self.posterior.classes.iter().filter(|class| class.probability >= least);
         let front = |class: &Class| class.front(f64::INFINITY, |_| true, |a, b| a.cmp(&b));
         likely.filter_map(|class| Some((front(class)?.candidate, class.probability))).collect()
     }
 
-    /// That a cause, or what cannot be told from it, is there.
+    /// Probability that a cause, or one that cannot be distinguished from it, is present.
     pub(super) fn probability(&self, index: usize) -> f64 {
-        let holds = |own: &&Class| own.members.iter().any(|m| m.candidate == index);
-        let class = self.posterior.classes.iter().filter(holds).map(|own| own.probability).fold(0.0, f64::max);
-        let stands = self.score.standing(index);
-        let sets = self.posterior.sets.iter().filter(|(_, set)| stands.is_some_and(|own| set.contains(&own)));
+        let holds = |class: &&Class| class.members.iter().any(|m| m.candidate == index);
+        let class = self.posterior.classes.iter().filter(holds).map(|class| class.probability).fold(0.0, f64::max);
+        let number = self.score.standing(index);
+        let sets = self.posterior.sets.iter().filter(|(_, set)| number.is_some_and(|number| set.contains(&number)));
         let sum: f64 = sets.map(|(p, _)| p).sum();
         class.max(sum).min(1.0)
     }
 
-    /// Variance of the coefficient of each member of a set, estimated by least squares with the noise alone, over all that may deviate, less that of the
-    /// noise: `l = C (C'C)^-1 e_j`, `E[l'V l] - l'l`.
+    /// Variance of the least-squares coefficient of each member of a set under the covariance `V` of noise and remainder, less that of the noise alone:
+    /// `l = C (C'C)^-1 e_j`, `E[l'V l] - l'l`.
     pub(super) fn beyond_noise(&mut self, set: &[usize]) -> Vec<f64> {
         let standing: Vec<u16> = set.iter().filter_map(|j| self.score.standing(*j)).collect();
         let each = self.score.deviations(&standing);
@@ -148,12 +137,12 @@ impl Judged {
         let inverse = gram.partial_piv_lu().solve(&Mat::<f64>::identity(set.len(), set.len()));
         let combinations = &chosen * inverse;
         let extra = |k: usize| {
-            let own = combinations.col_as_slice(k);
-            let white: f64 = own.iter().map(|l| l * l).sum();
-            (deviations.variance_of(own) - white).max(0.0)
+            let combination = combinations.col_as_slice(k);
+            let white: f64 = combination.iter().map(|l| l * l).sum();
+            (deviations.variance_of(combination) - white).max(0.0)
         };
-        let found = (0..set.len()).map(extra).collect();
+        let variances = (0..set.len()).map(extra).collect();
         self.kernels = deviations.kernels;
-        found
+        variances
     }
 }

@@ -22,7 +22,7 @@ use super::mission::{Mission, Site};
 use super::motion::Motion;
 use super::quadrature::{NODES, Quadrature};
 use super::run::{Continue, NavigationError};
-use super::trajectory::{Block, NodeValues, Trajectory};
+use super::trajectory::{Block, NodeValues, Trajectory, Truth};
 
 /// Number of states.
 pub const STATES: usize = 7;
@@ -140,10 +140,10 @@ pub fn frequencies(site: Site) -> Option<[f64; 3]> {
     let f = dynamics(&at_rest(site));
     let scaled = nalgebra::SMatrix::<f64, STATES, STATES>::from_fn(|i, j| f[i][j] * scale[j] / scale[i]) * 1000.0;
     let schur = nalgebra::linalg::Schur::try_new(scaled, 1e-15, 10_000)?;
-    let mut found: Vec<f64> =
+    let mut frequencies: Vec<f64> =
         schur.complex_eigenvalues().iter().map(|value| value.im / 1000.0).filter(|value| *value > 1e-9).collect();
-    found.sort_by(f64::total_cmp);
-    <[f64; 3]>::try_from(found).ok()
+    frequencies.sort_by(f64::total_cmp);
+    <[f64; 3]>::try_from(frequencies).ok()
 }
 
 /// Propagate all signatures along one motion of a mission; one call of `sink` for each row, as in a full run.
@@ -151,7 +151,7 @@ pub fn propagate(mission: &Mission, motion: &Motion, sink: &mut dyn FnMut(&Signa
     propagate_to(mission, motion, &mut |done| done + mission.steps_per_row, sink);
 }
 
-/// The same with rows after steps of one's own: `next` gives the next row's step, from that of the row before.
+/// The same with rows at any steps: `next` gives the next row's step, from that of the row before.
 pub fn propagate_to(
     mission: &Mission,
     motion: &Motion,
@@ -171,9 +171,11 @@ pub fn propagate_to(
         noise: [[0.0; STATES]; STATES],
         metres: [0.0; 2],
     };
-    let place = trajectory.truth();
-    let radii = Curvature::at(place.latitude_rad, mission.site.altitude_m);
-    let metres = [radii.prime_vertical * place.latitude_rad.cos(), radii.meridian];
+    let metres_at = |place: &Truth| {
+        let radii = Curvature::at(place.latitude_rad, mission.site.altitude_m);
+        [radii.prime_vertical * place.latitude_rad.cos(), radii.meridian]
+    };
+    let metres = metres_at(&trajectory.truth());
     for (source, state) in sources.iter().zip(&mut signatures.states) {
         *state = at_start(source, metres);
     }
@@ -181,9 +183,7 @@ pub fn propagate_to(
     loop {
         if trajectory.done() >= next {
             let truth = trajectory.truth();
-            let radii = Curvature::at(truth.latitude_rad, mission.site.altitude_m);
-            signatures.time = truth.time;
-            signatures.metres = [radii.prime_vertical * truth.latitude_rad.cos(), radii.meridian];
+            (signatures.time, signatures.metres) = (truth.time, metres_at(&truth));
             if sink(&signatures) == Continue::Stop || trajectory.done() >= mission.steps {
                 return;
             }
@@ -217,7 +217,7 @@ pub fn propagate_to(
 /// The state at the start per SI unit of a source, with the metres of a radian of longitude and latitude there.
 fn at_start(source: &ErrorSource, metres: [f64; 2]) -> State {
     let mut state = [0.0; STATES];
-    // longitude stands after latitude
+    // longitude follows latitude
     let (place, value) = match (source.kind, source.axis) {
         (Kind::Attitude, axis) => (axis, 1.0),
         (Kind::Velocity, axis) => (3 + axis, 1.0),
@@ -295,12 +295,8 @@ impl Drive {
 
 /// `exp(F t)` to the third power of `t`; `t` is a second at most, `F` of the size of Schuler's frequency.
 fn transition(f: &Square, t: f64) -> Square {
-    let mut sum = [[0.0; STATES]; STATES];
-    let mut power = [[0.0; STATES]; STATES];
-    for i in 0..STATES {
-        sum[i][i] = 1.0;
-        power[i][i] = 1.0;
-    }
+    let mut sum: Square = std::array::from_fn(|i| std::array::from_fn(|j| f64::from(u8::from(i == j))));
+    let mut power = sum;
     for order in 1..=3 {
         power = product(&power, f).map(|row| row.map(|value| value * t / f64::from(order)));
         for (total, part) in sum.iter_mut().flatten().zip(power.iter().flatten()) {
@@ -331,12 +327,7 @@ fn grow(p: &Square, phi: &Square, errors: &ImuErrors, span: f64) -> Square {
     if !errors.is_noisy() {
         return *p;
     }
-    let mut transposed = *phi;
-    for i in 0..STATES {
-        for j in 0..STATES {
-            transposed[i][j] = phi[j][i];
-        }
-    }
+    let transposed: Square = std::array::from_fn(|i| std::array::from_fn(|j| phi[j][i]));
     let mut grown = product(&product(phi, p), &transposed);
     let (gyro, accelerometer) = (errors.gyro.random_walk, errors.accelerometer.random_walk);
     for (i, density) in [gyro, gyro, gyro, accelerometer, accelerometer].into_iter().enumerate() {

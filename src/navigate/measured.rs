@@ -1,4 +1,4 @@
-//! Measured navigation errors: what a navigator had wrong at some times, as a reference saw it.
+//! Measured navigation errors: the errors of a navigator at some times, against a reference.
 //!
 //! Seven channels, each measured or not at any row: `phi` about east, north and up, velocity and position east and north,
 //! computed minus true, in the conventions of [`NavigationError`]. One file may hold runs of several motions of a mission.
@@ -53,7 +53,7 @@ pub struct MeasuredRow {
 /// One run: a motion of the mission, and what was measured on it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Run {
-    /// Index of the motion: 0 is the mission's own, then those beside it.
+    /// Index of the motion: 0 is that of the mission, then those to compare with it.
     pub motion: usize,
     /// Rows by time.
     pub rows: Vec<MeasuredRow>,
@@ -86,10 +86,20 @@ impl Measured {
         self.cells().count()
     }
 
+    /// Rows of the longest run.
+    pub(super) fn longest_run(&self) -> usize {
+        self.runs.iter().map(|run| run.rows.len()).max().unwrap_or_default() // no run, no row
+    }
+
+    /// Time of the last row of all runs, s.
+    pub(super) fn last_time(&self) -> f64 {
+        self.cells().fold(0.0_f64, |last, cell| last.max(cell.time))
+    }
+
     /// All values: run, row, channel, value and its standard uncertainty.
     pub fn cells(&self) -> impl Iterator<Item = Cell> + '_ {
-        self.runs.iter().enumerate().flat_map(|(run, own)| {
-            own.rows.iter().enumerate().flat_map(move |(row, measured)| {
+        self.runs.iter().enumerate().flat_map(|(run, series)| {
+            series.rows.iter().enumerate().flat_map(move |(row, measured)| {
                 let pairs = measured.value.iter().zip(&measured.u).enumerate();
                 pairs.filter_map(move |(channel, (value, u))| {
                     value.map(|value| Cell { run, row, channel, time: measured.time, value, u: *u })

@@ -22,10 +22,10 @@
 //! 4. *Attitude* `q' = (1, -zeta/2) q (cos phi/2, sin(phi/2) phi/phi)`, `zeta = H (w_ie + w_en)` at the middle.
 //!
 //! In attitude it is of fourth order in the step for a smooth motion (the Magnus step's third commutators are the first
-//! thing left out); terms that hang on the position are linear over a block, and exact at its start.
+//! neglected term); terms that depend on the position are linear over a block, and exact at its start.
 #![allow(
     clippy::indexing_slicing,
-    reason = "a chunk has `CHUNK` steps at most (`steps` is the smaller of that and what is left), errors and state have fixed columns, steps of a block are taken modulo its length"
+    reason = "a chunk has `CHUNK` steps at most (`steps` is the smaller of that and what remains), errors and state have fixed columns, steps of a block are taken modulo its length"
 )]
 
 use super::earth::{EARTH_RATE, ECCENTRICITY_SQUARED, SEMI_MAJOR_AXIS};
@@ -37,7 +37,7 @@ use pulp::Simd;
 /// Numbers that a navigator keeps: quaternion 4, velocity 2, latitude and longitude, sine and cosine of latitude,
 /// velocity with half of the last step's Coriolis terms 2.
 pub const STATES: usize = 12;
-/// Numbers that the errors of a unit come to: bias, matrix and square of two triads, acceleration-sensitive drift of the gyros.
+/// Numbers of the errors of a unit: bias, matrix and square of two triads, acceleration-sensitive drift of the gyros.
 pub const ERRORS: usize = 39;
 
 /// What is common to all lanes and steps.
@@ -68,8 +68,8 @@ impl<S: Simd> Triad<S> {
     #[inline(always)]
     fn measure(&self, t: Triple<S>) -> Triple<S> {
         let [x, y, z] = self.rows;
-        let axis = |row: Triple<S>, bias: Real<S>, square: Real<S>, own: Real<S>| {
-            let squared = (square * own).times_plus(own, bias);
+        let axis = |row: Triple<S>, bias: Real<S>, square: Real<S>, input: Real<S>| {
+            let squared = (square * input).times_plus(input, bias);
             row.x.times_plus(t.x, row.y.times_plus(t.y, row.z.times_plus(t.z, squared)))
         };
         Triple {
@@ -98,7 +98,7 @@ pub const CHUNK: usize = 16;
 /// Increments of each pair of steps in all lanes: velocity 3, vector part of the turn 3, its scalar part.
 pub type Track = [[[f64; 8]; 7]; CHUNK / 2];
 
-/// A group's memory: what is wrong with its units, its navigators' states, and room for increments.
+/// A group's memory: the errors of its units, its navigators' states, and room for increments.
 #[derive(Debug, Clone)]
 pub struct Memory {
     /// Scaled errors of the units.
@@ -107,13 +107,13 @@ pub struct Memory {
     pub state: [[f64; 8]; STATES],
     /// What the units report: one past step, then the steps of a chunk.
     pub reported: [[[f64; 8]; 6]; CHUNK + 1],
-    /// Increments on their way from units to navigators.
+    /// Increments from the units to the navigators.
     pub track: Track,
 }
 
 /// Fly one block with one register of a group's eight lanes.
 ///
-/// Increments of a chunk of steps first, which do not depend on each other, then the navigators' own chains of steps. `noise` holds, for each step and lane, six increments of
+/// Increments of a chunk of steps first, which do not depend on each other, then the steps of each navigator, which do. `noise` holds, for each step and lane, six increments of
 /// noise; it is empty where there is none.
 #[inline(always)]
 pub fn fly<S: Simd>(
@@ -170,8 +170,8 @@ fn measure<S: Simd>(
         let force = Triple { x: seen(3), y: seen(4), z: seen(5) };
         let mut turn = gyro.measure(Triple { x: seen(0), y: seen(1), z: seen(2) });
         if drifts {
-            let along = |row: Triple<S>, own: Real<S>| {
-                row.x.times_plus(force.x, row.y.times_plus(force.y, row.z.times_plus(force.z, own)))
+            let along = |row: Triple<S>, rate: Real<S>| {
+                row.x.times_plus(force.x, row.y.times_plus(force.y, row.z.times_plus(force.z, rate)))
             };
             turn = Triple { x: along(drift[0], turn.x), y: along(drift[1], turn.y), z: along(drift[2], turn.z) };
         }
@@ -211,7 +211,7 @@ fn compensate<S: Simd>(simd: S, reported: &[[[f64; 8]; 6]; 3], lane: usize, slot
     cosine.store(&mut slot[6], lane);
 }
 
-/// A value that hangs on the latitude: at the block's start, and its slope.
+/// A value that depends on the latitude: at the block's start, and its slope.
 #[derive(Clone, Copy)]
 struct Slope<S: Simd>(Real<S>, Real<S>);
 

@@ -11,17 +11,17 @@
 //! | `mechanise`, `vector`, `simd_batch` | the navigator: one step in all lanes of a register, groups of eight scenarios |
 //! | [`linear`] | the linear error equations, one signature for each error source |
 //! | [`measured`], [`signatures`], `whiten` | measured navigation errors, their design matrix, random walks taken out |
-//! | [`cause`], `changing` | what can be behind a gap, and what it does |
+//! | [`cause`], `changing` | possible causes of a gap, and their columns |
 //! | `judged`, `bank` | the posterior of sets of causes and of what none of them explains, by the score of campaigns |
-//! | `products`, `refine` (`sharpen`, `single`, `periodic`), `walk` | least squares of a few of many columns; sets of causes refined on the full simulation; judged and refined in turn |
-//! | `partly` | what stands beside something that nothing explains |
+//! | `products`, `refine` (`sharpen`, `single`, `periodic`), `search` | least squares of a few of many columns; sets of causes refined on the full simulation; judged and refined in turn |
+//! | `partly` | causes that are significant although something is unexplained |
 //! | [`settings`] | every threshold, with its reason |
-//! | `wander` | a random walk that the mission does not state |
+//! | `unstated_walk` | a random walk that the mission does not state |
 //! | `shortened` | long records in fewer rows, in which all of these look |
-//! | [`diagnose`] (`case`, `conclude`, `aliases`, `gap_steps`), [`separate`], [`remainder`] | the diagnosis, how the gap shrinks, motions that would tell aliases apart, what is left |
+//! | [`diagnose`] (`case`, `conclude`, `aliases`, `gap_steps`), [`separate`], [`remainder`] | the diagnosis, how the gap shrinks, motions that would discriminate aliases, the remainder |
 //! | [`run`] | a mission flown: rows to a sink, memory independent of the duration |
 //!
-//! East-north-up, body axes x right, y forward, z up, SI units and rad inside. Deliberately absent: an own vertical
+//! East-north-up, body axes x right, y forward, z up, SI units and rad inside. Deliberately absent: a vertical
 //! channel (held at the site's altitude), alignment, aiding, a Kalman filter.
 
 mod aliases;
@@ -53,6 +53,7 @@ mod random_walk;
 mod refine;
 pub mod remainder;
 pub mod run;
+mod search;
 pub mod separate;
 pub mod settings;
 mod sharpen;
@@ -63,8 +64,7 @@ mod single;
 mod site;
 pub mod study;
 pub mod trajectory;
+mod unstated_walk;
 mod vector;
-mod walk;
-mod wander;
 mod weighed;
 mod whiten;

@@ -1,4 +1,4 @@
-//! The motion of the vehicle: at rest, swinging about a fixed place, or in legs along a heading, with turns, and swinging if it likes.
+//! The motion of the vehicle: at rest, swinging about a fixed place, or in legs along a heading, with turns and optional swinging.
 //!
 //! Attitude `C_b^n = Rot(z, yaw) Rot(x, pitch) Rot(y, roll)` takes body components (x right, y forward, z up) to east,
 //! north, up; yaw is counted counter-clockwise from north, so a heading is minus a yaw.

@@ -1,12 +1,12 @@
-//! Causes that stand beside something which nothing explains.
+//! Causes that are significant although something is unexplained.
 //!
-//! Where no set of causes leaves noise, the posterior of sets of causes beside what none explains ([`judged`](super::judged)) is asked on the linear
-//! model. What is probable is refined on the full simulation and asked again from there, until the names settle. Causes that change in time can
-//! build any course of time: beside an unexplained rest they are candidates that others must beat, but are not named.
+//! Where no set of causes leaves noise alone, sets of causes are judged jointly with a remainder ([`judged`](super::judged)) on the linear model. What is
+//! probable is refined on the full simulation and judged again from there, until the names settle. Causes that change in time can build any course of
+//! time: next to a remainder they are candidates that others must exceed, but are not named.
 
 use super::cause::Cause;
 use super::judged::Among;
-use super::refine::{State, Walk};
+use super::refine::{Search, State};
 use crate::diagnosis::NoiseFrom;
 
 /// Rounds of naming and refining, at most.
@@ -14,28 +14,28 @@ const ROUNDS: usize = 6;
 /// Standard uncertainties from which a value is different from zero, at 95 %.
 const DIFFERENT: f64 = 1.96;
 
-/// A cause that stands beside others and what nothing explains.
+/// A cause that is significant given the others and the remainder.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Stands {
-    /// That the cause, or one that cannot be told from it, is there.
+pub(super) struct Member {
+    /// Probability that the cause, or one that cannot be distinguished from it, is present.
     pub probability: f64,
-    /// Standard uncertainty, SI, with all that may deviate.
+    /// Standard uncertainty, SI, including the remainder.
     pub u: f64,
 }
 
-/// What stands, and what comes nearest to the rest.
+/// The significant causes, and those that come nearest to the remainder.
 pub(super) struct Partly {
     pub state: State,
     /// For each cause of the state.
-    pub stands: Vec<Stands>,
-    /// What is suspected beside it.
+    pub members: Vec<Member>,
+    /// Further causes that are suspected.
     pub nearest: Vec<Cause>,
-    /// The share of what is left that they would take off.
+    /// The share of the residual sum of squares that they would explain.
     pub nearest_share: f64,
 }
 
-impl Walk<'_> {
-    /// The causes that stand where a walk has ended without explaining all; `None` where none does, or the noise is not stated.
+impl Search<'_> {
+    /// The significant causes where a search has ended without explaining everything; `None` where none is, or the noise is not stated.
     pub fn partly(&mut self, best: &State) -> Option<Partly> {
         if self.case.from != NoiseFrom::Stated {
             return None;
@@ -55,13 +55,11 @@ impl Walk<'_> {
     fn name(&mut self, mut state: State) -> Option<Partly> {
         let settings = self.case.settings.common;
         let out = self.standing_out(&state);
-        if out != state.out {
-            state = self.refine(&state.set.clone(), &state.values.clone(), &out)?;
-        }
+        state = self.leaving_out(state, &out)?;
         self.relinearise(&state);
         let mut before: Vec<Vec<Cause>> = Vec::new();
-        // what is no longer different from zero once its uncertainty has all that deviates
-        let mut untold: Vec<Cause> = Vec::new();
+        // not different from zero once the uncertainty includes the remainder
+        let mut insignificant: Vec<Cause> = Vec::new();
         for _ in 0..ROUNDS {
             let linear = self.linear(&state, &self.likeliest_waves(&state));
             let mut judged = self.judge(&linear, &state, Among::Remainders);
@@ -69,8 +67,9 @@ impl Walk<'_> {
             let is_course = |j: usize| linear.causes.get(j).is_none_or(Cause::is_course);
             let mut likely = judged.likely(settings.suspected);
             likely.sort_by_key(|(j, _)| *j);
-            let is_untold = |j: usize| linear.causes.get(j).is_some_and(|cause| untold.contains(cause));
-            let is_named = |(j, p): &(usize, f64)| *p >= settings.probability && !is_course(*j) && !is_untold(*j);
+            let is_insignificant = |j: usize| linear.causes.get(j).is_some_and(|cause| insignificant.contains(cause));
+            let is_named =
+                |(j, p): &(usize, f64)| *p >= settings.probability && !is_course(*j) && !is_insignificant(*j);
             let (named, nearest): (Vec<(usize, f64)>, Vec<(usize, f64)>) = likely.into_iter().partition(is_named);
             let set: Vec<usize> = named.iter().map(|(j, _)| *j).collect();
             let causes: Vec<Cause> = set.iter().filter_map(|j| linear.causes.get(*j).copied()).collect();
@@ -80,45 +79,43 @@ impl Walk<'_> {
             let same = causes.len() == state.set.len() && causes.iter().all(|cause| state.set.contains(cause));
             if same {
                 let beyond = judged.beyond_noise(&set);
-                let stands = state.set.iter().zip(&state.u).filter_map(|(cause, u)| {
-                    let place = causes.iter().position(|own| own == cause)?;
+                let members = state.set.iter().zip(&state.u).filter_map(|(cause, u)| {
+                    let place = causes.iter().position(|other| other == cause)?;
                     let (j, probability) = *named.get(place)?;
                     let beyond = beyond.get(place)?.sqrt() / linear.norms.get(j)?;
-                    Some(Stands { probability, u: u.hypot(beyond) })
+                    Some(Member { probability, u: u.hypot(beyond) })
                 });
-                let stands: Vec<Stands> = stands.collect();
-                let each = state.set.iter().zip(&state.values).zip(&stands);
-                let lost: Vec<Cause> =
-                    each.filter(|((_, x), own)| x.abs() < DIFFERENT * own.u).map(|((cause, _), _)| *cause).collect();
+                let members: Vec<Member> = members.collect();
+                let each = state.set.iter().zip(&state.values).zip(&members);
+                let lost: Vec<Cause> = each
+                    .filter(|((_, x), member)| x.abs() < DIFFERENT * member.u)
+                    .map(|((cause, _), _)| *cause)
+                    .collect();
                 if !lost.is_empty() {
-                    untold.extend(lost);
+                    insignificant.extend(lost);
                     continue;
                 }
                 let nearest: Vec<usize> = nearest.iter().map(|(j, _)| *j).collect();
                 let with: Vec<usize> = set.iter().chain(&nearest).copied().collect();
                 let rss = |set: &[usize]| linear.products.solve(set).map(|solved| solved.rss);
-                let left = rss(&with).zip(rss(&set)).map(|(with, set)| with / set.max(f64::MIN_POSITIVE));
-                // what depends on what is named takes off nothing
-                let nearest_share = 1.0 - left.unwrap_or(1.0);
+                let share = rss(&with).zip(rss(&set)).map(|(with, set)| with / set.max(f64::MIN_POSITIVE));
+                // columns that depend on those named reduce nothing
+                let nearest_share = 1.0 - share.unwrap_or(1.0);
                 let nearest = nearest.iter().filter_map(|j| linear.causes.get(*j).copied()).collect();
-                let all = stands.len() == state.set.len();
-                return all.then_some(Partly { state, stands, nearest, nearest_share });
+                let all = members.len() == state.set.len();
+                return all.then_some(Partly { state, members, nearest, nearest_share });
             }
-            // names that come round again do not settle
+            // the names cycle and do not settle
             if before.contains(&causes) {
                 return None;
             }
             before.push(causes.clone());
-            let solved = linear.products.solve(&set)?;
-            let sized = |(j, x): (&usize, &f64)| linear.norms.get(*j).map_or(0.0, |norm| x / norm);
-            let values: Vec<f64> = set.iter().zip(&solved.values).map(sized).collect();
-            self.tell(before.len(), &causes);
+            let values = linear.values(&set, &linear.products.solve(&set)?);
+            self.report(before.len(), &causes);
             state = self.refine(&causes, &values, &state.out)?;
             self.relinearise(&state);
             let out = self.standing_out(&state);
-            if out != state.out {
-                state = self.refine(&state.set.clone(), &state.values.clone(), &out)?;
-            }
+            state = self.leaving_out(state, &out)?;
         }
         None
     }

@@ -5,19 +5,19 @@
 )]
 
 use crate::elements::Elements;
-use crate::linear::{Triangle, dot};
+use crate::linear::{Triangle, dot, normalise};
 use crate::uncertainty::quantiles::normal_quantile;
 use std::cell::RefCell;
 use std::rc::Rc;
 
-/// A column so near the span of others is none of its own: share of its square that is left.
+/// A column depends on others where no more than this share of its square is orthogonal to them.
 pub(super) const INDEPENDENT: f64 = 1e-7;
 
 /// Inner products of columns (weighted, of unit norm) with each other and with a residual.
 pub(super) struct Products {
     columns: Vec<Rc<Vec<f64>>>,
     residual: Vec<f64>,
-    /// Rows of `C' C`, made when they are asked for: those of the columns that a set has held.
+    /// Rows of `C' C`, computed on demand: those of the columns of sets so far.
     gram: RefCell<Vec<Option<Rc<Vec<f64>>>>>,
     /// Its diagonal.
     squares: Vec<f64>,
@@ -27,7 +27,7 @@ pub(super) struct Products {
     pub square: f64,
 }
 
-/// A set solved: its coefficients (of the unit columns), the inverse of its products, and what is left.
+/// A set solved: its coefficients (of the unit columns), the inverse of its products, and the residual sum of squares.
 pub(super) struct Solved {
     pub values: Vec<f64>,
     pub inverse: Vec<Vec<f64>>,
@@ -44,9 +44,10 @@ impl Products {
         Products { columns, residual, gram, squares, along, square }
     }
 
-    /// The same of columns that nobody else holds.
-    pub fn of(columns: Vec<Vec<f64>>, residual: &[f64]) -> Products {
-        Products::new(columns.into_iter().map(Rc::new).collect(), residual)
+    /// The same of columns that are scaled to unit norm here, with their norms.
+    pub fn normalised(mut columns: Vec<Vec<f64>>, residual: &[f64]) -> (Products, Vec<f64>) {
+        let norms = columns.iter_mut().map(|column| normalise(column)).collect();
+        (Products::new(columns.into_iter().map(Rc::new).collect(), residual), norms)
     }
 
     /// The columns, and the residual that they explain.
@@ -63,8 +64,8 @@ impl Products {
         if let Some(row) = self.gram.borrow().get(i).and_then(Clone::clone) {
             return row;
         }
-        let own = &self.columns[i];
-        let row: Rc<Vec<f64>> = Rc::new(self.columns.iter().map(|column| dot(own, column)).collect());
+        let this = &self.columns[i];
+        let row: Rc<Vec<f64>> = Rc::new(self.columns.iter().map(|column| dot(this, column)).collect());
         self.gram.borrow_mut().get_mut(i).into_iter().for_each(|slot| *slot = Some(row.clone()));
         row
     }
@@ -78,7 +79,7 @@ impl Products {
         self.damped(set, 0.0)
     }
 
-    /// The same with so much added to the square of each column (Levenberg and Marquardt's step); what is left is that of the linear model.
+    /// The same with so much added to the square of each column (Levenberg and Marquardt's step); `rss` is that of the linear model.
     pub fn damped(&self, set: &[usize], damping: f64) -> Option<Solved> {
         let entry = |a: usize, b: usize| match (set.get(a), set.get(b)) {
             (Some(a), Some(b)) => self.product(*a, *b) * if a == b { 1.0 + damping } else { 1.0 },
@@ -93,43 +94,43 @@ impl Products {
         Some(Solved { inverse: triangle.inverse(), rss: (self.square - taken).max(0.0), values })
     }
 
-    /// What each column takes off the sum of squares beside a set; zero for members and what is in their span.
+    /// By how much each column reduces the sum of squares, given a set; zero for members and what is in their span.
     pub fn gains(&self, set: &[usize], solved: &Solved) -> Vec<f64> {
         let rows: Vec<Rc<Vec<f64>>> = set.iter().map(|k| self.row(*k)).collect();
         let one = |j: usize| -> f64 {
-            let own = self.product(j, j);
-            if set.contains(&j) || !(own > 0.0) {
+            let square = self.product(j, j);
+            if set.contains(&j) || !(square > 0.0) {
                 return 0.0;
             }
             let with: Vec<f64> = rows.iter().map(|row| row[j]).collect();
-            let mut left = own;
+            let mut outside = square;
             for (row, a) in solved.inverse.iter().zip(&with) {
-                left -= a * row.iter().zip(&with).map(|(v, b)| v * b).sum::<f64>();
+                outside -= a * row.iter().zip(&with).map(|(v, b)| v * b).sum::<f64>();
             }
-            if !(left > INDEPENDENT * own) {
+            if !(outside > INDEPENDENT * square) {
                 return 0.0;
             }
             let along = self.along[j] - with.iter().zip(&solved.values).map(|(a, x)| a * x).sum::<f64>();
-            along * along / left
+            along * along / outside
         };
         (0..self.along.len()).map(one).collect()
     }
 
-    /// Columns that could stand in the place of a member, and how much worse they fit; at most `excess`.
+    /// Columns that could replace a member, and how much worse they fit; at most `excess`.
     pub fn rivals(&self, set: &[usize], place: usize, excess: f64) -> Vec<(usize, f64, bool)> {
-        let Some(own) = set.get(place) else { return Vec::new() };
+        let Some(member) = set.get(place) else { return Vec::new() };
         let mut others = set.to_vec();
         others.remove(place);
         let (Some(with), Some(solved)) = (self.solve(set), self.solve(&others)) else { return Vec::new() };
         let gains = self.gains(&others, &solved);
-        let found = gains.iter().enumerate().filter(|(j, _)| j != own && !set.contains(j));
-        let found = found.map(|(j, gain)| (j, solved.rss - gain - with.rss));
-        let near = found.filter(|(j, worse)| *worse <= excess && self.product(*j, *j) > 0.0);
-        near.map(|(j, worse)| (j, worse, self.product(*own, j).abs() > 1.0 - 1e-6)).collect()
+        let rivals = gains.iter().enumerate().filter(|(j, _)| j != member && !set.contains(j));
+        let rivals = rivals.map(|(j, gain)| (j, solved.rss - gain - with.rss));
+        let near = rivals.filter(|(j, worse)| *worse <= excess && self.product(*j, *j) > 0.0);
+        near.map(|(j, worse)| (j, worse, self.product(*member, j).abs() > 1.0 - 1e-6)).collect()
     }
 
-    /// Pairs of these columns that could stand in two places of a set together, and how much worse they fit; at most `excess`. Of two columns the
-    /// one nearer to the first place's stands first. With scores `s` and cosines `g` outside the others,
+    /// Pairs of these columns that could replace two members of a set together, and how much worse they fit; at most `excess`. Of two columns the
+    /// one nearer to the first place's is first. With scores `s` and cosines `g` outside the others,
     /// `drop = (s_a^2 + s_b^2 - 2 g s_a s_b) / (1 - g^2)`.
     pub fn pairs(&self, set: &[usize], places: [usize; 2], excess: f64, among: &[usize]) -> Vec<(usize, usize, f64)> {
         let others: Vec<usize> = set.iter().enumerate().filter(|(k, _)| !places.contains(k)).map(|(_, j)| *j).collect();
@@ -137,16 +138,16 @@ impl Products {
         let [Some(first), Some(second)] = places.map(|place| set.get(place).copied()) else { return Vec::new() };
         // of each column what the others leave, and its score
         let one = |j: &usize| {
-            let own = self.product(*j, *j);
+            let square = self.product(*j, *j);
             let along: Vec<f64> = others.iter().map(|k| self.product(*k, *j)).collect();
             let taken: Vec<f64> = solved.inverse.iter().map(|row| dot(row, &along)).collect();
-            let left = own - dot(&along, &taken);
-            let usable = own > 0.0 && left > INDEPENDENT * own;
+            let outside = square - dot(&along, &taken);
+            let usable = square > 0.0 && outside > INDEPENDENT * square;
             let score = self.along.get(*j)? - dot(&along, &solved.values);
-            usable.then(|| (*j, along, taken, left.sqrt(), score / left.sqrt()))
+            usable.then(|| (*j, along, taken, outside.sqrt(), score / outside.sqrt()))
         };
         let usable: Vec<_> = among.iter().filter(|j| !set.contains(j)).filter_map(one).collect();
-        let mut found = Vec::new();
+        let mut pairs = Vec::new();
         for (k, (a, along, _, norm, score)) in usable.iter().enumerate() {
             for (b, _, taken, size, other) in usable.iter().skip(k + 1) {
                 let cosine = (self.product(*a, *b) - dot(along, taken)) / (norm * size);
@@ -159,15 +160,15 @@ impl Products {
                 if worse <= excess {
                     let near = |j: usize, member: usize| self.product(member, j).abs();
                     let straight = near(*a, first) * near(*b, second) >= near(*b, first) * near(*a, second);
-                    found.push(if straight { (*a, *b, worse) } else { (*b, *a, worse) });
+                    pairs.push(if straight { (*a, *b, worse) } else { (*b, *a, worse) });
                 }
             }
         }
-        found
+        pairs
     }
 }
 
-/// `z^2` beyond which the best of so many columns is no chance: `2 (1 - Phi(z)) count = significance`.
+/// `z^2` beyond which the best of so many columns is significant: `2 (1 - Phi(z)) count = significance`.
 pub(super) fn penalty(significance: f64, count: usize) -> f64 {
     let tail = 0.5 * significance / count.max(1) as f64;
     // at a significance of zero, beyond all numbers

@@ -1,5 +1,5 @@
 //! A calibration carried to navigation: the covariance of its parameters becomes one of the unit's errors, and that one
-//! of navigation errors, by the linear signatures and by Monte Carlo beside them.
+//! of navigation errors, by the linear signatures, and by Monte Carlo for comparison.
 #![allow(
     clippy::indexing_slicing,
     reason = "`combine` has compared the matrix with its order; the sources' covariance is square over `sources`, with one scale and one eigenvalue each"
@@ -147,7 +147,7 @@ fn check_covariance(order: &[String], matrix: &[Vec<Option<f64>>]) -> Result<()>
 }
 
 impl SourceCovariance {
-    /// Standard uncertainties of the navigation errors by the signatures: `P = S Sigma S^T`, and the noise's own.
+    /// Standard uncertainties of the navigation errors by the signatures: `P = S Sigma S^T`, and that of the noise.
     pub fn propagate(&self, signatures: &Signatures) -> NavigationUncertainty {
         let all = ErrorSource::catalogue();
         let columns: Vec<_> = self

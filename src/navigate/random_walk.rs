@@ -1,12 +1,12 @@
-//! A random walk that a mission does not state, as it was found (`wander.rs`).
+//! A random walk that a mission does not state (`unstated_walk.rs` looks for one).
 
 use super::cause::Cause;
 use super::errors::{ImuErrors, Instrument};
 use super::mission::Mission;
 
-/// A random walk found.
+/// Such a random walk.
 #[derive(Debug, Clone)]
-pub(super) struct Wander {
+pub(super) struct UnstatedWalk {
     pub cause: Cause,
     /// Its density, SI.
     pub density: f64,
@@ -19,7 +19,7 @@ pub(super) struct Wander {
     pub others: Vec<(Cause, f64, f64)>,
 }
 
-impl Wander {
+impl UnstatedWalk {
     /// The mission with it, where a mission can state it.
     pub fn stated(&self, mission: &Mission) -> Option<Mission> {
         let Cause::RandomWalk(instrument) = self.cause else { return None };

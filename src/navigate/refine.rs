@@ -2,11 +2,12 @@
 
 use super::case::{Case, Flown};
 use super::cause::Cause;
+use super::gap::Gap;
 use super::products::{Products, Solved};
-use super::random_walk::Wander;
+use super::random_walk::UnstatedWalk;
 use super::weighed::Weighed;
 use crate::diagnosis::NoiseFrom;
-use crate::linear::{dot, normalise};
+use crate::linear::dot;
 use std::cell::RefCell;
 use std::rc::Rc;
 
@@ -14,7 +15,7 @@ use std::rc::Rc;
 const STEPS: usize = 25;
 /// A refinement has settled when no cause moves by more than this share of its standard uncertainty.
 const SETTLED: f64 = 0.02;
-/// or where the linear model promises to take off no more than this share of the sum of squares.
+/// or where the linear model predicts a reduction of the sum of squares by no more than this share.
 const FLAT: f64 = 1e-6;
 /// Damping of a Gauss-Newton step (Levenberg and Marquardt), shares of each column's square: the least and the most.
 const LEAST_DAMPED: f64 = 1e-6;
@@ -33,23 +34,23 @@ pub(super) struct State {
     pub out: Vec<usize>,
     pub rss: f64,
     pub settled: bool,
-    /// ln p of its set, and is no set more probable? Before they are judged, minus infinity and no.
+    /// ln p of its set, and is no set more probable? Before it is judged, minus infinity and no.
     pub value: f64,
-    pub stands: bool,
-    /// Of a state that a walk has ended with: the probability of each cause, and is it likelier than not that more than noise is left?
+    pub is_best: bool,
+    /// Of the last state of a search: the probability of each cause, and is it likelier than not that more than noise remains?
     pub each: Vec<f64>,
     pub outside: bool,
 }
 
-/// One look of the walk, for the record.
+/// One step of the search, for the record.
 pub(super) struct Seen {
     pub set: Vec<Cause>,
     pub strongest: Option<(Cause, f64)>,
     pub p: Option<f64>,
 }
 
-/// A walk through sets of causes.
-pub(super) struct Walk<'a> {
+/// A search through sets of causes.
+pub(super) struct Search<'a> {
     pub case: Case<'a>,
     pub u: &'a [f64],
     /// Penalty of each cause, and how many are distinct.
@@ -62,7 +63,7 @@ pub(super) struct Walk<'a> {
     /// All ordinary causes together, refined.
     pub ordinary: Option<State>,
     /// A random walk that the mission does not state and that has been added to it.
-    pub wander: Option<Wander>,
+    pub unstated: Option<UnstatedWalk>,
     /// The part of the whole that is being done: its start and its end, shares.
     pub part: (f64, f64),
     /// The question in fewer rows.
@@ -70,37 +71,49 @@ pub(super) struct Walk<'a> {
     pub progress: &'a mut Progress<'a>,
 }
 
-/// What is told of a long search: the share that is done, about, and what is being tried.
+/// Reports of a long search: the approximate share that is done, and what is being tried.
 pub(super) type Progress<'a> = dyn FnMut(f64, &str) + 'a;
 
-impl<'a> Walk<'a> {
+impl<'a> Search<'a> {
     pub fn new(
         case: Case<'a>,
         u: &'a [f64],
         (penalty, distinct): (f64, usize),
         progress: &'a mut Progress<'a>,
-    ) -> Walk<'a> {
-        let (seen, flights, moved, ordinary, wander, weighed) = (Vec::new(), 0, 0, None, None, RefCell::new(None));
-        Walk { case, u, penalty, distinct, seen, flights, moved, ordinary, wander, part: (0.0, 1.0), weighed, progress }
+    ) -> Search<'a> {
+        Search {
+            case,
+            u,
+            penalty,
+            distinct,
+            seen: Vec::new(),
+            flights: 0,
+            moved: 0,
+            ordinary: None,
+            unstated: None,
+            part: (0.0, 1.0),
+            weighed: RefCell::new(None),
+            progress,
+        }
     }
 
-    /// Tell that a set is being tried, in the given round of the present part.
-    pub fn tell(&mut self, round: usize, set: &[Cause]) {
+    /// Report that a set is being tried, in the given round of the present part.
+    pub fn report(&mut self, round: usize, set: &[Cause]) {
         let names: Vec<String> = set.iter().map(Cause::id).collect();
-        // how many rounds there will be nobody knows: each takes a share of what is left
+        // the number of rounds is not known: each takes a share of what remains
         let (start, end) = self.part;
         let share = end - (end - start) * 0.7_f64.powf(round as f64);
         (self.progress)(share, &names.join(" + "));
     }
 
-    /// The question as it stands, in fewer rows.
+    /// The present question in fewer rows.
     pub fn weighed(&self, out: &[usize]) -> Rc<Weighed> {
-        if let Some(own) = self.weighed.borrow().as_ref().filter(|own| own.is_of(&self.case, out)) {
-            return own.clone();
+        if let Some(weighed) = self.weighed.borrow().as_ref().filter(|weighed| weighed.is_of(&self.case, out)) {
+            return weighed.clone();
         }
-        let own = Rc::new(Weighed::new(&self.case, self.u, out));
-        *self.weighed.borrow_mut() = Some(own.clone());
-        own
+        let weighed = Rc::new(Weighed::new(&self.case, self.u, out));
+        *self.weighed.borrow_mut() = Some(weighed.clone());
+        weighed
     }
 
     /// Gauss-Newton on the full simulation, damped where a step does not lead down; `None` where the set is not independent or cannot be flown.
@@ -124,11 +137,10 @@ impl<'a> Walk<'a> {
         let mut damping = least;
         for _ in 0..STEPS {
             let mut columns = flown.jacobian.clone();
-            columns.push(self.case.left(&flown.predicted));
+            columns.push(self.case.residual(&flown.predicted));
             self.case.weigh(self.u, out, &mut columns);
             let residual = columns.pop()?;
-            let norms: Vec<f64> = columns.iter_mut().map(|column| normalise(column)).collect();
-            let products = Products::of(columns, &residual);
+            let (products, norms) = Products::normalised(columns, &residual);
             let all: Vec<usize> = (0..set.len()).collect();
             let of = |solved: &Solved| -> Vec<f64> {
                 solved.values.iter().zip(&norms).map(|(x, norm)| if *norm > 0.0 { x / norm } else { 0.0 }).collect()
@@ -141,7 +153,7 @@ impl<'a> Walk<'a> {
                 .enumerate()
                 .map(|(k, (row, norm))| row.get(k).map_or(f64::NAN, |v| v.max(0.0).sqrt() / norm))
                 .collect();
-            // where the noise is what is left, its size counts, not one
+            // noise that is estimated from the residuals has their size, not one
             let size = if self.case.from == NoiseFrom::Residuals {
                 (rss / residual.len().max(1) as f64).sqrt().max(1e-3)
             } else {
@@ -170,17 +182,16 @@ impl<'a> Walk<'a> {
             (values, rss, flown) = (trial, after, next);
             damping = if damping > LEAST_DAMPED { (0.1 * damping).max(least) } else { least };
         }
-        let (set, out) = (set.to_vec(), out.to_vec());
         Some(State {
-            set,
+            set: set.to_vec(),
             values,
             u,
             flown,
-            out,
+            out: out.to_vec(),
             rss,
             settled,
             value: f64::NEG_INFINITY,
-            stands: false,
+            is_best: false,
             each: Vec::new(),
             outside: false,
         })
@@ -191,7 +202,7 @@ impl<'a> Walk<'a> {
     pub fn approach(&mut self, set: &[Cause], out: &[usize]) -> Vec<f64> {
         let mut values = vec![0.0; set.len()];
         let cells: Vec<f64> = self.case.measured.cells().map(|cell| cell.time).collect();
-        let last = cells.iter().fold(0.0_f64, |last, time| last.max(*time));
+        let last = self.case.measured.last_time();
         for part in [16.0, 8.0, 4.0, 2.0] {
             let kept: Vec<bool> = cells.iter().map(|time| *time <= last / part).collect();
             let mut early = self.case.measured.clone();
@@ -204,18 +215,27 @@ impl<'a> Walk<'a> {
             let place = |at: &usize| kept.iter().take(*at).filter(|kept| **kept).count();
             let out: Vec<usize> = out.iter().filter(|at| kept.get(**at) == Some(&true)).map(place).collect();
             let mut nobody = |_: f64, _: &str| {};
-            let mut walk = Walk::new(case, &u, (self.penalty, self.distinct), &mut nobody);
-            if let Some(state) = walk.descend(set, &values, &out, LEAST_DAMPED) {
+            let mut search = Search::new(case, &u, (self.penalty, self.distinct), &mut nobody);
+            if let Some(state) = search.descend(set, &values, &out, LEAST_DAMPED) {
                 values = state.values;
             }
-            self.flights += walk.flights;
+            self.flights += search.flights;
         }
         values
     }
 
+    /// A state refined with these single values left out.
+    pub fn leaving_out(&mut self, state: State, out: &[usize]) -> Option<State> {
+        if state.out == out { Some(state) } else { self.refine(&state.set, &state.values, out) }
+    }
+
+    /// What a state leaves of the gap.
+    pub fn gap_of(&self, state: &State) -> Gap {
+        self.case.gap(&self.case.residual(&state.flown.predicted), self.u, &state.out, state.set.len())
+    }
+
     fn rss(&self, flown: &Flown, out: &[usize]) -> f64 {
-        let mut left = [self.case.left(&flown.predicted)];
-        self.case.weigh(self.u, out, &mut left);
-        dot(&left[0], &left[0])
+        let white = self.case.whitened(self.case.residual(&flown.predicted), self.u, out);
+        dot(&white, &white)
     }
 }

@@ -1,4 +1,4 @@
-//! The gap by channel and in time: how large, how it goes in time, and what pattern it has where nothing explains it.
+//! The gap by channel and in time: its size, its course in time, and its pattern where nothing explains it.
 
 use super::measured::{CHANNEL_NAMES, CHANNELS, Cell as Value, Measured};
 use super::mission::Mission;
@@ -18,7 +18,7 @@ pub struct ChannelGap {
     pub before: (f64, f64),
     /// The same after.
     pub after: (f64, f64),
-    /// Standard uncertainty of a value (root mean square): stated, or estimated from what is left.
+    /// Standard uncertainty of a value (root mean square): stated, or estimated from the residuals.
     pub u: f64,
 }
 

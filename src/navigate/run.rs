@@ -1,4 +1,4 @@
-//! A mission flown: rows of navigation errors as they come, and what is left of each scenario at the end.
+//! A mission flown: rows of navigation errors as they come, and the outcome of each scenario at the end.
 //!
 //! Rows go to a sink one at a time, so that memory does not depend on the duration.
 
@@ -18,7 +18,7 @@ pub struct Scenario {
     pub errors: ImuErrors,
 }
 
-/// What a navigator has wrong.
+/// The errors of a navigator.
 ///
 /// Attitude is the *phi* angle: the navigator's level frame is the true one turned by the small rotation `phi`, so that
 /// its attitude is `C' = (I - phi x) C`. Velocity and position are computed minus true.
@@ -61,7 +61,7 @@ pub struct Summary {
     pub rms: f64,
 }
 
-/// What is left of one scenario.
+/// The outcome of one scenario.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outcome {
     /// The scenario's name.
@@ -151,7 +151,7 @@ pub fn fly(
     fly_to(mission, motion, scenarios, &mut |done| done + mission.steps_per_row, sink)
 }
 
-/// The same with rows after steps of one's own: `next` gives the next row's step, from that of the row before (an even
+/// The same with rows at any steps: `next` gives the next row's step, from that of the row before (an even
 /// number, as the navigator takes samples in pairs).
 pub fn fly_to(
     mission: &Mission,

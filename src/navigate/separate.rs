@@ -1,12 +1,12 @@
-//! Motions that would tell an error from its aliases: the signatures under other motions, beside those at hand.
+//! Motions that would discriminate an error from its aliases: the signatures under other motions, in addition to those of the data.
 //!
-//! If the error has the size that was found, and its alias is fitted to the present data and to a further run together, what remains is
+//! If the error has the estimated size, and its alias is fitted to the present data and to a further run together, the norm of the residuals is
 //!
 //! ```text
 //! D = |x| * |(1 - P_{others, alias}) c|,     c: the error's weighted column of both runs
 //! ```
 //!
-//! standard deviations long. A motion tells where `D` is five or more.
+//! standard deviations. A motion discriminates where `D` is five or more.
 
 use super::cause::Cause;
 use super::errors::ErrorSource;
@@ -31,13 +31,13 @@ const ROWS: usize = 120;
 /// Step for motions at rest, s.
 const AT_REST: f64 = 2.0;
 
-/// A motion, and the columns of a run of it beside the present data.
+/// A motion, and the columns of a further run of it.
 struct Alternative {
     motion: Motion,
     columns: Vec<Vec<f64>>,
 }
 
-/// Name the motions for each finding that has aliases.
+/// Find the motions for each finding that has aliases.
 pub(super) fn separate(
     mission: &Mission,
     measured: &Measured,
@@ -54,8 +54,8 @@ pub(super) fn separate(
     let index = |source: &ErrorSource| sources.iter().position(|other| other == source);
     let alternatives = alternatives(mission, measured, u)?;
     for finding in findings {
-        let Some(own) = finding.source.constant() else { continue };
-        let others: Vec<Cause> = set.iter().copied().filter(|cause| *cause != own).collect();
+        let Some(error) = finding.source.constant() else { continue };
+        let others: Vec<Cause> = set.iter().copied().filter(|cause| *cause != error).collect();
         let aliases: Vec<ErrorSource> = finding
             .aliases
             .iter()
@@ -63,28 +63,27 @@ pub(super) fn separate(
             .filter_map(|alias| alias.source.constant())
             .collect();
         for alternative in &alternatives {
-            // what changes in time or is the reference's need not come again in a further run
+            // changes in time and faults of the reference need not recur in a further run
             let column = |cause: &Cause| -> Vec<f64> {
                 let rows = alternative.columns.first().map_or(0, Vec::len);
                 let further = cause.constant().and_then(|source| index(&source));
                 let further = further.and_then(|j| alternative.columns.get(j)).cloned();
-                // what changes in time has no column in a further run, as said above
                 present(cause).into_iter().chain(further.unwrap_or_else(|| vec![0.0; rows])).collect()
             };
-            let told: Vec<(ErrorSource, f64)> = aliases
+            let discriminated: Vec<(ErrorSource, f64)> = aliases
                 .iter()
                 .map(|source| {
                     let alias = Cause::Constant(*source);
                     let basis: Vec<Vec<f64>> = others.iter().chain([&alias]).map(column).collect();
-                    (*source, finding.value.abs() * left(column(&Cause::Constant(own)), basis))
+                    (*source, finding.value.abs() * norm_outside(column(&Cause::Constant(error)), basis))
                 })
                 .filter(|(_, sigmas)| *sigmas >= tells)
                 .collect();
-            if !told.is_empty() {
+            if !discriminated.is_empty() {
                 finding.separate_by.push(DiscriminatingMotion {
                     motion: alternative.motion.clone(),
-                    by: told.iter().fold(f64::INFINITY, |least, (_, sigmas)| least.min(*sigmas)),
-                    tells: told.into_iter().map(|(source, _)| source).collect(),
+                    by: discriminated.iter().fold(f64::INFINITY, |least, (_, sigmas)| least.min(*sigmas)),
+                    tells: discriminated.into_iter().map(|(source, _)| source).collect(),
                 });
             }
         }
@@ -95,14 +94,14 @@ pub(super) fn separate(
 }
 
 /// Norm of a column outside the span of others.
-fn left(mut column: Vec<f64>, others: Vec<Vec<f64>>) -> f64 {
+fn norm_outside(mut column: Vec<f64>, others: Vec<Vec<f64>>) -> f64 {
     let basis = orthonormal(others, 1e-18);
     project(&mut column, &basis);
     project(&mut column, &basis);
     norm(&column)
 }
 
-/// Further runs with the channels, the times and the noise of the first one at hand.
+/// Further runs with the channels, the times and the noise of the first run of the data.
 fn alternatives(mission: &Mission, measured: &Measured, u: &[f64]) -> Result<Vec<Alternative>> {
     let Some(first) = measured.runs.first() else { return Ok(Vec::new()) };
     let mut noise = [None; CHANNELS];
@@ -112,7 +111,7 @@ fn alternatives(mission: &Mission, measured: &Measured, u: &[f64]) -> Result<Vec
         }
     }
     let every = first.rows.len().div_ceil(ROWS).max(1);
-    // fewer rows, each as good as those that it stands for; random walks do not average out so
+    // fewer rows, each as precise as the mean of those that it represents; random walks do not average out so
     let counts = if mission.errors.is_noisy() { 1.0 } else { (every as f64).sqrt() };
     let noise = noise.map(|u| u.map(|u: f64| u / counts));
     let mut alternatives = Vec::new();
@@ -120,7 +119,7 @@ fn alternatives(mission: &Mission, measured: &Measured, u: &[f64]) -> Result<Vec
         let mut flown = mission.clone();
         flown.motion = motion.clone();
         if motion.path == Path::Stays && motion.fastest_rate() == 0.0 {
-            // nothing changes at rest but Schuler's oscillation, which seconds are short against
+            // at rest nothing is faster than Schuler's oscillation, against which seconds are short
             flown.step_s = mission.step_s.max(AT_REST);
             flown.steps = 2 * number::count_u64((0.5 * mission.duration() / flown.step_s).ceil());
         }
@@ -129,9 +128,9 @@ fn alternatives(mission: &Mission, measured: &Measured, u: &[f64]) -> Result<Vec
             run.push(0, MeasuredRow { time: row.time, value: noise.map(|u| u.map(|_| 0.0)), u: noise });
         }
         // without stated uncertainties all rows of a channel weigh alike
-        let own: Vec<f64> = run.cells().map(|cell| cell.u.unwrap_or(1.0)).collect();
+        let row_u: Vec<f64> = run.cells().map(|cell| cell.u.unwrap_or(1.0)).collect();
         let System { mut columns, walks } = System::new(&flown, &run);
-        whiten(&run, &walks, &own, &mut columns);
+        whiten(&run, &walks, &row_u, &mut columns);
         alternatives.push(Alternative { motion, columns });
     }
     Ok(alternatives)
@@ -139,7 +138,7 @@ fn alternatives(mission: &Mission, measured: &Measured, u: &[f64]) -> Result<Vec
 
 /// Motions worth trying, the simplest first: those of the mission that are not in the data, turned headings, tilts, a swing, legs.
 fn motions(mission: &Mission, measured: &Measured) -> Vec<Motion> {
-    let at_hand: Vec<&Motion> =
+    let present: Vec<&Motion> =
         measured.runs.iter().map(|run| super::signatures::motion(mission, run.motion)).collect();
     let yaw = mission.motion.attitude.yaw.mean;
     let angle = |mean: f64, degrees: f64, period: f64, phase: f64| Oscillation {
@@ -172,7 +171,7 @@ fn motions(mission: &Mission, measured: &Measured) -> Vec<Motion> {
     tried.push(Motion::legs(legs));
     let mut kept: Vec<Motion> = Vec::new();
     for motion in tried {
-        let new = !at_hand.contains(&&motion) && !kept.contains(&motion);
+        let new = !present.contains(&&motion) && !kept.contains(&motion);
         if new && mission.clone().beside(motion.clone()).is_ok() {
             kept.push(motion);
         }

@@ -9,12 +9,12 @@ use crate::diagnosis;
 pub struct Settings {
     /// Significance, and the probabilities from which a cause is named and suspected: as for a campaign.
     pub common: diagnosis::Settings,
-    /// Share of the significance that is spent on the test of all that is left: it sees what no cause explains. Default 0.2; of what the walk needs to
-    /// add a cause all is counted in its penalty.
+    /// Share of the significance that is spent on the global test of the residuals: it detects what no cause explains. Default 0.2; what the search needs
+    /// to add a cause is counted in its penalty.
     pub whole_share: f64,
-    /// Share spent on serial patterns beside a random walk. Default 0.2.
+    /// Share spent on serial patterns in the innovations of a random walk. Default 0.2.
     pub serial_share: f64,
-    /// Explanations whose sums of squares differ by less, in variances of the noise, are not told apart. Default 9: three standard deviations of the
+    /// Explanations whose sums of squares differ by less, in variances of the noise, are not distinguished. Default 9: three standard deviations of the
     /// difference of one parameter (Wilks).
     pub indistinguishable: f64,
     /// Plausibility penalty of one rank of the causes, in variances of the noise. Default 2: a nat; biases come before scale factors, these before
@@ -28,17 +28,16 @@ pub struct Settings {
     pub changing: usize,
     /// Largest share of the rows that single wrong values may make up. Default 0.05.
     pub singles: f64,
-    /// What a single wrong value costs beside the penalty of a cause, in variances of the noise. Default 4.
+    /// Additional penalty of a single wrong value to that of a cause, in variances of the noise. Default 4.
     pub single_penalty: f64,
-    /// A value whose bend against its neighbours in time is so many times their usual one stands out. Default 8: robust standard deviations of a
-    /// second difference.
+    /// A value is an outlier where its second difference in time is so many robust standard deviations of its channel's. Default 8.
     pub stands_out: f64,
-    /// Share of the significance at which a value is out of its own standard uncertainty where noise alone is left. Default 0.1.
+    /// Share of the significance at which a single value is rejected by its standard uncertainty where noise alone remains. Default 0.1.
     pub single_share: f64,
-    /// Standard deviations by which innovations of a channel may differ from their size, or remember one another, beside a random walk. Default
+    /// Standard deviations by which the variance of a channel's innovations, or their serial correlation, may differ from white noise. Default
     /// 4.5: none of some hundred tests in a hundred diagnoses.
     pub white: f64,
-    /// A motion tells a cause from its alias where it leaves so many standard deviations of it. Default 5.
+    /// A motion discriminates a cause from its alias where so many standard deviations of the cause remain. Default 5.
     pub tells: f64,
 }
 
@@ -74,7 +73,7 @@ impl Settings {
         Settings { common: diagnosis::Settings::at(significance), ..Settings::default() }
     }
 
-    /// Level of the test of all that is left.
+    /// Level of the global test of the residuals.
     pub(super) fn whole(&self) -> f64 {
         self.whole_share * self.common.significance
     }

@@ -1,8 +1,8 @@
-//! The time of a step or a warm-up and the period of a wave, finer than the grid of candidates.
+//! The time of a step or a warm-up and the period of a wave, refined between the points of the grid of candidates.
 
 use super::cause::{Cause, Change};
 use super::products::INDEPENDENT;
-use super::refine::{State, Walk};
+use super::refine::{Search, State};
 use super::weighed::Weighed;
 use crate::linear::{dot, project};
 use std::rc::Rc;
@@ -23,7 +23,7 @@ pub(super) enum By {
 }
 
 impl By {
-    /// The time near `start` at which `try_at` gives least, finer and finer, with what it gives there; `None` where it gives nothing at the start.
+    /// The time near `start` at which `try_at` is least, on ever finer grids, with its value there; `None` where it has none at the start.
     pub(super) fn finest<T>(self, start: f64, try_at: impl Fn(f64) -> Option<(f64, T)>) -> Option<(f64, T)> {
         let (mut best, mut time, mut width) = (try_at(start)?, start, 1.0);
         for _ in 0..LEVELS {
@@ -33,8 +33,8 @@ impl By {
                 if !(trial > 0.0 && trial.is_finite()) {
                     continue;
                 }
-                if let Some(own) = try_at(trial).filter(|(own, _)| *own < best.0) {
-                    (best, time) = (own, trial);
+                if let Some(better) = try_at(trial).filter(|(least, _)| *least < best.0) {
+                    (best, time) = (better, trial);
                 }
             }
             width *= 1.5 / f64::from(PARTS);
@@ -52,10 +52,10 @@ impl By {
     }
 }
 
-impl Walk<'_> {
+impl Search<'_> {
     /// The time of a step, a warm-up or a wave is one of a coarse grid: the best one near it, on the linear model, finer and finer. Was any moved?
     pub(super) fn sharpen(&self, state: &State, set: &mut [Cause], values: &mut [f64]) -> bool {
-        let steps = self.case.causes.iter().filter_map(|own| match own {
+        let steps = self.case.causes.iter().filter_map(|cause| match cause {
             Cause::Changing(_, Change::Step(time)) => Some(*time),
             _ => None,
         });
@@ -69,60 +69,52 @@ impl Walk<'_> {
         if rows.short.is_short() {
             rows = Rc::new(Weighed::whole(&self.case, self.u, &state.out));
         }
-        let shortest =
-            last / rows.short.measured.runs.iter().map(|run| run.rows.len()).max().unwrap_or(1).max(1) as f64;
-        let (own, laid) = self.laid(state, &rows);
-        let member = |cause: &Cause| state.set.iter().position(|own| own == cause);
+        let shortest = last / rows.short.measured.longest_run().max(1) as f64;
+        let (columns, observed) = self.linearised(state, &rows);
+        let member = |cause: &Cause| state.set.iter().position(|other| other == cause);
         let column = |cause: &Cause| {
-            let kept = member(cause).and_then(|k| own.get(k));
+            let kept = member(cause).and_then(|k| columns.get(k));
             kept.cloned().unwrap_or_else(|| rows.of(&self.case, cause))
         };
         let mut moved = false;
         for k in 0..set.len() {
             let Some(&kind) = set.get(k) else { continue };
-            let (start, by) = match kind {
-                Cause::Changing(_, Change::Step(time)) | Cause::Reference(_, Some(Change::Step(time))) => {
-                    (time, By::Shift(spacing))
-                }
-                Cause::Changing(_, Change::WarmUp(time)) => (time.max(shortest), By::Factor(3f64.ln())),
-                Cause::Changing(_, Change::Wave { period, .. })
-                | Cause::Reference(_, Some(Change::Wave { period, .. })) => (period, By::HalfWave(last)),
+            let (start, by) = match kind.change() {
+                Some(Change::Step(time)) => (time, By::Shift(spacing)),
+                Some(Change::WarmUp(time)) => (time.max(shortest), By::Factor(3f64.ln())),
+                Some(Change::Wave { period, .. }) => (period, By::HalfWave(last)),
                 _ => continue,
-            };
-            let make = |time: f64| match kind {
-                Cause::Changing(source, Change::WarmUp(_)) => Cause::Changing(source, Change::WarmUp(time)),
-                Cause::Changing(source, _) => Cause::Changing(source, Change::Step(time)),
-                Cause::Reference(channel, _) => Cause::Reference(channel, Some(Change::Step(time))),
-                other => other,
             };
             // what the others leave
             let fixed = set.iter().enumerate().filter(|(i, _)| *i != k).map(|(_, cause)| column(cause));
-            let others = rows.beside(fixed, laid.clone());
+            let others = rows.given(fixed, observed.clone());
             let (basis, residual) = &others;
             let square = dot(residual, residual);
-            // a cause beside the others: what it leaves, and its size
-            let beside = |cause: &Cause| -> Option<(f64, f64)> {
-                let mut own = column(cause);
-                let whole = dot(&own, &own);
-                project(&mut own, basis);
-                let left = dot(&own, &own);
-                let along = dot(&own, residual);
-                (left > INDEPENDENT * whole).then(|| (square - along * along / left, along / left))
+            // a cause given the others: the residual sum of squares, and its size
+            let fitted = |cause: &Cause| -> Option<(f64, f64)> {
+                let mut projected = column(cause);
+                let whole = dot(&projected, &projected);
+                project(&mut projected, basis);
+                let outside = dot(&projected, &projected);
+                let along = dot(&projected, residual);
+                (outside > INDEPENDENT * whole).then(|| (square - along * along / outside, along / outside))
             };
             // the best of its kind with this time
             let try_at = |time: f64| -> Option<(f64, (f64, Cause))> {
-                // what is over between two rows is no course of time that they show
-                if matches!(by, By::Factor(_)) && time < shortest {
-                    return None;
-                }
-                if let By::HalfWave(_) = by {
-                    let wave = rows.wave(&kind, time, &others)?;
-                    return Some((square - wave.gain, (wave.size, wave.cause)));
-                }
-                let cause = make(time);
-                beside(&cause).map(|(left, size)| (left, (size, cause)))
+                let change = match by {
+                    By::HalfWave(_) => {
+                        let wave = rows.wave(&kind, time, &others)?;
+                        return Some((square - wave.gain, (wave.size, wave.cause)));
+                    }
+                    // a change that is over between two rows is not visible in them
+                    By::Factor(_) if time < shortest => return None,
+                    By::Factor(_) => Change::WarmUp(time),
+                    By::Shift(_) => Change::Step(time),
+                };
+                let cause = kind.with_change(change)?;
+                fitted(&cause).map(|(rss, size)| (rss, (size, cause)))
             };
-            let Some((before, _)) = beside(&kind) else { continue };
+            let Some((before, _)) = fitted(&kind) else { continue };
             let Some((rss, (value, sharper))) = by.finest(start, try_at) else { continue };
             if before - rss > 0.5
                 && let (Some(cause), Some(size)) = (set.get_mut(k), values.get_mut(k))

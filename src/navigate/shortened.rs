@@ -1,10 +1,10 @@
-//! A long record in fewer rows, in which causes are looked for: what is found is fitted to all of them.
+//! A long record in fewer rows, in which causes are searched for: the findings are fitted to all rows.
 
 use super::instant::Instant;
 use super::measured::{CHANNELS, Measured, MeasuredRow};
 
-/// Values of a question at most, about: they bound the work. Of seven channels these are two hundred rows; what goes with time, and is neither noise nor a
-/// single value, does so over more than a hundredth of the run.
+/// Values of a question at most, about: they bound the work. Of seven channels these are two hundred rows; a course of time that is neither noise nor a
+/// single value lasts longer than a hundredth of the run.
 const VALUES: usize = 1500;
 
 /// Means over the rows of equal stretches of time, weighted by their uncertainties.
@@ -20,7 +20,7 @@ pub(super) struct Shortened {
 }
 
 impl Shortened {
-    /// `u` holds the standard uncertainty of each value, of those that are left out one beside which all others are nothing.
+    /// `u` holds the standard uncertainty of each value; for values that are left out it is so large that their weight vanishes.
     pub fn new(measured: &Measured, u: &[f64]) -> Shortened {
         Shortened::of(measured, u, VALUES)
     }
@@ -33,7 +33,7 @@ impl Shortened {
     /// Of no more than so many values, about.
     fn of(measured: &Measured, u: &[f64], most: usize) -> Shortened {
         let share = measured.count().div_ceil(most).max(1) as f64;
-        let mut own = Shortened {
+        let mut short = Shortened {
             measured: Measured { runs: Vec::new(), left_out: measured.left_out },
             u: Vec::new(),
             cells: Vec::new(),
@@ -53,19 +53,19 @@ impl Shortened {
                     let present = cells.iter_mut().zip(&row.value).filter(|(_, value)| value.is_some());
                     present.for_each(|(cells, _)| cells.extend(at.next()));
                 }
-                let mean = |cells: &Vec<usize>| (!cells.is_empty()).then(|| own.weight(cells).sqrt().recip());
+                let mean = |cells: &Vec<usize>| (!cells.is_empty()).then(|| short.weight(cells).sqrt().recip());
                 let u: [Option<f64>; CHANNELS] = std::array::from_fn(|c| cells.get(c).and_then(mean));
                 let time = chunk.iter().map(|row| row.time).sum::<f64>() / chunk.len() as f64;
                 // the values themselves are among the columns
                 rows.push(MeasuredRow { time, value: u.map(|u| u.map(|_| 0.0)), u });
                 counts.push(chunk.len());
-                own.u.extend(u.iter().flatten());
-                own.cells.extend(cells.into_iter().filter(|cells| !cells.is_empty()));
+                short.u.extend(u.iter().flatten());
+                short.cells.extend(cells.into_iter().filter(|cells| !cells.is_empty()));
             }
-            own.measured.runs.push(super::measured::Run { motion: run.motion, rows });
-            own.rows.push(counts);
+            short.measured.runs.push(super::measured::Run { motion: run.motion, rows });
+            short.rows.push(counts);
         }
-        own
+        short
     }
 
     /// Are there fewer rows than were measured?
@@ -91,19 +91,19 @@ impl Shortened {
 
     /// Of what was made for each row of a run, the means.
     pub fn means<T: Clone>(&self, run: usize, all: &[T], mean: impl Fn(&[T]) -> T) -> Vec<T> {
-        let mut left = all;
+        let mut remaining = all;
         let mut means = Vec::new();
         for count in self.rows.get(run).into_iter().flatten() {
-            let Some((chunk, rest)) = left.split_at_checked(*count) else { break };
+            let Some((chunk, tail)) = remaining.split_at_checked(*count) else { break };
             means.push(if let [one] = chunk { one.clone() } else { mean(chunk) });
-            left = rest;
+            remaining = tail;
         }
         means
     }
 
     /// The same of what all runs do at their rows.
     pub fn instants(&self, all: &[Vec<Instant>]) -> Vec<Vec<Instant>> {
-        all.iter().enumerate().map(|(run, own)| self.means(run, own, Instant::mean)).collect()
+        all.iter().enumerate().map(|(run, instants)| self.means(run, instants, Instant::mean)).collect()
     }
 
     /// Values of which nothing but what is left out is the mean.

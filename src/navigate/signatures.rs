@@ -1,8 +1,8 @@
 //! The design matrix of measured navigation errors: one row for each value, one column for each error source; and the full
 //! simulation at the same instants.
 //!
-//! Columns come from [`linear`], which integrates all 46 signatures in one pass. One simulation for each source would differ by what
-//! is of second order in the errors, and costs six times as much; predictions, which must be right to second order, are simulated
+//! Columns come from [`linear`], which integrates all 46 signatures in one pass. One simulation for each source would differ by
+//! terms of second order in the errors, and costs six times as much; predictions, which must be right to second order, are simulated
 //! in full ([`run`]). Values between two pairs of steps are interpolated (the pairs are a fiftieth of a second apart at 100 Hz).
 
 use super::errors::{ErrorSource, ImuErrors};
@@ -80,25 +80,27 @@ impl Stops {
 /// All signatures of one motion at some times, in rising order, s.
 pub fn instants(mission: &Mission, motion: &Motion, times: &[f64]) -> Vec<Instant> {
     let stops = Stops::new(mission, times.iter().copied());
-    let mut found = Vec::with_capacity(stops.steps.len());
-    linear::propagate_to(mission, motion, &mut |done| stops.next(done), &mut |own| {
-        let (wanted, next) = stops.at(mission, own.time);
+    let mut at_stops = Vec::with_capacity(stops.steps.len());
+    linear::propagate_to(mission, motion, &mut |done| stops.next(done), &mut |row| {
+        let (wanted, next) = stops.at(mission, row.time);
         if wanted {
-            let of = |state: &State| channels(&own.error(state));
-            found.push(Instant { signatures: own.states.iter().map(of).collect(), walk: walk(&own.noise, own.metres) });
+            let of = |state: &State| channels(&row.error(state));
+            at_stops
+                .push(Instant { signatures: row.states.iter().map(of).collect(), walk: walk(&row.noise, row.metres) });
         }
         next
     });
-    stops.interpolate(&found, |a, b, share| {
-        let mix = |a: &Channels, b: &Channels| -> Channels {
-            let mut mixed = *a;
-            mixed.iter_mut().zip(b).for_each(|(a, b)| *a += share * (b - *a));
-            mixed
-        };
+    stops.interpolate(&at_stops, |a, b, share| {
         let mut walk = a.walk;
-        walk.iter_mut().zip(&b.walk).for_each(|(row, other)| *row = mix(row, other));
-        Instant { signatures: a.signatures.iter().zip(&b.signatures).map(|(a, b)| mix(a, b)).collect(), walk }
+        walk.iter_mut().zip(&b.walk).for_each(|(row, other)| *row = mix(row, other, share));
+        Instant { signatures: a.signatures.iter().zip(&b.signatures).map(|(a, b)| mix(a, b, share)).collect(), walk }
     })
+}
+
+fn mix(a: &Channels, b: &Channels, share: f64) -> Channels {
+    let mut mixed = *a;
+    mixed.iter_mut().zip(b).for_each(|(a, b)| *a += share * (b - *a));
+    mixed
 }
 
 /// A covariance of states as one of channels.
@@ -118,7 +120,6 @@ fn walk(noise: &Square, metres: [f64; 2]) -> [Channels; CHANNELS] {
 /// The full simulation of one motion without noise, at some times in rising order, s.
 pub fn predicted(mission: &Mission, motion: &Motion, errors: &ImuErrors, times: &[f64]) -> Vec<Channels> {
     let mut all = predicted_together(mission, motion, std::slice::from_ref(errors), times);
-    // one set of errors, one flight
     // one set of errors, one prediction
     all.pop().unwrap_or_default()
 }
@@ -131,22 +132,17 @@ pub fn predicted_together(
     times: &[f64],
 ) -> Vec<Vec<Channels>> {
     let stops = Stops::new(mission, times.iter().copied());
-    let mut found: Vec<Vec<Channels>> = vec![Vec::with_capacity(stops.steps.len()); errors.len()];
-    let scenario = |own: &ImuErrors| Scenario { id: String::new(), errors: own.noiseless() };
+    let mut at_stops: Vec<Vec<Channels>> = vec![Vec::with_capacity(stops.steps.len()); errors.len()];
+    let scenario = |errors: &ImuErrors| Scenario { id: String::new(), errors: errors.noiseless() };
     let scenarios: Vec<Scenario> = errors.iter().map(scenario).collect();
     run::fly_to(mission, motion, &scenarios, &mut |done| stops.next(done), &mut |row| {
         let (wanted, next) = stops.at(mission, row.truth.time);
         if wanted {
-            found.iter_mut().zip(row.errors).for_each(|(list, error)| list.push(channels(error)));
+            at_stops.iter_mut().zip(row.errors).for_each(|(list, error)| list.push(channels(error)));
         }
         next
     });
-    let mix = |a: &Channels, b: &Channels, share: f64| {
-        let mut mixed = *a;
-        mixed.iter_mut().zip(b).for_each(|(a, b)| *a += share * (b - *a));
-        mixed
-    };
-    found.iter().map(|own| stops.interpolate(own, mix)).collect()
+    at_stops.iter().map(|series| stops.interpolate(series, mix)).collect()
 }
 
 /// The measured values as one system: a row for each, by run, time and channel.
@@ -163,7 +159,7 @@ pub(super) fn times(measured: &Measured) -> Vec<Vec<f64>> {
     measured.runs.iter().map(|run| run.rows.iter().map(|row| row.time).collect()).collect()
 }
 
-/// The motion of a run; the mission's own where there is none of this number.
+/// The motion of a run; the first of the mission where there is none of this number.
 pub(super) fn motion(mission: &Mission, index: usize) -> &Motion {
     study::motions(mission).get(index).map_or(&mission.motion, |(_, motion)| motion)
 }
@@ -200,9 +196,9 @@ pub(super) fn predictions(mission: &Mission, measured: &Measured, errors: &[ImuE
     let mut values = vec![Vec::with_capacity(measured.count()); errors.len()];
     for (run, times) in measured.runs.iter().zip(times(measured)) {
         let flown = predicted_together(mission, motion(mission, run.motion), errors, &times);
-        for (list, own) in values.iter_mut().zip(flown) {
-            for (row, own) in run.rows.iter().zip(&own) {
-                list.extend(row.value.iter().zip(own).filter(|(value, _)| value.is_some()).map(|(_, own)| *own));
+        for (list, series) in values.iter_mut().zip(flown) {
+            for (row, channels) in run.rows.iter().zip(&series) {
+                list.extend(row.value.iter().zip(channels).filter(|(value, _)| value.is_some()).map(|(_, v)| *v));
             }
         }
     }

@@ -1,6 +1,6 @@
 //! Many scenarios of one motion side by side: eight navigators to a group, as many to a register as the machine has.
 //!
-//! The motion is common to all lanes, so its increments are made once per block; every lane then applies its own errors
+//! The motion is common to all lanes, so its increments are made once per block; every lane then applies its errors
 //! and mechanises. Which instructions are used is decided at run time (`pulp`): a portable binary runs AVX2 and FMA
 //! where they exist, and plain arithmetic elsewhere. One thread; the groups of a block run one after another while its
 //! increments are in the first-level cache.
@@ -125,16 +125,16 @@ impl Group {
         };
         for lane in 0..GROUP {
             let errors = chunk.get(lane).copied().unwrap_or_default(); // fewer units than lanes: a perfect one, which nobody reads
-            let own = believed(truth, &errors.start, altitude_m);
+            let start_state = believed(truth, &errors.start, altitude_m);
             let triads = [scaled(&errors.gyro, step), scaled(&errors.accelerometer, step)].concat();
             // an increment of velocity times the drift is an increment of angle
             let columns = triads.into_iter().chain(errors.drift.iter().flatten().copied());
             for (slot, value) in group.memory.errors.iter_mut().zip(columns) {
                 slot[lane] = value;
             }
-            // The navigator remembers what its own unit reported before the start.
+            // The navigator remembers what its unit reported before the start.
             let past = measured(&errors, past, step);
-            for (slot, value) in group.memory.state.iter_mut().zip(own) {
+            for (slot, value) in group.memory.state.iter_mut().zip(start_state) {
                 slot[lane] = value;
             }
             for (slot, value) in group.memory.reported[0].iter_mut().zip(past) {

@@ -1,6 +1,6 @@
 //! All scenarios of a mission in all its motions, and what each error source does in one motion against another.
 //!
-//! The mission's own motion is the reference (at rest, in the papers); each motion beside it is compared with it by the
+//! The mission's first motion is the reference (at rest, in the papers); each other motion is compared with it by the
 //! ratio of root mean squares over the mission.
 
 use super::errors::{ErrorSource, ImuErrors};
@@ -15,7 +15,7 @@ use crate::vocabulary::vocabulary;
 /// Rows kept of each motion for plots and reports, whatever the mission's duration.
 pub const KEPT: u64 = 400;
 
-/// The scenario without errors: what is left is the navigator's own, of its algorithm and rounding.
+/// The scenario without errors: what remains is the numerical error of the navigator, of its algorithm and rounding.
 pub const PERFECT: &str = "perfect_unit";
 
 vocabulary! {
@@ -176,16 +176,20 @@ pub fn fly(
     all
 }
 
-/// What no comparison can see below: the navigator's own errors (tilt, azimuth, velocity, position; SI) in a motion.
-///
-/// Rounding of the attitude in every pair of steps adds up to `steps * eps` at worst; it is felt as a tilt, of `sqrt(g R)` in velocity and
-/// `R` in position. What the perfect unit shows counts where it is more.
-pub fn floors(mission: &Mission, flown: &Flown) -> [f64; 4] {
+/// So many times the rounding of a mission, in tilt, azimuth, velocity and position: that of the attitude in every pair of steps adds up to `steps * eps` at
+/// worst, and a tilt becomes `sqrt(g R)` times as much velocity and `R` times as much position.
+fn rounding(mission: &Mission, times: f64) -> [f64; 4] {
     let rounding = mission.steps as f64 * f64::EPSILON;
+    [1.0, 1.0, 7.9e3, 6.4e6].map(|scale| times * scale * rounding)
+}
+
+/// The least errors that a comparison can resolve: the numerical errors of the navigator (tilt, azimuth, velocity, position; SI) in a motion.
+///
+/// Rounding, or three times the errors with a perfect unit where these are larger.
+pub fn floors(mission: &Mission, flown: &Flown) -> [f64; 4] {
     let perfect = flown.flight.outcomes.iter().find(|outcome| outcome.id == PERFECT);
-    let own = perfect.map_or([0.0; 4], sizes);
-    let felt = [1.0, 1.0, 7.9e3, 6.4e6].map(|scale| scale * rounding);
-    together(felt, own, |felt, own| felt.max(3.0 * own))
+    let numerical = perfect.map_or([0.0; 4], sizes);
+    together(rounding(mission, 1.0), numerical, |felt, numerical| felt.max(3.0 * numerical))
 }
 
 /// Tilt, azimuth, velocity and position of two lists, one by one.
@@ -199,7 +203,7 @@ fn sizes(outcome: &Outcome) -> [f64; 4] {
     [outcome.tilt.rms, outcome.azimuth.rms, outcome.velocity.rms, outcome.position.rms]
 }
 
-/// Every motion against the first, scenario by scenario; nothing where the first motion's error is the navigator's own.
+/// Every motion against the first, scenario by scenario; nothing where the error in the first motion is the numerical one of the navigator.
 pub fn ratios(mission: &Mission, flown: &[Flown]) -> Vec<Ratio> {
     let Some((reference, others)) = flown.split_first() else { return Vec::new() };
     let floors = floors(mission, reference);
@@ -218,7 +222,7 @@ pub fn ratios(mission: &Mission, flown: &[Flown]) -> Vec<Ratio> {
     ratios
 }
 
-/// A motion in which the navigator's own error is no longer small against that of its unit.
+/// A motion in which the numerical error of the navigator is no longer small against that of its unit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Unresolved {
     /// The motion.
@@ -232,20 +236,18 @@ pub struct Unresolved {
 /// Motions beyond what the navigator's step resolves: a perfect unit leaves more than a tenth of what all errors together do, and more than
 /// rounding.
 pub fn unresolved(mission: &Mission, flown: &[Flown]) -> Vec<Unresolved> {
-    let rounding = mission.steps as f64 * f64::EPSILON;
     let periods: Vec<f64> = motions(mission).into_iter().map(|(_, motion)| motion.shortest_period()).collect();
-    let mut found = Vec::new();
-    for (own, period) in flown.iter().zip(periods) {
-        let of = |id: &str| own.flight.outcomes.iter().find(|outcome| outcome.id == id).map(sizes);
+    let mut unresolved = Vec::new();
+    for (motion, period) in flown.iter().zip(periods) {
+        let of = |id: &str| motion.flight.outcomes.iter().find(|outcome| outcome.id == id).map(sizes);
         let (Some(perfect), Some(all)) = (of(PERFECT), of("all")) else { continue };
-        let felt = [1.0, 1.0, 7.9e3, 6.4e6].map(|scale| 10.0 * scale * rounding);
-        let beyond = together(perfect, felt, |own, felt| own > felt);
-        let counts = together(perfect, all, |own, all| !(own <= 0.1 * all));
+        let beyond = together(perfect, rounding(mission, 10.0), |perfect, felt| perfect > felt);
+        let counts = together(perfect, all, |perfect, all| !(perfect <= 0.1 * all));
         if together(beyond, counts, |a, b| a && b).contains(&true) {
-            found.push(Unresolved { motion: own.motion.clone(), own: perfect, period });
+            unresolved.push(Unresolved { motion: motion.motion.clone(), own: perfect, period });
         }
     }
-    found
+    unresolved
 }
 
 /// Carry a covariance of error sources along each motion of a mission.

@@ -14,6 +14,7 @@ use super::motion::{Attitude, Motion, Oscillation, Path, Stage};
 use super::quadrature::{MAX_STEPS, NODES, Quadrature};
 use crate::number;
 use std::f64::consts::TAU;
+use std::sync::Arc;
 
 /// One quantity at the nodes of a block.
 pub type AtNodes = [f64; NODES];
@@ -65,13 +66,13 @@ pub struct Trajectory {
     longest: usize,
     /// Parts of a step that are integrated one by one, for a motion faster than the steps.
     parts: usize,
-    /// A second part of a block, on its way.
-    rest: Block,
+    /// Memory for the second part of a block.
+    second: Block,
     done: u64,
     steps: u64,
     latitude_rad: f64,
     longitude_rad: f64,
-    rules: Vec<Quadrature>,
+    rules: Vec<Arc<Quadrature>>,
     values: Box<NodeValues>,
     constant: bool,
 }
@@ -84,7 +85,7 @@ impl Trajectory {
             Path::Stays => (Vec::new(), 0.0),
             Path::Legs(legs) => (legs.schedule(end), legs.heading),
         };
-        // A block spans a tenth of the shortest period, and 0.64 s at the most (the navigator's own curvature terms
+        // A block spans a tenth of the shortest period, and 0.64 s at the most (the navigator's curvature terms
         // are linear over a block).
         let span = (0.1 * motion.shortest_period()).min(0.64);
         let longest = 2 * number::count((0.5 * span / mission.step_s).round()).clamp(1, MAX_STEPS / 2);
@@ -103,7 +104,7 @@ impl Trajectory {
             heading,
             longest,
             parts,
-            rest: Block::default(),
+            second: Block::default(),
             done: 0,
             steps: mission.steps,
             latitude_rad: mission.site.latitude_rad,
@@ -156,19 +157,19 @@ impl Trajectory {
     /// Advance by one block of at most `limit` steps (an even number) and fill `block` with its increments; a leg that ends between two
     /// samples of a pair parts the block, not the pair.
     ///
-    /// Inlined into its caller, so that it is compiled for the vector instructions that were found at run time.
+    /// Inlined into its caller, so that it is compiled for the vector instructions that are detected at run time.
     #[inline(always)]
     pub fn advance(&mut self, limit: u64, block: &mut Block) {
         self.advance_smooth(limit, block);
         while block.steps % 2 == 1 && block.steps < MAX_STEPS && self.done < self.steps {
             let room = (MAX_STEPS - block.steps) as u64;
-            let mut rest = std::mem::take(&mut self.rest);
-            self.advance_smooth(limit.saturating_sub(block.steps as u64).clamp(1, room), &mut rest);
-            for (row, own) in block.increments.iter_mut().zip(rest.increments.iter()) {
-                row[block.steps..].iter_mut().zip(&own[..rest.steps]).for_each(|(slot, value)| *slot = *value);
+            let mut second = std::mem::take(&mut self.second);
+            self.advance_smooth(limit.saturating_sub(block.steps as u64).clamp(1, room), &mut second);
+            for (row, part) in block.increments.iter_mut().zip(second.increments.iter()) {
+                row[block.steps..].iter_mut().zip(&part[..second.steps]).for_each(|(slot, value)| *slot = *value);
             }
-            block.steps += rest.steps;
-            self.rest = rest;
+            block.steps += second.steps;
+            self.second = second;
         }
     }
 
@@ -196,41 +197,36 @@ impl Trajectory {
         if self.parts > 0 {
             return self.fill_by_parts(start, block);
         }
-        let rules = self.rules_for(steps);
-        if let Some(rule) = rules.iter().find(|rule| rule.steps == steps) {
-            let span = steps as f64 * self.step;
-            self.evaluate(rule, start, span);
-            integrate(rule, &self.values, span, block);
-        }
-        self.rules = rules;
+        let rule = self.rule(steps);
+        let span = steps as f64 * self.step;
+        self.evaluate(&rule, start, span);
+        integrate(&rule, &self.values, span, block);
     }
 
-    /// The rules, with that for so many steps among them; they must be given back.
-    fn rules_for(&mut self, steps: usize) -> Vec<Quadrature> {
-        let mut rules = std::mem::take(&mut self.rules);
-        if !rules.iter().any(|rule| rule.steps == steps) {
-            rules.push(Quadrature::new(steps));
+    /// The rule for so many steps, made once.
+    fn rule(&mut self, steps: usize) -> Arc<Quadrature> {
+        if let Some(rule) = self.rules.iter().find(|rule| rule.steps == steps) {
+            return rule.clone();
         }
-        rules
+        let rule = Arc::new(Quadrature::new(steps));
+        self.rules.push(rule.clone());
+        rule
     }
 
     /// Increments of a motion that is faster than the steps: each step as the sum of parts that are short against it.
     fn fill_by_parts(&mut self, start: f64, block: &mut Block) {
-        let rules = self.rules_for(1);
-        if let Some(rule) = rules.iter().find(|rule| rule.steps == 1) {
-            let span = self.step / self.parts as f64;
-            let mut part = Block::default();
-            for step in 0..block.steps {
-                let mut sums = [0.0; 6];
-                for k in 0..self.parts {
-                    self.evaluate(rule, start + self.step * step as f64 + span * k as f64, span);
-                    integrate(rule, &self.values, span, &mut part);
-                    sums.iter_mut().zip(part.increments.iter()).for_each(|(sum, row)| *sum += row[0]);
-                }
-                block.increments.iter_mut().zip(sums).for_each(|(row, sum)| row[step] = sum);
+        let rule = self.rule(1);
+        let span = self.step / self.parts as f64;
+        let mut part = Block::default();
+        for step in 0..block.steps {
+            let mut sums = [0.0; 6];
+            for k in 0..self.parts {
+                self.evaluate(&rule, start + self.step * step as f64 + span * k as f64, span);
+                integrate(&rule, &self.values, span, &mut part);
+                sums.iter_mut().zip(part.increments.iter()).for_each(|(sum, row)| *sum += row[0]);
             }
+            block.increments.iter_mut().zip(sums).for_each(|(row, sum)| row[step] = sum);
         }
-        self.rules = rules;
     }
 
     /// What the last block looked like at its nodes.
@@ -271,7 +267,7 @@ impl Trajectory {
         rotate_to_body(&self.attitude, turn, rule, start, span, &frame, &force, &mut self.values);
     }
 
-    /// Along the heading: latitude at the nodes by Picard iteration on its own integral, then rates and forces.
+    /// Along the heading: latitude at the nodes by Picard iteration on its integral, then rates and forces.
     fn travel(
         &mut self,
         rule: &Quadrature,

@@ -10,7 +10,7 @@ use std::rc::Rc;
 
 /// A question in fewer rows: its columns weighed and of unit norm, with their norms; the same for every state with the same values left out.
 pub(super) struct Weighed {
-    /// Of these raw columns and random walks.
+    /// The raw columns and random walks from which it was made.
     raw: Rc<Vec<Vec<f64>>>,
     columns: Rc<Columns>,
     out: Vec<usize>,
@@ -20,15 +20,17 @@ pub(super) struct Weighed {
     pub unit: Vec<(Rc<Vec<f64>>, f64)>,
 }
 
+/// A column of unit norm, and its norm before.
+pub(super) fn unit(mut column: Vec<f64>) -> (Rc<Vec<f64>>, f64) {
+    let norm = normalise(&mut column);
+    (Rc::new(column), norm)
+}
+
 impl Weighed {
     pub fn new(case: &Case<'_>, u: &[f64], out: &[usize]) -> Weighed {
-        let mut own = Weighed::of_rows(case, Shortened::new(case.measured, &case.without(u, out)), out);
-        let unit = |mut column: Vec<f64>| {
-            let norm = normalise(&mut column);
-            (Rc::new(column), norm)
-        };
-        own.unit = own.rows(case.raw.iter()).into_iter().map(unit).collect();
-        own
+        let mut weighed = Weighed::of_rows(case, Shortened::new(case.measured, &case.without(u, out)), out);
+        weighed.unit = weighed.rows(case.raw.iter()).into_iter().map(unit).collect();
+        weighed
     }
 
     /// In all rows, without the columns of unit norm: for the few columns of a set.
@@ -48,9 +50,9 @@ impl Weighed {
 
     /// Columns over all values in these rows, weighed.
     pub fn rows<'b>(&self, columns: impl Iterator<Item = &'b Vec<f64>>) -> Vec<Vec<f64>> {
-        let mut own: Vec<Vec<f64>> = columns.map(|column| self.short.column(column)).collect();
-        self.weigh(&mut own);
-        own
+        let mut weighed: Vec<Vec<f64>> = columns.map(|column| self.short.column(column)).collect();
+        self.weigh(&mut weighed);
+        weighed
     }
 
     /// Columns over these rows, weighed.
@@ -60,13 +62,13 @@ impl Weighed {
 
     /// The weighed column of a cause that need not be one of the question's.
     pub fn of(&self, case: &Case<'_>, cause: &Cause) -> Vec<f64> {
-        let mut own = [match case.causes.iter().position(|own| own == cause).and_then(|j| case.raw.get(j)) {
+        let mut column = [match case.causes.iter().position(|other| other == cause).and_then(|j| case.raw.get(j)) {
             Some(raw) => self.short.column(raw),
             None => self.made.of(cause),
         }];
-        self.weigh(&mut own);
-        let [own] = own;
-        own
+        self.weigh(&mut column);
+        let [column] = column;
+        column
     }
 
     /// Places of the values that are left out.

@@ -6,9 +6,9 @@
 //! e = (y - h z) / (h P h^T + u^2)^(1/2)                                 (one channel after another)
 //! ```
 //!
-//! A bias that walks at random (rate random walk) is a state of its own beside the channels: what it is at `s` does until `t` what a constant bias does
-//! from `s` on, `S(t) - A S(s)`, and what it gains on the way, of variance `q (t - s)`, acts on the channels for what is left of the way: in the
-//! mean of a short way in proportion, `q B B^T (t - s)/3` and `q B (t - s)/2` with the bias, `B = S(t) - A S(s)`.
+//! A bias that walks at random (rate random walk) is a further state: its value at `s` acts until `t` as a constant bias does from `s` on, by
+//! `B = S(t) - A S(s)`. Its increment in between, of variance `q (t - s)`, acts on the channels for the time that remains; over a short interval in
+//! proportion, so that the channels get the covariance `q B B^T (t - s)/3`, and `q B (t - s)/2` with the bias.
 //!
 //! `Psi` holds the signatures of the start, `W` the covariance of the random walks ([`linear`](super::linear)). Least squares on
 //! innovations is generalised least squares on the data (Kailath, Sayed and Hassibi, *Linear Estimation*, 2000, chapter 9).
@@ -17,13 +17,11 @@
     reason = "matrices and vectors over the seven channels, indexed by `from_fn` and loops over that length"
 )]
 
-use super::errors::{ErrorSource, Instrument, Kind};
-use super::instant::Instant;
+use super::errors::ErrorSource;
+use super::instant::{Instant, Matrix, SIZE, scaled};
 use super::measured::{CHANNELS, Measured};
 use crate::elements::Elements;
 use nalgebra::SMatrix;
-
-type Matrix = SMatrix<f64, CHANNELS, CHANNELS>;
 
 /// Random walks of the unit.
 #[derive(Debug, Clone, Default)]
@@ -57,8 +55,7 @@ pub(super) fn whiten(measured: &Measured, walks: &Walks, u: &[f64], columns: &mu
 
 /// The filter over the channels alone, or over the channels and the biases: `N` states.
 fn filtered<const N: usize>(measured: &Measured, walks: &Walks, u: &[f64], columns: &mut [Vec<f64>]) -> f64 {
-    let first_start = ErrorSource::all().len();
-    let places = bias_places();
+    let places = ErrorSource::bias_indices();
     let mut at = 0;
     let mut size = 0.0;
     for (run, instants) in measured.runs.iter().zip(&walks.instants) {
@@ -69,7 +66,7 @@ fn filtered<const N: usize>(measured: &Measured, walks: &Walks, u: &[f64], colum
         let mut time_before = 0.0;
         for (row, instant) in run.rows.iter().zip(instants) {
             let walk = Matrix::from_fn(|i, j| instant.walk[i][j]);
-            let psi = Matrix::from_fn(|i, j| instant.signatures.get(first_start + j).map_or(0.0, |s| s[i]));
+            let psi = instant.start();
             let across = transition(&psi, &psi_before);
             let grown = walk - across * walk_before * across.transpose();
             let mut a = SMatrix::<f64, N, N>::identity();
@@ -84,12 +81,12 @@ fn filtered<const N: usize>(measured: &Measured, walks: &Walks, u: &[f64], colum
                 a.view_mut((0, CHANNELS), (CHANNELS, BIASES)).copy_from(&felt);
                 let span = row.time - time_before;
                 for (j, density) in walks.biases.iter().enumerate() {
-                    let own = felt.column(j).into_owned();
-                    let both = own * own.transpose() * (density * span / 3.0);
+                    let effect = felt.column(j).into_owned();
+                    let both = effect * effect.transpose() * (density * span / 3.0);
                     let mut corner = q.view_mut((0, 0), (CHANNELS, CHANNELS));
                     corner += both;
                     for i in 0..CHANNELS {
-                        let half = 0.5 * density * span * own[i];
+                        let half = 0.5 * density * span * effect[i];
                         q[(i, CHANNELS + j)] += half;
                         q[(CHANNELS + j, i)] += half;
                     }
@@ -123,41 +120,30 @@ fn filtered<const N: usize>(measured: &Measured, walks: &Walks, u: &[f64], colum
     size
 }
 
-/// Random walks along other errors than those that `old` was made for: what comes on the way from row to row stays, `Q = W(t) - A W(s) A^T`; how it goes on
-/// from there is told by the signatures of `new`, which are derivatives around those errors.
+/// Random walks along other errors than those that `old` was made for: the covariance added from row to row is the same, `Q = W(t) - A W(s) A^T`; its
+/// propagation follows the signatures of `new`, which are derivatives around those errors.
 pub(super) fn carried(old: &[Instant], new: &[Instant]) -> Vec<Instant> {
-    let first_start = ErrorSource::all().len();
-    let psi = |instant: &Instant| Matrix::from_fn(|i, j| instant.signatures.get(first_start + j).map_or(0.0, |s| s[i]));
-    let (mut before, mut own_before) = ((Matrix::identity(), Matrix::zeros()), (Matrix::identity(), Matrix::zeros()));
+    let (mut before, mut moved_before) = ((Matrix::identity(), Matrix::zeros()), (Matrix::identity(), Matrix::zeros()));
     old.iter()
         .zip(new)
         .map(|(old, new)| {
             let walk = Matrix::from_fn(|i, j| old.walk[i][j]);
-            let across = transition(&psi(old), &before.0);
+            let across = transition(&old.start(), &before.0);
             let grown = walk - across * before.1 * across.transpose();
-            before = (psi(old), walk);
-            let across = transition(&psi(new), &own_before.0);
-            let walk = across * own_before.1 * across.transpose() + grown;
-            own_before = (psi(new), walk);
+            before = (old.start(), walk);
+            let across = transition(&new.start(), &moved_before.0);
+            let walk = across * moved_before.1 * across.transpose() + grown;
+            moved_before = (new.start(), walk);
             let walk = std::array::from_fn(|i| std::array::from_fn(|j| walk[(i, j)]));
             Instant { signatures: new.signatures.clone(), walk }
         })
         .collect()
 }
 
-/// Places of the biases in the catalogue.
-fn bias_places() -> Vec<usize> {
-    let is_bias = |source: &ErrorSource| source.kind == Kind::Bias && source.instrument != Instrument::Start;
-    ErrorSource::catalogue().iter().enumerate().filter(|(_, source)| is_bias(source)).map(|(k, _)| k).collect()
-}
-
 /// `Psi(t) Psi(s)^-1`, with channels scaled to a size near one another.
 fn transition(psi: &Matrix, before: &Matrix) -> Matrix {
-    // metres, metres per second and radians of one Schuler oscillation
-    let size = [1.0, 1.0, 1.0, 7.9e3, 7.9e3, 6.4e6, 6.4e6];
-    let scaled = |m: &Matrix| Matrix::from_fn(|i, j| m[(i, j)] * size[j] / size[i]);
     let ratio = scaled(before).transpose().lu().solve(&scaled(psi).transpose()).map(|x| x.transpose());
     // the first of a run has nothing before it
     let ratio = ratio.unwrap_or_else(Matrix::identity);
-    Matrix::from_fn(|i, j| ratio[(i, j)] * size[i] / size[j])
+    Matrix::from_fn(|i, j| ratio[(i, j)] * SIZE[i] / SIZE[j])
 }

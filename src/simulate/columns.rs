@@ -56,8 +56,8 @@ impl<'a> Table<'a> {
         line: &crate::algebra::Expression,
         rows: &[RowOrigin],
     ) -> Result<Option<Vec<f64>>> {
-        let Some(own) = self.campaign.bench.sensors.get(sensor) else { return Ok(None) };
-        let bound = SensorModel::bind(self.campaign, own, line)?;
+        let Some(entry) = self.campaign.bench.sensors.get(sensor) else { return Ok(None) };
+        let bound = SensorModel::bind(self.campaign, entry, line)?;
         let names = line.names();
         let readings = &self.campaign.readings;
         let used: Vec<usize> = (0..readings.columns.len())
@@ -103,7 +103,7 @@ impl<'a> Table<'a> {
 
     fn mean(&mut self, state: usize, smoothness: Smoothness, reading: &Reading, bound: &SensorModel) -> f64 {
         let Some((like, computed)) = self.states.get_mut(state) else { return 0.0 };
-        if !computed.iter().any(|(own, _)| *own == smoothness) {
+        if !computed.iter().any(|(known, _)| *known == smoothness) {
             let mut instants = Vec::new();
             for node in nodes(like, smoothness) {
                 kinematics(&self.campaign.bench, self.tilts, &node.instant, &mut self.at);
@@ -112,7 +112,7 @@ impl<'a> Table<'a> {
             }
             computed.push((smoothness, instants));
         }
-        let Some((_, instants)) = computed.iter().find(|(own, _)| *own == smoothness) else { return 0.0 };
+        let Some((_, instants)) = computed.iter().find(|(known, _)| *known == smoothness) else { return 0.0 };
         let mut mean = 0.0;
         for (node, kinematics) in instants {
             let context = Context { kinematics, instant: &node.instant, columns: &reading.columns, point: self.point };
@@ -158,7 +158,7 @@ pub fn columns(
         .collect()
 }
 
-/// The column of a regressor that no input says, for one sensor.
+/// The column of a regressor that is no function of inputs, for one sensor.
 pub(crate) fn indicator(campaign: &Campaign, rows: &[RowOrigin], regressor: &Regressor, sensor: usize) -> Vec<f64> {
     let value: Box<dyn Fn(usize) -> f64> = match regressor {
         Regressor::Position(label) => Box::new(|k: usize| {
@@ -190,7 +190,7 @@ pub(crate) fn indicator(campaign: &Campaign, rows: &[RowOrigin], regressor: &Reg
 }
 
 /// How fast a column changes at each reading: between the readings before and after, per second, or per reading where there is no time; 0
-/// where the column or the time is missing, or time stands still.
+/// where the column or the time is missing, or the time does not change.
 fn slopes(campaign: &Campaign, column: usize) -> Vec<f64> {
     let time = campaign.readings.columns.iter().position(|name| name == "time_s");
     let rows = &campaign.readings.rows;
@@ -205,7 +205,7 @@ fn slopes(campaign: &Campaign, column: usize) -> Vec<f64> {
         let slope = (value(after)? - value(before)?) / (at(after)? - at(before)?);
         slope.is_finite().then_some(slope)
     };
-    // a reading without value or time beside it: no slope is known, and the effect has no size there
+    // a neighbour without value or time: no slope is known, and the effect is zero there
     (0..rows.len()).map(|k| slope(k).unwrap_or(0.0)).collect()
 }
 

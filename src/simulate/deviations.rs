@@ -21,7 +21,7 @@ pub struct TrueScatter {
     pub tau: Option<f64>,
 }
 
-/// What deviations add to each row, and the standard deviation of its own noise. `sd` is that of the whole noise of each row.
+/// What deviations add to each row, and the standard deviation of the remaining noise of the row. `sd` is that of the whole noise of each row.
 ///
 /// Errors: a line whose size or correlation time neither the campaign nor the truth states.
 pub(super) fn deviations(
@@ -32,11 +32,11 @@ pub(super) fn deviations(
     seed: u64,
 ) -> Result<(Vec<f64>, Vec<f64>)> {
     let mut added = vec![0.0; design.rows.len()];
-    // a stream of its own: the same seed gives the same noise with and without scatter
+    // a separate stream: the same seed gives the same noise with and without scatter
     let mut random = Pcg64Mcg::seed_from_u64(seed ^ 0x5ca7_7e25_0000_0001);
     let stated = fit::stated_variances(campaign);
     for (k, (line, asked)) in fit::scatter_lines(campaign, design, sd).iter().zip(&campaign.scatter).enumerate() {
-        let told = truth.scatter.iter().find(|own| own.line == k);
+        let in_truth = truth.scatter.iter().find(|entry| entry.line == k);
         let missing = |what: &str| {
             Malformed::new(
                 Fault::Missing,
@@ -48,25 +48,26 @@ pub(super) fn deviations(
             ))
             .at_path(asked.place.clone())
         };
-        let size = match (told, &asked.size) {
-            (Some(own), _) => own.sd,
+        let size = match (in_truth, &asked.size) {
+            (Some(entry), _) => entry.sd,
             (None, Size::Estimated) => return Err(missing("the standard deviation")),
             (None, _) => stated.at(k).sqrt(),
         };
         let mut drawn: Vec<f64> = (0..line.levels()).map(|_| StandardNormal.sample(&mut random)).collect();
         if let Some(memory) = &line.memory {
-            let tau = told.and_then(|own| own.tau).or(memory.tau).ok_or_else(|| missing("the correlation time"))?;
+            let tau =
+                in_truth.and_then(|entry| entry.tau).or(memory.tau).ok_or_else(|| missing("the correlation time"))?;
             // in the order of time within each run; a level has one time and one run
             let levels = drawn.iter_mut().zip(memory.run.iter().zip(&memory.time));
             let mut order: Vec<(&mut f64, (&usize, &f64))> = levels.collect();
             order.sort_by(|(_, (run, time)), (_, (other, at))| run.cmp(other).then(time.total_cmp(at)));
             let mut before: Option<(usize, f64, f64)> = None;
-            for (own, (run, time)) in order {
+            for (deviation, (run, time)) in order {
                 if let Some((_, at, from)) = before.filter(|(before, ..)| before == run) {
-                    let left = (-(time - at).abs() / tau).exp();
-                    *own = left * from + (1.0 - left * left).sqrt() * *own;
+                    let retained = (-(time - at).abs() / tau).exp();
+                    *deviation = retained * from + (1.0 - retained * retained).sqrt() * *deviation;
                 }
-                before = Some((*run, *time, *own));
+                before = Some((*run, *time, *deviation));
             }
         }
         for felt in &line.felt {

@@ -54,7 +54,7 @@ pub struct DrawnNoise {
 /// A hidden effect: `coefficient * regressor`.
 #[derive(Debug, Clone)]
 pub struct Hidden {
-    /// What goes with the coefficient.
+    /// The factor of the coefficient.
     pub regressor: Regressor,
     /// Coefficient, in the sensor's unit for each unit of the regressor; radians for a tilt.
     pub value: f64,
@@ -79,10 +79,10 @@ impl Hidden {
                 campaign.parameters.get(*k).map(|p| p.unit.clone())
             }
             Regressor::Term(line) => {
-                let own = sensor.or(campaign.bench.sensors.first())?;
+                let any = sensor.or(campaign.bench.sensors.first())?;
                 let coefficient = Expression::parse("its_coefficient").ok()?;
                 let mut bench = campaign.bench.clone();
-                bench.sensors = vec![Sensor { model: coefficient.times(line), ..own.clone() }];
+                bench.sensors = vec![Sensor { model: coefficient.times(line), ..any.clone() }];
                 coefficient_unit(&bench, &campaign.readings.columns, "its_coefficient")
             }
             _ => sensor.map(|s| s.unit.clone()),
@@ -119,7 +119,7 @@ pub fn simulate(schedule: &Campaign, truth: &Truth, seed: u64) -> Result<Campaig
     for reading in &mut campaign.readings.rows {
         *reading = reading.unread();
     }
-    // the campaign says what is claimed of its inputs, the world has the true ones
+    // the campaign has the stated values of its inputs, the world the true ones
     let mut world = campaign.clone();
     for (parameter, value) in schedule.parameters.iter().zip(&point).filter(|(p, _)| p.kind == Kind::Input) {
         world.shift_input(&parameter.id, value - parameter.reference());
@@ -134,20 +134,21 @@ pub fn simulate(schedule: &Campaign, truth: &Truth, seed: u64) -> Result<Campaig
         .collect();
     let wanted: Vec<(&Regressor, Option<usize>)> = apart.iter().map(|h| (&h.regressor, h.sensor)).collect();
     let effects = columns(&world, &rows, &tilts, &point, &wanted)?;
-    // a sensor of which the truth says nothing has no noise
+    // a sensor without an entry in the truth has no noise
     let noise_of = |sensor: usize| truth.noise.get(sensor).copied().unwrap_or_default();
-    let own_sd: Vec<f64> = rows
+    let sd: Vec<f64> = rows
         .iter()
         .map(|origin| {
             let samples = campaign.readings.rows.get(origin.reading).map_or(1.0, |reading| reading.samples);
             noise_of(origin.sensor).sd / samples.sqrt()
         })
         .collect();
-    let (added, own_sd) = if campaign.scatter.is_empty() {
-        (vec![0.0; rows.len()], own_sd)
+    // where deviations are drawn by themselves, the noise is what remains of the standard deviation
+    let (added, noise_sd) = if campaign.scatter.is_empty() {
+        (vec![0.0; rows.len()], sd.clone())
     } else {
         let design = design::assemble(&campaign, &model, &point)?;
-        deviations::deviations(&campaign, &design, truth, &own_sd, seed)?
+        deviations::deviations(&campaign, &design, truth, &sd, seed)?
     };
     let mut generator = Pcg64Mcg::seed_from_u64(seed);
     let mut gradient = vec![0.0; campaign.parameters.len()];
@@ -158,8 +159,7 @@ pub fn simulate(schedule: &Campaign, truth: &Truth, seed: u64) -> Result<Campaig
         let noise = noise_of(origin.sensor);
         let z: f64 = StandardNormal.sample(&mut generator);
         let samples = campaign.readings.rows.get(origin.reading).map_or(1.0, |reading| reading.samples);
-        let sd = noise.sd / samples.sqrt();
-        value += added.at(i) + own_sd.at(i) * z;
+        value += added.at(i) + noise_sd.at(i) * z;
         if let Some(decimals) = noise.decimals {
             let scale = 10f64.powi(decimals.min(300) as i32);
             let rounded = (value * scale).round() / scale;
@@ -171,8 +171,8 @@ pub fn simulate(schedule: &Campaign, truth: &Truth, seed: u64) -> Result<Campaig
                 .expected("true values and effects within the range of a double")
                 .at_path(reading.place.clone()));
         }
-        // a schedule's own statement stands where the truth states nothing
-        let u = if noise.stated && noise.sd > 0.0 { Some(sd) } else { reading.stated_u(origin.sensor) };
+        // the uncertainty that the schedule states, where the truth states none
+        let u = if noise.stated && noise.sd > 0.0 { Some(sd.at(i)) } else { reading.stated_u(origin.sensor) };
         reading.observations.push(Observation { sensor: origin.sensor, value, u, samples });
     }
     for reading in &mut campaign.readings.rows {

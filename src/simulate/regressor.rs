@@ -1,4 +1,4 @@
-//! What an effect is proportional to: a term of the model line, or something about a reading that no input says.
+//! What an effect is proportional to: a term of the model line, or a property of a reading that is no input.
 
 use super::is_tilt;
 use crate::algebra::Expression;
@@ -52,9 +52,9 @@ impl Regressor {
         match text.split_once(':') {
             None => {
                 let line = Expression::parse(text)?;
-                for (k, own) in campaign.bench.sensors.iter().enumerate() {
+                for (k, entry) in campaign.bench.sensors.iter().enumerate() {
                     if sensor.is_none_or(|wanted| wanted == k) {
-                        SensorModel::bind(campaign, own, &line)?;
+                        SensorModel::bind(campaign, entry, &line)?;
                     }
                 }
                 Ok(Regressor::Term(line))
@@ -102,7 +102,7 @@ impl Regressor {
                     }
                 }
             }
-            Some(("approach", joint)) => match campaign.bench.joints().position(|own| own == joint) {
+            Some(("approach", joint)) => match campaign.bench.joints().position(|name| name == joint) {
                 Some(k) => Ok(Regressor::Approach(k)),
                 None => Err(unknown("joint", joint, campaign.bench.joints().collect())),
             },

@@ -1,16 +1,16 @@
-//! Causes of a gap: sets judged on the linear model at a state (`judged.rs`), the most probable one refined on the full simulation, and all judged again from
-//! there, until the set that stands is the most probable one.
+//! Causes of a gap: sets are judged on the linear model at a state (`judged.rs`), the most probable one is refined on the full simulation, and all are judged
+//! again from there, until the present set is the most probable one.
 
 use super::candidates::Linear;
 use super::case::Case;
-use super::cause::Cause;
+use super::cause::{Cause, Change};
 use super::errors::{Instrument, Kind};
 use super::judged::{Among, Judged};
 use super::products::{self, Products};
-use super::refine::{Seen, State, Walk};
-use super::weighed::Weighed;
+use super::refine::{Search, Seen, State};
+use super::weighed::{Weighed, unit};
 use crate::diagnosis::NoiseFrom;
-use crate::linear::{dot, normalise};
+use crate::linear::dot;
 use std::rc::Rc;
 
 /// Rounds of judging and refining, at most.
@@ -21,11 +21,11 @@ const FAR: f64 = 50.0;
 const BENT: (f64, f64) = (5.0, 0.02);
 /// so often at most.
 const MOST_MOVED: usize = 6;
-/// What gains less (ln) than this on the full simulation is no better, a tenth in the odds, which rounding and the ends of refinements make: it would run in circles.
+/// A gain (ln) of less than this on the full simulation is none: a tenth in the odds, as rounding and the ends of refinements make; the search would cycle.
 const GAIN: f64 = 0.1;
 
-impl<'a> Walk<'a> {
-    /// The best explanation, from nothing; where noise is not all that this leaves, from all biases that a unit has, and from these and what the start may have wrong.
+impl<'a> Search<'a> {
+    /// The best explanation, from the empty set; where that does not leave noise alone, from all biases of the unit, and from these and the attitude of the start.
     pub fn run(&mut self) -> Option<State> {
         let empty = self.refine(&[], &[], &[])?;
         let far = self.is_far(&empty);
@@ -73,7 +73,7 @@ impl<'a> Walk<'a> {
             Kind::Attitude => which == Ordinary::WithStart,
             _ => false,
         })[..];
-        self.tell(0, set);
+        self.report(0, set);
         let straight = if far { None } else { self.refine(set, &vec![0.0; set.len()], out) };
         if straight.as_ref().is_some_and(|state| state.settled) {
             return straight;
@@ -92,7 +92,7 @@ impl<'a> Walk<'a> {
             .min_by(|a, b| (!a.settled, a.rss).partial_cmp(&(!b.settled, b.rss)).unwrap_or(std::cmp::Ordering::Equal))
     }
 
-    /// Columns are the derivatives around the mission's errors; where a state is far from these, around the state. Were they?
+    /// Columns are the derivatives around the mission's errors; where a state is far from these, they are computed anew around the state. Were they?
     pub(super) fn relinearise(&mut self, state: &State) -> bool {
         if self.moved >= MOST_MOVED {
             return false;
@@ -119,18 +119,12 @@ impl<'a> Walk<'a> {
     /// Constants of some kinds that these data show.
     fn visible(&self, keep: impl Fn(Kind, Instrument) -> bool) -> Vec<Cause> {
         let of = |cause: &&Cause| cause.constant().is_some_and(|source| keep(source.kind, source.instrument));
-        let shown = |cause: &&Cause| {
-            let mut column = [self.case.raw_of(cause)];
-            self.case.weigh(self.u, &[], &mut column);
-            !self.case.is_invisible(cause, dot(&column[0], &column[0]).sqrt())
-        };
-        self.case.causes.iter().filter(of).filter(shown).copied().collect()
+        self.case.causes.iter().filter(of).filter(|cause| self.case.is_visible(cause, self.u)).copied().collect()
     }
 
-    /// Is nothing left but noise?
+    /// Does a state leave nothing but noise?
     pub fn is_complete(&self, state: &State) -> bool {
-        let left = self.case.left(&state.flown.predicted);
-        let gap = self.case.gap(&left, self.u, &state.out, state.set.len());
+        let gap = self.gap_of(state);
         let changing = state.set.iter().filter(|cause| !cause.is_constant()).count();
         let settings = &self.case.settings;
         state.settled && !state.outside && changing <= settings.changing && gap.p.is_none_or(|p| p > settings.whole())
@@ -138,7 +132,7 @@ impl<'a> Walk<'a> {
 
     /// Is a state complete, and no set more probable?
     fn is_finished(&self, state: &State) -> bool {
-        state.stands && self.is_complete(state)
+        state.is_best && self.is_complete(state)
     }
 
     fn record(&mut self, state: &State, linear: &Linear, now: &[usize]) {
@@ -147,37 +141,28 @@ impl<'a> Walk<'a> {
             let best = gains.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1))?;
             Some((*linear.causes.get(best.0)?, best.1.sqrt()))
         });
-        let left = self.case.left(&state.flown.predicted);
-        let p = self.case.gap(&left, self.u, &state.out, state.set.len()).p;
-        self.seen.push(Seen { set: state.set.clone(), strongest, p });
+        self.seen.push(Seen { set: state.set.clone(), strongest, p: self.gap_of(state).p });
     }
 
-    /// The linear model at a state: all causes, those of the set by their own derivatives, and some waves.
+    /// The linear model at a state: all causes, those of the set by their derivatives there, and some waves.
     pub fn linear(&self, state: &State, waves: &[Cause]) -> Linear {
         let mut causes = self.case.causes.clone();
-        for own in state.set.iter().chain(waves) {
-            if !causes.contains(own) {
-                causes.push(*own);
+        for extra in state.set.iter().chain(waves) {
+            if !causes.contains(extra) {
+                causes.push(*extra);
             }
         }
         let weighed = self.weighed(&state.out);
-        let (mut own, residual) = self.laid(state, &weighed);
+        let (mut derivatives, residual) = self.linearised(state, &weighed);
         let mut columns: Vec<Rc<Vec<f64>>> = Vec::with_capacity(causes.len());
         let mut norms = Vec::with_capacity(causes.len());
         for (j, cause) in causes.iter().enumerate() {
-            let member = state.set.iter().position(|own| own == cause).and_then(|k| own.get_mut(k));
+            let member = state.set.iter().position(|other| other == cause).and_then(|k| derivatives.get_mut(k));
             let (column, norm) = match (member, weighed.unit.get(j)) {
-                (Some(own), _) => {
-                    let norm = normalise(own);
-                    (Rc::new(std::mem::take(own)), norm)
-                }
-                (None, Some(own)) => own.clone(),
+                (Some(column), _) => unit(std::mem::take(column)),
+                (None, Some(kept)) => kept.clone(),
                 // a wave
-                (None, None) => {
-                    let mut own = weighed.of(&self.case, cause);
-                    let norm = normalise(&mut own);
-                    (Rc::new(own), norm)
-                }
+                (None, None) => unit(weighed.of(&self.case, cause)),
             };
             let seen = norm > 0.0 && !self.case.is_invisible(cause, norm);
             columns.push(if seen { column } else { Rc::new(vec![0.0; residual.len()]) });
@@ -186,16 +171,13 @@ impl<'a> Walk<'a> {
         Linear { causes, products: Products::new(columns, &residual), norms }
     }
 
-    /// Columns of a state's set, and what they and the noise are to explain, weighed in fewer rows.
-    pub(super) fn laid(&self, state: &State, rows: &Weighed) -> (Vec<Vec<f64>>, Vec<f64>) {
-        let mut laid = self.case.left(&state.flown.predicted);
-        for (column, value) in state.flown.jacobian.iter().zip(&state.values) {
-            laid.iter_mut().zip(column).for_each(|(y, c)| *y += c * value);
-        }
-        let mut own = rows.rows(state.flown.jacobian.iter().chain([&laid]));
+    /// Columns of a state's set, and the observations that they and the noise explain, weighed in fewer rows.
+    pub(super) fn linearised(&self, state: &State, rows: &Weighed) -> (Vec<Vec<f64>>, Vec<f64>) {
+        let observed = self.case.observed(&state.flown, &state.values);
+        let mut columns = rows.rows(state.flown.jacobian.iter().chain([&observed]));
         // it is the last
-        let residual = own.pop().unwrap_or_default();
-        (own, residual)
+        let residual = columns.pop().unwrap_or_default();
+        (columns, residual)
     }
 
     /// Judge and refine in turn, from a state. Where it is `careful`, sets grow by one cause at a time: what is far from linear may look like many.
@@ -206,9 +188,7 @@ impl<'a> Walk<'a> {
         for round in 0..ROUNDS {
             careful |= self.relinearise(&state);
             let out = self.single(&state);
-            if out != state.out {
-                state = self.refine(&state.set.clone(), &state.values.clone(), &out)?;
-            }
+            state = self.leaving_out(state, &out)?;
             let waves = self.likeliest_waves(&state);
             let linear = self.linear(&state, &waves);
             let now = linear.places(&state.set);
@@ -218,7 +198,7 @@ impl<'a> Walk<'a> {
             self.record(&state, &linear, &now);
             let better = judged.best(&now);
             let mut set: Vec<Cause> = better.iter().filter_map(|j| linear.causes.get(*j).copied()).collect();
-            // such a set can build any pattern: it is none that will be accepted
+            // such a set can build any pattern and will not be accepted
             if set.iter().filter(|cause| !cause.is_constant()).count() > 2 * self.case.settings.changing {
                 if careful {
                     break;
@@ -227,8 +207,7 @@ impl<'a> Walk<'a> {
                 continue;
             }
             let Some(solved) = linear.products.solve(&better) else { break };
-            let sized = |(j, x): (&usize, &f64)| linear.norms.get(*j).map_or(0.0, |norm| x / norm);
-            let mut values: Vec<f64> = better.iter().zip(&solved.values).map(sized).collect();
+            let mut values = linear.values(&better, &solved);
             let same = better.len() == now.len() && better.iter().all(|j| now.contains(j));
             let sharper = self.sharpen(&state, &mut set, &mut values);
             if (same && !sharper) || rejected.contains(&set) {
@@ -236,24 +215,24 @@ impl<'a> Walk<'a> {
                     careful = false;
                     continue;
                 }
-                state.stands = true;
+                state.is_best = true;
                 break;
             }
-            self.tell(round, &set);
+            self.report(round, &set);
             let refined = self.refine(&set, &values, &state.out).or_else(|| {
-                // too far for the linear model: from where the state stands
+                // too far for the linear model: from the values of the present state
                 let from = |cause: &Cause| {
-                    state.set.iter().zip(&state.values).find(|(own, _)| *own == cause).map_or(0.0, |(_, x)| *x)
+                    state.set.iter().zip(&state.values).find(|(member, _)| *member == cause).map_or(0.0, |(_, x)| *x)
                 };
                 let values: Vec<f64> = set.iter().map(from).collect();
                 self.refine(&set, &values, &state.out)
             });
-            let refined = refined.map(|own| self.valued(own));
-            match refined.filter(|own| own.value > state.value + GAIN) {
-                Some(own) => state = own,
-                // a change that is none on the full simulation
+            let refined = refined.map(|next| self.valued(next));
+            match refined.filter(|next| next.value > state.value + GAIN) {
+                Some(next) => state = next,
+                // no improvement on the full simulation
                 None if careful || same => {
-                    state.stands = true;
+                    state.is_best = true;
                     break;
                 }
                 None => {
@@ -265,8 +244,8 @@ impl<'a> Walk<'a> {
         Some(if self.is_complete(&state) { self.certain(state) } else { state })
     }
 
-    /// A state with only what is probable enough for a name beside all that may deviate: the least probable member goes first, and the others are judged
-    /// again without it. Where something deviates more probably than not, it has more left than noise.
+    /// A state with only the causes that are probable enough for a name when a remainder is possible: the least probable member goes first, and the others
+    /// are judged again without it. Where a remainder is more probable than not, the state leaves more than noise.
     fn certain(&mut self, mut state: State) -> State {
         loop {
             let linear = self.linear(&state, &self.likeliest_waves(&state));
@@ -280,7 +259,7 @@ impl<'a> Walk<'a> {
             set.remove(place);
             values.remove(place);
             match self.refine(&set, &values, &out) {
-                Some(less) => state = State { stands: state.stands, ..self.valued(less) },
+                Some(less) => state = State { is_best: state.is_best, ..self.valued(less) },
                 None => return state,
             }
         }
@@ -296,22 +275,22 @@ impl<'a> Walk<'a> {
 
     /// ln p of a state with its set, in all rows.
     fn value(&self, judged: &mut Judged, linear: &Linear, state: &State, set: &[usize]) -> f64 {
-        let own = judged.value(set);
+        let value = judged.value(set);
         if self.case.from != NoiseFrom::Stated {
-            return own;
+            return value;
         }
-        // fewer rows leave less
-        let left = linear.products.solve(set).map_or(state.rss, |solved| solved.rss);
+        // the residual sum of squares is less in fewer rows
+        let rss = linear.products.solve(set).map_or(state.rss, |solved| solved.rss);
         let single = 0.5 * (self.penalty + self.case.settings.single_penalty);
-        own + 0.5 * (left - state.rss) - single * state.out.len() as f64
+        value + 0.5 * (rss - state.rss) - single * state.out.len() as f64
     }
 }
 
-/// What a unit may always have.
+/// Errors that every unit may have.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Ordinary {
     Biases,
-    /// and what the start may have wrong in attitude.
+    /// and errors of the attitude at the start.
     WithStart,
 }
 
@@ -319,11 +298,11 @@ pub(super) enum Ordinary {
 pub(super) fn penalty(case: &Case<'_>, u: &[f64]) -> (f64, usize) {
     let weighed = Weighed::new(case, u, &[]);
     let (steps, others): (Vec<_>, Vec<_>) =
-        case.causes.iter().zip(&weighed.unit).partition(|(cause, _)| cause.is_step());
+        case.causes.iter().zip(&weighed.unit).partition(|(cause, _)| matches!(cause.change(), Some(Change::Step(_))));
     let shown = others.into_iter().filter(|(cause, (_, norm))| *norm > 0.0 && !case.is_invisible(cause, *norm));
     let seen: Vec<&Rc<Vec<f64>>> = shown.map(|(_, (column, _))| column).collect();
     let is_new =
-        |(i, own): &(usize, &&Rc<Vec<f64>>)| seen.iter().take(*i).all(|other| dot(own, other).abs() < 1.0 - 1e-6);
+        |(i, column): &(usize, &&Rc<Vec<f64>>)| seen.iter().take(*i).all(|other| dot(column, other).abs() < 1.0 - 1e-6);
     let distinct = steps.len() + seen.iter().enumerate().filter(is_new).count();
     (products::penalty(case.settings.common.significance, distinct), distinct)
 }

@@ -1,29 +1,30 @@
 //! A random walk that the mission does not state: angle random walk of the gyros, velocity random walk of the accelerometers, and walks of their
 //! biases (rate random walk, acceleration random walk; IEEE Std 952, 1293), of one axis or the same on each.
 //!
-//! With a walk of density `q` the innovations `e` of what some causes leave (see `whiten.rs`) have the likelihood
+//! With a walk of density `q` the innovations `e` of the residuals of some causes (see `whiten.rs`) have the likelihood
 //!
 //! ```text
 //! -2 ln L(q) = sum e^2 + sum ln(h P h^T + u^2)          (the causes fitted anew for each q)
 //! ```
 //!
-//! Long records are asked in fewer rows ([`shortened`](super::shortened)). A walk is named where it is far likelier than none and than every set of other causes, and where its innovations are white: of the right size
-//! in each channel, without memory from row to row. A pattern that is none is not: nothing else fits the sizes of seven channels with one number.
+//! Long records are judged in fewer rows ([`shortened`](super::shortened)). A walk is named where it is far likelier than none and than every set of other
+//! causes, and where its innovations are white: of unit variance in each channel, without correlation from row to row. Another pattern does not pass: one
+//! density has to fit the sizes of seven channels.
 
 use super::case::Case;
 use super::cause::{Cause, Change};
 use super::changing::Columns;
-use super::errors::{ErrorSource, Instrument, Kind};
+use super::errors::{ErrorSource, Instrument};
 use super::measured::CHANNELS;
 use super::products::Products;
-use super::random_walk::{Wander, with};
-use super::refine::{State, Walk};
+use super::random_walk::{UnstatedWalk, with};
+use super::refine::{Search, State};
+use super::search::Ordinary;
 use super::shortened::Shortened;
 use super::signatures::{Instant, instants, motion, times};
-use super::walk::Ordinary;
 use super::whiten::{Walks, whiten};
 use crate::diagnosis::NoiseFrom;
-use crate::linear::{dot, normalise};
+use crate::linear::dot;
 use crate::uncertainty::quantiles::chi_square_survival;
 use std::f64::consts::FRAC_PI_2;
 
@@ -34,7 +35,7 @@ const GYRO_RANGE: (f64, f64) = (1e-13, 1e-6);
 const ACCELEROMETER_RANGE: (f64, f64) = (1e-10, 1e-3);
 const FACTOR: f64 = 4.0;
 
-/// The rows in which walks are looked for.
+/// The rows in which walks are searched for.
 #[derive(Clone, Copy)]
 struct Rows<'a> {
     short: &'a Shortened,
@@ -42,37 +43,37 @@ struct Rows<'a> {
     made: &'a Columns,
     /// Values that are left out.
     out: &'a [usize],
-    /// What the mission's own walks build up, and what one of the walks does for a density of one.
+    /// Covariance of the walks that the mission states, and of one of the walks tried at a density of one.
     stated: &'a [Vec<Instant>],
     unit: &'a [Vec<Instant>],
-    /// What a walk is beside; the last of the columns is what they explain.
+    /// Columns of the given causes; the last is the observations that they explain.
     columns: &'a [Vec<f64>],
 }
 
 /// Does a walk of a bias move this one of the six?
 fn moves(cause: &Cause, place: usize) -> bool {
     let Cause::BiasWalk(instrument, axis) = cause else { return false };
-    let own = if place < 3 { Instrument::Gyro } else { Instrument::Accelerometer };
-    own == *instrument && axis.is_none_or(|axis| axis == place % 3)
+    let of_place = if place < 3 { Instrument::Gyro } else { Instrument::Accelerometer };
+    of_place == *instrument && axis.is_none_or(|axis| axis == place % 3)
 }
 
-impl<'a> Walk<'a> {
-    /// The random walk that may explain what a state leaves, or what it needs causes for that change in time; if one does.
-    pub fn wander(&mut self, state: &State) -> Option<Wander> {
+impl<'a> Search<'a> {
+    /// The random walk, if any, that may explain the residuals of a state, or replace its causes that change in time.
+    pub fn unstated_walk(&mut self, state: &State) -> Option<UnstatedWalk> {
         let fixed = self.is_complete(state) && state.set.iter().all(Cause::is_constant);
         if fixed || self.case.from != NoiseFrom::Stated {
             return None;
         }
-        // beside all ordinary causes, of which none is left out
+        // given all ordinary causes
         let ordinary = self.ordinary.clone().or_else(|| self.ordinary(&state.out));
         let state = ordinary.unwrap_or_else(|| state.clone());
-        let along = self.wander_along(&state);
-        // a large error turns the frame in which a walk goes on: along the errors that the state has it may be likelier
+        let along = self.unstated_walk_along(&state);
+        // a large error rotates the frame in which a walk propagates: along the errors of the state it may be likelier
         let case = self.case.clone();
         let errors = self.case.with(&state.set, &state.values);
         let Some(moved) = self.case.around(&errors, self.u) else { return along };
         self.case = moved;
-        let turned = self.wander_along(&state);
+        let turned = self.unstated_walk_along(&state);
         self.case = case;
         let alike = self.case.settings.indistinguishable;
         match (along, turned) {
@@ -89,25 +90,21 @@ impl<'a> Walk<'a> {
     }
 
     /// The same, with the question's columns around the state.
-    fn wander_along(&self, state: &State) -> Option<Wander> {
-        let mut columns = state.flown.jacobian.clone();
-        let mut laid = self.case.left(&state.flown.predicted);
-        for (column, value) in columns.iter().zip(&state.values) {
-            laid.iter_mut().zip(column).for_each(|(y, c)| *y += c * value);
-        }
-        columns.push(laid);
+    fn unstated_walk_along(&self, state: &State) -> Option<UnstatedWalk> {
+        let observed = self.case.observed(&state.flown, &state.values);
         let weighed = self.weighed(&state.out);
         let short = &weighed.short;
-        let columns: Vec<Vec<f64>> = columns.iter().map(|column| short.column(column)).collect();
+        let columns: Vec<Vec<f64>> =
+            state.flown.jacobian.iter().chain([&observed]).map(|column| short.column(column)).collect();
         let (out, stated) = (weighed.out(), &weighed.made.walks.instants);
         let carrying = |instrument| short.instants(&self.case.columns.carrying(&self.unit(instrument)));
         let none = Rows { short, made: &weighed.made, out: &out, stated, unit: &[], columns: &columns };
         let gyro = Instrument::Gyro;
         let both = [gyro, Instrument::Accelerometer];
-        let mut found: Vec<Wander> = Vec::new();
+        let mut walks: Vec<UnstatedWalk> = Vec::new();
         for instrument in both {
             let unit = carrying(Some(instrument));
-            found.extend(self.likeliest(Cause::RandomWalk(instrument), RANGE, &Rows { unit: &unit, ..none }));
+            walks.extend(self.likeliest(Cause::RandomWalk(instrument), RANGE, &Rows { unit: &unit, ..none }));
         }
         let unit = carrying(None);
         let rows = Rows { unit: &unit, ..none };
@@ -115,17 +112,17 @@ impl<'a> Walk<'a> {
             let range = if instrument == gyro { GYRO_RANGE } else { ACCELEROMETER_RANGE };
             for axis in [None, Some(0), Some(1), Some(2)] {
                 let cause = Cause::BiasWalk(instrument, axis);
-                found.extend(self.likeliest(cause, range, &rows));
+                walks.extend(self.likeliest(cause, range, &rows));
             }
         }
-        found.sort_by(|a, b| a.deviance.total_cmp(&b.deviance));
-        let mut found = found.into_iter();
-        let mut best = found.next()?;
+        walks.sort_by(|a, b| a.deviance.total_cmp(&b.deviance));
+        let mut walks = walks.into_iter();
+        let mut best = walks.next()?;
         let alike = self.case.settings.indistinguishable;
         if matches!(best.cause, Cause::BiasWalk(..)) && self.waves(&best.cause, &rows) < best.deviance + alike {
             return None;
         }
-        let others = found.map(|own| (own.cause, own.density, own.deviance - best.deviance));
+        let others = walks.map(|other| (other.cause, other.density, other.deviance - best.deviance));
         best.others = others.filter(|(_, _, excess)| *excess <= alike).collect();
         Some(best)
     }
@@ -133,18 +130,18 @@ impl<'a> Walk<'a> {
     /// `-2 ln L` of the likeliest wave of the biases that a walk moves, without any walk: a walk follows any slow course, and is named only where it is
     /// clearly likelier than a regular one. A wave counts its amplitudes and its rate.
     fn waves(&self, cause: &Cause, rows: &Rows<'_>) -> f64 {
-        let is_bias = |own: &ErrorSource| own.kind == Kind::Bias && own.instrument != Instrument::Start;
-        let biases: Vec<ErrorSource> = ErrorSource::catalogue().into_iter().filter(is_bias).collect();
-        let moved: Vec<&ErrorSource> =
-            biases.iter().enumerate().filter(|(place, _)| moves(cause, *place)).map(|(_, own)| own).collect();
+        let biases = ErrorSource::biases().into_iter().enumerate();
+        let moved: Vec<ErrorSource> =
+            biases.filter(|(place, _)| moves(cause, *place)).map(|(_, source)| source).collect();
         let last = self.last();
-        let count = self.case.measured.runs.iter().map(|run| run.rows.len()).max().unwrap_or_default(); // no run, no wave
+        let count = self.case.measured.longest_run();
         let price = (2.0 * moved.len() as f64 + 1.0) * (self.case.measured.count() as f64).max(1.0).ln();
         // half waves over the run: whole numbers, then finer and finer about the best
         let most = (count / 5).min(60) as f64;
         let fit = |half: f64| -> f64 {
-            let waves = |own: &&ErrorSource| {
-                [0.0, FRAC_PI_2].map(|phase| Cause::Changing(**own, Change::Wave { period: 2.0 * last / half, phase }))
+            let waves = |source: &ErrorSource| {
+                [0.0, FRAC_PI_2]
+                    .map(|phase| Cause::Changing(*source, Change::Wave { period: 2.0 * last / half, phase }))
             };
             let columns_of = moved.iter().flat_map(waves).map(|wave| rows.made.of(&wave));
             let mut all: Vec<Vec<f64>> = columns_of.filter(|c| dot(c, c) > 0.0).collect();
@@ -155,9 +152,9 @@ impl<'a> Walk<'a> {
         };
         let (mut best, mut at, mut half) = (f64::INFINITY, 1.0, 1.0);
         while half < most {
-            let own = fit(half);
-            if own < best {
-                (best, at) = (own, half);
+            let deviance = fit(half);
+            if deviance < best {
+                (best, at) = (deviance, half);
             }
             half += 1.0;
         }
@@ -165,9 +162,9 @@ impl<'a> Walk<'a> {
             let middle = at;
             for part in [-1.0, -0.75, -0.5, -0.25, 0.25, 0.5, 0.75, 1.0] {
                 let trial = middle + width * part;
-                let own = if trial > 0.2 { fit(trial) } else { f64::INFINITY };
-                if own < best {
-                    (best, at) = (own, trial);
+                let deviance = if trial > 0.2 { fit(trial) } else { f64::INFINITY };
+                if deviance < best {
+                    (best, at) = (deviance, trial);
                 }
             }
         }
@@ -175,14 +172,14 @@ impl<'a> Walk<'a> {
     }
 
     /// The density at which a walk is likeliest, if it is far likelier than none and leaves white innovations.
-    fn likeliest(&self, cause: Cause, range: (f64, f64), rows: &Rows<'_>) -> Option<Wander> {
+    fn likeliest(&self, cause: Cause, range: (f64, f64), rows: &Rows<'_>) -> Option<UnstatedWalk> {
         let fit = |density: f64| self.deviance(&cause, density, rows).map(|(deviance, _)| deviance);
         let none = fit(0.0)?;
         let mut best = (none, 0.0);
         let mut density = range.0;
         while density < range.1 {
-            if let Some(own) = fit(density).filter(|own| *own < best.0) {
-                best = (own, density);
+            if let Some(deviance) = fit(density).filter(|deviance| *deviance < best.0) {
+                best = (deviance, density);
             }
             density *= FACTOR;
         }
@@ -194,16 +191,16 @@ impl<'a> Walk<'a> {
         let (mut low, mut high) = ((best.1 / FACTOR).ln(), (best.1 * FACTOR).ln());
         let inner = |low: f64, high: f64| (high - share * (high - low), low + share * (high - low));
         let (a, b) = inner(low, high);
-        let (mut left, mut right) = (fit(a.exp())?, fit(b.exp())?);
+        let (mut at_a, mut at_b) = (fit(a.exp())?, fit(b.exp())?);
         for _ in 0..18 {
             let (a, b) = inner(low, high);
             // one of the next two points is one of these
-            if left < right {
+            if at_a < at_b {
                 high = b;
-                (left, right) = (fit(inner(low, high).0.exp())?, left);
+                (at_a, at_b) = (fit(inner(low, high).0.exp())?, at_a);
             } else {
                 low = a;
-                (left, right) = (right, fit(inner(low, high).1.exp())?);
+                (at_a, at_b) = (at_b, fit(inner(low, high).1.exp())?);
             }
         }
         let density = (0.5 * (low + high)).exp();
@@ -212,34 +209,34 @@ impl<'a> Walk<'a> {
         let step = 0.1_f64;
         let bend = (fit(density * step.exp())? - 2.0 * deviance + fit(density * (-step).exp())?) / (step * step);
         let u = if bend > 0.0 { density * (2.0 / bend).sqrt() } else { density };
-        let found = Wander { cause, density, u, deviance, gain: none - deviance, others: Vec::new() };
-        (found.gain > self.penalty && self.is_white(&white, rows) && self.is_flat(&white, rows)).then_some(found)
+        let unstated = UnstatedWalk { cause, density, u, deviance, gain: none - deviance, others: Vec::new() };
+        (unstated.gain > self.penalty && self.is_white(&white, rows) && self.is_flat(&white, rows)).then_some(unstated)
     }
 
     /// The score of a state with all that its random walk costs.
     pub fn score_of_all(&self, state: &State) -> f64 {
-        let own = self.wander.as_ref();
-        let own = own.map_or(0.0, |own| self.penalty + self.case.settings.rank_penalty * own.cause.rank());
-        self.case.spread(self.u, &state.out) + own - 2.0 * state.value
+        let rank_penalty = self.case.settings.rank_penalty;
+        let walk = self.unstated.as_ref().map_or(0.0, |unstated| self.penalty + rank_penalty * unstated.cause.rank());
+        self.case.spread(self.u, &state.out) + walk - 2.0 * state.value
     }
 
-    /// What white noise of one instrument alone builds up at the measured rows, for a density of one; or of none.
+    /// Covariance of white noise of one instrument alone at the measured rows, for a density of one; or of none.
     fn unit(&self, instrument: Option<Instrument>) -> Vec<Vec<Instant>> {
         let case = &self.case;
         let mut mission = case.mission.clone();
         mission.errors = mission.errors.noiseless();
-        mission.errors = instrument.map_or(mission.errors, |own| with(&mission.errors, own, 1.0));
+        mission.errors = instrument.map_or(mission.errors, |instrument| with(&mission.errors, instrument, 1.0));
         let runs = case.measured.runs.iter().zip(times(case.measured));
         runs.map(|(run, times)| instants(&mission, motion(&mission, run.motion), &times)).collect()
     }
 
-    /// A walk of this density beside the mission's own.
+    /// A walk of this density added to those of the mission.
     fn walks(&self, cause: &Cause, density: f64, unit: &[Vec<Instant>], stated: &[Vec<Instant>]) -> Walks {
         let square = density * density;
         let mut instants = unit.to_vec();
-        instants.iter_mut().flatten().flat_map(|own| own.walk.iter_mut().flatten()).for_each(|v| *v *= square);
-        for (own, more) in instants.iter_mut().flatten().zip(stated.iter().flatten()) {
-            let pairs = own.walk.iter_mut().flatten().zip(more.walk.iter().flatten());
+        instants.iter_mut().flatten().flat_map(|instant| instant.walk.iter_mut().flatten()).for_each(|v| *v *= square);
+        for (instant, more) in instants.iter_mut().flatten().zip(stated.iter().flatten()) {
+            let pairs = instant.walk.iter_mut().flatten().zip(more.walk.iter().flatten());
             pairs.for_each(|(v, more)| *v += more);
         }
         let mut biases = self.case.columns.walks.biases;
@@ -249,28 +246,30 @@ impl<'a> Walk<'a> {
     }
 
     /// The question with a walk of a bias that no mission states.
-    pub fn beside(&self, case: &Case<'a>, wander: &Wander) -> Case<'a> {
-        case.with_walks(self.walks(&wander.cause, wander.density, &self.unit(None), &self.case.columns.walks.instants))
+    pub fn with_walk(&self, case: &Case<'a>, unstated: &UnstatedWalk) -> Case<'a> {
+        case.with_walks(self.walks(
+            &unstated.cause,
+            unstated.density,
+            &self.unit(None),
+            &self.case.columns.walks.instants,
+        ))
     }
 
-    /// `-2 ln L` with a density beside the mission's own walks, and the innovations that are left; the last of the columns is what they explain.
+    /// `-2 ln L` with a walk of this density added to those of the mission, and the innovations of the residuals.
     fn deviance(&self, cause: &Cause, density: f64, rows: &Rows<'_>) -> Option<(f64, Vec<f64>)> {
         let walks = self.walks(cause, density, rows.unit, rows.stated);
         let mut columns = rows.columns.to_vec();
         let size = whiten(&rows.short.measured, &walks, &rows.short.u, &mut columns);
         let residual = columns.pop()?;
-        let count = columns.len();
-        columns.iter_mut().for_each(|column| {
-            normalise(column);
-        });
-        let products = Products::of(columns.clone(), &residual);
-        let solved = products.damped(&(0..count).collect::<Vec<usize>>(), 1e-9)?;
-        let mut left = residual;
-        for (column, value) in columns.iter().zip(&solved.values) {
-            left.iter_mut().zip(column).for_each(|(y, c)| *y -= c * value);
+        let (products, _) = Products::normalised(columns, &residual);
+        let all: Vec<usize> = (0..products.columns().len()).collect();
+        let solved = products.damped(&all, 1e-9)?;
+        let mut innovations = residual;
+        for (column, value) in products.columns().iter().zip(&solved.values) {
+            innovations.iter_mut().zip(column.iter()).for_each(|(y, c)| *y -= c * value);
         }
-        let deviance = dot(&left, &left) + size;
-        deviance.is_finite().then_some((deviance, left))
+        let deviance = dot(&innovations, &innovations) + size;
+        deviance.is_finite().then_some((deviance, innovations))
     }
 
     /// Are innovations of unit size in each channel of each run, in both its halves, and without memory?
@@ -302,19 +301,19 @@ impl<'a> Walk<'a> {
         let (mut worst, mut tests) = (1.0_f64, 0.0);
         for run in 0..measured.runs.len() {
             let series = |channel: usize| -> Vec<f64> {
-                let own = cells.iter().filter(|(_, cell)| cell.run == run && cell.channel == channel);
-                own.filter_map(|(at, _)| white.get(*at).copied()).collect()
+                let of_channel = cells.iter().filter(|(_, cell)| cell.run == run && cell.channel == channel);
+                of_channel.filter_map(|(at, _)| white.get(*at).copied()).collect()
             };
             let all: Vec<Vec<f64>> = (0..CHANNELS).map(series).collect();
             // a value that is left out shifts the others by one row: as good as nothing; a channel that was measured seldom is left out
             let longest = all.iter().map(Vec::len).max().unwrap_or_default(); // no channel, no spectrum
             let all: Vec<&Vec<f64>> =
-                all.iter().filter(|own| 10 * own.len() > 9 * longest && own.len() >= 16).collect();
+                all.iter().filter(|values| 10 * values.len() > 9 * longest && values.len() >= 16).collect();
             let power = |k: usize| -> f64 {
-                let one = |own: &&Vec<f64>| {
-                    let n = own.len() as f64;
+                let one = |values: &&Vec<f64>| {
+                    let n = values.len() as f64;
                     let (mut re, mut im) = (0.0, 0.0);
-                    for (j, e) in own.iter().enumerate() {
+                    for (j, e) in values.iter().enumerate() {
                         let (sine, cosine) = (std::f64::consts::TAU * k as f64 * j as f64 / n).sin_cos();
                         (re, im) = (re + e * cosine, im + e * sine);
                     }
@@ -325,7 +324,7 @@ impl<'a> Walk<'a> {
             let powers: Vec<f64> = (1..longest / 2).map(power).collect();
             let lines = 2.0 * all.len() as f64;
             let mut look = |sum: f64, count: usize, both: bool| {
-                // what cannot be tested tells nothing
+                // a failed test decides nothing
                 let p = chi_square_survival(sum, lines * count as f64).unwrap_or(1.0);
                 worst = worst.min(if both { 2.0 * p.min(1.0 - p) } else { p });
                 tests += 1.0;
@@ -333,7 +332,7 @@ impl<'a> Walk<'a> {
             if all.is_empty() {
                 continue;
             }
-            powers.iter().for_each(|own| look(*own, 1, false));
+            powers.iter().for_each(|p| look(*p, 1, false));
             let mut last = 0;
             let mut next = 2;
             while last < powers.len() {
