@@ -15,7 +15,7 @@ pub enum NameDegree {
     Angle,
 }
 
-/// Degrees above this are not told: no mean over a turn is taken with so many nodes.
+/// Highest degree that is determined: no mean over a turn is taken with more nodes.
 const HIGHEST: usize = 10_000;
 
 /// How a node depends on a set of names.
@@ -51,10 +51,10 @@ impl Expression {
             Node::Number(_) | Node::Pi => Dependence::None,
             Node::Name(name) if names.contains(&name) => Dependence::Affine,
             Node::Name(_) => Dependence::None,
-            Node::Negate(x) => x.found,
-            Node::Call(_, x) if x.found == Dependence::None => Dependence::None,
+            Node::Negate(x) => x.value,
+            Node::Call(_, x) if x.value == Dependence::None => Dependence::None,
             Node::Call(..) => Dependence::Other,
-            Node::Binary(operator, left, Part { found: right, number: exponent, .. }) => match (operator, left.found) {
+            Node::Binary(operator, left, Part { value: right, number: exponent, .. }) => match (operator, left.value) {
                 (Operator::Add | Operator::Subtract, left) => left.max(right),
                 (Operator::Multiply, left) if left == Dependence::None || right == Dependence::None => left.max(right),
                 (Operator::Divide, left) if right == Dependence::None => left,
@@ -90,9 +90,9 @@ impl Expression {
         self.fold_parts(|node, _| smoothness(node, depends)).is_some()
     }
 
-    /// Degree of the result in units of angle, by homogeneity; `None` where it cannot be said.
+    /// Degree of the result in units of angle, by homogeneity; `None` where it is not defined.
     ///
-    /// `degree` tells the degree of each name: 1 for an angle, 0 for a pure number, `None` where unknown.
+    /// `degree` gives the degree of each name: 1 for an angle, 0 for a pure number, `None` where unknown.
     ///
     /// ```
     /// use tumble::algebra::Expression;
@@ -114,9 +114,9 @@ fn harmonics(node: Node<'_, Part<Harmonics>>, of: &dyn Fn(&str) -> NameDegree) -
             NameDegree::Harmonic => (Some(1), None),
             NameDegree::Angle => (None, Some(1.0)),
         },
-        Node::Negate(x) => (x.found.degree, x.found.turns.map(|k| -k)),
-        Node::Call(_, x) if x.found.degree == Some(0) => (Some(0), Some(0.0)),
-        Node::Call(Function::Sin | Function::Cos, x) => (x.found.turns.and_then(whole), None),
+        Node::Negate(x) => (x.value.degree, x.value.turns.map(|k| -k)),
+        Node::Call(_, x) if x.value.degree == Some(0) => (Some(0), Some(0.0)),
+        Node::Call(Function::Sin | Function::Cos, x) => (x.value.turns.and_then(whole), None),
         Node::Call(..) => (None, None),
         Node::Binary(operator, left, right) => binary_harmonics(operator, left, right),
     };
@@ -128,8 +128,7 @@ fn harmonics(node: Node<'_, Part<Harmonics>>, of: &dyn Fn(&str) -> NameDegree) -
 }
 
 fn binary_harmonics(operator: Operator, left: Part<Harmonics>, right: Part<Harmonics>) -> (Option<usize>, Option<f64>) {
-    let (numbers, left, right) = ([left.number, right.number], left.found, right.found);
-    let [left_number, right_number] = numbers;
+    let (left_number, left, right_number, right) = (left.number, left.value, right.number, right.value);
     let both = |f: fn(usize, usize) -> usize| Some(f(left.degree?, right.degree?));
     let turning = |f: fn(f64, f64) -> f64| Some(f(left.turns?, right.turns?));
     match operator {
@@ -163,11 +162,11 @@ fn smoothness(node: Node<'_, Part<Option<bool>>>, depends: &dyn Fn(&str) -> bool
     match node {
         Node::Number(_) | Node::Pi => Some(false),
         Node::Name(name) => Some(depends(name)),
-        Node::Negate(x) => x.found,
-        Node::Call(Function::Sin | Function::Cos | Function::Atan | Function::Exp, x) => x.found,
-        Node::Call(_, x) => x.found.filter(|depends| !depends),
+        Node::Negate(x) => x.value,
+        Node::Call(Function::Sin | Function::Cos | Function::Atan | Function::Exp, x) => x.value,
+        Node::Call(_, x) => x.value.filter(|depends| !depends),
         Node::Binary(operator, base, exponent) => {
-            let (left, right) = (base.found?, exponent.found?);
+            let (left, right) = (base.value?, exponent.value?);
             let (base, exponent) = (base.number, exponent.number);
             let smooth = match operator {
                 Operator::Add | Operator::Subtract | Operator::Multiply => true,
@@ -185,9 +184,9 @@ fn angle_degree(node: Node<'_, Part<Option<f64>>>, degree: &dyn Fn(&str) -> Opti
     match node {
         Node::Number(_) | Node::Pi => Some(0.0),
         Node::Name(name) => degree(name),
-        Node::Negate(x) => x.found,
+        Node::Negate(x) => x.value,
         Node::Call(function, x) => {
-            let x = x.found?;
+            let x = x.value?;
             match function {
                 Function::Sqrt => Some(x / 2.0),
                 Function::Abs => Some(x),
@@ -197,8 +196,8 @@ fn angle_degree(node: Node<'_, Part<Option<f64>>>, degree: &dyn Fn(&str) -> Opti
                 Function::Exp => (x == 0.0).then_some(0.0),
             }
         }
-        Node::Binary(operator, left, Part { found: right, number: exponent, .. }) => {
-            let (left, right) = (left.found?, right?);
+        Node::Binary(operator, left, Part { value: right, number: exponent, .. }) => {
+            let (left, right) = (left.value?, right?);
             match operator {
                 Operator::Add | Operator::Subtract => (left == right).then_some(left),
                 Operator::Multiply => Some(left + right),

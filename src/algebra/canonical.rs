@@ -41,7 +41,7 @@ impl Expression {
     /// ```
     pub fn canonical(&self) -> String {
         let mut text = self.sorted();
-        // sums in parentheses take up a number that stands before them: until that has ended
+        // a number before a sum in parentheses is multiplied into it when the line is read again: until nothing changes
         for _ in 0..SETTLING {
             if !text.contains('(') {
                 break;
@@ -61,7 +61,7 @@ impl Expression {
             finite &= sum.0.values().all(|number| number.is_finite());
             sum
         });
-        // Numbers multiplied out of range leave the line as it stands.
+        // a line whose numbers overflow is left unchanged
         if finite { sum.text() } else { self.to_string() }
     }
 }
@@ -113,13 +113,9 @@ impl Sum {
 
     fn added(mut self, other: Sum) -> Sum {
         for (factors, number) in other.0 {
-            let total = self.0.get(&factors).map_or(number, |own| own + number);
-            if total == 0.0 {
-                self.0.remove(&factors);
-            } else {
-                self.0.insert(factors, total);
-            }
+            *self.0.entry(factors).or_default() += number;
         }
+        self.0.retain(|_, number| *number != 0.0);
         self
     }
 
@@ -143,13 +139,10 @@ impl Sum {
         let (mut factors, number) = self.into_term();
         let (more, other_number) = other.into_term();
         for (base, exponent) in more {
-            let total = factors.get(&base).map_or(exponent, |own| own.saturating_add(exponent));
-            if total == 0 {
-                factors.remove(&base);
-            } else {
-                factors.insert(base, total);
-            }
+            let power = factors.entry(base).or_default();
+            *power = power.saturating_add(exponent);
         }
+        factors.retain(|_, power| *power != 0);
         Sum::term(factors, number * other_number)
     }
 
@@ -158,8 +151,8 @@ impl Sum {
             return self;
         }
         let (mut factors, number) = self.into_term();
-        factors.values_mut().for_each(|own| *own = own.saturating_mul(exponent));
-        factors.retain(|_, own| *own != 0);
+        factors.values_mut().for_each(|power| *power = power.saturating_mul(exponent));
+        factors.retain(|_, power| *power != 0);
         Sum::term(factors, integer_power(number, exponent))
     }
 

@@ -20,7 +20,7 @@ pub struct Expression {
     text: String,
 }
 
-/// One node of the tree with what was found for its operands.
+/// One node of the tree with the values of its operands.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Node<'a, T> {
     Number(f64),
@@ -48,11 +48,11 @@ impl<'a, T> Node<'a, T> {
     }
 }
 
-/// A part of the tree, and what was found for it.
+/// A part of the tree, and its value.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Part<T> {
-    pub found: T,
-    /// Its value, where no name stands in it.
+    pub value: T,
+    /// The number that it is, if no name occurs in it.
     pub number: Option<f64>,
     /// Its items in the postfix order.
     range: Range<usize>,
@@ -112,7 +112,7 @@ impl Expression {
         names
     }
 
-    /// Where a name first stands in [`Expression::text`]: its first byte and its length.
+    /// Where a name first occurs in [`Expression::text`]: its first byte and its length.
     pub fn span_of(&self, name: &str) -> Option<(usize, usize)> {
         // a point too: the "e3" of 1.e3 is no name
         let in_word = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '.';
@@ -124,7 +124,7 @@ impl Expression {
         })
     }
 
-    /// Is it something less one, as the relative error `K/1.299 - 1`? The number beside the one then has the unit of what it divides.
+    /// Is it an expression less one, as the relative error `K/1.299 - 1`? Its divisor then has the unit of its dividend.
     pub fn is_less_one(&self) -> bool {
         matches!(self.postfix.as_slice(), [.., Item::Number(1.0), Item::Binary(Operator::Subtract)])
     }
@@ -151,7 +151,7 @@ impl Expression {
         let mut postfix = Vec::with_capacity(self.postfix.len());
         for item in &self.postfix {
             match item {
-                Item::Name(found) if found == name => postfix.extend_from_slice(&value.postfix),
+                Item::Name(n) if n == name => postfix.extend_from_slice(&value.postfix),
                 kept => postfix.push(kept.clone()),
             }
         }
@@ -170,7 +170,7 @@ impl Expression {
     pub fn without_value(&self, value_of: &dyn Fn(&str) -> f64) -> Option<Expression> {
         let mut first = None;
         self.fold_parts(|node: Node<'_, Part<f64>>, here| {
-            let value = match node.map(|x| x.found) {
+            let value = match node.map(|x| x.value) {
                 Node::Number(number) => number,
                 Node::Pi => std::f64::consts::PI,
                 Node::Name(name) => value_of(name),
@@ -199,15 +199,15 @@ impl Expression {
         // a factor times the azimuth of two parts
         type Azimuth = Option<(f64, Range<usize>, Range<usize>)>;
         let (factor, y, x) = self.fold_parts(|node: Node<'_, Part<Azimuth>>, _| match node {
-            Node::Negate(x) => x.found.map(|(factor, y, x)| (-factor, y, x)),
+            Node::Negate(x) => x.value.map(|(factor, y, x)| (-factor, y, x)),
             Node::Binary(Operator::Atan2, y, x) if y.number.zip(x.number).is_none() => Some((1.0, y.range, x.range)),
-            Node::Binary(Operator::Multiply, own, by) | Node::Binary(Operator::Multiply, by, own)
-                if own.found.is_some() =>
+            Node::Binary(Operator::Multiply, azimuth, by) | Node::Binary(Operator::Multiply, by, azimuth)
+                if azimuth.value.is_some() =>
             {
-                own.found.zip(by.number).map(|((factor, y, x), c)| (factor * c, y, x))
+                azimuth.value.zip(by.number).map(|((factor, y, x), c)| (factor * c, y, x))
             }
-            Node::Binary(Operator::Divide, own, by) => {
-                own.found.zip(by.number).map(|((factor, y, x), c)| (factor / c, y, x))
+            Node::Binary(Operator::Divide, azimuth, by) => {
+                azimuth.value.zip(by.number).map(|((factor, y, x), c)| (factor / c, y, x))
             }
             _ => None,
         })?;
@@ -219,7 +219,7 @@ impl Expression {
     /// ```
     /// use tumble::algebra::Expression;
     /// let norm = Expression::parse("sqrt((a - b)^2 + c^2)")?.as_norm().unwrap();
-    /// assert_eq!(norm.iter().map(|own| own.to_string()).collect::<Vec<_>>(), ["a - b", "c"]);
+    /// assert_eq!(norm.iter().map(|x| x.to_string()).collect::<Vec<_>>(), ["a - b", "c"]);
     /// assert!(Expression::parse("sqrt(a^2 + b)")?.as_norm().is_none());
     /// # Ok::<(), tumble::error::Malformed>(())
     /// ```
@@ -228,13 +228,13 @@ impl Expression {
         type Squares = (bool, Option<Vec<Expression>>);
         let (root, components) = self.fold_parts(|node: Node<'_, Part<Squares>>, _| match node {
             Node::Binary(Operator::Power, base, two) if two.number == Some(2.0) => {
-                (false, self.items(&base.range).map(|own| vec![own]))
+                (false, self.items(&base.range).map(|component| vec![component]))
             }
-            Node::Binary(Operator::Add, left, right) => match (left.found, right.found) {
+            Node::Binary(Operator::Add, left, right) => match (left.value, right.value) {
                 ((false, Some(left)), (false, Some(right))) => (false, Some([left, right].concat())),
                 _ => (false, None),
             },
-            Node::Call(Function::Sqrt, Part { found: (false, inner), .. }) => (true, inner),
+            Node::Call(Function::Sqrt, Part { value: (false, inner), .. }) => (true, inner),
             _ => (false, None),
         });
         components.filter(|_| root)
@@ -260,12 +260,12 @@ impl Expression {
 
     /// Works through the tree from its leaves: `rule` gets each node with the results of its operands.
     pub(super) fn fold<'a, T: Default>(&'a self, mut rule: impl FnMut(Node<'a, T>) -> T) -> T {
-        self.fold_parts(|node, _| rule(node.map(|x| x.found)))
+        self.fold_parts(|node, _| rule(node.map(|x| x.value)))
     }
 
-    /// The same with the parts that the operands and the node itself are.
+    /// The same with the parts of the tree for the operands and the node.
     ///
-    /// A postfix order always holds the operands of its operators, so the default of a part is never met.
+    /// A postfix order always contains the operands of its operators, so the default of a part is not used.
     pub(super) fn fold_parts<'a, T: Default>(&'a self, mut rule: impl FnMut(Node<'a, Part<T>>, &Part<()>) -> T) -> T {
         let mut parts: Vec<Part<T>> = Vec::new();
         for (end, item) in self.postfix.iter().enumerate() {
@@ -291,10 +291,10 @@ impl Expression {
                     (Node::Binary(*operator, left, right), number, start)
                 }
             };
-            let here = Part { found: (), number, range: start..end + 1 };
-            let found = rule(node, &here);
-            parts.push(Part { found, number, range: here.range });
+            let here = Part { value: (), number, range: start..end + 1 };
+            let value = rule(node, &here);
+            parts.push(Part { value, number, range: here.range });
         }
-        parts.pop().unwrap_or_default().found
+        parts.pop().unwrap_or_default().value
     }
 }

@@ -55,7 +55,7 @@ impl Function {
         }
     }
 
-    /// Derivative at `x`, where the function's own value is `value`.
+    /// Derivative at `x`, where the function is `value`.
     pub(super) fn derivative(self, x: f64, value: f64) -> f64 {
         match self {
             Function::Sin => x.cos(),
@@ -117,7 +117,7 @@ impl Operator {
 /// One item of a line in postfix order: what the parser writes and the tree is read from.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Item {
-    /// Finite and not negative: a minus sign is always an item of its own.
+    /// Finite and not negative: a minus sign is a separate item.
     Number(f64),
     Pi,
     Name(String),

@@ -4,7 +4,7 @@
 //! V0 + kI*w_I   =>   the line has the unit of V0;   [kI] [w_I] / [V0] = 1
 //! ```
 //!
-//! In the logarithm these are linear equations, whatever the line; which names have a unit already is not known here.
+//! Their logarithms are linear equations; which names have a unit already is not known here.
 
 use super::expression::{Expression, Node, Part};
 use super::function::{Function, Operator};
@@ -17,7 +17,7 @@ pub struct Powers<'a> {
     pub names: BTreeMap<&'a str, f64>,
     /// Power of the radian, which functions of angles take and give.
     pub radian: f64,
-    /// The numbers that stand as factors: beside a radian they may convert an angle, as in `atan(x)*180/pi`.
+    /// The product of the numerical factors: with a radian they may convert an angle, as in `atan(x)*180/pi`.
     pub factor: f64,
     /// Is `pi` among those numbers?
     pub pi: bool,
@@ -30,7 +30,7 @@ pub enum Reason {
     Terms,
     /// What a function or an exponent takes: a pure number, or radians.
     Argument,
-    /// It is added to one, as in `1 + eps` and `1 - 2*face`; of other numbers (`t - 20`) nothing is said: they may carry a unit.
+    /// It is added to one, as in `1 + eps` and `1 - 2*face`; other numbers (`t - 20`) give no relation: they may have a unit.
     One,
 }
 
@@ -48,7 +48,7 @@ pub struct Relation<'a> {
 pub struct Homogeneity<'a> {
     /// Unit of the line; `None` where it is a number only.
     pub unit: Option<Powers<'a>>,
-    /// What must hold inside the line.
+    /// Relations between the units inside the line.
     pub relations: Vec<Relation<'a>>,
 }
 
@@ -71,9 +71,7 @@ impl<'a> Powers<'a> {
         self.pi |= other.pi;
         self
     }
-}
 
-impl Powers<'_> {
     /// As the unit of a sum, where the factors of one term are no factors of the whole unless they convert an angle.
     fn of_sum(self) -> Self {
         if self.radian == 0.0 { Powers { factor: 1.0, pi: false, ..self } } else { self }
@@ -86,9 +84,9 @@ impl Expression {
     /// ```
     /// use tumble::algebra::Expression;
     /// let line = Expression::parse("V0 + kI*w_I")?;
-    /// let found = line.homogeneity();
-    /// assert_eq!(found.unit.unwrap().names[&"V0"], 1.0);
-    /// assert_eq!(found.relations[0].powers.names[&"kI"], -1.0);
+    /// let homogeneity = line.homogeneity();
+    /// assert_eq!(homogeneity.unit.unwrap().names[&"V0"], 1.0);
+    /// assert_eq!(homogeneity.relations[0].powers.names[&"kI"], -1.0);
     /// # Ok::<(), tumble::error::Malformed>(())
     /// ```
     pub fn homogeneity(&self) -> Homogeneity<'_> {
@@ -114,21 +112,21 @@ fn rule<'a>(node: Node<'a, Part<Powers<'a>>>, number: Option<f64>, relations: &m
         Node::Number(_) => Powers::default(),
         Node::Pi => Powers { pi: true, ..Powers::default() },
         Node::Name(name) => Powers { names: BTreeMap::from([(name, 1.0)]), ..Powers::default() },
-        Node::Negate(x) => x.found,
+        Node::Negate(x) => x.value,
         Node::Call(function, x) => match function {
-            Function::Abs => x.found,
-            Function::Sqrt => Powers::default().times(&x.found, 0.5),
+            Function::Abs => x.value,
+            Function::Sqrt => Powers::default().times(&x.value, 0.5),
             Function::Sign | Function::Step => Powers::default(),
             Function::Sin | Function::Cos | Function::Tan => {
-                require(x.found.times(&radian(), -1.0), Reason::Argument);
+                require(x.value.times(&radian(), -1.0), Reason::Argument);
                 Powers::default()
             }
             Function::Exp => {
-                require(x.found, Reason::Argument);
+                require(x.value, Reason::Argument);
                 Powers::default()
             }
             Function::Asin | Function::Acos | Function::Atan => {
-                require(x.found, Reason::Argument);
+                require(x.value, Reason::Argument);
                 radian()
             }
         },
@@ -138,30 +136,30 @@ fn rule<'a>(node: Node<'a, Part<Powers<'a>>>, number: Option<f64>, relations: &m
                 (Some(_), None) | (None, Some(_)) => {
                     let one = left.number == Some(1.0)
                         || (right.number == Some(1.0) && matches!(node_operator, Operator::Add));
-                    let kept = if left.number.is_some() { right.found } else { left.found };
+                    let kept = if left.number.is_some() { right.value } else { left.value };
                     if one {
                         require(kept.clone(), Reason::One);
                     }
                     kept.of_sum()
                 }
                 (None, None) => {
-                    require(left.found.clone().times(&right.found, -1.0), Reason::Terms);
-                    // a factor pi may convert an angle: the other term says more
-                    if left.found.pi { right.found.of_sum() } else { left.found.of_sum() }
+                    require(left.value.clone().times(&right.value, -1.0), Reason::Terms);
+                    // a factor pi may convert an angle: the unit of the other term is certain
+                    if left.value.pi { right.value.of_sum() } else { left.value.of_sum() }
                 }
             }
         }
         Node::Binary(Operator::Atan2, y, x) => {
-            require(y.found.times(&x.found, -1.0), Reason::Terms);
+            require(y.value.times(&x.value, -1.0), Reason::Terms);
             radian()
         }
-        Node::Binary(Operator::Multiply, left, right) => left.found.times(&right.found, 1.0),
-        Node::Binary(Operator::Divide, left, right) => left.found.times(&right.found, -1.0),
+        Node::Binary(Operator::Multiply, left, right) => left.value.times(&right.value, 1.0),
+        Node::Binary(Operator::Divide, left, right) => left.value.times(&right.value, -1.0),
         Node::Binary(Operator::Power, left, right) => match right.number {
-            Some(power) => Powers::default().times(&left.found, power),
+            Some(power) => Powers::default().times(&left.value, power),
             None => {
-                require(left.found, Reason::Argument);
-                require(right.found, Reason::Argument);
+                require(left.value, Reason::Argument);
+                require(right.value, Reason::Argument);
                 Powers::default()
             }
         },

@@ -65,7 +65,7 @@ impl Expression {
         self.fold(|node: Node<'_, Written>| match node {
             Node::Number(value) => Written { text: number(value), number: Some(value), slope: None },
             Node::Pi => Written { text: language.pi.to_string(), ..Written::default() },
-            Node::Name(own) => Written { text: name(own), number: None, slope: (own == by).then(|| number(1.0)) },
+            Node::Name(n) => Written { text: name(n), number: None, slope: (n == by).then(|| number(1.0)) },
             Node::Negate(x) => Written {
                 text: format!("(-{})", x.text),
                 number: x.number.map(|value| -value),

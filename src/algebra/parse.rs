@@ -1,4 +1,4 @@
-//! From text to the postfix order of its tree, and from chumsky's findings to errors a person can use.
+//! From text to the postfix order of its tree, and from chumsky's errors to those of this crate.
 
 use super::function::{ATAN2, Function, Item, Operator};
 use crate::elements::TextPart;
@@ -9,7 +9,7 @@ use chumsky::prelude::*;
 
 /// Bytes in the longest model line that is read.
 const LONGEST: usize = 20_000;
-/// Parentheses, minus signs and powers inside each other, at most: what bounds the parser's own recursion.
+/// Parentheses, minus signs and powers inside each other, at most: the limit of the parser's recursion.
 const DEEPEST: usize = 50;
 
 const OPERAND: &str = "a number, a name, a function or '('";
@@ -34,11 +34,11 @@ pub(super) fn postfix(text: &str) -> Result<Vec<Item>> {
     if let Some(start) = too_deep(text) {
         return Err(Malformed::new(Fault::Syntax, "the model line is nested too deeply")
             .expected(format!("at most {DEEPEST} parentheses, minus signs and powers inside each other"))
-            .found(found_at(text, start).0)
+            .found(token_at(text, start).0)
             .at_span(start, 1));
     }
     line().then_ignore(end()).parse(text).into_result().map_err(|refusals| {
-        // What a rule itself refuses comes beside what does not parse at all: a person reads from the left.
+        // errors of rules and of syntax: the leftmost first
         let first = refusals.into_iter().min_by_key(|refusal| refusal.span().start);
         first.map_or_else(|| Malformed::new(Fault::Syntax, UNPARSED), |refusal| malformed(text, refusal))
     })
@@ -105,7 +105,7 @@ fn binary(operator: Operator, mut left: Vec<Item>, right: Vec<Item>) -> Vec<Item
     left
 }
 
-/// Where parentheses, minus signs and powers first stand too deep inside each other.
+/// Where parentheses, minus signs and powers are first nested too deeply.
 fn too_deep(text: &str) -> Option<usize> {
     let mut outside: Vec<usize> = Vec::new();
     let mut depth = 0;
@@ -116,7 +116,7 @@ fn too_deep(text: &str) -> Option<usize> {
                 outside.push(depth);
                 depth += 1;
             }
-            // a bracket that was never opened: the grammar says so
+            // an unmatched bracket is an error of the grammar
             ')' => depth = outside.pop().unwrap_or(0),
             '^' => depth += 1,
             '-' if !after_operand => depth += 1,
@@ -144,28 +144,28 @@ fn malformed(text: &str, refusal: Refusal<'_>) -> Malformed {
             } else {
                 "an operator or the end of the line"
             };
-            let (found, length) = found_at(text, start);
-            Malformed::new(Fault::Syntax, UNPARSED).expected(expected).found(found).at_span(start, length)
+            let (token, length) = token_at(text, start);
+            Malformed::new(Fault::Syntax, UNPARSED).expected(expected).found(token).at_span(start, length)
         }
     }
 }
 
-/// What stands at a byte of the text, quoted, and its length: a whole word or number, else one character.
-fn found_at(text: &str, start: usize) -> (String, usize) {
-    let rest = text.part(start..);
-    let word = rest.find(|c: char| !c.is_ascii_alphanumeric() && c != '_' && c != '.').unwrap_or(rest.len()); // to the end
-    match (word, rest.chars().next()) {
+/// The token at a byte of the text, quoted, and its length: a whole word or number, else one character.
+fn token_at(text: &str, start: usize) -> (String, usize) {
+    let tail = text.part(start..);
+    let word = tail.find(|c: char| !c.is_ascii_alphanumeric() && c != '_' && c != '.').unwrap_or(tail.len()); // to the end
+    match (word, tail.chars().next()) {
         (_, None) => ("the end of the line".to_string(), 1),
         (0, Some(c)) => (format!("'{}'", c.escape_debug()), c.len_utf8()),
-        (1..=40, _) => (format!("'{}'", &rest[..word]), word),
-        _ => (format!("'{}...'", &rest[..40]), word),
+        (1..=40, _) => (format!("'{}'", &tail[..word]), word),
+        _ => (format!("'{}...'", &tail[..40]), word),
     }
 }
 
 fn number_too_large(text: &str, span: SimpleSpan) -> Malformed {
     Malformed::new(Fault::Syntax, "a number in the model line is too large")
         .expected("a number below 1.8e308")
-        .found(found_at(text, 0).0)
+        .found(token_at(text, 0).0)
         .at_span(span.start, span.end - span.start)
 }
 
@@ -178,7 +178,7 @@ fn unknown_function(word: &str, span: SimpleSpan) -> Malformed {
     let functions: Vec<&str> = Function::ALL.iter().map(|function| function.name()).chain([ATAN2]).collect();
     Malformed::new(Fault::UnknownName, "the model line calls an unknown function")
         .expected(format!("an operator, or a function: {}", functions.join(" ")))
-        .found(found_at(word, 0).0)
+        .found(token_at(word, 0).0)
         .at_span(span.start, span.end - span.start)
 }
 

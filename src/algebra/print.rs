@@ -4,7 +4,7 @@ use super::expression::{Expression, Node};
 use super::function::{ATAN2, Operator};
 use std::fmt;
 
-/// How tightly a piece of text holds together, from a sum to a single operand.
+/// Precedence of a piece of text, from a sum to a single operand.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
 pub(super) enum Binding {
     #[default]
@@ -15,7 +15,7 @@ pub(super) enum Binding {
     Operand,
 }
 
-/// A piece of text and how tightly it holds together.
+/// A piece of text and its precedence.
 #[derive(Debug, Default)]
 struct Piece {
     text: String,
@@ -23,7 +23,7 @@ struct Piece {
 }
 
 impl Piece {
-    /// The text, in parentheses where it holds less tightly than it must.
+    /// The text, in parentheses where its precedence is lower than `binding`.
     fn at_least(self, binding: Binding) -> String {
         if self.binding < binding { format!("({})", self.text) } else { self.text }
     }
@@ -45,15 +45,15 @@ fn piece(node: Node<'_, Piece>) -> Piece {
         Node::Call(function, x) => (format!("{}({})", function.name(), x.text), Binding::Operand),
         Node::Binary(Operator::Atan2, y, x) => (format!("{ATAN2}({}, {})", y.text, x.text), Binding::Operand),
         Node::Binary(operator, left, right) => {
-            let (own, least_left, least_right) = match operator {
+            let (binding, least_left, least_right) = match operator {
                 Operator::Add | Operator::Subtract => (Binding::Sum, Binding::Sum, Binding::Product),
                 Operator::Multiply | Operator::Divide => (Binding::Product, Binding::Product, Binding::Minus),
                 Operator::Power | Operator::Atan2 => (Binding::Power, Binding::Operand, Binding::Minus),
             };
-            let space = if own == Binding::Sum { " " } else { "" };
+            let space = if binding == Binding::Sum { " " } else { "" };
             let mut text = left.at_least(least_left);
             text.push_str(&format!("{space}{}{space}{}", operator.symbol(), right.at_least(least_right)));
-            (text, own)
+            (text, binding)
         }
     };
     Piece { text, binding }

@@ -25,8 +25,8 @@ pub(crate) fn lanes<const L: usize>(part: impl Fn(usize) -> f64) -> Lane<L> {
     all
 }
 
-/// Places of a list that go side by side: the registers and bars of a tape of twenty steps then take 10 kB, a third of a first-level cache, and reading a step
-/// is little beside 32 numbers.
+/// Places of a list that are evaluated together: the registers and bars of a tape of twenty steps then take 10 kB, a third of a first-level cache, and the cost of
+/// decoding a step is small compared with that of 32 numbers.
 const TOGETHER: usize = 32;
 
 /// A compiled model line; its inputs are the names given to [`Tape::compile`], in that order.
@@ -51,7 +51,7 @@ pub struct Tape {
     result: usize,
 }
 
-/// Room to work in, reused between evaluations of any tapes.
+/// Working memory, reused between evaluations of any tapes.
 #[derive(Debug, Clone, Default)]
 pub struct Scratch {
     registers: Vec<f64>,
@@ -86,9 +86,9 @@ impl Tape {
     ///
     /// Errors: `UnknownName`, with the span in the expression's text, for a name that is not among them.
     pub fn compile(expression: &Expression, names: &[&str]) -> Result<Tape> {
-        let own = expression.names();
-        let mut slots = Vec::with_capacity(own.len());
-        for name in &own {
+        let used = expression.names();
+        let mut slots = Vec::with_capacity(used.len());
+        for name in &used {
             let slot = names.iter().position(|slot| slot == name);
             slots.push(slot.ok_or_else(|| unknown_name(expression, name, names))?);
         }
@@ -98,8 +98,10 @@ impl Tape {
             let step = match node {
                 Node::Number(number) => return Source::Constant(number),
                 Node::Pi => return Source::Constant(PI),
-                // `own` lists every name of the line
-                Node::Name(name) => return Source::Input(own.iter().position(|own| *own == name).unwrap_or_default()),
+                // `used` lists every name of the line
+                Node::Name(name) => {
+                    return Source::Input(used.iter().position(|other| *other == name).unwrap_or_default());
+                }
                 Node::Negate(Source::Constant(x)) => return Source::Constant(-x),
                 Node::Negate(x) => Step::Negate(x),
                 Node::Call(function, Source::Constant(x)) => return Source::Constant(function.value(x)),
@@ -189,10 +191,10 @@ impl Tape {
                     None => lanes(|l| list[l.min(count - 1)]),
                 }
             };
-            let found = self.gradient_of(input, scratch, |k, bar| {
+            let value = self.gradient_of(input, scratch, |k, bar| {
                 gradient[k * places + start..k * places + start + count].copy_from_slice(&bar[..count]);
             });
-            values[start..start + count].copy_from_slice(&found[..count]);
+            values[start..start + count].copy_from_slice(&value[..count]);
         }
     }
 
@@ -216,13 +218,13 @@ impl Tape {
             let (before, from) = bars.split_at_mut(here);
             let (bar, value) = (&from[0], &registers[here]);
             if *bar == [0.0; L] {
-                continue; // also keeps a slope that is infinite at a point nobody asks for out of the others
+                continue; // an infinite slope with a zero factor must not reach the others
             }
             match *step {
                 Step::Negate(x) => plus(&mut before[x], bar, |l| -bar[l]),
                 Step::Call(function, x) => {
-                    let own = &registers[x];
-                    plus(&mut before[x], bar, |l| bar[l] * function.derivative(own[l], value[l]));
+                    let argument = &registers[x];
+                    plus(&mut before[x], bar, |l| bar[l] * function.derivative(argument[l], value[l]));
                 }
                 Step::Power(x, 2) => plus(&mut before[x], bar, |l| 2.0 * bar[l] * registers[x][l]),
                 Step::Power(_, 0) => {}
@@ -242,9 +244,9 @@ impl Tape {
                     plus(&mut before[right], bar, |l| bar[l] * registers[left][l]);
                 }
                 Step::Binary(Operator::Divide, left, right) => {
-                    let own = &registers[right];
-                    plus(&mut before[left], bar, |l| bar[l] / own[l]);
-                    plus(&mut before[right], bar, |l| -(bar[l] * value[l] / own[l]));
+                    let divisor = &registers[right];
+                    plus(&mut before[left], bar, |l| bar[l] / divisor[l]);
+                    plus(&mut before[right], bar, |l| -(bar[l] * value[l] / divisor[l]));
                 }
                 Step::Binary(Operator::Atan2, left, right) => {
                     let (y, x) = (&registers[left], &registers[right]);
@@ -254,8 +256,8 @@ impl Tape {
                 Step::Binary(Operator::Power, left, right) => {
                     let (base, exponent) = (&registers[left], &registers[right]);
                     plus(&mut before[left], bar, |l| {
-                        let own = exponent[l];
-                        if own == 0.0 { 0.0 } else { bar[l] * own * Operator::Power.value(base[l], own - 1.0) }
+                        let e = exponent[l];
+                        if e == 0.0 { 0.0 } else { bar[l] * e * Operator::Power.value(base[l], e - 1.0) }
                     });
                     // The limit of x^y ln x at x = 0 for y > 0.
                     plus(
@@ -315,8 +317,8 @@ fn set<const L: usize>(out: &mut Lane<L>, of: impl Fn(usize) -> f64) {
 #[inline(always)]
 fn plus<const L: usize>(to: &mut Lane<L>, bar: &Lane<L>, part: impl Fn(usize) -> f64) {
     for l in 0..L {
-        let own = part(l);
-        to[l] += if bar[l] == 0.0 { 0.0 } else { own };
+        let term = part(l);
+        to[l] += if bar[l] == 0.0 { 0.0 } else { term };
     }
 }
 

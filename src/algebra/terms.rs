@@ -1,4 +1,4 @@
-//! A model line as a sum of products: which names stand in each term, to which power.
+//! A model line as a sum of products: the names of each term and their powers.
 
 use super::expression::{Expression, Node, Part};
 use super::function::{Function, Operator};
@@ -11,7 +11,7 @@ pub struct Term {
     pub powers: Vec<(String, f64)>,
 }
 
-/// More terms than this are not listed: nobody writes such a line.
+/// More terms than this are not listed.
 const MOST: usize = 256;
 
 impl Expression {
@@ -29,11 +29,11 @@ impl Expression {
         self.fold_parts(|node: Node<'_, Part<Option<Vec<Term>>>>, _| match node {
             Node::Number(_) | Node::Pi => Some(vec![Term::default()]),
             Node::Name(name) => Some(vec![Term { powers: vec![(name.to_string(), 1.0)] }]),
-            Node::Negate(x) => x.found,
-            Node::Call(Function::Abs, x) => x.found.filter(|terms| terms.len() == 1),
-            Node::Call(Function::Sqrt, x) => x.found.and_then(|terms| power(&terms, 0.5)),
+            Node::Negate(x) => x.value,
+            Node::Call(Function::Abs, x) => x.value.filter(|terms| terms.len() == 1),
+            Node::Call(Function::Sqrt, x) => x.value.and_then(|terms| power(&terms, 0.5)),
             Node::Call(..) => Some(vec![Term::default()]),
-            Node::Binary(operator, Part { found: left, .. }, Part { found: right, number, .. }) => match operator {
+            Node::Binary(operator, Part { value: left, .. }, Part { value: right, number, .. }) => match operator {
                 Operator::Add | Operator::Subtract => sum(left, right),
                 Operator::Atan2 => Some(vec![Term::default()]),
                 Operator::Multiply => product(left, right),
@@ -62,8 +62,8 @@ fn product(left: Option<Vec<Term>>, right: Option<Vec<Term>>) -> Option<Vec<Term
 fn times(a: &Term, b: &Term) -> Term {
     let mut powers = a.powers.clone();
     for (name, power) in &b.powers {
-        match powers.iter_mut().find(|(own, _)| own == name) {
-            Some((_, own)) => *own += power,
+        match powers.iter_mut().find(|(other, _)| other == name) {
+            Some((_, sum)) => *sum += power,
             None => powers.push((name.clone(), *power)),
         }
     }

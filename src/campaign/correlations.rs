@@ -28,8 +28,8 @@ impl Campaign {
 }
 
 fn pair(list: &[(String, String, f64)], a: &str, b: &str) -> Option<f64> {
-    let same = |own: &&(String, String, f64)| (own.0 == a && own.1 == b) || (own.0 == b && own.1 == a);
-    list.iter().find(same).map(|own| own.2)
+    let same = |entry: &&(String, String, f64)| (entry.0 == a && entry.1 == b) || (entry.0 == b && entry.1 == a);
+    list.iter().find(same).map(|entry| entry.2)
 }
 
 /// Cholesky's triangle of a positive semidefinite matrix with ones on its diagonal; `None` where it is none.
@@ -38,25 +38,25 @@ fn root(n: usize, element: &dyn Fn(usize, usize) -> f64) -> Option<Vec<Vec<f64>>
     for i in 0..n {
         let mut row: Vec<f64> = Vec::with_capacity(n);
         for (j, other) in rows.iter().enumerate() {
-            let rest = element(i, j) - row.iter().zip(other).map(|(a, b)| a * b).sum::<f64>();
+            let remainder = element(i, j) - row.iter().zip(other).map(|(a, b)| a * b).sum::<f64>();
             match other.get(j).copied().filter(|pivot| *pivot > 0.0) {
-                Some(pivot) => row.push(rest / pivot),
-                None if rest.abs() <= ROUNDING => row.push(0.0),
+                Some(pivot) => row.push(remainder / pivot),
+                None if remainder.abs() <= ROUNDING => row.push(0.0),
                 None => return None,
             }
         }
-        let rest = element(i, i) - row.iter().map(|x| x * x).sum::<f64>();
-        if rest < -ROUNDING {
+        let remainder = element(i, i) - row.iter().map(|x| x * x).sum::<f64>();
+        if remainder < -ROUNDING {
             return None;
         }
-        // what is rounding is no direction of its own
-        row.push(if rest > ROUNDING { rest.sqrt() } else { 0.0 });
+        // a remainder of rounding is no further direction
+        row.push(if remainder > ROUNDING { remainder.sqrt() } else { 0.0 });
         rows.push(row);
     }
     Some(rows)
 }
 
-/// Errors: a name that is not known with an uncertainty, a pair that stands twice, a coefficient outside -1 to 1, a matrix that is not positive semidefinite,
+/// Errors: a name that is not known with an uncertainty, a pair that is stated twice, a coefficient outside -1 to 1, a matrix that is not positive semidefinite,
 /// a distribution that is not normal.
 pub(super) fn check(parameters: &[Parameter], correlations: &[(String, String, f64)]) -> Result<()> {
     let mut names: Vec<&str> = Vec::new();

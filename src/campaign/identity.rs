@@ -38,9 +38,9 @@ pub struct Identity {
 
 /// The day, `YYYY-MM-DD`, that a text begins with.
 pub fn day(text: &str) -> Option<&str> {
-    let (day, rest) = text.trim().split_at_checked(10)?;
+    let (day, after) = text.trim().split_at_checked(10)?;
     let date: jiff::civil::Date = day.parse().ok()?;
-    (date.to_string() == day && date.year() > 0 && !rest.starts_with(|c: char| c.is_ascii_digit())).then_some(day)
+    (date.to_string() == day && date.year() > 0 && !after.starts_with(|c: char| c.is_ascii_digit())).then_some(day)
 }
 
 /// The unit under test.
@@ -106,7 +106,7 @@ impl fmt::Display for Condition {
 }
 
 impl Identity {
-    /// Is nothing said?
+    /// Is nothing stated?
     pub fn is_empty(&self) -> bool {
         *self == Identity::default()
     }
@@ -114,13 +114,13 @@ impl Identity {
     /// Instruments whose certificate was no longer valid on the day of the measurement, with both days.
     pub fn expired(&self) -> impl Iterator<Item = (&Instrument, &str, &str)> {
         let date = self.date.as_deref().and_then(day);
-        self.instruments.iter().filter_map(move |own| {
-            let (valid_to, date) = (own.valid_to.as_deref().and_then(day)?, date?);
-            (valid_to < date).then_some((own, valid_to, date))
+        self.instruments.iter().filter_map(move |instrument| {
+            let (valid_to, date) = (instrument.valid_to.as_deref().and_then(day)?, date?);
+            (valid_to < date).then_some((instrument, valid_to, date))
         })
     }
 
-    /// Name and text of everything that is said, in the order of the fields.
+    /// Name and text of everything that is stated, in the order of the fields.
     pub fn facts(&self, lang: Language) -> Vec<(String, String)> {
         let mut facts = Vec::new();
         let mut add = |name: &str, text: Option<String>| {

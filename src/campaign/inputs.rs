@@ -1,5 +1,5 @@
 //! Inputs of the bench that are known with an uncertainty: gravity, latitude, the rates of turning joints. Each is a known parameter
-//! with a budget line of its own; its value is the bench's, so predictions have it already.
+//! with a separate budget line; its value is that of the bench, so predictions include it already.
 
 use super::{Campaign, Distribution, JointState, Kind, Known, Parameter, Role};
 use crate::bench::Bench;
@@ -8,7 +8,7 @@ use crate::bench::Bench;
 pub const GRAVITY: &str = "site.gravity";
 /// The name of the latitude as an input.
 pub const LATITUDE: &str = "site.latitude";
-/// What stands before a joint's name for the relative error of its rate.
+/// Prefix of a joint's name for the relative error of its rate.
 pub const RATE: &str = "rate.";
 
 impl Parameter {
@@ -55,9 +55,9 @@ impl Campaign {
     pub fn shift_input(&mut self, id: &str, amount: f64) {
         let per_g = self.bench.units.force.per_g();
         if let Some(joint) = id.strip_prefix(RATE) {
-            let joint = self.bench.joints().position(|own| own == joint);
+            let joint = self.bench.joints().position(|other| other == joint);
             let states = self.readings.rows.iter_mut().filter_map(|row| row.joints.get_mut(joint?));
-            let faster = |own: &JointState| own.at_rate(own.rate_deg_s() * (1.0 + amount)).unwrap_or(*own);
+            let faster = |state: &JointState| state.at_rate(state.rate_deg_s() * (1.0 + amount)).unwrap_or(*state);
             states.for_each(|state| *state = faster(state));
         } else if let Some(site) = self.bench.site.as_mut() {
             match id {

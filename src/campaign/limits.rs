@@ -44,7 +44,7 @@ pub enum Limited {
 }
 
 impl Campaign {
-    /// Names of the errors of scale factors that a fit may find: of each sensor with an input axis, by each joint.
+    /// Names of the errors of scale factors that a fit may report: of each sensor with an input axis, by each joint.
     pub fn scale_factor_errors(&self) -> Vec<String> {
         let sensors = self.bench.sensors.iter().filter(|sensor| sensor.input_axis.is_some());
         let of = |sensor: &Sensor, error: ScaleFactor, joint: &str| error.of(&sensor.id, &format!("{joint}_deg_s"));
@@ -56,7 +56,7 @@ impl Campaign {
             .collect()
     }
 
-    /// Those that have limits, in the order of these: a device's row has them beside what is derived.
+    /// Those with limits, in the order of the limits: a device's row has them after the derived quantities.
     pub fn limited_errors(&self) -> Vec<String> {
         let of = |limit: &Limit| if let Limited::ScaleFactor(k) = limit.of { Some(k) } else { None };
         let limited: Vec<usize> = self.limits.iter().filter_map(of).collect();

@@ -1,4 +1,4 @@
-//! Names of model lines that no parameter and no input has, though one was meant: an input along an axis, a column under another name, a factor.
+//! Names of model lines that resemble an input along an axis, a column under another name, or a missing factor.
 
 use super::{Campaign, Kind, Parameter, Role};
 use crate::algebra::{Expression, Scratch, Tape};
@@ -12,22 +12,22 @@ use crate::units::Unit;
 fn looks_like(name: &str, column: &str) -> bool {
     let plain =
         |text: &str| -> String { text.chars().filter(|c| c.is_alphanumeric()).flat_map(char::to_lowercase).collect() };
-    // the whole, and what is before each unit
+    // the whole name, and its parts before each unit
     let forms = |text: &str| {
         let whole = title(text).0.replace(' ', "_");
         let mut forms = vec![plain(&whole)];
-        let mut rest = whole.as_str();
-        while let Some((stem, end)) = rest.rsplit_once('_')
+        let mut part = whole.as_str();
+        while let Some((stem, end)) = part.rsplit_once('_')
             && !stem.is_empty()
-            && (Unit::parse(end).is_ok() || crate::units::of_column(rest).is_some())
+            && (Unit::parse(end).is_ok() || crate::units::of_column(part).is_some())
         {
             forms.push(plain(stem));
-            rest = stem;
+            part = stem;
         }
         forms
     };
-    let own = forms(column);
-    forms(name).iter().any(|form| own.contains(form))
+    let of_column = forms(column);
+    forms(name).iter().any(|form| of_column.contains(form))
 }
 
 impl Campaign {
@@ -36,6 +36,17 @@ impl Campaign {
         let columns: Vec<String> = columns.into_iter().map(str::to_string).collect();
         let zero = self.parameters.iter().filter(|p| p.role == Role::AssumedZero && p.kind != Kind::Tilt);
         zero.map(|p| p.id.as_str()).try_for_each(|name| refuse_meant(&self.bench, &columns, name))
+    }
+
+    /// The column that was meant by a sensor without a value: its name under another letter case, or its unit spelled out.
+    pub(crate) fn meant_for_a_sensor(&self) -> Option<(&str, &str)> {
+        self.bench.sensors.iter().find_map(|sensor| {
+            let unit = Unit::parse(&sensor.unit).ok();
+            let same = |column: &str| unit.as_ref().zip(Unit::parse(column).ok()).is_some_and(|(a, b)| a.is_same(&b));
+            let columns = self.readings.columns.iter().filter(|column| is_unused(&self.bench, column));
+            let mut columns = columns.filter(|column| looks_like(&sensor.id, column) || same(column));
+            Some((sensor.id.as_str(), columns.next()?.as_str()))
+        })
     }
 }
 
@@ -56,23 +67,9 @@ pub(super) fn refuse_meant(bench: &Bench, columns: &[String], name: &str) -> Res
     Err(Malformed::new(Fault::UnknownName, what).expected(expected).at_path("bench"))
 }
 
-impl Campaign {
-    /// The column that was meant by a sensor without a value: its name under another letter case, or its unit spelled out.
-    pub(crate) fn meant_for_a_sensor(&self) -> Option<(&str, &str)> {
-        self.bench.sensors.iter().find_map(|sensor| {
-            let unit = Unit::parse(&sensor.unit).ok();
-            let same = |column: &str| unit.as_ref().zip(Unit::parse(column).ok()).is_some_and(|(a, b)| a.is_same(&b));
-            let columns = self.readings.columns.iter().filter(|column| is_unused(&self.bench, column));
-            let mut columns = columns.filter(|column| looks_like(&sensor.id, column) || same(column));
-            Some((sensor.id.as_str(), columns.next()?.as_str()))
-        })
-    }
-}
-
 /// Does no model line read this column, nor a joint?
 fn is_unused(bench: &Bench, column: &str) -> bool {
-    let of_joint = |joint: &str| column.strip_prefix(joint).is_some_and(|rest| rest.starts_with('_'));
-    !bench.joints().any(of_joint) && !bench.sensors.iter().any(|sensor| sensor.model.names().contains(&column))
+    !super::is_of_joint(bench, column) && !bench.sensors.iter().any(|sensor| sensor.model.names().contains(&column))
 }
 
 /// Refuse an estimated coefficient whose terms are all zero, since it is multiplied by a factor that is taken as zero.
@@ -83,36 +80,32 @@ pub(super) fn refuse_without_factor(bench: &Bench, parameters: &[Parameter]) -> 
     if !lines.iter().any(|line| line.names().iter().any(|name| is_zero(name))) {
         return Ok(());
     }
-    for own in parameters.iter().filter(|p| matches!(p.role, Role::Estimated { .. }) && p.kind != Kind::Tilt) {
-        let lines = || lines.iter().filter(|line| line.names().contains(&own.id.as_str()));
+    for parameter in parameters.iter().filter(|p| matches!(p.role, Role::Estimated { .. }) && p.kind != Kind::Tilt) {
         let mut factor = None;
-        for line in lines() {
-            match zero_factor(line, &own.id, &is_zero)? {
-                Some(found) => factor = Some(found),
-                None => {
-                    factor = None;
-                    break;
-                }
+        for line in lines.iter().filter(|line| line.names().contains(&parameter.id.as_str())) {
+            factor = zero_factor(line, &parameter.id, &is_zero)?;
+            if factor.is_none() {
+                break;
             }
         }
         if let Some(factor) = factor {
             let what = format!(
                 "'{}' occurs only multiplied by '{factor}', which is neither a column, known nor estimated",
-                own.id
+                parameter.id
             );
             return Err(Malformed::new(Fault::UnknownName, what)
                 .expected(format!(
                     "'{factor}' in the readings, in known or in estimate, so that '{}' can be estimated",
-                    own.id
+                    parameter.id
                 ))
                 .found(format!("'{factor}' taken as zero"))
-                .at_path(format!("estimate.{}", own.id)));
+                .at_path(format!("estimate.{}", parameter.id)));
         }
     }
     Ok(())
 }
 
-/// The name without which a line does not depend on a coefficient: its slope is zero while the name is, and is not where the name is not.
+/// The name that multiplies a coefficient in a line: the line's slope is zero where the name is zero, and not elsewhere.
 fn zero_factor(line: &Expression, id: &str, is_zero: &dyn Fn(&str) -> bool) -> Result<Option<String>> {
     let names = line.names();
     let tape = Tape::compile(line, &names)?;

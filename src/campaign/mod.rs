@@ -1,4 +1,4 @@
-//! The campaign: which unknowns are asked for, what is known, and the readings. A schedule is a campaign without sensor values.
+//! The campaign: which unknowns are estimated, what is known, and the readings. A schedule is a campaign without sensor values.
 //!
 //! Everything here is checked once, when it is made: names resolve, every joint of every reading has a state, numbers are finite.
 //! Tilts are in radians, joints in degrees (exact at quarter turns), rates in degrees per second. Deliberately absent: file formats
@@ -34,7 +34,7 @@ use serde::{Deserialize, Serialize};
 /// A bench, its parameters and its readings: the whole question.
 #[derive(Debug, Clone)]
 pub struct Campaign {
-    /// Where and with what was measured.
+    /// The bench on which was measured.
     pub bench: Bench,
     /// Units of the coefficients, as they follow from the model lines.
     pub units: Inferred,
@@ -42,11 +42,11 @@ pub struct Campaign {
     pub parameters: Vec<Parameter>,
     /// Correlation coefficients of pairs of known parameters; others are independent.
     pub correlations: Vec<(String, String, f64)>,
-    /// What must hold between estimated parameters.
+    /// Constraints between estimated parameters.
     pub constraints: Vec<Constraint>,
     /// Quantities computed from parameters.
     pub derived: Vec<Derived>,
-    /// What scatters beyond the readings' own noise.
+    /// Random effects beyond the noise of the readings.
     pub scatter: Vec<Scatter>,
     /// The readings, or the positions of a schedule.
     pub readings: Readings,
@@ -161,7 +161,8 @@ impl Campaign {
             parameters.push(Parameter::estimated(&bench, &units, &name, kind_of(&name), asked)?);
         }
         // an input of the bench has its value from the bench
-        for (name, given) in request.known.into_iter().filter(|(name, _)| !inputs.iter().any(|own| own.id == *name)) {
+        for (name, given) in request.known.into_iter().filter(|(name, _)| !inputs.iter().any(|input| input.id == *name))
+        {
             parameters.push(Parameter::known(&bench, &units, &name, kind_of(&name), given)?);
         }
         parameters.extend(inputs);
@@ -222,7 +223,7 @@ impl Campaign {
         longer.identity = self.identity.clone();
         for line in &self.scatter {
             let of = match &line.of {
-                // the longer campaign counts its parameters anew
+                // parameters have other indices in the longer campaign
                 Deviating::Parameter(k) => match longer.parameter_index(self.parameter_id(*k)) {
                     Some(k) => Deviating::Parameter(k),
                     None => continue,
@@ -259,14 +260,14 @@ impl Campaign {
         self.with_readings(Readings { columns: columns.to_vec(), rows: Vec::new() })
     }
 
-    /// The same without what scatters beyond the readings' own noise.
+    /// The same without random effects beyond the noise of the readings.
     pub(crate) fn without_scatter(&self) -> Self {
         Campaign { scatter: Vec::new(), ..self.clone() }
     }
 
     /// The same question about other readings.
     pub fn with_readings(&self, readings: Readings) -> Self {
-        // field by field: the own readings may be many, and nobody wants a copy of them
+        // field by field, without a copy of the present readings
         Campaign {
             readings,
             bench: self.bench.clone(),
@@ -289,7 +290,7 @@ impl Campaign {
     }
 }
 
-/// Units as the lines tell them, with those that the request states where the lines leave one open.
+/// Units from the model lines, with those that the request states where the lines do not determine one.
 fn inferred(bench: &Bench, request: &Request, readings: &Readings) -> Result<Inferred> {
     let plain = Inferred::new(bench, &readings.columns, &[]);
     let estimated = request.estimate.iter().map(|(id, asked)| ("estimate", id, &asked.unit));
@@ -326,15 +327,21 @@ fn is_input(bench: &Bench, readings: &Readings, name: &str) -> bool {
 /// Is this the name of a rate or specific force along an axis, `w_<axis>` or `a_<axis>`, of any sensor or of the last frame?
 pub(crate) fn is_axis_input(bench: &Bench, name: &str) -> bool {
     let Some(axis) = name.strip_prefix("w_").or_else(|| name.strip_prefix("a_")) else { return false };
-    matches!(axis, "x" | "y" | "z") || bench.sensors.iter().any(|sensor| sensor.axes.iter().any(|(own, _)| own == axis))
+    matches!(axis, "x" | "y" | "z") || bench.sensors.iter().any(|sensor| sensor.axes.iter().any(|(a, _)| a == axis))
+}
+
+/// Is this a column of a joint, `<joint>_...`?
+fn is_of_joint(bench: &Bench, column: &str) -> bool {
+    bench.joints().any(|joint| column.strip_prefix(joint).is_some_and(|suffix| suffix.starts_with('_')))
 }
 
 /// The input along an axis whose name differs from this one by case and underscores alone (`aI`, `W_I`).
 fn input_meant(bench: &Bench, name: &str) -> Option<String> {
     let plain = |name: &str| name.replace('_', "").to_lowercase();
-    let own = bench.sensors.iter().flat_map(|sensor| sensor.axes.iter().map(|(axis, _)| axis.as_str()));
+    let of_sensors = bench.sensors.iter().flat_map(|sensor| sensor.axes.iter().map(|(axis, _)| axis.as_str()));
     let frame = ["x", "y", "z"].into_iter().filter(|_| !bench.chain.is_empty());
-    own.chain(frame)
+    of_sensors
+        .chain(frame)
         .flat_map(|axis| [format!("w_{axis}"), format!("a_{axis}")])
         .find(|input| input != name && plain(input) == plain(name))
 }
@@ -349,7 +356,7 @@ fn input_description(bench: &Bench, readings: &Readings, name: &str) -> String {
     }
 }
 
-/// A derived quantity, in the unit asked for or else in the one that its line has.
+/// A derived quantity, in the requested unit, else in that of its line.
 ///
 /// Errors: names that are no parameters, the name of a parameter, a unit of another dimension than the line's.
 pub(crate) fn derived(campaign: &Campaign, id: &str, line: Expression, unit: Option<&str>) -> Result<Derived> {
@@ -371,23 +378,24 @@ pub(crate) fn derived(campaign: &Campaign, id: &str, line: Expression, unit: Opt
         )
         .expected("a different name"));
     }
-    let own = campaign.unit_of(&line);
+    let unit_of_line = campaign.unit_of(&line);
     let symbol = |unit: &Unit| unit.symbol().to_string();
     let Some(text) = unit else {
         return Ok(Derived {
             id: id.to_string(),
             line,
-            unit: own.as_ref().map_or(String::new(), symbol),
+            unit: unit_of_line.as_ref().map_or(String::new(), symbol),
             written: None,
         });
     };
     let wanted = campaign.units.parse(text).map_err(|e| e.at_path("unit"))?;
     // K/1.299 - 1 is a pure number whatever the unit of K: that of 1.299 is K's
-    let own = if line.is_less_one() && wanted.dimension().is_number() { Some(Unit::one()) } else { own };
-    let to = match &own {
-        Some(own) => own.conversion(&wanted).ok_or_else(|| {
+    let unit_of_line =
+        if line.is_less_one() && wanted.dimension().is_number() { Some(Unit::one()) } else { unit_of_line };
+    let to = match &unit_of_line {
+        Some(unit_of_line) => unit_of_line.conversion(&wanted).ok_or_else(|| {
             Malformed::new(Fault::Value, format!("the unit of the derived quantity '{id}' has another dimension"))
-                .expected(format!("{}, or a unit that converts to it", own.symbol()))
+                .expected(format!("{}, or a unit that converts to it", unit_of_line.symbol()))
                 .found(format!("'{text}'"))
                 .at_path("unit")
         })?,

@@ -1,4 +1,4 @@
-//! Parameters: every coefficient of a model line and every tilt of the chain, with what is claimed to be known of it.
+//! Parameters: every coefficient of a model line and every tilt of the chain, with its stated values.
 
 use super::{Asked, Given, Inferred};
 use crate::algebra::Expression;
@@ -35,14 +35,14 @@ pub struct Parameter {
     pub role: Role,
 }
 
-/// What the campaign says about a parameter.
+/// The role of a parameter in the campaign.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Role {
     /// Unknown, to be estimated.
     Estimated {
         /// Where the estimate begins, if stated.
         start: Option<f64>,
-        /// A stated prior: a row of its own.
+        /// A stated prior: one more row.
         prior: Option<Prior>,
     },
     /// Known, with a Type B uncertainty.
@@ -98,11 +98,11 @@ pub struct Derived {
     pub line: Expression,
     /// Its unit; empty where a parameter in it has none, or its terms differ.
     pub unit: String,
-    /// The line as it was written, where `line` brings it to a unit that was asked for.
+    /// The line as it was written, where `line` converts it to a requested unit.
     pub written: Option<Expression>,
 }
 
-/// Something that must hold between estimated parameters; parameters by index, numbers in internal units (radians for tilts).
+/// A constraint between estimated parameters; parameters by index, numbers in internal units (radians for tilts).
 #[derive(Debug, Clone, PartialEq)]
 pub enum Constraint {
     /// `lower <= sum c_j x_j <= upper`; equal bounds make an equality.
@@ -127,7 +127,7 @@ impl Known {
     /// It as a campaign gives it, in this unit.
     pub fn given(&self, unit: Option<String>) -> Given {
         let dof = self.dof.is_finite().then_some(self.dof);
-        let distribution = Some(self.distribution).filter(|own| *own != Distribution::Normal);
+        let distribution = Some(self.distribution).filter(|d| *d != Distribution::Normal);
         Given { value: self.value, unit, u: Some(self.u), dof, distribution }
     }
 }
@@ -152,7 +152,7 @@ impl Parameter {
                         .found(u.to_string())
                         .at_path(format!("{path}.prior_u")));
                 }
-                // what went in comes out
+                // `Some` gives `Some`
                 let value = finite(Some(value), "prior")?.unwrap_or_default();
                 Some(Prior { value, u: to.of_differences().apply(u) })
             }
@@ -201,10 +201,10 @@ impl Parameter {
         Some(self.unit.clone()).filter(|unit| !unit.is_empty())
     }
 
-    /// An estimated parameter as it was asked for.
+    /// An estimated parameter as it was requested.
     pub(crate) fn asked(&self) -> Option<Asked> {
         let Role::Estimated { start, prior } = self.role else { return None };
-        let (prior, prior_u) = (prior.map(|own| own.value), prior.map(|own| own.u));
+        let (prior, prior_u) = (prior.map(|prior| prior.value), prior.map(|prior| prior.u));
         Some(Asked { start, prior, prior_u, unit: self.stated_unit() })
     }
 

@@ -1,4 +1,4 @@
-//! Readings: one position of the bench, and what the sensors said there.
+//! Readings: one position of the bench, and the values of its sensors.
 
 use crate::error::{Fault, Malformed, Result};
 
@@ -14,7 +14,7 @@ pub struct Readings {
     pub rows: Vec<Reading>,
 }
 
-/// One reading: where every joint stood or how it turned, and the values read.
+/// One reading: the state of every joint, and the values read.
 #[derive(Debug, Clone)]
 pub struct Reading {
     /// Label; readings that share it were taken without remounting. Empty if the file gives none.
@@ -48,10 +48,10 @@ pub struct Observation {
     pub samples: f64,
 }
 
-/// How one joint stood or turned during a reading. Angles in degrees (exact at quarter turns), rates in degrees per second.
+/// State of one joint during a reading. Angles in degrees (exact at quarter turns), rates in degrees per second.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum JointState {
-    /// It stood still.
+    /// At rest.
     Held {
         /// Joint angle.
         angle_deg: f64,
@@ -80,7 +80,7 @@ pub enum JointState {
 }
 
 impl Readings {
-    /// A further position with these joint states: no values, other columns as in `like`, and the joints' own columns
+    /// A further position with these joint states: no values, other columns as in `like`, and the columns of the joints
     /// (`<joint>_deg`, `<joint>_deg_s`, `<joint>_turns`) following the states.
     pub fn position(&self, joint_names: &[&str], like: &Reading, joints: Vec<JointState>) -> Reading {
         let mut columns = like.columns.clone();
@@ -107,7 +107,7 @@ impl Readings {
 }
 
 impl JointState {
-    /// The same turning at another rate; `None` for a joint that stands.
+    /// The same turning at another rate; `None` for a joint at rest.
     pub fn at_rate(&self, rate_deg_s: f64) -> Option<JointState> {
         match *self {
             JointState::Held { .. } => None,
@@ -119,7 +119,7 @@ impl JointState {
         }
     }
 
-    /// The values of `<joint>_deg`, `<joint>_deg_s` and `<joint>_turns` that say this state.
+    /// The values of `<joint>_deg`, `<joint>_deg_s` and `<joint>_turns` in this state.
     pub fn keys(&self) -> (Option<f64>, Option<f64>, Option<f64>) {
         match *self {
             JointState::Held { angle_deg } => (Some(angle_deg), None, None),
@@ -129,13 +129,13 @@ impl JointState {
         }
     }
 
-    /// What tells it from other states, bit by bit; a negative zero is a zero.
+    /// Its identity, bit by bit; a negative zero is a zero.
     pub(crate) fn bits(&self) -> [u64; 3] {
         let (deg, deg_s, turns) = self.keys();
-        [deg, deg_s, turns].map(|own| own.map_or(u64::MAX, |value| (value + 0.0).to_bits()))
+        [deg, deg_s, turns].map(|key| key.map_or(u64::MAX, |value| (value + 0.0).to_bits()))
     }
 
-    /// The state that `<joint>_deg`, `<joint>_deg_s` and `<joint>_turns` say.
+    /// The state with these `<joint>_deg`, `<joint>_deg_s` and `<joint>_turns`.
     ///
     /// Errors: `Missing` where neither angle nor rate is given, `Value` for a rate of zero without an angle, or turns that are not positive.
     ///
@@ -180,14 +180,11 @@ impl JointState {
                     .at_path(format!("{joint}_deg_s")))
             }
             (None, Some(rate_deg_s), None) => Ok(JointState::WholeTurns { rate_deg_s }),
-            (None, Some(rate_deg_s), Some(turns)) if turns.fract() == 0.0 => Ok(JointState::WholeTurns { rate_deg_s }),
+            (_, Some(rate_deg_s), Some(turns)) if turns.fract() == 0.0 => Ok(JointState::WholeTurns { rate_deg_s }),
             (None, Some(_), Some(_)) => {
                 Err(Malformed::new(Fault::Missing, format!("a part of a turn of '{joint}' needs its start"))
                     .expected(format!("{joint}_deg, the angle at the start"))
                     .at_path(format!("{joint}_turns")))
-            }
-            (Some(_), Some(rate_deg_s), Some(turns)) if turns.fract() == 0.0 => {
-                Ok(JointState::WholeTurns { rate_deg_s })
             }
             (Some(start_deg), Some(rate_deg_s), Some(turns)) => {
                 Ok(JointState::PartTurns { start_deg, rate_deg_s, turns })
@@ -197,7 +194,7 @@ impl JointState {
         }
     }
 
-    /// The joint's rate in degrees per second; zero when it stands still.
+    /// The joint's rate in degrees per second; zero at rest.
     pub fn rate_deg_s(&self) -> f64 {
         match *self {
             JointState::Held { .. } => 0.0,
@@ -207,7 +204,7 @@ impl JointState {
         }
     }
 
-    /// The same with the joint turning the other way; one that stands still stays as it is.
+    /// The same with the joint turning the other way; unchanged at rest.
     pub fn reversed(self) -> Self {
         self.at_rate(-self.rate_deg_s()).unwrap_or(self)
     }
@@ -219,7 +216,7 @@ impl JointState {
 }
 
 impl Reading {
-    /// The same position without what was read there; uncertainties that were stated with values stay as those of values to be read.
+    /// The same position without values; their stated uncertainties stay, as those of values to be read.
     pub fn unread(&self) -> Reading {
         let mut planned_u = self.planned_u.clone();
         planned_u.extend(self.observations.iter().filter_map(|o| Some((o.sensor, o.u?))));
@@ -231,7 +228,7 @@ impl Reading {
         let read = self.observations.iter().find(|o| o.sensor == sensor);
         match read {
             Some(observation) => observation.u,
-            None => self.planned_u.iter().find(|(own, _)| *own == sensor).map(|(_, u)| *u),
+            None => self.planned_u.iter().find(|(k, _)| *k == sensor).map(|(_, u)| *u),
         }
     }
 

@@ -1,4 +1,4 @@
-//! What scatters beyond the readings' own noise: lines of sensors, joints, tilts and coefficients that deviate anew at each level of a factor.
+//! Random effects beyond the noise of the readings: lines of sensors, joints, tilts and coefficients that deviate anew at each level of a factor.
 
 use super::{Campaign, Kind, Reading, Readings, Role};
 use crate::error::{Fault, Malformed, Result};
@@ -9,7 +9,7 @@ use std::borrow::Cow;
 use std::collections::HashMap;
 use std::hash::BuildHasherDefault;
 
-/// One line of what scatters.
+/// One random effect.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scatter {
     /// What deviates.
@@ -20,7 +20,7 @@ pub struct Scatter {
     pub size: Size,
     /// How deviations are correlated in time, if they are.
     pub over: Option<Over>,
-    /// Factor from radians (or the parameter's or sensor's own unit) to `unit`.
+    /// Factor from radians (or the parameter's or sensor's unit) to `unit`.
     pub shown: f64,
     /// Unit in which a person gave or wants the standard deviation.
     pub unit: String,
@@ -46,7 +46,7 @@ pub enum Deviating {
 pub enum Per {
     /// At each reading.
     Reading,
-    /// At each position; a reading without a label is a position of its own.
+    /// At each position; a reading without a label is a separate position.
     Position,
     /// Never: one deviation for the whole campaign.
     Campaign,
@@ -66,7 +66,7 @@ pub enum Size {
     },
     /// Estimated from the readings.
     Estimated,
-    /// In each reading as this column says, in degrees (`<joint>_u`).
+    /// In this column of each reading, in degrees (`<joint>_u`).
     Column(String),
 }
 
@@ -186,10 +186,8 @@ impl Scatter {
             (None, _) => format!("{of} per {}", self.per.name()),
         }
     }
-}
 
-impl Scatter {
-    /// The line as a file asks for it; `None` for one that the readings' own columns say.
+    /// The line as a file states it; `None` for one from a column of the readings.
     pub(crate) fn request(&self, campaign: &Campaign) -> Option<ScatterRequest> {
         let estimate = NumberOrEstimate::Estimate(EstimateWord::Estimate);
         let per = Some(self.per.name().to_string());
@@ -269,15 +267,15 @@ impl Per {
 
 /// A column's value at a reading, a number or a text.
 fn value<'a>(number: Option<usize>, name: &str, reading: &'a Reading) -> Option<Cow<'a, str>> {
-    let own = number.and_then(|k| reading.columns.get(k).copied().flatten());
+    let numeric = number.and_then(|k| reading.columns.get(k).copied().flatten());
     let text = || reading.remarks.iter().find(|(key, _)| key == name).map(|(_, text)| text.as_str().into());
-    own.map(|v| Cow::Owned((v + 0.0).to_string())).or_else(text)
+    numeric.map(|v| Cow::Owned((v + 0.0).to_string())).or_else(text)
 }
 
 impl Campaign {
     /// Add lines of scatter: one for each name that a request lists, and one for each column `<joint>_u`.
     ///
-    /// Errors: names that the bench does not have, columns that the readings lack or that say nothing, lines that say the same, sizes that are
+    /// Errors: names that the bench does not have, columns that the readings lack or that are constant, lines with the same effect, sizes that are
     /// not positive; each with its place.
     pub fn with_scatter(mut self, requests: Vec<ScatterRequest>) -> Result<Self> {
         for (k, request) in requests.into_iter().enumerate() {
@@ -344,7 +342,7 @@ impl Campaign {
 impl ScatterRequest {
     /// Does one of the lines read a column?
     pub fn use_key(lines: &[ScatterRequest], key: &str) -> bool {
-        lines.iter().any(|line| [&line.over, &line.per].into_iter().any(|own| own.as_deref() == Some(key)))
+        lines.iter().any(|line| [&line.over, &line.per].into_iter().any(|column| column.as_deref() == Some(key)))
     }
 
     fn u(&self) -> Option<f64> {
@@ -432,8 +430,8 @@ impl ScatterRequest {
         }
         let stated = |k: &usize| {
             let rows = &campaign.readings.rows;
-            let mut own = rows.iter().flat_map(|r| &r.observations).filter(|o| o.sensor == *k);
-            own.all(|o| o.u.is_some())
+            let mut observations = rows.iter().flat_map(|r| &r.observations).filter(|o| o.sensor == *k);
+            observations.all(|o| o.u.is_some())
         };
         if campaign.is_measured() && !sensors.iter().all(stated) {
             return Err(Malformed::new(
@@ -545,7 +543,7 @@ impl ScatterRequest {
 
     /// Factor from internal units to the unit of `u`, and that unit.
     fn unit(&self, campaign: &Campaign, of: &Deviating, name: &str) -> Result<(f64, String)> {
-        let own = match of {
+        let internal = match of {
             Deviating::Joint(_) => "rad".to_string(),
             Deviating::Parameter(k) => campaign.parameter_unit(*k).to_string(),
             Deviating::Sensor(k) => campaign.sensor_unit(*k).to_string(),
@@ -557,7 +555,7 @@ impl ScatterRequest {
             _ => false,
         };
         let factor = |unit: &str| -> Result<f64> {
-            let one = campaign.conversion(unit, &own, name).map_err(|error| error.at_path("unit"))?.factor();
+            let one = campaign.conversion(unit, &internal, name).map_err(|error| error.at_path("unit"))?.factor();
             Ok(1.0 / one)
         };
         match self.unit.as_deref() {
@@ -568,7 +566,7 @@ impl ScatterRequest {
                     .expected("\"unit\": rad, deg, arcmin, arcsec or another unit of angle")
                     .at_path("u"))
             }
-            None => Ok((1.0, own.clone())),
+            None => Ok((1.0, internal.clone())),
         }
     }
 }
@@ -607,7 +605,7 @@ fn unknown_name(campaign: &Campaign, name: &str, what: &str) -> Malformed {
         .at_path("of")
 }
 
-/// Is this parameter known with an uncertainty of its own? Then a line per campaign says the same twice.
+/// Is this parameter known with an uncertainty? Then a line per campaign would count it twice.
 fn is_known_with_uncertainty(campaign: &Campaign, k: usize) -> bool {
     campaign.parameters.get(k).is_some_and(|p| matches!(p.role, Role::Known(known) if known.u > 0.0))
 }

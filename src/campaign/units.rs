@@ -1,7 +1,7 @@
 //! Units of coefficients, inferred from the model lines: in `V0 + kI*w_I`, with V in volts and rates in deg/s, `kI` is in V/(deg/s).
 //!
 //! Every line has its sensor's unit, sums have equal units, products add powers, functions take pure numbers or radians: linear
-//! equations in the powers of what is known, the units of sensors and inputs. What they leave open is left open.
+//! equations in the powers of the known units of sensors and inputs. They may leave units undetermined.
 
 use crate::algebra::{Expression, Powers, Reason};
 use crate::bench::Bench;
@@ -9,36 +9,36 @@ use crate::error::Result;
 use crate::units::{self, Conversion, Unit};
 use std::collections::{BTreeMap, HashMap};
 
-/// Units of a bench as they follow from its model lines.
+/// Units of a bench that follow from its model lines.
 #[derive(Debug, Clone, Default)]
 pub struct Inferred {
     /// Unit of each coefficient that the lines (or stated units) determine.
     units: HashMap<String, Unit>,
-    /// Names of units that only this bench knows: those of its sensors.
-    own: Vec<String>,
-    /// Sensors whose lines add what has different dimensions, by index, with the two units.
+    /// Units of sensors that the table of units does not have.
+    sensor_units: Vec<String>,
+    /// Sensors whose lines add terms of different dimensions, by index, with the quotient of the two units.
     conflicts: Vec<(usize, String)>,
 }
 
 impl Inferred {
-    /// Infer the units of the coefficients of a bench whose readings have these columns; `stated` units count where the lines leave one open.
+    /// Infer the units of the coefficients of a bench whose readings have these columns; `stated` units count where the lines do not determine one.
     ///
-    /// The unit of a numeric column is the end of its name (`time_s`, `temperature_c`); a sensor or column without a unit says nothing.
+    /// The unit of a numeric column is the end of its name (`time_s`, `temperature_c`); a sensor or column without a unit adds no equation.
     pub fn new(bench: &Bench, columns: &[String], stated: &[(String, Unit)]) -> Self {
         let mut system = System::default();
-        let mut own = Vec::new();
-        let mut found: Vec<(usize, Stage, Row)> = Vec::new();
+        let mut sensor_units = Vec::new();
+        let mut rows: Vec<(usize, Stage, Row)> = Vec::new();
         for (k, sensor) in bench.sensors.iter().enumerate() {
             let line = sensor.model.homogeneity();
             if let Some(mut row) = line.unit.and_then(|unit| system.row(bench, columns, &unit)) {
                 match Unit::parse_any(&sensor.unit) {
                     Ok((unit, names)) if !sensor.unit.is_empty() => {
                         row.add_known(system.known(unit), -1.0);
-                        own.extend(names);
+                        sensor_units.extend(names);
                     }
                     _ => row.add_open(system.open(&format!("unit of {}", sensor.id), Open::Sensor), -1.0),
                 }
-                found.push((k, Stage::Line, row));
+                rows.push((k, Stage::Line, row));
             }
             for relation in line.relations {
                 let Some(row) = system.row(bench, columns, &relation.powers) else { continue };
@@ -48,34 +48,33 @@ impl Inferred {
                     Reason::Terms => Stage::Terms,
                     Reason::Argument => Stage::Argument,
                 };
-                found.push((k, stage, row));
+                rows.push((k, stage, row));
             }
         }
-        // stated units come before what is added to one, which need not be a pure number
+        // stated units come before terms added to one, which need not be pure numbers
         for (name, unit) in stated {
-            let atom = system.known(unit.clone());
             let mut row = Row::default();
             row.add_open(system.open(name, Open::Coefficient), 1.0);
-            row.add_known(atom, -1.0);
-            found.push((0, Stage::Stated, row));
+            row.add_known(system.known(unit.clone()), -1.0);
+            rows.push((0, Stage::Stated, row));
         }
-        found.sort_by_key(|(_, stage, _)| *stage);
+        rows.sort_by_key(|(_, stage, _)| *stage);
         let mut conflicts = Vec::new();
-        for (sensor, stage, row) in found {
-            let left = system.require(row, stage == Stage::One);
-            if let Some(left) = left.filter(|_| matches!(stage, Stage::Line | Stage::Terms))
-                && !left.dimension().is_angle_or_number()
+        for (sensor, stage, row) in rows {
+            let quotient = system.require(row, stage == Stage::One);
+            if let Some(quotient) = quotient.filter(|_| matches!(stage, Stage::Line | Stage::Terms))
+                && !quotient.dimension().is_angle_or_number()
             {
-                conflicts.push((sensor, left.symbol().to_string()));
+                conflicts.push((sensor, quotient.symbol().to_string()));
             }
         }
-        own.sort_unstable();
-        own.dedup();
+        sensor_units.sort_unstable();
+        sensor_units.dedup();
         let units = system.solution();
-        Inferred { units, own, conflicts }
+        Inferred { units, sensor_units, conflicts }
     }
 
-    /// The unit of a coefficient; `None` where it is left open.
+    /// The unit of a coefficient; `None` where it is not determined.
     pub fn unit(&self, coefficient: &str) -> Option<&Unit> {
         self.units.get(coefficient)
     }
@@ -84,12 +83,12 @@ impl Inferred {
     ///
     /// Errors: those of [`Unit::parse`].
     pub fn parse(&self, text: &str) -> Result<Unit> {
-        Unit::parse_with(text, &self.own)
+        Unit::parse_with(text, &self.sensor_units)
     }
 
-    /// Units of sensors that the table does not have, so that they stand for themselves.
+    /// Units of sensors that the table does not have: each is a base unit.
     pub fn own(&self) -> &[String] {
-        &self.own
+        &self.sensor_units
     }
 
     /// Sensors, by index, whose lines add terms of different dimensions, and the quotient of the two units.
@@ -110,12 +109,12 @@ impl super::Campaign {
         given.conversion_for(&self.units.parse(to)?, what)
     }
 
-    /// From a unit that a person wrote to the internal one of a parameter, by index: radians for a tilt, else what the model line tells.
+    /// From a unit that a person wrote to the internal one of a parameter, by index: radians for a tilt, else the unit from the model line.
     ///
     /// Errors: those of [`super::Campaign::conversion`].
     pub fn parameter_conversion(&self, parameter: usize, unit: &str) -> Result<Conversion> {
-        let own = self.parameters.get(parameter);
-        let (to, what) = own.map_or(("", String::new()), |p| (p.unit.as_str(), format!("'{}'", p.id)));
+        let (to, what) =
+            self.parameters.get(parameter).map_or(("", String::new()), |p| (p.unit.as_str(), format!("'{}'", p.id)));
         self.conversion(unit, to, &what)
     }
 
@@ -123,31 +122,35 @@ impl super::Campaign {
     ///
     /// Errors: those of [`super::Campaign::conversion`].
     pub fn sensor_conversion(&self, sensor: usize, unit: &str) -> Result<Conversion> {
-        let own = self.bench.sensors.get(sensor);
-        let (to, what) = own.map_or(("", String::new()), |s| (s.unit.as_str(), format!("sensor '{}'", s.id)));
+        let (to, what) = self
+            .bench
+            .sensors
+            .get(sensor)
+            .map_or(("", String::new()), |s| (s.unit.as_str(), format!("sensor '{}'", s.id)));
         self.conversion(unit, to, &what)
     }
 
     /// Unit of a line of algebra in the parameters, for example of a derived quantity; `None` where one of them has none, or its terms differ.
     pub fn unit_of(&self, line: &Expression) -> Option<Unit> {
-        let found = line.homogeneity();
+        let homogeneity = line.homogeneity();
         let mut factors: Vec<(Unit, f64)> = Vec::new();
         let radian = Unit::parse("rad").ok()?;
-        let mut add = |unit: Unit, power: f64| match factors.iter_mut().find(|(own, _)| own.is_same(&unit)) {
-            Some((_, own)) => *own += power,
+        let mut add = |unit: Unit, power: f64| match factors.iter_mut().find(|(other, _)| other.is_same(&unit)) {
+            Some((_, sum)) => *sum += power,
             None => factors.push((unit, power)),
         };
-        let powers = found.unit.filter(|powers| powers.radian == 0.0 || !powers.pi)?;
+        let powers = homogeneity.unit.filter(|powers| powers.radian == 0.0 || !powers.pi)?;
         for (name, power) in &powers.names {
-            let own = self.parameter_index(name).and_then(|k| self.parameters.get(k)).filter(|p| !p.unit.is_empty())?;
-            add(self.units.parse(&own.unit).ok()?, *power);
+            let parameter =
+                self.parameter_index(name).and_then(|k| self.parameters.get(k)).filter(|p| !p.unit.is_empty())?;
+            add(self.units.parse(&parameter.unit).ok()?, *power);
         }
         add(radian, powers.radian);
         factors.retain(|(unit, power)| power.abs() > SMALL && !unit.dimension().is_number());
-        let homogeneous = found.relations.iter().all(|relation| {
+        let homogeneous = homogeneity.relations.iter().all(|relation| {
             let unit = relation.powers.names.iter().try_fold(Unit::one(), |unit, (name, power)| {
-                let own = self.parameter_index(name).and_then(|k| self.parameters.get(k))?;
-                Some(unit.times(&self.units.parse(&own.unit).ok()?, *power))
+                let parameter = self.parameter_index(name).and_then(|k| self.parameters.get(k))?;
+                Some(unit.times(&self.units.parse(&parameter.unit).ok()?, *power))
             });
             relation.reason == Reason::Argument || unit.is_some_and(|unit| unit.dimension().is_angle_or_number())
         });
@@ -155,7 +158,7 @@ impl super::Campaign {
     }
 }
 
-/// The unit of a coefficient as it follows from the model lines; `None` where they leave it open.
+/// The unit of a coefficient from the model lines; `None` where they do not determine it.
 ///
 /// ```
 /// use tumble::{bench, campaign, wire};
@@ -177,15 +180,15 @@ enum Stage {
     Line,
     /// Two terms of a sum.
     Terms,
-    /// What a function takes.
+    /// The argument of a function.
     Argument,
-    /// What a person says.
+    /// A stated unit.
     Stated,
-    /// What is added to one is a pure number, where nothing else has decided.
+    /// A term added to one is a pure number, unless an earlier equation determines it.
     One,
 }
 
-/// What is not known to have a unit.
+/// Names whose unit is not known.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Open {
     Coefficient,
@@ -212,20 +215,20 @@ impl Row {
     }
 
     fn add(&mut self, other: &Row, power: f64) {
-        other.open.iter().for_each(|(k, own)| self.add_open(*k, own * power));
-        other.known.iter().for_each(|(k, own)| self.add_known(*k, own * power));
+        other.open.iter().for_each(|(k, share)| self.add_open(*k, share * power));
+        other.known.iter().for_each(|(k, share)| self.add_known(*k, share * power));
     }
 }
 
 fn add(powers: &mut BTreeMap<usize, f64>, k: usize, power: f64) {
-    let own = powers.entry(k).or_default();
-    *own += power;
-    if own.abs() < SMALL {
+    let sum = powers.entry(k).or_default();
+    *sum += power;
+    if sum.abs() < SMALL {
         powers.remove(&k);
     }
 }
 
-/// The equations so far, solved: each open unit that has one by the others.
+/// The equations so far, solved: open units in terms of the others.
 #[derive(Debug, Clone, Default)]
 struct System {
     names: Vec<(String, Open)>,
@@ -243,11 +246,11 @@ impl System {
     }
 
     fn is(&self, k: usize, kind: Open) -> bool {
-        self.names.get(k).is_some_and(|(_, own)| *own == kind)
+        self.names.get(k).is_some_and(|(_, other)| *other == kind)
     }
 
     fn known(&mut self, unit: Unit) -> usize {
-        let same = |own: &Unit| own.is_same(&unit);
+        let same = |u: &Unit| u.is_same(&unit);
         self.units.iter().position(same).unwrap_or_else(|| {
             self.units.push(unit);
             self.units.len() - 1
@@ -259,14 +262,8 @@ impl System {
         let mut row = Row::default();
         for (name, power) in &powers.names {
             match meaning(bench, columns, name) {
-                Meaning::Known(unit) => {
-                    let k = self.known(unit);
-                    row.add_known(k, *power);
-                }
-                Meaning::Open(kind) => {
-                    let k = self.open(name, kind);
-                    row.add_open(k, *power);
-                }
+                Meaning::Known(unit) => row.add_known(self.known(unit), *power),
+                Meaning::Open(kind) => row.add_open(self.open(name, kind), *power),
             }
         }
         if powers.radian == 0.0 {
@@ -283,17 +280,16 @@ impl System {
             None if powers.pi => return None,
             None => radian,
         };
-        let k = self.known(unit);
-        row.add_known(k, powers.radian);
+        row.add_known(self.known(unit), powers.radian);
         Some(row)
     }
 
-    /// Take a product that must be 1; what is left where nothing in it is open any more (nothing where it is 1 already).
+    /// Add the equation that a product is 1. Returns its unit where all in it is known already, and it is not 1.
     fn require(&mut self, row: Row, unless_sensor: bool) -> Option<Unit> {
         let mut reduced = Row { open: BTreeMap::new(), known: row.known };
         for (k, power) in row.open {
             match self.solved.get(&k) {
-                Some(own) => reduced.add(&own.clone(), power),
+                Some(solution) => reduced.add(&solution.clone(), power),
                 None => reduced.add_open(k, power),
             }
         }
@@ -303,14 +299,14 @@ impl System {
         let Some((pivot, power)) = reduced.open.pop_first() else {
             return (!reduced.known.is_empty()).then(|| self.product(&reduced.known));
         };
-        let mut own = Row::default();
-        own.add(&reduced, -1.0 / power);
+        let mut solution = Row::default();
+        solution.add(&reduced, -1.0 / power);
         for other in self.solved.values_mut() {
             if let Some(power) = other.open.remove(&pivot) {
-                other.add(&own, power);
+                other.add(&solution, power);
             }
         }
-        self.solved.insert(pivot, own);
+        self.solved.insert(pivot, solution);
         None
     }
 
@@ -345,9 +341,7 @@ fn meaning(bench: &Bench, columns: &[String], name: &str) -> Meaning {
     if bench.chain.iter().any(|link| link.name() == name) {
         return known("rad");
     }
-    let is_joint_key =
-        || bench.joints().any(|joint| name.strip_prefix(joint).is_some_and(|rest| rest.starts_with('_')));
-    if columns.iter().any(|column| column == name) || is_joint_key() {
+    if columns.iter().any(|column| column == name) || super::is_of_joint(bench, name) {
         return units::of_column(name).map_or(Meaning::Open(Open::Column), |unit| known(&unit));
     }
     Meaning::Open(Open::Coefficient)

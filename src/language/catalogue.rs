@@ -26,7 +26,7 @@ struct Entry {
 impl Catalogue {
     fn read(language: Language) -> Self {
         let mut bundle = FluentBundle::new_concurrent(language.tag().parse().into_iter().collect());
-        // names and numbers stand as they are, without marks of direction
+        // names and numbers without marks of direction
         bundle.set_use_isolating(false);
         let entry = |(key, text)| (key, Entry { text, word: OnceLock::new() });
         let entries = entries(language.parts().sentences).map(entry).collect();
@@ -41,14 +41,14 @@ impl Catalogue {
 
     pub(super) fn message(&self, key: &str, arguments: &[(&'static str, Argument)]) -> Option<String> {
         let entry = self.entries.get(key)?;
-        // sentences among them ask for messages of their own
+        // before the lock: sentences among the arguments read further messages
         let mut values = FluentArgs::with_capacity(arguments.len());
         for (name, argument) in arguments {
             values.set(*name, argument.value(self.language));
         }
         let mut bundle = self.bundle.lock().unwrap_or_else(PoisonError::into_inner);
         if !bundle.has_message(key) {
-            // what cannot be read is left out; a test reads the files strictly
+            // messages with faults are left out; a test reads the files strictly
             let resource = FluentResource::try_new(entry.text.to_string()).unwrap_or_else(|(resource, _)| resource);
             bundle.add_resource_overriding(resource);
         }
@@ -60,18 +60,17 @@ impl Catalogue {
 
 /// The messages of a file: each key, and the lines from it to the next key or remark.
 fn entries(text: &'static str) -> impl Iterator<Item = (&'static str, &'static str)> {
-    let mut rest = text;
+    let mut tail = text;
     std::iter::from_fn(move || {
         loop {
-            let line = rest.lines().next()?;
-            let own = rest;
-            let from_here = |own: &'static str| {
-                let more = own.split_inclusive('\n').skip(1);
+            let line = tail.lines().next()?;
+            let length = |text: &'static str| {
+                let more = text.split_inclusive('\n').skip(1);
                 let within = more.take_while(|line| !line.starts_with(|c: char| c.is_ascii_lowercase() || c == '#'));
-                own.split_inclusive('\n').next().map_or(0, str::len) + within.map(str::len).sum::<usize>()
+                text.split_inclusive('\n').next().map_or(0, str::len) + within.map(str::len).sum::<usize>()
             };
-            let (entry, after) = own.split_at(from_here(own));
-            rest = after;
+            let (entry, after) = tail.split_at(length(tail));
+            tail = after;
             if let Some((key, _)) = line.split_once('=').filter(|_| line.starts_with(|c: char| c.is_ascii_lowercase()))
             {
                 return Some((key.trim_end(), entry));

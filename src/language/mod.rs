@@ -1,4 +1,4 @@
-//! The languages in which a result is shown: every fixed sentence and term stands in one catalogue per language.
+//! The languages in which a result is shown: every fixed sentence and term is in one catalogue per language.
 //!
 //! ```text
 //! result value -> shown in a Language: say!(language, "key", name = value) -> data/language/<code>.ftl -> text

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 static READ: Each<Names> = Each::new();
 
-/// Texts by their English form; `{name}` stands for any part, which is looked up in its turn.
+/// Texts by their English form; `{name}` is a placeholder for any part, which is translated, too.
 struct Names {
     whole: BTreeMap<String, String>,
     /// Those with parts, the most text first.
@@ -13,7 +13,7 @@ struct Names {
 }
 
 struct Pattern {
-    /// What stands before, between and after the parts.
+    /// The texts before, between and after the parts.
     pieces: Vec<String>,
     parts: Vec<String>,
     translation: String,
@@ -26,14 +26,14 @@ pub(super) fn say(language: Language, text: &str) -> Option<String> {
 
 /// The English texts that have a translation, as the language's file has them.
 pub fn names(language: Language) -> impl Iterator<Item = String> {
-    // the project's own file, which a test reads
+    // a file of the project, which a test reads
     let names: BTreeMap<String, String> = serde_json::from_str(language.parts().names).unwrap_or_default();
     names.into_keys()
 }
 
 impl Names {
     fn read(text: &str) -> Self {
-        // the project's own file, which a test reads
+        // a file of the project, which a test reads
         let all: BTreeMap<String, String> = serde_json::from_str(text).unwrap_or_default();
         let (patterns, whole): (Vec<_>, Vec<_>) = all.into_iter().partition(|(english, _)| english.contains('{'));
         let mut patterns: Vec<Pattern> =
@@ -48,8 +48,8 @@ impl Names {
         }
         self.patterns.iter().find_map(|pattern| {
             let parts = pattern.parts_of(text)?;
-            let own = pattern.parts.iter().zip(parts);
-            Some(own.fold(pattern.translation.clone(), |said, (name, part)| {
+            let named = pattern.parts.iter().zip(parts);
+            Some(named.fold(pattern.translation.clone(), |said, (name, part)| {
                 let part = self.say(part).unwrap_or_else(|| part.to_string());
                 said.replace(&format!("{{{name}}}"), &part)
             }))
@@ -60,21 +60,21 @@ impl Names {
 impl Pattern {
     fn new(english: &str, translation: String) -> Self {
         let (mut pieces, mut parts) = (Vec::new(), Vec::new());
-        let mut rest = english;
-        while let Some((piece, after)) = rest.split_once('{') {
+        let mut tail = english;
+        while let Some((piece, after)) = tail.split_once('{') {
             let (name, after) = after.split_once('}').unwrap_or((after, ""));
             pieces.push(piece.to_string());
             parts.push(name.to_string());
-            rest = after;
+            tail = after;
         }
-        pieces.push(rest.to_string());
+        pieces.push(tail.to_string());
         Pattern { pieces, parts, translation }
     }
 
-    /// What stands in the places of the parts; `None` where the text is another one.
+    /// The parts of a text; `None` where it does not match.
     fn parts_of<'a>(&self, text: &'a str) -> Option<Vec<&'a str>> {
-        let (first, rest) = self.pieces.split_first()?;
-        let (last, between) = rest.split_last()?;
+        let (first, others) = self.pieces.split_first()?;
+        let (last, between) = others.split_last()?;
         let mut text = text.strip_prefix(first.as_str())?.strip_suffix(last.as_str())?;
         let mut parts = Vec::with_capacity(self.parts.len());
         for piece in between {

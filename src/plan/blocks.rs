@@ -60,7 +60,7 @@ impl Blocks {
         (0..self.unknowns).map(|c| self.column(r, c).at(j)).collect()
     }
 
-    /// `M += s x x'` for row `r` of candidate `j`; `x` is room for a row.
+    /// `M += s x x'` for row `r` of candidate `j`; `x` is scratch for a row.
     pub(super) fn add_row(&self, m: &mut [f64], s: f64, j: usize, r: usize, x: &mut Vec<f64>) {
         x.clear();
         x.extend((0..self.unknowns).map(|c| self.column(r, c).at(j)));
@@ -73,7 +73,7 @@ impl Blocks {
         self.data.part(start..start + self.count)
     }
 
-    /// `x_jr . w` for every candidate j, into `out`; a shorter `w` stands for zeros after it.
+    /// `x_jr . w` for every candidate j, into `out`; a shorter `w` is padded with zeros.
     pub(super) fn along(&self, r: usize, w: &[f64], out: &mut [f64]) {
         // pieces that stay in the first-level cache
         const PIECE: usize = 256;
@@ -123,7 +123,7 @@ impl Blocks {
         }
     }
 
-    /// The same in room of its own.
+    /// The same in a new list.
     pub(super) fn quadratics(&self, b: &[f64]) -> Vec<Vec<f64>> {
         let mut out = vec![vec![0.0; self.count]; self.rows * (self.rows + 1) / 2];
         self.all_quadratics(b, &mut out, &mut vec![0.0; self.count]);
@@ -167,8 +167,8 @@ impl Blocks {
             return self.clone();
         }
         let element = |j: usize, r: usize, c: usize| {
-            // a portion of fewer rows is filled up with rows of zeros, which tell nothing
-            reduced.get(j).and_then(|own| own.get(r)?.get(c)).copied().unwrap_or_default()
+            // a portion of fewer rows is padded with rows of zeros, which have no information
+            reduced.get(j).and_then(|rows| rows.get(r)?.get(c)).copied().unwrap_or_default()
         };
         Blocks::from_fn(self.count, rows, self.unknowns, element)
     }
@@ -319,17 +319,17 @@ pub(super) fn determinant_and_trace(t: &mut [f64], f: &mut [f64], n: usize) -> (
 
 /// Rank of a symmetric positive semidefinite matrix, row by row, by Cholesky with pivots.
 pub(super) fn rank(m: &[f64], n: usize) -> usize {
-    let mut left = m.to_vec();
-    let diagonal = |left: &[f64]| (0..n).map(|i| left[i * n + i]).collect::<Vec<f64>>();
-    let first = largest(&diagonal(&left)).1;
+    let mut remainder = m.to_vec();
+    let diagonal = |remainder: &[f64]| (0..n).map(|i| remainder[i * n + i]).collect::<Vec<f64>>();
+    let first = largest(&diagonal(&remainder)).1;
     let mut rank = 0;
     while rank < n {
-        let (pivot, square) = largest(&diagonal(&left));
+        let (pivot, square) = largest(&diagonal(&remainder));
         if !(square > 1e-11 * first) || !(first > 0.0) {
             break;
         }
-        let column: Vec<f64> = (0..n).map(|i| left[i * n + pivot] / square.sqrt()).collect();
-        add_outer(&mut left, -1.0, &column);
+        let column: Vec<f64> = (0..n).map(|i| remainder[i * n + pivot] / square.sqrt()).collect();
+        add_outer(&mut remainder, -1.0, &column);
         rank += 1;
     }
     rank

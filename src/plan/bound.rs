@@ -1,11 +1,11 @@
-//! The approximate design: weights instead of whole repeats. No exact design can be better, so it says how near the optimum an exact one is.
+//! The approximate design: weights instead of whole repeats. No exact design can be better, so it bounds the efficiency of an exact one.
 //!
 //! ```text
 //! maximise log det M(w),  minimise log det T M(w)^-1 T',  tr(W M(w)^-1)  or  max_i x_i' M(w)^-1 x_i,   M(w) = M0 + N sum w_j Xj'Xj,   w >= 0, sum w = 1
 //! ```
 //!
-//! Multiplicative weights (S. D. Silvey, D. M. Titterington, B. Torsney, Comm. Statist. A 7 (1978) 1379). The bound that is returned is not
-//! the value that the iteration has reached but the tangent's: the objectives are convex in `w`, so it holds however early one stops. The
+//! Multiplicative weights (S. D. Silvey, D. M. Titterington, B. Torsney, Comm. Statist. A 7 (1978) 1379). The bound is not
+//! the value that the iteration has reached but that of the tangent: the objectives are convex in `w`, so it holds after any iteration. The
 //! largest prediction is at least any weighted mean of predictions, `max_i d_i >= sum m_i d_i = tr(W_m M^-1)`, so it is bounded by the
 //! trace for weights `m` of the predicted rows that grow where `d_i` is large; the largest eigenvalue by `tr(Z C)` in the same way.
 #![allow(
@@ -19,12 +19,12 @@ use crate::linear::dot;
 use crate::number;
 use faer::{Mat, Side};
 
-/// What weights instead of repeats could reach.
+/// The approximate design and its lower bound.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Bound {
     /// No exact design has a smaller value of the objective.
     pub value: f64,
-    /// What the weights that were found reach: the bound is loose by no more than the difference.
+    /// The objective of these weights: the bound is loose by no more than the difference.
     pub reached: f64,
     /// Weight of each candidate, summing to 1.
     pub weights: Vec<f64>,
@@ -38,13 +38,13 @@ impl Bound {
 }
 
 const ITERATIONS: usize = 5000;
-/// Multiplications after which the bound is taken as it is: a second or two.
+/// Multiplications after which the iteration stops: a second or two.
 const EFFORT: f64 = 3e9;
 /// Stop when the bound is this near the value reached (relative, for one unknown).
 const NEAR: f64 = 1e-5;
 /// The bound needs all candidates; between bounds so many steps are made with those that have weight.
 const STEPS: usize = 10;
-/// A candidate with less weight than this, and less than the mean gain, takes no further part: its weight would only go on shrinking.
+/// A candidate with less weight than this and less than the mean gain is dropped: its weight would only decrease further.
 const WEIGHTLESS: f64 = 1e-9;
 /// Weight that all candidates share where the best ones alone would leave the information singular.
 const LEAST: f64 = 1e-6;
@@ -54,7 +54,7 @@ pub(super) fn bound(blocks: &Blocks, base: &[f64], objective: &Objective, total:
     let (n, count) = (blocks.unknowns(), blocks.count());
     let mut best: Option<Bound> = None;
     let mut reached = f64::INFINITY;
-    // candidates that still take part, their rows and their weights
+    // active candidates, their rows and their weights
     let mut active: Vec<usize> = (0..count).collect();
     let mut rows = blocks.clone();
     let mut weights = vec![1.0 / count as f64; count];
@@ -71,7 +71,7 @@ pub(super) fn bound(blocks: &Blocks, base: &[f64], objective: &Objective, total:
     let most = number::count(EFFORT / (2.0 * (size * n * n) as f64)).clamp(50, ITERATIONS);
     for iteration in 0..most {
         let Some((inverse, log_det)) = invert(&weighted(&rows, base, total, &weights), n) else {
-            // the best weights for one quantity may leave others undetermined: from then on every candidate keeps a little weight
+            // the best weights for one quantity may not determine others: from then on every candidate keeps a minimal weight
             if least > 0.0 {
                 break;
             }
@@ -91,8 +91,8 @@ pub(super) fn bound(blocks: &Blocks, base: &[f64], objective: &Objective, total:
                 let value = dot(w, &inverse);
                 (sandwich(&inverse, w, n), value, value)
             }
-            (Objective::Volume(own), _) => {
-                let Some((value, slopes)) = own.with_slopes(&inverse) else { break };
+            (Objective::Volume(functions), _) => {
+                let Some((value, slopes)) = functions.with_slopes(&inverse) else { break };
                 (slopes, value, value)
             }
             _ => (inverse, -log_det, -log_det),
@@ -153,8 +153,8 @@ fn gains(blocks: &Blocks, b: &[f64]) -> Vec<f64> {
     gain
 }
 
-/// Weights of what is largest, where that is largest: a mass on predicted rows that sums to one, or a positive semidefinite `Z` of trace one, for
-/// which `lambda_max(C) >= tr(Z C)`.
+/// Weights for the largest of several variances: a mass on predicted rows that sums to one, or a positive semidefinite `Z` of trace one with
+/// `lambda_max(C) >= tr(Z C)`.
 enum Mixture<'a> {
     /// Of row r of candidate j at `r * count + j`.
     Rows(&'a Blocks, Vec<f64>),
@@ -169,15 +169,18 @@ impl<'a> Mixture<'a> {
                 let all = rows.rows() * rows.count();
                 Some(Mixture::Rows(rows, vec![1.0 / all as f64; all]))
             }
-            Objective::Eigenvalue(own) => {
-                let p = own.0.len();
-                Some(Mixture::Combined(own, Mat::from_fn(p, p, |i, j| if i == j { 1.0 / own.size() } else { 0.0 })))
+            Objective::Eigenvalue(functions) => {
+                let p = functions.0.len();
+                Some(Mixture::Combined(
+                    functions,
+                    Mat::from_fn(p, p, |i, j| if i == j { 1.0 / functions.size() } else { 0.0 }),
+                ))
             }
             _ => None,
         }
     }
 
-    /// Move the weights towards what is largest at `M^-1`: `sum m x x'` or `T' Z T`, row by row, and the largest.
+    /// Move the weights towards the largest variances at `M^-1`; `sum m x x'` or `T' Z T`, row by row, and the largest variance.
     fn follow(&mut self, inverse: &[f64]) -> (Vec<f64>, f64) {
         match self {
             Mixture::Rows(rows, mass) => {
@@ -197,8 +200,8 @@ impl<'a> Mixture<'a> {
                 (w, variance.into_iter().fold(0.0, f64::max))
             }
             // Z <- C^(1/2) Z C^(1/2) over its trace
-            Mixture::Combined(own, weights) => {
-                let c = own.image(inverse);
+            Mixture::Combined(functions, weights) => {
+                let c = functions.image(inverse);
                 let mut largest = f64::NAN;
                 if let Ok(eigen) = c.self_adjoint_eigen(Side::Lower) {
                     let p = c.nrows();
@@ -213,7 +216,7 @@ impl<'a> Mixture<'a> {
                     }
                     largest = eigen.S()[p - 1];
                 }
-                (own.weighted(|i, k| weights[(i, k)]), largest)
+                (functions.weighted(|i, k| weights[(i, k)]), largest)
             }
         }
     }

@@ -1,8 +1,8 @@
 //! The best positions for a budget: how many mountings, and how many readings at each, when a remounting costs more than a rate change.
 //!
-//! Exchanges as for a fixed number, among replacements that the budget allows; what is left is spent on what tells most for its cost; then whole
-//! mountings are moved, states of a mounting replaced, mountings and states given up and the money spent anew. From every optimum that is
-//! found, a mounting is closed or opened at random and the search goes on from there.
+//! Exchanges as for a fixed number, among replacements that the budget allows; the remainder is spent on the largest gains per cost; then whole
+//! mountings are moved, states of a mounting replaced, mountings and states given up and their cost spent anew. From every optimum,
+//! a mounting is closed or opened at random and the search continues.
 #![allow(
     clippy::indexing_slicing,
     reason = "`chosen` holds numbers of the problem's candidates, of which `used` has one entry each"
@@ -19,15 +19,15 @@ use crate::number;
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::Rng;
 
-/// Optima from which the search goes on, for each start.
+/// Perturbations of the optimum of each start, from which the search continues.
 const KICKS: usize = 4;
 /// More rounds of exchanges and moves than this have never been needed.
 const ROUNDS: usize = 60;
 
-/// One start: a random number of mountings, then the search. `None` where nothing regular was found.
+/// One start: a random number of mountings, then the search. `None` where no regular design is reached.
 ///
-/// The largest of very many variances is dear to compare, and so is an eigenvalue: mountings are found by the smooth criterion that is nearest (the
-/// determinant, the sum of the variances), and exchanges lower what is largest then.
+/// The largest of very many variances is expensive to compare, and so is an eigenvalue: mountings are chosen by the smooth criterion that approximates
+/// it (the determinant, the sum of the variances); then exchanges lower the largest.
 pub(super) fn start(problem: &Problem<'_>, prices: &Prices, rng: &mut Pcg64Mcg) -> Option<Design> {
     let Some(nearest) = problem.objective.nearest().filter(|_| !problem.objective.is_of_few()) else {
         return searched(problem, prices, rng);
@@ -35,10 +35,9 @@ pub(super) fn start(problem: &Problem<'_>, prices: &Prices, rng: &mut Pcg64Mcg) 
     let smooth = searched(&Problem { objective: &nearest, ..problem.clone() }, prices, rng)?;
     let mut state = State::of(problem, smooth.chosen)?;
     improve_state(&mut state);
-    let (mut chosen, mut effort) = (state.chosen, smooth.effort + state.effort);
-    chosen = fill(problem, prices, chosen);
+    let (mut chosen, mut effort) = (fill(problem, prices, state.chosen), smooth.effort + state.effort);
     if let Objective::Volume(_) = problem.objective {
-        // smooth itself: mountings are moved by what is asked
+        // smooth itself: mountings are moved by the criterion
         let further = descend(problem, prices, chosen)?;
         chosen = further.chosen;
         effort += further.effort;
@@ -75,13 +74,12 @@ fn searched(problem: &Problem<'_>, prices: &Prices, rng: &mut Pcg64Mcg) -> Optio
             let at = draw(chosen.len());
             chosen.swap_remove(at.min(chosen.len().saturating_sub(1)));
         }
-        let spent = |chosen: &[usize]| prices.of(chosen);
         let k = draw(count);
-        let times_chosen = chosen.iter().filter(|own| **own == k).count();
+        let times_chosen = chosen.iter().filter(|j| **j == k).count();
         if times_chosen < problem.most_repeats {
             chosen.push(k);
         }
-        while !prices.affords(spent(&chosen)) || chosen.len() > problem.choose {
+        while !prices.affords(prices.of(&chosen)) || chosen.len() > problem.choose {
             let at = draw(chosen.len().saturating_sub(1));
             chosen.swap_remove(at);
         }
@@ -96,7 +94,7 @@ fn searched(problem: &Problem<'_>, prices: &Prices, rng: &mut Pcg64Mcg) -> Optio
     Some(Design { effort, ..best })
 }
 
-/// Down from a list of portions until no move is worth it.
+/// Descent from a list of portions until no move is significant.
 pub(super) fn descend(problem: &Problem<'_>, prices: &Prices, mut chosen: Vec<usize>) -> Option<Design> {
     let mut now = regular(problem, &chosen)?;
     let (blocks, n) = (problem.blocks, problem.blocks.unknowns());
@@ -120,9 +118,9 @@ pub(super) fn descend(problem: &Problem<'_>, prices: &Prices, mut chosen: Vec<us
     Some(Design { value: now, chosen, effort })
 }
 
-/// Is `found` better than `now` by more than rounding?
-fn worth(found: f64, now: f64) -> bool {
-    found < now - WORTH * now.abs().max(1e-300)
+/// Is `value` better than `now` by more than rounding?
+fn worth(value: f64, now: f64) -> bool {
+    value < now - WORTH * now.abs().max(1e-300)
 }
 
 fn regular(problem: &Problem<'_>, chosen: &[usize]) -> Option<f64> {
@@ -147,49 +145,32 @@ impl<'a> Moves<'a> {
         Moves { problem, prices, chosen, open, information: information(problem.blocks, problem.base, chosen) }
     }
 
-    fn place(&self, k: usize) -> usize {
-        self.prices.place.at(k)
-    }
-
-    fn kind(&self, k: usize) -> usize {
-        self.prices.kind.at(k)
-    }
-
-    fn repeats_allowed(&self, design: &[usize]) -> bool {
-        if self.problem.most_repeats >= design.len() {
-            return true;
-        }
-        let mut sorted = design.to_vec();
-        sorted.sort_unstable();
-        sorted.chunk_by(|a, b| a == b).all(|same| same.len() <= self.problem.most_repeats)
-    }
-
-    /// The best design in which one mounting lies elsewhere with the same states, or has another state in place of one of its own.
+    /// The best design in which one mounting lies elsewhere with the same states, or another state in place of one of its states.
     fn of_mountings(&self, now: f64) -> Option<(f64, Vec<usize>)> {
         let Moves { problem, prices, chosen, .. } = self;
         let (blocks, n) = (problem.blocks, problem.blocks.unknowns());
         let mut best: Option<(f64, Vec<usize>)> = None;
         let (mut m, mut x) = (Vec::new(), Vec::new());
-        let mut consider = |own: &[(usize, u32)], to: &dyn Fn(usize) -> Option<usize>| {
-            // portions of the mounting that change, and what they become
-            let changed: Option<Vec<(usize, usize)>> = own.iter().map(|(k, _)| Some((*k, to(*k)?))).collect();
+        let mut consider = |uses: &[(usize, u32)], to: &dyn Fn(usize) -> Option<usize>| {
+            // portions of the mounting that change, and their replacements
+            let changed: Option<Vec<(usize, usize)>> = uses.iter().map(|(k, _)| Some((*k, to(*k)?))).collect();
             let Some(changed) = changed else { return };
             m.clone_from(&self.information);
-            for ((from, to), (_, times)) in changed.iter().zip(own).filter(|((from, to), _)| from != to) {
+            for ((from, to), (_, times)) in changed.iter().zip(uses).filter(|((from, to), _)| from != to) {
                 for r in 0..blocks.rows() {
                     blocks.add_row(&mut m, f64::from(*times), *to, r, &mut x);
                     blocks.add_row(&mut m, -f64::from(*times), *from, r, &mut x);
                 }
             }
-            let Some(found) = value(problem.objective, &m, n) else { return };
-            if !worth(found, best.as_ref().map_or(now, |(value, _)| *value)) {
+            let Some(estimate) = value(problem.objective, &m, n) else { return };
+            if !worth(estimate, best.as_ref().map_or(now, |(value, _)| *value)) {
                 return;
             }
             let becomes = |k: &usize| changed.iter().find(|(from, _)| from == k).map_or(*k, |(_, to)| *to);
             let design: Vec<usize> = chosen.iter().map(becomes).collect();
             // the difference of sums may have lost digits
             if prices.affords(prices.of(&design))
-                && self.repeats_allowed(&design)
+                && problem.allows_repeats(&design)
                 && let Some(exact) = regular(problem, &design)
                 && worth(exact, best.as_ref().map_or(now, |(value, _)| *value))
             {
@@ -198,15 +179,16 @@ impl<'a> Moves<'a> {
         };
         let all = counted(chosen);
         for place in &self.open {
-            let own: Vec<(usize, u32)> = all.iter().copied().filter(|(k, _)| self.place(*k) == *place).collect();
+            let uses: Vec<(usize, u32)> = all.iter().copied().filter(|(k, _)| prices.place.at(*k) == *place).collect();
             for other in (0..prices.places).filter(|other| other != place) {
-                consider(&own, &|k| prices.at.get(&(other, self.kind(k))).copied());
+                consider(&uses, &|k| prices.at.get(&(other, prices.kind.at(k))).copied());
             }
-            let mut kinds: Vec<usize> = own.iter().map(|(k, _)| self.kind(*k)).collect();
+            let mut kinds: Vec<usize> = uses.iter().map(|(k, _)| prices.kind.at(*k)).collect();
             kinds.sort_unstable();
             kinds.dedup();
             for from in kinds {
-                let same: Vec<(usize, u32)> = own.iter().copied().filter(|(k, _)| self.kind(*k) == from).collect();
+                let same: Vec<(usize, u32)> =
+                    uses.iter().copied().filter(|(k, _)| prices.kind.at(*k) == from).collect();
                 // another state here; a state of another mounting is an exchange
                 for to in prices
                     .at
@@ -222,7 +204,7 @@ impl<'a> Moves<'a> {
         best
     }
 
-    /// The best design in which a mounting or a state of a mounting is given up, or one portion, and what it cost is spent anew.
+    /// The best design without a mounting, a portion or its repeats, and with their cost spent anew.
     fn with_spending(&self, now: f64) -> Option<(f64, Vec<usize>)> {
         let Moves { problem, prices, chosen, .. } = self;
         let mut best: Option<(f64, Vec<usize>)> = None;
@@ -232,18 +214,18 @@ impl<'a> Moves<'a> {
             let less = if solved { without(&whole, prices, gone) } else { None };
             let design = match less {
                 Some(less) if less.chosen.len() < problem.choose => filled(less, prices),
-                _ => fill(problem, prices, left(chosen, gone)),
+                _ => fill(problem, prices, remaining(chosen, gone)),
             };
-            if let Some(found) = regular(problem, &design)
-                && worth(found, best.as_ref().map_or(now, |(value, _)| *value))
+            if let Some(value) = regular(problem, &design)
+                && worth(value, best.as_ref().map_or(now, |(value, _)| *value))
             {
-                best = Some((found, design));
+                best = Some((value, design));
             }
         };
         let all = counted(chosen);
         for place in &self.open {
-            let own: Vec<(usize, u32)> = all.iter().copied().filter(|(k, _)| self.place(*k) == *place).collect();
-            consider(&own);
+            let uses: Vec<(usize, u32)> = all.iter().copied().filter(|(k, _)| prices.place.at(*k) == *place).collect();
+            consider(&uses);
         }
         for (gone, times) in all {
             if times > 1 {
@@ -255,19 +237,18 @@ impl<'a> Moves<'a> {
     }
 }
 
-/// Add what tells most for its cost until nothing more can be paid for, or the number is reached.
+/// Add the candidate with the largest gain per cost until nothing more is affordable, or the number is reached.
 fn fill(problem: &Problem<'_>, prices: &Prices, chosen: Vec<usize>) -> Vec<usize> {
     let mut state = State::unsolved(problem, chosen);
     let has_room =
         state.chosen.len() < problem.choose && (0..problem.blocks.count()).any(|k| room(&state, prices, k).is_some());
-    // singular whatever is added to its diagonal: as it is
     if has_room && state.solve_nearly().is_some() {
         return filled(state, prices);
     }
     state.chosen
 }
 
-/// What one more of a candidate costs, if it may be taken.
+/// Cost of one more of a candidate, if it may be chosen.
 fn room(state: &State<'_>, prices: &Prices, k: usize) -> Option<f64> {
     let till = state.till.as_ref().filter(|_| (state.times_chosen[k] as usize) < state.problem.most_repeats)?;
     let more = till.difference(prices, None, Some(k));
@@ -275,9 +256,9 @@ fn room(state: &State<'_>, prices: &Prices, k: usize) -> Option<f64> {
 }
 
 /// A list without some of its portions, each so many times.
-fn left(chosen: &[usize], gone: &[(usize, u32)]) -> Vec<usize> {
+fn remaining(chosen: &[usize], gone: &[(usize, u32)]) -> Vec<usize> {
     let mut gone = gone.to_vec();
-    let mut stays = |k: &usize| match gone.iter_mut().find(|(own, times)| own == k && *times > 0) {
+    let mut stays = |k: &usize| match gone.iter_mut().find(|(j, times)| j == k && *times > 0) {
         Some((_, times)) => {
             *times -= 1;
             false
@@ -287,14 +268,14 @@ fn left(chosen: &[usize], gone: &[(usize, u32)]) -> Vec<usize> {
     chosen.iter().copied().filter(|k| stays(k)).collect()
 }
 
-/// The same design without some portions, each so many times; `None` where next to nothing is left in some direction, and it has to be computed anew.
+/// The same design without some portions, each so many times; `None` where it is nearly singular and has to be factored anew.
 fn without<'a>(state: &State<'a>, prices: &Prices, gone: &[(usize, u32)]) -> Option<State<'a>> {
     let blocks = state.problem.blocks;
     let mut less = state.clone();
     for (k, times) in gone {
         for r in 0..blocks.rows() {
-            let own = less.spread.get(packed(r, r)).map_or(f64::NAN, |spread| spread[*k]);
-            if !(1.0 - f64::from(*times) * own > 1e-4) {
+            let leverage = less.spread.get(packed(r, r)).map_or(f64::NAN, |spread| spread[*k]);
+            if !(1.0 - f64::from(*times) * leverage > 1e-4) {
                 return None;
             }
             less.update(&blocks.row(*k, r), -f64::from(*times));
@@ -304,46 +285,46 @@ fn without<'a>(state: &State<'a>, prices: &Prices, gone: &[(usize, u32)]) -> Opt
             less.times_chosen[*k] = less.times_chosen[*k].saturating_sub(1);
         }
     }
-    less.chosen = left(&less.chosen, gone);
+    less.chosen = remaining(&less.chosen, gone);
     Some(less)
 }
 
-/// What a design becomes when it is filled up.
+/// The same, for a state with inverse and sums.
 fn filled(mut state: State<'_>, prices: &Prices) -> Vec<usize> {
     let problem = state.problem;
     let (blocks, n, count) = (problem.blocks, problem.blocks.unknowns(), problem.blocks.count());
     let mut work = vec![0.0; count];
-    // at most what a candidate tells
-    let mut told = vec![0.0_f64; count];
+    // upper bounds on the criterion's gain by each candidate
+    let mut gains = vec![0.0_f64; count];
     let mut effect = vec![0.0_f64; count];
     let least = prices.least_more().max(1e-9);
     let mut last = None;
     while state.chosen.len() < problem.choose.min(MOST) {
         let Some(till) = &state.till else { break };
-        told.fill(0.0);
+        gains.fill(0.0);
         let traced = if let Objective::Trace(w) = problem.objective { Some(w.as_slice()) } else { None };
         let spread = || (0..blocks.rows()).filter_map(|r| state.spread.get(packed(r, r)));
-        for (r, own) in spread().enumerate() {
-            // what a row alone takes from tr(W M^-1), or adds to log det M: ln(1 + d), which is no more than d
+        for (r, leverage) in spread().enumerate() {
+            // decrease of tr(W M^-1) by a row alone, or increase of log det M: ln(1 + d) <= d
             if let Some(w) = traced {
                 blocks.quadratic(r, r, &sandwich(&state.inverse, w, n), &mut effect, &mut work);
-                told.iter_mut().zip(own).zip(&effect).for_each(|((told, d), e)| *told += e / (1.0 + d));
+                gains.iter_mut().zip(leverage).zip(&effect).for_each(|((gain, d), e)| *gain += e / (1.0 + d));
             } else {
-                told.iter_mut().zip(own).for_each(|(told, d)| *told += d);
+                gains.iter_mut().zip(leverage).for_each(|(gain, d)| *gain += d);
             }
         }
         let mut best: Option<(f64, usize)> = None;
-        // the one that was taken last is often the best again: most of the others need not be looked at closely
-        for (k, most) in last.into_iter().chain(0..count).filter_map(|k| Some((k, *told.get(k)?))) {
+        // the last one is often the best again: then the bound excludes most others
+        for (k, most) in last.into_iter().chain(0..count).filter_map(|k| Some((k, *gains.get(k)?))) {
             if best.is_some_and(|(gain, _)| !(most / till.at_least(prices, k).max(least) > gain)) {
                 continue;
             }
             let Some(more) = room(&state, prices, k) else { continue };
-            let tells = match traced {
+            let criterion = match traced {
                 Some(_) => most,
-                None => spread().filter_map(|own| own.get(k)).map(|d| d.ln_1p()).sum(),
+                None => spread().filter_map(|leverage| leverage.get(k)).map(|d| d.ln_1p()).sum(),
             };
-            let gain = tells / more.max(1e-9);
+            let gain = criterion / more.max(1e-9);
             if best.is_none_or(|(most, _)| gain > most) {
                 best = Some((gain, k));
             }

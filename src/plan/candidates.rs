@@ -84,10 +84,10 @@ pub fn sweep_with_rates(campaign: &Campaign, step_deg: f64, rates: &[f64]) -> Re
                 }
             }
         }
-        // a joint that both stands and turns keeps the states in which it turns
-        let stands = seen.iter().any(|state| matches!(state, JointState::Held { .. }));
+        // a joint that is both held and turned keeps the states in which it turns
+        let is_held = seen.iter().any(|state| matches!(state, JointState::Held { .. }));
         let turning = seen.iter().filter(|state| !matches!(state, JointState::Held { .. })).count();
-        let steps = if stands { (360.0 / step_deg - 1e-9).ceil() } else { 0.0 };
+        let steps = if is_held { (360.0 / step_deg - 1e-9).ceil() } else { 0.0 };
         total *= turning as f64 + steps;
         if total > MOST_CANDIDATES as f64 {
             return Err(Malformed::new(
@@ -97,7 +97,7 @@ pub fn sweep_with_rates(campaign: &Campaign, step_deg: f64, rates: &[f64]) -> Re
             .expected(format!("at most {MOST_CANDIDATES}; a larger step, or a file of candidates"))
             .found(format!("more than {total:.0}")));
         }
-        if stands {
+        if is_held {
             let held = (0..number::count(steps)).map(|k| JointState::Held { angle_deg: k as f64 * step_deg });
             seen.retain(|state| !matches!(state, JointState::Held { .. }));
             seen = held.chain(seen).collect();
@@ -112,20 +112,21 @@ pub fn sweep_with_rates(campaign: &Campaign, step_deg: f64, rates: &[f64]) -> Re
             .collect();
     }
     let names: Vec<&str> = campaign.bench.joints().collect();
-    // texts that lines of scatter go by (an operator), as columns are those of the first reading
+    // texts that lines of scatter refer to (an operator): like columns, those of the first reading
     let goes_by = |key: &String| campaign.scatter.iter().any(|line| line.per == Per::Column(key.clone()));
     let levels: Vec<(String, String)> = first.remarks.iter().filter(|(key, _)| goes_by(key)).cloned().collect();
     let stated = |row: &Reading| (row.samples, row.unread().planned_u);
     let uniform = rows.iter().all(|row| stated(row) == stated(first));
-    // two joints that turn in one mean are no reading that the bench can take
+    // the bench takes no mean with two turning joints
     let rows = combinations
         .into_iter()
         .map(|joints| {
             let turns_alike = |row: &&Reading| {
                 let pairs = row.joints.iter().zip(&joints);
-                pairs.filter(|(_, own)| !matches!(own, JointState::Held { .. })).all(|(other, own)| other == own)
+                pairs
+                    .filter(|(_, state)| !matches!(state, JointState::Held { .. }))
+                    .all(|(other, state)| other == state)
             };
-            // no row turns alike: as the first
             let like = if uniform { first } else { rows.iter().find(turns_alike).unwrap_or(first) };
             Reading {
                 columns: campaign.readings.position(&names, first, joints.clone()).columns,
@@ -158,7 +159,7 @@ pub(super) fn frozen(campaign: &Campaign, candidates: &Readings) -> Vec<(String,
         .collect()
 }
 
-/// Candidates from a schedule of their own, with the columns of `campaign`. Errors: another bench.
+/// Candidates from another schedule, with the columns of `campaign`. Errors: another bench.
 pub fn from_schedule(campaign: &Campaign, candidates: &Campaign) -> Result<Readings> {
     let same = |a: &Campaign| (a.bench.id.clone(), a.bench.joints().map(str::to_string).collect::<Vec<_>>());
     if same(campaign) != same(candidates) {

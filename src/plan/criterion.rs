@@ -93,7 +93,7 @@ pub(super) fn gradients_of(campaign: &Campaign, id: &str) -> Result<Option<Vec<V
     let n = campaign.unknowns();
     match campaign.parameter_index(id).filter(|k| *k < n) {
         Some(k) => Ok(Some(vec![single(n, k, 1.0)])),
-        None => campaign.derived.iter().find(|d| d.id == id).map(|own| gradients(campaign, own)).transpose(),
+        None => campaign.derived.iter().find(|d| d.id == id).map(|d| gradients(campaign, d)).transpose(),
     }
 }
 

@@ -1,4 +1,4 @@
-//! Positions that tell effects apart.
+//! Positions that discriminate between effects.
 //!
 //! If the truth has the term `a` with coefficient 1, the model with `b` in its place lacks
 //!
@@ -8,7 +8,7 @@
 //!
 //! (A. C. Atkinson, V. V. Fedorov, Biometrika 62 (1975) 57: T-optimality; for linear rivals it is the c-criterion of the rival's coefficient.)
 //! Which of two is true nobody knows, so both take part, each in units of what all candidates could reach. For a campaign that has been measured,
-//! single further positions: against several rivals, the best is the one at which the least told rival is told best (Biometrika 62 (1975) 289).
+//! single further positions: with several rivals, the best position maximises the smallest `T` over them (Biometrika 62 (1975) 289).
 #![allow(
     clippy::indexing_slicing,
     reason = "whitened rows have the unknowns and one column for each term; lists over rivals have one entry for each term but the first"
@@ -29,19 +29,19 @@ use super::request::Progress;
 use super::request::Request;
 use super::scheduled::schedule_rows;
 use super::search::{EFFORT, Found, Limits, search};
-use super::whitened::{Beside, Term, adjusted, mounted_apart, single, whitened, with_priors};
+use super::whitened::{Augmentation, Term, adjusted, mounted_apart, single, whitened, with_priors};
 use crate::algebra::{Scratch, Tape};
 use crate::campaign::{Campaign, Reading, Readings, is_axis_input};
 use crate::error::{Fault, Malformed, Result};
 use crate::linear::dot;
 use crate::simulate::Regressor;
 
-/// Positions that tell two terms apart.
+/// Positions that discriminate between two terms.
 #[derive(Debug, Clone)]
 pub struct Discrimination {
-    /// Positions to add; empty where no candidate tells them apart.
+    /// Positions to add; empty where no candidate discriminates between them.
     pub positions: Vec<Reading>,
-    /// Standard uncertainties of the two coefficients with both in the model line, before; `None` where they are confused.
+    /// Standard uncertainties of the two coefficients with both in the model line, before; `None` where they are confounded.
     pub before: [Option<f64>; 2],
     /// The same with the added positions.
     pub after: [Option<f64>; 2],
@@ -49,9 +49,9 @@ pub struct Discrimination {
     pub hits: usize,
 }
 
-/// The positions, `readings` or as many more as it takes, whose addition to those kept tells term `a` from term `b` best.
+/// The positions, `readings` or as many more as it takes, whose addition to those kept discriminates best between the two terms.
 ///
-/// What is kept counts with the values that were read there. Errors: a term that uses what is no input here, no candidates. That nothing
+/// Kept readings count with the values that were read there. Errors: a term that uses what is no input here, no candidates. That nothing
 /// separates them is a result.
 pub fn discriminate(
     campaign: &Campaign,
@@ -78,12 +78,12 @@ pub fn discriminate(
     // singular with too few: one more until regular
     let most = readings.max(1) + pool.blocks.unknowns();
     let progress = Progress::default();
-    let found = (readings.max(1)..=most).find_map(|choose| {
+    let result = (readings.max(1)..=most).find_map(|choose| {
         let problem = Problem { choose, ..Problem::of(&pool.blocks, &pool.base, &objective) };
         let limits = Limits { starts, seed, effort: EFFORT, enough: None, given: &Vec::new, progress: &progress };
         search(&problem, &limits, || guide(&problem))
     });
-    let Some(Found { design, hits, .. }) = found else { return Ok(nothing) };
+    let Some(Found { design, hits, .. }) = result else { return Ok(nothing) };
     let after = information(&pool.blocks, &pool.base, &design.chosen);
     let all = schedule_rows(kept, &pool, &design.chosen, false);
     Ok(Discrimination {
@@ -94,42 +94,42 @@ pub fn discriminate(
     })
 }
 
-/// A schedule that tells two effects apart.
+/// A schedule that discriminates between two effects.
 #[derive(Debug, Clone)]
 pub struct Separated {
-    /// What was kept, then what was added; and how well it will do for the estimated parameters.
+    /// The kept readings, then the added ones; and the predicted uncertainties of the estimated parameters.
     pub improvement: Improvement,
-    /// Standard uncertainties of the two coefficients before; `None` where nothing tells them apart.
+    /// Standard uncertainties of the two coefficients before; `None` where they are confounded.
     pub before: [Option<f64>; 2],
     /// The same with the added positions.
     pub after: [Option<f64>; 2],
 }
 
-/// The schedule that is kept, with `request.readings` more positions (or as many as it takes) that tell two effects apart; its criterion plays
+/// The schedule that is kept, with `request.readings` more positions (or as many as it takes) that discriminate between two effects; its criterion plays
 /// no part. That nothing separates them is a result: nothing is added. Errors: those of [`discriminate`]; the same term twice; a term that is
 /// zero at every reading and candidate.
 pub fn separate(campaign: &Campaign, offer: &Offer, terms: [&Term; 2], request: &Request) -> Result<Separated> {
     check_terms(campaign, offer, terms)?;
-    let found = discriminate(campaign, offer, terms, request.readings, request.starts, request.seed)?;
+    let discrimination = discriminate(campaign, offer, terms, request.readings, request.starts, request.seed)?;
     let kept = planned(campaign, &offer.kept);
     let stays = kept.rows.len();
     let mut rows = kept.rows;
-    rows.extend(found.positions);
+    rows.extend(discrimination.positions);
     let all = campaign.with_readings(planned(campaign, &Readings { columns: kept.columns, rows }));
     let schedule =
         campaign.with_readings(ordered(&all, &offer.noise, &offer.costs, request.order, request.seed, stays)?);
     Ok(Separated {
-        before: found.before,
-        after: found.after,
+        before: discrimination.before,
+        after: discrimination.after,
         improvement: Improvement {
-            hits: found.hits,
+            hits: discrimination.hits,
             starts: request.starts.max(1),
             ..Improvement::of(schedule, offer, offer.candidates.rows.len(), stays)?
         },
     })
 }
 
-/// A term smaller than this share of what its inputs could make of it is zero but for rounding.
+/// A term smaller than this share of its size for typical inputs is zero but for rounding.
 const ROUNDING: f64 = 1e-10;
 
 /// Two different terms, neither of which is zero (but for rounding) wherever it could be seen.
@@ -141,10 +141,10 @@ fn check_terms(campaign: &Campaign, offer: &Offer, terms: [&Term; 2]) -> Result<
             .found(format!("'{}' twice", names[0])));
     }
     let (both, n) = (terms.map(Clone::clone), campaign.unknowns());
-    // the effects' own columns are wanted here, whatever scatters beside them
-    let beside = Beside { terms: &both, ..Beside::default() };
-    let mut rows = whitened(campaign, &offer.kept, &offer.noise, &beside, false)?;
-    rows.extend(whitened(campaign, &offer.candidates, &offer.noise, &beside, true)?);
+    // columns of the effects alone, without shared deviations
+    let augmentation = Augmentation { terms: &both, ..Augmentation::default() };
+    let mut rows = whitened(campaign, &offer.kept, &offer.noise, &augmentation, false)?;
+    rows.extend(whitened(campaign, &offer.candidates, &offer.noise, &augmentation, true)?);
     let sd = offer.noise.sensors.iter().map(|s| s.sd).fold(0.0, f64::max);
     for (t, (term, name)) in terms.iter().zip(&names).enumerate() {
         let largest = rows.iter().filter_map(|row| row.get(n + t)).fold(0.0_f64, |most, v| most.max(v.abs()));
@@ -158,7 +158,7 @@ fn check_terms(campaign: &Campaign, offer: &Offer, terms: [&Term; 2]) -> Result<
     Ok(())
 }
 
-/// What its inputs could make of a term: gravity along an axis, the fastest rate, any angle; zero for what is no term.
+/// Size of a term for typical inputs: gravity along an axis, the fastest rate, any angle; zero for other regressors.
 fn natural_size(campaign: &Campaign, regressor: &Regressor) -> f64 {
     let Regressor::Term(line) = regressor else { return 0.0 };
     let bench = &campaign.bench;
@@ -167,9 +167,9 @@ fn natural_size(campaign: &Campaign, regressor: &Regressor) -> f64 {
     let size = |name: &str| match name {
         axis if is_axis_input(bench, axis) && axis.starts_with("w_") => rate.max(bench.earth_rate().norm()),
         axis if is_axis_input(bench, axis) => bench.specific_force().norm(),
-        joint if bench.joints().any(|own| own == joint) => 0.7, // radians
+        joint if bench.joints().any(|id| id == joint) => 0.7, // radians
         column => {
-            let at = campaign.readings.columns.iter().position(|own| own == column);
+            let at = campaign.readings.columns.iter().position(|id| id == column);
             let values = campaign.readings.rows.iter().filter_map(|row| row.columns.get(at?).copied().flatten());
             values.fold(0.0, |most, v| v.abs().max(most))
         }
@@ -203,27 +203,27 @@ fn name(campaign: &Campaign, regressor: &Regressor) -> String {
     }
 }
 
-/// A position that tells an effect from its rivals.
+/// A position that discriminates between an effect and its rivals.
 #[derive(Debug, Clone)]
 pub struct DiscriminatingPosition {
     /// The position.
     pub position: Reading,
-    /// What it adds to `T` against the rival that it tells least, as a share of the most that any candidate adds.
+    /// What it adds to `T`, as a share of the most that any candidate adds: the smallest over the rivals.
     pub least: f64,
     /// The mean of these shares over all rivals.
     pub mean: f64,
-    /// The rivals that it tells plainly, by index: it adds at least a tenth of what a reading holds of the effect on average.
+    /// The rivals that it clearly discriminates, by index: it adds at least a tenth of the mean information of a reading on the effect.
     pub told: Vec<usize>,
 }
 
-/// A rival that no candidate adds this share of the effect's own information against is told by none of them.
+/// A rival is not separable where no candidate adds this share of the information on the effect to `T`.
 const TELLS: f64 = 1e-4;
-/// A position tells a rival plainly if it adds this share of what a reading at hand holds of the effect on average.
+/// A position clearly discriminates a rival if it adds this share of the mean information of a kept reading on the effect.
 const PLAINLY: f64 = 0.1;
-/// Weight of a loose prior on parameters where what is kept does not determine all of them, as a share of their columns.
+/// Weight of a loose prior on parameters where the kept readings do not determine all of them, as a share of their columns.
 const LOOSE: f64 = 1e-3;
 
-/// Every candidate position that tells `effect` from at least one of `rivals` when it is added to what is kept, the best first.
+/// Every candidate position that discriminates between `effect` and at least one of `rivals` when it is added to those kept, the best first.
 ///
 /// Adding rows `F` updates the products of the residual columns, `P_ab + e_a' (I + F (A'A)^-1 F')^-1 e_b` with `e = f - F x`, and
 /// `T = P_aa - P_ab^2 / P_bb`. Errors: those of [`discriminate`].
@@ -238,9 +238,9 @@ pub fn discriminating_positions(
     let terms: Vec<Term> = [effect].into_iter().chain(rivals).cloned().collect();
     let portions = portions(campaign, candidates, Unit::Reading)?;
     let apart = mounted_apart(&portions, candidates);
-    let beside = Beside::new(campaign, noise, &terms, &[kept, &apart]);
-    let n = beside.fitted(campaign);
-    let mut rows = with_priors(campaign, kept, noise, &beside)?;
+    let augmentation = Augmentation::new(campaign, noise, &terms, &[kept, &apart]);
+    let n = augmentation.fitted(campaign);
+    let mut rows = with_priors(campaign, kept, noise, &augmentation)?;
     let mut estimate = adjusted(campaign, &rows, n)?;
     if estimate.unknowns.rank < n {
         for k in 0..n {
@@ -254,9 +254,9 @@ pub fn discriminating_positions(
     let fitted: Vec<Vec<f64>> = (0..terms.len()).map(|t| estimate.factor.solve(&column(t))).collect::<Result<_>>()?;
     let residual: Vec<Vec<f64>> =
         (0..terms.len()).map(|t| estimate.factor.project_out(&column(t))).collect::<Result<_>>()?;
-    let further = whitened(campaign, &apart, noise, &beside, true)?;
+    let further = whitened(campaign, &apart, noise, &augmentation, true)?;
     let size = (further.len() / portions.len().max(1)).max(1);
-    let own = dot(residual.first().map_or(&[], Vec::as_slice), residual.first().map_or(&[], Vec::as_slice));
+    let information = residual.first().map_or(0.0, |residual| dot(residual, residual));
     let before: Vec<[f64; 3]> = residual.iter().skip(1).map(|b| products(&residual[0], b)).collect();
     // what each candidate adds to T against each rival
     let gains: Vec<Vec<f64>> = further
@@ -288,25 +288,25 @@ pub fn discriminating_positions(
                         dot(&errors[0], &whitened[b + 1]),
                         dot(&errors[b + 1], &whitened[b + 1]),
                     ];
-                    told([aa + more[0], ab + more[1], bb + more[2]]) - told([*aa, *ab, *bb])
+                    t_of([aa + more[0], ab + more[1], bb + more[2]]) - t_of([*aa, *ab, *bb])
                 })
                 .collect()
         })
         .collect();
     let most: Vec<f64> = (0..before.len()).map(|b| gains.iter().map(|g| g[b]).fold(0.0, f64::max)).collect();
-    let told_by_some: Vec<usize> = (0..before.len()).filter(|b| most[*b] > TELLS * own).collect();
+    let separable: Vec<usize> = (0..before.len()).filter(|b| most[*b] > TELLS * information).collect();
     let mut list: Vec<DiscriminatingPosition> = portions
         .iter()
         .zip(&gains)
         .filter_map(|(portion, gain)| {
-            let shares = told_by_some.iter().map(|b| gain[*b].max(0.0) / most[*b]);
-            let mean = shares.clone().sum::<f64>() / told_by_some.len().max(1) as f64;
+            let shares = separable.iter().map(|b| gain[*b].max(0.0) / most[*b]);
+            let mean = shares.clone().sum::<f64>() / separable.len().max(1) as f64;
             let least = shares.reduce(f64::min)?;
-            let plain = PLAINLY * own / kept.rows.len().max(1) as f64;
-            let told = told_by_some.iter().copied().filter(|b| gain[*b] > plain).collect();
+            let plain = PLAINLY * information / kept.rows.len().max(1) as f64;
+            let told = separable.iter().copied().filter(|b| gain[*b] > plain).collect();
             Some(DiscriminatingPosition { position: portion.first()?.clone(), least, mean, told })
         })
-        .filter(|own| own.mean > TELLS)
+        .filter(|position| position.mean > TELLS)
         .collect();
     // shares that differ by rounding must not order positions
     let rounded = |v: f64| (v * 1e3).round();
@@ -321,7 +321,7 @@ fn products(a: &[f64], b: &[f64]) -> [f64; 3] {
     [dot(a, a), dot(a, b), dot(b, b)]
 }
 
-/// `T` from products of residual columns; a rival that the model absorbs takes nothing away.
-fn told([aa, ab, bb]: [f64; 3]) -> f64 {
+/// `T` from products of residual columns; a rival that the model absorbs does not reduce it.
+fn t_of([aa, ab, bb]: [f64; 3]) -> f64 {
     if bb > 1e-20 * aa { (aa - ab * ab / bb).max(0.0) } else { aa }
 }

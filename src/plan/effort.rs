@@ -41,7 +41,7 @@ pub struct Noise {
 }
 
 impl Noise {
-    /// Noise from what is given (`V = 9e-4`), else from stated uncertainties, else from the residuals of a measured campaign.
+    /// Noise as given (`V = 9e-4`), else from stated uncertainties, else from the residuals of a measured campaign.
     ///
     /// `remount` names parameters (tilts in radians) that scatter from mounting to mounting. Errors: a sensor or parameter that the bench does
     /// not have, a standard deviation that is not positive, a schedule without noise.
@@ -49,7 +49,7 @@ impl Noise {
         Noise::with_fit(campaign, given, remount, None)
     }
 
-    /// The same with a fit of the campaign that is at hand.
+    /// The same with a fit of the campaign that was made already.
     pub fn with_fit(
         campaign: &Campaign,
         given: &[(String, f64)],
@@ -86,8 +86,8 @@ impl Noise {
                 residuals = Some(fit::fit(campaign, &fit::Settings::default())?);
             }
             let rows = fitted.or(residuals.as_ref()).into_iter().flat_map(|fit| {
-                let own = fit.design.rows.iter().zip(&fit.quality).filter(|(origin, _)| origin.sensor == k);
-                own.filter_map(|(origin, q)| {
+                let of_sensor = fit.design.rows.iter().zip(&fit.quality).filter(|(origin, _)| origin.sensor == k);
+                of_sensor.filter_map(|(origin, q)| {
                     let samples = campaign.readings.rows.get(origin.reading).map_or(1.0, |r| r.samples);
                     q.u.map(|u| u * samples.sqrt())
                 })
@@ -119,8 +119,9 @@ impl Noise {
             if residuals.is_none() && campaign.is_measured() {
                 residuals = Some(fit::fit(campaign, &fit::Settings::default())?);
             }
-            let own = residuals.as_ref().and_then(|fit| fit.noise.sources.iter().find(|source| source.line == Some(k)));
-            let (Some(source), Some(slot)) = (own, lines.get_mut(k)) else {
+            let source =
+                residuals.as_ref().and_then(|fit| fit.noise.sources.iter().find(|source| source.line == Some(k)));
+            let (Some(source), Some(slot)) = (source, lines.get_mut(k)) else {
                 return Err(Malformed::new(
                     Fault::Missing,
                     format!("how much {} scatters is not known", line.of_name(campaign)),
@@ -169,7 +170,7 @@ fn positive(sd: f64, what: &str) -> Result<()> {
         .found(sd.to_string()))
 }
 
-/// What work costs, in any unit (minutes, say).
+/// Costs of work, in any unit, for example minutes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Costs {
     /// Taking one reading.
@@ -245,7 +246,7 @@ impl Costs {
     }
 }
 
-/// What there is to choose from, and what it costs.
+/// The candidates, and what they cost.
 #[derive(Debug, Clone)]
 pub struct Offer {
     /// Positions that stay whatever is chosen; may be none.
@@ -278,17 +279,17 @@ pub fn planned(campaign: &Campaign, readings: &Readings) -> Readings {
     planned
 }
 
-/// Were two readings taken without touching anything that stands still?
+/// Were two readings taken without moving a joint at rest?
 pub fn same_mounting(a: &Reading, b: &Reading) -> bool {
     a.position == b.position && mounting(a) == mounting(b)
 }
 
-/// The angles of the joints that stand still; `None` for those that turn.
+/// The angles of the joints at rest; `None` for those that turn.
 pub fn mounting(reading: &Reading) -> Vec<Option<f64>> {
     reading.joints.iter().map(|state| (state.rate_deg_s() == 0.0).then(|| state.keys().0).flatten()).collect()
 }
 
-/// Degrees by which each joint that stands still at both readings is moved from one to the other, the shorter way.
+/// Degrees by which each joint that is at rest in both readings is moved from one to the other, the shorter way.
 pub(super) fn moved_deg(a: &Reading, b: &Reading) -> Vec<f64> {
     let turn = |(a, b): (Option<f64>, Option<f64>)| match (a, b) {
         (Some(a), Some(b)) => ((a - b + 180.0).rem_euclid(360.0) - 180.0).abs(),
@@ -316,9 +317,9 @@ pub fn mountings(readings: &[Reading]) -> Vec<usize> {
             let key = (reading.position.as_str(), format!("{:?}", mounting(reading)));
             Some(*known.entry(key).or_insert(next))
         };
-        let own = earlier.unwrap_or(next);
-        next = next.max(own + 1);
-        of.push(own);
+        let number = earlier.unwrap_or(next);
+        next = next.max(number + 1);
+        of.push(number);
         before = Some(reading);
     }
     of
@@ -342,13 +343,8 @@ pub(super) fn times<'a>(rows: impl Iterator<Item = &'a Reading>, costs: &Costs) 
 pub(super) fn spent(before: Option<&Reading>, reading: &Reading, costs: &Costs) -> f64 {
     costs.reading
         + match before {
-            Some(last) if super::effort::same_mounting(last, reading) => {
-                if last.joints == reading.joints {
-                    0.0
-                } else {
-                    costs.rate_change
-                }
-            }
+            Some(last) if same_mounting(last, reading) && last.joints == reading.joints => 0.0,
+            Some(last) if same_mounting(last, reading) => costs.rate_change,
             Some(last) => costs.mounting + costs.index * furthest(last, reading),
             None => costs.mounting,
         }

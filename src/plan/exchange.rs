@@ -8,8 +8,8 @@
 //! ```
 //!
 //! (V. V. Fedorov, Theory of Optimal Experiments, 1972, 3.1; the order of trials is that of R. D. Cook, C. J. Nachtsheim, Technometrics 22
-//! (1980) 315: the best replacement of one chosen block at a time). Replacements are weighed in `exchange_gains.rs`, `M^-1` and the sums over candidates
-//! follow by the rank-one updates of `state.rs`; every start ends with a fresh factorisation, so that no drift of them reaches the answer.
+//! (1980) 315: the best replacement of one chosen block at a time). Replacements are evaluated, and `M^-1` and the sums over candidates
+//! follow by rank-one updates, in `state.rs`; every start ends with a fresh factorisation, so that the result has no accumulated rounding.
 #![allow(
     clippy::indexing_slicing,
     reason = "`chosen` holds numbers of the problem's candidates, of which `settled` has one entry each"
@@ -28,15 +28,15 @@ use rand_pcg::rand_core::Rng;
 /// Exchanges between fresh factorisations.
 const REFACTOR: usize = 50;
 
-/// How a start begins: its number says whether a third is at random and the rest by what tells most, or all is at random, or the approximate
-/// design's weights are rounded.
+/// Kinds of first designs, by the number of the start: a third at random and then the most informative candidates; all at random; the rounded
+/// weights of the approximate design.
 const KINDS: usize = 3;
-/// With so many portions for each unknown, every start rounds the weights: exchanges one at a time would take long to get there.
+/// With more portions for each unknown, every start rounds the weights: single exchanges would take long from elsewhere.
 const MANY: usize = 40;
-/// Optima from which a start goes on, after some portions have been replaced at random.
+/// Perturbations of each start: some portions of its optimum are replaced at random, and exchanges repeated.
 const KICKS: usize = 3;
 
-/// One start: a first design, exchanges until none is worth it, and the same again from neighbours of what was found. `None` where no such design
+/// One start: a first design, exchanges until none is significant, and the same from perturbations of the optimum. `None` where no such design
 /// is regular.
 pub(super) fn start(problem: &Problem<'_>, rng: &mut Pcg64Mcg, number: usize, guide: Option<&Bound>) -> Option<Design> {
     let many = problem.choose > MANY * problem.blocks.unknowns();
@@ -45,16 +45,15 @@ pub(super) fn start(problem: &Problem<'_>, rng: &mut Pcg64Mcg, number: usize, gu
         _ => State::begin(problem, if number % KINDS == 1 { 1.0 } else { 1.0 / 3.0 }, rng),
     }
     .or_else(|| State::begin(problem, 1.0 / 3.0, rng))?;
-    let mut effort = 0.0;
     improve_state(&mut state);
-    effort += state.effort;
+    let mut effort = state.effort;
     let mut best = finished(problem, state.chosen)?;
     for _ in 0..KICKS {
         let mut chosen = best.chosen.clone();
         let mut draw = |below: usize| number::below(rng.next_u64(), below);
         for _ in 0..1 + draw(3.min(chosen.len())) {
             let (at, j) = (draw(chosen.len()), draw(problem.blocks.count()));
-            let may_repeat = chosen.iter().filter(|own| **own == j).count() < problem.most_repeats;
+            let may_repeat = chosen.iter().filter(|k| **k == j).count() < problem.most_repeats;
             // nothing is exchanged where nothing is chosen
             if let Some(slot) = chosen.get_mut(at).filter(|_| may_repeat) {
                 *slot = j;
@@ -72,7 +71,7 @@ pub(super) fn start(problem: &Problem<'_>, rng: &mut Pcg64Mcg, number: usize, gu
     Some(Design { effort, ..best })
 }
 
-/// Exchanges from a design as it stands.
+/// Exchanges from a given design.
 pub(super) fn descend(problem: &Problem<'_>, chosen: Vec<usize>) -> Option<Design> {
     let mut state = State::of(problem, chosen)?;
     improve_state(&mut state);
@@ -87,8 +86,8 @@ pub(super) fn finished(problem: &Problem<'_>, mut chosen: Vec<usize>) -> Option<
     Some(Design { chosen, value, effort: 0.0 })
 }
 
-/// Exchanges until none is worth it. What is not smooth is lowered from where the start is, and from the best of the smooth objective that is
-/// nearest: the first alone is slow to get near, the second is the same from any start.
+/// Exchanges until none is significant. An objective that is not smooth is lowered from the start, and from the optimum of the smooth objective that
+/// approximates it: the first alone converges slowly, the second is the same from any start.
 pub(super) fn improve_state(state: &mut State<'_>) {
     let objective = state.problem.objective;
     let Some(smooth) = objective.nearest() else { return sweeps(state, objective) };
@@ -105,7 +104,7 @@ pub(super) fn improve_state(state: &mut State<'_>) {
     }
 }
 
-/// Exchanges that lower what is not smooth, and what they reach.
+/// Exchanges for an objective that is not smooth, and the value that they reach.
 fn lower(state: &mut State<'_>, objective: &Objective) -> f64 {
     let blocks = state.problem.blocks;
     // a singular volume has no value
@@ -150,7 +149,7 @@ fn sweeps(state: &mut State<'_>, objective: &Objective) {
     let mut since_refactor = 0;
     for _ in 0..SWEEPS {
         let mut improved = false;
-        // blocks that have no better replacement as things stand
+        // blocks without a better replacement in the present design
         let mut settled = vec![false; state.problem.blocks.count()];
         for at in 0..state.chosen.len() {
             crate::stop::poll();

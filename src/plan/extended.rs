@@ -1,7 +1,7 @@
-//! A campaign with effects as further unknowns: what is to be found, and what it must not be taken for.
+//! The augmented model: a campaign with effects as further unknowns.
 //!
-//! With the effect's column `c` in the model, `u = 1 / |c'|` is the standard uncertainty of its coefficient, `c'` being what the other columns leave
-//! of `c`: a limit on `u` is a limit on the size that a diagnosis finds, and beside a second effect on the size that is not taken for that one.
+//! With the effect's column `c` in the model, `u = 1 / |c'|` is the standard uncertainty of its coefficient, `c'` being the residual of `c` after projection on
+//! the other columns: a limit on `u` is a limit on the size that a diagnosis detects, and with a second effect in the model on the size that is discriminated from it.
 
 use super::whitened::Term;
 use crate::algebra::Expression;
@@ -9,9 +9,9 @@ use crate::campaign::{Campaign, Role};
 use crate::error::{Fault, Malformed, Result};
 use crate::simulate::Regressor;
 
-/// The campaign with these effects estimated beside its unknowns, and the names of their coefficients.
+/// The campaign with these effects as further unknowns, and the names of their coefficients.
 ///
-/// A term is appended to its sensor's model line with a coefficient of its own (`c_a_S*a_S`); a tilt assumed zero or a known parameter is
+/// A term is appended to its sensor's model line with its coefficient (`c_a_S*a_S`); a tilt assumed zero or a known parameter is
 /// estimated. Errors: an effect of single readings or positions, one that is estimated already.
 pub fn extended(campaign: &Campaign, terms: &[Term]) -> Result<(Campaign, Vec<String>)> {
     let mut bench = campaign.bench.clone();
@@ -21,8 +21,8 @@ pub fn extended(campaign: &Campaign, terms: &[Term]) -> Result<(Campaign, Vec<St
         match (&term.regressor, term.sensor) {
             (Regressor::Tilt(k) | Regressor::Known(k), _) => {
                 let parameter = campaign.parameters.get(*k);
-                let id = parameter.map_or(String::new(), |own| own.id.clone());
-                if parameter.is_none_or(|own| matches!(own.role, Role::Estimated { .. })) {
+                let id = parameter.map_or(String::new(), |p| p.id.clone());
+                if parameter.is_none_or(|p| matches!(p.role, Role::Estimated { .. })) {
                     return Err(Malformed::new(
                         Fault::Value,
                         format!("'{id}' is estimated here, so it is no effect that may be missing"),
@@ -36,8 +36,8 @@ pub fn extended(campaign: &Campaign, terms: &[Term]) -> Result<(Campaign, Vec<St
             }
             (Regressor::Term(line), Some(sensor)) => {
                 let name = coefficient(campaign, &names, &line.to_string());
-                if let Some(own) = bench.sensors.get_mut(sensor) {
-                    own.model = own.model.plus(&Expression::parse(&name)?.times(line));
+                if let Some(sensor) = bench.sensors.get_mut(sensor) {
+                    sensor.model = sensor.model.plus(&Expression::parse(&name)?.times(line));
                 }
                 names.push(name);
             }
@@ -52,7 +52,7 @@ pub fn extended(campaign: &Campaign, terms: &[Term]) -> Result<(Campaign, Vec<St
     Ok((longer, names))
 }
 
-/// A name for a term's coefficient that nothing has yet: `c_sin_2_beta` for `sin(2*beta)`.
+/// An unused name for a term's coefficient: `c_sin_2_beta` for `sin(2*beta)`.
 fn coefficient(campaign: &Campaign, taken: &[String], term: &str) -> String {
     let words: Vec<&str> = term.split(|c: char| !c.is_alphanumeric() && c != '_').filter(|w| !w.is_empty()).collect();
     let plain = format!("c_{}", words.join("_"));

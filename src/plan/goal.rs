@@ -1,6 +1,6 @@
 //! To a goal: the fewest, or the cheapest, positions that bring every uncertainty under its limit.
 //!
-//! What is made small is the largest `u^2 / limit^2`; a derived quantity without a derivative at the point counts with every direction nearby.
+//! The objective is the largest `u^2 / limit^2`; a derived quantity without a derivative at the point counts with every direction nearby.
 
 use super::blocks::{Blocks, times};
 use super::bound::bound;
@@ -29,7 +29,7 @@ pub struct Goal {
     pub u: f64,
 }
 
-/// The schedule that reaches the goals, or the best reachable.
+/// The schedule that reaches the goals, or comes nearest to them.
 #[derive(Debug, Clone)]
 pub struct Reached {
     /// The schedule and how well it will do.
@@ -40,7 +40,7 @@ pub struct Reached {
     pub largest_share: Option<f64>,
     /// Is it proven (by the approximate design, or because all designs were tried) that no fewer readings of these candidates reach the goals?
     pub is_fewest: bool,
-    /// Was the cheapest schedule sought instead? It is the cheapest that was found; no proof goes with it.
+    /// Was the cheapest schedule sought instead? It is the cheapest of the search, without proof.
     pub is_cheapest_found: bool,
     /// Limits on what even all candidates together do not determine.
     pub impossible: Vec<String>,
@@ -52,7 +52,7 @@ const ROUNDS: usize = 8;
 const STARTS: usize = 24;
 const LITTLE: f64 = EFFORT / 8.0;
 
-/// The fewest readings that reach the goals; with `cheapest`, the cheapest schedule that is found.
+/// The fewest readings that reach the goals; with `cheapest`, the cheapest schedule of the search.
 ///
 /// `request.readings` is the most that may be chosen; its criterion plays no part. A goal that cannot be reached is a result: `reached` is false
 /// and the schedule is the best reachable with that many readings. Errors: those of [`super::improve`], a limit that is not positive, a quantity
@@ -69,44 +69,44 @@ pub fn reach(campaign: &Campaign, offer: &Offer, request: &Request, goals: &[Goa
             .expected(format!("at least {size} readings allowed"))
             .found(request.readings.to_string()));
     }
-    // what coarser sweeps within this one reach is where this one goes on from
-    let best = |own: &Pool, given: &[Vec<usize>]| {
-        let (rows, missing) = limits(campaign, own, goals).ok()?;
-        let search = Search::new(question, own, rows, request, most);
+    // the search starts from the results of coarser sweeps within this one
+    let best = |pool: &Pool, given: &[Vec<usize>]| {
+        let (rows, missing) = limits(campaign, pool, goals).ok()?;
+        let search = Search::new(question, pool, rows, request, most);
         Some((missing == impossible).then(|| search.best(given, cheapest)).flatten()?.chosen)
     };
     let given = from_coarser(&offer.candidates, &pool, |readings| question.pool(readings), best);
-    let mut found = search.best(&given, cheapest).ok_or_else(|| {
+    let mut result = search.best(&given, cheapest).ok_or_else(|| {
         Malformed::new(Fault::Value, format!("no {} of these candidates determine the unknowns", search.most * size))
             .expected("more readings, more candidates, or a prior")
     })?;
     let moved = |rows: &[Reading]| question.refined(rows, (&pool, &search.objective), Some(1.0));
-    let (mut rows, mut refined) = (question.rows(&pool, &found.chosen), None);
-    // what is enough stays where it is: angles beyond the limits would be moved at the cost of what has none
-    if !found.reaches()
+    let (mut rows, mut refined) = (question.rows(&pool, &result.chosen), None);
+    // a schedule within the limits is not moved: that would raise uncertainties without limits
+    if !result.reaches()
         && let Some((other, what)) = moved(&rows)?
     {
         (rows, refined) = (other, Some(what));
     }
-    // between the candidates fewer may be enough
-    let fewer = |found: &Reach| if cheapest || found.chosen.len() < 2 { None } else { search.one_fewer(found) };
-    while let Some(fewer) = request.refine.as_ref().and_then(|_| fewer(&found)) {
+    // with angles between the candidates, fewer readings may be enough
+    let fewer = |result: &Reach| if cheapest || result.chosen.len() < 2 { None } else { search.one_fewer(result) };
+    while let Some(fewer) = request.refine.as_ref().and_then(|_| fewer(&result)) {
         let Some((other, what)) = moved(&question.rows(&pool, &fewer.chosen))? else { break };
         if !(what.value <= 1.0) {
             break;
         }
-        (found, rows, refined) = (Reach { is_fewest: false, ..fewer }, other, Some(what));
+        (result, rows, refined) = (Reach { is_fewest: false, ..fewer }, other, Some(what));
     }
     let made = question.made(&pool, rows)?;
     let largest_share = largest_share(&made.judgement, goals);
     Ok(Reached {
         reached: impossible.is_empty() && largest_share.is_some_and(|share| share <= 1.0),
         largest_share,
-        // the proof is of the candidates, and angles between them may do with fewer
-        is_fewest: found.is_fewest && request.refine.is_none(),
+        // the proof is for the candidates alone, not for angles between them
+        is_fewest: result.is_fewest && request.refine.is_none(),
         is_cheapest_found: cheapest,
         impossible,
-        improvement: Improvement { refined, hits: found.hits, starts: found.starts, ..made },
+        improvement: Improvement { refined, hits: result.hits, starts: result.starts, ..made },
     })
 }
 
@@ -134,10 +134,10 @@ fn limits(campaign: &Campaign, pool: &Pool, goals: &[Goal]) -> Result<(Vec<Vec<f
                 .expected("a positive standard uncertainty")
                 .found(goal.u.to_string()));
         }
-        let own: Option<Vec<Vec<f64>>> =
+        let coordinates: Option<Vec<Vec<f64>>> =
             rows.iter().map(|row| pool.coordinates(&row.iter().map(|c| c / goal.u).collect::<Vec<f64>>())).collect();
-        match own.filter(|own| !own.is_empty()) {
-            Some(own) => limits.extend(own),
+        match coordinates.filter(|coordinates| !coordinates.is_empty()) {
+            Some(coordinates) => limits.extend(coordinates),
             None => impossible.push(goal.id.clone()),
         }
     }
@@ -199,8 +199,8 @@ impl<'a> Search<'a> {
     }
 
     /// The best with one portion fewer, which need not keep the limits.
-    fn one_fewer(&self, found: &Reach) -> Option<Reach> {
-        self.seek(&self.problem(found.chosen.len().checked_sub(1)?, None), &[], true)
+    fn one_fewer(&self, result: &Reach) -> Option<Reach> {
+        self.seek(&self.problem(result.chosen.len().checked_sub(1)?, None), &[], true)
     }
 
     fn problem<'p>(&'p self, choose: usize, prices: Option<&'p Prices>) -> Problem<'p> {
@@ -218,14 +218,14 @@ impl<'a> Search<'a> {
         };
         // very many portions begin from the approximate design
         let many = problem.prices.is_none() && problem.choose > 40 * problem.blocks.unknowns();
-        let found = search(problem, &limits, || many.then(|| guide(problem)).flatten())?;
+        let result = search(problem, &limits, || many.then(|| guide(problem)).flatten())?;
         Some(Reach {
-            chosen: found.design.chosen,
-            share: found.design.value.max(0.0).sqrt(),
+            chosen: result.design.chosen,
+            share: result.design.value.max(0.0).sqrt(),
             is_fewest: false,
-            all_tried: found.enumerated.is_some(),
-            hits: found.hits,
-            starts: found.starts,
+            all_tried: result.enumerated.is_some(),
+            hits: result.hits,
+            starts: result.starts,
         })
     }
 
@@ -233,7 +233,7 @@ impl<'a> Search<'a> {
     fn fewest(&self, given: &[Vec<usize>]) -> Option<Reach> {
         let blocks = &self.pool.blocks;
         let with = |choose: usize, earnest: bool| self.seek(&self.problem(choose, None), given, earnest);
-        // what is kept may be enough
+        // the kept readings may be enough
         let kept = value(&self.objective, &information(blocks, &self.pool.base, &[]), blocks.unknowns());
         if let Some(share) = kept.map(|value| value.max(0.0).sqrt()).filter(|share| *share <= 1.0) {
             return Some(Reach { chosen: Vec::new(), share, is_fewest: true, all_tried: true, hits: 1, starts: 1 });
@@ -243,12 +243,12 @@ impl<'a> Search<'a> {
         let mut high = blocks.unknowns().div_ceil(blocks.rows().max(1)).clamp(1, self.most.max(1));
         let mut best = loop {
             match with(high, high >= self.most) {
-                Some(found) if found.reaches() => break found,
-                found if high >= self.most => return found,
+                Some(result) if result.reaches() => break result,
+                result if high >= self.most => return result,
                 _ => {
                     low = high;
                     high = (2 * high).min(self.most);
-                    // a coarser sweep may have reached it with so many
+                    // a coarser sweep may have reached the limits with so many
                     if let Some(known) = known.filter(|known| *known > low) {
                         high = high.min(known);
                     }
@@ -258,16 +258,16 @@ impl<'a> Search<'a> {
         while high - low > 1 {
             let middle = low + (high - low) / 2;
             match with(middle, false) {
-                Some(found) if found.reaches() => (high, best) = (middle, found),
+                Some(result) if result.reaches() => (high, best) = (middle, result),
                 _ => low = middle,
             }
         }
-        // one fewer, in earnest, until it cannot be done
+        // one fewer with the full effort, until the limits are missed
         let mut proven = high == 1;
         while high > 1 {
             match with(high - 1, true) {
-                Some(found) if found.reaches() => (high, best) = (high - 1, found),
-                Some(found) if found.all_tried => {
+                Some(result) if result.reaches() => (high, best) = (high - 1, result),
+                Some(result) if result.all_tried => {
                     proven = true;
                     break;
                 }
@@ -278,7 +278,7 @@ impl<'a> Search<'a> {
         Some(best)
     }
 
-    /// The cheapest that is found below the cost of one that keeps every limit: by bisection, then by one step of the costs after the other.
+    /// The cheapest below the cost of one that keeps every limit: by bisection, then by single steps of the cost.
     fn cheapest(&self, fewest: Reach, given: &[Vec<usize>]) -> Reach {
         let cost = |chosen: &[usize]| self.prices.of(chosen);
         let blocks = &self.pool.blocks;
@@ -306,18 +306,18 @@ impl<'a> Search<'a> {
         while high - low > 1.5 * step {
             let middle = (0.5 * (low + high)).min(high - step);
             match within(middle, &best, false) {
-                Some(found) => {
-                    high = cost(&found.chosen);
-                    best = found;
+                Some(result) => {
+                    high = cost(&result.chosen);
+                    best = result;
                 }
                 None => low = middle,
             }
         }
         while high > step {
             match within(high - step, &best, true) {
-                Some(found) if cost(&found.chosen) < high => {
-                    high = cost(&found.chosen);
-                    best = found;
+                Some(result) if cost(&result.chosen) < high => {
+                    high = cost(&result.chosen);
+                    best = result;
                 }
                 _ => break,
             }
@@ -325,7 +325,7 @@ impl<'a> Search<'a> {
         best
     }
 
-    /// Can even the best weights of `choose` portions not keep all limits? `sum l u^2/limit^2 > sum l` for some weights `l` says so.
+    /// Do even the best weights of `choose` portions exceed a limit? They do if `sum l u^2/limit^2 > sum l` for some weights `l`.
     fn too_few(&self, choose: usize) -> bool {
         let blocks = &self.pool.blocks;
         let fewest = blocks.unknowns().div_ceil(blocks.rows().max(1));

@@ -1,4 +1,4 @@
-//! The best positions: chosen anew, or added to what is kept.
+//! The best positions: chosen anew, or added to those kept.
 
 use super::blocks::{add_outer, rank};
 use super::bound::{Bound, bound};
@@ -19,19 +19,19 @@ use crate::campaign::{Campaign, Reading, Readings};
 use crate::error::{Fault, Malformed, Result};
 use crate::fit::RankDefect;
 
-/// Choices with less and less money, until the way between the positions is paid for as well.
+/// Choices with smaller and smaller budgets, until the way between the positions is affordable as well.
 const ROUNDS: usize = 24;
 
-/// The best schedule that was found, and how near the optimum it is.
+/// The best schedule of the search, and how near the optimum it is.
 #[derive(Debug, Clone)]
 pub struct Improvement {
-    /// What is kept and what was chosen, in the order to run.
+    /// The kept and the chosen readings, in the order to run.
     pub schedule: Campaign,
     /// How well it will do.
     pub judgement: Judgement,
     /// Candidate portions that there were.
     pub candidates: usize,
-    /// Readings chosen; the rest of the schedule is kept.
+    /// Readings chosen; the other readings of the schedule are kept.
     pub chosen: usize,
     /// Readings that were kept: the first of the schedule, in their order.
     pub kept: usize,
@@ -41,7 +41,7 @@ pub struct Improvement {
     pub limit: Option<f64>,
     /// At least this share of what the best conceivable weights reach: `(det M / det M*)^(1/n)` for D, `tr*/tr` for A and C, `max*/max` for G.
     pub efficiency: Option<f64>,
-    /// How far the bound behind it may be off, as a share: what the best weights that were found reach, less the bound. A larger shortfall means
+    /// How far the bound behind it may be off, as a share: the criterion of the weights less the bound. A larger shortfall means
     /// that so few readings cannot follow the weights.
     pub bound_gap: Option<f64>,
     /// Designs that there are, where all of them were tried: none is better.
@@ -60,7 +60,7 @@ pub struct Improvement {
     pub frozen: Vec<(String, f64)>,
 }
 
-/// Choose the best positions; those that the offer keeps stay, and what they tell is counted.
+/// Choose the best positions; those that the offer keeps stay, and their information is counted.
 ///
 /// The design maximises the information `M = M_kept + sum A_j' V_j^-1 A_j` in the sense of the criterion; exchange from many starts, then the
 /// approximate design as a bound. Errors: no candidates, a number of readings that the portions or repeats do not allow, a criterion for a
@@ -72,35 +72,34 @@ pub fn improve(campaign: &Campaign, offer: &Offer, request: &Request) -> Result<
     let (first, proof) = improve_within(campaign, offer, request)?;
     let Some(budget) = request.budget.filter(|_| costs.index > 0.0) else { return Ok(first) };
     let without_way = Costs { index: 0.0, ..*costs };
-    // the last of what is kept is where the way begins
-    let way = |found: &Improvement| {
-        costs.of_way(found.schedule.readings.rows.get(found.kept.saturating_sub(1)..).unwrap_or_default())
+    // the way begins at the last kept reading
+    let way = |plan: &Improvement| {
+        costs.of_way(plan.schedule.readings.rows.get(plan.kept.saturating_sub(1)..).unwrap_or_default())
     };
     let spent =
-        |found: &Improvement| without_way.work(found.schedule.readings.rows.get(found.kept..).unwrap_or_default()).cost;
-    let (mut found, mut within, mut least) = (first.clone(), budget, f64::INFINITY);
+        |plan: &Improvement| without_way.work(plan.schedule.readings.rows.get(plan.kept..).unwrap_or_default()).cost;
+    let (mut plan, mut within, mut least) = (first.clone(), budget, f64::INFINITY);
     for _ in 0..ROUNDS {
-        let total = spent(&found) + way(&found);
+        let total = spent(&plan) + way(&plan);
         least = least.min(total);
         if total <= budget * (1.0 + 1e-12) {
-            return Ok(Improvement { limit: found.limit.map(|_| budget), ..found });
+            return Ok(Improvement { limit: plan.limit.map(|_| budget), ..plan });
         }
         // another choice has another way: not all at once
-        within = (budget - way(&found)).clamp(0.85 * within, 0.98 * within);
+        within = (budget - way(&plan)).clamp(0.85 * within, 0.98 * within);
         let less = Request { budget: Some(within), may_cost_more: false, ..request.clone() };
         match improve_within(campaign, offer, &less) {
-            // what less money cannot do better is proven; of the whole budget the first bound speaks
-            Ok((next, own)) => {
-                let efficiency = proof.share_of(own.value);
+            // the first proof is for the whole budget
+            Ok((next, proof_within)) => {
+                let efficiency = proof.share_of(proof_within.value);
                 let enumerated = next.enumerated.filter(|_| efficiency.is_some_and(|share| share >= 1.0));
-                found = Improvement { efficiency, bound_gap: first.bound_gap, enumerated, ..next };
+                plan = Improvement { efficiency, bound_gap: first.bound_gap, enumerated, ..next };
             }
             Err(_) => break,
         }
     }
     if request.may_cost_more {
-        // the way costs what it costs
-        return Ok(found);
+        return Ok(plan);
     }
     let what = format!("no schedule was found that costs no more than {budget} with the way between its positions");
     Err(Malformed::new(Fault::Value, what)
@@ -126,8 +125,8 @@ fn improve_within(campaign: &Campaign, offer: &Offer, request: &Request) -> Resu
             return Err(too_few(&pool, request));
         }
         let cost_within = |more: f64| {
-            let found = question.seek(pool.clone(), Some(more), 20, &|_| Vec::new()).ok()??;
-            Some(question.prices(&pool, 0.0).of(&found.design.chosen))
+            let sought = question.seek(pool.clone(), Some(more), 20, &|_| Vec::new()).ok()??;
+            Some(question.prices(&pool, 0.0).of(&sought.design.chosen))
         };
         let enough = least_budget(budget, cost_within);
         if let (true, Some(enough)) = (request.may_cost_more, enough) {
@@ -141,19 +140,22 @@ fn improve_within(campaign: &Campaign, offer: &Offer, request: &Request) -> Resu
         return Err(too_few(&question.pool(&offer.candidates)?, request));
     };
     let rows = question.rows(&pool, &design.chosen);
-    let found = match question.refined(&rows, (&pool, &objective), None)? {
+    let improvement = match question.refined(&rows, (&pool, &objective), None)? {
         Some((moved, what)) => Improvement { refined: Some(what), ..question.made(&pool, moved)? },
         None => {
-            let found = question.made(&pool, rows)?;
-            Improvement { check: check(&found.schedule, &offer.noise, &pool, &objective, &design)?, ..found }
+            let improvement = question.made(&pool, rows)?;
+            Improvement {
+                check: check(&improvement.schedule, &offer.noise, &pool, &objective, &design)?,
+                ..improvement
+            }
         }
     };
     let efficiency = proof.share_of(design.value);
-    Ok((Improvement { limit, efficiency, bound_gap, enumerated, hits, starts, ..found }, proof))
+    Ok((Improvement { limit, efficiency, bound_gap, enumerated, hits, starts, ..improvement }, proof))
 }
 
 impl Improvement {
-    /// A schedule whose first `kept` readings stay: how well it will do. What is known of the search is added.
+    /// A schedule whose first `kept` readings stay: how well it will do. Results of the search are added by the caller.
     pub(super) fn of(schedule: Campaign, offer: &Offer, candidates: usize, kept: usize) -> Result<Self> {
         Ok(Improvement {
             judgement: judge(&schedule, &offer.noise, &offer.costs)?,
@@ -176,7 +178,7 @@ impl Improvement {
     }
 }
 
-/// What a choice reached, and what none within its budget can go below.
+/// The criterion of a choice, and its lower bound within the budget.
 #[derive(Debug, Clone, Copy)]
 struct Proof {
     value: f64,
@@ -186,7 +188,7 @@ struct Proof {
 }
 
 impl Proof {
-    /// What another choice within this budget reaches at least, as a share of the best.
+    /// Lower limit of the efficiency of another choice within this budget.
     fn share_of(&self, value: f64) -> Option<f64> {
         let share = |least: f64| match self.logarithm_of {
             Some(n) => ((least - value) / n).exp(),
@@ -196,7 +198,7 @@ impl Proof {
     }
 }
 
-/// What is asked, of any set of candidates.
+/// The question, for any set of candidates.
 pub(super) struct Question<'a> {
     campaign: &'a Campaign,
     /// What is kept, as it is planned.
@@ -205,7 +207,7 @@ pub(super) struct Question<'a> {
     request: &'a Request,
 }
 
-/// What was found in one set of candidates.
+/// The result for one set of candidates.
 struct Sought {
     pool: Pool,
     objective: Objective,
@@ -219,7 +221,7 @@ struct Sought {
 }
 
 impl<'a> Question<'a> {
-    /// A question that makes sense. Errors: nothing to estimate, costs and resolutions that are none, a point at which what is asked vanishes.
+    /// A valid question. Errors: nothing to estimate, impossible costs or resolutions, a point at which requested parameters are not estimable.
     pub fn new(campaign: &'a Campaign, offer: &'a Offer, request: &'a Request) -> Result<Self> {
         check_question(campaign)?;
         offer.costs.check()?;
@@ -231,7 +233,7 @@ impl<'a> Question<'a> {
         Ok(Question { campaign, kept, offer, request })
     }
 
-    /// Where remounting scatters, every portion is a mounting of its own.
+    /// Where remounting scatters, every portion is a separate mounting.
     fn apart(&self) -> bool {
         !self.offer.noise.remount.is_empty()
     }
@@ -249,7 +251,7 @@ impl<'a> Question<'a> {
         schedule_rows(&self.kept, pool, chosen, self.apart())
     }
 
-    /// These rows with their angles moved, where that is asked for.
+    /// These rows with their angles moved, where the request says so.
     pub fn refined(
         &self,
         rows: &[Reading],
@@ -271,17 +273,17 @@ impl<'a> Question<'a> {
         })
     }
 
-    /// The best of all candidates, with what coarser sweeps within them have found; `None` where nothing determines the unknowns.
+    /// The best of all candidates, started from the results of coarser sweeps within them; `None` where no choice determines the unknowns.
     fn sought(&self, limit: Option<f64>) -> Result<Option<Sought>> {
         let (candidates, starts) = (&self.offer.candidates, self.request.starts);
-        let best = |own: &Pool, given: &[Vec<usize>]| {
-            Some(self.seek(own.clone(), limit, starts, &|_| given.to_vec()).ok()??.design.chosen)
+        let best = |pool: &Pool, given: &[Vec<usize>]| {
+            Some(self.seek(pool.clone(), limit, starts, &|_| given.to_vec()).ok()??.design.chosen)
         };
         let coarser = |pool: &Pool| from_coarser(candidates, pool, |readings| self.pool(readings), best);
         self.seek(self.pool(candidates)?, limit, starts, &coarser)
     }
 
-    /// The best of one pool; `given` are designs from which the search goes on, where not all designs can be tried.
+    /// The best of one pool; `given` are further designs from which exchanges start, unless all designs are tried.
     fn seek(
         &self,
         pool: Pool,
@@ -301,8 +303,8 @@ impl<'a> Question<'a> {
         };
         let given = || given(&pool);
         let limits = Limits { starts, ..Limits::of(self.request, &given) };
-        let Some(found) = search(&problem, &limits, || guide(&problem)) else { return Ok(None) };
-        let Found { design, hits, starts, enumerated, guide } = found;
+        let Some(result) = search(&problem, &limits, || guide(&problem)) else { return Ok(None) };
+        let Found { design, hits, starts, enumerated, guide } = result;
         let n = pool.blocks.unknowns() as f64;
         let proof = Proof {
             value: design.value,
@@ -321,14 +323,14 @@ impl<'a> Question<'a> {
             (Some(_), 0) => usize::MAX,
             _ => portions_to_choose(pool, self.request)?,
         };
-        // a limit that no choice of so many can reach is none
+        // a limit above the cost of every choice is left out
         let dearest = |prices: &Prices| (0..pool.portions.len()).map(|j| prices.alone(j)).fold(0.0, f64::max);
         let prices = limit.map(|limit| self.prices(pool, limit));
         Ok((choose, prices.filter(|prices| !prices.affords(choose as f64 * dearest(prices)))))
     }
 }
 
-/// The approximate design of a problem; within a budget, of as many portions as the fewest mountings that tell all unknowns could hold.
+/// The approximate design of a problem; within a budget, of as many portions as the fewest mountings that determine all unknowns could hold.
 pub(super) fn guide(problem: &Problem<'_>) -> Option<Bound> {
     let total = match problem.prices {
         None => problem.choose as f64,
@@ -337,16 +339,16 @@ pub(super) fn guide(problem: &Problem<'_>) -> Option<Bound> {
     (total >= 1.0).then(|| bound(problem.blocks, problem.base, problem.objective, total)).flatten()
 }
 
-/// No fewer mountings tell all unknowns, since each tells no more than its rows have dimensions.
+/// No fewer mountings determine all unknowns, since each has at most the rank of its rows.
 fn fewest_mountings(problem: &Problem<'_>, prices: &Prices) -> usize {
     let (blocks, n) = (problem.blocks, problem.blocks.unknowns());
-    let mut told = vec![vec![0.0; n * n]; prices.places];
+    let mut information = vec![vec![0.0; n * n]; prices.places];
     for (j, place) in prices.place.iter().enumerate() {
-        if let Some(m) = told.get_mut(*place) {
+        if let Some(m) = information.get_mut(*place) {
             (0..blocks.rows()).for_each(|r| add_outer(m, 1.0, &blocks.row(j, r)));
         }
     }
-    let most = told.iter().map(|m| rank(m, n)).max().unwrap_or(1).max(1);
+    let most = information.iter().map(|m| rank(m, n)).max().unwrap_or(1).max(1);
     n.saturating_sub(rank(problem.base, n)).div_ceil(most).max(1)
 }
 
@@ -397,8 +399,8 @@ fn too_few(pool: &Pool, request: &Request) -> Malformed {
 }
 
 fn check_budget(budget: f64, costs: &Costs, request: &Request) -> Result<()> {
-    let bad = |expected: &str, found: String| {
-        Err(Malformed::new(Fault::Value, "the budget is not possible").expected(expected).found(found))
+    let bad = |expected: &str, value: String| {
+        Err(Malformed::new(Fault::Value, "the budget is not possible").expected(expected).found(value))
     };
     if !(budget > 0.0 && budget.is_finite()) {
         return bad("a positive number, in the unit of the costs", budget.to_string());
@@ -426,7 +428,7 @@ fn too_poor(budget: f64, pool: &Pool, enough: Option<f64>) -> Malformed {
     .argument("keep", "")
 }
 
-/// The least cost above `poor` of a choice that determines the unknowns, as far as one is found: by growth, then by bisection.
+/// The least cost above `poor` at which the search gives a choice that determines the unknowns: by growth, then by bisection.
 fn least_budget(poor: f64, cost_within: impl Fn(f64) -> Option<f64>) -> Option<f64> {
     let mut high = (1..40).map(|k| poor * 1.25_f64.powi(k)).find_map(&cost_within)?;
     let mut low = poor;

@@ -1,7 +1,7 @@
 //! How well a schedule will do, before anyone measures.
 //!
-//! Rows need no readings, so the covariance, the leverages and the detectable faults are known beforehand. What scatters enters as one more
-//! unknown for each deviation, with a row that says "0 with this standard deviation": readings of one mounting, or level, share it.
+//! Rows need no readings, so the covariance, the leverages and the detectable faults are known beforehand. Random effects that readings of one mounting, or
+//! level, share enter as one more unknown for each deviation, with the prior value 0 and its standard deviation.
 //!
 //! Predicted uncertainties of derived quantities.
 
@@ -64,7 +64,7 @@ pub struct Judgement {
     pub readings: Vec<PredictedReading>,
     /// What only combinations determine, wherever the parameters lie, and the position that would separate it.
     pub not_estimable: Vec<RankDefect>,
-    /// What cannot be told at this point though it could nearby: a value is lacking.
+    /// What is not estimable at this point though it is nearby: a value is lacking.
     pub lacking: Option<Lacking>,
     /// Inequalities of the campaign: a bound lowers an uncertainty only where it is reached, so they are not counted.
     pub bounds: usize,
@@ -160,7 +160,7 @@ pub fn judge(campaign: &Campaign, noise: &Noise, costs: &Costs) -> Result<Judgem
             let (u, redundancy) = (at(u), at(&redundancies));
             let leverage = 1.0 - redundancy;
             let mdb = (redundancy > quality::UNCHECKED).then(|| delta * u / redundancy.sqrt());
-            // an unchecked reading: reported without effects
+            // an unchecked reading has no effects
             let effect = (0..n).map(|k| sensitivities[(k, i)] * mdb.unwrap_or_default()).collect();
             PredictedReading { origin: *origin, u, leverage, mdb, effect }
         })
@@ -193,8 +193,8 @@ pub fn judge(campaign: &Campaign, noise: &Noise, costs: &Costs) -> Result<Judgem
     })
 }
 
-/// A schedule whose readings are all taken so many times, on the same days, by the same operators: what positions share does not average out. `None`
-/// where they share nothing, so that every `u` falls by the root, and where it cannot be judged.
+/// A schedule whose readings are all taken so many times, on the same days, by the same operators: deviations that positions share do not average out. `None`
+/// where they share none, so that every `u` is divided by the root, and where it cannot be judged.
 pub(crate) fn repeated(campaign: &Campaign, noise: &Noise, times: f64, costs: &Costs) -> Option<Judgement> {
     let shares = |k: usize| links(campaign, k) && noise.lines.get(k).is_some_and(|variance| *variance > 0.0);
     if !(0..campaign.scatter.len()).any(shares) || !(times > 0.0) {
@@ -204,10 +204,10 @@ pub(crate) fn repeated(campaign: &Campaign, noise: &Noise, times: f64, costs: &C
     let mut readings = planned(campaign, &campaign.readings);
     for row in &mut readings.rows {
         row.planned_u.iter_mut().for_each(|(_, u)| *u *= by);
-        row.observations.iter_mut().filter_map(|own| own.u.as_mut()).for_each(|u| *u *= by);
+        row.observations.iter_mut().filter_map(|observation| observation.u.as_mut()).for_each(|u| *u *= by);
     }
     let mut less = noise.clone();
-    less.sensors.iter_mut().for_each(|own| own.sd *= by);
+    less.sensors.iter_mut().for_each(|sensor| sensor.sd *= by);
     less.remount.iter_mut().for_each(|(_, sd)| *sd *= by);
     for (k, variance) in less.lines.iter_mut().enumerate().filter(|(k, _)| !links(campaign, *k)) {
         *variance /=
@@ -280,11 +280,11 @@ pub(super) fn shifts<'a>(times: &[f64], parts: impl Iterator<Item = &'a [f64]>) 
         _ => return (0.0, 0.0),
     };
     let (mut linear, mut quadratic): (Vec<f64>, Vec<f64>) = (Vec::new(), Vec::new());
-    for (time, own) in times.iter().zip(parts) {
+    for (time, row) in times.iter().zip(parts) {
         let t = (time - first) / (last - first) - 0.5;
-        linear.resize(own.len().max(linear.len()), 0.0);
+        linear.resize(row.len().max(linear.len()), 0.0);
         quadratic.resize(linear.len(), 0.0);
-        for ((l, q), part) in linear.iter_mut().zip(&mut quadratic).zip(own) {
+        for ((l, q), part) in linear.iter_mut().zip(&mut quadratic).zip(row) {
             *l += part * t;
             *q += part * (2.0 * t * t - 0.5);
         }
@@ -302,7 +302,7 @@ pub struct PredictedDerived {
     pub line: String,
     /// Is it an angle?
     pub is_angle: bool,
-    /// Its unit, as asked for or as the line has it; empty where a parameter in it has none.
+    /// Its unit, as requested or as the line has it; empty where a parameter in it has none.
     pub unit: String,
     /// Standard uncertainty at the reference point, or the largest in its neighbourhood where it has no derivative there (`sqrt` at 0).
     pub u: Option<f64>,
@@ -320,9 +320,9 @@ fn derived(campaign: &Campaign, covariance: &Mat<f64>, estimate: &Estimate) -> R
             let variance: f64 = pairs.map(|((i, a), (j, b))| a * b * covariance[(i, j)]).sum();
             (usable && variance.is_finite()).then(|| variance.max(0.0).sqrt())
         };
-        // the uncertainty of a direction of next to nothing depends on how much that is
-        let is_told = is_here || quantity.line.as_azimuth().is_none();
-        let u = slopes.iter().filter(|_| is_told).filter_map(u_of).reduce(f64::max);
+        // the uncertainty of the azimuth of a vector of zero length is not defined
+        let is_defined = is_here || quantity.line.as_azimuth().is_none();
+        let u = slopes.iter().filter(|_| is_defined).filter_map(u_of).reduce(f64::max);
         Ok(PredictedDerived {
             id: quantity.id.clone(),
             line: quantity.line.to_string(),
@@ -391,17 +391,17 @@ fn slopes(campaign: &Campaign, quantity: &Derived) -> Result<(Vec<Vec<f64>>, boo
     })
 }
 
-/// Is a parameter or derived quantity an angle without a unit of its own? Limits and uncertainties of it are in radians then.
+/// Is a parameter or derived quantity an angle without another unit? Limits and uncertainties of it are in radians then.
 pub fn is_angle(campaign: &Campaign, id: &str) -> bool {
     let tilt = |name: &str| {
         let parameter = campaign.parameter_index(name).and_then(|k| campaign.parameters.get(k));
         parameter.is_some_and(|p| p.kind == Kind::Tilt)
     };
     let quantity = campaign.derived.iter().find(|d| d.id == id);
-    // with a unit asked for, the line has its factor in it
-    let in_radians = |own: &Derived| {
-        matches!(own.unit.as_str(), "" | "rad")
-            && own.line.angle_degree(&|name: &str| tilt(name).then_some(1.0)) == Some(1.0)
+    // a requested unit is a factor of the line
+    let in_radians = |quantity: &Derived| {
+        matches!(quantity.unit.as_str(), "" | "rad")
+            && quantity.line.angle_degree(&|name: &str| tilt(name).then_some(1.0)) == Some(1.0)
     };
     tilt(id) || quantity.is_some_and(in_radians)
 }

@@ -6,7 +6,7 @@
 //! ```
 //!
 //! At zero tilts a scale factor error moves no angle at all; at tilts of `x` it moves them by `x u(kI) / kI`. A fit knows `x`, a plan cannot:
-//! the size is the user's to state. Where it is not stated, that part is left out, and what it would be is said.
+//! the user states the size. Where it is not stated, that part is left out, and its value for an example size is reported.
 
 use super::effort::Noise;
 use super::whitened::Independent;
@@ -15,10 +15,10 @@ use crate::design::{self, DesignMatrix, Model};
 use crate::error::Result;
 use crate::estimate::Estimate;
 
-/// Size for which the part that was left out is told: 100 arcsec.
+/// Example size for which the part that was left out is reported: 100 arcsec.
 const FOR_EXAMPLE: f64 = 100.0 * std::f64::consts::PI / 648_000.0;
 
-/// What a known input's uncertainty does through the tilts.
+/// Effect of a known input's uncertainty through the tilts.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ThroughTilts {
     /// Size of the tilts, radians: as stated, or an example where none was.
@@ -27,7 +27,7 @@ pub struct ThroughTilts {
     pub counted: bool,
     /// The known input that matters most.
     pub known: String,
-    /// The estimated parameter that it moves most, as a share of what the readings leave.
+    /// The estimated parameter that it moves most, relative to the uncertainty from readings.
     pub parameter: usize,
     /// Standard uncertainty from it at tilts of this size.
     pub u: f64,
@@ -60,8 +60,8 @@ pub(super) fn contributions(
         let unknowns = parts.first().map_or(0, Vec::len);
         let mut mixed = vec![vec![0.0; unknowns]; parts.len()];
         for (part, row) in parts.iter().zip(&root) {
-            for (own, share) in mixed.iter_mut().zip(row) {
-                own.iter_mut().zip(part).for_each(|(sum, p)| *sum += share * p);
+            for (sum, share) in mixed.iter_mut().zip(row) {
+                sum.iter_mut().zip(part).for_each(|(sum, p)| *sum += share * p);
             }
         }
         mixed
@@ -98,8 +98,8 @@ pub(super) fn contributions(
         }
     }
     let share = |k: usize, u: f64| {
-        let own = estimate.unknowns.covariance[(k, k)].sqrt();
-        if own > 0.0 && estimate.unknowns.is_estimable(k) { u / own } else { 0.0 }
+        let u_of_readings = estimate.unknowns.covariance[(k, k)].sqrt();
+        if u_of_readings > 0.0 && estimate.unknowns.is_estimable(k) { u / u_of_readings } else { 0.0 }
     };
     let all =
         squares.iter().zip(&known).flat_map(|(s, (p, _))| s.iter().enumerate().map(move |(k, s)| (*p, k, s.sqrt())));
@@ -108,7 +108,7 @@ pub(super) fn contributions(
         _ => Some(next),
     });
     let through = strongest.filter(|(_, k, u)| share(*k, *u) > 1e-6).map(|(p, parameter, u)| ThroughTilts {
-        // the size for an example is named as such in the report
+        // the report says that it is an example
         size: if unstated { FOR_EXAMPLE } else { noise.tilts.unwrap_or(FOR_EXAMPLE) },
         counted: !unstated,
         known: campaign.parameter_id(p).to_string(),
@@ -118,7 +118,7 @@ pub(super) fn contributions(
     Ok((parts, through))
 }
 
-/// The expected size of a tilt: a prior tells it, else the user. `None` for one that starts where the campaign says, and so is known well enough.
+/// The expected size of a tilt: from its prior, else as the user states it. `None` for one with a start value, which is known well enough.
 fn expected_size(parameter: &Parameter, stated: Option<f64>) -> Option<Option<f64>> {
     match &parameter.role {
         Role::Estimated { start: Some(_), .. } => None,
@@ -127,7 +127,7 @@ fn expected_size(parameter: &Parameter, stated: Option<f64>) -> Option<Option<f6
     }
 }
 
-/// For each known input, its uncertainty times how the estimates follow it, `-A^+ df/dp`.
+/// For each known input, its uncertainty times the sensitivities of the estimates, `-A^+ df/dp`.
 fn sensitivities(
     campaign: &Campaign,
     design: &DesignMatrix,

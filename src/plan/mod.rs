@@ -10,24 +10,27 @@
 //! |---|---|
 //! | `effort.rs` | noise of the sensors, scatter of remounting, costs |
 //! | `judge.rs` | predicted uncertainties, also of derived quantities, what is not estimable, reliability, drift |
-//! | `point.rs` | where the rows are taken, and what vanishes there |
+//! | `point.rs` | the point at which the rows are linearised, and what vanishes there |
 //! | `known.rs` | known inputs, and the tilts through which they act |
 //! | `candidates.rs` | sweeps, forbidden zones, portions; coarser sweeps within a finer one |
-//! | `whitened.rs` | rows made independent of each other, of a schedule or mounting by mounting; deviations that link positions, as unknowns beside the parameters |
+//! | `whitened.rs` | rows made independent of each other, of a schedule or mounting by mounting; deviations that link positions, as unknowns after the parameters |
 //! | `pool.rs` | candidates as whitened rows in good coordinates |
 //! | `blocks.rs` | these rows in memory, and sums over all of them |
-//! | `criterion.rs` | D, A, G, I, E and c in the coordinates of the pool; functions of the unknowns that are asked for |
-//! | `objective.rs` | what is made small, and replacements for what is not smooth: the largest of several variances, the worst combination, a volume |
+//! | `criterion.rs` | D, A, G, I, E and c in the coordinates of the pool; gradients of requested quantities |
+//! | `objective.rs` | objectives to be minimised, and their values |
+//! | `replacement.rs` | replacements for objectives that are not smooth: the largest of several variances, the worst combination, a volume |
+//! | `problem.rs` | an exchange problem, and its designs |
+//! | `request.rs` | what is asked of a plan |
 //! | `search.rs` | all designs where there are few, else many starts of exchanges; a choice among plain rows |
-//! | `state.rs` | one start: what is chosen, the sums that follow it by rank-one updates, and every candidate weighed as a replacement |
+//! | `state.rs` | one start: what is chosen, the sums that follow it by rank-one updates, and every candidate evaluated as a replacement |
 //! | `budget.rs` | exchanges within a budget: how many mountings, how many readings |
 //! | `prices.rs` | what chosen portions cost together |
 //! | `exchange.rs` | exchanges of one chosen candidate at a time |
-//! | `bound.rs` | the approximate design: what no schedule can beat |
+//! | `bound.rs` | the approximate design: the bound of every schedule |
 //! | `improve.rs` | the best positions, chosen or added |
 //! | `scheduled.rs` | from chosen portions to a schedule: order, angles between the candidates, why each mounting is in it |
 //! | `goal.rs` | the fewest, and the cheapest, positions that reach a goal |
-//! | `discriminate.rs` | positions that tell two effects apart, and one that tells an effect from many |
+//! | `discriminate.rs` | positions that discriminate between two effects, or between one effect and many |
 //! | `extended.rs` | effects as further unknowns |
 //! | `order.rs` | the order to run |
 //!

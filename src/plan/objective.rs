@@ -1,4 +1,4 @@
-//! What a design makes small, in the coordinates of the blocks, and its value.
+//! Objectives that a design minimises, in the coordinates of the blocks, and their values.
 //!
 //! ```text
 //! D: -log det M     A, c: tr(W M^-1)     G: max_i x_i' M^-1 x_i     E: lambda_max(T M^-1 T')     D of some unknowns: det(T M^-1 T')^(1/p)
@@ -15,7 +15,7 @@ use crate::elements::Elements;
 use crate::linear::{Triangle, dot};
 use faer::{Mat, Side};
 
-/// What the exchange makes small, in the coordinates of the blocks.
+/// The objective that the exchange minimises, in the coordinates of the blocks.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Objective {
     /// `-log det M`: D.
@@ -30,17 +30,17 @@ pub enum Objective {
     Volume(Combinations),
 }
 
-/// With so few predicted rows, the sum of their variances is near their largest.
+/// Up to so many predicted rows, the sum of their variances approximates their largest.
 const FEW: usize = 64;
 impl Objective {
-    /// Does it speak of so many unknowns?
+    /// Is it a function of `n` unknowns?
     pub(super) fn fits(&self, n: usize) -> bool {
         match self {
             Objective::Determinant => true,
             Objective::Trace(w) => w.len() == n * n,
             Objective::Largest(rows) => rows.unknowns() == n,
-            Objective::Eigenvalue(own) | Objective::Volume(own) => {
-                !own.0.is_empty() && own.0.iter().all(|row| row.len() == n)
+            Objective::Eigenvalue(functions) | Objective::Volume(functions) => {
+                !functions.0.is_empty() && functions.0.iter().all(|row| row.len() == n)
             }
         }
     }
@@ -51,9 +51,9 @@ impl Objective {
             Objective::Determinant => None,
             Objective::Trace(w) => Some(dot(w, inverse)),
             Objective::Largest(predicted) => Some(predicted.largest_quadratic(inverse)),
-            Objective::Eigenvalue(own) => Some(largest_eigenvalue(&own.image(inverse))),
-            Objective::Volume(own) => {
-                Some(own.triangle(inverse).map_or(f64::NAN, |c| (c.log_determinant() / own.size()).exp()))
+            Objective::Eigenvalue(functions) => Some(largest_eigenvalue(&functions.image(inverse))),
+            Objective::Volume(functions) => {
+                Some(functions.triangle(inverse).map_or(f64::NAN, |c| (c.log_determinant() / functions.size()).exp()))
             }
         }
     }
@@ -63,23 +63,23 @@ impl Objective {
         matches!(self, Objective::Largest(predicted) if predicted.count() * predicted.rows() <= FEW)
     }
 
-    /// The smooth objective that is nearest, the determinant or the sum of the variances; `None` for one that exchanges follow as it is.
+    /// The smooth objective that approximates it, the determinant or the sum of the variances; `None` for one that is smooth itself.
     pub(super) fn nearest(&self) -> Option<Objective> {
         match self {
             Objective::Determinant | Objective::Trace(_) => None,
             Objective::Largest(predicted) if self.is_of_few() => Some(Objective::Trace(predicted.sum())),
             Objective::Largest(_) | Objective::Volume(_) => Some(Objective::Determinant),
-            Objective::Eigenvalue(own) => Some(Objective::Trace(own.sum())),
+            Objective::Eigenvalue(functions) => Some(Objective::Trace(functions.sum())),
         }
     }
 }
 
-/// What is asked for: rows of `T`, in the coordinates of the blocks.
+/// Linear functions of the unknowns: rows of `T`, in the coordinates of the blocks.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Combinations(pub(super) Vec<Vec<f64>>);
 
 impl Combinations {
-    /// Each row one function of the unknowns.
+    /// Each row is one function of the unknowns.
     pub fn new(rows: Vec<Vec<f64>>) -> Self {
         Combinations(rows)
     }
@@ -89,7 +89,7 @@ impl Combinations {
         self.0.len().max(1) as f64
     }
 
-    /// `T'T`: the smooth criterion that is nearest, the sum of the variances.
+    /// `T'T`: the weights of the sum of the variances.
     fn sum(&self) -> Vec<f64> {
         let n = self.0.first().map_or(0, Vec::len);
         let mut sum = vec![0.0; n * n];

@@ -3,7 +3,7 @@
 //! A drift that grows by one standard deviation over the run shifts parameter `k` by
 //!
 //! ```text
-//! s_k = sum_i S_ki u_i (t_i / T - 1/2)       S = d x / d y,   t_i the time of reading i: what was spent on work until then, T that of the last
+//! s_k = sum_i S_ki u_i (t_i / T - 1/2)       S = d x / d y,   t_i the time of reading i: the cost of the work until then, T that of the last
 //! ```
 //!
 //! `S` does not depend on the order, so orders are compared by these sums alone.
@@ -27,7 +27,7 @@ pub enum Order {
     /// near as possible; then whatever exchange of senses, readings or mountings lowers the drift's shift at no more work.
     #[default]
     Abba,
-    /// Mountings and the readings within them in random order; of 200 orders, the one that a linear drift harms least.
+    /// Mountings and the readings within them in random order; of 200 orders, the one with the smallest shift by a linear drift.
     Random,
 }
 
@@ -38,7 +38,7 @@ const MOST: usize = 4000;
 const MOST_SHORTENED: usize = 60;
 /// Rounds of improvements.
 const ROUNDS: usize = 40;
-/// Share of the quadratic drift's shift that counts beside the linear one's: enough to choose among equals.
+/// Weight of the quadratic drift's shift relative to the linear one's: enough to choose among equals.
 const QUADRATIC: f64 = 0.1;
 
 /// Put the readings of a schedule in order; the first `fixed` stay where they are. Readings of one mounting (same label, same angles at rest) stay
@@ -63,7 +63,7 @@ pub fn ordered(
     let sequence: Vec<usize> = if rows.len() > MOST {
         run.nearest(groups).concat()
     } else {
-        // of each reading its part in every parameter's shift, in units of the parameter's uncertainty
+        // contribution of each reading to the shift of each parameter, in units of the parameter's uncertainty
         let parts = weighted_sensitivities(campaign, noise)?;
         match order {
             Order::Random => run.least_harmed(&parts, groups, seed),
@@ -75,23 +75,23 @@ pub fn ordered(
     Ok(timed(Readings { columns: campaign.readings.columns.clone(), rows: readings }, costs, run.fixed))
 }
 
-/// Where readings have a column `time_s`, its values in the order of the run: those that there are, where every reading has one of its own; else
+/// Readings with a column `time_s` get its values in the order of the run: the given ones where they are distinct and complete; else
 /// the time that the work takes, with costs in minutes.
 fn timed(mut readings: Readings, costs: &Costs, fixed: usize) -> Readings {
     let Some(column) = readings.columns.iter().position(|name| name == "time_s") else { return readings };
     let value = |row: &Reading| row.columns.get(column).copied().flatten();
-    let mut own: Vec<f64> = readings.rows.iter().skip(fixed).filter_map(value).collect();
-    own.sort_by(f64::total_cmp);
-    let distinct = own.is_sorted_by(|a, b| a < b) && own.len() + fixed == readings.rows.len();
+    let mut times_s: Vec<f64> = readings.rows.iter().skip(fixed).filter_map(value).collect();
+    times_s.sort_by(f64::total_cmp);
+    let distinct = times_s.is_sorted_by(|a, b| a < b) && times_s.len() + fixed == readings.rows.len();
     let last = readings.rows.iter().take(fixed).filter_map(value).reduce(f64::max);
-    let after = last.is_none_or(|last| own.first().is_none_or(|first| *first > last));
+    let after = last.is_none_or(|last| times_s.first().is_none_or(|first| *first > last));
     if !(distinct && after) {
         let work = times(readings.rows.iter(), costs);
         // nothing was done before: from zero
         let begin = fixed.checked_sub(1).and_then(|k| work.get(k)).copied().unwrap_or(0.0);
-        own = work.iter().skip(fixed).map(|t| last.unwrap_or(0.0) + 60.0 * (t - begin)).collect();
+        times_s = work.iter().skip(fixed).map(|t| last.unwrap_or(0.0) + 60.0 * (t - begin)).collect();
     }
-    for (row, time) in readings.rows.iter_mut().skip(fixed).zip(own) {
+    for (row, time) in readings.rows.iter_mut().skip(fixed).zip(times_s) {
         if let Some(slot) = row.columns.get_mut(column) {
             *slot = Some(time);
         }
@@ -135,7 +135,7 @@ impl Run<'_> {
         group.first().map(|row| self.levels.at(*row))
     }
 
-    /// Are two mountings of one level? Those between them are then, too.
+    /// Are two mountings of one level? Groups are sorted by level, so those between them are, too.
     fn alike(&self, groups: &[Vec<usize>], a: usize, b: usize) -> bool {
         let level = |k: usize| groups.get(k).and_then(|group| self.level(group));
         level(a) == level(b)
@@ -157,7 +157,7 @@ impl Run<'_> {
         groups
     }
 
-    /// Each mounting is followed by the nearest that is left: fewest joints moved, then the smallest sum of angles; where degrees cost something,
+    /// Each mounting is followed by the nearest of the remaining ones: fewest joints moved, then the smallest sum of angles; where degrees cost something,
     /// the least of them first. Then shorter ways, and within each mounting the senses in their pattern.
     fn nearest(&self, mut groups: Vec<Vec<usize>>) -> Vec<Vec<usize>> {
         let mut sorted: Vec<Vec<usize>> = Vec::with_capacity(groups.len());
@@ -166,10 +166,11 @@ impl Run<'_> {
             std::mem::swap(&mut sorted, &mut groups);
         }
         while !groups.is_empty() {
-            // groups come level by level, and have members: those of the first level that is left
-            let own = groups.iter().take_while(|group| self.level(group) == groups.first().and_then(|g| self.level(g)));
+            // groups are sorted by level and not empty: those of the first remaining level
+            let of_level =
+                groups.iter().take_while(|group| self.level(group) == groups.first().and_then(|g| self.level(g)));
             let way = |last: usize| {
-                let steps = own.filter_map(|group| Some(self.step(last, *group.first()?))).enumerate();
+                let steps = of_level.filter_map(|group| Some(self.step(last, *group.first()?))).enumerate();
                 let nearer =
                     steps.min_by(|(_, a), (_, b)| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)).then(a.2.total_cmp(&b.2)));
                 nearer.map_or(0, |(k, _)| k)
@@ -182,7 +183,7 @@ impl Run<'_> {
         self.shortened(sorted).into_iter().map(|group| self.abba(group, false)).collect()
     }
 
-    /// Mountings in an order that moves the joints less: stretches turned round and mountings put elsewhere, as long as that is shorter.
+    /// Mountings in an order that moves the joints less: stretches reversed and mountings moved, as long as that is shorter.
     fn shortened(&self, mut groups: Vec<Vec<usize>>) -> Vec<Vec<usize>> {
         if self.costs.index == 0.0 || groups.len() > MOST_SHORTENED {
             return groups;
@@ -196,12 +197,12 @@ impl Run<'_> {
                     continue;
                 }
                 let mut moved = groups.clone();
-                let own = moved.remove(a);
-                moved.insert(b, own);
+                let group = moved.remove(a);
+                moved.insert(b, group);
                 for other in [turned(&groups, a, b), moved] {
-                    let own = self.way(&other).1;
-                    if own < now - 1e-9 {
-                        (now, groups) = (own, other);
+                    let cost = self.way(&other).1;
+                    if cost < now - 1e-9 {
+                        (now, groups) = (cost, other);
                     }
                 }
             }
@@ -212,7 +213,7 @@ impl Run<'_> {
         groups
     }
 
-    /// Mountings and the readings within them in random order, of many the one that a linear drift harms least.
+    /// Mountings and the readings within them in random order: of many, the one with the smallest shift by a linear drift.
     fn least_harmed(&self, parts: &[Vec<f64>], groups: Vec<Vec<usize>>, seed: u64) -> Vec<usize> {
         let mut rng = Pcg64Mcg::seed_from_u64(seed);
         let mut best: Option<(f64, Vec<usize>)> = None;
@@ -235,8 +236,8 @@ impl Run<'_> {
         best.map(|(_, run)| run).unwrap_or_default()
     }
 
-    /// Better and better orders: senses exchanged in a mounting, states exchanged, mountings exchanged or a stretch of them turned round, as long as
-    /// no more joints move than before; then, where the mountings cost the same in any order, whatever way is best.
+    /// Orders with smaller shifts: senses or states exchanged within a mounting, mountings exchanged or a stretch of them reversed, as long as
+    /// no more joints move than before.
     fn improved(&self, parts: &[Vec<f64>], start: Vec<Vec<usize>>) -> Vec<usize> {
         let harm = |groups: &[Vec<usize>]| {
             let (linear, quadratic) = self.shift(parts, &groups.concat());
@@ -252,9 +253,9 @@ impl Run<'_> {
         for _ in 0..ROUNDS {
             let before = now;
             for g in 0..groups.len() {
-                let Some(own) = groups.get(g).cloned() else { continue };
-                let blocks = self.blocks(own.clone());
-                let mut others = vec![self.abba(own.clone(), true), self.abba(own, false)];
+                let Some(group) = groups.get(g).cloned() else { continue };
+                let blocks = self.blocks(group.clone());
+                let mut others = vec![self.abba(group.clone(), true), self.abba(group, false)];
                 others.push(blocks.iter().rev().flatten().copied().collect());
                 let pairs = (0..blocks.len()).flat_map(|a| (a + 1..blocks.len()).map(move |b| (a, b)));
                 others.extend(pairs.take(200).map(|(a, b)| swapped(&blocks, a, b).concat()));
@@ -265,9 +266,9 @@ impl Run<'_> {
                     evaluations -= 1;
                     let Some(slot) = groups.get_mut(g) else { continue };
                     let kept = std::mem::replace(slot, other);
-                    let own = harm(&groups);
-                    if own < now - 1e-12 {
-                        now = own;
+                    let shift = harm(&groups);
+                    if shift < now - 1e-12 {
+                        now = shift;
                     } else if let Some(slot) = groups.get_mut(g) {
                         *slot = kept;
                     }
@@ -281,16 +282,16 @@ impl Run<'_> {
                             break;
                         }
                         evaluations -= 1;
-                        let own = harm(&other);
-                        let better = own < best.as_ref().map_or(now - 1e-12, |(before, _)| *before);
+                        let shift = harm(&other);
+                        let better = shift < best.as_ref().map_or(now - 1e-12, |(before, _)| *before);
                         if better && no_more(self.way(&other)) {
-                            best = Some((own, other));
+                            best = Some((shift, other));
                         }
                     }
                 }
             }
-            if let Some((own, other)) = best {
-                (now, groups) = (own, other);
+            if let Some((shift, other)) = best {
+                (now, groups) = (shift, other);
             }
             if evaluations == 0 || !(now < before - 1e-9 * before) {
                 break;
@@ -352,7 +353,7 @@ fn swapped(groups: &[Vec<usize>], a: usize, b: usize) -> Vec<Vec<usize>> {
     swapped
 }
 
-/// A stretch of a list turned round.
+/// A stretch of a list reversed.
 fn turned(groups: &[Vec<usize>], a: usize, b: usize) -> Vec<Vec<usize>> {
     let mut turned = groups.to_vec();
     turned.get_mut(a..=b).into_iter().for_each(<[_]>::reverse);
@@ -382,5 +383,5 @@ fn levels(campaign: &Campaign) -> Vec<usize> {
         distinct = numbers.into_iter().map(|(_, name)| name).collect();
     }
     // each name is among the distinct ones
-    names.iter().map(|name| distinct.iter().position(|own| own == name).unwrap_or_default()).collect()
+    names.iter().map(|name| distinct.iter().position(|other| other == name).unwrap_or_default()).collect()
 }

@@ -1,8 +1,8 @@
 //! The point at which a plan judges: rows are derivatives, and those of a bilinear model depend on where they are taken.
 //!
-//! A value that is given, else what the readings say (a fit of a measured campaign), else the start, the prior's value, zero. In
+//! A value that is given, else that of a fit of the campaign's readings, else the start, the prior's value, zero. In
 //! `K*(w + tilt*g)` the tilt's column is `K g`: at `K = 0` it vanishes, although every other value of `K` shows the tilt. What is lost only at the
-//! point, and not nearby, is no defect of the schedule: it needs a value.
+//! point, and not nearby, is not a rank defect of the schedule: it needs a value.
 
 use super::effort::Noise;
 use super::whitened::Independent;
@@ -39,7 +39,7 @@ pub struct Judged {
 }
 
 /// Put a campaign at the point at which it is to be judged: `given` values (parameter and value, radians for tilts) before those that a fit of its
-/// readings found, before starts, priors and zero.
+/// readings gives, before starts, priors and zero.
 ///
 /// Errors: a name that is not estimated, a value that is not finite.
 pub fn judged_at(campaign: &Campaign, given: &[(String, f64)], fitted: Option<&Fit>) -> Result<Judged> {
@@ -70,19 +70,16 @@ pub fn judged_at(campaign: &Campaign, given: &[(String, f64)], fitted: Option<&F
     for (k, parameter) in at.parameters.iter_mut().enumerate().take(n) {
         let Role::Estimated { start, prior } = &mut parameter.role else { continue };
         let named = given.iter().rev().find(|(id, _)| *id == parameter.id).map(|(_, value)| *value);
-        let found = fitted.and_then(|fit| fit.point.get(k)).copied();
-        from.push(match (named, found, &start, &prior) {
-            (Some(value), ..) => {
+        let of_fit = fitted.and_then(|fit| fit.point.get(k)).copied();
+        let stated = named.map(|v| (v, PointSource::Given)).or(of_fit.map(|v| (v, PointSource::Fitted)));
+        from.push(match (stated, &start, &prior) {
+            (Some((value, source)), ..) => {
                 *start = Some(value);
-                PointSource::Given
+                source
             }
-            (None, Some(value), ..) => {
-                *start = Some(value);
-                PointSource::Fitted
-            }
-            (None, None, Some(_), _) => PointSource::Start,
-            (None, None, None, Some(_)) => PointSource::Prior,
-            (None, None, None, None) => PointSource::Zero,
+            (None, Some(_), _) => PointSource::Start,
+            (None, None, Some(_)) => PointSource::Prior,
+            (None, None, None) => PointSource::Zero,
         });
     }
     Ok(Judged { campaign: at, from })
@@ -91,16 +88,16 @@ pub fn judged_at(campaign: &Campaign, given: &[(String, f64)], fitted: Option<&F
 /// What vanishes at the point of judging and not nearby.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Lacking {
-    /// Parameters (by index) whose uncertainty cannot be told at the point.
+    /// Parameters (by index) that are not estimable at the point and are nearby.
     pub untold: Vec<usize>,
-    /// Parameters (by index) without a stated value, any of which would tell more.
+    /// Parameters (by index) without a stated value, any of which raises the rank.
     pub needs: Vec<usize>,
 }
 
-/// Sizes to which unstated values are moved, of tilts (rad) and coefficients; which sizes does not matter, only that they are no special ones.
+/// Displacements of unstated values, of tilts (rad) and coefficients: arbitrary, but not zero, equal or commensurable.
 const NEARBY: [(f64, f64); 2] = [(0.013, 0.71), (-0.0171, 1.37)];
 
-/// Rows at a general point beside the one at which a campaign is judged, if they determine more than those there; and what is lacking there.
+/// Rows at a general point near the one at which a campaign is judged, if they determine more than those there; and what is lacking there.
 pub(super) fn lacking(
     campaign: &Campaign,
     model: &Model,
@@ -137,8 +134,8 @@ pub(super) fn lacking(
         }
     }
     let Some((design, estimate)) = best else { return Ok(None) };
-    let told = |estimate: &Estimate, k: usize| estimate.unknowns.is_estimable(k);
-    let untold = (0..campaign.unknowns()).filter(|k| told(&estimate, *k) && !told(here, *k)).collect();
+    let is_estimable = |estimate: &Estimate, k: usize| estimate.unknowns.is_estimable(k);
+    let untold = (0..campaign.unknowns()).filter(|k| is_estimable(&estimate, *k) && !is_estimable(here, *k)).collect();
     let mut needs = Vec::new();
     for k in &free {
         if moved(&[*k], NEARBY[0])?.1.unknowns.rank > here.unknowns.rank {
@@ -152,7 +149,7 @@ pub(super) fn lacking(
 
 /// A search needs values for what vanishes at the point. Errors: `Missing`, with what to state.
 pub(super) fn check_point(campaign: &Campaign, kept: &Readings, candidates: &Readings, noise: &Noise) -> Result<()> {
-    /// So many candidates tell what vanishes as well as all of them.
+    /// So many candidates show what vanishes as well as all of them.
     const ENOUGH: usize = 2000;
     let stride = candidates.rows.len().div_ceil(ENOUGH).max(1);
     let mut rows: Vec<_> = kept.rows.iter().take(ENOUGH).cloned().collect();

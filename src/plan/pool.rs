@@ -1,17 +1,17 @@
 //! From candidate positions to blocks of whitened rows in coordinates in which the exchanges are well conditioned.
 //!
-//! One pivoted QR of all rows (what is kept, priors, candidates), `W A D^-1 = Q R`, gives coordinates `z = R D x`: there the rows of every
+//! One pivoted QR of all rows (kept readings, priors, candidates), `W A D^-1 = Q R`, gives coordinates `z = R D x`: there the rows of every
 //! block are rows of `Q`, and a linear function `c'x` has the coordinates `T'c`, `T = D^-1 R^-1`; equations between unknowns are in `T`.
 //!
-//! Coarser sweeps within a finer one: what they find is where the finer search goes on from, so that more candidates never give a worse answer.
-//! A sweep in steps of 15 deg holds those in steps of 30, 45, 60, 90, 120 and 180. Each is searched just as it would be alone, from what the
-//! coarser ones within it have found.
+//! Coarser sweeps within a finer one: the finer search starts from their results, so that more candidates never give a worse design.
+//! A sweep in steps of 15 deg contains those in steps of 30, 45, 60, 90, 120 and 180. Each is searched as it would be alone, from the results
+//! of the coarser ones within it.
 
 use super::blocks::{Blocks, add_outer};
 use super::candidates::{Unit, portions};
 use super::effort::Noise;
 use super::whitened::level_of;
-use super::whitened::{Beside, Term, adjusted, mounted_apart, predicted, whitened, with_priors};
+use super::whitened::{Augmentation, Term, adjusted, mounted_apart, predicted, whitened, with_priors};
 use crate::campaign::{Campaign, JointState, Reading, Readings};
 use crate::design::{self, Model};
 use crate::elements::Elements;
@@ -29,11 +29,11 @@ pub(super) struct Pool {
     pub portions: Vec<Vec<Reading>>,
     /// Level of each portion in the columns by which positions share deviations.
     pub levels: Vec<String>,
-    /// Their information in as few rows as it has.
+    /// Their information in as few rows as its rank.
     pub blocks: Blocks,
-    /// All their rows, each a reading by itself without what scatters: what is predicted there.
+    /// All their rows, not whitened with others: what is predicted there.
     pub rows: Blocks,
-    /// Information of what is kept, and of priors, row by row.
+    /// Information of the kept readings and of priors, row by row.
     pub base: Vec<f64>,
     /// The factorisation behind the coordinates.
     pub estimate: Estimate,
@@ -41,7 +41,7 @@ pub(super) struct Pool {
     pub deviations: usize,
     /// The unknowns from the coordinates: `x = T z`.
     directions: Mat<f64>,
-    /// What even all candidates together do not determine.
+    /// Rank defects of all candidates together.
     pub not_estimable: Vec<RankDefect>,
 }
 
@@ -60,13 +60,13 @@ impl Pool {
         // portions have readings
         let levels = portions.iter().map(|portion| first(portion).unwrap_or_default()).collect();
         let further = mounted_apart(&portions, candidates);
-        let beside = Beside::new(campaign, noise, terms, &[kept, &further]);
-        let deviations = beside.deviations.len();
-        let mut rows = with_priors(campaign, kept, noise, &beside)?;
+        let augmentation = Augmentation::new(campaign, noise, terms, &[kept, &further]);
+        let deviations = augmentation.deviations.len();
+        let mut rows = with_priors(campaign, kept, noise, &augmentation)?;
         let fixed = rows.len();
-        rows.extend(whitened(campaign, &further, noise, &beside, true)?);
+        rows.extend(whitened(campaign, &further, noise, &augmentation, true)?);
         let total = rows.len();
-        let estimate = adjusted(campaign, &rows, beside.columns(campaign))?;
+        let estimate = adjusted(campaign, &rows, augmentation.columns(campaign))?;
         let rank = estimate.unknowns.rank;
         if rank <= deviations {
             return Err(Malformed::new(Fault::Value, "no candidate depends on what is to be estimated")
@@ -74,7 +74,8 @@ impl Pool {
         }
         let q = estimate.factor.thin_q();
         let per_portion = (total - fixed) / portions.len();
-        let told = Blocks::from_fn(portions.len(), per_portion, rank, |j, r, c| q[(fixed + j * per_portion + r, c)]);
+        let whitened_rows =
+            Blocks::from_fn(portions.len(), per_portion, rank, |j, r, c| q[(fixed + j * per_portion + r, c)]);
         let mut base = vec![0.0; rank * rank];
         for i in 0..fixed {
             let row: Vec<f64> = (0..rank).map(|c| q[(i, c)]).collect();
@@ -97,20 +98,20 @@ impl Pool {
         };
         let directions = estimate.factor.whitened_directions();
         let rows = match noise.remount.is_empty() && campaign.scatter.is_empty() {
-            true => told.clone(),
+            true => whitened_rows.clone(),
             false => {
-                let predicted = predicted(campaign, &further, noise, &beside)?;
+                let predicted = predicted(campaign, &further, noise, &augmentation)?;
                 let predicted: Vec<Vec<f64>> = predicted.iter().map(|row| in_coordinates(&directions, row)).collect();
                 Blocks::from_fn(portions.len(), per_portion, rank, |j, r, c| {
                     // one list of coordinates for each row
-                    predicted.get(j * per_portion + r).map_or(0.0, |own| own.at(c))
+                    predicted.get(j * per_portion + r).map_or(0.0, |row| row.at(c))
                 })
             }
         };
         Ok(Pool {
             portions,
             levels,
-            blocks: told.compressed(),
+            blocks: whitened_rows.compressed(),
             rows,
             base,
             estimate,
@@ -141,14 +142,15 @@ impl Pool {
 
     /// Coordinates of every independent one of the first `parameters` unknowns, in units of what all candidates together give.
     pub fn independent(&self, parameters: usize) -> Vec<Vec<f64>> {
-        let own = self.estimate.factor.basis().iter().filter(|k| **k < parameters);
+        let basis = self.estimate.factor.basis().iter().filter(|k| **k < parameters);
         let unit = |k: usize| (0..=k).map(|j| f64::from(u8::from(j == k))).collect::<Vec<f64>>();
-        own.map(|k| {
-            let mut row = in_coordinates(&self.directions, &unit(*k));
-            normalise(&mut row);
-            row
-        })
-        .collect()
+        basis
+            .map(|k| {
+                let mut row = in_coordinates(&self.directions, &unit(*k));
+                normalise(&mut row);
+                row
+            })
+            .collect()
     }
 
     /// Candidates that differ from each in the state of one joint (for coordinate exchange).
@@ -180,7 +182,7 @@ impl Pool {
     }
 }
 
-/// `T'c`; a shorter `c` stands for zeros after it.
+/// `T'c`; a shorter `c` is padded with zeros.
 fn in_coordinates(directions: &Mat<f64>, c: &[f64]) -> Vec<f64> {
     let column = |k: usize| c.iter().enumerate().map(|(j, c)| directions[(j, k)] * c).sum();
     (0..directions.ncols()).map(column).collect()
@@ -194,7 +196,7 @@ pub(super) fn log_det_of(estimate: &Estimate) -> f64 {
     2.0 * (diagonal + scales)
 }
 
-/// Steps finer than this are no sweep.
+/// Most steps of a turn that are taken as a sweep.
 const FINEST: usize = 720;
 
 /// Steps of a turn on which all angles of joints at rest lie; `None` where they lie on no grid.
@@ -210,11 +212,8 @@ fn steps(candidates: &Readings) -> Option<usize> {
             return None;
         }
         seen.push(angle_deg.to_bits());
-        let own = (1..=FINEST).find(|k| {
-            let at = angle_deg / 360.0 * *k as f64;
-            (at - at.round()).abs() < 1e-9
-        })?;
-        steps = steps / gcd(steps, own) * own;
+        let needed = (1..=FINEST).find(|k| is_on_grid(*angle_deg, *k))?;
+        steps = steps / gcd(steps, needed) * needed;
         if steps > FINEST {
             return None;
         }
@@ -222,45 +221,49 @@ fn steps(candidates: &Readings) -> Option<usize> {
     Some(steps)
 }
 
+/// Is an angle a multiple of a turn divided by `steps`?
+fn is_on_grid(angle_deg: f64, steps: usize) -> bool {
+    let at = angle_deg / 360.0 * steps as f64;
+    (at - at.round()).abs() < 1e-9
+}
+
 fn gcd(a: usize, b: usize) -> usize {
     if b == 0 { a } else { gcd(b, a % b) }
 }
 
-/// What coarser sweeps find, each going on from those within it, as designs of `pool`: that of all candidates.
+/// Results of coarser sweeps, each started from those within it, as designs of `pool`, which has all candidates.
 pub(super) fn from_coarser(
     candidates: &Readings,
     pool: &Pool,
     pool_of: impl Fn(&Readings) -> Result<Pool>,
     best: impl Fn(&Pool, &[Vec<usize>]) -> Option<Vec<usize>>,
 ) -> Vec<Vec<usize>> {
-    let mut found: Vec<Option<(Pool, Vec<usize>)>> = Vec::new();
+    let mut results: Vec<Option<(Pool, Vec<usize>)>> = Vec::new();
     let mut given = Vec::new();
     let levels = levels(candidates);
     for (k, (readings, within)) in levels.iter().enumerate() {
         let coarse = (k + 1 < levels.len()).then_some(readings);
-        // a coarser sweep may lack what this question needs
-        let own =
-            coarse.and_then(|own| pool_of(own).ok()).filter(|own| own.blocks.unknowns() == pool.blocks.unknowns());
-        let coarser = within.iter().filter_map(|k| found.get(*k)?.as_ref());
-        let to = own.as_ref().unwrap_or(pool);
+        // a coarser sweep may determine fewer unknowns
+        let coarser_pool = coarse
+            .and_then(|readings| pool_of(readings).ok())
+            .filter(|p| p.blocks.unknowns() == pool.blocks.unknowns());
+        let coarser = within.iter().filter_map(|k| results.get(*k)?.as_ref());
+        let to = coarser_pool.as_ref().unwrap_or(pool);
         given = coarser.filter_map(|(from, chosen)| carried(from, chosen, to)).collect();
-        let chosen = own.as_ref().and_then(|own| best(own, &given));
-        found.push(own.zip(chosen));
+        let chosen = coarser_pool.as_ref().and_then(|p| best(p, &given));
+        results.push(coarser_pool.zip(chosen));
     }
     given
 }
 
-/// Candidates on each coarser grid, the coarsest first, and which of the earlier ones each holds; the last is all candidates.
+/// Candidates on each coarser grid, the coarsest first, and which of the earlier ones each contains; the last is all candidates.
 fn levels(candidates: &Readings) -> Vec<(Readings, Vec<usize>)> {
     // angles on no common grid: one level
     let all = steps(candidates).unwrap_or(1);
     let mut levels: Vec<(usize, Readings)> = Vec::new();
     for steps in (2..all).filter(|k| all.is_multiple_of(*k)) {
         let on_grid = |state: &JointState| match state {
-            JointState::Held { angle_deg } => {
-                let at = angle_deg / 360.0 * steps as f64;
-                (at - at.round()).abs() < 1e-9
-            }
+            JointState::Held { angle_deg } => is_on_grid(*angle_deg, steps),
             _ => true,
         };
         let rows: Vec<_> = candidates.rows.iter().filter(|r| r.joints.iter().all(on_grid)).cloned().collect();
@@ -273,15 +276,15 @@ fn levels(candidates: &Readings) -> Vec<(Readings, Vec<usize>)> {
     }
     levels.push((all, candidates.clone()));
     let grids: Vec<usize> = levels.iter().map(|(steps, _)| *steps).collect();
-    let within = |own: usize| {
-        let all = grids.at(own);
-        let coarser = grids.iter().enumerate().take(own);
+    let within = |level: usize| {
+        let all = grids.at(level);
+        let coarser = grids.iter().enumerate().take(level);
         coarser.filter(|(_, grid)| all.is_multiple_of(**grid)).map(|(k, _)| k).collect::<Vec<usize>>()
     };
-    levels.into_iter().enumerate().map(|(own, (_, readings))| (readings, within(own))).collect()
+    levels.into_iter().enumerate().map(|(k, (_, readings))| (readings, within(k))).collect()
 }
 
-/// Portions of one pool by their number in another that holds them; `None` where one is missing.
+/// Portions of one pool by their number in another that contains them; `None` where one is missing.
 fn carried(from: &Pool, chosen: &[usize], to: &Pool) -> Option<Vec<usize>> {
     let key = |pool: &Pool, k: usize| {
         pool.portions.get(k).map(|p| format!("{:?}", p.iter().map(|r| (&r.joints, &r.columns)).collect::<Vec<_>>()))

@@ -4,7 +4,8 @@
 //! cost = sum over mountings [ mounting + reading * readings there + rate * (different states there - 1) ]
 //! ```
 //!
-//! What moving joints over some degrees costs depends on the order, and comes after the choice. The order to run takes readings of one state of a mounting together, so that this is what the schedule's report says.
+//! The cost of moving joints depends on the order, and comes after the choice. The order to run takes readings of one state of a mounting together, so that
+//! this is the cost in the schedule's report.
 
 use super::effort::{Costs, mounting};
 use crate::campaign::Reading;
@@ -19,7 +20,7 @@ pub(super) struct Prices {
     costs: Costs,
     /// Readings of a portion.
     pub size: usize,
-    /// Is every portion a mounting of its own, even where it is taken twice?
+    /// Is every portion a separate mounting, even where it is taken twice?
     apart: bool,
     /// Mounting of each portion.
     pub place: Vec<usize>,
@@ -27,7 +28,7 @@ pub(super) struct Prices {
     slots: Vec<usize>,
     /// Different states of each portion.
     states: usize,
-    /// Cost of each portion at a mounting of its own.
+    /// Cost of each portion alone at its mounting.
     alone: Vec<f64>,
     /// The same states numbered alike at every mounting.
     pub kind: Vec<usize>,
@@ -39,7 +40,7 @@ pub(super) struct Prices {
 }
 
 impl Prices {
-    /// Prices of portions of readings and their levels (none: all alike); with `apart`, every portion is a mounting of its own.
+    /// Prices of portions of readings and their levels (none: all alike); with `apart`, every portion is a separate mounting.
     pub fn new(portions: &[Vec<Reading>], levels: &[String], costs: Costs, budget: f64, apart: bool) -> Self {
         let mut places: HashMap<String, usize> = HashMap::new();
         let mut kinds: HashMap<String, usize> = HashMap::new();
@@ -48,7 +49,7 @@ impl Prices {
             let next = map.len();
             *map.entry(key).or_insert(next)
         };
-        let (mut place, mut kind, mut own_slots, mut at) = (Vec::new(), Vec::new(), Vec::new(), HashMap::new());
+        let (mut place, mut kind, mut slots_of, mut at) = (Vec::new(), Vec::new(), Vec::new(), HashMap::new());
         for (k, portion) in portions.iter().enumerate() {
             // portions have readings
             let level = levels.get(k).map_or("", String::as_str);
@@ -61,37 +62,37 @@ impl Prices {
                 true => number(&mut kinds, format!("{columns:?}")),
                 false => number(&mut kinds, format!("{turning:?}")),
             };
-            let mut own: Vec<usize> = portion
+            let mut used: Vec<usize> = portion
                 .iter()
                 .map(|reading| {
                     let next = slots.len();
                     *slots.entry((here, format!("{:?}", reading.joints))).or_insert(next)
                 })
                 .collect();
-            own.sort_unstable();
-            own.dedup();
+            used.sort_unstable();
+            used.dedup();
             place.push(here);
             kind.push(kind_here);
-            own_slots.push(own);
+            slots_of.push(used);
             at.entry((here, kind_here)).or_insert(k);
         }
         let size = portions.first().map_or(1, Vec::len);
         let (places, slot_count) = (places.len(), slots.len());
         // a portion that has fewer states than others repeats its last
-        let states = own_slots.iter().map(Vec::len).max().unwrap_or(1).max(1);
-        let alone = own_slots.iter().map(|own| {
-            costs.mounting + costs.reading * size as f64 + costs.rate_change * own.len().saturating_sub(1) as f64
+        let states = slots_of.iter().map(Vec::len).max().unwrap_or(1).max(1);
+        let alone = slots_of.iter().map(|slots| {
+            costs.mounting + costs.reading * size as f64 + costs.rate_change * slots.len().saturating_sub(1) as f64
         });
         let alone = alone.collect();
-        let padded = |own: &Vec<usize>| {
+        let padded = |slots: &Vec<usize>| {
             // shorter lists repeat their last slot; a portion has one at least
-            (0..states).map(|s| own.get(s).or(own.last()).copied().unwrap_or_default()).collect::<Vec<_>>()
+            (0..states).map(|s| slots.get(s).or(slots.last()).copied().unwrap_or_default()).collect::<Vec<_>>()
         };
-        let slots = own_slots.iter().flat_map(padded).collect();
+        let slots = slots_of.iter().flat_map(padded).collect();
         Prices { budget, costs, size, apart, place, slots, states, alone, kind, at, places, slot_count }
     }
 
-    /// Costs are sums of these, so that nothing lies between two costs that are nearer; `None` where all is free.
+    /// Smallest difference of two costs, which are sums of the prices; `None` where all is free.
     pub fn least_step(&self) -> Option<f64> {
         let Costs { reading, rate_change, mounting, .. } = self.costs;
         let positive = [reading * self.size as f64, rate_change, mounting].into_iter().filter(|cost| *cost > 0.0);
@@ -121,7 +122,7 @@ impl Prices {
         self.costs.reading * self.size as f64
     }
 
-    /// Cost of one portion at a mounting of its own.
+    /// Cost of one portion alone at its mounting.
     pub fn alone(&self, j: usize) -> f64 {
         self.alone.at(j)
     }
@@ -141,12 +142,12 @@ impl Prices {
     pub fn most_portions(&self, mountings: usize) -> f64 {
         let one = self.costs.reading * self.size as f64;
         let least = (0..self.place.len()).map(|j| self.alone(j) - one).fold(f64::INFINITY, f64::min);
-        let left = self.budget * (1.0 + 1e-12) - mountings as f64 * least;
-        if self.apart { (self.budget * (1.0 + 1e-12) / (least + one)).floor() } else { (left / one).floor() }
+        let remainder = self.budget * (1.0 + 1e-12) - mountings as f64 * least;
+        if self.apart { (self.budget * (1.0 + 1e-12) / (least + one)).floor() } else { (remainder / one).floor() }
     }
 }
 
-/// What is chosen, as far as the costs see it.
+/// Costs of what is chosen.
 #[derive(Debug, Clone)]
 pub(super) struct Till {
     /// Cost of all.

@@ -1,4 +1,4 @@
-//! What an exchange is to make best, of what, and a design that it has found.
+//! The exchange problem, and its designs.
 
 use super::blocks::Blocks;
 use super::objective::Objective;
@@ -7,9 +7,9 @@ use super::prices::Prices;
 /// The exchange problem.
 #[derive(Debug, Clone)]
 pub(super) struct Problem<'a> {
-    /// What may be chosen.
+    /// The candidates.
     pub blocks: &'a Blocks,
-    /// Information of what is kept, row by row.
+    /// Information of the kept readings and of priors, row by row.
     pub base: &'a [f64],
     /// What is made small.
     pub objective: &'a Objective,
@@ -19,14 +19,20 @@ pub(super) struct Problem<'a> {
     pub most_repeats: usize,
     /// For coordinate exchange: candidates that differ from each in one coordinate; empty for Fedorov's exchange.
     pub neighbours: &'a [Vec<usize>],
-    /// Prices that exchanges must keep to, where there is a budget instead of a number.
+    /// Prices and budget, where there is a budget instead of a number.
     pub prices: Option<&'a Prices>,
 }
 
 impl<'a> Problem<'a> {
-    /// A choice of nothing, as often as one likes, at any price.
+    /// A problem without limits of number, repeats or cost.
     pub fn of(blocks: &'a Blocks, base: &'a [f64], objective: &'a Objective) -> Self {
         Problem { blocks, base, objective, choose: 0, most_repeats: usize::MAX, neighbours: &[], prices: None }
+    }
+
+    /// Is no candidate chosen more often than it may be?
+    pub fn allows_repeats(&self, chosen: &[usize]) -> bool {
+        self.most_repeats >= chosen.len()
+            || counted(chosen).iter().all(|(_, times)| *times as usize <= self.most_repeats)
     }
 }
 
@@ -41,7 +47,7 @@ pub(super) struct Design {
     pub effort: f64,
 }
 
-/// An exchange must improve the criterion by this share to be made: less is rounding, and could go round in a circle.
+/// Smallest relative improvement of the criterion for which an exchange is made: less is rounding, and could cycle.
 pub(super) const WORTH: f64 = 1e-9;
 
 /// More sweeps than this have never been needed.
@@ -50,7 +56,7 @@ pub(super) const SWEEPS: usize = 200;
 /// A list longer than this is counted before it is summed.
 const LONG: usize = 40;
 
-/// Every candidate of a list, and how often it stands there.
+/// Every candidate of a list, and how often it is in it.
 pub(super) fn counted(chosen: &[usize]) -> Vec<(usize, u32)> {
     let mut sorted = chosen.to_vec();
     sorted.sort_unstable();

@@ -1,13 +1,13 @@
-//! The best replacement of a chosen block for objectives that are not smooth in the design: every replacement is weighed by all variances. Taking block `i` out first,
-//! `Mi = M - Xi'Xi`, a replacement `j` leaves, with `S = I + Xj Mi^-1 Xj'`,
+//! The best replacement of a chosen block for objectives that are not smooth in the design: every replacement is evaluated with all variances. Without block `i`,
+//! `Mi = M - Xi'Xi`, a replacement `j` gives, with `S = I + Xj Mi^-1 Xj'`,
 //!
 //! ```text
 //! r' Mi^-1 r - b' S^-1 b,  b = Xj Mi^-1 r     T Mi^-1 T' - B' S^-1 B,  B = Xj Mi^-1 T'
 //! det C_j = det C_i det(I + Xj A Xj') / det S,     C = T M^-1 T',     A = Mi^-1 - Mi^-1 T' C_i^-1 T Mi^-1
 //! ```
 //!
-//! where `A` is what deviations would scatter if the parameters were known. Along the worst direction `v` of `T Mi^-1 T'` alone the second is a
-//! bound from below, so replacements are weighed in the order of their bounds until none can be better.
+//! where `A` is the covariance of the deviations for known parameters. Along the worst direction `v` of `T Mi^-1 T'` alone the second is a
+//! lower bound, so replacements are evaluated in the order of their bounds until none can be better.
 #![allow(
     clippy::indexing_slicing,
     reason = "`Objective::fits` has made sure of a row at least and of the unknowns in each; packed triangles and lists are made here over the rows of a block, with one entry for each candidate or replacement"
@@ -19,13 +19,13 @@ use super::state::State;
 use crate::linear::dot;
 use faer::{Mat, Side};
 
-/// Replacements that are weighed at least, and that are tried one by one where the block cannot be taken out.
+/// Replacements that are evaluated at least, and that are tried one by one where the design without the block is singular.
 const REPLACEMENTS: usize = 60;
-/// Products of predicted rows, candidates and unknowns beyond which only the most informative replacements are weighed.
+/// Products of predicted rows, candidates and unknowns beyond which only the most informative replacements are evaluated.
 const ALL: usize = 20_000_000;
 
 impl Objective {
-    /// The replacement that leaves the smallest value below `now`, and that value; `inverse` is that without the block at `at`.
+    /// The replacement with the smallest value of the objective below `now`, and that value; `inverse` is `Mi^-1`, without the block at `at`.
     pub(super) fn replacement(
         &self,
         state: &mut State<'_>,
@@ -56,19 +56,19 @@ impl Objective {
                     for q in 0..predicted.rows() {
                         let x = predicted.row(p, q);
                         let w = times(inverse, &x);
-                        let own = dot(&x, &w);
+                        let variance = dot(&x, &w);
                         along.iter_mut().enumerate().for_each(|(r, out)| few.along(r, &w, out));
                         for (c, worst) in worst.iter_mut().enumerate() {
-                            *worst = worst.max(own - squared(&roots[c], k, |s| along[s][c]));
+                            *worst = worst.max(variance - squared(&roots[c], k, |s| along[s][c]));
                         }
                     }
                 }
-                replacements.into_iter().zip(worst).for_each(|own| keep(&mut best, now, own));
+                replacements.into_iter().zip(worst).for_each(|replacement| keep(&mut best, now, replacement));
             }
             Objective::Eigenvalue(combinations) => {
-                let own = combinations.image(inverse);
-                let eigen = own.self_adjoint_eigen(Side::Lower).ok()?;
-                let p = own.nrows();
+                let image = combinations.image(inverse);
+                let eigen = image.self_adjoint_eigen(Side::Lower).ok()?;
+                let p = image.nrows();
                 // eigenvalues come in nondecreasing order
                 let (worst, most) = (combinations.combined(|i| eigen.U()[(i, p - 1)]), eigen.S()[p - 1]);
                 let w = times(inverse, &worst);
@@ -90,15 +90,15 @@ impl Objective {
                     let of_root = |r: usize, c: usize| (0..=r).map(|s| root[packed(s, r)] * b[s][c]).sum::<f64>();
                     let white: Vec<Vec<f64>> = (0..k).map(|r| (0..p).map(|c| of_root(r, c)).collect()).collect();
                     let less = |i: usize, c: usize| white.iter().map(|row| row[i] * row[c]).sum::<f64>();
-                    let left = Mat::from_fn(p, p, |i, c| own[(i, c)] - less(i, c));
+                    let reduced = Mat::from_fn(p, p, |i, c| image[(i, c)] - less(i, c));
                     state.effort += (k * n * p + 10 * p * p * p) as f64;
-                    keep(&mut best, now, (j, largest_eigenvalue(&left)));
+                    keep(&mut best, now, (j, largest_eigenvalue(&reduced)));
                 }
             }
-            Objective::Volume(own) => {
-                let (without, slopes) = own.with_slopes(inverse)?;
-                let deviations: Vec<f64> = inverse.iter().zip(&slopes).map(|(all, own)| all - own).collect();
-                let beside = blocks.quadratics(&deviations);
+            Objective::Volume(functions) => {
+                let (without, slopes) = functions.with_slopes(inverse)?;
+                let deviations: Vec<f64> = inverse.iter().zip(&slopes).map(|(all, part)| all - part).collect();
+                let spread_of_known = blocks.quadratics(&deviations);
                 state.effort += (2 * count * n * n * k) as f64;
                 // -2 log det L^-1 = log det(I + G)
                 let log_det = |sums: &[Vec<f64>], j: usize| {
@@ -106,7 +106,8 @@ impl Objective {
                     -2.0 * (0..k).map(|r| root[packed(r, r)].ln()).sum::<f64>()
                 };
                 for j in replacements {
-                    let value = ((without + log_det(&beside, j) - log_det(&spread, j)) / own.size()).exp();
+                    let value =
+                        ((without + log_det(&spread_of_known, j) - log_det(&spread, j)) / functions.size()).exp();
                     keep(&mut best, now, (j, value));
                 }
             }
@@ -114,7 +115,7 @@ impl Objective {
         best
     }
 
-    /// The same where the block cannot be taken out: the most informative replacements, each with a factorisation of its own.
+    /// The same where `Mi` is singular: the most informative replacements, with one factorisation each.
     pub(super) fn one_by_one(
         &self,
         state: &mut State<'_>,
@@ -141,17 +142,17 @@ impl Objective {
     }
 }
 
-/// Keep a replacement that leaves less than `now` and than the best so far.
+/// Keep a replacement with a value below `now` and below the best so far.
 fn keep(best: &mut Option<(usize, f64)>, now: f64, (j, value): (usize, f64)) {
     if value < best.map_or(now, |(_, before)| before) {
         *best = Some((j, value));
     }
 }
 
-/// The candidates whose rows tell most, so many at most, by the sums over all candidates.
+/// The `most` candidates with the largest sums of `x' M^-1 x`.
 fn most_informative(list: &mut Vec<usize>, spread: &[Vec<f64>], k: usize, most: usize) {
-    let told = |j: usize| (0..k).map(|r| spread[packed(r, r)][j]).sum::<f64>();
-    list.sort_by(|a, b| told(*b).total_cmp(&told(*a)));
+    let information = |j: usize| (0..k).map(|r| spread[packed(r, r)][j]).sum::<f64>();
+    list.sort_by(|a, b| information(*b).total_cmp(&information(*a)));
     list.truncate(most);
 }
 
@@ -169,8 +170,8 @@ fn inverse_root(k: usize, g: impl Fn(usize, usize) -> f64) -> Vec<f64> {
     for r in 0..k {
         for c in 0..=r {
             let sum: f64 = (0..c).map(|m| l[packed(m, r)] * l[packed(m, c)]).sum();
-            let own = g(c, r) + f64::from(u8::from(r == c)) - sum;
-            l[packed(c, r)] = if r == c { own.max(1e-300).sqrt() } else { own / l[packed(c, c)] };
+            let remainder = g(c, r) + f64::from(u8::from(r == c)) - sum;
+            l[packed(c, r)] = if r == c { remainder.max(1e-300).sqrt() } else { remainder / l[packed(c, c)] };
         }
     }
     let mut inverse = vec![0.0; k * (k + 1) / 2];

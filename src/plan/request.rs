@@ -16,7 +16,7 @@ pub enum Method {
     Coordinate,
 }
 
-/// What is asked for.
+/// The request for a plan.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Request {
     /// Readings to choose; with a budget the most that may be chosen, and 0 for as many as it buys.
@@ -41,7 +41,7 @@ pub struct Request {
     pub refine: Option<Refinement>,
     /// Order of the result.
     pub order: Order,
-    /// Who is told how far the search is.
+    /// Called with the progress of the search.
     pub progress: Progress,
 }
 
@@ -86,9 +86,9 @@ impl Refinement {
     }
 }
 
-/// Told how far a search is: what is done, and of how much.
+/// Progress of a search: what is done, and of how much.
 #[derive(Clone, Default)]
-#[allow(clippy::type_complexity, reason = "a function that is told of progress, in one place")]
+#[allow(clippy::type_complexity, reason = "the type of a callback, in one place")]
 pub struct Progress(Option<Arc<dyn Fn(&str, usize, usize) + Send + Sync>>);
 
 impl Progress {
@@ -106,11 +106,11 @@ impl Progress {
 
 impl std::fmt::Debug for Progress {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(if self.0.is_some() { "Progress(told)" } else { "Progress(silent)" })
+        f.write_str(if self.0.is_some() { "Progress(reported)" } else { "Progress(silent)" })
     }
 }
 
-/// Whom it is told is no part of a question.
+/// The callback is not part of a question.
 impl PartialEq for Progress {
     fn eq(&self, _: &Self) -> bool {
         true

@@ -2,7 +2,7 @@
 //!
 //! Why each mounting is in a schedule.
 //!
-//! Angles between the candidates: what was chosen is moved joint by joint, in halved steps, as long as the criterion improves.
+//! Angles between the candidates: chosen mountings are moved joint by joint, in halved steps, as long as the criterion improves.
 //!
 //! A mounting moves with all its readings, a joint within the range that the candidates have (all round where they go round), and never into a
 //! forbidden zone. Steps start at half of the sweep's and end at the resolution, of which they are whole multiples.
@@ -21,7 +21,7 @@ use crate::error::Result;
 use crate::estimate::Estimate;
 use crate::number;
 
-/// Rows of a schedule (what is kept, then what was chosen) in the order to run.
+/// Rows of a schedule (kept, then chosen) in the order to run.
 pub(super) fn scheduled(
     campaign: &Campaign,
     kept: &Readings,
@@ -80,10 +80,10 @@ pub(super) fn check(
     design: &Design,
 ) -> Result<Option<f64>> {
     let n = schedule.unknowns() as f64;
-    Ok(criterion_of(schedule, noise, pool, objective)?.map(|found| match objective {
+    Ok(criterion_of(schedule, noise, pool, objective)?.map(|value| match objective {
         // per unknown, as a relative change of the determinant
-        Objective::Determinant => (found - design.value).abs() / n,
-        _ => (found / design.value - 1.0).abs(),
+        Objective::Determinant => (value - design.value).abs() / n,
+        _ => (value / design.value - 1.0).abs(),
     }))
 }
 
@@ -109,7 +109,7 @@ pub(super) fn criterion_of(
     })
 }
 
-/// Covariance of `z = R D x`, the pool's coordinates, row by row, from that of the first `parameters` of `x`: nothing is asked of the others.
+/// Covariance of `z = R D x`, the pool's coordinates, row by row, from that of the first `parameters` of `x`: the others are zero.
 fn in_coordinates(pool: &Pool, fresh: &Estimate, parameters: usize) -> Vec<f64> {
     let factor = &pool.estimate.factor;
     let (basis, r, scale) = (factor.basis(), factor.r(), factor.scale());
@@ -164,10 +164,10 @@ pub(super) fn reasons(schedule: &Campaign, noise: &Noise, kept: usize) -> Result
     let with = u(&schedule.readings)?;
     let mut reasons = Vec::with_capacity(labels.len());
     for label in labels {
-        let left =
+        let remaining =
             rows.iter().enumerate().filter(|(k, row)| *k < kept || row.position != label).map(|(_, row)| row.clone());
-        let left = Readings { columns: schedule.readings.columns.clone(), rows: left.collect() };
-        let without = if left.rows.is_empty() { vec![None; n] } else { u(&left)? };
+        let remaining = Readings { columns: schedule.readings.columns.clone(), rows: remaining.collect() };
+        let without = if remaining.rows.is_empty() { vec![None; n] } else { u(&remaining)? };
         let growth = |k: usize| match (with.get(k).copied().flatten(), without.get(k).copied().flatten()) {
             (Some(with), Some(without)) if with > 0.0 => without / with,
             (Some(_), None) => f64::INFINITY,
@@ -200,7 +200,7 @@ pub struct Refined {
     pub finished: bool,
 }
 
-/// Rows that are weighed at most: some seconds.
+/// Rows that are evaluated at most: some seconds.
 const EFFORT: usize = 4_000_000;
 
 /// A joint that may move: its place in the chain, the range (degrees; `None` all round) and the step of the candidates.
@@ -210,8 +210,8 @@ struct Freedom {
     step: f64,
 }
 
-/// The rows of a schedule after those that are kept with their angles moved; `None` where that is not asked for, or the criterion cannot be compared.
-/// A value that is `enough` is not bettered.
+/// The rows of a schedule after those that are kept with their angles moved; `None` without such a request, or where the criterion cannot be compared.
+/// A value of `enough` ends the search.
 ///
 /// Errors: those of the model at the moved angles.
 pub(super) fn refined(
@@ -232,7 +232,7 @@ pub(super) fn refined(
         criterion_of(&campaign.with_readings(all), noise, pool, objective)
     };
     let Some(start) = value_of(rows)? else { return Ok(None) };
-    // mountings, in the order in which they stand
+    // mountings, in the order of the rows
     let mut groups: Vec<Vec<usize>> = Vec::new();
     for (i, row) in rows.iter().enumerate().skip(fixed) {
         let same = |group: &&mut Vec<usize>| {
@@ -248,21 +248,21 @@ pub(super) fn refined(
     let (mut rows, mut now) = (rows.to_vec(), start);
     let given: Vec<Vec<Option<f64>>> = rows.iter().map(mounting).collect();
     let (mut effort, mut finished) = (0, true);
-    let widest = freedoms.iter().map(|own| own.step).fold(0.0, f64::max);
+    let widest = freedoms.iter().map(|f| f.step).fold(0.0, f64::max);
     let mut share = 0.5;
     'levels: while widest * share >= 0.5 * resolution {
-        // to and fro until nothing moves at this step
+        // both senses until nothing moves at this step
         loop {
             let mut improved = false;
             for group in &groups {
-                for own in &freedoms {
-                    let step = ((own.step * share / resolution).round() * resolution).max(resolution);
+                for freedom in &freedoms {
+                    let step = ((freedom.step * share / resolution).round() * resolution).max(resolution);
                     for way in [step, -step] {
                         if effort > EFFORT {
                             finished = false;
                             break 'levels;
                         }
-                        let Some(moved) = moved(campaign, &names, &rows, group, own, way, &wanted.zones) else {
+                        let Some(moved) = moved(campaign, &names, &rows, group, freedom, way, &wanted.zones) else {
                             continue;
                         };
                         effort += rows.len();
@@ -299,7 +299,7 @@ pub(super) fn refined(
     Ok(Some((rows, Refined { resolution_deg: resolution, moved, gain, value: now, finished })))
 }
 
-/// Joints that stand at several angles in the candidates.
+/// Joints that are held at several angles in the candidates.
 fn freedoms(pool: &Pool, joints: usize) -> Vec<Freedom> {
     let angles = |joint: usize| {
         let states = pool.portions.iter().flatten().filter_map(|reading| reading.joints.get(joint));
@@ -323,7 +323,7 @@ fn freedoms(pool: &Pool, joints: usize) -> Vec<Freedom> {
             if !(step.is_finite() && step > 0.0) {
                 return None;
             }
-            // the gap between the last and the first is no wider than the others: they go round
+            // the step from the last to the first is no wider than the others: all round
             let round = low + 360.0 - high <= widest * (1.0 + 1e-9);
             Some(Freedom { joint, range: (!round).then_some((low, high)), step })
         })
@@ -336,7 +336,7 @@ fn moved(
     names: &[&str],
     rows: &[Reading],
     group: &[usize],
-    own: &Freedom,
+    freedom: &Freedom,
     way: f64,
     zones: &[Zone],
 ) -> Option<Vec<Reading>> {
@@ -344,14 +344,14 @@ fn moved(
     for k in group {
         let row = moved.get_mut(*k)?;
         let mut joints = row.joints.clone();
-        let JointState::Held { angle_deg } = joints.get(own.joint)? else { return None };
+        let JointState::Held { angle_deg } = joints.get(freedom.joint)? else { return None };
         let angle = angle_deg + way;
-        let angle = match own.range {
+        let angle = match freedom.range {
             Some((low, high)) if (low..=high).contains(&angle) => angle,
             Some(_) => return None,
             None => (angle.rem_euclid(360.0) * 1e9).round() / 1e9 % 360.0,
         };
-        *joints.get_mut(own.joint)? = JointState::Held { angle_deg: angle };
+        *joints.get_mut(freedom.joint)? = JointState::Held { angle_deg: angle };
         let there = campaign.readings.position(names, row, joints);
         if is_forbidden(names, zones, &there) {
             return None;

@@ -14,18 +14,18 @@ use super::budget;
 use super::exchange::{descend, finished, start, value};
 use super::objective::Objective;
 use super::prices::Till;
-use super::problem::{Design, Problem, information};
+use super::problem::{Design, Problem};
 use super::request::{Progress, Request};
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::SeedableRng;
 use rayon::prelude::*;
 
-/// The best design that was found.
+/// The result of a search.
 #[derive(Debug, Clone)]
 pub(super) struct Found {
     /// The design.
     pub design: Design,
-    /// Starts that ended at its value.
+    /// Starts that ended at its value of the objective.
     pub hits: usize,
     /// Starts that were made.
     pub starts: usize,
@@ -35,7 +35,7 @@ pub(super) struct Found {
     pub guide: Option<Bound>,
 }
 
-/// How long to search.
+/// Limits of a search.
 #[derive(Clone)]
 pub(super) struct Limits<'a> {
     /// Starts.
@@ -46,16 +46,16 @@ pub(super) struct Limits<'a> {
     pub effort: f64,
     /// A value of the objective that is good enough.
     pub enough: Option<f64>,
-    /// Designs from which the search goes on besides.
+    /// Further designs from which exchanges start.
     pub given: &'a dyn Fn() -> Vec<Vec<usize>>,
-    /// Told after every batch of starts.
+    /// Called after every batch of starts.
     pub progress: &'a Progress,
 }
 
 impl<'a> Limits<'a> {
     /// Limits of one search of a request.
     pub fn of(request: &'a Request, given: &'a dyn Fn() -> Vec<Vec<usize>>) -> Self {
-        // who asks for more starts than usual is ready to wait for them
+        // more starts than the default: more time
         let patience = (request.starts as f64 / 100.0).clamp(1.0, 5.0);
         let Request { starts, seed, progress, .. } = request;
         Limits { starts: *starts, seed: *seed, effort: EFFORT * patience, enough: None, given, progress }
@@ -68,7 +68,7 @@ const BATCH: usize = 8;
 pub(super) const EFFORT: f64 = 5e8;
 
 /// The best of all designs, or of many starts. `guide`: the approximate design, whose weights some starts round. `None` where no design is
-/// regular, or none was found.
+/// regular, or no start reached one.
 pub(super) fn search(
     problem: &Problem<'_>,
     limits: &Limits<'_>,
@@ -99,7 +99,7 @@ pub(super) fn search(
             keep(&mut best, design);
         }
         limits.progress.tell("starts", made, starts);
-        // nothing can be better than the bound, and what is enough is enough
+        // no design is better than the bound, and a value that is good enough ends the search
         let value = best.as_ref().map_or(f64::INFINITY, |(design, _)| design.value);
         if guide.as_ref().is_some_and(|guide| value - guide.value <= 1e-9 * guide.value.abs())
             || limits.enough.is_some_and(|enough| value <= enough)
@@ -122,12 +122,9 @@ pub(super) fn search(
     })
 }
 
-/// Is a design one of those that are asked for?
+/// Is a design feasible: repeats, number and cost within their limits?
 fn fits(problem: &Problem<'_>, given: &[usize]) -> bool {
-    let mut sorted = given.to_vec();
-    sorted.sort_unstable();
-    let repeats = sorted.chunk_by(|a, b| a == b).all(|same| same.len() <= problem.most_repeats);
-    repeats
+    problem.allows_repeats(given)
         && match problem.prices {
             Some(prices) => prices.affords(prices.of(given)) && given.len() <= problem.choose,
             None => given.len() == problem.choose,
@@ -154,7 +151,7 @@ const MOST_DEPTH: usize = 1000;
 /// With a budget, only designs to which nothing can be added are tried: more readings are never worse.
 fn best_of_all(problem: &Problem<'_>) -> Option<(Option<Design>, u64)> {
     let n = problem.blocks.unknowns();
-    // so few rows leave a defect, whatever the rounding says
+    // with fewer rows than unknowns the design is singular, whatever the rounding
     if problem.choose.saturating_mul(problem.blocks.rows()).saturating_add(rank(problem.base, n)) < n {
         return Some((None, 0));
     }
@@ -186,12 +183,10 @@ fn best_of_all(problem: &Problem<'_>) -> Option<(Option<Design>, u64)> {
             best = Some((value, k));
         }
     }
-    let found = best.and_then(|(_, k)| designs.get(k)).and_then(|design| {
-        let chosen: Vec<usize> = design.iter().flat_map(|(j, times)| std::iter::repeat_n(*j, *times)).collect();
-        let m = information(problem.blocks, problem.base, &chosen);
-        Some(Design { value: value(problem.objective, &m, n)?, chosen, effort: 0.0 })
+    let best = best.and_then(|(_, k)| designs.get(k)).and_then(|design| {
+        finished(problem, design.iter().flat_map(|(j, times)| std::iter::repeat_n(*j, *times)).collect())
     });
-    Some((found, designs.len() as u64))
+    Some((best, designs.len() as u64))
 }
 
 /// Multisets of `choose` out of `count`, each at most `repeats` times; `None` where there are too many.
@@ -253,7 +248,7 @@ fn all(
 /// Lists within the budget and the number, to which nothing can be added; `None` where there are too many.
 fn within_budget(problem: &Problem<'_>, out: &mut Vec<Vec<(usize, usize)>>) -> Option<()> {
     let prices = problem.prices?;
-    // so many portions can be paid for whichever they are: all lists of so many can be completed in some way, each way for a few of them
+    // so many portions are affordable whichever they are: every list of one portion fewer has a completion, and a completion few such lists
     let count = problem.blocks.count();
     let dearest = (0..count).map(|j| prices.alone(j)).fold(0.0, f64::max);
     let surely = crate::number::count(prices.budget / dearest).min(problem.choose);
@@ -274,7 +269,7 @@ fn grow(
     if *nodes > MOST_NODES || chosen.len() > MOST_DEPTH || out.len() as u64 >= MOST_DESIGNS {
         return None;
     }
-    let taken = |chosen: &[usize], k: usize| chosen.iter().filter(|own| **own == k).count();
+    let taken = |chosen: &[usize], k: usize| chosen.iter().filter(|j| **j == k).count();
     let fits = |chosen: &[usize], k: usize| {
         prices.affords(till.spent + till.difference(prices, None, Some(k))) && taken(chosen, k) < problem.most_repeats
     };
@@ -309,13 +304,13 @@ pub struct Choice {
     pub hits: usize,
     /// How many designs there are, where all were tried: none is better.
     pub enumerated: Option<u64>,
-    /// What no choice can fall short of: the approximate design's bound.
+    /// The bound of the approximate design: no choice has a smaller value.
     pub bound: Option<f64>,
-    /// What weights instead of repeats reach; the bound is loose by no more than the difference.
+    /// The objective of the approximate design; the bound is loose by no more than the difference.
     pub weights_reach: Option<f64>,
 }
 
-/// The best choice of `count` among plain blocks of rows, each at most `most_repeats` times. The bound costs more than one start, so it is found
+/// The best choice of `count` among plain blocks of rows, each at most `most_repeats` times. The bound costs more than one start, so it is computed
 /// only on request. `None` where no such choice determines the unknowns, or an objective has another number of unknowns.
 ///
 /// ```

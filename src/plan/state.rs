@@ -1,8 +1,8 @@
 //! The state of one start: what is chosen, `M^-1`, and the sums over all candidates that follow it by rank-one updates.
 //!
-//! The best replacement of one chosen block: every candidate is weighed.
+//! The best replacement of one chosen block: every candidate is evaluated.
 //!
-//! Taking block `i` out first makes both criteria sums over what a candidate adds: with `G = L^-1 Xi M^-1`, `L L' = I - Xi M^-1 Xi'`,
+//! Without block `i`, both criteria are sums over the rows that a candidate adds: with `G = L^-1 Xi M^-1`, `L L' = I - Xi M^-1 Xi'`,
 //!
 //! ```text
 //! Mi^-1 = M^-1 + G'G,   T = I + Xj Mi^-1 Xj' = I + Xj M^-1 Xj' + C'C,   C = G Xj'
@@ -40,7 +40,7 @@ pub(super) struct State<'a> {
     pub spread: Vec<Vec<f64>>,
     /// `x_jr' M^-1 W M^-1 x_js`, r <= s, for all j; empty when `M` has changed since.
     pub effect: Vec<Vec<f64>>,
-    /// `M^-1 W M^-1`, as long as `effect` stands.
+    /// `M^-1 W M^-1`; valid while `effect` is not empty.
     pub sandwich: Vec<f64>,
     /// Room for one number of each candidate.
     pub work: Vec<f64>,
@@ -78,19 +78,19 @@ impl<'a> State<'a> {
         state
     }
 
-    /// A design as it stands; `None` where it is singular.
+    /// The state of a given design; `None` where it is singular.
     pub fn of(problem: &'a Problem<'a>, chosen: Vec<usize>) -> Option<Self> {
         let mut state = State::unsolved(problem, chosen);
         state.refactor()?;
         Some(state)
     }
 
-    /// The inverse and sums with a little information everywhere beside what is chosen, so that a singular design has them, too.
+    /// The inverse and sums with a small multiple of the identity added to `M`, so that a singular design has them, too.
     pub fn solve_nearly(&mut self) -> Option<()> {
         let (blocks, n) = (self.problem.blocks, self.problem.blocks.unknowns());
         let mut m = information(blocks, self.problem.base, &self.chosen);
-        let own = (0..n).map(|i| m[i * n + i]).fold(0.0_f64, f64::max);
-        let little = 1e-6 * if own > 0.0 { own } else { blocks.largest_square().max(f64::MIN_POSITIVE) };
+        let largest = (0..n).map(|i| m[i * n + i]).fold(0.0_f64, f64::max);
+        let little = 1e-6 * if largest > 0.0 { largest } else { blocks.largest_square().max(f64::MIN_POSITIVE) };
         (0..n).for_each(|i| m[i * n + i] += little);
         let (inverse, root, _) = inverse_and_root(&m, n)?;
         self.inverse = inverse;
@@ -98,14 +98,14 @@ impl<'a> State<'a> {
         Some(())
     }
 
-    /// This share of the blocks at random, then the most informative.
+    /// A share of the blocks at random, then the most informative.
     pub fn begin(problem: &'a Problem<'a>, share: f64, rng: &mut Pcg64Mcg) -> Option<Self> {
         let (count, rows) = (problem.blocks.count(), problem.blocks.rows());
         if count == 0 || problem.choose > count.saturating_mul(problem.most_repeats) {
             return None;
         }
         let mut state = State::empty(problem);
-        // some at random; the rest by the largest gain, on top of a little information everywhere that is taken away again
+        // some at random; then the largest gain each, with a small multiple of the identity added to `M`
         let random = number::count((problem.choose as f64 * share).ceil()).min(problem.choose);
         while state.chosen.len() < random {
             let j = number::below(rng.next_u64(), count);
@@ -139,19 +139,19 @@ impl<'a> State<'a> {
     pub fn rounded(problem: &'a Problem<'a>, weights: &[f64], rng: &mut Pcg64Mcg) -> Option<Self> {
         let total = problem.choose as f64;
         let mut chosen: Vec<usize> = Vec::with_capacity(problem.choose);
-        let mut rest: Vec<(f64, usize)> = Vec::with_capacity(weights.len());
+        let mut remainders: Vec<(f64, usize)> = Vec::with_capacity(weights.len());
         for (j, w) in weights.iter().enumerate() {
             let times = (w * total).floor().min(problem.most_repeats as f64);
             chosen.extend(std::iter::repeat_n(j, number::count(times)));
             if number::count(times) < problem.most_repeats {
                 let jitter = (rng.next_u64() >> 11) as f64 / (1_u64 << 53) as f64;
-                rest.push((w * total - times + 0.3 * jitter, j));
+                remainders.push((w * total - times + 0.3 * jitter, j));
             }
         }
-        rest.sort_by(|a, b| b.0.total_cmp(&a.0));
+        remainders.sort_by(|a, b| b.0.total_cmp(&a.0));
         chosen.truncate(problem.choose);
         let lacking = problem.choose - chosen.len();
-        chosen.extend(rest.iter().take(lacking).map(|(_, j)| *j));
+        chosen.extend(remainders.iter().take(lacking).map(|(_, j)| *j));
         if chosen.len() < problem.choose {
             return None;
         }
@@ -185,7 +185,7 @@ impl<'a> State<'a> {
         blocks.all_quadratics(&self.inverse, &mut self.spread, &mut self.work);
     }
 
-    /// `M^-1 W M^-1` and its sums, unless they stand.
+    /// `M^-1 W M^-1` and its sums, unless they are up to date.
     pub fn refresh_effect(&mut self, w: &[f64]) {
         if !self.effect.is_empty() {
             return;
@@ -204,7 +204,7 @@ impl<'a> State<'a> {
         blocks.all_quadratics(&self.sandwich, &mut self.effect, &mut self.work);
     }
 
-    /// Rank-one update of the inverse and the sums: `sign` is +1 for a row that comes, -1 for one that goes, or so many of them. Sherman-Morrison.
+    /// Rank-one update of the inverse and the sums: `sign` is +1 for a row that is added, -1 for one that is removed, or a multiple for repeats. Sherman-Morrison.
     pub fn update(&mut self, x: &[f64], sign: f64) {
         let blocks = self.problem.blocks;
         let w = times(&self.inverse, x);
@@ -251,11 +251,11 @@ impl<'a> State<'a> {
         let added = 1.0 + dot(&come, &w_come);
         let share = dot(&go, &w_come) / added;
         let w_go: Vec<f64> = w_go.iter().zip(&w_come).map(|(g, c)| g - share * c).collect();
-        let left = 1.0 - dot(&go, &w_go);
+        let removed = 1.0 - dot(&go, &w_go);
         add_outer(&mut self.inverse, -1.0 / added, &w_come);
-        add_outer(&mut self.inverse, 1.0 / left, &w_go);
+        add_outer(&mut self.inverse, 1.0 / removed, &w_go);
         blocks.along(0, &w_come, &mut self.work);
-        let (came, gone) = (added.recip(), left.recip());
+        let (came, gone) = (added.recip(), removed.recip());
         for ((d, come), go) in self.spread[0].iter_mut().zip(&self.work).zip(&self.cross[0]) {
             let go = go - share * come;
             *d += go * go * gone - come * come * came;
@@ -287,8 +287,8 @@ impl<'a> State<'a> {
 
     /// Candidates that may come in for the block at `at`: all, or its neighbours.
     pub fn replacements(&self, at: usize) -> Vec<usize> {
-        let own = self.chosen.get(at).and_then(|i| self.problem.neighbours.get(*i));
-        match own {
+        let neighbours = self.chosen.get(at).and_then(|i| self.problem.neighbours.get(*i));
+        match neighbours {
             Some(list) => list.iter().copied().filter(|j| self.allowed(at, *j)).collect(),
             None => (0..self.problem.blocks.count()).filter(|j| self.allowed(at, *j)).collect(),
         }
@@ -306,12 +306,12 @@ impl<'a> State<'a> {
     }
 }
 
-/// A pivot of `I - Xi M^-1 Xi'` below this is one without which the design would be singular: it is taken as this.
+/// Smallest pivot of `I - Xi M^-1 Xi'`: below it, the design without the block is singular.
 const PIVOT: f64 = 1e-12;
-/// Below this pivot the decrease of a trace is the difference of two large numbers, and the bordered form is used instead.
+/// Below this pivot the decrease of a trace is the difference of two large numbers, and the bordered form is used.
 const STABLE: f64 = 1e-5;
 
-/// What is left when a chosen block is taken out.
+/// The design without one chosen block.
 struct Without {
     /// Rows of `G`.
     g: Vec<Vec<f64>>,
@@ -403,7 +403,7 @@ impl State<'_> {
                 self.fill_t(j, &mut t);
                 self.fill_e(j, &mut e);
                 *gain = -lost;
-                eliminate(k, &mut t, &mut e, |pivot, own| *gain += own / pivot);
+                eliminate(k, &mut t, &mut e, |pivot, element| *gain += element / pivot);
             }
         }
         self.work = gains;
@@ -436,15 +436,15 @@ impl State<'_> {
         let (mut determinant, mut smallest_pivot) = (1.0, f64::INFINITY);
         for r in 0..k {
             for c in 0..=r {
-                let own = f64::from(u8::from(r == c)) - self.spread[packed(c, r)][i];
-                let left = own - (0..c).map(|m| l[r * k + m] * l[c * k + m]).sum::<f64>();
-                l[r * k + c] = if r == c { left.max(PIVOT).sqrt() } else { left / l[c * k + c] };
+                let entry = f64::from(u8::from(r == c)) - self.spread[packed(c, r)][i];
+                let remainder = entry - (0..c).map(|m| l[r * k + m] * l[c * k + m]).sum::<f64>();
+                l[r * k + c] = if r == c { remainder.max(PIVOT).sqrt() } else { remainder / l[c * k + c] };
             }
             let pivot = l[r * k + r] * l[r * k + r];
             determinant *= pivot;
             smallest_pivot = pivot.min(smallest_pivot);
-            let (done, rest) = g.split_at_mut(r);
-            if let Some(row) = rest.first_mut() {
+            let (done, rows_below) = g.split_at_mut(r);
+            if let Some(row) = rows_below.first_mut() {
                 for (m, before) in done.iter().enumerate() {
                     row.iter_mut().zip(before).for_each(|(a, b)| *a -= l[r * k + m] * b);
                 }
@@ -459,8 +459,8 @@ impl State<'_> {
         let k = self.problem.blocks.rows();
         for s in 0..k {
             for r in 0..=s {
-                let own = self.spread[packed(r, s)][j] + f64::from(u8::from(r == s));
-                t[packed(r, s)] = (0..k).fold(own, |t, m| t + self.cross[m * k + r][j] * self.cross[m * k + s][j]);
+                let first = self.spread[packed(r, s)][j] + f64::from(u8::from(r == s));
+                t[packed(r, s)] = (0..k).fold(first, |t, m| t + self.cross[m * k + r][j] * self.cross[m * k + s][j]);
             }
         }
     }
@@ -472,21 +472,21 @@ impl State<'_> {
             (|m: usize, r: usize| self.cross[m * k + r][j], |m: usize, r: usize| self.cross_effect[m * k + r][j]);
         for s in 0..k {
             for r in 0..=s {
-                let own = self.effect[packed(r, s)][j];
-                e[packed(r, s)] = (0..k).fold(own, |e, m| e + (h(m, r) * c(m, s) + c(m, r) * h(m, s)));
+                let first = self.effect[packed(r, s)][j];
+                e[packed(r, s)] = (0..k).fold(first, |e, m| e + (h(m, r) * c(m, s) + c(m, r) * h(m, s)));
             }
         }
     }
 
     /// `[Xj; Xi] B [Xj; Xi]'`, with `S` added or not.
-    fn border(&self, i: usize, j: usize, own: &[Vec<f64>], cross: &[Vec<f64>], with_signs: bool, t: &mut [f64]) {
+    fn border(&self, i: usize, j: usize, sums: &[Vec<f64>], cross: &[Vec<f64>], with_signs: bool, t: &mut [f64]) {
         let k = self.problem.blocks.rows();
         let size = 2 * k;
         for s in 0..k {
             for r in 0..k {
                 let (low, high) = (r.min(s), r.max(s));
-                t[r * size + s] = own[packed(low, high)][j];
-                t[(k + r) * size + k + s] = own[packed(low, high)][i];
+                t[r * size + s] = sums[packed(low, high)][j];
+                t[(k + r) * size + k + s] = sums[packed(low, high)][i];
                 t[r * size + k + s] = cross[s * k + r][j];
                 t[(k + s) * size + r] = cross[s * k + r][j];
             }
@@ -501,18 +501,18 @@ impl State<'_> {
 }
 
 /// `L D L'` of a packed symmetric matrix in place, and `E <- L^-1 E L^-T` of another (which may be empty); `each` sees every pivot, and the diagonal
-/// element of `E` beside it.
+/// element of `E`.
 fn eliminate(k: usize, t: &mut [f64], e: &mut [f64], mut each: impl FnMut(f64, f64)) {
     for c in 0..k {
-        let (pivot, own) = (t[packed(c, c)], e.get(packed(c, c)).copied().unwrap_or(0.0));
-        each(pivot, own);
+        let (pivot, diagonal) = (t[packed(c, c)], e.get(packed(c, c)).copied().unwrap_or(0.0));
+        each(pivot, diagonal);
         for s in c + 1..k {
             let fs = t[packed(c, s)] / pivot;
             for r in c + 1..=s {
                 let fr = t[packed(c, r)] / pivot;
                 t[packed(r, s)] -= fs * t[packed(c, r)];
                 if !e.is_empty() {
-                    e[packed(r, s)] -= fr * e[packed(c, s)] + fs * e[packed(c, r)] - fr * fs * own;
+                    e[packed(r, s)] -= fr * e[packed(c, s)] + fs * e[packed(c, r)] - fr * fs * diagonal;
                 }
             }
         }

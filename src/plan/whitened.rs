@@ -1,14 +1,14 @@
 //! Rows of a schedule made independent of each other: as they are judged, and as pools, checks and comparisons of positions are adjusted from.
 //!
-//! Deviations that link positions: one for the whole campaign, or for each day, operator, instrument. Positions that share one are no longer
-//! independent, so their information does not add up. With the deviation as one more unknown that is known beforehand to be `0` with its standard
-//! deviation, it does:
+//! Deviations that link positions: one for the whole campaign, or for each day, operator, instrument. Positions that share one are not
+//! independent, so their information is not additive. With the deviation as one more unknown that has the prior value `0` with its standard
+//! deviation, it is:
 //!
 //! ```text
 //! [A Z; 0 1/s] in the unknowns (x, d):     (M^-1)_xx = (A' (R + s^2 Z Z')^-1 A)^-1       (C. R. Henderson, Biometrics 31 (1975) 423)
 //! ```
 //!
-//! The deviations themselves are not what a plan is after: criteria speak of the parameters alone.
+//! Criteria are functions of the parameters alone, not of the deviations.
 #![allow(
     clippy::indexing_slicing,
     reason = "a design has one row of its derivatives for each of its readings, and priors follow; `with_priors` and `whitened` make every row as long as the unknowns and the terms; members are rows of the schedule that was whitened"
@@ -25,11 +25,11 @@ use crate::simulate::{self, Regressor};
 use faer::Mat;
 use std::collections::{HashMap, HashSet};
 
-/// Rows of readings and priors with what scatters taken out: no column for any deviation, whatever their number.
+/// Rows of readings and priors, whitened: no column for any deviation, whatever their number.
 pub(crate) struct Independent {
     /// The rows; of unit variance where anything scatters.
     pub system: System,
-    /// Standard deviation of each row's own noise.
+    /// Standard deviation of each row's independent noise.
     pub u: Vec<f64>,
     whitening: Option<Whitening>,
 }
@@ -39,7 +39,7 @@ impl Independent {
     pub fn new(campaign: &Campaign, design: &DesignMatrix, noise: &Noise) -> Self {
         let n = campaign.unknowns();
         let (m, priors) = (design.rows.len(), priors(campaign));
-        let (stated, mut u) = own_noise(campaign, design, noise);
+        let (stated, mut u) = row_noise(campaign, design, noise);
         let (lines, variance) = lines(campaign, design, noise, &stated);
         u.extend(priors.iter().map(|(_, u)| *u));
         let total = m + priors.len();
@@ -93,7 +93,7 @@ impl Independent {
         product_by_rows(directions.as_ref(), back.as_ref())
     }
 
-    /// Redundancy number of each row, deviations being unknowns with a row of their own.
+    /// Redundancy number of each row, with deviations as unknowns that have one row each.
     pub fn redundancies(&self, estimate: &Estimate) -> Vec<f64> {
         match &self.whitening {
             Some(whitening) => whitening.redundancies(estimate.factor.thin_q()),
@@ -111,12 +111,12 @@ pub struct Term {
     pub regressor: Regressor,
 }
 
-/// What stands beside the estimated parameters in the rows: first deviations that link positions, then effects that the model may lack.
+/// The unknowns of the augmented model after the estimated parameters: first deviations that link positions, then effects that the model may lack.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Beside<'a> {
-    /// Deviations, each known beforehand to be zero with its standard deviation.
+pub(super) struct Augmentation<'a> {
+    /// Deviations, each with the prior value zero and its standard deviation.
     pub deviations: Vec<Deviation>,
-    /// Effects, of which nothing is known beforehand.
+    /// Effects, without prior.
     pub terms: &'a [Term],
 }
 
@@ -131,20 +131,20 @@ pub(super) struct Deviation {
     sd: f64,
 }
 
-impl<'a> Beside<'a> {
-    /// The deviations that all these readings share, in the order in which they come, and effects. A line that scatters by nothing has none.
+impl<'a> Augmentation<'a> {
+    /// The deviations that all these readings share, in order of occurrence, and effects. A line without variance has none.
     pub fn new(campaign: &Campaign, noise: &Noise, terms: &'a [Term], sets: &[&Readings]) -> Self {
         let mut deviations: Vec<Deviation> = Vec::new();
-        for (k, own) in campaign.scatter.iter().enumerate().filter(|(k, _)| links(campaign, *k)) {
+        for (k, line) in campaign.scatter.iter().enumerate().filter(|(k, _)| links(campaign, *k)) {
             let Some(sd) = noise.lines.get(k).map(|variance| variance.sqrt()).filter(|sd| *sd > 0.0) else { continue };
             let mut seen: HashSet<String> = HashSet::new();
-            for level in sets.iter().flat_map(|set| set.rows.iter().filter_map(|row| own.per.level_name(set, row))) {
+            for level in sets.iter().flat_map(|set| set.rows.iter().filter_map(|row| line.per.level_name(set, row))) {
                 if seen.insert(level.to_string()) {
                     deviations.push(Deviation { line: k, level: level.into_owned(), sd });
                 }
             }
         }
-        Beside { deviations, terms }
+        Augmentation { deviations, terms }
     }
 
     /// Parameters and deviations: what a fit of the rows estimates.
@@ -157,16 +157,21 @@ impl<'a> Beside<'a> {
         self.fitted(campaign) + self.terms.len()
     }
 
-    /// What each row of a design feels of each deviation; `lines` are the campaign's at that design.
+    /// Derivative of each row of a design with respect to each deviation; `lines` are the campaign's at that design.
     fn felt(&self, campaign: &Campaign, design: &DesignMatrix, lines: &[ScatterLine]) -> Vec<Vec<f64>> {
         let readings = &campaign.readings;
         let mut columns = vec![vec![0.0; design.rows.len()]; self.deviations.len()];
-        let place: HashMap<(usize, &str), usize> =
-            self.deviations.iter().enumerate().map(|(at, own)| ((own.line, own.level.as_str()), at)).collect();
-        for (k, (own, line)) in campaign.scatter.iter().zip(lines).enumerate().filter(|(k, _)| links(campaign, *k)) {
+        let place: HashMap<(usize, &str), usize> = self
+            .deviations
+            .iter()
+            .enumerate()
+            .map(|(at, deviation)| ((deviation.line, deviation.level.as_str()), at))
+            .collect();
+        for (k, (scatter, line)) in campaign.scatter.iter().zip(lines).enumerate().filter(|(k, _)| links(campaign, *k))
+        {
             for felt in &line.felt {
                 let reading = design.rows.get(felt.row).and_then(|origin| readings.rows.get(origin.reading));
-                let level = reading.and_then(|reading| own.per.level_name(readings, reading));
+                let level = reading.and_then(|reading| scatter.per.level_name(readings, reading));
                 let column = level.and_then(|level| place.get(&(k, &*level)).copied());
                 if let Some(slot) = column.and_then(|at| columns.get_mut(at)?.get_mut(felt.row)) {
                     *slot += felt.by;
@@ -177,24 +182,26 @@ impl<'a> Beside<'a> {
     }
 }
 
-/// Rows of readings and of what is known beforehand, adjusted anew, and how many deviations stand among the unknowns.
+/// Rows of readings and priors, adjusted anew, and how many deviations are among the unknowns.
 pub(super) fn adjusted_alone(campaign: &Campaign, readings: &Readings, noise: &Noise) -> Result<(Estimate, usize)> {
-    let beside = Beside::new(campaign, noise, &[], &[readings]);
-    let rows = with_priors(campaign, readings, noise, &beside)?;
-    Ok((adjusted(campaign, &rows, beside.columns(campaign))?, beside.deviations.len()))
+    let augmentation = Augmentation::new(campaign, noise, &[], &[readings]);
+    let rows = with_priors(campaign, readings, noise, &augmentation)?;
+    Ok((adjusted(campaign, &rows, augmentation.columns(campaign))?, augmentation.deviations.len()))
 }
 
-/// Rows of positions that are kept, then those of the priors and of what deviations are known to be; no prior speaks of terms.
+/// Rows of positions that are kept, then those of the priors of parameters and deviations; terms have no prior.
 pub(super) fn with_priors(
     campaign: &Campaign,
     kept: &Readings,
     noise: &Noise,
-    beside: &Beside<'_>,
+    augmentation: &Augmentation<'_>,
 ) -> Result<Vec<Vec<f64>>> {
-    let (n, parameters) = (beside.columns(campaign), campaign.unknowns());
-    let mut rows = whitened(campaign, kept, noise, beside, false)?;
+    let (n, parameters) = (augmentation.columns(campaign), campaign.unknowns());
+    let mut rows = whitened(campaign, kept, noise, augmentation, false)?;
     rows.extend(priors(campaign).into_iter().map(|(k, u)| single(n, k, 1.0 / u)));
-    rows.extend(beside.deviations.iter().enumerate().map(|(k, own)| single(n, parameters + k, 1.0 / own.sd)));
+    rows.extend(
+        augmentation.deviations.iter().enumerate().map(|(k, deviation)| single(n, parameters + k, 1.0 / deviation.sd)),
+    );
     Ok(rows)
 }
 
@@ -203,7 +210,7 @@ pub(super) fn single(n: usize, k: usize, value: f64) -> Vec<f64> {
     (0..n).map(|j| if j == k { value } else { 0.0 }).collect()
 }
 
-/// Portions one after the other without their values, each a mounting of its own.
+/// Portions one after the other without their values, each a separate mounting.
 pub(super) fn mounted_apart(portions: &[Vec<Reading>], columns: &Readings) -> Readings {
     let rows = portions
         .iter()
@@ -234,21 +241,21 @@ pub(super) fn whitened(
     campaign: &Campaign,
     readings: &Readings,
     noise: &Noise,
-    beside: &Beside<'_>,
+    augmentation: &Augmentation<'_>,
     further: bool,
 ) -> Result<Vec<Vec<f64>>> {
-    rows_of(campaign, readings, noise, beside, further, true)
+    rows_of(campaign, readings, noise, augmentation, further, true)
 }
 
-/// Rows of further positions, each over the noise of its own reading, which nothing mixes with another: what is predicted there.
+/// Rows of further positions, each divided by the noise of its reading and not whitened with others: what is predicted there.
 pub(super) fn predicted(
     campaign: &Campaign,
     readings: &Readings,
     noise: &Noise,
-    beside: &Beside<'_>,
+    augmentation: &Augmentation<'_>,
 ) -> Result<Vec<Vec<f64>>> {
-    let mut rows = rows_of(campaign, readings, noise, beside, true, false)?;
-    let deviations = campaign.unknowns()..beside.fitted(campaign);
+    let mut rows = rows_of(campaign, readings, noise, augmentation, true, false)?;
+    let deviations = campaign.unknowns()..augmentation.fitted(campaign);
     rows.iter_mut().for_each(|row| row[deviations.clone()].fill(0.0));
     Ok(rows)
 }
@@ -257,7 +264,7 @@ fn rows_of(
     campaign: &Campaign,
     readings: &Readings,
     noise: &Noise,
-    beside: &Beside<'_>,
+    augmentation: &Augmentation<'_>,
     further: bool,
     scattered: bool,
 ) -> Result<Vec<Vec<f64>>> {
@@ -269,7 +276,7 @@ fn rows_of(
     let point = schedule.reference_point();
     let design = design::assemble(&schedule, &model, &point)?;
     let n = campaign.unknowns();
-    let columns = term_columns(&schedule, &model, &design, beside.terms, further)?;
+    let columns = term_columns(&schedule, &model, &design, augmentation.terms, further)?;
     let mounting_of = mountings(&readings.rows);
     let count = mounting_of.iter().max().map_or(0, |last| last + 1);
     let mut members: Vec<Vec<usize>> = vec![Vec::new(); count];
@@ -278,7 +285,7 @@ fn rows_of(
             list.push(i);
         }
     }
-    let (u, own) = own_noise(&schedule, &design, noise);
+    let (u, white_u) = row_noise(&schedule, &design, noise);
     if let Some(line) = schedule.scatter.iter().find(|line| line.over.is_some()) {
         return Err(Malformed::new(
             Fault::Value,
@@ -288,11 +295,11 @@ fn rows_of(
         .at_path(line.place.clone()));
     }
     let (lines, variance) = lines(&schedule, &design, noise, &u);
-    let deviations = beside.felt(&schedule, &design, &lines);
+    let deviations = augmentation.felt(&schedule, &design, &lines);
     // lines that link positions have columns instead
     let within = lines.into_iter().zip(variance).enumerate().filter(|(k, _)| scattered && !links(&schedule, *k));
-    let (lines, variance): (Vec<ScatterLine>, Vec<f64>) = within.map(|(_, own)| own).unzip();
-    let whitening = Whitening::new(&Pattern::new(u.len(), &lines), &own, &lines, &variance);
+    let (lines, variance): (Vec<ScatterLine>, Vec<f64>) = within.map(|(_, pair)| pair).unzip();
+    let whitening = Whitening::new(&Pattern::new(u.len(), &lines), &white_u, &lines, &variance);
     let white: Vec<Vec<f64>> = (0..n)
         .map(|j| whitening.whiten(design.jacobian.col_as_slice(j)))
         .chain(deviations.iter().chain(&columns).map(|column| whitening.whiten(column)))
@@ -301,13 +308,8 @@ fn rows_of(
     Ok(rows.collect())
 }
 
-/// What scatters at a schedule, with its variances: the campaign's lines, and what every mounting scatters.
-pub(super) fn lines(
-    campaign: &Campaign,
-    design: &DesignMatrix,
-    noise: &Noise,
-    u: &[f64],
-) -> (Vec<ScatterLine>, Vec<f64>) {
+/// Random effects of a schedule, with their variances: the campaign's lines, and the scatter of every remounting.
+fn lines(campaign: &Campaign, design: &DesignMatrix, noise: &Noise, u: &[f64]) -> (Vec<ScatterLine>, Vec<f64>) {
     let mut lines = fit::scatter_lines(campaign, design, u);
     let mut variance = noise.lines.clone();
     variance.resize(lines.len(), 0.0);
@@ -324,8 +326,8 @@ pub(super) fn lines(
     (lines, variance)
 }
 
-/// Columns of effects at the rows of a schedule. At further positions, what hangs on a reading already taken (one bad reading, a remounting,
-/// the way of approach) is zero.
+/// Columns of effects at the rows of a schedule. At further positions, effects of readings already taken (one bad reading, a remounting,
+/// the approach) are zero.
 fn term_columns(
     schedule: &Campaign,
     model: &Model,
@@ -358,17 +360,17 @@ fn term_columns(
     Ok(columns)
 }
 
-/// Standard uncertainty of each row of a design, and what of it is the row's own noise.
-pub(super) fn own_noise(campaign: &Campaign, design: &DesignMatrix, noise: &Noise) -> (Vec<f64>, Vec<f64>) {
+/// Standard uncertainty of each row of a design, and its part that is independent of other rows.
+fn row_noise(campaign: &Campaign, design: &DesignMatrix, noise: &Noise) -> (Vec<f64>, Vec<f64>) {
     let rows = &campaign.readings.rows;
     let of = |origin: &design::RowOrigin| rows.get(origin.reading).map_or(1.0, |r| noise.u(r, origin.sensor));
     let stated: Vec<f64> = design.rows.iter().map(of).collect();
-    let own = fit::own_noise(campaign, design, &stated);
-    (stated, own)
+    let independent = fit::own_noise(campaign, design, &stated);
+    (stated, independent)
 }
 
 /// Estimated parameters with a prior, and its standard uncertainty.
-pub(super) fn priors(campaign: &Campaign) -> Vec<(usize, f64)> {
+fn priors(campaign: &Campaign) -> Vec<(usize, f64)> {
     let prior = |(k, p): (usize, &crate::campaign::Parameter)| match &p.role {
         Role::Estimated { prior: Some(prior), .. } => Some((k, prior.u)),
         _ => None,
@@ -376,7 +378,7 @@ pub(super) fn priors(campaign: &Campaign) -> Vec<(usize, f64)> {
     campaign.estimated().iter().enumerate().filter_map(prior).collect()
 }
 
-/// Does a line give positions one deviation together?
+/// Does a line of scatter have deviations that positions share?
 pub(super) fn links(campaign: &Campaign, line: usize) -> bool {
     campaign.scatter.get(line).is_some_and(|line| !matches!(line.per, Per::Reading | Per::Position))
 }

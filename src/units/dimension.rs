@@ -14,12 +14,12 @@ pub(super) const COUNT: usize = 6;
 /// How many there are.
 pub(super) const BASES: usize = 7;
 
-/// Powers of the base quantities: angle, time, length, mass, electric current, temperature, count; and of what a bench names itself.
+/// Powers of the base quantities: angle, time, length, mass, electric current, temperature, count; and of units that only a bench names.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Dimension {
     pub(super) base: [f64; BASES],
-    /// Units that only this bench knows are base quantities of their own.
-    pub(super) own: BTreeMap<String, f64>,
+    /// Powers of units that only this bench names: each is a base quantity.
+    pub(super) named: BTreeMap<String, f64>,
 }
 
 /// Powers closer than this are equal: they come from products of short decimal fractions.
@@ -29,24 +29,24 @@ impl Dimension {
     /// The powers of a product: `self * other^power`.
     pub(super) fn times(&self, other: &Dimension, power: f64) -> Dimension {
         let mut product = self.clone();
-        for (own, theirs) in product.base.iter_mut().zip(other.base) {
-            *own += power * theirs;
+        for (sum, theirs) in product.base.iter_mut().zip(other.base) {
+            *sum += power * theirs;
         }
-        for (name, theirs) in &other.own {
-            *product.own.entry(name.clone()).or_default() += power * theirs;
+        for (name, theirs) in &other.named {
+            *product.named.entry(name.clone()).or_default() += power * theirs;
         }
-        product.own.retain(|_, power| power.abs() > SAME);
+        product.named.retain(|_, power| power.abs() > SAME);
         product
     }
 
     /// Is it a pure number or a power of an angle?
     pub fn is_angle_or_number(&self) -> bool {
-        self.own.is_empty() && self.base.iter().enumerate().all(|(k, power)| k == ANGLE || power.abs() <= SAME)
+        self.named.is_empty() && self.base.iter().enumerate().all(|(k, power)| k == ANGLE || power.abs() <= SAME)
     }
 
     /// Is it a pure number?
     pub fn is_number(&self) -> bool {
-        self.own.is_empty() && self.base.iter().all(|power| power.abs() <= SAME)
+        self.named.is_empty() && self.base.iter().all(|power| power.abs() <= SAME)
     }
 
     /// Is it a plane angle?
@@ -58,8 +58,8 @@ impl Dimension {
     pub(super) fn is(&self, other: &Dimension) -> bool {
         let same = |a: f64, b: f64| (a - b).abs() <= SAME;
         self.base.iter().zip(other.base).all(|(a, b)| same(*a, b))
-            && self.own.len() == other.own.len()
-            && self.own.iter().zip(&other.own).all(|(a, b)| a.0 == b.0 && same(*a.1, *b.1))
+            && self.named.len() == other.named.len()
+            && self.named.iter().zip(&other.named).all(|(a, b)| a.0 == b.0 && same(*a.1, *b.1))
     }
 }
 

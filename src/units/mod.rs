@@ -4,8 +4,8 @@
 //! "mV/(deg/s)" --parse--> Unit (factor to SI, dimension) --conversion--> Conversion (numerator, denominator)
 //! ```
 //!
-//! A plane angle is a dimension of its own, so that `V/(deg/s)` is not `V/Hz`; only what is an angle altogether, or a power of one, and a
-//! pure number stand for each other, the radian being 1 (`ppm` and `urad` of a misalignment). A value in `K` where `degC` is wanted is shifted by
+//! A plane angle is a base quantity, so that `V/(deg/s)` is not `V/Hz`; only an angle, or a power of one, and a
+//! pure number convert to each other, the radian being 1 (`ppm` and `urad` of a misalignment). A value in `K` where `degC` is wanted is shifted by
 //! 273.15. Deliberately absent: logarithmic units, numbers inside a unit.
 
 mod dimension;

@@ -8,11 +8,11 @@ use crate::error::{Fault, Malformed, Result};
 const LONGEST: usize = 200;
 const DEEPEST: usize = 20;
 
-/// Names beside the table's.
-enum Own<'a> {
-    /// These are units of their own; any other is refused.
+/// Names that the table does not have.
+enum Unlisted<'a> {
+    /// These are base units; any other is refused.
     These(&'a [String]),
-    /// Whatever the table does not have is a unit of its own.
+    /// Each is a base unit.
     Any,
 }
 
@@ -31,26 +31,26 @@ impl Unit {
         Unit::parse_with(text, &[])
     }
 
-    /// The same, with names that the table does not have and that stand for units of their own.
+    /// The same, with further names, each a base unit.
     pub fn parse_with(text: &str, own: &[String]) -> Result<Unit> {
-        unit(text, Own::These(own)).map(|(unit, _)| unit)
+        unit(text, Unlisted::These(own)).map(|(unit, _)| unit)
     }
 
-    /// A unit in which any name may stand: those that the table does not have come beside it, as units of their own.
+    /// A unit with any names: those that the table does not have are returned with it, each a base unit.
     pub fn parse_any(text: &str) -> Result<(Unit, Vec<String>)> {
-        unit(text, Own::Any)
+        unit(text, Unlisted::Any)
     }
 }
 
 /// Read a unit, with the names in it that the table does not have.
-fn unit(text: &str, own: Own<'_>) -> Result<(Unit, Vec<String>)> {
+fn unit(text: &str, unlisted: Unlisted<'_>) -> Result<(Unit, Vec<String>)> {
     if text.len() > LONGEST {
         return Err(Malformed::new(Fault::Syntax, "the unit is too long")
             .expected(format!("at most {LONGEST} bytes"))
             .found(format!("{} bytes", text.len()))
             .at_span(0, 1));
     }
-    let mut reader = Reader { text, at: 0, own, named: Vec::new(), depth: 0 };
+    let mut reader = Reader { text, at: 0, unlisted, named: Vec::new(), depth: 0 };
     let unit = reader.product()?;
     match reader.peek() {
         None => Ok((unit.written(text.trim()), reader.named)),
@@ -61,20 +61,20 @@ fn unit(text: &str, own: Own<'_>) -> Result<(Unit, Vec<String>)> {
 struct Reader<'a> {
     text: &'a str,
     at: usize,
-    own: Own<'a>,
+    unlisted: Unlisted<'a>,
     named: Vec<String>,
     depth: usize,
 }
 
 impl Reader<'_> {
-    fn rest(&self) -> &str {
+    fn tail(&self) -> &str {
         self.text.part(self.at..)
     }
 
     fn peek(&mut self) -> Option<char> {
-        let blank = self.rest().len() - self.rest().trim_start().len();
+        let blank = self.tail().len() - self.tail().trim_start().len();
         self.at += blank;
-        self.rest().chars().next()
+        self.tail().chars().next()
     }
 
     fn take(&mut self, wanted: &[char]) -> Option<char> {
@@ -84,14 +84,14 @@ impl Reader<'_> {
     }
 
     fn refused(&self, expected: &str) -> Malformed {
-        let length = self.rest().chars().next().map_or(1, char::len_utf8);
-        let found = match self.rest().chars().next() {
+        let length = self.tail().chars().next().map_or(1, char::len_utf8);
+        let token = match self.tail().chars().next() {
             Some(c) => format!("'{}'", c.escape_debug()),
             None => "the end of the unit".into(),
         };
         Malformed::new(Fault::Syntax, "the unit does not parse")
             .expected(expected)
-            .found(found)
+            .found(token)
             .at_span(self.at, length)
     }
 
@@ -108,7 +108,7 @@ impl Reader<'_> {
             if sign.is_none() && !blank {
                 return Ok(unit);
             }
-            let per = sign.is_none() && self.rest().starts_with("per ");
+            let per = sign.is_none() && self.tail().starts_with("per ");
             self.at += if per { "per ".len() } else { 0 };
             let factor = self.power()?;
             // degrees of a scale of temperature: `deg C`
@@ -126,7 +126,7 @@ impl Reader<'_> {
             return Ok(Unit::one().times(&base, power));
         }
         // `s-2`, as the conventions of meteorology write it
-        let mut behind = self.rest().chars();
+        let mut behind = self.tail().chars();
         let is_signed = matches!(behind.next(), Some('-' | '+')) && behind.next().is_some_and(|c| c.is_ascii_digit());
         if !is_signed && self.take(&['^']).is_none() {
             return Ok(base);
@@ -137,7 +137,7 @@ impl Reader<'_> {
 
     fn superscript(&mut self) -> Option<f64> {
         const DIGITS: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
-        let raised: String = self.rest().chars().take_while(|c| *c == '⁻' || DIGITS.contains(c)).collect();
+        let raised: String = self.tail().chars().take_while(|c| *c == '⁻' || DIGITS.contains(c)).collect();
         let plain = raised.chars().filter_map(|c| match DIGITS.iter().position(|digit| *digit == c) {
             Some(digit) => char::from_digit(u32::try_from(digit).ok()?, 10),
             None => Some('-'),
@@ -164,11 +164,11 @@ impl Reader<'_> {
 
     fn number(&mut self) -> Result<f64> {
         self.peek();
-        let rest = self.rest();
-        let signed = rest.strip_prefix(['-', '+']).unwrap_or(rest);
+        let tail = self.tail();
+        let signed = tail.strip_prefix(['-', '+']).unwrap_or(tail);
         let digits = signed.len() - signed.trim_start_matches(|c: char| c.is_ascii_digit() || c == '.').len();
-        let length = rest.len() - signed.len() + digits;
-        match rest.part(..length).parse::<f64>() {
+        let length = tail.len() - signed.len() + digits;
+        match tail.part(..length).parse::<f64>() {
             Ok(power) if power.abs() <= 20.0 => {
                 self.at += length;
                 Ok(power)
@@ -187,16 +187,16 @@ impl Reader<'_> {
             }
             Some('1')
                 if !self
-                    .rest()
+                    .tail()
                     .get(1..)
-                    .is_some_and(|rest| rest.starts_with(|c: char| c.is_ascii_digit() || c == '.')) =>
+                    .is_some_and(|tail| tail.starts_with(|c: char| c.is_ascii_digit() || c == '.')) =>
             {
                 self.at += 1;
                 Ok(Unit::one())
             }
             Some(c) if c.is_ascii_digit() => Err(self.refused("the name of a unit: a number belongs to the value")),
             Some(c) if is_letter(c) => {
-                let name: String = self.rest().chars().take_while(|c| is_letter(*c) || c.is_ascii_digit()).collect();
+                let name: String = self.tail().chars().take_while(|c| is_letter(*c) || c.is_ascii_digit()).collect();
                 let start = self.at;
                 self.at += name.len();
                 if name == "sqrt" && self.take(&['(']).is_some() {
@@ -225,9 +225,9 @@ impl Reader<'_> {
     }
 
     fn named(&mut self, name: &str, start: usize) -> Result<Unit> {
-        let own = match self.own {
-            Own::Any => true,
-            Own::These(names) => names.iter().any(|own| own == name),
+        let is_allowed = match self.unlisted {
+            Unlisted::Any => true,
+            Unlisted::These(names) => names.iter().any(|other| other == name),
         };
         // digits at the end of a name are its power: `m/s2`; alone, `V1` is the name of a channel
         let bare = name.trim_end_matches(|c: char| c.is_ascii_digit());
@@ -238,13 +238,13 @@ impl Reader<'_> {
         {
             return Ok(Unit::one().times(&unit, power));
         }
-        let unit = Unit::of_name(name, own).ok_or_else(|| {
+        let unit = Unit::of_name(name, is_allowed).ok_or_else(|| {
             Malformed::new(Fault::UnknownName, format!("no unit is called '{name}'"))
                 .expected(super::names())
                 .found(format!("'{name}'"))
                 .at_span(start, name.len())
         })?;
-        if super::table::find(name).is_none() && !self.named.iter().any(|own| own == name) {
+        if super::table::find(name).is_none() && !self.named.iter().any(|other| other == name) {
             self.named.push(name.into());
         }
         Ok(unit)

@@ -3,7 +3,7 @@
 
 use super::dimension::{ANGLE, BASES, COUNT, CURRENT, LENGTH, MASS, ONE, Scale, TEMPERATURE, TIME};
 
-/// What a name stands for.
+/// Dimension and size of a unit.
 pub(super) struct Entry {
     pub base: [f64; BASES],
     pub scale: Scale,
@@ -43,7 +43,7 @@ const fn other(factor: f64, degree: f64) -> Scale {
 
 const GRAVITY: Scale = Scale { gravity: 1.0, ..ONE };
 
-/// Name, dimension, size, whether SI prefixes (n u m k M) may stand before it, and the ends of a column's name that say it (`supply_mv`).
+/// Name, dimension, size, whether it takes SI prefixes (n u m k M), and the suffixes of column names with this unit (`supply_mv`).
 const TABLE: &[(&str, [f64; BASES], Scale, bool, &str)] = &[
     // electrical outputs, and what is counted
     ("V", is(&[(MASS, 1.0), (LENGTH, 2.0), (TIME, -3.0), (CURRENT, -1.0)]), ONE, true, "v mv uv"),
@@ -86,7 +86,7 @@ const TABLE: &[(&str, [f64; BASES], Scale, bool, &str)] = &[
     ("%", NUMBER, ten(-2.0), false, ""),
     ("ppm", NUMBER, ten(-6.0), false, "ppm"),
     ("ppb", NUMBER, ten(-9.0), false, ""),
-    // lengths, and what else a test records beside the sensor
+    // lengths, and other quantities that a test records
     ("m", is(&[(LENGTH, 1.0)]), ONE, true, "m mm um"),
     ("cm", is(&[(LENGTH, 1.0)]), ten(-2.0), false, "cm"),
     ("kg", is(&[(MASS, 1.0)]), ONE, false, ""),
@@ -120,17 +120,19 @@ const PREFIXES: &[(&str, f64)] = &[
 
 /// The table's name of what may be written otherwise, in whichever case where that has three letters and more: fewer may be a prefix and a unit (`mS`, `MS`).
 pub(crate) fn plain(name: &str) -> &str {
-    let own = spelled(name);
-    if own != name || TABLE.iter().any(|(entry, ..)| *entry == name) || name.chars().count() < 3 {
-        return own;
+    let known = spelled(name);
+    if known != name || TABLE.iter().any(|(entry, ..)| *entry == name) || name.chars().count() < 3 {
+        return known;
     }
     let lower = name.to_lowercase();
     let entry = TABLE.iter().map(|(entry, ..)| *entry).find(|entry| entry.to_lowercase() == lower);
-    entry.or_else(|| SPELLED.iter().find(|(words, _)| words.contains(&lower.as_str())).map(|own| own.1)).unwrap_or(name)
+    entry
+        .or_else(|| SPELLED.iter().find(|(words, _)| words.contains(&lower.as_str())).map(|spelling| spelling.1))
+        .unwrap_or(name)
 }
 
 fn spelled(name: &str) -> &str {
-    SPELLED.iter().find(|(words, _)| words.contains(&name)).map_or(name, |own| own.1)
+    SPELLED.iter().find(|(words, _)| words.contains(&name)).map_or(name, |spelling| spelling.1)
 }
 
 /// Other spellings.
@@ -157,25 +159,25 @@ const SPELLED: &[(&[&str], &str)] = &[
     (&["LSBs", "lsb", "lsbs"], "LSB"),
 ];
 
-/// What a name stands for; `None` where the table does not have it.
+/// The entry of a name; `None` where the table does not have it.
 pub(super) fn find(name: &str) -> Option<Entry> {
-    let of = |own: &str, power: f64| {
-        let entry = TABLE.iter().find(|(entry, _, _, prefixed, _)| *entry == own && (*prefixed || power == 0.0))?;
+    let of = |base: &str, power: f64| {
+        let entry = TABLE.iter().find(|(entry, _, _, prefixed, _)| *entry == base && (*prefixed || power == 0.0))?;
         Some(Entry { base: entry.1, scale: entry.2.times(ten(power), 1.0), hertz: entry.0 == "Hz" })
     };
     let prefixed = |name: &str| {
-        let rest = |(prefix, power): &(&str, f64)| Some((name.strip_prefix(prefix)?.to_string(), *power));
-        PREFIXES.iter().filter_map(rest).find_map(|(rest, power)| of(plain(&rest), power))
+        let split = |(prefix, power): &(&str, f64)| Some((name.strip_prefix(prefix)?.to_string(), *power));
+        PREFIXES.iter().filter_map(split).find_map(|(stem, power)| of(plain(&stem), power))
     };
     of(name, 0.0).or_else(|| prefixed(name)).or_else(|| of(plain(name), 0.0)).or_else(|| prefixed(plain(name)))
 }
 
-/// The unit that the end of a column's name says: `temperature_c`, `gamma_deg_s`, `force_m_s2`.
+/// The unit from the suffix of a column's name: `temperature_c`, `gamma_deg_s`, `force_m_s2`.
 pub(crate) fn of_column(name: &str) -> Option<String> {
     let lower = name.to_ascii_lowercase();
-    let (rest, last) = lower.rsplit_once('_')?;
+    let (stem, last) = lower.rsplit_once('_')?;
     let of = |end: &str| {
-        let named = TABLE.iter().find(|(.., ends)| ends.split(' ').any(|own| own == end && !end.is_empty()))?;
+        let named = TABLE.iter().find(|(.., ends)| ends.split(' ').any(|other| other == end && !end.is_empty()))?;
         // the letter before a unit is its prefix
         let prefix = end.strip_suffix(&named.0.to_ascii_lowercase()).unwrap_or_default();
         Some(format!("{prefix}{}", named.0))
@@ -186,14 +188,15 @@ pub(crate) fn of_column(name: &str) -> Option<String> {
         "h" => Some("h"),
         _ => None,
     };
-    let above = rest.rsplit('_').next().and_then(of).filter(|own| find(own).is_some_and(|own| own.base != IN_TIME));
+    let above =
+        stem.rsplit('_').next().and_then(of).filter(|unit| find(unit).is_some_and(|entry| entry.base != IN_TIME));
     match (above, time) {
         (Some(above), Some(time)) => Some(format!("{above}/{time}")),
         _ => of(last),
     }
 }
 
-/// Where the zero of a scale of temperatures lies above 0 K, in its degrees.
+/// Zero of a scale of temperature above 0 K, in its degrees.
 pub(super) fn zero(name: &str) -> f64 {
     match plain(name) {
         "degC" => 273.15,

@@ -22,13 +22,13 @@ impl Unit {
         Unit { symbol: "1".into(), dimension: Dimension::default(), scale: ONE, hertz: 0.0, factors: Vec::new() }
     }
 
-    pub(super) fn of_name(name: &str, own: bool) -> Option<Unit> {
+    pub(super) fn of_name(name: &str, is_named: bool) -> Option<Unit> {
         let mut unit = Unit { symbol: name.into(), factors: vec![(name.into(), 1.0)], ..Unit::one() };
         if let Some(entry) = table::find(name) {
             (unit.dimension.base, unit.scale) = (entry.base, entry.scale);
             unit.hertz = if entry.hertz { 1.0 } else { 0.0 };
-        } else if own {
-            unit.dimension.own.insert(name.into(), 1.0);
+        } else if is_named {
+            unit.dimension.named.insert(name.into(), 1.0);
         } else {
             return None;
         }
@@ -43,10 +43,10 @@ impl Unit {
     /// `self * other^power`, without a symbol that a person would write.
     pub(crate) fn times(&self, other: &Unit, power: f64) -> Unit {
         let mut factors = self.factors.clone();
-        for (name, own) in &other.factors {
+        for (name, exponent) in &other.factors {
             match factors.iter_mut().find(|(known, _)| known == name) {
-                Some((_, sum)) => *sum += power * own,
-                None => factors.push((name.clone(), power * own)),
+                Some((_, sum)) => *sum += power * exponent,
+                None => factors.push((name.clone(), power * exponent)),
             }
         }
         factors.retain(|(_, power)| power.abs() > SAME);
@@ -69,11 +69,12 @@ impl Unit {
     /// ```
     pub fn product(powers: &[(Unit, f64)]) -> Unit {
         let unit = powers.iter().fold(Unit::one(), |unit, (factor, power)| unit.times(factor, *power));
-        let written = powers.iter().map(|(own, power)| (own.symbol.clone(), *power)).filter(|(own, _)| own != "1");
+        let written =
+            powers.iter().map(|(unit, power)| (unit.symbol.clone(), *power)).filter(|(symbol, _)| symbol != "1");
         unit.written(symbol_of(&written.collect::<Vec<_>>()))
     }
 
-    /// The same where names that stand above and below the line cancel: `pulse/s/g` over `pulse/s/(deg/h)` is `deg/(g*h)`.
+    /// The same where names above and below the line cancel: `pulse/s/g` over `pulse/s/(deg/h)` is `deg/(g*h)`.
     ///
     /// ```
     /// use tumble::units::Unit;
@@ -84,7 +85,7 @@ impl Unit {
     pub fn reduced(powers: &[(Unit, f64)]) -> Unit {
         let product = Unit::product(powers);
         let names = |unit: &Unit| -> f64 { unit.factors.iter().map(|(_, power)| power.abs()).sum() };
-        let apart: f64 = powers.iter().map(|(own, power)| names(own) * power.abs()).sum();
+        let apart: f64 = powers.iter().map(|(unit, power)| names(unit) * power.abs()).sum();
         if names(&product) + SAME >= apart {
             return product;
         }
@@ -101,7 +102,7 @@ impl Unit {
             && self.scale.over(other.scale).is_none()
     }
 
-    /// Is it the degree of an angle? Beside a scale of temperature it is that scale's.
+    /// Is it the degree of an angle? Before a scale of temperature it is that of the scale.
     pub(super) fn is_degree(&self) -> bool {
         matches!(self.factors.as_slice(), [(name, power)] if *power == 1.0 && table::plain(name) == "deg")
             && self.dimension.base.get(ANGLE) == Some(&1.0)
@@ -112,7 +113,7 @@ impl Unit {
         self.zero().is_some()
     }
 
-    /// Where the zero of a scale of temperature lies, K; `None` of what is none.
+    /// Zero of a scale of temperature, K; `None` for other units.
     fn zero(&self) -> Option<f64> {
         match self.factors.as_slice() {
             [(name, power)] if *power == 1.0 && self.dimension.base.get(TEMPERATURE) == Some(&1.0) => {
@@ -140,7 +141,7 @@ impl Unit {
 
     /// From this unit to another; `None` where they differ in dimension.
     ///
-    /// Pulses or counts each second are Hz; pure numbers and (powers of) angles stand for each other, the radian being 1.
+    /// Pulses or counts each second are Hz; pure numbers and (powers of) angles convert to each other, the radian being 1.
     ///
     /// ```
     /// use tumble::units::Unit;
@@ -163,12 +164,12 @@ impl Unit {
         fits.then(|| self.scale.over(to.scale))
     }
 
-    /// From this unit to the one that is wanted, or a sentence with the wanted unit.
+    /// The conversion to another unit. Errors: another dimension, with the unit that was expected.
     ///
     /// Between scales of temperature a value is shifted (by 273.15 from `degC` to `K`); [`Conversion::of_differences`] is without the shift.
     pub fn conversion_for(&self, to: &Unit, what: &str) -> Result<Conversion> {
         let shifted = |plain: Conversion| match (self.zero(), to.zero()) {
-            (Some(own), Some(zero)) => plain.shifted(own * plain.factor() - zero),
+            (Some(from_zero), Some(zero)) => plain.shifted(from_zero * plain.factor() - zero),
             _ => plain,
         };
         self.conversion(to).map(shifted).ok_or_else(|| {
@@ -185,7 +186,7 @@ fn symbol_of(factors: &[(String, f64)]) -> String {
         factors
             .iter()
             .filter(|(_, power)| (*power > SAME) == above && power.abs() > SAME)
-            .map(|(own, power)| raised(own, power.abs()))
+            .map(|(symbol, power)| raised(symbol, power.abs()))
             .collect()
     };
     let (above, below) = (part(true), part(false));
