@@ -45,6 +45,8 @@ pub(super) struct Answer<'a> {
     pub variance: Option<f64>,
     /// `sum (v/u)^2`.
     pub squares: f64,
+    /// The same beside known inputs that have an uncertainty, for tests.
+    pub tested: f64,
     pub readings: usize,
     /// The largest reading in units of its uncertainty.
     pub largest: f64,
@@ -72,7 +74,7 @@ impl Question<'_> {
     /// The row of a device.
     pub(super) fn row(&self, found: Answer<'_>, memory: &mut Coverage) -> Row {
         let Question { campaign, settings, .. } = self;
-        let Answer { dx, cofactor, share, variance, squares, .. } = found;
+        let Answer { dx, cofactor, share, variance, squares, tested, .. } = found;
         let (dof, level) = (self.dof, settings.level);
         let mut point = std::mem::take(&mut memory.point);
         point.clear();
@@ -138,7 +140,7 @@ impl Question<'_> {
             })
             .collect();
         let chi_square_p = match self.scaled {
-            false if dof > 0 => quantiles::chi_square_survival(squares, dof as f64),
+            false if dof > 0 => quantiles::chi_square_survival(tested, dof as f64),
             _ => None,
         };
         let mut remarks = Remarks::default();
@@ -154,7 +156,7 @@ impl Question<'_> {
         }
         found.stuck.iter().for_each(|(sensor, value)| remarks.stuck(campaign.sensor_id(*sensor), *value));
         // rounding says nothing of the model
-        let heard = |p: f64| if quality::is_rounding(squares, found.readings, found.largest) { f64::NAN } else { p };
+        let heard = |p: f64| if quality::is_rounding(tested, found.readings, found.largest) { f64::NAN } else { p };
         let lack_of_fit_p = found.lack_of_fit_p.map_or(f64::NAN, heard);
         let is_wrong = !remarks.is_empty();
         let is_wrong = remarks.lack_of_fit(lack_of_fit_p, level) || is_wrong;

@@ -156,6 +156,7 @@ impl Own {
             share: cofactor,
             variance: question.variance(squares, least),
             squares,
+            tested: squares,
             readings: m,
             largest: sizes.weighed,
             lack_of_fit_p,

@@ -16,8 +16,9 @@ use crate::campaign::{Campaign, Kind, Known, Observation, Readings, Role};
 use crate::design::{self, Model};
 use crate::elements::Elements;
 use crate::error::{Fault, Malformed, Result};
-use crate::estimate::{Fold, Folded, Group, Unknowns};
+use crate::estimate::{Beside, Fold, Folded, Group, Unknowns};
 use crate::fit::{self, Estimator, Settings, Weighting};
+use crate::linear::{norm, subtract};
 use faer::{Mat, MatRef};
 
 /// The linear step of a campaign, for readings that are not all at hand.
@@ -375,16 +376,27 @@ impl Parts {
         let (dof, squares) = (folded.dof, folded.sum_of_squares);
         let Unknowns { solution, cofactor, .. } = &folded.unknowns;
         let readings = if self.priors.is_empty() { None } else { Some(of_readings(cofactor, part.fold.triangle())) };
+        let known = self.known(fold, &folded)?;
+        let beside = self.beside(fold, &folded)?;
+        let least = part.least();
+        let scale = match &beside {
+            Some((own, along)) if scaled => own.scale(squares, along, dof).map(|scale| scale.max(least)),
+            _ => None,
+        };
         let question = Question {
             campaign: template,
             settings,
             derived: &self.derived,
             reference: &self.reference,
-            known: &self.known(fold, &folded)?,
+            known: &known,
             scaled,
             rank: folded.unknowns.rank,
             dof,
-            own_dof: if scaled { dof as f64 } else { f64::INFINITY },
+            own_dof: match (&beside, scale) {
+                (Some((own, _)), Some(scale)) => own.redundancy(dof, scale),
+                _ if scaled => dof as f64,
+                _ => f64::INFINITY,
+            },
         };
         let answer = Answer {
             label,
@@ -393,8 +405,9 @@ impl Parts {
             dx: solution,
             cofactor,
             share: readings.as_ref().unwrap_or(cofactor),
-            variance: question.variance(squares, |_| part.least()),
+            variance: scale.or_else(|| question.variance(squares, |_| least)),
             squares,
+            tested: beside.map_or(squares, |(own, along)| own.squares(squares, &along, scale.unwrap_or(1.0))),
             readings: part.fold.rows(),
             largest: 0.0,
             lack_of_fit_p: None,
@@ -406,6 +419,43 @@ impl Parts {
             solved: Solved::Alone,
         };
         Ok(question.row(answer, coverage))
+    }
+
+    /// What the known inputs that have an uncertainty leave in the residuals, and the residuals along them; `None` where there are none.
+    fn beside(&self, fold: &Fold, folded: &Folded) -> Result<Option<(Beside, Vec<f64>)>> {
+        let (n, triangle) = (self.template.unknowns(), fold.triangle());
+        let (rows, last) = (triangle.subcols(0, n).to_owned(), triangle.ncols() - 1);
+        let solution = &folded.unknowns.solution;
+        let mut columns: Vec<(usize, Vec<f64>, Vec<f64>)> = Vec::new();
+        for (place, carried) in self.carried.iter().enumerate() {
+            let share = carried.known.u * carried.by.map_or(1.0, |j| solution.at(j));
+            let Some(follow) = fold.follow(place, &self.settings.adjust)? else { continue };
+            let own = triangle.col(n + place).iter().map(|c| share * c);
+            let mut left: Vec<f64> = triangle.col(n + place).iter().copied().collect();
+            subtract(&mut left, &rows, &follow);
+            match columns.last_mut().filter(|(parameter, ..)| *parameter == carried.parameter) {
+                Some((_, whole, rest)) => {
+                    whole.iter_mut().zip(own).for_each(|(to, c)| *to += c);
+                    rest.iter_mut().zip(left).for_each(|(to, c)| *to += share * c);
+                }
+                None => columns.push((carried.parameter, own.collect(), left.iter().map(|c| share * c).collect())),
+            }
+        }
+        if columns.is_empty() {
+            return Ok(None);
+        }
+        let before = columns.iter().map(|(_, whole, _)| norm(whole)).fold(0.0, f64::max);
+        let left = Mat::from_fn(triangle.nrows(), columns.len(), |i, j| {
+            columns.get(j).and_then(|(_, _, rest)| rest.get(i)).copied().unwrap_or(0.0)
+        });
+        let mut residuals: Vec<f64> = triangle.col(last).iter().copied().collect();
+        let about = |j: usize| fold.about().get(j).copied().unwrap_or(0.0);
+        let step: Vec<f64> = solution.iter().enumerate().map(|(j, x)| x - about(j)).collect();
+        subtract(&mut residuals, &rows, &step);
+        Ok(Beside::new(&left, before).map(|own| {
+            let along = own.along(&residuals);
+            (own, along)
+        }))
     }
 
     /// How the unknowns follow each known input that has an uncertainty: `-(dx/dy) df/dp` at the solution.

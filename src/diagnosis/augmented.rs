@@ -19,7 +19,6 @@ use super::{Candidate, Effect, Settings, assumptions, fit_exactly, screen};
 use crate::campaign::{Campaign, Role};
 use crate::design::{self, DesignMatrix, Model};
 use crate::error::Result;
-use crate::estimate::Variances;
 use crate::fit::{self, Fit};
 use crate::simulate::Regressor;
 use crate::vocabulary::vocabulary;
@@ -279,7 +278,7 @@ impl<'a> Search<'a> {
             }
             let variances = match fit.campaign.scatter.is_empty() {
                 true => None,
-                false => fit::scattered(&fit.campaign, &fit.design).ok().map(|found| Variances::from(&found)),
+                false => fit::scattered(&fit.campaign, &fit.design).ok(),
             };
             finished = Some(Finished { scales: fit.estimate.group_scale.clone(), variances });
         }

@@ -272,7 +272,9 @@ fn gap(fit: &Fit, weighted: &Weighted, evidence: &Evidence, set: &[usize]) -> Ga
     let dof = fit.estimate.dof;
     let square: f64 = residuals.iter().map(|v| v * v).sum();
     let max = residuals.iter().fold(0.0_f64, |max, v| max.max(v.abs()));
-    let chi_square = weighted.squares(&fit.estimate.residuals);
+    // residuals of rows that are weighed without it are not the least beside an uncertain input
+    let beside = fit.global_test.filter(|_| fit::known_inputs(&fit.campaign, &fit.design).is_some());
+    let chi_square = beside.map_or_else(|| weighted.squares(&fit.estimate.residuals), |test| test.chi_square);
     let p = evidence.given(set).and_then(|given| evidence.global(&given));
     Gap { rms: (dof > 0).then(|| (square / dof as f64).sqrt()), max, chi_square, dof, p, residuals }
 }

@@ -205,7 +205,7 @@ pub(super) fn weigh(
     finished: Option<&Finished>,
     share: &[f64],
 ) -> Result<Weighted> {
-    if !campaign.scatter.is_empty() {
+    if !campaign.scatter.is_empty() || fit::known_inputs(campaign, design).is_some() {
         return scattered(campaign, design, finished);
     }
     let scales = finished.map(|own| own.scales.as_slice());
@@ -245,7 +245,7 @@ fn is_enough(pure: &[(f64, usize)]) -> bool {
     pure.iter().all(|(sum, dof)| *dof >= FEWEST_REPLICATES && *sum > 0.0)
 }
 
-/// The same where something scatters beyond the readings' own noise: rows are made independent before anything is compared.
+/// The same where something scatters beyond the readings' own noise, or a known input is uncertain: rows are made independent before anything is compared.
 ///
 /// Variances that are estimated are those of the finished model, or of the model as given.
 fn scattered(campaign: &Campaign, design: &DesignMatrix, finished: Option<&Finished>) -> Result<Weighted> {
@@ -269,9 +269,13 @@ fn scattered(campaign: &Campaign, design: &DesignMatrix, finished: Option<&Finis
         None => {
             let known = finished.and_then(|own| own.variances.clone());
             let known = known.filter(|own| own.lines.len() == stated.len());
-            let variances = match known {
-                Some(known) => known,
-                None => Variances::from(&fit::scattered(campaign, design)?),
+            // scales of several sensors, and nothing else
+            let scales = finished.filter(|_| stated.is_empty()).and_then(|own| own.scales.iter().copied().collect());
+            let scales = scales.map(|own: Vec<f64>| own.iter().map(|s| if *s > 0.0 { s * s } else { 1.0 }).collect());
+            let variances = match (known, scales) {
+                (Some(known), _) => known,
+                (None, Some(scales)) => Variances::known(scales, stated),
+                (None, None) => fit::scattered(campaign, design)?,
             };
             (variances, NoiseFrom::Residuals, None)
         }

@@ -99,7 +99,7 @@ pub fn adjust_hinted(system: &System, hints: &ScaleHints<'_>, settings: &Setting
     let scales = if count == 0 || alone {
         groups::Scales { scale: vec![None; count], iterations: 0, converged: true }
     } else {
-        groups::estimate(&Compressed::new(system, count), hints, settings)?
+        groups::scales(&Compressed::new(system, count), hints, settings)?
     };
     // a group without redundancy keeps its relative weights
     let entering: Vec<f64> = scales.scale.iter().map(|scale| scale.unwrap_or(1.0)).collect();
@@ -123,7 +123,8 @@ pub fn adjust_hinted(system: &System, hints: &ScaleHints<'_>, settings: &Setting
     if alone && dof > 0 {
         // no hint, no floor
         let least = hints.least.first().copied().unwrap_or(0.0);
-        common = (sum_of_squares / dof as f64).max(least * least);
+        let own = (sum_of_squares / dof as f64).max(least * least);
+        common = hints.given.first().copied().flatten().map_or(own, |scale| scale * scale);
         group_scale = vec![Some(common.sqrt())];
     }
     let undetermined = depends_on_undetermined(system, &factor, &group_scale);
@@ -191,7 +192,7 @@ pub fn solve(system: &System, hints: &ScaleHints<'_>, settings: &Settings) -> Re
     let scales = if count == 0 || is_alone(system, count) {
         groups::Scales { scale: vec![None; count], iterations: 0, converged: true }
     } else {
-        groups::estimate(&compressed, hints, settings)?
+        groups::scales(&compressed, hints, settings)?
     };
     // a group without redundancy keeps its relative weights
     let group_scale: Vec<f64> = scales.scale.iter().map(|scale| scale.unwrap_or(1.0)).collect();

@@ -9,7 +9,7 @@
 
 use super::basis::Combination;
 use super::factor::Embedding;
-use super::{Estimate, Settings, System, adjust};
+use super::{Estimate, ScaleHints, Settings, System, adjust_hinted};
 use crate::error::{Fault, Malformed, Result};
 use faer::Mat;
 
@@ -150,6 +150,16 @@ impl Equations {
 /// # Ok::<(), tumble::error::Malformed>(())
 /// ```
 pub fn adjust_on(system: &System, elimination: &Elimination, settings: &Settings) -> Result<Estimate> {
+    adjust_on_hinted(system, elimination, &ScaleHints::default(), settings)
+}
+
+/// The same with what is known of the groups' scales beforehand.
+pub(crate) fn adjust_on_hinted(
+    system: &System,
+    elimination: &Elimination,
+    hints: &ScaleHints<'_>,
+    settings: &Settings,
+) -> Result<Estimate> {
     let Elimination { kept, lift, offset } = elimination;
     let (m, n) = system.shape();
     if lift.nrows() != n {
@@ -164,7 +174,7 @@ pub fn adjust_on(system: &System, elimination: &Elimination, settings: &Settings
         system.observed[i] - along
     });
     let reduced = System { rows, observed: observed.collect(), u: system.u.clone(), group: system.group.clone() };
-    let mut estimate = adjust(&reduced, settings)?;
+    let mut estimate = adjust_hinted(&reduced, hints, settings)?;
     // n, which is no unknown, beyond those that are kept
     let user = |k: usize| kept.get(k).copied().unwrap_or(n);
     let mut scale = vec![1.0; n];

@@ -30,6 +30,8 @@ pub struct ScaleHints<'a> {
     pub start: &'a [f64],
     /// What a scale is at least: the rounding or the resolution of the observations as they were before a prediction was subtracted.
     pub least: &'a [f64],
+    /// The scales themselves, where more than these rows tells them; empty where these rows are to.
+    pub given: &'a [Option<f64>],
 }
 
 /// A group with less redundancy than this has none.
@@ -43,8 +45,16 @@ pub(super) fn count(group: &[Group]) -> usize {
     group.iter().map(number).max().unwrap_or(0)
 }
 
+/// The scales as they are given, or those of these rows.
+pub(super) fn scales(rows: &Compressed, hints: &ScaleHints<'_>, settings: &Settings) -> Result<Scales> {
+    match hints.given {
+        [] => estimate(rows, hints, settings),
+        given => Ok(Scales { scale: given.to_vec(), iterations: 1, converged: true }),
+    }
+}
+
 /// The scales, beginning with what each group's own best fit leaves, or with what is said of them beforehand.
-pub(super) fn estimate(rows: &Compressed, hints: &ScaleHints<'_>, settings: &Settings) -> Result<Scales> {
+fn estimate(rows: &Compressed, hints: &ScaleHints<'_>, settings: &Settings) -> Result<Scales> {
     let count = rows.groups;
     let largest = rows.blocks.iter().fold(0.0_f64, |most, own| most.max(own.magnitude));
     let least: Vec<f64> = (0..count)
@@ -117,7 +127,7 @@ impl Compressed {
     pub fn adjust(&self, hints: &ScaleHints<'_>, settings: &Settings) -> Result<Scaled> {
         let scales = match self.groups {
             0 => Scales { scale: Vec::new(), iterations: 0, converged: true },
-            _ => estimate(self, hints, settings)?,
+            _ => self::scales(self, hints, settings)?,
         };
         let scale: Vec<f64> = scales.scale.iter().map(|scale| scale.unwrap_or(1.0)).collect();
         let factor = self.factor(|g| scale[g], settings)?;

@@ -18,6 +18,7 @@
 //! | `refine.rs` | iterative refinement with residuals in twice the working precision |
 //! | `compress.rs` | each group's rows as a triangle that says the same |
 //! | `groups.rs` | the scales `s_g` of several groups, and what it costs to estimate them |
+//! | `beside.rs` | residuals beside known inputs that have an uncertainty |
 //! | `equalities.rs` | linear equations between unknowns, by elimination |
 //! | `inequalities.rs` | bounds, ranges and norm cones: what is active, what it costs |
 //! | `cone_program.rs` | the same question as clarabel takes it |
@@ -33,6 +34,7 @@
 mod active_set;
 mod adjust;
 mod basis;
+mod beside;
 mod compensated;
 mod compress;
 mod condition;
@@ -54,9 +56,11 @@ mod unknowns;
 
 pub use adjust::{Estimate, Solution, adjust, adjust_hinted, solve};
 pub use basis::{Combination, Coupling};
+pub(crate) use beside::Beside;
 pub(crate) use compensated::Sum;
 pub(crate) use compress::{Block, Compressed, Scaled};
 pub(crate) use cone_program::solver_settings;
+pub(crate) use equalities::adjust_on_hinted;
 pub use equalities::{Elimination, Equation, Equations, adjust_on};
 pub use factor::Factor;
 pub(crate) use factor::product_by_rows;
@@ -70,7 +74,7 @@ pub use scatter::{
 };
 pub(crate) use scatter::{
     Chain, Likelihood, NEWTON_STEPS, NoiseModel, NoisePart, PartNoise, Slot, TimeNoise, deviation_range, satterthwaite,
-    scattered, time_range, white_range,
+    scattered, scattered_with, time_range, white_range,
 };
 pub use sequential::Sequential;
 pub(crate) use sequential::backwards;
@@ -124,6 +128,26 @@ impl System {
     /// Rows and columns.
     pub fn shape(&self) -> (usize, usize) {
         (self.rows.nrows(), self.rows.ncols())
+    }
+
+    /// The system beside inputs that are known only to their uncertainty: each an unknown whose value is stated as a row, `p = 0` with unit variance.
+    ///
+    /// `columns` is how the first rows follow inputs of unit variance, `c`. Residuals of the system have the covariance of `V + c c'`, not of `V`
+    /// alone, where the inputs were taken as known; what is left here has that of independent rows, and
+    /// `r' (V + c c')^-1 r = min_p |V^-1/2 (r - c p)|^2 + p'p`: tests of the residuals are those of this system, with the same degrees of freedom.
+    pub(crate) fn with_inputs(&self, columns: &Mat<f64>) -> System {
+        let ((m, n), k) = (self.shape(), columns.ncols());
+        let mut rows = Mat::zeros(m + k, n + k);
+        for j in 0..n {
+            rows.subcols_mut(j, 1).subrows_mut(0, m).copy_from(self.rows.subcols(j, 1));
+        }
+        for j in 0..k {
+            rows.subcols_mut(n + j, 1).subrows_mut(0, columns.nrows()).copy_from(columns.subcols(j, 1));
+            rows[(m + j, n + j)] = 1.0;
+        }
+        let longer = |list: &[f64], value: f64| [list, &vec![value; k]].concat();
+        let group = [self.group.as_slice(), &vec![Group::Known; k]].concat();
+        System { rows, observed: longer(&self.observed, 0.0), u: longer(&self.u, 1.0), group }
     }
 
     /// What a solution leaves of the observed values.

@@ -31,8 +31,7 @@ pub struct Checks {
 
 /// All checks of a step.
 pub(super) fn checks(campaign: &Campaign, design: &DesignMatrix, step: &Step, level: f64) -> Checks {
-    let system = &step.system;
-    let estimate = &step.estimate;
+    let (system, estimate, scattered) = step.tested();
     let readings = design.rows.len();
     let u = estimate.row_u(system);
     let mut checks = Checks::default();
@@ -40,12 +39,12 @@ pub(super) fn checks(campaign: &Campaign, design: &DesignMatrix, step: &Step, le
     let largest = (0..readings).map(|i| value(i) / u.at(i)).fold(0.0, f64::max);
     let squares = estimate.residuals.iter().zip(&u).map(|(v, u)| (v / u).powi(2)).sum();
     let silent = quality::is_rounding(squares, readings, largest);
-    if step.robust.is_none() && !silent && step.scattered.is_none() {
+    if step.robust.is_none() && !silent && scattered.is_none() {
         let cells = cells(campaign, design, system.observed.len());
         checks.lack_of_fit = quality::lack_of_fit(&estimate.residuals, &u, &cells, estimate.dof, level);
     }
     // readings that share a deviation lie on one side of the fit together: their order says nothing of drift
-    let independent = 0..if step.scattered.is_none() && !silent { campaign.bench.sensors.len() } else { 0 };
+    let independent = 0..if scattered.is_none() && !silent { campaign.bench.sensors.len() } else { 0 };
     for s in independent {
         let own: Vec<f64> = design
             .rows
@@ -59,7 +58,7 @@ pub(super) fn checks(campaign: &Campaign, design: &DesignMatrix, step: &Step, le
     let studentized: Vec<f64> = (0..readings)
         .filter_map(|i| {
             // deviations that are shared are taken out of the residuals
-            let (v, r) = match &step.scattered {
+            let (v, r) = match scattered {
                 Some(found) => (*found.standardized.get(i)?, found.redundancy.get(i)?),
                 None => (estimate.residuals.get(i)? / u.at(i), estimate.redundancy.get(i)?),
             };
@@ -67,20 +66,20 @@ pub(super) fn checks(campaign: &Campaign, design: &DesignMatrix, step: &Step, le
         })
         .collect();
     checks.normality = quality::normality(&studentized).filter(|_| !silent);
-    if step.robust.is_some() || step.change != estimate.unknowns.solution {
+    if step.robust.is_some() || step.change != step.estimate.unknowns.solution {
         // residuals are not those of least squares here
         return checks;
     }
     // what scatters between positions is no lack of fit
-    if step.scattered.is_none() && !silent && checks.lack_of_fit.is_none() {
-        let (factor, positions) = (&estimate.factor, positions(campaign, design));
+    if scattered.is_none() && !silent && checks.lack_of_fit.is_none() {
+        let (factor, positions) = (&estimate.factor, positions(campaign, design, system.observed.len()));
         checks.between_positions = quality::Offsets::new(factor.weight(), factor.thin_q(), &positions, estimate.dof)
             .and_then(|offsets| offsets.test(&estimate.residuals, level));
     }
     // one group alone: its scale comes after the adjustment, so the whitened rows do not have it
-    let alone = system.group.iter().all(|g| *g == Group::Estimated(0)) && step.scattered.is_none();
+    let alone = system.group.iter().all(|g| *g == Group::Estimated(0)) && scattered.is_none();
     let common = Some(estimate.scale_or_one(0)).filter(|scale| alone && *scale > 0.0).unwrap_or(1.0);
-    let whitened = match &step.scattered {
+    let whitened = match scattered {
         Some(found) => Whitened {
             sd: found.whitening.sd().to_vec(),
             redundancy: found.redundancy.clone(),
@@ -114,17 +113,18 @@ pub(super) fn checks(campaign: &Campaign, design: &DesignMatrix, step: &Step, le
     checks
 }
 
-/// The position of each row, apart for each sensor; none where a reading has no label.
-pub(crate) fn positions(campaign: &Campaign, design: &DesignMatrix) -> Vec<Option<usize>> {
+/// The position of each of so many rows, apart for each sensor; none where a reading has no label, or for a prior.
+pub(crate) fn positions(campaign: &Campaign, design: &DesignMatrix, rows: usize) -> Vec<Option<usize>> {
     let mut numbers: HashMap<(usize, &str), usize, BuildHasherDefault<Mix>> = HashMap::default();
     let of = |origin: &RowOrigin| campaign.readings.rows.get(origin.reading).map(|reading| reading.position.as_str());
     let labels = design.rows.iter().map(|origin| Some((origin.sensor, of(origin).filter(|label| !label.is_empty())?)));
-    labels
-        .map(|label| {
-            let next = numbers.len();
-            label.map(|label| *numbers.entry(label).or_insert(next))
-        })
-        .collect()
+    let number = |label: Option<(usize, _)>| {
+        let next = numbers.len();
+        label.map(|label| *numbers.entry(label).or_insert(next))
+    };
+    let mut positions: Vec<Option<usize>> = labels.map(number).collect();
+    positions.resize(rows, None);
+    positions
 }
 
 /// The cell of each row: rows of one cell have the same sensor, joint states and columns that the model line uses. A prior is alone.

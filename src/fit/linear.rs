@@ -3,7 +3,7 @@
 use super::Settings;
 use super::scatter::{own_system, scatter_lines};
 use super::step::{self, Step};
-use super::system::{rounding, weigh};
+use super::system::{known_inputs, rounding, weigh};
 use crate::campaign::Campaign;
 use crate::design::DesignMatrix;
 use crate::error::Result;
@@ -60,10 +60,19 @@ impl Linear {
             let weights = Weights::Stepped(Box::new(found));
             return Ok(Linear { system, change, residuals, rank, scales: Vec::new(), least, weights });
         }
-        let hints = ScaleHints { start: before.map_or(&[], |step| &step.scales), least: &least };
         // on the way the scales need not settle: they go on from step to step, and the last step settles them
-        let group_iterations = settings.adjust.group_iterations.min(2);
-        let found = estimate::solve(&system, &hints, &estimate::Settings { group_iterations, ..settings.adjust })?;
+        let own = estimate::Settings { group_iterations: settings.adjust.group_iterations.min(2), ..settings.adjust };
+        let start = before.map_or(&[][..], |step| &step.scales);
+        let several = system.group.iter().any(|group| system.group.first() != Some(group));
+        let given: Vec<Option<f64>> = match known_inputs(campaign, design).filter(|_| several) {
+            Some(inputs) => {
+                let hints = ScaleHints { start, least: &least, given: &[] };
+                let found = estimate::solve(&system.with_inputs(&inputs), &hints, &own)?;
+                found.group_scale.into_iter().map(Some).collect()
+            }
+            None => Vec::new(),
+        };
+        let found = estimate::solve(&system, &ScaleHints { start, least: &least, given: &given }, &own)?;
         let weights = weights(&system, |g| found.group_scale.get(g).copied());
         let (change, residuals, rank) = (found.solution, found.residuals, found.rank);
         Ok(Linear {

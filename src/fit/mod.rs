@@ -47,12 +47,13 @@ pub(crate) use ranges::{LEAST, MOST, check as check_ranges, check_rows};
 pub use robust::{RobustMethod, RobustRecord};
 pub use rules::{ActiveConstraint, Constraints};
 pub use scale_factor::{ScaleFactorError, ScaleFactorFrom};
-pub(crate) use scatter::spelled_out;
 pub use scatter::{floor, own_noise, scatter_lines, stated_variances, whitening};
+pub(crate) use scatter::{scattered, spelled_out};
 pub(crate) use separate::separations;
 pub use separate::{RankDefect, candidates};
-pub(crate) use step::{adjust_meeting_equations, adjust_with_equations, contradicting_equations, scattered};
+pub(crate) use step::{adjust_meeting_equations, adjust_with_equations, contradicting_equations};
 pub(crate) use stuck::{Channel, changes, is_all, same};
+pub(crate) use system::known_inputs;
 pub use system::{Weighting, weigh};
 
 use crate::campaign::{Campaign, Known, Role};
@@ -368,6 +369,13 @@ fn of(given: Cow<'_, Campaign>, settings: &Settings) -> Result<Fit> {
     let at_solution = assembled.as_ref().unwrap_or(&design);
     let linearisation_error = gauss_newton::linearisation_error(at_solution, &design, &step.system, &step.estimate);
     let checks = checks::checks(campaign, &design, &step, settings.level);
+    let (tested, adjusted, shared) = step.tested();
+    // with an estimated variance among them, chi-square is what that variance makes it
+    let stated = step.noise.sources.iter().all(|source| !source.estimated);
+    let global_test = quality::global_test(tested, adjusted, settings.level).filter(|_| stated);
+    let mut quality = quality::rows(tested, adjusted, shared);
+    quality.truncate(step.system.observed.len());
+    quality.iter_mut().zip(&step.estimate.residuals).for_each(|(own, v)| own.residual = *v);
     let step::Step { system, estimate, noise, constraints, robust, settled, scattered, .. } = step;
     let known = parameters::known_inputs(campaign, at_solution, &noise);
     let judged = (weak.as_slice(), judged_at.as_deref());
@@ -375,10 +383,6 @@ fn of(given: Cow<'_, Campaign>, settings: &Settings) -> Result<Fit> {
     let free: Vec<f64> = design.point.iter().zip(&estimate.unknowns.solution).map(|(x, dx)| x + dx).collect();
     let Told { parameters, covariance, derived, combinations, known: known_sensitivities } =
         budgets.told(&point, &free, &constraints)?;
-    let quality = quality::rows(&system, &estimate, scattered.as_ref());
-    // with an estimated variance among them, chi-square is what that variance makes it
-    let stated = noise.sources.iter().all(|source| !source.estimated);
-    let global_test = quality::global_test(&system, &estimate, settings.level).filter(|_| stated);
     let judged = match judged_at {
         Some(point) if !estimate.unknowns.not_estimable.is_empty() => Some(design::assemble(campaign, &model, &point)?),
         _ => None,

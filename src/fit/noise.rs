@@ -182,12 +182,12 @@ impl ScatterSources {
         ScatterSources { sources, sensitivities, ..ScatterSources::none() }
     }
 
-    /// Independent readings: the variances are the squares of the estimate's group scales.
+    /// Independent readings: the variances are the squares of the estimate's group scales, which were estimated together in the system of `told`.
     pub(super) fn independent(
         campaign: &Campaign,
         design: &DesignMatrix,
-        system: &System,
-        estimate: &Estimate,
+        (system, estimate): (&System, &Estimate),
+        told: (&System, &Estimate),
     ) -> Self {
         let of = |source: &VarianceSource| match source.component {
             Some(g) => (estimate.scale_or_one(g).powi(2), estimate.group_redundancy.at(g)),
@@ -198,8 +198,12 @@ impl ScatterSources {
             determined: estimate.group_scale.iter().all(Option::is_some),
             ..ScatterSources::of_rows(campaign, design, system, estimate, of)
         };
-        let several = estimate.scale_uncertainty(system).filter(|_| noise.determined);
+        // the scale of one group alone leaves the weights as they are
+        let several = estimate.group_iterations > 0 && noise.determined;
+        let several = several.then(|| told.1.scale_uncertainty(told.0)).flatten();
         if let Some(ScaleUncertainty { relative, correction }) = several {
+            let n = noise.covariance.nrows();
+            let correction = correction.submatrix(0, 0, n, n).to_owned();
             noise.spread = Some(relative);
             noise.covariance += &correction;
             noise.correction = Some(correction);

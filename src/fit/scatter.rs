@@ -1,11 +1,13 @@
 //! A campaign's lines of scatter as the adjustment takes them: which rows feel which deviation, by the exact derivatives of the model lines.
 
 use super::Remount;
+use super::step::equations_of;
+use super::system::{Weighting, known_inputs, rounding, weigh};
 use crate::campaign::{Campaign, Deviating, Per, Scatter, Size};
 use crate::design::DesignMatrix;
 use crate::elements::Elements;
 use crate::error::Result;
-use crate::estimate::{Felt, Floor, Memory, Pattern, ScatterLine, System, Variances, Whitening};
+use crate::estimate::{self, Felt, Floor, Memory, Pattern, ScatterLine, System, Variances, Whitening};
 use crate::mix::Mix;
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -41,6 +43,18 @@ pub(crate) fn spelled_out(campaign: &Campaign, remount: Remount) -> Result<Cow<'
 /// `u` are the standard uncertainties of the rows: a correlation of sensors shares out a part of them, see [`own_noise`].
 pub fn scatter_lines(campaign: &Campaign, design: &DesignMatrix, u: &[f64]) -> Vec<ScatterLine> {
     campaign.scatter.iter().map(|line| scatter_line(campaign, design, u, line)).collect()
+}
+
+/// Those, and one for each known input that has an uncertainty: a deviation of unit variance that every reading shares.
+fn noise_lines(campaign: &Campaign, design: &DesignMatrix, u: &[f64]) -> Vec<ScatterLine> {
+    let mut lines = scatter_lines(campaign, design, u);
+    let inputs = known_inputs(campaign, design);
+    lines.extend(inputs.iter().flat_map(|own| (0..own.ncols()).map(|j| own.col_as_slice(j))).map(|column| {
+        let rows = column.iter().enumerate().filter(|(_, by)| **by != 0.0);
+        let felt = rows.map(|(row, by)| Felt { row, level: 0, by: *by }).collect();
+        ScatterLine { felt, variance: Some(1.0), memory: None }
+    }));
+    lines
 }
 
 fn scatter_line(campaign: &Campaign, design: &DesignMatrix, u: &[f64], line: &Scatter) -> ScatterLine {
@@ -124,10 +138,31 @@ pub fn whitening(campaign: &Campaign, design: &DesignMatrix, sd: &[f64], varianc
     Whitening::new(&Pattern::new(sd.len(), &lines), &own, &lines, variance)
 }
 
-/// The noise floor of a weighted system of this campaign, as for [`whitening`].
+/// The noise floor of a weighted system of this campaign, as for [`whitening`], with what is not known of its known inputs.
 pub fn floor(campaign: &Campaign, design: &DesignMatrix, system: &System, variances: &Variances) -> Floor {
-    let lines = scatter_lines(campaign, design, &system.u);
-    Floor::new(&own_system(campaign, design, system), &lines, variances)
+    let lines = noise_lines(campaign, design, &system.u);
+    let mut all = variances.clone();
+    all.lines.resize(campaign.scatter.len(), 0.0);
+    all.lines.resize(lines.len(), 1.0);
+    all.tau.resize(lines.len(), None);
+    all.component.resize(lines.len(), None);
+    Floor::new(&own_system(campaign, design, system), &lines, &all)
+}
+
+/// What scatters at a design's point: as stated, or estimated with the campaign's equations met, beside what is not known of its known inputs.
+pub(crate) fn scattered(campaign: &Campaign, design: &DesignMatrix) -> Result<Variances> {
+    let system = weigh(campaign, design, Weighting::AsStated)?;
+    let lines = noise_lines(campaign, design, &system.u);
+    let own = own_system(campaign, design, &system);
+    let elimination = equations_of(campaign, design, &system);
+    let least = rounding(campaign, design, &system);
+    let settings = estimate::Settings::default();
+    let found = estimate::scattered((&own, &lines), elimination.as_ref(), &least, &settings, false)?;
+    let mut variances = Variances::from(&found);
+    variances.lines.truncate(campaign.scatter.len());
+    variances.tau.truncate(campaign.scatter.len());
+    variances.component.truncate(campaign.scatter.len());
+    Ok(variances)
 }
 
 /// The variances of a campaign's lines as far as they are stated; zero for those to be estimated.

@@ -5,14 +5,14 @@ use super::noise::ScatterSources;
 use super::robust::{self, RobustRecord};
 use super::rules::{self, ActiveConstraint, Constraints, Rules};
 use super::scatter::{own_system, scatter_lines};
-use super::system::{Weighting, rounding, weigh};
+use super::system::{known_inputs, rounding, weigh};
 use crate::campaign::Campaign;
 use crate::design::DesignMatrix;
 use crate::elements::Elements;
 use crate::error::Result;
 use crate::estimate::{
-    self, Elimination, Equations, Estimate, Group, Restricted, ScaleHints, Scattered, System, adjust, adjust_hinted,
-    adjust_on, adjust_scattered, restrict,
+    Elimination, Equations, Estimate, Group, Restricted, ScaleHints, Scattered, System, adjust, adjust_hinted,
+    adjust_on, adjust_on_hinted, adjust_scattered, restrict, scattered_with,
 };
 
 /// What one step found.
@@ -33,6 +33,29 @@ pub(super) struct Step {
     pub scattered: Option<Scattered>,
     /// Did inner iterations (scales, components, weights) settle?
     pub settled: bool,
+    /// The rows beside known inputs that have an uncertainty, where there are such.
+    pub beside: Option<Beside>,
+}
+
+/// The rows of a step beside its known inputs ([`System::with_inputs`]): what scatter and tests of residuals come from. Estimates do not: there the
+/// inputs are as stated, and their uncertainty is a part of the budget.
+pub(super) struct Beside {
+    pub system: System,
+    pub estimate: Estimate,
+    pub scattered: Option<Scattered>,
+}
+
+impl Step {
+    /// What the tests of residuals are about: the system, its adjustment, and what it shares.
+    pub fn tested(&self) -> (&System, &Estimate, Option<&Scattered>) {
+        match &self.beside {
+            // an active bound is known here alone
+            Some(own) if self.change == self.estimate.unknowns.solution => {
+                (&own.system, &own.estimate, own.scattered.as_ref())
+            }
+            _ => (&self.system, &self.estimate, self.scattered.as_ref()),
+        }
+    }
 }
 
 /// Solve the linear problem at the design's point.
@@ -46,6 +69,13 @@ pub(super) fn solve(campaign: &Campaign, design: &DesignMatrix, settings: &Setti
     let mut robust_record = None;
     let mut settled = true;
     let mut scattered = None;
+    let inputs = known_inputs(campaign, design).filter(|_| settings.robust.is_none());
+    let with_inputs = |system: &System| {
+        let own = system.with_inputs(inputs.as_ref()?);
+        let elimination = elimination.as_ref().and_then(|_| eliminate(&own, &rules, own.rows.ncols()).0);
+        Some((own, elimination))
+    };
+    let mut beside = None;
     let (mut estimate, noise) = if let Some(method) = settings.robust {
         let found = robust::estimate(&system, design.rows.len(), method, &settings.adjust)?;
         let covariance = robust::covariance(&found, &system);
@@ -67,7 +97,23 @@ pub(super) fn solve(campaign: &Campaign, design: &DesignMatrix, settings: &Setti
         let lines = scatter_lines(campaign, design, &system.u);
         let own = own_system(campaign, design, &system);
         let least = rounding(campaign, design, &system);
-        let mut found = adjust_scattered(&own, &lines, elimination.as_ref(), &least, &settings.adjust)?;
+        let solve = |system: &System, elimination: Option<&Elimination>| {
+            adjust_scattered(system, &lines, elimination, &least, &settings.adjust)
+        };
+        let mut found = match with_inputs(&own) {
+            None => solve(&own, elimination.as_ref())?,
+            Some((system, own_elimination)) => {
+                let found = solve(&system, own_elimination.as_ref())?;
+                let plain = scattered_with((&own, &lines), elimination.as_ref(), &found, &settings.adjust)?;
+                let residuals = system.residuals(&found.estimate.unknowns.solution);
+                let estimate = Estimate { residuals, ..found.estimate.clone() };
+                beside = Some(Beside { system, estimate, scattered: Some(found) });
+                match plain {
+                    Some(plain) => plain,
+                    None => solve(&own, elimination.as_ref())?,
+                }
+            }
+        };
         settled = found.converged;
         let levels: Vec<usize> = campaign
             .scatter
@@ -80,15 +126,27 @@ pub(super) fn solve(campaign: &Campaign, design: &DesignMatrix, settings: &Setti
         scattered = Some(found);
         (estimate, noise)
     } else {
-        let estimate = match &elimination {
-            Some(elimination) => adjust_on(&system, elimination, &settings.adjust)?,
-            None => {
-                let least = rounding(campaign, design, &system);
-                adjust_hinted(&system, &ScaleHints { start: &[], least: &least }, &settings.adjust)?
+        let least = if elimination.is_some() { Vec::new() } else { rounding(campaign, design, &system) };
+        let solve = |system: &System, elimination: Option<&Elimination>, given: &[Option<f64>]| {
+            let hints = ScaleHints { start: &[], least: &least, given };
+            match elimination {
+                Some(elimination) => adjust_on_hinted(system, elimination, &hints, &settings.adjust),
+                None => adjust_hinted(system, &hints, &settings.adjust),
             }
         };
+        if let Some((system, elimination)) = with_inputs(&system) {
+            let estimate = solve(&system, elimination.as_ref(), &[])?;
+            beside = Some(Beside { system, estimate, scattered: None });
+        }
+        let told = beside.as_ref().map(|own| &own.estimate);
+        let mut estimate = solve(&system, elimination.as_ref(), told.map_or(&[], |own| &own.group_scale))?;
+        if let Some(told) = told {
+            estimate.group_redundancy.clone_from(&told.group_redundancy);
+            estimate.group_converged = told.group_converged;
+        }
         settled = settled && estimate.group_converged;
-        let noise = ScatterSources::independent(campaign, design, &system, &estimate);
+        let variances = beside.as_ref().map_or((&system, &estimate), |own| (&own.system, &own.estimate));
+        let noise = ScatterSources::independent(campaign, design, (&system, &estimate), variances);
         (estimate, noise)
     };
     let mut change = estimate.unknowns.solution.clone();
@@ -108,17 +166,12 @@ pub(super) fn solve(campaign: &Campaign, design: &DesignMatrix, settings: &Setti
     if change != estimate.unknowns.solution {
         estimate.residuals = system.residuals(&change);
     }
-    Ok(Step { system, estimate, change, noise, constraints, robust: robust_record, scattered, settled })
+    Ok(Step { system, estimate, change, noise, constraints, robust: robust_record, scattered, settled, beside })
 }
 
-/// What scatters at a design's point: as stated, or estimated with the campaign's equations met.
-pub(crate) fn scattered(campaign: &Campaign, design: &DesignMatrix) -> Result<Scattered> {
-    let system = weigh(campaign, design, Weighting::AsStated)?;
-    let lines = scatter_lines(campaign, design, &system.u);
-    let own = own_system(campaign, design, &system);
-    let elimination = eliminate(&system, &Rules::at(campaign, &design.point), campaign.unknowns()).0;
-    let least = rounding(campaign, design, &system);
-    estimate::scattered((&own, &lines), elimination.as_ref(), &least, &estimate::Settings::default(), false)
+/// The campaign's equations eliminated from a system of its unknowns; `None` where there are none, or they contradict each other.
+pub(super) fn equations_of(campaign: &Campaign, design: &DesignMatrix, system: &System) -> Option<Elimination> {
+    eliminate(system, &Rules::at(campaign, &design.point), campaign.unknowns()).0
 }
 
 /// Adjust a system of this campaign at a design's point, meeting the campaign's equations; where they contradict each other, without them.

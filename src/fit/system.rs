@@ -1,7 +1,7 @@
 //! From a design matrix and readings to the weighted system: one row for each value, then one for each prior.
 
 use super::resolution;
-use crate::campaign::{Campaign, Observation, Role};
+use crate::campaign::{Campaign, Observation, Parameter, Role};
 use crate::design::{DesignMatrix, RowOrigin};
 use crate::error::{Fault, Malformed, Result};
 use crate::estimate::{Group, System};
@@ -65,6 +65,33 @@ pub fn weigh(campaign: &Campaign, design: &DesignMatrix, weighting: Weighting) -
         group.push(Group::Known);
     }
     Ok(System { rows, observed, u, group })
+}
+
+/// How the values follow the known inputs that have an uncertainty, in independent parts of unit variance, for [`System::with_inputs`]: the
+/// derivatives at the design's point, times the uncertainties and the triangle of their correlations. `None` where none is uncertain.
+pub(crate) fn known_inputs(campaign: &Campaign, design: &DesignMatrix) -> Option<Mat<f64>> {
+    let uncertain = |(k, own): (usize, &Parameter)| match own.role {
+        Role::Known(known) if known.u != 0.0 && k < design.jacobian.ncols() => Some((k, known.u)),
+        _ => None,
+    };
+    let (known, u): (Vec<usize>, Vec<f64>) = campaign.parameters.iter().enumerate().filter_map(uncertain).unzip();
+    if known.is_empty() {
+        return None;
+    }
+    let root = campaign.correlation_root(&known);
+    Some(independent(known.iter().map(|k| design.jacobian.col_as_slice(*k)), &u, &root))
+}
+
+/// Columns of inputs with these uncertainties, and the triangle of their correlations, in independent parts of unit variance.
+pub(super) fn independent<'a>(columns: impl Iterator<Item = &'a [f64]>, u: &[f64], root: &[Vec<f64>]) -> Mat<f64> {
+    let columns: Vec<&[f64]> = columns.collect();
+    let mut parts = Mat::zeros(columns.first().map_or(0, |own| own.len()), columns.len());
+    for ((column, u), row) in columns.iter().zip(u).zip(root) {
+        for (j, share) in row.iter().enumerate().filter(|(_, share)| **share != 0.0) {
+            parts.col_as_slice_mut(j).iter_mut().zip(*column).for_each(|(to, by)| *to += by * u * share);
+        }
+    }
+    parts
 }
 
 /// What [`weigh`] makes of a design but for weights and derivatives: readings minus predictions, then priors minus the point.

@@ -33,6 +33,12 @@ impl Absorbed {
         form(&self.unknown, along).abs() > SEPARATED.sqrt() * form(&self.whole, along)
     }
 
+    /// Of the first `n` unknowns.
+    pub(super) fn of_first(&self, n: usize) -> Self {
+        let part = |whole: &Mat<f64>| whole.submatrix(0, 0, n, n).to_owned();
+        Absorbed { unknown: part(&self.unknown), whole: part(&self.whole) }
+    }
+
     /// Does the variance of this unknown?
     pub(crate) fn touches_unknown(&self, k: usize) -> bool {
         self.unknown[(k, k)].abs() > SEPARATED.sqrt() * self.whole[(k, k)]

@@ -8,10 +8,10 @@ use super::condense::Condensed;
 use super::problem::Problem;
 use super::reml::{Ended, FULL, Limits};
 use super::time::{self, Along};
-use super::{LineState, ScatterLine, Scattered, Stepped, Whitening, inference};
+use super::{LineState, Memory, ScatterLine, Scattered, Stepped, Whitening, inference};
 use crate::error::Result;
 use crate::estimate::factor::{product_by_rows, rank_tolerance};
-use crate::estimate::{Elimination, ScaleHints, Settings, System, solve};
+use crate::estimate::{Elimination, Group, ScaleHints, Settings, System, solve};
 use faer::Mat;
 
 /// Below one degree of freedom Student's distribution has no mean; less the rounding of a design in which an unknown has exactly one.
@@ -56,6 +56,48 @@ pub(crate) fn scattered(
         found.tau[k] = Some((tau, u));
     }
     Ok(found)
+}
+
+/// The same rows, and the variances and what they are worth from elsewhere: `told` is an adjustment of them beside further unknowns behind these.
+/// `None` where that is a sum over a likelihood, which has no such variances.
+///
+/// Errors: those of [`adjust`](crate::estimate::adjust).
+pub(crate) fn scattered_with(
+    (system, lines): (&System, &[ScatterLine]),
+    elimination: Option<&Elimination>,
+    told: &Scattered,
+    settings: &Settings,
+) -> Result<Option<Scattered>> {
+    if told.mixture.is_some() {
+        return Ok(None);
+    }
+    let n = system.rows.ncols();
+    let scale = |(u, group): (&f64, &Group)| match group {
+        Group::Estimated(g) => u * told.weighed_with[*g].sqrt(),
+        Group::Known => *u,
+    };
+    let u = system.u.iter().zip(&system.group).map(scale).collect();
+    let weighed = System { u, group: vec![Group::Known; system.group.len()], ..system.clone() };
+    let stated = |(k, line): (usize, &ScatterLine)| ScatterLine {
+        variance: Some(told.weighed_lines[k]),
+        memory: line.memory.clone().map(|memory| Memory { tau: told.tau[k].map(|(tau, _)| tau), ..memory }),
+        felt: line.felt.clone(),
+    };
+    let lines: Vec<ScatterLine> = lines.iter().enumerate().map(stated).collect();
+    let own = scattered((&weighed, &lines), elimination, &[], settings, false)?;
+    let part = |whole: &Mat<f64>| whole.submatrix(0, 0, n, n).to_owned();
+    Ok(Some(Scattered {
+        correction: part(&told.correction),
+        leans: told.leans.iter().map(|lean| lean.as_ref().map(|(c, lean)| (*c, part(lean)))).collect(),
+        absorbed: told.absorbed.iter().map(|own| own.as_ref().map(|own| own.of_first(n))).collect(),
+        estimate: own.estimate,
+        whitening: own.whitening,
+        shares: own.shares,
+        sensitivities: own.sensitivities,
+        standardized: own.standardized,
+        redundancy: own.redundancy,
+        ..told.clone()
+    }))
 }
 
 /// A step on the way to a solution: no more of it than where it leads. `before` is a step from a point nearby.

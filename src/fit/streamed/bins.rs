@@ -55,7 +55,7 @@ pub(super) struct Binned {
 impl Binned {
     pub(super) fn new(question: &Question, inputs: &[Input], noise: Noise) -> Self {
         Binned {
-            folding: Folding::new(question.unknowns, inputs.len() * (BINS - 1), noise),
+            folding: Folding::new(question.unknowns + question.carried.len(), inputs.len() * (BINS - 1), noise),
             counts: vec![[0; BINS]; inputs.len()],
             sums: vec![[Sum::default(); BINS]; inputs.len()],
             rows: Mat::new(),
@@ -106,13 +106,15 @@ impl Binned {
         (sensor, id): (usize, &str),
         solved: &Together,
     ) -> Result<Vec<BinnedResiduals>> {
-        let n = question.unknowns;
+        // beside the known inputs, too
+        let n = question.unknowns + question.carried.len();
         let Binned { folding, counts, sums, .. } = self;
         let part = folding.part();
-        let triangle = part.fold.triangle();
+        let triangle = question.beside(&part.fold.triangle().to_owned());
         let z = part.block(n).observed;
         let sd = |s: Option<&usize>| s.map_or(1.0, |s| solved.scale.at(*s).sqrt());
-        let others = || solved.rows.blocks.iter().enumerate().map(|(k, own)| (solved.order.get(k), own));
+        let rows = solved.beside.as_ref().map_or(&solved.rows, |(_, rows)| rows);
+        let others = || rows.blocks.iter().enumerate().map(|(k, own)| (solved.order.get(k), own));
         let mut found = Vec::with_capacity(inputs.len());
         for (place, input) in inputs.iter().enumerate() {
             let mut fold = Fold::carrying(n, BINS - 1);

@@ -62,7 +62,7 @@ pub(super) fn conclude(
         }
         let mut left = chunk.observed().to_vec();
         subtract(&mut left, chunk.rows, &change);
-        let rows = binned[s].push(n, &inputs, chunk, &left)?;
+        let rows = binned[s].push(n + carried, &inputs, chunk, &left)?;
         let mut whitened = rows.col_as_slice(rows.ncols() - 1).to_vec();
         subtract(&mut whitened, &rows, &change);
         residuals[s].take(chunk.numbers, chunk.values, &left, &whitened);
@@ -113,7 +113,13 @@ pub(super) fn conclude(
     let all = values + question.priors.len() as u64;
     let dof = all.saturating_sub(solved.found.unknowns.rank as u64);
     let counts: Vec<u64> = parts.iter().map(|part| part.as_ref().map_or(0, |part| part.rows)).collect();
-    let noise = noised.sources(&campaign, &question, &found, &solved, &counts);
+    // of noise that is correlated in time the sums belong to directions without the inputs
+    let white = found.noise.iter().all(|noise| noise.deviation == 0.0);
+    let told = match solved.parts_beside().filter(|_| white) {
+        Some((directions, parts)) => Some(Noised::new(&found, &solved.scale, &solved.order, &parts, directions)?),
+        None => None,
+    };
+    let noise = noised.sources(told.as_ref(), &campaign, &question, &found, &solved, &counts);
     let sizes = &found.noise;
     let estimate = estimate(&start.estimate, (&at, &weighed), &solved, sizes, &change, crate::number::index(dof));
     let known = question
@@ -147,7 +153,8 @@ pub(super) fn conclude(
     let studentized: Vec<f64> = quality.iter().filter_map(|own| own.studentized).collect();
     let is_stated = noise.sources.iter().all(|source| !source.estimated);
     let known_groups = weighed.group.iter().all(|group| *group == Group::Known);
-    let global_test = quality::global_test(&weighed, &estimate, settings.level).filter(|_| is_stated && known_groups);
+    let tested = Estimate { sum_of_squares: solved.sum_of_squares(), ..estimate.clone() };
+    let global_test = quality::global_test(&weighed, &tested, settings.level).filter(|_| is_stated && known_groups);
     let not_estimable = separate::separations(&campaign, &model, &at, &estimate, &[]);
     let runs = tests.iter().filter_map(|own| Some((own.index, own.runs?))).collect();
     Ok(Fit {

@@ -4,12 +4,12 @@ use super::octaves::Noise;
 use super::rows::blank;
 use super::{Block, Observed, Rows};
 use crate::algebra::Scratch;
-use crate::campaign::{Campaign, Deviating, Kind, Per, Role, Scatter, Size};
+use crate::campaign::{Campaign, Deviating, Kind, Parameter, Per, Role, Scatter, Size};
 use crate::design::{self, ColumnLine, DesignMatrix, Model, Read};
 use crate::elements::{Elements, OrNan, Parts};
 use crate::error::{Fault, Malformed, Result};
 use crate::estimate::{Fold, Sequential, TimeNoise, backwards};
-use crate::fit::system::stated_here_and_there;
+use crate::fit::system::{independent, stated_here_and_there};
 use crate::fit::{Remount, Settings, Weighting};
 use faer::Mat;
 use pulp::Arch;
@@ -32,6 +32,8 @@ pub(super) struct Question {
     pub unknowns: usize,
     /// Columns of the design that are carried along: known inputs with an uncertainty, by parameter.
     pub carried: Vec<usize>,
+    /// Their uncertainties, and the triangle of their correlations.
+    inputs: (Vec<f64>, Vec<Vec<f64>>),
     /// Unknown, prior value and its standard uncertainty.
     pub priors: Vec<(usize, f64, f64)>,
     /// What is asked of each sensor.
@@ -173,7 +175,13 @@ impl Question {
             })
             .collect();
         let model = Model::new(campaign)?;
+        let uncertain = |(k, own): (usize, &Parameter)| match own.role {
+            Role::Known(known) if known.u != 0.0 => Some((k, known.u)),
+            _ => None,
+        };
+        let (carried, u): (Vec<usize>, Vec<f64>) = known.filter_map(uncertain).unzip();
         Ok(Question {
+            inputs: (u, campaign.correlation_root(&carried)),
             lines: (0..campaign.bench.sensors.len()).map(|s| model.column_line(s)).collect(),
             room: Scratch::default(),
             is_linear: is_linear(campaign),
@@ -181,14 +189,23 @@ impl Question {
             campaign: campaign.without_readings(columns),
             settings: *settings,
             unknowns: campaign.unknowns(),
-            carried: known
-                .filter(|(_, p)| matches!(p.role, Role::Known(known) if known.u != 0.0))
-                .map(|(k, _)| k)
-                .collect(),
+            carried,
             priors: estimated.iter().enumerate().filter_map(prior).collect(),
             floor: vec![0.0; campaign.bench.sensors.len()],
             sensors,
             passes: 0,
+        })
+    }
+
+    /// Rows of unknowns and carried columns with the known inputs in independent parts of unit variance ([`crate::estimate::System::with_inputs`]).
+    pub(super) fn beside(&self, rows: &Mat<f64>) -> Mat<f64> {
+        let n = self.unknowns;
+        let (u, root) = &self.inputs;
+        let carried = (n..n + self.carried.len()).map(|j| rows.col_as_slice(j));
+        let inputs = independent(carried, u, root);
+        Mat::from_fn(rows.nrows(), rows.ncols(), |i, j| match j.checked_sub(n) {
+            Some(k) if k < inputs.ncols() => inputs[(i, k)],
+            _ => rows[(i, j)],
         })
     }
 

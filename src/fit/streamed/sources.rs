@@ -79,9 +79,10 @@ impl Noised {
         Some(self.back(&self.likelihood.slope(place)))
     }
 
-    /// Every source of scatter; `rows` are those of each sensor.
+    /// Every source of scatter; `rows` are those of each sensor, `told` what the noise was estimated beside.
     pub(super) fn sources(
         &self,
+        told: Option<&Noised>,
         campaign: &Campaign,
         question: &Question,
         found: &Found,
@@ -92,7 +93,8 @@ impl Noised {
         // what was estimated, by its place among the parameters
         let pairs = found.free.iter().flatten().zip(self.places.iter().flatten());
         let among: Vec<usize> = pairs.filter_map(|(is_free, place)| place.filter(|_| *is_free)).collect();
-        let (covariances, correction) = self.likelihood.costs(&self.model, &among);
+        let told = told.unwrap_or(self);
+        let (covariances, correction) = told.likelihood.costs(&told.model, &among);
         let spread = Mat::from_fn(among.len(), among.len(), |a, b| covariances[(among[a], among[b])]);
         let component = |s: usize, which: usize| {
             let place = self.places[s][which]?;
@@ -150,6 +152,12 @@ impl Noised {
             sources.push(VarianceSource::stated("priors".into(), share, count));
         }
         sources.extend(over);
-        ScatterSources::jointly(sources, c, (spread, self.back(&correction)), leans, determined)
+        ScatterSources::jointly(
+            sources,
+            c,
+            (spread, told.back(&correction).submatrix(0, 0, n, n).to_owned()),
+            leans,
+            determined,
+        )
     }
 }
