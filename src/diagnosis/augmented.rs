@@ -119,6 +119,27 @@ impl View {
         names
     }
 
+    /// The candidate that stands for a class.
+    fn front(&self, class: &Class, alias: f64) -> Option<Member> {
+        let name = |j: usize| self.candidates.get(j).map(|c| c.regressor.as_str());
+        // what only small tilts leave never stands for a plain one
+        let is_plain = |j: usize| self.candidates.get(j).is_some_and(|c| !c.vanishing);
+        class.front(alias, is_plain, |a, b| name(a).cmp(&name(b)))
+    }
+
+    /// A set with, in each place, the candidate that stands for its class: the exact fit of what only small tilts leave leads to a point far away, from which
+    /// nothing else is seen straight.
+    fn plain(&self, set: &[u16], alias: f64) -> Vec<u16> {
+        let class = |j: &u16| {
+            let holds = |class: &&Class| class.members.iter().any(|member| member.candidate == usize::from(*j));
+            self.posterior.classes.iter().find(holds)
+        };
+        let front = |j: &u16| u16::try_from(self.front(class(j)?, alias)?.candidate).ok();
+        let plain: Vec<u16> = set.iter().map(|j| front(j).unwrap_or(*j)).collect();
+        let is_twice = |(k, j): (usize, &u16)| plain.iter().skip(k + 1).any(|other| other == j);
+        if plain.iter().enumerate().any(is_twice) { set.to_vec() } else { plain }
+    }
+
     fn members(&self, names: &Names) -> Option<Vec<&Candidate>> {
         names.iter().map(|own| self.index(own).and_then(|j| self.candidates.get(j))).collect()
     }
@@ -241,6 +262,8 @@ struct Search<'a> {
     priors: Priors,
     chosen: Chosen,
     kept: Kept,
+    /// Rows of the campaign as given, once they are known: the volume of its unknowns is measured there.
+    reference: Option<DesignMatrix>,
 }
 
 impl<'a> Search<'a> {
@@ -248,7 +271,22 @@ impl<'a> Search<'a> {
         let model = Model::new(question.campaign)?;
         let chosen = screen::chosen(question.campaign);
         let priors = Priors::at(question.settings.significance);
-        Ok(Search { question, model, priors, chosen, kept: Kept::new() })
+        Ok(Search { question, model, priors, chosen, kept: Kept::new(), reference: None })
+    }
+
+    /// What the evidences of all points and weights differ by: `ln |V^-1| / 2 - ln |A'V^-1 A| / 2`, with the derivatives `A` of the campaign as given.
+    ///
+    /// A prior that is flat in the unknowns would favour points at which the readings determine them badly: where a known scale factor is a tenth of what
+    /// it is, five tilts that are ten times as large have `10^5` times the volume. Flat in what the readings are predicted to be
+    /// (`p(x) ~ |A'A|^(1/2)`; H. Jeffreys, Proc. R. Soc. A 186 (1946), 453), it is the same at every point, whatever an unknown is measured in.
+    fn unit(&self, weighted: &Weighted) -> f64 {
+        let rows = match &weighted.floor {
+            Some(floor) => -0.5 * floor.whitening().log_determinant(),
+            None => weighted.weight.iter().map(|w| w.ln()).sum::<f64>(),
+        };
+        let campaign = self.question.campaign;
+        let given = self.reference.as_ref().and_then(|design| weighted.log_determinant(campaign, design).ok());
+        rows - 0.5 * given.unwrap_or_else(|| weighted.estimate.factor.log_determinant())
     }
 
     /// The rows at a point; with the derivatives of the model that has some effects, if they were fitted and it is to be seen by itself.
@@ -340,7 +378,7 @@ impl<'a> Search<'a> {
         let starts = judged.iter().filter(|(_, value)| value.is_some());
         let starts = starts.filter_map(|(names, _)| standing(&candidates, &score, names));
         score.search(&starts.filter(|set| !set.is_empty()).collect::<Vec<_>>());
-        let unit = unit(&weighted);
+        let unit = self.unit(&weighted);
         for (candidate, visible) in candidates.iter_mut().zip(&score.visible) {
             candidate.visible = *visible;
             candidate.vanishing |= *visible < settings.absorbed;
@@ -388,7 +426,7 @@ impl<'a> Search<'a> {
         let mut score = Score::new(&problem, self.priors);
         let names: Names = own.iter().map(|c| (c.regressor.clone(), c.sensor)).collect();
         let set = standing(&own, &score, &names).filter(|set| set.len() == effects.len());
-        let value = set.map_or(f64::NEG_INFINITY, |set| score.of(&set)) + unit(&weighted);
+        let value = set.map_or(f64::NEG_INFINITY, |set| score.of(&set)) + self.unit(&weighted);
         Ok((if value.is_nan() { f64::NEG_INFINITY } else { value }, weighted))
     }
 
@@ -423,16 +461,6 @@ impl<'a> Search<'a> {
         let point = from.iter().enumerate().map(own).collect();
         Ok((repaired, fit, point))
     }
-}
-
-/// What the evidences of all points and weights differ by: `ln |V^-1| / 2 - ln |A'V^-1 A| / 2`.
-fn unit(weighted: &Weighted) -> f64 {
-    let factor = &weighted.estimate.factor;
-    let rows = match &weighted.floor {
-        Some(floor) => -0.5 * floor.whitening().log_determinant(),
-        None => weighted.weight.iter().map(|w| w.ln()).sum::<f64>(),
-    };
-    rows - 0.5 * factor.log_determinant()
 }
 
 /// The campaign as given, with what sets at their own solutions are compared.
@@ -508,8 +536,9 @@ impl Judged {
     }
 
     /// Sets of a view that are probable and not judged.
-    fn open(&self, view: &View) -> Vec<Names> {
-        let likely = view.posterior.sets.iter().filter(|(p, _)| *p >= COMPETES).map(|(_, set)| view.names(set));
+    fn open(&self, view: &View, alias: f64) -> Vec<Names> {
+        let likely = view.posterior.sets.iter().filter(|(p, _)| *p >= COMPETES);
+        let likely = likely.map(|(_, set)| view.names(&view.plain(set, alias)));
         likely.filter(|names| !self.knows(names)).take(RIVALS).collect()
     }
 }
@@ -518,12 +547,14 @@ impl Judged {
 pub(super) fn run(question: Question<'_>, home: &[f64]) -> Result<Outcome> {
     let mut search = Search::new(question)?;
     let mut first = search.view(home, None, &[])?;
+    search.reference = Some(first.design.clone());
     let base = &Home { design: first.design.clone(), weighted: first.weighted.clone() };
     let nothing = first.score.of(&[]) + first.unit;
     let mut judged = Judged { nothing, values: vec![(Names::new(), Some(nothing))], best: None };
     let is_judged = first.weighted.estimate.dof > 0;
+    let alias = search.priors.alias;
     if is_judged {
-        let wanted = hypotheses(&first);
+        let wanted = hypotheses(&first, alias);
         judged.judge(&mut search, base, (&mut first, home), wanted)?;
         // a large tilt moves the columns of what is beside it: what that is shows from where the tilt alone leads
         for names in movers(&first) {
@@ -531,7 +562,7 @@ pub(super) fn run(question: Question<'_>, home: &[f64]) -> Result<Outcome> {
             let effects: Vec<Candidate> = first.members(&names).unwrap_or_default().into_iter().cloned().collect();
             let fitted: Vec<&Candidate> = effects.iter().collect();
             let mut view = search.view(&own.point, Some((&own.fit, &fitted)), &judged.values)?;
-            let wanted = judged.open(&view);
+            let wanted = judged.open(&view, alias);
             judged.judge(&mut search, base, (&mut view, &own.point), wanted)?;
         }
     }
@@ -548,7 +579,7 @@ pub(super) fn run(question: Question<'_>, home: &[f64]) -> Result<Outcome> {
             }
             (None, _) => first.settle(&judged.values),
         }
-        let wanted = judged.open(there.as_ref().map_or(&first, |(_, view)| view));
+        let wanted = judged.open(there.as_ref().map_or(&first, |(_, view)| view), alias);
         if wanted.is_empty() || !is_judged {
             break;
         }
@@ -586,15 +617,17 @@ fn movers(view: &View) -> Vec<Names> {
 }
 
 /// The most probable set, and those in which a tilt or a known value stands in a member's place.
-fn hypotheses(view: &View) -> Vec<Names> {
-    let mut wanted: Vec<Names> = view.posterior.sets.iter().take(1).map(|(_, set)| view.names(set)).collect();
+fn hypotheses(view: &View, alias: f64) -> Vec<Names> {
+    let sets = &view.posterior.sets;
+    let names = |set: &Vec<u16>| view.names(&view.plain(set, alias));
+    let mut wanted: Vec<Names> = sets.iter().take(1).map(|(_, set)| names(set)).collect();
     // what is estimated to scatter hides effects until they are in the model
     if view.weighted.floor.is_some() && view.weighted.from == NoiseFrom::Residuals {
-        let best = |size: usize| view.posterior.sets.iter().find(|(_, set)| set.len() == size);
-        wanted.extend([1, 2].into_iter().filter_map(best).map(|(_, set)| view.names(set)));
+        let best = |size: usize| sets.iter().find(|(_, set)| set.len() == size);
+        wanted.extend([1, 2].into_iter().filter_map(best).map(|(_, set)| names(set)));
     }
     let mut seen: Vec<u16> = Vec::new();
-    for (probability, set) in &view.posterior.sets {
+    for (probability, set) in sets {
         if wanted.len() >= FOLLOWED || *probability < TRIED {
             break;
         }
@@ -602,7 +635,7 @@ fn hypotheses(view: &View) -> Vec<Names> {
             for other in view.score.alike.get(usize::from(*member)).into_iter().flatten() {
                 if view.candidates.get(usize::from(*other)).is_some_and(moves) && !seen.contains(other) {
                     seen.push(*other);
-                    let mut with = set.clone();
+                    let mut with = view.plain(set, alias);
                     with.iter_mut().skip(place).take(1).for_each(|slot| *slot = *other);
                     wanted.push(view.names(&with));
                 }
@@ -620,13 +653,10 @@ const EXPLANATIONS: (usize, f64) = (64, 1e-3);
 fn outcome(search: &Search<'_>, stood: &Names, mut view: View, point: &[f64]) -> Result<Outcome> {
     let settings = search.question.settings;
     let posterior = view.posterior.clone();
-    let name = |j: usize| view.candidates.get(j).map(|c| c.regressor.as_str());
-    // what only small tilts leave never stands for a plain one
-    let is_plain = |j: usize| view.candidates.get(j).is_some_and(|c| !c.vanishing);
     let mut named: Vec<(Member, &Class)> = Vec::new();
     let mut suspected: Vec<(Member, &Class)> = Vec::new();
     for class in &posterior.classes {
-        let Some(own) = class.front(search.priors.alias, is_plain, |a, b| name(a).cmp(&name(b))) else { continue };
+        let Some(own) = view.front(class, search.priors.alias) else { continue };
         match class.probability {
             p if p >= settings.probability => named.push((own, class)),
             p if p >= settings.suspected => suspected.push((own, class)),

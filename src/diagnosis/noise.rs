@@ -118,6 +118,18 @@ impl Weighted {
         Ok((all, found.unknowns.solution))
     }
 
+    /// `ln |A'V^-1 A|` of another design's derivatives, with these weights.
+    pub fn log_determinant(&self, campaign: &Campaign, design: &DesignMatrix) -> Result<f64> {
+        let mut system = fit::weigh(campaign, design, Weighting::AsStated)?;
+        let m = system.observed.len();
+        for j in 0..system.rows.ncols() {
+            let white = self.whiten(system.rows.col_as_slice(j));
+            system.rows.col_as_slice_mut(j).copy_from_slice(&white);
+        }
+        (system.observed, system.u, system.group) = (vec![0.0; m], vec![1.0; m], vec![Group::Known; m]);
+        Ok(fit::adjust_with_equations(campaign, design, &system)?.factor.log_determinant())
+    }
+
     /// Residuals of the readings once some columns are in the model too.
     pub fn residuals_with(&self, design: &DesignMatrix, n: usize, columns: &[&Vec<f64>]) -> Result<Vec<f64>> {
         let (all, solution) = self.solved_with(design, n, columns.iter().copied())?;
