@@ -143,7 +143,7 @@ impl Noise {
                     "" => "the standard deviation that it will have".into(),
                     unit => format!("the standard deviation that it will have, in {unit}"),
                 })
-                .argument("noise", format!("{name}=SD"))
+                .argument("noise", format!("\"{name}=SD\""))
                 .found("\"u\": \"estimate\"")
                 .at_path(line.place.clone()));
             };

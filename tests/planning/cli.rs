@@ -336,7 +336,7 @@ fn scatter_that_is_to_be_estimated_is_asked_for() {
     let schedule = |u: &str| {
         let text = std::fs::read_to_string(example().join(PUBLISHED)).unwrap();
         let mut own: serde_json::Value = serde_json::from_str(&text).unwrap();
-        let line = format!(r#"[{{"of": "beta", "per": "position", "u": {u}, "unit": "arcsec"}}]"#);
+        let line = format!(r#"[{{"of": "dtheta_y2", "per": "position", "u": {u}, "unit": "arcsec"}}]"#);
         own["scatter"] = serde_json::from_str(&line).unwrap();
         std::fs::write(folder.path().join("s.campaign.json"), own.to_string()).unwrap();
     };
@@ -354,13 +354,13 @@ fn scatter_that_is_to_be_estimated_is_asked_for() {
     schedule("5");
     let (code, stated, error) = run(&[]);
     assert_eq!(code, 0, "{error}");
-    let (_, larger, _) = run(&["--noise", "beta per position=50"]);
+    let (_, larger, _) = run(&["--noise", "dtheta_y2 per position=50"]);
     assert_ne!(numbers(&larger), numbers(&stated), "another u is given");
     schedule("\"estimate\"");
     let (code, _, error) = run(&[]);
     let words = error.split_whitespace().filter(|word| *word != "│").collect::<Vec<_>>().join(" ");
-    assert!(code == 1 && words.contains("beta per position=SD") && words.contains("in arcsec"), "{error}");
-    let (code, given, error) = run(&["--noise", "beta per position=5"]);
+    assert!(code == 1 && words.contains("dtheta_y2 per position=SD") && words.contains("in arcsec"), "{error}");
+    let (code, given, error) = run(&["--noise", "dtheta_y2 per position=5"]);
     assert_eq!((code, numbers(&given)), (0, numbers(&stated)), "{error}");
     let (code, _, error) = run(&["--noise", "gamma per position=5"]);
     assert!(code == 1 && error.contains("no line of scatter"), "{error}");
