@@ -580,8 +580,8 @@ holdout-skipped = { $n ->
    *[other] ; { $n } cannot be left out, because each alone determines a parameter
 }
 holdout = { $n ->
-    [one] left out in turn and predicted from the others, { $n } position differs by { $before } of its standard uncertainty (rms; 1 is expected){ $after }{ $skipped }
-   *[other] left out in turn and predicted from the others, { $n } positions differ by { $before } of their standard uncertainties (rms; 1 is expected){ $after }{ $skipped }
+    [one] leave-one-out check: { $n } position was predicted from a fit of the others; it differs from the prediction by { $before } standard uncertainties (rms; 1 is expected){ $after }{ $skipped }
+   *[other] leave-one-out check: each of { $n } positions was predicted from a fit of the others; they differ from the predictions by { $before } standard uncertainties (rms; 1 is expected){ $after }{ $skipped }
 }
 further-sensors-are-not-drawn = { $n ->
     [one] { $n } further sensor is not drawn.
@@ -659,6 +659,12 @@ limits = limits
 
 # report/html/batch_page.rs
 all-are-accepted = All { $devices } are accepted.
+accepted-devices-are-noisy = { $n ->
+    [one] The residuals of an accepted device scatter more than those of the others: { $names }.
+   *[other] The residuals of { $n } accepted devices scatter more than those of the others: { $names }.
+}
+sd-of-the-others = sd of the others
+noisy-devices-f = Residuals that scatter more than those of the others: F = (residual sd / pooled sd of the devices with less scatter)^2, p for this device alone; listed beyond 1 % over all devices (Cochran's test of the largest variance, ISO 5725-2), noisiest first, at most 50. Check the readings, the channel and the cables of this device.
 of-are-not-accepted-rejected-a-rank = { $bad } of { $devices } are not accepted: { $rejected } rejected (a rank defect, a failed global test, no convergence), { $malformed } whose readings do not belong to this campaign.
 conformity-rule-pass-undecided-fail = Conformity (rule `{ $decision }`): { $pass } pass, { $undecided } undecided, { $fail } fail.
 devices-differ-by-more-than-their-readings = Quantities in which devices differ by more than the scatter of their readings (p < 0.01): { $names }.
@@ -670,7 +676,7 @@ distributions = Distributions
 each-histogram-shows-the-accepted-devices-the = Each histogram shows the accepted devices; the curve is expected from the scatter of the readings alone; dashed lines are limits. Outlying values are counted in the last bar.
 devices-that-are-not-in-order = Devices that are not in order
 devices-that-stand-apart = Outlying devices
-no-accepted-device-stands-apart-from-the = No accepted device is an outlier at 1 % over all devices and quantities.
+no-accepted-device-stands-apart-from-the = No accepted device is an outlier in a quantity at 1 % over all devices and quantities.
 z-value-median-mad-beyond-what-a = z = (value - median) / (1.4826 MAD), beyond the limit of a normal distribution at 1 % over all devices and quantities; largest first, at most 50.
 control-charts = Control charts
 lots-beyond-their-control-limits = Means of lots beyond their control limits: { $lots }.
@@ -900,12 +906,12 @@ deg-across-deg-up = { $across } (deg) across, { $up } (deg) up
 # report/foresight.rs
 regressor-of-sensor = { $regressor } of { $sensor }
 foresight-nearly = nearly { $regressor } ({ $cosine })
-apart-from = { $regressor } ({ $cosine }, apart from { $apart })
+apart-from = { $regressor } (cosine { $cosine }; can be distinguished from a size of { $apart })
 none-would-show-the-estimated-parameters-take = none would be detectable: the estimated parameters absorb every effect that these positions excite
 smallest-size-that-shows-u-significance-for = smallest detectable size: { $size } u (significance { $significance } over all directions, power { $power }); if the noise is known from the residuals only: { $with_residuals }
 grouped-by = { $what } by { $by }
 gauss-newton-did-not-converge-after = Gauss-Newton did not converge after { $steps }: { $stop }.
-gauss-newton-converged-and-differs = Gauss-Newton converged after { $steps }. The linear estimates (one step from the reference point) differ by more than 0.1 u (exact minus linear): { $what }.
+gauss-newton-converged-and-differs = Gauss-Newton converged after { $steps }. The model is not linear here: one step from the reference point would have given other estimates, by more than one tenth of u (converged minus one step): { $what }. The estimates in this report are the converged ones.
 reduction-segment = Segment { $segment }: { $notes }.
 terms = Terms
 meaning = meaning
@@ -930,6 +936,8 @@ guide-disagrees = reading { $reading }, { $place }: DOES NOT AGREE ({ $sd } sd)
 guide-time-goes-back = time_s goes back from { $before } to { $now }
 guide-likely = { "  " }likely: { $kind }
 guide-not-told = { "  " }the cause cannot be identified yet:
+guide-undo = { "  " }reading { $reading } is probably wrong itself ({ $probability }): 'undo { $reading }' takes it back; a reading that is left in counts in every result
+guide-undo-any = { "  " }'undo' takes the last reading back, 'undo N' reading N; a reading that is left in counts in every result
 guide-explanation = { "    " }{ $probability }  reading { $reading }, { $kind }: { $what }
 guide-goal-open = { "  " }{ $id }: not estimable yet, goal { $goal } { $unit }
 guide-goal = { "  " }{ $id } = { $value } { $unit }, u = { $u }, goal { $goal }: { $met ->

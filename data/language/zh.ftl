@@ -627,6 +627,11 @@ distributions = 分布
 each-histogram-shows-the-accepted-devices-the = 各直方图为已接受的被测件；曲线为仅由各自读数的分散所致的分布，虚线为限值。远离的值计入最末一格。
 devices-that-are-not-in-order = 异常被测件
 devices-that-stand-apart = 离群的被测件
+accepted-devices-are-noisy = { $n ->
+   *[other] 有 { $n } 个接受的被测件，其残差的离散大于其余被测件：{ $names }。
+}
+sd-of-the-others = 其余被测件的标准差
+noisy-devices-f = 残差离散大于其余被测件：F =（残差标准差 / 离散较小的各被测件的合并标准差）²，p 仅就该被测件而言；列出的超出全部被测件上 1 % 的水平（Cochran 最大方差检验，ISO 5725-2），最大者在前，至多 50 个。请检查该被测件的读数、通道和电缆。
 no-accepted-device-stands-apart-from-the = 就全部被测件和全部量而言，在 1 % 水平上没有离群的被测件。
 z-value-median-mad-beyond-what-a = z = （量值 - 中位数）/（1.4826 MAD），列出的值超出正态分布在全部被测件和全部量上 1 % 的范围；最远者在前，至多 50 个。
 control-charts = 控制图
@@ -855,6 +860,8 @@ guide-disagrees = 读数 { $reading }，{ $place }：不一致，相差 { $sd } 
 guide-time-goes-back = time_s 从 { $before } 倒退到 { $now }
 guide-likely = { "  " }可能的原因：{ $kind }
 guide-not-told = { "  " }尚不能判断原因：
+guide-undo = { "  " }读数 { $reading } 本身很可能有误（{ $probability }）：“undo { $reading }” 可撤回它；留下的读数计入所有结果
+guide-undo-any = { "  " }“undo” 撤回最后一个读数，“undo N” 撤回读数 N；留下的读数计入所有结果
 guide-explanation = { "    " }{ $probability }  读数 { $reading }，{ $kind }：{ $what }
 guide-goal-open = { "  " }{ $id }：尚不可估计，目标 { $goal } { $unit }
 guide-goal = { "  " }{ $id } = { $value } { $unit }，u = { $u }，目标 { $goal }：{ $met ->

@@ -53,4 +53,4 @@ pub use parts::{DesignRow, Part, Parts};
 pub use repeat::repeats;
 pub use row::{Reason, Row, Solved, Verdict};
 pub use stream::{Read, Restart, Tables, stream};
-pub use summary::{Chance, Lot, NotInOrder, OutlyingDevice, Quantity, Scattering, Summary};
+pub use summary::{Chance, Lot, NoisyDevice, NotInOrder, OutlyingDevice, Quantity, Scattering, Summary};

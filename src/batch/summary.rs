@@ -53,6 +53,8 @@ pub struct Summary {
     ends: Vec<usize>,
     /// Values, one device after the other.
     values: Vec<f64>,
+    /// Residual variance and degrees of freedom of each of these devices; none where its uncertainties are stated, which its global test compares.
+    scatters: Vec<Option<(f64, f64)>>,
     /// What is summed for each quantity.
     sums: Vec<Sums>,
 }
@@ -183,6 +185,31 @@ pub struct OutlyingDevice {
     pub z: f64,
 }
 
+/// An accepted device whose residuals scatter more than those of the others.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(rename = "NoisyDeviceReport")]
+#[non_exhaustive]
+pub struct NoisyDevice {
+    /// The device.
+    #[serde(rename = "device")]
+    pub label: String,
+    /// Its residual standard deviation, in the sensor's unit.
+    pub residual_sd: f64,
+    /// That of the devices with no more scatter, pooled, in the sensor's unit.
+    pub pooled_sd: f64,
+    /// The variance of the one over that of the others, a pure number.
+    pub f: f64,
+    /// Degrees of freedom of the device.
+    pub dof: f64,
+    /// Degrees of freedom of the others.
+    pub pooled_dof: f64,
+    /// Probability of a larger ratio by chance, for this device alone.
+    pub p: f64,
+}
+
+/// Probability of any outlier over all devices and quantities where there is none.
+const OUTLYING: f64 = 0.01;
+
 impl Summary {
     /// No device yet.
     pub fn new(quantities: usize) -> Self {
@@ -237,6 +264,8 @@ impl Summary {
             self.labels.push_str(&row.label);
             self.ends.push(self.labels.len());
             let dof = if is_stated { f64::INFINITY } else { row.dof as f64 };
+            let variance = row.residual_sd * row.residual_sd;
+            self.scatters.push((!is_stated && variance.is_finite()).then_some((variance, dof)));
             for (k, sums) in self.sums.iter_mut().enumerate() {
                 let value = row.value.at(k);
                 self.values.push(value);
@@ -358,7 +387,7 @@ impl Summary {
         let mut found = Vec::new();
         let all = (self.values.len() as f64).max(1.0);
         // no devices: no limit is drawn
-        let far = quantiles::normal_quantile(1.0 - 0.005 / all).unwrap_or(6.0);
+        let far = quantiles::normal_quantile(1.0 - 0.5 * OUTLYING / all).unwrap_or(6.0);
         for quantity in 0..self.quantities {
             let mut values = self.values(quantity);
             if values.len() < 8 {
@@ -381,6 +410,52 @@ impl Summary {
         found.truncate(most);
         found
     }
+
+    /// Devices whose residuals scatter more than those of the others, at 1 % over all devices, the noisiest first.
+    ///
+    /// `F = s^2 / (pooled s^2 of the devices with less)`, which for two like devices and more is W. G. Cochran's test of the largest variance (ISO 5725-2, 7.3.3) in
+    /// another form. Devices are taken from the noisiest on, one half of them at most, each at 1 % over those that are left; all down to the last that is
+    /// significant are noisy, so that several do not hide each other (B. Rosner, Technometrics 25 (1983) 165). Of like devices 1 to 2 % of the families have one
+    /// that is noisy by chance (drawn for 2 to 300 devices with 1 to 18 degrees of freedom each; 2 % with one degree of freedom).
+    pub fn noisy(&self, most: usize) -> Vec<NoisyDevice> {
+        let scatters = self.scatters.iter().enumerate();
+        let mut all: Vec<(usize, f64, f64)> = scatters.filter_map(|(k, own)| own.map(|(s, dof)| (k, s, dof))).collect();
+        let median = middle(&mut all.iter().map(|(_, variance, _)| *variance).collect::<Vec<f64>>());
+        if !(median > 0.0) {
+            return Vec::new();
+        }
+        all.sort_by(|(_, a, m), (_, b, n)| deviate(a / median, *m).total_cmp(&deviate(b / median, *n)));
+        let least = all.len().div_ceil(2);
+        let mut below = (0.0, 0.0);
+        let mut found = Vec::new();
+        for (place, (k, variance, dof)) in all.iter().enumerate() {
+            if place >= least {
+                let (squares, pooled_dof) = below;
+                let pooled = squares / pooled_dof;
+                let f = variance / pooled;
+                let single = OUTLYING / (place + 1) as f64;
+                let p = if f > 1.0 { quantiles::fisher_f_survival(f, *dof, pooled_dof) } else { None };
+                if let Some(p) = p.filter(|p| *p < single) {
+                    let (residual_sd, pooled_sd, dof) = (variance.sqrt(), pooled.sqrt(), *dof);
+                    found.push(NoisyDevice { label: self.label(*k), residual_sd, pooled_sd, f, dof, pooled_dof, p });
+                }
+                // those that scatter more than a noisy one are compared with the same others
+                if !found.is_empty() {
+                    continue;
+                }
+            }
+            below = (below.0 + variance * dof, below.1 + dof);
+        }
+        found.reverse();
+        found.truncate(most);
+        found
+    }
+}
+
+/// The normal deviate of a variance over that of the others, nearly (E. B. Wilson, M. M. Hilferty 1931): it puts devices with unequal degrees of freedom in order.
+fn deviate(ratio: f64, dof: f64) -> f64 {
+    let variance = 2.0 / (9.0 * dof);
+    (ratio.cbrt() - 1.0 + variance) / variance.sqrt()
 }
 
 /// The median; the list is put in another order.

@@ -32,7 +32,9 @@ pub(super) fn reports(
 ) -> Result<Reports> {
     let fitted = report.not_in_order.iter().filter(|own| own.verdict != Verdict::Malformed).map(|own| &own.label);
     let mut wanted: Vec<&String> = Vec::new();
-    for label in fitted.chain(report.outlying.iter().map(|own| &own.device)) {
+    for label in
+        fitted.chain(report.outlying.iter().map(|own| &own.device)).chain(report.noisy.iter().map(|own| &own.label))
+    {
         if !wanted.contains(&label) && wanted.len() < MOST {
             wanted.push(label);
         }

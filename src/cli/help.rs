@@ -44,7 +44,9 @@ Exit codes: 0 done (two calibrations: no change beyond the uncertainties); 1 the
 published closed forms; 2 the unit has changed.";
 
 /// `diagnose`.
-pub(super) const DIAGNOSE: &str = "Examples:
+pub(super) const DIAGNOSE: &str = "A mission's errors are along the body axes x right, y forward, z up; measured errors are east, north, up (navigate --help).
+
+Examples:
   tumble diagnose table1.campaign.json
   tumble diagnose table1.campaign.json --effects mine.effects.json --html gap.html
   tumble diagnose table1.campaign.json --write-model repaired.bench.json
@@ -61,7 +63,10 @@ pub(super) const SIMULATE: &str = "Examples:
 Exit codes: 0 done; 1 the question is malformed, or the output exists (--force replaces it).";
 
 /// `navigate`.
-pub(super) const NAVIGATE: &str = "Examples:
+pub(super) const NAVIGATE: &str = "The navigator's body axes are x right, y forward, z up: the axes of all errors in a mission, of pitch (about x, nose up) and
+roll (about y, right side down). The heading is counted clockwise from north to y. The navigation frame is east, north, up.
+
+Examples:
   tumble navigate sea.mission.json --html errors.html
   tumble navigate sea.mission.json --csv errors.csv --json report.json
   tumble navigate sea.mission.json --measured errors.csv --noise-m 5

@@ -12,7 +12,7 @@ use crate::campaign::{Campaign, Role};
 use crate::elements::{Elements, Parts};
 use crate::fit::{Fit, State};
 use crate::language::sentence;
-use nalgebra::{DMatrix, Rotation3, Unit};
+use nalgebra::{DMatrix, DVector, Rotation3, Unit};
 
 impl Calibration {
     /// What a fit says for correcting readings.
@@ -65,6 +65,7 @@ impl Calibration {
         let used: Vec<usize> = (0..campaign.parameters.len())
             .filter(|k| campaign.parameters.get(*k).is_some_and(|p| kept.contains(&p.id.as_str())))
             .collect();
+        let mounting = mounting(fit, &used);
         let mut calibration = Calibration {
             rate_unit: bench.units.rate,
             force_unit: bench.units.force,
@@ -73,8 +74,8 @@ impl Calibration {
             inputs: Vec::new(),
             parameters: used.iter().filter_map(|k| campaign.parameters.get(*k)).map(|p| p.id.clone()).collect(),
             values: used.iter().map(|k| fit.point.at(*k)).collect(),
-            covariance: if is_known(fit, &used) { covariance(fit, &used) } else { Vec::new() },
-            mounting: mounting(fit),
+            covariance: covariance(fit, &used, &used),
+            mounting,
             span: span(campaign),
         };
         let measured = !norms.is_empty() || !bench.in_use.is_empty();
@@ -88,9 +89,9 @@ impl Calibration {
 }
 
 /// Is the covariance of the estimated ones of these parameters known?
-fn is_known(fit: &Fit, used: &[usize]) -> bool {
+fn is_known<'a>(fit: &Fit, mut used: impl Iterator<Item = &'a usize>) -> bool {
     let without = |k: &usize| fit.parameters.get(*k).is_some_and(|p| p.uncertainty.is_none());
-    fit.noise.determined && (fit.noise.absorbed.is_empty() || !used.iter().any(without))
+    fit.noise.determined && (fit.noise.absorbed.is_empty() || !used.any(without))
 }
 
 /// Triads that are known by their norms: lines of their readings, and the parameters of these in the place of the norm's.
@@ -119,12 +120,16 @@ fn of_norms(calibration: &mut Calibration, bench: &Bench, norms: &[&Sensor]) {
         calibration.values.extend(triad.values);
         slopes.extend(triad.slopes.row_iter().map(|row| row.iter().copied().collect()));
     }
+    let n = parameters.len();
+    let slopes = DMatrix::from_fn(slopes.len(), n, |i, j| slopes.at(i).at(j));
     if !calibration.covariance.is_empty() {
-        let n = parameters.len();
-        let slopes = DMatrix::from_fn(slopes.len(), n, |i, j| slopes.at(i).at(j));
         let covariance = DMatrix::from_fn(n, n, |i, j| calibration.covariance.as_slice().at(i).at(j));
         let covariance = &slopes * covariance * slopes.transpose();
         calibration.covariance = covariance.row_iter().map(|row| row.iter().copied().collect()).collect();
+    }
+    for row in calibration.mounting.iter_mut().flat_map(|mounting| &mut mounting.covariance) {
+        let with_parameters = &slopes * DVector::from_fn(n, |j, _| row.as_slice().at(j));
+        row.splice(..n, with_parameters.iter().copied());
     }
 }
 
@@ -156,10 +161,13 @@ fn covered(calibration: &Calibration, campaign: &Campaign) -> Option<Span> {
     Some(span)
 }
 
-/// Covariance of the parameters with these indices: estimated ones, known ones with their uncertainty, and both together.
+/// Covariance of the parameters with these indices: estimated ones, known ones with their uncertainty, and both together; empty where it is not known.
 ///
 /// `cov(x, p) = (dx/dq) cov(q, p)` over the known inputs q.
-fn covariance(fit: &Fit, used: &[usize]) -> Vec<Vec<f64>> {
+fn covariance(fit: &Fit, rows: &[usize], columns: &[usize]) -> Vec<Vec<f64>> {
+    if !is_known(fit, rows.iter().chain(columns)) {
+        return Vec::new();
+    }
     let unknowns = fit.campaign.unknowns();
     let known_of = |k: usize| fit.known_sensitivities.iter().find(|(parameter, ..)| *parameter == k);
     let covariance_of = |i: usize, j: usize| match (known_of(i), known_of(j)) {
@@ -176,19 +184,23 @@ fn covariance(fit: &Fit, used: &[usize]) -> Vec<Vec<f64>> {
         (false, false) => covariance_of(i, j),
         _ => 0.0,
     };
-    used.iter().map(|i| used.iter().map(|j| element(*i, *j)).collect()).collect()
+    rows.iter().map(|i| columns.iter().map(|j| element(*i, *j)).collect()).collect()
 }
 
-/// The tilts after the last joint as a rotation; `None` where none of them is known or estimated.
-fn mounting(fit: &Fit) -> Option<Mounting> {
+/// The tilts after the last joint as a rotation, with their covariance beside the parameters `used`; `None` where none of them is known or estimated.
+/// A tilt that follows a joint's angle belongs to that joint and is none of them.
+///
+/// With `a_k = R_1 ... R_(k-1) u_k`, the axis of tilt k on the mounting face: `dR/dt_k = [a_k]x R`.
+fn mounting(fit: &Fit, used: &[usize]) -> Option<Mounting> {
     let campaign = &fit.campaign;
     let chain = &campaign.bench.chain;
     let after = chain.iter().rposition(|link| matches!(link, Link::Joint { .. })).map_or(0, |k| k + 1);
     let last = chain.part(after..);
     let mut rotation_ms = Rotation3::identity();
     let (mut tilts, mut missing) = (Vec::new(), Vec::new());
+    let (mut places, mut axes) = (Vec::new(), Vec::new());
     for link in last {
-        let Link::Tilt { name, about, .. } = link else { continue };
+        let Link::Tilt { name, about, times: None, .. } = link else { continue };
         let index = campaign.parameter_index(name)?;
         if campaign.parameters.get(index).is_none_or(|p| p.role == Role::AssumedZero) {
             continue;
@@ -198,9 +210,16 @@ fn mounting(fit: &Fit) -> Option<Mounting> {
             missing.push(name.clone());
         }
         let angle = fit.point.at(index);
+        places.push(index);
+        axes.push(rotation_ms * about.unit());
         rotation_ms *= Rotation3::from_axis_angle(&Unit::new_unchecked(about.unit()), angle);
     }
-    (!tilts.is_empty()).then(|| Mounting { tilts, missing, rotation: *rotation_ms.matrix() })
+    let rotation = *rotation_ms.matrix();
+    // zeros without a sign
+    let by_tilt = axes.iter().map(|axis| (axis.cross_matrix() * rotation).map(|x| x + 0.0)).collect();
+    let columns = [used, &places].concat();
+    let covariance = covariance(fit, &places, &columns);
+    (!tilts.is_empty()).then_some(Mounting { tilts, missing, rotation, by_tilt, covariance })
 }
 
 fn span(campaign: &Campaign) -> Span {

@@ -53,6 +53,10 @@ pub struct Mounting {
     pub missing: Vec<String>,
     /// `R = R1(t1) R2(t2) ...`, exact rotations at the estimates.
     pub rotation: Matrix3<f64>,
+    /// `dR/dt`, one for each tilt.
+    pub by_tilt: Vec<Matrix3<f64>>,
+    /// Covariance of the tilts (rows) with the calibration's parameters and then with the tilts themselves; empty where it is not known.
+    pub covariance: Vec<Vec<f64>>,
 }
 
 /// The largest rate and specific force of a calibration's positions, in the bench's units.

@@ -6,6 +6,7 @@
 //! q <- q + M (s - f(q))    to the fixed point, which is the solution of the exact lines; where it does not contract,
 //! q <- q + (M df/dq)^-1 M (s - f(q))   Newton's steps to the same
 //! u(q)^2 = c C c',  c = dq/dp = -(df/dq)^-1 df/dp,  C the covariance of p (GUM 5.2.2)
+//! R q                      on the mounting face, R of the tilts t behind the last joint: c = (R dq/dp, dR/dt q), C the covariance of p and t together
 //! ```
 //!
 //! A [`Calibration`] is a value that stands on its own: a program reads it from the `correction` of a fit report and needs neither bench nor
@@ -21,11 +22,13 @@ mod calibration;
 mod choose;
 pub mod export;
 mod inputs;
+mod mount;
 mod solve;
 mod triad;
 mod validity;
 
 pub use calibration::{CalibratedLine, Calibration, Mounting, Span};
 pub use inputs::{InputRole, LineInput, Quantity};
+pub use mount::ToMount;
 pub use solve::{Corrected, Corrector};
 pub use validity::{Linearity, linearity};

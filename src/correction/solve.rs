@@ -100,6 +100,14 @@ impl Corrector {
         &self.sensitivity
     }
 
+    /// Slope of each line by the specific force along x, y and z at zero input, whether the forces are solved for or given.
+    pub(super) fn by_force(&self) -> Vec<Vector3<f64>> {
+        let mut by_force = Vec::new();
+        let zero = vec![0.0; self.solved()];
+        self.each_line(&zero, &self.fallbacks(), |_, bound, _, slopes| by_force.push(bound.by_input(slopes).1));
+        by_force
+    }
+
     /// `M` of `q = M (s - b)`, solved inputs x sensors.
     pub fn matrix(&self) -> &DMatrix<f64> {
         &self.matrix
@@ -184,12 +192,15 @@ impl Corrector {
         if self.covariance.is_empty() {
             return None;
         }
-        let filled = self.filled(given);
-        let by_parameter = self.by_parameter(inputs, &filled);
-        let inverse = inverse(&self.lines_at(inputs, &filled).1)?;
-        let c = inverse * by_parameter;
+        let c = self.inputs_by_parameter(inputs, given)?;
         let covariance = &c * &self.covariance * c.transpose();
         covariance.iter().all(|v| v.is_finite()).then_some(covariance)
+    }
+
+    /// `dq/dp = -(df/dq)^-1 df/dp`, solved inputs x parameters.
+    pub(super) fn inputs_by_parameter(&self, inputs: &[f64], given: &[f64]) -> Option<DMatrix<f64>> {
+        let filled = self.filled(given);
+        Some(inverse(&self.lines_at(inputs, &filled).1)? * self.by_parameter(inputs, &filled))
     }
 
     /// Rate, force and all given values for these inputs.

@@ -60,7 +60,7 @@ pub(super) fn remarks(fit: &Fit) -> Vec<Sentence> {
     let mut unread = campaign.readings.rows.iter().filter(|reading| reading.observations.is_empty());
     if let Some(first) = unread.next() {
         let count = 1 + unread.count();
-        found.push(sentence!("positions-without-a-reading", count, first = first.place.clone()));
+        found.push(sentence!("positions-without-a-reading", count, first = first.place.trim_end_matches('|')));
     }
     if let Some(condition) = absurd {
         found.push(sentence!(

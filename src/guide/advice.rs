@@ -190,6 +190,23 @@ pub struct Mistake {
     pub explanations: Vec<Explanation>,
 }
 
+impl Mistake {
+    /// Is a mistake at the bench named, and not an effect that the model lacks?
+    pub fn is_named(&self) -> bool {
+        self.named.is_some_and(|kind| kind != MistakeKind::MissingEffect)
+    }
+
+    /// The reading that is most probably wrong itself, with the probability that it is, where that is more than one half; without it the others may agree.
+    pub fn culprit(&self) -> Option<(usize, f64)> {
+        let wrong = |own: &&Explanation| !matches!(own.kind, MistakeKind::SlippedMounting | MistakeKind::MissingEffect);
+        let share = |reading: usize| -> f64 {
+            self.explanations.iter().filter(wrong).filter(|own| own.reading == reading).map(|own| own.probability).sum()
+        };
+        let readings = self.explanations.iter().filter(wrong).map(|own| (own.reading, share(own.reading)));
+        readings.max_by(|a, b| a.1.total_cmp(&b.1)).filter(|(_, probability)| *probability > 0.5)
+    }
+}
+
 /// One explanation of a reading that does not agree.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Explanation {

@@ -105,6 +105,15 @@ pub struct Guide {
     open: Option<Arc<Open>>,
 }
 
+/// What the readings tell under the model in use.
+struct Weighed {
+    table: Table,
+    seen: Option<Seen>,
+    residuals: Vec<Residual>,
+    /// What could have gone wrong, where a reading does not agree.
+    mistake: Option<Mistake>,
+}
+
 /// Goals that are open, and what the readings so far tell of them.
 #[derive(Debug)]
 struct Open {
@@ -277,20 +286,18 @@ impl Guide {
             true => Some(diagnosis::diagnose(&campaign, &self.catalogue, &self.settings.diagnosis)?),
             false => None,
         };
-        self.follow(diagnosis.as_ref())?;
-        let table = self.table()?;
-        let solved = self.judge(&[]).solved(&self.taken)?;
-        let point = solved.as_ref().map_or(Vec::new(), |own| own.point.clone());
-        let seen = solved.as_ref().map(|own| Seen::new(&table, self.judge(&point), &self.taken, own)).transpose()?;
-        let residuals = solved.as_ref().map_or(Vec::new(), |own| self.residuals(own));
-        let mistake = match self.disagrees {
-            None => None,
-            Some(at) => Some(mistakes::mistake(self.judge(&point), &self.taken, &self.candidates, at, seen.as_ref())?),
+        // a reading is weighed by the model that it disagrees with: readings with a named mistake among them are no evidence of an effect
+        let weighed = self.disagrees.map(|_| self.weighed(fresh)).transpose()?;
+        let weighed = match weighed {
+            Some(own) if own.mistake.as_ref().is_some_and(Mistake::is_named) => own,
+            Some(own) if !self.follow(diagnosis.as_ref())? => own,
+            Some(_) => self.weighed(fresh)?,
+            None => {
+                self.follow(diagnosis.as_ref())?;
+                self.weighed(fresh)?
+            }
         };
-        // what the model explains by now, or what lies far back, is no open question
-        let last = self.taken.len();
-        let open = |own: &Mistake| own.reading == last || (own.chance < 0.5 && own.reading + mistakes::BACK > last);
-        let mistake = mistake.filter(open);
+        let Weighed { table, seen, residuals, mistake } = weighed;
         self.disagrees = self.disagrees.filter(|_| mistake.is_some());
         let goals = self.progress(fit.as_ref(), diagnosis.as_ref());
         let probability = probability(diagnosis.as_ref(), seen.as_ref());
@@ -322,6 +329,24 @@ impl Guide {
         Ok(advice)
     }
 
+    /// What the readings tell under the model in use.
+    fn weighed(&mut self, fresh: bool) -> Result<Weighed> {
+        let table = self.table()?;
+        let solved = self.judge(&[]).solved(&self.taken)?;
+        let point = solved.as_ref().map_or(Vec::new(), |own| own.point.clone());
+        let seen = solved.as_ref().map(|own| Seen::new(&table, self.judge(&point), &self.taken, own)).transpose()?;
+        let residuals = solved.as_ref().map_or(Vec::new(), |own| self.residuals(own));
+        let mistake = match self.disagrees {
+            None => None,
+            Some(at) => Some(mistakes::mistake(self.judge(&point), &self.taken, &self.candidates, at, seen.as_ref())?),
+        };
+        // what the model explains by now, what agrees since another was taken back, and what lies far back, is no open question
+        let last = self.taken.len();
+        let open =
+            |own: &Mistake| (fresh && own.reading == last) || (own.chance < 0.5 && own.reading + mistakes::BACK > last);
+        Ok(Weighed { table, seen, residuals, mistake: mistake.filter(open) })
+    }
+
     fn residuals(&self, solved: &Solved) -> Vec<Residual> {
         let rows = &solved.rows;
         let one = |((origin, residual), sd): ((&RowOrigin, &f64), &f64)| {
@@ -342,8 +367,8 @@ impl Guide {
         Judge { model: &self.model, beliefs: &self.beliefs, noise: &self.noise, point }
     }
 
-    /// The model with the effects that are named, where they can stand in its lines.
-    fn follow(&mut self, diagnosis: Option<&Diagnosis>) -> Result<()> {
+    /// Take the model with the effects that are named, where they can stand in its lines. Is it another than before?
+    fn follow(&mut self, diagnosis: Option<&Diagnosis>) -> Result<bool> {
         let stands = |own: &diagnosis::Finding| {
             matches!(own.effect.kind, Regressor::Term(_) | Regressor::Tilt(_) | Regressor::Known(_))
         };
@@ -356,12 +381,13 @@ impl Guide {
             let models = own.bench.sensors.iter().map(|sensor| sensor.model.to_string());
             models.chain(own.estimated().iter().map(|p| p.id.clone())).collect()
         };
-        if lines(model) != lines(&self.model) {
+        let is_another = lines(model) != lines(&self.model);
+        if is_another {
             self.table = None;
             self.beliefs = Beliefs::new(model, &self.candidates, &self.noise, self.settings.tilts)?;
         }
         self.model = model.without_readings(&self.campaign.readings.columns);
-        Ok(())
+        Ok(is_another)
     }
 
     fn table(&mut self) -> Result<Table> {
@@ -492,6 +518,7 @@ impl Guide {
         }
         let Some(seen) = seen else { return Ok(()) };
         let determined = seen.undetermined(&self.model).is_empty();
+        let diagnosis = diagnosis.filter(|_| !advice.mistake.as_ref().is_some_and(Mistake::is_named));
         if let (true, Some(own)) = (determined, diagnosis)
             && let Some(next) = self.discriminating(own)?
         {

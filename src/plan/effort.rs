@@ -1,6 +1,6 @@
 //! What a reading costs in uncertainty and in work: noise of each sensor, scatter of each remounting, costs.
 
-use crate::campaign::{Campaign, Kind, Observation, Reading, Readings, Size};
+use crate::campaign::{Campaign, Deviating, Kind, Observation, Reading, Readings, Scatter, Size};
 use crate::error::{Fault, Malformed, Result};
 use crate::fit;
 use crate::vocabulary::vocabulary;
@@ -43,8 +43,9 @@ pub struct Noise {
 impl Noise {
     /// Noise as given (`V = 9e-4`), else from stated uncertainties, else from the residuals of a measured campaign.
     ///
-    /// `remount` names parameters (tilts in radians) that scatter from mounting to mounting. Errors: a sensor or parameter that the bench does
-    /// not have, a standard deviation that is not positive, a schedule without noise.
+    /// A line of the campaign's scatter is given under its name, in its unit (`beta per position = 5`). `remount` names parameters (tilts in radians) that
+    /// scatter from mounting to mounting. Errors: a sensor, line or parameter that the bench does not have, a standard deviation that is not positive, a
+    /// schedule without noise.
     pub fn new(campaign: &Campaign, given: &[(String, f64)], remount: &[(String, f64)]) -> Result<Self> {
         Noise::with_fit(campaign, given, remount, None)
     }
@@ -57,13 +58,18 @@ impl Noise {
         fitted: Option<&fit::Fit>,
     ) -> Result<Self> {
         let ids: Vec<&str> = campaign.bench.sensors.iter().map(|s| s.id.as_str()).collect();
+        // lines of scatter with one standard deviation, by the names that budgets and truth files have for them
+        let sized =
+            |line: &&Scatter| !matches!((&line.of, &line.size), (Deviating::Correlated(..), _) | (_, Size::Column(_)));
+        let names = campaign.scatter.iter().filter(sized).map(|line| line.name(campaign));
+        let names: Vec<String> = ids.iter().map(|id| (*id).to_string()).chain(names).collect();
         for (id, sd) in given {
-            if !ids.contains(&id.as_str()) {
+            if !names.contains(id) {
                 return Err(Malformed::new(
                     Fault::UnknownName,
-                    format!("noise is given for '{id}', which is no sensor here"),
+                    format!("noise is given for '{id}', which is no sensor and no line of scatter here"),
                 )
-                .expected(format!("one of {}", ids.join(", ")))
+                .expected(format!("one of {}", names.join(", ")))
                 .found(format!("'{id}'")));
             }
             positive(*sd, &format!("the noise of {id}"))?;
@@ -113,6 +119,11 @@ impl Noise {
                 .found("\"estimate\"")
                 .at_path(line.place.clone()));
             }
+            let name = line.name(campaign);
+            if let Some(((_, sd), slot)) = given.iter().find(|(own, _)| *own == name).zip(lines.get_mut(k)) {
+                *slot = (sd / line.shown).powi(2);
+                continue;
+            }
             if line.size != Size::Estimated {
                 continue;
             }
@@ -124,10 +135,17 @@ impl Noise {
             let (Some(source), Some(slot)) = (source, lines.get_mut(k)) else {
                 return Err(Malformed::new(
                     Fault::Missing,
-                    format!("how much {} scatters is not known", line.of_name(campaign)),
+                    format!(
+                        "how much {} scatters is not known: a schedule has no readings to estimate it from",
+                        line.of_name(campaign)
+                    ),
                 )
-                .expected("a standard deviation as its \"u\": a schedule has no readings to estimate it from")
-                .found("\"estimate\"")
+                .expected(match line.unit.as_str() {
+                    "" => "the standard deviation that it will have".into(),
+                    unit => format!("the standard deviation that it will have, in {unit}"),
+                })
+                .argument("noise", format!("\"{name}=SD\""))
+                .found("\"u\": \"estimate\"")
                 .at_path(line.place.clone()));
             };
             *slot = source.variance;

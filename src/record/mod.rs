@@ -379,7 +379,6 @@ impl Record {
     }
 
     /// Have the columns names of their own?
-    #[cfg(feature = "cli")]
     pub(crate) fn is_named(&self) -> bool {
         self.text().is_none_or(|table| table.dialect.named)
     }

@@ -3,7 +3,7 @@
 use super::fit_document::model_facts;
 use super::provenance::begin;
 use super::{Input, ReportKind, VERSION, finite};
-use crate::batch::{Chance, NotInOrder, Reason, Row, Scattering, Summary};
+use crate::batch::{Chance, NoisyDevice, NotInOrder, Reason, Row, Scattering, Summary};
 use crate::campaign::{Campaign, Decision, Limited};
 use crate::document::chart::{Chart, Control, Distribution};
 use crate::document::number::{level, rounded, significant};
@@ -48,6 +48,9 @@ pub struct BatchReport {
     pub quantities: Vec<DistributionReport>,
     /// Outlying devices, the farthest first, at most 50.
     pub outlying: Vec<OutlyingReport>,
+    /// Accepted devices whose residuals scatter more than those of the others (1 % over all devices), the noisiest first, at most 50.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub noisy: Vec<NoisyDevice>,
     /// Devices that are not accepted or lie outside a limit, the worst first, at most 100: those without an answer, those that a test rejects
     /// (the least probable first), those outside a limit, those that their limits leave undecided.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -312,6 +315,7 @@ pub fn batch_report(campaign: &Campaign, settings: &fit::Settings, by: &str, sum
             .into_iter()
             .map(|own| OutlyingReport { device: own.label, id: name(own.quantity), value: own.value, z: own.z })
             .collect(),
+        noisy: summary.noisy(MOST),
         not_in_order: summary.not_in_order.clone(),
         reasons: summary.reasons.clone(),
         chance: tests.into_iter().filter_map(chance).collect(),
@@ -387,6 +391,10 @@ fn answer(report: &BatchReport, lang: Language) -> Section {
             (Tone::Bad, say!(lang, "of-are-not-accepted-rejected-a-rank", bad, devices, rejected, malformed))
         }
     };
+    let noisy = (!report.noisy.is_empty()).then(|| {
+        let names = lang.names(report.noisy.iter().map(|own| own.label.as_str()));
+        (Tone::Caution, say!(lang, "accepted-devices-are-noisy", names, n = report.noisy.len()))
+    });
     let conformity = report.conformity.as_ref().map(|limits| {
         let tone = match (limits.fail, limits.undecided) {
             (0, 0) => Tone::Good,
@@ -399,7 +407,7 @@ fn answer(report: &BatchReport, lang: Language) -> Section {
     });
     let differs = |q: &&DistributionReport| q.scattering.as_ref().is_some_and(|s| s.significant == Some(true));
     let names = lang.names(report.quantities.iter().filter(differs).map(|q| q.id.as_str()));
-    Section::new(say!(lang, "result")).verdicts([accepted]).verdicts(conformity).prose(say!(
+    Section::new(say!(lang, "result")).verdicts([accepted]).verdicts(noisy).verdicts(conformity).prose(say!(
         lang,
         "devices-differ-by-more-than-their-readings",
         names
@@ -478,7 +486,15 @@ fn not_in_order(report: &BatchReport, links: &BTreeMap<String, String>, lang: La
 }
 
 fn apart(report: &BatchReport, links: &BTreeMap<String, String>, lang: Language) -> Section {
-    let section = Section::new(say!(lang, "devices-that-stand-apart"));
+    let noisy = Rows::of(&report.noisy)
+        .left(report.by.as_str(), |own| &own.label)
+        .decimal(say!(lang, "residual-sd"), |own| Cell::digits(Some(own.residual_sd), 3))
+        .decimal(say!(lang, "sd-of-the-others"), |own| Cell::digits(Some(own.pooled_sd), 3))
+        .decimal("F", |own| Cell::digits(Some(own.f), 3))
+        .right("p", |own| Cell::p(Some(own.p)))
+        .link(|own| links.get(&own.label))
+        .note(say!(lang, "noisy-devices-f"));
+    let section = Section::new(say!(lang, "devices-that-stand-apart")).table(noisy);
     if report.outlying.is_empty() {
         return section.prose(say!(lang, "no-accepted-device-stands-apart-from-the"));
     }

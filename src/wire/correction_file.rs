@@ -109,6 +109,13 @@ pub struct MountingFile {
     pub missing: Vec<String>,
     /// `v_mount = rotation v_sensor`, row by row, a pure number.
     pub rotation: [[f64; 3]; 3],
+    /// Derivative of `rotation` by each tilt, per rad. Files of earlier versions have none: the rotation then counts as exact.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub by_tilt: Vec<[[f64; 3]; 3]>,
+    /// Covariance of the tilts (rows) with the parameters of `parameters.order` and then with the tilts themselves, in products of their units; empty where it
+    /// is not known.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub covariance: Vec<Vec<f64>>,
 }
 
 impl CorrectionFile {
@@ -154,11 +161,13 @@ impl CorrectionFile {
                 covariance: calibration.covariance.clone(),
             },
             mounting: calibration.mounting.as_ref().map(|mounting| {
-                let r = &mounting.rotation;
+                let rows = |r: &Matrix3<f64>| [0, 1, 2].map(|i| [0, 1, 2].map(|j| r[(i, j)]));
                 MountingFile {
                     tilts: mounting.tilts.clone(),
                     missing: mounting.missing.clone(),
-                    rotation: [0, 1, 2].map(|i| [0, 1, 2].map(|j| r[(i, j)])),
+                    rotation: rows(&mounting.rotation),
+                    by_tilt: mounting.by_tilt.iter().map(rows).collect(),
+                    covariance: mounting.covariance.clone(),
                 }
             }),
         })
@@ -199,6 +208,16 @@ impl CorrectionFile {
                 .found(format!("{} values, {} rows of covariances", values.len(), covariance.len()))
                 .at_path("correction.parameters"));
         }
+        if let Some(MountingFile { tilts, by_tilt, covariance, .. }) = &self.mounting {
+            let (t, rows) = (tilts.len(), covariance.len());
+            let sizes = (rows == 0 || rows == t) && covariance.iter().all(|row| row.len() == n + t);
+            if !sizes || (by_tilt.len() != t && !(by_tilt.is_empty() && rows == 0)) {
+                return Err(Malformed::new(Fault::Value, "the mounting's tilts do not agree in number")
+                    .expected(format!("{t} derivatives, and {t} x {} covariances or none", n + t))
+                    .found(format!("{} derivatives, {rows} rows of covariances", by_tilt.len()))
+                    .at_path("correction.mounting"));
+            }
+        }
         let inputs = self
             .inputs
             .into_iter()
@@ -215,6 +234,7 @@ impl CorrectionFile {
             let ranges = solved.zip(&self.validity.range).filter(|(i, _)| i.quantity == quantity);
             ranges.map(|(_, range)| *range).fold(0.0, f64::max)
         };
+        let matrix = |rows: [[f64; 3]; 3]| Matrix3::from_row_iterator(rows.into_iter().flatten());
         let span = Span { rate: largest(Quantity::Rate), force: largest(Quantity::Force) };
         Ok(Calibration {
             rate_unit,
@@ -229,7 +249,9 @@ impl CorrectionFile {
             mounting: self.mounting.map(|m| Mounting {
                 tilts: m.tilts,
                 missing: m.missing,
-                rotation: Matrix3::from_row_iterator(m.rotation.into_iter().flatten()),
+                rotation: matrix(m.rotation),
+                by_tilt: m.by_tilt.into_iter().map(matrix).collect(),
+                covariance: m.covariance,
             }),
         })
     }

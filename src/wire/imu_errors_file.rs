@@ -6,7 +6,8 @@ use crate::navigate::errors::{ErrorSource, ImuErrors, Instrument, Kind};
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize};
 
-/// Errors of the unit; a single number applies to all axes.
+/// Errors of the unit; a single number applies to all axes. The axes are those of the body: x right, y forward, z up, so that a unit whose y points to the
+/// right, or whose z points down, has its errors renamed and their signs changed here.
 #[derive(Debug, Clone, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ErrorsFile {
@@ -73,7 +74,7 @@ pub enum AxesFile {
     Absent,
     /// The same for all.
     All(f64),
-    /// x, y, z.
+    /// Along the body's x (right), y (forward), z (up).
     Each([f64; 3]),
 }
 
@@ -109,7 +110,7 @@ pub enum DriftFile {
     Each(DriftCoefficients),
 }
 
-/// Drift of the first axis' gyro for each g along the second axis.
+/// Drift of the first axis' gyro for each g along the second axis; x right, y forward, z up.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct DriftCoefficients {
@@ -172,7 +173,7 @@ impl<'de> Deserialize<'de> for DriftFile {
     }
 }
 
-/// What of the second axis' input the first axis' sensor sees.
+/// What of the second axis' input the first axis' sensor sees; x right, y forward, z up.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct InstallationAngles {

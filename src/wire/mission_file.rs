@@ -24,12 +24,12 @@ pub struct MissionFile {
     /// Time between two rows of output, s.
     #[serde(default = "minute")]
     pub output_every_s: f64,
-    /// The motion.
+    /// The motion: of the body axes x right, y forward, z up against east, north, up.
     pub motion: MotionFile,
     /// Other motions to compare with it: ratios are theirs over its; plots draw it dashed and these solid.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub beside: Vec<MotionFile>,
-    /// Errors of the unit.
+    /// Errors of the unit, along the body axes x right, y forward, z up.
     #[serde(default)]
     pub errors: ErrorsFile,
     /// Which errors fly together.

@@ -7,7 +7,8 @@ use serde::de::{Deserializer, Error, MapAccess, Visitor};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// A motion of the vehicle: one of these.
+/// A motion of the vehicle: one of these. The body axes are x right, y forward, z up; pitch is about x, roll about y, and the heading is counted clockwise from
+/// north to y.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum MotionFile {

@@ -325,8 +325,20 @@ fn reading(
     for (joint, [deg, deg_s, turns]) in joints.iter().zip(&states) {
         joint_states.push(JointState::from_keys(joint, *deg, *deg_s, *turns).map_err(|error| {
             let error = match error.finding() {
-                Some("neither") if keys().all(is_plain) => {
-                    error.found(format!("neither among {}", keys().collect::<Vec<_>>().join(", ")))
+                Some("neither") => {
+                    let is_blank = |(key, cell): &&(String, Cell)| {
+                        let of_joint = key.strip_prefix(joint).is_some_and(|end| ["_deg", "_deg_s"].contains(&end));
+                        of_joint && matches!(cell, Cell::Nothing(()))
+                    };
+                    match row.0.iter().find(is_blank) {
+                        Some((key, _)) => {
+                            error.found(format!("an empty cell for {key}: fill it in, or delete the row"))
+                        }
+                        None if keys().all(is_plain) => {
+                            error.found(format!("neither among {}", keys().collect::<Vec<_>>().join(", ")))
+                        }
+                        None => error,
+                    }
                 }
                 _ => error,
             };
@@ -359,8 +371,8 @@ fn not_a_number(place: &str, key: &str, found: &str) -> Malformed {
     let comma = comma.matches(',').count() == 1 && comma.replace(',', ".").parse::<f64>().is_ok();
     Malformed::new(Fault::Value, format!("{key} is not a number"))
         .expected(match comma {
-            true => "a number with a decimal point (or a file whose cells are parted by semicolons, with one decimal mark in all)",
-            false => "a finite number; leave the value out where nothing was read",
+            true => "a number with a decimal point; decimal commas are read in a file whose cells are separated by semicolons or tabs, if all its numbers have them",
+            false => "a finite number; leave the cell empty, or the key out, where nothing was read",
         })
         .found(found.to_string())
         .at_path(format!("{place}.{key}"))

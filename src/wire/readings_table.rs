@@ -23,7 +23,13 @@ pub(super) fn read(
     scatter: &[ScatterRequest],
 ) -> Result<Readings> {
     let (keys, blocks) = read_blocks(bench, &mut record, map, &|key| ScatterRequest::use_key(scatter, key))?;
-    from_cells(bench, Rows { keys: &keys, blocks: &blocks, labels: record.labels(), file: record.name() })
+    let rows = Rows { keys: &keys, blocks: &blocks, labels: record.labels(), file: record.name() };
+    from_cells(bench, rows).map_err(|error| match record.is_named() || error.fault() != Fault::Missing {
+        true => error,
+        false => error
+            .expected("a line of titles (alpha_deg, V, ...) with as many cells as the rows; where commas separate the cells, numbers with decimal points")
+            .found(format!("rows of {} cells, and no such line", keys.len())),
+    })
 }
 
 /// The rows of a table under the keys of readings, those cells that are not empty; what they lack of a reading is for others to say.

@@ -457,3 +457,58 @@ fn between_devices_against_u() {
     assert_within(between.p, (1.0_f64 + 8.0 / 12.0).powi(-6), 1e-12, "p");
     assert_within(between.sd_of_devices, 0.75_f64.sqrt(), 1e-13, "sd of devices");
 }
+
+fn means(devices: &[(f64, &[f64])]) -> Summary {
+    let reading = |device: usize, y: f64| json!({ "serial": format!("d{device}"), "y": y }).as_object().cloned();
+    let of = |(device, (scale, steps)): (usize, &(f64, &[f64]))| -> Vec<Map<String, Value>> {
+        steps.iter().filter_map(|step| reading(device, 1.0 + scale * step)).collect()
+    };
+    let (rows, ..) = together(&Table {
+        file: json!({ "bench": { "id": "mean", "sensors": { "y": { "model": "m" } } }, "estimate": { "m": {} }, "readings": [] }),
+        rows: devices.iter().enumerate().flat_map(of).collect(),
+        large: false,
+    });
+    let mut summary = Summary::new(1);
+    rows.iter().for_each(|row| {
+        assert_eq!(row.verdict, Verdict::Accepted, "{row:?}");
+        summary.add(row);
+    });
+    summary
+}
+
+/// Three readings -1, 0, 1 have a variance of 1 with two degrees of freedom. Of six such devices two scatter 300 and 200 times as much: F = 90,000 and 40,000
+/// against the other four, whose pooled variance is 1 with eight; for two degrees of freedom P(F > f) = (1 + 2 f/8)^-4. Neither hides the other.
+#[test]
+fn noisy_devices_are_compared_with_the_others() {
+    let steps: &[f64] = &[-1.0, 0.0, 1.0];
+    let like = (1e-3, steps);
+    let noisy = means(&[like, (0.3, steps), like, like, (0.2, steps), like]).noisy(50);
+    assert_eq!(noisy.len(), 2, "{noisy:?}");
+    for (own, (label, ratio)) in noisy.iter().zip([("d1", 300.0_f64), ("d4", 200.0)]) {
+        assert_eq!((own.label.as_str(), own.dof, own.pooled_dof), (label, 2.0, 8.0));
+        assert_within(own.pooled_sd, 1e-3, 1e-12, "pooled sd");
+        assert_within(own.residual_sd, 1e-3 * ratio, 1e-12, "residual sd");
+        // of readings near 1 that are rounded, the variance of 1e-6 is known to 1e-12
+        assert_within(own.f / (ratio * ratio), 1.0, 1e-11, "F");
+        assert_within(own.p / (1.0 + ratio * ratio / 4.0).powi(-4), 1.0, 1e-9, "p");
+    }
+    // three times as much is what chance does among six: F = 9, p = 0.009 for one device, 0.0017 is asked for
+    assert!(means(&[like, like, like, like, (3e-3, steps), like]).noisy(50).is_empty());
+}
+
+/// Of families of like devices one or two in a hundred have a device that is noisy by chance.
+#[test]
+fn like_devices_are_rarely_noisy() {
+    let mut draws = Draws(0x5ca7_7e25_0000_0001);
+    let mut found = 0;
+    let families = 300;
+    for _ in 0..families {
+        let readings: Vec<Vec<f64>> =
+            (0..12).map(|_| (0..4 + draws.below(8)).map(|_| draws.normal()).collect()).collect();
+        let devices: Vec<(f64, &[f64])> = readings.iter().map(|own| (1e-3, own.as_slice())).collect();
+        found += usize::from(!means(&devices).noisy(50).is_empty());
+    }
+    println!("{found} of {families} families of 12 like devices have a noisy one");
+    // at 1.5 %: 4.5 expected, more than 12 in one of 500 experiments
+    assert!(found <= 12, "{found} of {families}");
+}

@@ -7,11 +7,11 @@
 
 use crate::bench::{Drawn, drawn, measure, normal, pick, uniform};
 use crate::draws::draws;
-use rand_pcg::Pcg64Mcg;
+use rand_pcg::{Pcg64Mcg, rand_core::SeedableRng};
 use rayon::prelude::*;
 use tumble::campaign::{JointState, Reading};
 use tumble::guide::{Agreement, Guide, MistakeKind, Settings};
-use tumble::simulate::Truth;
+use tumble::simulate::{DrawnNoise, Truth};
 use tumble::wire;
 
 const KINDS: [&str; 6] = ["wrong face", "exchanged axes", "wrong sense", "slipped mounting", "clean", "wrong value"];
@@ -359,5 +359,58 @@ fn mistakes_at_the_bench() {
                 assert!(told.0 as f64 + 1.0 >= 0.9 * told.1 as f64, "{kind}: {} of {} named at once", told.0, told.1);
             }
         }
+    }
+}
+
+/// One rate of the wrong sense that is left in. From the first reading that shows it on, every reading that disagrees finds it as the likely culprit, and no effect takes
+/// its place; taken back, nothing disagrees.
+#[test]
+fn a_wrong_sense_that_is_left_in_stays_the_culprit() {
+    let text = r#"{ "bench": "gyro-turntable", "known": { "kI": { "value": -2.9222, "unit": "V/(deg/s)", "u": 0 } },
+        "estimate": { "V0": {}, "dtheta_x0": {}, "dtheta_y0": {}, "dtheta_y1": {}, "dtheta_y2": {}, "dtheta_z2": {} },
+        "readings": [
+          { "position": "1", "alpha_deg": 0, "beta_deg": 0, "gamma_deg_s": [20, -20, 40, -40] },
+          { "position": "2", "alpha_deg": 0, "beta_deg": 90, "gamma_deg_s": [20, -20, 40, -40] },
+          { "position": "3", "alpha_deg": 90, "beta_deg": 180, "gamma_deg_s": [20, -20, 40, -40] },
+          { "position": "4", "alpha_deg": 180, "beta_deg": 180, "gamma_deg_s": [20, -20, 40, -40] },
+          { "position": "5", "alpha_deg": 270, "beta_deg": 0, "gamma_deg_s": [20, -20, 40, -40] },
+          { "position": "6", "alpha_deg": 45, "beta_deg": 0, "gamma_deg_s": [20, -20, 40, -40] },
+          { "position": "7", "alpha_deg": 135, "beta_deg": 270, "gamma_deg_s": [20, -20, 40, -40] },
+          { "position": "8", "alpha_deg": 225, "beta_deg": 45, "gamma_deg_s": [20, -20, 40, -40] } ] }"#;
+    let schedule = crate::bench::parse(text);
+    let catalogue = wire::built_in_effects().unwrap();
+    let mut truth = Truth { point: schedule.reference_point(), ..drawn(1).truth };
+    for (value, tilt) in truth.point.iter_mut().zip([1.5e-3, 1.5e-5, -4e-5, -2.7e-4, -7.8e-4, 2.7e-4]) {
+        *value = tilt;
+    }
+    truth.noise = vec![DrawnNoise { sd: 1e-4, stated: true, decimals: None }];
+    for seed in [1, 2, 3] {
+        let mut random = Pcg64Mcg::seed_from_u64(seed);
+        let mut positions = schedule.readings.rows.clone();
+        positions.sort_by_cached_key(|_| uniform(&mut random, 0.0, 1e9) as u64);
+        let settings = Settings { noise: vec![("V".into(), 1e-4)], ..Settings::default() };
+        let mut guide = Guide::new(&schedule, &schedule.readings, &catalogue, settings).unwrap();
+        let mut shown = 0;
+        for (k, asked) in positions.iter().take(14).enumerate() {
+            let mut set = asked.clone();
+            if k == 5 {
+                set.joints
+                    .iter_mut()
+                    .for_each(|joint| *joint = if joint.rate_deg_s() == 0.0 { *joint } else { joint.reversed() });
+            }
+            let read = measure(&schedule, &truth, guide.taken(), &set, seed);
+            guide.accept(Reading { joints: asked.joints.clone(), ..read }).unwrap();
+            let advice = guide.advise(true).unwrap();
+            let disagrees = advice.newest.as_ref().unwrap().agreement == Agreement::Disagrees;
+            let culprit = advice.mistake.as_ref().and_then(tumble::guide::Mistake::culprit).map(|(reading, _)| reading);
+            println!("seed {seed}, reading {}: disagrees {disagrees}, culprit {culprit:?}", k + 1);
+            shown += usize::from(culprit == Some(6));
+            assert!(k < 5 || shown == 0 || culprit == Some(6), "seed {seed}, reading {}: {:?}", k + 1, advice.mistake);
+        }
+        assert!(shown >= 4, "seed {seed}: shown after {shown} readings only");
+        guide.undo(6).unwrap();
+        let advice = guide.advise(false).unwrap();
+        assert!(advice.mistake.is_none(), "seed {seed}: {:?}", advice.mistake);
+        assert!(advice.diagnosis.is_none_or(|own| own.effects.is_empty()), "seed {seed}");
     }
 }

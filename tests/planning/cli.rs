@@ -328,3 +328,40 @@ fn what_is_to_be_found_leaves_the_tilts_determined() {
         assert!(own["u"].as_f64().is_some_and(|u| u < 1_f64.to_radians()), "{own}");
     }
 }
+
+/// A line of scatter whose u is to be estimated: a schedule cannot, and the error names the option; with it the plan is that of a schedule that states the u.
+#[test]
+fn scatter_that_is_to_be_estimated_is_asked_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let schedule = |u: &str| {
+        let text = std::fs::read_to_string(example().join(PUBLISHED)).unwrap();
+        let mut own: serde_json::Value = serde_json::from_str(&text).unwrap();
+        let line = format!(r#"[{{"of": "dtheta_y2", "per": "position", "u": {u}, "unit": "arcsec"}}]"#);
+        own["scatter"] = serde_json::from_str(&line).unwrap();
+        std::fs::write(folder.path().join("s.campaign.json"), own.to_string()).unwrap();
+    };
+    let run = |more: &[&str]| {
+        let all: Vec<&str> = ["plan", "s.campaign.json", "--noise", "V=9e-4", "--json", "-"]
+            .into_iter()
+            .chain(more.iter().copied())
+            .collect();
+        tumble(folder.path(), &all)
+    };
+    let numbers = |text: &str| {
+        let report: serde_json::Value = serde_json::from_str(text).unwrap();
+        report["schedule"]["parameters"].clone()
+    };
+    schedule("5");
+    let (code, stated, error) = run(&[]);
+    assert_eq!(code, 0, "{error}");
+    let (_, larger, _) = run(&["--noise", "dtheta_y2 per position=50"]);
+    assert_ne!(numbers(&larger), numbers(&stated), "another u is given");
+    schedule("\"estimate\"");
+    let (code, _, error) = run(&[]);
+    let words = error.split_whitespace().filter(|word| *word != "│").collect::<Vec<_>>().join(" ");
+    assert!(code == 1 && words.contains("dtheta_y2 per position=SD") && words.contains("in arcsec"), "{error}");
+    let (code, given, error) = run(&["--noise", "dtheta_y2 per position=5"]);
+    assert_eq!((code, numbers(&given)), (0, numbers(&stated)), "{error}");
+    let (code, _, error) = run(&["--noise", "gamma per position=5"]);
+    assert!(code == 1 && error.contains("no line of scatter"), "{error}");
+}

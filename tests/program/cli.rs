@@ -301,3 +301,38 @@ fn a_reader_that_goes_away_is_no_error() {
     let output = child.wait_with_output().expect("an end");
     assert!(output.status.code().is_some() && output.stderr.is_empty(), "{}", String::from_utf8_lossy(&output.stderr));
 }
+
+/// Cells that cannot be read say what is to be done about them.
+#[test]
+fn cells_say_what_to_do() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let campaign = folder.path().join("c.campaign.json");
+    std::fs::write(
+        &campaign,
+        r#"{ "bench": "gyro-turntable", "known": { "kI": { "value": -2.9222, "unit": "V/(deg/s)" } }, "estimate": { "V0": {} }, "readings": "r.csv" }"#,
+    )
+    .expect("a file");
+    let told = |table: &str| {
+        std::fs::write(folder.path().join("r.csv"), table).expect("a file");
+        let run = tumble(&["fit", campaign.to_str().expect("UTF-8")]);
+        (run.code, run.stderr.split_whitespace().filter(|word| *word != "│").collect::<Vec<_>>().join(" "), run.stdout)
+    };
+    let titles = "alpha_deg,beta_deg,gamma_deg_s,V\n0,0,20,-0.06\n";
+    for (rows, sentence) in [
+        ("0,,20,-0.06\n", "an empty cell for beta_deg: fill it in, or delete the row"),
+        ("0,0,20,n/a\n", "leave the cell empty"),
+        (
+            "0,0,20,\"-0,06\"\n",
+            "a number with a decimal point; decimal commas are read in a file whose cells are separated by semicolons",
+        ),
+    ] {
+        let (code, told, _) = told(&format!("{titles}{rows}"));
+        assert!(code == 1 && told.contains(sentence), "{told}");
+    }
+    // decimal commas between commas are further cells
+    let (code, words, _) = told("alpha_deg,beta_deg,gamma_deg_s,V\n0,0,20,-0,06\n0,90,20,-0,07\n");
+    assert!(code == 1 && words.contains("a line of titles") && words.contains("rows of 5 cells"), "{words}");
+    // a reading that was not made is named by its line alone
+    let (code, _, answer) = told(&format!("{titles}0,90,20,-0.06\n0,0,40,\n"));
+    assert!(code == 0 && answer.contains("r.csv)") && !answer.contains('|'), "{answer}");
+}

@@ -210,6 +210,67 @@ fn files_of_others_go_by_axis() {
     close(&line(&kalibr, "bias"), &[10.0, 20.0, 30.0]);
 }
 
+/// kalibr's A is `d reading / d specific force` in reading per m/s^2, whether the unit's own accelerometers are in the calibration (then forces are solved for) or not
+/// (then they are given): `readings = M w + A a + b` with C_gyro_i = 1 (kalibr, IccSensors.py: `w = M C_gyro_b w_b + A C_gyro_b a_b`).
+#[test]
+fn sensitivity_of_the_gyros_to_acceleration_goes_to_kalibr() {
+    let accelerometers = r#", "ax": {"model": "0.1 + 2*a_x"}, "ay": {"model": "a_y"}, "az": {"model": "a_z"}"#;
+    for more in ["", accelerometers] {
+        let campaign = format!(
+            r#"{{"bench": {{"id": "g", "units": {{"rate": "deg/s", "force": "g"}}, "chain": [{{"joint": "t", "about": "z"}}], "sensors": {{
+            "gx": {{"model": "b + 3*w_x + 0.5*a_y - 0.25*a_x*a_z"}}, "gy": {{"model": "2*w_y - 0.125*a_x + 0.0625*a_z"}},
+            "gz": {{"axes": {{"I": "z"}}, "model": "w_I + 0.75*a_I"}} {more} }}}},
+            "estimate": {{"b": {{}}}}, "readings": [{{"t_deg": 0, "gx": 0.5}}]}}"#
+        );
+        let folder = tempfile::tempdir().unwrap();
+        let (path, fit) = (folder.path().join("g.campaign.json"), folder.path().join("g.fit.json"));
+        std::fs::write(&path, campaign).unwrap();
+        assert_ne!(tumble(&["fit", path.to_str().unwrap(), "--json", fit.to_str().unwrap()]).status.code(), Some(1));
+        let output = tumble(&["export", fit.to_str().unwrap(), "--to", "kalibr"]);
+        let text = String::from_utf8(output.stdout).unwrap();
+        let matrix = |name: &str| -> Vec<f64> {
+            let gyros = text.split("gyroscopes:").nth(1).unwrap();
+            let rows = gyros.split(&format!("  {name}:\n")).nth(1).unwrap().lines().take(3);
+            let cells = rows.flat_map(|row| row.split(['[', ']']).nth(1).unwrap().split(',').map(str::trim));
+            cells.map(|cell| cell.parse().unwrap()).collect()
+        };
+        let (g, degree) = (9.80665, std::f64::consts::PI / 180.0);
+        // at zero force the product of two forces has no slope
+        let expected = [0.0, 0.5, 0.0, -0.125, 0.0, 0.0625, 0.0, 0.0, 0.75].map(|slope| slope / g);
+        let rates = [3.0, 0.0, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 1.0].map(|slope| slope / degree);
+        for (found, expected) in [(matrix("A"), expected), (matrix("M"), rates)] {
+            assert_eq!(found.len(), 9, "{text}");
+            let close = |(a, b): (&f64, &f64)| (a - b).abs() <= 1e-12 * b.abs();
+            assert!(found.iter().zip(&expected).all(close), "{found:?} for {expected:?}: {text}");
+        }
+    }
+}
+
+/// A temperature that the record lacks: the value that is taken is said, and that u takes it as exact.
+#[test]
+fn u_without_the_temperature_is_said() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
+    std::fs::write(
+        at("t.campaign.json"),
+        r#"{"bench": {"id": "t", "chain": [{"joint": "t", "about": "x"}], "sensors": {"V": {"axes": {"I": "z"}, "model": "b + a_I + c*temperature_c"}}},
+            "known": {"c": {"value": 0.5, "u": 0.1}}, "estimate": {"b": {}},
+            "readings": [{"t_deg": 0, "temperature_c": 20, "V": 11, "V_u": 0.1}, {"t_deg": 0, "temperature_c": 30, "V": 16, "V_u": 0.1}]}"#,
+    )
+    .unwrap();
+    tumble(&["fit", &at("t.campaign.json"), "--json", &at("t.fit.json")]);
+    std::fs::write(at("log.csv"), "V\n13.5\n").unwrap();
+    let said = |more: &[&str]| {
+        let (fit, log) = (at("t.fit.json"), at("log.csv"));
+        let output = tumble(&[&["apply", fit.as_str(), log.as_str()], more].concat());
+        assert!(output.status.success());
+        String::from_utf8(output.stderr).unwrap().split_whitespace().collect::<Vec<_>>().join(" ")
+    };
+    let plain = "temperature_c is not in the record: 25 was taken";
+    assert!(said(&[]).contains(plain) && !said(&[]).contains("exact"));
+    assert!(said(&["--u"]).contains(&format!("{plain}; the uncertainties take it as exact")), "{}", said(&["--u"]));
+}
+
 #[test]
 fn bad_records_are_answered_with_their_place() {
     let folder = tempfile::tempdir().unwrap();

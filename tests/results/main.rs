@@ -6,6 +6,7 @@ mod correction;
 mod draws;
 mod exported;
 mod hand_held;
+mod mounting;
 mod programs;
 mod records;
 mod round_trips;

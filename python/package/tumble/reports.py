@@ -138,6 +138,7 @@ __all__ = [
     "NoiseReport",
     "NoiseScatterReport",
     "NoiseSource",
+    "NoisyDeviceReport",
     "NormalityReport",
     "NotEstimableReport",
     "NotInOrderReport",
@@ -356,6 +357,27 @@ class LotReport(Node):
     _keys = frozenset(["control", "devices", "mean", "name", "sd"])
 
 
+class NoisyDeviceReport(Node):
+    """An accepted device whose residuals scatter more than those of the others."""
+
+    device: str
+    """The device."""
+    dof: float
+    """Degrees of freedom of the device."""
+    f: float
+    """The variance of the one over that of the others, a pure number."""
+    p: float
+    """Probability of a larger ratio by chance, for this device alone."""
+    pooled_dof: float
+    """Degrees of freedom of the others."""
+    pooled_sd: float
+    """That of the devices with no more scatter, pooled, in the sensor's unit."""
+    residual_sd: float
+    """Its residual standard deviation, in the sensor's unit."""
+
+    _keys = frozenset(["device", "dof", "f", "p", "pooled_dof", "pooled_sd", "residual_sd"])
+
+
 class NotInOrderReport(Node):
     """A device that is not accepted, or outside a limit."""
 
@@ -415,6 +437,8 @@ class BatchReport(Report):
     """Lots or dates in the order in which they were met; empty where no column has them."""
     model: dict[str, str]
     """Model line of each sensor."""
+    noisy: list[NoisyDeviceReport] | None
+    """Accepted devices whose residuals scatter more than those of the others (1 % over all devices), the noisiest first, at most 50."""
     not_in_order: list[NotInOrderReport] | None
     """Devices that are not accepted or lie outside a limit, the worst first, at most 100: those without an answer, those that a test rejects
     (the least probable first), those outside a limit, those that their limits leave undecided."""
@@ -429,7 +453,7 @@ class BatchReport(Report):
     tumble: str
     """Version of the program that wrote it."""
 
-    _keys = frozenset(["bench", "by", "chance", "conformity", "devices", "estimator", "inputs", "level", "lots", "model", "not_in_order", "outlying", "quantities", "reasons", "report", "tumble"])
+    _keys = frozenset(["bench", "by", "chance", "conformity", "devices", "estimator", "inputs", "level", "lots", "model", "noisy", "not_in_order", "outlying", "quantities", "reasons", "report", "tumble"])
 
 
 class CalibratedReport(Node):
@@ -1797,6 +1821,11 @@ class MonteCarloReport(Node):
 class MountingFile(Node):
     """How the sensors' frame is turned against the mounting face."""
 
+    by_tilt: list[list[list[float]]] | None
+    """Derivative of `rotation` by each tilt, per rad. Files of earlier versions have none: the rotation then counts as exact."""
+    covariance: list[list[float]] | None
+    """Covariance of the tilts (rows) with the parameters of `parameters.order` and then with the tilts themselves, in products of their units;
+    empty where it is not known."""
     missing: list[str] | None
     """Those of them that are not estimable; the rotation holds them at their reference."""
     rotation: list[list[float]]
@@ -1804,7 +1833,7 @@ class MountingFile(Node):
     tilts: list[str]
     """The tilts, in chain order."""
 
-    _keys = frozenset(["missing", "rotation", "tilts"])
+    _keys = frozenset(["by_tilt", "covariance", "missing", "rotation", "tilts"])
 
 
 class NormalityReport(Node):
@@ -3750,7 +3779,7 @@ class ReduceReport(Report):
 
 
 DistributionReport._parts = {"scattering": (BetweenReport, False)}
-BatchReport._parts = {"chance": (ChanceReport, True), "conformity": (ConformityCounts, False), "devices": (DeviceCounts, False), "inputs": (Input, False), "lots": (LotReport, False), "not_in_order": (NotInOrderReport, False), "outlying": (OutlyingReport, False), "quantities": (DistributionReport, False)}
+BatchReport._parts = {"chance": (ChanceReport, True), "conformity": (ConformityCounts, False), "devices": (DeviceCounts, False), "inputs": (Input, False), "lots": (LotReport, False), "noisy": (NoisyDeviceReport, False), "not_in_order": (NotInOrderReport, False), "outlying": (OutlyingReport, False), "quantities": (DistributionReport, False)}
 CompareCalibrationsReport._parts = {"after": (CalibratedReport, False), "before": (CalibratedReport, False), "changes": (ChangeOfReport, False), "together": (TogetherReport, False)}
 CompareHistoryReport._parts = {"calibrations": (CalibratedReport, False), "trends": (TrendReport, False)}
 GroupReport._parts = {"quantities": (QuantityReport, False)}

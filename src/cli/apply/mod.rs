@@ -6,13 +6,12 @@ mod columns;
 
 use super::outputs::{Outputs, Stream};
 use super::{Outcome, calibrations};
-use crate::correction::{Calibration, Corrector, InputRole, LineInput, Quantity};
+use crate::correction::{Calibration, Corrector, InputRole, Quantity, ToMount};
 use crate::error::{Fault, Malformed, Result};
 use crate::record::{Column, Record};
 use crate::units::Conversion;
 use crate::wire;
 use clap::{Args, ValueEnum};
-use nalgebra::{DMatrix, DVector};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -26,8 +25,8 @@ pub(super) struct Arguments {
     /// Write to a file, Parquet if its name ends in .parquet; without it, CSV to stdout.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
-    /// Also write the standard uncertainty of each input from the calibration (not the noise of the sample), as <input>_u. With '--frame mount'
-    /// the rotation is taken as exact.
+    /// Also write the standard uncertainty of each input from the calibration (not the noise of the sample), as <input>_u. With '--frame mount' that of
+    /// the tilts is in it.
     #[arg(long)]
     u: bool,
     /// Frame of the inputs: the sensor axes, or the mounting face (rotated by the tilts after the last joint).
@@ -65,7 +64,7 @@ struct Correction<'a> {
     arguments: &'a Arguments,
     calibration: &'a Calibration,
     corrector: &'a Corrector,
-    rotation: Option<DMatrix<f64>>,
+    to_mount: Option<ToMount>,
 }
 
 /// What came of it, up to a fault.
@@ -80,16 +79,17 @@ struct Counts {
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     let calibration = calibrations::read(&arguments.calibration)?.calibration()?;
     let corrector = Corrector::new(&calibration)?;
-    let rotation = match arguments.frame {
+    let to_mount = match arguments.frame {
         Frame::Sensor => None,
-        Frame::Mount => Some(to_mount(&calibration)?),
+        Frame::Mount => Some(ToMount::new(&calibration)?),
     };
-    if arguments.u && rotation.is_some() {
+    // a file of an earlier version
+    if arguments.u && to_mount.is_some() && calibration.mounting.as_ref().is_some_and(|own| own.covariance.is_empty()) {
         super::note(
-            "note: the uncertainties take the rotation to the mounting face as exact; those of the tilts come on top",
+            "note: the calibration does not contain the covariance of the mounting tilts: the uncertainties take the rotation to the mounting face as exact",
         );
     }
-    let correction = Correction { arguments, calibration: &calibration, corrector: &corrector, rotation };
+    let correction = Correction { arguments, calibration: &calibration, corrector: &corrector, to_mount };
     let mut outputs = Outputs::plan([arguments.out.as_deref()])?;
     let stream = arguments.out.as_deref().map(|path| outputs.open(path)).transpose()?;
     let to_columns = arguments.out.as_deref().is_some_and(is_parquet);
@@ -114,7 +114,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
         })?,
     }
     outputs.write()?;
-    let notes = notes(&calibration, &counts);
+    let notes = notes(&calibration, &counts, arguments.u);
     notes.iter().for_each(|note| super::note(&format!("note: {note}")));
     Ok(if counts.failed > 0 { Outcome::Rejected } else { Outcome::Done })
 }
@@ -133,40 +133,6 @@ fn is_parquet(path: &Path) -> bool {
     path.extension().is_some_and(|end| end.eq_ignore_ascii_case("parquet") || end.eq_ignore_ascii_case("pq"))
 }
 
-/// The rotation of all solved rates and forces to the mounting face.
-///
-/// Errors: no tilts after the last joint, a tilt that is not estimable, a vector of which not all three components are solved for.
-fn to_mount(calibration: &Calibration) -> Result<DMatrix<f64>> {
-    let fault = |found: String| {
-        Malformed::new(Fault::Missing, "the inputs cannot be turned to the mounting face")
-            .expected(
-                "tilts after the last joint that are known or estimable, and all three components of a rate or force",
-            )
-            .found(found)
-    };
-    let Some(mounting) = &calibration.mounting else { return Err(fault("no tilt after the last joint".into())) };
-    if !mounting.missing.is_empty() {
-        return Err(fault(format!("not estimable: {}", mounting.missing.join(", "))));
-    }
-    let solved: Vec<&LineInput> = calibration.solved().collect();
-    let mut all = DMatrix::identity(solved.len(), solved.len());
-    for quantity in [Quantity::Rate, Quantity::Force] {
-        let own: Vec<(usize, &&LineInput)> =
-            solved.iter().enumerate().filter(|(_, i)| i.quantity == quantity).collect();
-        if !matches!(own.len(), 0 | 3) {
-            let names: Vec<&str> = own.iter().map(|(_, input)| input.name.as_str()).collect();
-            return Err(fault(format!("only {}", names.join(", "))));
-        }
-        for (i, (row, _)) in own.iter().enumerate() {
-            for (j, (column, _)) in own.iter().enumerate() {
-                let from = mounting.rotation.get((i, j));
-                all.get_mut((*row, *column)).zip(from).into_iter().for_each(|(to, from)| *to = *from);
-            }
-        }
-    }
-    Ok(all)
-}
-
 /// Titles of the corrected columns.
 fn titles(correction: &Correction<'_>) -> Vec<String> {
     let solved: Vec<&str> = correction.calibration.solved().map(|i| i.name.as_str()).collect();
@@ -181,13 +147,13 @@ impl Correction<'_> {
     /// The corrected inputs of a row, then their uncertainties where these are asked for; NaN and `false` where there is no solution.
     fn row(&self, readings: &[f64], given: &[f64]) -> (Vec<f64>, bool) {
         let corrected = self.corrector.correct(readings, given);
-        let mut covariance = if self.arguments.u { self.corrector.covariance(&corrected.inputs, given) } else { None };
-        let mut values = corrected.inputs;
-        if let Some(rotation) = &self.rotation {
-            values = (rotation * DVector::from_vec(values)).as_slice().to_vec();
-            covariance = covariance.map(|c| rotation * c * rotation.transpose());
-        }
+        let inputs = corrected.inputs;
+        let mut values = self.to_mount.as_ref().map_or_else(|| inputs.clone(), |mount| mount.turned(&inputs));
         if self.arguments.u {
+            let covariance = match &self.to_mount {
+                Some(mount) => mount.covariance(self.corrector, &inputs, given),
+                None => self.corrector.covariance(&inputs, given),
+            };
             let n = values.len();
             values.extend((0..n).map(|k| covariance.as_ref().map_or(f64::NAN, |c| c[(k, k)].max(0.0).sqrt())));
         }
@@ -257,16 +223,15 @@ fn plan(arguments: &Arguments, calibration: &Calibration, header: &[Column]) -> 
 }
 
 /// What was assumed, and what failed.
-fn notes(calibration: &Calibration, counts: &Counts) -> Vec<String> {
+fn notes(calibration: &Calibration, counts: &Counts, u: bool) -> Vec<String> {
     let mut notes = Vec::new();
     let given = calibration.inputs.iter().filter(|i| i.role == InputRole::Given);
     for (input, _) in given.zip(&counts.given).filter(|(_, there)| !**there) {
         let unit = calibration.unit_of(input);
-        notes.push(
-            format!("{} is not in the record: {} {unit} was taken", input.name, input.fallback)
-                .trim_end()
-                .replace("  ", " "),
-        );
+        // nothing says how far the record's value is from that one: what the campaign covered is no statement about the record
+        let exact = if u { "; the uncertainties take it as exact" } else { "" };
+        let taken = format!("{} {unit}", input.fallback);
+        notes.push(format!("{} is not in the record: {} was taken{exact}", input.name, taken.trim_end()));
     }
     for (sensor, why) in &calibration.left_out {
         notes.push(format!("{sensor} is left out: {why}"));

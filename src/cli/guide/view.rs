@@ -107,6 +107,13 @@ pub(super) fn mistake(own: &Mistake, lang: Language) -> Vec<String> {
         }
         _ => say!(lang, "guide-not-told").to_string(),
     };
+    // what is to be done about it
+    let undo = match own.culprit() {
+        Some((reading, probability)) => {
+            say!(lang, "guide-undo", reading = reading.to_string(), probability = format!("{probability:.3}"))
+        }
+        None => say!(lang, "guide-undo-any").to_string(),
+    };
     let one = |own: &Explanation| {
         let what = lang.name(&own.what).to_string();
         let (probability, reading) = (format!("{:.3}", own.probability), own.reading.to_string());
@@ -114,7 +121,7 @@ pub(super) fn mistake(own: &Mistake, lang: Language) -> Vec<String> {
     };
     let more = own.explanations.len().saturating_sub(LISTED);
     let more = (more > 0).then(|| format!("    ... + {more}"));
-    [first].into_iter().chain(own.explanations.iter().take(LISTED).map(one)).chain(more).collect()
+    [first, undo].into_iter().chain(own.explanations.iter().take(LISTED).map(one)).chain(more).collect()
 }
 
 /// The factor to the unit in which a value is shown, and that.

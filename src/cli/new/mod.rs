@@ -250,9 +250,15 @@ fn campaign(arguments: &Arguments, table: &Path, answers: &Answers) -> Result<Ou
     super::show(&format!("wrote {names}\n{}: {}\n", to.display(), super::check::check(&to)?))?;
     for doubt in &doubts {
         let names: Vec<&str> = doubt.direction.terms.iter().map(|(id, _)| id.as_str()).collect();
+        let why = match names.as_slice() {
+            [one] => format!("no reading depends on {one}. State its value"),
+            names => format!(
+                "these readings determine a combination of {} only, not each of them. State the value of one of them",
+                names.join(", ")
+            ),
+        };
         super::show(&format!(
-            "NOT DETERMINED: no reading changes if {} change together; take one of them from \"estimate\" to \"known\", or out of both\n",
-            names.join(", ")
+            "NOT DETERMINED: {why} (move it from \"estimate\" to \"known\"), or delete it from \"estimate\": it then counts as zero\n"
         ))?;
     }
     super::show(&format!("next: tumble fit {}\n", to.display()))?;

@@ -16,9 +16,9 @@ const ORDERS: [(&str, Order); 3] = [("given", Order::AsGiven), ("abba", Order::A
 pub(in crate::cli) struct Arguments {
     /// The schedule, or a campaign, whose values are used for the noise only.
     pub(super) schedule: PathBuf,
-    /// Standard deviation of one sample of a sensor, in its unit: V=9e-4 (divided by the root of n for a reading with n samples). Repeat for each
-    /// sensor.
-    #[arg(long, value_name = "SENSOR=SD")]
+    /// Standard deviation of one sample of a sensor, in its unit: V=9e-4 (divided by the root of n for a reading with n samples); or of a line of the
+    /// schedule's scatter, in the line's unit: "beta per position=5". Repeat for each sensor or line.
+    #[arg(long, value_name = "NAME=SD")]
     pub(super) noise: Vec<String>,
     /// A tilt with a random change at every remounting, and its standard deviation in arcsec: dtheta_y2=0.5.
     #[arg(long, value_name = "TILT=ARCSEC")]
@@ -32,13 +32,14 @@ pub(in crate::cli) struct Arguments {
     /// A catalogue of further effects to try with the built-in ones (`tumble schema effects` has its form).
     #[arg(long, value_name = "FILE")]
     pub(super) effects: Option<PathBuf>,
-    /// Find the best schedule of N readings at no more than the cost of N readings of the given one (--budget: another limit).
+    /// Find the best schedule of N readings (not positions: a position read at four rates is four) at no more than the cost of N readings of the given one
+    /// (--budget: another limit).
     #[arg(long, value_name = "N", group = "refinable", conflicts_with_all = ["add", "goal", "budget"])]
     pub(super) choose: Option<usize>,
     /// With --choose: without a limit of cost.
     #[arg(long, requires = "choose", conflicts_with = "budget")]
     pub(super) any_cost: bool,
-    /// Keep the schedule and find the best N readings to add.
+    /// Keep the schedule and find the best N readings (not positions) to add.
     #[arg(long, value_name = "N", group = "refinable", conflicts_with = "goal")]
     pub(super) add: Option<usize>,
     /// Keep the schedule and find the positions to add (2, or --add N) that discriminate two effects: a_S a_S^2, or tilt:dtheta_z1 a_S.

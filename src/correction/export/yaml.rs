@@ -109,10 +109,15 @@ pub(super) fn kalibr(calibration: &Calibration, corrector: &Corrector, origin: &
         text += &format!("{}accelerometers:\n{m}  bias: [{}]\n", sensors(calibration, rows), bias(rows));
     }
     if let Some((rows, columns)) = &gyros {
-        let a = accelerometers.as_ref().map(|(_, force)| part(rows, force, Quantity::Force));
+        // by every force of the lines, whether accelerometers of this unit measure it or not
+        let by_force = corrector.by_force();
+        let a = DMatrix::from_fn(3, 3, |i, j| {
+            let slope = rows.get(i).and_then(|row| by_force.get(*row)).map_or(f64::NAN, |slope| slope[j]); // a row for each sensor
+            slope * si(calibration, Quantity::Force)
+        });
         text += &format!("{}gyroscopes:\n", sensors(calibration, rows));
         text += &block_of("M", &part(rows, columns, Quantity::Rate));
-        text += &block_of("A", &a.unwrap_or_else(|| DMatrix::zeros(3, 3)));
+        text += &block_of("A", &a);
         text += &block_of("C_gyro_i", &DMatrix::identity(3, 3));
         text += &format!("  bias: [{}]\n", bias(rows));
     }
