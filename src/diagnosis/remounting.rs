@@ -181,7 +181,7 @@ fn gains(
         Some(k) => further.at(k).at(i),
     });
     let system = &System { rows: wider, observed, u: fit::own_noise(campaign, design, &u), group };
-    let given: Vec<ScatterLine> = fit::scatter_lines(campaign, design, &u);
+    let given: Vec<ScatterLine> = fit::noise_lines(campaign, design, &u);
     let before = estimate::scattered((system, &given), None, &[], &settings, false)?.deviance;
     let mut all = Vec::new();
     for source in sources {

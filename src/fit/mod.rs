@@ -48,7 +48,7 @@ pub use robust::{RobustMethod, RobustRecord};
 pub use rules::{ActiveConstraint, Constraints};
 pub use scale_factor::{ScaleFactorError, ScaleFactorFrom};
 pub use scatter::{floor, own_noise, scatter_lines, stated_variances, whitening};
-pub(crate) use scatter::{scattered, spelled_out};
+pub(crate) use scatter::{noise_lines, scattered, spelled_out};
 pub(crate) use separate::separations;
 pub use separate::{RankDefect, candidates};
 pub(crate) use step::{adjust_meeting_equations, adjust_with_equations, contradicting_equations};

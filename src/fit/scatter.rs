@@ -46,7 +46,7 @@ pub fn scatter_lines(campaign: &Campaign, design: &DesignMatrix, u: &[f64]) -> V
 }
 
 /// Those, and one for each known input that has an uncertainty: a deviation of unit variance that every reading shares.
-fn noise_lines(campaign: &Campaign, design: &DesignMatrix, u: &[f64]) -> Vec<ScatterLine> {
+pub(crate) fn noise_lines(campaign: &Campaign, design: &DesignMatrix, u: &[f64]) -> Vec<ScatterLine> {
     let mut lines = scatter_lines(campaign, design, u);
     let inputs = known_inputs(campaign, design);
     lines.extend(inputs.iter().flat_map(|own| (0..own.ncols()).map(|j| own.col_as_slice(j))).map(|column| {

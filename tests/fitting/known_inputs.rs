@@ -1,6 +1,9 @@
 //! How estimates follow a known input: the sensitivity coefficient of its Type B line is the difference of two fits.
 
 use crate::support::*;
+use rand_distr::{Distribution, StandardNormal};
+use rand_pcg::Pcg64Mcg;
+use rand_pcg::rand_core::SeedableRng;
 use tumble::campaign::{Campaign, Role};
 use tumble::fit::{Estimator, Fit, Settings};
 
@@ -112,4 +115,107 @@ fn a_semidefinite_matrix_of_correlations_is_accepted_and_an_indefinite_one_is_no
     assert_within(drawn.trials.outputs[0].sd, expected, 0.01 * expected, "sd of trials");
     let error = campaign([0.9, -0.9, 0.9]).expect_err("a matrix that no inputs have").to_string();
     assert!(error.contains("not positive semidefinite"), "{error}");
+}
+
+fn normal(seed: u64) -> impl FnMut() -> f64 {
+    let mut rng = Pcg64Mcg::seed_from_u64(seed);
+    move || StandardNormal.sample(&mut rng)
+}
+
+/// A line whose slope is known to `u`, drawn `error` away, with readings at -10 to 10: `y = a + k x`, sd 1e-4.
+fn line(seed: u64, stated: bool, u: f64, error: f64) -> (Campaign, Vec<f64>, Vec<f64>) {
+    let mut draws = normal(seed);
+    let x: Vec<f64> = (-10..=10).map(f64::from).collect();
+    let y: Vec<f64> = x.iter().map(|x| 1.0 + (0.05 + error) * x + 1e-4 * draws()).collect();
+    let own_u = if stated { r#", "y_u": 1e-4"# } else { "" };
+    let readings: Vec<String> =
+        x.iter().zip(&y).map(|(x, y)| format!(r#"{{ "x": {x}, "y": {y:.12}{own_u} }}"#)).collect();
+    let text = format!(
+        r#"{{ "bench": {{ "id": "line", "sensors": {{ "y": {{ "model": "a + k*x" }} }} }}, "estimate": {{ "a": {{}} }},
+            "known": {{ "k": {{ "value": 0.05, "u": {u} }} }}, "readings": [ {} ] }}"#,
+        readings.join(", ")
+    );
+    let y = y.iter().map(|y| (y * 1e12).round() * 1e-12).collect();
+    (parse(&text), x, y)
+}
+
+/// Squares of the residuals about the mean, their products with the known input's column about its mean, and the squares of this.
+fn sums(x: &[f64], y: &[f64]) -> (f64, f64, f64) {
+    let less: Vec<f64> = x.iter().zip(y).map(|(x, y)| y - 0.05 * x).collect();
+    let mean = less.iter().sum::<f64>() / less.len() as f64;
+    // the mean of x is zero
+    let product = less.iter().zip(x).map(|(r, x)| (r - mean) * x).sum();
+    (less.iter().map(|r| (r - mean).powi(2)).sum(), product, x.iter().map(|x| x * x).sum())
+}
+
+/// `chi^2 = r' (s^2 I + u^2 c c')^-1 r`, by Sherman and Morrison's formula for one column; the estimate is the mean, as if the input had no uncertainty. The
+/// same from a record that is streamed.
+#[test]
+fn chi_square_is_that_of_residuals_that_share_the_error_of_an_input() {
+    let (s, u) = (1e-4, 5e-5);
+    for seed in 0..5 {
+        let (campaign, x, y) = line(seed, true, u, 1.5 * u);
+        let (squares, product, column) = sums(&x, &y);
+        let expected = (squares - product.powi(2) * u * u / (s * s + u * u * column)) / (s * s);
+        let fit = fitted(&campaign);
+        let test = fit.global_test.expect("stated uncertainties");
+        // differences of numbers near 1 with 12 decimals, squared
+        assert_within(test.chi_square, expected, 1e-6 * expected, "chi^2");
+        assert_eq!(test.dof, 20);
+        assert_within(value(&fit, "a"), y.iter().sum::<f64>() / 21.0, 1e-14, "a");
+        let mut rows = tumble::fit::streamed::Held::new(campaign.readings.clone());
+        let sample = tumble::fit::streamed::sample(&mut rows).expect("a sample");
+        let own = Campaign { readings: sample.readings.clone(), ..campaign };
+        let streamed = tumble::fit::streamed::fit(own, &mut rows, &sample, &Settings::default()).expect("a fit");
+        assert_within(streamed.global_test.expect("a test").chi_square, expected, 1e-6 * expected, "chi^2 of a record");
+    }
+}
+
+/// Where the readings' scatter is estimated, the error of an input is no part of it: `s` is at the top of the restricted likelihood of residuals with the
+/// covariance `s^2 I + u^2 c c'`, whose logarithm is written out here in the directions along c and across.
+#[test]
+fn the_scatter_is_estimated_beside_the_error_of_an_input() {
+    for seed in 0..5 {
+        let u = 5e-5;
+        let (campaign, x, y) = line(seed, false, u, 1.5 * u);
+        let (squares, product, column) = sums(&x, &y);
+        let (along, gain) = (product.powi(2) / column, u * u * column);
+        let deviance = |ln: f64| {
+            let s = ln.exp();
+            19.0 * ln + (squares - along) / s + (s + gain).ln() + along / (s + gain)
+        };
+        // golden section
+        let (mut low, mut high) = ((1e-10_f64).ln(), (1e-6_f64).ln());
+        while high - low > 1e-8 {
+            let (a, b) = (high - 0.618034 * (high - low), low + 0.618034 * (high - low));
+            if deviance(a) < deviance(b) { high = b } else { low = a }
+        }
+        let expected = (0.5 * low).exp();
+        let fit = fitted(&campaign);
+        let scale = fit.estimate.group_scale[0].expect("a scale");
+        // the root of the rounding of the deviance
+        assert_within(scale, expected, 1e-6 * expected, "s");
+        let own = fit.parameters[0].uncertainty.expect("an uncertainty");
+        assert_within(own.u, expected / 21f64.sqrt(), 1e-6 * own.u, "u");
+        // of 20 the input's direction takes its share
+        let dof = 20.0 - gain / (expected.powi(2) + gain);
+        assert_within(own.dof, dof, 1e-5 * dof, "dof");
+        let mut rows = tumble::fit::streamed::Held::new(campaign.readings.clone());
+        let sample = tumble::fit::streamed::sample(&mut rows).expect("a sample");
+        let own = Campaign { readings: sample.readings.clone(), ..campaign };
+        let streamed = tumble::fit::streamed::fit(own, &mut rows, &sample, &Settings::default()).expect("a fit");
+        assert_within(uncertainty(&streamed, "a"), expected / 21f64.sqrt(), 1e-6 * expected, "u of a record");
+    }
+}
+
+/// Campaigns whose known input is drawn from its uncertainty are rejected as often as the level says, and an error of eight times that always is.
+#[test]
+fn honest_draws_of_an_input_pass_the_global_test() {
+    let u = 5e-5;
+    let mut draws = normal(1000);
+    let rejected = (0..200).filter(|seed| fitted(&line(*seed, true, u, u * draws()).0).is_rejected()).count();
+    println!("{rejected} of 200 rejected at 95 %");
+    // 10 are expected; beyond 22 (four standard deviations) lie 1e-4
+    assert!(rejected <= 22, "{rejected}");
+    assert!((0..20).all(|seed| fitted(&line(seed, true, u, 8.0 * u).0).is_rejected()));
 }
