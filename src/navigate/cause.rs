@@ -258,12 +258,12 @@ impl Cause {
     }
 
     /// Is it a course of time: a ramp, a step, a warm-up, a wave of the unit or the reference?
-    pub fn is_course(&self) -> bool {
+    pub(crate) fn is_course(&self) -> bool {
         matches!(self, Cause::Changing(..) | Cause::Reference(_, Some(_)))
     }
 
     /// Does it change in time, or is it the reference's?
-    pub fn is_constant(&self) -> bool {
+    pub(crate) fn is_constant(&self) -> bool {
         matches!(self, Cause::Constant(_))
     }
 }

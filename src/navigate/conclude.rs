@@ -2,10 +2,11 @@
 
 use super::cause::Cause;
 use super::diagnose::{Alias, Finding, NavigationDiagnosis, Suspect, Unexplained};
+use super::measured::CHANNEL_NAMES;
 use super::partly::Partly;
 use super::refine::{State, Walk};
 use super::remainder::Remainder;
-use super::separate;
+use super::{separate, study};
 use crate::diagnosis::{NoiseFrom, Step, Verdict};
 use crate::elements::Elements;
 use crate::error::Result;
@@ -85,6 +86,7 @@ impl Walk<'_> {
                 None if state.set.len() <= 8 => (state.set.clone(), share),
                 None => (Vec::new(), share),
             };
+            let nearest = nearest.iter().map(Cause::id).collect();
             Unexplained { pattern, cells, nearest, nearest_explains: share.max(0.0) }
         });
         let invisible = case.causes.iter().filter_map(Cause::constant).filter(|source| {
@@ -95,17 +97,16 @@ impl Walk<'_> {
         let invisible = invisible.collect();
         // t beyond all numbers: certain
         let family = |t: f64| (2.0 * normal_survival(t.abs()).unwrap_or_default() * self.distinct as f64).min(1.0);
-        let steps = self.seen.iter().map(|seen| Step {
-            with: seen.set.iter().map(Cause::id).collect(),
-            strongest: seen.strongest.as_ref().map(|(cause, t)| (cause.id(), *t, family(*t))),
-            global_p: seen.p,
+        let steps = self.seen.iter().map(|seen| {
+            let strongest = seen.strongest.as_ref().map(|(cause, t)| (cause.id(), *t, family(*t)));
+            Step::new(seen.set.iter().map(Cause::id).collect(), strongest, seen.p)
         });
         Ok(NavigationDiagnosis {
             verdict,
             before: case.mission.errors,
             after: if found { case.with(&state.set, &state.values) } else { case.mission.errors },
             noise: case.from,
-            gap: [before, if found { after } else { before }],
+            gap: if found { [before, after] } else { [before.clone(), before] },
             gap_steps: Vec::new(),
             channels: remainder.channels(),
             gaps_over_time: remainder.gaps_over_time(),
@@ -123,7 +124,14 @@ impl Walk<'_> {
         let mut white = [left.to_vec()];
         self.case.weigh(self.u, &[], &mut white);
         let cells: Vec<_> = self.case.measured.cells().collect();
-        let one = |at: &usize| Some(Suspect { cell: *cells.get(*at)?, z: *white[0].get(*at)? });
+        let motions = study::motions(self.case.mission);
+        let one = |at: &usize| {
+            let cell = cells.get(*at)?;
+            // runs are numbered by the motions of this mission
+            let motion = motions.get(self.case.measured.runs.get(cell.run)?.motion)?.0.clone();
+            let column = CHANNEL_NAMES.at(cell.channel).into();
+            Some(Suspect { motion, column, time_s: cell.time, z: *white[0].get(*at)? })
+        };
         let mut suspects: Vec<Suspect> = state.out.iter().filter_map(one).collect();
         suspects.sort_by(|a, b| b.z.abs().total_cmp(&a.z.abs()));
         suspects

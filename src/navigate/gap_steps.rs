@@ -1,9 +1,10 @@
 //! The gap as it shrinks: after the cause that takes off most, after that one and the next, and so on, each set refined anew on the full simulation.
 
 use super::cause::Cause;
-use super::gap::{Gap, GapStep};
+use super::gap::GapStep;
 use super::products::Products;
 use super::refine::{State, Walk};
+use crate::diagnosis::Gap;
 use crate::elements::Elements;
 use crate::linear::normalise;
 

@@ -165,7 +165,7 @@ impl Unit {
 
     /// From this unit to the one that is wanted, or a sentence with the wanted unit.
     ///
-    /// Between scales of temperature a value is shifted (by 273.15 from `degC` to `K`); [`Conversion::of_differences`] is without the shift.
+    /// Between scales of temperature a value is shifted (by 273.15 from `degC` to `K`); `Conversion::of_differences` is without the shift.
     pub fn conversion_for(&self, to: &Unit, what: &str) -> Result<Conversion> {
         let shifted = |plain: Conversion| match (self.zero(), to.zero()) {
             (Some(own), Some(zero)) => plain.shifted(own * plain.factor() - zero),
