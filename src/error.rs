@@ -106,7 +106,7 @@ impl Malformed {
     }
 
     /// The path, whatever was there before.
-    pub fn moved_to(mut self, path: impl Into<String>) -> Self {
+    pub(crate) fn moved_to(mut self, path: impl Into<String>) -> Self {
         self.0.place.path = path.into();
         self
     }

@@ -26,6 +26,7 @@
 //! Features, all on by default: `cli` (the program, with all others), `html` (pages, Markdown), `dcc` (certificates), `navigate` (missions), `parquet`,
 //! `excel`, `hdf5`, `mcap` (formats). `default-features = false` leaves the engine.
 
+#![cfg_attr(not(feature = "cli"), allow(dead_code, unused_imports, reason = "some items only the program asks for"))]
 #![warn(
     clippy::unwrap_used,
     clippy::expect_used,

@@ -125,7 +125,7 @@ impl Expression {
     }
 
     /// Is it an expression less one, as the relative error `K/1.299 - 1`? Its divisor then has the unit of its dividend.
-    pub fn is_less_one(&self) -> bool {
+    pub(crate) fn is_less_one(&self) -> bool {
         matches!(self.postfix.as_slice(), [.., Item::Number(1.0), Item::Binary(Operator::Subtract)])
     }
 

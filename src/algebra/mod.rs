@@ -25,7 +25,7 @@ mod terms;
 
 pub use analysis::NameDegree;
 pub use expression::Expression;
-pub use function::Function;
+pub(crate) use function::Function;
 pub use homogeneity::{Homogeneity, Powers, Reason, Relation};
 pub use language::Language;
 pub(crate) use tape::{Lane, lanes};

@@ -24,7 +24,7 @@ pub(super) const UNLIKE: f64 = 100.0;
 
 /// What all devices of one schedule share.
 #[derive(Debug, Clone)]
-pub struct Common {
+pub(crate) struct Common {
     campaign: Campaign,
     settings: Settings,
     kernel: Kernel,

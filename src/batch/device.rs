@@ -52,7 +52,7 @@ pub struct Run {
 
 impl Device {
     /// Further rows stand here: one, or several one after the other.
-    pub fn push_run(&mut self, file: &Arc<str>, (first, rows): (u64, usize), is_line: bool) {
+    pub(crate) fn push_run(&mut self, file: &Arc<str>, (first, rows): (u64, usize), is_line: bool) {
         if let Some(last) = self.runs.last_mut()
             && Arc::ptr_eq(&last.file, file)
             && last.is_line == is_line
@@ -70,7 +70,7 @@ impl Device {
     }
 
     /// A row more of a position; no row has one behind that lacks it.
-    pub fn push_position(&mut self, label: &Arc<str>) {
+    pub(crate) fn push_position(&mut self, label: &Arc<str>) {
         let own = |there: &Arc<str>| Arc::ptr_eq(there, label) || there == label;
         // most rows have the position of the row before
         let last = self.groups.last().filter(|last| self.positions.get(**last as usize).is_some_and(own));
@@ -83,7 +83,7 @@ impl Device {
     }
 
     /// Positions in ascending order, once all rows are there: devices with the same positions agree in it, whatever the order of their rows.
-    pub fn order_positions(&mut self) {
+    pub(crate) fn order_positions(&mut self) {
         if self.positions.is_sorted() {
             return;
         }
@@ -146,7 +146,7 @@ impl Device {
         counts.values().copied().min().filter(|times| *times > 1 && counts.len() > 1)
     }
     /// Is it a device, and every cell a number or empty?
-    pub fn is_plain(&self) -> bool {
+    pub(crate) fn is_plain(&self) -> bool {
         let unread = |x: &f64| [UNREADABLE, RAGGED].iter().any(|own| own.to_bits() == x.to_bits());
         let cells = self.inputs.iter().chain(&self.values);
         !self.nameless && cells.copied().all(|x| x.is_finite() || (x.is_nan() && !unread(&x)))

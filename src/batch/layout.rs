@@ -38,7 +38,7 @@ impl Layout {
     }
 
     /// The same with the keys that the columns stand for, and conversions of their units.
-    pub fn keyed(
+    pub(crate) fn keyed(
         bench: &Bench,
         columns: &[(String, Option<Conversion>)],
         by: Option<usize>,

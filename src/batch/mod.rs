@@ -45,7 +45,7 @@ mod stream;
 mod summary;
 
 pub use answer::Coverage;
-pub use common::Common;
+pub(crate) use common::Common;
 pub use device::{Device, Run};
 pub use fleet::{Fleet, Schedules};
 pub use layout::{Layout, Use};

@@ -25,9 +25,9 @@ pub const EARTH_RATE_RAD_S: f64 = 7.292_115e-5;
 /// The same in degrees per hour, rounded to seven digits.
 pub const EARTH_RATE_DEG_H: f64 = 15.041067;
 /// Normal gravity on the equator, m/s^2.
-pub const EQUATORIAL_GRAVITY_M_S2: f64 = 9.780_325_335_9;
+pub(crate) const EQUATORIAL_GRAVITY_M_S2: f64 = 9.780_325_335_9;
 /// `k` of Somigliana's formula.
-pub const SOMIGLIANA: f64 = 0.001_931_852_652_41;
+pub(crate) const SOMIGLIANA: f64 = 0.001_931_852_652_41;
 /// Centrifugal force over gravity on the equator, `m = w^2 a^2 b / GM`.
 pub const CENTRIFUGAL_RATIO: f64 = 0.003_449_786_506_84;
 
@@ -58,10 +58,10 @@ pub enum GravityFrom {
 
 /// Standard uncertainty of normal gravity as a value of local gravity, m/s^2: 50 mGal, about the root mean square of free-air anomalies on
 /// land; mountains and deep basins are worse.
-pub const NORMAL_GRAVITY_U_M_S2: f64 = 5e-4;
+pub(crate) const NORMAL_GRAVITY_U_M_S2: f64 = 5e-4;
 
 /// The formula of [`normal_gravity`], as outputs name it.
-pub const NORMAL_GRAVITY_FORMULA: &str =
+pub(crate) const NORMAL_GRAVITY_FORMULA: &str =
     "normal gravity, WGS 84: Somigliana's formula, free-air reduction to second order";
 
 /// Normal gravity of the WGS 84 ellipsoid, in m/s^2, at a geodetic latitude and an altitude above the ellipsoid.

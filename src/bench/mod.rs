@@ -14,9 +14,8 @@ mod modulation;
 mod rotation;
 
 pub use builtin::{BuiltIn, built_in, built_ins};
-pub use earth::{
-    EARTH_RATE_DEG_H, GravityFrom, NORMAL_GRAVITY_FORMULA, NORMAL_GRAVITY_U_M_S2, STANDARD_GRAVITY_M_S2, normal_gravity,
-};
+pub use earth::{EARTH_RATE_DEG_H, GravityFrom, STANDARD_GRAVITY_M_S2, normal_gravity};
+pub(crate) use earth::{NORMAL_GRAVITY_FORMULA, NORMAL_GRAVITY_U_M_S2};
 pub use modulation::Modulation;
 pub use rotation::{Axis, sin_cos_deg};
 

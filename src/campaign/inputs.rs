@@ -5,9 +5,9 @@ use super::{Campaign, Distribution, JointState, Kind, Known, Parameter, Role};
 use crate::bench::Bench;
 
 /// The name of gravity as an input.
-pub const GRAVITY: &str = "site.gravity";
+pub(crate) const GRAVITY: &str = "site.gravity";
 /// The name of the latitude as an input.
-pub const LATITUDE: &str = "site.latitude";
+pub(crate) const LATITUDE: &str = "site.latitude";
 /// Prefix of a joint's name for the relative error of its rate.
 pub const RATE: &str = "rate.";
 
@@ -52,7 +52,7 @@ impl Parameter {
 
 impl Campaign {
     /// Move an input of the bench, as [`Kind::Input`] parameters name them, by an amount in its parameter's unit.
-    pub fn shift_input(&mut self, id: &str, amount: f64) {
+    pub(crate) fn shift_input(&mut self, id: &str, amount: f64) {
         let per_g = self.bench.units.force.per_g();
         if let Some(joint) = id.strip_prefix(RATE) {
             let joint = self.bench.joints().position(|other| other == joint);

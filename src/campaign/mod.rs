@@ -16,7 +16,7 @@ mod scatter;
 mod units;
 
 pub use identity::{Condition, Identity, Instrument, UnitUnderTest, day};
-pub use inputs::{GRAVITY, LATITUDE, RATE};
+pub use inputs::RATE;
 pub use limits::{Decision, Limit, Limited, ScaleFactor};
 pub use parameters::{Constraint, Derived, Distribution, Kind, Known, Parameter, Prior, Role};
 pub use readings::{JointState, Observation, Reading, Readings};

@@ -108,7 +108,7 @@ impl Readings {
 
 impl JointState {
     /// The same turning at another rate; `None` for a joint at rest.
-    pub fn at_rate(&self, rate_deg_s: f64) -> Option<JointState> {
+    pub(crate) fn at_rate(&self, rate_deg_s: f64) -> Option<JointState> {
         match *self {
             JointState::Held { .. } => None,
             JointState::WholeTurns { .. } => Some(JointState::WholeTurns { rate_deg_s }),

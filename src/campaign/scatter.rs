@@ -160,12 +160,12 @@ impl NumberOrEstimate {
 
 impl Scatter {
     /// Is it a joint that deviates?
-    pub fn is_of_a_joint(&self) -> bool {
+    pub(crate) fn is_of_a_joint(&self) -> bool {
         matches!(self.of, Deviating::Joint(_))
     }
 
     /// What deviates, by name.
-    pub fn of_name(&self, campaign: &Campaign) -> String {
+    pub(crate) fn of_name(&self, campaign: &Campaign) -> String {
         let sensor = |k: &usize| campaign.sensor_id(*k).to_string();
         match &self.of {
             Deviating::Sensor(k) => sensor(k),
@@ -256,7 +256,7 @@ impl Per {
 
     /// The level of a reading by name, where the factor links positions: empty for the whole campaign, the column's value else. `None` for a
     /// reading that lacks the column, and for factors that link none.
-    pub fn level_name<'a>(&self, readings: &Readings, reading: &'a Reading) -> Option<Cow<'a, str>> {
+    pub(crate) fn level_name<'a>(&self, readings: &Readings, reading: &'a Reading) -> Option<Cow<'a, str>> {
         match self {
             Per::Campaign => Some("".into()),
             Per::Column(name) => value(readings.columns.iter().position(|c| c == name), name, reading),
@@ -277,7 +277,7 @@ impl Campaign {
     ///
     /// Errors: names that the bench does not have, columns that the readings lack or that are constant, lines with the same effect, sizes that are
     /// not positive; each with its place.
-    pub fn with_scatter(mut self, requests: Vec<ScatterRequest>) -> Result<Self> {
+    pub(crate) fn with_scatter(mut self, requests: Vec<ScatterRequest>) -> Result<Self> {
         for (k, request) in requests.into_iter().enumerate() {
             let place = format!("scatter[{k}]");
             for line in request.into_lines(&self, &place).map_err(|error| error.under(&place))? {
@@ -308,7 +308,7 @@ impl Campaign {
     }
 
     /// Add one line; two with the same effect cannot be distinguished.
-    pub fn add_scatter(&mut self, line: Scatter) -> Result<()> {
+    pub(crate) fn add_scatter(&mut self, line: Scatter) -> Result<()> {
         let same = |other: &&Scatter| {
             let (a, b) = (&other.of, &line.of);
             let of = match (a, b) {

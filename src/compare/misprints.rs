@@ -1,19 +1,21 @@
 //! Where a printed table disagrees with what its own readings and formulas give.
 
-use super::{GroupComparison, Printed};
+use super::{GroupComparison, Printed, shown_in};
 use crate::algebra::{Scratch, Tape};
 use crate::campaign::Campaign;
 use crate::fit::Fit;
 use crate::language::{Sentence, sentence};
 
-/// A place where print and computation disagree.
-#[derive(Debug, Clone, PartialEq)]
+/// A disagreement between print and computation.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[schemars(rename = "MisprintReport")]
+#[non_exhaustive]
 pub struct Misprint {
-    /// What is misprinted, for example `mean of dtheta_y2`.
+    /// What is misprinted.
     pub what: Sentence,
-    /// As printed, in internal units.
+    /// As printed (arcsec for angles).
     pub printed: Option<f64>,
-    /// As computed, in internal units.
+    /// As computed, in the unit of `printed`.
     pub computed: Option<f64>,
     /// What seems to have happened.
     pub explanation: Sentence,
@@ -41,7 +43,8 @@ pub(super) fn find(
                     None => Sentence::text(id.clone()),
                 };
                 let explanation = sentence!("the-tables-own-readings-give-another-value");
-                misprints.push(Misprint { what, printed: Some(*print), computed: Some(*computed), explanation });
+                let [printed, computed] = [print, computed].map(|own| Some(own * shown_in(fit, id).0));
+                misprints.push(Misprint { what, printed, computed, explanation });
             }
         }
     }
@@ -69,7 +72,8 @@ pub(super) fn find(
         } else {
             sentence!("not-the-mean-of-the-table")
         };
-        let (what, printed, computed) = (sentence!("mean-of", id), Some(*print), Some(computed));
+        let [printed, computed] = [*print, computed].map(|own| Some(own * shown_in(fit, id).0));
+        let what = sentence!("mean-of", id);
         misprints.push(Misprint { what, printed, computed, explanation });
     }
     misprints.extend(printed.row.iter().filter_map(|(id, line)| row_misprint(campaign, fit, id, line)));

@@ -16,9 +16,10 @@ pub use misprints::Misprint;
 pub use second_stage::second_stage;
 
 use crate::bench::Site;
-use crate::campaign::{Campaign, Reading, Readings};
+use crate::campaign::{Campaign, Kind, Reading, Readings};
 use crate::error::{Fault, Malformed, Result};
 use crate::fit::{self, Estimator, Fit, Remount, Settings};
+use crate::units::ARCSEC;
 
 /// A campaign's angles by the published closed forms and by least squares.
 #[derive(Debug, Clone)]
@@ -135,6 +136,13 @@ fn compared(campaign: &Campaign, forms: &ClosedForms, settings: &Settings, fitte
         printed,
         misprints,
     })
+}
+
+/// Factor to the unit in which a person reads a quantity of a fit, and that unit.
+pub(crate) fn shown_in(fit: &Fit, id: &str) -> (f64, String) {
+    let parameter = fit.parameters.iter().find(|p| p.id == id);
+    let angle = parameter.is_some_and(|p| p.kind == Kind::Tilt) || fit.derived.iter().any(|d| d.id == id && d.is_angle);
+    if angle { (ARCSEC, "arcsec".into()) } else { (1.0, parameter.map(|p| p.unit.clone()).unwrap_or_default()) }
 }
 
 /// The value of a parameter or derived quantity in a fit.

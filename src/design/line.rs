@@ -120,7 +120,7 @@ impl SensorModel {
 
 /// What a line sees at one instant of one reading.
 #[derive(Debug, Clone, Copy)]
-pub struct Context<'a> {
+pub(crate) struct Context<'a> {
     /// Rate and force at the sensor.
     pub kinematics: &'a Kinematics,
     /// Joint angles.

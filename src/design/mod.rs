@@ -15,11 +15,11 @@ mod model;
 
 pub(crate) use columns::{ColumnLine, Read};
 pub use kinematics::{Instant, Kinematics, kinematics};
-pub use line::{Context, SensorModel};
+pub(crate) use line::Context;
+pub use line::SensorModel;
 pub use mean::{Node, Smoothness, nodes};
-pub(crate) use model::Room;
-pub(crate) use model::missing_column;
 pub use model::{Model, Workspace};
+pub(crate) use model::{Room, missing_column};
 
 use crate::campaign::{Campaign, Kind};
 use crate::elements::Elements;

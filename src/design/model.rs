@@ -63,7 +63,7 @@ impl<const L: usize> Default for Room<L> {
 
 impl SensorModel {
     /// The line at one instant, given the kinematics there.
-    pub fn value_at(&self, context: &Context<'_>, work: &mut Workspace) -> f64 {
+    pub(crate) fn value_at(&self, context: &Context<'_>, work: &mut Workspace) -> f64 {
         self.fill(context, &mut work.inputs);
         self.tape.value(&work.inputs, &mut work.scratch)
     }
@@ -181,7 +181,7 @@ impl Model {
     }
 
     /// How many derivatives by joints' angles follow those by parameters in a gradient: all joints, or none.
-    pub fn joint_derivatives(&self) -> usize {
+    pub(crate) fn joint_derivatives(&self) -> usize {
         self.joints
     }
 
@@ -191,7 +191,7 @@ impl Model {
     }
 
     /// The tilts of the chain among the values of all parameters, in chain order.
-    pub fn tilts_of(&self, point: &[f64]) -> Vec<f64> {
+    pub(crate) fn tilts_of(&self, point: &[f64]) -> Vec<f64> {
         self.tilts.iter().map(|k| point.at(*k)).collect()
     }
 
@@ -220,7 +220,7 @@ impl Model {
 
     /// The same for several sensors of one reading, which share the inputs: `visit(place in sensors, mean, gradient)`; where wanted, derivatives
     /// by the joints' angles (rad) follow those by the parameters.
-    pub fn predict_all(
+    pub(crate) fn predict_all(
         &self,
         campaign: &Campaign,
         reading: usize,
@@ -303,7 +303,7 @@ impl Model {
         }
     }
 
-    /// [`Model::predict_all`] at points of `L` devices side by side: `visit(place in sensors, values, gradient)`. A column that the reading lacks is no number.
+    /// `Model::predict_all` at points of `L` devices side by side: `visit(place in sensors, values, gradient)`. A column that the reading lacks is no number.
     pub(crate) fn predict_lanes<const L: usize>(
         &self,
         campaign: &Campaign,

@@ -9,7 +9,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// The text of the catalogue that ships with the program.
-pub const BUILT_IN: &str = include_str!("../../data/effects.json");
+pub(crate) const BUILT_IN: &str = include_str!("../../data/effects.json");
 
 /// Harmonics of joint angles that are tried at least, and at most.
 const HARMONICS: (usize, usize) = (4, 12);

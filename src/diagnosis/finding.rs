@@ -205,7 +205,7 @@ pub(super) fn conclude(
     Ok(Diagnosis {
         verdict,
         effects,
-        places: places::places(campaign, design, weighted),
+        places: places::places(campaign, design, weighted, settings.significance),
         noise: NoiseFloor { sd, from: noise_from(campaign, weighted) },
         gap_before,
         gap_after,

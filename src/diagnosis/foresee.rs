@@ -52,7 +52,7 @@ pub struct Rule {
 
 impl Rule {
     /// Size of an effect, in units of its standard uncertainty, that is found with this power, the noise being known.
-    pub fn size_for(&self, power: f64) -> f64 {
+    pub(crate) fn size_for(&self, power: f64) -> f64 {
         self.noncentrality - z(self.power) + z(power)
     }
 }

@@ -63,14 +63,16 @@ pub use augmented::{State, candidates};
 #[cfg(feature = "navigate")]
 pub(crate) use bank::{LENGTHS, share_of_wave};
 pub use candidates::Candidate;
-pub use catalogue::{Applies, BUILT_IN, Effect};
+pub use catalogue::Effect;
+pub(crate) use catalogue::{Applies, BUILT_IN};
 pub use finding::{Alias, Change, Finding};
 pub(crate) use foresee::directions;
 pub use foresee::{Alike, Fate, Foresight, Near, Prospect, Rule, foresee, is_angle};
 pub use holdout::Holdout;
 pub use noise::NoiseFrom;
 pub use places::{Grouping, Level, Place, PlaceMean};
-pub use pool::{Pool, VISIBLE};
+pub use pool::Pool;
+pub(crate) use pool::VISIBLE;
 #[cfg(feature = "navigate")]
 pub(crate) use score::{Class, Deviations, Kernel, Posterior, Priors, Problem, Score};
 pub use separate::Separation;
@@ -99,20 +101,23 @@ vocabulary! {
     }
 }
 
-/// The gap between readings and predictions.
-#[derive(Debug, Clone, PartialEq)]
+/// A gap.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[schemars(rename = "GapReport")]
+#[non_exhaustive]
 pub struct Gap {
-    /// Root mean square of the residuals, `sqrt(sum v^2 / dof)`, in the sensor's unit; `None` without degrees of freedom.
+    /// `sqrt(sum v^2 / dof)`; null without degrees of freedom. With sensors of several units it has none: see `sensors`.
     pub rms: Option<f64>,
-    /// Largest residual by size.
+    /// Largest residual by size, in the first sensor's unit (of navigation errors: in standard uncertainties).
     pub max: f64,
-    /// `sum (v/u)^2` with the noise of the report.
+    /// `sum (v/u)^2` with the noise floor, a pure number.
     pub chi_square: f64,
     /// Degrees of freedom.
     pub dof: usize,
-    /// Probability of a chi-square (or lack-of-fit F) as large by chance; `None` where only residuals tell the noise.
+    /// Probability of a gap as large by chance; null where the noise is known from the residuals only.
     pub p: Option<f64>,
     /// Residual of each row, in the sensor's unit.
+    #[serde(skip)]
     pub residuals: Vec<f64>,
 }
 

@@ -19,23 +19,28 @@ pub enum Level {
     Text(String),
 }
 
-/// The mean residual at one level of a factor.
-#[derive(Debug, Clone, PartialEq)]
+/// Mean residual at one level of a factor.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[schemars(rename = "PlaceReport")]
+#[non_exhaustive]
 pub struct Place {
-    /// The factor: `alpha_deg`, `gamma_deg_s`, `position`, `sense_of_gamma`, `time_s`, `temperature_c`, `order`.
+    /// The factor.
     pub factor: String,
     /// The level.
     pub level: Level,
     /// The sensor.
-    pub sensor: usize,
-    /// Readings at this level.
+    pub sensor: String,
+    /// Readings there.
     pub readings: usize,
-    /// Their mean residual, in the sensor's unit.
+    /// Mean residual before, in the sensor's unit.
     pub mean: f64,
-    /// Two-sided probability of a mean as large by chance, all others given.
-    pub p: f64,
-    /// The standardised mean behind it.
+    /// Its size in standard deviations.
     pub z: f64,
+    /// Probability of a mean as large by chance, this level alone.
+    pub p: f64,
+    /// Is that below the significance of the diagnosis?
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub significant: Option<bool>,
 }
 
 /// The mean residual at one state of the joints.
@@ -77,7 +82,7 @@ const GROUPS: usize = 24;
 const FOLLOWED: f64 = 2.0;
 
 /// Every level of every factor, the most significant first; by Student's t where the noise is estimated.
-pub(super) fn places(campaign: &Campaign, design: &DesignMatrix, weighted: &Weighted) -> Vec<Place> {
+pub(super) fn places(campaign: &Campaign, design: &DesignMatrix, weighted: &Weighted, significance: f64) -> Vec<Place> {
     let mut places = Vec::new();
     let dof = match (weighted.from, &weighted.replicates) {
         (NoiseFrom::Stated, _) => None,
@@ -94,8 +99,9 @@ pub(super) fn places(campaign: &Campaign, design: &DesignMatrix, weighted: &Weig
                         None => normal_survival(z.abs()).map(|p| 2.0 * p),
                     };
                     let p = p.map_or(1.0, |p| p.min(1.0));
-                    let factor = factor.factor.clone();
-                    places.push(Place { factor, level: level.clone(), sensor, readings, mean, p, z });
+                    let (factor, level) = (factor.factor.clone(), level.clone());
+                    let (sensor, significant) = (campaign.sensor_id(sensor).to_string(), Some(p < significance));
+                    places.push(Place { factor, level, sensor, readings, mean, z, p, significant });
                 }
             }
         }

@@ -13,7 +13,7 @@ use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
 
 /// A column is invisible when less than this share of its norm is left outside the model.
-pub const VISIBLE: f64 = 1e-6;
+pub(crate) const VISIBLE: f64 = 1e-6;
 /// Columns with less left than this are projected explicitly, so that cancellation costs no digits.
 const CANCELLING: f64 = 1e-3;
 

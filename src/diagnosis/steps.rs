@@ -3,38 +3,57 @@
 use super::augmented::{Seen, State};
 use super::evidence::Evidence;
 use super::settings::Settings;
-use super::{Candidate, fit_exactly, repair};
+use super::{Candidate, Gap, fit_exactly, repair};
 use crate::campaign::Campaign;
 use crate::elements::Parts;
 use crate::error::Result;
 use crate::fit::Fit;
+use std::collections::BTreeMap;
 
 /// The evidence with some effects in the model.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[schemars(rename = "StepReport")]
+#[non_exhaustive]
 pub struct Step {
-    /// Regressors in the model beyond the given one.
+    /// Effects in the model.
     pub with: Vec<String>,
-    /// The strongest further candidate, its t and its family-wise p.
-    pub strongest: Option<(String, f64, f64)>,
-    /// The global test of what is left.
+    /// The strongest further candidate.
+    pub strongest: Option<String>,
+    /// Its t.
+    pub t: Option<f64>,
+    /// Its probability by chance among all that was tried.
+    pub p: Option<f64>,
+    /// Probability of what is left by chance.
     pub global_p: Option<f64>,
 }
 
+impl Step {
+    /// `strongest` is the strongest further candidate, its t and its family-wise p.
+    pub(crate) fn new(with: Vec<String>, strongest: Option<(String, f64, f64)>, global_p: Option<f64>) -> Self {
+        let (t, p) = strongest.as_ref().map(|(_, t, p)| (*t, *p)).unzip();
+        Step { with, strongest: strongest.map(|(name, ..)| name), t, p, global_p }
+    }
+}
+
 /// The gap with some effects in the model.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[schemars(rename = "GapStepReport")]
+#[non_exhaustive]
 pub struct GapStep {
-    /// What speaks for more.
-    pub evidence: Step,
+    /// Effects in the model.
+    pub with: Vec<String>,
     /// Each sensor's model line.
-    pub model: Vec<(String, String)>,
-    /// Root mean square of the residuals, `sqrt(sum v^2 / dof)`; `None` without degrees of freedom.
-    pub rms: Option<f64>,
-    /// Largest residual by size.
-    pub max: f64,
-    /// `sum (v/u)^2` with the noise of the report.
-    pub chi_square: f64,
-    /// Degrees of freedom.
-    pub dof: usize,
+    pub model: BTreeMap<String, String>,
+    /// The gap.
+    pub gap: Gap,
+    /// The strongest further candidate.
+    pub strongest: Option<String>,
+    /// Its t.
+    pub t: Option<f64>,
+    /// Its probability by chance among all that was tried.
+    pub p: Option<f64>,
+    /// Probability of what is left by chance.
+    pub global_p: Option<f64>,
     /// What was decided here, and why.
     pub decision: String,
 }
@@ -91,19 +110,18 @@ pub(super) fn steps(
             Some(next) => format!("{} is added", name(*next)),
             None => last(seen, settings, name),
         };
-        steps.push(GapStep {
-            evidence: Step {
-                with: members.iter().map(|j| name(*j)).collect(),
-                strongest: strongest.map(|s| (name(s.index), s.t, s.p)),
-                global_p,
-            },
-            model,
+        let with = members.iter().map(|j| name(*j)).collect();
+        let Step { with, strongest, t, p, global_p } =
+            Step::new(with, strongest.map(|s| (name(s.index), s.t, s.p)), global_p);
+        let gap = Gap {
             rms: (dof > 0).then(|| (square / dof as f64).sqrt()),
             max: residuals().fold(0.0_f64, |max, v| max.max(v.abs())),
             chi_square: weighted.squares(&fit.estimate.residuals),
             dof,
-            decision,
-        });
+            p: global_p,
+            residuals: Vec::new(),
+        };
+        steps.push(GapStep { with, model, gap, strongest, t, p, global_p, decision });
     }
     Ok(steps)
 }

@@ -62,7 +62,7 @@ pub fn significant(value: f64, digits: i32) -> String {
 }
 
 /// Six digits at most, no idle zeros.
-pub fn trimmed(value: f64) -> String {
+pub(crate) fn trimmed(value: f64) -> String {
     at_most(value, 6)
 }
 
@@ -88,7 +88,7 @@ pub fn level(level: f64) -> String {
 }
 
 /// The number of [`level`] without its sign, for sentences that have it.
-pub fn level_in_percent(level: f64) -> String {
+pub(crate) fn level_in_percent(level: f64) -> String {
     trim(significant(100.0 * level, 8))
 }
 

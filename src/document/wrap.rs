@@ -6,7 +6,7 @@ use crate::elements::TextPart;
 pub const WIDTH: usize = 80;
 
 /// Wrap a line at spaces, with so many spaces before every further one; a word that is longer than a line stays whole.
-pub fn hanging(line: &str, indent: usize) -> String {
+pub(crate) fn hanging(line: &str, indent: usize) -> String {
     narrow(line, indent, WIDTH)
 }
 
@@ -27,7 +27,7 @@ pub fn lines(text: &str) -> String {
     if wrapped.contains('\u{a0}') { wrapped.replace('\u{a0}', " ") } else { wrapped }
 }
 
-/// The same as [`hanging`] within so many columns.
+/// The same as `hanging` within so many columns.
 pub fn narrow(line: &str, indent: usize, width: usize) -> String {
     let mut text = String::with_capacity(line.len() + 16);
     let mut column = 0;

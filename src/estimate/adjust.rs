@@ -91,7 +91,7 @@ pub fn adjust(system: &System, settings: &Settings) -> Result<Estimate> {
 }
 
 /// The same with what is known of the groups' scales beforehand.
-pub fn adjust_hinted(system: &System, hints: &ScaleHints<'_>, settings: &Settings) -> Result<Estimate> {
+pub(crate) fn adjust_hinted(system: &System, hints: &ScaleHints<'_>, settings: &Settings) -> Result<Estimate> {
     crate::stop::poll();
     system.check()?;
     let count = groups::count(&system.group);

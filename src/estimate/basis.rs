@@ -41,7 +41,7 @@ impl Combination {
 
 /// How the column of an unknown outside the basis follows those of the basis.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Coupling {
+pub(crate) struct Coupling {
     /// The unknown.
     pub unknown: usize,
     /// `A_unknown = sum c A_b`: unknowns of the basis and their coefficients.

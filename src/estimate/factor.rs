@@ -129,7 +129,7 @@ impl Factor {
     }
 
     /// How the columns outside the basis follow it; empty where equations eliminated some unknowns.
-    pub fn couplings(&self) -> Vec<Coupling> {
+    pub(crate) fn couplings(&self) -> Vec<Coupling> {
         if self.embedding.is_some() {
             return Vec::new();
         }
@@ -175,7 +175,7 @@ impl Factor {
     }
 
     /// `T = D^-1 R^-1`, `n x rank`: a step `T v` raises the weighted sum of squares by `|v|^2` over its minimum.
-    pub fn whitened_directions(&self) -> Mat<f64> {
+    pub(crate) fn whitened_directions(&self) -> Mat<f64> {
         let rank = self.rank();
         let mut scaled = Mat::zeros(self.scale.len(), rank);
         for (a, &j) in self.basis.iter().enumerate() {

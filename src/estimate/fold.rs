@@ -61,7 +61,7 @@ impl Fold {
     }
 
     /// The same with further columns that are carried along, behind those of the unknowns.
-    pub fn carrying(unknowns: usize, columns: usize) -> Self {
+    pub(crate) fn carrying(unknowns: usize, columns: usize) -> Self {
         let size = unknowns + columns + 1;
         Fold { triangle: Mat::zeros(size, size), unknowns, about: Vec::new(), rows: 0 }
     }

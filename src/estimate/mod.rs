@@ -54,8 +54,10 @@ mod sequential;
 mod small_qr;
 mod unknowns;
 
-pub use adjust::{Estimate, Solution, adjust, adjust_hinted, solve};
-pub use basis::{Combination, Coupling};
+pub(crate) use adjust::adjust_hinted;
+pub use adjust::{Estimate, Solution, adjust, solve};
+pub use basis::Combination;
+pub(crate) use basis::Coupling;
 pub(crate) use beside::Beside;
 pub(crate) use compensated::Sum;
 pub(crate) use compress::{Block, Compressed, Scaled};
@@ -69,12 +71,12 @@ pub use groups::ScaleHints;
 pub use inequalities::{Active, Inequality, Restricted, Side, restrict};
 pub use scale_uncertainty::ScaleUncertainty;
 pub use scatter::{
-    Absorbed, Felt, Floor, LineState, Memory, Mixture, Node, Pattern, ScatterLine, Scattered, Stepped, Variances,
-    Whitening, adjust_scattered, step_scattered,
+    Absorbed, Felt, Floor, LineState, Memory, Mixture, Node, Pattern, ScatterLine, Scattered, Variances, Whitening,
+    adjust_scattered,
 };
 pub(crate) use scatter::{
-    Chain, Likelihood, NEWTON_STEPS, NoiseModel, NoisePart, PartNoise, Slot, TimeNoise, deviation_range, satterthwaite,
-    scattered, scattered_with, time_range, white_range,
+    Chain, Likelihood, NEWTON_STEPS, NoiseModel, NoisePart, PartNoise, Slot, Stepped, TimeNoise, deviation_range,
+    satterthwaite, scattered, scattered_with, step_scattered, time_range, white_range,
 };
 pub use sequential::Sequential;
 pub(crate) use sequential::backwards;

@@ -39,16 +39,18 @@ pub use conformity::{Conformity, Judged, judge};
 pub use gauss_newton::{Convergence, Iteration, Stop};
 pub(crate) use gauss_newton::{INVISIBLE, NEGLIGIBLE};
 pub use names::{NamedCombination, describe};
-pub use noise::{ScatterSources, VarianceFrom, VarianceSource, is_correlation};
+pub(crate) use noise::is_correlation;
+pub use noise::{ScatterSources, VarianceFrom, VarianceSource};
 pub use parameters::{CombinationResult, DerivedResult, ParameterResult, State};
-pub use propagate::{Drawn, Joint, MOST_TRIALS, draw};
+pub(crate) use propagate::MOST_TRIALS;
+pub use propagate::{Drawn, Joint, draw};
 pub use questions::Angle;
 pub(crate) use ranges::{LEAST, MOST, check as check_ranges, check_rows};
 pub use robust::{RobustMethod, RobustRecord};
 pub use rules::{ActiveConstraint, Constraints};
 pub use scale_factor::{ScaleFactorError, ScaleFactorFrom};
-pub use scatter::{floor, own_noise, scatter_lines, stated_variances, whitening};
-pub(crate) use scatter::{noise_lines, scattered, spelled_out};
+pub use scatter::{floor, scatter_lines, whitening};
+pub(crate) use scatter::{noise_lines, own_noise, scattered, spelled_out, stated_variances};
 pub(crate) use separate::separations;
 pub use separate::{RankDefect, candidates};
 pub(crate) use step::{adjust_meeting_equations, adjust_with_equations, contradicting_equations};
@@ -199,7 +201,7 @@ impl Fit {
 
     /// Estimated parameters whose uncertainty cannot be known, since they follow deviations of this line of the campaign's scatter, and nothing
     /// else shows these.
-    pub fn without_u_for(&self, line: usize) -> Vec<&str> {
+    pub(crate) fn without_u_for(&self, line: usize) -> Vec<&str> {
         let Some((_, own)) = self.noise.absorbed.iter().find(|(k, _)| *k == line) else { return Vec::new() };
         let touched = |k: usize| self.estimate.unknowns.is_estimable(k) && own.touches_unknown(k);
         self.parameters.iter().enumerate().filter(|(k, _)| touched(*k)).map(|(_, own)| own.id.as_str()).collect()

@@ -462,7 +462,7 @@ impl VarianceSource {
     }
 
     /// Do the uncertainties not rely on a variance that was estimated as zero?
-    pub fn u_is_below(&self) -> bool {
+    pub(crate) fn u_is_below(&self) -> bool {
         self.is_below_zero()
     }
 }
@@ -515,6 +515,6 @@ fn covariance_root(covariance: &Mat<f64>) -> Mat<f64> {
 }
 
 /// Is this line a correlation, which has no size of its own?
-pub fn is_correlation(line: &Scatter) -> bool {
+pub(crate) fn is_correlation(line: &Scatter) -> bool {
     matches!(line.of, Deviating::Correlated(..))
 }

@@ -40,7 +40,7 @@ pub struct Joint {
 }
 
 /// Most trials.
-pub const MOST_TRIALS: usize = 20_000_000;
+pub(crate) const MOST_TRIALS: usize = 20_000_000;
 /// Fewest and most trials.
 const TRIALS: std::ops::RangeInclusive<usize> = 1_000..=MOST_TRIALS;
 

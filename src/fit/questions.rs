@@ -3,9 +3,7 @@
 use super::{Fit, ParameterResult};
 use crate::campaign::Kind;
 use crate::error::{Fault, Malformed, Result};
-
-/// Arcseconds in a radian.
-const ARCSEC: f64 = 648_000.0 / std::f64::consts::PI;
+use crate::units::ARCSEC;
 
 /// An estimated angle: a tilt, or a derived angle.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -40,7 +40,7 @@ pub(crate) fn spelled_out(campaign: &Campaign, remount: Remount) -> Result<Cow<'
 
 /// The lines at a design's point, one for each line of the campaign, in its order.
 ///
-/// `u` are the standard uncertainties of the rows: a correlation of sensors shares out a part of them, see [`own_noise`].
+/// `u` are the standard uncertainties of the rows: a correlation of sensors shares out a part of them, see `own_noise`.
 pub fn scatter_lines(campaign: &Campaign, design: &DesignMatrix, u: &[f64]) -> Vec<ScatterLine> {
     campaign.scatter.iter().map(|line| scatter_line(campaign, design, u, line)).collect()
 }
@@ -115,7 +115,7 @@ fn variance(line: &Scatter) -> Option<f64> {
 }
 
 /// What the rows keep of their standard uncertainties where a correlation shares out a part: `sqrt(1 - |r|) u`.
-pub fn own_noise(campaign: &Campaign, design: &DesignMatrix, u: &[f64]) -> Vec<f64> {
+pub(crate) fn own_noise(campaign: &Campaign, design: &DesignMatrix, u: &[f64]) -> Vec<f64> {
     let mut own = u.to_vec();
     for line in &campaign.scatter {
         let Deviating::Correlated(sensors, r) = &line.of else { continue };
@@ -129,7 +129,7 @@ pub fn own_noise(campaign: &Campaign, design: &DesignMatrix, u: &[f64]) -> Vec<f
 }
 
 /// The whitening of a system of this campaign, every standard deviation known: `sd` of the rows' own noise (priors included), and the variance
-/// of each line of the campaign (those of a fit, or [`stated_variances`]).
+/// of each line of the campaign (those of a fit, or `stated_variances`).
 ///
 /// Whitened columns have the inner products of `V^-1`, so that whatever holds for independent rows of unit variance holds for them.
 pub fn whitening(campaign: &Campaign, design: &DesignMatrix, sd: &[f64], variance: &[f64]) -> Whitening {
@@ -166,7 +166,7 @@ pub(crate) fn scattered(campaign: &Campaign, design: &DesignMatrix) -> Result<Va
 }
 
 /// The variances of a campaign's lines as far as they are stated; zero for those to be estimated.
-pub fn stated_variances(campaign: &Campaign) -> Vec<f64> {
+pub(crate) fn stated_variances(campaign: &Campaign) -> Vec<f64> {
     // as asked for
     campaign.scatter.iter().map(|line| variance(line).unwrap_or(0.0)).collect()
 }

@@ -158,7 +158,7 @@ impl Rows {
     }
 
     /// The same with another point from reading `from` on.
-    pub fn stepped(
+    pub(crate) fn stepped(
         campaign: &Campaign,
         beliefs: &Beliefs,
         readings: &[Reading],
@@ -366,7 +366,7 @@ impl Solved {
     }
 
     /// `ln p` of the readings with a step; `None` where no reading shows it.
-    pub fn log_density_with(&self, beliefs: &Beliefs, step: Step) -> Option<f64> {
+    pub(crate) fn log_density_with(&self, beliefs: &Beliefs, step: Step) -> Option<f64> {
         let column = self.rows.along(step.parameter, step.size, step.from);
         let shows = column.iter().any(|value| *value != 0.0);
         let told = || self.rows.told_about(beliefs, &self.point, &[column], &[self.by / step.size]);

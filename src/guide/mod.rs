@@ -26,7 +26,8 @@ pub use advice::{
     Residual, Suspected, Why,
 };
 
-pub use held::{Held, HeldMean, Holding};
+pub(crate) use held::Holding;
+pub use held::{Held, HeldMean};
 
 use crate::campaign::{Campaign, Observation, Reading, Readings};
 use crate::design::RowOrigin;

@@ -40,7 +40,7 @@ impl Sentence {
     }
 
     /// Clauses parted by semicolons.
-    pub fn clauses(clauses: Vec<Sentence>) -> Self {
+    pub(crate) fn clauses(clauses: Vec<Sentence>) -> Self {
         Sentence(Kind::Clauses(clauses))
     }
 

@@ -3,13 +3,12 @@
 use super::cause::{self, Cause};
 use super::changing::Columns;
 use super::errors::{ErrorSource, ImuErrors};
-use super::gap::Gap;
 use super::measured::{CHANNELS, Channels, Measured};
 use super::mission::Mission;
 use super::settings::Settings;
 use super::signatures;
 use super::whiten::{Walks, whiten};
-use crate::diagnosis::NoiseFrom;
+use crate::diagnosis::{Gap, NoiseFrom};
 use crate::elements::Elements;
 use crate::error::{Fault, Malformed, Result};
 use crate::linear::{dot, norm};
@@ -303,6 +302,7 @@ impl<'a> Case<'a> {
         let max = white.iter().fold(0.0_f64, |max, v| max.max(v.abs()));
         let stated = self.from == NoiseFrom::Stated && dof > 0;
         let p = if stated { chi_square_survival(chi_square, dof as f64) } else { None };
-        Gap { rms: (chi_square / dof.max(1) as f64).sqrt(), max, chi_square, dof, p }
+        let rms = (dof > 0).then(|| (chi_square / dof as f64).sqrt());
+        Gap { rms, max, chi_square, dof, p, residuals: Vec::new() }
     }
 }

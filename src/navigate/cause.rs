@@ -262,12 +262,12 @@ impl Cause {
     }
 
     /// Does it change in time as a ramp, a step, a warm-up or a wave?
-    pub fn is_course(&self) -> bool {
+    pub(crate) fn is_course(&self) -> bool {
         self.change().is_some()
     }
 
     /// Is it a constant error of the unit or the start?
-    pub fn is_constant(&self) -> bool {
+    pub(crate) fn is_constant(&self) -> bool {
         matches!(self, Cause::Constant(_))
     }
 }

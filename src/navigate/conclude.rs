@@ -2,10 +2,11 @@
 
 use super::cause::Cause;
 use super::diagnose::{Alias, Finding, NavigationDiagnosis, Suspect, Unexplained};
+use super::measured::CHANNEL_NAMES;
 use super::partly::Partly;
 use super::refine::{Search, State};
 use super::remainder::Remainder;
-use super::separate;
+use super::{separate, study};
 use crate::diagnosis::{NoiseFrom, Step, Verdict};
 use crate::elements::Elements;
 use crate::error::Result;
@@ -71,14 +72,14 @@ impl Search<'_> {
                 None if state.set.len() <= 8 => (state.set.clone(), share),
                 None => (Vec::new(), share),
             };
+            let nearest = nearest.iter().map(Cause::id).collect();
             Unexplained { pattern, cells, nearest, nearest_explains: share.max(0.0) }
         });
         let constants = case.causes.iter().filter(|cause| cause.is_constant());
         let invisible = constants.filter(|cause| !case.is_visible(cause, u)).filter_map(Cause::constant);
-        let steps = self.seen.iter().map(|seen| Step {
-            with: seen.set.iter().map(Cause::id).collect(),
-            strongest: seen.strongest.as_ref().map(|(cause, t)| (cause.id(), *t, chance(*t, self.distinct))),
-            global_p: seen.p,
+        let steps = self.seen.iter().map(|seen| {
+            let strongest = seen.strongest.as_ref().map(|(cause, t)| (cause.id(), *t, chance(*t, self.distinct)));
+            Step::new(seen.set.iter().map(Cause::id).collect(), strongest, seen.p)
         });
         let (steps, invisible) = (steps.collect(), invisible.collect());
         let gap_steps = if findings.is_empty() { Vec::new() } else { self.gap_steps(state, gap) };
@@ -88,7 +89,7 @@ impl Search<'_> {
             before: case.mission.errors,
             after: if has_findings { case.with(&state.set, &state.values) } else { case.mission.errors },
             noise: case.from,
-            gap: [before, if has_findings { after } else { before }],
+            gap: if has_findings { [before, after] } else { [before.clone(), before] },
             gap_steps,
             channels: remainder.channels(),
             gaps_over_time: remainder.gaps_over_time(),
@@ -105,7 +106,14 @@ impl Search<'_> {
     fn suspects(&self, state: &State, residual: &[f64]) -> Vec<Suspect> {
         let white = self.case.whitened(residual.to_vec(), self.u, &[]);
         let cells: Vec<_> = self.case.measured.cells().collect();
-        let one = |at: &usize| Some(Suspect { cell: *cells.get(*at)?, z: *white.get(*at)? });
+        let motions = study::motions(self.case.mission);
+        let one = |at: &usize| {
+            let cell = cells.get(*at)?;
+            // runs are numbered by the motions of this mission
+            let motion = motions.get(self.case.measured.runs.get(cell.run)?.motion)?.0.clone();
+            let column = CHANNEL_NAMES.at(cell.channel).into();
+            Some(Suspect { motion, column, time_s: cell.time, z: *white.get(*at)? })
+        };
         let mut suspects: Vec<Suspect> = state.out.iter().filter_map(one).collect();
         suspects.sort_by(|a, b| b.z.abs().total_cmp(&a.z.abs()));
         suspects

@@ -16,15 +16,16 @@
 use super::case::Case;
 use super::cause::Cause;
 use super::errors::{ErrorSource, ImuErrors};
-pub use super::finding::{Alias, Finding, Suspect, Unexplained};
-pub use super::gap::{Gap, GapStep};
+pub(crate) use super::finding::{Alias, Suspect};
+pub use super::finding::{Finding, Unexplained};
+pub(crate) use super::gap::GapStep;
 use super::measured::Measured;
 use super::mission::Mission;
 use super::refine::Search;
 use super::remainder::{ChannelGap, GapOverTime};
 use super::search;
 use super::settings::Settings;
-use crate::diagnosis::{NoiseFrom, Step, Verdict};
+use crate::diagnosis::{Gap, NoiseFrom, Step, Verdict};
 use crate::error::{Fault, Malformed, Result};
 
 /// The result of a diagnosis of navigation errors.
@@ -40,7 +41,7 @@ pub struct NavigationDiagnosis {
     pub after: ImuErrors,
     /// Where the noise comes from.
     pub noise: NoiseFrom,
-    /// The gap before and after.
+    /// The gap before and after, in standard uncertainties (of innovations, where the mission has random walks).
     pub gap: [Gap; 2],
     /// The gap as it shrinks, from the mission as given, by one cause after the other; empty without findings.
     pub gap_steps: Vec<GapStep>,
@@ -93,7 +94,7 @@ pub fn diagnose(mission: &Mission, measured: &Measured, settings: &Settings) -> 
 }
 
 /// The same; `progress` gets the approximate share of the work that is done, and what is being tried.
-pub fn diagnose_with(
+pub(crate) fn diagnose_with(
     mission: &Mission,
     measured: &Measured,
     settings: &Settings,
@@ -145,7 +146,7 @@ pub fn diagnose_with(
             let before = case.gap(&gap, &u, &[], 0);
             let [_, after] = diagnosis.gap;
             if !diagnosis.gap_steps.is_empty() {
-                diagnosis.gap_steps.insert(0, GapStep { with: Vec::new(), left_out: 0, gap: before });
+                diagnosis.gap_steps.insert(0, GapStep { with: Vec::new(), left_out: 0, gap: before.clone() });
             }
             return Ok(NavigationDiagnosis { before: mission.errors, gap: [before, after], ..diagnosis });
         }

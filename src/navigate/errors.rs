@@ -304,7 +304,7 @@ impl ImuErrors {
     }
 
     /// Whether there is noise, which needs random numbers at every step.
-    pub fn is_noisy(&self) -> bool {
+    pub(crate) fn is_noisy(&self) -> bool {
         self.gyro.random_walk > 0.0 || self.accelerometer.random_walk > 0.0
     }
 }

@@ -2,7 +2,6 @@
 
 use super::cause::Cause;
 use super::errors::ErrorSource;
-use super::measured::Cell;
 use super::motion::Motion;
 use super::remainder;
 
@@ -58,23 +57,31 @@ pub struct Finding {
 }
 
 /// What nothing explains.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[schemars(rename = "UnexplainedNavigationReport")]
+#[non_exhaustive]
 pub struct Unexplained {
     /// In one sentence.
     pub pattern: String,
-    /// Mean gap by channel and part of the run, the most significant first.
+    /// Mean gap by channel and part of a run, the most significant first.
     pub cells: Vec<remainder::Cell>,
     /// The errors that come nearest together; they are not accepted.
-    pub nearest: Vec<Cause>,
-    /// The share of the gap's sum of squares that they would explain.
+    pub nearest: Vec<String>,
+    /// Share of the residual sum of squares that those would remove.
     pub nearest_explains: f64,
 }
 
 /// A single value that noise does not explain.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[schemars(rename = "NavigationSuspectReport")]
+#[non_exhaustive]
 pub struct Suspect {
-    /// The value.
-    pub cell: Cell,
-    /// Its residual, in standard uncertainties (of innovations, where the mission has random walks).
+    /// Name of the motion.
+    pub motion: String,
+    /// The column.
+    pub column: String,
+    /// Time, s.
+    pub time_s: f64,
+    /// What is left of it, in standard uncertainties.
     pub z: f64,
 }

@@ -1,27 +1,16 @@
-//! Measured minus predicted navigation errors.
+//! How far measured and predicted navigation errors are apart, cause by cause.
 
-/// A gap, in standard uncertainties (of innovations, where the mission has random walks).
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Gap {
-    /// Root mean square.
-    pub rms: f64,
-    /// Largest by size.
-    pub max: f64,
-    /// Sum of squares.
-    pub chi_square: f64,
-    /// Values minus errors fitted.
-    pub dof: usize,
-    /// Probability of a sum of squares as large by chance; `None` where the noise is estimated from residuals.
-    pub p: Option<f64>,
-}
+use crate::diagnosis::Gap;
 
-/// The gap with some of the findings.
-#[derive(Debug, Clone, PartialEq)]
+/// The gap with some of the causes that were found.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[schemars(rename = "NavigationGapStepReport")]
+#[non_exhaustive]
 pub struct GapStep {
-    /// Their names.
+    /// The causes.
     pub with: Vec<String>,
     /// Single values that are left out.
     pub left_out: usize,
-    /// The gap with them, fitted anew.
+    /// The gap.
     pub gap: Gap,
 }

@@ -1,9 +1,10 @@
 //! The gap as it shrinks: with the cause that reduces it most, with that one and the next, and so on, each set refined anew on the full simulation.
 
 use super::cause::Cause;
-use super::gap::{Gap, GapStep};
+use super::gap::GapStep;
 use super::products::Products;
 use super::refine::{Search, State};
+use crate::diagnosis::Gap;
 use crate::elements::Elements;
 
 /// With more causes than this only the first and the last gap are reported.

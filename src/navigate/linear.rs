@@ -25,7 +25,7 @@ use super::run::{Continue, NavigationError};
 use super::trajectory::{Block, NodeValues, Trajectory, Truth};
 
 /// Number of states.
-pub const STATES: usize = 7;
+pub(crate) const STATES: usize = 7;
 /// The state of the error equations.
 pub type State = [f64; STATES];
 /// A square matrix of the states, row by row.
@@ -152,7 +152,7 @@ pub fn propagate(mission: &Mission, motion: &Motion, sink: &mut dyn FnMut(&Signa
 }
 
 /// The same with rows at any steps: `next` gives the next row's step, from that of the row before.
-pub fn propagate_to(
+pub(crate) fn propagate_to(
     mission: &Mission,
     motion: &Motion,
     next_row: &mut dyn FnMut(u64) -> u64,

@@ -6,7 +6,7 @@
 use super::run::NavigationError;
 
 /// Number of channels.
-pub const CHANNELS: usize = 7;
+pub(crate) const CHANNELS: usize = 7;
 
 /// Names of the channels, with the unit of the numbers that files and reports give.
 pub const CHANNEL_NAMES: [&str; CHANNELS] = [

@@ -36,7 +36,7 @@ use pulp::Simd;
 
 /// Numbers that a navigator keeps: quaternion 4, velocity 2, latitude and longitude, sine and cosine of latitude,
 /// velocity with half of the last step's Coriolis terms 2.
-pub const STATES: usize = 12;
+pub(crate) const STATES: usize = 12;
 /// Numbers of the errors of a unit: bias, matrix and square of two triads, acceleration-sensitive drift of the gyros.
 pub const ERRORS: usize = 39;
 

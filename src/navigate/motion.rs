@@ -134,7 +134,7 @@ impl Motion {
     }
 
     /// Legs with a swing about the heading (its yaw counts from minus the heading). Errors: as [`Motion::swing`].
-    pub fn swinging_legs(legs: Legs, mut attitude: Attitude) -> Result<Self> {
+    pub(crate) fn swinging_legs(legs: Legs, mut attitude: Attitude) -> Result<Self> {
         Motion::check_swing(attitude)?;
         attitude.yaw.mean -= legs.heading;
         Ok(Motion { name: "legs".into(), attitude, path: Path::Legs(legs) })

@@ -1,6 +1,6 @@
 //! Increments of a smooth signal over many equal steps, exact to rounding, from a few samples of it.
 //!
-//! Over one block the signal is its Chebyshev interpolant on [`NODES`] points, and every step's integral of that
+//! Over one block the signal is its Chebyshev interpolant on `NODES` points, and every step's integral of that
 //! interpolant is one fixed row of weights: `increments = weights * samples`. A block is kept so short (a tenth of the
 //! motion's shortest period) that the interpolation error is below rounding: an analytic signal of angular frequency
 //! `w` leaves `(w T/2)^16 / (2^15 16!)` of its amplitude, 1e-26 at `w T/2 = 0.3`.
@@ -12,14 +12,14 @@
 use std::f64::consts::PI;
 
 /// Samples of a block.
-pub const NODES: usize = 16;
+pub(crate) const NODES: usize = 16;
 /// The most steps that a block may have.
-pub const MAX_STEPS: usize = 64;
+pub(crate) const MAX_STEPS: usize = 64;
 
 /// Weights that turn samples at the block's nodes into integrals over its steps.
 #[derive(Debug, Clone)]
 pub struct Quadrature {
-    /// Steps of the block, at most [`MAX_STEPS`].
+    /// Steps of the block, at most `MAX_STEPS`.
     pub steps: usize,
     /// Places of the samples, as a fraction of the block from 0 to 1.
     pub nodes: [f64; NODES],
@@ -32,7 +32,7 @@ pub struct Quadrature {
 }
 
 impl Quadrature {
-    /// Weights for a block of so many equal steps (held between 1 and [`MAX_STEPS`]).
+    /// Weights for a block of so many equal steps (held between 1 and `MAX_STEPS`).
     ///
     /// ```
     /// use tumble::navigate::quadrature::Quadrature;

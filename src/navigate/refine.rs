@@ -2,10 +2,10 @@
 
 use super::case::{Case, Flown};
 use super::cause::Cause;
-use super::gap::Gap;
 use super::products::{Products, Solved};
 use super::random_walk::UnstatedWalk;
 use super::weighed::Weighed;
+use crate::diagnosis::Gap;
 use crate::diagnosis::NoiseFrom;
 use crate::linear::dot;
 use std::cell::RefCell;

@@ -1,25 +1,34 @@
 //! The gap by channel and in time: its size, its course in time, and its pattern where nothing explains it.
 
-use super::measured::{CHANNEL_NAMES, CHANNELS, Cell as Value, Measured};
+use super::measured::{CHANNEL_NAMES, CHANNELS, Cell as Value, Measured, si_per_unit};
 use super::mission::Mission;
 use super::study;
+use crate::diagnosis::NoiseFrom;
 use crate::elements::Elements;
 
-/// The gap in one channel of one run, SI units.
-#[derive(Debug, Clone, PartialEq)]
+/// The gap in one channel of one run.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[schemars(rename = "ChannelReport")]
+#[non_exhaustive]
 pub struct ChannelGap {
     /// Name of the motion.
     pub motion: String,
-    /// The channel.
-    pub channel: usize,
+    /// The column; its name has the unit of all numbers here.
+    pub column: String,
     /// Values measured.
     pub values: usize,
-    /// Root mean square and largest by size, before.
-    pub before: (f64, f64),
-    /// The same after.
-    pub after: (f64, f64),
-    /// Standard uncertainty of a value (root mean square): stated, or estimated from the residuals.
+    /// Root mean square before, in the column's unit.
+    pub rms_before: f64,
+    /// Largest by size before, in the column's unit.
+    pub max_before: f64,
+    /// Root mean square after, in the column's unit.
+    pub rms_after: f64,
+    /// Largest by size after, in the column's unit.
+    pub max_after: f64,
+    /// Standard uncertainty of a value, in the column's unit.
     pub u: f64,
+    /// `stated` or `residuals` (then it can only come from what is left).
+    pub u_from: NoiseFrom,
 }
 
 /// The gap in one channel of one run against time, SI units, thinned for a picture.
@@ -34,17 +43,21 @@ pub struct GapOverTime {
 }
 
 /// Mean gap in a part of a run.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[schemars(rename = "NavigationCellReport")]
+#[non_exhaustive]
 pub struct Cell {
     /// Name of the motion.
     pub motion: String,
-    /// The channel.
-    pub channel: usize,
-    /// Start and end of the part, s.
-    pub span: (f64, f64),
+    /// The column.
+    pub column: String,
+    /// Start of the part, h.
+    pub from_h: f64,
+    /// End of the part, h.
+    pub to_h: f64,
     /// Values there.
     pub values: usize,
-    /// Mean gap, SI.
+    /// Mean gap, in the column's unit.
     pub mean: f64,
     /// Its size in standard deviations.
     pub z: f64,
@@ -95,13 +108,22 @@ impl Remainder<'_> {
             values.for_each(|v| (count, square, max) = (count + 1.0, square + v * v, max.max(v.abs())));
             ((square / count.max(1.0)).sqrt(), max)
         };
-        let one = |(motion, channel, group): (String, usize, Vec<Entry>)| ChannelGap {
-            motion,
-            channel,
-            values: group.len(),
-            before: size(&mut group.iter().map(|e| e.2)),
-            after: size(&mut group.iter().map(|e| e.3)),
-            u: size(&mut group.iter().map(|e| e.1)).0,
+        let stated =
+            |channel: usize| self.measured.cells().filter(|own| own.channel == channel).all(|own| own.u.is_some());
+        let one = |(motion, channel, group): (String, usize, Vec<Entry>)| {
+            let unit = si_per_unit(channel);
+            let (before, after) = (size(&mut group.iter().map(|e| e.2)), size(&mut group.iter().map(|e| e.3)));
+            ChannelGap {
+                motion,
+                column: CHANNEL_NAMES.at(channel).into(),
+                values: group.len(),
+                rms_before: before.0 / unit,
+                max_before: before.1 / unit,
+                rms_after: after.0 / unit,
+                max_after: after.1 / unit,
+                u: size(&mut group.iter().map(|e| e.1)).0 / unit,
+                u_from: if stated(channel) { NoiseFrom::Stated } else { NoiseFrom::Residuals },
+            }
         };
         self.groups().into_iter().map(one).collect()
     }
@@ -128,10 +150,11 @@ impl Remainder<'_> {
                 let time = |entry: Option<&Entry>| entry.map_or(0.0, |e| e.0.time);
                 cells.push(Cell {
                     motion: motion.clone(),
-                    channel,
-                    span: (time(part.first()), time(part.last())),
+                    column: CHANNEL_NAMES.at(channel).into(),
+                    from_h: time(part.first()) / 3600.0,
+                    to_h: time(part.last()) / 3600.0,
                     values: part.len(),
-                    mean: sum / part.len().max(1) as f64,
+                    mean: sum / part.len().max(1) as f64 / si_per_unit(channel),
                     z: product / weight.sqrt(),
                 });
             }

@@ -10,7 +10,7 @@
 
 use super::cause::Cause;
 use super::errors::ErrorSource;
-pub use super::finding::DiscriminatingMotion;
+pub(crate) use super::finding::DiscriminatingMotion;
 use super::finding::Finding;
 use super::measured::{CHANNELS, Measured, MeasuredRow};
 use super::mission::Mission;

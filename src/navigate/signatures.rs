@@ -125,7 +125,7 @@ pub fn predicted(mission: &Mission, motion: &Motion, errors: &ImuErrors, times: 
 }
 
 /// The same of several sets of errors, flown side by side.
-pub fn predicted_together(
+pub(crate) fn predicted_together(
     mission: &Mission,
     motion: &Motion,
     errors: &[ImuErrors],

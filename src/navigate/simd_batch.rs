@@ -67,13 +67,13 @@ impl Fleet {
     }
 
     /// Advance all navigators by one block of at most `limit` steps of their trajectory; the block's steps are returned.
-    pub fn advance(&mut self, trajectory: &mut Trajectory, limit: u64) -> usize {
+    pub(crate) fn advance(&mut self, trajectory: &mut Trajectory, limit: u64) -> usize {
         self.arch.dispatch(Advance { fleet: self, trajectory, limit });
         self.block.steps
     }
 
     /// What navigator `index` believes.
-    pub fn belief(&self, index: usize) -> Option<Belief> {
+    pub(crate) fn belief(&self, index: usize) -> Option<Belief> {
         let group = self.groups.get(index / GROUP)?;
         let lane = index % GROUP;
         let at = |i: usize| group.memory.state[i][lane];

@@ -16,7 +16,7 @@ use crate::vocabulary::vocabulary;
 pub const KEPT: u64 = 400;
 
 /// The scenario without errors: what remains is the numerical error of the navigator, of its algorithm and rounding.
-pub const PERFECT: &str = "perfect_unit";
+pub(crate) const PERFECT: &str = "perfect_unit";
 
 vocabulary! {
     /// Which errors fly together.
@@ -224,7 +224,7 @@ pub fn ratios(mission: &Mission, flown: &[Flown]) -> Vec<Ratio> {
 
 /// A motion in which the numerical error of the navigator is no longer small against that of its unit.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Unresolved {
+pub(crate) struct Unresolved {
     /// The motion.
     pub motion: String,
     /// Tilt, azimuth, velocity and position that a perfect unit leaves, root mean squares, SI.
@@ -235,7 +235,7 @@ pub struct Unresolved {
 
 /// Motions beyond what the navigator's step resolves: a perfect unit leaves more than a tenth of what all errors together do, and more than
 /// rounding.
-pub fn unresolved(mission: &Mission, flown: &[Flown]) -> Vec<Unresolved> {
+pub(crate) fn unresolved(mission: &Mission, flown: &[Flown]) -> Vec<Unresolved> {
     let periods: Vec<f64> = motions(mission).into_iter().map(|(_, motion)| motion.shortest_period()).collect();
     let mut unresolved = Vec::new();
     for (motion, period) in flown.iter().zip(periods) {

@@ -146,7 +146,7 @@ impl Trajectory {
 
     /// The increments of the step before the start (rates, then specific forces), which a navigator that has just been
     /// switched on remembers.
-    pub fn before_start(&mut self) -> [f64; 6] {
+    pub(crate) fn before_start(&mut self) -> [f64; 6] {
         let rule = Quadrature::new(1);
         self.evaluate(&rule, -self.step, self.step);
         let mut block = Block::default();
@@ -159,7 +159,7 @@ impl Trajectory {
     ///
     /// Inlined into its caller, so that it is compiled for the vector instructions that are detected at run time.
     #[inline(always)]
-    pub fn advance(&mut self, limit: u64, block: &mut Block) {
+    pub(crate) fn advance(&mut self, limit: u64, block: &mut Block) {
         self.advance_smooth(limit, block);
         while block.steps % 2 == 1 && block.steps < MAX_STEPS && self.done < self.steps {
             let room = (MAX_STEPS - block.steps) as u64;
@@ -175,7 +175,7 @@ impl Trajectory {
 
     /// The same without pairs: a block that ends where the motion is not smooth.
     #[inline(always)]
-    pub fn advance_smooth(&mut self, limit: u64, block: &mut Block) {
+    pub(crate) fn advance_smooth(&mut self, limit: u64, block: &mut Block) {
         crate::stop::poll();
         let start = self.done as f64 * self.step;
         let mut steps = (self.longest as u64).min(limit.max(1)).min((self.steps - self.done).max(1));
@@ -454,7 +454,7 @@ fn dot(a: &AtNodes, b: &AtNodes) -> f64 {
 }
 
 /// Metres east and north of a small difference in longitude and latitude, rad.
-pub fn metres(truth: &Truth, altitude_m: f64, latitude_rad: f64, longitude_rad: f64) -> [f64; 2] {
+pub(crate) fn metres(truth: &Truth, altitude_m: f64, latitude_rad: f64, longitude_rad: f64) -> [f64; 2] {
     let radii = Curvature::at(truth.latitude_rad, altitude_m);
     [
         (longitude_rad - truth.longitude_rad) * radii.prime_vertical * truth.latitude_rad.cos(),

@@ -57,6 +57,6 @@ pub fn field_unit(term: Term, unit: &str) -> FieldUnit {
 }
 
 /// A unit of rate (`true`) in rad/s, or of specific force in m/s^2, as a factor; `None` for others.
-pub fn si_factor(unit: &str) -> Option<(bool, f64)> {
+pub(crate) fn si_factor(unit: &str) -> Option<(bool, f64)> {
     rate(unit).map(|r| (true, r * std::f64::consts::PI / 180.0)).or_else(|| force(unit).map(|f| (false, f)))
 }

@@ -53,7 +53,7 @@ impl Sums {
     }
 
     /// The Allan variance of Q, N, B, K and R in that of a complete record.
-    pub fn missing_factors(&self) -> [f64; 5] {
+    pub(crate) fn missing_factors(&self) -> [f64; 5] {
         self.missing.map(|sum| sum / self.allan.1.max(1) as f64)
     }
 
@@ -128,7 +128,7 @@ pub struct Ladder {
 
 impl Ladder {
     /// Differences of means reach across so many missing samples at most.
-    pub const BRIDGED: u64 = REACH as u64;
+    pub(crate) const BRIDGED: u64 = REACH as u64;
 
     /// Averaging times `2^(k/per_octave)` samples, rounded.
     pub fn new(per_octave: usize) -> Self {
@@ -163,7 +163,7 @@ impl Ladder {
     }
 
     /// Are all samples equal?
-    pub fn is_constant(&self) -> bool {
+    pub(crate) fn is_constant(&self) -> bool {
         !self.range.is_some_and(|(least, most)| least < most)
     }
 

@@ -24,7 +24,8 @@ mod ladder;
 
 pub use coefficients::{Agreement, Coefficient, Coefficients, Term};
 pub use edf::{Kind, equivalent_dof, interval};
-pub use field_units::{FieldUnit, field_unit, si_factor};
+pub(crate) use field_units::si_factor;
+pub use field_units::{FieldUnit, field_unit};
 pub use ladder::{Ladder, Sums};
 
 use crate::vocabulary::vocabulary;

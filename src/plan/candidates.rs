@@ -40,7 +40,7 @@ pub fn sweep(campaign: &Campaign, step_deg: f64) -> Result<Readings> {
 /// The same with further rates (degrees per second) of every joint that the schedule turns.
 ///
 /// Errors: those of [`sweep`], a rate that is zero or not finite, rates where no joint turns.
-pub fn sweep_with_rates(campaign: &Campaign, step_deg: f64, rates: &[f64]) -> Result<Readings> {
+pub(crate) fn sweep_with_rates(campaign: &Campaign, step_deg: f64, rates: &[f64]) -> Result<Readings> {
     let rows = &campaign.readings.rows;
     let columns = campaign.readings.columns.clone();
     let Some(first) = rows.first() else { return Ok(Readings { columns, rows: Vec::new() }) };
@@ -160,7 +160,7 @@ pub(super) fn frozen(campaign: &Campaign, candidates: &Readings) -> Vec<(String,
 }
 
 /// Candidates from another schedule, with the columns of `campaign`. Errors: another bench.
-pub fn from_schedule(campaign: &Campaign, candidates: &Campaign) -> Result<Readings> {
+pub(crate) fn from_schedule(campaign: &Campaign, candidates: &Campaign) -> Result<Readings> {
     let same = |a: &Campaign| (a.bench.id.clone(), a.bench.joints().map(str::to_string).collect::<Vec<_>>());
     if same(campaign) != same(candidates) {
         return Err(Malformed::new(Fault::Value, "the candidates are positions of another bench")

@@ -64,13 +64,14 @@ mod state;
 mod whitened;
 
 pub use blocks::Blocks;
-pub use candidates::{Unit, Zone, from_schedule, sweep, sweep_with_rates, without};
+pub use candidates::{Unit, Zone, sweep, without};
+pub(crate) use candidates::{from_schedule, sweep_with_rates};
 pub use criterion::Criterion;
 pub use discriminate::{
     DiscriminatingPosition, Discrimination, Separated, discriminate, discriminating_positions, separate,
 };
-pub(crate) use effort::mounting;
-pub use effort::{Costs, Noise, NoiseSource, Offer, SensorNoise, Work, mountings, planned, positions_only};
+pub use effort::{Costs, Noise, Offer, SensorNoise, Work, mountings, planned, positions_only};
+pub(crate) use effort::{NoiseSource, mounting};
 pub use extended::extended;
 pub use goal::{Goal, Reached, reach};
 pub use improve::{Improvement, improve};

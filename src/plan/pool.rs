@@ -122,12 +122,12 @@ impl Pool {
     }
 
     /// Readings of each portion.
-    pub fn portion_size(&self) -> usize {
+    pub(crate) fn portion_size(&self) -> usize {
         self.portions.first().map_or(1, Vec::len)
     }
 
     /// Coordinates of a linear function of the unknowns; `None` where it takes part in a defect.
-    pub fn coordinates(&self, c: &[f64]) -> Option<Vec<f64>> {
+    pub(crate) fn coordinates(&self, c: &[f64]) -> Option<Vec<f64>> {
         let estimable = |k: usize| self.estimate.unknowns.is_estimable(k);
         if c.iter().enumerate().any(|(k, c)| *c != 0.0 && !estimable(k)) {
             return None;

@@ -128,14 +128,16 @@ fn in_coordinates(pool: &Pool, fresh: &Estimate, parameters: usize) -> Vec<f64> 
         .collect()
 }
 
-/// Why a mounting is in a schedule: what would be lost without it.
-#[derive(Debug, Clone, PartialEq)]
+/// What would be lost without one mounting.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[schemars(rename = "ReasonReport")]
+#[non_exhaustive]
 pub struct Reason {
-    /// Its label.
+    /// Label of the mounting.
     pub position: String,
-    /// The estimated parameter (by index) that would lose most.
-    pub parameter: usize,
-    /// By what factor its uncertainty would grow; `None` where it would not be determined.
+    /// The parameter that would lose most.
+    pub parameter: String,
+    /// By what factor its uncertainty would grow; null where nothing would determine it.
     pub grows: Option<f64>,
 }
 
@@ -176,6 +178,7 @@ pub(super) fn reasons(schedule: &Campaign, noise: &Noise, kept: usize) -> Result
         let most = (0..n).max_by(|a, b| growth(*a).total_cmp(&growth(*b)).then(b.cmp(a)));
         if let Some(parameter) = most {
             let grows = Some(growth(parameter)).filter(|g| g.is_finite());
+            let parameter = schedule.parameter_id(parameter).to_string();
             reasons.push(Reason { position: label.to_string(), parameter, grows });
         }
     }

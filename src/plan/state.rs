@@ -70,7 +70,7 @@ impl<'a> State<'a> {
     }
 
     /// Nothing inverted yet.
-    pub fn unsolved(problem: &'a Problem<'a>, chosen: Vec<usize>) -> Self {
+    pub(crate) fn unsolved(problem: &'a Problem<'a>, chosen: Vec<usize>) -> Self {
         let mut state = State::empty(problem);
         chosen.iter().for_each(|k| state.times_chosen[*k] += 1);
         state.till = problem.prices.map(|prices| Till::new(prices, &chosen));
@@ -86,7 +86,7 @@ impl<'a> State<'a> {
     }
 
     /// The inverse and sums with a small multiple of the identity added to `M`, so that a singular design has them, too.
-    pub fn solve_nearly(&mut self) -> Option<()> {
+    pub(crate) fn solve_nearly(&mut self) -> Option<()> {
         let (blocks, n) = (self.problem.blocks, self.problem.blocks.unknowns());
         let mut m = information(blocks, self.problem.base, &self.chosen);
         let largest = (0..n).map(|i| m[i * n + i]).fold(0.0_f64, f64::max);
@@ -166,7 +166,7 @@ impl<'a> State<'a> {
     }
 
     /// Inverse and sums from scratch.
-    pub fn refactor(&mut self) -> Option<()> {
+    pub(crate) fn refactor(&mut self) -> Option<()> {
         let blocks = self.problem.blocks;
         let (inverse, root, _) =
             inverse_and_root(&information(blocks, self.problem.base, &self.chosen), blocks.unknowns())?;
@@ -186,7 +186,7 @@ impl<'a> State<'a> {
     }
 
     /// `M^-1 W M^-1` and its sums, unless they are up to date.
-    pub fn refresh_effect(&mut self, w: &[f64]) {
+    pub(crate) fn refresh_effect(&mut self, w: &[f64]) {
         if !self.effect.is_empty() {
             return;
         }
@@ -243,7 +243,7 @@ impl<'a> State<'a> {
     }
 
     /// The same for single rows just after `best_for_determinant(at)`, whose sums it reuses: one pass over the candidates.
-    pub fn exchange_single(&mut self, at: usize, j: usize) {
+    pub(crate) fn exchange_single(&mut self, at: usize, j: usize) {
         let blocks = self.problem.blocks;
         let i = self.chosen[at];
         let (come, go) = (blocks.row(j, 0), blocks.row(i, 0));
@@ -286,7 +286,7 @@ impl<'a> State<'a> {
     }
 
     /// Candidates that may come in for the block at `at`: all, or its neighbours.
-    pub fn replacements(&self, at: usize) -> Vec<usize> {
+    pub(crate) fn replacements(&self, at: usize) -> Vec<usize> {
         let neighbours = self.chosen.get(at).and_then(|i| self.problem.neighbours.get(*i));
         match neighbours {
             Some(list) => list.iter().copied().filter(|j| self.allowed(at, *j)).collect(),
@@ -322,7 +322,7 @@ struct Without {
 
 impl State<'_> {
     /// The candidate whose exchange for the block at `at` multiplies the determinant most, and that factor.
-    pub fn best_for_determinant(&mut self, at: usize) -> (usize, f64) {
+    pub(crate) fn best_for_determinant(&mut self, at: usize) -> (usize, f64) {
         let (blocks, i) = (self.problem.blocks, self.chosen[at]);
         self.effort += (blocks.count() * blocks.rows() * blocks.rows() * blocks.unknowns()) as f64;
         if blocks.rows() == 1 {
@@ -348,7 +348,7 @@ impl State<'_> {
     }
 
     /// The candidate whose exchange for the block at `at` lowers `tr(W M^-1)` most, and by how much.
-    pub fn best_for_trace(&mut self, at: usize, w: &[f64]) -> (usize, f64) {
+    pub(crate) fn best_for_trace(&mut self, at: usize, w: &[f64]) -> (usize, f64) {
         self.refresh_effect(w);
         self.effort +=
             (2 * self.problem.blocks.count() * self.problem.blocks.rows().pow(2) * self.problem.blocks.unknowns())

@@ -17,8 +17,9 @@ mod snooping;
 
 pub(crate) use lack_of_fit::lack_of_fit_p;
 pub use lack_of_fit::{LackOfFit, Offsets, lack_of_fit};
-pub use residual_tests::{NormalScores, NormalityTest, RunsTest, normality, runs, runs_of};
-pub(crate) use rows::UNCHECKED;
-pub use rows::{ALPHA, GlobalTest, RowQuality, baarda_delta, global_test, rows};
-pub(crate) use snooping::is_rounding;
-pub use snooping::{Snooping, Suspect, Whitened, snoop};
+pub(crate) use residual_tests::runs_of;
+pub use residual_tests::{NormalScores, NormalityTest, RunsTest, normality, runs};
+pub(crate) use rows::{ALPHA, UNCHECKED};
+pub use rows::{GlobalTest, RowQuality, baarda_delta, global_test, rows};
+pub use snooping::{Snooping, Suspect};
+pub(crate) use snooping::{Whitened, is_rounding, snoop};

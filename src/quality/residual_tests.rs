@@ -10,15 +10,20 @@ const FEWEST: usize = 8;
 /// Up to this many the distribution of runs is summed exactly.
 const SUMMED: usize = 1000;
 
-/// The runs test (A. Wald, J. Wolfowitz 1940) on the signs of residuals in the order of the readings.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// The runs test.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[schemars(rename = "RunsReport")]
+#[non_exhaustive]
 pub struct RunsTest {
     /// Runs of equal sign.
     pub runs: usize,
-    /// Runs to be expected of this many positive and negative residuals in random order.
+    /// Mean number of runs to be expected.
     pub expected: f64,
-    /// Two-sided probability of a number of runs at least so unlikely.
+    /// Two-sided probability.
     pub p: f64,
+    /// Is it below one minus the level?
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rejected: Option<bool>,
 }
 
 impl RunsTest {
@@ -28,7 +33,7 @@ impl RunsTest {
     }
 }
 
-/// The runs test; zero residuals are left out. `None` with fewer than eight residuals, or all of one sign.
+/// The runs test (A. Wald, J. Wolfowitz 1940) on the signs of residuals in the order of the readings; zero residuals are left out. `None` with fewer than eight residuals, or all of one sign.
 ///
 /// ```
 /// let alternating: Vec<f64> = (0..10).map(|k| if k % 2 == 0 { 1.0 } else { -1.0 }).collect();
@@ -45,7 +50,7 @@ pub fn runs(residuals: &[f64]) -> Option<RunsTest> {
 }
 
 /// The runs test of so many residuals of either sign in so many runs. `None` with fewer than eight residuals, or all of one sign.
-pub fn runs_of(positive: usize, negative: usize, runs: usize) -> Option<RunsTest> {
+pub(crate) fn runs_of(positive: usize, negative: usize, runs: usize) -> Option<RunsTest> {
     let all = positive + negative;
     if all < FEWEST || positive == 0 || negative == 0 {
         return None;
@@ -80,16 +85,21 @@ pub fn runs_of(positive: usize, negative: usize, runs: usize) -> Option<RunsTest
         let variance = (expected - 1.0) * (expected - 2.0) / (n - 1.0);
         2.0 * quantiles::normal_survival((runs as f64 - expected).abs() / variance.sqrt())?
     };
-    Some(RunsTest { runs, expected, p })
+    Some(RunsTest { runs, expected, p, rejected: None })
 }
 
-/// The Shapiro-Francia test of normality.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// The test of normality.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[schemars(rename = "NormalityReport")]
+#[non_exhaustive]
 pub struct NormalityTest {
-    /// `W'`, the squared correlation of ordered residuals with normal scores; 1 for perfectly normal ones.
+    /// Shapiro-Francia W'.
     pub w: f64,
-    /// Probability of a smaller `W'` if errors are normal.
+    /// Probability of a smaller one for normal errors.
     pub p: f64,
+    /// Is it below one minus the level?
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rejected: Option<bool>,
 }
 
 impl NormalityTest {
@@ -159,6 +169,6 @@ impl NormalScores {
         }
         let w = (product * product / (self.squares * of_values)).min(1.0);
         let z = ((1.0 - w).max(f64::MIN_POSITIVE).ln() - self.center) / self.spread;
-        Some(NormalityTest { w, p: quantiles::normal_survival(z)? })
+        Some(NormalityTest { w, p: quantiles::normal_survival(z)?, rejected: None })
     }
 }

@@ -23,9 +23,9 @@ pub struct RowQuality {
 }
 
 /// Significance at which a single reading is bad (Baarda's alpha).
-pub const ALPHA: f64 = 0.001;
+pub(crate) const ALPHA: f64 = 0.001;
 
-/// Non-centrality `delta0 = z(1 - alpha/2) + z(power)` of the minimal detectable bias, alpha = [`ALPHA`], power = 0.80 (Baarda's 4.13).
+/// Non-centrality `delta0 = z(1 - alpha/2) + z(power)` of the minimal detectable bias, alpha = `ALPHA`, power = 0.80 (Baarda's 4.13).
 pub fn baarda_delta() -> f64 {
     // both probabilities lie between 0 and 1, where there is a quantile
     let z = |p| quantiles::normal_quantile(p).unwrap_or(0.0);

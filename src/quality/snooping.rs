@@ -11,7 +11,7 @@ use crate::uncertainty::quantiles;
 use faer::MatRef;
 
 /// A system after its adjustment, as snooping sees it: standardised residuals, and what a unit error of a reading leaves of itself.
-pub struct Whitened<'a> {
+pub(crate) struct Whitened<'a> {
     /// Standard deviation of each reading's own noise.
     pub sd: Vec<f64>,
     /// Redundancy number of each reading, the diagonal of `P`.
@@ -126,7 +126,7 @@ impl<'a> Whitened<'a> {
 }
 
 /// Search for bad readings among the first `readings` rows; `None` where nothing can be tested.
-pub fn snoop(system: &Whitened<'_>, readings: usize, level: f64) -> Option<Snooping> {
+pub(crate) fn snoop(system: &Whitened<'_>, readings: usize, level: f64) -> Option<Snooping> {
     let norm = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>();
     let readings = readings.min(system.sd.len());
     let mut tested = (0..readings).filter(|row| system.checked(*row) > 0.0).count();

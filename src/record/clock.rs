@@ -200,7 +200,7 @@ impl Clock {
     }
 
     /// Seconds in a unit of the column; 1 where a rate was stated.
-    pub fn seconds_per_unit(&self) -> f64 {
+    pub(crate) fn seconds_per_unit(&self) -> f64 {
         self.factor.unwrap_or(1.0)
     }
 

@@ -58,7 +58,7 @@ pub(crate) use clock::unit_of;
 pub use clock::{Clock, ClockFrom, Jump, JumpKind, Stretch};
 pub use heading::title;
 pub use held::{Cells, Held};
-pub use text::table_text;
+pub(crate) use text::table_text;
 pub(crate) use times::WrittenTimes;
 
 #[cfg(feature = "parquet")]
@@ -160,7 +160,7 @@ pub enum As {
     /// Labels, numbered in the order in which they first stand in the file.
     Label,
     /// Numbers; a cell that is none is [`UNREADABLE`] instead of a fault, and so are the numbers of a row with too many or too few cells,
-    /// [`RAGGED`]. A table of text says the lines of its rows with them.
+    /// `RAGGED`. A table of text says the lines of its rows with them.
     Cell,
     /// Numbers, or times as people write them in seconds since 1970.
     Time,
@@ -202,7 +202,7 @@ fn text_cell(label: f64) -> f64 {
 pub const UNREADABLE: f64 = f64::from_bits(0x7FF8_0000_00C0_FFEE);
 
 /// A NaN that stands for a number of a row which has another number of cells than the table has columns.
-pub const RAGGED: f64 = f64::from_bits(0x7FF8_0000_00C0_11ED);
+pub(crate) const RAGGED: f64 = f64::from_bits(0x7FF8_0000_00C0_11ED);
 
 /// An open record.
 #[derive(Debug)]
@@ -442,7 +442,7 @@ impl Record {
     }
 
     /// Forget the labels, where their numbers are no longer needed: those of the next block begin anew where the format allows it.
-    pub fn forget_labels(&mut self) {
+    pub(crate) fn forget_labels(&mut self) {
         match &mut self.0 {
             Source::Text(table) => table.head.labels = Labels::default(),
             // dictionaries have their numbers until the next row group begins
@@ -454,7 +454,7 @@ impl Record {
     }
 
     /// Numbers of labels that stand in a table of text with different blanks around them: it reads them as one.
-    pub fn blanks_differ(&self) -> &[usize] {
+    pub(crate) fn blanks_differ(&self) -> &[usize] {
         &self.head().labels.blanks_differ
     }
 

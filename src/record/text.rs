@@ -119,7 +119,7 @@ pub(super) fn decoded(bytes: &[u8]) -> String {
 /// A whole table of a spreadsheet as UTF-8 text, whatever its encoding; `None` where it is UTF-8 already.
 ///
 /// Errors: a gzip that ends too early.
-pub fn table_text(name: &str, bytes: &[u8]) -> Result<Option<String>> {
+pub(crate) fn table_text(name: &str, bytes: &[u8]) -> Result<Option<String>> {
     let starts = |mark: &[u8]| bytes.starts_with(mark);
     let packed = starts(&[0x1F, 0x8B]) || starts(&[0xFF, 0xFE]) || starts(&[0xFE, 0xFF]) || wide_of(bytes).is_some();
     if !packed {

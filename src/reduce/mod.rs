@@ -36,9 +36,9 @@ pub use events::{Event, EventKind};
 pub use hold::{Ahead, Hold, Look, Standing};
 pub use segments::{By, Rejected, Segmentation, segment};
 pub use still::Stillness;
-pub use trace::Segment;
-pub use trace::{Channel, Run, Trace};
-pub use turns::{Unwrap, whole_turns, whole_turns_of};
+pub use trace::{Channel, Run, Segment, Trace};
+pub(crate) use turns::whole_turns_of;
+pub use turns::{Unwrap, whole_turns};
 
 use crate::uncertainty::quantiles::student_t_two_sided;
 
@@ -82,7 +82,7 @@ pub struct Reduction {
 }
 
 /// Probability with which the uncertainties are made to cover: 1.96 u on either side.
-pub const LEVEL: f64 = 0.95;
+pub(crate) const LEVEL: f64 = 0.95;
 
 /// Means over segments with their uncertainties.
 ///

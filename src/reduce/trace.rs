@@ -164,14 +164,14 @@ impl Trace {
     }
 
     /// The dead stretches that overlap samples `start..end`.
-    pub fn dead_in(&self, start: u64, end: u64) -> &[Range<u64>] {
+    pub(crate) fn dead_in(&self, start: u64, end: u64) -> &[Range<u64>] {
         let from = self.dead.partition_point(|range| range.end <= start);
         let to = self.dead.partition_point(|range| range.start < end);
         self.dead.get(from..to.max(from)).unwrap_or_default()
     }
 
     /// The parts of samples `start..end` that are not dead.
-    pub fn alive(&self, start: u64, end: u64) -> Vec<Range<u64>> {
+    pub(crate) fn alive(&self, start: u64, end: u64) -> Vec<Range<u64>> {
         let (mut from, mut parts) = (start, Vec::new());
         for dead in self.dead_in(start, end) {
             parts.push(from..dead.start.max(from));
@@ -183,7 +183,7 @@ impl Trace {
     }
 
     /// Where the record goes on within samples `start..end`, the first left aside.
-    pub fn resumes_in(&self, start: u64, end: u64) -> &[(u64, f64)] {
+    pub(crate) fn resumes_in(&self, start: u64, end: u64) -> &[(u64, f64)] {
         let from = self.resumes.partition_point(|(sample, _)| *sample <= start);
         let to = self.resumes.partition_point(|(sample, _)| *sample < end);
         self.resumes.get(from..to.max(from)).unwrap_or_default()
@@ -229,7 +229,7 @@ impl Trace {
     }
 
     /// Events of a channel within a segment, by kind.
-    pub fn count_events(&self, channel: usize, segment: &Segment) -> Vec<(EventKind, u64)> {
+    pub(crate) fn count_events(&self, channel: usize, segment: &Segment) -> Vec<(EventKind, u64)> {
         let mut counts: Vec<(EventKind, u64)> = Vec::new();
         // a channel that is not watched has no events
         let events = self.channels.get(channel).map(|c| c.events.as_slice()).unwrap_or_default();

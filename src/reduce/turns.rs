@@ -46,7 +46,7 @@ const STILL: f64 = 0.02;
 /// which it stood still stay as they are. Gives the mean duration of a turn, s.
 ///
 /// A segment begins at the first sample at or above one angle and ends before the first at or above the angle a whole number of turns further.
-pub fn whole_turns_of(trace: &Trace, segmentation: &mut Segmentation) -> Vec<Option<f64>> {
+pub(crate) fn whole_turns_of(trace: &Trace, segmentation: &mut Segmentation) -> Vec<Option<f64>> {
     let mut kept = Vec::new();
     let mut durations = Vec::new();
     // no angle: no turns

@@ -7,7 +7,7 @@ use crate::estimate::Side;
 use crate::fit::streamed::{BinnedResiduals, SensorResiduals};
 use crate::fit::{Constraints, Fit, RobustMethod};
 use crate::language::{Sentence, sentence};
-use crate::quality::LackOfFit;
+use crate::quality::{LackOfFit, NormalityTest, RunsTest};
 use crate::uncertainty::quantiles;
 use crate::vocabulary::vocabulary;
 use schemars::JsonSchema;
@@ -25,9 +25,9 @@ pub struct ChecksReport {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lack_of_fit_by_position: Option<LackOfFitReport>,
     /// Order of the residuals' signs, for each sensor.
-    pub runs: BTreeMap<String, RunsReport>,
+    pub runs: BTreeMap<String, RunsTest>,
     /// Shapiro-Francia test of normality; null with fewer than eight residuals.
-    pub normality: Option<NormalityReport>,
+    pub normality: Option<NormalityTest>,
     /// Suspicious readings; null in a robust or constrained fit, and without redundancy.
     pub snooping: Option<SnoopingReport>,
     /// For each parameter, the reading whose undetected fault would do most to it.
@@ -71,34 +71,6 @@ pub struct LackOfFitReport {
     pub p: f64,
     /// Is the model rejected?
     pub rejected: bool,
-}
-
-/// The runs test.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
-pub struct RunsReport {
-    /// Runs of equal sign.
-    pub runs: usize,
-    /// Mean number of runs to be expected.
-    pub expected: f64,
-    /// Two-sided probability.
-    pub p: f64,
-    /// Is it below one minus the level?
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub rejected: Option<bool>,
-}
-
-/// The test of normality.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
-pub struct NormalityReport {
-    /// Shapiro-Francia W'.
-    pub w: f64,
-    /// Probability of a smaller one for normal errors.
-    pub p: f64,
-    /// Is it below one minus the level?
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub rejected: Option<bool>,
 }
 
 /// Data snooping.
@@ -333,14 +305,9 @@ pub(super) fn checks(fit: &Fit) -> ChecksReport {
         runs: checks
             .runs
             .iter()
-            .map(|(s, t)| {
-                (
-                    sensor(*s),
-                    RunsReport { runs: t.runs, expected: t.expected, p: t.p, rejected: Some(t.is_rejected(level)) },
-                )
-            })
+            .map(|(s, test)| (sensor(*s), RunsTest { rejected: Some(test.is_rejected(level)), ..*test }))
             .collect(),
-        normality: checks.normality.map(|t| NormalityReport { w: t.w, p: t.p, rejected: Some(t.is_rejected(level)) }),
+        normality: checks.normality.map(|test| NormalityTest { rejected: Some(test.is_rejected(level)), ..test }),
         snooping,
         external,
         verdict,

@@ -2,12 +2,12 @@
 //! of a fit.
 
 use super::provenance::begin;
-use super::{ARCSEC, Input, ReportKind, VERSION};
-use crate::campaign::{Identity, Kind};
-use crate::compare::{Comparison, GroupComparison, value_of};
+use super::{Input, ReportKind, VERSION};
+use crate::campaign::Identity;
+use crate::compare::{Comparison, GroupComparison, Misprint, shown_in, value_of};
 use crate::document::number::significant;
 use crate::document::{Cell, Document, Rows, Section, Tone};
-use crate::language::{Language, Sentence, say};
+use crate::language::{Language, say};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -42,7 +42,7 @@ pub struct CompareReport {
     /// Title of the printed table, if this campaign is the published one.
     pub printed: Option<String>,
     /// Where print and computation disagree.
-    pub misprints: Vec<MisprintReport>,
+    pub misprints: Vec<Misprint>,
 }
 
 /// Differences of closed form and least squares above this share of the value are no rounding.
@@ -102,23 +102,9 @@ impl QuantityReport {
     }
 }
 
-/// A disagreement between print and computation.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
-pub struct MisprintReport {
-    /// What is misprinted.
-    pub what: Sentence,
-    /// As printed (arcsec for angles).
-    pub printed: Option<f64>,
-    /// As computed, in the unit of `printed`.
-    pub computed: Option<f64>,
-    /// What seems to have happened.
-    pub explanation: Sentence,
-}
-
 /// The report of a comparison.
 pub fn compare_report(comparison: &Comparison) -> CompareReport {
-    let scales: Vec<(f64, String)> = comparison.quantities.iter().map(|id| scale(comparison, id)).collect();
+    let scales: Vec<(f64, String)> = comparison.quantities.iter().map(|id| shown_in(&comparison.all, id)).collect();
     let group = |g: &GroupComparison| GroupReport {
         group: g.group,
         readings: g.readings,
@@ -179,28 +165,8 @@ pub fn compare_report(comparison: &Comparison) -> CompareReport {
         all: GroupReport { group: None, readings: comparison.all.design.rows.len(), quantities: all },
         largest_relative_difference: largest,
         printed: comparison.printed.as_ref().map(|p| p.title.clone()),
-        misprints: comparison
-            .misprints
-            .iter()
-            .map(|m| {
-                let factor = if m.what.to_string().starts_with("coefficient") { 1.0 } else { ARCSEC };
-                MisprintReport {
-                    what: m.what.clone(),
-                    printed: m.printed.map(|v| v * factor),
-                    computed: m.computed.map(|v| v * factor),
-                    explanation: m.explanation.clone(),
-                }
-            })
-            .collect(),
+        misprints: comparison.misprints.clone(),
     }
-}
-
-/// Factor to the unit in which a person reads a quantity.
-fn scale(comparison: &Comparison, id: &str) -> (f64, String) {
-    let parameter = comparison.all.parameters.iter().find(|p| p.id == id);
-    let angle = parameter.is_some_and(|p| p.kind == Kind::Tilt)
-        || comparison.all.derived.iter().any(|d| d.id == id && d.is_angle);
-    if angle { (ARCSEC, "arcsec".into()) } else { (1.0, parameter.map(|p| p.unit.clone()).unwrap_or_default()) }
 }
 
 /// The document of a comparison.

@@ -5,8 +5,8 @@ use super::scatter::{self, ScatterReport};
 use super::{ARCSEC, Input, PositionReport, ReportKind, VERSION, checks, model_lines, position_keys};
 use crate::campaign::{Campaign, Identity, JointState, Role};
 use crate::diagnosis::{
-    self, Alias, Candidate, Change, Diagnosis, Finding, Gap, Held, Holdout, Level, NoiseFloor, Place, PlaceMean, State,
-    Step, Suspect, Verdict,
+    self, Alias, Candidate, Change, Diagnosis, Finding, Gap, GapStep, Held, Holdout, NoiseFloor, Place, PlaceMean,
+    State, Suspect, Verdict,
 };
 use crate::fit::Fit;
 use crate::simulate::Regressor;
@@ -52,7 +52,7 @@ pub struct DiagnoseReport {
     pub gap: GapsReport,
     /// Where the gap is, the most significant first.
     #[serde(rename = "where")]
-    pub places: Vec<PlaceReport>,
+    pub places: Vec<Place>,
     /// What scatters, the effects being in the model; empty where only the readings' own noise does.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub scatter: Vec<ScatterReport>,
@@ -61,7 +61,7 @@ pub struct DiagnoseReport {
     /// Leave-one-position-out prediction; null where no position can be predicted from the others.
     pub holdout: Option<Holdout>,
     /// The gap as given, after the first effect, after the second, and so on.
-    pub steps: Vec<GapStepReport>,
+    pub steps: Vec<GapStep>,
     /// How many candidates were tried.
     pub candidates: usize,
     /// How many of them are distinct on this schedule: the number of tests that every p accounts for.
@@ -107,44 +107,6 @@ pub struct AssertedReport {
     pub state: Held,
 }
 
-/// The evidence with some effects in the model.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
-pub struct StepReport {
-    /// Effects in the model.
-    pub with: Vec<String>,
-    /// The strongest further candidate.
-    pub strongest: Option<String>,
-    /// Its t.
-    pub t: Option<f64>,
-    /// Its probability by chance among all that was tried.
-    pub p: Option<f64>,
-    /// Probability of what is left by chance.
-    pub global_p: Option<f64>,
-}
-
-/// The gap with some effects in the model.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
-pub struct GapStepReport {
-    /// Effects in the model.
-    pub with: Vec<String>,
-    /// Each sensor's model line.
-    pub model: BTreeMap<String, String>,
-    /// The gap.
-    pub gap: GapReport,
-    /// The strongest further candidate.
-    pub strongest: Option<String>,
-    /// Its t.
-    pub t: Option<f64>,
-    /// Its probability by chance among all that was tried.
-    pub p: Option<f64>,
-    /// Probability of what is left by chance.
-    pub global_p: Option<f64>,
-    /// What was decided here, and why.
-    pub decision: String,
-}
-
 /// The report of a diagnosis; `campaign` is the question with its constraints.
 pub fn diagnose_report(campaign: &Campaign, diagnosis: &Diagnosis, settings: &diagnosis::Settings) -> DiagnoseReport {
     let after = diagnosis.after.as_ref().unwrap_or(&diagnosis.before);
@@ -162,11 +124,11 @@ pub fn diagnose_report(campaign: &Campaign, diagnosis: &Diagnosis, settings: &di
         model_before: model_lines(&diagnosis.before.campaign),
         model_after: model_lines(&after.campaign),
         gap: gaps(campaign, diagnosis),
-        places: places(campaign, diagnosis, settings.significance),
+        places: diagnosis.places.clone(),
         scatter: if after.campaign.scatter.is_empty() { Vec::new() } else { scatter::scatter(after) },
         unexplained: unexplained(campaign, diagnosis),
         holdout: diagnosis.holdout.clone(),
-        steps: diagnosis.steps.iter().map(step).collect(),
+        steps: diagnosis.steps.clone(),
         candidates: diagnosis.candidates.0,
         distinct_candidates: diagnosis.candidates.1,
         parameters: diagnosis.changes.iter().map(change).collect(),
@@ -185,26 +147,6 @@ fn suspect(campaign: &Campaign, own: &Suspect) -> SuspectReport {
         sensor: sensor(campaign, own.effect.sensor),
         probability: own.probability,
     }
-}
-
-impl StepReport {
-    /// As a search recorded it.
-    pub(super) fn of(own: &Step) -> Self {
-        let strongest = own.strongest.as_ref();
-        StepReport {
-            with: own.with.clone(),
-            strongest: strongest.map(|(name, ..)| name.clone()),
-            t: strongest.map(|(_, t, _)| *t),
-            p: strongest.map(|(.., p)| *p),
-            global_p: own.global_p,
-        }
-    }
-}
-
-fn step(step: &diagnosis::GapStep) -> GapStepReport {
-    let StepReport { with, strongest, t, p, global_p } = StepReport::of(&step.evidence);
-    let (model, decision) = (step.model.iter().cloned().collect(), step.decision.clone());
-    GapStepReport { with, model, gap: of_step(step), strongest, t, p, global_p, decision }
 }
 
 fn asserted(campaign: &Campaign, held: &[Held]) -> Vec<AssertedReport> {
@@ -260,7 +202,7 @@ pub struct EffectReport {
     /// Posterior probability that it is the effect, rather than an alias.
     pub probability_as_named: f64,
     /// The gap with this effect and those before it in the model.
-    pub gap_after: Option<GapReport>,
+    pub gap_after: Option<Gap>,
     /// Share of its column that the model as given leaves, 0 to 1: what it is seen by.
     pub visible: f64,
     /// Its size in each sensor, where several have it; empty where one does, or all share it.
@@ -344,6 +286,7 @@ fn effect(campaign: &Campaign, diagnosis: &Diagnosis, finding: &Finding) -> Effe
     let constraint = constraint_number(&own.regressor).filter(|_| matches!(own.kind, Regressor::Constraint(_)));
     let name = constraint.and_then(|k| campaign.constraints.get(k));
     let name = name.map(|c| format!("the constraint {} does not hold", checks::constraint_text(campaign, c)));
+    let step = diagnosis.steps.iter().find(|step| step.with.last() == Some(&own.regressor));
     EffectReport {
         regressor: own.regressor.clone(),
         name: name.unwrap_or_else(|| own.name.clone()),
@@ -365,7 +308,7 @@ fn effect(campaign: &Campaign, diagnosis: &Diagnosis, finding: &Finding) -> Effe
         probability: finding.probability,
         probability_as_named: (finding.probability - finding.aliases.iter().map(|a| a.probability).sum::<f64>())
             .max(0.0),
-        gap_after: diagnosis.steps.iter().find(|step| step.evidence.with.last() == Some(&own.regressor)).map(of_step),
+        gap_after: step.map(|step| step.gap.clone()),
         visible: own.visible,
         aliases: finding.aliases.clone(),
         separate_by: keys(&finding.separation.positions),
@@ -441,29 +384,13 @@ fn change(own: &Change) -> ChangeReport {
 #[non_exhaustive]
 pub struct GapsReport {
     /// With the model as given.
-    pub before: GapReport,
+    pub before: Gap,
     /// With the effects; as before where nothing was found.
-    pub after: GapReport,
+    pub after: Gap,
     /// The noise floor.
     pub noise: NoiseFloor,
     /// The same for each sensor by itself, in its unit.
     pub sensors: BTreeMap<String, SensorGapReport>,
-}
-
-/// A gap.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
-pub struct GapReport {
-    /// `sqrt(sum v^2 / dof)`; null without degrees of freedom. With sensors of several units it has none: see `sensors`.
-    pub rms: Option<f64>,
-    /// Largest residual by size, in the first sensor's unit (of navigation errors: in standard uncertainties).
-    pub max: f64,
-    /// `sum (v/u)^2` with the noise floor, a pure number.
-    pub chi_square: f64,
-    /// Degrees of freedom.
-    pub dof: usize,
-    /// Probability of a gap as large by chance; null where the noise is known from the residuals only.
-    pub p: Option<f64>,
 }
 
 /// The gap of one sensor.
@@ -484,29 +411,6 @@ pub struct SensorGapReport {
     pub max_after: f64,
     /// Standard deviation of a reading by the noise floor (root mean square where readings differ), in `unit`.
     pub sd: Option<f64>,
-}
-
-/// Mean residual at one level of a factor.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
-pub struct PlaceReport {
-    /// The factor.
-    pub factor: String,
-    /// The level.
-    pub level: Level,
-    /// The sensor.
-    pub sensor: String,
-    /// Readings there.
-    pub readings: usize,
-    /// Mean residual before, in the sensor's unit.
-    pub mean: f64,
-    /// Its size in standard deviations.
-    pub z: f64,
-    /// Probability of a mean as large by chance, this level alone.
-    pub p: f64,
-    /// Is that below the significance of the diagnosis?
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub significant: Option<bool>,
 }
 
 /// What is unexplained.
@@ -563,20 +467,11 @@ pub struct ResidualReport {
 
 fn gaps(campaign: &Campaign, diagnosis: &Diagnosis) -> GapsReport {
     GapsReport {
-        before: gap(&diagnosis.gap_before),
-        after: gap(&diagnosis.gap_after),
+        before: diagnosis.gap_before.clone(),
+        after: diagnosis.gap_after.clone(),
         noise: diagnosis.noise,
         sensors: sensors(campaign, diagnosis),
     }
-}
-
-fn gap(own: &Gap) -> GapReport {
-    GapReport { rms: own.rms, max: own.max, chi_square: own.chi_square, dof: own.dof, p: own.p }
-}
-
-/// The gap of a step.
-fn of_step(own: &diagnosis::GapStep) -> GapReport {
-    GapReport { rms: own.rms, max: own.max, chi_square: own.chi_square, dof: own.dof, p: own.evidence.global_p }
 }
 
 /// Is there a noise floor? Without a degree of freedom, and no stated uncertainty, there is none.
@@ -612,20 +507,6 @@ fn sensors(campaign: &Campaign, diagnosis: &Diagnosis) -> BTreeMap<String, Senso
         sensors.insert(sensor.id.clone(), report);
     }
     sensors
-}
-
-fn places(campaign: &Campaign, diagnosis: &Diagnosis, significance: f64) -> Vec<PlaceReport> {
-    let report = |place: &Place| PlaceReport {
-        factor: place.factor.clone(),
-        level: place.level.clone(),
-        sensor: campaign.sensor_id(place.sensor).to_string(),
-        readings: place.readings,
-        mean: place.mean,
-        z: place.z,
-        p: place.p,
-        significant: Some(place.p < significance),
-    };
-    diagnosis.places.iter().map(report).collect()
 }
 
 fn unexplained(campaign: &Campaign, diagnosis: &Diagnosis) -> Option<UnexplainedReport> {

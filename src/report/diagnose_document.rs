@@ -4,9 +4,9 @@
 use super::diagnose::{AssertedReport, SensorGapReport, SuspectReport};
 use super::fit_document::bench_figure;
 use super::provenance::begin;
-use super::{ARCSEC, ChangeReport, DiagnoseReport, EffectReport, PlaceReport, PositionReport, scatter};
+use super::{ARCSEC, ChangeReport, DiagnoseReport, EffectReport, PositionReport, scatter};
 use crate::campaign::{Campaign, Parameter, Role};
-use crate::diagnosis::{Alias, Diagnosis, Grouping, Held, Level, NoiseFrom, Verdict};
+use crate::diagnosis::{Alias, Diagnosis, Grouping, Held, Level, NoiseFrom, Place, Verdict};
 use crate::document::chart::{Chart, GapPanel, GapPoint};
 use crate::document::number::{level, percent, rounded, significant, trimmed};
 use crate::document::{Align, Cell, Content, Detail, Document, Figure, MarkedLine, Rows, Section, Tone};
@@ -248,7 +248,7 @@ fn changes(report: &DiagnoseReport, lang: Language) -> Section {
 fn places(report: &DiagnoseReport, lang: Language) -> Section {
     let some = report.verdict != Verdict::NothingMissing;
     let shown = report.places.iter().filter(|place| some && place.significant == Some(true)).take(LISTED);
-    let row = |own: &'_ PlaceReport| format!("{} {}", named_factor(&own.factor, lang), level_said(&own.level));
+    let row = |own: &'_ Place| format!("{} {}", named_factor(&own.factor, lang), level_said(&own.level));
     let rows: Vec<Mean<'_>> =
         shown.map(|own| (row(own), own.sensor.as_str(), own.readings, own.mean, own.z, Some(own.p))).collect();
     let table = means(&rows, lang).most(BRIEF).note(say!(lang, "means-of-the-residuals-with-the-model"));

@@ -61,6 +61,7 @@ mod shown;
 mod site;
 
 use crate::campaign::Campaign;
+pub use crate::units::ARCSEC;
 use crate::vocabulary::vocabulary;
 use std::collections::BTreeMap;
 
@@ -74,13 +75,13 @@ pub use changes::{
 };
 pub use checks::{
     ChecksReport, ConstraintReport, ConstraintState, ConstraintsReport, ConstraintsStatus, ExternalReport,
-    LackOfFitReport, NormalityReport, RecordReport, RobustReport, RunsReport, SnoopingReport, SuspectReport,
+    LackOfFitReport, RecordReport, RobustReport, SnoopingReport, SuspectReport,
 };
-pub use compare::{CompareReport, GroupReport, MisprintReport, QuantityReport, compare_document, compare_report};
+pub use compare::{CompareReport, GroupReport, QuantityReport, compare_document, compare_report};
 pub use conformity::{ConformityReport, LimitedReport, conformity};
 pub use diagnose::{
-    AssertedReport, CellReport, ChangeReport, DiagnoseReport, EffectReport, GapReport, GapsReport, PlaceReport,
-    ResidualReport, SensorGapReport, StepReport, UnexplainedReport, diagnose_report,
+    AssertedReport, CellReport, ChangeReport, DiagnoseReport, EffectReport, GapsReport, ResidualReport,
+    SensorGapReport, UnexplainedReport, diagnose_report,
 };
 pub use diagnose_document::{alias_note, diagnose_document, diagnose_figure};
 pub use fit::{
@@ -98,9 +99,8 @@ pub use navigate::{
 };
 #[cfg(feature = "navigate")]
 pub use navigate_diagnose::{
-    ChannelReport, NavigateDiagnoseReport, NavigationAliasReport, NavigationCellReport, NavigationEffectReport,
-    NavigationGapStepReport, RunReport, SeparationReport, UnexplainedNavigationReport, navigate_diagnose_document,
-    navigate_diagnose_figure, navigate_diagnose_report,
+    NavigateDiagnoseReport, NavigationAliasReport, NavigationEffectReport, RunReport, SeparationReport,
+    navigate_diagnose_document, navigate_diagnose_figure, navigate_diagnose_report,
 };
 pub use noise::{
     CoefficientReport, NoiseAnalysisReport, NoiseColumnReport, NoiseScatterReport, kalibr, noise_column_report,
@@ -109,8 +109,8 @@ pub use noise::{
 pub use plan::{
     Better, ComparisonReport, CorrelationReport, DiscriminationReport, Effort, FindReport, Foreseen, GoalReport,
     ImprovedReport, JudgementReport, LackingReport, PlanReport, PlannedPositionReport, PlannedReadingReport,
-    PointReport, PredictedDerivedReport, PredictedReport, ReasonReport, SensorNoiseReport, SharedReport,
-    ThroughTiltsReport, plan_report,
+    PointReport, PredictedDerivedReport, PredictedReport, SensorNoiseReport, SharedReport, ThroughTiltsReport,
+    plan_report,
 };
 pub use plan_document::plan_document;
 pub use provenance::Input;
@@ -156,9 +156,6 @@ vocabulary! {
 
 /// Version of the program, as every report says it.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
-
-/// One radian in arcseconds.
-pub const ARCSEC: f64 = 180.0 * 3600.0 / std::f64::consts::PI;
 
 /// A number that exists; what is infinite or undefined is null in a report.
 fn finite(value: f64) -> Option<f64> {

@@ -5,19 +5,19 @@ use super::diagnose_document as words;
 use super::navigate::{error_quantities, in_words};
 use super::provenance::begin;
 use super::scene::mission_figure;
-use super::{GapReport, GapsReport, QuantityWithUnit, ReportKind, StepReport, VERSION};
-use crate::diagnosis::{NoiseFloor, NoiseFrom, Verdict};
+use super::{GapsReport, QuantityWithUnit, ReportKind, VERSION};
+use crate::diagnosis::{Gap, NoiseFloor, NoiseFrom, Step, Verdict};
 use crate::document::chart::{Chart, Curve};
 use crate::document::number::{rounded, significant};
 use crate::document::{Cell, Content, Document, Figure, Rows, Section, Tone};
 use crate::elements::Elements;
 use crate::language::{Language, say};
 use crate::navigate::cause::Cause;
-use crate::navigate::diagnose::{Alias, Finding, Gap, NavigationDiagnosis, Suspect};
+use crate::navigate::diagnose::{Alias, Finding, GapStep, NavigationDiagnosis, Suspect, Unexplained};
 use crate::navigate::errors::ErrorSource;
 use crate::navigate::measured::{CHANNEL_NAMES, Measured, Run, si_per_unit};
 use crate::navigate::mission::Mission;
-use crate::navigate::remainder::{self, ChannelGap};
+use crate::navigate::remainder::ChannelGap;
 use crate::navigate::separate::DiscriminatingMotion;
 use crate::navigate::settings::Settings;
 use crate::navigate::study;
@@ -57,15 +57,15 @@ pub struct NavigateDiagnoseReport {
     /// The gap as it shrinks: before, after the cause that reduces it most, after that and the next, ..., each set fitted anew; the last with
     /// single values left out. Empty where nothing was found.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub gap_steps: Vec<NavigationGapStepReport>,
+    pub gap_steps: Vec<GapStep>,
     /// The gap by run and channel, in the channel's own unit.
-    pub channels: Vec<ChannelReport>,
+    pub channels: Vec<ChannelGap>,
     /// What is unexplained (beside what was found); null unless the verdict says so.
-    pub unexplained: Option<UnexplainedNavigationReport>,
+    pub unexplained: Option<Unexplained>,
     /// Single values that noise does not explain after all that was found, the furthest first.
-    pub suspects: Vec<NavigationSuspectReport>,
+    pub suspects: Vec<Suspect>,
     /// The search's record.
-    pub steps: Vec<StepReport>,
+    pub steps: Vec<Step>,
     /// How many error sources were tried.
     pub candidates: usize,
     /// How many of them are distinct in these data: the number of tests that every p accounts for.
@@ -76,18 +76,6 @@ pub struct NavigateDiagnoseReport {
     pub refits: usize,
     /// Whether the refits settled.
     pub settled: bool,
-}
-
-/// The gap with some of the causes that were found.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
-pub struct NavigationGapStepReport {
-    /// The causes.
-    pub with: Vec<String>,
-    /// Single values that are left out.
-    pub left_out: usize,
-    /// The gap.
-    pub gap: GapReport,
 }
 
 /// A run that was measured.
@@ -171,78 +159,6 @@ pub struct SeparationReport {
     pub by: f64,
 }
 
-/// The gap in one channel of one run.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
-pub struct ChannelReport {
-    /// Name of the motion.
-    pub motion: String,
-    /// The column; its name has the unit of all numbers here.
-    pub column: String,
-    /// Values measured.
-    pub values: usize,
-    /// Root mean square before, in the column's unit.
-    pub rms_before: f64,
-    /// Largest by size before, in the column's unit.
-    pub max_before: f64,
-    /// Root mean square after, in the column's unit.
-    pub rms_after: f64,
-    /// Largest by size after, in the column's unit.
-    pub max_after: f64,
-    /// Standard uncertainty of a value, in the column's unit.
-    pub u: f64,
-    /// `stated` or `residuals` (then it can only come from what is left).
-    pub u_from: NoiseFrom,
-}
-
-/// What nothing explains.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
-pub struct UnexplainedNavigationReport {
-    /// In one sentence.
-    pub pattern: String,
-    /// Mean gap by channel and part of a run, the most significant first.
-    pub cells: Vec<NavigationCellReport>,
-    /// The errors that come nearest together; they are not accepted.
-    pub nearest: Vec<String>,
-    /// Share of the residual sum of squares that those would remove.
-    pub nearest_explains: f64,
-}
-
-/// A single value that noise does not explain.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
-pub struct NavigationSuspectReport {
-    /// Name of the motion.
-    pub motion: String,
-    /// The column.
-    pub column: String,
-    /// Time, s.
-    pub time_s: f64,
-    /// What is left of it, in standard uncertainties.
-    pub z: f64,
-}
-
-/// Mean gap in a part of a run.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
-pub struct NavigationCellReport {
-    /// Name of the motion.
-    pub motion: String,
-    /// The column.
-    pub column: String,
-    /// Start of the part, h.
-    pub from_h: f64,
-    /// End of the part, h.
-    pub to_h: f64,
-    /// Values there.
-    pub values: usize,
-    /// Mean gap, in the column's unit.
-    pub mean: f64,
-    /// Its size in standard deviations.
-    pub z: f64,
-}
-
 /// The report of a diagnosis of measured navigation errors.
 pub fn navigate_diagnose_report(
     mission: &Mission,
@@ -253,13 +169,7 @@ pub fn navigate_diagnose_report(
     let motions: Vec<String> = study::motions(mission).into_iter().map(|(name, _)| name).collect();
     // runs are numbered by the motions of this mission
     let motion = |run: &Run| motions.get(run.motion).cloned().unwrap_or_default();
-    let suspect = |own: &Suspect| NavigationSuspectReport {
-        motion: measured.runs.get(own.cell.run).map(motion).unwrap_or_default(),
-        column: column(own.cell.channel),
-        time_s: own.cell.time,
-        z: own.z,
-    };
-    let [before, after] = diagnosis.gap.map(gap);
+    let [before, after] = diagnosis.gap.clone();
     NavigateDiagnoseReport {
         tumble: VERSION.into(),
         report: ReportKind::NavigateDiagnose,
@@ -277,20 +187,11 @@ pub fn navigate_diagnose_report(
             sensors: BTreeMap::new(),
             noise: NoiseFloor { sd: None, from: diagnosis.noise },
         },
-        gap_steps: diagnosis
-            .gap_steps
-            .iter()
-            .map(|own| NavigationGapStepReport { with: own.with.clone(), left_out: own.left_out, gap: gap(own.gap) })
-            .collect(),
-        channels: channels(measured, diagnosis),
-        unexplained: diagnosis.unexplained.as_ref().map(|own| UnexplainedNavigationReport {
-            pattern: own.pattern.clone(),
-            cells: own.cells.iter().map(cell).collect(),
-            nearest: own.nearest.iter().map(Cause::id).collect(),
-            nearest_explains: own.nearest_explains,
-        }),
-        suspects: diagnosis.suspects.iter().map(suspect).collect(),
-        steps: diagnosis.steps.iter().map(StepReport::of).collect(),
+        gap_steps: diagnosis.gap_steps.clone(),
+        channels: diagnosis.channels.clone(),
+        unexplained: diagnosis.unexplained.clone(),
+        suspects: diagnosis.suspects.clone(),
+        steps: diagnosis.steps.clone(),
         candidates: diagnosis.candidates.0,
         distinct_candidates: diagnosis.candidates.1,
         invisible: diagnosis.invisible.iter().map(ErrorSource::id).collect(),
@@ -336,52 +237,6 @@ fn separation(own: &DiscriminatingMotion) -> SeparationReport {
     let motion = MotionFile::of(&own.motion);
     let is = motion.in_words();
     SeparationReport { motion, is, tells: own.tells.iter().map(ErrorSource::id).collect(), by: own.by }
-}
-
-fn gap(own: Gap) -> GapReport {
-    GapReport {
-        rms: (own.dof > 0).then_some(own.rms),
-        max: own.max,
-        chi_square: own.chi_square,
-        dof: own.dof,
-        p: own.p,
-    }
-}
-
-fn column(channel: usize) -> String {
-    CHANNEL_NAMES.at(channel).into()
-}
-
-fn channels(measured: &Measured, diagnosis: &NavigationDiagnosis) -> Vec<ChannelReport> {
-    let stated = |channel: usize| measured.cells().filter(|cell| cell.channel == channel).all(|cell| cell.u.is_some());
-    let one = |own: &ChannelGap| {
-        let unit = si_per_unit(own.channel);
-        let from = if stated(own.channel) { NoiseFrom::Stated } else { NoiseFrom::Residuals };
-        ChannelReport {
-            motion: own.motion.clone(),
-            column: column(own.channel),
-            values: own.values,
-            rms_before: own.before.0 / unit,
-            max_before: own.before.1 / unit,
-            rms_after: own.after.0 / unit,
-            max_after: own.after.1 / unit,
-            u: own.u / unit,
-            u_from: from,
-        }
-    };
-    diagnosis.channels.iter().map(one).collect()
-}
-
-fn cell(own: &remainder::Cell) -> NavigationCellReport {
-    NavigationCellReport {
-        motion: own.motion.clone(),
-        column: column(own.channel),
-        from_h: own.span.0 / 3600.0,
-        to_h: own.span.1 / 3600.0,
-        values: own.values,
-        mean: own.mean / si_per_unit(own.channel),
-        z: own.z,
-    }
 }
 
 /// Most aliases, added causes and values that are listed at a terminal; the JSON report has all.
@@ -464,7 +319,7 @@ fn found(report: &NavigateDiagnoseReport, lang: Language) -> String {
 /// The gap as given and after each cause.
 fn shrinking(report: &NavigateDiagnoseReport, lang: Language) -> Section {
     let steps = &report.gap_steps;
-    let mut rows: Vec<(String, &GapReport)> = vec![(say!(lang, "as-given").into(), &report.gap.before)];
+    let mut rows: Vec<(String, &Gap)> = vec![(say!(lang, "as-given").into(), &report.gap.before)];
     for (before, own) in steps.iter().zip(steps.iter().skip(1)) {
         let added: Vec<String> = own.with.iter().filter(|name| !before.with.contains(name)).cloned().collect();
         let added = words::listed(&added, LISTED, lang);
@@ -634,7 +489,7 @@ fn figures_of(
     let name = CHANNEL_NAMES.at(series.channel);
     let chart = |lines: &[Curve]| Chart::curves(lines, name, "", &format!("{}, h", say!(lang, "time")));
     let where_ = if report.runs.len() > 1 { format!(" ({})", series.motion) } else { String::new() };
-    let [size, after] = [channel.before.0, channel.after.0].map(|size| significant(scale * size, 3));
+    let [size, after] = [channel.rms_before, channel.rms_after].map(|size| significant(size, 3));
     let before = line(say!(lang, "before"), &|point| point.1);
     if report.effects.is_empty() {
         return vec![Figure::new(say!(lang, "gap-of", name, where_, size), chart(&[before]), false)];
@@ -645,7 +500,7 @@ fn figures_of(
     // the band of two u as a box around the time of the run
     let (first, last) = (series.points.first().map_or(0.0, |p| p.0), series.points.last().map_or(0.0, |p| p.0));
     let corners = [(first, 2.0), (last, 2.0), (last, -2.0), (first, -2.0), (first, 2.0)];
-    let band = corners.map(|(time, size)| (time / 3600.0, size * scale * channel.u)).to_vec();
+    let band = corners.map(|(time, size)| (time / 3600.0, size * channel.u)).to_vec();
     let lines = [Curve { label: "2 u".into(), points: band, dashed: true }, left];
     let caption = say!(lang, "what-is-left-of-with-two-standard", name, where_);
     let description = in_words(&lines, &caption, "", lang);
@@ -659,7 +514,7 @@ fn changed(before: &str, after: &str, lang: Language) -> String {
 
 /// The place of the channel in which the gap is largest against its standard uncertainty.
 fn worst(diagnosis: &NavigationDiagnosis) -> Option<usize> {
-    let size = |channel: &ChannelGap| channel.before.0 / channel.u.max(f64::MIN_POSITIVE);
+    let size = |channel: &ChannelGap| channel.rms_before / channel.u.max(f64::MIN_POSITIVE);
     let channels = diagnosis.channels.iter().enumerate().take(diagnosis.gaps_over_time.len());
     channels.max_by(|a, b| size(a.1).total_cmp(&size(b.1))).map(|(k, _)| k)
 }

@@ -306,7 +306,7 @@ pub struct ImprovedReport {
     pub goal: Option<GoalReport>,
     /// Why each chosen mounting is there.
     #[serde(default)]
-    pub reasons: Vec<ReasonReport>,
+    pub reasons: Vec<Reason>,
     /// The two effects to be discriminated, if two were named.
     pub separation: Option<DiscriminationReport>,
 }
@@ -321,18 +321,6 @@ pub struct SharedReport {
     pub column: String,
     /// Its values at the chosen positions.
     pub levels: Vec<String>,
-}
-
-/// What would be lost without one mounting.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
-pub struct ReasonReport {
-    /// Label of the mounting.
-    pub position: String,
-    /// The parameter that would lose most.
-    pub parameter: String,
-    /// By what factor its uncertainty would grow; null where nothing would determine it.
-    pub grows: Option<f64>,
 }
 
 /// Two effects, and how well their coefficients are known with both in the model.
@@ -472,7 +460,7 @@ pub fn plan_report(
                 }
             },
             positions: positions(&improvement.schedule, &to_run),
-            reasons: improvement.reasons.iter().map(|r| reason(campaign, r)).collect(),
+            reasons: improvement.reasons.clone(),
             unreachable: improvement.unreachable.iter().map(|s| not_estimable(campaign, s)).collect(),
             frozen: improvement.frozen.iter().cloned().collect(),
             shared: shared(&improvement.schedule, improvement.kept),
@@ -634,11 +622,6 @@ fn to_run(campaign: &Campaign, improvement: &Improvement) -> Vec<Reading> {
     };
     let rows = improvement.schedule.readings.rows.iter().enumerate();
     rows.filter(|(k, _)| !done(*k)).map(|(_, row)| row.clone()).collect()
-}
-
-fn reason(campaign: &Campaign, reason: &Reason) -> ReasonReport {
-    let parameter = campaign.parameter_id(reason.parameter).to_string();
-    ReasonReport { position: reason.position.clone(), parameter, grows: reason.grows }
 }
 
 fn positions(schedule: &Campaign, rows: &[Reading]) -> Vec<PlannedPositionReport> {

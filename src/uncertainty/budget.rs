@@ -119,7 +119,7 @@ pub(crate) fn effective_dof(u: f64, parts: impl Iterator<Item = (f64, f64)>) -> 
 
 /// Combine contributions of which some belong together, as `group` says for each: Welch-Satterthwaite takes those of a group as one, with the degrees
 /// of freedom that `dof` has for it. `None` as for [`combine`].
-pub fn combine_groups(
+pub(crate) fn combine_groups(
     contributions: &[Contribution],
     group: &dyn Fn(&Contribution) -> Option<usize>,
     dof: &[f64],

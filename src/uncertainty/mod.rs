@@ -14,5 +14,5 @@ pub mod monte_carlo;
 pub mod quantiles;
 mod tails;
 
-pub(crate) use budget::effective_dof;
-pub use budget::{Combined, Contribution, Evaluation, Shape, combine, combine_groups};
+pub use budget::{Combined, Contribution, Evaluation, Shape, combine};
+pub(crate) use budget::{combine_groups, effective_dof};

@@ -40,7 +40,7 @@ impl Dimension {
     }
 
     /// Is it a pure number or a power of an angle?
-    pub fn is_angle_or_number(&self) -> bool {
+    pub(crate) fn is_angle_or_number(&self) -> bool {
         self.named.is_empty() && self.base.iter().enumerate().all(|(k, power)| k == ANGLE || power.abs() <= SAME)
     }
 
@@ -128,7 +128,7 @@ impl Conversion {
     }
 
     /// The conversion of a difference of two values, such as a standard uncertainty.
-    pub fn of_differences(self) -> Conversion {
+    pub(crate) fn of_differences(self) -> Conversion {
         Conversion { offset: 0.0, ..self }
     }
 

@@ -19,3 +19,6 @@ pub(crate) use table::of_column;
 #[cfg(feature = "dcc")]
 pub(crate) use table::plain;
 pub use unit::Unit;
+
+/// One radian in arcseconds.
+pub const ARCSEC: f64 = 180.0 * 3600.0 / std::f64::consts::PI;

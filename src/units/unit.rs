@@ -166,7 +166,7 @@ impl Unit {
 
     /// The conversion to another unit. Errors: another dimension, with the unit that was expected.
     ///
-    /// Between scales of temperature a value is shifted (by 273.15 from `degC` to `K`); [`Conversion::of_differences`] is without the shift.
+    /// Between scales of temperature a value is shifted (by 273.15 from `degC` to `K`); `Conversion::of_differences` is without the shift.
     pub fn conversion_for(&self, to: &Unit, what: &str) -> Result<Conversion> {
         let shifted = |plain: Conversion| match (self.zero(), to.zero()) {
             (Some(from_zero), Some(zero)) => plain.shifted(from_zero * plain.factor() - zero),

@@ -72,13 +72,15 @@ pub use mission_file::{CalibrationFile, MissionFile, MissionSiteFile, read_covar
 pub use motion_file::{LegFile, LegsFile, MotionFile, OscillationFile, StaticFile, SwingFile};
 pub use named::Named;
 pub use readings_file::{Cell, ReadingFile};
-pub use readings_table::{device_readings, inline_devices, table_cells, table_keys, table_layout};
-pub use record_rows::{RecordRows, read_rows_of};
+pub use readings_table::{device_readings, inline_devices, table_layout};
+pub(crate) use readings_table::{table_cells, table_keys};
+pub use record_rows::RecordRows;
+pub(crate) use record_rows::read_rows_of;
 pub use reduced::{Computed, ReducedReading, Schedule, read_schedule};
 pub use reduction::Reduced;
 pub use samples_file::{Encoder, Recipe, SamplesAs, SamplesFile, SegmentsBy, TimesFile, TimesLine, times};
-pub(crate) use schema::identified;
-pub use schema::{SCHEMAS, schema};
+pub use schema::schema;
+pub(crate) use schema::{SCHEMAS, identified};
 pub use site_file::{GravityFile, SiteFile};
 pub use truth_file::{HiddenFile, NoiseFile, TrueScatterFile, TrueValueFile, TruthFile, read_truth};
 pub use write::{bench_file, campaign_file};
@@ -162,7 +164,7 @@ pub fn read_campaign(source: &Source, fetch: Fetch<'_>) -> Result<Campaign> {
 }
 
 /// Read a campaign file, with everything that it refers to: benches, tables of readings in any format, records of samples.
-pub fn read_campaign_in(source: &Source, folder: &mut dyn Folder) -> Result<Campaign> {
+pub(crate) fn read_campaign_in(source: &Source, folder: &mut dyn Folder) -> Result<Campaign> {
     campaign_from(campaign_of(source)?, source, folder)
 }
 

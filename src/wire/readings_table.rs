@@ -35,7 +35,7 @@ pub(super) fn read(
 /// The rows of a table under the keys of readings, those cells that are not empty; what they lack of a reading is for others to say.
 ///
 /// Errors: those of the record.
-pub fn table_cells(bench: &Bench, mut record: Record) -> Result<Vec<ReadingFile>> {
+pub(crate) fn table_cells(bench: &Bench, mut record: Record) -> Result<Vec<ReadingFile>> {
     let (keys, blocks) = read_blocks(bench, &mut record, &Named(Vec::new()), &|_| false)?;
     let rows = Rows { keys: &keys, blocks: &blocks, labels: record.labels(), file: record.name() };
     let mut found = Vec::new();
@@ -50,7 +50,7 @@ pub fn table_cells(bench: &Bench, mut record: Record) -> Result<Vec<ReadingFile>
 /// The key of each column of a table, and how its numbers convert to the key's unit.
 ///
 /// Errors: two columns for one key, a unit that does not convert.
-pub fn table_keys(bench: &Bench, record: &Record) -> Result<Vec<(String, Option<Conversion>)>> {
+pub(crate) fn table_keys(bench: &Bench, record: &Record) -> Result<Vec<(String, Option<Conversion>)>> {
     let keys = columns(bench, record.columns(), &Named(Vec::new()), &|_| false, record.name())?;
     Ok(keys.into_iter().map(|own| (own.key, own.conversion)).collect())
 }

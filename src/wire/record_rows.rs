@@ -91,7 +91,7 @@ enum Segments {
 /// are folded on the way where that fit waits for nothing.
 ///
 /// Errors: those of a campaign; readings that are no samples as rows; keys that are of means; columns that the model needs and the record has not.
-pub fn read_rows_of<'a>(
+pub(crate) fn read_rows_of<'a>(
     file: &CampaignFile,
     source: &Source,
     folder: &'a mut dyn Folder,

@@ -43,7 +43,7 @@ impl Recipe {
     /// Carry it out; what a schedule computes from samples is computed at the solution of its readings, for which the record is read again.
     ///
     /// Errors: those of opening the record, and of [`Recipe::reduce`].
-    pub fn reduce_for(
+    pub(crate) fn reduce_for(
         &self,
         open: &mut dyn FnMut() -> Result<Record>,
         mut schedule: Option<&mut Schedule>,

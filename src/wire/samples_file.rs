@@ -96,7 +96,7 @@ pub struct TimesLine {
 
 impl SamplesFile {
     /// Is every sample a reading?
-    pub fn is_rows(&self) -> bool {
+    pub(crate) fn is_rows(&self) -> bool {
         self.taken_as == Some(SamplesAs::Rows)
     }
 

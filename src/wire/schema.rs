@@ -7,10 +7,10 @@ use serde_json::{Value, json};
 
 /// The kinds of file that have a schema.
 #[cfg(feature = "navigate")]
-pub const SCHEMAS: &[&str] = &["bench", "campaign", "effects", "lab", "mission", "truth"];
+pub(crate) const SCHEMAS: &[&str] = &["bench", "campaign", "effects", "lab", "mission", "truth"];
 /// The kinds of file that have a schema.
 #[cfg(not(feature = "navigate"))]
-pub const SCHEMAS: &[&str] = &["bench", "campaign", "effects", "lab", "truth"];
+pub(crate) const SCHEMAS: &[&str] = &["bench", "campaign", "effects", "lab", "truth"];
 
 /// A schema under its identifier, `urn:tumble:KIND:VERSION`, with the version of the program whose files it describes.
 pub(crate) fn identified(kind: &str, mut schema: Value) -> Value {

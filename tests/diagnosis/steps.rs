@@ -50,9 +50,9 @@ fn an_effect_beside_an_unknown_pattern_is_named_and_the_rest_described() {
         };
         named += 1;
         let (given, with) = (found.steps.first().unwrap(), found.steps.last().unwrap());
-        assert!(given.evidence.with.is_empty() && with.evidence.with.contains(&"abs(a_P)".to_string()));
-        assert_eq!((given.dof, with.dof), (69, 69 - found.effects.len()));
-        assert!(with.chi_square < 0.5 * given.chi_square && effect.probability >= 0.95);
+        assert!(given.with.is_empty() && with.with.contains(&"abs(a_P)".to_string()));
+        assert_eq!((given.gap.dof, with.gap.dof), (69, 69 - found.effects.len()));
+        assert!(with.gap.chi_square < 0.5 * given.gap.chi_square && effect.probability >= 0.95);
         let angle = found.changes.iter().find(|own| own.id == "dtheta_y2").unwrap();
         let Some(rest) = found.unexplained.as_ref() else { continue };
         // a square wave of 6e-6, less what the model and its fifth harmonic take up

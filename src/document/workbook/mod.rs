@@ -1,7 +1,7 @@
 //! A document as a workbook (.xlsx): one sheet a section, numbers as numbers with the digits that their uncertainty carries, figures as charts
 //! of the workbook over their data.
 //!
-//! The bytes depend on the document alone. A defined name holds a digest of all cells, by which [`is_untouched`] tells a workbook that nobody
+//! The bytes depend on the document alone. A defined name holds a digest of all cells, by which `is_untouched` tells a workbook that nobody
 //! has changed since from one with somebody's work in it.
 
 mod panel;
@@ -91,7 +91,7 @@ fn write(document: &Document) -> std::result::Result<Vec<u8>, XlsxError> {
 }
 
 /// Has nobody changed a cell of a workbook since this program wrote it?
-pub fn is_untouched(path: &Path) -> bool {
+pub(crate) fn is_untouched(path: &Path) -> bool {
     use calamine::{Data, Reader, Xlsx, open_workbook};
     let Ok(mut workbook) = open_workbook::<Xlsx<_>, _>(path) else { return false };
     let mark = workbook.defined_names().iter().find(|(name, _)| name == MARK).map(|(_, value)| value.clone());

@@ -29,7 +29,7 @@ pub struct Absorbed {
 
 impl Absorbed {
     /// Does the variance of `along . x` follow it?
-    pub fn touches(&self, along: &[f64]) -> bool {
+    pub(crate) fn touches(&self, along: &[f64]) -> bool {
         form(&self.unknown, along).abs() > SEPARATED.sqrt() * form(&self.whole, along)
     }
 

@@ -103,7 +103,7 @@ pub(crate) fn scattered_with(
 /// A step on the way to a solution: no more of it than where it leads. `before` is a step from a point nearby.
 ///
 /// Errors: those of [`adjust`](crate::estimate::adjust).
-pub fn step_scattered(
+pub(crate) fn step_scattered(
     system: &System,
     lines: &[ScatterLine],
     least: &[f64],

@@ -106,7 +106,7 @@ impl Floor {
     }
 
     /// Standard deviation of each row by itself, all that scatters together.
-    pub fn total_sd(&self) -> &[f64] {
+    pub(crate) fn total_sd(&self) -> &[f64] {
         &self.total
     }
 

@@ -47,9 +47,8 @@ mod time;
 
 pub use absorbed::Absorbed;
 pub(crate) use chain::{Chain, Part as NoisePart, TimeNoise};
-pub(crate) use conclude::satterthwaite;
-pub use conclude::{adjust_scattered, step_scattered};
-pub(crate) use conclude::{scattered, scattered_with};
+pub use conclude::adjust_scattered;
+pub(crate) use conclude::{satterthwaite, scattered, scattered_with, step_scattered};
 pub use elimination::Whitening;
 pub use floor::{Floor, Variances};
 pub use mixture::{Mixture, Node};
@@ -174,7 +173,7 @@ pub struct Scattered {
 
 /// A step with what scatters, as an iteration needs it on its way.
 #[derive(Debug, Clone)]
-pub struct Stepped {
+pub(crate) struct Stepped {
     /// Estimate of the unknowns, `n`; those outside the basis are zero.
     pub solution: Vec<f64>,
     /// Number of independent columns.

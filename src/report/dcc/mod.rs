@@ -33,7 +33,7 @@ use std::io;
 use xml::{Element, Texts, element};
 
 /// Version of the schema that certificates follow.
-pub const SCHEMA_VERSION: &str = "3.3.0";
+pub(crate) const SCHEMA_VERSION: &str = "3.3.0";
 
 /// A fit as a digital calibration certificate, with the identities of a lab file; `as_found` is the report of the same unit before it was
 /// adjusted.
