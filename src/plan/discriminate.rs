@@ -28,7 +28,7 @@ use super::problem::{Problem, information};
 use super::request::Progress;
 use super::request::Request;
 use super::scheduled::schedule_rows;
-use super::search::{EFFORT, Found, Limits, search};
+use super::search::{EFFORT, Limits, Outcome, search};
 use super::whitened::{Augmentation, Term, adjusted, mounted_apart, single, whitened, with_priors};
 use crate::algebra::{Scratch, Tape};
 use crate::campaign::{Campaign, Reading, Readings, is_axis_input};
@@ -78,12 +78,12 @@ pub fn discriminate(
     // singular with too few: one more until regular
     let most = readings.max(1) + pool.blocks.unknowns();
     let progress = Progress::default();
-    let result = (readings.max(1)..=most).find_map(|choose| {
+    let outcome = (readings.max(1)..=most).find_map(|choose| {
         let problem = Problem { choose, ..Problem::of(&pool.blocks, &pool.base, &objective) };
         let limits = Limits { starts, seed, effort: EFFORT, enough: None, given: &Vec::new, progress: &progress };
         search(&problem, &limits, || guide(&problem))
     });
-    let Some(Found { design, hits, .. }) = result else { return Ok(nothing) };
+    let Some(Outcome { design, hits, .. }) = outcome else { return Ok(nothing) };
     let after = information(&pool.blocks, &pool.base, &design.chosen);
     let all = schedule_rows(kept, &pool, &design.chosen, false);
     Ok(Discrimination {

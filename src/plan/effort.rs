@@ -74,6 +74,7 @@ impl Noise {
             }
             positive(*sd, &format!("the noise of {id}"))?;
         }
+        let root_mean_square = |u: &[f64]| (u.iter().map(|u| u * u).sum::<f64>() / u.len() as f64).sqrt();
         let mut residuals: Option<fit::Fit> = None;
         let mut sensors = Vec::with_capacity(ids.len());
         for (k, id) in ids.iter().enumerate() {
@@ -84,8 +85,7 @@ impl Noise {
             let stated: Vec<f64> =
                 campaign.readings.rows.iter().filter_map(|r| Some(r.stated_u(k)? * r.samples.sqrt())).collect();
             if !stated.is_empty() {
-                let sd = (stated.iter().map(|u| u * u).sum::<f64>() / stated.len() as f64).sqrt();
-                sensors.push(SensorNoise { sd, from: NoiseSource::Stated });
+                sensors.push(SensorNoise { sd: root_mean_square(&stated), from: NoiseSource::Stated });
                 continue;
             }
             if fitted.is_none() && residuals.is_none() && campaign.is_measured() {
@@ -105,19 +105,17 @@ impl Noise {
                     .argument("noise", format!("{id}=SD"))
                     .found("a schedule that states none"));
             }
-            let sd = (estimated.iter().map(|u| u * u).sum::<f64>() / estimated.len() as f64).sqrt();
-            sensors.push(SensorNoise { sd, from: NoiseSource::Residuals });
+            sensors.push(SensorNoise { sd: root_mean_square(&estimated), from: NoiseSource::Residuals });
         }
         let mut lines = fit::stated_variances(campaign);
         for (k, line) in campaign.scatter.iter().enumerate() {
+            let unknown = |what: String, expected: &str| {
+                let error = Malformed::new(Fault::Missing, what).expected(expected);
+                error.found("\"estimate\"").at_path(line.place.clone())
+            };
             if line.over.as_ref().is_some_and(|over| over.tau.is_none()) {
-                return Err(Malformed::new(
-                    Fault::Missing,
-                    format!("how long {} stays correlated is not known", line.of_name(campaign)),
-                )
-                .expected("a correlation time as its \"tau\": a plan does not estimate it")
-                .found("\"estimate\"")
-                .at_path(line.place.clone()));
+                let what = format!("how long {} stays correlated is not known", line.of_name(campaign));
+                return Err(unknown(what, "a correlation time as its \"tau\": a plan does not estimate it"));
             }
             let name = line.name(campaign);
             if let Some(((_, sd), slot)) = given.iter().find(|(own, _)| *own == name).zip(lines.get_mut(k)) {

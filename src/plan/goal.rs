@@ -218,14 +218,14 @@ impl<'a> Search<'a> {
         };
         // very many portions begin from the approximate design
         let many = problem.prices.is_none() && problem.choose > 40 * problem.blocks.unknowns();
-        let result = search(problem, &limits, || many.then(|| guide(problem)).flatten())?;
+        let outcome = search(problem, &limits, || many.then(|| guide(problem)).flatten())?;
         Some(Reach {
-            chosen: result.design.chosen,
-            share: result.design.value.max(0.0).sqrt(),
+            chosen: outcome.design.chosen,
+            share: outcome.design.value.max(0.0).sqrt(),
             is_fewest: false,
-            all_tried: result.enumerated.is_some(),
-            hits: result.hits,
-            starts: result.starts,
+            all_tried: outcome.enumerated.is_some(),
+            hits: outcome.hits,
+            starts: outcome.starts,
         })
     }
 

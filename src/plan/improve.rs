@@ -11,10 +11,10 @@ use super::point::check_point;
 use super::pool::Pool;
 use super::pool::from_coarser;
 use super::prices::Prices;
-use super::problem::{Design, Problem};
+use super::problem::Problem;
 use super::request::{Method, Request};
 use super::scheduled::{Reason, Refined, check, reasons, refined, schedule_rows, scheduled};
-use super::search::{Found, Limits, search};
+use super::search::{Limits, Outcome, search};
 use crate::campaign::{Campaign, Reading, Readings};
 use crate::error::{Fault, Malformed, Result};
 use crate::fit::RankDefect;
@@ -126,7 +126,7 @@ fn improve_within(campaign: &Campaign, offer: &Offer, request: &Request) -> Resu
         }
         let cost_within = |more: f64| {
             let sought = question.seek(pool.clone(), Some(more), 20, &|_| Vec::new()).ok()??;
-            Some(question.prices(&pool, 0.0).of(&sought.design.chosen))
+            Some(question.prices(&pool, 0.0).of(&sought.outcome.design.chosen))
         };
         let enough = least_budget(budget, cost_within);
         if let (true, Some(enough)) = (request.may_cost_more, enough) {
@@ -136,9 +136,10 @@ fn improve_within(campaign: &Campaign, offer: &Offer, request: &Request) -> Resu
             return Err(too_poor(budget, &pool, enough));
         }
     }
-    let Some(Sought { pool, objective, design, hits, starts, enumerated, bound_gap, limit, proof }) = sought else {
+    let Some(Sought { pool, objective, outcome, bound_gap, limit, proof }) = sought else {
         return Err(too_few(&question.pool(&offer.candidates)?, request));
     };
+    let Outcome { design, hits, starts, enumerated, .. } = outcome;
     let rows = question.rows(&pool, &design.chosen);
     let improvement = match question.refined(&rows, (&pool, &objective), None)? {
         Some((moved, what)) => Improvement { refined: Some(what), ..question.made(&pool, moved)? },
@@ -211,10 +212,7 @@ pub(super) struct Question<'a> {
 struct Sought {
     pool: Pool,
     objective: Objective,
-    design: Design,
-    hits: usize,
-    starts: usize,
-    enumerated: Option<u64>,
+    outcome: Outcome,
     bound_gap: Option<f64>,
     limit: Option<f64>,
     proof: Proof,
@@ -277,7 +275,7 @@ impl<'a> Question<'a> {
     fn sought(&self, limit: Option<f64>) -> Result<Option<Sought>> {
         let (candidates, starts) = (&self.offer.candidates, self.request.starts);
         let best = |pool: &Pool, given: &[Vec<usize>]| {
-            Some(self.seek(pool.clone(), limit, starts, &|_| given.to_vec()).ok()??.design.chosen)
+            Some(self.seek(pool.clone(), limit, starts, &|_| given.to_vec()).ok()??.outcome.design.chosen)
         };
         let coarser = |pool: &Pool| from_coarser(candidates, pool, |readings| self.pool(readings), best);
         self.seek(self.pool(candidates)?, limit, starts, &coarser)
@@ -303,19 +301,18 @@ impl<'a> Question<'a> {
         };
         let given = || given(&pool);
         let limits = Limits { starts, ..Limits::of(self.request, &given) };
-        let Some(result) = search(&problem, &limits, || guide(&problem)) else { return Ok(None) };
-        let Found { design, hits, starts, enumerated, guide } = result;
-        let n = pool.blocks.unknowns() as f64;
+        let Some(outcome) = search(&problem, &limits, || guide(&problem)) else { return Ok(None) };
+        let (value, guide, n) = (outcome.design.value, &outcome.guide, pool.blocks.unknowns() as f64);
         let proof = Proof {
-            value: design.value,
-            least: enumerated.map(|_| design.value).or(guide.as_ref().map(|bound| bound.value)),
+            value,
+            least: outcome.enumerated.map(|_| value).or(guide.as_ref().map(|bound| bound.value)),
             logarithm_of: (objective == Objective::Determinant).then_some(n),
         };
-        let bound_gap = match enumerated {
+        let bound_gap = match outcome.enumerated {
             Some(_) => Some(0.0),
-            None => guide.and_then(|bound| Some(1.0 - proof.share_of(bound.reached)?)),
+            None => guide.as_ref().and_then(|bound| Some(1.0 - proof.share_of(bound.reached)?)),
         };
-        Ok(Some(Sought { pool, objective, design, hits, starts, enumerated, bound_gap, limit, proof }))
+        Ok(Some(Sought { pool, objective, outcome, bound_gap, limit, proof }))
     }
 
     fn wanted(&self, pool: &Pool, limit: Option<f64>) -> Result<(usize, Option<Prices>)> {

@@ -156,8 +156,7 @@ pub fn judge(campaign: &Campaign, noise: &Noise, costs: &Costs) -> Result<Judgem
         .iter()
         .enumerate()
         .map(|(i, origin)| {
-            let at = |list: &[f64]| list.at(i);
-            let (u, redundancy) = (at(u), at(&redundancies));
+            let (u, redundancy) = (u.at(i), redundancies.at(i));
             let leverage = 1.0 - redundancy;
             let mdb = (redundancy > quality::UNCHECKED).then(|| delta * u / redundancy.sqrt());
             // an unchecked reading has no effects

@@ -11,7 +11,7 @@ use super::blocks::{Blocks, add_outer};
 use super::candidates::{Unit, portions};
 use super::effort::Noise;
 use super::whitened::level_of;
-use super::whitened::{Augmentation, Term, adjusted, mounted_apart, predicted, whitened, with_priors};
+use super::whitened::{Augmentation, Term, adjusted, mounted_apart, predicted, single, whitened, with_priors};
 use crate::campaign::{Campaign, JointState, Reading, Readings};
 use crate::design::{self, Model};
 use crate::elements::Elements;
@@ -143,10 +143,9 @@ impl Pool {
     /// Coordinates of every independent one of the first `parameters` unknowns, in units of what all candidates together give.
     pub fn independent(&self, parameters: usize) -> Vec<Vec<f64>> {
         let basis = self.estimate.factor.basis().iter().filter(|k| **k < parameters);
-        let unit = |k: usize| (0..=k).map(|j| f64::from(u8::from(j == k))).collect::<Vec<f64>>();
         basis
             .map(|k| {
-                let mut row = in_coordinates(&self.directions, &unit(*k));
+                let mut row = in_coordinates(&self.directions, &single(k + 1, *k, 1.0));
                 normalise(&mut row);
                 row
             })

@@ -22,7 +22,7 @@ use rayon::prelude::*;
 
 /// The result of a search.
 #[derive(Debug, Clone)]
-pub(super) struct Found {
+pub(super) struct Outcome {
     /// The design.
     pub design: Design,
     /// Starts that ended at its value of the objective.
@@ -73,11 +73,11 @@ pub(super) fn search(
     problem: &Problem<'_>,
     limits: &Limits<'_>,
     guide: impl FnOnce() -> Option<Bound>,
-) -> Option<Found> {
+) -> Option<Outcome> {
     if problem.neighbours.is_empty()
         && let Some((best, designs)) = best_of_all(problem)
     {
-        return best.map(|design| Found { design, hits: 1, starts: 1, enumerated: Some(designs), guide: None });
+        return best.map(|design| Outcome { design, hits: 1, starts: 1, enumerated: Some(designs), guide: None });
     }
     let (given, guide) = ((limits.given)(), guide());
     let near = |a: f64, b: f64| (a - b).abs() <= 1e-9 * a.abs().max(b.abs()).max(1e-300);
@@ -118,7 +118,7 @@ pub(super) fn search(
     }
     best.map(|(mut design, hits)| {
         design.chosen.sort_unstable();
-        Found { design, hits: hits.min(made), starts: made, enumerated: None, guide }
+        Outcome { design, hits: hits.min(made), starts: made, enumerated: None, guide }
     })
 }
 
@@ -340,7 +340,7 @@ pub fn choose(
     let bound = if with_bound { bound(blocks, &base, objective, count as f64) } else { None };
     let progress = Progress::default();
     let limits = Limits { starts, seed, effort: EFFORT, enough: None, given: &Vec::new, progress: &progress };
-    let Found { design, hits, enumerated, .. } = search(&problem, &limits, || bound.clone())?;
+    let Outcome { design, hits, enumerated, .. } = search(&problem, &limits, || bound.clone())?;
     Some(Choice {
         chosen: design.chosen,
         value: design.value,
