@@ -1,7 +1,7 @@
 //! Corrected inputs on the mounting face, with the uncertainty of how the sensors sit on it.
 
 use super::{Calibration, Corrector, LineInput, Mounting, Quantity};
-use crate::elements::Elements;
+use crate::elements::{Elements, OrNan};
 use crate::error::{Fault, Malformed, Result};
 use nalgebra::{DMatrix, DVector, Matrix3};
 
@@ -69,8 +69,9 @@ impl ToMount {
         let by_tilt: Vec<DVector<f64>> = self.by_tilt.iter().map(|own| own * &q).collect();
         let n = by_parameter.ncols();
         let slopes = DMatrix::from_fn(inputs.len(), joint.ncols(), |i, j| match j.checked_sub(n) {
-            None => by_parameter[(i, j)],
-            Some(tilt) => by_tilt.get(tilt).map_or(f64::NAN, |own| own[i]),
+            // as many columns as the joint covariance has: those of the parameters, then of the tilts
+            None => by_parameter.get((i, j)).copied().unwrap_or(f64::NAN),
+            Some(tilt) => by_tilt.get(tilt).map_or(f64::NAN, |own| own.as_slice().or_nan(i)),
         });
         let covariance = &slopes * joint * slopes.transpose();
         covariance.iter().all(|v| v.is_finite()).then_some(covariance)
