@@ -99,9 +99,7 @@ impl Tape {
                 Node::Number(number) => return Source::Constant(number),
                 Node::Pi => return Source::Constant(PI),
                 // `used` lists every name of the line
-                Node::Name(name) => {
-                    return Source::Input(used.iter().position(|other| *other == name).unwrap_or_default());
-                }
+                Node::Name(name) => return Source::Input(used.iter().position(|n| *n == name).unwrap_or_default()),
                 Node::Negate(Source::Constant(x)) => return Source::Constant(-x),
                 Node::Negate(x) => Step::Negate(x),
                 Node::Call(function, Source::Constant(x)) => return Source::Constant(function.value(x)),

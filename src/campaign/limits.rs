@@ -47,13 +47,11 @@ impl Campaign {
     /// Names of the errors of scale factors that a fit may report: of each sensor with an input axis, by each joint.
     pub fn scale_factor_errors(&self) -> Vec<String> {
         let sensors = self.bench.sensors.iter().filter(|sensor| sensor.input_axis.is_some());
-        let of = |sensor: &Sensor, error: ScaleFactor, joint: &str| error.of(&sensor.id, &format!("{joint}_deg_s"));
-        sensors
-            .flat_map(|sensor| {
-                let by = self.bench.joints().flat_map(|joint| ScaleFactor::ALL.map(|error| (error, joint)));
-                by.map(move |(error, joint)| of(sensor, error, joint))
-            })
-            .collect()
+        let by_joint = |sensor: &Sensor, joint: &str| {
+            let column = format!("{joint}_deg_s");
+            ScaleFactor::ALL.map(|error| error.of(&sensor.id, &column))
+        };
+        sensors.flat_map(|sensor| self.bench.joints().flat_map(move |joint| by_joint(sensor, joint))).collect()
     }
 
     /// Those with limits, in the order of the limits: a device's row has them after the derived quantities.

@@ -161,8 +161,7 @@ impl Campaign {
             parameters.push(Parameter::estimated(&bench, &units, &name, kind_of(&name), asked)?);
         }
         // an input of the bench has its value from the bench
-        for (name, given) in request.known.into_iter().filter(|(name, _)| !inputs.iter().any(|input| input.id == *name))
-        {
+        for (name, given) in request.known.into_iter().filter(|(name, _)| !inputs.iter().any(|p| p.id == *name)) {
             parameters.push(Parameter::known(&bench, &units, &name, kind_of(&name), given)?);
         }
         parameters.extend(inputs);
@@ -338,10 +337,9 @@ fn is_of_joint(bench: &Bench, column: &str) -> bool {
 /// The input along an axis whose name differs from this one by case and underscores alone (`aI`, `W_I`).
 fn input_meant(bench: &Bench, name: &str) -> Option<String> {
     let plain = |name: &str| name.replace('_', "").to_lowercase();
-    let of_sensors = bench.sensors.iter().flat_map(|sensor| sensor.axes.iter().map(|(axis, _)| axis.as_str()));
+    let axes = bench.sensors.iter().flat_map(|sensor| sensor.axes.iter().map(|(axis, _)| axis.as_str()));
     let frame = ["x", "y", "z"].into_iter().filter(|_| !bench.chain.is_empty());
-    of_sensors
-        .chain(frame)
+    axes.chain(frame)
         .flat_map(|axis| [format!("w_{axis}"), format!("a_{axis}")])
         .find(|input| input != name && plain(input) == plain(name))
 }
@@ -378,24 +376,23 @@ pub(crate) fn derived(campaign: &Campaign, id: &str, line: Expression, unit: Opt
         )
         .expected("a different name"));
     }
-    let unit_of_line = campaign.unit_of(&line);
+    let of_line = campaign.unit_of(&line);
     let symbol = |unit: &Unit| unit.symbol().to_string();
     let Some(text) = unit else {
         return Ok(Derived {
             id: id.to_string(),
             line,
-            unit: unit_of_line.as_ref().map_or(String::new(), symbol),
+            unit: of_line.as_ref().map_or(String::new(), symbol),
             written: None,
         });
     };
     let wanted = campaign.units.parse(text).map_err(|e| e.at_path("unit"))?;
     // K/1.299 - 1 is a pure number whatever the unit of K: that of 1.299 is K's
-    let unit_of_line =
-        if line.is_less_one() && wanted.dimension().is_number() { Some(Unit::one()) } else { unit_of_line };
-    let to = match &unit_of_line {
-        Some(unit_of_line) => unit_of_line.conversion(&wanted).ok_or_else(|| {
+    let of_line = if line.is_less_one() && wanted.dimension().is_number() { Some(Unit::one()) } else { of_line };
+    let to = match &of_line {
+        Some(of_line) => of_line.conversion(&wanted).ok_or_else(|| {
             Malformed::new(Fault::Value, format!("the unit of the derived quantity '{id}' has another dimension"))
-                .expected(format!("{}, or a unit that converts to it", unit_of_line.symbol()))
+                .expected(format!("{}, or a unit that converts to it", of_line.symbol()))
                 .found(format!("'{text}'"))
                 .at_path("unit")
         })?,

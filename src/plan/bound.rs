@@ -169,12 +169,9 @@ impl<'a> Mixture<'a> {
                 let all = rows.rows() * rows.count();
                 Some(Mixture::Rows(rows, vec![1.0 / all as f64; all]))
             }
-            Objective::Eigenvalue(functions) => {
-                let p = functions.0.len();
-                Some(Mixture::Combined(
-                    functions,
-                    Mat::from_fn(p, p, |i, j| if i == j { 1.0 / functions.size() } else { 0.0 }),
-                ))
+            Objective::Eigenvalue(t) => {
+                let p = t.0.len();
+                Some(Mixture::Combined(t, Mat::from_fn(p, p, |i, j| if i == j { 1.0 / t.size() } else { 0.0 })))
             }
             _ => None,
         }

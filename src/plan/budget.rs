@@ -187,8 +187,7 @@ impl<'a> Moves<'a> {
             kinds.sort_unstable();
             kinds.dedup();
             for from in kinds {
-                let same: Vec<(usize, u32)> =
-                    uses.iter().copied().filter(|(k, _)| prices.kind.at(*k) == from).collect();
+                let same: Vec<_> = uses.iter().copied().filter(|(k, _)| prices.kind.at(*k) == from).collect();
                 // another state here; a state of another mounting is an exchange
                 for to in prices
                     .at

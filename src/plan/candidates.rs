@@ -123,9 +123,7 @@ pub(crate) fn sweep_with_rates(campaign: &Campaign, step_deg: f64, rates: &[f64]
         .map(|joints| {
             let turns_alike = |row: &&Reading| {
                 let pairs = row.joints.iter().zip(&joints);
-                pairs
-                    .filter(|(_, state)| !matches!(state, JointState::Held { .. }))
-                    .all(|(other, state)| other == state)
+                pairs.filter(|(_, s)| !matches!(s, JointState::Held { .. })).all(|(other, s)| other == s)
             };
             let like = if uniform { first } else { rows.iter().find(turns_alike).unwrap_or(first) };
             Reading {

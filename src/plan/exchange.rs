@@ -31,17 +31,14 @@ const REFACTOR: usize = 50;
 /// Kinds of first designs, by the number of the start: a third at random and then the most informative candidates; all at random; the rounded
 /// weights of the approximate design.
 const KINDS: usize = 3;
-/// With more portions for each unknown, every start rounds the weights: single exchanges would take long from elsewhere.
-const MANY: usize = 40;
 /// Perturbations of each start: some portions of its optimum are replaced at random, and exchanges repeated.
 const KICKS: usize = 3;
 
 /// One start: a first design, exchanges until none is significant, and the same from perturbations of the optimum. `None` where no such design
 /// is regular.
 pub(super) fn start(problem: &Problem<'_>, rng: &mut Pcg64Mcg, number: usize, guide: Option<&Bound>) -> Option<Design> {
-    let many = problem.choose > MANY * problem.blocks.unknowns();
     let mut state = match guide {
-        Some(guide) if many || number % KINDS == 2 => State::rounded(problem, &guide.weights, rng),
+        Some(guide) if problem.has_many() || number % KINDS == 2 => State::rounded(problem, &guide.weights, rng),
         _ => State::begin(problem, if number % KINDS == 1 { 1.0 } else { 1.0 / 3.0 }, rng),
     }
     .or_else(|| State::begin(problem, 1.0 / 3.0, rng))?;

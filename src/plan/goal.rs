@@ -216,8 +216,7 @@ impl<'a> Search<'a> {
             true => Limits { enough: Some(1.0), ..all },
             false => Limits { enough: Some(1.0), starts: STARTS.min(self.request.starts), effort: LITTLE, ..all },
         };
-        // very many portions begin from the approximate design
-        let many = problem.prices.is_none() && problem.choose > 40 * problem.blocks.unknowns();
+        let many = problem.prices.is_none() && problem.has_many();
         let outcome = search(problem, &limits, || many.then(|| guide(problem)).flatten())?;
         Some(Reach {
             chosen: outcome.design.chosen,

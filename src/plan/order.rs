@@ -167,8 +167,8 @@ impl Run<'_> {
         }
         while !groups.is_empty() {
             // groups are sorted by level and not empty: those of the first remaining level
-            let of_level =
-                groups.iter().take_while(|group| self.level(group) == groups.first().and_then(|g| self.level(g)));
+            let first = groups.first().and_then(|g| self.level(g));
+            let of_level = groups.iter().take_while(|group| self.level(group) == first);
             let way = |last: usize| {
                 let steps = of_level.filter_map(|group| Some(self.step(last, *group.first()?))).enumerate();
                 let nearer =

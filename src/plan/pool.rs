@@ -10,8 +10,9 @@
 use super::blocks::{Blocks, add_outer};
 use super::candidates::{Unit, portions};
 use super::effort::Noise;
-use super::whitened::level_of;
-use super::whitened::{Augmentation, Term, adjusted, mounted_apart, predicted, single, whitened, with_priors};
+use super::whitened::{
+    Augmentation, Term, adjusted, level_of, mounted_apart, predicted, single, whitened, with_priors,
+};
 use crate::campaign::{Campaign, JointState, Reading, Readings};
 use crate::design::{self, Model};
 use crate::elements::Elements;

@@ -29,6 +29,11 @@ impl<'a> Problem<'a> {
         Problem { blocks, base, objective, choose: 0, most_repeats: usize::MAX, neighbours: &[], prices: None }
     }
 
+    /// Are there so many portions for each unknown that starts round the approximate design? Single exchanges would take long from elsewhere.
+    pub fn has_many(&self) -> bool {
+        self.choose > MANY * self.blocks.unknowns()
+    }
+
     /// Is no candidate chosen more often than it may be?
     pub fn allows_repeats(&self, chosen: &[usize]) -> bool {
         self.most_repeats >= chosen.len()
@@ -49,6 +54,9 @@ pub(super) struct Design {
 
 /// Smallest relative improvement of the criterion for which an exchange is made: less is rounding, and could cycle.
 pub(super) const WORTH: f64 = 1e-9;
+
+/// Portions for each unknown above which starts round the approximate design.
+const MANY: usize = 40;
 
 /// More sweeps than this have never been needed.
 pub(super) const SWEEPS: usize = 200;

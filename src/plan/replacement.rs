@@ -98,7 +98,7 @@ impl Objective {
             Objective::Volume(functions) => {
                 let (without, slopes) = functions.with_slopes(inverse)?;
                 let deviations: Vec<f64> = inverse.iter().zip(&slopes).map(|(all, part)| all - part).collect();
-                let spread_of_known = blocks.quadratics(&deviations);
+                let known = blocks.quadratics(&deviations);
                 state.effort += (2 * count * n * n * k) as f64;
                 // -2 log det L^-1 = log det(I + G)
                 let log_det = |sums: &[Vec<f64>], j: usize| {
@@ -106,8 +106,7 @@ impl Objective {
                     -2.0 * (0..k).map(|r| root[packed(r, r)].ln()).sum::<f64>()
                 };
                 for j in replacements {
-                    let value =
-                        ((without + log_det(&spread_of_known, j) - log_det(&spread, j)) / functions.size()).exp();
+                    let value = ((without + log_det(&known, j) - log_det(&spread, j)) / functions.size()).exp();
                     keep(&mut best, now, (j, value));
                 }
             }

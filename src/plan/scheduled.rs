@@ -38,7 +38,7 @@ pub(super) fn scheduled(
 /// Kept readings and chosen ones. New mountings are numbered on from the kept labels; where remounting scatters, a repeat is a new mounting.
 pub(super) fn schedule_rows(kept: &Readings, pool: &Pool, chosen: &[usize], repeats_remount: bool) -> Vec<Reading> {
     let mut rows: Vec<Reading> = kept.rows.clone();
-    let mut next = 1 + kept.rows.iter().filter_map(|r| r.position.parse::<usize>().ok()).max().unwrap_or(0);
+    let mut next = next_label(kept);
     let mut labels: Vec<((Vec<Option<f64>>, &str), String)> = Vec::new();
     for (portion, level) in chosen.iter().filter_map(|j| pool.portions.get(*j).zip(pool.levels.get(*j))) {
         // portions have readings
@@ -56,10 +56,15 @@ pub(super) fn schedule_rows(kept: &Readings, pool: &Pool, chosen: &[usize], repe
     rows
 }
 
+/// The number after the largest numeric label.
+fn next_label(readings: &Readings) -> usize {
+    1 + readings.rows.iter().filter_map(|r| r.position.parse::<usize>().ok()).max().unwrap_or(0)
+}
+
 /// New mountings numbered in the order in which they are run; labels that were kept stay.
-pub(super) fn relabelled(kept: &Readings, mut run: Readings) -> Readings {
+fn relabelled(kept: &Readings, mut run: Readings) -> Readings {
     let old: Vec<&str> = kept.rows.iter().map(|r| r.position.as_str()).collect();
-    let mut next = 1 + old.iter().filter_map(|label| label.parse::<usize>().ok()).max().unwrap_or(0);
+    let mut next = next_label(kept);
     let mut names: std::collections::HashMap<String, String> = std::collections::HashMap::new();
     for reading in run.rows.iter_mut().filter(|r| !old.contains(&r.position.as_str())) {
         let label = names.entry(reading.position.clone()).or_insert_with(|| {

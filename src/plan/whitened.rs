@@ -161,17 +161,12 @@ impl<'a> Augmentation<'a> {
     fn felt(&self, campaign: &Campaign, design: &DesignMatrix, lines: &[ScatterLine]) -> Vec<Vec<f64>> {
         let readings = &campaign.readings;
         let mut columns = vec![vec![0.0; design.rows.len()]; self.deviations.len()];
-        let place: HashMap<(usize, &str), usize> = self
-            .deviations
-            .iter()
-            .enumerate()
-            .map(|(at, deviation)| ((deviation.line, deviation.level.as_str()), at))
-            .collect();
-        for (k, (scatter, line)) in campaign.scatter.iter().zip(lines).enumerate().filter(|(k, _)| links(campaign, *k))
-        {
+        let place: HashMap<(usize, &str), usize> =
+            self.deviations.iter().enumerate().map(|(at, d)| ((d.line, d.level.as_str()), at)).collect();
+        for (k, (s, line)) in campaign.scatter.iter().zip(lines).enumerate().filter(|(k, _)| links(campaign, *k)) {
             for felt in &line.felt {
                 let reading = design.rows.get(felt.row).and_then(|origin| readings.rows.get(origin.reading));
-                let level = reading.and_then(|reading| scatter.per.level_name(readings, reading));
+                let level = reading.and_then(|reading| s.per.level_name(readings, reading));
                 let column = level.and_then(|level| place.get(&(k, &*level)).copied());
                 if let Some(slot) = column.and_then(|at| columns.get_mut(at)?.get_mut(felt.row)) {
                     *slot += felt.by;
@@ -199,9 +194,7 @@ pub(super) fn with_priors(
     let (n, parameters) = (augmentation.columns(campaign), campaign.unknowns());
     let mut rows = whitened(campaign, kept, noise, augmentation, false)?;
     rows.extend(priors(campaign).into_iter().map(|(k, u)| single(n, k, 1.0 / u)));
-    rows.extend(
-        augmentation.deviations.iter().enumerate().map(|(k, deviation)| single(n, parameters + k, 1.0 / deviation.sd)),
-    );
+    rows.extend(augmentation.deviations.iter().enumerate().map(|(k, d)| single(n, parameters + k, 1.0 / d.sd)));
     Ok(rows)
 }
 

@@ -120,19 +120,17 @@ const PREFIXES: &[(&str, f64)] = &[
 
 /// The table's name of what may be written otherwise, in whichever case where that has three letters and more: fewer may be a prefix and a unit (`mS`, `MS`).
 pub(crate) fn plain(name: &str) -> &str {
-    let known = spelled(name);
+    let known = spelled(name).unwrap_or(name);
     if known != name || TABLE.iter().any(|(entry, ..)| *entry == name) || name.chars().count() < 3 {
         return known;
     }
     let lower = name.to_lowercase();
     let entry = TABLE.iter().map(|(entry, ..)| *entry).find(|entry| entry.to_lowercase() == lower);
-    entry
-        .or_else(|| SPELLED.iter().find(|(words, _)| words.contains(&lower.as_str())).map(|spelling| spelling.1))
-        .unwrap_or(name)
+    entry.or_else(|| spelled(&lower)).unwrap_or(name)
 }
 
-fn spelled(name: &str) -> &str {
-    SPELLED.iter().find(|(words, _)| words.contains(&name)).map_or(name, |spelling| spelling.1)
+fn spelled(name: &str) -> Option<&'static str> {
+    SPELLED.iter().find(|(words, _)| words.contains(&name)).map(|spelling| spelling.1)
 }
 
 /// Other spellings.
@@ -188,8 +186,7 @@ pub(crate) fn of_column(name: &str) -> Option<String> {
         "h" => Some("h"),
         _ => None,
     };
-    let above =
-        stem.rsplit('_').next().and_then(of).filter(|unit| find(unit).is_some_and(|entry| entry.base != IN_TIME));
+    let above = stem.rsplit('_').next().and_then(of).filter(|unit| find(unit).is_some_and(|e| e.base != IN_TIME));
     match (above, time) {
         (Some(above), Some(time)) => Some(format!("{above}/{time}")),
         _ => of(last),
