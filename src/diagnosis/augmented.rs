@@ -127,14 +127,16 @@ impl View {
         class.front(alias, is_plain, |a, b| name(a).cmp(&name(b)))
     }
 
-    /// A set with, in each place, the candidate that stands for its class: the exact fit of what only small tilts leave leads to a point far away, from which
-    /// nothing else is seen straight.
+    /// A set with, in the place of what only small tilts leave, the plain candidate that stands for its class: the exact fit of the former leads to a point far
+    /// away, from which nothing else is seen straight.
     fn plain(&self, set: &[u16], alias: f64) -> Vec<u16> {
-        let class = |j: &u16| {
-            let holds = |class: &&Class| class.members.iter().any(|member| member.candidate == usize::from(*j));
-            self.posterior.classes.iter().find(holds)
+        let front = |j: &u16| {
+            let index = usize::from(*j);
+            self.candidates.get(index).filter(|c| c.vanishing)?;
+            let mut classes = self.posterior.classes.iter();
+            let class = classes.find(|class| class.members.iter().any(|member| member.candidate == index))?;
+            u16::try_from(self.front(class, alias)?.candidate).ok()
         };
-        let front = |j: &u16| u16::try_from(self.front(class(j)?, alias)?.candidate).ok();
         let plain: Vec<u16> = set.iter().map(|j| front(j).unwrap_or(*j)).collect();
         let is_twice = |(k, j): (usize, &u16)| plain.iter().skip(k + 1).any(|other| other == j);
         if plain.iter().enumerate().any(is_twice) { set.to_vec() } else { plain }
