@@ -53,32 +53,32 @@ impl<'a> Shifts<'a> {
     /// `-A+ c` for a column that the model leaves with norm one; `None` where it leaves next to nothing.
     fn unit(&mut self, index: usize) -> Option<Vec<f64>> {
         let (candidates, evidence, weighted) = (self.candidates, self.evidence, self.weighted);
-        let own = || {
+        let computed = || {
             let candidate = candidates.get(index)?;
             let left = evidence.pool.visible().get(index).copied()? * weighted.norm(&candidate.column);
             let absorbed = weighted.absorbed(&candidate.column).ok()?;
             let shift: Vec<f64> = absorbed.iter().map(|x| -x / left).collect();
             shift.iter().all(|x| x.is_finite()).then_some(shift)
         };
-        self.of.entry(index).or_insert_with(own).clone()
+        self.of.entry(index).or_insert_with(computed).clone()
     }
 
     /// Mean and variance of the shift of every unknown by a set, each effect being one of the candidates of its column.
     fn of(&mut self, members: &[Vec<(usize, f64)>]) -> Option<(Vec<f64>, Vec<f64>)> {
-        let first: Vec<usize> = members.iter().map(|own| own.first().map(|(j, _)| *j)).collect::<Option<_>>()?;
+        let first: Vec<usize> = members.iter().map(|of| of.first().map(|(j, _)| *j)).collect::<Option<_>>()?;
         let cosine = |a: usize, b: usize| self.evidence.cosines(a).at(b);
         let gram = |i: usize, k: usize| {
             if i == k { 1.0 } else { first.get(i).zip(first.get(k)).map_or(f64::NAN, |(a, b)| cosine(*a, *b)) }
         };
         let scores =
             first.iter().map(|j| self.evidence.pool.scores().get(*j).copied()).collect::<Option<Vec<f64>>>()?;
-        // directions of which less than a thousandth is their own are one
+        // directions that differ by less than a thousandth are taken as one
         let sizes = Triangle::of(first.len(), gram, |_| 1e-6)?.solve(&scores);
         let (mut mean, mut variance) = (vec![0.0; self.unknowns], vec![0.0; self.unknowns]);
-        for ((own, first), size) in members.iter().zip(&first).zip(sizes) {
-            let all: f64 = own.iter().map(|(_, share)| share).sum();
+        for ((alternatives, first), size) in members.iter().zip(&first).zip(sizes) {
+            let all: f64 = alternatives.iter().map(|(_, share)| share).sum();
             let (mut one, mut two) = (vec![0.0; self.unknowns], vec![0.0; self.unknowns]);
-            for (j, share) in own {
+            for (j, share) in alternatives {
                 let signed = size * self.evidence.cosines(*first).get(*j).map_or(1.0, |g| g.signum());
                 let unit = self.unit(*j)?;
                 for ((one, two), x) in one.iter_mut().zip(&mut two).zip(&unit) {
@@ -97,34 +97,35 @@ impl<'a> Shifts<'a> {
     /// For each unknown: the largest shift if a rival were the effect, and the standard deviation over all explanations with their probabilities.
     pub fn about(&mut self, set: &[usize], rivals: &[Rival], explanations: &[Explanation]) -> Vec<(f64, f64)> {
         let alone = |set: &[usize]| -> Vec<Vec<(usize, f64)>> { set.iter().map(|j| vec![(*j, 1.0)]).collect() };
-        let mut found = vec![(0.0_f64, 0.0_f64); self.unknowns];
-        let Some((named, _)) = self.of(&alone(set)) else { return found };
+        let mut moved_by = vec![(0.0_f64, 0.0_f64); self.unknowns];
+        let Some((named, _)) = self.of(&alone(set)) else { return moved_by };
         for place in 0..set.len() {
             let mut widest = vec![0.0_f64; self.unknowns];
             // what only small tilts leave would need an absurd coefficient
-            let plain =
-                |own: &&Rival| own.place == place && self.candidates.get(own.candidate).is_some_and(|c| !c.vanishing);
-            let plain: Vec<usize> = rivals.iter().filter(plain).map(|own| own.candidate).collect();
+            let plain = |rival: &&Rival| {
+                rival.place == place && self.candidates.get(rival.candidate).is_some_and(|c| !c.vanishing)
+            };
+            let plain: Vec<usize> = rivals.iter().filter(plain).map(|rival| rival.candidate).collect();
             for candidate in plain {
                 let mut other = set.to_vec();
-                other.iter_mut().skip(place).take(1).for_each(|own| *own = candidate);
+                other.iter_mut().skip(place).take(1).for_each(|replaced| *replaced = candidate);
                 let Some((moved, _)) = self.of(&alone(&other)) else { continue };
                 widest.iter_mut().zip(moved.iter().zip(&named)).for_each(|(w, (a, b))| *w = w.max((a - b).abs()));
             }
-            found.iter_mut().zip(widest).for_each(|(own, w)| own.0 = own.0.hypot(w));
+            moved_by.iter_mut().zip(widest).for_each(|(by, w)| by.0 = by.0.hypot(w));
         }
         let mut all = 0.0;
         let mut square = vec![0.0; self.unknowns];
-        for own in explanations {
-            let Some((mean, variance)) = self.of(&own.members) else { continue };
-            all += own.probability;
+        for explanation in explanations {
+            let Some((mean, variance)) = self.of(&explanation.members) else { continue };
+            all += explanation.probability;
             for (slot, ((mean, variance), named)) in square.iter_mut().zip(mean.iter().zip(variance).zip(&named)) {
-                *slot += own.probability * ((mean - named) * (mean - named) + variance);
+                *slot += explanation.probability * ((mean - named) * (mean - named) + variance);
             }
         }
         if all > 0.0 {
-            found.iter_mut().zip(square).for_each(|(own, square)| own.1 = (square / all).sqrt());
+            moved_by.iter_mut().zip(square).for_each(|(by, square)| by.1 = (square / all).sqrt());
         }
-        found
+        moved_by
     }
 }

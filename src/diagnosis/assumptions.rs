@@ -1,4 +1,4 @@
-//! What a campaign asserts besides its model line: priors and constraints. They stand while the model is diagnosed, and each may be wrong.
+//! What a campaign asserts besides its model line: priors and constraints. They are retained while the model is diagnosed, and each may be wrong.
 //!
 //! An equation is met exactly, an inequality that holds the estimate back is held as an equation (a norm by its tangent), any other has no
 //! part. Taking a prior or an equation away is a candidate like any other: its column is what it kept the parameters from doing.
@@ -52,7 +52,7 @@ pub(super) fn hold(campaign: &Campaign) -> Result<Assumed> {
             Constraints::Contradictory(_) => (Held::LeftOut, None),
             _ if equality(constraint) => (Held::Equality, Some(constraint.clone())),
             Constraints::Met { active, .. } => match active.iter().find(|a| a.constraint == k) {
-                Some(own) => match at_limit(constraint, own.side, &fit.point) {
+                Some(limit) => match at_limit(constraint, limit.side, &fit.point) {
                     Some(equation) => (Held::AtLimit, Some(equation)),
                     None => (Held::LeftOut, None),
                 },
@@ -87,7 +87,7 @@ fn at_limit(constraint: &Constraint, side: Side, point: &[f64]) -> Option<Constr
 
 /// Each prior and each equation as a candidate: the column of what it forbids. `asked` numbers the equations as the campaign's file does.
 pub(super) fn candidates(campaign: &Campaign, asked: &[usize], design: &DesignMatrix) -> Result<Vec<Candidate>> {
-    let mut found = Vec::new();
+    let mut candidates = Vec::new();
     let system = fit::weigh(campaign, design, Weighting::AsStated)?;
     let rows = system.observed.len();
     let mut row = design.rows.len();
@@ -96,7 +96,7 @@ pub(super) fn candidates(campaign: &Campaign, asked: &[usize], design: &DesignMa
             let mut column = vec![0.0; rows];
             column.iter_mut().skip(row).take(1).for_each(|value| *value = 1.0);
             row += 1;
-            found.push(Candidate {
+            candidates.push(Candidate {
                 regressor: format!("prior:{}", parameter.id),
                 name: format!("error of the prior of {}", parameter.id),
                 why: "the prior value is not that of this campaign".into(),
@@ -106,8 +106,8 @@ pub(super) fn candidates(campaign: &Campaign, asked: &[usize], design: &DesignMa
         }
     }
     for (k, column) in equation_columns(campaign, &system.rows) {
-        let number = asked.get(k).map_or(k, |own| own + 1);
-        found.push(Candidate {
+        let number = asked.get(k).map_or(k, |index| index + 1);
+        candidates.push(Candidate {
             regressor: format!("constraint:{number}"),
             name: format!("constraint {number} does not hold"),
             why: "what was taken as given between the parameters is not so in this campaign".into(),
@@ -115,12 +115,12 @@ pub(super) fn candidates(campaign: &Campaign, asked: &[usize], design: &DesignMa
             ..Candidate::new(Regressor::Constraint(k), column)
         });
     }
-    Ok(found)
+    Ok(candidates)
 }
 
 /// For each equation that the others do not imply: `A d` with `b_k d = 1` and `b_l d = 0` for the others.
 fn equation_columns(campaign: &Campaign, rows: &faer::Mat<f64>) -> Vec<(usize, Vec<f64>)> {
-    let linear = |own: &Constraint| match own {
+    let linear = |constraint: &Constraint| match constraint {
         Constraint::Linear { terms, .. } => terms.clone(),
         Constraint::Norm { .. } => Vec::new(),
     };
@@ -145,13 +145,13 @@ fn equation_columns(campaign: &Campaign, rows: &faer::Mat<f64>) -> Vec<(usize, V
 pub(super) fn freed(campaign: &Campaign, effects: &[&Candidate]) -> Campaign {
     let mut freed = campaign.clone();
     let wrong: Vec<usize> = effects.iter().filter_map(|c| constraint_of(c)).collect();
-    let kept = freed.constraints.iter().enumerate().filter(|(k, _)| !wrong.contains(k)).map(|(_, own)| own.clone());
+    let kept = freed.constraints.iter().enumerate().filter(|(k, _)| !wrong.contains(k)).map(|(_, c)| c.clone());
     freed.constraints = kept.collect();
     for effect in effects {
         if let Regressor::Prior(k) = effect.kind
             && let Some(parameter) = freed.parameters.get_mut(k)
         {
-            // where the prior stood the estimate still begins
+            // the estimate still starts from the prior value
             let start = Some(parameter.reference());
             parameter.role = Role::Estimated { start, prior: None };
         }

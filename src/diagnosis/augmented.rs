@@ -1,9 +1,9 @@
 //! Score and exact fit in turn: every set is judged at the point, and with the rows, of the model that has it.
 //!
 //! A gap moves the tilts, and columns depend on them; where an effect exists only through tilts, their columns depend on it. So the set that is
-//! most probable is fitted exactly, the columns are made anew at its solution, and the sets are judged again, until the set stands still. Sets
+//! most probable is fitted exactly, the columns are made anew at its solution, and the sets are judged again, until the set no longer changes. Sets
 //! with a tilt or a known value that could stand in a member's place are tried too: they put the inputs elsewhere. Of all that were fitted the
-//! most probable one, each by its own columns, is kept.
+//! most probable one, each by the columns at its solution, is kept.
 
 use super::ambiguity::{Explanation, Rival};
 use super::bank::bank;
@@ -28,7 +28,7 @@ use std::collections::{BTreeMap, HashMap};
 const FOLLOWED: usize = 6;
 const VIEWS: usize = 6;
 const RIVALS: usize = 8;
-/// Least probability of a set that is judged at its own solution.
+/// Least probability of a set that is judged at its solution.
 const COMPETES: f64 = 0.02;
 /// Factor by which the gap of the model as given may differ from point to point: beyond it an exact fit went astray.
 const STRAIGHT: f64 = 2.0;
@@ -64,7 +64,7 @@ pub(super) struct Seen {
     /// Effects, each with the probability that it or one of its aliases is there.
     pub named: Vec<(usize, f64)>,
     pub suspected: Vec<(usize, f64)>,
-    /// The t of each named one beside the most probable remainder.
+    /// The t of each named one given the most probable remainder.
     pub t: Vec<f64>,
     /// What could stand in the place of a named one.
     pub rivals: Vec<Rival>,
@@ -77,7 +77,7 @@ pub(super) struct Seen {
     pub unaccounted: f64,
     /// Probability of a remainder that no effect is.
     pub outside: f64,
-    /// What deviates beside the named effects.
+    /// The random effects that remain, given the named effects.
     pub deviations: Deviations,
 }
 
@@ -113,8 +113,8 @@ impl View {
     }
 
     fn names(&self, set: &[u16]) -> Names {
-        let own = |j: &u16| self.candidates.get(usize::from(*j)).map(|c| (c.regressor.clone(), c.sensor));
-        let mut names: Names = set.iter().filter_map(own).collect();
+        let name = |j: &u16| self.candidates.get(usize::from(*j)).map(|c| (c.regressor.clone(), c.sensor));
+        let mut names: Names = set.iter().filter_map(name).collect();
         names.sort();
         names
     }
@@ -143,7 +143,7 @@ impl View {
     }
 
     fn members(&self, names: &Names) -> Option<Vec<&Candidate>> {
-        names.iter().map(|own| self.index(own).and_then(|j| self.candidates.get(j))).collect()
+        names.iter().map(|name| self.index(name).and_then(|j| self.candidates.get(j))).collect()
     }
 
     /// ln odds of all that have the column of a candidate.
@@ -151,22 +151,22 @@ impl View {
         self.score.standing(j).and_then(|j| self.score.prior.get(usize::from(j))).copied().unwrap_or(f64::NEG_INFINITY)
     }
 
-    /// The posterior with what some sets have at their own solutions; of several with the same columns here the most probable counts.
+    /// The posterior with the evidence of the sets that were fitted at their solutions; of several with the same columns here the most probable counts.
     fn settle(&mut self, judged: &[(Names, Option<f64>)]) {
-        let mut own: BTreeMap<Vec<u16>, f64> = BTreeMap::new();
+        let mut settled: BTreeMap<Vec<u16>, f64> = BTreeMap::new();
         // an exact fit that leads elsewhere says nothing of its set
         for (names, value) in judged.iter().filter_map(|(names, value)| Some((names, (*value)?))) {
-            if let Some(set) = standing(&self.candidates, &self.score, names) {
-                let most = own.entry(set).or_insert(f64::NEG_INFINITY);
+            if let Some(set) = columns_of(&self.candidates, &self.score, names) {
+                let most = settled.entry(set).or_insert(f64::NEG_INFINITY);
                 *most = most.max(value);
             }
         }
-        own.iter().for_each(|(set, value)| self.score.overrule(set, value - self.unit));
+        settled.iter().for_each(|(set, value)| self.score.overrule(set, value - self.unit));
         self.posterior = self.score.posterior();
     }
 }
 
-fn standing(candidates: &[Candidate], score: &Score, names: &Names) -> Option<Vec<u16>> {
+fn columns_of(candidates: &[Candidate], score: &Score, names: &Names) -> Option<Vec<u16>> {
     let place = |(regressor, sensor): &(String, Option<usize>)| {
         let j = candidates.iter().position(|c| c.regressor == *regressor && c.sensor == *sensor)?;
         let j = u16::try_from(j).ok()?;
@@ -182,7 +182,7 @@ fn moves(candidate: &Candidate) -> bool {
     matches!(candidate.kind, Regressor::Tilt(_) | Regressor::Known(_))
 }
 
-/// ln odds of each candidate. Members of a family that stands for readings, positions, times or time constants share the odds of one effect.
+/// ln odds of each candidate. Members of a family of readings, positions, times or time constants share the odds of one effect.
 /// Each counts among what is expected with the share of its sizes that are not absurd.
 pub(super) fn odds<'a>(
     candidates: impl Iterator<Item = &'a Candidate> + Clone,
@@ -194,14 +194,14 @@ pub(super) fn odds<'a>(
     for candidate in candidates.clone().filter(|c| shared(c)) {
         *members.entry((candidate.family.as_str(), candidate.sensor)).or_default() += 1.0;
     }
-    let own = |c: &Candidate| {
+    let odds_of = |c: &Candidate| {
         // what is not shared is one
         let share = members.get(&(c.family.as_str(), c.sensor)).filter(|_| shared(c)).copied().unwrap_or(1.0);
         // of equals the first rank, and before it what was only asserted
         let rank = if assumptions::is_assumption(c) { -1.0 } else { f64::from(c.rank) };
         -share.ln() - priors.rank * rank
     };
-    priors.shared(candidates.map(own).collect(), plain)
+    priors.shared(candidates.map(odds_of).collect(), plain)
 }
 
 /// For each candidate, scaled to a largest value of one, the coefficient with which it would make this share of the largest reading of its sensor if its
@@ -215,7 +215,7 @@ fn plain(candidates: &[Candidate], design: &DesignMatrix, share: f64) -> Vec<f64
     let of = |candidate: &Candidate| {
         let all = candidate.column.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
         let most = candidate.column.iter().zip(&design.rows).fold(0.0_f64, |most, (v, origin)| {
-            let reading = largest.get(origin.sensor).copied().filter(|own| *own > 0.0);
+            let reading = largest.get(origin.sensor).copied().filter(|size| *size > 0.0);
             reading.map_or(most, |reading| most.max(v.abs() / reading))
         });
         // what no reading of any size feels has none
@@ -229,18 +229,18 @@ fn augment(campaign: &Campaign, design: &mut DesignMatrix, fit: &Fit, effects: &
     let given = campaign.reference_point();
     let columns = fit.design.jacobian.ncols();
     for (k, parameter) in campaign.parameters.iter().enumerate().take(design.jacobian.ncols()) {
-        if let Some(own) = fit.campaign.parameter_index(&parameter.id).filter(|own| *own < columns) {
-            design.jacobian.col_as_slice_mut(k).copy_from_slice(fit.design.jacobian.col_as_slice(own));
+        if let Some(column) = fit.campaign.parameter_index(&parameter.id).filter(|column| *column < columns) {
+            design.jacobian.col_as_slice_mut(k).copy_from_slice(fit.design.jacobian.col_as_slice(column));
         }
     }
     design.predicted.clone_from(&fit.design.predicted);
     for effect in effects {
-        let index = fit.campaign.parameter_index(&effect.coefficient).filter(|own| *own < columns);
-        let Some(own) = index else { continue };
+        let index = fit.campaign.parameter_index(&effect.coefficient).filter(|column| *column < columns);
+        let Some(column) = index else { continue };
         let before = campaign.parameter_index(&effect.coefficient).and_then(|k| given.get(k)).copied();
         // what the campaign does not have was zero in it
-        let size = fit.design.point.get(own).map_or(0.0, |value| value - before.unwrap_or_default());
-        let slopes = fit.design.jacobian.col_as_slice(own);
+        let size = fit.design.point.get(column).map_or(0.0, |value| value - before.unwrap_or_default());
+        let slopes = fit.design.jacobian.col_as_slice(column);
         design.predicted.iter_mut().zip(slopes).for_each(|(predicted, slope)| *predicted -= slope * size);
     }
 }
@@ -252,10 +252,10 @@ const VANISHED: f64 = 1e-6;
 fn is_trivial(given: &DesignMatrix, fit: &Fit, campaign: &Campaign) -> bool {
     let norm = |design: &DesignMatrix, k: usize| design.jacobian.col_as_slice(k).iter().map(|v| v * v).sum::<f64>();
     let unknowns = campaign.estimated().iter().enumerate().take(given.jacobian.ncols());
-    let there = |id: &str| fit.campaign.parameter_index(id).filter(|own| *own < fit.design.jacobian.ncols());
+    let there = |id: &str| fit.campaign.parameter_index(id).filter(|column| *column < fit.design.jacobian.ncols());
     unknowns
-        .filter_map(|(k, own)| Some((k, there(&own.id)?)))
-        .any(|(k, own)| norm(&fit.design, own) < VANISHED * VANISHED * norm(given, k))
+        .filter_map(|(k, parameter)| Some((k, there(&parameter.id)?)))
+        .any(|(k, column)| norm(&fit.design, column) < VANISHED * VANISHED * norm(given, k))
 }
 
 struct Search<'a> {
@@ -308,11 +308,11 @@ impl<'a> Search<'a> {
                 augment(campaign, &mut design, fit, effects);
             } else {
                 let given = campaign.reference_point();
-                for own in effects.iter().filter_map(|effect| campaign.parameter_index(&effect.coefficient)) {
-                    let moved = point.get(own).zip(given.get(own)).map_or(0.0, |(now, before)| now - before);
-                    if own >= campaign.unknowns() && own < design.jacobian.ncols() {
-                        let slopes = design.jacobian.col_as_slice(own).to_vec();
-                        design.predicted.iter_mut().zip(slopes).for_each(|(own, slope)| *own -= slope * moved);
+                for index in effects.iter().filter_map(|effect| campaign.parameter_index(&effect.coefficient)) {
+                    let moved = point.get(index).zip(given.get(index)).map_or(0.0, |(now, before)| now - before);
+                    if index >= campaign.unknowns() && index < design.jacobian.ncols() {
+                        let slopes = design.jacobian.col_as_slice(index).to_vec();
+                        design.predicted.iter_mut().zip(slopes).for_each(|(p, slope)| *p -= slope * moved);
                     }
                 }
             }
@@ -378,7 +378,7 @@ impl<'a> Search<'a> {
         };
         let mut score = Score::new(&problem, self.priors);
         let starts = judged.iter().filter(|(_, value)| value.is_some());
-        let starts = starts.filter_map(|(names, _)| standing(&candidates, &score, names));
+        let starts = starts.filter_map(|(names, _)| columns_of(&candidates, &score, names));
         score.search(&starts.filter(|set| !set.is_empty()).collect::<Vec<_>>());
         let unit = self.unit(&weighted);
         for (candidate, visible) in candidates.iter_mut().zip(&score.visible) {
@@ -397,37 +397,37 @@ impl<'a> Search<'a> {
         (point, fit): (&[f64], &Fit),
         effects: &[&Candidate],
         odds: &[f64],
-        beside: (&[usize], usize),
+        remainder: (&[usize], usize),
     ) -> Result<(f64, Weighted)> {
         let Question { campaign, asked, catalogue, .. } = self.question;
         let (design, weighted) = self.rows(point, Some((fit, effects)), true)?;
         let families: Vec<Effect> =
-            catalogue.iter().filter(|own| effects.iter().any(|c| c.family == own.term)).cloned().collect();
+            catalogue.iter().filter(|family| effects.iter().any(|c| c.family == family.term)).cloned().collect();
         let rows = weighted.weight.len();
-        let mut found = build(campaign, &families, &self.model, &design, rows, &self.chosen, &mut self.kept)?;
-        found.extend(assumptions::candidates(campaign, asked, &design)?);
+        let mut candidates = build(campaign, &families, &self.model, &design, rows, &self.chosen, &mut self.kept)?;
+        candidates.extend(assumptions::candidates(campaign, asked, &design)?);
         let same = |effect: &&Candidate| {
-            found.iter().find(|c| c.regressor == effect.regressor && c.sensor == effect.sensor).cloned()
+            candidates.iter().find(|c| c.regressor == effect.regressor && c.sensor == effect.sensor).cloned()
         };
-        let Some(own) = effects.iter().map(same).collect::<Option<Vec<Candidate>>>() else {
+        let Some(members) = effects.iter().map(same).collect::<Option<Vec<Candidate>>>() else {
             return Ok((f64::NEG_INFINITY, weighted));
         };
-        let columns = weighted.columns(own.iter().map(|c| &c.column));
+        let columns = weighted.columns(members.iter().map(|c| &c.column));
         let kernels = bank(campaign, &design, &weighted).into_iter().enumerate();
-        let kernels: Vec<_> = kernels.filter(|(place, _)| beside.0.contains(place)).map(|(_, own)| own).collect();
+        let kernels: Vec<_> = kernels.filter(|(place, _)| remainder.0.contains(place)).map(|(_, k)| k).collect();
         let problem = Problem {
             residual: &weighted.residual,
             basis: weighted.estimate.factor.thin_q(),
             columns: columns.as_ref(),
             prior: odds,
-            plain: &plain(&own, &design, self.priors.plain),
+            plain: &plain(&members, &design, self.priors.plain),
             known: weighted.from == NoiseFrom::Stated,
             kernels: &kernels,
-            sharing: Some(beside.1),
+            sharing: Some(remainder.1),
         };
         let mut score = Score::new(&problem, self.priors);
-        let names: Names = own.iter().map(|c| (c.regressor.clone(), c.sensor)).collect();
-        let set = standing(&own, &score, &names).filter(|set| set.len() == effects.len());
+        let names: Names = members.iter().map(|c| (c.regressor.clone(), c.sensor)).collect();
+        let set = columns_of(&members, &score, &names).filter(|set| set.len() == effects.len());
         let value = set.map_or(f64::NEG_INFINITY, |set| score.of(&set)) + self.unit(&weighted);
         Ok((if value.is_nan() { f64::NEG_INFINITY } else { value }, weighted))
     }
@@ -436,7 +436,7 @@ impl<'a> Search<'a> {
     fn exact(&self, at: &View, effects: &[&Candidate], from: &[f64]) -> Result<(Campaign, Fit, Vec<f64>)> {
         let campaign = self.question.campaign;
         let repaired = repaired(campaign, effects)?;
-        let mut beside = repaired.clone();
+        let mut relaxed = repaired.clone();
         let sizes = at.weighted.sizes_with(&at.design, campaign.unknowns(), effects.iter().map(|c| &c.column));
         let linear = effects.iter().zip(sizes.unwrap_or_default()).filter(|(c, _)| !assumptions::is_assumption(c));
         let linear = linear.map(|(c, size)| {
@@ -446,33 +446,33 @@ impl<'a> Search<'a> {
         });
         let places = campaign.parameters.iter().zip(from).map(|(p, value)| (p.id.as_str(), *value));
         for (id, value) in places.chain(linear) {
-            let own = repaired.parameter_index(id).and_then(|k| beside.parameters.get_mut(k));
-            if let Some(Role::Estimated { start, .. }) = own.map(|p| &mut p.role) {
+            let parameter = repaired.parameter_index(id).and_then(|k| relaxed.parameters.get_mut(k));
+            if let Some(Role::Estimated { start, .. }) = parameter.map(|p| &mut p.role) {
                 *start = Some(value);
             }
         }
-        let mut fit = fit_exactly(&beside)?;
+        let mut fit = fit_exactly(&relaxed)?;
         fit.campaign.parameters = repaired.parameters.clone();
         let given = campaign.reference_point();
         let estimated = repaired.unknowns();
         let place = |id: &str| repaired.parameter_index(id).filter(|k| *k < estimated);
-        let own = |(k, value): (usize, &f64)| {
-            let found = campaign.parameters.get(k).and_then(|p| place(&p.id)).and_then(|k| fit.point.get(k));
-            found.or_else(|| given.get(k)).copied().unwrap_or(*value)
+        let value_at = |(k, value): (usize, &f64)| {
+            let fitted = campaign.parameters.get(k).and_then(|p| place(&p.id)).and_then(|k| fit.point.get(k));
+            fitted.or_else(|| given.get(k)).copied().unwrap_or(*value)
         };
-        let point = from.iter().enumerate().map(own).collect();
+        let point = from.iter().enumerate().map(value_at).collect();
         Ok((repaired, fit, point))
     }
 }
 
-/// The campaign as given, with what sets at their own solutions are compared.
+/// The campaign as given, with what sets at their solutions are compared.
 struct Home {
     design: DesignMatrix,
     weighted: Weighted,
 }
 
-/// A set at its own solution.
-struct Stood {
+/// A set at its solution.
+struct FittedSet {
     value: f64,
     names: Names,
     point: Vec<f64>,
@@ -480,28 +480,28 @@ struct Stood {
 }
 
 impl Search<'_> {
-    /// A set at its own solution, fitted from a point; `None` where its exact fit leads elsewhere.
-    fn stand(&mut self, home: &Home, at: &mut View, names: &Names, from: &[f64]) -> Result<Option<Stood>> {
-        let set = standing(&at.candidates, &at.score, names);
-        let beside = set.map(|set| at.score.beside(&set)).unwrap_or_default();
+    /// A set at its solution, fitted from a point; `None` where its exact fit leads elsewhere.
+    fn fit_set(&mut self, home: &Home, at: &mut View, names: &Names, from: &[f64]) -> Result<Option<FittedSet>> {
+        let set = columns_of(&at.candidates, &at.score, names);
+        let kernels = set.map(|set| at.score.kernels_given(&set)).unwrap_or_default();
         let sharing = at.score.sharing;
         let at = &*at;
         let Some(effects) = at.members(names) else { return Ok(None) };
-        let own = names.iter().filter_map(|own| at.index(own));
-        let odds: Vec<f64> = own.map(|j| at.odds(j)).collect();
+        let indices = names.iter().filter_map(|name| at.index(name));
+        let odds: Vec<f64> = indices.map(|j| at.odds(j)).collect();
         let Ok((_, fit, point)) = self.exact(at, &effects, from) else { return Ok(None) };
         if is_trivial(&home.design, &fit, self.question.campaign) {
             return Ok(None);
         }
-        let (value, weighted) = self.evidence((&point, &fit), &effects, &odds, (&beside, sharing))?;
-        // at a jump of a term the model may leave other directions open: its evidence is on no scale with the rest
+        let (value, weighted) = self.evidence((&point, &fit), &effects, &odds, (&kernels, sharing))?;
+        // at a jump of a term the model may leave other directions open: its evidence cannot be compared with that of other sets
         if weighted.estimate.factor.rank() != home.weighted.estimate.factor.rank() {
             return Ok(None);
         }
         let gap = home.weighted.squares(&weighted.estimate.residuals) / home.weighted.rss;
         // what the model as given misses is the same from every point from which it is seen straight
         let straight = gap > 1.0 / STRAIGHT && gap < STRAIGHT;
-        Ok(straight.then(|| Stood { value, names: names.clone(), point, fit }))
+        Ok(straight.then(|| FittedSet { value, names: names.clone(), point, fit }))
     }
 }
 
@@ -509,15 +509,15 @@ impl Search<'_> {
 struct Judged {
     nothing: f64,
     values: Vec<(Names, Option<f64>)>,
-    best: Option<Stood>,
+    best: Option<FittedSet>,
 }
 
 impl Judged {
     fn knows(&self, names: &Names) -> bool {
-        self.values.iter().any(|(own, _)| own == names)
+        self.values.iter().any(|(known, _)| known == names)
     }
 
-    /// Each set at its own solution, fitted from a point of which there is a view.
+    /// Each set at its solution, fitted from a point of which there is a view.
     fn judge(
         &mut self,
         search: &mut Search<'_>,
@@ -529,10 +529,10 @@ impl Judged {
             if self.knows(&names) {
                 continue;
             }
-            let stood = search.stand(home, at, &names, from)?;
-            self.values.push((names, stood.as_ref().map(|own| own.value)));
-            let least = self.best.as_ref().map_or(self.nothing, |own| own.value);
-            self.best = stood.filter(|own| own.value > least).or(self.best.take());
+            let set_fit = search.fit_set(home, at, &names, from)?;
+            self.values.push((names, set_fit.as_ref().map(|judged| judged.value)));
+            let least = self.best.as_ref().map_or(self.nothing, |judged| judged.value);
+            self.best = set_fit.filter(|judged| judged.value > least).or(self.best.take());
         }
         Ok(())
     }
@@ -545,7 +545,7 @@ impl Judged {
     }
 }
 
-/// The effects of a campaign that stands fitted at a point.
+/// The effects of a campaign that was fitted at a point.
 pub(super) fn run(question: Question<'_>, home: &[f64]) -> Result<Outcome> {
     let mut search = Search::new(question)?;
     let mut first = search.view(home, None, &[])?;
@@ -558,26 +558,27 @@ pub(super) fn run(question: Question<'_>, home: &[f64]) -> Result<Outcome> {
     if is_judged {
         let wanted = hypotheses(&first, alias);
         judged.judge(&mut search, base, (&mut first, home), wanted)?;
-        // a large tilt moves the columns of what is beside it: what that is shows from where the tilt alone leads
+        // a large tilt changes the columns of the other effects: they are evaluated at the solution with the tilt alone
         for names in movers(&first) {
-            let Some(own) = search.stand(base, &mut first, &names, home)? else { continue };
+            let Some(set_fit) = search.fit_set(base, &mut first, &names, home)? else { continue };
             let effects: Vec<Candidate> = first.members(&names).unwrap_or_default().into_iter().cloned().collect();
             let fitted: Vec<&Candidate> = effects.iter().collect();
-            let mut view = search.view(&own.point, Some((&own.fit, &fitted)), &judged.values)?;
+            let mut view = search.view(&set_fit.point, Some((&set_fit.fit, &fitted)), &judged.values)?;
             let wanted = judged.open(&view, alias);
-            judged.judge(&mut search, base, (&mut view, &own.point), wanted)?;
+            judged.judge(&mut search, base, (&mut view, &set_fit.point), wanted)?;
         }
     }
     let mut there: Option<(Names, View)> = None;
     for _ in 0..VIEWS {
         match (&judged.best, &mut there) {
-            (Some(own), Some((names, view))) if *names == own.names => view.settle(&judged.values),
-            (Some(own), _) => {
+            (Some(best), Some((names, view))) if *names == best.names => view.settle(&judged.values),
+            (Some(best), _) => {
                 let at = there.as_ref().map_or(&first, |(_, view)| view);
-                let effects: Vec<Candidate> = at.members(&own.names).unwrap_or_default().into_iter().cloned().collect();
+                let effects: Vec<Candidate> =
+                    at.members(&best.names).unwrap_or_default().into_iter().cloned().collect();
                 let fitted: Vec<&Candidate> = effects.iter().collect();
-                let view = search.view(&own.point, Some((&own.fit, &fitted)), &judged.values)?;
-                there = Some((own.names.clone(), view));
+                let view = search.view(&best.point, Some((&best.fit, &fitted)), &judged.values)?;
+                there = Some((best.names.clone(), view));
             }
             (None, _) => first.settle(&judged.values),
         }
@@ -585,18 +586,18 @@ pub(super) fn run(question: Question<'_>, home: &[f64]) -> Result<Outcome> {
         if wanted.is_empty() || !is_judged {
             break;
         }
-        let from = judged.best.as_ref().map_or(home, |own| &own.point).to_vec();
+        let from = judged.best.as_ref().map_or(home, |best| &best.point).to_vec();
         let at = there.as_mut().map_or(&mut first, |(_, view)| view);
         judged.judge(&mut search, base, (at, &from), wanted)?;
     }
-    let point = judged.best.as_ref().map_or(home, |own| &own.point);
+    let point = judged.best.as_ref().map_or(home, |best| &best.point);
     let (names, view) = there.unwrap_or((Names::new(), first));
     outcome(&search, &names, view, point)
 }
 
 /// Tilts and known values that resemble a member of a probable set of several, each by itself: the most probable sets first.
 fn movers(view: &View) -> Vec<Names> {
-    let mut found: Vec<Names> = Vec::new();
+    let mut moving: Vec<Names> = Vec::new();
     let candidates = || (0_u16..).zip(&view.candidates).filter(|(_, c)| moves(c));
     let likely = view.posterior.sets.iter().take_while(|(p, _)| *p >= COMPETES);
     for (_, set) in likely.filter(|(_, set)| set.len() > 1) {
@@ -604,21 +605,21 @@ fn movers(view: &View) -> Vec<Names> {
             let others: Vec<u16> = set.iter().copied().filter(|j| j != member).collect();
             let alike = view.score.alike.get(usize::from(*member));
             let near = |j: u16| {
-                alike.is_some_and(|own| own.contains(&j)) || view.score.cosine(&others, *member, j) >= RESEMBLES
+                alike.is_some_and(|same| same.contains(&j)) || view.score.cosine(&others, *member, j) >= RESEMBLES
             };
             for (j, _) in candidates().filter(|(j, _)| near(*j)) {
                 let names = view.names(&[j]);
-                if !found.contains(&names) {
-                    found.push(names);
+                if !moving.contains(&names) {
+                    moving.push(names);
                 }
             }
         }
     }
-    found.truncate(FIRST);
-    found
+    moving.truncate(FIRST);
+    moving
 }
 
-/// The most probable set, and those in which a tilt or a known value stands in a member's place.
+/// The most probable set, and those in which a tilt or a known value replaces a member.
 fn hypotheses(view: &View, alias: f64) -> Vec<Names> {
     let sets = &view.posterior.sets;
     let names = |set: &Vec<u16>| view.names(&view.plain(set, alias));
@@ -648,36 +649,36 @@ fn hypotheses(view: &View, alias: f64) -> Vec<Names> {
     wanted
 }
 
-/// Explanations that count where the parameters are told, and their least probability.
+/// Explanations that count in the reported parameters, and their least probability.
 const EXPLANATIONS: (usize, f64) = (64, 1e-3);
 
 /// What is named, what could stand in its place, and the model with it.
-fn outcome(search: &Search<'_>, stood: &Names, mut view: View, point: &[f64]) -> Result<Outcome> {
+fn outcome(search: &Search<'_>, fitted_names: &Names, mut view: View, point: &[f64]) -> Result<Outcome> {
     let settings = search.question.settings;
     let posterior = view.posterior.clone();
     let mut named: Vec<(Member, &Class)> = Vec::new();
     let mut suspected: Vec<(Member, &Class)> = Vec::new();
     for class in &posterior.classes {
-        let Some(own) = view.front(class, search.priors.alias) else { continue };
+        let Some(front) = view.front(class, search.priors.alias) else { continue };
         match class.probability {
-            p if p >= settings.probability => named.push((own, class)),
-            p if p >= settings.suspected => suspected.push((own, class)),
+            p if p >= settings.probability => named.push((front, class)),
+            p if p >= settings.suspected => suspected.push((front, class)),
             _ => {}
         }
     }
     let mut rivals: Vec<Rival> = Vec::new();
     for (place, (member, class)) in named.iter().enumerate() {
-        for other in class.members.iter().filter(|own| own.candidate != member.candidate) {
+        for other in class.members.iter().filter(|rival| rival.candidate != member.candidate) {
             let share = other.probability / member.probability;
             let excess = -2.0 * (share / (other.odds / member.odds)).ln();
-            // what needs another effect beside it is there as well, but stands in its place no more than this
+            // a rival that needs another effect is present as well, but replaces the member with no more than this share
             if excess <= 2.0 * search.priors.alias {
                 rivals.push(Rival { place, candidate: other.candidate, share, excess });
             }
         }
     }
     rivals.sort_by(|a, b| a.place.cmp(&b.place).then(a.excess.total_cmp(&b.excess)));
-    let effects: Vec<&Candidate> = named.iter().filter_map(|(own, _)| view.candidates.get(own.candidate)).collect();
+    let effects: Vec<&Candidate> = named.iter().filter_map(|(front, _)| view.candidates.get(front.candidate)).collect();
     let repair = match effects.is_empty() {
         true => None,
         false => search.exact(&view, &effects, point).ok().map(|(repaired, fit, _)| (repaired, fit)),
@@ -698,39 +699,40 @@ fn outcome(search: &Search<'_>, stood: &Names, mut view: View, point: &[f64]) ->
     let mut explanations = Vec::new();
     for (probability, set) in likely.filter(|_| state != State::Nothing) {
         let members = view.score.shares(set).into_iter();
-        let members = members.map(|own| own.into_iter().filter(|(j, _)| seen(*j)).collect()).collect();
+        let members = members.map(|shares| shares.into_iter().filter(|(j, _)| seen(*j)).collect()).collect();
         explanations.push(Explanation { probability: *probability, members });
     }
     // what is there beyond the effects named, and beyond those that are suspected too
     let beyond = |effects: usize| 1.0 - posterior.alone.iter().take(effects + 1).sum::<f64>();
     let (further, unaccounted) = (beyond(named.len()), beyond(named.len() + suspected.len()));
-    let probable = |own: &[(Member, &Class)]| own.iter().map(|(j, class)| (j.candidate, class.probability)).collect();
+    let probable =
+        |classes: &[(Member, &Class)]| classes.iter().map(|(j, class)| (j.candidate, class.probability)).collect();
     let (named, suspected): (Vec<(usize, f64)>, Vec<(usize, f64)>) = (probable(&named), probable(&suspected));
     let mut names: Names =
         named.iter().filter_map(|(j, _)| view.candidates.get(*j)).map(|c| (c.regressor.clone(), c.sensor)).collect();
     names.sort();
-    let set = standing(&view.candidates, &view.score, &names).unwrap_or_default();
+    let set = columns_of(&view.candidates, &view.score, &names).unwrap_or_default();
     let mut deviations = view.score.deviations(&set);
-    let each = view.score.beside_best(&set).map_or_else(Vec::new, |own| own.t);
+    let each = view.score.given_best_remainder(&set).map_or_else(Vec::new, |solved| solved.t);
     let t_of = |(j, _): &(usize, f64)| {
-        let stands_for = |first: &u16| {
-            view.score.alike.get(usize::from(*first)).is_some_and(|own| own.iter().any(|i| usize::from(*i) == *j))
+        let represents = |first: &u16| {
+            view.score.alike.get(usize::from(*first)).is_some_and(|same| same.iter().any(|i| usize::from(*i) == *j))
         };
-        // what does not stand in the set has no evidence beside a remainder
-        set.iter().position(stands_for).and_then(|place| each.get(place)).map_or(0.0, |t| t.abs())
+        // what is not in the set has no evidence given a remainder
+        set.iter().position(represents).and_then(|place| each.get(place)).map_or(0.0, |t| t.abs())
     };
     let t = named.iter().map(t_of).collect();
     let View { candidates, mut weighted, design, kernels, without_column, .. } = view;
     // noise that is not stated is that of the model with what is named, not with what is suspected
-    if weighted.from != NoiseFrom::Stated && weighted.floor.is_none() && names != *stood {
+    if weighted.from != NoiseFrom::Stated && weighted.floor.is_none() && names != *fitted_names {
         let scales = repair.as_ref().map(|(_, fit)| fit.estimate.group_scale.clone());
         let finished = scales.map(|scales| Finished { scales, variances: None });
         let columns: Vec<&Vec<f64>> = named.iter().filter_map(|(j, _)| candidates.get(*j)).map(|c| &c.column).collect();
-        let own = own_noise::weigh(search.question.campaign, &design, finished.as_ref(), &columns, search.priors)?;
-        let square = |own: &Weighted| own.weight.iter().map(|w| w * w).sum::<f64>();
-        let ratio = square(&own) / square(&weighted);
+        let anew = own_noise::weigh(search.question.campaign, &design, finished.as_ref(), &columns, search.priors)?;
+        let square = |at: &Weighted| at.weight.iter().map(|w| w * w).sum::<f64>();
+        let ratio = square(&anew) / square(&weighted);
         deviations.iter_mut().for_each(|deviation| deviation.variance *= ratio);
-        weighted = own;
+        weighted = anew;
     }
     let columns: Vec<&Vec<f64>> = candidates.iter().map(|c| &c.column).collect();
     let mut evidence = Evidence::new(&weighted, &columns);

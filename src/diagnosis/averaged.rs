@@ -26,7 +26,7 @@ const MOST_APART: f64 = 0.01;
 /// An averaged campaign.
 pub(super) struct Averaged {
     pub campaign: Campaign,
-    /// The first reading that each averaged one stands for.
+    /// The first reading that each averaged one replaces.
     pub first: Vec<usize>,
 }
 
@@ -153,14 +153,14 @@ fn mean(members: &[&Reading]) -> Option<Reading> {
         if same { values.first().copied() } else { Some(values.iter().sum::<f64>() / count) }
     };
     let observation = |place: usize| {
-        let own: Vec<Observation> = members.iter().filter_map(|row| row.observations.get(place).copied()).collect();
-        let sensor = own.first()?.sensor;
-        let stated = own.iter().all(|o| o.u.is_some());
+        let read: Vec<Observation> = members.iter().filter_map(|row| row.observations.get(place).copied()).collect();
+        let sensor = read.first()?.sensor;
+        let stated = read.iter().all(|o| o.u.is_some());
         let weight = |o: &Observation| o.u.map_or(o.samples, |u| 1.0 / (u * u));
-        let all: f64 = own.iter().map(weight).sum();
-        let value = own.iter().map(|o| weight(o) / all * o.value).sum();
+        let all: f64 = read.iter().map(weight).sum();
+        let value = read.iter().map(|o| weight(o) / all * o.value).sum();
         let u = stated.then(|| (1.0 / all).sqrt());
-        Some(Observation { sensor, value, u, samples: own.iter().map(|o| o.samples).sum() })
+        Some(Observation { sensor, value, u, samples: read.iter().map(|o| o.samples).sum() })
     };
     Some(Reading {
         position: first.position.clone(),

@@ -73,14 +73,14 @@ pub(super) fn bank<'a>(campaign: &Campaign, design: &DesignMatrix, at: impl Into
     }
     let unit: Vec<f64> = rows.iter().map(|r| 1.0 / (scale[r.sensor].0 / scale[r.sensor].1 as f64).sqrt()).collect();
     let states = |r: &Row| campaign.readings.rows.get(r.reading).map(|x| x.joints.clone()).unwrap_or_default();
-    let mut found: Vec<Kernel> = vec![];
+    let mut kernels: Vec<Kernel> = vec![];
     let of_sensor = |s: usize| rows.iter().filter(|r| r.sensor == s).count();
     let read: Vec<usize> = (0..sensors).filter(|s| of_sensor(*s) > 0).collect();
-    // what all sensors have, each with deviations of its own, and what one of several has alone
-    let own: Vec<Option<usize>> =
+    // random effects of all sensors, independent between sensors, and of one of several alone
+    let felt_by: Vec<Option<usize>> =
         std::iter::once(None).chain(read.iter().filter(|_| read.len() > 1).map(|s| Some(*s))).collect();
     let mut add = |(follows, per_mounting): (Option<String>, bool), factor: Mat<f64>| {
-        for sensor in &own {
+        for sensor in &felt_by {
             let felt = |i: usize| sensor.is_none_or(|s| s == rows[i].sensor);
             let among: Vec<usize> = (0..m).filter(|i| felt(*i)).collect();
             let columns: Vec<usize> =
@@ -102,7 +102,7 @@ pub(super) fn bank<'a>(campaign: &Campaign, design: &DesignMatrix, at: impl Into
                 Some(s) => format!("{what}, of {} alone", campaign.sensor_id(*s)),
                 None => what.clone(),
             };
-            found.push(Kernel { follows: follows.as_ref().map(alone), per_mounting, factor: f, sensor: *sensor });
+            kernels.push(Kernel { follows: follows.as_ref().map(alone), per_mounting, factor: f, sensor: *sensor });
         }
     };
     let indicator = |g: &(Vec<usize>, usize), x: &dyn Fn(usize) -> f64| {
@@ -192,8 +192,8 @@ pub(super) fn bank<'a>(campaign: &Campaign, design: &DesignMatrix, at: impl Into
     if b > a && m > 4 {
         // 64 waves bound the work, 240 that of all sensors together
         let most = (m / sensors.max(1)).saturating_sub(1).min(64).min(240 / sensors.max(1)).max(1);
-        let by_rate = LENGTHS.iter().filter(|_| rates > 1).map(|own| (*own, true));
-        for (length, by_rate) in LENGTHS.iter().map(|own| (*own, false)).chain(by_rate) {
+        let by_rate = LENGTHS.iter().filter(|_| rates > 1).map(|length| (*length, true));
+        for (length, by_rate) in LENGTHS.iter().map(|length| (*length, false)).chain(by_rate) {
             let factor = Mat::from_fn(m, sensors * most, |i, j| {
                 let (s, h) = (j / most, (j % most + 1) as f64);
                 if s != rows[i].sensor {
@@ -209,5 +209,5 @@ pub(super) fn bank<'a>(campaign: &Campaign, design: &DesignMatrix, at: impl Into
     if at.stated && m <= 400 {
         add((None, false), Mat::from_fn(m, m, |i, j| if i == j { 1.0 / (at.weight[i] * unit[i]) } else { 0.0 }));
     }
-    found
+    kernels
 }

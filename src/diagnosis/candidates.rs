@@ -1,4 +1,4 @@
-//! Candidates: every member of the catalogue as a column of the system, at the point where the model stands; and how large each is here against
+//! Candidates: every member of the catalogue as a column of the system, at the point of linearisation; and how large each is here against
 //! what its inputs could make of it: what is left of small tilts alone is small, and rounding is none.
 
 use super::catalogue::{Effect, Filling, breaks, column_values, fill};
@@ -27,7 +27,7 @@ pub struct Candidate {
     pub family: String,
     /// Order of a harmonic; 0 for what is none.
     pub harmonic: usize,
-    /// Order among what cannot be told apart, 0 first.
+    /// Order among confounded effects, 0 first.
     pub rank: u8,
     /// Do all members of its family together have the odds of one effect?
     pub one_of_many: bool,
@@ -93,7 +93,7 @@ pub(super) fn build(
         rows,
         chosen,
         table: Table::new(campaign, &tilts, &design.point),
-        found: Vec::new(),
+        candidates: Vec::new(),
         seen: std::collections::HashSet::new(),
         named: std::collections::HashSet::new(),
     };
@@ -103,17 +103,17 @@ pub(super) fn build(
         }
         maker.effect(effect)?;
     }
-    let mut found = maker.found;
+    let mut candidates = maker.candidates;
     let settings = Settings::default();
     let rounding = settings.roundings * f64::EPSILON;
-    let bounds = sizes(campaign, design, &mut found, rounding);
+    let bounds = sizes(campaign, design, &mut candidates, rounding);
     let mut bounds = bounds.into_iter();
     // a column of rounding is no column
-    found.retain(|candidate| bounds.next().is_none_or(|bound| candidate.size > bound));
-    for candidate in &mut found {
+    candidates.retain(|candidate| bounds.next().is_none_or(|bound| candidate.size > bound));
+    for candidate in &mut candidates {
         candidate.vanishing = candidate.size < settings.vanishing;
     }
-    Ok(found)
+    Ok(candidates)
 }
 
 /// Columns of terms that no tilt moves, by regressor and sensor.
@@ -127,9 +127,9 @@ struct Maker<'a> {
     /// Which bad readings, positions and steps get a column.
     chosen: &'a Chosen,
     table: Table<'a>,
-    found: Vec<Candidate>,
+    candidates: Vec<Candidate>,
     seen: std::collections::HashSet<(String, Option<usize>)>,
-    /// Names of coefficients that candidates have: two that are found together must not share one.
+    /// Names of coefficients that candidates have: two that are named together must not share one.
     named: std::collections::HashSet<String>,
 }
 
@@ -187,7 +187,7 @@ impl Maker<'_> {
         }
         if effect.term.contains("{position}") {
             let labels = positions(self.campaign).into_iter();
-            let chosen = labels.filter(|own| self.chosen.has(&Scanned::Position(sensor, own.clone())));
+            let chosen = labels.filter(|position| self.chosen.has(&Scanned::Position(sensor, position.clone())));
             return chosen.map(|label| (with("{position}", label), None)).collect();
         }
         vec![(filling, None)]
@@ -252,7 +252,7 @@ impl Maker<'_> {
             (_, Some(k)) => own_name(k),
             _ => self.coefficient(&fill(&effect.coefficient, filling), &regressor, sensor),
         };
-        self.found.push(Candidate {
+        self.candidates.push(Candidate {
             regressor,
             name: fill(&effect.name, filling),
             coefficient,
@@ -310,9 +310,9 @@ impl Maker<'_> {
         };
         if taken(&name)
             && let [_, _, ..] = self.campaign.bench.sensors.as_slice()
-            && let Some(own) = self.campaign.bench.sensors.get(sensor)
+            && let Some(felt_by) = self.campaign.bench.sensors.get(sensor)
         {
-            name = format!("{name}_{}", own.id);
+            name = format!("{name}_{}", felt_by.id);
         }
         while taken(&name) {
             name.push_str("_1");
@@ -348,12 +348,12 @@ pub(super) fn coefficient(
         return None;
     }
     let sorted = |powers: &[(String, f64)], without: &str| {
-        let mut rest: Vec<(String, f64)> = powers.iter().filter(|(name, _)| name != without).cloned().collect();
-        rest.sort_by(|a, b| a.0.cmp(&b.0));
-        rest
+        let mut others: Vec<(String, f64)> = powers.iter().filter(|(name, _)| name != without).cloned().collect();
+        others.sort_by(|a, b| a.0.cmp(&b.0));
+        others
     };
-    let own = line.terms()?;
-    let wanted = match own.as_slice() {
+    let terms = line.terms()?;
+    let wanted = match terms.as_slice() {
         [one] => sorted(&one.powers, ""),
         _ => return None,
     };
@@ -373,7 +373,7 @@ pub(super) fn coefficient(
 ///
 /// A product or sum of few factors errs by few epsilon of the size of its terms; the sine of an angle by an epsilon of the angle in radians,
 /// so that `sin(k*joint)` at k half turns is as large as that, and no larger.
-fn sizes(campaign: &Campaign, design: &DesignMatrix, found: &mut [Candidate], rounding: f64) -> Vec<f64> {
+fn sizes(campaign: &Campaign, design: &DesignMatrix, candidates: &mut [Candidate], rounding: f64) -> Vec<f64> {
     let largest = |column: &[f64]| column.iter().fold(0.0_f64, |largest, v| largest.max(v.abs()));
     let tilts = campaign.parameters.iter().enumerate().filter(|(_, p)| p.kind == Kind::Tilt).map(|(k, _)| k);
     let columns = tilts.filter(|k| *k < design.jacobian.ncols()).map(|k| largest(design.jacobian.col_as_slice(k)));
@@ -385,7 +385,7 @@ fn sizes(campaign: &Campaign, design: &DesignMatrix, found: &mut [Candidate], ro
         joints().filter_map(|s| s.keys().0).map(|deg| deg.abs().to_radians()).fold(std::f64::consts::TAU, f64::max);
     let force = campaign.bench.specific_force().norm();
     let mut scratch = Scratch::default();
-    let mut bounds = Vec::with_capacity(found.len());
+    let mut bounds = Vec::with_capacity(candidates.len());
     let mut known: std::collections::HashMap<String, f64> = std::collections::HashMap::new();
     let mut natural_of = |name: &str| {
         if crate::campaign::is_axis_input(&campaign.bench, name) {
@@ -397,7 +397,7 @@ fn sizes(campaign: &Campaign, design: &DesignMatrix, found: &mut [Candidate], ro
         let values = || column_values(campaign, name).iter().fold(0.0_f64, |largest, v| largest.max(v.abs()));
         *known.entry(name.to_string()).or_insert_with(values)
     };
-    for candidate in found {
+    for candidate in candidates {
         let here = largest(&candidate.column);
         let natural = match &candidate.kind {
             Regressor::Tilt(_) => of_tilts,
@@ -405,7 +405,7 @@ fn sizes(campaign: &Campaign, design: &DesignMatrix, found: &mut [Candidate], ro
             Regressor::Term(line) => {
                 let names = line.names();
                 let inputs: Vec<f64> = names.iter().map(|name| natural_of(name)).collect();
-                // of a harmonic the size is that of what stands before it
+                // of a harmonic the size is that of its factor
                 let compiled = if candidate.harmonic > 0 { None } else { Tape::compile(line, &names).ok() };
                 match compiled {
                     Some(tape) => tape.value(&inputs, &mut scratch).abs(),
@@ -435,14 +435,14 @@ fn of_known(
     of_tilts: f64,
     natural_of: &mut dyn FnMut(&str) -> f64,
 ) -> f64 {
-    let Some(own) = campaign.parameters.get(parameter) else { return 0.0 };
-    if own.kind == Kind::Tilt {
+    let Some(known) = campaign.parameters.get(parameter) else { return 0.0 };
+    if known.kind == Kind::Tilt {
         return of_tilts;
     }
     let (mut scratch, mut natural) = (Scratch::default(), 0.0_f64);
     for sensor in &campaign.bench.sensors {
         let names = sensor.model.names();
-        let Some(place) = names.iter().position(|name| *name == own.id) else { continue };
+        let Some(place) = names.iter().position(|name| *name == known.id) else { continue };
         let value = |name: &str| campaign.parameter_index(name).and_then(|k| design.point.get(k)).copied();
         let inputs: Vec<f64> = names.iter().map(|name| value(name).unwrap_or_else(|| natural_of(name))).collect();
         let Ok(tape) = Tape::compile(&sensor.model, &names) else { continue };

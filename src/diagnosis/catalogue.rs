@@ -85,7 +85,7 @@ impl Applies {
     }
 }
 
-/// One member of a family: what each placeholder stands for.
+/// One member of a family: the value of each placeholder.
 pub(super) type Filling = Vec<(&'static str, String)>;
 
 impl Effect {
@@ -94,7 +94,7 @@ impl Effect {
         if self.term.contains(':') {
             return Ok(());
         }
-        // as long as the placeholder itself, so that the caret stands under the right character
+        // as long as the placeholder itself, so that the caret is under the right character
         let mut text = self.term.clone();
         for (placeholder, stand_in) in [
             ("{i}", "_x_"),
@@ -152,16 +152,16 @@ impl Effect {
         each("{known}", parameters(campaign, |role, kind| matches!(role, Role::Known(_)) && kind != Kind::Input));
         each("{tau}", time_constants(campaign));
         let place = |filling: &Filling, key: &str| {
-            let text = filling.iter().find(|(own, _)| *own == key).map(|(_, text)| text.as_str());
+            let text = filling.iter().find(|(placeholder, _)| *placeholder == key).map(|(_, text)| text.as_str());
             text.and_then(|text| axes.iter().position(|axis| axis == text))
         };
         let order = |filling: &Filling| {
-            filling.iter().find(|(own, _)| *own == "{k}").and_then(|(_, k)| k.parse::<usize>().ok())
+            filling.iter().find(|(placeholder, _)| *placeholder == "{k}").and_then(|(_, k)| k.parse::<usize>().ok())
         };
         fillings.retain(|filling| {
-            let joint = filling.iter().find(|(own, _)| *own == "{joint}").map(|(_, joint)| joint);
-            let own = joint.and_then(|joint| most.iter().find(|(name, _)| name == joint)).map(|(_, n)| *n);
-            order(filling).zip(own).is_none_or(|(k, own)| k <= own)
+            let joint = filling.iter().find(|(placeholder, _)| *placeholder == "{joint}").map(|(_, joint)| joint);
+            let highest = joint.and_then(|joint| most.iter().find(|(name, _)| name == joint)).map(|(_, n)| *n);
+            order(filling).zip(highest).is_none_or(|(k, highest)| k <= highest)
         });
         fillings.retain(|filling| match (place(filling, "{i}"), place(filling, "{j}")) {
             (Some(i), Some(j)) => i < j,

@@ -1,6 +1,6 @@
-//! Evidence for any set of candidates: scores given the set, family-wise probabilities, and whether the rest is only noise.
+//! Evidence for any set of candidates: scores given the set, family-wise probabilities, and whether the remainder is only noise.
 //!
-//! Where the variances of what scatters are estimated a candidate is compared with the scatter in its own direction, and with the degrees of
+//! Where the variances of what scatters are estimated a candidate is compared with the scatter in its direction, and with the degrees of
 //! freedom from which that is known:
 //!
 //! ```text
@@ -63,7 +63,7 @@ impl Evidence {
     pub fn new(weighted: &Weighted, columns: &[&Vec<f64>]) -> Self {
         let matrix = weighted.columns(columns.iter().copied());
         let pure = weighted.replicates.as_ref().map(|replicates| {
-            // within replicates nothing scatters but the rows' own noise
+            // within replicates only the noise of single readings scatters
             let weight = &weighted.own_weight;
             let weigh = |column: &[f64]| column.iter().zip(weight).map(|(v, w)| v * w).collect();
             let matrix = scaled_columns(columns.iter().copied(), weight.len(), weigh);
@@ -71,10 +71,10 @@ impl Evidence {
             for j in 0..matrix.ncols() {
                 let column = matrix.col_as_slice(j);
                 let norm = norm(column);
-                let rest = replicates.within(column, weight);
-                let size = self::norm(&rest);
+                let deviations = replicates.within(column, weight);
+                let size = self::norm(&deviations);
                 if size > 1e-9 * norm {
-                    within.col_as_slice_mut(j).iter_mut().zip(rest).for_each(|(slot, v)| *slot = v / size);
+                    within.col_as_slice_mut(j).iter_mut().zip(deviations).for_each(|(slot, v)| *slot = v / size);
                 }
             }
             let residual: Vec<f64> = weighted.estimate.residuals.iter().zip(weight).map(|(v, w)| v * w).collect();
@@ -110,7 +110,7 @@ impl Evidence {
 
     /// Cosines of a candidate with all, orthogonalised; empty for one that does not exist.
     pub fn cosines(&self, index: usize) -> &[f64] {
-        self.cosines.get(index).map_or(&[], |own| own.get_or_init(|| self.pool.cosines(index)))
+        self.cosines.get(index).map_or(&[], |row| row.get_or_init(|| self.pool.cosines(index)))
     }
 
     /// Evidence given a set, `None` where its members are not independent of each other and the model.
@@ -125,8 +125,8 @@ impl Evidence {
             let size = left.get(member).copied().filter(|n| *n > DISTINCT)?.sqrt();
             let mut direction = self.cosines(member).to_vec();
             for before in &basis {
-                let own = before.at(member);
-                direction.iter_mut().zip(before).for_each(|(d, b)| *d -= own * b);
+                let along = before.at(member);
+                direction.iter_mut().zip(before).for_each(|(d, b)| *d -= along * b);
             }
             let step = score.at(member) / size;
             for ((d, n), s) in direction.iter_mut().zip(&mut left).zip(&mut score) {
@@ -160,9 +160,8 @@ impl Evidence {
         match (self.from, &given.pure) {
             (NoiseFrom::Stated, _) => (score, f64::INFINITY),
             (NoiseFrom::Replicates, Some((sum, dof, within))) => {
-                let own = within.at(index);
-                let (sum, dof) = if own != 0.0 { (sum - own * own, dof.saturating_sub(1)) } else { (*sum, *dof) };
-                ratio(score, sum, dof)
+                let along = within.at(index);
+                ratio(score, sum - along * along, dof.saturating_sub(usize::from(along != 0.0)))
             }
             _ => ratio(score, given.rss - score * score, given.dof.saturating_sub(1)),
         }
@@ -171,7 +170,7 @@ impl Evidence {
     /// The probability of a `t` as large by chance, anywhere among all that was tried (Sidak, with the candidate's share of the tests).
     pub fn family_wise(&self, t: f64, dof: f64, index: usize) -> f64 {
         let alone = self.alone(t, dof);
-        // no count of its own: as one of all
+        // without a count: as one of all candidates
         let tests = self.multiplicity.get(index).copied().unwrap_or(self.tests as f64).max(1.0);
         -f64::exp_m1(tests * f64::ln_1p(-alone))
     }
@@ -217,20 +216,20 @@ impl Evidence {
 
     /// The direction of a candidate outside the model and others, and its score if `residual` of [`Evidence::directions`] is dotted with it.
     fn further(&self, directions: &[Vec<f64>], index: usize) -> Option<(Vec<f64>, f64)> {
-        let mut own = self.pool.direction(index, self.basis.as_ref());
+        let mut direction = self.pool.direction(index, self.basis.as_ref());
         for _ in 0..2 {
             for other in directions {
-                let along = dot(other, &own);
-                own.iter_mut().zip(other).for_each(|(v, o)| *v -= along * o);
+                let along = dot(other, &direction);
+                direction.iter_mut().zip(other).for_each(|(v, o)| *v -= along * o);
             }
         }
-        let size = norm(&own);
+        let size = norm(&direction);
         if !(size * size > DISTINCT) {
             return None;
         }
-        own.iter_mut().for_each(|v| *v /= size);
-        let score = dot(&own, &self.residual);
-        Some((own, score))
+        direction.iter_mut().for_each(|v| *v /= size);
+        let score = dot(&direction, &self.residual);
+        Some((direction, score))
     }
 
     /// Probability of residuals as large as these if the model with the set were complete; `None` where only they tell the noise.
@@ -263,16 +262,16 @@ impl Pure {
         for &member in set.iter().filter(|j| **j < self.columns.ncols()) {
             let mut direction = self.columns.col_as_slice(member).to_vec();
             for before in &basis {
-                let own = dot(before, &direction);
-                direction.iter_mut().zip(before).for_each(|(d, b)| *d -= own * b);
+                let along = dot(before, &direction);
+                direction.iter_mut().zip(before).for_each(|(d, b)| *d -= along * b);
             }
             let size = norm(&direction);
             if size < 1e-6 {
                 continue;
             }
             direction.iter_mut().for_each(|d| *d /= size);
-            let own = dot(&direction, &residual);
-            residual.iter_mut().zip(&direction).for_each(|(r, d)| *r -= own * d);
+            let along = dot(&direction, &residual);
+            residual.iter_mut().zip(&direction).for_each(|(r, d)| *r -= along * d);
             basis.push(direction);
         }
         let score = (0..k.min(self.columns.ncols())).map(|j| dot(self.columns.col_as_slice(j), &residual)).collect();
@@ -300,7 +299,7 @@ pub(super) struct Given {
 struct Strata {
     /// Of each candidate.
     shares: Vec<Vec<f64>>,
-    /// Share of the readings' own noise in each candidate's direction.
+    /// Share of the noise of single readings in each candidate's direction.
     noise: Vec<f64>,
     spread: Mat<f64>,
     /// Effects in the model from which the variances come.
@@ -310,16 +309,16 @@ struct Strata {
 impl Strata {
     /// `None` where every variance is stated.
     fn new(weighted: &Weighted, pool: &Pool) -> Option<Self> {
-        let floor = weighted.floor.as_ref().filter(|own| own.spread().nrows() > 0)?;
+        let floor = weighted.floor.as_ref().filter(|floor| floor.spread().nrows() > 0)?;
         let q = weighted.estimate.factor.thin_q();
-        let own = |j: usize| match pool.visible().get(j) {
+        let shares_of = |j: usize| match pool.visible().get(j) {
             Some(visible) if *visible > 0.0 => floor.shares(&pool.direction(j, q)),
             _ => Vec::new(),
         };
-        let shares: Vec<Vec<f64>> = (0..pool.len()).map(own).collect();
-        let of_lines = |own: &Vec<f64>| own.iter().skip(floor.groups()).sum::<f64>();
+        let shares: Vec<Vec<f64>> = (0..pool.len()).map(shares_of).collect();
+        let of_lines = |shares: &Vec<f64>| shares.iter().skip(floor.groups()).sum::<f64>();
         Some(Strata {
-            noise: shares.iter().map(|own| (1.0 - of_lines(own)).clamp(LEAST, 1.0)).collect(),
+            noise: shares.iter().map(|shares| (1.0 - of_lines(shares)).clamp(LEAST, 1.0)).collect(),
             shares,
             spread: floor.spread().clone(),
             reference: Vec::new(),
@@ -332,9 +331,9 @@ impl Strata {
 
     /// `g_a' S g_b`.
     fn product(&self, a: usize, b: usize) -> f64 {
-        let (Some(own), Some(other)) = (self.shares.get(a), self.shares.get(b)) else { return 0.0 };
+        let (Some(shares), Some(other)) = (self.shares.get(a), self.shares.get(b)) else { return 0.0 };
         let mut sum = 0.0;
-        for (k, x) in own.iter().enumerate() {
+        for (k, x) in shares.iter().enumerate() {
             for (l, y) in other.iter().enumerate() {
                 sum += x * self.spread[(k, l)] * y;
             }
@@ -351,9 +350,9 @@ impl Strata {
         let nu = 2.0 / square;
         let overlap = |j: usize| (nu * 0.5 * self.product(j, index)).clamp(0.0, 1.0);
         let (mut sum, mut dof) = (nu, nu);
-        for (own, sign) in given.steps.iter().map(|s| (s, -1.0)).chain(self.reference.iter().map(|s| (s, 1.0))) {
-            let part = sign * overlap(own.0);
-            sum += part * own.1;
+        for (step, sign) in given.steps.iter().map(|s| (s, -1.0)).chain(self.reference.iter().map(|s| (s, 1.0))) {
+            let part = sign * overlap(step.0);
+            sum += part * step.1;
             dof += part;
         }
         Some((sum.max(self.noise.at(index) * dof), dof))
@@ -366,7 +365,7 @@ impl Strata {
         if dof < 1.0 {
             return (0.0, 0.0);
         }
-        let rest = (sum - score * score).max(self.noise.at(index) * dof);
-        (score / (rest / dof).sqrt(), dof)
+        let remainder = (sum - score * score).max(self.noise.at(index) * dof);
+        (score / (remainder / dof).sqrt(), dof)
     }
 }

@@ -71,20 +71,22 @@ pub struct Finding {
 /// One term in several sensors is one finding, with its size in each: the first stays, the others join it.
 fn common(findings: Vec<Finding>) -> Vec<Finding> {
     let mut merged: Vec<Finding> = Vec::with_capacity(findings.len());
-    for own in findings {
+    for finding in findings {
         let is_term = matches!(
-            own.effect.kind,
+            finding.effect.kind,
             Regressor::Term(_) | Regressor::Approach(_) | Regressor::Change { .. } | Regressor::Position(_)
         );
         let same = |other: &&mut Finding| {
-            is_term && other.effect.regressor == own.effect.regressor && other.effect.sensor != own.effect.sensor
+            is_term
+                && other.effect.regressor == finding.effect.regressor
+                && other.effect.sensor != finding.effect.sensor
         };
         match merged.iter_mut().find(same) {
             Some(first) => {
-                first.explains += own.explains;
-                first.also.push(own);
+                first.explains += finding.explains;
+                first.also.push(finding);
             }
-            None => merged.push(own),
+            None => merged.push(finding),
         }
     }
     merged
@@ -126,8 +128,8 @@ pub(super) fn conclude(
     settings: &Settings,
 ) -> Result<Diagnosis> {
     let Seen { candidates, evidence, weighted, design, suspected, deviations, .. } = &seen;
-    let own: Vec<usize> = seen.named.iter().map(|(j, _)| *j).collect();
-    let ordered = if repaired.is_some() { steps::order(evidence, &own) } else { Vec::new() };
+    let named: Vec<usize> = seen.named.iter().map(|(j, _)| *j).collect();
+    let ordered = if repaired.is_some() { steps::order(evidence, &named) } else { Vec::new() };
     let set: &[usize] = &ordered;
     // standard uncertainty of each row by the noise floor
     let scale: Vec<f64> = weighted.weight.iter().map(|w| 1.0 / w).collect();
@@ -149,16 +151,17 @@ pub(super) fn conclude(
     let unexplained = left.map(|(_, residual)| {
         let nearest = || suspected.iter().map(|(j, _)| *j);
         let with: Vec<usize> = set.iter().copied().chain(nearest()).collect();
-        let rest = evidence.rss_of(set);
-        let explains = if rest > 0.0 { (1.0 - evidence.rss_of(&with) / rest).max(0.0) } else { 0.0 };
+        let rss = evidence.rss_of(set);
+        let explains = if rss > 0.0 { (1.0 - evidence.rss_of(&with) / rss).max(0.0) } else { 0.0 };
         let mut after = weighted.clone();
-        after.rss = rest;
+        after.rss = rss;
         after.estimate.residuals = match &weighted.floor {
             None => residual.iter().zip(&weighted.weight).map(|(r, w)| r / w).collect(),
             Some(_) => {
-                let own: Vec<&Vec<f64>> = set.iter().filter_map(|j| candidates.get(*j)).map(|c| &c.column).collect();
+                let columns: Vec<&Vec<f64>> =
+                    set.iter().filter_map(|j| candidates.get(*j)).map(|c| &c.column).collect();
                 // a system that cannot be solved with them: as without
-                weighted.residuals_with(design, campaign.unknowns(), &own).unwrap_or(after.estimate.residuals)
+                weighted.residuals_with(design, campaign.unknowns(), &columns).unwrap_or(after.estimate.residuals)
             }
         };
         after.residual = residual;
@@ -179,19 +182,19 @@ pub(super) fn conclude(
     });
     // places are those of the order in which the effects are reported
     let place = |rival: &Rival| {
-        let member = own.get(rival.place)?;
+        let member = named.get(rival.place)?;
         Some(Rival { place: set.iter().position(|j| j == member)?, ..rival.clone() })
     };
     let rivals: Vec<Rival> = seen.rivals.iter().filter_map(place).collect();
     let effects = repaired.as_ref().map_or_else(Vec::new, |repaired| {
-        let own = Effects { campaign, seen: &seen, set, rivals: &rivals, complete: !is_left };
-        (0..set.len()).filter_map(|place| own.finding(place, repaired)).collect()
+        let effects = Effects { campaign, seen: &seen, set, rivals: &rivals, complete: !is_left };
+        (0..set.len()).filter_map(|place| effects.finding(place, repaired)).collect()
     });
     let effects = common(effects);
     let moved = Shifts::new(candidates, evidence, weighted).about(set, &rivals, &seen.explanations);
     let finished = repaired.as_ref().map_or(&before, |(_, after)| after);
     let mut changes = if verdict == Verdict::NotDiagnosable { Vec::new() } else { changes(&before, finished, &moved) };
-    // where nothing is missing the fit's own uncertainties are those of the report
+    // where nothing is missing the uncertainties of the fit are reported
     for change in changes.iter_mut().filter(|_| verdict != Verdict::NothingMissing) {
         let index = finished.campaign.estimated().iter().position(|p| p.id == change.id);
         // likewise
@@ -238,8 +241,8 @@ fn beyond_noise(fit: &Fit, weighted: &Weighted, deviations: &Deviations, index: 
     }
     let mut column = vec![0.0; weighted.weight.len()];
     for k in 0..n.min(fit.design.jacobian.ncols()) {
-        let own = fit.design.jacobian.col_as_slice(k);
-        column.iter_mut().zip(own).for_each(|(l, a)| *l += a * fit.covariance[(k, index)]);
+        let jacobian = fit.design.jacobian.col_as_slice(k);
+        column.iter_mut().zip(jacobian).for_each(|(l, a)| *l += a * fit.covariance[(k, index)]);
     }
     let combination = weighted.whiten(&column);
     let white: f64 = combination.iter().map(|l| l * l).sum();
@@ -247,7 +250,7 @@ fn beyond_noise(fit: &Fit, weighted: &Weighted, deviations: &Deviations, index: 
     (extra > 0.0 && extra.is_finite()).then(|| extra.sqrt())
 }
 
-/// Where the readings' own noise is known from, whatever else scatters.
+/// Where the variance of single readings is known from, whatever else scatters.
 fn noise_from(campaign: &Campaign, weighted: &Weighted) -> NoiseFrom {
     let mut observations = campaign.readings.rows.iter().flat_map(|r| &r.observations);
     let stated = weighted.floor.is_some() && observations.all(|o| o.u.is_some());
@@ -285,7 +288,7 @@ struct Effects<'a> {
     seen: &'a Seen,
     set: &'a [usize],
     rivals: &'a [Rival],
-    /// Is the rest noise? Then the noise alone is what an effect is compared with.
+    /// Is the remainder noise? Then the noise alone is what an effect is compared with.
     complete: bool,
 }
 
@@ -302,17 +305,17 @@ impl Effects<'_> {
         let extra = index.and_then(|j| beyond_noise(after, weighted, deviations, j));
         // what the repaired model does not estimate has no further uncertainty
         let u = u.map(|u| u.hypot(extra.unwrap_or(0.0)));
-        let own = evidence.cosines(*member);
+        let cosines = evidence.cosines(*member);
         let at_place = || self.rivals.iter().filter(|rival| rival.place == place);
         let named = self.seen.named.iter().position(|(j, _)| j == member);
         let probability = named.and_then(|k| self.seen.named.get(k)).map_or(0.0, |(_, p)| *p);
-        let beside = named.and_then(|k| self.seen.t.get(k)).filter(|_| !self.complete);
-        let t = beside.map_or(alone, |t| t.copysign(alone));
+        let given_others = named.and_then(|k| self.seen.t.get(k)).filter(|_| !self.complete);
+        let t = given_others.map_or(alone, |t| t.copysign(alone));
         let all = 1.0 + at_place().map(|rival| rival.share).sum::<f64>();
         let mut aliases: Vec<(u32, f64, usize, Alias)> = at_place()
             .filter_map(|rival| {
                 let other = candidates.get(rival.candidate)?;
-                let cosine = own.get(rival.candidate).map_or(0.0, |g| g.abs());
+                let cosine = cosines.get(rival.candidate).map_or(0.0, |g| g.abs());
                 let alias = Alias {
                     regressor: other.regressor.clone(),
                     name: other.name.clone(),
@@ -364,9 +367,9 @@ fn coefficient(
     let unit = if result.kind == Kind::Tilt {
         "rad".to_string()
     } else if result.unit.is_empty() {
-        let told = crate::campaign::coefficient_unit(&repaired.bench, &repaired.readings.columns, &effect.coefficient);
+        let unit = crate::campaign::coefficient_unit(&repaired.bench, &repaired.readings.columns, &effect.coefficient);
         // a line that leaves the unit open
-        told.unwrap_or_default()
+        unit.unwrap_or_default()
     } else {
         result.unit.clone()
     };
@@ -374,20 +377,20 @@ fn coefficient(
 }
 
 pub(super) fn changes(before: &Fit, after: &Fit, moved: &[(f64, f64)]) -> Vec<Change> {
-    let unknown = |id: &str| before.campaign.estimated().iter().position(|own| own.id == id);
+    let unknown = |id: &str| before.campaign.estimated().iter().position(|parameter| parameter.id == id);
     let of = |p: &fit::ParameterResult| (p.value, p.uncertainty.as_ref().map(|c| c.u));
     before
         .parameters
         .iter()
-        .filter_map(|own| {
-            let then = after.parameters.iter().find(|p| p.id == own.id)?;
+        .filter_map(|earlier| {
+            let then = after.parameters.iter().find(|p| p.id == earlier.id)?;
             // what is known, or not estimated in this model, is not moved
-            let (widest, sd) = unknown(&own.id).and_then(|j| moved.get(j)).copied().unwrap_or_default();
+            let (widest, sd) = unknown(&earlier.id).and_then(|j| moved.get(j)).copied().unwrap_or_default();
             Some(Change {
-                id: own.id.clone(),
-                is_angle: own.kind == Kind::Tilt,
-                unit: own.unit.clone(),
-                before: of(own),
+                id: earlier.id.clone(),
+                is_angle: earlier.kind == Kind::Tilt,
+                unit: earlier.unit.clone(),
+                before: of(earlier),
                 after: of(then),
                 alias_half_width: widest,
                 alias_u: sd,

@@ -129,7 +129,7 @@ pub struct Foresight {
     pub passed_over: Vec<(String, Vec<String>)>,
 }
 
-/// Readings of noise beside which the score is asked: their mean scatters by a fifth of what one of them does.
+/// Simulated noise readings at which the score is evaluated: their mean scatters by a fifth of what one of them does.
 const DRAWS: usize = 24;
 /// Power of the smallest sizes.
 const POWER: f64 = 0.8;
@@ -155,7 +155,7 @@ pub fn foresee(campaign: &Campaign, catalogue: &[Effect], noise: &Noise) -> Resu
     let zeros = vec![0.0; rows];
     // longer records are averaged before they are diagnosed
     let kernels = if rows <= averaged::LONG { bank(campaign, &design, &independent) } else { Vec::new() };
-    let mut odds = augmented::odds(prospects.iter().map(|own| &own.effect), &priors, |_| 1.0);
+    let mut odds = augmented::odds(prospects.iter().map(|prospect| &prospect.effect), &priors, |_| 1.0);
     let noise = prospects.len()..prospects.len() + DRAWS;
     odds.resize(noise.end, f64::NEG_INFINITY);
     let mut generator = Pcg64Mcg::seed_from_u64(0);
@@ -195,18 +195,18 @@ pub fn foresee(campaign: &Campaign, catalogue: &[Effect], noise: &Noise) -> Resu
     }
     let first: Vec<usize> = groups.iter().filter_map(|group| group.members.first()).copied().collect();
     for (g, group) in groups.iter_mut().enumerate() {
-        let Some(&own) = first.get(g) else { continue };
-        let Some(u) = prospects.get(own).and_then(|p| p.u) else { continue };
+        let Some(&place) = first.get(g) else { continue };
+        let Some(u) = prospects.get(place).and_then(|p| p.u) else { continue };
         group.near = first
             .iter()
             .enumerate()
             .filter(|(other, _)| *other != g)
             .map(|(other, member)| {
-                let cosine = cosines[(own, *member)];
+                let cosine = cosines[(place, *member)];
                 let apart_from = u * apart() / (1.0 - cosine * cosine).max(f64::MIN_POSITIVE).sqrt();
                 Near { group: other, cosine, apart_from }
             })
-            .filter(|near| prospects.get(own).and_then(|p| p.minimal).is_some_and(|minimal| near.apart_from > minimal))
+            .filter(|near| prospects.get(place).and_then(|p| p.minimal).is_some_and(|m| near.apart_from > m))
             .collect();
         group.near.sort_by(|a, b| b.cosine.abs().total_cmp(&a.cosine.abs()));
     }
@@ -216,7 +216,7 @@ pub fn foresee(campaign: &Campaign, catalogue: &[Effect], noise: &Noise) -> Resu
     Ok(Foresight { rule, prospects, groups, passed_over: passed_over.collect() })
 }
 
-/// Effects of a catalogue as directions beside the model.
+/// Effects of a catalogue as directions orthogonal to the model.
 pub(crate) struct Directions {
     pub prospects: Vec<Prospect>,
     pub groups: Vec<Alike>,
@@ -294,7 +294,7 @@ fn z(p: f64) -> f64 {
     normal_quantile(p).unwrap_or(0.0)
 }
 
-/// What must be left of an effect beside another one, in units of u, for the other to be dropped with the power of the rule.
+/// What must remain of an effect given another one, in units of u, for the other to be dropped with the power of the rule.
 fn apart() -> f64 {
     let alias = Priors::at(Settings::default().significance).alias;
     z(POWER) + (z(POWER).powi(2) + 2.0 * alias).sqrt()
@@ -327,13 +327,13 @@ fn alike(pool: &Pool, prospects: &mut [Prospect]) -> (Vec<Alike>, Mat<f64>) {
     for j in order {
         let same =
             |group: &Alike| group.members.first().is_some_and(|first| 1.0 - cosines[(*first, j)].abs() < ONE_DIRECTION);
-        let own = groups.iter().position(same).unwrap_or(groups.len());
-        match groups.get_mut(own) {
+        let group = groups.iter().position(same).unwrap_or(groups.len());
+        match groups.get_mut(group) {
             Some(group) => group.members.push(j),
             None => groups.push(Alike { members: vec![j], near: Vec::new() }),
         }
         if let Some(prospect) = prospects.get_mut(j) {
-            prospect.group = Some(own);
+            prospect.group = Some(group);
         }
     }
     (groups, cosines)
@@ -341,11 +341,11 @@ fn alike(pool: &Pool, prospects: &mut [Prospect]) -> (Vec<Alike>, Mat<f64>) {
 
 /// Unit of an effect's coefficient, from the model line with its term.
 fn unit(campaign: &Campaign, effect: &Candidate) -> String {
-    let own = |k: &usize| campaign.parameter_unit(*k).to_string();
+    let unit_of = |k: &usize| campaign.parameter_unit(*k).to_string();
     let sensor = effect.sensor.and_then(|k| campaign.bench.sensors.get(k));
     match (&effect.kind, &effect.existing) {
-        (Regressor::Tilt(k) | Regressor::Known(k), _) => own(k),
-        (_, Some(k)) => own(k),
+        (Regressor::Tilt(k) | Regressor::Known(k), _) => unit_of(k),
+        (_, Some(k)) => unit_of(k),
         (Regressor::Term(line), None) => {
             let mut bench = campaign.bench.clone();
             let coefficient = crate::algebra::Expression::parse(&effect.coefficient);
@@ -355,7 +355,7 @@ fn unit(campaign: &Campaign, effect: &Candidate) -> String {
             // a line that leaves the unit open
             coefficient_unit(&bench, &campaign.readings.columns, &effect.coefficient).unwrap_or_default()
         }
-        // of all sensors: no unit of its own
+        // of all sensors: no single unit
         _ => sensor.map(|s| s.unit.clone()).unwrap_or_default(),
     }
 }

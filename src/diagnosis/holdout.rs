@@ -12,7 +12,7 @@ use crate::fit::Fit;
 use faer::linalg::solvers::{Llt, Solve};
 use faer::{Mat, Side};
 
-/// Least pivot of `1 - A'A` (its square root): below, the rest does not determine what the group needs.
+/// Least pivot of `1 - A'A` (its square root): below, the other readings do not determine what the group needs.
 const LEAST_LEFT: f64 = 1e-4;
 /// Most rows of a campaign with lines of scatter whose positions are left out.
 const MOST_SCATTERED: usize = 3000;
@@ -58,17 +58,17 @@ pub(super) fn holdout(
     };
     let (mut sum_before, mut sum_after, mut rows, mut positions, mut skipped) = (0.0, 0.0, 0, 0, 0);
     for group in &groups {
-        let (own, other) = match &scattered {
+        let (square_before, square_after) = match &scattered {
             None => (left_out(before, group, scale), after.map(|fit| left_out(fit, group, scale))),
-            Some((own, other)) => {
-                (own.left_out(group), other.as_ref().map(|own| own.as_ref().and_then(|own| own.left_out(group))))
+            Some((first, second)) => {
+                (first.left_out(group), second.as_ref().map(|fit| fit.as_ref().and_then(|fit| fit.left_out(group))))
             }
         };
-        match (own, other) {
-            (Some(own), None) => sum_before += own,
-            (Some(own), Some(Some(other))) => {
-                sum_before += own;
-                sum_after += other;
+        match (square_before, square_after) {
+            (Some(square), None) => sum_before += square,
+            (Some(first), Some(Some(second))) => {
+                sum_before += first;
+                sum_after += second;
             }
             _ => {
                 skipped += 1;
@@ -86,7 +86,7 @@ pub(super) fn holdout(
 }
 
 /// `v' (1 - H)^-1 v` of the rows of a group, over `scale^2`: the squared errors of their prediction from the others, each over its variance;
-/// `None` where the rest cannot predict them.
+/// `None` where the other readings cannot predict them.
 fn left_out(fit: &Fit, group: &[usize], scale: &[f64]) -> Option<f64> {
     let factor = &fit.estimate.factor;
     let q = factor.thin_q();
@@ -111,19 +111,19 @@ fn left_out(fit: &Fit, group: &[usize], scale: &[f64]) -> Option<f64> {
     if (0..r).any(|a| !(lower[(a, a)] > LEAST_LEFT)) {
         return None;
     }
-    // noise floor of each row against its weight; the part that the rest predicts has their mean
+    // noise floor of each row against its weight; the part that the other readings predict has their mean
     let relative = |i: &usize| Some(scale.get(*i).copied().filter(|u| *u > 0.0)? * weight(i));
     let floors: Vec<f64> = group.iter().map(relative).collect::<Option<_>>()?;
     let mean = floors.iter().map(|u| u * u).sum::<f64>() / floors.len() as f64;
     let mut along: Vec<f64> = (0..r).map(|a| group.iter().zip(&v).map(|(i, v)| q[(*i, a)] * v).sum()).collect();
     for a in 0..r {
         let before: f64 = (0..a).map(|b| lower[(a, b)] * along.at(b)).sum();
-        if let Some(own) = along.get_mut(a) {
-            *own = (*own - before) / lower[(a, a)];
+        if let Some(value) = along.get_mut(a) {
+            *value = (*value - before) / lower[(a, a)];
         }
     }
-    let own: f64 = v.iter().zip(&floors).map(|(v, u)| (v / u) * (v / u)).sum();
-    let sum = own + along.iter().map(|x| x * x).sum::<f64>() / mean;
+    let independent: f64 = v.iter().zip(&floors).map(|(v, u)| (v / u) * (v / u)).sum();
+    let sum = independent + along.iter().map(|x| x * x).sum::<f64>() / mean;
     sum.is_finite().then_some(sum)
 }
 
@@ -152,17 +152,17 @@ impl<'a> Scattered<'a> {
             u: vec![1.0; m],
             group: vec![Group::Known; m],
         };
-        let found = adjust(&white, &Settings::default()).ok()?;
-        let q = found.factor.thin_q();
+        let adjusted = adjust(&white, &Settings::default()).ok()?;
+        let q = adjusted.factor.thin_q();
         let basis = (0..q.ncols()).map(|k| {
-            let own: Vec<f64> = q.col(k).iter().copied().collect();
-            whitening.carry_back(&own)
+            let direction: Vec<f64> = q.col(k).iter().copied().collect();
+            whitening.carry_back(&direction)
         });
         let basis = basis.collect();
-        Some(Scattered { floor, weighted: whitening.carry_back(&found.residuals), basis })
+        Some(Scattered { floor, weighted: whitening.carry_back(&adjusted.residuals), basis })
     }
 
-    /// `(P y)_g' P_gg^-1 (P y)_g`; `None` where the rest cannot predict the group.
+    /// `(P y)_g' P_gg^-1 (P y)_g`; `None` where the other readings cannot predict the group.
     fn left_out(&self, group: &[usize]) -> Option<f64> {
         let whitening = self.floor.whitening();
         let size = group.len();

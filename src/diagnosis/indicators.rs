@@ -8,7 +8,7 @@ use super::noise::Weighted;
 use crate::elements::Elements;
 use crate::linear::{dot, norm};
 
-/// A model, and further directions beside it, as its readings feel them.
+/// A model, and further directions, as sensitivities of its readings.
 pub(super) struct Indicators<'a> {
     weighted: &'a Weighted,
     directions: Vec<Vec<f64>>,
@@ -52,7 +52,7 @@ impl<'a> Indicators<'a> {
             let alone = whitening.redundancies(faer::Mat::zeros(weighted.weight.len(), 0).as_ref());
             alone.iter().zip(whitening.sd()).map(|(left, sd)| left / (sd * sd)).collect()
         });
-        directions.iter_mut().for_each(|own| *own = weighted.carry_back(own));
+        directions.iter_mut().for_each(|direction| *direction = weighted.carry_back(direction));
         Indicators { weighted, residual: weighted.carry_back(&residual), directions, diagonal }
     }
 

@@ -31,7 +31,7 @@
 //! | `holdout.rs` | leave-one-position-out prediction |
 //!
 //! Honesty: probabilities count everything that was tried; what the schedule cannot tell apart is one finding with aliases; a set that only
-//! approximates the pattern is not named. Priors and constraints stand while the model is diagnosed, and may be found wrong themselves.
+//! approximates the pattern is not named. Priors and constraints are retained while the model is diagnosed, and may be named as wrong.
 
 mod ambiguity;
 mod assumptions;
@@ -220,14 +220,14 @@ pub fn diagnose(campaign: &Campaign, catalogue: &[Effect], settings: &Settings) 
     // those that were not merged stand for themselves
     let first = |k: usize| long.first.get(k).copied().unwrap_or(k);
     for finding in &mut diagnosis.effects {
-        let own = &mut finding.effect;
-        match own.kind {
+        let effect = &mut finding.effect;
+        match effect.kind {
             Regressor::Reading(k) => {
-                (own.kind, own.regressor) = (Regressor::Reading(first(k)), format!("reading:{}", first(k) + 1));
+                (effect.kind, effect.regressor) = (Regressor::Reading(first(k)), format!("reading:{}", first(k) + 1));
             }
             Regressor::Exchange(a, b) => {
-                own.kind = Regressor::Exchange(first(a), first(b));
-                own.regressor = format!("exchange:{}:{}", first(a) + 1, first(b) + 1);
+                effect.kind = Regressor::Exchange(first(a), first(b));
+                effect.regressor = format!("exchange:{}:{}", first(a) + 1, first(b) + 1);
             }
             _ => {}
         }
@@ -236,7 +236,7 @@ pub fn diagnose(campaign: &Campaign, catalogue: &[Effect], settings: &Settings) 
         let all = diagnosis
             .effects
             .iter()
-            .flat_map(|own| [&own.effect].into_iter().chain(own.also.iter().map(|o| &o.effect)));
+            .flat_map(|finding| [&finding.effect].into_iter().chain(finding.also.iter().map(|o| &o.effect)));
         let effects: Vec<&Candidate> = all.collect();
         diagnosis.repaired = Some(repair::repaired(campaign, &effects)?);
     }
@@ -245,7 +245,7 @@ pub fn diagnose(campaign: &Campaign, catalogue: &[Effect], settings: &Settings) 
 
 fn diagnose_readings(campaign: &Campaign, catalogue: &[Effect], settings: &Settings) -> Result<Diagnosis> {
     let first = given(campaign, catalogue, settings)?;
-    remounting::found(campaign, catalogue, settings, first)
+    remounting::diagnose(campaign, catalogue, settings, first)
 }
 
 /// With what scatters as the campaign says it.
@@ -265,14 +265,14 @@ fn given(campaign: &Campaign, catalogue: &[Effect], settings: &Settings) -> Resu
     }
     diagnosis.grouping = grouping;
     diagnosis.constraints = assumed.held;
-    let wrong = diagnosis.effects.iter().filter_map(|own| assumptions::constraint_of(&own.effect));
+    let wrong = diagnosis.effects.iter().filter_map(|finding| assumptions::constraint_of(&finding.effect));
     for k in wrong.filter_map(|k| assumed.asked.get(k)) {
         diagnosis.constraints.iter_mut().skip(*k).take(1).for_each(|held| *held = Held::Wrong);
     }
     diagnosis.repaired = diagnosis.after.as_ref().map(|after| {
         let mut repaired = after.campaign.clone();
         let asked = question.constraints.iter().zip(&diagnosis.constraints);
-        repaired.constraints = asked.filter(|(_, held)| **held != Held::Wrong).map(|(own, _)| own.clone()).collect();
+        repaired.constraints = asked.filter(|(_, held)| **held != Held::Wrong).map(|(c, _)| c.clone()).collect();
         repaired
     });
     Ok(diagnosis)

@@ -31,9 +31,9 @@ pub(super) struct Weighted {
     pub estimate: Estimate,
     /// `1/u` of each row, priors included; with lines of scatter one over the standard deviation of all that scatters in it.
     pub weight: Vec<f64>,
-    /// The same of the rows' own noise.
+    /// The same of the noise of single rows.
     pub own_weight: Vec<f64>,
-    /// What scatters beyond the rows' own noise.
+    /// What scatters beyond the noise of single rows.
     pub floor: Option<Floor>,
     /// Weighted residuals, `m`.
     pub residual: Vec<f64>,
@@ -106,7 +106,7 @@ impl Weighted {
             None if i < readings => design.jacobian[(i, j)],
             None => 0.0,
             // columns end with the readings
-            Some(k) => columns.get(k).and_then(|own| own.get(i)).copied().unwrap_or_default(),
+            Some(k) => columns.get(k).and_then(|column| column.get(i)).copied().unwrap_or_default(),
         });
         let mut white = Mat::zeros(m, all.ncols());
         for j in 0..all.ncols() {
@@ -114,8 +114,8 @@ impl Weighted {
         }
         let system =
             System { rows: white, observed: self.residual.clone(), u: vec![1.0; m], group: vec![Group::Known; m] };
-        let found = crate::estimate::adjust(&system, &crate::estimate::Settings::default())?;
-        Ok((all, found.unknowns.solution))
+        let adjusted = crate::estimate::adjust(&system, &crate::estimate::Settings::default())?;
+        Ok((all, adjusted.unknowns.solution))
     }
 
     /// `ln |A'V^-1 A|` of another design's derivatives, with these weights.
@@ -133,14 +133,14 @@ impl Weighted {
     /// Residuals of the readings once some columns are in the model too.
     pub fn residuals_with(&self, design: &DesignMatrix, n: usize, columns: &[&Vec<f64>]) -> Result<Vec<f64>> {
         let (all, solution) = self.solved_with(design, n, columns.iter().copied())?;
-        let mut rest = self.estimate.residuals.clone();
+        let mut residuals = self.estimate.residuals.clone();
         for (j, x) in solution.iter().enumerate() {
-            rest.iter_mut().zip(all.col_as_slice(j)).for_each(|(v, a)| *v -= a * x);
+            residuals.iter_mut().zip(all.col_as_slice(j)).for_each(|(v, a)| *v -= a * x);
         }
-        Ok(rest)
+        Ok(residuals)
     }
 
-    /// Coefficients of some columns, each beside the others and the model.
+    /// Coefficients of some columns, each given the others and the model.
     pub fn sizes_with<'a>(
         &self,
         design: &DesignMatrix,
@@ -164,7 +164,7 @@ pub(super) struct Finished {
 /// Rows with the same joint states, sensor and model inputs.
 #[derive(Debug, Clone)]
 pub(super) struct Replicates {
-    /// Group of each row; priors have groups of their own.
+    /// Group of each row; each prior is a group.
     pub group: Vec<usize>,
     /// Rows minus groups.
     pub dof: usize,
@@ -220,7 +220,7 @@ pub(super) fn weigh(
     if !campaign.scatter.is_empty() || fit::known_inputs(campaign, design).is_some() {
         return scattered(campaign, design, finished);
     }
-    let scales = finished.map(|own| own.scales.as_slice());
+    let scales = finished.map(|finished| finished.scales.as_slice());
     let system = fit::weigh(campaign, design, Weighting::AsStated)?;
     let groups = replicate_groups(campaign, design, system.observed.len());
     let unknown_scale = system.group.iter().any(|g| matches!(g, Group::Estimated(_)));
@@ -257,7 +257,7 @@ fn is_enough(pure: &[(f64, usize)]) -> bool {
     pure.iter().all(|(sum, dof)| *dof >= FEWEST_REPLICATES && *sum > 0.0)
 }
 
-/// The same where something scatters beyond the readings' own noise, or a known input is uncertain: rows are made independent before anything is compared.
+/// The same where something scatters beyond the noise of single readings, or a known input is uncertain: rows are made independent before anything is compared.
 ///
 /// Variances that are estimated are those of the finished model, or of the model as given.
 fn scattered(campaign: &Campaign, design: &DesignMatrix, finished: Option<&Finished>) -> Result<Weighted> {
@@ -279,12 +279,13 @@ fn scattered(campaign: &Campaign, design: &DesignMatrix, finished: Option<&Finis
             (Variances::known(factor, stated), NoiseFrom::Replicates, Some(groups))
         }
         None => {
-            let known = finished.and_then(|own| own.variances.clone());
-            let known = known.filter(|own| own.lines.len() == stated.len());
+            let known = finished.and_then(|finished| finished.variances.clone());
+            let known = known.filter(|variances| variances.lines.len() == stated.len());
             // scales of several sensors, and nothing else
-            let scales = finished.filter(|_| stated.is_empty()).and_then(|own| own.scales.iter().copied().collect());
-            let scales = scales.map(|own: Vec<f64>| own.iter().map(|s| if *s > 0.0 { s * s } else { 1.0 }).collect());
-            let variances = match (known, scales) {
+            let scales = finished.filter(|_| stated.is_empty());
+            let scales = scales.and_then(|finished| finished.scales.iter().copied().collect());
+            let squares = |scales: Vec<f64>| scales.iter().map(|s| if *s > 0.0 { s * s } else { 1.0 }).collect();
+            let variances = match (known, scales.map(squares)) {
                 (Some(known), _) => known,
                 (None, Some(scales)) => Variances::known(scales, stated),
                 (None, None) => fit::scattered(campaign, design)?,
@@ -311,7 +312,7 @@ fn scattered(campaign: &Campaign, design: &DesignMatrix, finished: Option<&Finis
     Ok(Weighted { estimate, weight, own_weight, floor: Some(floor), residual, rss, from, replicates })
 }
 
-/// Rows that differ by nothing but their own noise: replicates at one level of everything that scatters. `None` where something scatters anew
+/// Rows that differ only by the noise of single readings: replicates at one level of everything that scatters. `None` where something scatters anew
 /// in each reading.
 fn repeats(campaign: &Campaign, design: &DesignMatrix, rows: usize) -> Option<Replicates> {
     let mut groups = replicate_groups(campaign, design, rows);
@@ -331,7 +332,7 @@ fn repeats(campaign: &Campaign, design: &DesignMatrix, rows: usize) -> Option<Re
     Some(groups)
 }
 
-/// Group rows by sensor, joint states and the columns that the model lines use; each prior is a group of its own.
+/// Group rows by sensor, joint states and the columns that the model lines use; each prior is a group.
 fn replicate_groups(campaign: &Campaign, design: &DesignMatrix, rows: usize) -> Replicates {
     let used: Vec<usize> = (0..campaign.readings.columns.len())
         .filter(|k| {
@@ -369,7 +370,7 @@ pub(super) fn bits(state: &JointState) -> [u64; 3] {
     [deg, deg_s, turns].map(|v| v.map_or(u64::MAX, |v| (v + 0.0).to_bits()))
 }
 
-/// The position of each row by its label (by the joints' states where there is none); each prior is a position of its own.
+/// The position of each row by its label (by the joints' states where there is none); each prior is a position.
 pub(super) fn positions(campaign: &Campaign, design: &DesignMatrix, rows: usize) -> Vec<usize> {
     let mut seen: HashMap<String, usize> = HashMap::new();
     let mut position = Vec::with_capacity(rows);

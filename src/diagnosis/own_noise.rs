@@ -1,4 +1,4 @@
-//! The noise of each of several sensors where it is not stated: what is left in that sensor beside whatever else deviates there.
+//! The noise of each of several sensors where it is not stated: what remains in that sensor given all other random effects there.
 //!
 //! ```text
 //! s_g^2 = E(s^2 | y_g),      over the kernels of the bank and their sizes, the rows of sensor g alone, the effects that are in the model taken out
@@ -32,16 +32,16 @@ pub(super) fn weigh(
     let sensors = design.rows.iter().map(|row| row.sensor).max().map_or(0, |s| s + 1);
     let mut rows: Vec<Vec<usize>> = vec![Vec::new(); sensors];
     design.rows.iter().enumerate().for_each(|(i, row)| rows[row.sensor].push(i));
-    let read = rows.iter().filter(|own| !own.is_empty()).count();
+    let read = rows.iter().filter(|of_sensor| !of_sensor.is_empty()).count();
     if weighted.from == NoiseFrom::Stated || weighted.floor.is_some() || read < 2 {
         return Ok(weighted);
     }
     let kernels = bank(campaign, design, &weighted);
     let mut share = vec![1.0; sensors];
-    for (s, own) in rows.iter().enumerate().filter(|(_, own)| !own.is_empty()) {
-        share[s] = of_noise(campaign, design, &weighted, (s, own), effects, &kernels, priors)?;
+    for (s, of_sensor) in rows.iter().enumerate().filter(|(_, of_sensor)| !of_sensor.is_empty()) {
+        share[s] = of_noise(campaign, design, &weighted, (s, of_sensor), effects, &kernels, priors)?;
     }
-    if share.iter().all(|own| *own == 1.0) { Ok(weighted) } else { noise::weigh(campaign, design, finished, &share) }
+    if share.iter().all(|s| *s == 1.0) { Ok(weighted) } else { noise::weigh(campaign, design, finished, &share) }
 }
 
 /// The standard deviation of one sensor's noise in that with which it was weighed: of the mean of the variance over all kernels.
@@ -57,26 +57,26 @@ fn of_noise(
     let n = campaign.unknowns();
     let system = System {
         rows: Mat::from_fn(rows.len(), n + effects.len(), |i, j| {
-            let own = match j.checked_sub(n) {
+            let entry = match j.checked_sub(n) {
                 None => design.jacobian[(rows[i], j)],
                 // columns end with the readings
                 Some(k) => effects[k].get(rows[i]).copied().unwrap_or_default(),
             };
-            own * weighted.weight[rows[i]]
+            entry * weighted.weight[rows[i]]
         }),
         observed: rows.iter().map(|i| weighted.residual[*i]).collect(),
         u: vec![1.0; rows.len()],
         group: vec![Group::Known; rows.len()],
     };
     let alone = estimate::adjust(&system, &estimate::Settings::default())?;
-    let own = |kernel: &&Kernel| kernel.sensor == Some(sensor);
+    let is_of_sensor = |kernel: &&Kernel| kernel.sensor == Some(sensor);
     let part = |kernel: &Kernel| Kernel {
         follows: None,
         per_mounting: kernel.per_mounting,
         factor: Mat::from_fn(rows.len(), kernel.factor.ncols(), |i, j| kernel.factor[(rows[i], j)]),
         sensor: kernel.sensor,
     };
-    let kernels: Vec<Kernel> = kernels.iter().filter(own).map(part).collect();
+    let kernels: Vec<Kernel> = kernels.iter().filter(is_of_sensor).map(part).collect();
     let none = Mat::zeros(rows.len(), 0);
     let problem = Problem {
         residual: &system.observed,
@@ -88,9 +88,9 @@ fn of_noise(
         kernels: &kernels,
         sharing: None,
     };
-    let found = Score::new(&problem, priors).deviations(&[]);
-    let mean: f64 = found.iter().map(|own| own.probability * own.variance).sum();
-    // the mean of an inverse gamma distribution is larger than the variance of the residuals; with two degrees of freedom or fewer nothing is told
+    let deviations = Score::new(&problem, priors).deviations(&[]);
+    let mean: f64 = deviations.iter().map(|d| d.probability * d.variance).sum();
+    // the mean of an inverse gamma distribution is larger than the variance of the residuals; with two degrees of freedom or fewer it is not determined
     let dof = alone.dof as f64;
     let share = (mean * (dof - 2.0) / dof).sqrt();
     Ok(if share > 0.0 && share.is_finite() { share } else { 1.0 })

@@ -122,9 +122,9 @@ pub(super) fn grouping(campaign: &Campaign, design: &DesignMatrix, weighted: &We
     });
     // means of noise have squares of one
     let followed = scored.filter(|(between, _)| *between > FOLLOWED);
-    let best = followed.fold(None, |best: Option<(f64, Grouping)>, own| match best {
-        Some(before) if before.0 >= own.0 => Some(before),
-        _ => Some(own),
+    let best = followed.fold(None, |best: Option<(f64, Grouping)>, next| match best {
+        Some(before) if before.0 >= next.0 => Some(before),
+        _ => Some(next),
     });
     best.map(|(_, factor)| factor)
 }
@@ -217,7 +217,7 @@ fn factors(campaign: &Campaign) -> Vec<Grouping> {
                 of.push(None);
                 continue;
             };
-            let place = levels.iter().position(|own| *own == level).unwrap_or(levels.len());
+            let place = levels.iter().position(|other| *other == level).unwrap_or(levels.len());
             if place == levels.len() {
                 if place == LEVELS {
                     return;
@@ -296,14 +296,14 @@ impl<'a> Residuals<'a> {
         let mut levels = vec![(0, 0.0, self.indicators.none()); factor.levels.len()];
         for (i, origin) in self.design.rows.iter().enumerate().filter(|(_, origin)| origin.sensor == sensor) {
             let level = factor.of.get(origin.reading).copied().flatten();
-            if let Some((readings, sum, own)) = level.and_then(|level| levels.get_mut(level)) {
+            if let Some((readings, sum, sums)) = level.and_then(|level| levels.get_mut(level)) {
                 *readings += 1;
                 *sum += self.weighted.estimate.residuals.at(i);
-                self.indicators.add(i, own);
+                self.indicators.add(i, sums);
             }
         }
-        let mean = |(readings, sum, own): (usize, f64, Sums)| {
-            let z = self.indicators.score(&own);
+        let mean = |(readings, sum, sums): (usize, f64, Sums)| {
+            let z = self.indicators.score(&sums);
             (readings > 0).then(|| Mean { readings, mean: sum / readings as f64, z })
         };
         levels.into_iter().map(mean).collect()

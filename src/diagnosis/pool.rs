@@ -114,9 +114,9 @@ impl Pool {
             return cosines;
         }
         let mut product = Mat::zeros(self.len(), 1);
-        let (column, own) = (self.columns.as_ref().subcols(a, 1), self.along.as_ref().subcols(a, 1));
+        let (column, along) = (self.columns.as_ref().subcols(a, 1), self.along.as_ref().subcols(a, 1));
         matmul(product.as_mut(), Accum::Replace, self.columns.transpose(), column, 1.0, Par::Seq);
-        matmul(product.as_mut(), Accum::Add, self.along.transpose(), own, -1.0, Par::Seq);
+        matmul(product.as_mut(), Accum::Add, self.along.transpose(), along, -1.0, Par::Seq);
         for ((cosine, product), other) in cosines.iter_mut().zip(product.col_as_slice(0)).zip(&self.norm) {
             *cosine = if *other > 0.0 { product / (size * other) } else { 0.0 };
         }
@@ -130,9 +130,9 @@ impl Pool {
         matmul(cosines.as_mut(), Accum::Replace, self.columns.transpose(), self.columns.as_ref(), 1.0, Par::Seq);
         matmul(cosines.as_mut(), Accum::Add, self.along.transpose(), self.along.as_ref(), -1.0, Par::Seq);
         for j in 0..k {
-            let own = self.norm.at(j);
+            let norm = self.norm.at(j);
             for (value, other) in cosines.col_as_slice_mut(j).iter_mut().zip(&self.norm) {
-                *value = if own > 0.0 && *other > 0.0 { *value / (own * other) } else { 0.0 };
+                *value = if norm > 0.0 && *other > 0.0 { *value / (norm * other) } else { 0.0 };
             }
         }
         cosines

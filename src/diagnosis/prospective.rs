@@ -13,7 +13,7 @@ use crate::simulate::Regressor;
 use faer::Mat;
 use std::collections::HashMap;
 
-/// General positions that are looked at beside the schedule.
+/// General positions that are considered in addition to the schedule.
 const GENERAL: usize = 24;
 /// Small tilts, radians: 100 arcsec.
 const SMALL: f64 = 5e-4;
@@ -71,7 +71,7 @@ fn columns(
     let sensors = campaign.bench.sensors.len();
     let wide = campaign.with_readings(crate::campaign::Readings { columns: campaign.readings.columns.clone(), rows });
     let all = design::assemble(&wide, model, &design.point)?;
-    let found = candidates::build(
+    let built = candidates::build(
         &wide,
         catalogue,
         model,
@@ -103,10 +103,10 @@ fn columns(
         let assumed = matches!(c.kind, Regressor::Prior(_) | Regressor::Constraint(_));
         !of_readings && !assumed && is_carried(campaign, c) && !estimated(c)
     };
-    Ok(found.into_iter().filter(other).map(keep).collect())
+    Ok(built.into_iter().filter(other).map(keep).collect())
 }
 
-/// Is this a harmonic that the schedule's own angles can tell, or none at all?
+/// Is this a harmonic that the angles of the schedule can discriminate, or none at all?
 fn is_carried(campaign: &Campaign, candidate: &Candidate) -> bool {
     candidate.harmonic == 0
         || campaign.bench.joints().enumerate().any(|(place, joint)| {
@@ -137,7 +137,7 @@ fn general(campaign: &Campaign) -> Vec<Reading> {
     let mut general = Vec::with_capacity(GENERAL);
     for k in 0..GENERAL {
         let state = |(joint, options): (usize, &Vec<JointState>)| {
-            // golden-ratio angles never repeat; each joint's states come in its own turn
+            // golden-ratio angles never repeat; the states of each joint are visited in order
             let angle_deg = 360.0 * ((k + 1) as f64 * 0.618_034 * (joint + 1) as f64 + 0.113).fract();
             match options.get((k / (joint + 1)) % options.len().max(1)) {
                 None | Some(JointState::Held { .. }) => JointState::Held { angle_deg },

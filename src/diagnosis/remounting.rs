@@ -4,7 +4,7 @@
 //! LR = deviance(noise) - deviance(noise + line per position),    P(LR > x) = P(chi2_1 > x) / 2        S. G. Self, K.-Y. Liang, JASA 82 (1987), 605
 //! ```
 //!
-//! Both deviances are of the restricted likelihood beside an offset and a scale of the rate for every setting of the angles: only settings that were mounted more than
+//! Both deviances are of the restricted likelihood given an offset and a scale of the rate for every setting of the angles: only settings that were mounted more than
 //! once tell what a mounting does. Where each setting was mounted once, a scatter of positions and an unknown pattern of the settings are one,
 //! and neither is named.
 
@@ -33,7 +33,7 @@ struct Source {
 const SHARE: f64 = 0.5;
 
 /// The diagnosis with positions that scatter, if they do and that leaves nothing unexplained; else as it is.
-pub(super) fn found(
+pub(super) fn diagnose(
     campaign: &Campaign,
     catalogue: &[Effect],
     settings: &Settings,
@@ -50,20 +50,20 @@ pub(super) fn found(
     let sources = sources(campaign);
     if mountings < FEWEST {
         let left = matches!(first.verdict, Verdict::Unexplained | Verdict::PartlyExplained);
-        if let (true, Some(own)) = (left, &mut first.unexplained) {
+        if let (true, Some(unexplained)) = (left, &mut first.unexplained) {
             let model = first.after.as_ref().unwrap_or(&first.before);
             let best = gains(&model.campaign, &sources, &model.design, &[])?.into_iter().next();
             if let Some((_, name, sd)) =
                 best.filter(|(gain, ..)| p(*gain, sources.len()) <= SHARE * settings.significance)
             {
-                own.pattern.push_str(&format!(
+                unexplained.pattern.push_str(&format!(
                     "; a random effect of position ({name}, {sd}) cannot be distinguished from it: repeat some mountings to separate them"
                 ));
             }
         }
         return Ok(first);
     }
-    // with the effects in the model, beside an offset of every setting: what neither they nor any pattern of the settings explain
+    // with the effects in the model, given an offset of every setting: what neither they nor any pattern of the settings explain
     let model = first.after.as_ref().unwrap_or(&first.before);
     let ranking = ranked_beside_settings(&model.campaign, &self::sources(&model.campaign), &model.design)?;
     let Some((gain, best, _)) = ranking.first() else { return Ok(first) };
@@ -71,10 +71,10 @@ pub(super) fn found(
     if !(p <= SHARE * settings.significance) {
         return Ok(first);
     }
-    let Some(source) = sources.iter().find(|own| own.name == *best) else { return Ok(first) };
+    let Some(source) = sources.iter().find(|source| source.name == *best) else { return Ok(first) };
     // where something else than the mounting is what most probably deviates, a line per mounting would only follow it
     let is_offset = source.lines.iter().all(|line| matches!(line.of, Deviating::Sensor(_)));
-    if is_offset && first.unexplained.as_ref().is_some_and(|own| !own.per_mounting) {
+    if is_offset && first.unexplained.as_ref().is_some_and(|unexplained| !unexplained.per_mounting) {
         return Ok(first);
     }
     let mut with = campaign.clone();
@@ -88,7 +88,8 @@ pub(super) fn found(
     let after = second.after.clone().unwrap_or_else(|| second.before.clone());
     // what has no size once the effects are in the model is no finding
     let first_line = after.campaign.scatter.len().saturating_sub(source.lines.len());
-    let has_size = |own: &crate::fit::VarianceSource| own.line.is_some_and(|k| k >= first_line) && own.variance > 0.0;
+    let has_size =
+        |source: &crate::fit::VarianceSource| source.line.is_some_and(|k| k >= first_line) && source.variance > 0.0;
     if !after.noise.sources.iter().any(has_size) {
         return Ok(first);
     }
@@ -147,9 +148,9 @@ fn sources(campaign: &Campaign) -> Vec<Source> {
     let arcsec = 648_000.0 / std::f64::consts::PI;
     let read = |s: &usize| campaign.readings.rows.iter().any(|r| r.observations.iter().any(|o| o.sensor == *s));
     let sensors: Vec<usize> = (0..campaign.bench.sensors.len()).filter(read).collect();
-    let unit = |s: usize| campaign.bench.sensors.get(s).map_or("", |own| own.unit.as_str());
+    let unit = |s: usize| campaign.bench.sensors.get(s).map_or("", |sensor| sensor.unit.as_str());
     let offsets: Vec<Scatter> = sensors.iter().map(|s| line(Deviating::Sensor(*s), 1.0, unit(*s))).collect();
-    let id = |s: &usize| campaign.bench.sensors.get(*s).map_or(String::new(), |own| own.id.clone());
+    let id = |s: &usize| campaign.bench.sensors.get(*s).map_or(String::new(), |sensor| sensor.id.clone());
     let name = sensors.iter().map(id).collect::<Vec<_>>().join(", ");
     let mut sources = vec![Source { name, lines: offsets }];
     for (k, joint) in campaign.bench.joints().enumerate() {
@@ -166,7 +167,7 @@ fn sources(campaign: &Campaign) -> Vec<Source> {
     sources
 }
 
-/// What each source takes off the deviance beside the campaign's own lines and further columns, the most first: name, and its size in words.
+/// How much each source reduces the deviance, given the lines of the campaign and further columns, the most first: name, and its size in words.
 fn gains(
     campaign: &Campaign,
     sources: &[Source],
@@ -187,21 +188,21 @@ fn gains(
     for source in sources {
         let mut with = campaign.clone();
         with.scatter.clone_from(&source.lines);
-        let own = fit::scatter_lines(&with, design, &u);
-        if own.iter().all(|line| line.felt.is_empty()) {
+        let added = fit::scatter_lines(&with, design, &u);
+        if added.iter().all(|line| line.felt.is_empty()) {
             continue;
         }
-        let lines: Vec<ScatterLine> = given.iter().cloned().chain(own).collect();
-        let Ok(found) = estimate::scattered((system, &lines), None, &[], &settings, false) else { continue };
+        let lines: Vec<ScatterLine> = given.iter().cloned().chain(added).collect();
+        let Ok(scattered) = estimate::scattered((system, &lines), None, &[], &settings, false) else { continue };
         let sizes: Vec<String> = source
             .lines
             .iter()
-            .zip(found.variance.iter().skip(given.len()))
+            .zip(scattered.variance.iter().skip(given.len()))
             .map(|(line, v)| format!("sd {:.2e} {}", v.max(0.0).sqrt() * line.shown, line.unit))
             .collect();
-        let positive = found.variance.iter().skip(given.len()).any(|v| *v > 0.0);
+        let positive = scattered.variance.iter().skip(given.len()).any(|v| *v > 0.0);
         // a variance below zero is no scatter
-        let gain = if positive { before - found.deviance } else { 0.0 };
+        let gain = if positive { before - scattered.deviance } else { 0.0 };
         if gain.is_finite() && gain > 0.0 {
             all.push((gain, source.name.clone(), sizes.join(", ")));
         }
@@ -210,7 +211,7 @@ fn gains(
     Ok(all)
 }
 
-/// The same beside an offset and a scale of the rate for each sensor at each setting of the angles: an unknown pattern of the settings, or one in proportion to
+/// The same given an offset and a scale of the rate for each sensor at each setting of the angles: an unknown pattern of the settings, or one in proportion to
 /// the rate.
 fn ranked_beside_settings(
     campaign: &Campaign,
@@ -246,16 +247,16 @@ fn of(
     before: &Fit,
 ) -> Finding {
     let line = after.campaign.scatter.len().checked_sub(source.lines.len());
-    let own = after.noise.sources.iter().find(|s| s.line.is_some() && s.line == line);
-    let sd = own.map(|s| s.variance.max(0.0).sqrt());
-    let u = own.filter(|s| s.dof > 0.0 && s.dof.is_finite()).zip(sd).map(|(s, sd)| sd / (2.0 * s.dof).sqrt());
+    let component = after.noise.sources.iter().find(|s| s.line.is_some() && s.line == line);
+    let sd = component.map(|s| s.variance.max(0.0).sqrt());
+    let u = component.filter(|s| s.dof > 0.0 && s.dof.is_finite()).zip(sd).map(|(s, sd)| sd / (2.0 * s.dof).sqrt());
     let is_angle = !matches!(source.lines.first().map(|l| &l.of), Some(Deviating::Sensor(_)));
     let unit = match source.lines.first() {
         _ if is_angle => "rad".to_string(),
         Some(line) => line.unit.clone(),
         None => String::new(),
     };
-    // of the sum of squares in variances of the readings' own noise, what is beyond their number
+    // of the sum of squares in variances of single readings, what is beyond their number
     let scale = |group: &Group| match group {
         Group::Estimated(g) => after.estimate.scale_or_one(*g),
         Group::Known => 1.0,

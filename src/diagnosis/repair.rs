@@ -1,4 +1,4 @@
-//! The repair: a found effect becomes part of the model, visibly, so that any fit can use it.
+//! The augmented model: a named effect becomes a term of the model, so that any fit can use it.
 
 use super::assumptions;
 use super::candidates::Candidate;

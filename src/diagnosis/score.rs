@@ -18,7 +18,7 @@ use faer::{Mat, MatRef, Side};
 use std::cmp::Ordering;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Effects that are expected beside others where anything is missing: one finding in four has a second one.
+/// Effects that are expected in addition to another where anything is missing: one finding in four has a second one.
 const EXPECTED: f64 = 0.25;
 /// Odds of any effect against nothing, for each hundredth of significance a third.
 const FIRST: f64 = 30.0;
@@ -34,21 +34,21 @@ const SPREAD: usize = 100;
 
 /// Sets that are less probable than the best by more than this (ln, 1e-11) are not kept: all of them together change no probability.
 const KEPT: f64 = 25.0;
-/// Columns with a smaller cosine, beside the model and the other effects, are different explanations of what is hardly seen.
+/// Columns with a smaller cosine, given the model and the other effects, are different explanations of what is hardly seen.
 const ALIKE: f64 = 0.5;
 /// Logarithm of the odds of a place against none from which what explains it as well is the same explanation, whatever the cosine here: each set
 /// may be judged at another point. Of two columns with the cosine c one has c^2 of what the other explains.
 const PLAIN: f64 = 12.0;
 /// Columns with a larger cosine differ by what another small effect makes up: with it they stand in each other's place.
 const NEARLY: f64 = 0.95;
-/// Share of a set's probability below which a kernel beside it is left out where the set is judged at its own solution.
+/// Share of a set's probability below which a kernel is left out where the set is judged at its solution.
 const NEGLIGIBLE: f64 = 1e-3;
-/// Members of a class are as probable as the best but for this factor: their own odds decide which one stands for them. Smaller odds are not worth
+/// Members of a class are as probable as the best but for this factor: their prior odds decide which one represents them. Smaller odds are not worth
 /// more than a bare mention (H. Jeffreys, Theory of Probability, app. B; R. Kass, A. Raftery, JASA 90 (1995), 777).
 const NEAR: f64 = 3.0;
 /// Odds and probabilities of members of a class that differ by a smaller share are equal.
 const EQUAL: f64 = 1e-6;
-/// Most sets whose members are told as classes.
+/// Most sets whose members are reported as classes.
 const TOLD: usize = 8;
 
 /// What is believed before the readings are seen.
@@ -102,8 +102,8 @@ impl Priors {
 
     /// ln odds of candidates from what each has by itself (ln): so many are expected in all where anything is missing, each counted with its share of sizes.
     pub fn shared(&self, each: Vec<f64>, share: impl Fn(usize) -> f64) -> Vec<f64> {
-        let all: f64 = each.iter().enumerate().map(|(j, own)| own.exp() * share(j)).sum();
-        each.into_iter().map(|own| own + (self.expected / all.max(f64::MIN_POSITIVE)).ln()).collect()
+        let all: f64 = each.iter().enumerate().map(|(j, odds)| odds.exp() * share(j)).sum();
+        each.into_iter().map(|odds| odds + (self.expected / all.max(f64::MIN_POSITIVE)).ln()).collect()
     }
 
     /// ln of what nothing has over the odds of what is missing.
@@ -163,11 +163,11 @@ pub(crate) struct Score {
     /// ln odds of all that have one column.
     pub prior: Vec<f64>,
     /// Of each of these its odds, and one over the size from which it is the less probable the larger it is.
-    own: Vec<Vec<(f64, f64)>>,
+    odds_of: Vec<Vec<(f64, f64)>>,
     /// projected columns, unit norm
     c: Mat<f64>,
     pub visible: Vec<f64>,
-    /// Candidates with the same column, by the one that stands for them.
+    /// Candidates with the same column, by the one that represents them.
     pub alike: Vec<Vec<u16>>,
     norm: Vec<f64>,
     b: Vec<f64>,
@@ -202,8 +202,8 @@ pub(crate) struct Solved {
     squares: f64,
 }
 
-/// All columns beside one remainder of one size: `c_j' V^-1 z`, `c_j' V^-1 c_j`, `z' V^-1 z` and `ln|V|`.
-struct Beside {
+/// All columns given one remainder of one size: `c_j' V^-1 z`, `c_j' V^-1 c_j`, `z' V^-1 z` and `ln|V|`.
+struct GivenRemainder {
     kernel: usize,
     shrink: Vec<f64>,
     b: Vec<f64>,
@@ -215,10 +215,10 @@ struct Beside {
 /// Eigenvalues of a Gram matrix and its eigenvectors; no vectors where it is diagonal.
 fn principal(gram: &Mat<f64>) -> Option<(Vec<f64>, Option<Mat<f64>>)> {
     let k = gram.ncols();
-    let own: Vec<f64> = (0..k).map(|i| gram[(i, i)]).collect();
-    let is_zero = |i: usize, j: usize| gram[(i, j)].abs() <= 1e-12 * (own[i] * own[j]).sqrt();
+    let diagonal: Vec<f64> = (0..k).map(|i| gram[(i, i)]).collect();
+    let is_zero = |i: usize, j: usize| gram[(i, j)].abs() <= 1e-12 * (diagonal[i] * diagonal[j]).sqrt();
     if (0..k).all(|j| (0..j).all(|i| is_zero(i, j))) {
-        return Some((own, None));
+        return Some((diagonal, None));
     }
     let eigen = gram.self_adjoint_eigen(Side::Lower).ok()?;
     Some((eigen.S().column_vector().iter().copied().collect(), Some(eigen.U().to_owned())))
@@ -251,13 +251,13 @@ impl Score {
         let mut visible = vec![0.0; k];
         let mut plain = vec![f64::INFINITY; k];
         for j in 0..k {
-            let own = c.col(j).norm_l2();
-            visible[j] = if before[j] > 0.0 { own / before[j] } else { 0.0 };
-            let scale = if own > 0.0 && visible[j] > 1e-6 { 1.0 / own } else { 0.0 };
+            let projected_norm = c.col(j).norm_l2();
+            visible[j] = if before[j] > 0.0 { projected_norm / before[j] } else { 0.0 };
+            let scale = if projected_norm > 0.0 && visible[j] > 1e-6 { 1.0 / projected_norm } else { 0.0 };
             if scale == 0.0 {
                 visible[j] = 0.0;
             }
-            plain[j] = p.plain[j] * own;
+            plain[j] = p.plain[j] * projected_norm;
             c.col_mut(j).iter_mut().for_each(|v| *v *= scale);
         }
         let mut z = Mat::from_fn(n, 1, |i, _| p.residual[i]);
@@ -275,7 +275,7 @@ impl Score {
             let gram = f.transpose() * &f;
             let Some((s, turn)) = principal(&gram) else { continue };
             let top = s.iter().fold(0.0_f64, |a, b| a.max(*b));
-            // directions in which it deviates by less than a fifth of its largest are next to none of its own: a choice
+            // directions in which it deviates by less than a fifth of its largest are neglected: a choice
             let wide = s.iter().filter(|l| **l > 0.05 * top).count();
             if wide < settings.least_rank {
                 continue;
@@ -290,11 +290,11 @@ impl Score {
             // what it does to a few vectors tells kernels that are alike
             let trial = Mat::from_fn(n, 8, |i, v| (12.9898 * (i + 1) as f64 * (v as f64 + 1.7)).sin());
             let does = &f * (f.transpose() * trial);
-            let own = does.norm_l2();
+            let size = does.norm_l2();
             let same = |other: &Mat<f64>| {
                 let inner: f64 = (0..8).map(|v| dot(does.col(v), other.col(v))).sum();
                 // kernels that do the same to a few vectors, to 3 %, are one: a choice that bounds the bank
-                inner > 0.97 * own * other.norm_l2()
+                inner > 0.97 * size * other.norm_l2()
             };
             if factors.iter().any(same) {
                 continue;
@@ -305,12 +305,12 @@ impl Score {
         }
         let nu = (n - p.basis.ncols().min(n)) as f64;
         let mut norm: Vec<f64> = (0..k).map(|j| if visible[j] > 0.0 { 1.0 } else { 0.0 }).collect();
-        // one column for those that are the same: the first of the most probable stands for all
+        // one column for those that are the same: the first of the most probable represents all
         let mut order: Vec<usize> = (0..k).filter(|j| norm[*j] > 0.0).collect();
         order.sort_by(|x, y| b[*x].abs().total_cmp(&b[*y].abs()));
         let mut alike: Vec<Vec<u16>> = vec![vec![]; k];
         let mut prior = p.prior.to_vec();
-        let mut own: Vec<Vec<(f64, f64)>> = vec![vec![]; k];
+        let mut odds_of: Vec<Vec<(f64, f64)>> = vec![vec![]; k];
         let mut taken = vec![false; k];
         for (n, &j) in order.iter().enumerate() {
             if taken[j] {
@@ -335,7 +335,8 @@ impl Score {
                     norm[*i] = 0.0;
                 }
             }
-            own[first] = group.iter().map(|i| (p.prior[*i].exp(), 1.0 / plain[*i].max(f64::MIN_POSITIVE))).collect();
+            odds_of[first] =
+                group.iter().map(|i| (p.prior[*i].exp(), 1.0 / plain[*i].max(f64::MIN_POSITIVE))).collect();
             alike[first] = group.iter().map(|i| *i as u16).collect();
         }
         Score {
@@ -344,7 +345,7 @@ impl Score {
             nu,
             zz,
             prior,
-            own,
+            odds_of,
             alike,
             c,
             visible,
@@ -360,9 +361,9 @@ impl Score {
         }
     }
 
-    /// The column that stands for a candidate; `None` where nothing of it is seen.
+    /// The column that represents a candidate; `None` where nothing of it is seen.
     pub fn standing(&self, candidate: usize) -> Option<u16> {
-        let place = self.alike.iter().position(|own| own.iter().any(|j| usize::from(*j) == candidate))?;
+        let place = self.alike.iter().position(|same| same.iter().any(|j| usize::from(*j) == candidate))?;
         u16::try_from(place).ok()
     }
 
@@ -379,33 +380,33 @@ impl Score {
     }
 
     /// c_j' V^-1 c_m for all j.
-    fn column(&mut self, beside: &Beside, m: usize) -> Vec<f64> {
+    fn column(&mut self, remainder: &GivenRemainder, m: usize) -> Vec<f64> {
         let mut g = self.gram0(m);
-        let own = &self.kernels[beside.kernel];
-        if beside.shrink.is_empty() {
+        let kernel = &self.kernels[remainder.kernel];
+        if remainder.shrink.is_empty() {
             return g;
         }
-        let w: Vec<f64> = beside.shrink.iter().enumerate().map(|(i, d)| d * own.along_c[(i, m)]).collect();
+        let w: Vec<f64> = remainder.shrink.iter().enumerate().map(|(i, d)| d * kernel.along_c[(i, m)]).collect();
         for (j, g) in g.iter_mut().enumerate() {
-            let col = own.along_c.col_as_slice(j);
+            let col = kernel.along_c.col_as_slice(j);
             *g -= col.iter().zip(&w).map(|(a, b)| a * b).sum::<f64>();
         }
         g
     }
 
-    fn at(&self, kernel: usize, t: f64) -> Beside {
-        let (own, shrink) = (&self.kernels[kernel], self.shrink(kernel, t));
-        let w: Vec<f64> = shrink.iter().zip(&own.along_z).map(|(d, z)| d * z).collect();
+    fn at(&self, kernel: usize, t: f64) -> GivenRemainder {
+        let (bank_kernel, shrink) = (&self.kernels[kernel], self.shrink(kernel, t));
+        let w: Vec<f64> = shrink.iter().zip(&bank_kernel.along_z).map(|(d, z)| d * z).collect();
         let (mut b, mut d) = (self.b.clone(), self.norm.clone());
         for j in (0..b.len()).filter(|j| !shrink.is_empty() && self.norm[*j] > 0.0) {
-            for ((a, w), s) in own.along_c.col_as_slice(j).iter().zip(&w).zip(&shrink) {
+            for ((a, w), s) in bank_kernel.along_c.col_as_slice(j).iter().zip(&w).zip(&shrink) {
                 b[j] -= a * w;
                 d[j] -= a * a * s;
             }
         }
-        let q = self.zz - w.iter().zip(&own.along_z).map(|(a, b)| a * b).sum::<f64>();
-        let logdet = own.lambda.iter().map(|l| (1.0 + t * t * l).ln()).sum();
-        Beside { kernel, shrink, b, d, q, logdet }
+        let q = self.zz - w.iter().zip(&bank_kernel.along_z).map(|(a, b)| a * b).sum::<f64>();
+        let logdet = bank_kernel.lambda.iter().map(|l| (1.0 + t * t * l).ln()).sum();
+        GivenRemainder { kernel, shrink, b, d, q, logdet }
     }
 
     /// ln of the odds of a column and of the density of its size, but for the range: all sizes are drawn alike, absurd ones less and less.
@@ -438,26 +439,26 @@ impl Score {
         q.max(1e-14 * self.zz).max(f64::MIN_POSITIVE) / (self.nu - k as f64).max(1.0)
     }
 
-    fn state(&mut self, beside: &Beside, set: &[u16]) -> Option<State> {
+    fn state(&mut self, remainder: &GivenRemainder, set: &[u16]) -> Option<State> {
         let mut state =
-            State { set: vec![], g: vec![], inverse: vec![], beta: vec![], q: beside.q, logdet: 0.0, value: 0.0 };
+            State { set: vec![], g: vec![], inverse: vec![], beta: vec![], q: remainder.q, logdet: 0.0, value: 0.0 };
         for m in set {
             let j = *m as usize;
-            let (h, d, bb) = step(&state, beside, j)?;
+            let (h, d, bb) = step(&state, remainder, j)?;
             extend(&mut state, h, d, bb, *m);
-            let col = self.column(beside, j);
+            let col = self.column(remainder, j);
             state.g.push(col);
         }
         let s2 = self.sigma2(state.q, set.len());
         let k = set.len();
         let square = |i: usize| state.beta[i] * state.beta[i] + s2 * state.inverse[i * k + i];
         let believed: f64 = (0..k).map(|i| self.believed(set[i] as usize, square(i))).sum();
-        state.value = self.evidence(k, state.q, beside.logdet, state.logdet, believed);
+        state.value = self.evidence(k, state.q, remainder.logdet, state.logdet, believed);
         Some(state)
     }
 
     /// value of S + j for all j
-    fn additions(&self, state: &State, beside: &Beside, least: f64) -> Vec<f64> {
+    fn additions(&self, state: &State, remainder: &GivenRemainder, least: f64) -> Vec<f64> {
         let k = state.set.len();
         let own_q = state.q.max(1e-14 * self.zz).max(f64::MIN_POSITIVE);
         (0..self.b.len())
@@ -465,7 +466,7 @@ impl Score {
                 if self.norm[j] == 0.0 || state.set.contains(&(j as u16)) || !self.prior[j].is_finite() {
                     return f64::NEG_INFINITY;
                 }
-                let Some((h, d, bb)) = step(state, beside, j) else { return f64::NEG_INFINITY };
+                let Some((h, d, bb)) = step(state, remainder, j) else { return f64::NEG_INFINITY };
                 let q = state.q - bb * bb / d;
                 // sizes and volume cost: what a column takes off bounds what it gains
                 let gain = if self.known {
@@ -484,7 +485,7 @@ impl Score {
                     let u = state.inverse[i * k + i] + h * h / d;
                     believed += self.believed(state.set[i] as usize, bi * bi + s2 * u);
                 }
-                self.evidence(k + 1, q, beside.logdet, state.logdet + d.ln(), believed)
+                self.evidence(k + 1, q, remainder.logdet, state.logdet + d.ln(), believed)
             })
             .collect()
     }
@@ -494,26 +495,26 @@ impl Score {
         (0..=n).map(|k| self.settings.smallest * 2f64.powf(0.5 * k as f64)).collect()
     }
 
-    /// ln of the integral over t, and the best t; what was only approximated beside another t gives way to it.
+    /// ln of the integral over t, and the best t; it replaces an approximation at another t.
     fn integral(&mut self, kernel: usize, set: &[u16]) -> Option<(f64, f64)> {
         let key = key(kernel, set);
         if let Some(known) = self.integrated.get(&key) {
             return Some(*known);
         }
-        let found = self.integrate(kernel, set)?;
-        if found.0.is_finite() {
-            let value = found.0 + self.prior_of(kernel, set);
+        let integral = self.integrate(kernel, set)?;
+        if integral.0.is_finite() {
+            let value = integral.0 + self.prior_of(kernel, set);
             self.best = self.best.max(value);
             let _approximate = self.visited.insert(key.clone(), value);
-            let _first = self.integrated.insert(key, found);
+            let _first = self.integrated.insert(key, integral);
         }
-        Some(found)
+        Some(integral)
     }
 
     fn integrate(&mut self, kernel: usize, set: &[u16]) -> Option<(f64, f64)> {
         if kernel == 0 {
-            let beside = self.at(0, 0.0);
-            return Some((self.state(&beside, set)?.value, 0.0));
+            let remainder = self.at(0, 0.0);
+            return Some((self.state(&remainder, set)?.value, 0.0));
         }
         let (mut best, mut at, mut values) = (f64::NEG_INFINITY, 0.0, vec![]);
         for (t, value, _) in self.profile(kernel, set)? {
@@ -533,7 +534,7 @@ impl Score {
             self.gram0(*m as usize);
         }
         let sizes = if kernel == 0 { vec![0.0] } else { self.grid() };
-        let own = |t: f64| {
+        let at_size = |t: f64| {
             // only what the set needs
             let Solved { value, squares: q, .. } = self.quick(kernel, t, set)?;
             let free = self.nu - set.len() as f64 - 2.0;
@@ -541,43 +542,43 @@ impl Score {
             let variance = if self.known { 1.0 } else { q / if free > 0.5 { free } else { 0.5 } };
             Some((t, value, variance))
         };
-        sizes.into_iter().map(own).collect()
+        sizes.into_iter().map(at_size).collect()
     }
 
-    /// What deviates beside a set: each kernel of the bank, or none, at each size with its probability and the variance of unit weight.
+    /// The random effects given a set: each kernel of the bank, or none, at each size with its probability and the variance of unit weight.
     pub fn deviations(&mut self, set: &[u16]) -> Vec<Deviation> {
-        let mut found = vec![];
+        let mut deviations = vec![];
         for kernel in 0..self.kernels.len() {
             let (prior, place) = (self.prior_of(kernel, set), self.kernels[kernel].place);
             let width = if kernel == 0 { 1.0 } else { 0.5 * 2f64.ln() / self.settings.range() };
             for (t, value, variance) in self.profile(kernel, set).unwrap_or_default() {
                 let probability = value + prior + f64::ln(width);
-                found.push(Deviation { kernel: place, ratio: t * t, variance, probability });
+                deviations.push(Deviation { kernel: place, ratio: t * t, variance, probability });
             }
         }
-        let all = ln_sum(&found.iter().map(|own| own.probability).collect::<Vec<_>>());
-        found.iter_mut().for_each(|own| own.probability = (own.probability - all).exp());
-        found.retain(|own| own.probability > 1e-9);
-        found
+        let all = ln_sum(&deviations.iter().map(|d| d.probability).collect::<Vec<_>>());
+        deviations.iter_mut().for_each(|d| d.probability = (d.probability - all).exp());
+        deviations.retain(|d| d.probability > 1e-9);
+        deviations
     }
 
     /// One set, solved with nothing but what it needs.
     fn quick(&self, kernel: usize, t: f64, set: &[u16]) -> Option<Solved> {
-        let (own, shrink) = (&self.kernels[kernel], self.shrink(kernel, t));
+        let (bank_kernel, shrink) = (&self.kernels[kernel], self.shrink(kernel, t));
         let k = set.len();
         let inner =
             |a: &[f64], b: &[f64]| -> f64 { shrink.iter().zip(a).zip(b).map(|((s, a), b)| s * a * b).sum::<f64>() };
-        let logdet_v: f64 = own.lambda.iter().map(|l| (1.0 + t * t * l).ln()).sum();
-        let z = &own.along_z;
+        let logdet_v: f64 = bank_kernel.lambda.iter().map(|l| (1.0 + t * t * l).ln()).sum();
+        let z = &bank_kernel.along_z;
         let mut q = self.zz - inner(z, z);
         let mut g = vec![0.0; k * k];
         let mut b = vec![0.0; k];
         for (x, m) in set.iter().enumerate() {
-            let c = own.along_c.col_as_slice(*m as usize);
+            let c = bank_kernel.along_c.col_as_slice(*m as usize);
             b[x] = self.b[*m as usize] - inner(c, z);
             for (y, o) in set.iter().enumerate().take(x + 1) {
-                let both =
-                    self.gram[*m as usize].as_ref()?[*o as usize] - inner(c, own.along_c.col_as_slice(*o as usize));
+                let both = self.gram[*m as usize].as_ref()?[*o as usize]
+                    - inner(c, bank_kernel.along_c.col_as_slice(*o as usize));
                 (g[x * k + y], g[y * k + x]) = (both, both);
             }
         }
@@ -591,8 +592,8 @@ impl Score {
         Some(Solved { value: self.evidence(k, q, logdet_v, logdet, believed), sizes: beta, t, squares: q })
     }
 
-    /// A set beside its most probable remainder; the t of its members are `b_j / (s (G_S^-1)_jj^1/2)`.
-    pub fn beside_best(&mut self, set: &[u16]) -> Option<Solved> {
+    /// A set given its most probable remainder; the t of its members are `b_j / (s (G_S^-1)_jj^1/2)`.
+    pub fn given_best_remainder(&mut self, set: &[u16]) -> Option<Solved> {
         let of = |key: &(u16, Vec<u16>)| self.visited.get(key).copied().unwrap_or(f64::NEG_INFINITY);
         let kernels = (0..self.kernels.len() as u16).map(|kernel| (kernel, set.to_vec()));
         let best = kernels.max_by(|a, b| of(a).total_cmp(&of(b))).map_or(0, |(kernel, _)| usize::from(kernel));
@@ -603,15 +604,15 @@ impl Score {
         self.quick(best, t, set)
     }
 
-    /// The size of each member of a set beside its most probable remainder.
+    /// The size of each member of a set given its most probable remainder.
     fn sizes(&mut self, set: &[u16]) -> Vec<f64> {
-        self.beside_best(set).map_or_else(|| vec![0.0; set.len()], |own| own.sizes)
+        self.given_best_remainder(set).map_or_else(|| vec![0.0; set.len()], |solved| solved.sizes)
     }
 
     /// Odds of each candidate of a column at a size.
     fn at_size(&self, j: u16, size: f64) -> impl Iterator<Item = (usize, f64)> {
-        let own = self.alike[j as usize].iter().zip(&self.own[j as usize]);
-        own.map(move |(i, (odds, absurd))| (*i as usize, odds / (1.0 + size.abs() * absurd)))
+        let odds = self.alike[j as usize].iter().zip(&self.odds_of[j as usize]);
+        odds.map(move |(i, (odds, absurd))| (*i as usize, odds / (1.0 + size.abs() * absurd)))
     }
 
     /// Odds of a column at a size.
@@ -619,7 +620,7 @@ impl Score {
         self.at_size(j, size).map(|(_, odds)| odds).sum()
     }
 
-    /// The candidates that each member of a set stands for, with their odds at its size.
+    /// The candidates that each member of a set represents, with their odds at its size.
     pub fn shares(&mut self, set: &[u16]) -> Vec<Vec<(usize, f64)>> {
         let sizes = self.sizes(set);
         set.iter().zip(sizes).map(|(j, size)| self.at_size(*j, size).collect()).collect()
@@ -667,8 +668,8 @@ impl Score {
     fn neighbours(&mut self, kernel: usize, set: &[u16]) -> Option<(f64, Vec<(f64, Vec<u16>)>)> {
         let (integral, t) = self.integral(kernel, set)?;
         let _again = self.expanded.insert(key(kernel, set));
-        let beside = self.at(kernel, t);
-        let state = self.state(&beside, set)?;
+        let remainder = self.at(kernel, t);
+        let state = self.state(&remainder, set)?;
         let shift = integral - state.value;
         let mut options: Vec<(f64, Vec<u16>)> = vec![];
         let consider = |options: &mut Vec<(f64, Vec<u16>)>, values: &[f64], of: &[u16]| {
@@ -680,19 +681,19 @@ impl Score {
             }
         };
         if set.len() < self.settings.most {
-            let values = self.additions(&state, &beside, self.best - KEPT - self.kernel_prior(kernel) - shift);
+            let values = self.additions(&state, &remainder, self.best - KEPT - self.kernel_prior(kernel) - shift);
             self.record_all(kernel, set, &values, (shift, KEPT));
             consider(&mut options, &values, set);
         }
         for place in 0..set.len() {
             let mut less = set.to_vec();
             let _gone = less.remove(place);
-            let Some(own) = self.state(&beside, &less) else { continue };
-            self.record(kernel, &less, own.value + shift);
-            let values = self.additions(&own, &beside, self.best - KEPT - self.kernel_prior(kernel) - shift);
+            let Some(reduced) = self.state(&remainder, &less) else { continue };
+            self.record(kernel, &less, reduced.value + shift);
+            let values = self.additions(&reduced, &remainder, self.best - KEPT - self.kernel_prior(kernel) - shift);
             self.record_all(kernel, &less, &values, (shift, KEPT));
             consider(&mut options, &values, &less);
-            options.push((own.value + shift, less));
+            options.push((reduced.value + shift, less));
         }
         options.sort_by(|a, b| b.0.total_cmp(&a.0));
         Some((integral, options))
@@ -703,7 +704,7 @@ impl Score {
         let mut set = start;
         for _ in 0..16 {
             let Some((integral, options)) = self.neighbours(kernel, &set) else { return set };
-            // values of neighbours are those at the set's own size of remainder: the three best, and 3 in ln, allow for that
+            // values of neighbours are those at the size of the set's remainder: the three best, and 3 in ln, allow for that
             let better = options.into_iter().take(3).take_while(|(value, _)| *value >= integral - 3.0);
             let better = better.map(|(_, next)| next).find(|next| {
                 let same = next.len() == set.len() && next.iter().all(|j| set.contains(j));
@@ -735,7 +736,7 @@ impl Score {
         if k * k * self.c.nrows() > 200_000_000 || set.len() + 2 > self.settings.most {
             return vec![];
         }
-        // the best by themselves first: the others are bounded by what they found
+        // the best by themselves first: the others are bounded by their values
         let mut singles = self.longer(kernel, set, vec![set.to_vec()]);
         let others = (0..k as u16).filter(|j| self.norm[*j as usize] > 0.0 && !set.contains(j));
         let others = others.map(|j| {
@@ -749,31 +750,31 @@ impl Score {
     }
 
     /// The best sets with one effect more than some sets have, the best first: so many that the first effect of each need not be in the best set.
-    /// Remainders have the size that they have beside `at`.
+    /// Remainders have the size that they have given `at`.
     fn longer(&mut self, kernel: usize, at: &[u16], sets: Vec<Vec<u16>>) -> Vec<Vec<u16>> {
         let Some((integral, t)) = self.integral(kernel, at) else { return vec![] };
-        let beside = self.at(kernel, t);
-        let Some(own) = self.state(&beside, at) else { return vec![] };
-        let shift = integral - own.value;
-        let mut found: Vec<(f64, Vec<u16>)> = vec![];
+        let remainder = self.at(kernel, t);
+        let Some(start) = self.state(&remainder, at) else { return vec![] };
+        let shift = integral - start.value;
+        let mut longer: Vec<(f64, Vec<u16>)> = vec![];
         for set in sets {
-            let Some(state) = self.state(&beside, &set) else { continue };
-            let least = if found.len() < BEAM { f64::NEG_INFINITY } else { found[BEAM - 1].0 };
+            let Some(state) = self.state(&remainder, &set) else { continue };
+            let least = if longer.len() < BEAM { f64::NEG_INFINITY } else { longer[BEAM - 1].0 };
             let record = self.best - GROWN - self.kernel_prior(kernel) - shift;
-            let values = self.additions(&state, &beside, least.min(record));
+            let values = self.additions(&state, &remainder, least.min(record));
             self.record_all(kernel, &set, &values, (shift, GROWN));
             for (j, value) in values.iter().enumerate().filter(|(_, value)| **value > least) {
                 let mut next = [&set[..], &[j as u16]].concat();
                 next.sort_unstable();
-                let place = found.partition_point(|(other, _)| other >= value);
+                let place = longer.partition_point(|(other, _)| other >= value);
                 // each set is met once from each of its members
-                if place < BEAM && !found.iter().any(|(_, other)| *other == next) {
-                    found.insert(place, (*value, next));
-                    found.truncate(BEAM);
+                if place < BEAM && !longer.iter().any(|(_, other)| *other == next) {
+                    longer.insert(place, (*value, next));
+                    longer.truncate(BEAM);
                 }
             }
         }
-        found.into_iter().map(|(_, set)| set).collect()
+        longer.into_iter().map(|(_, set)| set).collect()
     }
 
     pub fn search(&mut self, starts: &[Vec<u16>]) {
@@ -785,37 +786,37 @@ impl Score {
         // what shows only with two others is there where one effect more gains nothing, and two do
         let (mut most, mut without_gain) = (self.value(0, &white), 0);
         while let Some(first) = level.first().cloned() {
-            let own = self.value(0, &first);
-            without_gain = if own > most { 0 } else { without_gain + 1 };
-            if own > most - self.settings.alias {
+            let reached = self.value(0, &first);
+            without_gain = if reached > most { 0 } else { without_gain + 1 };
+            if reached > most - self.settings.alias {
                 let other = self.climb(0, first.clone());
                 if self.value(0, &other) > self.value(0, &white) {
                     white = other;
                 }
             }
-            most = most.max(own);
+            most = most.max(reached);
             let is_last = without_gain == 2 || first.len() >= self.settings.most;
             level = if is_last { vec![] } else { self.longer(0, &[], level) };
         }
         let mut ranked = vec![];
         for kernel in 0..self.kernels.len() {
-            let mut own = vec![];
+            let mut climbed = vec![];
             let begin: Vec<Vec<u16>> = [vec![], white.clone()].into_iter().chain(starts.iter().cloned()).collect();
-            // beside what does not deviate no other set becomes probable
-            let told = begin.iter().any(|start| self.value(kernel, start) > self.best - KEPT);
-            for start in begin.into_iter().filter(|_| told) {
-                let found = self.climb(kernel, start);
-                own.push((self.value(kernel, &found), found));
+            // given a kernel without deviations no other set becomes probable
+            let is_probable = begin.iter().any(|start| self.value(kernel, start) > self.best - KEPT);
+            for start in begin.into_iter().filter(|_| is_probable) {
+                let top = self.climb(kernel, start);
+                climbed.push((self.value(kernel, &top), top));
             }
-            own.sort_by(|a, b| b.0.total_cmp(&a.0));
-            if let Some((value, set)) = own.into_iter().next() {
+            climbed.sort_by(|a, b| b.0.total_cmp(&a.0));
+            if let Some((value, set)) = climbed.into_iter().next() {
                 ranked.push((value, kernel, set));
             }
         }
         ranked.sort_by(|a, b| b.0.total_cmp(&a.0));
         let Some((top, _, _)) = ranked.first().cloned() else { return };
         for (value, kernel, set) in ranked.into_iter().take(3) {
-            // no pair beside a kernel that is 3000 times less probable
+            // no pair given a kernel that is 3000 times less probable
             if value < top - 8.0 {
                 break;
             }
@@ -845,7 +846,7 @@ impl Score {
     }
 
     /// The `t` from which what could stand in an effect's place has a probability, if it is what the readings show and the noise is known, with its
-    /// standard deviation over some columns of noise that are there beside it. Single effects and remainders compete:
+    /// standard deviation over some columns of noise given it. Single effects and remainders compete:
     ///
     /// ```text
     /// t_i = c t + e_i,     -2 ln p(K, x) = ln|V| - sum_d w_d (p_d t + e_d)^2,    w = x^2 l/(1 + x^2 l),   c, p: cosines with the effect's column
@@ -856,7 +857,7 @@ impl Score {
         noise: std::ops::Range<usize>,
         probability: f64,
     ) -> Option<(f64, f64)> {
-        let is_own = |own: &Vec<u16>| own.iter().any(|i| usize::from(*i) == candidate);
+        let is_own = |same: &Vec<u16>| same.iter().any(|i| usize::from(*i) == candidate);
         let first = self.alike.iter().position(is_own)?;
         let along = self.gram0(first);
         let open: Vec<usize> = (0..along.len()).filter(|j| self.norm[*j] > 0.0 && self.prior[*j].is_finite()).collect();
@@ -865,12 +866,12 @@ impl Score {
         let width = 0.5 * 2f64.ln() / self.settings.range();
         let sizes: Vec<(usize, f64)> =
             (1..self.kernels.len()).flat_map(|kernel| self.grid().into_iter().map(move |x| (kernel, x))).collect();
-        let mut found: Vec<f64> = vec![];
+        let mut thresholds: Vec<f64> = vec![];
         for column in noise {
             let scale = self.nu.sqrt();
-            let own = self.gram0(column)[first] * scale;
+            let projection = self.gram0(column)[first] * scale;
             let row = self.gram0(column);
-            let beside: Vec<f64> = (0..along.len()).map(|j| row[j] * scale - along[j] * own).collect();
+            let orthogonal: Vec<f64> = (0..along.len()).map(|j| row[j] * scale - along[j] * projection).collect();
             // ln p of a remainder: a + b t + c t^2
             let mut remainders: Vec<[f64; 3]> = vec![];
             for &(kernel, size) in &sizes {
@@ -879,20 +880,20 @@ impl Score {
                 let mut sum = [self.prior_of(kernel, &[]) + width.ln() - 0.5 * volume, 0.0, 0.0];
                 for (d, w) in shrink.iter().enumerate() {
                     let p = at.along_c[(d, first)];
-                    let e = at.along_c[(d, column)] * scale - p * own;
+                    let e = at.along_c[(d, column)] * scale - p * projection;
                     sum = [sum[0] + 0.5 * w * e * e, sum[1] + w * p * e, sum[2] + 0.5 * w * p * p];
                 }
                 remainders.push(sum);
             }
             let share = |t: f64| {
-                let score = |j: usize| along[j] * t + beside[j];
+                let score = |j: usize| along[j] * t + orthogonal[j];
                 let like = |j: usize| 0.5 * score(j).powi(2) + each;
                 let is_plain = like(first) - nothing >= PLAIN;
-                let in_class = |j: usize| self.stands_for(like(first) - like(j), is_plain, || along[j].abs());
+                let in_class = |j: usize| self.replaces(like(first) - like(j), is_plain, || along[j].abs());
                 let value = |j: &usize| (in_class(*j), like(*j) + self.believed(*j, score(*j).powi(2) + 1.0));
                 let values: Vec<(bool, f64)> = open.iter().map(value).collect();
                 let outside = remainders.iter().map(|[a, b, c]| a + b * t + c * t * t);
-                let class: Vec<f64> = values.iter().filter(|(own, _)| *own).map(|(_, value)| *value).collect();
+                let class: Vec<f64> = values.iter().filter(|(is_own, _)| *is_own).map(|(_, value)| *value).collect();
                 let all: Vec<f64> = values.iter().map(|(_, value)| *value).chain(outside).chain([nothing]).collect();
                 (ln_sum(&class) - ln_sum(&all)).exp()
             };
@@ -905,11 +906,11 @@ impl Score {
                 let middle = 0.5 * (low + high);
                 if share(middle) >= probability { high = middle } else { low = middle }
             }
-            found.push(high);
+            thresholds.push(high);
         }
-        let count = found.len() as f64;
-        let mean = found.iter().sum::<f64>() / count;
-        let variance = found.iter().map(|t| (t - mean).powi(2)).sum::<f64>() / (count - 1.0).max(1.0);
+        let count = thresholds.len() as f64;
+        let mean = thresholds.iter().sum::<f64>() / count;
+        let variance = thresholds.iter().map(|t| (t - mean).powi(2)).sum::<f64>() / (count - 1.0).max(1.0);
         (count > 0.0).then(|| (mean, variance.sqrt()))
     }
 
@@ -923,24 +924,24 @@ impl Score {
     }
 
     /// Do two explanations that differ by so much (ln) stand in each other's place? Of what is hardly seen only columns that are alike do.
-    fn stands_for(&self, apart: f64, is_plain: bool, cosine: impl FnOnce() -> f64) -> bool {
+    fn replaces(&self, apart: f64, is_plain: bool, cosine: impl FnOnce() -> f64) -> bool {
         apart <= self.settings.alias && (is_plain || cosine() >= ALIKE)
     }
 
-    /// Cosine of two columns beside the model and some others, by size; zero where one of them was never in a set.
+    /// Cosine of two columns given the model and some others, by size; zero where one of them was never in a set.
     pub fn cosine(&self, others: &[u16], a: u16, b: u16) -> f64 {
         let rows: Option<Vec<&Vec<f64>>> =
             others.iter().chain([&a]).map(|j| self.gram.get(usize::from(*j))?.as_ref()).collect();
-        let Some((own, beside)) = rows.as_ref().and_then(|rows| rows.split_last()) else { return 0.0 };
+        let Some((row, given)) = rows.as_ref().and_then(|rows| rows.split_last()) else { return 0.0 };
         let k = others.len();
-        let gram: Vec<f64> = beside.iter().flat_map(|row| others.iter().map(|j| row[*j as usize])).collect();
+        let gram: Vec<f64> = given.iter().flat_map(|row| others.iter().map(|j| row[*j as usize])).collect();
         let Some((inverse, _)) = invert(&gram, k) else { return 0.0 };
         let along = |x: u16, y: u16| -> f64 {
-            let pair = |i: usize, l: usize| beside[i][x as usize] * inverse[i * k + l] * beside[l][y as usize];
+            let pair = |i: usize, l: usize| given[i][x as usize] * inverse[i * k + l] * given[l][y as usize];
             (0..k).flat_map(|i| (0..k).map(move |l| (i, l))).map(|(i, l)| pair(i, l)).sum()
         };
         let (left, right) = (1.0 - along(a, a), 1.0 - along(b, b));
-        if left > 1e-9 && right > 1e-9 { ((own[b as usize] - along(a, b)) / (left * right).sqrt()).abs() } else { 0.0 }
+        if left > 1e-9 && right > 1e-9 { ((row[b as usize] - along(a, b)) / (left * right).sqrt()).abs() } else { 0.0 }
     }
 
     pub fn posterior(&mut self) -> Posterior {
@@ -955,8 +956,8 @@ impl Score {
         // many that stand in each other's place share what one without them has: not only the best set tells what is probable
         let least = sets.first().map_or(0.0, |(top, _)| top * (-self.settings.alias).exp());
         let sizes: Vec<Vec<f64>> = sets.iter().take(TOLD).map(|(_, set)| self.sizes(set)).collect();
-        let told = sets.iter().zip(sizes).take_while(|((p, _), _)| *p >= least);
-        for (order, ((top, set), sizes)) in told.enumerate() {
+        let probable = sets.iter().zip(sizes).take_while(|((p, _), _)| *p >= least);
+        for (order, ((top, set), sizes)) in probable.enumerate() {
             for (place, size) in sizes.into_iter().enumerate() {
                 let mut less = set.clone();
                 let member = less.remove(place);
@@ -970,17 +971,17 @@ impl Score {
                     let apart = |j: u16| like(*top, member) - like(*p, j);
                     if let [j] = extra[..]
                         && j != member
-                        && self.stands_for(apart(j), is_plain, || self.cosine(&less, member, j))
+                        && self.replaces(apart(j), is_plain, || self.cosine(&less, member, j))
                     {
                         class.push((j, *p));
                     }
                 }
                 let mut nearly: Vec<(u16, f64)> = Vec::new();
                 for (p, other) in &sets {
-                    if *p < *top * 1e-4 || other.iter().any(|j| class.iter().any(|(own, _)| own == j)) {
+                    if *p < *top * 1e-4 || other.iter().any(|j| class.iter().any(|(i, _)| i == j)) {
                         continue;
                     }
-                    let known = |j: &&u16| nearly.iter().any(|(own, _)| own == *j);
+                    let known = |j: &&u16| nearly.iter().any(|(i, _)| i == *j);
                     if other.iter().any(|j| known(&j)) {
                         continue;
                     }
@@ -996,8 +997,9 @@ impl Score {
                 };
                 let mut members: Vec<Member> = class.iter().flat_map(each).collect();
                 // of further sets only what is in no class yet; members of the best set are different effects
-                let told = |own: &Class| own.members.iter().any(|a| members.iter().any(|b| a.candidate == b.candidate));
-                if order > 0 && classes.iter().any(told) {
+                let is_known =
+                    |class: &Class| class.members.iter().any(|a| members.iter().any(|b| a.candidate == b.candidate));
+                if order > 0 && classes.iter().any(is_known) {
                     continue;
                 }
                 let probability = sets
@@ -1012,35 +1014,35 @@ impl Score {
         let nothing = self.visited.get(&(0, vec![])).map_or(0.0, |v| (v - self.best).exp() / total);
         let mut alone = vec![0.0; self.settings.most + 1];
         for ((_, set), v) in self.visited.iter().filter(|((k, _), _)| *k == 0) {
-            if let Some(own) = alone.get_mut(set.len()) {
-                *own += (v - self.best).exp() / total;
+            if let Some(share) = alone.get_mut(set.len()) {
+                *share += (v - self.best).exp() / total;
             }
         }
         let outside = kernels.iter().skip(1).sum();
         Posterior { sets, classes, nothing, outside, alone }
     }
 
-    /// What a set has at its own solution takes the place of what the columns of another one say of it; minus infinity where it has none.
+    /// The evidence of a set at its solution replaces that from columns at another point; minus infinity where it has none.
     pub fn overrule(&mut self, set: &[u16], value: f64) {
         let each = self.values(set);
         let shift = value - ln_sum(&each);
-        self.visited.retain(|(_, own), _| own != set);
-        for (kernel, own) in each.into_iter().enumerate() {
-            // a set that only stands at its own solution has no remainder that is known here
-            let own = if shift == f64::INFINITY && kernel == 0 { value } else { own + shift };
-            if own.is_finite() {
-                let _first = self.visited.insert((kernel as u16, set.to_vec()), own);
+        self.visited.retain(|(_, other), _| other != set);
+        for (kernel, at) in each.into_iter().enumerate() {
+            // for a set that is judged only at its solution no remainder is known here
+            let at = if shift == f64::INFINITY && kernel == 0 { value } else { at + shift };
+            if at.is_finite() {
+                let _first = self.visited.insert((kernel as u16, set.to_vec()), at);
             }
         }
-        self.best = self.visited.values().fold(f64::NEG_INFINITY, |best, own| best.max(*own));
+        self.best = self.visited.values().fold(f64::NEG_INFINITY, |best, value| best.max(*value));
     }
 
-    /// Places in the bank of the kernels that matter beside a set.
-    pub fn beside(&mut self, set: &[u16]) -> Vec<usize> {
+    /// Places in the bank of the kernels that matter given a set.
+    pub fn kernels_given(&mut self, set: &[u16]) -> Vec<usize> {
         let values = self.values(set);
         let least = ln_sum(&values) + NEGLIGIBLE.ln();
         let near = self.kernels.iter().zip(values).filter(|(_, value)| *value >= least);
-        near.filter_map(|(own, _)| own.place).collect()
+        near.filter_map(|(kernel, _)| kernel.place).collect()
     }
 
     /// ln of the sum over kernels of one set.
@@ -1085,10 +1087,10 @@ pub(crate) struct Deviations {
 impl Deviations {
     /// The most probable kernel and the mean of `t^2 s^2` there: the variance of what is left over that of the noise.
     pub fn foremost(&self) -> Option<(&Kernel, f64)> {
-        let of = |k: usize| self.each.iter().filter(move |own| own.kernel == Some(k));
-        let probable = |k: usize| of(k).map(|own| own.probability).sum::<f64>();
+        let of = |k: usize| self.each.iter().filter(move |d| d.kernel == Some(k));
+        let probable = |k: usize| of(k).map(|d| d.probability).sum::<f64>();
         let best = (0..self.kernels.len()).max_by(|a, b| probable(*a).total_cmp(&probable(*b)))?;
-        let variance: f64 = of(best).map(|own| own.probability * own.ratio * own.variance).sum();
+        let variance: f64 = of(best).map(|d| d.probability * d.ratio * d.variance).sum();
         let all = probable(best);
         self.kernels.get(best).filter(|_| all > 0.0).map(|kernel| (kernel, variance / all))
     }
@@ -1096,13 +1098,13 @@ impl Deviations {
     /// Variance of a combination `l` of the weighted rows: `sum_k P_k s_k^2 (l'l + t_k^2 l'K l)`.
     pub fn variance_of(&self, l: &[f64]) -> f64 {
         let white: f64 = l.iter().map(|l| l * l).sum();
-        let along = |own: &Kernel| -> f64 {
-            let sum = |j: usize| own.factor.col_as_slice(j).iter().zip(l).map(|(f, l)| f * l).sum::<f64>();
-            (0..own.factor.ncols()).map(|j| sum(j).powi(2)).sum()
+        let along = |kernel: &Kernel| -> f64 {
+            let sum = |j: usize| kernel.factor.col_as_slice(j).iter().zip(l).map(|(f, l)| f * l).sum::<f64>();
+            (0..kernel.factor.ncols()).map(|j| sum(j).powi(2)).sum()
         };
         let shared: Vec<f64> = self.kernels.iter().map(along).collect();
-        let of = |own: &Deviation| own.kernel.and_then(|k| shared.get(k)).map_or(0.0, |shared| own.ratio * shared);
-        self.each.iter().map(|own| own.probability * own.variance * (white + of(own))).sum()
+        let of = |d: &Deviation| d.kernel.and_then(|k| shared.get(k)).map_or(0.0, |shared| d.ratio * shared);
+        self.each.iter().map(|d| d.probability * d.variance * (white + of(d))).sum()
     }
 }
 
@@ -1125,8 +1127,8 @@ pub(crate) struct Class {
 }
 
 impl Class {
-    /// The member that stands for all: of those that are nearly as probable as any (but for what is hardly worth a mention) the one with the best odds by
-    /// itself; of equals the more probable, then the first. What is not plain never stands for a plain one in whose place it could be, by so much (ln).
+    /// The member that represents the class: of those that are nearly as probable as any (but for what is hardly worth a mention) the one with the best odds by
+    /// itself; of equals the more probable, then the first. What is not plain never represents a plain one that it could replace, by so much (ln).
     pub fn front(
         &self,
         alias: f64,
@@ -1134,12 +1136,12 @@ impl Class {
         order: impl Fn(usize, usize) -> Ordering,
     ) -> Option<Member> {
         let most = |all: bool| {
-            let own = self.members.iter().filter(|own| all || is_plain(own.candidate));
-            own.fold(0.0_f64, |most, own| most.max(own.probability))
+            let members = self.members.iter().filter(|m| all || is_plain(m.candidate));
+            members.fold(0.0_f64, |most, m| most.max(m.probability))
         };
         let top = most(true);
-        let most = Some(most(false)).filter(|own| own.ln() >= top.ln() - alias).unwrap_or(top);
-        let near = self.members.iter().filter(|own| own.probability * NEAR >= most && own.probability <= most);
+        let most = Some(most(false)).filter(|p| p.ln() >= top.ln() - alias).unwrap_or(top);
+        let near = self.members.iter().filter(|m| m.probability * NEAR >= most && m.probability <= most);
         let equal = |a: f64, b: f64| if (a - b).abs() <= EQUAL * a { Ordering::Equal } else { a.total_cmp(&b) };
         near.copied().max_by(|a, b| {
             let probable = || equal(a.probability / most, b.probability / most);
@@ -1162,13 +1164,13 @@ pub(crate) struct Posterior {
     pub alone: Vec<f64>,
 }
 
-fn step(state: &State, beside: &Beside, j: usize) -> Option<(Vec<f64>, f64, f64)> {
+fn step(state: &State, remainder: &GivenRemainder, j: usize) -> Option<(Vec<f64>, f64, f64)> {
     let k = state.set.len();
     let g: Vec<f64> = state.g.iter().map(|col| col[j]).collect();
     let h: Vec<f64> = (0..k).map(|i| (0..k).map(|l| state.inverse[i * k + l] * g[l]).sum()).collect();
-    let d = beside.d[j] - g.iter().zip(&h).map(|(a, b)| a * b).sum::<f64>();
-    let bb = beside.b[j] - g.iter().zip(&state.beta).map(|(a, b)| a * b).sum::<f64>();
-    (d > 1e-4 * beside.d[j] && d > 1e-12).then_some((h, d, bb))
+    let d = remainder.d[j] - g.iter().zip(&h).map(|(a, b)| a * b).sum::<f64>();
+    let bb = remainder.b[j] - g.iter().zip(&state.beta).map(|(a, b)| a * b).sum::<f64>();
+    (d > 1e-4 * remainder.d[j] && d > 1e-12).then_some((h, d, bb))
 }
 
 fn extend(state: &mut State, h: Vec<f64>, d: f64, bb: f64, m: u16) {

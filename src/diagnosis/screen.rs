@@ -56,7 +56,7 @@ impl Chosen {
             .members
             .iter()
             .filter_map(|member| match member {
-                Scanned::Exchange(own, a, b) if *own == sensor => Some((*a, *b)),
+                Scanned::Exchange(of_sensor, a, b) if *of_sensor == sensor => Some((*a, *b)),
                 _ => None,
             })
             .collect();
@@ -82,10 +82,10 @@ pub(super) fn exchanged(
     weighted: &Weighted,
     settings: &Settings,
 ) -> Vec<Scanned> {
-    let mut found: Vec<(f64, Scanned)> = Vec::new();
+    let mut pairs: Vec<(f64, Scanned)> = Vec::new();
     for sensor in 0..campaign.bench.sensors.len() {
-        let own = design.rows.iter().enumerate().filter(|(_, origin)| origin.sensor == sensor);
-        let mut rows: Vec<(usize, usize, f64, f64)> = own
+        let origins = design.rows.iter().enumerate().filter(|(_, origin)| origin.sensor == sensor);
+        let mut rows: Vec<(usize, usize, f64, f64)> = origins
             .filter_map(|(i, origin)| {
                 let reading = campaign.readings.rows.get(origin.reading)?;
                 let value = reading.observations.iter().find(|o| o.sensor == sensor)?.value;
@@ -104,14 +104,14 @@ pub(super) fn exchanged(
                 // most of both residuals must go
                 if fall > settings.exchanged && after < settings.exchanged_left * (square(*r, w) + square(*s, v)) {
                     let (a, b) = (*first.min(second), *first.max(second));
-                    found.push((fall, Scanned::Exchange(sensor, a, b)));
+                    pairs.push((fall, Scanned::Exchange(sensor, a, b)));
                 }
             }
         }
     }
-    found.sort_by(|a, b| b.0.total_cmp(&a.0));
-    found.truncate(PAIRS);
-    found.into_iter().map(|(_, pair)| pair).collect()
+    pairs.sort_by(|a, b| b.0.total_cmp(&a.0));
+    pairs.truncate(PAIRS);
+    pairs.into_iter().map(|(_, pair)| pair).collect()
 }
 
 /// Which families a campaign is too long for.
@@ -147,18 +147,18 @@ impl Screen {
         let times = breaks(campaign);
         let time = campaign.readings.columns.iter().position(|column| column == "time_s");
         for sensor in 0..campaign.bench.sensors.len() {
-            let own = || design.rows.iter().enumerate().filter(move |(_, origin)| origin.sensor == sensor);
+            let rows_of = || design.rows.iter().enumerate().filter(move |(_, origin)| origin.sensor == sensor);
             if chosen.readings {
                 let one = |(i, origin): (usize, &crate::design::RowOrigin)| {
                     let mut sums = rows.none();
                     rows.add(i, &mut sums);
                     (Scanned::Reading(sensor, origin.reading), rows.score(&sums))
                 };
-                families.push(own().map(one).collect());
+                families.push(rows_of().map(one).collect());
             }
             if chosen.positions {
                 let mut labels: HashMap<&str, Sums> = HashMap::new();
-                for (i, origin) in own() {
+                for (i, origin) in rows_of() {
                     let label = campaign.readings.rows.get(origin.reading).map_or("", |r| r.position.as_str());
                     rows.add(i, labels.entry(label).or_insert_with(|| rows.none()));
                 }
@@ -172,7 +172,7 @@ impl Screen {
             if let (true, Some(column)) = (chosen.breaks, time) {
                 let at = |reading: usize| campaign.readings.rows.get(reading)?.columns.get(column).copied().flatten();
                 let mut late: Vec<(f64, usize)> =
-                    own().filter_map(|(i, origin)| at(origin.reading).map(|t| (t, i))).collect();
+                    rows_of().filter_map(|(i, origin)| at(origin.reading).map(|t| (t, i))).collect();
                 late.sort_by(|a, b| a.0.total_cmp(&b.0));
                 let mut sums = rows.none();
                 let mut family = Vec::with_capacity(times.len());

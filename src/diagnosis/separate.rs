@@ -28,8 +28,8 @@ pub struct Separation {
 
 /// Positions that tell the effect from its aliases when one of them is added to the readings at hand.
 ///
-/// The first tells the aliases best on the whole, the second tells the least told of them best, and so on. T-optimal: against each alias,
-/// with its own coefficient and its own parameters, see [`plan::discriminating_positions`]. Rows are taken where the fit stands.
+/// The first discriminates best between all aliases, the second best between those that the first discriminates least, and so on. T-optimal: against each alias,
+/// with its coefficient and parameters fitted, see [`plan::discriminating_positions`]. Rows are evaluated at the estimate.
 pub(super) fn positions(
     campaign: &Campaign,
     design: &DesignMatrix,
@@ -59,12 +59,12 @@ pub(super) fn positions(
     };
     let offer = Offer { kept: campaign.readings.clone(), candidates, noise, costs: Costs::default() };
     let terms: Vec<Term> = rivals.iter().map(|c| term(c)).collect();
-    // where no positions can be weighed none is offered, and all rivals are listed as never told apart
+    // where no positions can be weighed none is offered, and all rivals are listed as never discriminated
     let least = plan::discriminating_positions(&there, &offer, &term(effect), &terms).unwrap_or_default();
-    let told: HashSet<usize> = least.iter().flat_map(|t| t.told.iter().copied()).collect();
-    let never = rivals.iter().enumerate().filter(|(k, _)| !told.contains(k)).map(|(_, c)| c.regressor.clone());
+    let discriminated: HashSet<usize> = least.iter().flat_map(|t| t.told.iter().copied()).collect();
+    let never = rivals.iter().enumerate().filter(|(k, _)| !discriminated.contains(k)).map(|(_, c)| c.regressor.clone());
     let never: Vec<String> = never.collect();
-    let is_new = |t: &DiscriminatingPosition| !campaign.readings.rows.iter().any(|own| own.joints == t.position.joints);
+    let is_new = |t: &DiscriminatingPosition| !campaign.readings.rows.iter().any(|row| row.joints == t.position.joints);
     let least: Vec<DiscriminatingPosition> = least.into_iter().filter(|t| !t.told.is_empty() && is_new(t)).collect();
     let mut mean = least.clone();
     let rounded = |v: f64| (v * 1e3).round();
@@ -72,8 +72,8 @@ pub(super) fn positions(
     let in_turn: Vec<DiscriminatingPosition> = mean.into_iter().zip(least).flat_map(|(a, b)| [a, b]).collect();
     let positions = distinct(in_turn.iter().map(|t| t.position.joints.clone()));
     let count = |joints: &Vec<JointState>| in_turn.iter().find(|t| t.position.joints == *joints).map(|t| t.told.len());
-    let told = positions.iter().filter_map(count).collect();
-    Separation { positions, told, of: rivals.len(), never }
+    let counts = positions.iter().filter_map(count).collect();
+    Separation { positions, told: counts, of: rivals.len(), never }
 }
 
 /// Standard uncertainty of a further reading: as the readings state theirs, else a common unknown one.
@@ -96,7 +96,7 @@ fn distinct(positions: impl Iterator<Item = Vec<JointState>>) -> Vec<Vec<JointSt
 
     let mut named: Vec<Vec<JointState>> = Vec::new();
     for joints in positions {
-        if !named.iter().any(|own| held(own) == held(&joints)) {
+        if !named.iter().any(|other| held(other) == held(&joints)) {
             named.push(joints);
         }
         if named.len() == NAMED {

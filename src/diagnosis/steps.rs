@@ -61,7 +61,7 @@ pub struct GapStep {
 /// Why nothing is added after the last effect, from what the posterior says once all that is named is in the model.
 fn last(seen: &Seen, settings: &Settings, name: impl Fn(usize) -> String) -> String {
     let (further, outside) = (short(seen.further), short(seen.outside));
-    let probable = seen.suspected.iter().reduce(|best, own| if own.1 > best.1 { own } else { best });
+    let probable = seen.suspected.iter().reduce(|best, next| if next.1 > best.1 { next } else { best });
     match (seen.state, probable) {
         (_, Some((j, p))) => {
             let level = settings.probability;
@@ -134,8 +134,8 @@ pub(super) fn order(evidence: &Evidence, set: &[usize]) -> Vec<usize> {
             let longer: Vec<usize> = ordered.iter().copied().chain([*j]).collect();
             evidence.rss_of(&longer)
         };
-        let rest = set.iter().filter(|j| !ordered.contains(j));
-        match rest.min_by(|a, b| left(a).total_cmp(&left(b))) {
+        let remaining = set.iter().filter(|j| !ordered.contains(j));
+        match remaining.min_by(|a, b| left(a).total_cmp(&left(b))) {
             Some(next) => ordered.push(*next),
             None => break,
         }

@@ -51,14 +51,14 @@ pub(super) struct Beliefs(Vec<Belief>);
 impl Beliefs {
     /// Of a campaign whose tilts may be of the size `tilts` (radians), and which may be read at `positions`.
     pub fn new(campaign: &Campaign, positions: &[Reading], noise: &Noise, tilts: f64) -> Result<Self> {
-        let of = |(parameter, own): (usize, &crate::campaign::Parameter)| {
+        let of = |(parameter, estimated): (usize, &crate::campaign::Parameter)| {
             let stated = |value, u| Some(Belief { parameter, value, u, source: Source::Stated });
-            match &own.role {
+            match &estimated.role {
                 Role::Estimated { prior: Some(prior), .. } => stated(prior.value, prior.u),
                 Role::Known(known) if known.u > 0.0 => stated(known.value, known.u),
                 Role::Estimated { .. } => {
-                    let value = own.reference();
-                    let (value, u, source) = match (limits(campaign, parameter), own.kind) {
+                    let value = estimated.reference();
+                    let (value, u, source) = match (limits(campaign, parameter), estimated.kind) {
                         (Some((centre, u)), _) => (centre, u, Source::Stated),
                         (None, Kind::Tilt) => (value, tilts, Source::Supposed),
                         (None, _) => (value, 1.0, Source::Nothing),
@@ -70,9 +70,9 @@ impl Beliefs {
         };
         let mut all = Beliefs(campaign.parameters.iter().enumerate().filter_map(of).collect());
         let rows = Rows::of(campaign, &all, positions, &all.point(campaign), noise)?;
-        for (k, own) in all.0.iter_mut().enumerate().filter(|(_, own)| own.source == Source::Nothing) {
+        for (k, belief) in all.0.iter_mut().enumerate().filter(|(_, belief)| belief.source == Source::Nothing) {
             let size = rows.slopes.iter().fold(0.0_f64, |most, row| most.max(row[k].abs()));
-            own.u = LOOSE / if size > 0.0 { size } else { 1.0 };
+            belief.u = LOOSE / if size > 0.0 { size } else { 1.0 };
         }
         Ok(all)
     }
@@ -80,8 +80,8 @@ impl Beliefs {
     /// The point of all parameters that is believed.
     pub fn point(&self, campaign: &Campaign) -> Vec<f64> {
         let mut point = campaign.reference_point();
-        for own in &self.0 {
-            point[own.parameter] = own.value;
+        for belief in &self.0 {
+            point[belief.parameter] = belief.value;
         }
         point
     }
@@ -92,30 +92,30 @@ impl Beliefs {
 
     /// A direction along parameters as one along `z`.
     pub fn along(&self, direction: &[f64]) -> Vec<f64> {
-        self.0.iter().map(|own| own.u * direction.get(own.parameter).copied().unwrap_or(0.0)).collect()
+        self.0.iter().map(|belief| belief.u * direction.get(belief.parameter).copied().unwrap_or(0.0)).collect()
     }
 
     /// What is believed, from a point on.
     fn centre(&self, point: &[f64]) -> Vec<f64> {
-        let of = |own: &Belief| match own.source {
+        let of = |belief: &Belief| match belief.source {
             Source::Nothing => 0.0,
-            _ => (own.value - point[own.parameter]) / own.u,
+            _ => (belief.value - point[belief.parameter]) / belief.u,
         };
         self.0.iter().map(of).collect()
     }
 
     fn moved(&self, point: &[f64], z: &[f64], step: f64) -> Vec<f64> {
         let mut point = point.to_vec();
-        for (own, z) in self.0.iter().zip(z) {
-            point[own.parameter] += step * own.u * z;
+        for (belief, z) in self.0.iter().zip(z) {
+            point[belief.parameter] += step * belief.u * z;
         }
         point
     }
 }
 
-/// Centre and standard deviation of a parameter that limits of its own hold: uniform between bounds, or within a ball.
+/// Centre and standard deviation of a parameter within limits: uniform between bounds, or within a ball.
 fn limits(campaign: &Campaign, parameter: usize) -> Option<(f64, f64)> {
-    campaign.constraints.iter().find_map(|own| match own {
+    campaign.constraints.iter().find_map(|constraint| match constraint {
         Constraint::Linear { terms, lower, upper } => match terms.as_slice() {
             [(k, factor)] if *k == parameter && lower < upper && (upper - lower).is_finite() => {
                 Some(((lower + upper) / (2.0 * factor), (upper - lower) / (12.0_f64.sqrt() * factor.abs())))
@@ -136,7 +136,7 @@ pub(super) struct Rows {
     /// By unknown, for each row.
     pub slopes: Vec<Vec<f64>>,
     /// Value less prediction; zero where nothing was read.
-    pub rest: Vec<f64>,
+    pub white_residual: Vec<f64>,
     /// The same in the sensor's unit, as it was read.
     pub residual: Vec<f64>,
     /// Standard deviations of the values alone.
@@ -165,28 +165,28 @@ impl Rows {
         (point, later, from): (&[f64], &[f64], usize),
         noise: &Noise,
     ) -> Result<Self> {
-        let own =
+        let part =
             campaign.with_readings(Readings { columns: campaign.readings.columns.clone(), rows: readings.to_vec() });
-        let model = Model::new(&own)?;
-        let mut design = design::assemble(&own, &model, point)?;
+        let model = Model::new(&part)?;
+        let mut design = design::assemble(&part, &model, point)?;
         if from < readings.len() {
-            let then = design::assemble(&own, &model, later)?;
+            let then = design::assemble(&part, &model, later)?;
             for i in (0..design.rows.len()).filter(|i| design.rows[*i].reading >= from) {
                 design.predicted[i] = then.predicted[i];
                 (0..design.jacobian.ncols()).for_each(|k| design.jacobian[(i, k)] = then.jacobian[(i, k)]);
             }
         }
         let reading = |origin: &RowOrigin| readings.get(origin.reading);
-        let sd: Vec<f64> = design.rows.iter().map(|o| reading(o).map_or(1.0, |own| noise.u(own, o.sensor))).collect();
+        let sd: Vec<f64> = design.rows.iter().map(|o| reading(o).map_or(1.0, |r| noise.u(r, o.sensor))).collect();
         let value =
-            |o: &RowOrigin| reading(o)?.observations.iter().find(|own| own.sensor == o.sensor).map(|own| own.value);
+            |o: &RowOrigin| reading(o)?.observations.iter().find(|seen| seen.sensor == o.sensor).map(|seen| seen.value);
         let residual: Vec<f64> =
             design.rows.iter().zip(&design.predicted).map(|(o, f)| value(o).map_or(0.0, |y| y - f)).collect();
-        let whitening = (!own.scatter.is_empty()).then(|| fit::whitening(&own, &design, &sd, &noise.lines));
-        let mut rows = Rows { slopes: Vec::new(), rest: Vec::new(), residual, sd, design, whitening };
-        let columns: Vec<Vec<f64>> = beliefs.0.iter().map(|own| rows.along(own.parameter, own.u, 0)).collect();
+        let whitening = (!part.scatter.is_empty()).then(|| fit::whitening(&part, &design, &sd, &noise.lines));
+        let mut rows = Rows { slopes: Vec::new(), white_residual: Vec::new(), residual, sd, design, whitening };
+        let columns: Vec<Vec<f64>> = beliefs.0.iter().map(|belief| rows.along(belief.parameter, belief.u, 0)).collect();
         rows.slopes = (0..rows.sd.len()).map(|i| columns.iter().map(|column| column[i]).collect()).collect();
-        rows.rest = rows.white(rows.residual.clone());
+        rows.white_residual = rows.white(rows.residual.clone());
         Ok(rows)
     }
 
@@ -210,27 +210,29 @@ impl Rows {
         self.white(self.design.rows.iter().enumerate().map(of).collect())
     }
 
-    /// What they tell, with further unknowns beside the beliefs: columns for one standard deviation of each.
+    /// Their posterior, with further unknowns in addition to the beliefs: columns for one standard deviation of each.
     pub fn told(&self, beliefs: &Beliefs, point: &[f64], further: &[Vec<f64>]) -> Option<Told> {
-        self.told_about(beliefs, point, further, &vec![0.0; further.len()])
+        self.posterior_about(beliefs, point, further, &vec![0.0; further.len()])
     }
 
     /// The same about values of the further unknowns that the rows have already, in their standard deviations.
-    fn told_about(&self, beliefs: &Beliefs, point: &[f64], further: &[Vec<f64>], have: &[f64]) -> Option<Told> {
+    fn posterior_about(&self, beliefs: &Beliefs, point: &[f64], further: &[Vec<f64>], have: &[f64]) -> Option<Told> {
         let mut centre = beliefs.centre(point);
-        centre.extend(have.iter().map(|own| -own));
+        centre.extend(have.iter().map(|offset| -offset));
         let with = |(i, row): (usize, &Vec<f64>)| -> Vec<f64> {
-            row.iter().copied().chain(further.iter().map(|own| own[i])).collect()
+            row.iter().copied().chain(further.iter().map(|column| column[i])).collect()
         };
         let log_volume = self
             .whitening
             .as_ref()
             .map_or_else(|| 2.0 * self.sd.iter().map(|sd| sd.ln()).sum::<f64>(), Whitening::log_determinant);
-        let own = match further {
-            [] => Told::new(&self.slopes, &self.rest, &centre),
-            _ => Told::new(&self.slopes.iter().enumerate().map(with).collect::<Vec<_>>(), &self.rest, &centre),
+        let posterior = match further {
+            [] => Told::new(&self.slopes, &self.white_residual, &centre),
+            _ => {
+                Told::new(&self.slopes.iter().enumerate().map(with).collect::<Vec<_>>(), &self.white_residual, &centre)
+            }
         };
-        own.map(|own| Told { log_density: own.log_density - 0.5 * log_volume, ..own })
+        posterior.map(|posterior| Told { log_density: posterior.log_density - 0.5 * log_volume, ..posterior })
     }
 }
 
@@ -250,13 +252,13 @@ pub(super) struct Told {
 
 impl Told {
     /// From rows that are independent and of unit variance, with the centre of what is believed.
-    fn new(rows: &[Vec<f64>], rest: &[f64], centre: &[f64]) -> Option<Self> {
+    fn new(rows: &[Vec<f64>], residual: &[f64], centre: &[f64]) -> Option<Self> {
         let n = centre.len();
         let mut information = vec![vec![0.0; n]; n];
         let mut right = centre.to_vec();
-        for (row, rest) in rows.iter().zip(rest) {
+        for (row, residual) in rows.iter().zip(residual) {
             for a in 0..n {
-                right[a] += row[a] * rest;
+                right[a] += row[a] * residual;
                 for b in 0..=a {
                     information[a][b] += row[a] * row[b];
                 }
@@ -264,7 +266,7 @@ impl Told {
         }
         let factor = Triangle::of(n, |a, b| information[a][b] + f64::from(u8::from(a == b)), |_| 0.0)?;
         let estimate = factor.solve(&right);
-        let target = dot(rest, rest) + dot(centre, centre);
+        let target = dot(residual, residual) + dot(centre, centre);
         let promised = dot(&right, &estimate);
         let log_density = -0.5 * (target - promised + factor.log_determinant());
         log_density.is_finite().then_some(Told { factor, estimate, target, promised, log_density })
@@ -277,15 +279,15 @@ impl Told {
 
     /// `L^-1 a`, so that `a' C b` is a product of two of them.
     pub fn through(&self, along: &[f64]) -> Vec<f64> {
-        let mut own = along.to_vec();
-        self.factor.forward(&mut own);
-        own
+        let mut solved = along.to_vec();
+        self.factor.forward(&mut solved);
+        solved
     }
 
     /// `a' C a`.
     pub fn variance(&self, along: &[f64]) -> f64 {
-        let own = self.through(along);
-        dot(&own, &own)
+        let scaled = self.through(along);
+        dot(&scaled, &scaled)
     }
 
     /// `C A' f`: what rows with these residuals would be estimated as.
@@ -295,11 +297,11 @@ impl Told {
         self.factor.solve(&right)
     }
 
-    /// `a' C a`, and the part of it that stands on beliefs from these sources.
+    /// `a' C a`, and the part of it that is due to beliefs from these sources.
     pub fn variance_from(&self, beliefs: &Beliefs, along: &[f64], sources: &[Source]) -> (f64, f64) {
-        let own = self.factor.solve(along);
-        let from = beliefs.0.iter().zip(&own).filter(|(belief, _)| sources.contains(&belief.source));
-        (dot(along, &own), from.map(|(_, y)| y * y).sum())
+        let solved = self.factor.solve(along);
+        let from = beliefs.0.iter().zip(&solved).filter(|(belief, _)| sources.contains(&belief.source));
+        (dot(along, &solved), from.map(|(_, y)| y * y).sum())
     }
 
     /// Do the readings, more than what was supposed, determine this direction?
@@ -323,7 +325,7 @@ pub(super) struct Step {
 pub(super) struct Solved {
     pub point: Vec<f64>,
     pub rows: Rows,
-    pub told: Told,
+    pub posterior: Told,
     by: f64,
 }
 
@@ -338,27 +340,29 @@ impl Solved {
         let Judge { model, beliefs, noise, .. } = judge;
         let at = |point: Vec<f64>, by: f64| -> Result<Option<Self>> {
             let mut later = point.clone();
-            let from = step.map_or(usize::MAX, |own| own.from);
-            step.iter().for_each(|own| later[own.parameter] += by);
+            let from = step.map_or(usize::MAX, |shift| shift.from);
+            step.iter().for_each(|shift| later[shift.parameter] += by);
             let rows = Rows::stepped(model, beliefs, readings, (&point, &later, from), noise)?;
-            let column = step.map(|own| rows.along(own.parameter, own.size, own.from));
-            let told = match (&column, step) {
-                (Some(column), Some(own)) => {
-                    rows.told_about(beliefs, &point, std::slice::from_ref(column), &[by / own.size])
+            let column = step.map(|shift| rows.along(shift.parameter, shift.size, shift.from));
+            let posterior = match (&column, step) {
+                (Some(column), Some(shift)) => {
+                    rows.posterior_about(beliefs, &point, std::slice::from_ref(column), &[by / shift.size])
                 }
                 _ => rows.told(beliefs, &point, &[]),
             };
-            Ok(told.map(|told| Solved { point, rows, told, by }))
+            Ok(posterior.map(|posterior| Solved { point, rows, posterior, by }))
         };
         let Some(mut best) = at(start.to_vec(), 0.0)? else { return Ok(None) };
         let mut share = 1.0;
         for _ in 0..STEPS {
-            if best.told.promised < ENOUGH {
+            if best.posterior.promised < ENOUGH {
                 break;
             }
-            let more = step.zip(best.told.estimate.last()).map_or(0.0, |(own, z)| share * own.size * z);
-            match at(beliefs.moved(&best.point, &best.told.estimate, share), best.by + more)? {
-                Some(next) if next.told.target <= best.told.target => (best, share) = (next, (2.0 * share).min(1.0)),
+            let more = step.zip(best.posterior.estimate.last()).map_or(0.0, |(shift, z)| share * shift.size * z);
+            match at(beliefs.moved(&best.point, &best.posterior.estimate, share), best.by + more)? {
+                Some(next) if next.posterior.target <= best.posterior.target => {
+                    (best, share) = (next, (2.0 * share).min(1.0))
+                }
                 _ => share *= 0.5,
             }
         }
@@ -369,8 +373,8 @@ impl Solved {
     pub(crate) fn log_density_with(&self, beliefs: &Beliefs, step: Step) -> Option<f64> {
         let column = self.rows.along(step.parameter, step.size, step.from);
         let shows = column.iter().any(|value| *value != 0.0);
-        let told = || self.rows.told_about(beliefs, &self.point, &[column], &[self.by / step.size]);
-        shows.then(told).flatten().map(|own| own.log_density)
+        let posterior = || self.rows.posterior_about(beliefs, &self.point, &[column], &[self.by / step.size]);
+        shows.then(posterior).flatten().map(|posterior| posterior.log_density)
     }
 }
 
@@ -394,7 +398,7 @@ impl Judge<'_> {
     /// `ln p` of readings about a point.
     pub fn log_density(&self, readings: &[Reading], point: &[f64]) -> Result<Option<f64>> {
         let rows = Rows::of(self.model, self.beliefs, readings, point, self.noise)?;
-        Ok(rows.told(self.beliefs, point, &[]).map(|own| own.log_density))
+        Ok(rows.told(self.beliefs, point, &[]).map(|posterior| posterior.log_density))
     }
 }
 

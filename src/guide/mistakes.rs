@@ -39,12 +39,12 @@ pub(super) fn mistake(
     seen: Option<&Seen>,
 ) -> Result<Mistake> {
     let mut all: Vec<Hypothesis> = Vec::new();
-    let as_asked = judge.solved(taken)?.map_or(f64::NEG_INFINITY, |own| own.told.log_density);
+    let as_asked = judge.solved(taken)?.map_or(f64::NEG_INFINITY, |solved| solved.posterior.log_density);
     for j in newest.saturating_sub(BACK)..=newest {
         of_reading(judge, taken, candidates, j, &mut all)?;
         slips(judge, taken, j, &mut all)?;
     }
-    all.iter_mut().for_each(|own| own.weight -= as_asked);
+    all.iter_mut().for_each(|hypothesis| hypothesis.weight -= as_asked);
     if let Some(seen) = seen {
         all.extend(seen.explanations().into_iter().map(|(what, weight)| Hypothesis {
             kind: MistakeKind::MissingEffect,
@@ -66,7 +66,7 @@ fn of_reading(
     all: &mut Vec<Hypothesis>,
 ) -> Result<()> {
     let campaign = judge.model;
-    let Some(own) = taken.get(j) else { return Ok(()) };
+    let Some(suspect) = taken.get(j) else { return Ok(()) };
     let with = |reading: Reading| -> Vec<Reading> {
         taken.iter().enumerate().map(|(k, other)| if k == j { reading.clone() } else { other.clone() }).collect()
     };
@@ -79,22 +79,22 @@ fn of_reading(
             all.push(Hypothesis { kind, reading: j, what, joints, weight });
         }
     };
-    for (kind, joints) in settings(campaign, own, candidates) {
+    for (kind, joints) in settings(campaign, suspect, candidates) {
         let names: Vec<&str> = campaign.bench.joints().collect();
-        let columns = campaign.readings.position(&names, own, joints.clone()).columns;
-        let moved = Reading { columns, joints: joints.clone(), ..own.clone() };
+        let columns = campaign.readings.position(&names, suspect, joints.clone()).columns;
+        let moved = Reading { columns, joints: joints.clone(), ..suspect.clone() };
         // a setting at which the model lacks a column (of an angle, where the joint turns) cannot be weighed
         let density = judge.log_density(&with(moved), &point).unwrap_or(None);
         push(kind, setting(campaign, &joints), Some(joints), density);
     }
-    for (a, first) in own.observations.iter().enumerate() {
-        for (b, second) in own.observations.iter().enumerate().skip(a + 1) {
+    for (a, first) in suspect.observations.iter().enumerate() {
+        for (b, second) in suspect.observations.iter().enumerate().skip(a + 1) {
             let sensors = (campaign.bench.sensors.get(first.sensor), campaign.bench.sensors.get(second.sensor));
             let (Some(one), Some(other)) = sensors else { continue };
             if one.unit != other.unit {
                 continue;
             }
-            let mut exchanged = own.clone();
+            let mut exchanged = suspect.clone();
             exchanged.observations.iter_mut().skip(a).take(1).for_each(|slot| slot.value = second.value);
             exchanged.observations.iter_mut().skip(b).take(1).for_each(|slot| slot.value = first.value);
             let density = judge.log_density(&with(exchanged), &point)?;
@@ -102,7 +102,7 @@ fn of_reading(
         }
     }
     // an offset of any size: of one value, and of each of them
-    let own: Vec<usize> =
+    let rows_of_reading: Vec<usize> =
         (0..rows.sd.len()).filter(|i| rows.design.rows.get(*i).is_some_and(|o| o.reading == j)).collect();
     let bad = |values: &[usize]| {
         let density = |size: f64| {
@@ -111,13 +111,14 @@ fn of_reading(
                 rows.white(rows.sd.iter().enumerate().map(of).collect())
             };
             let columns: Vec<Vec<f64>> = values.iter().map(one).collect();
-            rows.told(judge.beliefs, &point, &columns).map(|own| own.log_density)
+            rows.told(judge.beliefs, &point, &columns).map(|posterior| posterior.log_density)
         };
         mean_over(BAD, density)
     };
-    let sensor = |i: &usize| campaign.bench.sensors.get(rows.design.rows.get(*i)?.sensor).map(|own| own.id.as_str());
+    let sensor =
+        |i: &usize| campaign.bench.sensors.get(rows.design.rows.get(*i)?.sensor).map(|sensor| sensor.id.as_str());
     let named = |values: &[usize]| values.iter().filter_map(sensor).collect::<Vec<_>>().join(", ");
-    let each = own.chunks(1).chain((own.len() > 1).then_some(own.as_slice()));
+    let each = rows_of_reading.chunks(1).chain((rows_of_reading.len() > 1).then_some(rows_of_reading.as_slice()));
     each.for_each(|values| push(MistakeKind::BadReading, named(values), None, bad(values)));
     Ok(())
 }
@@ -134,8 +135,8 @@ fn slips(judge: Judge, taken: &[Reading], j: usize, all: &mut Vec<Hypothesis>) -
         let Some(parameter) = judge.model.parameter_index(tilt) else { continue };
         let of = |size: f64| Step { parameter, from: j, size };
         // a value near its extreme in a tilt follows it in no first derivative: the size is solved for with exact rotations
-        let Some(own) = Solved::new(judge, taken, &start.point, Some(of(largest)))? else { continue };
-        if let Some(weight) = mean_over(SLIPS_RAD, |size| own.log_density_with(judge.beliefs, of(size))) {
+        let Some(solved) = Solved::new(judge, taken, &start.point, Some(of(largest)))? else { continue };
+        if let Some(weight) = mean_over(SLIPS_RAD, |size| solved.log_density_with(judge.beliefs, of(size))) {
             let what = tilt.to_string();
             all.push(Hypothesis { kind: MistakeKind::SlippedMounting, reading: j, what, joints: None, weight });
         }
@@ -145,8 +146,8 @@ fn slips(judge: Judge, taken: &[Reading], j: usize, all: &mut Vec<Hypothesis>) -
 
 /// The logarithm of the mean of densities over sizes of equal odds.
 fn mean_over<const N: usize>(sizes: [f64; N], density: impl Fn(f64) -> Option<f64>) -> Option<f64> {
-    let own: Vec<f64> = sizes.into_iter().filter_map(density).collect();
-    (!own.is_empty()).then(|| log_sum(own.iter().copied()) - (N as f64).ln())
+    let values: Vec<f64> = sizes.into_iter().filter_map(density).collect();
+    (!values.is_empty()).then(|| log_sum(values.iter().copied()) - (N as f64).ln())
 }
 
 fn log_sum(values: impl Iterator<Item = f64> + Clone) -> f64 {
@@ -155,20 +156,20 @@ fn log_sum(values: impl Iterator<Item = f64> + Clone) -> f64 {
 }
 
 /// The settings that a person could have made instead, each once.
-fn settings(campaign: &Campaign, own: &Reading, candidates: &[Reading]) -> Vec<(MistakeKind, Vec<JointState>)> {
+fn settings(campaign: &Campaign, reading: &Reading, candidates: &[Reading]) -> Vec<(MistakeKind, Vec<JointState>)> {
     let names: Vec<&str> = campaign.bench.joints().collect();
-    let mut found: Vec<(MistakeKind, Vec<JointState>)> = Vec::new();
+    let mut settings: Vec<(MistakeKind, Vec<JointState>)> = Vec::new();
     let mut push = |kind, joints: Vec<JointState>| {
         let alike = |other: &[JointState]| other.iter().zip(&joints).all(|(a, b)| same_state(a, b));
-        let possible = Reading { joints: joints.clone(), ..own.clone() }.check_turning(&names).is_ok();
-        if possible && !alike(&own.joints) && !found.iter().any(|(_, other)| alike(other)) {
-            found.push((kind, joints));
+        let possible = Reading { joints: joints.clone(), ..reading.clone() }.check_turning(&names).is_ok();
+        if possible && !alike(&reading.joints) && !settings.iter().any(|(_, other)| alike(other)) {
+            settings.push((kind, joints));
         }
     };
     let with = |k: usize, state: JointState| {
-        own.joints.iter().enumerate().map(|(i, s)| if i == k { state } else { *s }).collect::<Vec<_>>()
+        reading.joints.iter().enumerate().map(|(i, s)| if i == k { state } else { *s }).collect::<Vec<_>>()
     };
-    for (k, state) in own.joints.iter().enumerate() {
+    for (k, state) in reading.joints.iter().enumerate() {
         if state.rate_deg_s() != 0.0 {
             push(MistakeKind::WrongSense, with(k, state.reversed()));
         }
@@ -176,22 +177,22 @@ fn settings(campaign: &Campaign, own: &Reading, candidates: &[Reading]) -> Vec<(
             push(MistakeKind::Turned, with(k, JointState::Held { angle_deg: (angle_deg + 180.0).rem_euclid(360.0) }));
         }
     }
-    for a in 0..own.joints.len() {
-        for b in a + 1..own.joints.len() {
-            let mut joints = own.joints.clone();
+    for a in 0..reading.joints.len() {
+        for b in a + 1..reading.joints.len() {
+            let mut joints = reading.joints.clone();
             joints.swap(a, b);
             push(MistakeKind::ExchangedAxes, joints);
         }
     }
     for candidate in candidates {
         // another face, turned as asked
-        let joints = own.joints.iter().zip(&candidate.joints).map(|(state, other)| match (state, other) {
+        let joints = reading.joints.iter().zip(&candidate.joints).map(|(state, other)| match (state, other) {
             (JointState::Held { .. }, JointState::Held { .. }) => *other,
             _ => *state,
         });
         push(MistakeKind::OtherPosition, joints.collect());
     }
-    found
+    settings
 }
 
 /// A setting as a person reads it: `alpha 90 deg, gamma 20 deg/s`.
@@ -207,32 +208,32 @@ pub(crate) fn setting(campaign: &Campaign, joints: &[JointState]) -> String {
 }
 
 fn weighed(mut all: Vec<Hypothesis>, newest: usize) -> Mistake {
-    let count = |kind: MistakeKind| all.iter().filter(|own| own.kind == kind).count().max(1) as f64;
-    let shares: Vec<f64> = all.iter().map(|own| count(own.kind).ln()).collect();
-    all.iter_mut().zip(shares).for_each(|(own, share)| own.weight -= share);
+    let count = |kind: MistakeKind| all.iter().filter(|hypothesis| hypothesis.kind == kind).count().max(1) as f64;
+    let shares: Vec<f64> = all.iter().map(|hypothesis| count(hypothesis.kind).ln()).collect();
+    all.iter_mut().zip(shares).for_each(|(hypothesis, share)| hypothesis.weight -= share);
     // and that it is chance
-    let total = log_sum(all.iter().map(|own| own.weight).chain([0.0]));
+    let total = log_sum(all.iter().map(|hypothesis| hypothesis.weight).chain([0.0]));
     let mut explanations: Vec<Explanation> = all
         .into_iter()
-        .map(|own| Explanation {
-            kind: own.kind,
-            reading: own.reading + 1,
-            what: own.what,
-            probability: (own.weight - total).exp(),
-            joints: own.joints,
+        .map(|hypothesis| Explanation {
+            kind: hypothesis.kind,
+            reading: hypothesis.reading + 1,
+            what: hypothesis.what,
+            probability: (hypothesis.weight - total).exp(),
+            joints: hypothesis.joints,
         })
         .collect();
     explanations.sort_by(|a, b| b.probability.total_cmp(&a.probability));
     let of = |is: &dyn Fn(&Explanation) -> bool| {
-        explanations.iter().filter(|own| is(own)).map(|own| own.probability).sum::<f64>() >= NAMED
+        explanations.iter().filter(|e| is(e)).map(|e| e.probability).sum::<f64>() >= NAMED
     };
     let first = explanations.first();
-    let named = first.map(|own| own.kind).filter(|kind| of(&|own| own.kind == *kind));
-    let at = first.map(|own| own.reading).filter(|reading| of(&|own| own.reading == *reading));
+    let named = first.map(|e| e.kind).filter(|kind| of(&|e| e.kind == *kind));
+    let at = first.map(|e| e.reading).filter(|reading| of(&|e| e.reading == *reading));
     let mut together = 0.0;
-    explanations.retain(|own| {
+    explanations.retain(|explanation| {
         let wanted = together < NAMED;
-        together += own.probability;
+        together += explanation.probability;
         wanted
     });
     Mistake { reading: newest + 1, named, at, chance: (-total).exp(), explanations }
@@ -249,13 +250,13 @@ pub(super) struct Agreement {
 }
 
 /// Does a reading agree with the others? `None` where nothing can be said.
-pub(super) fn agreement(judge: Judge, others: &[Reading], own: &Reading) -> Result<Option<Agreement>> {
+pub(super) fn agreement(judge: Judge, others: &[Reading], newest: &Reading) -> Result<Option<Agreement>> {
     let Some(before) = judge.solved(others)? else { return Ok(None) };
-    let all: Vec<Reading> = others.iter().chain([own]).cloned().collect();
+    let all: Vec<Reading> = others.iter().chain([newest]).cloned().collect();
     let Some(after) = Solved::new(judge, &all, &before.point, None)? else { return Ok(None) };
-    let rows = Rows::of(judge.model, judge.beliefs, std::slice::from_ref(own), &before.point, judge.noise)?;
+    let rows = Rows::of(judge.model, judge.beliefs, std::slice::from_ref(newest), &before.point, judge.noise)?;
     let is_predicted = |row: &&Vec<f64>| {
-        let (variance, nothing) = before.told.variance_from(judge.beliefs, row, &[Source::Nothing]);
+        let (variance, nothing) = before.posterior.variance_from(judge.beliefs, row, &[Source::Nothing]);
         nothing < 0.5 * (1.0 + variance)
     };
     let predicted = rows.slopes.iter().filter(is_predicted).count();
@@ -270,6 +271,6 @@ pub(super) fn agreement(judge: Judge, others: &[Reading], own: &Reading) -> Resu
         .filter_map(|((origin, residual), sd)| (origin.reading == others.len()).then_some(residual / sd))
         .collect();
     left.sort_by(|a, b| b.abs().total_cmp(&a.abs()));
-    let is_below = left.first().is_some_and(|own| *own < 0.0);
-    Ok(Some(Agreement { square: after.told.target - before.told.target, predicted, is_below }))
+    let is_below = left.first().is_some_and(|residual| *residual < 0.0);
+    Ok(Some(Agreement { square: after.posterior.target - before.posterior.target, predicted, is_below }))
 }

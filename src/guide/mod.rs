@@ -13,7 +13,7 @@
 //! | `seen.rs` | what the readings would have shown, and what a position is worth |
 //!
 //! A [`Guide`] is a function of its events: the same readings, undone ones among them, give the same advice. It needs the readings' noise: stated,
-//! or given. Deliberately absent: files and clocks (`cli`), constraints in predictions (they stand in the fit).
+//! or given. Deliberately absent: files and clocks (`cli`), constraints in predictions (they are in the fit).
 
 mod advice;
 mod evidence;
@@ -137,8 +137,7 @@ impl Guide {
         }
         settings.costs.check()?;
         for goal in &settings.goals {
-            let known =
-                campaign.estimated().iter().map(|own| &own.id).chain(campaign.derived.iter().map(|own| &own.id));
+            let known = campaign.estimated().iter().map(|q| &q.id).chain(campaign.derived.iter().map(|q| &q.id));
             let list: Vec<&str> = known.map(String::as_str).collect();
             if !list.contains(&goal.id.as_str()) {
                 return Err(Malformed::new(
@@ -162,7 +161,7 @@ impl Guide {
         let noise = Noise::new(campaign, &settings.noise, &[])?;
         let mut distinct: Vec<Reading> = Vec::new();
         for row in &candidates.rows {
-            if !distinct.iter().any(|own| same_position(own, row)) {
+            if !distinct.iter().any(|earlier| same_position(earlier, row)) {
                 distinct.push(row.unread());
             }
         }
@@ -217,29 +216,29 @@ impl Guide {
     ///
     /// Errors: a reading without a value, or with one that is not finite.
     pub fn accept(&mut self, reading: Reading) -> Result<()> {
-        let finite = reading.observations.iter().all(|own| own.value.is_finite());
+        let finite = reading.observations.iter().all(|observation| observation.value.is_finite());
         if reading.observations.is_empty() || !finite {
-            let sensors: Vec<&str> = self.campaign.bench.sensors.iter().map(|own| own.id.as_str()).collect();
+            let sensors: Vec<&str> = self.campaign.bench.sensors.iter().map(|sensor| sensor.id.as_str()).collect();
             return Err(Malformed::new(Fault::Missing, "the reading has no value")
                 .expected(format!("a number for {}", sensors.join(" or ")))
                 .at_path(reading.place));
         }
-        let mut own = reading;
-        let u = |seen: &Observation| own.stated_u(seen.sensor).unwrap_or_else(|| self.noise.u(&own, seen.sensor));
-        let all: Vec<f64> = own.observations.iter().map(u).collect();
-        own.observations.iter_mut().zip(all).for_each(|(slot, u)| slot.u = Some(u));
-        own.planned_u.clear();
-        let asked = own.position.clone();
-        own.position = self.label(&own);
+        let mut next = reading;
+        let u = |seen: &Observation| next.stated_u(seen.sensor).unwrap_or_else(|| self.noise.u(&next, seen.sensor));
+        let all: Vec<f64> = next.observations.iter().map(u).collect();
+        next.observations.iter_mut().zip(all).for_each(|(slot, u)| slot.u = Some(u));
+        next.planned_u.clear();
+        let asked = next.position.clone();
+        next.position = self.label(&next);
         self.labels.push(asked);
-        self.taken.push(own);
+        self.taken.push(next);
         Ok(())
     }
 
     /// The label of a mounting: as given, with a number where that label was left and is set again.
     pub(crate) fn label(&self, reading: &Reading) -> String {
         let wanted = reading.position.as_str();
-        let used = |label: &str| self.taken.iter().any(|own| own.position == label);
+        let used = |label: &str| self.taken.iter().any(|earlier| earlier.position == label);
         match (self.taken.last(), self.labels.last()) {
             (Some(last), Some(label)) if label == wanted && plan::mounting(last) == plan::mounting(reading) => {
                 last.position.clone()
@@ -265,9 +264,9 @@ impl Guide {
         self.taken.remove(k);
         self.labels.remove(k);
         self.disagrees = match self.disagrees {
-            Some(own) if own == k => None,
-            Some(own) if own > k => Some(own - 1),
-            own => own,
+            Some(place) if place == k => None,
+            Some(place) if place > k => Some(place - 1),
+            place => place,
         };
         Ok(())
     }
@@ -277,7 +276,7 @@ impl Guide {
     /// Errors: those of a fit and a diagnosis.
     pub fn advise(&mut self, fresh: bool) -> Result<Advice> {
         let newest = if fresh { self.newest()? } else { None };
-        if newest.as_ref().is_some_and(|own| own.agreement == Agreement::Disagrees) {
+        if newest.as_ref().is_some_and(|newest| newest.agreement == Agreement::Disagrees) {
             self.disagrees = self.taken.len().checked_sub(1);
         }
         let campaign = self.campaign();
@@ -290,8 +289,8 @@ impl Guide {
         // a reading is weighed by the model that it disagrees with: readings with a named mistake among them are no evidence of an effect
         let weighed = self.disagrees.map(|_| self.weighed(fresh)).transpose()?;
         let weighed = match weighed {
-            Some(own) if own.mistake.as_ref().is_some_and(Mistake::is_named) => own,
-            Some(own) if !self.follow(diagnosis.as_ref())? => own,
+            Some(weighed) if weighed.mistake.as_ref().is_some_and(Mistake::is_named) => weighed,
+            Some(weighed) if !self.follow(diagnosis.as_ref())? => weighed,
             Some(_) => self.weighed(fresh)?,
             None => {
                 self.follow(diagnosis.as_ref())?;
@@ -325,7 +324,7 @@ impl Guide {
         self.unexplained = unexplained(diagnosis.as_ref());
         self.table = Some(table);
         let (goals, effects) = (self.open_goals(&advice), !self.is_certain(&advice));
-        let again = advice.next.as_ref().filter(|own| own.why == Why::Again).and(self.taken.last().cloned());
+        let again = advice.next.as_ref().filter(|next| next.why == Why::Again).and(self.taken.last().cloned());
         self.open = seen.filter(|_| !goals.is_empty()).map(|seen| Arc::new(Open { seen, goals, effects, again }));
         Ok(advice)
     }
@@ -368,19 +367,19 @@ impl Guide {
         Judge { model: &self.model, beliefs: &self.beliefs, noise: &self.noise, point }
     }
 
-    /// Take the model with the effects that are named, where they can stand in its lines. Is it another than before?
+    /// Take the model with the named effects, where they can be terms of its lines. Is it another than before?
     fn follow(&mut self, diagnosis: Option<&Diagnosis>) -> Result<bool> {
-        let stands = |own: &diagnosis::Finding| {
-            matches!(own.effect.kind, Regressor::Term(_) | Regressor::Tilt(_) | Regressor::Known(_))
+        let joins_model = |finding: &diagnosis::Finding| {
+            matches!(finding.effect.kind, Regressor::Term(_) | Regressor::Tilt(_) | Regressor::Known(_))
         };
         let repaired = diagnosis
-            .filter(|own| own.verdict == Verdict::EffectsFound && own.effects.iter().all(stands))
-            .and_then(|own| own.repaired.as_ref())
-            .filter(|own| own.readings.columns == self.campaign.readings.columns);
+            .filter(|d| d.verdict == Verdict::EffectsFound && d.effects.iter().all(joins_model))
+            .and_then(|d| d.repaired.as_ref())
+            .filter(|d| d.readings.columns == self.campaign.readings.columns);
         let model = repaired.unwrap_or(&self.campaign);
-        let lines = |own: &Campaign| -> Vec<String> {
-            let models = own.bench.sensors.iter().map(|sensor| sensor.model.to_string());
-            models.chain(own.estimated().iter().map(|p| p.id.clone())).collect()
+        let lines = |campaign: &Campaign| -> Vec<String> {
+            let models = campaign.bench.sensors.iter().map(|sensor| sensor.model.to_string());
+            models.chain(campaign.estimated().iter().map(|p| p.id.clone())).collect()
         };
         let is_another = lines(model) != lines(&self.model);
         if is_another {
@@ -394,7 +393,7 @@ impl Guide {
     fn table(&mut self) -> Result<Table> {
         let mut positions = self.candidates.clone();
         for reading in &self.taken {
-            if !positions.iter().any(|own| same_position(own, reading)) {
+            if !positions.iter().any(|other| same_position(other, reading)) {
                 positions.push(reading.unread());
             }
         }
@@ -405,31 +404,31 @@ impl Guide {
     }
 
     fn newest(&self) -> Result<Option<Newest>> {
-        self.taken.split_last().map(|(own, others)| self.judged(others, own)).transpose()
+        self.taken.split_last().map(|(newest, others)| self.judged(others, newest)).transpose()
     }
 
     /// A reading against others that were taken before it.
-    fn judged(&self, others: &[Reading], own: &Reading) -> Result<Newest> {
-        let found = mistakes::agreement(self.judge(&[]), others, own)?.filter(|own| own.predicted > 0);
+    fn judged(&self, others: &[Reading], newest: &Reading) -> Result<Newest> {
+        let compared = mistakes::agreement(self.judge(&[]), others, newest)?.filter(|a| a.predicted > 0);
         let reading = others.len() + 1;
         // 1/2 + 1/6 + 1/12 + ... = 1
         let level = self.settings.false_alarms / (reading as f64 * (reading as f64 + 1.0));
-        let p = found.as_ref().and_then(|own| chi_square_survival(own.square.max(0.0), own.predicted as f64));
+        let p = compared.as_ref().and_then(|a| chi_square_survival(a.square.max(0.0), a.predicted as f64));
         let agreement = match p {
             None => Agreement::NotPredicted,
             Some(p) if p < level => Agreement::Disagrees,
             Some(_) => Agreement::Agrees,
         };
-        let deviation = found.zip(p).map(|(own, p)| {
+        let deviation = compared.zip(p).map(|(agreement, p)| {
             // as a value of one normal variable; of a probability below what a number can hold, the root of the sum itself, which is a little more
             let far = match normal_quantile(0.5 * p) {
-                Some(own) if p > f64::MIN_POSITIVE => own.abs(),
-                _ => own.square.max(0.0).sqrt(),
+                Some(z) if p > f64::MIN_POSITIVE => z.abs(),
+                _ => agreement.square.max(0.0).sqrt(),
             };
-            if own.is_below { -far } else { far }
+            if agreement.is_below { -far } else { far }
         });
-        let (position, setting) = (own.position.clone(), mistakes::setting(&self.campaign, &own.joints));
-        let remarks = self.clock(others.last(), own);
+        let (position, setting) = (newest.position.clone(), mistakes::setting(&self.campaign, &newest.joints));
+        let remarks = self.clock(others.last(), newest);
         Ok(Newest { reading, position, setting, agreement, deviation, p, level, remarks })
     }
 
@@ -447,7 +446,7 @@ impl Guide {
     pub fn wanted_u(&self, position: &Reading) -> Result<Vec<f64>> {
         let planned = (0..self.campaign.bench.sensors.len()).map(|sensor| self.noise.u(position, sensor));
         let share = match (&self.open, &self.table) {
-            (Some(open), Some(table)) if !open.again.as_ref().is_some_and(|own| same_position(own, position)) => {
+            (Some(open), Some(table)) if !open.again.as_ref().is_some_and(|again| same_position(again, position)) => {
                 let (goals, last) = (open.goals.as_slice(), self.taken.last());
                 let wanted = Wanted { goals, effects: open.effects, last, costs: &self.settings.costs };
                 open.seen.worth_holding(table, &self.model, &wanted, position)?
@@ -458,10 +457,10 @@ impl Guide {
     }
 
     /// A time that runs backwards.
-    fn clock(&self, before: Option<&Reading>, own: &Reading) -> Vec<Sentence> {
+    fn clock(&self, before: Option<&Reading>, reading: &Reading) -> Vec<Sentence> {
         let column = self.campaign.readings.columns.iter().position(|name| name == "time_s");
         let time = |reading: &Reading| reading.columns.get(column?).copied().flatten();
-        match before.and_then(time).zip(time(own)) {
+        match before.and_then(time).zip(time(reading)) {
             Some((before, now)) if now < before => {
                 vec![sentence!("guide-time-goes-back", before = before.to_string(), now = now.to_string())]
             }
@@ -470,21 +469,21 @@ impl Guide {
     }
 
     fn progress(&self, fit: Option<&Fit>, diagnosis: Option<&Diagnosis>) -> Vec<Progress> {
-        let after = diagnosis.and_then(|own| own.after.as_ref());
+        let after = diagnosis.and_then(|diagnosis| diagnosis.after.as_ref());
         let best = after.or(fit);
         let one = |goal: &Goal| {
-            let parameter = best.and_then(|fit| fit.parameters.iter().find(|own| own.id == goal.id));
-            let derived = best.and_then(|fit| fit.derived.iter().find(|own| own.id == goal.id));
-            // with what is not known of aliases and of the rest
-            let change = diagnosis.and_then(|own| own.changes.iter().find(|own| own.id == goal.id));
+            let parameter = best.and_then(|fit| fit.parameters.iter().find(|q| q.id == goal.id));
+            let derived = best.and_then(|fit| fit.derived.iter().find(|q| q.id == goal.id));
+            // with what is not known of aliases and of the remainder
+            let change = diagnosis.and_then(|d| d.changes.iter().find(|q| q.id == goal.id));
             let in_all = change.filter(|_| after.is_some()).and_then(diagnosis::Change::u_in_all);
-            let value = parameter.map_or(derived.and_then(|own| own.value), |own| own.value);
+            let value = parameter.map_or(derived.and_then(|q| q.value), |q| q.value);
             let uncertainty =
-                parameter.map_or(derived.and_then(|own| own.uncertainty.as_ref()), |own| own.uncertainty.as_ref());
-            let u = value.and(in_all.or(uncertainty.map(|own| own.u)));
+                parameter.map_or(derived.and_then(|q| q.uncertainty.as_ref()), |q| q.uncertainty.as_ref());
+            let u = value.and(in_all.or(uncertainty.map(|uncertainty| uncertainty.u)));
             let unit = match plan::is_angle(&self.campaign, &goal.id) {
                 true => "rad".to_string(),
-                false => parameter.map_or(String::new(), |own| own.unit.clone()),
+                false => parameter.map_or(String::new(), |q| q.unit.clone()),
             };
             let met = u.is_some_and(|u| u <= goal.u);
             Progress { id: goal.id.clone(), value, u, goal: goal.u, unit, met }
@@ -500,7 +499,7 @@ impl Guide {
     fn open_goals(&self, advice: &Advice) -> Vec<(Goal, Option<f64>)> {
         let all = self.settings.goals.iter().zip(&advice.goals);
         let reachable = all.filter(|(goal, _)| !advice.unreachable.contains(&goal.id));
-        reachable.map(|(goal, own)| (goal.clone(), own.u)).collect()
+        reachable.map(|(goal, progress)| (goal.clone(), progress.u)).collect()
     }
 
     fn decide(
@@ -520,8 +519,8 @@ impl Guide {
         let Some(seen) = seen else { return Ok(()) };
         let determined = seen.undetermined(&self.model).is_empty();
         let diagnosis = diagnosis.filter(|_| !advice.mistake.as_ref().is_some_and(Mistake::is_named));
-        if let (true, Some(own)) = (determined, diagnosis)
-            && let Some(next) = self.discriminating(own)?
+        if let (true, Some(diagnosis)) = (determined, diagnosis)
+            && let Some(next) = self.discriminating(diagnosis)?
         {
             advice.next = Some(next);
             return Ok(());
@@ -537,22 +536,22 @@ impl Guide {
         }
         let reachable = |id: &String| !advice.unreachable.contains(id);
         let goals = self.open_goals(advice);
-        let reachable_met = determined && advice.goals.iter().all(|own| own.met || !reachable(&own.id));
+        let reachable_met = determined && advice.goals.iter().all(|goal| goal.met || !reachable(&goal.id));
         // what no candidate's effect explains is not explained by more of the same
-        let exhausted = self.candidates.iter().all(|own| self.taken.iter().any(|reading| same_position(reading, own)));
+        let exhausted = self.candidates.iter().all(|c| self.taken.iter().any(|r| same_position(r, c)));
         let hopeless = reachable_met && (certain || (exhausted && unexplained(diagnosis)));
         let wanted = Wanted { goals: &goals, effects: !certain, last: self.taken.last(), costs: &self.settings.costs };
         let worth = seen.worth(table, &self.model, &wanted)?;
-        match worth.into_iter().find(|own| own.position < self.candidates.len()).filter(|_| !hopeless) {
+        match worth.into_iter().find(|worth| worth.position < self.candidates.len()).filter(|_| !hopeless) {
             // a reading that disagrees is confirmed, undone or explained before anything ends
             None => {
                 let open = self.disagrees.filter(|_| advice.mistake.is_some()).and_then(|at| self.taken.get(at));
-                advice.next = open.map(|own| self.same_again(own, Vec::new()));
+                advice.next = open.map(|reading| self.same_again(reading, Vec::new()));
                 advice.ended = open.is_none().then_some(Ending::NothingToGain);
             }
             Some(Worth { position, nats, cost }) => {
                 let reading = self.candidates.get(position);
-                advice.next = reading.map(|own| self.next(own, Why::Information, Vec::new(), Some(nats), cost));
+                advice.next = reading.map(|reading| self.next(reading, Why::Information, Vec::new(), Some(nats), cost));
             }
         }
         Ok(())
@@ -585,33 +584,33 @@ impl Guide {
     fn again(&self, advice: &Advice) -> Option<Next> {
         let mistake = advice.mistake.as_ref()?;
         let at = self.disagrees.filter(|at| at + 1 == self.taken.len())?;
-        let missing = mistake.explanations.iter().filter(|own| own.kind == MistakeKind::MissingEffect);
-        if missing.map(|own| own.probability).sum::<f64>() > 0.5 {
+        let missing = mistake.explanations.iter().filter(|explanation| explanation.kind == MistakeKind::MissingEffect);
+        if missing.map(|explanation| explanation.probability).sum::<f64>() > 0.5 {
             return None;
         }
-        let own = self.taken.get(at)?;
+        let reading = self.taken.get(at)?;
         // of a model that is known to lack something nobody expects agreement
         if self.unexplained {
             return None;
         }
         // what once more did not tell, a third time will not
-        if at.checked_sub(1).and_then(|k| self.taken.get(k)).is_some_and(|before| same_position(before, own)) {
+        if at.checked_sub(1).and_then(|k| self.taken.get(k)).is_some_and(|before| same_position(before, reading)) {
             return None;
         }
-        let between = mistake.explanations.iter().map(|own| format!("{}: {}", own.kind, own.what)).collect();
-        Some(self.same_again(own, between))
+        let between = mistake.explanations.iter().map(|e| format!("{}: {}", e.kind, e.what)).collect();
+        Some(self.same_again(reading, between))
     }
 
-    fn same_again(&self, own: &Reading, between: Vec<String>) -> Next {
-        let asked = self.candidates.iter().find(|candidate| same_position(candidate, own)).unwrap_or(own);
+    fn same_again(&self, reading: &Reading, between: Vec<String>) -> Next {
+        let asked = self.candidates.iter().find(|candidate| same_position(candidate, reading)).unwrap_or(reading);
         self.next(asked, Why::Again, between, None, self.cost_of(asked))
     }
 
     /// A position that tells a finding from what else it could be.
     fn discriminating(&self, diagnosis: &Diagnosis) -> Result<Option<Next>> {
         for finding in &diagnosis.effects {
-            let is_rival = |own: &&diagnosis::Alias| {
-                own.together_with.is_none() && !own.vanishing && own.probability > 1.0 - self.settings.probability
+            let is_rival = |alias: &&diagnosis::Alias| {
+                alias.together_with.is_none() && !alias.vanishing && alias.probability > 1.0 - self.settings.probability
             };
             let rivals: Vec<&diagnosis::Alias> = finding.aliases.iter().filter(is_rival).collect();
             let term = |regressor: Regressor| {
@@ -620,9 +619,9 @@ impl Guide {
                     .then(|| Term { sensor: finding.effect.sensor.filter(|_| !common), regressor })
             };
             let parsed =
-                rivals.iter().map(|own| Regressor::parse(&self.campaign, finding.effect.sensor, &own.regressor));
-            let others: Vec<Term> = parsed.filter_map(|own| own.ok().and_then(term)).collect();
-            let Some(own) = term(finding.effect.kind.clone()).filter(|_| !others.is_empty()) else { continue };
+                rivals.iter().map(|alias| Regressor::parse(&self.campaign, finding.effect.sensor, &alias.regressor));
+            let others: Vec<Term> = parsed.filter_map(|regressor| regressor.ok().and_then(term)).collect();
+            let Some(named_term) = term(finding.effect.kind.clone()).filter(|_| !others.is_empty()) else { continue };
             let columns = self.campaign.readings.columns.clone();
             let offer = Offer {
                 kept: Readings { columns: columns.clone(), rows: self.taken.clone() },
@@ -630,13 +629,13 @@ impl Guide {
                 noise: self.noise.clone(),
                 costs: self.settings.costs,
             };
-            let is_new = |position: &Reading| !self.taken.iter().any(|own| same_position(own, position));
-            let found = plan::discriminating_positions(&self.campaign(), &offer, &own, &others)?;
-            let fresh = found.into_iter().find(|own| !own.told.is_empty() && is_new(&own.position));
+            let is_new = |position: &Reading| !self.taken.iter().any(|reading| same_position(reading, position));
+            let discriminating = plan::discriminating_positions(&self.campaign(), &offer, &named_term, &others)?;
+            let fresh = discriminating.into_iter().find(|best| !best.told.is_empty() && is_new(&best.position));
             if let Some(best) = fresh {
-                let position = self.candidates.iter().find(|own| same_position(own, &best.position));
+                let position = self.candidates.iter().find(|candidate| same_position(candidate, &best.position));
                 let position = position.unwrap_or(&best.position);
-                let names = [&finding.effect.regressor].into_iter().chain(rivals.iter().map(|own| &own.regressor));
+                let names = [&finding.effect.regressor].into_iter().chain(rivals.iter().map(|alias| &alias.regressor));
                 let (names, cost) = (names.cloned().collect(), self.cost_of(position));
                 return Ok(Some(self.next(position, Why::Discriminates, names, None, cost)));
             }
@@ -646,42 +645,42 @@ impl Guide {
 }
 
 fn unexplained(diagnosis: Option<&Diagnosis>) -> bool {
-    diagnosis.is_some_and(|own| matches!(own.verdict, Verdict::Unexplained | Verdict::PartlyExplained))
+    diagnosis.is_some_and(|diagnosis| matches!(diagnosis.verdict, Verdict::Unexplained | Verdict::PartlyExplained))
 }
 
 /// Probability that nothing is missing or that all of it is named.
 fn probability(diagnosis: Option<&Diagnosis>, seen: Option<&Seen>) -> f64 {
-    let rest = seen.map_or(0.0, Seen::nothing_missing);
-    match diagnosis.map(|own| own.verdict) {
-        None | Some(Verdict::NothingMissing | Verdict::NotDiagnosable) => rest,
+    let nothing_missing = seen.map_or(0.0, Seen::nothing_missing);
+    match diagnosis.map(|diagnosis| diagnosis.verdict) {
+        None | Some(Verdict::NothingMissing | Verdict::NotDiagnosable) => nothing_missing,
         Some(Verdict::EffectsFound) => {
-            diagnosis.into_iter().flat_map(|own| &own.effects).map(|own| own.probability).product::<f64>() * rest
+            diagnosis.into_iter().flat_map(|d| &d.effects).map(|f| f.probability).product::<f64>() * nothing_missing
         }
         Some(_) => 0.0,
     }
 }
 
 fn estimated(fit: &Fit) -> Vec<Estimated> {
-    let one = |own: &fit::ParameterResult| Estimated {
-        id: own.id.clone(),
-        value: own.value,
-        u: own.value.and(own.uncertainty.as_ref().map(|own| own.u)),
-        unit: own.unit.clone(),
+    let one = |parameter: &fit::ParameterResult| Estimated {
+        id: parameter.id.clone(),
+        value: parameter.value,
+        u: parameter.value.and(parameter.uncertainty.as_ref().map(|uncertainty| uncertainty.u)),
+        unit: parameter.unit.clone(),
     };
     fit.parameters.iter().map(one).collect()
 }
 
 fn lacks(diagnosis: &Diagnosis) -> Lacks {
-    let named = |own: &diagnosis::Finding| Named {
-        regressor: own.effect.regressor.clone(),
-        name: own.effect.name.clone(),
-        value: own.value,
-        u: own.u,
-        unit: own.unit.clone(),
-        probability: own.probability,
-        aliases: own.aliases.iter().map(|alias| alias.regressor.clone()).collect(),
+    let named = |finding: &diagnosis::Finding| Named {
+        regressor: finding.effect.regressor.clone(),
+        name: finding.effect.name.clone(),
+        value: finding.value,
+        u: finding.u,
+        unit: finding.unit.clone(),
+        probability: finding.probability,
+        aliases: finding.aliases.iter().map(|alias| alias.regressor.clone()).collect(),
     };
-    let gap = |own: &diagnosis::Gap| (own.dof > 0).then(|| own.chi_square / own.dof as f64).filter(|v| v.is_finite());
+    let gap = |gap: &diagnosis::Gap| (gap.dof > 0).then(|| gap.chi_square / gap.dof as f64).filter(|v| v.is_finite());
     Lacks {
         verdict: diagnosis.verdict,
         gap_before: gap(&diagnosis.gap_before),

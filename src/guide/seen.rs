@@ -1,7 +1,7 @@
 //! What the readings so far could have shown of effects that the model may lack, and what the next position is worth.
 //!
 //! ```text
-//! T = c'(1 - H)c,  t = c'(1 - H)r          an effect's column beside the model, at the readings that were taken
+//! T = c'(1 - H)c,  t = c'(1 - H)r          an effect's column given the model, at the readings that were taken
 //! B = E exp(a t - a^2 T / 2),  a ~ N(+-m, s^2)           how much more probable the readings are with it than without
 //! P(nothing is missing) = 1 / (1 + mean of B over the effects)          even odds beforehand, each effect alike
 //! worth = sum over goals of ln(u / u') + what the reading tells of which effect is missing, or none, and of its size      [nats]
@@ -41,7 +41,7 @@ pub(super) struct Table {
     sensors: usize,
 }
 
-/// A position as a mounting of its own: slopes, and effects, of a reading there.
+/// A position as a separate mounting: slopes, and effects, of a reading there.
 type Block = (Vec<Vec<f64>>, Vec<Vec<f64>>);
 
 #[derive(Debug, Clone)]
@@ -61,16 +61,16 @@ impl Table {
         let all = model.with_readings(Readings { columns: model.readings.columns.clone(), rows });
         let foreseen = directions(&all, catalogue, noise)?;
         // what happens at one mounting alone is no matter where that mounting is not read; where it is, a reading there disagrees
-        let lasting = |own: &&Prospect| !matches!(own.effect.kind, Regressor::Position(_));
+        let lasting = |prospect: &&Prospect| !matches!(prospect.effect.kind, Regressor::Position(_));
         let members = |group: &Alike| group.members.iter().filter_map(|k| foreseen.prospects.get(*k)).find(lasting);
         let firsts = foreseen.groups.iter().filter_map(members);
         let effects: Vec<Column> = firsts
-            .filter_map(|own| {
+            .filter_map(|prospect| {
                 Some(Column {
-                    name: own.effect.name.clone(),
-                    regressor: own.effect.regressor.clone(),
-                    values: own.effect.column.clone(),
-                    u: own.u?,
+                    name: prospect.effect.name.clone(),
+                    regressor: prospect.effect.regressor.clone(),
+                    values: prospect.effect.column.clone(),
+                    u: prospect.u?,
                 })
             })
             .collect();
@@ -83,19 +83,20 @@ impl Table {
         let together = if judge.model.scatter.is_empty() { positions.len() } else { 1 };
         let mut blocks: Vec<Block> = Vec::with_capacity(positions.len());
         for (chunk, first) in positions.chunks(together.max(1)).zip((0..).step_by(together.max(1))) {
-            let own = Rows::of(judge.model, judge.beliefs, chunk, point, judge.noise)?;
+            let block = Rows::of(judge.model, judge.beliefs, chunk, point, judge.noise)?;
             let values = |effect: &Column| {
                 let value = |origin: &RowOrigin| {
                     let at = (first + origin.reading) * self.sensors + origin.sensor;
                     effect.values.get(at).copied().unwrap_or(0.0)
                 };
-                own.white(own.design.rows.iter().map(value).collect())
+                block.white(block.design.rows.iter().map(value).collect())
             };
             let columns: Vec<Vec<f64>> = self.effects.iter().map(values).collect();
-            let places: Vec<usize> = (0..own.design.rows.len()).collect();
-            for rows in places.chunk_by(|a, b| own.design.rows[*a].reading == own.design.rows[*b].reading) {
+            let places: Vec<usize> = (0..block.design.rows.len()).collect();
+            for rows in places.chunk_by(|a, b| block.design.rows[*a].reading == block.design.rows[*b].reading) {
                 let of = |column: &Vec<f64>| rows.iter().map(|i| column[*i]).collect();
-                blocks.push((rows.iter().map(|i| own.slopes[*i].clone()).collect(), columns.iter().map(of).collect()));
+                blocks
+                    .push((rows.iter().map(|i| block.slopes[*i].clone()).collect(), columns.iter().map(of).collect()));
             }
         }
         Ok(blocks)
@@ -103,7 +104,7 @@ impl Table {
 
     /// The position of a reading in the table: the same joints and columns.
     pub fn find(&self, reading: &Reading) -> Option<usize> {
-        self.positions.iter().position(|own| same_position(own, reading))
+        self.positions.iter().position(|position| same_position(position, reading))
     }
 }
 
@@ -112,22 +113,22 @@ pub(super) fn same_position(a: &Reading, b: &Reading) -> bool {
     a.joints.iter().zip(&b.joints).all(|(a, b)| same_state(a, b)) && (!a.joints.is_empty() || a.columns == b.columns)
 }
 
-/// Positions without readings, each a mounting of its own.
+/// Positions without readings, each a separate mounting.
 fn apart(positions: &[Reading]) -> Vec<Reading> {
-    let apart = |(k, own): (usize, &Reading)| {
-        let alone = positions.iter().filter(|other| other.position == own.position).count() == 1;
-        let label = &own.position;
+    let apart = |(k, reading): (usize, &Reading)| {
+        let alone = positions.iter().filter(|other| other.position == reading.position).count() == 1;
+        let label = &reading.position;
         let position = if alone && !label.is_empty() { label.clone() } else { format!("{label} ({})", k + 1) };
-        Reading { position, ..own.unread() }
+        Reading { position, ..reading.unread() }
     };
     positions.iter().enumerate().map(apart).collect()
 }
 
-/// What the readings told, beside what they would have shown.
+/// The posterior of the readings, and what they would have shown.
 #[derive(Debug, Clone)]
 pub(super) struct Seen {
     beliefs: Beliefs,
-    told: Told,
+    posterior: Told,
     blocks: Vec<Block>,
     /// What all positions tell, however often they are read.
     at_most: Option<Told>,
@@ -145,7 +146,7 @@ struct One {
     mean: f64,
     variance: f64,
     /// What the model takes up of it.
-    taken_up: Vec<f64>,
+    absorbed: Vec<f64>,
     /// Logarithm of how much more probable the readings are with it.
     evidence: f64,
 }
@@ -196,15 +197,15 @@ impl Weighing<'_> {
         let rows: Vec<Vec<f64>> = rows.iter().map(|row| row.iter().map(|a| a * scale).collect()).collect();
         let Some((through, factor)) = self.through(&rows) else { return false };
         self.limits.iter().all(|(along, variance, limit)| {
-            let mut own: Vec<f64> = through.iter().map(|row| dot(row, along)).collect();
-            factor.forward(&mut own);
-            variance - dot(&own, &own) <= *limit
+            let mut reduced: Vec<f64> = through.iter().map(|row| dot(row, along)).collect();
+            factor.forward(&mut reduced);
+            variance - dot(&reduced, &reduced) <= *limit
         })
     }
 
     /// The rows of a position by `L^-1`, and the factor of what they would spread by.
     fn through(&self, rows: &[Vec<f64>]) -> Option<(Vec<Vec<f64>>, Triangle)> {
-        let through: Vec<Vec<f64>> = rows.iter().map(|row| self.seen.told.through(row)).collect();
+        let through: Vec<Vec<f64>> = rows.iter().map(|row| self.seen.posterior.through(row)).collect();
         let spread = |i: usize, j: usize| f64::from(u8::from(i == j)) + dot(&through[i], &through[j]);
         let factor = Triangle::of(rows.len(), spread, |_| 0.0)?;
         Some((through, factor))
@@ -214,9 +215,9 @@ impl Weighing<'_> {
     fn nats(&self, (rows, columns): &Block) -> Option<f64> {
         let seen = self.seen;
         let (through, factor) = self.through(rows)?;
-        let square = |mut own: Vec<f64>| {
-            factor.forward(&mut own);
-            dot(&own, &own)
+        let square = |mut column: Vec<f64>| {
+            factor.forward(&mut column);
+            dot(&column, &column)
         };
         let of_goal = |(along, variance, limit): &(Vec<f64>, f64, f64)| {
             let less = variance - square(through.iter().map(|row| dot(row, along)).collect());
@@ -227,15 +228,16 @@ impl Weighing<'_> {
             let none =
                 Hypothesis { probability: self.nothing, mean: vec![0.0; rows.len()], variance: vec![1.0; rows.len()] };
             let one = |(k, probability): &(usize, f64)| {
-                let (own, column) = (&seen.effects[*k], &columns[*k]);
-                let mut error: Vec<f64> = rows.iter().zip(column).map(|(row, f)| f - dot(row, &own.taken_up)).collect();
+                let (effect, column) = (&seen.effects[*k], &columns[*k]);
+                let mut error: Vec<f64> =
+                    rows.iter().zip(column).map(|(row, f)| f - dot(row, &effect.absorbed)).collect();
                 factor.forward(&mut error);
-                let mean = error.iter().map(|e| own.mean * e).collect();
-                let variance = error.iter().map(|e| 1.0 + own.variance * e * e).collect();
+                let mean = error.iter().map(|e| effect.mean * e).collect();
+                let variance = error.iter().map(|e| 1.0 + effect.variance * e * e).collect();
                 Hypothesis { probability: *probability, mean, variance }
             };
             let all: Vec<Hypothesis> = [none].into_iter().chain(self.likely.iter().map(one)).collect();
-            told(&all)
+            mutual_information(&all)
         };
         Some(match self.open {
             true => 0.5 * factor.log_determinant(),
@@ -248,48 +250,49 @@ impl Weighing<'_> {
 impl Seen {
     /// Of the readings as they were solved.
     pub fn new(table: &Table, judge: Judge, taken: &[Reading], solved: &Solved) -> Result<Self> {
-        let Solved { point, rows, told, .. } = solved;
-        let (white, rest) = (&rows.slopes, &rows.rest);
+        let Solved { point, rows, posterior, .. } = solved;
+        let (white, white_residual) = (&rows.slopes, &rows.white_residual);
         let blocks = table.blocks(judge, point)?;
         let every: Vec<Vec<f64>> =
             blocks.iter().flat_map(|(rows, _)| rows).map(|row| row.iter().map(|a| a * OFTEN).collect()).collect();
         let at_most = Told::of(judge.beliefs, &every);
         let places: Vec<Option<usize>> = taken.iter().map(|reading| table.find(reading)).collect();
-        let residual: Vec<f64> = white.iter().zip(rest).map(|(row, rest)| rest - dot(row, &told.estimate)).collect();
+        let residual: Vec<f64> =
+            white.iter().zip(white_residual).map(|(row, v)| v - dot(row, &posterior.estimate)).collect();
         let effects = table.effects.iter().map(|effect| {
             let value = |origin: &RowOrigin| {
                 let place = places.get(origin.reading).copied().flatten()?;
                 effect.values.get(place * table.sensors + origin.sensor).copied()
             };
             let column = rows.white(rows.design.rows.iter().map(|origin| value(origin).unwrap_or(0.0)).collect());
-            let taken_up = told.solved(white, &column);
-            let left: Vec<f64> = white.iter().zip(&column).map(|(row, c)| c - dot(row, &taken_up)).collect();
+            let absorbed = posterior.solved(white, &column);
+            let left: Vec<f64> = white.iter().zip(&column).map(|(row, c)| c - dot(row, &absorbed)).collect();
             // what rounding leaves of a column that the model takes up is nothing
             let t_square = dot(&left, &column).max(0.0);
             let t = dot(&column, &residual);
             let (evidence, mean, variance) = weighed(t * effect.u, t_square * effect.u * effect.u);
             let (mean, variance) = (mean * effect.u, variance * effect.u * effect.u);
             let (name, regressor) = (effect.name.clone(), effect.regressor.clone());
-            One { name, regressor, u: effect.u, t_square, mean, variance, taken_up, evidence }
+            One { name, regressor, u: effect.u, t_square, mean, variance, absorbed, evidence }
         });
         let effects = effects.collect();
-        Ok(Seen { beliefs: judge.beliefs.clone(), told: told.clone(), blocks, at_most, effects })
+        Ok(Seen { beliefs: judge.beliefs.clone(), posterior: posterior.clone(), blocks, at_most, effects })
     }
 
     /// Every effect with the logarithm of how much more probable it makes the readings.
     pub fn explanations(&self) -> Vec<(String, f64)> {
-        self.effects.iter().map(|own| (own.name.clone(), own.evidence)).collect()
+        self.effects.iter().map(|effect| (effect.name.clone(), effect.evidence)).collect()
     }
 
     /// The effects that are most probable, with their probabilities.
     pub fn suspected(&self) -> Vec<Suspected> {
         let share = self.nothing_missing() / self.effects.len().max(1) as f64;
-        let one = |own: &One| Suspected {
-            regressor: own.regressor.clone(),
-            name: own.name.clone(),
-            probability: share * own.evidence.exp(),
+        let one = |effect: &One| Suspected {
+            regressor: effect.regressor.clone(),
+            name: effect.name.clone(),
+            probability: share * effect.evidence.exp(),
         };
-        let mut all: Vec<Suspected> = self.effects.iter().map(one).filter(|own| own.probability > LEAST).collect();
+        let mut all: Vec<Suspected> = self.effects.iter().map(one).filter(|s| s.probability > LEAST).collect();
         all.sort_by(|a, b| b.probability.total_cmp(&a.probability));
         all.truncate(MOST);
         all
@@ -300,14 +303,14 @@ impl Seen {
         if self.effects.is_empty() {
             return 1.0;
         }
-        let mean = self.effects.iter().map(|own| own.evidence.exp()).sum::<f64>() / self.effects.len() as f64;
+        let mean = self.effects.iter().map(|effect| effect.evidence.exp()).sum::<f64>() / self.effects.len() as f64;
         1.0 / (1.0 + mean)
     }
 
     /// Effects whose readings, if they were there, could still not be told from readings without them: readings without them would not make them
     /// twenty times less probable (0.95 of even odds).
     pub fn unseen(&self) -> usize {
-        let shows = |own: &&One| weighed(0.0, own.t_square * own.u * own.u).0 < (1.0_f64 / 20.0).ln();
+        let shows = |effect: &&One| weighed(0.0, effect.t_square * effect.u * effect.u).0 < (1.0_f64 / 20.0).ln();
         self.effects.len() - self.effects.iter().filter(shows).count()
     }
 
@@ -315,15 +318,15 @@ impl Seen {
     pub fn undetermined(&self, model: &Campaign) -> Vec<usize> {
         let open = |k: &usize| {
             let along = self.unit(*k);
-            let could = self.at_most.as_ref().is_some_and(|own| own.determines(&self.beliefs, &along));
-            could && !self.told.determines(&self.beliefs, &along)
+            let could = self.at_most.as_ref().is_some_and(|possible| possible.determines(&self.beliefs, &along));
+            could && !self.posterior.determines(&self.beliefs, &along)
         };
         (0..model.unknowns()).filter(open).collect()
     }
 
     fn unit(&self, parameter: usize) -> Vec<f64> {
-        let own: Vec<f64> = (0..=parameter).map(|k| f64::from(u8::from(k == parameter))).collect();
-        self.beliefs.along(&own)
+        let unit: Vec<f64> = (0..=parameter).map(|k| f64::from(u8::from(k == parameter))).collect();
+        self.beliefs.along(&unit)
     }
 
     /// The directions of a goal among the unknowns.
@@ -331,8 +334,10 @@ impl Seen {
         if let Some(k) = model.parameter_index(&goal.id) {
             return Ok(vec![self.unit(k)]);
         }
-        let Some(quantity) = model.derived.iter().find(|own| own.id == goal.id) else { return Ok(Vec::new()) };
-        Ok(gradients(model, quantity)?.iter().map(|own| self.beliefs.along(own)).collect())
+        let Some(quantity) = model.derived.iter().find(|q| q.id == goal.id) else {
+            return Ok(Vec::new());
+        };
+        Ok(gradients(model, quantity)?.iter().map(|gradient| self.beliefs.along(gradient)).collect())
     }
 
     /// What is wanted, in numbers.
@@ -341,16 +346,16 @@ impl Seen {
         let mut limits: Vec<(Vec<f64>, f64, f64)> = Vec::new();
         for (goal, u) in wanted.goals.iter().filter(|_| !open) {
             for direction in self.directions(model, goal)? {
-                let variance = self.told.variance(&direction);
+                let variance = self.posterior.variance(&direction);
                 // a fit that knows less than these rows, of aliases say, has further to go
                 let ratio = u.map_or(1.0, |u| (variance / (u * u)).min(1.0));
-                limits.push((self.told.through(&direction), variance, ratio * goal.u * goal.u));
+                limits.push((self.posterior.through(&direction), variance, ratio * goal.u * goal.u));
             }
         }
         let nothing = self.nothing_missing();
         let share = nothing / self.effects.len().max(1) as f64;
         let likely: Vec<(usize, f64)> = (self.effects.iter().enumerate())
-            .map(|(k, own)| (k, share * own.evidence.exp()))
+            .map(|(k, effect)| (k, share * effect.evidence.exp()))
             .filter(|(_, probability)| *probability > LEAST * share || *probability > LEAST)
             .collect();
         Ok(Weighing { seen: self, open, effects: wanted.effects, limits, nothing, likely })
@@ -367,8 +372,8 @@ impl Seen {
             })
         };
         let mut all: Vec<Worth> = self.blocks.iter().enumerate().filter_map(one).collect();
-        let rate = |own: &Worth| own.nats / own.cost.max(f64::MIN_POSITIVE);
-        all.retain(|own| own.nats > NOTHING);
+        let rate = |worth: &Worth| worth.nats / worth.cost.max(f64::MIN_POSITIVE);
+        all.retain(|worth| worth.nats > NOTHING);
         all.sort_by(|a, b| rate(b).total_cmp(&rate(a)));
         Ok(all)
     }
@@ -385,19 +390,19 @@ impl Seen {
 
     /// Goals that all candidates together, however often they are taken, do not reach.
     pub fn unreachable(&self, model: &Campaign, goals: &[Goal]) -> Result<Vec<String>> {
-        let mut found = Vec::new();
+        let mut unreachable = Vec::new();
         for goal in goals {
             let directions = self.directions(model, goal)?;
-            let reached = |own: &Vec<f64>| {
-                self.at_most
-                    .as_ref()
-                    .is_some_and(|all| all.determines(&self.beliefs, own) && all.variance(own) <= goal.u * goal.u)
+            let reached = |direction: &Vec<f64>| {
+                self.at_most.as_ref().is_some_and(|all| {
+                    all.determines(&self.beliefs, direction) && all.variance(direction) <= goal.u * goal.u
+                })
             };
             if directions.is_empty() || !directions.iter().all(reached) {
-                found.push(goal.id.clone());
+                unreachable.push(goal.id.clone());
             }
         }
-        Ok(found)
+        Ok(unreachable)
     }
 }
 
@@ -408,7 +413,7 @@ const LEAST: f64 = 0.001;
 const NOTHING: f64 = 1e-6;
 /// Halvings of the length of a hold that are weighed: down to eight times what u is planned as, which is beyond what one more reading is asked for.
 const HALVINGS: i32 = 6;
-/// Readings, as a square root, that stand for any number of them.
+/// Readings, as a square root, that represent any number of them.
 const OFTEN: f64 = 1e2;
 
 /// `ln B`, and mean and variance of the effect's size, with `t` and `T` in units of its uncertainty when all candidates were taken.
@@ -434,7 +439,7 @@ struct Hypothesis {
 }
 
 /// Nats that a reading tells of which hypothesis holds, and of the size of its effect.
-fn told(all: &[Hypothesis]) -> f64 {
+fn mutual_information(all: &[Hypothesis]) -> f64 {
     // exp(-D) of Bhattacharyya's distance D, value by value
     let overlap = |a: &Hypothesis, b: &Hypothesis| {
         let (mut product, mut apart) = (1.0, 0.0);
@@ -445,15 +450,15 @@ fn told(all: &[Hypothesis]) -> f64 {
         }
         product.powf(0.25) * (-0.25 * apart).exp()
     };
-    let mut sums: Vec<f64> = all.iter().map(|own| own.probability).collect();
+    let mut sums: Vec<f64> = all.iter().map(|h| h.probability).collect();
     for (i, a) in all.iter().enumerate() {
         for (j, b) in all.iter().enumerate().skip(i + 1) {
-            let own = overlap(a, b);
-            sums[i] += b.probability * own;
-            sums[j] += a.probability * own;
+            let shared = overlap(a, b);
+            sums[i] += b.probability * shared;
+            sums[j] += a.probability * shared;
         }
     }
-    let which = all.iter().zip(&sums).map(|(own, sum)| -own.probability * sum.ln()).sum::<f64>();
-    let size = |own: &Hypothesis| own.probability * 0.5 * own.variance.iter().map(|v| v.ln()).sum::<f64>();
+    let which = all.iter().zip(&sums).map(|(h, sum)| -h.probability * sum.ln()).sum::<f64>();
+    let size = |h: &Hypothesis| h.probability * 0.5 * h.variance.iter().map(|v| v.ln()).sum::<f64>();
     which.max(0.0) + all.iter().map(size).sum::<f64>()
 }

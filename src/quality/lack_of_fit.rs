@@ -1,8 +1,8 @@
-//! Lack of fit: what the model leaves beside what replicates scatter.
+//! Lack of fit: the residuals of the model against the scatter of replicates.
 //!
 //! N. R. Draper, H. Smith, Applied Regression Analysis (1998), 2.1: the residual sum of squares of readings is parted into that
-//! of replicates about their own means (*pure error*) and the rest, which only a wrong model makes larger. Where nothing is replicated, the
-//! model with an offset for each position stands against the model alone (the same F test, of the extra sum of squares, 6.1 there).
+//! of replicates about their own means (*pure error*) and the remainder, which only a wrong model makes larger. Where nothing is replicated, the
+//! model with an offset for each position is compared with the model alone (the same F test, of the extra sum of squares, 6.1 there).
 #![allow(
     clippy::indexing_slicing,
     reason = "matrices and vectors are made here with the groups' and the basis' lengths"
@@ -59,7 +59,7 @@ pub fn lack_of_fit(v: &[f64], u: &[f64], cell: &[usize], dof: usize, level: f64)
         total += (v / u).powi(2);
     }
     let pure_error_dof: usize = sums.iter().map(|(count, _, _)| count.saturating_sub(1)).sum();
-    let between_dof = dof.checked_sub(pure_error_dof).filter(|rest| *rest > 0)?;
+    let between_dof = dof.checked_sub(pure_error_dof).filter(|dof| *dof > 0)?;
     if pure_error_dof == 0 {
         return None;
     }
@@ -71,7 +71,7 @@ pub fn lack_of_fit(v: &[f64], u: &[f64], cell: &[usize], dof: usize, level: f64)
 /// A direction of the unknowns that lies in the span of the groups to this much is no further one.
 const SAME: f64 = 1e-10;
 
-/// The model with an offset for each group beside the model alone: what residuals of one schedule share.
+/// The model with an offset for each group against the model alone: what residuals of one schedule share.
 #[derive(Debug, Clone)]
 pub struct Offsets {
     /// Group of each row, and what a weighted residual has of the group's offset at unit norm.

@@ -79,8 +79,8 @@ pub(crate) fn runs_of(positive: usize, negative: usize, runs: usize) -> Option<R
             };
             if odd { way(k + 1, k) + way(k, k + 1) } else { 2.0 * way(k, k) }
         };
-        let own = probability(runs);
-        (2..=all).map(probability).filter(|q| *q <= own * (1.0 + 1e-9)).sum::<f64>().min(1.0)
+        let observed = probability(runs);
+        (2..=all).map(probability).filter(|q| *q <= observed * (1.0 + 1e-9)).sum::<f64>().min(1.0)
     } else {
         let variance = (expected - 1.0) * (expected - 2.0) / (n - 1.0);
         2.0 * quantiles::normal_survival((runs as f64 - expected).abs() / variance.sqrt())?

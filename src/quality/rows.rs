@@ -50,10 +50,10 @@ pub fn rows(system: &System, estimate: &Estimate, scattered: Option<&Scattered>)
             };
             let u = scale.map(|scale| scale * at(&system.u));
             let residual = at(&estimate.residuals);
-            let redundancy = at(scattered.map_or(&estimate.redundancy, |found| &found.redundancy));
+            let redundancy = at(scattered.map_or(&estimate.redundancy, |scattered| &scattered.redundancy));
             let leverage = scattered.map_or_else(|| at(&estimate.leverage), |_| 1.0 - redundancy);
             let checked = u.filter(|u| redundancy > UNCHECKED && *u > 0.0);
-            let standardized = |u: f64| scattered.map_or(residual / u, |found| at(&found.standardized));
+            let standardized = |u: f64| scattered.map_or(residual / u, |scattered| at(&scattered.standardized));
             let studentized = checked.map(|u| standardized(u) / redundancy.sqrt());
             let mdb = checked.map(|u| delta * u / redundancy.sqrt());
             RowQuality { residual, u, leverage, redundancy, studentized, mdb }

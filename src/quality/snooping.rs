@@ -76,17 +76,17 @@ impl<'a> Whitened<'a> {
     ) -> Self {
         let used = |i: usize| (0..q.ncols()).map(|k| q[(i, k)] * q[(i, k)]).sum::<f64>();
         let remainder = move |row: usize| {
-            let mut rest = vec![0.0; q.nrows()];
-            if let Some(own) = rest.get_mut(row) {
-                *own = 1.0;
+            let mut projected = vec![0.0; q.nrows()];
+            if let Some(shifted) = projected.get_mut(row) {
+                *shifted = 1.0;
             }
             for _ in 0..2 {
                 for k in 0..q.ncols() {
-                    let along: f64 = rest.iter().enumerate().map(|(i, r)| q[(i, k)] * r).sum();
-                    rest.iter_mut().enumerate().for_each(|(i, r)| *r -= along * q[(i, k)]);
+                    let along: f64 = projected.iter().enumerate().map(|(i, r)| q[(i, k)] * r).sum();
+                    projected.iter_mut().enumerate().for_each(|(i, r)| *r -= along * q[(i, k)]);
                 }
             }
-            rest
+            projected
         };
         Whitened {
             sd: weight.iter().map(|w| 1.0 / w).collect(),
@@ -111,17 +111,17 @@ impl<'a> Whitened<'a> {
 
     /// The part of a reading's standardised error that no unknown and none of `extra` explains.
     fn remainder(&self, extra: &[Vec<f64>], row: usize) -> Vec<f64> {
-        let mut rest = (self.remainder)(row);
-        linear::project(&mut rest, extra);
-        linear::project(&mut rest, extra);
-        rest
+        let mut remainder = (self.remainder)(row);
+        linear::project(&mut remainder, extra);
+        linear::project(&mut remainder, extra);
+        remainder
     }
 
     /// The fault of each reading that a test at 0.1 % finds with 80 % power, in its own unit, for a common variance `s^2`.
     pub fn detectable(&self, s: f64) -> Vec<Option<f64>> {
         let delta = super::baarda_delta();
-        let own = |row: usize| Some(self.checked(row)).filter(|r| *r > 0.0);
-        (0..self.sd.len()).map(|row| own(row).map(|r| delta * s * self.sd(row) / r.sqrt())).collect()
+        let redundancy = |row: usize| Some(self.checked(row)).filter(|r| *r > 0.0);
+        (0..self.sd.len()).map(|row| redundancy(row).map(|r| delta * s * self.sd(row) / r.sqrt())).collect()
     }
 }
 
@@ -192,12 +192,12 @@ fn probability(variance_known: bool, gain: f64, square: f64, dof: usize) -> Opti
     if variance_known {
         return quantiles::chi_square_survival(gain, 1.0);
     }
-    let rest = (square - gain).max(0.0) / (dof as f64 - 1.0);
+    let variance = (square - gain).max(0.0) / (dof as f64 - 1.0);
     // residuals that are rounding of the ones before say nothing
-    if !(rest > f64::EPSILON * f64::EPSILON * square) {
+    if !(variance > f64::EPSILON * f64::EPSILON * square) {
         return Some(if gain > 0.0 { 0.0 } else { 1.0 });
     }
-    quantiles::student_t_two_sided((gain / rest).sqrt(), dof as f64 - 1.0)
+    quantiles::student_t_two_sided((gain / variance).sqrt(), dof as f64 - 1.0)
 }
 
 /// Shifts of all suspects at once.
@@ -217,11 +217,11 @@ fn together(system: &Whitened<'_>, rows: &[usize], tested: usize) -> Option<Vec<
     let along = qr.compute_thin_Q().transpose() * right;
     let mut shifts: Vec<f64> = along.col_as_slice(0).to_vec();
     triangle.backward(&mut shifts);
-    let mut rest = system.residuals.clone();
+    let mut residuals = system.residuals.clone();
     for (shift, column) in shifts.iter().zip(&all) {
-        rest.iter_mut().zip(column).for_each(|(v, c)| *v -= shift * c);
+        residuals.iter_mut().zip(column).for_each(|(v, c)| *v -= shift * c);
     }
-    let variance = if system.variance_known { 1.0 } else { linear::dot(&rest, &rest) / dof.max(1) as f64 };
+    let variance = if system.variance_known { 1.0 } else { linear::dot(&residuals, &residuals) / dof.max(1) as f64 };
     for ((row, shift), column) in rows.iter().zip(shifts).zip(triangle.inverse_columns()) {
         // the shift of a standardised reading, in the reading's unit
         let sd = system.sd(*row);

@@ -134,6 +134,6 @@ pub(crate) fn combine_groups(
     let groups = dof.iter().enumerate().map(|(k, dof)| (sum(&|c| group(c) == Some(k)), *dof));
     let dof = effective_dof(u, others.chain(groups));
     let coverage_factor = quantiles::coverage_factor(level, dof)?;
-    let [type_a, type_b] = [Evaluation::TypeA, Evaluation::TypeB].map(|own| sum(&|c| c.evaluation == own));
+    let [type_a, type_b] = [Evaluation::TypeA, Evaluation::TypeB].map(|e| sum(&|c| c.evaluation == e));
     Some(Combined { u, type_a, type_b, dof, coverage_factor, expanded: coverage_factor * u })
 }

@@ -99,8 +99,8 @@ impl Sums {
                 row.iter_mut().zip(&off).take(i + 1).for_each(|(sum, y)| *sum += x * y);
             }
         }
-        self.first.iter_mut().zip(first).for_each(|(sum, own)| *sum += own);
-        self.second.iter_mut().zip(second).for_each(|(sum, own)| *sum += own);
+        self.first.iter_mut().zip(first).for_each(|(sum, add)| *sum += add);
+        self.second.iter_mut().zip(second).for_each(|(sum, add)| *sum += add);
     }
 
     pub fn means(&self) -> Vec<f64> {

@@ -223,8 +223,8 @@ fn draw(model: &Model, size: usize, seed: u64, block: u64) -> Vec<f64> {
     // any odd multiplier keeps the blocks apart; this one is the golden ratio's
     let mut random = Pcg64Mcg::seed_from_u64(seed.wrapping_add(block.wrapping_mul(0x9e37_79b9_7f4a_7c15)));
     let of = |dof: f64| if dof.is_finite() { ChiSquared::new(dof).ok() } else { None };
-    let chi_square: Vec<Option<ChiSquared<f64>>> = model.scatter.iter().map(|own| of(own.dof)).collect();
-    let known_chi: Vec<Option<ChiSquared<f64>>> = model.known.iter().map(|own| of(own.known.dof)).collect();
+    let chi_square: Vec<Option<ChiSquared<f64>>> = model.scatter.iter().map(|line| of(line.dof)).collect();
+    let known_chi: Vec<Option<ChiSquared<f64>>> = model.known.iter().map(|line| of(line.known.dof)).collect();
     let mut point = model.point.clone();
     let mut work = Scratch::default();
     let mut values = Vec::with_capacity(size * model.outputs.len());
@@ -252,7 +252,7 @@ fn draw(model: &Model, size: usize, seed: u64, block: u64) -> Vec<f64> {
             .collect();
         for (k, (input, (deviate, widen))) in model.known.iter().zip(&drawn).enumerate() {
             let deviate = match model.correlation.get(k) {
-                Some(row) => row.iter().zip(&drawn).map(|(share, (own, _))| share * own).sum(),
+                Some(row) => row.iter().zip(&drawn).map(|(share, (value, _))| share * value).sum(),
                 None => *deviate,
             };
             let shift = input.known.u * deviate * widen;
@@ -323,13 +323,13 @@ fn ellipsoid_factor(
     let n = means.len();
     let sd: Vec<f64> = covariance.iter().enumerate().map(|(k, row)| row.at(k).sqrt()).collect();
     let correlation = |i: usize, j: usize| {
-        let own = covariance.get(i).and_then(|row| row.get(j)).zip(sd.get(i).zip(sd.get(j)));
-        own.map_or(f64::NAN, |(covariance, (a, b))| if i == j { 1.0 } else { covariance / (a * b) })
+        let entry = covariance.get(i).and_then(|row| row.get(j)).zip(sd.get(i).zip(sd.get(j)));
+        entry.map_or(f64::NAN, |(covariance, (a, b))| if i == j { 1.0 } else { covariance / (a * b) })
     };
     let lower = Triangle::of(n, correlation, |_| 1e-10)?;
     let distance = |trial: &[f64], white: &mut [f64]| {
-        let own = trial.part(first..);
-        for (white, ((y, mean), sd)) in white.iter_mut().zip(own.iter().zip(means).zip(&sd)) {
+        let further = trial.part(first..);
+        for (white, ((y, mean), sd)) in white.iter_mut().zip(further.iter().zip(means).zip(&sd)) {
             *white = (y - mean) / sd;
         }
         lower.forward(white);

@@ -122,8 +122,8 @@ pub fn student_t_quantile(p: f64, nu: f64) -> Option<f64> {
         Some(t) => t.ln(),
         None => 0.5 * (nu.ln() + (z * z / nu * (1.0 + 0.5 / nu)).min(700.0).exp_m1().ln()),
     };
-    let own = tails::Beta::new(0.5, 0.5 * nu);
-    let t = solve(start, two_sided_target(one_sided), |t| student_t_of(&own, t, nu))?;
+    let beta = tails::Beta::new(0.5, 0.5 * nu);
+    let t = solve(start, two_sided_target(one_sided), |t| student_t_of(&beta, t, nu))?;
     Some(if p < 0.5 { -t } else { t })
 }
 
@@ -284,14 +284,14 @@ fn student_t_tails(t: f64, nu: f64) -> Tails {
 }
 
 /// The same with the distribution of `1/(1 + t^2/nu)` at hand.
-fn student_t_of(own: &tails::Beta, t: f64, nu: f64) -> Tails {
+fn student_t_of(beta: &tails::Beta, t: f64, nu: f64) -> Tails {
     if nu > NEARLY_NORMAL {
         return normal_tails(normal_deviate(t, nu));
     }
     // x = 1/(1 + t^2/nu), and y = 1 - x from the same quotient.
     let ratio = t / nu.sqrt() * (t / nu.sqrt());
     let (x, y) = if ratio.is_finite() { (1.0 / (1.0 + ratio), ratio / (1.0 + ratio)) } else { (0.0, 1.0) };
-    let Tails { lower, upper, density } = own.tails(y, x);
+    let Tails { lower, upper, density } = beta.tails(y, x);
     Tails { lower, upper, density: 2.0 * density }
 }
 
