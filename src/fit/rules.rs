@@ -2,7 +2,7 @@
 
 use crate::campaign::{Campaign, Constraint};
 use crate::elements::Elements;
-use crate::estimate::{Equation, Inequality, Side};
+use crate::estimate::{Elimination, Equation, Equations, Inequality, Side, System};
 use faer::Mat;
 
 /// What became of the constraints.
@@ -49,6 +49,20 @@ pub(super) struct Rules {
 }
 
 impl Rules {
+    /// The equations eliminated from a system of the unknowns (nothing where there are none); or the constraints of the campaign that contradict each other.
+    pub fn eliminate(&self, system: &System, unknowns: usize) -> (Option<Elimination>, Option<Vec<usize>>) {
+        if self.equations.is_empty() {
+            return (None, None);
+        }
+        let square =
+            |j: usize| system.rows.col_as_slice(j).iter().zip(&system.u).map(|(a, u)| (a / u).powi(2)).sum::<f64>();
+        let scale: Vec<f64> = (0..unknowns).map(|j| square(j).sqrt()).collect();
+        match Equations::new(unknowns, &scale, &self.equations) {
+            Equations::Consistent(elimination) => (Some(elimination), None),
+            Equations::Contradictory(which) => (None, Some(self.equations_named(&which))),
+        }
+    }
+
     pub(super) fn at(campaign: &Campaign, point: &[f64]) -> Self {
         let mut rules = Rules {
             equations: Vec::new(),

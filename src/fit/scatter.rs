@@ -1,7 +1,7 @@
 //! A campaign's lines of scatter as the adjustment takes them: which rows feel which deviation, by the exact derivatives of the model lines.
 
 use super::Remount;
-use super::step::equations_of;
+use super::rules::Rules;
 use super::system::{Weighting, known_inputs, rounding, weigh};
 use crate::campaign::{Campaign, Deviating, Per, Scatter, Size};
 use crate::design::DesignMatrix;
@@ -154,7 +154,7 @@ pub(crate) fn scattered(campaign: &Campaign, design: &DesignMatrix) -> Result<Va
     let system = weigh(campaign, design, Weighting::AsStated)?;
     let lines = noise_lines(campaign, design, &system.u);
     let own = own_system(campaign, design, &system);
-    let elimination = equations_of(campaign, design, &system);
+    let elimination = Rules::at(campaign, &design.point).eliminate(&system, campaign.unknowns()).0;
     let least = rounding(campaign, design, &system);
     let settings = estimate::Settings::default();
     let found = estimate::scattered((&own, &lines), elimination.as_ref(), &least, &settings, false)?;

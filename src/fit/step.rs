@@ -64,7 +64,7 @@ pub(super) fn solve(campaign: &Campaign, design: &DesignMatrix, settings: &Setti
     let rules = Rules::at(campaign, &design.point);
     let (elimination, contradiction) = match rules::contradiction(campaign) {
         Some(named) => (None, Some(named)),
-        None => eliminate(&system, &rules, campaign.unknowns()),
+        None => rules.eliminate(&system, campaign.unknowns()),
     };
     let mut robust_record = None;
     let mut settled = true;
@@ -72,7 +72,7 @@ pub(super) fn solve(campaign: &Campaign, design: &DesignMatrix, settings: &Setti
     let inputs = known_inputs(campaign, design).filter(|_| settings.robust.is_none());
     let with_inputs = |system: &System| {
         let own = system.with_inputs(inputs.as_ref()?);
-        let elimination = elimination.as_ref().and_then(|_| eliminate(&own, &rules, own.rows.ncols()).0);
+        let elimination = elimination.as_ref().and_then(|_| rules.eliminate(&own, own.rows.ncols()).0);
         Some((own, elimination))
     };
     let mut beside = None;
@@ -169,11 +169,6 @@ pub(super) fn solve(campaign: &Campaign, design: &DesignMatrix, settings: &Setti
     Ok(Step { system, estimate, change, noise, constraints, robust: robust_record, scattered, settled, beside })
 }
 
-/// The campaign's equations eliminated from a system of its unknowns; `None` where there are none, or they contradict each other.
-pub(super) fn equations_of(campaign: &Campaign, design: &DesignMatrix, system: &System) -> Option<Elimination> {
-    eliminate(system, &Rules::at(campaign, &design.point), campaign.unknowns()).0
-}
-
 /// Adjust a system of this campaign at a design's point, meeting the campaign's equations; where they contradict each other, without them.
 pub(crate) fn adjust_with_equations(campaign: &Campaign, design: &DesignMatrix, system: &System) -> Result<Estimate> {
     adjust_meeting_equations(campaign, &design.point, system, &crate::estimate::Settings::default())
@@ -186,7 +181,7 @@ pub(crate) fn adjust_meeting_equations(
     system: &System,
     settings: &crate::estimate::Settings,
 ) -> Result<Estimate> {
-    match eliminate(system, &Rules::at(campaign, point), system.rows.ncols()).0 {
+    match Rules::at(campaign, point).eliminate(system, system.rows.ncols()).0 {
         Some(elimination) => adjust_on(system, &elimination, settings),
         None => adjust(system, settings),
     }
@@ -198,20 +193,6 @@ pub(crate) fn contradicting_equations(campaign: &Campaign) -> Option<Vec<usize>>
     match Equations::new(campaign.unknowns(), &vec![1.0; campaign.unknowns()], &rules.equations) {
         Equations::Consistent(_) => None,
         Equations::Contradictory(which) => Some(rules.equations_named(&which)),
-    }
-}
-
-/// Eliminate equations; or the constraints of the campaign that contradict each other.
-fn eliminate(system: &System, rules: &Rules, unknowns: usize) -> (Option<Elimination>, Option<Vec<usize>>) {
-    if rules.equations.is_empty() {
-        return (None, None);
-    }
-    let scale: Vec<f64> = (0..unknowns)
-        .map(|j| system.rows.col_as_slice(j).iter().zip(&system.u).map(|(a, u)| (a / u).powi(2)).sum::<f64>().sqrt())
-        .collect();
-    match Equations::new(unknowns, &scale, &rules.equations) {
-        Equations::Consistent(elimination) => (Some(elimination), None),
-        Equations::Contradictory(which) => (None, Some(rules.equations_named(&which))),
     }
 }
 

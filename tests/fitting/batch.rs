@@ -189,7 +189,8 @@ pub(super) fn single(table: &Table, label: &str) -> Option<fit::Fit> {
 #[test]
 fn rows_are_those_of_single_fits() {
     let counts = agree(Draws(0x1234_5678_9abc_def1_u128 << 1 | 1), false, 1000);
-    assert!(counts[0] > 2000 && counts[1] > 500 && counts[2] > 50, "{counts:?}");
+    // beside an uncertain known input the scale of noise that is not stated is another for each device
+    assert!(counts[0] > 1500 && counts[1] > 500 && counts[2] > 50, "{counts:?}");
 }
 
 /// The same for devices none of which has the schedule of another.

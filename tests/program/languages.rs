@@ -165,6 +165,7 @@ fn foreign(text: &str, own: &BTreeSet<String>) -> Vec<String> {
         "Pretto",
         "Menegatti",
         "norm",
+        "Cochran",
         "Kenward",
         "Roger",
         "Wei",
