@@ -6,6 +6,7 @@
 //! -2 ln L(s) = (dof - k) ln s + (r'r - sum b_j^2)/s + sum_j [ln(s + g_j) + b_j^2/(s + g_j)]          the restricted likelihood of the scale
 //! ```
 
+use super::groups::NO_REDUNDANCY;
 use crate::linear::{dot, norm};
 use faer::{Mat, Side};
 
@@ -54,23 +55,28 @@ impl Beside {
         squares - self.shares(scale).zip(along).map(|((share, _), b)| b * b * share).sum::<f64>()
     }
 
-    /// Redundancy of the rows: degrees of freedom less what the inputs' directions have of them.
+    /// Redundancy of the rows: degrees of freedom less what the inputs' directions have of them; never zero, so that noise of which nothing is left counts for
+    /// nothing in effective degrees of freedom.
     pub fn redundancy(&self, dof: usize, scale: f64) -> f64 {
-        dof as f64 - self.shares(scale).map(|(share, _)| share).sum::<f64>()
+        (dof as f64 - self.shares(scale).map(|(share, _)| share).sum::<f64>()).max(NO_REDUNDANCY)
     }
 
-    /// The square `s` of the scale at the top of the restricted likelihood; `None` without degrees of freedom beside the inputs.
+    /// The square `s` of the scale at the top of the restricted likelihood, zero where the inputs explain all; `None` without degrees of freedom.
     pub fn scale(&self, squares: f64, along: &[f64], dof: usize) -> Option<f64> {
-        let free = dof.checked_sub(self.count()).filter(|free| *free > 0)? as f64;
-        let rest = (squares - along.iter().map(|b| b * b).sum::<f64>()).max(0.0);
+        let free = dof.checked_sub(self.count()).filter(|_| dof > 0)? as f64;
+        let rest = if free > 0.0 { (squares - along.iter().map(|b| b * b).sum::<f64>()).max(0.0) } else { 0.0 };
         let slope = |s: f64| {
             let parts = self.parts.iter().zip(along).map(|((g, _), b)| (1.0 - b * b / (s + g)) / (s + g));
             (free - rest / s) / s + parts.sum::<f64>()
         };
-        // the slope is not above zero at the one, and not below at the other
-        let (mut low, mut high) = (rest / dof as f64, squares / free);
+        // beyond the largest of what each part alone would have it be, and below the least of these, the slope has one sign
+        let each = || self.parts.iter().zip(along).map(|((g, _), b)| b * b - g);
+        let mut high = each().fold(if free > 0.0 { rest / free } else { 0.0 }, f64::max);
+        let least = each().fold(if free > 0.0 { rest / free } else { high }, f64::min);
+        // a scale of which nothing is left beside rounding is zero
+        let mut low = least.max(f64::EPSILON * f64::EPSILON * high);
         if !(low > 0.0 && high.is_finite()) {
-            return Some(low);
+            return Some(0.0);
         }
         while high > low * (1.0 + 4.0 * f64::EPSILON) {
             let middle = (low * high).sqrt();

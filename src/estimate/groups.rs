@@ -35,7 +35,7 @@ pub struct ScaleHints<'a> {
 }
 
 /// A group with less redundancy than this has none.
-pub(super) const NO_REDUNDANCY: f64 = 1e-9;
+pub(crate) const NO_REDUNDANCY: f64 = 1e-9;
 /// Residuals below this share of a group's largest observation are the rounding of the arithmetic: its scale is this share at least.
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
 

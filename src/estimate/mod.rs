@@ -67,6 +67,7 @@ pub use equalities::{Elimination, Equation, Equations, adjust_on};
 pub use factor::Factor;
 pub(crate) use factor::product_by_rows;
 pub use fold::{Fold, Folded};
+pub(crate) use groups::NO_REDUNDANCY;
 pub use groups::ScaleHints;
 pub use inequalities::{Active, Inequality, Restricted, Side, restrict};
 pub use scale_uncertainty::ScaleUncertainty;

@@ -11,8 +11,8 @@ use crate::design::DesignMatrix;
 use crate::elements::Elements;
 use crate::error::Result;
 use crate::estimate::{
-    Elimination, Equations, Estimate, Group, Restricted, ScaleHints, Scattered, System, adjust, adjust_hinted,
-    adjust_on, adjust_on_hinted, adjust_scattered, restrict, scattered_with,
+    Elimination, Equations, Estimate, Group, NO_REDUNDANCY, Restricted, ScaleHints, Scattered, System, adjust,
+    adjust_hinted, adjust_on, adjust_on_hinted, adjust_scattered, restrict, scattered_with,
 };
 
 /// What one step found.
@@ -141,7 +141,7 @@ pub(super) fn solve(campaign: &Campaign, design: &DesignMatrix, settings: &Setti
         let told = beside.as_ref().map(|own| &own.estimate);
         let mut estimate = solve(&system, elimination.as_ref(), told.map_or(&[], |own| &own.group_scale))?;
         if let Some(told) = told {
-            estimate.group_redundancy.clone_from(&told.group_redundancy);
+            estimate.group_redundancy = told.group_redundancy.iter().map(|own| own.max(NO_REDUNDANCY)).collect();
             estimate.group_converged = told.group_converged;
         }
         settled = settled && estimate.group_converged;

@@ -363,5 +363,5 @@ fn scatter_that_is_to_be_estimated_is_asked_for() {
     let (code, given, error) = run(&["--noise", "dtheta_y2 per position=5"]);
     assert_eq!((code, numbers(&given)), (0, numbers(&stated)), "{error}");
     let (code, _, error) = run(&["--noise", "gamma per position=5"]);
-    assert!(code == 1 && error.contains("no line of scatter"), "{error}");
+    assert!(code == 1 && error.contains("dtheta_y2 per position"), "{error}");
 }
