@@ -2,7 +2,9 @@
 //!
 //! Every campaign is simulated from a truth that is written here, so what must be found is known by design. Each case runs over several seeds.
 
+use super::schedules::random;
 use crate::support::{ARCSEC, json as fixture, parse};
+use rand_pcg::{Pcg64Mcg, rand_core::SeedableRng};
 use serde_json::{Value, json};
 use tumble::campaign::{Campaign, JointState, Reading, Readings};
 use tumble::diagnosis::{Settings, diagnose};
@@ -363,5 +365,54 @@ fn the_prediction_of_left_out_positions_is_a_number() {
             let holdout = &report["holdout"];
             assert!(holdout.is_null() || holdout["before"].is_number(), "{k}, {size}: {holdout}");
         }
+    }
+}
+
+/// Two effects on a dividing head, 24 positions read twice: sin(2 theta), and a_P^3 = (3 cos(theta) + cos(3 theta))/4, of which the head's zero takes up the
+/// first part, so that cos(3 theta) is an alias with another zero. Both are among what is said, and the zero is within what it is said to be known to.
+#[test]
+fn an_alias_stays_beside_a_second_effect() {
+    for seed in 0..SEEDS {
+        let sign = if seed % 2 == 0 { 1.0 } else { -1.0 };
+        let readings: Vec<Value> = (0..48)
+            .map(|k| json!({ "position": (k % 24 + 1).to_string(), "theta_deg": 15.0 * f64::from(k % 24) }))
+            .collect();
+        let schedule = json!({ "bench": "accelerometer-dividing-head", "estimate": { "K0": {}, "K1": { "start": 1.3 }, "K2": {}, "head_zero": {} },
+            "readings": readings });
+        let truth = json!({ "values": { "K0": { "value": 1e-3 }, "K1": { "value": 1.3 }, "K2": { "value": -5e-5 }, "head_zero": { "value": 9.6, "unit": "arcsec" } },
+            "noise": { "A": { "sd": 3e-6, "stated": true } },
+            "effects": [{ "regressor": "sin(2*theta)", "value": 1.6e-5 * sign }, { "regressor": "a_P^3", "value": (6e-5 + 5e-6 * seed as f64) * sign }] });
+        let report = diagnosed(&simulated(&schedule, &truth, seed));
+        let said: Vec<&str> = report.effects.iter().flat_map(names).collect();
+        assert_eq!(report.effects.len(), 2, "seed {seed}: {said:?}");
+        for hidden in ["sin(2*theta)", "a_P^3"] {
+            assert!(said.contains(&hidden), "seed {seed}: {hidden} is not among {said:?}");
+        }
+        let zero = report.parameters.iter().find(|own| own.id == "head_zero").expect("the head's zero");
+        let (value, u) = (zero.after.expect("a value"), zero.u_after.expect("its u"));
+        assert!((value - 9.6).abs() < 4.0 * u, "seed {seed}: {value} +- {u} arcsec");
+    }
+}
+
+/// Readings that leave a scale factor and its tilts on a ridge (the rate enters through the tilts alone, the Earth's rate is small): an exact scale factor
+/// is not wrong because tilts that are thirty times as large are thirty times as badly known.
+#[test]
+fn a_known_scale_factor_on_a_ridge_is_not_wrong() {
+    for seed in 0..SEEDS {
+        let mut draws = Pcg64Mcg::seed_from_u64(seed);
+        let mut below = |n: usize| random(&mut draws, 0.0, n as f64) as usize;
+        let mut readings = Vec::new();
+        for position in 0..20 {
+            let (alpha, beta) = (7.5 * below(48) as f64, 7.5 * below(48) as f64);
+            let rate = [10.0, 40.0, 80.0][below(3)];
+            for rate in [rate, -rate, rate, -rate] {
+                readings.push(json!({ "position": position.to_string(), "alpha_deg": alpha, "beta_deg": beta, "gamma_deg_s": rate }));
+            }
+        }
+        let mut schedule = gyro();
+        schedule["readings"] = json!(readings);
+        let mut truth = gyro_truth();
+        truth["noise"] = json!({ "V": { "sd": 2e-4, "stated": true } });
+        assert_nothing(&diagnosed(&simulated(&schedule, &truth, seed)));
     }
 }
