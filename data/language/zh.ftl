@@ -631,7 +631,7 @@ accepted-devices-are-noisy = { $n ->
    *[other] 有 { $n } 个接受的被测件，其残差的离散大于其余被测件：{ $names }。
 }
 sd-of-the-others = 其余被测件的标准差
-noisy-devices-f = 残差离散大于其余被测件：F =（残差标准差 / 离散较小的各被测件的合并标准差）²，p 仅就该被测件而言；列出的超出全部被测件上 1 % 的水平（Cochran 最大方差检验，ISO 5725-2），最大者在前，至多 50 个。请检查该被测件的读数、通道和电缆。
+noisy-devices-f = 残差离散大于其余被测件：F =（残差标准差 / 离散较小的各被测件的合并标准差）^2，p 仅就该被测件而言；列出的超出全部被测件上 1 % 的水平（Cochran 最大方差检验，ISO 5725-2），最大者在前，至多 50 个。请检查该被测件的读数、通道和电缆。
 no-accepted-device-stands-apart-from-the = 就全部被测件和全部量而言，在 1 % 水平上没有离群的被测件。
 z-value-median-mad-beyond-what-a = z = （量值 - 中位数）/（1.4826 MAD），列出的值超出正态分布在全部被测件和全部量上 1 % 的范围；最远者在前，至多 50 个。
 control-charts = 控制图

@@ -9,7 +9,7 @@
 //! deep, can exhaust the stack. Which names are inputs and which are coefficients is not known here: callers say so.
 //!
 //! Grammar: names `[A-Za-z_][A-Za-z0-9_]*`, numbers (`1`, `1.5`, `.5`, `1e-3`), `pi`, `+ - * /` from the left, `^` from the
-//! right and tighter than the minus sign (`-x^2` is `-(x^2)`), parentheses, the functions of [`Function`]
+//! right and tighter than the minus sign (`-x^2` is `-(x^2)`), parentheses, the functions below
 //! and `atan2(y, x)`. Deliberately absent: implicit multiplication, comparison, other functions of two arguments, simplification.
 
 mod analysis;

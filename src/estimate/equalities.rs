@@ -134,7 +134,7 @@ impl Equations {
 /// Adjust a system whose unknowns satisfy equations; everything in the result is in the user's unknowns, and exact on the equations.
 ///
 /// `x = offset + N t`, `t = argmin |W (y - A offset - A N t)|`, `cov x = N cov(t) N'`; degrees of freedom grow by the number of equations.
-/// Errors: those of [`adjust`].
+/// Errors: those of [`super::adjust`].
 ///
 /// ```
 /// use tumble::estimate::{Equation, Equations, Group, Settings, System, adjust_on};
