@@ -628,6 +628,7 @@ each-histogram-shows-the-accepted-devices-the = 各直方图为已接受的被�
 devices-that-are-not-in-order = 异常被测件
 devices-that-stand-apart = 离群的被测件
 accepted-devices-are-noisy = { $n ->
+    [1] 有一个接受的被测件，其残差的离散大于其余被测件：{ $names }。
    *[other] 有 { $n } 个接受的被测件，其残差的离散大于其余被测件：{ $names }。
 }
 sd-of-the-others = 其余被测件的标准差
