@@ -306,13 +306,19 @@ impl Input {
     }
 }
 
+/// What the unknowns leave of a column by a projection is rounding below this share of it (a few operations on each of its numbers), times the condition.
+const ROUNDING: f64 = 64.0 * f64::EPSILON;
+
 /// How the unknowns follow the known inputs: `-(dx/dy) df/dp`, where `df/dp` is affine in the unknowns as the model is.
+///
+/// `None` where an input leaves something in the residuals: these are tested beside it, which is a question of each device.
 pub(super) fn inputs(
     campaign: &Campaign,
     model: &Model,
     reference: &[f64],
     design: &design::DesignMatrix,
     sensitivities: &Mat<f64>,
+    condition: f64,
 ) -> Option<Vec<Input>> {
     let n = campaign.unknowns();
     let uncertain: Vec<(usize, Known)> = campaign
@@ -327,8 +333,14 @@ pub(super) fn inputs(
     if uncertain.is_empty() {
         return Some(Vec::new());
     }
-    let follow = |column: &dyn Fn(usize) -> f64| -> Vec<f64> {
-        (0..n).map(|j| -(0..design.rows.len()).map(|i| sensitivities[(j, i)] * column(i)).sum::<f64>()).collect()
+    let rows = design.rows.len();
+    let follow = |column: &dyn Fn(usize) -> f64| -> Option<Vec<f64>> {
+        let follow: Vec<f64> =
+            (0..n).map(|j| -(0..rows).map(|i| sensitivities[(j, i)] * column(i)).sum::<f64>()).collect();
+        let taken = |i: usize| follow.iter().enumerate().map(|(j, f)| design.jacobian[(i, j)] * f).sum::<f64>();
+        let square = |of: &dyn Fn(usize) -> f64| (0..rows).map(|i| of(i) * of(i)).sum::<f64>();
+        let left = square(&|i| column(i) + taken(i)).sqrt();
+        (left <= ROUNDING * condition * square(column).sqrt()).then_some(follow)
     };
     let mut moved = Vec::with_capacity(n);
     for j in 0..n {
@@ -337,9 +349,9 @@ pub(super) fn inputs(
         moved.push(design::assemble(campaign, model, &point).ok()?);
     }
     let input = |(k, known): (usize, Known)| {
-        let base = follow(&|i| design.jacobian[(i, k)]);
-        let columns: Vec<Vec<f64>> =
-            moved.iter().map(|there| follow(&|i| there.jacobian[(i, k)] - design.jacobian[(i, k)])).collect();
+        let base = follow(&|i| design.jacobian[(i, k)])?;
+        let columns = moved.iter().map(|there| follow(&|i| there.jacobian[(i, k)] - design.jacobian[(i, k)]));
+        let columns: Vec<Vec<f64>> = columns.collect::<Option<_>>()?;
         let none = columns.iter().flatten().all(|s| *s == 0.0);
         let at = |j: usize, i: usize| columns.at(i).at(j);
         let slope = if none {
@@ -347,7 +359,7 @@ pub(super) fn inputs(
         } else {
             (0..n).flat_map(|j| (0..n).map(move |i| (j, i))).map(|(j, i)| at(j, i)).collect()
         };
-        Input { index: k, known, base, slope }
+        Some(Input { index: k, known, base, slope })
     };
-    Some(uncertain.into_iter().map(input).collect())
+    uncertain.into_iter().map(input).collect()
 }

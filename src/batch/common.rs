@@ -9,9 +9,8 @@ use crate::algebra::Tape;
 use crate::campaign::{Campaign, Kind, Role};
 use crate::design::{self, Model};
 use crate::elements::{Elements, OrNan, Parts};
-use crate::estimate::{Beside, Estimate, Group, System, adjust};
+use crate::estimate::{Estimate, Group, adjust};
 use crate::fit::{self, Estimator, Remount, Settings};
-use crate::linear::{norm, subtract};
 use crate::number;
 use crate::quality::{self, Offsets, Whitened};
 use faer::Mat;
@@ -45,8 +44,6 @@ pub(crate) struct Common {
     /// Is the scatter of the readings estimated (one scale for all)?
     scaled: bool,
     known: Vec<Input>,
-    /// What these leave in the residuals, where there are any.
-    beside: Option<Beside>,
     derived: Vec<Tape>,
     /// Cell of each row, and how many there are: rows of equal inputs.
     cells: (Vec<usize>, usize),
@@ -101,38 +98,10 @@ struct Found {
     normality: Option<f64>,
 }
 
-/// What tests of a device are of, beside known inputs that have an uncertainty.
-struct Tested {
-    /// Of the rows, then of the inputs.
-    residuals: Vec<f64>,
-    squares: f64,
-    gain: f64,
-    studentized: Vec<f64>,
-}
-
-/// A row with less redundancy counts neither for normality nor as checked.
-const LEAST_CHECKED: f64 = 1e-6;
-
-/// What inputs of unit variance leave in the weighted residuals.
-fn left_by(columns: &Mat<f64>, system: &System, estimate: &Estimate) -> Option<Beside> {
-    let mut left = Mat::zeros(system.observed.len(), columns.ncols());
-    let mut before = 0.0_f64;
-    for j in 0..columns.ncols() {
-        let mut column = columns.col_as_slice(j).to_vec();
-        column.resize(system.observed.len(), 0.0);
-        let norm_of = |column: &[f64]| norm(&column.iter().zip(&system.u).map(|(c, u)| c / u).collect::<Vec<f64>>());
-        before = before.max(norm_of(&column));
-        let follow = estimate.factor.solve(&column).ok()?;
-        subtract(&mut column, &system.rows, &follow);
-        left.col_as_slice_mut(j).iter_mut().zip(&column).zip(&system.u).for_each(|((to, c), u)| *to = c / u);
-    }
-    Beside::new(&left, before)
-}
-
 impl Common {
     /// What devices with these readings' schedule share; `None` where each needs a fit of its own.
     ///
-    /// That is: a model that is not linear in its unknowns (unless the linear estimator is asked for), constraints, scatter, limits of errors of scale factors, robust weights,
+    /// That is: a model that is not linear in its unknowns (unless the linear estimator is asked for), constraints, scatter, limits of errors of scale factors, robust weights, known inputs whose error is seen in the residuals,
     /// scales of several sensors to estimate, uncertainties that differ by more than a factor of 100, closed circles, unknowns that are not estimable, readings that cannot be fitted.
     /// `sensors` are those whose values a device's row has, in its order.
     pub fn new(campaign: &Campaign, settings: &Settings, sensors: &[usize]) -> Option<Common> {
@@ -183,16 +152,8 @@ impl Common {
         let places = places?;
         let mut predicted = design.predicted.clone();
         predicted.resize(m, 0.0);
-        let known = inputs(campaign, &model, &reference, &design, &sensitivities)?;
-        // where it depends on the unknowns what they leave is of each device
-        if known.iter().any(|input| !input.slope.is_empty()) {
-            return None;
-        }
-        let columns = fit::known_inputs(campaign, &design);
-        let beside = match &columns {
-            Some(columns) => Some(left_by(columns, &system, &estimate)?),
-            None => None,
-        };
+        let condition = estimate.unknowns.condition.unwrap_or(1.0);
+        let known = inputs(campaign, &model, &reference, &design, &sensitivities, condition)?;
         let ids: Vec<&str> = campaign.parameters.iter().map(|p| p.id.as_str()).collect();
         let derived = campaign.derived.iter().map(|d| Tape::compile(&d.line, &ids)).collect::<Result<_, _>>().ok()?;
         let weight = |i: usize| system.u.get(i).map_or(1.0, |u| 1.0 / u);
@@ -213,26 +174,15 @@ impl Common {
             .collect();
         let tested = gain.iter().filter(|g| **g > 0.0).count();
         drop(whitened);
-        // those of inputs are alone, as priors are
-        let extended = columns.map(|columns| system.with_inputs(&columns));
-        let rows = extended.as_ref().map_or(m, |own| own.observed.len());
-        let cells = fit::cells(campaign, &design, rows);
+        let cells = fit::cells(campaign, &design, m);
         let count = cells.iter().max().map_or(0, |most| most + 1);
         // something is replicated, and something is left to be lack of fit
-        let are_tested = count < rows && rows - count < estimate.dof;
-        let offsets = |own: &Estimate| {
-            let positions = fit::positions(campaign, &design, rows);
-            Offsets::new(own.factor.weight(), own.factor.thin_q(), &positions, own.dof)
+        let are_tested = count < m && m - count < estimate.dof;
+        let offsets = || {
+            let positions = fit::positions(campaign, &design, m);
+            Offsets::new(estimate.factor.weight(), estimate.factor.thin_q(), &positions, estimate.dof)
         };
-        let offsets = match extended {
-            _ if are_tested => None,
-            Some(system) => offsets(&adjust(&system, &settings.adjust).ok()?),
-            None => offsets(&estimate),
-        };
-        // with a scale that is each device's own they are, too
-        if beside.is_some() && scaled && offsets.is_some() {
-            return None;
-        }
+        let offsets = if are_tested { None } else { offsets() };
         let largest_u = system.u.iter().copied().fold(0.0_f64, f64::max);
         Some(Common {
             sensor: design.rows.iter().map(|origin| origin.sensor).collect(),
@@ -254,7 +204,6 @@ impl Common {
             estimate,
             scaled,
             known,
-            beside,
             derived,
             studentizing,
             gain,
@@ -359,29 +308,9 @@ impl Common {
         if !(squares.is_finite() && dx.iter().all(|x| x.is_finite())) {
             return None;
         }
-        let mut own_dof =
+        let own_dof =
             // no group, no degrees of freedom
             if self.scaled { estimate.group_redundancy.first().copied().unwrap_or_default() } else { f64::INFINITY };
-        let values = || {
-            self.places.iter().map(|(row, slot)| {
-                // without a map the rows are in the schedule's order
-                let row = map.and_then(|map| map.get(*row)).unwrap_or(row);
-                device.values.or_nan(row * self.sensors + slot)
-            })
-        };
-        let least = |own| least_variance(values, (own, found.sizes.weighed, self.largest_u));
-        let mut own_scale = None;
-        if let Some(beside) = self.beside.as_ref().filter(|_| self.scaled) {
-            let along = beside.along(&self.weighed(v));
-            let scale = beside.scale(squares, &along, estimate.dof)?;
-            let scale = scale.max(least(scale));
-            own_dof = beside.redundancy(estimate.dof, scale);
-            own_scale = Some(scale);
-        }
-        let tested = match &self.beside {
-            Some(beside) => Some(self.tested(beside, v, squares, own_scale.unwrap_or(1.0))?),
-            None => None,
-        };
         let question = Question {
             campaign: &self.campaign,
             settings: &self.settings,
@@ -393,12 +322,14 @@ impl Common {
             dof: estimate.dof,
             own_dof,
         };
-        let (suspects, suspect_p) = match &tested {
-            // of a reading that may be suspicious the device's own fit says more
-            Some(own) if self.tests.may_be_suspicious(own.squares, own.gain) => return None,
-            Some(_) => (Vec::new(), f64::NAN),
-            None => self.suspects(v, found, map),
+        let values = || {
+            self.places.iter().map(|(row, slot)| {
+                // without a map the rows are in the schedule's order
+                let row = map.and_then(|map| map.get(*row)).unwrap_or(row);
+                device.values.or_nan(row * self.sensors + slot)
+            })
         };
+        let (suspects, suspect_p) = self.suspects(v, found, map);
         let value = |i: usize| {
             let (row, slot) = self.places.get(i)?;
             let row = map.and_then(|map| map.get(*row)).unwrap_or(row);
@@ -406,8 +337,7 @@ impl Common {
         };
         let stuck =
             |own: &fit::Channel| Some((own.sensor, own.stuck(|i| value(i).unwrap_or(f64::NAN), |i| v.or_nan(i))?));
-        // tests are those of the residuals beside the inputs
-        let residuals = tested.as_ref().map_or(v, |own| &own.residuals);
+        let least = |own| least_variance(values, (own, found.sizes.weighed, self.largest_u));
         let answer = Answer {
             label: &device.label,
             device: Some(device),
@@ -415,65 +345,29 @@ impl Common {
             dx,
             cofactor: &estimate.unknowns.cofactor,
             share: &self.share,
-            variance: own_scale.or_else(|| question.variance(squares, least)),
+            variance: question.variance(squares, least),
             squares,
-            tested: tested.as_ref().map_or(squares, |own| own.squares),
+            tested: squares,
             readings: self.places.len(),
             largest: found.sizes.weighed,
             lack_of_fit_p: match &self.offsets {
-                Some(offsets) => offsets.test(residuals, self.settings.level).map(|test| test.p),
+                Some(offsets) => offsets.test(v, self.settings.level).map(|test| test.p),
                 None => {
                     let (cell, count) = &self.cells;
-                    let of_inputs = std::iter::repeat(own_scale.unwrap_or(1.0));
-                    let weights = self.squared.iter().copied().chain(of_inputs).take(cell.len());
-                    work.cells.lack_of_fit((cell, *count), (residuals, weights), estimate.dof)
+                    work.cells.lack_of_fit((cell, *count), (v, self.squared.iter().copied()), estimate.dof)
                 }
             },
-            runs_p: match found.runs.filter(|_| tested.is_none()) {
+            runs_p: match found.runs {
                 Some((positive, runs)) => runs_of(positive, self.gain.len() - positive, runs),
-                None => self.runs(residuals, map),
+                None => self.runs(v, map),
             },
-            normality_p: match &tested {
-                Some(own) => self
-                    .tests
-                    .scores
-                    .as_ref()
-                    .and_then(|scores| scores.test(&mut own.studentized.clone()))
-                    .map_or(f64::NAN, |test| test.p),
-                None => found.normality.unwrap_or_else(|| self.normality(v, work)),
-            },
+            normality_p: found.normality.unwrap_or_else(|| self.normality(v, work)),
             suspects,
             suspect_p,
             stuck: self.channels.iter().filter_map(stuck).collect(),
             solved: Solved::Together,
         };
         Some(question.row(answer, &mut work.memory))
-    }
-
-    /// Weighted residuals.
-    fn weighed(&self, v: &[f64]) -> Vec<f64> {
-        v.iter().zip(&self.weight).map(|(v, w)| v * w).collect()
-    }
-
-    /// What tests are of: residuals beside the known inputs at this square of the scale. `None` where a reading is then checked by no other.
-    fn tested(&self, beside: &Beside, v: &[f64], squares: f64, scale: f64) -> Option<Tested> {
-        let mut residuals = self.weighed(v);
-        let along = beside.along(&residuals);
-        let inputs = beside.left(&mut residuals, &along, scale);
-        let (mut gain, mut studentized) = (0.0_f64, Vec::with_capacity(self.studentizing.len()));
-        for (i, factor) in &self.studentizing {
-            let (weight, left) = (self.weight.at(*i), residuals.at(*i));
-            // 1/(u^2 r)
-            let redundancy = (weight / factor).powi(2) - beside.taken(*i, scale);
-            if redundancy <= LEAST_CHECKED {
-                return None;
-            }
-            gain = gain.max(left * left / redundancy);
-            studentized.push(left / redundancy.sqrt());
-        }
-        residuals.iter_mut().zip(&self.weight).for_each(|(v, w)| *v /= w);
-        residuals.extend(inputs);
-        Some(Tested { residuals, squares: beside.squares(squares, &along, scale), gain, studentized })
     }
 
     /// Suspicious readings, counted from 1 among the device's rows, and the probability of the most significant.
@@ -530,7 +424,7 @@ impl Common {
     }
 }
 
-/// Is the question one that a linear step answers, without constraints, scatter, robust weights or closed circles?
+/// Is the question one that a linear step answers, without constraints, scatter, robust weights, or closed circles?
 pub(super) fn is_plain(campaign: &Campaign, settings: &Settings) -> bool {
     let one_step = is_linear(campaign) || (settings.estimator == Estimator::Linear && !is_uncertain(campaign));
     one_step && alone(campaign, settings).is_ok()

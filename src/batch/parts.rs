@@ -16,9 +16,8 @@ use crate::campaign::{Campaign, Kind, Known, Observation, Readings, Role};
 use crate::design::{self, Model};
 use crate::elements::Elements;
 use crate::error::{Fault, Malformed, Result};
-use crate::estimate::{Beside, Fold, Folded, Group, Unknowns};
+use crate::estimate::{Block, Compressed, Fold, Folded, Group, NO_REDUNDANCY, ScaleHints, Scaled, Unknowns};
 use crate::fit::{self, Estimator, Settings, Weighting};
-use crate::linear::{norm, subtract};
 use faer::{Mat, MatRef};
 
 /// The linear step of a campaign, for readings that are not all at hand.
@@ -377,12 +376,9 @@ impl Parts {
         let Unknowns { solution, cofactor, .. } = &folded.unknowns;
         let readings = if self.priors.is_empty() { None } else { Some(of_readings(cofactor, part.fold.triangle())) };
         let known = self.known(fold, &folded)?;
-        let beside = self.beside(fold, &folded)?;
         let least = part.least();
-        let scale = match &beside {
-            Some((own, along)) if scaled => own.scale(squares, along, dof).map(|scale| scale.max(least)),
-            _ => None,
-        };
+        let extended = self.extended(fold, solution, scaled.then_some(least))?;
+        let scale = extended.as_ref().filter(|_| scaled && dof > 0).and_then(|own| own.scale.first().copied());
         let question = Question {
             campaign: template,
             settings,
@@ -392,8 +388,8 @@ impl Parts {
             scaled,
             rank: folded.unknowns.rank,
             dof,
-            own_dof: match (&beside, scale) {
-                (Some((own, _)), Some(scale)) => own.redundancy(dof, scale),
+            own_dof: match (&extended, scale) {
+                (Some(own), Some(_)) => own.redundancy.first().map_or(0.0, |own| own.max(NO_REDUNDANCY)),
                 _ if scaled => dof as f64,
                 _ => f64::INFINITY,
             },
@@ -405,9 +401,9 @@ impl Parts {
             dx: solution,
             cofactor,
             share: readings.as_ref().unwrap_or(cofactor),
-            variance: scale.or_else(|| question.variance(squares, |_| least)),
+            variance: scale.map(|scale| scale * scale).or_else(|| question.variance(squares, |_| least)),
             squares,
-            tested: beside.map_or(squares, |(own, along)| own.squares(squares, &along, scale.unwrap_or(1.0))),
+            tested: extended.map_or(squares, |own| own.sum_of_squares),
             readings: part.fold.rows(),
             largest: 0.0,
             lack_of_fit_p: None,
@@ -421,41 +417,41 @@ impl Parts {
         Ok(question.row(answer, coverage))
     }
 
-    /// What the known inputs that have an uncertainty leave in the residuals, and the residuals along them; `None` where there are none.
-    fn beside(&self, fold: &Fold, folded: &Folded) -> Result<Option<(Beside, Vec<f64>)>> {
+    /// The rows beside the known inputs that have an uncertainty ([`crate::estimate::System::with_inputs`]), from which scale and tests come; `None` where there are none.
+    fn extended(&self, fold: &Fold, solution: &[f64], least: Option<f64>) -> Result<Option<Scaled>> {
         let (n, triangle) = (self.template.unknowns(), fold.triangle());
-        let (rows, last) = (triangle.subcols(0, n).to_owned(), triangle.ncols() - 1);
-        let solution = &folded.unknowns.solution;
-        let mut columns: Vec<(usize, Vec<f64>, Vec<f64>)> = Vec::new();
+        let last = triangle.ncols() - 1;
+        let mut inputs: Vec<(usize, Vec<f64>)> = Vec::new();
         for (place, carried) in self.carried.iter().enumerate() {
             let share = carried.known.u * carried.by.map_or(1.0, |j| solution.at(j));
-            let Some(follow) = fold.follow(place, &self.settings.adjust)? else { continue };
             let own = triangle.col(n + place).iter().map(|c| share * c);
-            let mut left: Vec<f64> = triangle.col(n + place).iter().copied().collect();
-            subtract(&mut left, &rows, &follow);
-            match columns.last_mut().filter(|(parameter, ..)| *parameter == carried.parameter) {
-                Some((_, whole, rest)) => {
-                    whole.iter_mut().zip(own).for_each(|(to, c)| *to += c);
-                    rest.iter_mut().zip(left).for_each(|(to, c)| *to += share * c);
-                }
-                None => columns.push((carried.parameter, own.collect(), left.iter().map(|c| share * c).collect())),
+            match inputs.last_mut().filter(|(parameter, _)| *parameter == carried.parameter) {
+                Some((_, whole)) => whole.iter_mut().zip(own).for_each(|(to, c)| *to += c),
+                None => inputs.push((carried.parameter, own.collect())),
             }
         }
-        if columns.is_empty() {
+        if inputs.is_empty() {
             return Ok(None);
         }
-        let before = columns.iter().map(|(_, whole, _)| norm(whole)).fold(0.0, f64::max);
-        let left = Mat::from_fn(triangle.nrows(), columns.len(), |i, j| {
-            columns.get(j).and_then(|(_, _, rest)| rest.get(i)).copied().unwrap_or(0.0)
-        });
-        let mut residuals: Vec<f64> = triangle.col(last).iter().copied().collect();
-        let about = |j: usize| fold.about().get(j).copied().unwrap_or(0.0);
-        let step: Vec<f64> = solution.iter().enumerate().map(|(j, x)| x - about(j)).collect();
-        subtract(&mut residuals, &rows, &step);
-        Ok(Beside::new(&left, before).map(|own| {
-            let along = own.along(&residuals);
-            (own, along)
-        }))
+        let k = inputs.len();
+        let of = |i: usize, j: usize| inputs.get(j).and_then(|(_, own)| own.get(i)).copied().unwrap_or(0.0);
+        let readings = Block {
+            rows: Mat::from_fn(last + 1, n + k, |i, j| j.checked_sub(n).map_or(triangle[(i, j)], |j| of(i, j))),
+            observed: triangle.col(last).iter().copied().collect(),
+            size: fold.rows(),
+            own: None,
+            magnitude: 0.0,
+            log_determinant: 0.0,
+        };
+        let stated = Block {
+            rows: Mat::from_fn(k, n + k, |i, j| f64::from(u8::from(i + n == j))),
+            observed: vec![0.0; k],
+            size: k,
+            ..readings.clone()
+        };
+        let least: Vec<f64> = least.iter().map(|variance| variance.sqrt()).collect();
+        let rows = Compressed::of(vec![readings, stated], n + k, least.len());
+        Ok(Some(rows.adjust(&ScaleHints { least: &least, ..ScaleHints::default() }, &self.settings.adjust)?))
     }
 
     /// How the unknowns follow each known input that has an uncertainty: `-(dx/dy) df/dp` at the solution.

@@ -18,7 +18,6 @@
 //! | `refine.rs` | iterative refinement with residuals in twice the working precision |
 //! | `compress.rs` | each group's rows as a triangle that says the same |
 //! | `groups.rs` | the scales `s_g` of several groups, and what it costs to estimate them |
-//! | `beside.rs` | residuals beside known inputs that have an uncertainty |
 //! | `equalities.rs` | linear equations between unknowns, by elimination |
 //! | `inequalities.rs` | bounds, ranges and norm cones: what is active, what it costs |
 //! | `cone_program.rs` | the same question as clarabel takes it |
@@ -34,7 +33,6 @@
 mod active_set;
 mod adjust;
 mod basis;
-mod beside;
 mod compensated;
 mod compress;
 mod condition;
@@ -58,7 +56,6 @@ pub(crate) use adjust::adjust_hinted;
 pub use adjust::{Estimate, Solution, adjust, solve};
 pub use basis::Combination;
 pub(crate) use basis::Coupling;
-pub(crate) use beside::Beside;
 pub(crate) use compensated::Sum;
 pub(crate) use compress::{Block, Compressed, Scaled};
 pub(crate) use cone_program::solver_settings;

@@ -34,12 +34,12 @@ pub(super) struct Step {
     /// Did inner iterations (scales, components, weights) settle?
     pub settled: bool,
     /// The rows beside known inputs that have an uncertainty, where there are such.
-    pub beside: Option<Beside>,
+    pub extended: Option<Extended>,
 }
 
 /// The rows of a step beside its known inputs ([`System::with_inputs`]): what scatter and tests of residuals come from. Estimates do not: there the
 /// inputs are as stated, and their uncertainty is a part of the budget.
-pub(super) struct Beside {
+pub(super) struct Extended {
     pub system: System,
     pub estimate: Estimate,
     pub scattered: Option<Scattered>,
@@ -48,7 +48,7 @@ pub(super) struct Beside {
 impl Step {
     /// What the tests of residuals are about: the system, its adjustment, and what it shares.
     pub fn tested(&self) -> (&System, &Estimate, Option<&Scattered>) {
-        match &self.beside {
+        match &self.extended {
             // an active bound is known here alone
             Some(own) if self.change == self.estimate.unknowns.solution => {
                 (&own.system, &own.estimate, own.scattered.as_ref())
@@ -75,7 +75,7 @@ pub(super) fn solve(campaign: &Campaign, design: &DesignMatrix, settings: &Setti
         let elimination = elimination.as_ref().and_then(|_| rules.eliminate(&own, own.rows.ncols()).0);
         Some((own, elimination))
     };
-    let mut beside = None;
+    let mut extended = None;
     let (mut estimate, noise) = if let Some(method) = settings.robust {
         let found = robust::estimate(&system, design.rows.len(), method, &settings.adjust)?;
         let covariance = robust::covariance(&found, &system);
@@ -107,7 +107,7 @@ pub(super) fn solve(campaign: &Campaign, design: &DesignMatrix, settings: &Setti
                 let plain = scattered_with((&own, &lines), elimination.as_ref(), &found, &settings.adjust)?;
                 let residuals = system.residuals(&found.estimate.unknowns.solution);
                 let estimate = Estimate { residuals, ..found.estimate.clone() };
-                beside = Some(Beside { system, estimate, scattered: Some(found) });
+                extended = Some(Extended { system, estimate, scattered: Some(found) });
                 match plain {
                     Some(plain) => plain,
                     None => solve(&own, elimination.as_ref())?,
@@ -136,16 +136,16 @@ pub(super) fn solve(campaign: &Campaign, design: &DesignMatrix, settings: &Setti
         };
         if let Some((system, elimination)) = with_inputs(&system) {
             let estimate = solve(&system, elimination.as_ref(), &[])?;
-            beside = Some(Beside { system, estimate, scattered: None });
+            extended = Some(Extended { system, estimate, scattered: None });
         }
-        let told = beside.as_ref().map(|own| &own.estimate);
+        let told = extended.as_ref().map(|own| &own.estimate);
         let mut estimate = solve(&system, elimination.as_ref(), told.map_or(&[], |own| &own.group_scale))?;
         if let Some(told) = told {
             estimate.group_redundancy = told.group_redundancy.iter().map(|own| own.max(NO_REDUNDANCY)).collect();
             estimate.group_converged = told.group_converged;
         }
         settled = settled && estimate.group_converged;
-        let variances = beside.as_ref().map_or((&system, &estimate), |own| (&own.system, &own.estimate));
+        let variances = extended.as_ref().map_or((&system, &estimate), |own| (&own.system, &own.estimate));
         let noise = ScatterSources::independent(campaign, design, (&system, &estimate), variances);
         (estimate, noise)
     };
@@ -166,7 +166,7 @@ pub(super) fn solve(campaign: &Campaign, design: &DesignMatrix, settings: &Setti
     if change != estimate.unknowns.solution {
         estimate.residuals = system.residuals(&change);
     }
-    Ok(Step { system, estimate, change, noise, constraints, robust: robust_record, scattered, settled, beside })
+    Ok(Step { system, estimate, change, noise, constraints, robust: robust_record, scattered, settled, extended })
 }
 
 /// Adjust a system of this campaign at a design's point, meeting the campaign's equations; where they contradict each other, without them.

@@ -398,14 +398,14 @@ fn an_alias_stays_beside_a_second_effect() {
 /// is not wrong because tilts that are thirty times as large are thirty times as badly known.
 #[test]
 fn a_known_scale_factor_on_a_ridge_is_not_wrong() {
-    for seed in 0..SEEDS {
+    // 219 and 405 are those of the first 600 in which a prior flat in the unknowns named it
+    for seed in [1, 2, 219, 405] {
         let mut draws = Pcg64Mcg::seed_from_u64(seed);
         let mut below = |n: usize| random(&mut draws, 0.0, n as f64) as usize;
         let mut readings = Vec::new();
         for position in 0..20 {
             let (alpha, beta) = (7.5 * below(48) as f64, 7.5 * below(48) as f64);
-            let rate = [10.0, 40.0, 80.0][below(3)];
-            for rate in [rate, -rate, rate, -rate] {
+            for rate in [10.0, -10.0, 40.0, -40.0, 80.0, -80.0, 80.0, -80.0] {
                 readings.push(json!({ "position": position.to_string(), "alpha_deg": alpha, "beta_deg": beta, "gamma_deg_s": rate }));
             }
         }

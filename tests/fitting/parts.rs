@@ -1,6 +1,6 @@
 //! Readings that come in parts: whatever the order, the parts and the order of joining, a device's row is what its own fit says.
 
-use super::batch::{Draws, Table, single, table};
+use super::batch::{Draws, Table, is_uncertain, single, table};
 use serde_json::json;
 use tumble::batch::{Coverage, Device, Layout, Part, Parts, Reason, Row, Verdict};
 use tumble::campaign::{Campaign, Readings};
@@ -103,12 +103,12 @@ fn parts_are_the_whole() {
             let scatter = single.residual_sd * if single.chi_square_p.is_nan() { 1.0 } else { 1e-3 };
             let near = (64.0 * f64::EPSILON * largest / scatter).max(1e-12);
             let near = if near.is_nan() { 1e-12 } else { near }.max(if table.large { 2e-9 } else { 0.0 });
-            // beside uncertain known inputs the scale of the noise is the root of a likelihood's slope, which each finds by itself
-            let uncertain = |known: &serde_json::Value| known["u"].as_f64().is_some_and(|u| u > 0.0);
-            let inputs = table.file["known"].as_object().is_some_and(|known| known.values().any(uncertain));
-            // of noise that it draws to zero each keeps what its search ends at, next to nothing of u
-            let is_zero = row.type_a.iter().zip(&row.u).all(|(a, u)| *a < 1e-6 * u);
-            let near = if inputs { near.max(if is_zero { 1e-3 } else { 1e-9 }) } else { near };
+            // as there: the scale of the noise beside these is the top of a likelihood
+            let inputs = is_uncertain(&table);
+            // noise that it draws to zero is below a thousandth of u, wherever the walk ends: half a millionth of u, by squares; its own size and degrees of freedom are nobody's
+            let is_nothing = |own: &Row| own.type_a.iter().zip(&own.u).all(|(a, u)| *a < 1e-3 * u);
+            let nothing = inputs && is_nothing(&row) && is_nothing(&single);
+            let near = if inputs { near.max(if nothing { 1e-6 } else { 1e-9 }) } else { near };
             let misfit = if single.chi_square_p.is_nan() { 1.0 } else { single.residual_sd.max(1.0) };
             let hard = 4.0 * f64::EPSILON * fit.estimate.unknowns.condition.unwrap_or(1.0) * misfit;
             harder += usize::from(hard > near);
@@ -118,8 +118,12 @@ fn parts_are_the_whole() {
                 for (a, b, scale) in [
                     (row.value[k], single.value[k], size(single.value[k]).max(size(single.u[k]))),
                     (row.u[k], single.u[k], size(single.u[k])),
-                    (row.expanded[k], single.expanded[k], size(single.expanded[k])),
-                    (row.type_a[k], single.type_a[k], size(single.u[k])),
+                    (
+                        row.expanded[k],
+                        if nothing { row.expanded[k] } else { single.expanded[k] },
+                        size(single.expanded[k]),
+                    ),
+                    (row.type_a[k], if nothing { row.type_a[k] } else { single.type_a[k] }, size(single.u[k])),
                 ] {
                     assert_eq!(a.is_nan(), b.is_nan(), "{}", about());
                     if scale > 0.0 {

@@ -110,10 +110,10 @@ impl Binned {
         let n = question.unknowns + question.carried.len();
         let Binned { folding, counts, sums, .. } = self;
         let part = folding.part();
-        let triangle = question.beside(&part.fold.triangle().to_owned());
+        let triangle = question.extended(&part.fold.triangle().to_owned());
         let z = part.block(n).observed;
         let sd = |s: Option<&usize>| s.map_or(1.0, |s| solved.scale.at(*s).sqrt());
-        let rows = solved.beside.as_ref().map_or(&solved.rows, |(_, rows)| rows);
+        let rows = solved.extended.as_ref().map_or(&solved.rows, |(_, rows)| rows);
         let others = || rows.blocks.iter().enumerate().map(|(k, own)| (solved.order.get(k), own));
         let mut found = Vec::with_capacity(inputs.len());
         for (place, input) in inputs.iter().enumerate() {

@@ -115,7 +115,7 @@ pub(super) fn conclude(
     let counts: Vec<u64> = parts.iter().map(|part| part.as_ref().map_or(0, |part| part.rows)).collect();
     // of noise that is correlated in time the sums belong to directions without the inputs
     let white = found.noise.iter().all(|noise| noise.deviation == 0.0);
-    let told = match solved.parts_beside().filter(|_| white) {
+    let told = match solved.extended_parts().filter(|_| white) {
         Some((directions, parts)) => Some(Noised::new(&found, &solved.scale, &solved.order, &parts, directions)?),
         None => None,
     };

@@ -198,7 +198,7 @@ impl Question {
     }
 
     /// Rows of unknowns and carried columns with the known inputs in independent parts of unit variance ([`crate::estimate::System::with_inputs`]).
-    pub(super) fn beside(&self, rows: &Mat<f64>) -> Mat<f64> {
+    pub(super) fn extended(&self, rows: &Mat<f64>) -> Mat<f64> {
         let n = self.unknowns;
         let (u, root) = &self.inputs;
         let carried = (n..n + self.carried.len()).map(|j| rows.col_as_slice(j));

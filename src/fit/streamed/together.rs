@@ -15,7 +15,7 @@ pub(super) struct Together {
     pub found: Scaled,
     pub rows: Compressed,
     /// The same beside the known inputs that have an uncertainty, where there are such: what scales and tests come from. Their rows are behind the priors.
-    pub beside: Option<(Scaled, Compressed)>,
+    pub extended: Option<(Scaled, Compressed)>,
     /// The sensor of each block of the rows; the priors are behind them.
     pub order: Vec<usize>,
     /// Variance factor of each sensor, 1 where it is not open.
@@ -35,14 +35,14 @@ pub(super) fn together(question: &Question, parts: &[Option<Part>], open: &[bool
     let least: Vec<f64> = of(true).map(|s| (question.floor.at(s) / white(s)).sqrt()).collect();
     let hints = ScaleHints { start: &[], least: &least, given: &[] };
     let settings = &question.settings.adjust;
-    let beside = match question.carried.is_empty() {
+    let extended = match question.carried.is_empty() {
         true => None,
         false => {
-            let own = Compressed::of(question.blocks_beside(&rows.blocks), n + question.carried.len(), rows.groups);
+            let own = Compressed::of(question.extended_blocks(&rows.blocks), n + question.carried.len(), rows.groups);
             Some((own.adjust(&hints, settings)?, own))
         }
     };
-    let told = beside.as_ref().map(|(own, _)| own);
+    let told = extended.as_ref().map(|(own, _)| own);
     let given: Vec<Option<f64>> = told.iter().flat_map(|own| &own.scale).map(|scale| Some(*scale)).collect();
     let found = rows.adjust(&ScaleHints { given: &given, ..hints }, settings)?;
     let told = told.unwrap_or(&found);
@@ -51,18 +51,18 @@ pub(super) fn together(question: &Question, parts: &[Option<Part>], open: &[bool
         scale[*s] = told.scale.get(k).map_or(1.0, |scale| scale * scale);
         redundancy[*s] = told.redundancy[k];
     }
-    Ok(Together { found, rows, beside, order, scale, redundancy })
+    Ok(Together { found, rows, extended, order, scale, redundancy })
 }
 
 impl Together {
     /// `chi^2` of the residuals.
     pub(super) fn sum_of_squares(&self) -> f64 {
-        self.beside.as_ref().map_or(self.found.sum_of_squares, |(own, _)| own.sum_of_squares)
+        self.extended.as_ref().map_or(self.found.sum_of_squares, |(own, _)| own.sum_of_squares)
     }
 
     /// The directions of the unknowns beside the known inputs, and the sums of the blocks in them.
-    pub(super) fn parts_beside(&self) -> Option<(Mat<f64>, Vec<NoisePart>)> {
-        let (found, rows) = self.beside.as_ref()?;
+    pub(super) fn extended_parts(&self) -> Option<(Mat<f64>, Vec<NoisePart>)> {
+        let (found, rows) = self.extended.as_ref()?;
         let directions = found.factor.whitened_directions();
         let parts = rows.blocks.iter().map(|block| block.part(&directions, &found.unknowns.solution)).collect();
         Some((directions, parts))
@@ -94,10 +94,10 @@ impl Part {
 
 impl Question {
     /// Blocks beside the known inputs, the last with what is stated of these.
-    fn blocks_beside(&self, blocks: &[Block]) -> Vec<Block> {
+    fn extended_blocks(&self, blocks: &[Block]) -> Vec<Block> {
         let (n, k) = (self.unknowns, self.carried.len());
         let mut all: Vec<Block> =
-            blocks.iter().map(|own| Block { rows: self.beside(&own.rows), ..own.clone() }).collect();
+            blocks.iter().map(|own| Block { rows: self.extended(&own.rows), ..own.clone() }).collect();
         if let Some(last) = all.last_mut() {
             let before = last.rows.nrows();
             last.rows.resize_with(before + k, n + k, |i, j| f64::from(u8::from(i - before + n == j)));
