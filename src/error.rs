@@ -92,7 +92,7 @@ impl Malformed {
     }
 
     /// The argument of the call that would set it right, by its name, with an example of its value (may be empty).
-    pub fn argument(mut self, name: &'static str, example: impl Into<String>) -> Self {
+    pub(crate) fn argument(mut self, name: &'static str, example: impl Into<String>) -> Self {
         self.0.argument = Some((name, example.into()));
         self
     }
@@ -112,7 +112,7 @@ impl Malformed {
     }
 
     /// Put `prefix` before the path, as an error rises from a part to the whole.
-    pub fn under(mut self, prefix: &str) -> Self {
+    pub(crate) fn under(mut self, prefix: &str) -> Self {
         let path = &mut self.0.place.path;
         *path = match (path.is_empty(), path.starts_with('[')) {
             (true, _) => prefix.to_string(),

@@ -41,7 +41,7 @@ impl Stop {
     }
 
     /// Is it asked to?
-    pub fn is_asked(&self) -> bool {
+    pub(crate) fn is_asked(&self) -> bool {
         self.0.load(Ordering::Relaxed)
     }
 

@@ -26,7 +26,7 @@ mod terms;
 pub use analysis::NameDegree;
 pub use expression::Expression;
 pub(crate) use function::Function;
-pub use homogeneity::{Homogeneity, Powers, Reason, Relation};
+pub(crate) use homogeneity::{Powers, Reason};
 pub use language::Language;
 pub(crate) use tape::{Lane, lanes};
 pub use tape::{Scratch, Tape};

@@ -293,7 +293,7 @@ pub(super) struct Input {
 }
 
 impl Input {
-    pub fn sensitivity(&self, dx: &[f64]) -> Vec<f64> {
+    pub(crate) fn sensitivity(&self, dx: &[f64]) -> Vec<f64> {
         if self.slope.is_empty() {
             return self.base.clone();
         }

@@ -106,7 +106,7 @@ impl Device {
     }
 
     /// Where a row (from 0) stands: the file, the line or row, and whether it is a line.
-    pub fn origin(&self, row: usize) -> Option<(&str, u64, bool)> {
+    pub(crate) fn origin(&self, row: usize) -> Option<(&str, u64, bool)> {
         let mut before = 0;
         let run = self.runs.iter().find(|run| {
             before += run.rows;

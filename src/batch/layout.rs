@@ -70,7 +70,7 @@ impl Layout {
     }
 
     /// Numbers of a block in the units of their keys; labels stay.
-    pub fn convert(&self, block: &mut Block) {
+    pub(crate) fn convert(&self, block: &mut Block) {
         for ((column, conversion), kind) in block.columns.iter_mut().zip(&self.conversions).zip(&self.uses) {
             if let Some(conversion) = conversion.filter(|_| *kind != Use::Other) {
                 let numbers = column.iter_mut().filter(|v| !v.is_nan());
@@ -80,7 +80,7 @@ impl Layout {
     }
 
     /// How each column is read; numbers of `Other` columns are labels.
-    pub fn selection(&self) -> Vec<(usize, As)> {
+    pub(crate) fn selection(&self) -> Vec<(usize, As)> {
         let read = |kind: &Use| if *kind == Use::Other { As::Label } else { As::Cell };
         self.columns.iter().zip(&self.uses).map(|(place, kind)| (*place, read(kind))).collect()
     }

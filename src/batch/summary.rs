@@ -77,7 +77,7 @@ impl Chance {
     }
 
     /// Devices in which something was found.
-    pub fn found(&self) -> usize {
+    pub(crate) fn found(&self) -> usize {
         self.found.len()
     }
 
@@ -87,7 +87,7 @@ impl Chance {
     }
 
     /// In how many something is found at the level over all devices together (Z. Sidak 1967).
-    pub fn beyond(&self, level: f64) -> usize {
+    pub(crate) fn beyond(&self, level: f64) -> usize {
         let single = -(level.ln() / self.tested.max(1) as f64).exp_m1();
         self.found.iter().filter(|p| **p < single).count()
     }
@@ -338,7 +338,7 @@ impl Summary {
     }
 
     /// The values of a quantity, for a figure.
-    pub fn values(&self, quantity: usize) -> Vec<f64> {
+    pub(crate) fn values(&self, quantity: usize) -> Vec<f64> {
         self.column(quantity).map(|(_, x)| x).collect()
     }
 
@@ -383,7 +383,7 @@ impl Summary {
     /// Devices that are outliers in some quantity, at 1 % over all devices and quantities, the farthest first.
     ///
     /// `z = (x - median) / (1.4826 MAD)`, two-sided normal (B. Iglewicz, D. Hoaglin, How to Detect and Handle Outliers (1993), 3.3).
-    pub fn outlying(&self, most: usize) -> Vec<OutlyingDevice> {
+    pub(crate) fn outlying(&self, most: usize) -> Vec<OutlyingDevice> {
         let mut found = Vec::new();
         let all = (self.values.len() as f64).max(1.0);
         // no devices: no limit is drawn

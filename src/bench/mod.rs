@@ -13,10 +13,13 @@ pub mod earth;
 mod modulation;
 mod rotation;
 
-pub use builtin::{BuiltIn, built_in, built_ins};
-pub use earth::{EARTH_RATE_DEG_H, GravityFrom, STANDARD_GRAVITY_M_S2, normal_gravity};
+pub use builtin::built_in;
+pub(crate) use builtin::built_ins;
+pub use earth::EARTH_RATE_DEG_H;
+pub use earth::GravityFrom;
 pub(crate) use earth::{NORMAL_GRAVITY_FORMULA, NORMAL_GRAVITY_U_M_S2};
-pub use modulation::Modulation;
+pub use earth::{STANDARD_GRAVITY_M_S2, normal_gravity};
+pub(crate) use modulation::Modulation;
 pub use rotation::{Axis, sin_cos_deg};
 
 use crate::algebra::{Expression, Function};
@@ -145,7 +148,7 @@ vocabulary! {
 
 impl ForceUnit {
     /// How many of this unit make one g.
-    pub fn per_g(self) -> f64 {
+    pub(crate) fn per_g(self) -> f64 {
         match self {
             ForceUnit::StandardGravity => 1.0,
             ForceUnit::MetresPerSecondSquared => STANDARD_GRAVITY_M_S2,
@@ -181,7 +184,7 @@ pub enum Link {
 
 impl Link {
     /// The joint's or tilt's name.
-    pub fn name(&self) -> &str {
+    pub(crate) fn name(&self) -> &str {
         match self {
             Link::Joint { name, .. } | Link::Tilt { name, .. } => name,
         }
@@ -233,7 +236,7 @@ impl Bench {
     /// Check what no single entry can know: repeated names, axes that clash, direction cosines that are none.
     ///
     /// Errors: `NameClash` for a joint, tilt, sensor or axis that repeats; `Value` for numbers out of range.
-    pub fn checked(self) -> Result<Self> {
+    pub(crate) fn checked(self) -> Result<Self> {
         let joints = self.joints().count();
         for (what, count, most) in [("joints", joints, MOST_JOINTS), ("joints and tilts", self.chain.len(), MOST_LINKS)]
         {

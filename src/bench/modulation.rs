@@ -20,7 +20,7 @@ impl Modulation {
     /// Bind a line to the joints of a chain, given in chain order.
     ///
     /// Errors: `UnknownName` for a name that is no joint.
-    pub fn new(line: Expression, joints: &[&str]) -> Result<Self> {
+    pub(crate) fn new(line: Expression, joints: &[&str]) -> Result<Self> {
         if let Some(name) = line.names().into_iter().find(|name| !joints.contains(name)) {
             let error = Malformed::new(Fault::UnknownName, format!("a tilt's factor uses '{name}', which is no joint"))
                 .expected(format!("joints of this chain: {}", joints.join(", ")))
@@ -35,7 +35,7 @@ impl Modulation {
     }
 
     /// The line of algebra.
-    pub fn line(&self) -> &Expression {
+    pub(crate) fn line(&self) -> &Expression {
         &self.line
     }
 
@@ -45,7 +45,7 @@ impl Modulation {
     }
 
     /// The factor's derivatives by the joints' angles, in chain order.
-    pub fn slopes(&self, angles: &[f64], scratch: &mut Scratch) -> Vec<f64> {
+    pub(crate) fn slopes(&self, angles: &[f64], scratch: &mut Scratch) -> Vec<f64> {
         let mut slopes = vec![0.0; angles.len()];
         self.tape.gradient(angles, scratch, &mut slopes);
         slopes

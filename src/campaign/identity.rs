@@ -107,12 +107,12 @@ impl fmt::Display for Condition {
 
 impl Identity {
     /// Is nothing stated?
-    pub fn is_empty(&self) -> bool {
+    pub(crate) fn is_empty(&self) -> bool {
         *self == Identity::default()
     }
 
     /// Instruments whose certificate was no longer valid on the day of the measurement, with both days.
-    pub fn expired(&self) -> impl Iterator<Item = (&Instrument, &str, &str)> {
+    pub(crate) fn expired(&self) -> impl Iterator<Item = (&Instrument, &str, &str)> {
         let date = self.date.as_deref().and_then(day);
         self.instruments.iter().filter_map(move |instrument| {
             let (valid_to, date) = (instrument.valid_to.as_deref().and_then(day)?, date?);

@@ -15,13 +15,21 @@ mod readings;
 mod scatter;
 mod units;
 
-pub use identity::{Condition, Identity, Instrument, UnitUnderTest, day};
-pub use inputs::RATE;
-pub use limits::{Decision, Limit, Limited, ScaleFactor};
-pub use parameters::{Constraint, Derived, Distribution, Kind, Known, Parameter, Prior, Role};
+pub(crate) use identity::day;
+pub(crate) use identity::{Condition, Identity, Instrument, UnitUnderTest};
+pub(crate) use limits::ScaleFactor;
+pub use limits::{Decision, Limit, Limited};
+pub use parameters::Constraint;
+pub(crate) use parameters::Derived;
+pub use parameters::Kind;
+pub(crate) use parameters::Parameter;
+pub use parameters::{Distribution, Known, Role};
 pub use readings::{JointState, Observation, Reading, Readings};
-pub use scatter::{Deviating, EstimateWord, NumberOrEstimate, OneOrSeveral, Over, Per, Scatter, ScatterRequest, Size};
-pub use units::{Inferred, coefficient_unit};
+pub use scatter::ScatterRequest;
+pub use scatter::Size;
+pub(crate) use scatter::{Deviating, NumberOrEstimate, OneOrSeveral, Per, Scatter};
+pub use units::Inferred;
+pub use units::coefficient_unit;
 
 use crate::algebra::Expression;
 use crate::bench::Bench;
@@ -284,7 +292,7 @@ impl Campaign {
     }
 
     /// Does the schedule carry any sensor value? Without one it is a schedule, to be simulated or planned.
-    pub fn is_measured(&self) -> bool {
+    pub(crate) fn is_measured(&self) -> bool {
         self.readings.rows.iter().any(|reading| !reading.observations.is_empty())
     }
 }

@@ -125,7 +125,7 @@ pub enum Constraint {
 
 impl Known {
     /// It as a campaign gives it, in this unit.
-    pub fn given(&self, unit: Option<String>) -> Given {
+    pub(crate) fn given(&self, unit: Option<String>) -> Given {
         let dof = self.dof.is_finite().then_some(self.dof);
         let distribution = Some(self.distribution).filter(|d| *d != Distribution::Normal);
         Given { value: self.value, unit, u: Some(self.u), dof, distribution }

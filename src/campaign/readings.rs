@@ -224,7 +224,7 @@ impl Reading {
     }
 
     /// The standard uncertainty that is stated for a sensor's value here, read or still to be read.
-    pub fn stated_u(&self, sensor: usize) -> Option<f64> {
+    pub(crate) fn stated_u(&self, sensor: usize) -> Option<f64> {
         let read = self.observations.iter().find(|o| o.sensor == sensor);
         match read {
             Some(observation) => observation.u,

@@ -177,7 +177,7 @@ impl Scatter {
     }
 
     /// Name of the line in budgets: `beta per position`, `V over time_s`.
-    pub fn name(&self, campaign: &Campaign) -> String {
+    pub(crate) fn name(&self, campaign: &Campaign) -> String {
         let of = self.of_name(campaign);
         match (&self.over, &self.of) {
             (Some(over), _) if self.per == Per::Campaign => format!("{of} over {}", over.column),
@@ -215,7 +215,7 @@ impl Scatter {
 
 impl Per {
     /// As files write it.
-    pub fn name(&self) -> &str {
+    pub(crate) fn name(&self) -> &str {
         match self {
             Per::Reading => "reading",
             Per::Position => "position",

@@ -87,7 +87,7 @@ impl Inferred {
     }
 
     /// Units of sensors that the table does not have: each is a base unit.
-    pub fn own(&self) -> &[String] {
+    pub(crate) fn own(&self) -> &[String] {
         &self.sensor_units
     }
 

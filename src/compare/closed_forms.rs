@@ -84,7 +84,7 @@ pub struct Printed {
 
 impl Printed {
     /// The printed value of a quantity for a group, in internal units (radians).
-    pub fn of(&self, group: f64, id: &str) -> Option<f64> {
+    pub(crate) fn of(&self, group: f64, id: &str) -> Option<f64> {
         let (_, values) = self.groups.iter().find(|(own, _)| *own == group)?;
         values.iter().find(|(own, _)| own == id).map(|(_, value)| *value)
     }

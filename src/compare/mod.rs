@@ -10,9 +10,11 @@ mod formulas;
 mod misprints;
 mod second_stage;
 
-pub use closed_forms::{ClosedForms, Group, Printed, closed_forms};
+pub(crate) use closed_forms::ClosedForms;
+pub(crate) use closed_forms::Printed;
+pub use closed_forms::{Group, closed_forms};
 pub use formulas::evaluate;
-pub use misprints::Misprint;
+pub(crate) use misprints::Misprint;
 pub use second_stage::second_stage;
 
 use crate::bench::Site;
@@ -68,7 +70,7 @@ pub fn compare(campaign: &Campaign, forms: &ClosedForms, settings: &Settings) ->
 }
 
 /// The same of a fit. Errors: those of [`compare`].
-pub fn compare_fit(fit: &Fit, forms: &ClosedForms) -> Result<Comparison> {
+pub(crate) fn compare_fit(fit: &Fit, forms: &ClosedForms) -> Result<Comparison> {
     compared(&fit.campaign, forms, &fit.settings, Some(fit))
 }
 

@@ -70,7 +70,7 @@ pub struct Span {
 
 impl Calibration {
     /// The unit of an input; empty where only its name tells.
-    pub fn unit_of(&self, input: &LineInput) -> &'static str {
+    pub(crate) fn unit_of(&self, input: &LineInput) -> &'static str {
         match input.quantity {
             Quantity::Rate => self.rate_unit.name(),
             Quantity::Force => self.force_unit.name(),
@@ -80,7 +80,7 @@ impl Calibration {
     }
 
     /// What the calibration covered of a rate or force.
-    pub fn range_of(&self, input: &LineInput) -> f64 {
+    pub(crate) fn range_of(&self, input: &LineInput) -> f64 {
         if input.quantity == Quantity::Rate { self.span.rate } else { self.span.force }
     }
 

@@ -27,8 +27,11 @@ mod solve;
 mod triad;
 mod validity;
 
-pub use calibration::{CalibratedLine, Calibration, Mounting, Span};
-pub use inputs::{InputRole, LineInput, Quantity};
+pub use calibration::Calibration;
+pub(crate) use calibration::{CalibratedLine, Mounting, Span};
+pub use inputs::InputRole;
+pub(crate) use inputs::LineInput;
+pub use inputs::Quantity;
 pub use mount::ToMount;
-pub use solve::{Corrected, Corrector};
-pub use validity::{Linearity, linearity};
+pub use solve::Corrector;
+pub(crate) use validity::linearity;

@@ -86,17 +86,17 @@ impl Corrector {
     }
 
     /// How many inputs are solved for.
-    pub fn solved(&self) -> usize {
+    pub(crate) fn solved(&self) -> usize {
         self.inputs.iter().filter(|i| i.role == InputRole::Solved).count()
     }
 
     /// Readings at zero input, one for each sensor.
-    pub fn bias(&self) -> &[f64] {
+    pub(crate) fn bias(&self) -> &[f64] {
         self.bias.as_slice()
     }
 
     /// `d reading / d input` at zero input, sensors x solved inputs.
-    pub fn sensitivity(&self) -> &DMatrix<f64> {
+    pub(crate) fn sensitivity(&self) -> &DMatrix<f64> {
         &self.sensitivity
     }
 
@@ -109,7 +109,7 @@ impl Corrector {
     }
 
     /// `M` of `q = M (s - b)`, solved inputs x sensors.
-    pub fn matrix(&self) -> &DMatrix<f64> {
+    pub(crate) fn matrix(&self) -> &DMatrix<f64> {
         &self.matrix
     }
 
@@ -119,7 +119,7 @@ impl Corrector {
     }
 
     /// The values of given inputs where none are given, one value for each of them.
-    pub fn fallbacks(&self) -> Vec<f64> {
+    pub(crate) fn fallbacks(&self) -> Vec<f64> {
         self.inputs.iter().filter(|i| i.role == InputRole::Given).map(|i| i.fallback).collect()
     }
 

@@ -41,7 +41,7 @@ pub struct Kinematics {
 
 impl Kinematics {
     /// The inputs alone, without derivatives.
-    pub fn inputs(&self) -> Kinematics {
+    pub(crate) fn inputs(&self) -> Kinematics {
         Kinematics { rate: self.rate, force: self.force, ..Kinematics::default() }
     }
 }

@@ -14,11 +14,14 @@ mod mean;
 mod model;
 
 pub(crate) use columns::{ColumnLine, Read};
-pub use kinematics::{Instant, Kinematics, kinematics};
+pub use kinematics::Instant;
+pub use kinematics::{Kinematics, kinematics};
 pub(crate) use line::Context;
-pub use line::SensorModel;
-pub use mean::{Node, Smoothness, nodes};
-pub use model::{Model, Workspace};
+pub(crate) use line::SensorModel;
+pub(crate) use mean::Node;
+pub use mean::{Smoothness, nodes};
+pub use model::Model;
+pub(crate) use model::Workspace;
 pub(crate) use model::{Room, missing_column};
 
 use crate::campaign::{Campaign, Kind};
@@ -53,7 +56,7 @@ pub struct RowOrigin {
 /// The rows of a campaign: one for each value that was read; for a schedule, one for each reading and sensor.
 ///
 /// Errors: a model line that uses a column which a reading does not have.
-pub fn rows(campaign: &Campaign) -> Vec<RowOrigin> {
+pub(crate) fn rows(campaign: &Campaign) -> Vec<RowOrigin> {
     let measured = campaign.is_measured();
     let mut rows = Vec::new();
     for (reading, row) in campaign.readings.rows.iter().enumerate() {

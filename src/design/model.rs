@@ -342,7 +342,7 @@ impl Model {
     }
 
     /// The smallest part of a sensor's line that has no value at some instant of a reading, and the inputs that stand in it.
-    pub fn without_value(
+    pub(crate) fn without_value(
         &self,
         campaign: &Campaign,
         reading: usize,

@@ -90,7 +90,7 @@ pub(super) type Filling = Vec<(&'static str, String)>;
 
 impl Effect {
     /// Does the term parse, whatever its placeholders will stand for?
-    pub fn check(&self) -> Result<()> {
+    pub(crate) fn check(&self) -> Result<()> {
         if self.term.contains(':') {
             return Ok(());
         }

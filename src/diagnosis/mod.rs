@@ -59,25 +59,31 @@ mod settings;
 mod steps;
 
 pub use assumptions::Held;
-pub use augmented::{State, candidates};
+pub(crate) use augmented::State;
+pub use augmented::candidates;
 #[cfg(feature = "navigate")]
 pub(crate) use bank::{LENGTHS, share_of_wave};
 pub use candidates::Candidate;
 pub use catalogue::Effect;
 pub(crate) use catalogue::{Applies, BUILT_IN};
-pub use finding::{Alias, Change, Finding};
+pub(crate) use finding::Alias;
+pub use finding::Change;
+pub use finding::Finding;
 pub(crate) use foresee::directions;
-pub use foresee::{Alike, Fate, Foresight, Near, Prospect, Rule, foresee, is_angle};
-pub use holdout::Holdout;
+pub(crate) use foresee::is_angle;
+pub(crate) use foresee::{Alike, Foresight, Near, Prospect, Rule};
+pub use foresee::{Fate, foresee};
+pub(crate) use holdout::Holdout;
 pub use noise::NoiseFrom;
-pub use places::{Grouping, Level, Place, PlaceMean};
+pub(crate) use places::{Grouping, Level, Place, PlaceMean};
 pub use pool::Pool;
 pub(crate) use pool::VISIBLE;
 #[cfg(feature = "navigate")]
 pub(crate) use score::{Class, Deviations, Kernel, Posterior, Priors, Problem, Score};
-pub use separate::Separation;
+pub(crate) use separate::Separation;
 pub use settings::Settings;
-pub use steps::{GapStep, Step};
+pub(crate) use steps::GapStep;
+pub(crate) use steps::Step;
 
 use crate::campaign::{Campaign, JointState};
 use crate::error::Result;

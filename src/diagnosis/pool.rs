@@ -107,7 +107,7 @@ impl Pool {
     }
 
     /// Cosines between column `a` and all columns, both orthogonalised.
-    pub fn cosines(&self, a: usize) -> Vec<f64> {
+    pub(crate) fn cosines(&self, a: usize) -> Vec<f64> {
         let (Some(&size), true) = (self.norm.get(a), a < self.columns.ncols()) else { return vec![0.0; self.len()] };
         let mut cosines = vec![0.0; self.len()];
         if size == 0.0 {

@@ -61,7 +61,7 @@ impl Settings {
     }
 
     /// Errors: a significance that is no probability between 0 and 1.
-    pub fn check(&self) -> Result<()> {
+    pub(crate) fn check(&self) -> Result<()> {
         if self.significance > 0.0 && self.significance < 1.0 {
             return Ok(());
         }

@@ -193,7 +193,7 @@ pub struct Scene {
 
 impl Chart {
     /// Curves over time.
-    pub fn curves(lines: &[Curve], what: &str, unit: &str, along: &str) -> Self {
+    pub(crate) fn curves(lines: &[Curve], what: &str, unit: &str, along: &str) -> Self {
         Chart::Curves(lines.to_vec(), [what, unit, along].map(String::from))
     }
 }

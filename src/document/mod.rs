@@ -64,7 +64,8 @@ pub mod wrap;
 #[cfg(feature = "html")]
 pub(crate) mod xml;
 
-pub use table::{Align, Cell, Column, Row, Rows, Table};
+pub(crate) use table::Align;
+pub use table::{Cell, Column, Row, Rows, Table};
 
 use crate::language::{Language, say};
 use chart::Chart;
@@ -228,13 +229,13 @@ impl Document {
     }
 
     /// Add a fact.
-    pub fn fact(mut self, name: impl Into<String>, value: impl Into<String>) -> Self {
+    pub(crate) fn fact(mut self, name: impl Into<String>, value: impl Into<String>) -> Self {
         self.facts.push((name.into(), value.into()));
         self
     }
 
     /// Add facts.
-    pub fn facts(mut self, facts: impl IntoIterator<Item = (String, String)>) -> Self {
+    pub(crate) fn facts(mut self, facts: impl IntoIterator<Item = (String, String)>) -> Self {
         self.facts.extend(facts);
         self
     }
@@ -284,7 +285,7 @@ impl Section {
     }
 
     /// Add a block.
-    pub fn block(mut self, content: Content) -> Self {
+    pub(crate) fn block(mut self, content: Content) -> Self {
         self.blocks.push(Block { detail: self.detail, content });
         self
     }
@@ -296,13 +297,13 @@ impl Section {
     }
 
     /// The blocks that follow appear everywhere.
-    pub fn brief(mut self) -> Self {
+    pub(crate) fn brief(mut self) -> Self {
         self.detail = Detail::Brief;
         self
     }
 
     /// The same, unless a reader asked for them.
-    pub fn full_unless(self, asked: bool) -> Self {
+    pub(crate) fn full_unless(self, asked: bool) -> Self {
         if asked { self } else { self.full() }
     }
 
@@ -313,7 +314,7 @@ impl Section {
     }
 
     /// Add each paragraph.
-    pub fn proses(self, texts: impl IntoIterator<Item = String>) -> Self {
+    pub(crate) fn proses(self, texts: impl IntoIterator<Item = String>) -> Self {
         texts.into_iter().fold(self, Section::prose)
     }
 
@@ -323,7 +324,7 @@ impl Section {
     }
 
     /// Add each verdict.
-    pub fn verdicts(self, all: impl IntoIterator<Item = (Tone, String)>) -> Self {
+    pub(crate) fn verdicts(self, all: impl IntoIterator<Item = (Tone, String)>) -> Self {
         all.into_iter().fold(self, |section, (tone, text)| section.verdict(tone, text))
     }
 
@@ -334,7 +335,7 @@ impl Section {
     }
 
     /// Add names and values, unless there are none.
-    pub fn facts(self, facts: Vec<(String, String)>) -> Self {
+    pub(crate) fn facts(self, facts: Vec<(String, String)>) -> Self {
         if facts.is_empty() { self } else { self.block(Content::Facts(facts)) }
     }
 
@@ -345,7 +346,7 @@ impl Section {
     }
 
     /// Add figures, unless there are none.
-    pub fn figures(self, figures: impl IntoIterator<Item = Figure>) -> Self {
+    pub(crate) fn figures(self, figures: impl IntoIterator<Item = Figure>) -> Self {
         let figures: Vec<Figure> = figures.into_iter().collect();
         if figures.is_empty() { self } else { self.block(Content::Figures(figures)) }
     }

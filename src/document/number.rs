@@ -78,12 +78,12 @@ fn leading_digit(value: f64) -> i32 {
 }
 
 /// A probability in percent, to four digits and without idle zeros.
-pub fn percent(p: f64) -> String {
+pub(crate) fn percent(p: f64) -> String {
     trim(significant(100.0 * p, 4))
 }
 
 /// A level as a person writes it, with all digits that were given: `95 %`, `99.73 %`.
-pub fn level(level: f64) -> String {
+pub(crate) fn level(level: f64) -> String {
     format!("{} %", level_in_percent(level))
 }
 
@@ -100,7 +100,7 @@ fn trim(text: String) -> String {
 const MANY: f64 = 1e6;
 
 /// Degrees of freedom: whole ones and those from 100 without a point, infinite ones as `inf`.
-pub fn dof(dof: f64) -> String {
+pub(crate) fn dof(dof: f64) -> String {
     match dof {
         _ if dof > MANY => "inf".into(),
         _ if dof >= 100.0 || (dof - dof.round()).abs() < 0.05 => format!("{dof:.0}"),
@@ -109,6 +109,6 @@ pub fn dof(dof: f64) -> String {
 }
 
 /// Probability of a test, to two digits.
-pub fn probability(p: f64) -> String {
+pub(crate) fn probability(p: f64) -> String {
     if p == 0.0 { "< 1e-300".into() } else { significant(p, 2) }
 }

@@ -96,12 +96,12 @@ impl Cell {
     }
 
     /// A number with so many significant digits.
-    pub fn digits(value: Option<f64>, digits: i32) -> Self {
+    pub(crate) fn digits(value: Option<f64>, digits: i32) -> Self {
         value.map_or_else(Cell::absent, |v| Cell::Digits(v, digits))
     }
 
     /// A number with so many decimals.
-    pub fn decimals(value: Option<f64>, decimals: usize) -> Self {
+    pub(crate) fn decimals(value: Option<f64>, decimals: usize) -> Self {
         value.map_or_else(Cell::absent, |v| Cell::Decimals(v, decimals))
     }
 
@@ -142,7 +142,7 @@ impl Cell {
     }
 
     /// Its text in the signs of a printed page.
-    pub fn typeset(&self) -> String {
+    pub(crate) fn typeset(&self) -> String {
         match self {
             Cell::Text(text) => text.clone(),
             Cell::Dof(dof) if super::number::dof(*dof) == "inf" => "\u{221e}".into(),
@@ -226,7 +226,7 @@ impl<T: Copy> Rows<T> {
     }
 
     /// A column of words.
-    pub fn left<C: Into<Cell>>(self, title: impl Into<String>, cell: impl Fn(T) -> C) -> Self {
+    pub(crate) fn left<C: Into<Cell>>(self, title: impl Into<String>, cell: impl Fn(T) -> C) -> Self {
         self.column(title, Align::Left, cell)
     }
 
@@ -252,17 +252,17 @@ impl<T: Copy> Rows<T> {
     }
 
     /// How each row sounds.
-    pub fn tone(self, tone: impl Fn(T) -> Tone) -> Self {
+    pub(crate) fn tone(self, tone: impl Fn(T) -> Tone) -> Self {
         self.each(|row, item| row.tone = tone(item))
     }
 
     /// Which rows begin a group: a rule is set before them.
-    pub fn rule(self, begins: impl Fn(T) -> bool) -> Self {
+    pub(crate) fn rule(self, begins: impl Fn(T) -> bool) -> Self {
         self.each(|row, item| row.rule = begins(item))
     }
 
     /// Where the first cell of each row leads.
-    pub fn link<'a>(self, to: impl Fn(T) -> Option<&'a String>) -> Self {
+    pub(crate) fn link<'a>(self, to: impl Fn(T) -> Option<&'a String>) -> Self {
         self.each(|row, item| row.link = to(item).cloned().unwrap_or_default())
     }
 
@@ -272,19 +272,19 @@ impl<T: Copy> Rows<T> {
     }
 
     /// What it shows.
-    pub fn caption(mut self, caption: impl Into<String>) -> Self {
+    pub(crate) fn caption(mut self, caption: impl Into<String>) -> Self {
         self.table.caption = caption.into();
         self
     }
 
     /// A remark under it.
-    pub fn note(mut self, note: impl Into<String>) -> Self {
+    pub(crate) fn note(mut self, note: impl Into<String>) -> Self {
         self.table.note = note.into();
         self
     }
 
     /// Set small: for long tables.
-    pub fn small(mut self) -> Self {
+    pub(crate) fn small(mut self) -> Self {
         self.table.small = true;
         self
     }

@@ -38,7 +38,7 @@ pub fn brief(document: &Document) -> String {
 }
 
 /// The blocks of a section that the program prints at this detail, under its heading; nothing where there are none.
-pub fn section(section: &Section, detail: Detail, lang: Language) -> Option<String> {
+pub(crate) fn section(section: &Section, detail: Detail, lang: Language) -> Option<String> {
     within(section, Shown { detail, lang, has_options: true })
 }
 
@@ -180,7 +180,7 @@ const GAPS: [usize; 2] = [2, 1];
 
 /// A table without frame: a header, a rule, rows; columns of numbers to the right. A table wider than the line stands closer,
 /// breaks its columns of text at spaces and, where that does not suffice, continues below, beside the columns that name its rows.
-pub fn plain(header: &[&str], rows: &[Vec<String>]) -> String {
+pub(crate) fn plain(header: &[&str], rows: &[Vec<String>]) -> String {
     let cells = |k: usize| rows.iter().filter_map(move |row| row.get(k)).map(String::as_str);
     let right: Vec<bool> = (0..header.len()).map(|k| !rows.is_empty() && cells(k).all(looks_numeric)).collect();
     set(header, rows, &right)

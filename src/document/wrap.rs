@@ -3,7 +3,7 @@
 use crate::elements::TextPart;
 
 /// Columns of a terminal that a line should not exceed.
-pub const WIDTH: usize = 80;
+pub(crate) const WIDTH: usize = 80;
 
 /// Wrap a line at spaces, with so many spaces before every further one; a word that is longer than a line stays whole.
 pub(crate) fn hanging(line: &str, indent: usize) -> String {

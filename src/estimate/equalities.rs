@@ -41,7 +41,7 @@ pub struct Elimination {
 
 impl Elimination {
     /// One solution of the equations, `n`: the one where every unknown that was kept is zero.
-    pub fn offset(&self) -> &[f64] {
+    pub(crate) fn offset(&self) -> &[f64] {
         &self.offset
     }
 }

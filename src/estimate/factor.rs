@@ -97,7 +97,7 @@ impl Factor {
     }
 
     /// The unknowns that the columns of `Q` and `R` belong to, in pivot order.
-    pub fn basis(&self) -> &[usize] {
+    pub(crate) fn basis(&self) -> &[usize] {
         self.embedding.as_ref().map_or(&self.basis, |embedding| &embedding.basis)
     }
 
@@ -107,7 +107,7 @@ impl Factor {
     }
 
     /// Upper triangular `R`, `rank x rank`, of the weighted rows with columns scaled to unit norm.
-    pub fn r(&self) -> MatRef<'_, f64> {
+    pub(crate) fn r(&self) -> MatRef<'_, f64> {
         self.r.as_ref()
     }
 
@@ -137,7 +137,7 @@ impl Factor {
     }
 
     /// Rank tolerance that was used, relative to `|R_11|`.
-    pub fn tolerance(&self) -> f64 {
+    pub(crate) fn tolerance(&self) -> f64 {
         self.tolerance
     }
 

@@ -158,7 +158,7 @@ impl Fold {
     /// How the unknowns follow a carried column, as if it had been observed; `None` where there is no such column.
     ///
     /// Errors: those of [`Fold::finish`].
-    pub fn follow(&self, column: usize, settings: &Settings) -> Result<Option<Vec<f64>>> {
+    pub(crate) fn follow(&self, column: usize, settings: &Settings) -> Result<Option<Vec<f64>>> {
         let (n, size) = (self.unknowns, self.triangle.ncols());
         if n + column + 1 >= size {
             return Ok(None);
@@ -173,12 +173,12 @@ impl Fold {
     }
 
     /// The triangle of all rows so far, square: it has the inner products of the weighted columns, and of the observations about [`Fold::about`].
-    pub fn triangle(&self) -> MatRef<'_, f64> {
+    pub(crate) fn triangle(&self) -> MatRef<'_, f64> {
         self.triangle.as_ref()
     }
 
     /// The point about which observations are taken; empty for zero.
-    pub fn about(&self) -> &[f64] {
+    pub(crate) fn about(&self) -> &[f64] {
         &self.about
     }
 

@@ -53,32 +53,35 @@ mod small_qr;
 mod unknowns;
 
 pub(crate) use adjust::adjust_hinted;
-pub use adjust::{Estimate, Solution, adjust, solve};
+pub use adjust::solve;
+pub use adjust::{Estimate, adjust};
 pub use basis::Combination;
 pub(crate) use basis::Coupling;
 pub(crate) use compensated::Sum;
 pub(crate) use compress::{Block, Compressed, Scaled};
 pub(crate) use cone_program::solver_settings;
+pub(crate) use equalities::Elimination;
 pub(crate) use equalities::adjust_on_hinted;
-pub use equalities::{Elimination, Equation, Equations, adjust_on};
-pub use factor::Factor;
+pub use equalities::{Equation, Equations, adjust_on};
 pub(crate) use factor::product_by_rows;
-pub use fold::{Fold, Folded};
+pub use fold::Fold;
+pub(crate) use fold::Folded;
 pub(crate) use groups::NO_REDUNDANCY;
-pub use groups::ScaleHints;
-pub use inequalities::{Active, Inequality, Restricted, Side, restrict};
-pub use scale_uncertainty::ScaleUncertainty;
-pub use scatter::{
-    Absorbed, Felt, Floor, LineState, Memory, Mixture, Node, Pattern, ScatterLine, Scattered, Variances, Whitening,
-    adjust_scattered,
-};
+pub(crate) use groups::ScaleHints;
+pub(crate) use inequalities::Side;
+pub use inequalities::{Inequality, Restricted, restrict};
+pub(crate) use scale_uncertainty::ScaleUncertainty;
+pub use scatter::adjust_scattered;
+pub(crate) use scatter::{Absorbed, Floor, Mixture, Variances};
 pub(crate) use scatter::{
     Chain, Likelihood, NEWTON_STEPS, NoiseModel, NoisePart, PartNoise, Slot, Stepped, TimeNoise, deviation_range,
     satterthwaite, scattered, scattered_with, step_scattered, time_range, white_range,
 };
+pub use scatter::{Felt, Pattern, ScatterLine, Whitening};
+pub use scatter::{LineState, Memory, Scattered};
 pub use sequential::Sequential;
 pub(crate) use sequential::backwards;
-pub use unknowns::Unknowns;
+pub(crate) use unknowns::Unknowns;
 
 use crate::error::{Fault, Malformed, Result};
 use faer::Mat;
@@ -158,7 +161,7 @@ impl System {
     }
 
     /// The system as a question: sizes agree, everything is finite, uncertainties are positive, groups count from 0.
-    pub fn check(&self) -> Result<()> {
+    pub(crate) fn check(&self) -> Result<()> {
         let (m, n) = self.shape();
         for (name, len) in [("observed", self.observed.len()), ("u", self.u.len()), ("group", self.group.len())] {
             if len != m {

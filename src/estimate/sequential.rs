@@ -83,7 +83,7 @@ impl Sequential {
     }
 
     /// The same with a block that stays as it is; white rows of unit variance are not copied. Errors: those of [`Sequential::whiten`].
-    pub fn whitened<'a>(&mut self, block: &'a Mat<f64>, time: &[f64], sd: &[f64]) -> Result<Cow<'a, Mat<f64>>> {
+    pub(crate) fn whitened<'a>(&mut self, block: &'a Mat<f64>, time: &[f64], sd: &[f64]) -> Result<Cow<'a, Mat<f64>>> {
         if self.variance == 0.0 && sd.iter().all(|sd| *sd == 1.0) {
             self.take(block.shape(), time, sd)?;
             return Ok(Cow::Borrowed(block));

@@ -41,7 +41,7 @@ pub struct Judged {
 
 impl Fit {
     /// Every limited quantity of the campaign, judged.
-    pub fn judged(&self) -> Vec<Judged> {
+    pub(crate) fn judged(&self) -> Vec<Judged> {
         let campaign = &self.campaign;
         let mut limited = campaign.limited_errors().into_iter();
         let errors = if limited.len() == 0 { Vec::new() } else { self.scale_factor_errors() };

@@ -54,7 +54,7 @@ vocabulary! {
 
 impl Stop {
     /// As a person reads it.
-    pub fn said(self) -> Sentence {
+    pub(crate) fn said(self) -> Sentence {
         match self {
             Stop::Settled => sentence!("stop-settled"),
             Stop::Unsettled => sentence!("stop-unsettled"),

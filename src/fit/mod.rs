@@ -32,31 +32,39 @@ mod stuck;
 mod system;
 
 pub use azimuth::{Sector, sector};
-pub use checks::Checks;
+pub(crate) use checks::Checks;
 pub(crate) use checks::{cell_key, cells, positions};
-pub use conditional::Conditional;
-pub use conformity::{Conformity, Judged, judge};
-pub use gauss_newton::{Convergence, Iteration, Stop};
+pub(crate) use conditional::Conditional;
+pub use conformity::{Conformity, judge};
+pub use gauss_newton::Stop;
+pub(crate) use gauss_newton::{Convergence, Iteration};
 pub(crate) use gauss_newton::{INVISIBLE, NEGLIGIBLE};
-pub use names::{NamedCombination, describe};
+pub(crate) use names::NamedCombination;
 pub(crate) use noise::is_correlation;
-pub use noise::{ScatterSources, VarianceFrom, VarianceSource};
-pub use parameters::{CombinationResult, DerivedResult, ParameterResult, State};
+pub(crate) use noise::{ScatterSources, VarianceFrom, VarianceSource};
+pub(crate) use parameters::{CombinationResult, DerivedResult};
+pub use parameters::{ParameterResult, State};
 pub(crate) use propagate::MOST_TRIALS;
-pub use propagate::{Drawn, Joint, draw};
+pub use propagate::draw;
+pub(crate) use propagate::{Drawn, Joint};
 pub use questions::Angle;
 pub(crate) use ranges::{LEAST, MOST, check as check_ranges, check_rows};
-pub use robust::{RobustMethod, RobustRecord};
-pub use rules::{ActiveConstraint, Constraints};
+pub use robust::RobustMethod;
+pub(crate) use robust::RobustRecord;
+pub use rules::Constraints;
 pub use scale_factor::{ScaleFactorError, ScaleFactorFrom};
-pub use scatter::{floor, scatter_lines, whitening};
+pub(crate) use scatter::floor;
+pub use scatter::scatter_lines;
+pub(crate) use scatter::whitening;
 pub(crate) use scatter::{noise_lines, own_noise, scattered, spelled_out, stated_variances};
+pub(crate) use separate::RankDefect;
+pub(crate) use separate::candidates;
 pub(crate) use separate::separations;
-pub use separate::{RankDefect, candidates};
 pub(crate) use step::{adjust_meeting_equations, adjust_with_equations, contradicting_equations};
 pub(crate) use stuck::{Channel, changes, is_all, same};
+pub use system::Weighting;
 pub(crate) use system::known_inputs;
-pub use system::{Weighting, weigh};
+pub use system::weigh;
 
 use crate::campaign::{Campaign, Known, Role};
 use crate::design::{self, DesignMatrix, Model};
@@ -223,7 +231,7 @@ impl Fit {
     }
 
     /// Do the readings contradict the bounds that are active, at the level? `None` where none is active.
-    pub fn bounds_are_rejected(&self) -> Option<bool> {
+    pub(crate) fn bounds_are_rejected(&self) -> Option<bool> {
         self.bounds_p().map(|p| p < 1.0 - self.settings.level)
     }
 
@@ -265,14 +273,14 @@ impl Fit {
 
     /// What the smallest fault of a row that a test at 0.1 % finds with 80 % power would do to an estimated parameter (by index) if nobody found
     /// it: external reliability; `None` where no such fault is known.
-    pub fn external(&self, row: usize, parameter: usize) -> Option<f64> {
+    pub(crate) fn external(&self, row: usize, parameter: usize) -> Option<f64> {
         let fault = self.checks.detectable.get(row).copied().flatten()?;
         let felt = parameter < self.noise.sensitivities.nrows() && row < self.noise.sensitivities.ncols();
         felt.then(|| self.noise.sensitivities[(parameter, row)] * fault)
     }
 
     /// Sensors whose estimated scatter is no more than the rounding of their readings: a campaign without noise.
-    pub fn at_rounding(&self) -> Vec<&str> {
+    pub(crate) fn at_rounding(&self) -> Vec<&str> {
         let least = system::rounding(&self.campaign, &self.design, &self.system);
         let mut found = Vec::new();
         for (origin, group) in self.design.rows.iter().zip(&self.system.group) {
@@ -306,7 +314,7 @@ impl Fit {
     }
 
     /// Parameters of the bench that are taken as zero.
-    pub fn assumed_zero(&self) -> impl Iterator<Item = &str> {
+    pub(crate) fn assumed_zero(&self) -> impl Iterator<Item = &str> {
         self.campaign.parameters.iter().filter(|p| p.role == Role::AssumedZero).map(|p| p.id.as_str())
     }
 }

@@ -47,7 +47,7 @@ pub(super) struct Extended {
 
 impl Step {
     /// What the tests of residuals are about: the system, its adjustment, and what it shares.
-    pub fn tested(&self) -> (&System, &Estimate, Option<&Scattered>) {
+    pub(crate) fn tested(&self) -> (&System, &Estimate, Option<&Scattered>) {
         match &self.extended {
             // an active bound is known here alone
             Some(own) if self.change == self.estimate.unknowns.solution => {

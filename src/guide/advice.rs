@@ -192,7 +192,7 @@ pub struct Mistake {
 
 impl Mistake {
     /// Is a mistake at the bench named, and not an effect that the model lacks?
-    pub fn is_named(&self) -> bool {
+    pub(crate) fn is_named(&self) -> bool {
         self.named.is_some_and(|kind| kind != MistakeKind::MissingEffect)
     }
 

@@ -191,7 +191,7 @@ impl Rows {
     }
 
     /// A column over the rows, made independent as the rows are.
-    pub fn white(&self, mut column: Vec<f64>) -> Vec<f64> {
+    pub(crate) fn white(&self, mut column: Vec<f64>) -> Vec<f64> {
         match &self.whitening {
             Some(whitening) => whitening.whiten(&column),
             None => {
@@ -202,7 +202,7 @@ impl Rows {
     }
 
     /// How the rows follow a parameter that is `size` larger from reading `from` on.
-    pub fn along(&self, parameter: usize, size: f64, from: usize) -> Vec<f64> {
+    pub(crate) fn along(&self, parameter: usize, size: f64, from: usize) -> Vec<f64> {
         let of = |(i, origin): (usize, &RowOrigin)| match origin.reading >= from {
             true => size * self.design.jacobian[(i, parameter)],
             false => 0.0,
@@ -211,7 +211,7 @@ impl Rows {
     }
 
     /// Their posterior, with further unknowns in addition to the beliefs: columns for one standard deviation of each.
-    pub fn told(&self, beliefs: &Beliefs, point: &[f64], further: &[Vec<f64>]) -> Option<Told> {
+    pub(crate) fn told(&self, beliefs: &Beliefs, point: &[f64], further: &[Vec<f64>]) -> Option<Told> {
         self.posterior_about(beliefs, point, further, &vec![0.0; further.len()])
     }
 
@@ -336,7 +336,7 @@ const ENOUGH: f64 = 1e-6;
 
 impl Solved {
     /// The most probable point near `start`, by Gauss-Newton steps that are halved while they lead up. `None` where numbers leave their range.
-    pub fn new(judge: Judge, readings: &[Reading], start: &[f64], step: Option<Step>) -> Result<Option<Self>> {
+    pub(crate) fn new(judge: Judge, readings: &[Reading], start: &[f64], step: Option<Step>) -> Result<Option<Self>> {
         let Judge { model, beliefs, noise, .. } = judge;
         let at = |point: Vec<f64>, by: f64| -> Result<Option<Self>> {
             let mut later = point.clone();

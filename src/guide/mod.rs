@@ -21,13 +21,14 @@ mod held;
 mod mistakes;
 mod seen;
 
-pub use advice::{
-    Advice, Agreement, Ending, Estimated, Explanation, Lacks, Mistake, MistakeKind, Named, Newest, Next, Progress,
-    Residual, Suspected, Why,
-};
+pub(crate) use advice::Estimated;
+pub use advice::Named;
+pub use advice::{Advice, Agreement, Ending, Explanation, Mistake, MistakeKind, Next, Progress};
+pub(crate) use advice::{Lacks, Newest, Residual, Why};
 
+pub use held::Held;
+pub(crate) use held::HeldMean;
 pub(crate) use held::Holding;
-pub use held::{Held, HeldMean};
 
 use crate::campaign::{Campaign, Observation, Reading, Readings};
 use crate::design::RowOrigin;
@@ -435,7 +436,7 @@ impl Guide {
     /// Would this reading agree with those that stand?
     ///
     /// Errors: a setting at which the model has no value.
-    pub fn would_agree(&self, reading: &Reading) -> Result<Agreement> {
+    pub(crate) fn would_agree(&self, reading: &Reading) -> Result<Agreement> {
         Ok(self.judged(&self.taken, reading)?.agreement)
     }
 

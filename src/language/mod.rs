@@ -84,7 +84,7 @@ impl Language {
     }
 
     /// Its BCP 47 tag, as pages carry it: `en`, `zh-CN`.
-    pub fn tag(self) -> &'static str {
+    pub(crate) fn tag(self) -> &'static str {
         self.parts().tag
     }
 
@@ -117,7 +117,7 @@ impl Language {
     }
 
     /// A message with arguments; the key itself where there is none.
-    pub fn message(self, key: &str, arguments: &[(&'static str, Argument)]) -> String {
+    pub(crate) fn message(self, key: &str, arguments: &[(&'static str, Argument)]) -> String {
         catalogue::of(self).message(key, arguments).unwrap_or_else(|| key.to_string())
     }
 
@@ -208,17 +208,17 @@ impl Language {
     }
 
     /// The separator of the items of a list.
-    pub fn comma(self) -> &'static str {
+    pub(crate) fn comma(self) -> &'static str {
         self.word("mark-comma")
     }
 
     /// The separator of the clauses of a sentence.
-    pub fn semicolon(self) -> &'static str {
+    pub(crate) fn semicolon(self) -> &'static str {
         self.word("mark-semicolon")
     }
 
     /// The separator of two parts of a clause.
-    pub fn clause(self) -> &'static str {
+    pub(crate) fn clause(self) -> &'static str {
         self.word("mark-clause")
     }
 
@@ -233,7 +233,7 @@ impl Language {
     }
 
     /// The separator of two sentences of a paragraph.
-    pub fn space(self) -> &'static str {
+    pub(crate) fn space(self) -> &'static str {
         self.word("mark-space")
     }
 

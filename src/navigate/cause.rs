@@ -191,7 +191,7 @@ impl Cause {
     }
 
     /// The largest size, SI, that is plausible.
-    pub fn limit(&self) -> f64 {
+    pub(crate) fn limit(&self) -> f64 {
         match self {
             Cause::Constant(source) => source.limit(),
             // over an hour

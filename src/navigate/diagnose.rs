@@ -16,8 +16,9 @@
 use super::case::Case;
 use super::cause::Cause;
 use super::errors::{ErrorSource, ImuErrors};
+pub use super::finding::Finding;
+pub(crate) use super::finding::Unexplained;
 pub(crate) use super::finding::{Alias, Suspect};
-pub use super::finding::{Finding, Unexplained};
 pub(crate) use super::gap::GapStep;
 use super::measured::Measured;
 use super::mission::Mission;

@@ -161,7 +161,7 @@ impl ErrorSource {
     }
 
     /// The group that the source belongs to, for example `gyro_scale_factor`.
-    pub fn group(&self) -> String {
+    pub(crate) fn group(&self) -> String {
         let instrument = match self.instrument {
             Instrument::Gyro => "gyro",
             Instrument::Accelerometer => "accelerometer",
@@ -275,7 +275,7 @@ impl ErrorSource {
 
 impl ImuErrors {
     /// Only the sources that `keep` accepts; no noise.
-    pub fn only(&self, keep: impl Fn(&ErrorSource) -> bool) -> ImuErrors {
+    pub(crate) fn only(&self, keep: impl Fn(&ErrorSource) -> bool) -> ImuErrors {
         let mut kept = ImuErrors::default();
         for source in ErrorSource::catalogue().into_iter().filter(|source| keep(source)) {
             source.set(&mut kept, source.of(self));
@@ -296,7 +296,7 @@ impl ImuErrors {
     }
 
     /// The same without random walks.
-    pub fn noiseless(&self) -> ImuErrors {
+    pub(crate) fn noiseless(&self) -> ImuErrors {
         let mut errors = *self;
         errors.gyro.random_walk = 0.0;
         errors.accelerometer.random_walk = 0.0;

@@ -27,9 +27,9 @@ use super::trajectory::{Block, NodeValues, Trajectory, Truth};
 /// Number of states.
 pub(crate) const STATES: usize = 7;
 /// The state of the error equations.
-pub type State = [f64; STATES];
+pub(crate) type State = [f64; STATES];
 /// A square matrix of the states, row by row.
-pub type Square = [[f64; STATES]; STATES];
+pub(crate) type Square = [[f64; STATES]; STATES];
 
 /// What every source has done by one instant.
 #[derive(Debug, Clone)]

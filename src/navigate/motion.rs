@@ -57,7 +57,7 @@ pub struct Leg {
 
 /// A leg at its place in the mission.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Stage {
+pub(crate) struct Stage {
     /// When it starts, s.
     pub start: f64,
     /// Velocity along the heading there, m/s.
@@ -191,7 +191,7 @@ impl Motion {
 
 impl Legs {
     /// Each leg at its place, until the mission's end.
-    pub fn schedule(&self, end: f64) -> Vec<Stage> {
+    pub(crate) fn schedule(&self, end: f64) -> Vec<Stage> {
         let (mut start, mut speed, mut turned) = (0.0, self.speed, 0.0);
         let mut schedule = Vec::with_capacity(self.legs.len());
         for leg in &self.legs {
@@ -205,7 +205,7 @@ impl Legs {
     }
 
     /// The legs fill the mission, start on steps, keep a possible speed and do not run over a pole.
-    pub fn check(&self, site: Site, step: f64, end: f64) -> Result<()> {
+    pub(crate) fn check(&self, site: Site, step: f64, end: f64) -> Result<()> {
         let wrong = |what: &str, path: String, expected: &str, found: String| {
             Err(Malformed::new(Fault::Value, what).at_path(path).expected(expected).found(found))
         };

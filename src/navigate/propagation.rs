@@ -148,7 +148,7 @@ fn check_covariance(order: &[String], matrix: &[Vec<Option<f64>>]) -> Result<()>
 
 impl SourceCovariance {
     /// Standard uncertainties of the navigation errors by the signatures: `P = S Sigma S^T`, and that of the noise.
-    pub fn propagate(&self, signatures: &Signatures) -> NavigationUncertainty {
+    pub(crate) fn propagate(&self, signatures: &Signatures) -> NavigationUncertainty {
         let all = ErrorSource::catalogue();
         let columns: Vec<_> = self
             .sources
@@ -179,7 +179,7 @@ impl SourceCovariance {
     }
 
     /// Scenarios drawn from the covariance (seeded), with the noise of `base`.
-    pub fn draw(&self, base: &ImuErrors, draws: usize, seed: u64) -> Vec<Scenario> {
+    pub(crate) fn draw(&self, base: &ImuErrors, draws: usize, seed: u64) -> Vec<Scenario> {
         let size = self.sources.len();
         // Sources of one covariance differ by many orders of size: scale to correlations before the eigenvectors.
         let scale: Vec<f64> = (0..size).map(|i| self.matrix[(i, i)].max(0.0).sqrt()).collect();

@@ -118,12 +118,12 @@ impl NavigationError {
     }
 
     /// Horizontal velocity error, m/s.
-    pub fn speed(&self) -> f64 {
+    pub(crate) fn speed(&self) -> f64 {
         self.velocity[0].hypot(self.velocity[1])
     }
 
     /// Horizontal position error, m.
-    pub fn distance(&self) -> f64 {
+    pub(crate) fn distance(&self) -> f64 {
         self.position[0].hypot(self.position[1])
     }
 }

@@ -6,7 +6,7 @@
 //! in full ([`run`]). Values between two pairs of steps are interpolated (the pairs are a fiftieth of a second apart at 100 Hz).
 
 use super::errors::{ErrorSource, ImuErrors};
-pub use super::instant::Instant;
+pub(crate) use super::instant::Instant;
 use super::linear::{self, Square, State};
 use super::measured::{CHANNELS, Channels, Measured, channels};
 use super::mission::Mission;

@@ -13,7 +13,7 @@ use crate::number;
 use crate::vocabulary::vocabulary;
 
 /// Rows kept of each motion for plots and reports, whatever the mission's duration.
-pub const KEPT: u64 = 400;
+pub(crate) const KEPT: u64 = 400;
 
 /// The scenario without errors: what remains is the numerical error of the navigator, of its algorithm and rounding.
 pub(crate) const PERFECT: &str = "perfect_unit";
@@ -131,7 +131,7 @@ pub fn scenarios(errors: &ImuErrors, separation: FlownTogether) -> Vec<Scenario>
 }
 
 /// The mission's motions with a name for each: the reference first.
-pub fn motions(mission: &Mission) -> Vec<(String, &Motion)> {
+pub(crate) fn motions(mission: &Mission) -> Vec<(String, &Motion)> {
     let mut named: Vec<(String, &Motion)> = Vec::new();
     for motion in std::iter::once(&mission.motion).chain(&mission.beside) {
         let same = named.iter().filter(|(_, other)| other.name == motion.name).count();
@@ -186,7 +186,7 @@ fn rounding(mission: &Mission, times: f64) -> [f64; 4] {
 /// The least errors that a comparison can resolve: the numerical errors of the navigator (tilt, azimuth, velocity, position; SI) in a motion.
 ///
 /// Rounding, or three times the errors with a perfect unit where these are larger.
-pub fn floors(mission: &Mission, flown: &Flown) -> [f64; 4] {
+pub(crate) fn floors(mission: &Mission, flown: &Flown) -> [f64; 4] {
     let perfect = flown.flight.outcomes.iter().find(|outcome| outcome.id == PERFECT);
     let numerical = perfect.map_or([0.0; 4], sizes);
     together(rounding(mission, 1.0), numerical, |felt, numerical| felt.max(3.0 * numerical))

@@ -17,7 +17,7 @@ use std::f64::consts::TAU;
 use std::sync::Arc;
 
 /// One quantity at the nodes of a block.
-pub type AtNodes = [f64; NODES];
+pub(crate) type AtNodes = [f64; NODES];
 
 /// What the unit's sensors see in one block, and the truth at its start.
 #[derive(Debug, Clone)]
@@ -47,7 +47,7 @@ pub struct Truth {
 
 /// Rates, specific forces and attitude at the nodes of a block; for the linear error model.
 #[derive(Debug, Clone)]
-pub struct NodeValues {
+pub(crate) struct NodeValues {
     /// `omega_ib^b` (rad/s) and `f^b` (m/s^2), x, y, z each.
     pub inertial: [AtNodes; 6],
     /// `C_b^n`, row by row.
@@ -56,7 +56,7 @@ pub struct NodeValues {
 
 /// Where a motion is in time.
 #[derive(Debug, Clone)]
-pub struct Trajectory {
+pub(crate) struct Trajectory {
     site: Site,
     step: f64,
     attitude: Attitude,
@@ -79,7 +79,7 @@ pub struct Trajectory {
 
 impl Trajectory {
     /// The trajectory of one of a mission's motions.
-    pub fn new(mission: &Mission, motion: &Motion) -> Trajectory {
+    pub(crate) fn new(mission: &Mission, motion: &Motion) -> Trajectory {
         let end = mission.duration();
         let (schedule, heading) = match &motion.path {
             Path::Stays => (Vec::new(), 0.0),
@@ -116,12 +116,12 @@ impl Trajectory {
     }
 
     /// Steps done.
-    pub fn done(&self) -> u64 {
+    pub(crate) fn done(&self) -> u64 {
         self.done
     }
 
     /// The true state after the steps done.
-    pub fn truth(&self) -> Truth {
+    pub(crate) fn truth(&self) -> Truth {
         let time = self.done as f64 * self.step;
         let (speed, _, turned, _) = self.stage(time);
         let half = |angle: f64| (0.5 * angle).sin_cos();

@@ -47,7 +47,7 @@ impl Cells {
     }
 
     /// So many samples are missing.
-    pub fn skip(&mut self, count: u64) {
+    pub(crate) fn skip(&mut self, count: u64) {
         // numbers of samples that floats hold
         let end = self.places.saturating_add(count).min(1 << 53).max(self.places);
         self.reach(end.saturating_sub(1));
@@ -84,7 +84,7 @@ impl Cells {
     }
 
     /// Samples of a cell.
-    pub fn length(&self) -> f64 {
+    pub(crate) fn length(&self) -> f64 {
         self.length as f64
     }
 
@@ -100,7 +100,7 @@ impl Cells {
     }
 
     /// The slope of the record for each sample by least squares, its weights for the means of the cells, and its variance for white noise of one.
-    pub fn slope(&self) -> (f64, Vec<f64>, f64) {
+    pub(crate) fn slope(&self) -> (f64, Vec<f64>, f64) {
         let present = self.present();
         let all: f64 = present.iter().map(|(n, _)| n).sum();
         let middle = present.iter().map(|(n, t)| n * t).sum::<f64>() / all;
@@ -134,7 +134,7 @@ impl Cells {
     }
 
     /// The same, to count pairs; `None` where no sample is missing, or cells are too long to see.
-    pub fn differences(&self, m: f64, share: f64) -> Option<Begins> {
+    pub(crate) fn differences(&self, m: f64, share: f64) -> Option<Begins> {
         if !(m >= SEEN * self.length()) || self.cells.iter().all(|cell| cell.0 == 0.0) {
             return None;
         }
@@ -145,7 +145,7 @@ impl Cells {
 
     /// Covariances of the slope and of the mean differences over `m` samples, for each of the parts Q, N, B, K: the slope stands first. What cells are too
     /// long for is zero.
-    pub fn means(&self, m: &[f64], share: f64) -> Vec<Vec<[f64; 4]>> {
+    pub(crate) fn means(&self, m: &[f64], share: f64) -> Vec<Vec<[f64; 4]>> {
         let mut coarse = self.clone();
         while coarse.cells.len() > COARSE {
             coarse.cells = coarse.pairs();

@@ -106,14 +106,14 @@ pub struct Agreement {
 
 impl Agreement {
     /// Do the coefficients describe the Allan variances?
-    pub fn is_good(&self) -> bool {
+    pub(crate) fn is_good(&self) -> bool {
         self.describes != Some(false)
     }
 }
 
 impl Coefficients {
     /// The fitted Allan variance at `tau`.
-    pub fn variance(&self, tau: f64) -> f64 {
+    pub(crate) fn variance(&self, tau: f64) -> f64 {
         let steps = self.agreement.walk_sampled_s.map_or(0.0, |interval| sampled_walk(interval, tau));
         let more = |term: Term| if term == Term::RateRandomWalk { steps } else { 0.0 };
         Term::ALL.iter().zip(self.squares).map(|(term, square)| square * (term.variance(tau) + more(*term))).sum()

@@ -190,7 +190,7 @@ impl Ladder {
     }
 
     /// So many samples are missing.
-    pub fn missing(&mut self, count: u64) {
+    pub(crate) fn missing(&mut self, count: u64) {
         if count > Self::BRIDGED {
             self.forget();
             self.cells.skip(if self.samples > 0 { count } else { 0 });

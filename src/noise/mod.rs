@@ -22,11 +22,14 @@ mod edf;
 mod field_units;
 mod ladder;
 
-pub use coefficients::{Agreement, Coefficient, Coefficients, Term};
-pub use edf::{Kind, equivalent_dof, interval};
+pub use coefficients::Term;
+pub(crate) use coefficients::{Agreement, Coefficients};
+pub use edf::interval;
+pub use edf::{Kind, equivalent_dof};
+pub use field_units::field_unit;
 pub(crate) use field_units::si_factor;
-pub use field_units::{FieldUnit, field_unit};
-pub use ladder::{Ladder, Sums};
+pub use ladder::Ladder;
+pub(crate) use ladder::Sums;
 
 use crate::vocabulary::vocabulary;
 use schemars::JsonSchema;

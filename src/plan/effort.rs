@@ -248,7 +248,7 @@ impl Costs {
     }
 
     /// Negative or infinite costs are no costs. Errors: `Value`, with the name of the cost.
-    pub fn check(&self) -> Result<()> {
+    pub(crate) fn check(&self) -> Result<()> {
         for (name, cost) in
             [("reading", self.reading), ("rate", self.rate_change), ("mounting", self.mounting), ("degree", self.index)]
         {

@@ -137,12 +137,12 @@ impl Pool {
     }
 
     /// Parameters and terms that the candidates determine: unknowns without the deviations.
-    pub fn determined(&self) -> usize {
+    pub(crate) fn determined(&self) -> usize {
         self.blocks.unknowns().saturating_sub(self.deviations)
     }
 
     /// Coordinates of every independent one of the first `parameters` unknowns, in units of what all candidates together give.
-    pub fn independent(&self, parameters: usize) -> Vec<Vec<f64>> {
+    pub(crate) fn independent(&self, parameters: usize) -> Vec<Vec<f64>> {
         let basis = self.estimate.factor.basis().iter().filter(|k| **k < parameters);
         basis
             .map(|k| {
@@ -154,7 +154,7 @@ impl Pool {
     }
 
     /// Candidates that differ from each in the state of one joint (for coordinate exchange).
-    pub fn neighbours(&self) -> Vec<Vec<usize>> {
+    pub(crate) fn neighbours(&self) -> Vec<Vec<usize>> {
         let mut groups: std::collections::HashMap<(usize, String), Vec<usize>> = std::collections::HashMap::new();
         let states =
             // portions have readings

@@ -93,7 +93,7 @@ pub struct Progress(Option<Arc<dyn Fn(&str, usize, usize) + Send + Sync>>);
 
 impl Progress {
     /// Call this after every batch of starts.
-    pub fn new(tell: impl Fn(&str, usize, usize) + Send + Sync + 'static) -> Self {
+    pub(crate) fn new(tell: impl Fn(&str, usize, usize) + Send + Sync + 'static) -> Self {
         Progress(Some(Arc::new(tell)))
     }
 

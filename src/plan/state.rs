@@ -99,7 +99,7 @@ impl<'a> State<'a> {
     }
 
     /// A share of the blocks at random, then the most informative.
-    pub fn begin(problem: &'a Problem<'a>, share: f64, rng: &mut Pcg64Mcg) -> Option<Self> {
+    pub(crate) fn begin(problem: &'a Problem<'a>, share: f64, rng: &mut Pcg64Mcg) -> Option<Self> {
         let (count, rows) = (problem.blocks.count(), problem.blocks.rows());
         if count == 0 || problem.choose > count.saturating_mul(problem.most_repeats) {
             return None;
@@ -230,7 +230,7 @@ impl<'a> State<'a> {
     }
 
     /// Replace chosen block `at` by candidate `j`.
-    pub fn exchange(&mut self, at: usize, j: usize) {
+    pub(crate) fn exchange(&mut self, at: usize, j: usize) {
         let blocks = self.problem.blocks;
         let i = self.chosen[at];
         for r in 0..blocks.rows() {
@@ -264,7 +264,7 @@ impl<'a> State<'a> {
     }
 
     /// One more of a candidate; the inverse and the sums follow.
-    pub fn add(&mut self, j: usize) {
+    pub(crate) fn add(&mut self, j: usize) {
         let blocks = self.problem.blocks;
         (0..blocks.rows()).for_each(|r| self.update(&blocks.row(j, r), 1.0));
         if let (Some(till), Some(prices)) = (&mut self.till, self.problem.prices) {
@@ -295,7 +295,7 @@ impl<'a> State<'a> {
     }
 
     /// May `j` come in for the block at `at`?
-    pub fn allowed(&self, at: usize, j: usize) -> bool {
+    pub(crate) fn allowed(&self, at: usize, j: usize) -> bool {
         (self.times_chosen[j] as usize) < self.problem.most_repeats
             && match (&self.till, self.problem.prices) {
                 (Some(till), Some(prices)) => {

@@ -87,7 +87,7 @@ pub struct Offsets {
 impl Offsets {
     /// `weight` are the rows' `1/u`, `q` the orthonormal basis of the weighted rows, `dof` the degrees of freedom of the residuals; a row without a
     /// group has no offset. `None` where no offset is beside the model, or where nothing is left.
-    pub fn new(weight: &[f64], q: MatRef<'_, f64>, group: &[Option<usize>], dof: usize) -> Option<Self> {
+    pub(crate) fn new(weight: &[f64], q: MatRef<'_, f64>, group: &[Option<usize>], dof: usize) -> Option<Self> {
         let groups = group.iter().flatten().max().map_or(0, |most| most + 1);
         // the offsets' columns at unit norm
         let mut norm = vec![0.0; groups];

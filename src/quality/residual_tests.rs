@@ -28,7 +28,7 @@ pub struct RunsTest {
 
 impl RunsTest {
     /// Is `p` below one minus the level?
-    pub fn is_rejected(&self, level: f64) -> bool {
+    pub(crate) fn is_rejected(&self, level: f64) -> bool {
         self.p < 1.0 - level
     }
 }
@@ -104,7 +104,7 @@ pub struct NormalityTest {
 
 impl NormalityTest {
     /// Is `p` below one minus the level?
-    pub fn is_rejected(&self, level: f64) -> bool {
+    pub(crate) fn is_rejected(&self, level: f64) -> bool {
         self.p < 1.0 - level
     }
 }
@@ -128,7 +128,7 @@ pub struct NormalScores {
 
 impl NormalScores {
     /// Normal scores (G. Blom 1958) of so many values; `None` for a number that is not tested.
-    pub fn new(n: usize) -> Option<Self> {
+    pub(crate) fn new(n: usize) -> Option<Self> {
         if !(FEWEST..=5000).contains(&n) {
             return None;
         }

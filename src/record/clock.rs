@@ -111,7 +111,7 @@ impl ClockFrom {
     }
 
     /// The column that has the name of a time, whether the clock uses it or not: it is no sensor.
-    pub fn unused(&self, record: &Record) -> Option<usize> {
+    pub(crate) fn unused(&self, record: &Record) -> Option<usize> {
         times_of(record.columns()).filter(|_| self.rate.is_some())
     }
 
@@ -172,7 +172,7 @@ impl Clock {
     /// Equally spaced rows.
     ///
     /// Errors: a rate that is not positive.
-    pub fn rate(rate_hz: f64, file: &str) -> Result<Self> {
+    pub(crate) fn rate(rate_hz: f64, file: &str) -> Result<Self> {
         if !(rate_hz > 0.0) || !rate_hz.is_finite() {
             return Err(Malformed::new(Fault::Value, "the sampling rate is not positive")
                 .expected("samples a second")
@@ -366,7 +366,7 @@ impl Clock {
     }
 
     /// The sampling interval that gaps are judged by; 0 before the first block.
-    pub fn step(&self) -> f64 {
+    pub(crate) fn step(&self) -> f64 {
         self.step
     }
 

@@ -54,8 +54,10 @@ mod unpacked;
 #[cfg(feature = "excel")]
 mod workbook;
 
+pub use clock::ClockFrom;
+pub(crate) use clock::Jump;
 pub(crate) use clock::unit_of;
-pub use clock::{Clock, ClockFrom, Jump, JumpKind, Stretch};
+pub use clock::{Clock, JumpKind, Stretch};
 pub use heading::title;
 pub use held::{Cells, Held};
 pub(crate) use text::table_text;
@@ -118,7 +120,7 @@ pub struct Written {
 
 impl Written {
     /// A cell by its number.
-    pub fn cell(&self, number: f64) -> &[u8] {
+    pub(crate) fn cell(&self, number: f64) -> &[u8] {
         let end = |k: usize| self.ends.get(k).copied();
         let place = crate::number::count(number);
         let start = place.checked_sub(1).and_then(end).unwrap_or(0);
@@ -459,7 +461,7 @@ impl Record {
     }
 
     /// Does a column hold texts, no numbers? Of a table of text as its first rows have it.
-    pub fn is_text(&self, column: usize) -> bool {
+    pub(crate) fn is_text(&self, column: usize) -> bool {
         match &self.0 {
             Source::Text(table) => table.dialect.texts.get(column) == Some(&true),
             #[cfg(feature = "parquet")]
@@ -485,7 +487,7 @@ impl Record {
 }
 
 /// A file, and the name of one of its tables behind a `#`; a file that has the whole name comes first.
-pub fn parted(path: &Path) -> (PathBuf, Option<String>) {
+pub(crate) fn parted(path: &Path) -> (PathBuf, Option<String>) {
     let text = path.to_string_lossy();
     match text.rsplit_once('#') {
         Some((file, table)) if !file.is_empty() && !path.exists() && Path::new(file).exists() => {
@@ -509,7 +511,7 @@ fn opened(path: &Path) -> Result<File> {
 }
 
 /// Place of a column by its whole title, else by its name, else by its name without regard to case.
-pub fn find(columns: &[Column], name: &str) -> Option<usize> {
+pub(crate) fn find(columns: &[Column], name: &str) -> Option<usize> {
     let by = |same: &dyn Fn(&Column) -> bool| columns.iter().position(same);
     by(&|c| c.title == name).or_else(|| by(&|c| c.name == name)).or_else(|| {
         let alike = |c: &Column| c.name.eq_ignore_ascii_case(name);

@@ -94,7 +94,7 @@ impl Hold {
     }
 
     /// Labels tell what is held: each run of one is asked for by [`Hold::restart`].
-    pub fn labelled(mut self) -> Self {
+    pub(crate) fn labelled(mut self) -> Self {
         (self.labelled, self.guard) = (true, 0.0);
         self
     }
@@ -128,17 +128,17 @@ impl Hold {
     }
 
     /// How long so many samples take, s.
-    pub fn seconds(&self, samples: u64) -> f64 {
+    pub(crate) fn seconds(&self, samples: u64) -> f64 {
         samples as f64 * self.trace.interval
     }
 
     /// Samples of half a window.
-    pub fn half_window(&self) -> u64 {
+    pub(crate) fn half_window(&self) -> u64 {
         number::count_u64((self.window / LOOKS / self.trace.interval).round()).max(1)
     }
 
     /// Time of the newest sample, s since the first row.
-    pub fn now_s(&self) -> f64 {
+    pub(crate) fn now_s(&self) -> f64 {
         self.trace.samples.checked_sub(1).map_or(0.0, |last| self.trace.time(last))
     }
 
@@ -156,12 +156,12 @@ impl Hold {
     }
 
     /// Are no samples kept?
-    pub fn is_empty(&self) -> bool {
+    pub(crate) fn is_empty(&self) -> bool {
         self.trace.samples == 0
     }
 
     /// The next row does not follow the last one.
-    pub fn interrupt(&mut self) {
+    pub(crate) fn interrupt(&mut self) {
         self.interrupted = true;
     }
 
@@ -188,7 +188,7 @@ impl Hold {
     }
 
     /// The standard deviations of the still sensor that are known, one for each channel.
-    pub fn still_sd(&self) -> &[f64] {
+    pub(crate) fn still_sd(&self) -> &[f64] {
         &self.trace.still_sd
     }
 
@@ -250,12 +250,12 @@ impl Hold {
 
 impl Standing {
     /// The standard deviations of the still sensor that it was judged by; empty where labels told.
-    pub fn still_sd(&self) -> Vec<f64> {
+    pub(crate) fn still_sd(&self) -> Vec<f64> {
         self.judged.as_ref().map_or(Vec::new(), |own| own.still_sd.clone())
     }
 
     /// The mean of a channel.
-    pub fn value(&self, channel: usize) -> Option<f64> {
+    pub(crate) fn value(&self, channel: usize) -> Option<f64> {
         self.trace.channels.get(channel).map(|own| own.block(&self.trace, &self.segment, None).mean)
     }
 

@@ -28,17 +28,25 @@ mod trace;
 mod turning;
 mod turns;
 
-pub use correlated::{MeanUncertainty, SegmentBlocks, mean_uncertainties};
+pub use correlated::MeanUncertainty;
+pub use correlated::{SegmentBlocks, mean_uncertainties};
+pub(crate) use events::Event;
+pub use events::EventKind;
 #[cfg(feature = "cli")]
 #[cfg(feature = "cli")]
 pub(crate) use events::Odd;
-pub use events::{Event, EventKind};
-pub use hold::{Ahead, Hold, Look, Standing};
-pub use segments::{By, Rejected, Segmentation, segment};
-pub use still::Stillness;
-pub use trace::{Channel, Run, Segment, Trace};
+pub(crate) use hold::Standing;
+pub use hold::{Ahead, Hold, Look};
+pub use segments::Rejected;
+pub(crate) use segments::Segmentation;
+pub use segments::{By, segment};
+pub(crate) use still::Stillness;
+pub use trace::Segment;
+pub use trace::Trace;
+pub(crate) use trace::{Channel, Run};
+pub use turns::Unwrap;
+pub use turns::whole_turns;
 pub(crate) use turns::whole_turns_of;
-pub use turns::{Unwrap, whole_turns};
 
 use crate::uncertainty::quantiles::student_t_two_sided;
 
@@ -63,7 +71,7 @@ pub struct Mean {
 
 impl Mean {
     /// Is there a slope that the noise does not explain: is one so large by chance less probable than 1 %?
-    pub fn is_sloping(&self) -> bool {
+    pub(crate) fn is_sloping(&self) -> bool {
         self.slope.2 < 0.01
     }
 }

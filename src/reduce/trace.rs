@@ -100,7 +100,7 @@ impl Trace {
     }
 
     /// The next row does not follow the last one: a gap stands between them.
-    pub fn interrupt(&mut self) {
+    pub(crate) fn interrupt(&mut self) {
         self.resumed = true;
     }
 
@@ -198,13 +198,13 @@ impl Trace {
     }
 
     /// What is missing before a sample at which the record goes on, s.
-    pub fn missing(&self, (sample, time): (u64, f64)) -> f64 {
+    pub(crate) fn missing(&self, (sample, time): (u64, f64)) -> f64 {
         let before = sample.checked_sub(1).map_or(0.0, |before| self.time(before));
         (time - before - self.interval).max(0.0)
     }
 
     /// The first sample that is not before a time.
-    pub fn sample(&self, time: f64) -> u64 {
+    pub(crate) fn sample(&self, time: f64) -> u64 {
         let place = self.resumes.partition_point(|(_, t)| *t <= time);
         // before the first gap: from the start
         let (from, start) = place.checked_sub(1).and_then(|k| self.resumes.get(k)).copied().unwrap_or((0, 0.0));
@@ -280,7 +280,7 @@ impl Channel {
     }
 
     /// The smallest step between two of its values.
-    pub fn resolution(&self) -> f64 {
+    pub(crate) fn resolution(&self) -> f64 {
         self.watch.step()
     }
 

@@ -180,7 +180,7 @@ pub struct LotReport {
 
 impl LotReport {
     /// Does the lot's mean of a quantity lie beyond its control limits?
-    pub fn is_beyond(&self, of: &DistributionReport) -> bool {
+    pub(crate) fn is_beyond(&self, of: &DistributionReport) -> bool {
         self.mean.get(&of.id).zip(self.control.get(&of.id)).is_some_and(|(mean, by)| (mean - of.mean).abs() > *by)
     }
 }

@@ -113,7 +113,7 @@ pub fn changes_report(changes: &Changes, before: CalibratedReport, after: Calibr
 
 impl ChangesReport {
     /// Did anything change by more than the uncertainties allow?
-    pub fn is_changed(&self) -> bool {
+    pub(crate) fn is_changed(&self) -> bool {
         self.together.is_some_and(|t| t.significant) || self.changes.iter().any(|c| c.significant == Some(true))
     }
 }

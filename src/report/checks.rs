@@ -38,19 +38,19 @@ pub struct ChecksReport {
 
 impl ChecksReport {
     /// The test for lack of fit: by replicates, else by positions.
-    pub fn misfit(&self) -> Option<&LackOfFitReport> {
+    pub(crate) fn misfit(&self) -> Option<&LackOfFitReport> {
         self.lack_of_fit.as_ref().or(self.lack_of_fit_by_position.as_ref())
     }
 }
 
 impl LackOfFitReport {
     /// Is the model wrong beyond doubt, at the significance at which a single bad reading is?
-    pub fn is_beyond_doubt(&self) -> bool {
+    pub(crate) fn is_beyond_doubt(&self) -> bool {
         self.p < crate::quality::ALPHA
     }
 
     /// Is the lack of fit smaller than the scatter allows, at that significance? Then that scatter is not noise alone.
-    pub fn is_below_scatter(&self) -> bool {
+    pub(crate) fn is_below_scatter(&self) -> bool {
         self.p > 1.0 - crate::quality::ALPHA
     }
 }

@@ -50,12 +50,12 @@ const SQUARE: f64 = 1e-6;
 
 impl CompareReport {
     /// Are the formulas the square special case of least squares for these readings?
-    pub fn is_square_case(&self) -> bool {
+    pub(crate) fn is_square_case(&self) -> bool {
         self.largest_relative_difference.is_some_and(|difference| difference < SQUARE)
     }
 
     /// What the rows are: angles, coefficients, or both.
-    pub fn quantity(&self, lang: Language) -> &'static str {
+    pub(crate) fn quantity(&self, lang: Language) -> &'static str {
         let angles = self.all.quantities.iter().filter(|q| q.is_angle()).count();
         match angles {
             0 => say!(lang, "coefficient"),
@@ -97,7 +97,7 @@ pub struct QuantityReport {
 
 impl QuantityReport {
     /// Is it an angle?
-    pub fn is_angle(&self) -> bool {
+    pub(crate) fn is_angle(&self) -> bool {
         self.unit == "arcsec"
     }
 }

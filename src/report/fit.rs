@@ -265,7 +265,7 @@ impl FitReport {
     }
 
     /// Do the readings say that the model lacks something, or that some of them are bad?
-    pub fn is_misfit(&self) -> bool {
+    pub(crate) fn is_misfit(&self) -> bool {
         self.fit.global_test_rejected == Some(true)
             || self.checks.misfit().is_some_and(|test| test.rejected)
             || self.checks.snooping.as_ref().is_some_and(|found| !found.suspects.is_empty())

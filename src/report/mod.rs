@@ -65,64 +65,45 @@ pub use crate::units::ARCSEC;
 use crate::vocabulary::vocabulary;
 use std::collections::BTreeMap;
 
-pub use batch::{
-    BatchReport, ConformityCounts, DeviceCounts, DistributionReport, LotReport, OutlyingReport, batch_document,
-    batch_quantities, batch_report, batch_rows,
-};
-pub use changes::{
-    CalibratedReport, ChangesReport, HistoryReport, TrendReport, changes_document, changes_report, date_of,
-    determination, history_document, history_report,
-};
-pub use checks::{
-    ChecksReport, ConstraintReport, ConstraintState, ConstraintsReport, ConstraintsStatus, ExternalReport,
-    LackOfFitReport, RecordReport, RobustReport, SnoopingReport, SuspectReport,
-};
-pub use compare::{CompareReport, GroupReport, QuantityReport, compare_document, compare_report};
-pub use conformity::{ConformityReport, LimitedReport, conformity};
-pub use diagnose::{
-    AssertedReport, CellReport, ChangeReport, DiagnoseReport, EffectReport, GapsReport, ResidualReport,
-    SensorGapReport, UnexplainedReport, diagnose_report,
-};
-pub use diagnose_document::{alias_note, diagnose_document, diagnose_figure};
-pub use fit::{
-    ArcsecReport, BudgetReport, CombinationValueReport, ConditionalReport, ConvergenceReport, CovarianceReport,
-    DerivedReport, FitReport, FitSummary, KnownReport, ParameterReport, ReadingReport, fit_report, fit_summary,
-};
+pub use batch::{BatchReport, batch_document, batch_quantities, batch_report, batch_rows};
+pub(crate) use changes::{CalibratedReport, changes_document, changes_report, history_document};
+pub use changes::{ChangesReport, HistoryReport, date_of, determination, history_report};
+pub(crate) use compare::compare_document;
+pub use compare::{CompareReport, compare_report};
+pub use conformity::conformity;
+pub(crate) use diagnose::{ChangeReport, GapsReport};
+pub use diagnose::{DiagnoseReport, EffectReport, diagnose_report};
+pub(crate) use diagnose_document::{alias_note, diagnose_document, diagnose_figure};
+pub(crate) use fit::{ArcsecReport, BudgetReport, CovarianceReport, ParameterReport, ReadingReport, fit_summary};
+pub use fit::{FitReport, fit_report};
 pub use fit_document::{Asked, fit_document};
-pub use foresight::{AlikeReport, ForesightReport, MovesReport, NearReport, PassedOverReport, ProspectReport};
-pub use guide::{GuideReport, guide_report};
-pub use monte_carlo::{DrawnReport, MonteCarloReport, monte_carlo_report};
+pub use guide::GuideReport;
+pub(crate) use guide::guide_report;
+pub use monte_carlo::monte_carlo_report;
 #[cfg(feature = "navigate")]
-pub use navigate::{
-    CarriedReport, ErrorReport, NavigateReport, PeriodsReport, QuantityWithUnit, ResultReport, ScenarioReport,
-    SummaryReport, navigate_document, navigate_report,
-};
+pub use navigate::{NavigateReport, navigate_report};
 #[cfg(feature = "navigate")]
-pub use navigate_diagnose::{
-    NavigateDiagnoseReport, NavigationAliasReport, NavigationEffectReport, RunReport, SeparationReport,
-    navigate_diagnose_document, navigate_diagnose_figure, navigate_diagnose_report,
+pub(crate) use navigate::{QuantityWithUnit, navigate_document};
+#[cfg(feature = "navigate")]
+pub use navigate_diagnose::NavigateDiagnoseReport;
+#[cfg(feature = "navigate")]
+pub(crate) use navigate_diagnose::{navigate_diagnose_document, navigate_diagnose_figure, navigate_diagnose_report};
+pub use noise::NoiseAnalysisReport;
+pub(crate) use noise::{NoiseColumnReport, kalibr, noise_column_report, noise_document, noise_report};
+pub use plan::{Better, Foreseen, PlanReport, plan_report};
+pub(crate) use plan::{
+    DiscriminationReport, Effort, FindReport, GoalReport, ImprovedReport, JudgementReport, LackingReport,
+    PlannedPositionReport, PointReport, SharedReport, ThroughTiltsReport,
 };
-pub use noise::{
-    CoefficientReport, NoiseAnalysisReport, NoiseColumnReport, NoiseScatterReport, kalibr, noise_column_report,
-    noise_document, noise_report,
-};
-pub use plan::{
-    Better, ComparisonReport, CorrelationReport, DiscriminationReport, Effort, FindReport, Foreseen, GoalReport,
-    ImprovedReport, JudgementReport, LackingReport, PlanReport, PlannedPositionReport, PlannedReadingReport,
-    PointReport, PredictedDerivedReport, PredictedReport, SensorNoiseReport, SharedReport, ThroughTiltsReport,
-    plan_report,
-};
-pub use plan_document::plan_document;
+pub(crate) use plan_document::plan_document;
 pub use provenance::Input;
-pub use reduction::{
-    DetectorReport, ReduceReport, RejectedReport, SegmentMeanReport, SegmentReport, record_chart, reduce_document,
-    reduce_report,
-};
-pub use scatter::ScatterReport;
+pub use reduction::ReduceReport;
+pub(crate) use reduction::{record_chart, reduce_document, reduce_report};
+pub(crate) use scatter::ScatterReport;
 pub use scene::scene;
-pub use separation::{CombinationReport, NotEstimableReport, PositionReport, position_keys};
-pub use sheet::{sheet_csv, sheet_document};
-pub use site::{GravityBasis, GravityReport, SiteReport};
+pub use separation::position_keys;
+pub(crate) use separation::{NotEstimableReport, PositionReport};
+pub(crate) use sheet::{sheet_csv, sheet_document};
 
 vocabulary! {
     /// What kind of report it is.

@@ -45,7 +45,7 @@ impl<'a> Table<'a> {
     }
 
     /// The distinct state of the joints, as an index, for each reading.
-    pub fn states(&self) -> &[usize] {
+    pub(crate) fn states(&self) -> &[usize] {
         &self.state
     }
 

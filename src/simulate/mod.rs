@@ -12,9 +12,10 @@ mod columns;
 mod deviations;
 mod regressor;
 
+pub use columns::Table;
+pub(crate) use columns::columns;
 pub(crate) use columns::indicator;
-pub use columns::{Table, columns};
-pub use deviations::TrueScatter;
+pub(crate) use deviations::TrueScatter;
 pub use regressor::Regressor;
 
 use crate::algebra::Expression;
@@ -71,7 +72,7 @@ impl Hidden {
     }
 
     /// The unit of its coefficient: radians for a tilt, else the unit that follows from the sensor's line with the term; `None` where that is open.
-    pub fn unit(&self, campaign: &Campaign) -> Option<String> {
+    pub(crate) fn unit(&self, campaign: &Campaign) -> Option<String> {
         let sensor = self.sensor.or((campaign.bench.sensors.len() == 1).then_some(0));
         let sensor = sensor.and_then(|k| campaign.bench.sensors.get(k));
         match &self.regressor {

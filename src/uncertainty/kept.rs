@@ -80,13 +80,13 @@ pub(super) struct Sums {
 }
 
 impl Sums {
-    pub fn new(centre: Vec<f64>) -> Self {
+    pub(crate) fn new(centre: Vec<f64>) -> Self {
         let n = centre.len();
         Sums { centre, trials: 0, first: vec![0.0; n], second: vec![0.0; n * n] }
     }
 
     /// Sums of a block are formed by themselves, so that rounding grows with the number of blocks only.
-    pub fn add(&mut self, block: &[f64], count: usize) {
+    pub(crate) fn add(&mut self, block: &[f64], count: usize) {
         let n = self.centre.len();
         let (mut first, mut second) = (vec![0.0; n], vec![0.0; n * n]);
         let mut off = vec![0.0; n];
@@ -103,7 +103,7 @@ impl Sums {
         self.second.iter_mut().zip(second).for_each(|(sum, add)| *sum += add);
     }
 
-    pub fn means(&self) -> Vec<f64> {
+    pub(crate) fn means(&self) -> Vec<f64> {
         self.centre.iter().zip(&self.first).map(|(c, sum)| c + sum / self.trials as f64).collect()
     }
 

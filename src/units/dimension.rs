@@ -45,7 +45,7 @@ impl Dimension {
     }
 
     /// Is it a pure number?
-    pub fn is_number(&self) -> bool {
+    pub(crate) fn is_number(&self) -> bool {
         self.named.is_empty() && self.base.iter().all(|power| power.abs() <= SAME)
     }
 
@@ -120,7 +120,7 @@ pub struct Conversion {
 
 impl Conversion {
     /// The conversion that changes nothing.
-    pub const NONE: Conversion = Conversion { numerator: 1.0, denominator: 1.0, offset: 0.0 };
+    pub(crate) const NONE: Conversion = Conversion { numerator: 1.0, denominator: 1.0, offset: 0.0 };
 
     /// The same between scales whose zeros differ.
     pub(super) fn shifted(self, offset: f64) -> Conversion {

@@ -13,8 +13,9 @@ mod parse;
 mod table;
 mod unit;
 
-pub use dimension::{Conversion, Dimension, STANDARD_GRAVITY_M_S2};
-pub use table::names;
+pub(crate) use dimension::Conversion;
+pub use dimension::STANDARD_GRAVITY_M_S2;
+pub(crate) use table::names;
 pub(crate) use table::of_column;
 #[cfg(feature = "dcc")]
 pub(crate) use table::plain;

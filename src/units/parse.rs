@@ -32,7 +32,7 @@ impl Unit {
     }
 
     /// The same, with further names, each a base unit.
-    pub fn parse_with(text: &str, own: &[String]) -> Result<Unit> {
+    pub(crate) fn parse_with(text: &str, own: &[String]) -> Result<Unit> {
         unit(text, Unlisted::These(own)).map(|(unit, _)| unit)
     }
 

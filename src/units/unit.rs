@@ -18,7 +18,7 @@ pub struct Unit {
 
 impl Unit {
     /// The pure number 1.
-    pub fn one() -> Unit {
+    pub(crate) fn one() -> Unit {
         Unit { symbol: "1".into(), dimension: Dimension::default(), scale: ONE, hertz: 0.0, factors: Vec::new() }
     }
 

@@ -282,7 +282,7 @@ impl ErrorsFile {
     }
 
     /// Change one source by a value in [`ErrorSource::unit`]; everything else stays as it was written.
-    pub fn add(&mut self, source: &ErrorSource, change: f64) {
+    pub(crate) fn add(&mut self, source: &ErrorSource, change: f64) {
         self.changed(source, change);
     }
 

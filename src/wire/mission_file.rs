@@ -119,7 +119,7 @@ impl MissionFile {
 
 impl CalibrationFile {
     /// What each error source is made of.
-    pub fn factors(&self) -> Vec<(String, Vec<(String, f64)>)> {
+    pub(crate) fn factors(&self) -> Vec<(String, Vec<(String, f64)>)> {
         self.carry.0.iter().map(|(id, parts)| (id.clone(), parts.0.clone())).collect()
     }
 }

@@ -42,48 +42,56 @@ mod write;
 
 use crate::elements::Parts;
 pub use crate::record::ClockFrom;
-pub use bench_file::{BenchFile, DerivedFile, DerivedLine, DirectionFile, LinkFile, SensorFile};
-pub use build_bench::{BenchBuilder, SensorBuilder};
-pub use build_campaign::{CampaignBuilder, ReadingBuilder};
-pub use campaign_file::{BenchRef, CampaignFile, CovarianceFile, KnownEntry, ReadingsRef};
+pub use bench_file::BenchFile;
+pub(crate) use bench_file::{DerivedFile, DerivedLine, DirectionFile, LinkFile, SensorFile};
+pub use build_bench::BenchBuilder;
+pub use build_bench::SensorBuilder;
+pub use build_campaign::CampaignBuilder;
+pub use build_campaign::ReadingBuilder;
+pub use campaign_file::{BenchRef, CampaignFile, ReadingsRef};
+pub(crate) use campaign_file::{CovarianceFile, KnownEntry};
 #[cfg(feature = "cli")]
 pub(crate) use columns::from_title;
-pub use constraint_file::ConstraintFile;
-pub use correction_file::{
-    CorrectedSensorFile, CorrectionFile, CorrectionParametersFile, InputFile, MountingFile, ValidityFile,
-};
-pub use effects_file::{EffectsFile, built_in_effects, read_effects};
+pub(crate) use constraint_file::ConstraintFile;
+pub use correction_file::CorrectionFile;
+pub(crate) use correction_file::{InputFile, MountingFile};
+pub(crate) use effects_file::EffectsFile;
+pub use effects_file::{built_in_effects, read_effects};
 pub use folder::Folder;
-pub use front::{bench_ref, fit_rows, fit_rows_beside, read_campaign_beside};
+pub use front::fit_rows;
+pub use front::{bench_ref, fit_rows_beside, read_campaign_beside};
 #[cfg(feature = "navigate")]
-pub use imu_errors_file::{AxesFile, DriftCoefficients, DriftFile, ErrorsFile, InstallationAngles, InstallationFile};
-pub use lab::{
-    AddressFile, CertificateFile, ContactFile, IdentificationFile, IssuerFile, ItemFile, LabFile, LocationFile,
-    MethodFile, PersonFile, read_lab,
-};
-pub use limits_file::{LimitFile, LimitInUnit};
+pub(crate) use imu_errors_file::ErrorsFile;
+pub use lab::read_lab;
+pub(crate) use lab::{ContactFile, IssuerFile, ItemFile, LabFile};
+pub(crate) use limits_file::LimitFile;
 use locate::in_source;
 pub use locate::{line_and_column, locate};
 #[cfg(feature = "navigate")]
 pub use measured_file::{read_measured, write_measured};
 #[cfg(feature = "navigate")]
-pub use mission_file::{CalibrationFile, MissionFile, MissionSiteFile, read_covariance};
+pub use mission_file::MissionFile;
 #[cfg(feature = "navigate")]
-pub use motion_file::{LegFile, LegsFile, MotionFile, OscillationFile, StaticFile, SwingFile};
+pub use mission_file::read_covariance;
+#[cfg(feature = "navigate")]
+pub use motion_file::MotionFile;
 pub use named::Named;
 pub use readings_file::{Cell, ReadingFile};
-pub use readings_table::{device_readings, inline_devices, table_layout};
+pub use readings_table::device_readings;
+pub use readings_table::{inline_devices, table_layout};
 pub(crate) use readings_table::{table_cells, table_keys};
-pub use record_rows::RecordRows;
 pub(crate) use record_rows::read_rows_of;
-pub use reduced::{Computed, ReducedReading, Schedule, read_schedule};
+pub(crate) use reduced::{ReducedReading, Schedule, read_schedule};
 pub use reduction::Reduced;
-pub use samples_file::{Encoder, Recipe, SamplesAs, SamplesFile, SegmentsBy, TimesFile, TimesLine, times};
+pub(crate) use samples_file::{Encoder, SamplesAs, SamplesFile, times};
+pub use samples_file::{Recipe, SegmentsBy};
 pub use schema::schema;
 pub(crate) use schema::{SCHEMAS, identified};
-pub use site_file::{GravityFile, SiteFile};
-pub use truth_file::{HiddenFile, NoiseFile, TrueScatterFile, TrueValueFile, TruthFile, read_truth};
-pub use write::{bench_file, campaign_file};
+pub(crate) use site_file::SiteFile;
+pub(crate) use truth_file::TruthFile;
+pub use truth_file::read_truth;
+pub use write::bench_file;
+pub use write::campaign_file;
 
 use crate::bench::Bench;
 use crate::campaign::{Campaign, ScatterRequest};
@@ -174,7 +182,7 @@ pub fn campaign_of(source: &Source) -> Result<CampaignFile> {
 }
 
 /// The campaign of a file that was parsed, with everything that it refers to.
-pub fn campaign_from(file: CampaignFile, source: &Source, folder: &mut dyn Folder) -> Result<Campaign> {
+pub(crate) fn campaign_from(file: CampaignFile, source: &Source, folder: &mut dyn Folder) -> Result<Campaign> {
     file.into_campaign(folder).map_err(|error| in_source(error, source))
 }
 

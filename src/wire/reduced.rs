@@ -106,7 +106,7 @@ impl Computed {
 
 impl Schedule {
     /// The sensors that the schedule states a value of, and whose model lines read these columns.
-    pub fn computed(&self, columns: &[String]) -> Vec<Computed> {
+    pub(crate) fn computed(&self, columns: &[String]) -> Vec<Computed> {
         let unread = self.stated().filter(|s| !columns.contains(&s.id));
         unread.filter_map(|s| self.compute(&s.id, s.unit.as_str(), &s.model, columns)).collect()
     }
@@ -167,7 +167,7 @@ impl Schedule {
     }
 
     /// The names that the bench reads from a reading: sensors, and what stands in their model lines.
-    pub fn wanted(&self) -> Vec<String> {
+    pub(crate) fn wanted(&self) -> Vec<String> {
         let sensors = self.bench.sensors.iter().map(|s| s.id.clone());
         let names = self.bench.sensors.iter().flat_map(|s| s.model.names().into_iter().map(str::to_string));
         sensors.chain(names).collect()
@@ -176,7 +176,7 @@ impl Schedule {
     /// For each segment, the place of its row, see `assigned`: by label, in order, or one row for all.
     ///
     /// Errors: labels of which some are positions and some are not; another number of segments than of positions.
-    pub fn pair(&self, labels: &[String]) -> Result<Vec<usize>> {
+    pub(crate) fn pair(&self, labels: &[String]) -> Result<Vec<usize>> {
         let text = |row: &ReadingFile| match row.get("position") {
             Some(Cell::Text(text)) => text.clone(),
             Some(Cell::Number(number)) => number.to_string(),
@@ -187,7 +187,7 @@ impl Schedule {
     }
 
     /// Duration of a turn of the joint that turns in a row, s.
-    pub fn turn_s(&self, place: usize) -> Option<f64> {
+    pub(crate) fn turn_s(&self, place: usize) -> Option<f64> {
         let row = self.rows.get(place)?;
         self.bench.joints().find_map(|joint| match row.get(&format!("{joint}_deg_s")) {
             Some(Cell::Number(rate)) if *rate != 0.0 => Some(360.0 / rate.abs()),

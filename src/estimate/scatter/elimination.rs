@@ -323,7 +323,7 @@ impl Whitening {
     }
 
     /// Standard deviation of each row's own noise.
-    pub fn sd(&self) -> &[f64] {
+    pub(crate) fn sd(&self) -> &[f64] {
         &self.sd
     }
 

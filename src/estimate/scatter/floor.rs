@@ -32,7 +32,7 @@ pub struct Variances {
 
 impl Variances {
     /// Nothing estimated: a factor for each group of rows (none where all are known) and the variance of each line.
-    pub fn known(groups: Vec<f64>, lines: Vec<f64>) -> Self {
+    pub(crate) fn known(groups: Vec<f64>, lines: Vec<f64>) -> Self {
         let count = lines.len();
         Variances { groups, lines, tau: vec![None; count], spread: Mat::new(), component: vec![None; count] }
     }
@@ -63,7 +63,7 @@ pub struct Floor {
 
 impl Floor {
     /// Of a system whose `u` are those of the rows' own noise.
-    pub fn new(system: &System, lines: &[ScatterLine], variances: &Variances) -> Self {
+    pub(crate) fn new(system: &System, lines: &[ScatterLine], variances: &Variances) -> Self {
         let mut lines = lines.to_vec();
         for (line, tau) in lines.iter_mut().zip(&variances.tau) {
             if let (Some(memory), Some(tau)) = (&mut line.memory, tau) {
@@ -101,7 +101,7 @@ impl Floor {
     }
 
     /// The whitening.
-    pub fn whitening(&self) -> &Whitening {
+    pub(crate) fn whitening(&self) -> &Whitening {
         &self.whitening
     }
 
@@ -111,7 +111,7 @@ impl Floor {
     }
 
     /// Relative covariance of the estimated variances; empty where all are stated.
-    pub fn spread(&self) -> &Mat<f64> {
+    pub(crate) fn spread(&self) -> &Mat<f64> {
         &self.spread
     }
 
@@ -121,7 +121,7 @@ impl Floor {
     }
 
     /// `g_k`: the share of each estimated variance in that of a direction of whitened rows; what is left of 1 is stated.
-    pub fn shares(&self, white: &[f64]) -> Vec<f64> {
+    pub(crate) fn shares(&self, white: &[f64]) -> Vec<f64> {
         let mut shares = vec![0.0; self.spread.nrows()];
         let none = vec![0.0; self.deviations.len()];
         let back = self.whitening.backward(Augmented { rows: white.to_vec(), deviations: none });

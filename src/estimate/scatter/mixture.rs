@@ -152,7 +152,7 @@ fn prime(number: usize) -> f64 {
 
 impl Mixture {
     /// Weight, shift and standard deviation of a linear function of the unknowns.
-    pub fn along(&self, along: &[f64]) -> Vec<(f64, f64, f64)> {
+    pub(crate) fn along(&self, along: &[f64]) -> Vec<(f64, f64, f64)> {
         let one = |node: &Node| {
             let shift: f64 = node.shift.iter().zip(along).map(|(x, c)| x * c).sum();
             (node.weight, shift, form(&node.covariance, along).max(0.0).sqrt())

@@ -45,13 +45,13 @@ mod reml;
 pub(super) mod restricted;
 mod time;
 
-pub use absorbed::Absorbed;
+pub(crate) use absorbed::Absorbed;
 pub(crate) use chain::{Chain, Part as NoisePart, TimeNoise};
 pub use conclude::adjust_scattered;
 pub(crate) use conclude::{satterthwaite, scattered, scattered_with, step_scattered};
 pub use elimination::Whitening;
-pub use floor::{Floor, Variances};
-pub use mixture::{Mixture, Node};
+pub(crate) use floor::{Floor, Variances};
+pub(crate) use mixture::{Mixture, Node};
 pub use pattern::Pattern;
 pub(crate) use restricted::{Likelihood, NEWTON_STEPS, NoiseModel, PartNoise, Slot};
 pub(crate) use time::{deviation_range, time_range, white_range};
@@ -94,7 +94,7 @@ pub struct Memory {
 
 impl ScatterLine {
     /// Number of levels.
-    pub fn levels(&self) -> usize {
+    pub(crate) fn levels(&self) -> usize {
         self.felt.iter().map(|felt| felt.level.saturating_add(1)).max().unwrap_or(0)
     }
 }

@@ -39,9 +39,11 @@ mod sample;
 mod sources;
 mod together;
 
-pub use residuals::{Bin, BinnedResiduals, Far, Lag, MeansTest, SensorResiduals};
-pub use rows::{Block, Held, Observed, Rows};
-pub use sample::{Sample, sample};
+pub(crate) use residuals::{BinnedResiduals, SensorResiduals};
+pub(crate) use rows::Observed;
+pub use rows::{Block, Held, Rows};
+pub(crate) use sample::Sample;
+pub use sample::sample;
 
 use super::{Estimator, Fit, Settings};
 use crate::campaign::{Campaign, Readings};

@@ -27,7 +27,7 @@ pub struct Observed {
 
 impl Block {
     /// Makes it empty, for so many columns and sensors.
-    pub fn clear(&mut self, columns: usize, sensors: usize) {
+    pub(crate) fn clear(&mut self, columns: usize, sensors: usize) {
         self.rows = 0;
         self.columns.resize_with(columns, Vec::new);
         self.columns.iter_mut().for_each(Vec::clear);
