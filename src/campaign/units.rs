@@ -86,11 +86,6 @@ impl Inferred {
         Unit::parse_with(text, &self.sensor_units)
     }
 
-    /// Units of sensors that the table does not have: each is a base unit.
-    pub(crate) fn own(&self) -> &[String] {
-        &self.sensor_units
-    }
-
     /// Sensors, by index, whose lines add terms of different dimensions, and the quotient of the two units.
     pub fn conflicts(&self) -> &[(usize, String)] {
         &self.conflicts

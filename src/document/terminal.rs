@@ -37,11 +37,6 @@ pub fn brief(document: &Document) -> String {
     whole(document, Shown { detail: Detail::Brief, lang: document.language, has_options: false })
 }
 
-/// The blocks of a section that the program prints at this detail, under its heading; nothing where there are none.
-pub(crate) fn section(section: &Section, detail: Detail, lang: Language) -> Option<String> {
-    within(section, Shown { detail, lang, has_options: true })
-}
-
 fn within(section: &Section, shown: Shown) -> Option<String> {
     let blocks = section.blocks.iter().filter(|block| block.detail <= shown.detail);
     let texts: Vec<(bool, String)> = blocks

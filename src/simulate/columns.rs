@@ -44,11 +44,6 @@ impl<'a> Table<'a> {
         Table { campaign, tilts, point, state, states, at: Kinematics::default(), work: Workspace::default() }
     }
 
-    /// The distinct state of the joints, as an index, for each reading.
-    pub(crate) fn states(&self) -> &[usize] {
-        &self.state
-    }
-
     /// A term's column for one sensor: its mean at each row of that sensor, zero at the others. `None` where a reading lacks a column.
     pub fn term(
         &mut self,
