@@ -39,7 +39,7 @@ pub enum Limited {
     Parameter(usize),
     /// A derived quantity.
     Derived(usize),
-    /// An error of a scale factor, of those in [`Campaign::scale_factor_errors`].
+    /// An error of a scale factor, of those in `Campaign::scale_factor_errors`.
     ScaleFactor(usize),
 }
 

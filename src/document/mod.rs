@@ -23,12 +23,12 @@
 //! assert!(text.contains("In order: The readings agree.") && text.contains("V0            1.582  0.011") && !text.contains("More."));
 //! ```
 //!
-//! * Numbers enter a table as numbers: [`Cell::value`] with the uncertainty that rounds them (U where it stands beside them, else u), [`Cell::digits`], [`Cell::dof`], [`Cell::p`];
+//! * Numbers enter a table as numbers: [`Cell::value`] with the uncertainty that rounds them (U where it stands beside them, else u), `Cell::digits`, [`Cell::dof`], [`Cell::p`];
 //!   what does not exist is [`Cell::Absent`] with its reason. In sentences `number::{rounded, significant, level}` write them by the same rules.
 //! * Sentences come from the catalogues (`say!`), one for all outputs. In every text a pair of backticks sets a name in code type.
 //! * A section puts its verdicts in order itself: what is not in order stands before what is, and beside a bad one nothing is praised.
 //! * A [`Figure`] holds the specification of a chart ([`chart::Chart`]), not a drawing, with its caption and its words.
-//! * [`Section::full`] and [`Section::brief`] say the detail of the blocks that follow; [`Rows::at`] that of a column ([`Detail::Roomy`]: left out
+//! * [`Section::full`] and `Section::brief` say the detail of the blocks that follow; [`Rows::at`] that of a column ([`Detail::Roomy`]: left out
 //!   at a terminal where the line is too short).
 //!
 //! | file | subject |

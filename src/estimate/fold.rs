@@ -15,7 +15,7 @@ use faer::{Mat, MatRef};
 
 /// Rows folded into the triangle of `W [A C y - A a] = Q [R S z; 0 T t; 0 0 rho]`.
 ///
-/// `C` are columns that are carried along (none, unless asked for): what the unknowns would be if they were observed is [`Fold::follow`].
+/// `C` are columns that are carried along (none, unless asked for): what the unknowns would be if they were observed is `Fold::follow`.
 /// The point `a` is what the first block (128 rows of it, evenly spread) says of the unknowns, or zero where it says too little; observations are taken
 /// about it, in twice the working
 /// precision, so that small residuals of large readings keep their digits. Folds of parts of the rows are joined by [`Fold::merge`].
