@@ -8,7 +8,7 @@ const ROUNDING: f64 = 1e-9;
 
 impl Campaign {
     /// The correlation coefficient of two known parameters.
-    pub(crate) fn correlation(&self, a: usize, b: usize) -> f64 {
+    pub fn correlation(&self, a: usize, b: usize) -> f64 {
         let [a_id, b_id] = [a, b].map(|k| self.parameter_id(k));
         match a == b {
             true => 1.0,

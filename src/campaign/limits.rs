@@ -45,7 +45,7 @@ pub enum Limited {
 
 impl Campaign {
     /// Names of the errors of scale factors that a fit may report: of each sensor with an input axis, by each joint.
-    pub(crate) fn scale_factor_errors(&self) -> Vec<String> {
+    pub fn scale_factor_errors(&self) -> Vec<String> {
         let sensors = self.bench.sensors.iter().filter(|sensor| sensor.input_axis.is_some());
         let by_joint = |sensor: &Sensor, joint: &str| {
             let column = format!("{joint}_deg_s");

@@ -91,12 +91,12 @@ impl Corrector {
     }
 
     /// Readings at zero input, one for each sensor.
-    pub(crate) fn bias(&self) -> &[f64] {
+    pub fn bias(&self) -> &[f64] {
         self.bias.as_slice()
     }
 
     /// `d reading / d input` at zero input, sensors x solved inputs.
-    pub(crate) fn sensitivity(&self) -> &DMatrix<f64> {
+    pub fn sensitivity(&self) -> &DMatrix<f64> {
         &self.sensitivity
     }
 
@@ -109,7 +109,7 @@ impl Corrector {
     }
 
     /// `M` of `q = M (s - b)`, solved inputs x sensors.
-    pub(crate) fn matrix(&self) -> &DMatrix<f64> {
+    pub fn matrix(&self) -> &DMatrix<f64> {
         &self.matrix
     }
 

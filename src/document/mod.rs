@@ -235,7 +235,7 @@ impl Document {
     }
 
     /// Add facts.
-    pub(crate) fn facts(mut self, facts: impl IntoIterator<Item = (String, String)>) -> Self {
+    pub fn facts(mut self, facts: impl IntoIterator<Item = (String, String)>) -> Self {
         self.facts.extend(facts);
         self
     }
@@ -297,7 +297,7 @@ impl Section {
     }
 
     /// The blocks that follow appear everywhere.
-    pub(crate) fn brief(mut self) -> Self {
+    pub fn brief(mut self) -> Self {
         self.detail = Detail::Brief;
         self
     }
@@ -335,7 +335,7 @@ impl Section {
     }
 
     /// Add names and values, unless there are none.
-    pub(crate) fn facts(self, facts: Vec<(String, String)>) -> Self {
+    pub fn facts(self, facts: Vec<(String, String)>) -> Self {
         if facts.is_empty() { self } else { self.block(Content::Facts(facts)) }
     }
 
@@ -346,7 +346,7 @@ impl Section {
     }
 
     /// Add figures, unless there are none.
-    pub(crate) fn figures(self, figures: impl IntoIterator<Item = Figure>) -> Self {
+    pub fn figures(self, figures: impl IntoIterator<Item = Figure>) -> Self {
         let figures: Vec<Figure> = figures.into_iter().collect();
         if figures.is_empty() { self } else { self.block(Content::Figures(figures)) }
     }

@@ -96,7 +96,7 @@ impl Cell {
     }
 
     /// A number with so many significant digits.
-    pub(crate) fn digits(value: Option<f64>, digits: i32) -> Self {
+    pub fn digits(value: Option<f64>, digits: i32) -> Self {
         value.map_or_else(Cell::absent, |v| Cell::Digits(v, digits))
     }
 
@@ -226,7 +226,7 @@ impl<T: Copy> Rows<T> {
     }
 
     /// A column of words.
-    pub(crate) fn left<C: Into<Cell>>(self, title: impl Into<String>, cell: impl Fn(T) -> C) -> Self {
+    pub fn left<C: Into<Cell>>(self, title: impl Into<String>, cell: impl Fn(T) -> C) -> Self {
         self.column(title, Align::Left, cell)
     }
 
@@ -272,13 +272,13 @@ impl<T: Copy> Rows<T> {
     }
 
     /// What it shows.
-    pub(crate) fn caption(mut self, caption: impl Into<String>) -> Self {
+    pub fn caption(mut self, caption: impl Into<String>) -> Self {
         self.table.caption = caption.into();
         self
     }
 
     /// A remark under it.
-    pub(crate) fn note(mut self, note: impl Into<String>) -> Self {
+    pub fn note(mut self, note: impl Into<String>) -> Self {
         self.table.note = note.into();
         self
     }

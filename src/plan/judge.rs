@@ -85,7 +85,7 @@ pub struct Judgement {
 
 impl Judgement {
     /// Correlation of two estimated parameters; `None` where one is not estimable.
-    pub(crate) fn correlation(&self, i: usize, j: usize) -> Option<f64> {
+    pub fn correlation(&self, i: usize, j: usize) -> Option<f64> {
         let inside = i < self.covariance.nrows() && j < self.covariance.nrows();
         let product = if inside { self.covariance[(i, i)] * self.covariance[(j, j)] } else { 0.0 };
         (product > 0.0).then(|| (self.covariance[(i, j)] / product.sqrt()).clamp(-1.0, 1.0))

@@ -66,44 +66,52 @@ use crate::vocabulary::vocabulary;
 use std::collections::BTreeMap;
 
 pub use batch::{BatchReport, batch_document, batch_quantities, batch_report, batch_rows};
-pub(crate) use changes::{CalibratedReport, changes_document, changes_report, history_document};
+pub use changes::{changes_document, changes_report, history_document};
+pub(crate) use changes::CalibratedReport;
 pub use changes::{ChangesReport, HistoryReport, date_of, determination, history_report};
-pub(crate) use compare::compare_document;
+pub use compare::compare_document;
 pub use compare::{CompareReport, compare_report};
 pub use conformity::conformity;
 pub(crate) use diagnose::{ChangeReport, GapsReport};
 pub use diagnose::{DiagnoseReport, EffectReport, diagnose_report};
-pub(crate) use diagnose_document::{alias_note, diagnose_document, diagnose_figure};
+pub use diagnose_document::diagnose_document;
+pub(crate) use diagnose_document::{alias_note, diagnose_figure};
 pub(crate) use fit::{ArcsecReport, BudgetReport, CovarianceReport, ParameterReport, ReadingReport, fit_summary};
 pub use fit::{FitReport, fit_report};
 pub use fit_document::{Asked, fit_document};
 pub use guide::GuideReport;
-pub(crate) use guide::guide_report;
+pub use guide::guide_report;
 pub use monte_carlo::monte_carlo_report;
 #[cfg(feature = "navigate")]
 pub use navigate::{NavigateReport, navigate_report};
 #[cfg(feature = "navigate")]
-pub(crate) use navigate::{QuantityWithUnit, navigate_document};
+pub use navigate::navigate_document;
+#[cfg(feature = "navigate")]
+pub(crate) use navigate::QuantityWithUnit;
 #[cfg(feature = "navigate")]
 pub use navigate_diagnose::NavigateDiagnoseReport;
 #[cfg(feature = "navigate")]
-pub(crate) use navigate_diagnose::{navigate_diagnose_document, navigate_diagnose_figure, navigate_diagnose_report};
+pub use navigate_diagnose::{navigate_diagnose_document, navigate_diagnose_report};
+#[cfg(feature = "navigate")]
+pub(crate) use navigate_diagnose::navigate_diagnose_figure;
 pub use noise::NoiseAnalysisReport;
-pub(crate) use noise::{NoiseColumnReport, kalibr, noise_column_report, noise_document, noise_report};
+pub use noise::{kalibr, noise_column_report, noise_document, noise_report};
+pub(crate) use noise::NoiseColumnReport;
 pub use plan::{Better, Foreseen, PlanReport, plan_report};
 pub(crate) use plan::{
     DiscriminationReport, Effort, FindReport, GoalReport, ImprovedReport, JudgementReport, LackingReport,
     PlannedPositionReport, PointReport, SharedReport, ThroughTiltsReport,
 };
-pub(crate) use plan_document::plan_document;
+pub use plan_document::plan_document;
 pub use provenance::Input;
 pub use reduction::ReduceReport;
-pub(crate) use reduction::{record_chart, reduce_document, reduce_report};
+pub use reduction::{reduce_document, reduce_report};
+pub(crate) use reduction::record_chart;
 pub(crate) use scatter::ScatterReport;
 pub use scene::scene;
 pub use separation::position_keys;
 pub(crate) use separation::{NotEstimableReport, PositionReport};
-pub(crate) use sheet::{sheet_csv, sheet_document};
+pub use sheet::{sheet_csv, sheet_document};
 
 vocabulary! {
     /// What kind of report it is.

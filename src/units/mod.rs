@@ -13,7 +13,7 @@ mod parse;
 mod table;
 mod unit;
 
-pub(crate) use dimension::Conversion;
+pub use dimension::Conversion;
 pub use dimension::STANDARD_GRAVITY_M_S2;
 pub(crate) use table::names;
 pub(crate) use table::of_column;

@@ -183,7 +183,7 @@ pub struct CovarianceFile {
 
 impl CampaignFile {
     /// Turn the file into a checked campaign, with the bench, the readings or the samples that it refers to.
-    pub(crate) fn into_campaign(mut self, folder: &mut dyn Folder) -> Result<Campaign> {
+    pub fn into_campaign(mut self, folder: &mut dyn Folder) -> Result<Campaign> {
         let bench = self.own_bench(&mut |name| folder.text(name))?;
         self.with_earlier(&mut |name| folder.text(name))?;
         let readings = match std::mem::replace(&mut self.readings, ReadingsRef::Inline(Vec::new())) {

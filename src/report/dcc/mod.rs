@@ -39,7 +39,7 @@ pub(crate) const SCHEMA_VERSION: &str = "3.3.0";
 /// adjusted.
 ///
 /// Errors: a campaign that contradicts the lab file,  an estimate without uncertainty or held by a bound, a coverage factor below 1 (the schema has none), a coefficient whose unit is not known.
-pub(crate) fn certificate(
+pub fn certificate(
     fit: &Fit,
     report: &FitReport,
     as_found: Option<&FitReport>,
