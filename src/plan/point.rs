@@ -5,13 +5,16 @@
 //! point, and not nearby, is not a rank defect of the schedule: it needs a value.
 
 use super::effort::Noise;
+use super::order::shuffle;
 use super::whitened::Independent;
-use crate::campaign::{Campaign, Kind, Readings, Role};
+use crate::campaign::{Campaign, Kind, Reading, Readings, Role};
 use crate::design::{self, DesignMatrix, Model};
 use crate::error::{Fault, Malformed, Result};
 use crate::estimate::Estimate;
 use crate::fit::Fit;
 use crate::vocabulary::vocabulary;
+use rand_pcg::Pcg64Mcg;
+use rand_pcg::rand_core::SeedableRng;
 
 vocabulary! {
     /// Where a value of the point comes from.
@@ -149,11 +152,14 @@ pub(super) fn lacking(
 
 /// A search needs values for what vanishes at the point. Errors: `Missing`, with what to state.
 pub(super) fn check_point(campaign: &Campaign, kept: &Readings, candidates: &Readings, noise: &Noise) -> Result<()> {
-    /// So many candidates show what vanishes as well as all of them.
+    /// So many candidates show what vanishes as well as all of them: drawn at random, for a step through a sweep may meet few of a joint's angles.
     const ENOUGH: usize = 2000;
-    let stride = candidates.rows.len().div_ceil(ENOUGH).max(1);
+    let mut drawn: Vec<_> = candidates.rows.iter().collect();
+    if drawn.len() > ENOUGH {
+        shuffle(&mut drawn, &mut Pcg64Mcg::seed_from_u64(0));
+    }
     let mut rows: Vec<_> = kept.rows.iter().take(ENOUGH).cloned().collect();
-    rows.extend(candidates.rows.iter().step_by(stride).map(|r| r.unread()));
+    rows.extend(drawn.into_iter().take(ENOUGH).map(Reading::unread));
     // mountings that scatter change no rank
     let noise = &Noise { remount: Vec::new(), ..noise.clone() };
     let all = campaign.with_readings(Readings { columns: candidates.columns.clone(), rows });
