@@ -27,12 +27,9 @@ async fn a_thousand_devices_are_those_of_the_batch_fit() {
     let rows = readings();
     let expected = by_fleet(&rows);
     let of = |verdict| expected.values().filter(|row| row.verdict == verdict).count();
-    assert!(
-        of(Verdict::Malformed) == 5
-            && of(Verdict::Rejected) > 3
-            && expected["G0500"].rank == 1
-            && expected["G0501"].rank == 4
-    );
+    let (malformed, rejected) = (of(Verdict::Malformed), of(Verdict::Rejected));
+    let ranks = (expected["G0500"].rank, expected["G0501"].rank);
+    assert!(malformed == 5 && rejected > 3 && ranks == (1, 4), "{malformed} malformed, {rejected} rejected, {ranks:?}");
     write(&folder.path().join("all.parquet"), &rows, false);
     let mut dealt = rows.clone();
     let mut draws = Draws(7);
