@@ -107,10 +107,9 @@ pub use noise::{
     noise_document, noise_report,
 };
 pub use plan::{
-    Better, ComparisonReport, CorrelationReport, DiscriminationReport, Effort, FindReport, Foreseen, GoalReport,
-    ImprovedReport, JudgementReport, LackingReport, PlanReport, PlannedPositionReport, PlannedReadingReport,
-    PointReport, PredictedDerivedReport, PredictedReport, SensorNoiseReport, SharedReport, ThroughTiltsReport,
-    plan_report,
+    Better, ComparisonReport, CorrelationReport, DiscriminationReport, Effort, FindReport, Foreseen, ImprovedReport,
+    JudgementReport, PlanReport, PlannedPositionReport, PlannedReadingReport, PointReport, SensorNoiseReport,
+    SharedReport, plan_report,
 };
 pub use plan_document::plan_document;
 pub use provenance::Input;
@@ -162,7 +161,6 @@ fn finite(value: f64) -> Option<f64> {
     value.is_finite().then_some(value)
 }
 
-/// Model line of each sensor.
 fn model_lines(campaign: &Campaign) -> BTreeMap<String, String> {
     campaign.bench.sensors.iter().map(|s| (s.id.clone(), s.model.to_string())).collect()
 }

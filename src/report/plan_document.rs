@@ -4,10 +4,8 @@
 use super::fit_document::{bench_figure, model_facts};
 use super::provenance::begin;
 use super::separation::NotEstimableReport;
-use super::{
-    DiscriminationReport, Effort, FindReport, GoalReport, ImprovedReport, JudgementReport, LackingReport, PlanReport,
-};
-use super::{PlannedPositionReport, PointReport, PositionReport, SharedReport, ThroughTiltsReport, foresight};
+use super::{DiscriminationReport, Effort, FindReport, ImprovedReport, JudgementReport, PlanReport};
+use super::{PlannedPositionReport, PointReport, PositionReport, SharedReport, foresight};
 use crate::campaign::{Campaign, Kind, Readings};
 use crate::document::chart::{Chart, Spot};
 use crate::document::number::significant;
@@ -15,7 +13,7 @@ use crate::document::{Cell, Document, Figure, Rows, Section, Tone};
 use crate::elements::Parts;
 use crate::language::{Language, say};
 use crate::number;
-use crate::plan::{PointSource, Work};
+use crate::plan::{GoalOutcome, Lacking, PointSource, ThroughTilts, Work};
 use std::collections::BTreeMap;
 
 /// The document of a plan. The campaign and its candidates give the map of the positions; `listed` puts every reading before a reader of a
@@ -124,7 +122,6 @@ fn answer(improved: &ImprovedReport, finds: &[FindReport], lang: Language) -> Se
         .prose(lang.sentence(&chosen(improved, lang)))
 }
 
-/// How the better schedule was found.
 fn chosen(improved: &ImprovedReport, lang: Language) -> String {
     let starts = match improved.enumerated {
         Some(_) => String::new(),
@@ -274,7 +271,6 @@ fn strongest(j: &JudgementReport, k: usize) -> Option<String> {
     (r.abs() >= 0.005).then(|| format!("{partner} {r:+.2}"))
 }
 
-/// What each reading contributes.
 fn readings(j: &JudgementReport, listed: bool, lang: Language) -> Section {
     let table = Rows::of(&j.readings)
         .right("#", |r| r.index)
@@ -431,7 +427,7 @@ fn found_with(find: &FindReport, lang: Language) -> String {
 }
 
 /// What a goal counts, and what is known of its cost.
-fn goal_notes(improved: &ImprovedReport, goal: &GoalReport, lang: Language) -> Vec<String> {
+fn goal_notes(improved: &ImprovedReport, goal: &GoalOutcome, lang: Language) -> Vec<String> {
     let counted = goal.limits.keys().map(String::as_str).collect::<Vec<_>>().join(", ");
     let derived = improved.judgement.derived.iter().map(|d| d.id.as_str());
     let derived: Vec<&str> = derived.filter(|id| !goal.limits.contains_key(*id)).collect();
@@ -477,8 +473,7 @@ fn judged_at(point: &[PointReport], lang: Language) -> String {
     parts.join(", ")
 }
 
-/// What needs a value, in one sentence.
-fn lacking(lacking: &LackingReport, lang: Language) -> String {
+fn lacking(lacking: &Lacking, lang: Language) -> String {
     let needs = lacking.needs.join(", ");
     let first = lacking.needs.first().map_or("", String::as_str);
     let untold = lacking.untold.join(", ");
@@ -497,12 +492,12 @@ fn work_of(w: &Work, lang: Language) -> String {
 }
 
 /// What known inputs do through the tilts, in one sentence.
-fn through_tilts(through: &ThroughTiltsReport, lang: Language) -> String {
+fn through_tilts(through: &ThroughTilts, lang: Language) -> String {
     let (u, unit) = match through.u_arcsec {
         Some(arcsec) => (arcsec, " arcsec"),
         None => (through.u, ""),
     };
-    let ThroughTiltsReport { known, parameter, tilts_arcsec, .. } = through;
+    let ThroughTilts { known, parameter, tilts_arcsec, .. } = through;
     let (u, tilts) = (significant(u, 2), significant(*tilts_arcsec, 3));
     match through.counted {
         true => say!(lang, "counted-above-with-tilts-of-arcsec-the", tilts, known, u, unit, parameter),

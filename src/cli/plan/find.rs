@@ -39,7 +39,7 @@ pub(super) fn reach(
     // for each effect the largest u that was small enough, and the smallest that was not
     let mut bounds: Vec<(Option<f64>, Option<f64>)> = vec![(None, None); finds.len()];
     for _ in 0..ROUNDS {
-        let Some(needs) = needs(&found)?.filter(|_| found.reached) else { break };
+        let Some(needs) = needs(&found)?.filter(|_| found.goal.reached) else { break };
         let shares: Vec<f64> =
             finds.iter().zip(&needs).map(|(own, from)| from.map_or(1.0, |from| own.size / from)).collect();
         if shares.iter().all(|share| *share * NEAR >= 1.0) {
