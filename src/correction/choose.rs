@@ -50,7 +50,6 @@ pub(super) fn choose(calibration: &mut Calibration, campaign: &Campaign) {
     calibration.inputs = inputs;
 }
 
-/// Columns and joint angles of the lines.
 fn columns(calibration: &Calibration, campaign: &Campaign, inputs: &mut Vec<LineInput>) {
     for line in &calibration.lines {
         for name in line.model.names() {

@@ -8,11 +8,12 @@ use super::provenance::begin;
 use super::scene::scene_figure;
 use super::{CompareReport, FitReport, Input, ReadingReport, compare, conformity, scatter, site};
 use crate::campaign::{Campaign, JointState, Kind};
+use crate::correction::Mounting;
 use crate::document::number::{level, rounded, significant};
 use crate::document::{Cell, Content, Detail, Document, Figure, Rows, Section, Tone};
 use crate::fit::{Estimator, Fit, State, VarianceFrom};
 use crate::language::{Language, say};
-use crate::wire::{CorrectionFile, MountingFile};
+use crate::wire::CorrectionFile;
 use std::collections::BTreeMap;
 
 /// What else the document of a fit is made from, and what a reader of a terminal asked to see.
@@ -58,13 +59,11 @@ pub fn fit_document(report: &FitReport, asked: &Asked<'_>, lang: Language) -> Do
     document.section(assumptions(report, asked, lang)).section(readings(report, asked.fit, asked.readings, lang))
 }
 
-/// Model lines as facts.
 pub(super) fn model_facts(model: &BTreeMap<String, String>, lang: Language) -> impl Iterator<Item = (String, String)> {
     let name = move |k| if k == 0 { say!(lang, "model").into() } else { String::new() };
     model.iter().enumerate().map(move |(k, (sensor, line))| (name(k), format!("`{sensor} = {line}`")))
 }
 
-/// What the fit says, in verdicts.
 fn verdicts(report: &FitReport, lang: Language) -> Vec<(Tone, String)> {
     let fit = &report.fit;
     let mut said = Vec::new();
@@ -191,7 +190,6 @@ pub(super) fn estimated(report: &FitReport, lang: Language) -> String {
     )
 }
 
-/// The fit in a few sentences.
 fn summary(report: &FitReport, of: Option<&Fit>, lang: Language) -> String {
     let sums = &report.fit;
     let mut said = vec![estimated(report, lang)];
@@ -370,7 +368,6 @@ fn correlations(report: &FitReport, lang: Language) -> Rows<(&String, &Vec<Optio
     order.iter().enumerate().fold(table, column)
 }
 
-/// The checks of the readings.
 fn checks(report: &FitReport, lang: Language) -> Section {
     let checks = &report.checks;
     let mut section = Section::new(say!(lang, "checks"));
@@ -485,7 +482,6 @@ fn conditions(report: &FitReport, lang: Language) -> Section {
     ))
 }
 
-/// Each iteration of Gauss-Newton.
 fn iterations(report: &FitReport, lang: Language) -> Section {
     let rows = report.convergence.iter().flat_map(|record| &record.iterations).enumerate();
     let table = Rows::of(rows)
@@ -569,7 +565,7 @@ fn correction(report: &FitReport, asked: bool, lang: Language) -> Section {
     }
 }
 
-fn mounted(section: Section, correction: &CorrectionFile, mounting: &MountingFile, lang: Language) -> Section {
+fn mounted(section: Section, correction: &CorrectionFile, mounting: &Mounting, lang: Language) -> Section {
     let tilts = lang.names(&mounting.tilts);
     if !mounting.missing.is_empty() {
         let (missing, n) = (lang.names(&mounting.missing), mounting.missing.len());

@@ -49,9 +49,7 @@ pub use campaign_file::{BenchRef, CampaignFile, CovarianceFile, KnownEntry, Read
 #[cfg(feature = "cli")]
 pub(crate) use columns::from_title;
 pub use constraint_file::ConstraintFile;
-pub use correction_file::{
-    CorrectedSensorFile, CorrectionFile, CorrectionParametersFile, InputFile, MountingFile, ValidityFile,
-};
+pub use correction_file::{CorrectedSensorFile, CorrectionFile, CorrectionParametersFile, InputFile};
 pub use effects_file::{EffectsFile, built_in_effects, read_effects};
 pub use folder::Folder;
 pub use front::{bench_ref, fit_rows, fit_rows_beside, read_campaign_beside};
