@@ -2,10 +2,9 @@
 
 use super::axes::Frame;
 use super::{
-    Area, BLUE, Drawn, GREEN, HALF, INK, ORANGE, PURPLE, SKY, SMALL, SOFT, VERMILLION, scale, style, svg, text_width,
+    Area, BLUE, Drawn, GREEN, HALF, INK, ORANGE, PURPLE, SKY, SMALL, SOFT, VERMILLION, scale, style, text_width,
 };
 use crate::document::chart::{Control, Curve, Distribution, History};
-use crate::error::Result;
 use crate::language::{Language, say};
 use crate::number;
 use plotters::element::DashedPathElement;
@@ -16,11 +15,7 @@ use plotters::style::text_anchor::{HPos, VPos};
 const LEFT: i32 = 120;
 
 /// Curves on one axis; `what` and `unit` title it, `along` titles the axis of time.
-pub(super) fn curves(curves: &[Curve], what: &str, unit: &str, along: &str) -> Result<String> {
-    svg(HALF, 420, |area| draw_curves(area, curves, what, unit, along))
-}
-
-fn draw_curves(area: &Area<'_>, curves: &[Curve], what: &str, unit: &str, along: &str) -> Drawn {
+pub(super) fn curves(area: &Area<'_>, curves: &[Curve], [what, unit, along]: &[String; 3]) -> Drawn {
     let finite = || curves.iter().flat_map(|c| &c.points).filter(|(x, y)| x.is_finite() && y.is_finite());
     let exponent = scale::readable_exponent(finite().map(|(_, y)| *y));
     let at = |y: f64| scale::scaled(y, exponent);
@@ -53,15 +48,11 @@ fn draw_curves(area: &Area<'_>, curves: &[Curve], what: &str, unit: &str, along:
         area.draw(&DashedPathElement::new(path, 12, 8, colour.stroke_width(3)))?;
     }
     frame.beside(area, scale::title(what, unit, exponent), &SOFT)?;
-    frame.below(area, along, 46, &SOFT)
+    frame.below(area, along.as_str(), 46, &SOFT)
 }
 
 /// A quantity over time.
-pub(super) fn history(history: &History, lang: Language) -> Result<String> {
-    svg(HALF, 380, |area| draw_history(area, history, lang))
-}
-
-fn draw_history(area: &Area<'_>, history: &History, lang: Language) -> Drawn {
+pub(super) fn history(area: &Area<'_>, history: &History, lang: Language) -> Drawn {
     let ends = || {
         let points = history.points.iter().flat_map(|(_, v, u)| [v - u, v + u]);
         let trend = history.trend.iter().flatten().map(|p| p.1);
@@ -96,12 +87,7 @@ fn draw_history(area: &Area<'_>, history: &History, lang: Language) -> Drawn {
     frame.below(area, say!(lang, "year"), 46, &SOFT)
 }
 
-/// A control chart.
-pub(super) fn control(control: &Control) -> Result<String> {
-    svg(HALF, 380, |area| draw_control(area, control))
-}
-
-fn draw_control(area: &Area<'_>, own: &Control) -> Drawn {
+pub(super) fn control(area: &Area<'_>, own: &Control) -> Drawn {
     let ends = || {
         let lots = own.lots.iter().flat_map(|(_, mean, _)| [*mean]);
         let bounds = own.lots.iter().flat_map(|(_, _, by)| [own.mean - by, own.mean + by]);
@@ -155,12 +141,7 @@ fn draw_control(area: &Area<'_>, own: &Control) -> Drawn {
 /// Values farther than so many interquartile ranges from the quartiles are counted in the last bars.
 const FAR: f64 = 3.0;
 
-/// A histogram.
-pub(super) fn distribution(distribution: &Distribution, lang: Language) -> Result<String> {
-    svg(HALF, 400, |area| draw_distribution(area, distribution, lang))
-}
-
-fn draw_distribution(area: &Area<'_>, own: &Distribution, lang: Language) -> Drawn {
+pub(super) fn distribution(area: &Area<'_>, own: &Distribution, lang: Language) -> Drawn {
     let mut sorted: Vec<f64> = own.values.iter().copied().filter(|x| x.is_finite()).collect();
     sorted.sort_unstable_by(f64::total_cmp);
     let at = |share: f64| sorted.get(number::count((share * (sorted.len().max(1) - 1) as f64).round())).copied();

@@ -20,11 +20,7 @@ const LEFT: i32 = 150;
 const PLOT: i32 = 330;
 
 /// Residuals in order, each before its own band; `what` and `unit` title the axis.
-pub(super) fn residuals(rows: &[Residual], what: &str, unit: &str, lang: Language) -> Result<String> {
-    svg(WIDE, 430, |area| draw_residuals(area, rows, what, unit, lang))
-}
-
-fn draw_residuals(area: &Area<'_>, rows: &[Residual], what: &str, unit: &str, lang: Language) -> Drawn {
+pub(super) fn residuals(area: &Area<'_>, rows: &[Residual], what: &str, unit: &str, lang: Language) -> Drawn {
     let exponent = scale::exponent(rows.iter().flat_map(|r| [r.value, r.band.unwrap_or(0.0)]));
     let at = |v: f64| scale::scaled(v, exponent);
     let reach = rows.iter().flat_map(|r| [at(r.value).abs(), at(r.band.unwrap_or(0.0))]).fold(0.0, f64::max);
