@@ -183,7 +183,6 @@ const COLUMNS: [&str; 8] = {
     let [phi_e, phi_n, phi_u, v_e, v_n, p_e, p_n] = CHANNEL_NAMES;
     ["time_s", phi_e, phi_n, phi_u, v_e, v_n, p_e, p_n]
 };
-/// Rows of a Parquet row group.
 const GROUP: usize = 1 << 16;
 
 /// The errors in time on their way out, row by row: memory does not grow with the mission.

@@ -74,7 +74,6 @@ pub(super) fn with<T>(work: impl FnOnce(&mut Session) -> T) -> T {
     })
 }
 
-/// The language of notes.
 pub(super) fn language() -> Language {
     with(|session| session.language)
 }
@@ -86,7 +85,6 @@ pub(super) fn reads(path: &Path) {
     }
 }
 
-/// Was this file read?
 pub(super) fn is_input(path: &Path) -> bool {
     path.canonicalize().is_ok_and(|path| with(|session| session.inputs.contains(&path)))
 }

@@ -15,7 +15,6 @@ const AFTER: usize = 30;
 /// Longest word of a message; of a longer one both ends are shown.
 const LONGEST_WORD: usize = 120;
 
-/// Print an error to stderr.
 pub(super) fn show(error: &Malformed) {
     super::note_as_it_is(&rendered(error, super::colours(), None));
 }

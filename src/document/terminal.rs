@@ -214,7 +214,6 @@ fn set(header: &[&str], rows: &[Vec<String>], right: &[bool]) -> String {
     blocks.iter().enumerate().map(part).collect::<Vec<String>>().join("\n")
 }
 
-/// What a column needs.
 struct Column {
     numeric: bool,
     /// Characters of its longest cell.

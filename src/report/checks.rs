@@ -203,7 +203,6 @@ pub(super) fn external(fit: &Fit, names: &Names, row: usize) -> Option<EachParam
 /// Suspicious readings in words; the list has them all.
 pub(super) const PRINTED: usize = 5;
 
-/// The checks.
 pub(super) fn checks(fit: &Fit) -> ChecksReport {
     let checks = &fit.checks;
     let level = fit.settings.level;
@@ -489,7 +488,6 @@ pub struct ConstraintReport {
     pub cost: Option<f64>,
 }
 
-/// The constraints, if the campaign has any.
 pub(super) fn constraints(fit: &Fit) -> Option<ConstraintsReport> {
     let (status, contradictory): (ConstraintsStatus, &[usize]) = match &fit.constraints {
         Constraints::None => return None,

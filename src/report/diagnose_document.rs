@@ -428,7 +428,6 @@ fn with_others(effect: &EffectReport, lang: Language) -> String {
     }
 }
 
-/// How much was tried.
 fn tried(report: &DiagnoseReport, lang: Language) -> String {
     let averaged = report.averaged_from.map_or(String::new(), |from| {
         let groups = report.residuals.iter().map(|r| r.index).max().unwrap_or(0);
@@ -517,7 +516,6 @@ struct Aliases {
     pub small: Vec<String>,
 }
 
-/// The aliases of an effect.
 fn aliases(effect: &EffectReport, lang: Language) -> Aliases {
     let mut sorted = Aliases::default();
     for alias in &effect.aliases {
@@ -559,12 +557,10 @@ fn share(share: f64) -> String {
     format!("{} %", significant(100.0 * share, 2))
 }
 
-/// A position as its keys and values.
 fn position(position: &PositionReport) -> String {
     position.iter().map(|(key, value)| format!("{key} {value}")).collect::<Vec<_>>().join(", ")
 }
 
-/// A level of a factor.
 fn level_said(level: &Level) -> String {
     match level {
         Level::Number(v) => trimmed(*v),
@@ -634,7 +630,6 @@ pub fn alias_note(report: &DiagnoseReport, lang: Language) -> Option<String> {
     ))
 }
 
-/// What was done with a constraint.
 fn constraint(constraint: &AssertedReport, lang: Language) -> String {
     let state = lang.term(constraint.state.name());
     say!(lang, "constraint-state", index = constraint.index.to_string(), text = constraint.text, state)

@@ -147,7 +147,6 @@ pub(super) fn residual_figures(fit: &Fit, report: &FitReport, lang: Language) ->
     figures
 }
 
-/// The normal plot and the correlation map.
 pub(super) fn spread_figures(report: &FitReport, lang: Language) -> Vec<Figure> {
     let mut figures = Vec::new();
     let studentized: Vec<f64> = report.readings.iter().filter_map(|r| r.studentized).collect();

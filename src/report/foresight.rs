@@ -106,7 +106,6 @@ pub struct PassedOverReport {
     pub needs: Vec<String>,
 }
 
-/// The report of a foresight.
 pub(super) fn foresight_report(campaign: &Campaign, foresight: &Foresight) -> ForesightReport {
     let id = |k: &usize| campaign.parameter_id(*k).to_string();
     // groups and aliases hold places of prospects
@@ -192,7 +191,6 @@ fn hidden(report: &ForesightReport, lang: Language) -> Vec<(String, Vec<String>)
     places
 }
 
-/// What the rule says, in one sentence.
 fn rule_text(report: &ForesightReport, lang: Language) -> String {
     let rule = &report.rule;
     if report.groups.is_empty() {
@@ -213,7 +211,6 @@ fn rule_text(report: &ForesightReport, lang: Language) -> String {
 /// Groups of effects, and combinations that absorb some, that a terminal lists.
 const LISTED: usize = 12;
 
-/// What a diagnosis could find.
 pub(super) fn section(report: &ForesightReport, lang: Language) -> Section {
     let code =
         |names: &mut dyn Iterator<Item = String>| -> Vec<String> { names.map(|name| format!("`{name}`")).collect() };

@@ -315,7 +315,6 @@ pub fn navigate_document(report: &NavigateReport, of: Option<(&Mission, &[Flown]
     document.section(Section::new(say!(lang, "what-was-assumed")).facts(facts).figures(drawn))
 }
 
-/// How many errors a scenario has.
 fn errors(report: &NavigateReport, scenario: usize) -> usize {
     report.scenarios.get(scenario).map_or(0, |own| own.errors.len())
 }

@@ -393,7 +393,6 @@ fn alias_said(alias: &NavigationAliasReport, lang: Language) -> String {
     text
 }
 
-/// The gap by channel.
 fn channels_section(report: &NavigateDiagnoseReport, lang: Language) -> Section {
     let several = report.runs.len() > 1;
     let found = !report.effects.is_empty();
@@ -507,7 +506,6 @@ fn figures_of(
     vec![gap, Figure { description, caption, chart: chart(&lines), wide: false }]
 }
 
-/// A size before and after.
 fn changed(before: &str, after: &str, lang: Language) -> String {
     format!("{before} {}{}{after} {}", say!(lang, "before"), lang.clause(), say!(lang, "after"))
 }

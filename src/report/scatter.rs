@@ -53,7 +53,6 @@ pub struct ScatterReport {
     pub share: BTreeMap<String, f64>,
 }
 
-/// The sources of scatter of a fit.
 pub(super) fn scatter(fit: &Fit) -> Vec<ScatterReport> {
     let known = fit.known_sensitivities.iter().filter_map(|(k, known, _)| {
         let parameter = fit.campaign.parameters.get(*k)?;

@@ -74,7 +74,6 @@ fn said(name: &str, state: &JointState) -> String {
     }
 }
 
-/// The figure of a bench.
 pub(super) fn scene_figure(bench: &Bench, joints: &[JointState], caption: String, lang: Language) -> Figure {
     let scene = scene(bench, joints);
     let list: Vec<String> = scene.rings.iter().map(|ring| ring.label.clone()).collect();

@@ -59,7 +59,6 @@ pub struct GravityReport {
     pub altitude_m: Option<f64>,
 }
 
-/// The site of a bench.
 pub(super) fn site(bench: &Bench) -> SiteReport {
     let own = bench.site;
     let (from, formula, altitude_m) = match own.map(|site| site.gravity_from).unwrap_or_default() {
@@ -91,13 +90,11 @@ pub(super) fn site(bench: &Bench) -> SiteReport {
     }
 }
 
-/// Does a model line see specific force?
 fn sees_force(bench: &Bench) -> bool {
     let is_force = |name: &&str| name.starts_with("a_") && crate::campaign::is_axis_input(bench, name);
     bench.sensors.iter().any(|sensor| sensor.model.names().iter().any(is_force))
 }
 
-/// Gravity in words.
 pub(super) fn gravity_text(report: &SiteReport, lang: Language) -> String {
     let gravity = &report.gravity;
     let u = if gravity.u > 0.0 { format!(" (u {:.1e})", gravity.u) } else { String::new() };

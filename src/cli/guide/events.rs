@@ -19,7 +19,6 @@ use crate::report::guide_report;
 use crate::simulate::{self, Truth};
 use std::time::{Duration, Instant};
 
-/// Where readings come from.
 pub(super) struct Source {
     pub lines: Option<Lines>,
     /// The lines are samples.
@@ -57,7 +56,6 @@ pub(super) struct Progress {
 /// faster is not said row by row.
 const OFTEN: Duration = Duration::from_millis(20);
 
-/// What a line brought.
 enum Event {
     /// Lines that are not understood, or change nothing.
     None,
@@ -152,7 +150,6 @@ impl Session {
         })
     }
 
-    /// The position of an advice.
     fn asked(&self, advice: &Advice) -> Option<Reading> {
         let next = advice.next.as_ref()?;
         let same = |own: &&Reading| own.position == next.position && view::setting(&self.campaign, own) == next.setting;
@@ -279,7 +276,6 @@ impl Session {
         })
     }
 
-    /// What the samples say.
     fn step(&mut self, step: Step, asked: Option<&Reading>) -> Result<Event> {
         let cells = match step {
             Step::Nothing => return Ok(Event::None),
@@ -302,7 +298,6 @@ impl Session {
         }
     }
 
-    /// A reading that the guide takes.
     fn accepted(&self, own: Reading) -> Result<Event> {
         self.guide.clone().accept(own.clone()).map(|()| Event::Reading(Box::new(own)))
     }

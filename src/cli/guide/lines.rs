@@ -19,7 +19,6 @@ use std::time::Duration;
 /// a person notices). A look costs some microseconds.
 const PAUSE: Duration = Duration::from_millis(10);
 
-/// What a line says.
 pub(super) enum Line {
     /// A reading, or of samples where the bench stands.
     Keys(ReadingFile),
@@ -33,7 +32,6 @@ pub(super) enum Line {
     Nothing,
 }
 
-/// A source of lines.
 pub(super) struct Lines {
     from: From,
     pub name: String,
@@ -58,7 +56,6 @@ enum From {
     Port(Port, bool),
 }
 
-/// A file that grows.
 struct Followed {
     file: File,
     path: PathBuf,
@@ -67,7 +64,6 @@ struct Followed {
     read: u64,
 }
 
-/// What comes next.
 pub(super) enum Next {
     Line(Numbered),
     /// Nothing more comes until a port is there again.
@@ -79,7 +75,6 @@ pub(super) enum Next {
     End,
 }
 
-/// A line with its number.
 pub(super) struct Numbered {
     pub number: usize,
     pub text: String,

@@ -123,7 +123,6 @@ pub(super) struct Arguments {
 }
 
 impl Arguments {
-    /// Where samples come from, if they do.
     fn stream(&self) -> Result<Option<Lines>> {
         #[cfg(feature = "serial")]
         if let Some(port) = &self.serial {

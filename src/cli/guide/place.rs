@@ -7,7 +7,6 @@ use crate::error::Result;
 use crate::guide::Agreement;
 use crate::wire::ReadingFile;
 
-/// Where a reading belongs.
 pub(super) enum Placed {
     Here(Reading),
     /// Several settings agree.

@@ -21,7 +21,6 @@ const MORE: f64 = 1.0;
 /// Windows of a position that was read after which no more of it is kept: half a minute at the default window, a bound on memory alone, since a reading changes no more.
 const KEPT: f64 = 64.0;
 
-/// A stream of samples.
 pub(super) struct Samples {
     standstills: Standstills,
     table: Option<Table>,
@@ -72,7 +71,6 @@ enum At {
     Weighed(Option<Vec<(Mean, Vec<Ahead>)>>, f64),
 }
 
-/// What a look brings.
 pub(super) enum Step {
     Nothing,
     Said(Held),
@@ -341,7 +339,6 @@ impl Samples {
         Ok(Step::Read(cells))
     }
 
-    /// The bench moves.
     fn moves(&mut self) -> Step {
         (self.on, self.end) = (false, 0);
         let was = self.said.clone().filter(is_lasting);
@@ -351,7 +348,6 @@ impl Samples {
         self.say(held)
     }
 
-    /// What was held is so no more.
     fn left(&mut self) {
         self.next_s = 0.0;
         self.weighing = None;

@@ -40,7 +40,6 @@ struct Shown {
     refused: Option<String>,
 }
 
-/// A terminal with the view on it.
 pub(super) struct Screen {
     terminal: Terminal<CrosstermBackend<Stdout>>,
     bench: Bench,
@@ -89,7 +88,6 @@ impl Drop for Screen {
     }
 }
 
-/// A terminal with nothing on it.
 fn fresh() -> std::io::Result<Terminal<CrosstermBackend<Stdout>>> {
     let mut terminal = Terminal::new(CrosstermBackend::new(std::io::stdout()))?;
     terminal.backend_mut().clear_region(ClearType::All)?;
@@ -185,7 +183,6 @@ fn sentences(advice: &Advice, refused: Option<&str>, lang: Language) -> Vec<Line
     lines
 }
 
-/// A bar that is full at 1.
 fn bar(share: f64, colour: Color) -> [Span<'static>; 2] {
     let full = crate::number::count((share.clamp(0.0, 1.0) * BAR as f64).round());
     [Span::styled("█".repeat(full), colour), Span::styled("░".repeat(BAR.saturating_sub(full)), Color::DarkGray)]

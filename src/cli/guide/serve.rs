@@ -17,7 +17,6 @@ const PAGE: &str = include_str!("../../../data/templates/guide.html");
 const HEAD: u64 = 16 << 10;
 /// How long a request may take to arrive, and how often a page hears that the guide is still there.
 const PATIENCE: Duration = Duration::from_secs(5);
-/// Connections at a time.
 const MOST: usize = 64;
 
 /// The events so far, and who is listening.

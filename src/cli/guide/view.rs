@@ -43,7 +43,6 @@ pub(super) fn text(advice: &Advice, lang: Language) -> String {
     lines.iter().map(|line| format!("{line}\n")).collect()
 }
 
-/// How it ended.
 pub(super) fn ending(own: Ending, advice: &Advice, lang: Language) -> String {
     let (readings, cost) = (advice.readings.to_string(), advice.cost.to_string());
     match own {

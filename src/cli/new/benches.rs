@@ -40,7 +40,6 @@ fn built_in(id: &str) -> Option<Bench> {
     wire::read_bench(&Source { name: own.id.into(), text: own.text.into() }).ok()
 }
 
-/// The bench of the campaign.
 pub(super) fn chosen(
     arguments: &Arguments,
     answers: &Answers,
@@ -132,7 +131,6 @@ pub(super) fn in_units_of(
     Ok(Some((bench, Chosen { reference, new: Some(file), path, is_theirs: false })))
 }
 
-/// A bench of one's own.
 fn own(arguments: &Arguments, answers: &Answers, columns: &[Column], stem: &str) -> Result<BenchFile> {
     let given: Vec<String> = arguments.chain.clone().into_iter().collect();
     if given.is_empty() && !answers.asks {

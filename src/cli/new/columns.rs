@@ -134,7 +134,6 @@ pub(super) fn mapped(bench: &Bench, columns: &[Column], given: &[String], answer
     Ok(Mapped { keys, renamed, used: found.iter().map(Option::is_some).collect() })
 }
 
-/// The positions of a record.
 pub(super) fn positions(given: &[String], answers: &Answers) -> Result<Vec<ReadingFile>> {
     let question = ("--position", "positions in the order taken, or one for all, as KEY=VALUE,KEY=VALUE");
     answers.several(given, question, |text| {

@@ -291,7 +291,6 @@ fn headed(kind: &str, remark: &str, value: &impl serde::Serialize) -> Result<Str
     Ok(format!("{{\n  \"$schema\": \"{kind}.schema.json\",\n  \"$comment\": {},\n{rest}", remark.trim_end()))
 }
 
-/// Is a name free?
 fn free(path: &Path) -> Result<()> {
     match path.exists() {
         false => Ok(()),

@@ -50,7 +50,6 @@ impl Adjusted {
         }
     }
 
-    /// In words.
     pub(super) fn said(self, lang: Language) -> &'static str {
         match self {
             Adjusted::Before => say!(lang, "dcc-as-found"),
