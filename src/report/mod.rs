@@ -194,7 +194,7 @@ pub fn schemas() -> Vec<&'static str> {
 /// assert!(tumble::report::schema("fit-report").is_some());
 /// ```
 pub fn schema(kind: &str) -> Option<serde_json::Value> {
-    match SCHEMAS.iter().find(|(own, _)| *own == kind) {
+    match SCHEMAS.iter().find(|(other, _)| *other == kind) {
         Some((_, schema)) => Some(crate::wire::identified(kind, schema().to_value())),
         None => crate::wire::schema(kind),
     }

@@ -332,12 +332,12 @@ pub fn plan_report(
             Better::Best(improvement, criterion) => (improvement, criterion.to_string(), None, None),
             Better::Goal(Reached { improvement, goal }) => (improvement, "goal".to_string(), Some(goal.clone()), None),
             Better::Apart(Separated { improvement, before, after }, effects @ [a, b]) => {
-                let own = DiscriminationReport { effects: effects.clone(), before: *before, after: *after };
-                (improvement, format!("T:{a}|{b}"), None, Some(own))
+                let discrimination = DiscriminationReport { effects: effects.clone(), before: *before, after: *after };
+                (improvement, format!("T:{a}|{b}"), None, Some(discrimination))
             }
         };
         let to_run = to_run(campaign, improvement);
-        let own = judgement_report(&improvement.schedule, &improvement.judgement, foreseen.better);
+        let judged = judgement_report(&improvement.schedule, &improvement.judgement, foreseen.better);
         let budget = request.budget.filter(|_| matches!(better, Better::Best(..)) && !request.may_cost_more);
         let effort = |work: &Work| if budget.is_some() { work.cost } else { work.readings as f64 };
         ImprovedReport {
@@ -358,7 +358,7 @@ pub fn plan_report(
             check: improvement.check,
             effort: if budget.is_some() { Effort::Cost } else { Effort::Readings },
             comparison: {
-                let times = effort(&own.work) / effort(&given.work).max(f64::MIN_POSITIVE);
+                let times = effort(&judged.work) / effort(&given.work).max(f64::MIN_POSITIVE);
                 let better = &improvement.judgement;
                 match crate::plan::repeated(campaign, noise, times, costs) {
                     // what positions share does not average out
@@ -373,7 +373,7 @@ pub fn plan_report(
             shared: shared(&improvement.schedule, improvement.kept),
             goal,
             separation,
-            judgement: own,
+            judgement: judged,
         }
     });
     PlanReport {
@@ -405,7 +405,7 @@ fn shared(schedule: &Campaign, kept: usize) -> Vec<SharedReport> {
         let Per::Column(column) = &line.per else { return None };
         let mut levels: Vec<String> = Vec::new();
         for level in readings.rows.iter().skip(kept).filter_map(|row| line.per.level_name(readings, row)) {
-            if !levels.iter().any(|own| *own == level) {
+            if !levels.iter().any(|known| *known == level) {
                 levels.push(level.into_owned());
             }
         }

@@ -60,8 +60,8 @@ pub struct GravityReport {
 }
 
 pub(super) fn site(bench: &Bench) -> SiteReport {
-    let own = bench.site;
-    let (from, formula, altitude_m) = match own.map(|site| site.gravity_from).unwrap_or_default() {
+    let site = bench.site;
+    let (from, formula, altitude_m) = match site.map(|site| site.gravity_from).unwrap_or_default() {
         GravityFrom::Assumed => (GravityBasis::Assumed, None, None),
         GravityFrom::Stated => (GravityBasis::Stated, None, None),
         GravityFrom::Normal { altitude_m } => {
@@ -69,8 +69,8 @@ pub(super) fn site(bench: &Bench) -> SiteReport {
         }
     };
     let gravity = GravityReport {
-        value: own.map_or(1.0, |site| site.gravity_g) * STANDARD_GRAVITY_M_S2,
-        u: own.map_or(0.0, |site| site.gravity_u_g) * STANDARD_GRAVITY_M_S2,
+        value: site.map_or(1.0, |site| site.gravity_g) * STANDARD_GRAVITY_M_S2,
+        u: site.map_or(0.0, |site| site.gravity_u_g) * STANDARD_GRAVITY_M_S2,
         unit: "m/s^2".into(),
         from,
         formula,
@@ -81,9 +81,9 @@ pub(super) fn site(bench: &Bench) -> SiteReport {
         warnings.push(sentence!("gravity-is-not-stated-and-taken-as", standard_gravity_m_s2 = STANDARD_GRAVITY_M_S2));
     }
     SiteReport {
-        latitude_deg: own.map(|site| site.latitude_deg),
-        latitude_u_deg: own.map_or(0.0, |site| site.latitude_u_deg),
-        earth_rate_deg_h: own.map_or(0.0, |site| site.earth_rate_deg_h),
+        latitude_deg: site.map(|site| site.latitude_deg),
+        latitude_u_deg: site.map_or(0.0, |site| site.latitude_u_deg),
+        earth_rate_deg_h: site.map_or(0.0, |site| site.earth_rate_deg_h),
         gravity,
         rate_u_ppm: bench.rate_u.iter().map(|(joint, u)| (joint.clone(), u * 1e6)).collect(),
         warnings,

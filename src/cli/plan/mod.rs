@@ -156,10 +156,10 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
             Some(improvement) => (improvement.schedule.readings.clone(), improvement.kept),
             None => {
                 // what is measured stays in front as it is
-                let (done, rest): (Vec<Reading>, Vec<Reading>) =
+                let (done, open): (Vec<Reading>, Vec<Reading>) =
                     given.rows.iter().cloned().partition(|row| !row.observations.is_empty());
-                let fixed = if rest.is_empty() { 0 } else { done.len() };
-                let rows = done.into_iter().chain(rest).collect();
+                let fixed = if open.is_empty() { 0 } else { done.len() };
+                let rows = done.into_iter().chain(open).collect();
                 let half = campaign.with_readings(Readings { rows, columns: given.columns.clone() });
                 let whole = campaign.with_readings(plan::planned(&half, &half.readings));
                 let run = plan::ordered(&whole, &noise, &costs, request.order, request.seed, fixed)?;

@@ -159,7 +159,7 @@ pub(super) fn deviations(area: &Area<'_>, points: &[DeviationPoint], title: &str
         }
         area.draw(&Circle::new((at, y(p.value)), 6, BLUE.filled()))?;
     }
-    frame.beside(area, title.replace(|c: char| c.is_control(), ""), &INK)?;
+    frame.at_side(area, title.replace(|c: char| c.is_control(), ""), &INK)?;
     frame.below(area, say!(lang, "averaging-time-s"), 52, &INK)
 }
 

@@ -64,7 +64,7 @@ pub(super) fn residuals(area: &Area<'_>, rows: &[Residual], what: &str, unit: &s
             area.draw(&Circle::new(point, size, BLUE.filled()))?;
         }
     }
-    frame.beside(area, scale::title(what, unit, exponent), &SOFT)?;
+    frame.at_side(area, scale::title(what, unit, exponent), &SOFT)?;
     numbers(area, rows, &groups, &x, lang)
 }
 
@@ -303,5 +303,5 @@ fn draw_normal(area: &Area<'_>, points: &[Point], lang: Language) -> Drawn {
         area.draw(&Circle::new((x(point.z), y(point.value)), 6, BLUE.filled()))?;
     }
     frame.below(area, say!(lang, "normal-quantile"), 46, &SOFT)?;
-    frame.beside(area, say!(lang, "studentized-residual"), &SOFT)
+    frame.at_side(area, say!(lang, "studentized-residual"), &SOFT)
 }
