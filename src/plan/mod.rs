@@ -73,7 +73,7 @@ pub use discriminate::{
 pub use effort::{Costs, Noise, Offer, SensorNoise, Work, mountings, planned, positions_only};
 pub(crate) use effort::{NoiseSource, mounting};
 pub use extended::extended;
-pub use goal::{Goal, Reached, reach};
+pub use goal::{Goal, GoalOutcome, Reached, reach};
 pub use improve::{Improvement, improve};
 pub use judge::{Judgement, Predicted, PredictedDerived, PredictedReading, is_angle, judge};
 pub(crate) use judge::{gradients, repeated};

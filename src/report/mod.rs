@@ -107,10 +107,9 @@ pub use noise::{
     noise_document, noise_report,
 };
 pub use plan::{
-    Better, ComparisonReport, CorrelationReport, DiscriminationReport, Effort, FindReport, Foreseen, GoalReport,
-    ImprovedReport, JudgementReport, LackingReport, PlanReport, PlannedPositionReport, PlannedReadingReport,
-    PointReport, PredictedDerivedReport, PredictedReport, SensorNoiseReport, SharedReport, ThroughTiltsReport,
-    plan_report,
+    Better, ComparisonReport, CorrelationReport, DiscriminationReport, Effort, FindReport, Foreseen, ImprovedReport,
+    JudgementReport, PlanReport, PlannedPositionReport, PlannedReadingReport, PointReport, SensorNoiseReport,
+    SharedReport, plan_report,
 };
 pub use plan_document::plan_document;
 pub use provenance::Input;
@@ -162,7 +161,6 @@ fn finite(value: f64) -> Option<f64> {
     value.is_finite().then_some(value)
 }
 
-/// Model line of each sensor.
 fn model_lines(campaign: &Campaign) -> BTreeMap<String, String> {
     campaign.bench.sensors.iter().map(|s| (s.id.clone(), s.model.to_string())).collect()
 }
@@ -196,7 +194,7 @@ pub fn schemas() -> Vec<&'static str> {
 /// assert!(tumble::report::schema("fit-report").is_some());
 /// ```
 pub fn schema(kind: &str) -> Option<serde_json::Value> {
-    match SCHEMAS.iter().find(|(own, _)| *own == kind) {
+    match SCHEMAS.iter().find(|(other, _)| *other == kind) {
         Some((_, schema)) => Some(crate::wire::identified(kind, schema().to_value())),
         None => crate::wire::schema(kind),
     }

@@ -334,9 +334,9 @@ fn overview(report: &ReduceReport, lang: Language) -> Rows<&SegmentReport> {
         .decimal(say!(lang, "from-s"), |s| Cell::Decimals(s.start_s, 2))
         .decimal(say!(lang, "to-s"), |s| Cell::Decimals(s.end_s, 2));
     let column = |table: Rows<_>, (k, mean): (usize, &SegmentMeanReport)| {
-        let own = |s: &SegmentReport, cell: fn(&SegmentMeanReport) -> Cell| s.means.get(k).map_or("".into(), cell);
-        let table = table.decimal(&mean.column, |s| own(s, |m| Cell::Value(m.mean, Some(m.u))));
-        table.decimal("u", |s| own(s, |m| Cell::Digits(m.u, 2)))
+        let of_mean = |s: &SegmentReport, cell: fn(&SegmentMeanReport) -> Cell| s.means.get(k).map_or("".into(), cell);
+        let table = table.decimal(&mean.column, |s| of_mean(s, |m| Cell::Value(m.mean, Some(m.u))));
+        table.decimal("u", |s| of_mean(s, |m| Cell::Digits(m.u, 2)))
     };
     report.segments.first().into_iter().flat_map(|s| &s.means).enumerate().fold(table, column)
 }

@@ -49,9 +49,7 @@ pub use campaign_file::{BenchRef, CampaignFile, CovarianceFile, KnownEntry, Read
 #[cfg(feature = "cli")]
 pub(crate) use columns::from_title;
 pub use constraint_file::ConstraintFile;
-pub use correction_file::{
-    CorrectedSensorFile, CorrectionFile, CorrectionParametersFile, InputFile, MountingFile, ValidityFile,
-};
+pub use correction_file::{CorrectedSensorFile, CorrectionFile, CorrectionParametersFile, InputFile};
 pub use effects_file::{EffectsFile, built_in_effects, read_effects};
 pub use folder::Folder;
 pub use front::{bench_ref, fit_rows, fit_rows_beside, read_campaign_beside};
@@ -223,8 +221,8 @@ fn json_error(error: &serde_json::Error, path: String, source: &Source) -> Malfo
 
 /// What serde_json found, and what it (or the type that was read) expected.
 fn json_fault(message: &str, is_data: bool, is_eof: bool) -> Malformed {
-    if let Some(rest) = message.strip_prefix("unknown field ") {
-        let (key, expected) = rest.split_once(", expected ").unwrap_or((rest, "another key"));
+    if let Some(text) = message.strip_prefix("unknown field ") {
+        let (key, expected) = text.split_once(", expected ").unwrap_or((text, "another key"));
         let found = key.replace('`', "'");
         return Malformed::new(Fault::UnknownKey, format!("unknown key {found}"))
             .expected(expected.replace('`', ""))
