@@ -97,7 +97,7 @@ pub struct SegmentMeanReport {
     pub unit: String,
     /// Mean of the samples, in `unit`.
     pub mean: f64,
-    /// Standard uncertainty, in `unit`: 1.96 u on either side covers 95 %; what learning the noise costs is in it.
+    /// Standard uncertainty, in `unit`: 1.96 u on either side covers 95 %; what learning the noise costs is in it, noise slower than the segment is not.
     pub u: f64,
     /// What it would be for noise without memory, `s/sqrt(n)`, in `unit`.
     pub u_white: f64,
@@ -105,7 +105,7 @@ pub struct SegmentMeanReport {
     pub u_autocorrelation: f64,
     /// The Allan deviation at the segment's length, in `unit`.
     pub u_allan_floor: f64,
-    /// From the resolution of the channel, where the noise does not exceed it, in `unit`.
+    /// What rounding to the channel's steps leaves in the mean (in `u`, in quadrature), in `unit`.
     pub u_resolution: f64,
     /// Degrees of freedom that the variance of the mean is known with.
     pub dof: Option<f64>,
