@@ -610,7 +610,7 @@ residual-sd = residual sd
 max = max
 noise-floor = noise floor: { $noise }
 as-given = as given
-nearest-of-the-catalogue-would-take-off = Best combination of the catalogue: { $names } would explain { $share } %, but the remaining residuals exceed the noise, so it is not accepted.
+nearest-of-the-catalogue-would-take-off = Best combination of the catalogue: { $names } would explain { $share } %; it is not probable enough to be accepted.
 shift-u = shift/u
 
 # report/html/diagnose_page.rs
