@@ -518,8 +518,8 @@ effects-are-missing = { $n ->
    *[other] { $n } effects are missing from the model: { $names }
 }
 what-remains-is-more-than-noise = { $found }; the remaining residuals exceed the noise, and no effect that was tried explains them
-effects-are-suspected = the residuals exceed the noise; suspected, but not probable enough for a name: { $suspected }
-and-further-effects-are-suspected = { $found }; also suspected: { $suspected }
+effects-are-suspected = the residuals exceed the noise; suspected, but not probable enough for a name, or not different from zero within its uncertainty: { $suspected }
+and-further-effects-are-suspected = { $found }; alone they do not explain the readings; also suspected: { $suspected }
 effect-with-probability = { $name }, probability { $p }
 nothing-is-missing = { $noise ->
     [known] nothing is missing: the residuals are no larger than the noise
@@ -610,7 +610,7 @@ residual-sd = residual sd
 max = max
 noise-floor = noise floor: { $noise }
 as-given = as given
-nearest-of-the-catalogue-would-take-off = Best combination of the catalogue: { $names } would explain { $share } %, but the remaining residuals exceed the noise, so it is not accepted.
+nearest-of-the-catalogue-would-take-off = Best combination of the catalogue: { $names } would explain { $share } %; it is not probable enough to be accepted.
 shift-u = shift/u
 
 # report/html/diagnose_page.rs

@@ -498,8 +498,8 @@ effects-are-missing = { $n ->
    *[other] 模型缺少 { $n } 个误差项：{ $names }
 }
 what-remains-is-more-than-noise = { $found }；余下部分仍大于噪声，所试的误差项均不能解释它
-effects-are-suspected = 残差大于噪声；有嫌疑但概率不足以命名的误差项：{ $suspected }
-and-further-effects-are-suspected = { $found }；此外有嫌疑的误差项：{ $suspected }
+effects-are-suspected = 残差大于噪声；有嫌疑但概率不足以命名、或在其不确定度内与零无差异的误差项：{ $suspected }
+and-further-effects-are-suspected = { $found }；仅此不能解释读数；此外有嫌疑的误差项：{ $suspected }
 effect-with-probability = { $name }，概率 { $p }
 nothing-is-missing = { $noise ->
     [known] 模型不缺误差项：残差仅为噪声
@@ -577,7 +577,7 @@ residual-sd = 残差标准差
 max = 最大
 noise-floor = 噪声水平：{ $noise }
 as-given = 原有
-nearest-of-the-catalogue-would-take-off = 目录中最接近的是 { $names }：可减少 { $share } %，余下部分仍大于噪声，因此不予采用。
+nearest-of-the-catalogue-would-take-off = 目录中最接近的是 { $names }：可减少 { $share } %，其概率不足以采用。
 shift-u = 偏移/u
 what-is-missing = 缺少的误差项
 unknown = 未知

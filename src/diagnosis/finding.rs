@@ -141,7 +141,7 @@ pub(super) fn conclude(
     let verdict = match seen.state {
         _ if weighted.estimate.dof == 0 => Verdict::NotDiagnosable,
         State::Nothing => Verdict::NothingMissing,
-        State::Named if seen.unaccounted < settings.suspected => Verdict::EffectsFound,
+        State::Named if seen.further < settings.suspected => Verdict::EffectsFound,
         State::Named => Verdict::PartlyExplained,
         State::Suspected | State::Outside => Verdict::Unexplained,
     };
@@ -234,7 +234,7 @@ pub(super) fn conclude(
 }
 
 /// Standard uncertainty of an estimate from what deviates beyond the noise: `l = W A C e_j`, `E[l'V l] - l'l` over all that may deviate.
-fn beyond_noise(fit: &Fit, weighted: &Weighted, deviations: &Deviations, index: usize) -> Option<f64> {
+pub(super) fn beyond_noise(fit: &Fit, weighted: &Weighted, deviations: &Deviations, index: usize) -> Option<f64> {
     let n = fit.covariance.nrows();
     if index >= n {
         return None;
@@ -353,7 +353,7 @@ impl Effects<'_> {
     }
 }
 
-fn coefficient(
+pub(super) fn coefficient(
     campaign: &Campaign,
     repaired: &Campaign,
     after: &Fit,

@@ -59,6 +59,8 @@ mod settings;
 mod steps;
 
 pub use assumptions::Held;
+#[cfg(feature = "navigate")]
+pub(crate) use augmented::DIFFERENT;
 pub use augmented::{State, candidates};
 #[cfg(feature = "navigate")]
 pub(crate) use bank::{LENGTHS, share_of_wave};

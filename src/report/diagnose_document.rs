@@ -391,11 +391,11 @@ fn verdict(report: &DiagnoseReport, lang: Language) -> String {
     let suspected = suspected(report, lang);
     match report.verdict {
         Verdict::EffectsFound if report.suspected.is_empty() => say!(lang, "effects-are-missing", n, names),
-        Verdict::EffectsFound => {
+        Verdict::EffectsFound | Verdict::PartlyExplained if !report.suspected.is_empty() => {
             let found = say!(lang, "effects-are-missing", n, names);
             say!(lang, "and-further-effects-are-suspected", found, suspected)
         }
-        Verdict::PartlyExplained => {
+        Verdict::EffectsFound | Verdict::PartlyExplained => {
             let found = say!(lang, "effects-are-missing", n, names);
             say!(lang, "what-remains-is-more-than-noise", found)
         }
