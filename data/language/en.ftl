@@ -519,7 +519,7 @@ effects-are-missing = { $n ->
 }
 what-remains-is-more-than-noise = { $found }; the remaining residuals exceed the noise, and no effect that was tried explains them
 effects-are-suspected = the residuals exceed the noise; suspected, but not probable enough for a name, or not different from zero within its uncertainty: { $suspected }
-and-further-effects-are-suspected = { $found }; alone they do not explain the readings; also suspected: { $suspected }
+and-further-effects-are-suspected = { $found }; also suspected: { $suspected }
 effect-with-probability = { $name }, probability { $p }
 nothing-is-missing = { $noise ->
     [known] nothing is missing: the residuals are no larger than the noise

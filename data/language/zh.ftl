@@ -499,7 +499,7 @@ effects-are-missing = { $n ->
 }
 what-remains-is-more-than-noise = { $found }；余下部分仍大于噪声，所试的误差项均不能解释它
 effects-are-suspected = 残差大于噪声；有嫌疑但概率不足以命名、或在其不确定度内与零无差异的误差项：{ $suspected }
-and-further-effects-are-suspected = { $found }；仅此不能解释读数；此外有嫌疑的误差项：{ $suspected }
+and-further-effects-are-suspected = { $found }；此外有嫌疑的误差项：{ $suspected }
 effect-with-probability = { $name }，概率 { $p }
 nothing-is-missing = { $noise ->
     [known] 模型不缺误差项：残差仅为噪声

@@ -8,6 +8,7 @@
 use super::ambiguity::{Explanation, Rival};
 use super::bank::bank;
 use super::candidates::{Kept, build};
+use super::coefficient::{beyond_noise, coefficient};
 use super::evidence::Evidence;
 use super::noise::{Finished, NoiseFrom, Weighted};
 use super::own_noise;
@@ -15,7 +16,7 @@ use super::pool::Pool;
 use super::repair::repaired;
 use super::score::{Class, Deviations, Kernel, Member, Posterior, Priors, Problem, Score};
 use super::screen::{Chosen, Screen};
-use super::{Candidate, Effect, Settings, assumptions, finding, fit_exactly, screen};
+use super::{Candidate, Effect, Settings, assumptions, fit_exactly, screen};
 use crate::campaign::{Campaign, Role};
 use crate::design::{self, DesignMatrix, Model};
 use crate::error::Result;
@@ -73,6 +74,8 @@ pub(super) struct Seen {
     pub state: State,
     /// Probability that anything is missing beyond the effects named.
     pub further: f64,
+    /// The same beyond the effects named or suspected.
+    pub unaccounted: f64,
     /// Probability of a remainder that no effect is.
     pub outside: f64,
     /// The random effects that remain, given the named effects.
@@ -663,9 +666,9 @@ fn indifferent(
 ) -> Option<usize> {
     let (repaired, fit) = model;
     let size = |effect: &&Candidate| -> f64 {
-        let (value, u, _) = finding::coefficient(of, repaired, fit, effect);
+        let (value, u, _) = coefficient(of, repaired, fit, effect);
         let index = repaired.estimated().iter().position(|p| p.id == effect.coefficient);
-        let beyond = index.and_then(|j| finding::beyond_noise(fit, &view.weighted, deviations, j));
+        let beyond = index.and_then(|j| beyond_noise(fit, &view.weighted, deviations, j));
         // what is not estimated by itself is not compared
         value.zip(u).map_or(f64::INFINITY, |(value, u)| value.abs() / u.hypot(beyond.unwrap_or_default()))
     };
@@ -741,8 +744,9 @@ fn outcome(
         let members = members.map(|shares| shares.into_iter().filter(|(j, _)| seen(*j)).collect()).collect();
         explanations.push(Explanation { probability: *probability, members });
     }
-    // what is there beyond the effects named
-    let further = 1.0 - posterior.alone.iter().take(named.len() + 1).sum::<f64>();
+    // what is there beyond the effects named, and beyond those that are suspected too
+    let beyond = |effects: usize| 1.0 - posterior.alone.iter().take(effects + 1).sum::<f64>();
+    let (further, unaccounted) = (beyond(named.len()), beyond(named.len() + suspected.len()));
     let probable =
         |classes: &[(Member, &Class)]| classes.iter().map(|(j, class)| (j.candidate, class.probability)).collect();
     let (named, suspected): (Vec<(usize, f64)>, Vec<(usize, f64)>) = (probable(&named), probable(&suspected));
@@ -785,6 +789,7 @@ fn outcome(
         explanations,
         state,
         further,
+        unaccounted,
         outside,
         deviations: Deviations { each: deviations, kernels },
     };
