@@ -518,7 +518,7 @@ effects-are-missing = { $n ->
    *[other] { $n } effects are missing from the model: { $names }
 }
 what-remains-is-more-than-noise = { $found }; the remaining residuals exceed the noise, and no effect that was tried explains them
-effects-are-suspected = the residuals exceed the noise; suspected, but not probable enough for a name: { $suspected }
+effects-are-suspected = the residuals exceed the noise; suspected, but not probable enough for a name, or not different from zero within its uncertainty: { $suspected }
 and-further-effects-are-suspected = { $found }; also suspected: { $suspected }
 effect-with-probability = { $name }, probability { $p }
 nothing-is-missing = { $noise ->
@@ -610,7 +610,7 @@ residual-sd = residual sd
 max = max
 noise-floor = noise floor: { $noise }
 as-given = as given
-nearest-of-the-catalogue-would-take-off = Best combination of the catalogue: { $names } would explain { $share } %, but the remaining residuals exceed the noise, so it is not accepted.
+nearest-of-the-catalogue-would-take-off = Best combination of the catalogue: { $names } would explain { $share } %; it is not probable enough to be accepted.
 shift-u = shift/u
 
 # report/html/diagnose_page.rs
@@ -786,7 +786,7 @@ segments = Segments
 not-used-of-means-have-a-slope = Segments used: { $segments }; not used: { $stretches }. Means with a slope that their noise does not explain (p < 0.01): { $sloping } of { $all }. Anomalous samples in segments, included in the means: { $odd }.
 the-whole-record-segments-are-shaded = The whole record; segments are shaded.
 record = Record
-u-on-either-side-of-a-mean = The mean +- 1.96 `u` covers 95 %. `u` is estimated from all segments of a column together and includes the uncertainty of this estimate. For comparison: u for white noise, with the sum of the autocorrelations, and as the Allan deviation at the segment's length.
+u-on-either-side-of-a-mean = The mean +- 1.96 `u` covers 95 % where the noise is faster than the segment: noise slower than the segment is not in `u`. `u` is estimated from all segments of a column together and includes the uncertainty of this estimate. For comparison: u for white noise, with the sum of the autocorrelations, and as the Allan deviation at the segment's length.
 column = column
 odd = anomalies
 not-used-2 = Not used

@@ -498,7 +498,7 @@ effects-are-missing = { $n ->
    *[other] 模型缺少 { $n } 个误差项：{ $names }
 }
 what-remains-is-more-than-noise = { $found }；余下部分仍大于噪声，所试的误差项均不能解释它
-effects-are-suspected = 残差大于噪声；有嫌疑但概率不足以命名的误差项：{ $suspected }
+effects-are-suspected = 残差大于噪声；有嫌疑但概率不足以命名、或在其不确定度内与零无差异的误差项：{ $suspected }
 and-further-effects-are-suspected = { $found }；此外有嫌疑的误差项：{ $suspected }
 effect-with-probability = { $name }，概率 { $p }
 nothing-is-missing = { $noise ->
@@ -577,7 +577,7 @@ residual-sd = 残差标准差
 max = 最大
 noise-floor = 噪声水平：{ $noise }
 as-given = 原有
-nearest-of-the-catalogue-would-take-off = 目录中最接近的是 { $names }：可减少 { $share } %，余下部分仍大于噪声，因此不予采用。
+nearest-of-the-catalogue-would-take-off = 目录中最接近的是 { $names }：可减少 { $share } %，其概率不足以采用。
 shift-u = 偏移/u
 what-is-missing = 缺少的误差项
 unknown = 未知
@@ -727,7 +727,7 @@ segments = 分段
 not-used-of-means-have-a-slope = 采用 { $segments } 段，未采用 { $stretches } 段。存在噪声不能解释的斜率（p < 0.01）的均值：{ $sloping }（共 { $all } 个）。各段内计入均值的异常采样：{ $odd }。
 the-whole-record-segments-are-shaded = 全部记录；阴影为各段。
 record = 记录
-u-on-either-side-of-a-mean = 均值两侧各 1.96 `u` 包含 95 %。`u` 由同一列的全部段共同求得，并已计入由此带来的代价；其旁列出按白噪声、按自相关之和、按段长处阿伦偏差分别求得的值。
+u-on-either-side-of-a-mean = 噪声快于段长时，均值两侧各 1.96 `u` 包含 95 %；比段更慢的噪声不计入 `u`。`u` 由同一列的全部段共同求得，并已计入由此带来的代价；其旁列出按白噪声、按自相关之和、按段长处阿伦偏差分别求得的值。
 column = 列
 odd = 异常采样
 not-used-2 = 未采用

@@ -40,7 +40,7 @@ fn main() -> Result<()> {
     }
     println!(
         "{}",
-        match (found.reached, found.is_fewest) {
+        match (found.goal.reached, found.goal.is_fewest) {
             (true, true) => "the goal is reached; fewer readings of these positions cannot",
             (true, false) => "the goal is reached",
             (false, _) => "the goal is not reached",

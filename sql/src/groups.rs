@@ -122,7 +122,8 @@ impl Groups {
             for (sensor, (index, place, u)) in bound.sensors.iter().enumerate() {
                 let value = cell(*place, row);
                 let u = u.map_or(f64::NAN, |place| cell(place, row));
-                if value.is_nan() && u.is_nan() {
+                // a reading that was not made, whatever its u says
+                if value.is_nan() {
                     continue;
                 }
                 let plain = value.abs() <= 1e70 && (u.is_nan() || (1e-70..=1e70).contains(&u));

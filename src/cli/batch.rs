@@ -18,7 +18,6 @@ use std::path::{Path, PathBuf};
 /// Most devices whose rows are shown on a terminal.
 const SHOWN: usize = 40;
 
-/// One fit for each device.
 pub(super) fn fit(
     question: &DeviceCampaign,
     many: &Many,

@@ -39,9 +39,9 @@ pub(super) fn run(
         };
         let one = |device: &Device| {
             let campaign = table.campaign(layout, device);
-            let own = campaign.and_then(|own| diagnosis::diagnose(&own, &catalogue.effects, settings));
+            let diagnosed = campaign.and_then(|c| diagnosis::diagnose(&c, &catalogue.effects, settings));
             bar.inc(device.rows as u64);
-            Diagnosed::new(device, &own.map_err(|error| wire::locate(error, &question.source)))
+            Diagnosed::new(device, &diagnosed.map_err(|error| wire::locate(error, &question.source)))
         };
         found.par_extend(devices.par_iter().map(one));
         Ok(true)
@@ -49,10 +49,10 @@ pub(super) fn run(
     bar.finish_and_clear();
     let (mut effects, mut verdicts) = (BTreeMap::<(String, String), usize>::new(), BTreeMap::<&str, usize>::new());
     let mut cells = Vec::with_capacity(found.len());
-    for own in found {
-        *verdicts.entry(own.verdict).or_default() += 1;
-        own.effects.into_iter().for_each(|effect| *effects.entry(effect).or_default() += 1);
-        cells.push(own.cells);
+    for diagnosed in found {
+        *verdicts.entry(diagnosed.verdict).or_default() += 1;
+        diagnosed.effects.into_iter().for_each(|effect| *effects.entry(effect).or_default() += 1);
+        cells.push(diagnosed.cells);
     }
     let mut rows = Rows::begin(&target, outputs.open(&target)?, titles(table.by()), &[])?;
     rows.write(&cells)?;
@@ -80,7 +80,7 @@ pub(super) fn run(
         None => super::note(text.trim_end()),
     }
     let nothing = Verdict::NothingMissing.name();
-    Ok(if verdicts.keys().all(|own| *own == nothing) { Outcome::Done } else { Outcome::Rejected })
+    Ok(if verdicts.keys().all(|verdict| *verdict == nothing) { Outcome::Done } else { Outcome::Rejected })
 }
 
 /// What stays of the diagnosis of a device.
@@ -99,26 +99,26 @@ fn titles(by: &str) -> Titles {
 
 impl Diagnosed {
     /// Its cells: how many effects, and the regressors, values, u, probabilities and aliases of all of them, parted by semicolons.
-    fn new(device: &Device, own: &Result<Diagnosis>) -> Self {
-        let verdict = own.as_ref().map_or("malformed", |own| own.verdict.name());
-        let effects: &[Finding] = own.as_ref().map_or(&[], |own| &own.effects);
+    fn new(device: &Device, diagnosis: &Result<Diagnosis>) -> Self {
+        let verdict = diagnosis.as_ref().map_or("malformed", |diagnosis| diagnosis.verdict.name());
+        let effects: &[Finding] = diagnosis.as_ref().map_or(&[], |diagnosis| &diagnosis.effects);
         let all = |of: &dyn Fn(&Finding) -> String| effects.iter().map(of).collect::<Vec<_>>().join("; ");
         let number = |x: Option<f64>| x.map_or(String::new(), |x| Shortest(x).to_string());
         let texts = [
-            all(&|own| own.effect.regressor.clone()),
-            all(&|own| own.effect.name.clone()),
-            all(&|own| number(own.value)),
-            all(&|own| number(own.u)),
-            all(&|own| own.unit.clone()),
-            all(&|own| number(Some(own.p))),
-            all(&|own| own.aliases.iter().map(|alias| alias.regressor.as_str()).collect::<Vec<_>>().join(" or ")),
-            own.as_ref().err().map_or(String::new(), |error| {
+            all(&|f| f.effect.regressor.clone()),
+            all(&|f| f.effect.name.clone()),
+            all(&|f| number(f.value)),
+            all(&|f| number(f.u)),
+            all(&|f| f.unit.clone()),
+            all(&|f| number(Some(f.p))),
+            all(&|f| f.aliases.iter().map(|alias| alias.regressor.as_str()).collect::<Vec<_>>().join(" or ")),
+            diagnosis.as_ref().err().map_or(String::new(), |error| {
                 let found = error.finding().map_or(String::new(), |found| format!("; found: {found}"));
                 format!("{} ({}){found}", error.what(), error.place().path)
             }),
         ];
         let first = [Cell::Text(device.label.clone().into()), Cell::Text(verdict.into()), Cell::Count(effects.len())];
-        let named = |own: &Finding| (own.effect.regressor.clone(), own.effect.name.clone());
+        let named = |finding: &Finding| (finding.effect.regressor.clone(), finding.effect.name.clone());
         Diagnosed {
             verdict,
             effects: effects.iter().map(named).collect(),

@@ -46,7 +46,6 @@ pub(super) fn read(path: &Path) -> Result<Stored> {
 }
 
 impl Stored {
-    /// Its correction.
     pub(super) fn correction(&self) -> Result<CorrectionFile> {
         self.report.correction.clone().ok_or_else(|| {
             Malformed::new(Fault::Missing, "this calibration corrects nothing")
@@ -56,7 +55,6 @@ impl Stored {
         })
     }
 
-    /// The calibration that it holds.
     pub(super) fn calibration(&self) -> Result<Calibration> {
         self.correction()?.into_calibration().map_err(|error| wire::locate(error, &self.source))
     }
@@ -88,12 +86,10 @@ impl Stored {
         day_number(&self.date()?)
     }
 
-    /// Its results, to be compared.
     pub(super) fn determination(&self) -> Determination {
         determination(&self.source.name, &self.report, self.day())
     }
 
-    /// What a comparison says of it.
     pub(super) fn summary(&self) -> CalibratedReport {
         CalibratedReport {
             file: self.source.name.clone(),

@@ -6,7 +6,6 @@ use crate::error::{Malformed, Result};
 use crate::wire::{self, Source};
 use std::path::Path;
 
-/// Effects that are tried.
 pub(super) struct Catalogue {
     pub effects: Vec<Effect>,
     /// The user's own file.

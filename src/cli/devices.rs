@@ -94,7 +94,6 @@ impl DeviceCampaign {
         Ok(DeviceCampaign { path: path.to_path_buf(), source, input, file, by, files, replaced: !readings.is_empty() })
     }
 
-    /// Are there several devices?
     pub(super) fn is_of_many(&self) -> bool {
         self.by.is_some() || self.files.len() > 1
     }
@@ -115,7 +114,6 @@ impl DeviceCampaign {
         Ok((fit, inputs))
     }
 
-    /// The campaign of one device.
     pub(super) fn single(&self) -> Result<(Campaign, Source, Vec<Input>)> {
         let mut inputs = vec![self.input.clone()];
         let mut folder = Beside::new(&self.path);
@@ -211,7 +209,6 @@ impl DeviceCampaign {
         Ok(DeviceTable { question: self, lot, all, template, inputs })
     }
 
-    /// The campaign of a device.
     fn of_device(&self, template: &Campaign, layout: &Layout, device: &Device) -> Result<Campaign> {
         let readings = wire::device_readings(&template.bench, layout, device)?;
         let plain = self.file.scatter.is_empty() && layout.uses.iter().all(|kind| *kind != Use::Other);
@@ -250,12 +247,10 @@ impl DeviceTable<'_> {
         Ok(inputs)
     }
 
-    /// The column that identifies the device.
     pub(super) fn by(&self) -> &str {
         self.question.by.as_deref().unwrap_or("file")
     }
 
-    /// The campaign of a device.
     pub(super) fn campaign(&self, layout: &Layout, device: &Device) -> Result<Campaign> {
         self.question.of_device(&self.template, layout, device)
     }

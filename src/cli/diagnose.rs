@@ -123,7 +123,6 @@ fn remark_note(remark: &str, lang: Language) {
     super::note(&wrap::hanging(&format!("{}{}{remark}", say!(lang, "note"), lang.colon()), 2));
 }
 
-/// Where the repaired model goes.
 struct ModelNames {
     bench: PathBuf,
     campaign: PathBuf,
@@ -145,7 +144,6 @@ impl ModelNames {
         Ok(ModelNames { bench: path.to_path_buf(), campaign, stem: stem.to_string(), name })
     }
 
-    /// Both files, if anything was repaired.
     fn add(&self, outputs: &mut Outputs, diagnosis: &Diagnosis) -> Result<()> {
         let Some(repaired) = &diagnosis.repaired else { return Ok(()) };
         let mut bench = wire::bench_file(&repaired.bench);

@@ -16,7 +16,6 @@ const MOST_BYTES: u64 = 1 << 30;
 /// Bytes that are read before they are looked at.
 const BLOCK: u64 = 1 << 20;
 
-/// Read a file as text.
 pub(super) fn read(path: &Path) -> Result<Source> {
     read_input(path).map(|(source, _)| source)
 }
@@ -150,7 +149,6 @@ pub(super) fn one_device(campaign: &Campaign) {
     }
 }
 
-/// Read a mission file.
 pub(super) fn mission(path: &Path) -> Result<(MissionFile, Mission, Source)> {
     let source = read(path)?;
     let file: MissionFile = wire::parse(&source)?;

@@ -114,7 +114,6 @@ fn settings(arguments: &Arguments) -> fit::Settings {
     }
 }
 
-/// One fit for each device.
 fn many(arguments: &Arguments, question: devices::DeviceCampaign, lang: Language) -> Result<Outcome> {
     let single = vec![
         ("--monte-carlo", arguments.monte_carlo.is_some()),

@@ -54,8 +54,8 @@ fn matching(pattern: &Path) -> Vec<PathBuf> {
 /// Does a name fit a pattern of `*` (any text) and `?` (one byte)?
 fn fits(pattern: &[u8], name: &[u8]) -> bool {
     match (pattern, name) {
-        ([b'*', rest @ ..], _) => (0..=name.len()).any(|from| fits(rest, name.part(from..))),
-        ([own, rest @ ..], [byte, name @ ..]) => (*own == b'?' || own == byte) && fits(rest, name),
+        ([b'*', tail @ ..], _) => (0..=name.len()).any(|from| fits(tail, name.part(from..))),
+        ([sign, tail @ ..], [byte, name @ ..]) => (*sign == b'?' || sign == byte) && fits(tail, name),
         (pattern, name) => pattern.is_empty() && name.is_empty(),
     }
 }

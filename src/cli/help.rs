@@ -22,7 +22,6 @@ English.
 
 No colours are used if NO_COLOR is set, TERM is dumb, or the output is not a terminal.";
 
-/// `fit`.
 pub(super) const FIT: &str = "Examples:
   tumble fit table1.campaign.json
   tumble fit table1.campaign.json --budget --readings
@@ -35,7 +34,6 @@ Exit codes: 0 done; 1 the question is malformed; 2 an unknown is not estimable o
 global test failed, or conformity with a limit is fail or undecided; with many devices: one of these for at least one device, or
 a malformed device.";
 
-/// `compare`.
 pub(super) const COMPARE: &str = "Examples:
   tumble compare table1.campaign.json --html compare.html
   tumble compare before.fit.json after.fit.json
@@ -43,7 +41,6 @@ pub(super) const COMPARE: &str = "Examples:
 Exit codes: 0 done (two calibrations: no change beyond the uncertainties); 1 the question is malformed, or this bench has no
 published closed forms; 2 the unit has changed.";
 
-/// `diagnose`.
 pub(super) const DIAGNOSE: &str = "A mission's errors are along the body axes x right, y forward, z up; measured errors are east, north, up (navigate --help).
 
 Examples:
@@ -55,14 +52,12 @@ Examples:
 
 Exit codes: 0 nothing is missing; 1 the question is malformed; 2 effects were found, or the gap is unexplained.";
 
-/// `simulate`.
 pub(super) const SIMULATE: &str = "Examples:
   tumble simulate schedule.campaign.json --truth unit.truth.json > measured.campaign.json
   tumble simulate schedule.campaign.json --truth unit.truth.json --seed 7 --output measured.campaign.json
 
 Exit codes: 0 done; 1 the question is malformed, or the output exists (--force replaces it).";
 
-/// `navigate`.
 pub(super) const NAVIGATE: &str = "The navigator's body axes are x right, y forward, z up: the axes of all errors in a mission, of pitch (about x, nose up) and
 roll (about y, right side down). The heading is counted clockwise from north to y. The navigation frame is east, north, up.
 
@@ -73,7 +68,6 @@ Examples:
 
 Exit codes: 0 done; 1 the question is malformed.";
 
-/// `plan`.
 pub(super) const PLAN: &str = "Examples:
   tumble plan schedule.campaign.json --noise V=9e-4
   tumble plan schedule.campaign.json --noise V=9e-4 --add 4
@@ -82,7 +76,6 @@ pub(super) const PLAN: &str = "Examples:
 
 Exit codes: 0 done; 1 the question is malformed; 2 an unknown is not estimable, or a goal is not reached.";
 
-/// `guide`.
 pub(super) const GUIDE: &str = "Examples:
   tumble guide schedule.campaign.json --simulate unit.truth.json --goal 1
   tumble guide schedule.campaign.json --noise V=9e-4 --goal dtheta_y2=0.5
@@ -100,12 +93,10 @@ is held as it is), or one of these commands.
 Exit codes: 0 every goal is met, and no effect is missing or all are named;
 1 the question is malformed, or the journal cannot be written; 2 ended earlier.";
 
-/// `bench`.
 pub(super) const BENCH: &str = "Examples:
   tumble bench list
   tumble bench show gyro-turntable > mine.bench.json";
 
-/// `new`.
 pub(super) const NEW: &str = "Examples:
   tumble new rates.csv
   tumble new rates.csv --bench gyro-rate-steps --latitude 52.1
@@ -117,19 +108,16 @@ At a terminal, missing options are asked for. No file is ever replaced.
 
 Exit codes: 0 done; 1 an answer is missing or malformed; 2 files were written, but these readings do not determine every unknown.";
 
-/// `check`.
 pub(super) const CHECK: &str = "Example:
   tumble check mine.bench.json table1.campaign.json
 
 Exit codes: 0 every file is valid; 1 a file is malformed.";
 
-/// `completions`.
 pub(super) const COMPLETIONS: &str = "Examples:
   tumble completions bash > ~/.local/share/bash-completion/completions/tumble
   tumble completions zsh > ~/.zfunc/_tumble
   tumble completions fish > ~/.config/fish/completions/tumble.fish";
 
-/// `man`.
 pub(super) const MAN: &str = "Examples:
   tumble man > ~/.local/share/man/man1/tumble.1
   tumble man fit | man -l -";

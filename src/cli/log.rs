@@ -24,7 +24,6 @@ pub(super) fn open(path: &Path) -> Result<Record> {
 }
 
 impl Clock {
-    /// Where the times come from.
     pub(super) fn source(&self) -> ClockFrom {
         ClockFrom { time: self.time.clone(), rate: self.rate }
     }

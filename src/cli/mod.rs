@@ -116,7 +116,6 @@ enum Command {
 /// How a command that could be carried out ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Outcome {
-    /// Exit code 0.
     Done,
     /// Exit code 2: the answer is "rejected".
     Rejected,
@@ -151,7 +150,6 @@ fn execute(cli: Cli) -> (u8, Option<Malformed>) {
     }
 }
 
-/// A language by its code.
 fn language() -> impl TypedValueParser<Value = Language> {
     one_of(Language::ALL.map(|own| (own.code(), own)))
 }

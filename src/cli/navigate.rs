@@ -83,8 +83,8 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
     let flown = study::fly(&mission, &scenarios, &mut |motion, row, progress| {
         show(&bar, progress);
         instruments.measure(motion, row);
-        let pushed = series.iter_mut().try_for_each(|(path, own)| {
-            own.push(motion, &scenarios, row).map_err(|error| outputs::fault(path, &error))
+        let pushed = series.iter_mut().try_for_each(|(path, file)| {
+            file.push(motion, &scenarios, row).map_err(|error| outputs::fault(path, &error))
         });
         fault = pushed.err();
         if fault.is_none() { Continue::Yes } else { Continue::Stop }
@@ -98,8 +98,8 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
         None => Vec::new(),
     };
     let report = report::navigate_report(&mission, &scenarios, &flown, &carried);
-    for (path, own) in series {
-        outputs.finish(own.finish().map_err(|error| outputs::fault(path, &error))?);
+    for (path, file) in series {
+        outputs.finish(file.finish().map_err(|error| outputs::fault(path, &error))?);
     }
     if let Some(path) = &arguments.measured {
         outputs.add(path, wire::write_measured(&instruments.measured, &mission));
@@ -152,7 +152,7 @@ impl Instruments {
     }
 
     fn measure(&mut self, motion: &str, row: &Row<'_>) {
-        let (Some(error), Some(index)) = (row.errors.first(), self.motions.iter().position(|own| own == motion)) else {
+        let (Some(error), Some(index)) = (row.errors.first(), self.motions.iter().position(|m| m == motion)) else {
             return;
         };
         if self.u.iter().all(Option::is_none) {
@@ -183,7 +183,6 @@ const COLUMNS: [&str; 8] = {
     let [phi_e, phi_n, phi_u, v_e, v_n, p_e, p_n] = CHANNEL_NAMES;
     ["time_s", phi_e, phi_n, phi_u, v_e, v_n, p_e, p_n]
 };
-/// Rows of a Parquet row group.
 const GROUP: usize = 1 << 16;
 
 /// The errors in time on their way out, row by row: memory does not grow with the mission.
@@ -219,8 +218,8 @@ impl Series {
                     let numbers = values.iter().map(|value| format!("{value:.9e}"));
                     writer.write_record(names.map(str::to_string).into_iter().chain(numbers))?;
                 }
-                Series::Parquet(own) => {
-                    let (_, texts, numbers) = own.as_mut();
+                Series::Parquet(parquet) => {
+                    let (_, texts, numbers) = parquet.as_mut();
                     texts.iter_mut().zip(names).for_each(|(column, name)| column.push(ByteArray::from(name)));
                     numbers.iter_mut().zip(values).for_each(|(column, value)| column.push(value));
                     self.flush(GROUP)?;
@@ -233,10 +232,10 @@ impl Series {
     /// Write the rows that wait, if they are as many.
     fn flush(&mut self, least: usize) -> std::io::Result<()> {
         match self {
-            Series::Parquet(own) if own.1[0].len() >= least => {
-                let (file, texts, numbers) = own.as_mut();
-                let texts = std::mem::take(texts).map(|own| (Column::Texts(own), None));
-                let numbers = std::mem::take(numbers).map(|own| (Column::Numbers(own), None));
+            Series::Parquet(parquet) if parquet.1[0].len() >= least => {
+                let (file, texts, numbers) = parquet.as_mut();
+                let texts = std::mem::take(texts).map(|parquet| (Column::Texts(parquet), None));
+                let numbers = std::mem::take(numbers).map(|parquet| (Column::Numbers(parquet), None));
                 Ok(file.group(texts.into_iter().chain(numbers))?)
             }
             _ => Ok(()),
@@ -247,7 +246,7 @@ impl Series {
         self.flush(1)?;
         match self {
             Series::Csv(writer) => writer.into_inner().map_err(|error| std::io::Error::other(error.to_string())),
-            Series::Parquet(own) => Ok(own.0.finish()?),
+            Series::Parquet(parquet) => Ok(parquet.0.finish()?),
         }
     }
 }

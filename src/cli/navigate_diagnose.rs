@@ -17,7 +17,6 @@ use crate::wire::{self, MissionFile};
 use std::path::Path;
 use std::time::Duration;
 
-/// Diagnose a mission with its measured errors.
 pub(super) fn run(arguments: &Arguments, mission: &Path, measured: &Path, lang: Language) -> Result<Outcome> {
     let [json, svg, write_model] =
         [&arguments.json, &arguments.svg, &arguments.write_model].map(|path| path.as_deref());

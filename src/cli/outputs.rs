@@ -73,7 +73,6 @@ impl Outputs {
         self.targets.iter().any(|path| Place::of(path) == Place::Stdout)
     }
 
-    /// One more text.
     pub(super) fn add(&mut self, path: &Path, text: impl Into<Vec<u8>>) {
         if !self.targets.iter().any(|target| target == path) {
             self.targets.push(path.to_path_buf());
@@ -81,7 +80,6 @@ impl Outputs {
         self.texts.push((path.to_path_buf(), text.into()));
     }
 
-    /// Several texts.
     pub(super) fn extend<T: Into<Vec<u8>>>(&mut self, texts: Vec<(PathBuf, T)>) {
         texts.into_iter().for_each(|(path, text)| self.add(&path, text));
     }
@@ -328,7 +326,6 @@ pub(super) fn reader_left(error: std::io::Error) -> std::io::Result<()> {
     if error.kind() == std::io::ErrorKind::BrokenPipe { Ok(()) } else { Err(error) }
 }
 
-/// An output that cannot be written.
 pub(super) fn fault(path: &Path, error: &dyn std::fmt::Display) -> Malformed {
     Malformed::new(Fault::File, format!("cannot write '{}': {error}", path.display()))
         .expected("a file that can be written to")

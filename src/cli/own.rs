@@ -31,8 +31,8 @@ const DIGEST: &str = ", which replaces it unless it was changed; SHA-256 of the 
 
 /// JSON text of an object with a first line that says what wrote it, and the digest of what follows.
 pub(super) fn mark(text: &str) -> String {
-    let rest = text.strip_prefix("{\n").unwrap_or(text);
-    format!("{MARK}{VERSION}{DIGEST}{}\",\n{rest}", Input::new("", rest.as_bytes()).sha256)
+    let body = text.strip_prefix("{\n").unwrap_or(text);
+    format!("{MARK}{VERSION}{DIGEST}{}\",\n{body}", Input::new("", body.as_bytes()).sha256)
 }
 
 /// May a file be replaced: is it empty, not there, or of this program's making?
@@ -66,8 +66,8 @@ fn is_own_json(path: &Path) -> bool {
         let whole = file.read_to_string(&mut text).is_ok();
         let lines = text.strip_prefix(MARK).and_then(|text| text.split_once("\",\n")).filter(|_| whole);
         return lines
-            .and_then(|(said, rest)| Some((said.split_once(DIGEST)?.1, rest)))
-            .is_some_and(|(digest, rest)| digest == Input::new("", rest.as_bytes()).sha256);
+            .and_then(|(said, body)| Some((said.split_once(DIGEST)?.1, body)))
+            .is_some_and(|(digest, body)| digest == Input::new("", body.as_bytes()).sha256);
     }
     let mut keys = Keys::default();
     let whole = serde_json::Deserializer::from_reader(file).deserialize_map(&mut keys).is_ok();

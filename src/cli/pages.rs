@@ -50,7 +50,6 @@ pub(super) struct Certificate {
 }
 
 impl Certificate {
-    /// The file that is asked for.
     pub(super) fn path(&self) -> Option<&Path> {
         self.dcc.as_deref()
     }
@@ -106,7 +105,6 @@ impl Pages {
         Outputs::plan(self.formats().map(|(path, _)| path).into_iter().chain(others))
     }
 
-    /// Is any page asked for?
     pub(super) fn is_asked_for(&self) -> bool {
         self.formats().iter().any(|(path, _)| path.is_some())
     }
@@ -116,7 +114,6 @@ impl Pages {
         self.html.as_deref().or(self.md.as_deref())
     }
 
-    /// What is printed of a document.
     pub(super) fn print(&self, document: &Document) -> Result<()> {
         super::show(&terminal::render(document, if self.verbose { Detail::Full } else { Detail::Brief }))
     }

@@ -105,7 +105,6 @@ fn schedule(path: &Path) -> Result<Schedule> {
     wire::read_schedule(&source, &mut |name| files::read(&folder.join(name)))
 }
 
-/// What is asked, as a recipe.
 fn recipe(arguments: &Arguments) -> Result<Recipe> {
     let segments = match (&arguments.by, &arguments.times) {
         (Some(column), _) => SegmentsBy::Column(column.clone()),

@@ -48,7 +48,6 @@ pub(super) enum Kind {
     Count,
 }
 
-/// The title of each column.
 pub(super) type Titles = Vec<(String, Kind)>;
 
 /// A cell; a number that is none is an empty one.
@@ -59,7 +58,6 @@ pub(super) enum Cell<'a> {
     Count(usize),
 }
 
-/// Rows on their way out.
 pub(super) struct Rows {
     path: PathBuf,
     titles: Titles,
@@ -90,7 +88,6 @@ impl Rows {
         Ok(rows)
     }
 
-    /// Write some rows.
     pub(super) fn write(&mut self, rows: &[Vec<Cell<'_>>]) -> Result<()> {
         let written = match &mut self.to {
             To::Text(stream, line) => {
@@ -106,7 +103,6 @@ impl Rows {
         written.map_err(|error| fault(&self.path, &error))
     }
 
-    /// The file, whole.
     pub(super) fn finish(self) -> Result<Stream> {
         let whole = match self.to {
             To::Text(mut stream, _) => stream.flush().or_else(reader_left).map(|()| stream),
@@ -168,7 +164,6 @@ impl std::fmt::Display for Shortest {
     }
 }
 
-/// A Parquet file in the making.
 pub(super) struct Columnar<W: Write + Send>(SerializedFileWriter<W>);
 
 /// The cells of a column in a group of rows.

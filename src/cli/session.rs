@@ -74,7 +74,6 @@ pub(super) fn with<T>(work: impl FnOnce(&mut Session) -> T) -> T {
     })
 }
 
-/// The language of notes.
 pub(super) fn language() -> Language {
     with(|session| session.language)
 }
@@ -86,7 +85,6 @@ pub(super) fn reads(path: &Path) {
     }
 }
 
-/// Was this file read?
 pub(super) fn is_input(path: &Path) -> bool {
     path.canonicalize().is_ok_and(|path| with(|session| session.inputs.contains(&path)))
 }
@@ -137,8 +135,8 @@ pub(super) fn is_embedded() -> bool {
     with(|session| session.printed.is_some())
 }
 
-/// The next line that a command is told where it is spoken with, `None` in it at the end; else `None`.
-pub(super) fn told() -> Option<Option<String>> {
+/// The next line of input of an embedded command, `None` in it at the end; `None` where it has no input.
+pub(super) fn spoken() -> Option<Option<String>> {
     with(|session| session.spoken.as_ref().map(|(input, _)| input.recv().ok()))
 }
 

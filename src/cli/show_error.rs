@@ -15,7 +15,6 @@ const AFTER: usize = 30;
 /// Longest word of a message; of a longer one both ends are shown.
 const LONGEST_WORD: usize = 120;
 
-/// Print an error to stderr.
 pub(super) fn show(error: &Malformed) {
     super::note_as_it_is(&rendered(error, super::colours(), None));
 }
@@ -82,16 +81,16 @@ fn rendered(error: &Malformed, colour: bool, text: Option<&str>) -> String {
         excerpt(text, &place.file, place.span.or_else(of_line)?, &ink)
     };
     let bar = ink.red(ink.bar);
-    let mut out = beside(&message, &format!("  {} ", ink.red(ink.cross)), &format!("  {bar} "));
+    let mut out = indented(&message, &format!("  {} ", ink.red(ink.cross)), &format!("  {bar} "));
     out.extend(excerpt());
     if !help.is_empty() {
-        out.push_str(&beside(&help, &format!("  {} ", ink.cyan("help:")), "        "));
+        out.push_str(&indented(&help, &format!("  {} ", ink.cyan("help:")), "        "));
     }
     out
 }
 
 /// Lines of a text, wrapped, the first beside its mark and the others below it.
-fn beside(text: &str, first: &str, further: &str) -> String {
+fn indented(text: &str, first: &str, further: &str) -> String {
     // the marks for further lines are as wide; they have no colour, or letters that are not seen
     let width = wrap::WIDTH - 2 - if further.trim().is_empty() { further.len() } else { 4 };
     let wrapped = text.split('\n').map(|line| wrap::narrow(line, 0, width)).collect::<Vec<_>>().join("\n");
@@ -181,9 +180,9 @@ fn quoted(file: &str) -> Option<String> {
 /// The line of a fault and its neighbours in a frame, each cut to what fits a terminal, with their numbers, the fault underlined. `None` where the span is not
 /// inside the text (the file has changed since it was read).
 fn excerpt(text: &str, file: &str, (start, len): (usize, usize), ink: &Ink) -> Option<String> {
-    let (before, rest) = (text.get(..start)?, text.get(start..)?);
+    let (before, behind) = (text.get(..start)?, text.get(start..)?);
     let (above, left) = before.rsplit_once('\n').map_or((None, before), |(above, left)| (Some(above), left));
-    let mut following = rest.split('\n');
+    let mut following = behind.split('\n');
     let right = following.next().unwrap_or_default().trim_end_matches('\r');
     let whole = left.chars().count() + right.chars().count() <= WHOLE;
     let after = clipped(right, if whole { WHOLE } else { AFTER });

@@ -153,17 +153,15 @@ pub fn changes(a: &Determination, b: &Determination, level: f64, shared: bool) -
         .quantities
         .iter()
         .enumerate()
-        .filter_map(|(i, own)| {
-            Some((i, b.quantities.iter().position(|other| other.id == own.id && other.unit == own.unit)?))
-        })
+        .filter_map(|(i, q)| Some((i, b.quantities.iter().position(|other| other.id == q.id && other.unit == q.unit)?)))
         .collect();
     let mut names: Vec<String> = Vec::new();
     let mut changes = Vec::with_capacity(pairs.len());
     for (i, j) in &pairs {
         let (Some(before), Some(after)) = (a.quantities.get(*i), b.quantities.get(*j)) else { continue };
-        for (own, _) in shared_inputs(before, after).filter(|_| shared) {
-            if !names.contains(&own.id) {
-                names.push(own.id.clone());
+        for (input, _) in shared_inputs(before, after).filter(|_| shared) {
+            if !names.contains(&input.id) {
+                names.push(input.id.clone());
             }
         }
         let common = if shared { common(before, after, a, b) } else { 0.0 };
@@ -193,10 +191,9 @@ pub fn changes(a: &Determination, b: &Determination, level: f64, shared: bool) -
 
 /// Inputs that both quantities follow and that are one and the same.
 fn shared_inputs<'a>(a: &'a Quantity, b: &'a Quantity) -> impl Iterator<Item = (&'a InputShare, &'a InputShare)> {
-    a.inputs.iter().filter_map(|own| {
-        let other =
-            b.inputs.iter().find(|other| other.id == own.id && other.estimate == own.estimate && other.u == own.u)?;
-        Some((own, other))
+    a.inputs.iter().filter_map(|i| {
+        let other = b.inputs.iter().find(|other| other.id == i.id && other.estimate == i.estimate && other.u == i.u)?;
+        Some((i, other))
     })
 }
 
@@ -207,8 +204,8 @@ fn common(p: &Quantity, q: &Quantity, a: &Determination, b: &Determination) -> f
         x.2 == y.2 && ((x.0 == y.0 && x.1 == y.1) || (x.0 == y.1 && x.1 == y.0))
     };
     let alone: f64 = inputs.iter().map(|(s, t)| s.c * t.c * s.u * s.u).sum();
-    let pairs = a.correlations.iter().filter(|own| b.correlations.iter().any(|other| same(own, other)));
-    let of = |id: &str| inputs.iter().find(|(own, _)| own.id == id);
+    let pairs = a.correlations.iter().filter(|pair| b.correlations.iter().any(|other| same(pair, other)));
+    let of = |id: &str| inputs.iter().find(|(input, _)| input.id == id);
     let both = pairs.filter_map(|(x, y, r)| {
         let ((sx, tx), (sy, ty)) = (of(x)?, of(y)?);
         Some(r * sx.u * sy.u * (sx.c * ty.c + sy.c * tx.c))
@@ -226,8 +223,8 @@ fn judged(change: &Change, (dof_a, dof_b): (f64, f64), common: f64, level: f64) 
     }
     let u = square.sqrt();
     // Welch and Satterthwaite: the sum of u_i^4/nu_i over the parts of a result is its u^4/nu, whatever is shared
-    let own = |u: f64, dof: f64| if dof.is_finite() && dof > 0.0 { u.powi(4) / dof } else { 0.0 };
-    let below = own(ua, dof_a) + own(ub, dof_b);
+    let term = |u: f64, dof: f64| if dof.is_finite() && dof > 0.0 { u.powi(4) / dof } else { 0.0 };
+    let below = term(ua, dof_a) + term(ub, dof_b);
     let dof = if below > 0.0 { square * square / below } else { f64::INFINITY };
     let expanded = coverage_factor(level, dof)? * u;
     let difference = change.difference;
@@ -384,8 +381,8 @@ pub fn trends(determinations: &[Determination], level: f64) -> Vec<Trend> {
             let mut points: Vec<(f64, f64, Option<f64>)> = determinations
                 .iter()
                 .filter_map(|d| {
-                    let own = d.quantities.iter().find(|q| q.id == id && q.unit == unit)?;
-                    Some((d.day?, own.value, own.u))
+                    let q = d.quantities.iter().find(|q| q.id == id && q.unit == unit)?;
+                    Some((d.day?, q.value, q.u))
                 })
                 .collect();
             points.sort_by(|a, b| a.0.total_cmp(&b.0));

@@ -106,7 +106,6 @@ impl Bound {
     }
 }
 
-/// What the lines see.
 pub(super) struct State<'a> {
     pub rate: Vector3<f64>,
     pub force: Vector3<f64>,

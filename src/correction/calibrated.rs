@@ -12,7 +12,7 @@ use crate::campaign::{Campaign, Role};
 use crate::elements::{Elements, Parts};
 use crate::fit::{Fit, State};
 use crate::language::sentence;
-use nalgebra::{DMatrix, DVector, Rotation3, Unit};
+use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, Unit};
 
 impl Calibration {
     /// What a fit says for correcting readings.
@@ -215,11 +215,12 @@ fn mounting(fit: &Fit, used: &[usize]) -> Option<Mounting> {
         rotation_ms *= Rotation3::from_axis_angle(&Unit::new_unchecked(about.unit()), angle);
     }
     let rotation = *rotation_ms.matrix();
+    let rows = |matrix: &Matrix3<f64>| [0, 1, 2].map(|i| [0, 1, 2].map(|j| matrix[(i, j)]));
     // zeros without a sign
-    let by_tilt = axes.iter().map(|axis| (axis.cross_matrix() * rotation).map(|x| x + 0.0)).collect();
+    let by_tilt = axes.iter().map(|axis| rows(&(axis.cross_matrix() * rotation).map(|x| x + 0.0))).collect();
     let columns = [used, &places].concat();
     let covariance = covariance(fit, &places, &columns);
-    (!tilts.is_empty()).then_some(Mounting { tilts, missing, rotation, by_tilt, covariance })
+    (!tilts.is_empty()).then_some(Mounting { tilts, missing, rotation: rows(&rotation), by_tilt, covariance })
 }
 
 fn span(campaign: &Campaign) -> Span {

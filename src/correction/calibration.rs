@@ -4,7 +4,7 @@ use super::inputs::{self, LineInput, Quantity};
 use crate::algebra::Expression;
 use crate::bench::{ForceUnit, RateUnit};
 use crate::language::Sentence;
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 
 /// What is needed to correct readings of a calibrated unit.
 #[derive(Debug, Clone, PartialEq)]
@@ -44,18 +44,23 @@ pub struct CalibratedLine {
     pub model: Expression,
 }
 
-/// How the sensors' frame is turned against the mounting face: `v_mount = R v_sensor`.
-#[derive(Debug, Clone, PartialEq)]
+/// How the sensors' frame is turned against the mounting face.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[schemars(rename = "MountingFile")]
 pub struct Mounting {
-    /// The tilts after the last joint that are known or estimated, in chain order.
+    /// The tilts, in chain order.
     pub tilts: Vec<String>,
-    /// Those of them that the readings do not determine; then `rotation` holds them at their reference.
+    /// Those of them that are not estimable; the rotation holds them at their reference.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub missing: Vec<String>,
-    /// `R = R1(t1) R2(t2) ...`, exact rotations at the estimates.
-    pub rotation: Matrix3<f64>,
-    /// `dR/dt`, one for each tilt.
-    pub by_tilt: Vec<Matrix3<f64>>,
-    /// Covariance of the tilts (rows) with the calibration's parameters and then with the tilts themselves; empty where it is not known.
+    /// `v_mount = rotation v_sensor`, row by row, a pure number.
+    pub rotation: [[f64; 3]; 3],
+    /// Derivative of `rotation` by each tilt, per rad. Files of earlier versions have none: the rotation then counts as exact.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub by_tilt: Vec<[[f64; 3]; 3]>,
+    /// Covariance of the tilts (rows) with the parameters of `parameters.order` and then with the tilts themselves, in products of their units; empty where it
+    /// is not known.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub covariance: Vec<Vec<f64>>,
 }
 

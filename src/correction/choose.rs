@@ -50,7 +50,6 @@ pub(super) fn choose(calibration: &mut Calibration, campaign: &Campaign) {
     calibration.inputs = inputs;
 }
 
-/// Columns and joint angles of the lines.
 fn columns(calibration: &Calibration, campaign: &Campaign, inputs: &mut Vec<LineInput>) {
     for line in &calibration.lines {
         for name in line.model.names() {
@@ -121,19 +120,19 @@ fn add(
     direction: Vector3<f64>,
     role: InputRole,
 ) {
-    let mut rest = direction;
+    let mut orthogonal = direction;
     let mut basis: Vec<Vector3<f64>> = Vec::new();
-    for own in inputs.iter().filter(|i| i.quantity == quantity) {
-        let mut v = own.direction;
+    for input in inputs.iter().filter(|i| i.quantity == quantity) {
+        let mut v = input.direction;
         basis.iter().for_each(|b| v -= b * b.dot(&v));
         if v.norm() > INDEPENDENT {
             basis.push(v / v.norm());
         }
     }
-    basis.iter().for_each(|b| rest -= b * b.dot(&rest));
-    if rest.norm() <= INDEPENDENT {
+    basis.iter().for_each(|b| orthogonal -= b * b.dot(&orthogonal));
+    if orthogonal.norm() <= INDEPENDENT {
         return;
     }
-    let name = if inputs.iter().any(|own| own.name == name) { format!("{name}_{}", line.sensor) } else { name };
+    let name = if inputs.iter().any(|input| input.name == name) { format!("{name}_{}", line.sensor) } else { name };
     inputs.push(LineInput { name, quantity, direction, role, fallback: 0.0 });
 }

@@ -34,4 +34,4 @@ pub(crate) use inputs::LineInput;
 pub use inputs::Quantity;
 pub use mount::ToMount;
 pub use solve::Corrector;
-pub(crate) use validity::linearity;
+pub(crate) use validity::{Linearity, linearity};

@@ -3,7 +3,7 @@
 use super::{Calibration, Corrector, LineInput, Mounting, Quantity};
 use crate::elements::{Elements, OrNan};
 use crate::error::{Fault, Malformed, Result};
-use nalgebra::{DMatrix, DVector, Matrix3};
+use nalgebra::{DMatrix, DVector};
 
 /// The rotation of all solved rates and forces to the mounting face: `q_mount = R q`.
 #[derive(Debug, Clone)]
@@ -42,9 +42,10 @@ impl ToMount {
             let quantity = solved.get(k).map(|input| input.quantity);
             (quantity, solved.iter().take(k).filter(|input| Some(input.quantity) == quantity).count())
         };
-        let blocks = |own: &Matrix3<f64>| {
+        let blocks = |matrix: &[[f64; 3]; 3]| {
             DMatrix::from_fn(solved.len(), solved.len(), |i, j| match (place(i), place(j)) {
-                ((one, i), (other, j)) if one == other => own.get((i, j)).copied().unwrap_or(f64::NAN), // three of each, see above
+                // three of each, see above
+                ((one, i), (other, j)) if one == other => matrix.get(i).map_or(f64::NAN, |row| row.or_nan(j)),
                 _ => 0.0,
             })
         };

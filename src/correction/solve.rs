@@ -160,8 +160,8 @@ impl Corrector {
         let (mut newton, mut last) = (false, f64::INFINITY);
         for round in 0..ROUNDS {
             let at = self.readings(&q, &filled);
-            let rest = DVector::from_fn(self.bound.len(), |i, _| readings.or_nan(i) - at.at(i));
-            let mut step = Some(&self.matrix * rest);
+            let difference = DVector::from_fn(self.bound.len(), |i, _| readings.or_nan(i) - at.at(i));
+            let mut step = Some(&self.matrix * difference);
             if newton {
                 let slopes = &self.matrix * self.lines_at(&q, &filled).1;
                 step = step.and_then(|step| slopes.lu().solve(&step));

@@ -2,18 +2,18 @@
 
 use super::{Calibration, Corrector};
 
-/// How far `q = M (s - b)` is from the exact correction, over the inputs that the calibration covered.
-#[derive(Debug, Clone, PartialEq)]
+/// How far the first-order correction is from the exact one over the range of the calibration.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[schemars(rename = "ValidityFile")]
 pub struct Linearity {
-    /// Half range of each solved input.
+    /// Half range of each solved input: what the readings of the calibration covered.
     pub range: Vec<f64>,
-    /// Largest error of the linear form of each input within the range (a grid of its ends, middle and half-way points).
-    pub error: Vec<f64>,
-    /// Largest standard uncertainty of each corrected input there, from the calibration; `None` where none is known.
+    /// Largest error of `matrix (readings - bias)` within that range, in the input's unit.
+    pub linear_error: Vec<f64>,
+    /// Largest standard uncertainty of each corrected input within that range, from the calibration alone; null where none is known.
     pub u: Option<Vec<f64>>,
-    /// The share of the range within which the error of every input stays below that standard uncertainty (1: all of it); `None` where no
-    /// uncertainty is known.
-    pub share: Option<f64>,
+    /// Share of the range within which `linear_error` stays below `u` (1: all of it); null where no uncertainty is known.
+    pub linear_share: Option<f64>,
 }
 
 /// Points along each input: its ends, half-way, and zero.
@@ -37,7 +37,7 @@ pub fn linearity(calibration: &Calibration, corrector: &Corrector) -> Linearity 
         }
         errors
     };
-    let error = errors_at(1.0);
+    let linear_error = errors_at(1.0);
     let mut u: Option<Vec<f64>> = None;
     for point in &points {
         let inputs: Vec<f64> = point.iter().zip(&range).map(|(level, range)| level * range).collect();
@@ -47,11 +47,11 @@ pub fn linearity(calibration: &Calibration, corrector: &Corrector) -> Linearity 
             *own = own.max(variance.max(0.0).sqrt());
         }
     }
-    let share = u.as_ref().map(|u| {
+    let linear_share = u.as_ref().map(|u| {
         // rounding of the readings is no error of the form
         let holds =
             |errors: &[f64]| errors.iter().zip(u).zip(&range).all(|((error, u), range)| *error <= u.max(1e-12 * range));
-        if holds(&error) {
+        if holds(&linear_error) {
             return 1.0;
         }
         let (mut low, mut high) = (0.0, 1.0);
@@ -61,7 +61,7 @@ pub fn linearity(calibration: &Calibration, corrector: &Corrector) -> Linearity 
         }
         low
     });
-    Linearity { range, error, u, share }
+    Linearity { range, linear_error, u, linear_share }
 }
 
 fn grid(inputs: usize) -> Vec<Vec<f64>> {

@@ -8,6 +8,7 @@
 use super::ambiguity::{Explanation, Rival};
 use super::bank::bank;
 use super::candidates::{Kept, build};
+use super::coefficient::{beyond_noise, coefficient};
 use super::evidence::Evidence;
 use super::noise::{Finished, NoiseFrom, Weighted};
 use super::own_noise;
@@ -592,7 +593,7 @@ pub(super) fn run(question: Question<'_>, home: &[f64]) -> Result<Outcome> {
     }
     let point = judged.best.as_ref().map_or(home, |best| &best.point);
     let (names, view) = there.unwrap_or((Names::new(), first));
-    outcome(&search, &names, view, point)
+    outcome(&search, &names, view, point, &[])
 }
 
 /// Tilts and known values that resemble a member of a probable set of several, each by itself: the most probable sets first.
@@ -652,8 +653,37 @@ fn hypotheses(view: &View, alias: f64) -> Vec<Names> {
 /// Explanations that count in the reported parameters, and their least probability.
 const EXPLANATIONS: (usize, f64) = (64, 1e-3);
 
-/// What is named, what could stand in its place, and the model with it.
-fn outcome(search: &Search<'_>, fitted_names: &Names, mut view: View, point: &[f64]) -> Result<Outcome> {
+/// Standard uncertainties from which a value is different from zero, at 95 %.
+pub const DIFFERENT: f64 = 1.96;
+
+/// The one of the named effects whose value is the least in its standard uncertainty, what remains included, if it is not different from zero.
+fn indifferent(
+    named: &[&Candidate],
+    view: &View,
+    model: &(Campaign, Fit),
+    deviations: &Deviations,
+    of: &Campaign,
+) -> Option<usize> {
+    let (repaired, fit) = model;
+    let size = |effect: &&Candidate| -> f64 {
+        let (value, u, _) = coefficient(of, repaired, fit, effect);
+        let index = repaired.estimated().iter().position(|p| p.id == effect.coefficient);
+        let beyond = index.and_then(|j| beyond_noise(fit, &view.weighted, deviations, j));
+        // what is not estimated by itself is not compared
+        value.zip(u).map_or(f64::INFINITY, |(value, u)| value.abs() / u.hypot(beyond.unwrap_or_default()))
+    };
+    let sizes = named.iter().map(size).enumerate();
+    sizes.min_by(|a, b| a.1.total_cmp(&b.1)).filter(|(_, size)| *size < DIFFERENT).map(|(place, _)| place)
+}
+
+/// What is named, what could stand in its place, and the model with it; some candidates are not different from zero and only suspected.
+fn outcome(
+    search: &Search<'_>,
+    fitted_names: &Names,
+    mut view: View,
+    point: &[f64],
+    zero: &[usize],
+) -> Result<Outcome> {
     let settings = search.question.settings;
     let posterior = view.posterior.clone();
     let mut named: Vec<(Member, &Class)> = Vec::new();
@@ -661,7 +691,7 @@ fn outcome(search: &Search<'_>, fitted_names: &Names, mut view: View, point: &[f
     for class in &posterior.classes {
         let Some(front) = view.front(class, search.priors.alias) else { continue };
         match class.probability {
-            p if p >= settings.probability => named.push((front, class)),
+            p if p >= settings.probability && !zero.contains(&front.candidate) => named.push((front, class)),
             p if p >= settings.suspected => suspected.push((front, class)),
             _ => {}
         }
@@ -687,6 +717,18 @@ fn outcome(search: &Search<'_>, fitted_names: &Names, mut view: View, point: &[f
         Some((_, fit)) if is_trivial(&view.design, &fit, search.question.campaign) => None,
         other => other,
     };
+    let mut names: Names = effects.iter().map(|c| (c.regressor.clone(), c.sensor)).collect();
+    names.sort();
+    let set = columns_of(&view.candidates, &view.score, &names).unwrap_or_default();
+    let each = view.score.deviations(&set);
+    let deviations = Deviations { each, kernels: std::mem::take(&mut view.kernels) };
+    let least =
+        repair.as_ref().and_then(|model| indifferent(&effects, &view, model, &deviations, search.question.campaign));
+    let Deviations { each: mut deviations, kernels } = deviations;
+    if let Some((front, _)) = least.and_then(|place| named.get(place)) {
+        let zero = [zero, &[front.candidate]].concat();
+        return outcome(search, fitted_names, View { kernels, ..view }, point, &zero);
+    }
     let state = match (repair.is_some(), suspected.is_empty()) {
         (true, _) => State::Named,
         _ if posterior.nothing >= settings.suspected => State::Nothing,
@@ -708,11 +750,6 @@ fn outcome(search: &Search<'_>, fitted_names: &Names, mut view: View, point: &[f
     let probable =
         |classes: &[(Member, &Class)]| classes.iter().map(|(j, class)| (j.candidate, class.probability)).collect();
     let (named, suspected): (Vec<(usize, f64)>, Vec<(usize, f64)>) = (probable(&named), probable(&suspected));
-    let mut names: Names =
-        named.iter().filter_map(|(j, _)| view.candidates.get(*j)).map(|c| (c.regressor.clone(), c.sensor)).collect();
-    names.sort();
-    let set = columns_of(&view.candidates, &view.score, &names).unwrap_or_default();
-    let mut deviations = view.score.deviations(&set);
     let each = view.score.given_best_remainder(&set).map_or_else(Vec::new, |solved| solved.t);
     let t_of = |(j, _): &(usize, f64)| {
         let represents = |first: &u16| {
@@ -722,7 +759,7 @@ fn outcome(search: &Search<'_>, fitted_names: &Names, mut view: View, point: &[f
         set.iter().position(represents).and_then(|place| each.get(place)).map_or(0.0, |t| t.abs())
     };
     let t = named.iter().map(t_of).collect();
-    let View { candidates, mut weighted, design, kernels, without_column, .. } = view;
+    let View { candidates, mut weighted, design, without_column, .. } = view;
     // noise that is not stated is that of the model with what is named, not with what is suspected
     if weighted.from != NoiseFrom::Stated && weighted.floor.is_none() && names != *fitted_names {
         let scales = repair.as_ref().map(|(_, fit)| fit.estimate.group_scale.clone());

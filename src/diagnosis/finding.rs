@@ -2,9 +2,9 @@
 
 use super::ambiguity::{Rival, Shifts};
 use super::augmented::{Seen, State};
+use super::coefficient::{beyond_noise, coefficient};
 use super::evidence::Evidence;
 use super::noise::{NoiseFrom, Weighted};
-use super::score::Deviations;
 use super::separate::Separation;
 use super::settings::Settings;
 use super::{Candidate, Diagnosis, Gap, NoiseFloor, Suspect, Unexplained, Verdict};
@@ -141,7 +141,14 @@ pub(super) fn conclude(
     let verdict = match seen.state {
         _ if weighted.estimate.dof == 0 => Verdict::NotDiagnosable,
         State::Nothing => Verdict::NothingMissing,
-        State::Named if seen.unaccounted < settings.suspected => Verdict::EffectsFound,
+        // what is suspected may explain the rest, or chance; where the noise is known by itself, the residuals must not contradict chance
+        State::Named
+            if seen.further < settings.suspected
+                || (seen.unaccounted < settings.suspected
+                    && gap_after.p.is_none_or(|p| p >= settings.significance)) =>
+        {
+            Verdict::EffectsFound
+        }
         State::Named => Verdict::PartlyExplained,
         State::Suspected | State::Outside => Verdict::Unexplained,
     };
@@ -231,23 +238,6 @@ pub(super) fn conclude(
         after: repaired.map(|(_, after)| after),
         before,
     })
-}
-
-/// Standard uncertainty of an estimate from what deviates beyond the noise: `l = W A C e_j`, `E[l'V l] - l'l` over all that may deviate.
-fn beyond_noise(fit: &Fit, weighted: &Weighted, deviations: &Deviations, index: usize) -> Option<f64> {
-    let n = fit.covariance.nrows();
-    if index >= n {
-        return None;
-    }
-    let mut column = vec![0.0; weighted.weight.len()];
-    for k in 0..n.min(fit.design.jacobian.ncols()) {
-        let jacobian = fit.design.jacobian.col_as_slice(k);
-        column.iter_mut().zip(jacobian).for_each(|(l, a)| *l += a * fit.covariance[(k, index)]);
-    }
-    let combination = weighted.whiten(&column);
-    let white: f64 = combination.iter().map(|l| l * l).sum();
-    let extra = deviations.variance_of(&combination) - white;
-    (extra > 0.0 && extra.is_finite()).then(|| extra.sqrt())
 }
 
 /// Where the variance of single readings is known from, whatever else scatters.
@@ -351,29 +341,6 @@ impl Effects<'_> {
             also: Vec::new(),
         })
     }
-}
-
-fn coefficient(
-    campaign: &Campaign,
-    repaired: &Campaign,
-    after: &Fit,
-    effect: &Candidate,
-) -> (Option<f64>, Option<f64>, String) {
-    let Some(result) = after.parameters.iter().find(|p| p.id == effect.coefficient) else {
-        return (None, None, String::new());
-    };
-    let stated = campaign.parameter_index(&effect.coefficient).and_then(|k| campaign.parameters.get(k));
-    let stated = stated.map_or(0.0, crate::campaign::Parameter::reference);
-    let unit = if result.kind == Kind::Tilt {
-        "rad".to_string()
-    } else if result.unit.is_empty() {
-        let unit = crate::campaign::coefficient_unit(&repaired.bench, &repaired.readings.columns, &effect.coefficient);
-        // a line that leaves the unit open
-        unit.unwrap_or_default()
-    } else {
-        result.unit.clone()
-    };
-    (result.value.map(|v| v - stated), result.uncertainty.as_ref().map(|c| c.u), unit)
 }
 
 pub(super) fn changes(before: &Fit, after: &Fit, moved: &[(f64, f64)]) -> Vec<Change> {

@@ -27,6 +27,7 @@
 //! | `foresee.rs` | what a diagnosis could find on a schedule |
 //! | `prospective.rs` | its columns, where nobody has measured yet |
 //! | `ambiguity.rs` | what the aliases do to the parameters |
+//! | `coefficient.rs` | the value of an effect in the repaired model, and what its uncertainty has beyond the noise |
 //! | `places.rs` | where the gap is: factors and levels |
 //! | `holdout.rs` | leave-one-position-out prediction |
 //!
@@ -40,6 +41,7 @@ mod averaged;
 mod bank;
 mod candidates;
 mod catalogue;
+mod coefficient;
 mod evidence;
 mod finding;
 mod foresee;
@@ -59,6 +61,8 @@ mod settings;
 mod steps;
 
 pub use assumptions::Held;
+#[cfg(feature = "navigate")]
+pub(crate) use augmented::DIFFERENT;
 pub(crate) use augmented::State;
 pub use augmented::candidates;
 #[cfg(feature = "navigate")]

@@ -63,6 +63,12 @@ fn last(seen: &Seen, settings: &Settings, name: impl Fn(usize) -> String) -> Str
     let (further, outside) = (short(seen.further), short(seen.outside));
     let probable = seen.suspected.iter().reduce(|best, next| if next.1 > best.1 { next } else { best });
     match (seen.state, probable) {
+        (_, Some((j, p))) if *p >= settings.probability => {
+            format!(
+                "{} is suspected: its value does not differ from zero within its uncertainty, what remains included",
+                name(*j)
+            )
+        }
         (_, Some((j, p))) => {
             let level = settings.probability;
             format!("{} is suspected: its probability is {}, and a name needs {level}", name(*j), short(*p))

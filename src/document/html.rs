@@ -40,8 +40,7 @@ pub fn render(document: &Document) -> Result<String> {
     }
     page.push_str(&format!("{}</header>\n", facts(&document.facts)));
     if document.sections.len() > LINKED {
-        let link =
-            |own: &super::Section| format!("<a href=\"#{}\">{}</a>\n", escape(&own.anchor), inline(&own.heading));
+        let link = |s: &super::Section| format!("<a href=\"#{}\">{}</a>\n", escape(&s.anchor), inline(&s.heading));
         page.push_str(&format!("<nav>\n{}</nav>\n", document.sections.iter().map(link).collect::<String>()));
     }
     page.push_str("<main>\n");
@@ -83,9 +82,9 @@ fn content(content: &Content, terms: &mut Terms, lang: Language) -> Result<Strin
         Content::Card { heading, tone, facts: list } => {
             format!("<div class=\"card {}\">\n<h3>{}</h3>\n{}</div>\n", class(*tone), inline(heading), facts(list))
         }
-        Content::Table(own) => table(own, terms),
+        Content::Table(t) => table(t, terms),
         Content::Figures(figures) => {
-            let figures = figures.iter().map(|own| figure(own, lang)).collect::<Result<String>>()?;
+            let figures = figures.iter().map(|f| figure(f, lang)).collect::<Result<String>>()?;
             format!("<div class=\"figures\">\n{figures}</div>\n")
         }
     })
@@ -120,8 +119,8 @@ fn figure(figure: &Figure, lang: Language) -> Result<String> {
 }
 
 fn table(table: &Table, terms: &mut Terms) -> String {
-    let mut own = table.clone();
-    own.typeset();
+    let mut table = table.clone();
+    table.typeset();
     let align = |align: Align| match align {
         Align::Left => "left",
         Align::Right => "right",
@@ -144,22 +143,22 @@ fn table(table: &Table, terms: &mut Terms) -> String {
         format!("<td class=\"{}{words}\">{inner}</td>", align(column))
     };
     let row = |row: &Row| {
-        let cells: String = own.columns.iter().enumerate().map(|(k, column)| cell(row, k, column.align)).collect();
+        let cells: String = table.columns.iter().enumerate().map(|(k, column)| cell(row, k, column.align)).collect();
         format!("<tr class=\"{}{}\">{cells}</tr>\n", class(row.tone), if row.rule { " rule" } else { "" })
     };
-    let small = if own.small { " class=\"small\"" } else { "" };
+    let small = if table.small { " class=\"small\"" } else { "" };
     let mut text = format!("<div class=\"scroll\">\n<table{small}>\n");
-    if !own.caption.is_empty() {
-        text.push_str(&format!("<caption>{}</caption>\n", inline(&own.caption)));
+    if !table.caption.is_empty() {
+        text.push_str(&format!("<caption>{}</caption>\n", inline(&table.caption)));
     }
     let title = |column: &super::Column| {
         format!("<th scope=\"col\" class=\"{}\">{}</th>\n", align(column.align), terms.title(&column.title))
     };
-    let titles: String = own.columns.iter().map(title).collect();
-    let rows: String = own.rows.iter().map(row).collect();
+    let titles: String = table.columns.iter().map(title).collect();
+    let rows: String = table.rows.iter().map(row).collect();
     text.push_str(&format!("<thead><tr>\n{titles}</tr></thead>\n<tbody>\n{rows}</tbody>\n</table>\n</div>\n"));
-    if !own.note.is_empty() {
-        text.push_str(&format!("<p class=\"note\">{}</p>\n", inline(&own.note)));
+    if !table.note.is_empty() {
+        text.push_str(&format!("<p class=\"note\">{}</p>\n", inline(&table.note)));
     }
     text
 }

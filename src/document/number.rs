@@ -72,7 +72,6 @@ pub(crate) fn at_most(value: f64, digits: i32) -> String {
     if text.contains('e') { text } else { trim(text) }
 }
 
-/// Exponent of the leading digit.
 fn leading_digit(value: f64) -> i32 {
     number::whole(value.abs().log10().floor())
 }

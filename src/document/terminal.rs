@@ -28,7 +28,7 @@ fn whole(document: &Document, shown: Shown) -> String {
     }
     head.push_str(&facts(&document.facts, lang));
     parts.push(head);
-    parts.extend(document.sections.iter().filter_map(|own| within(own, shown)));
+    parts.extend(document.sections.iter().filter_map(|section| within(section, shown)));
     parts.join("\n")
 }
 
@@ -69,14 +69,14 @@ fn content(content: &Content, shown: Shown) -> String {
         Content::Prose(text) | Content::Verdict { tone: Tone::Plain, text } => line(text),
         Content::Verdict { tone, text } => line(&format!("{}{}{text}", tone.word(lang), lang.colon())),
         Content::List(points) => points.iter().map(|point| line(&format!("- {point}"))).collect(),
-        Content::Formula(lines) => lines.iter().map(|own| wrap::hanging(&format!("  {own}"), 4) + "\n").collect(),
+        Content::Formula(lines) => lines.iter().map(|line| wrap::hanging(&format!("  {line}"), 4) + "\n").collect(),
         Content::Marked(lines) => lines.iter().map(marked).collect(),
         Content::Facts(list) => facts(list, lang),
         Content::Card { heading, tone, facts: list } => {
             let mark = mark(*tone);
             format!("{}{mark}\n{}", bare(heading), facts(list, lang))
         }
-        Content::Table(own) => table(own, shown),
+        Content::Table(t) => table(t, shown),
         Content::Figures(_) if detail < Detail::Full => String::new(),
         Content::Figures(figures) => figures.iter().map(|figure| line(&figure.description)).collect(),
     }
@@ -110,21 +110,21 @@ fn facts(list: &[(String, String)], lang: Language) -> String {
     list.iter().map(fact).collect()
 }
 
-fn table(own: &super::Table, Shown { detail, lang, has_options }: Shown) -> String {
-    let most = own.brief_rows.filter(|_| detail < Detail::Full).unwrap_or(usize::MAX);
+fn table(table: &super::Table, Shown { detail, lang, has_options }: Shown) -> String {
+    let most = table.brief_rows.filter(|_| detail < Detail::Full).unwrap_or(usize::MAX);
     let texts = |detail: Detail| -> (Vec<&super::Column>, Vec<Vec<String>>) {
         let shown: Vec<usize> =
-            own.columns.iter().enumerate().filter(|(_, column)| column.detail <= detail).map(|(k, _)| k).collect();
+            table.columns.iter().enumerate().filter(|(_, column)| column.detail <= detail).map(|(k, _)| k).collect();
         let cell = |row: &super::Row, k: usize| {
             let text = row.cells.get(k).map(Cell::text).unwrap_or_default();
-            match own.columns.get(k).map(|column| column.align) {
+            match table.columns.get(k).map(|column| column.align) {
                 Some(Align::Bar) => markdown::bar(&text),
                 _ if k == 0 => bare(&text) + mark(row.tone),
                 _ => bare(&text),
             }
         };
-        let rows = own.rows.iter().take(most).map(|row| shown.iter().map(|k| cell(row, *k)).collect()).collect();
-        (shown.iter().filter_map(|k| own.columns.get(*k)).collect(), rows)
+        let rows = table.rows.iter().take(most).map(|row| shown.iter().map(|k| cell(row, *k)).collect()).collect();
+        (shown.iter().filter_map(|k| table.columns.get(*k)).collect(), rows)
     };
     let (mut columns, mut rows) = texts(detail.max(Detail::Roomy));
     if natural_width(&columns, &rows) > WIDTH {
@@ -133,18 +133,18 @@ fn table(own: &super::Table, Shown { detail, lang, has_options }: Shown) -> Stri
     let titles: Vec<String> = columns.iter().map(|column| bare(&column.title)).collect();
     let right: Vec<bool> = columns.iter().map(|column| !matches!(column.align, Align::Left | Align::Bar)).collect();
     let titles: Vec<&str> = titles.iter().map(String::as_str).collect();
-    let mut text = match own.caption.as_str() {
+    let mut text = match table.caption.as_str() {
         "" => String::new(),
         caption => wrap::hanging(&bare(caption), 2) + "\n",
     };
     text.push_str(&set(&titles, &rows, &right));
-    if own.rows.len() > most {
-        let n = own.rows.len() - most;
+    if table.rows.len() > most {
+        let n = table.rows.len() - most;
         let more = say!(lang, "more-rows", n, option = has_options);
         text.push_str(&(more + "\n"));
     }
-    if detail >= Detail::Full && !own.note.is_empty() {
-        text.push_str(&(wrap::hanging(&bare(&own.note), 2) + "\n"));
+    if detail >= Detail::Full && !table.note.is_empty() {
+        text.push_str(&(wrap::hanging(&bare(&table.note), 2) + "\n"));
     }
     text
 }
@@ -200,8 +200,8 @@ fn set(header: &[&str], rows: &[Vec<String>], right: &[bool]) -> String {
     let part = |(k, block): (usize, &Vec<usize>)| {
         // below the first part a row that has nothing there says nothing
         let says = |row: &&Vec<String>| {
-            let own = |c: &usize| row.get(*c).is_some_and(|cell| !cell.is_empty());
-            k == 0 || block.iter().filter(|c| blocks.first().is_none_or(|first| !first.contains(*c))).any(own)
+            let has_text = |c: &usize| row.get(*c).is_some_and(|cell| !cell.is_empty());
+            k == 0 || block.iter().filter(|c| blocks.first().is_none_or(|first| !first.contains(*c))).any(has_text)
         };
         let rows: Vec<Vec<String>> = rows.iter().filter(says).cloned().collect();
         framed(&columns, block, GAPS[0], header, &rows)
@@ -209,7 +209,6 @@ fn set(header: &[&str], rows: &[Vec<String>], right: &[bool]) -> String {
     blocks.iter().enumerate().map(part).collect::<Vec<String>>().join("\n")
 }
 
-/// What a column needs.
 struct Column {
     numeric: bool,
     /// Characters of its longest cell.
@@ -242,7 +241,7 @@ fn blocks(columns: &[Column]) -> Vec<Vec<usize>> {
     });
     let names = widths.take(texts).take_while(|sum| *sum <= WIDTH / 2).count().max(1);
     let width = |block: &[usize]| -> usize {
-        block.iter().filter_map(|k| columns.get(*k)).map(|own| own.least + GAPS[0]).sum()
+        block.iter().filter_map(|k| columns.get(*k)).map(|column| column.least + GAPS[0]).sum()
     };
     let mut blocks: Vec<Vec<usize>> = Vec::new();
     for (k, column) in columns.iter().enumerate() {
@@ -257,12 +256,12 @@ fn blocks(columns: &[Column]) -> Vec<Vec<usize>> {
 
 /// Widths within the line: titles break first, then the widest columns give way until the table fits.
 fn widths(columns: &[Column], block: &[usize], gap: usize) -> Vec<usize> {
-    let own: Vec<&Column> = block.iter().filter_map(|&k| columns.get(k)).collect();
-    let mut widths: Vec<usize> = own.iter().map(|column| column.widest).collect();
+    let of_block: Vec<&Column> = block.iter().filter_map(|&k| columns.get(k)).collect();
+    let mut widths: Vec<usize> = of_block.iter().map(|column| column.widest).collect();
     let room = WIDTH.saturating_sub(gap * block.len().saturating_sub(1));
     for floor in [|column: &Column| column.below_title, |column: &Column| column.least] {
         while widths.iter().sum::<usize>() > room {
-            let above = widths.iter_mut().zip(&own).filter(|(width, column)| **width > floor(column));
+            let above = widths.iter_mut().zip(&of_block).filter(|(width, column)| **width > floor(column));
             match above.max_by_key(|(width, _)| **width) {
                 Some((width, _)) => *width -= 1,
                 None => break,

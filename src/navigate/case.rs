@@ -22,10 +22,6 @@ const DIFFERENCE: f64 = 30.0;
 /// but standard deviations no smaller than these (rad, m/s, m), against which the rounding of the simulation is negligible.
 const ROUNDED: Channels = [1e-9, 1e-9, 1e-9, 1e-5, 1e-5, 1e-2, 1e-2];
 
-/// Values with neighbours on both sides from which the noise is estimated: the relative standard deviation of a variance from n second differences is
-/// `sqrt(35 / (9 n))`, a half, and that of the noise a quarter.
-const FEWEST: usize = 16;
-
 /// One question, and what is common to all rounds.
 #[derive(Clone)]
 pub(super) struct Case<'a> {
@@ -150,41 +146,17 @@ impl<'a> Case<'a> {
 
     /// Stated standard uncertainties; where there are none, the size of the gap.
     pub fn first_u(&self, gap: &[f64]) -> Vec<f64> {
-        let sizes = self.sizes(gap, 0);
+        let (sizes, _) = self.noise(gap, 0);
         // cells have channels that `sizes` lists
         self.measured.cells().map(|cell| cell.u.or(sizes.get(cell.channel).copied()).unwrap_or(1.0)).collect()
     }
 
     /// The same from the residuals of a fit; no less than what rounding makes of the gap.
     pub fn u_of(&self, residual: &[f64], fitted: usize, gap: &[f64]) -> Vec<f64> {
-        let (sizes, first) = (self.sizes(residual, fitted), self.sizes(gap, 0));
+        let ((sizes, _), (first, _)) = (self.noise(residual, fitted), self.noise(gap, 0));
         let of = |channel: usize| Some(sizes.get(channel)?.max(1e-9 * first.get(channel)?));
         // likewise
         self.measured.cells().map(|cell| cell.u.or(of(cell.channel)).unwrap_or(1.0)).collect()
-    }
-
-    /// Standard deviation of the noise of each channel from residuals: their root mean square, corrected for the degrees of freedom of the fit; or that of
-    /// their differences from the line between their neighbours in time, where it is less, as a slow course is no noise (J. von Neumann, Ann. Math. Stat.
-    /// 12 (1941), 367, with second differences).
-    pub fn sizes(&self, values: &[f64], fitted: usize) -> [f64; CHANNELS] {
-        let mut series: [Vec<(usize, f64, f64)>; CHANNELS] = Default::default();
-        for (cell, value) in self.measured.cells().zip(values) {
-            series.get_mut(cell.channel).into_iter().for_each(|points| points.push((cell.run, cell.time, *value)));
-        }
-        let kept = 1.0 - (fitted as f64 / self.values.len().max(1) as f64).min(0.9);
-        series.map(|points| {
-            let mean = |squares: &[f64]| squares.iter().sum::<f64>() / squares.len().max(1) as f64;
-            let whole = mean(&points.iter().map(|(_, _, v)| v * v / kept).collect::<Vec<f64>>());
-            let bend = |three: &[(usize, f64, f64)]| {
-                let [a, b, c] = three else { return None };
-                let share = (b.1 - a.1) / (c.1 - a.1);
-                let off = b.2 - (1.0 - share) * a.2 - share * c.2;
-                (a.0 == c.0 && c.1 > a.1).then(|| off * off / (1.0 + share * share + (1.0 - share) * (1.0 - share)))
-            };
-            let bends: Vec<f64> = points.windows(3).filter_map(bend).collect();
-            let square = if bends.len() < FEWEST { whole } else { whole.min(mean(&bends)) };
-            if square > 0.0 { square.sqrt() } else { 1.0 }
-        })
     }
 
     /// The mission's errors, changed by the values of some causes; causes that a mission does not contain are left out.

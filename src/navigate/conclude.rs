@@ -1,5 +1,6 @@
 //! The diagnosis of a search that has ended.
 
+use super::candidates::Linear;
 use super::cause::Cause;
 use super::diagnose::{Alias, Finding, NavigationDiagnosis, Suspect, Unexplained};
 use super::measured::CHANNEL_NAMES;
@@ -27,6 +28,7 @@ impl Search<'_> {
         let partly = if complete { None } else { self.partly(state) };
         let nearest_rss = if complete { 0.0 } else { state.rss };
         let state = partly.as_ref().map_or(state, |partly| &partly.state);
+        let linear = self.linear_at(state);
         let (case, u) = (&self.case, self.u);
         let residual = case.residual(&state.flown.predicted);
         let before = case.gap(gap, u, &[], 0);
@@ -42,7 +44,7 @@ impl Search<'_> {
         let has_findings = matches!(verdict, Verdict::EffectsFound | Verdict::PartlyExplained);
         let mut findings = Vec::new();
         if has_findings {
-            findings = self.findings(state, gap, partly.as_ref());
+            findings = self.findings(state, &linear, gap, partly.as_ref());
             let present = |cause: &Cause| {
                 let member = state.set.iter().position(|other| other == cause);
                 let derivative = member.and_then(|k| state.flown.jacobian.get(k)).cloned();
@@ -119,10 +121,22 @@ impl Search<'_> {
         suspects
     }
 
+    /// The linear model with the columns of all causes, not of the state's alone, at the errors of the state: what could stand in the place of a large error is
+    /// compared with it there.
+    fn linear_at(&mut self, state: &State) -> Linear {
+        let waves = self.alike(state);
+        let errors = self.case.with(&state.set, &state.values);
+        // where nothing can be computed around them, around the mission's
+        let moved = (errors != self.case.around).then(|| self.case.around(&errors, self.u)).flatten();
+        let before = moved.map(|moved| std::mem::replace(&mut self.case, moved));
+        let linear = self.linear(state, &waves);
+        self.case = before.unwrap_or_else(|| self.case.clone());
+        linear
+    }
+
     /// A state that is not `partly` explained has the probabilities of its causes.
-    fn findings(&self, state: &State, gap: &[f64], partly: Option<&Partly>) -> Vec<Finding> {
+    fn findings(&self, state: &State, linear: &Linear, gap: &[f64], partly: Option<&Partly>) -> Vec<Finding> {
         let case = &self.case;
-        let linear = self.linear(state, &self.alike(state));
         let set = linear.places(&state.set);
         let white = case.whitened(gap.to_vec(), self.u, &state.out);
         let whole = dot(&white, &white).max(f64::MIN_POSITIVE);
@@ -156,10 +170,10 @@ impl Search<'_> {
             let mut others = set.clone();
             others.remove(place);
             let without = linear.products.solve(&others).map_or(least, |solved| solved.rss);
-            let t = if u > 0.0 { value / u } else { f64::INFINITY };
+            let t = if u > 0.0 { value / u } else { f64::INFINITY.copysign(value) };
             findings.push(Finding {
                 probability: member.map(|member| member.probability).or(state.each.get(place).copied()),
-                aliases: self.aliases(&linear, &set, place, scale),
+                aliases: self.aliases(linear, &set, place, scale),
                 ..finding(*cause, [value, u, t], self.distinct, (without - least) / whole)
             });
         }

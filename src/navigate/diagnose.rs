@@ -52,7 +52,7 @@ pub struct NavigationDiagnosis {
     pub gaps_over_time: Vec<GapOverTime>,
     /// What is unexplained.
     pub unexplained: Option<Unexplained>,
-    /// Single values that noise does not explain, with the findings in the mission, the furthest first; none where the noise is estimated from residuals.
+    /// Single values that noise does not explain, with the findings in the mission, the furthest first.
     pub suspects: Vec<Suspect>,
     /// The search's record.
     pub steps: Vec<Step>,

@@ -7,12 +7,10 @@
 use super::cause::Cause;
 use super::judged::Among;
 use super::refine::{Search, State};
-use crate::diagnosis::NoiseFrom;
+use crate::diagnosis::{DIFFERENT, NoiseFrom};
 
 /// Rounds of naming and refining, at most.
 const ROUNDS: usize = 6;
-/// Standard uncertainties from which a value is different from zero, at 95 %.
-const DIFFERENT: f64 = 1.96;
 
 /// A cause that is significant given the others and the remainder.
 #[derive(Debug, Clone, Copy)]

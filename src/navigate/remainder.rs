@@ -137,14 +137,14 @@ impl Remainder<'_> {
         self.groups().into_iter().map(one).collect()
     }
 
-    /// Mean gap of each channel in parts of each run, the most significant first, and one sentence about the gap.
+    /// What is left in each channel in parts of each run, on the mean, the most significant first, and one sentence about it.
     pub fn pattern(&self) -> (Vec<Cell>, String) {
         let mut cells = Vec::new();
         let mut channels: Vec<(f64, String, usize, Vec<Entry>)> = Vec::new();
         for (motion, channel, group) in self.groups() {
             for part in group.chunks(group.len().div_ceil(PARTS).max(1)) {
                 let (mut weight, mut product, mut sum) = (0.0, 0.0, 0.0);
-                for (_, u, gap, _) in part {
+                for (_, u, _, gap) in part {
                     (weight, product, sum) = (weight + 1.0 / (u * u), product + gap / (u * u), sum + gap);
                 }
                 let time = |entry: Option<&Entry>| entry.map_or(0.0, |e| e.0.time);
@@ -158,7 +158,7 @@ impl Remainder<'_> {
                     z: product / weight.sqrt(),
                 });
             }
-            let square = group.iter().map(|(_, u, gap, _)| (gap / u) * (gap / u)).sum::<f64>();
+            let square = group.iter().map(|(_, u, _, gap)| (gap / u) * (gap / u)).sum::<f64>();
             channels.push((square / group.len().max(1) as f64, motion, channel, group));
         }
         cells.sort_by(|a, b| b.z.abs().total_cmp(&a.z.abs()));
@@ -171,9 +171,9 @@ impl Remainder<'_> {
     }
 }
 
-/// What a gap does in time, in words.
+/// What the gap that is left does in time, in words.
 fn course(group: &[Entry]) -> String {
-    let white: Vec<f64> = group.iter().map(|(_, u, gap, _)| gap / u).collect();
+    let white: Vec<f64> = group.iter().map(|(_, u, _, gap)| gap / u).collect();
     let square: f64 = white.iter().map(|v| v * v).sum();
     let rms = (square / white.len().max(1) as f64).sqrt();
     let far = group.iter().zip(&white).max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));

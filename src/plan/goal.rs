@@ -8,7 +8,7 @@ use super::criterion::{gradients_of, no_result, weight_matrix};
 use super::effort::Offer;
 use super::exchange::value;
 use super::improve::{Improvement, Question, guide};
-use super::judge::Judgement;
+use super::judge::{Judgement, is_angle};
 use super::objective::Objective;
 use super::pool::{Pool, from_coarser};
 use super::prices::Prices;
@@ -19,6 +19,8 @@ use crate::campaign::{Campaign, Reading};
 use crate::elements::Elements;
 use crate::error::{Fault, Malformed, Result};
 use crate::linear::dot;
+use crate::units::ARCSEC;
+use std::collections::BTreeMap;
 
 /// A limit on the standard uncertainty of one estimated parameter (radians for a tilt) or derived quantity.
 #[derive(Debug, Clone, PartialEq)]
@@ -34,15 +36,27 @@ pub struct Goal {
 pub struct Reached {
     /// The schedule and how well it will do.
     pub improvement: Improvement,
-    /// Does every quantity keep its limit?
+    /// Whether it reaches them.
+    pub goal: GoalOutcome,
+}
+
+/// Whether a goal was reached.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[schemars(rename = "GoalReport")]
+#[non_exhaustive]
+pub struct GoalOutcome {
+    /// Limit of each parameter and derived quantity that is counted, in its unit (arcsec for angles).
+    pub limits: BTreeMap<String, f64>,
+    /// Are all limits kept? If not, this schedule is the best reachable with so many readings.
     pub reached: bool,
-    /// Largest predicted uncertainty as a share of its limit; `None` where a limited quantity is not estimable.
+    /// Largest uncertainty as a share of its limit.
     pub largest_share: Option<f64>,
-    /// Is it proven (by the approximate design, or because all designs were tried) that no fewer readings of these candidates reach the goals?
+    /// Is it proven that no fewer readings of these candidates reach the goal?
     pub is_fewest: bool,
-    /// Was the cheapest schedule sought instead? It is the cheapest of the search, without proof.
+    /// Was the cheapest schedule sought? It is the cheapest that was found, without a proof that none is cheaper.
+    #[serde(default)]
     pub is_cheapest_found: bool,
-    /// Limits on what even all candidates together do not determine.
+    /// Limited quantities that even all candidates together do not determine.
     pub impossible: Vec<String>,
 }
 
@@ -99,15 +113,17 @@ pub fn reach(campaign: &Campaign, offer: &Offer, request: &Request, goals: &[Goa
     }
     let made = question.made(&pool, rows)?;
     let largest_share = largest_share(&made.judgement, goals);
-    Ok(Reached {
+    let limit = |goal: &Goal| (goal.id.clone(), goal.u * if is_angle(campaign, &goal.id) { ARCSEC } else { 1.0 });
+    let goal = GoalOutcome {
+        limits: goals.iter().map(limit).collect(),
         reached: impossible.is_empty() && largest_share.is_some_and(|share| share <= 1.0),
         largest_share,
         // the proof is for the candidates alone, not for angles between them
         is_fewest: result.is_fewest && request.refine.is_none(),
         is_cheapest_found: cheapest,
         impossible,
-        improvement: Improvement { refined, hits: result.hits, starts: result.starts, ..made },
-    })
+    };
+    Ok(Reached { improvement: Improvement { refined, hits: result.hits, starts: result.starts, ..made }, goal })
 }
 
 fn largest_share(judgement: &Judgement, goals: &[Goal]) -> Option<f64> {

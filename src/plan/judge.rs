@@ -16,24 +16,37 @@ use crate::elements::{Elements, Parts};
 use crate::error::{Fault, Malformed, Result};
 use crate::estimate::Estimate;
 use crate::fit::{self, RankDefect};
+use crate::units::ARCSEC;
 use crate::{estimate, quality};
 use faer::Mat;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
-/// Prediction for one estimated parameter.
-#[derive(Debug, Clone, PartialEq)]
+/// Prediction for one parameter.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(rename = "PredictedReport")]
+#[non_exhaustive]
 pub struct Predicted {
     /// Its name.
     pub id: String,
-    /// Tilt or coefficient.
+    /// `tilt` or `coefficient`.
     pub kind: Kind,
     /// Unit of `u`.
     pub unit: String,
-    /// Standard uncertainty from noise, scatter and known inputs; `None` where it is not estimable.
+    /// Predicted standard uncertainty, in `unit`; null where not estimable.
     pub u: Option<f64>,
-    /// The part from noise and remounting scatter.
+    /// The same in arcseconds, for tilts.
+    pub u_arcsec: Option<f64>,
+    /// The part from noise and remounting, in `unit`.
     pub from_readings: Option<f64>,
-    /// The part from known inputs.
+    /// The part from known inputs, in `unit`.
     pub from_known: f64,
+    /// The most that one bad value does to it, of a size that is just not detected, in `unit`; null where nothing checks any value.
+    #[serde(default)]
+    pub undetected_fault: Option<f64>,
+    /// The same in arcseconds, for tilts.
+    #[serde(default)]
+    pub undetected_fault_arcsec: Option<f64>,
 }
 
 /// Prediction for one value of the schedule.
@@ -134,24 +147,31 @@ pub fn judge(campaign: &Campaign, noise: &Noise, costs: &Costs) -> Result<Judgem
         }
     }
     let estimable = |k: usize| estimate.unknowns.is_estimable(k);
-    let parameters: Vec<Predicted> = campaign
+    let arcsec = |kind: Kind, value: Option<f64>| value.filter(|_| kind == Kind::Tilt).map(|value| value * ARCSEC);
+    let mut parameters: Vec<Predicted> = campaign
         .estimated()
         .iter()
         .enumerate()
-        .map(|(k, parameter)| Predicted {
-            id: parameter.id.clone(),
-            kind: parameter.kind,
-            unit: parameter.unit.clone(),
-            u: estimable(k).then(|| covariance[(k, k)].sqrt()),
-            from_readings: estimable(k).then(|| estimate.unknowns.covariance[(k, k)].sqrt()),
-            from_known: known.iter().filter_map(|c| c.get(k)).map(|c| c * c).sum::<f64>().sqrt(),
+        .map(|(k, parameter)| {
+            let u = estimable(k).then(|| covariance[(k, k)].sqrt());
+            Predicted {
+                id: parameter.id.clone(),
+                kind: parameter.kind,
+                unit: parameter.unit.clone(),
+                u,
+                u_arcsec: arcsec(parameter.kind, u),
+                from_readings: estimable(k).then(|| estimate.unknowns.covariance[(k, k)].sqrt()),
+                from_known: known.iter().filter_map(|c| c.get(k)).map(|c| c * c).sum::<f64>().sqrt(),
+                undetected_fault: None,
+                undetected_fault_arcsec: None,
+            }
         })
         .collect();
     let rows = &campaign.readings.rows;
     let determined: Vec<(usize, f64)> =
         parameters.iter().enumerate().filter_map(|(k, p)| Some((k, p.u.filter(|u| *u > 0.0)?))).collect();
     let delta = quality::baarda_delta();
-    let readings = design
+    let readings: Vec<PredictedReading> = design
         .rows
         .iter()
         .enumerate()
@@ -164,6 +184,12 @@ pub fn judge(campaign: &Campaign, noise: &Noise, costs: &Costs) -> Result<Judgem
             PredictedReading { origin: *origin, u, leverage, mdb, effect }
         })
         .collect();
+    for (k, predicted) in parameters.iter_mut().enumerate() {
+        let checked = readings.iter().filter(|reading| reading.mdb.is_some());
+        predicted.undetected_fault =
+            checked.filter_map(|reading| reading.effect.get(k)).map(|e| e.abs()).reduce(f64::max);
+        predicted.undetected_fault_arcsec = arcsec(predicted.kind, predicted.undetected_fault);
+    }
     let rank = estimate.unknowns.rank;
     Ok(Judgement {
         derived: derived(campaign, &covariance, &estimate)?,
@@ -292,20 +318,23 @@ pub(super) fn shifts<'a>(times: &[f64], parts: impl Iterator<Item = &'a [f64]>) 
     (most(&linear), most(&quadratic))
 }
 
-/// Prediction for a derived quantity.
-#[derive(Debug, Clone, PartialEq)]
+/// Prediction for one derived quantity.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(rename = "PredictedDerivedReport")]
+#[non_exhaustive]
 pub struct PredictedDerived {
     /// Its name.
     pub id: String,
     /// Its line of algebra.
     pub line: String,
-    /// Is it an angle?
-    pub is_angle: bool,
-    /// Its unit, as requested or as the line has it; empty where a parameter in it has none.
+    /// Its unit, as asked for or as the line has it; absent where a parameter in it has none.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
     pub unit: String,
-    /// Standard uncertainty at the reference point, or the largest in its neighbourhood where it has no derivative there (`sqrt` at 0).
+    /// Predicted standard uncertainty, in `unit`; null where not estimable, or where it depends on values that are not known.
     pub u: Option<f64>,
-    /// Has it no derivative at the reference point?
+    /// The same in arcseconds, for angles.
+    pub u_arcsec: Option<f64>,
+    /// It has no derivative at the reference point, and this is the largest close by.
     pub is_largest: bool,
 }
 
@@ -325,9 +354,9 @@ fn derived(campaign: &Campaign, covariance: &Mat<f64>, estimate: &Estimate) -> R
         Ok(PredictedDerived {
             id: quantity.id.clone(),
             line: quantity.line.to_string(),
-            is_angle: is_angle(campaign, &quantity.id),
             unit: quantity.unit.clone(),
             u,
+            u_arcsec: u.filter(|_| is_angle(campaign, &quantity.id)).map(|u| u * ARCSEC),
             is_largest: u.is_some() && !is_here,
         })
     };

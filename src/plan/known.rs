@@ -14,23 +14,28 @@ use crate::campaign::{Campaign, Kind, Parameter, Role};
 use crate::design::{self, DesignMatrix, Model};
 use crate::error::Result;
 use crate::estimate::Estimate;
+use crate::units::ARCSEC;
 
 /// Example size for which the part that was left out is reported: 100 arcsec.
 const FOR_EXAMPLE: f64 = 100.0 * std::f64::consts::PI / 648_000.0;
 
-/// Effect of a known input's uncertainty through the tilts.
-#[derive(Debug, Clone, PartialEq)]
+/// What a known input's uncertainty does through the tilts.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[schemars(rename = "ThroughTiltsReport")]
+#[non_exhaustive]
 pub struct ThroughTilts {
-    /// Size of the tilts, radians: as stated, or an example where none was.
-    pub size: f64,
-    /// Is it counted in the predicted uncertainties? Only where it was stated.
+    /// Size of the tilts in arcseconds: as stated, or an example.
+    pub tilts_arcsec: f64,
+    /// Is it counted in the predicted uncertainties? Only where the size was stated.
     pub counted: bool,
     /// The known input that matters most.
     pub known: String,
-    /// The estimated parameter that it moves most, relative to the uncertainty from readings.
-    pub parameter: usize,
-    /// Standard uncertainty from it at tilts of this size.
+    /// The parameter that it moves most.
+    pub parameter: String,
+    /// Standard uncertainty from it, in the parameter's unit.
     pub u: f64,
+    /// The same in arcseconds, for tilts.
+    pub u_arcsec: Option<f64>,
 }
 
 /// For each known input, `u c` at the reference point and `u g_k` for each tilt of stated size; and what was left out or added.
@@ -107,13 +112,14 @@ pub(super) fn contributions(
         Some(before) if share(before.1, before.2) >= share(next.1, next.2) => Some(before),
         _ => Some(next),
     });
-    let through = strongest.filter(|(_, k, u)| share(*k, *u) > 1e-6).map(|(p, parameter, u)| ThroughTilts {
+    let through = strongest.filter(|(_, k, u)| share(*k, *u) > 1e-6).map(|(p, k, u)| ThroughTilts {
         // the report says that it is an example
-        size: if unstated { FOR_EXAMPLE } else { noise.tilts.unwrap_or(FOR_EXAMPLE) },
+        tilts_arcsec: ARCSEC * if unstated { FOR_EXAMPLE } else { noise.tilts.unwrap_or(FOR_EXAMPLE) },
         counted: !unstated,
         known: campaign.parameter_id(p).to_string(),
-        parameter,
+        parameter: campaign.parameter_id(k).to_string(),
         u,
+        u_arcsec: campaign.parameters.get(k).filter(|p| p.kind == Kind::Tilt).map(|_| u * ARCSEC),
     });
     Ok((parts, through))
 }

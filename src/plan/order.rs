@@ -360,7 +360,7 @@ fn turned(groups: &[Vec<usize>], a: usize, b: usize) -> Vec<Vec<usize>> {
     turned
 }
 
-fn shuffle<T>(list: &mut [T], rng: &mut Pcg64Mcg) {
+pub(super) fn shuffle<T>(list: &mut [T], rng: &mut Pcg64Mcg) {
     for k in (1..list.len()).rev() {
         let j = number::below(rng.next_u64(), k + 1);
         list.swap(k, j);

@@ -5,13 +5,16 @@
 //! point, and not nearby, is not a rank defect of the schedule: it needs a value.
 
 use super::effort::Noise;
+use super::order::shuffle;
 use super::whitened::Independent;
-use crate::campaign::{Campaign, Kind, Readings, Role};
+use crate::campaign::{Campaign, Kind, Reading, Readings, Role};
 use crate::design::{self, DesignMatrix, Model};
 use crate::error::{Fault, Malformed, Result};
 use crate::estimate::Estimate;
 use crate::fit::Fit;
 use crate::vocabulary::vocabulary;
+use rand_pcg::Pcg64Mcg;
+use rand_pcg::rand_core::SeedableRng;
 
 vocabulary! {
     /// Where a value of the point comes from.
@@ -85,13 +88,15 @@ pub fn judged_at(campaign: &Campaign, given: &[(String, f64)], fitted: Option<&F
     Ok(Judged { campaign: at, from })
 }
 
-/// What vanishes at the point of judging and not nearby.
-#[derive(Debug, Clone, PartialEq)]
+/// What cannot be predicted at the point of evaluation although it could be nearby.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[schemars(rename = "LackingReport")]
+#[non_exhaustive]
 pub struct Lacking {
-    /// Parameters (by index) that are not estimable at the point and are nearby.
-    pub untold: Vec<usize>,
-    /// Parameters (by index) without a stated value, any of which raises the rank.
-    pub needs: Vec<usize>,
+    /// Parameters whose uncertainty cannot be predicted.
+    pub untold: Vec<String>,
+    /// Parameters without a stated value on which these uncertainties depend.
+    pub needs: Vec<String>,
 }
 
 /// Displacements of unstated values, of tilts (rad) and coefficients: arbitrary, but not zero, equal or commensurable.
@@ -135,7 +140,7 @@ pub(super) fn lacking(
     }
     let Some((design, estimate)) = best else { return Ok(None) };
     let is_estimable = |estimate: &Estimate, k: usize| estimate.unknowns.is_estimable(k);
-    let untold = (0..campaign.unknowns()).filter(|k| is_estimable(&estimate, *k) && !is_estimable(here, *k)).collect();
+    let untold = (0..campaign.unknowns()).filter(|k| is_estimable(&estimate, *k) && !is_estimable(here, *k));
     let mut needs = Vec::new();
     for k in &free {
         if moved(&[*k], NEARBY[0])?.1.unknowns.rank > here.unknowns.rank {
@@ -144,16 +149,21 @@ pub(super) fn lacking(
     }
     // a product of two may need both
     let needs = if needs.is_empty() { free } else { needs };
-    Ok(Some((Lacking { untold, needs }, design, estimate)))
+    let name = |k: usize| campaign.parameter_id(k).to_string();
+    let lacking = Lacking { untold: untold.map(name).collect(), needs: needs.into_iter().map(name).collect() };
+    Ok(Some((lacking, design, estimate)))
 }
 
 /// A search needs values for what vanishes at the point. Errors: `Missing`, with what to state.
 pub(super) fn check_point(campaign: &Campaign, kept: &Readings, candidates: &Readings, noise: &Noise) -> Result<()> {
-    /// So many candidates show what vanishes as well as all of them.
+    /// So many candidates show what vanishes as well as all of them: drawn at random, for a step through a sweep may meet few of a joint's angles.
     const ENOUGH: usize = 2000;
-    let stride = candidates.rows.len().div_ceil(ENOUGH).max(1);
+    let mut drawn: Vec<_> = candidates.rows.iter().collect();
+    if drawn.len() > ENOUGH {
+        shuffle(&mut drawn, &mut Pcg64Mcg::seed_from_u64(0));
+    }
     let mut rows: Vec<_> = kept.rows.iter().take(ENOUGH).cloned().collect();
-    rows.extend(candidates.rows.iter().step_by(stride).map(|r| r.unread()));
+    rows.extend(drawn.into_iter().take(ENOUGH).map(Reading::unread));
     // mountings that scatter change no rank
     let noise = &Noise { remount: Vec::new(), ..noise.clone() };
     let all = campaign.with_readings(Readings { columns: candidates.columns.clone(), rows });
@@ -161,17 +171,11 @@ pub(super) fn check_point(campaign: &Campaign, kept: &Readings, candidates: &Rea
     let design = design::assemble(&all, &model, &all.reference_point())?;
     let here = Independent::new(&all, &design, noise).adjust(&all, &design)?;
     let Some((lacking, ..)) = lacking(&all, &model, &here, noise)? else { return Ok(()) };
-    let names = |list: &[usize]| {
-        list.iter().filter_map(|k| campaign.parameters.get(*k)).map(|p| p.id.as_str()).collect::<Vec<_>>().join(", ")
-    };
-    let needs = names(&lacking.needs);
-    let first = lacking.needs.first().map_or("?", |k| campaign.parameter_id(*k)).to_string();
+    let [untold, needs] = [&lacking.untold, &lacking.needs].map(|names| names.join(", "));
+    let first = lacking.needs.first().map_or("?", String::as_str);
     Err(Malformed::new(
         Fault::Missing,
-        format!(
-            "how well the candidates determine {} depends on the value of {needs}, and none is stated",
-            names(&lacking.untold)
-        ),
+        format!("how well the candidates determine {untold} depends on the value of {needs}, and none is stated"),
     )
     .expected("a value to judge at, or a \"start\" in the campaign: an expected value will do")
     .argument("at", format!("{first}=VALUE"))

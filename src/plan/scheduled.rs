@@ -56,9 +56,9 @@ pub(super) fn schedule_rows(kept: &Readings, pool: &Pool, chosen: &[usize], repe
     rows
 }
 
-/// The number after the largest numeric label.
-fn next_label(readings: &Readings) -> usize {
-    1 + readings.rows.iter().filter_map(|r| r.position.parse::<usize>().ok()).max().unwrap_or(0)
+/// The number after the largest numeric label. (One of more than 32 bits is a serial number, and none that is counted on from.)
+fn next_label(readings: &Readings) -> u64 {
+    1 + u64::from(readings.rows.iter().filter_map(|r| r.position.parse::<u32>().ok()).max().unwrap_or(0))
 }
 
 /// New mountings numbered in the order in which they are run; labels that were kept stay.

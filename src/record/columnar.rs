@@ -218,6 +218,8 @@ fn half(bits: u16) -> f64 {
 enum Open {
     Values(Box<ColumnReader>),
     Labels(Pages),
+    /// Values of a type that is not read, where cells may be texts: so many rows, each with the name of the type.
+    Unread(usize, String),
 }
 
 #[derive(Default)]
@@ -324,19 +326,39 @@ impl Columnar {
                     self.head.labels = Labels::default();
                 }
                 let group = self.reader.get_row_group(self.group).map_err(error)?;
+                let rows = usize::try_from(group.metadata().num_rows()).unwrap_or(0);
                 let open = |(column, kind): &(usize, As)| {
                     let chunk = group.metadata().column(*column);
+                    let is_unread = self.meanings.get(*column) == Some(&Meaning::Unread);
                     Ok(match kind {
+                        _ if is_unread => {
+                            let values = format!("values of the type {}", type_of(chunk.column_descr()));
+                            match kind {
+                                As::Number | As::Time => {
+                                    let title = self.head.columns.get(*column).map_or("", |c| c.title.as_str());
+                                    return Err(Malformed::new(
+                                        Fault::Value,
+                                        format!("the column '{title}' is not read"),
+                                    )
+                                    .expected("numbers, one in a row; or other columns than this one")
+                                    .found(values)
+                                    .in_file(&self.head.name)
+                                    .at_path(title));
+                                }
+                                As::Label | As::Written | As::Mixed | As::Cell => Open::Unread(rows, values),
+                            }
+                        }
                         As::Label | As::Written | As::Mixed
                             if columnar_labels::reads(chunk) && self.meanings.get(*column) == Some(&Meaning::Plain) =>
                         {
                             let is_optional = chunk.column_descr().max_def_level() > 0;
-                            Open::Labels(Pages::new(group.get_column_page_reader(*column)?, is_optional))
+                            let pages = group.get_column_page_reader(*column).map_err(error)?;
+                            Open::Labels(Pages::new(pages, is_optional))
                         }
-                        _ => Open::Values(Box::new(group.get_column_reader(*column)?)),
+                        _ => Open::Values(Box::new(group.get_column_reader(*column).map_err(error)?)),
                     })
                 };
-                self.open = self.wanted.iter().map(open).collect::<std::result::Result<_, _>>().map_err(error)?;
+                self.open = self.wanted.iter().map(open).collect::<Result<_>>()?;
                 self.group += 1;
             }
             let wanted = self.wanted.iter().zip(&mut self.open).zip(&mut block.columns);
@@ -344,17 +366,19 @@ impl Columnar {
                 let meaning = self.meanings.get(*column).copied().unwrap_or(Meaning::Plain);
                 let title = self.head.columns.get(*column).map_or("", |c| c.title.as_str());
                 match (kind, reader) {
-                    _ if meaning == Meaning::Unread => {
-                        let schema = self.reader.metadata().file_metadata().schema_descr();
-                        let descriptor = schema.columns().get(*column);
-                        let name = descriptor.map(|descriptor| match descriptor.logical_type_ref() {
-                            Some(logical) => format!("{logical:?}"),
-                            None => descriptor.converted_type().to_string(),
-                        });
-                        let name = name.unwrap_or_default();
-                        let is_list = descriptor.is_some_and(|descriptor| descriptor.max_rep_level() > 0);
-                        let name = if is_list { "LIST or MAP (several values in a row)".into() } else { name };
-                        Err(ParquetError::NYI(format!("values of the type {name}")))
+                    (kind, Open::Unread(rows, values)) => {
+                        let count = (*rows).min(ROWS);
+                        *rows -= count;
+                        let label = self.head.labels.number_of(values.as_bytes());
+                        to.resize(
+                            count,
+                            match kind {
+                                As::Cell => UNREADABLE,
+                                As::Mixed => super::text_cell(label),
+                                _ => label,
+                            },
+                        );
+                        Ok(())
                     }
                     (kind, Open::Labels(pages)) => pages.read(ROWS, to, &mut self.head.labels).map(|()| {
                         if *kind == As::Mixed {
@@ -394,6 +418,15 @@ impl Columnar {
             }
             self.open.clear();
         }
+    }
+}
+
+/// The name of a type that is not read.
+fn type_of(column: &ColumnDescriptor) -> String {
+    match column.logical_type_ref() {
+        _ if column.max_rep_level() > 0 => "LIST or MAP (several values in a row)".into(),
+        Some(logical) => format!("{logical:?}"),
+        None => column.converted_type().to_string(),
     }
 }
 

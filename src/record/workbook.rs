@@ -4,7 +4,7 @@ use super::Delimited;
 use super::guard::guarded;
 use super::held::SHORT;
 use crate::error::{Fault, Malformed, Result};
-use calamine::{Data, Reader, Sheets, open_workbook_auto_from_rs};
+use calamine::{Data, DataRef, Reader, Sheets, open_workbook_auto_from_rs};
 use std::io::Cursor;
 
 /// Seconds of a day: dates are numbers of days there.
@@ -95,8 +95,15 @@ fn used(book: &mut Sheets<Cursor<Vec<u8>>>, name: &str) -> std::result::Result<V
     match book {
         Sheets::Xlsx(book) => {
             let mut reader = book.worksheet_cells_reader(name)?;
-            while let Some(cell) = reader.next_cell()? {
-                cells.push((cell.get_position(), Data::from(cell.get_value().clone())));
+            while let Some(cell) = reader.next_cell_with_formula()? {
+                // programs that write workbooks leave the results of formulas to Excel
+                let value = match (cell.value, cell.formula) {
+                    (DataRef::Empty, Some(formula)) => {
+                        Data::String(format!("={formula}, a formula without a saved value"))
+                    }
+                    (value, _) => Data::from(value),
+                };
+                cells.push((cell.pos, value));
             }
         }
         Sheets::Xlsb(book) => {

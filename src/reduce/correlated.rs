@@ -6,12 +6,13 @@
 //! that of white noise and of the Markov process about zero, that of flicker, which has no mean of its own, about the level of the whole record, and never below the
 //! Allan variance at the segment's length. The mean's error is then a mixture of Student distributions, one for each description, and
 //! u is its half interval divided by the normal factor, so that `1.96 u` covers 95 % however few the samples: what learning the noise
-//! costs is in u, and no degrees of freedom need to be carried.
+//! costs is in u, and no degrees of freedom need to be carried. What the rounding of a quantized channel leaves ([`super::rounded`]) is added to it in quadrature.
 //!
 //! Segments learn from each other only where their noise is the same: those whose differences from block to block are clearly larger (a table
 //! that turns beside one that stands) make a class of their own.
 
 use super::innovations::{FLICKER_ALLAN, Process, Products, flicker, flicker_level, markov_lags, markov_mean};
+use super::rounded::{self, is_rounded};
 use super::turning::{self, Designs, Turned};
 use crate::elements::Elements;
 use crate::number;
@@ -55,7 +56,7 @@ pub struct MeanUncertainty {
     pub autocorrelation: f64,
     /// The Allan deviation at the segment's length (white noise and flicker).
     pub allan_floor: f64,
-    /// What the resolution of a quantized channel gives where the noise does not exceed it.
+    /// What the rounding of a quantized channel to its steps leaves in the mean (in `u`, in quadrature): `q/sqrt(12)` without noise, nothing with noise of half a step.
     pub resolution: f64,
     /// Degrees of freedom that the variance of the mean is known with (already in `u`).
     pub dof: f64,
@@ -160,15 +161,19 @@ fn descriptions(typical: f64) -> Vec<Description> {
     all
 }
 
-/// Half the mean square difference of neighbouring blocks, not below what the last digit leaves of it, and the count of differences.
+/// Half the mean square difference of neighbouring blocks, not below what the edge of a step makes of it where the level lies at one, and the count of differences.
 fn differences(segment: &SegmentBlocks) -> (f64, f64) {
     let (mut sum, mut count) = (0.0, 0.0);
     for piece in &segment.pieces {
         sum += piece.iter().zip(piece.iter().skip(1)).map(|(a, b)| (b - a).powi(2)).sum::<f64>();
         count += piece.len().saturating_sub(1) as f64;
     }
-    let digit = segment.step * segment.step / 12.0 * segment.length / segment.samples.max(1) as f64;
-    ((0.5 * sum / f64::max(count, 1.0)).max(digit), count)
+    ((0.5 * sum / f64::max(count, 1.0)).max(of_edge(segment)), count)
+}
+
+/// What an edge between two steps may add to the variance of a block, whatever the noise: segments that differ by less may differ in their place alone.
+fn of_edge(segment: &SegmentBlocks) -> f64 {
+    rounded::edge(segment) * segment.length / segment.samples.max(1) as f64
 }
 
 /// Segments whose noise is alike, by their numbers; the largest class first.
@@ -286,10 +291,11 @@ fn alike(segments: &[SegmentBlocks], record: f64, level: f64) -> Vec<MeanUncerta
     let contrasts: usize = pieces.iter().flatten().map(|piece| piece.contrasts).sum();
     let is_spread = |values: &[f64]| values.iter().any(|v| Some(v) != values.first());
     let spread_out = pieces.iter().flatten().any(|piece| is_spread(&piece.values));
+    let of_steps = rounded::resolution(segments, level);
     let plain = |segment: &SegmentBlocks| {
         let white = segment.above.max(1.0) * segment.sd / (segment.samples.max(1) as f64).sqrt();
-        let resolution = if segment.sd < 0.5 * segment.step { segment.step / 12f64.sqrt() } else { 0.0 };
-        let u = white.max(resolution);
+        let resolution = if is_rounded(segment) { of_steps } else { 0.0 };
+        let u = white.hypot(resolution);
         MeanUncertainty { u, middling: u, white, resolution, noisier: 1.0, ..MeanUncertainty::default() }
     };
     if contrasts < 3 || !spread_out {
@@ -388,7 +394,7 @@ fn alike(segments: &[SegmentBlocks], record: f64, level: f64) -> Vec<MeanUncerta
             result.allan_floor = family(false);
             // a segment without differences tells nothing of the noise
             let (f, dof) = likeliest.own.get(k).copied().unwrap_or((0.0, 0.0));
-            let ratio = if dof > 0.0 { f / dof / likeliest.variance } else { 1.0 };
+            let ratio = if dof > 0.0 { f / dof / likeliest.variance.max(of_edge(segment) / width) } else { 1.0 };
             // a ratio that is not finite is not called noisier
             let chance = fisher_f_survival(ratio, dof.max(1.0), nu).unwrap_or(1.0);
             if segments.len() > 1 && chance * (segments.len() as f64) < NOISIER {
@@ -396,14 +402,14 @@ fn alike(segments: &[SegmentBlocks], record: f64, level: f64) -> Vec<MeanUncerta
             }
             // of a level that stands beside harmonics
             let larger = result.noisier * segment.above.max(1.0);
-            result.middling = (weighted_median(&parts) * larger).max(result.resolution);
+            result.middling = (weighted_median(&parts) * larger).hypot(result.resolution);
             // a mixture of plain numbers has an interval; it is the costly part, and of one that is asked about not wanted
             let asked = segment.pieces.is_empty().then_some(0.0);
             let half = asked.or_else(|| quantiles::mixture_half_interval(&parts, nu, level));
             let half = half.unwrap_or(0.0) * larger;
             // levels lie between 0 and 1
             let factor = normal_quantile(0.5 + 0.5 * level).unwrap_or(1.96);
-            result.u = if asked.is_some() { result.middling } else { (half / factor).max(result.resolution) };
+            result.u = if asked.is_some() { result.middling } else { (half / factor).hypot(result.resolution) };
             let first: f64 = parts.iter().map(|(w, _, s)| w * s * s).sum();
             let second: f64 = parts.iter().map(|(w, _, s)| w * s.powi(4) * (1.0 + 2.0 / nu)).sum();
             result.dof = 2.0 * first * first / (second - first * first).max(1e-12 * second);

@@ -22,6 +22,7 @@ mod correlated;
 mod events;
 mod hold;
 mod innovations;
+mod rounded;
 mod segments;
 mod still;
 mod trace;

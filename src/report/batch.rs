@@ -236,47 +236,47 @@ pub fn batch_report(campaign: &Campaign, settings: &fit::Settings, by: &str, sum
     let n = campaign.unknowns();
     let errors = campaign.scale_factor_errors();
     let limits = |k: usize| {
-        let own = campaign.limits.iter().find(|limit| match limit.of {
-            Limited::Parameter(own) => own == k,
-            Limited::Derived(own) => n + own == k,
-            Limited::ScaleFactor(own) => names.get(k).is_some_and(|(id, _)| errors.get(own) == Some(id)),
+        let bound = campaign.limits.iter().find(|limit| match limit.of {
+            Limited::Parameter(i) => i == k,
+            Limited::Derived(i) => n + i == k,
+            Limited::ScaleFactor(i) => names.get(k).is_some_and(|(id, _)| errors.get(i) == Some(id)),
         })?;
-        Some([own.lower, own.upper].map(finite))
+        Some([bound.lower, bound.upper].map(finite))
     };
     let quantity = |(k, (id, unit)): (usize, &(String, String))| {
-        let own = summary.quantity(k)?;
-        let [least, q05, median, q95, most] = own.quantiles;
+        let statistics = summary.quantity(k)?;
+        let [least, q05, median, q95, most] = statistics.quantiles;
         Some(DistributionReport {
             id: id.clone(),
             unit: unit.clone(),
-            devices: own.devices,
-            mean: own.mean,
-            sd: own.sd,
+            devices: statistics.devices,
+            mean: statistics.mean,
+            sd: statistics.sd,
             least,
             median,
             most,
             q05,
             q95,
-            u: own.u,
-            scattering: own.scattering,
+            u: statistics.u,
+            scattering: statistics.scattering,
             limits: limits(k),
         })
     };
     let name = |k: usize| names.get(k).map_or(String::new(), |(id, _)| id.clone());
     let lots = summary.lots.iter().map(|lot| {
-        let own = || lot.of.iter().enumerate().filter(|(_, (count, ..))| *count > 0);
+        let counted = || lot.of.iter().enumerate().filter(|(_, (count, ..))| *count > 0);
         LotReport {
             name: lot.name.clone(),
-            devices: own().map(|(k, (count, ..))| (name(k), *count)).collect(),
-            mean: own().map(|(k, (_, mean, _))| (name(k), *mean)).collect(),
-            sd: own().map(|(k, (n, _, s))| (name(k), (*n > 1).then(|| (s / (*n - 1) as f64).sqrt()))).collect(),
+            devices: counted().map(|(k, (count, ..))| (name(k), *count)).collect(),
+            mean: counted().map(|(k, (_, mean, _))| (name(k), *mean)).collect(),
+            sd: counted().map(|(k, (n, _, s))| (name(k), (*n > 1).then(|| (s / (*n - 1) as f64).sqrt()))).collect(),
             control: BTreeMap::new(),
         }
     });
     let level = settings.level;
-    let chance = |(reason, own): (Reason, &Chance)| {
-        let (tested, found, expected) = (own.tested, own.found(), own.expected(level));
-        (tested > 0).then(|| (reason, ChanceReport { tested, found, expected, beyond: own.beyond(level) }))
+    let chance = |(reason, counts): (Reason, &Chance)| {
+        let (tested, found, expected) = (counts.tested, counts.found(), counts.expected(level));
+        (tested > 0).then(|| (reason, ChanceReport { tested, found, expected, beyond: counts.beyond(level) }))
     };
     let tests = [
         (Reason::GlobalTest, &summary.global_test),
@@ -313,7 +313,7 @@ pub fn batch_report(campaign: &Campaign, settings: &fit::Settings, by: &str, sum
         outlying: summary
             .outlying(MOST)
             .into_iter()
-            .map(|own| OutlyingReport { device: own.label, id: name(own.quantity), value: own.value, z: own.z })
+            .map(|o| OutlyingReport { device: o.label, id: name(o.quantity), value: o.value, z: o.z })
             .collect(),
         noisy: summary.noisy(MOST),
         not_in_order: summary.not_in_order.clone(),
@@ -338,15 +338,15 @@ pub fn batch_rows(campaign: &Campaign, by: &str, rows: &[Row], lang: Language) -
         .map(|row| {
             let mut cells = vec![row.label.clone(), lang.term(row.verdict.name())];
             if limited {
-                cells.push(row.conformity.map_or("-".into(), |own| lang.term(own.name())));
+                cells.push(row.conformity.map_or("-".into(), |outcome| lang.term(outcome.name())));
             }
             cells.extend(row.value.iter().zip(&row.u).map(|(x, u)| match x.is_nan() {
                 true => "-".into(),
                 false => rounded(*x, Some(*u).filter(|u| u.is_finite())),
             }));
-            let told = lang.name(&row.why);
-            let mut why: String = told.chars().take(60).collect();
-            if told.chars().count() > 60 {
+            let reason = lang.name(&row.why);
+            let mut why: String = reason.chars().take(60).collect();
+            if reason.chars().count() > 60 {
                 why += "...";
             }
             cells.push(why);
@@ -382,17 +382,17 @@ pub fn batch_document(
 }
 
 fn answer(report: &BatchReport, lang: Language) -> Section {
-    let own = &report.devices;
-    let devices = lang.count(own.all, "device");
-    let accepted = match own.rejected + own.malformed {
+    let counts = &report.devices;
+    let devices = lang.count(counts.all, "device");
+    let accepted = match counts.rejected + counts.malformed {
         0 => (Tone::Good, say!(lang, "all-are-accepted", devices)),
         bad => {
-            let [bad, rejected, malformed] = [bad, own.rejected, own.malformed].map(|n| n.to_string());
+            let [bad, rejected, malformed] = [bad, counts.rejected, counts.malformed].map(|n| n.to_string());
             (Tone::Bad, say!(lang, "of-are-not-accepted-rejected-a-rank", bad, devices, rejected, malformed))
         }
     };
     let noisy = (!report.noisy.is_empty()).then(|| {
-        let names = lang.names(report.noisy.iter().map(|own| own.label.as_str()));
+        let names = lang.names(report.noisy.iter().map(|device| device.label.as_str()));
         (Tone::Caution, say!(lang, "accepted-devices-are-noisy", names, n = report.noisy.len()))
     });
     let conformity = report.conformity.as_ref().map(|limits| {
@@ -420,10 +420,10 @@ fn reasons(report: &BatchReport, lang: Language) -> Section {
     let table = Rows::of(rows)
         .left(say!(lang, "reason"), |(reason, ..)| lang.term(reason.name()))
         .right(say!(lang, "devices"), |(_, devices, _)| devices)
-        .right(say!(lang, "devices-tested"), |(.., chance)| chance.map(|own| own.tested))
-        .decimal(say!(lang, "expected-by-chance"), |(.., chance)| Cell::digits(chance.map(|own| own.expected), 2))
-        .right(say!(lang, "beyond-chance"), |(.., chance)| chance.map(|own| own.beyond))
-        .tone(|(.., chance)| if chance.is_some_and(|own| own.beyond > 0) { Tone::Caution } else { Tone::Plain })
+        .right(say!(lang, "devices-tested"), |(.., chance)| chance.map(|tests| tests.tested))
+        .decimal(say!(lang, "expected-by-chance"), |(.., chance)| Cell::digits(chance.map(|tests| tests.expected), 2))
+        .right(say!(lang, "beyond-chance"), |(.., chance)| chance.map(|tests| tests.beyond))
+        .tone(|(.., chance)| if chance.is_some_and(|tests| tests.beyond > 0) { Tone::Caution } else { Tone::Plain })
         .note(say!(lang, "chance-alone-finds", level = level(report.level)));
     Section::new(say!(lang, "reasons")).table(table)
 }
@@ -471,41 +471,41 @@ fn not_in_order(report: &BatchReport, links: &BTreeMap<String, String>, lang: La
     if listed == 0 {
         return section;
     }
-    let fails = report.conformity.as_ref().map_or(0, |own| own.fail);
+    let fails = report.conformity.as_ref().map_or(0, |conformity| conformity.fail);
     let all = (report.devices.rejected + report.devices.malformed).max(fails);
     let [shown, n] = [listed, all].map(|n| n.to_string());
     let first = (listed < all).then(|| say!(lang, "the-first-of-are-listed-the-json", listed = shown, n));
     let mut table = Rows::of(&report.not_in_order)
-        .left(report.by.as_str(), |own| &own.label)
-        .left(say!(lang, "verdict"), |own| lang.term(own.verdict.name()));
+        .left(report.by.as_str(), |device| &device.label)
+        .left(say!(lang, "verdict"), |device| lang.term(device.verdict.name()));
     if report.conformity.is_some() {
-        table = table.left(say!(lang, "limits"), |own| own.conformity.map(|own| lang.term(own.name())));
+        table = table.left(say!(lang, "limits"), |device| device.conformity.map(|outcome| lang.term(outcome.name())));
     }
-    let table = table.left(say!(lang, "reason"), |own| lang.name(&own.why)).link(|own| links.get(&own.label));
+    let table = table.left(say!(lang, "reason"), |d| lang.name(&d.why)).link(|d| links.get(&d.label));
     section.proses(first).table(table.small())
 }
 
 fn apart(report: &BatchReport, links: &BTreeMap<String, String>, lang: Language) -> Section {
     let noisy = Rows::of(&report.noisy)
-        .left(report.by.as_str(), |own| &own.label)
-        .decimal(say!(lang, "residual-sd"), |own| Cell::digits(Some(own.residual_sd), 3))
-        .decimal(say!(lang, "sd-of-the-others"), |own| Cell::digits(Some(own.pooled_sd), 3))
-        .decimal("F", |own| Cell::digits(Some(own.f), 3))
-        .right("p", |own| Cell::p(Some(own.p)))
-        .link(|own| links.get(&own.label))
+        .left(report.by.as_str(), |device| &device.label)
+        .decimal(say!(lang, "residual-sd"), |device| Cell::digits(Some(device.residual_sd), 3))
+        .decimal(say!(lang, "sd-of-the-others"), |device| Cell::digits(Some(device.pooled_sd), 3))
+        .decimal("F", |device| Cell::digits(Some(device.f), 3))
+        .right("p", |device| Cell::p(Some(device.p)))
+        .link(|device| links.get(&device.label))
         .note(say!(lang, "noisy-devices-f"));
     let section = Section::new(say!(lang, "devices-that-stand-apart")).table(noisy);
     if report.outlying.is_empty() {
         return section.prose(say!(lang, "no-accepted-device-stands-apart-from-the"));
     }
-    let rows = report.outlying.iter().map(|own| (own, report.quantities.iter().find(|q| q.id == own.id)));
+    let rows = report.outlying.iter().map(|outlier| (outlier, report.quantities.iter().find(|q| q.id == outlier.id)));
     let table = Rows::of(rows)
-        .left(report.by.as_str(), |(own, _)| &own.device)
-        .name(say!(lang, "quantity"), |(own, _)| &own.id)
-        .decimal(say!(lang, "value"), |(own, q)| Cell::Value(own.value, q.and_then(|q| q.u)))
-        .decimal("z", |(own, _)| Cell::Decimals(own.z, 1))
+        .left(report.by.as_str(), |(outlier, _)| &outlier.device)
+        .name(say!(lang, "quantity"), |(outlier, _)| &outlier.id)
+        .decimal(say!(lang, "value"), |(outlier, q)| Cell::Value(outlier.value, q.and_then(|q| q.u)))
+        .decimal("z", |(outlier, _)| Cell::Decimals(outlier.z, 1))
         .left(say!(lang, "unit"), |(_, q)| q.map_or("", |q| q.unit.as_str()))
-        .link(|(own, _)| links.get(&own.device))
+        .link(|(outlier, _)| links.get(&outlier.device))
         .note(say!(lang, "z-value-median-mad-beyond-what-a"));
     section.table(table)
 }
@@ -517,9 +517,9 @@ fn lots(report: &BatchReport, lang: Language) -> Section {
     let limited = |q: &&DistributionReport| report.lots.iter().any(|lot| lot.control.contains_key(&q.id));
     for q in report.quantities.iter().filter(limited).take(DRAWN) {
         let limits = |lot: &'_ LotReport| Some((*lot.mean.get(&q.id)?, *lot.control.get(&q.id)?));
-        let own = || report.lots.iter().filter_map(|lot| Some((lot, limits(lot)?)));
-        beyond.extend(own().filter(|(lot, _)| lot.is_beyond(q)).map(|(lot, (mean, by))| (q, lot, mean, by)));
-        let lots = own().map(|(lot, (mean, by))| (lot.name.clone(), mean, by)).collect();
+        let judged = || report.lots.iter().filter_map(|lot| Some((lot, limits(lot)?)));
+        beyond.extend(judged().filter(|(lot, _)| lot.is_beyond(q)).map(|(lot, (mean, by))| (q, lot, mean, by)));
+        let lots = judged().map(|(lot, (mean, by))| (lot.name.clone(), mean, by)).collect();
         let caption = say!(lang, "grouped-by", what = q.id, by = say!(lang, "lot"));
         let control = Control { label: q.id.clone(), unit: q.unit.clone(), lots, mean: q.mean };
         figures.push(Figure::new(caption, Chart::Control(control), false));

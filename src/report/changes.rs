@@ -64,24 +64,24 @@ pub fn determination(name: &str, report: &FitReport, day: Option<f64>) -> Determ
             c: source.c? * scale,
         })
     };
-    let quantity = |own: &Shown<'_>| {
+    let quantity = |shown: &Shown<'_>| {
         Some(Quantity {
-            id: own.id.into(),
-            unit: own.unit.into(),
-            value: own.value?,
-            u: own.u,
-            dof: own.dof.unwrap_or(f64::INFINITY),
-            inputs: own.budget.iter().filter_map(|source| known(source, own.scale)).collect(),
+            id: shown.id.into(),
+            unit: shown.unit.into(),
+            value: shown.value?,
+            u: shown.u,
+            dof: shown.dof.unwrap_or(f64::INFINITY),
+            inputs: shown.budget.iter().filter_map(|source| known(source, shown.scale)).collect(),
         })
     };
-    let all: Vec<(usize, Shown<'_>)> = report.quantities().enumerate().filter(|(_, own)| own.value.is_some()).collect();
+    let all: Vec<(usize, Shown<'_>)> = report.quantities().enumerate().filter(|(_, s)| s.value.is_some()).collect();
     // derived quantities come after the parameters, and have no covariance
     let places: Vec<(Option<usize>, f64)> = all
         .iter()
-        .map(|(k, own)| {
+        .map(|(k, shown)| {
             let parameter = report.parameters.get(*k);
             let place = parameter.and_then(|p| report.covariance.order.iter().position(|id| *id == p.id));
-            (place, own.scale)
+            (place, shown.scale)
         })
         .collect();
     let element = |i: usize, j: usize| {
@@ -91,7 +91,7 @@ pub fn determination(name: &str, report: &FitReport, day: Option<f64>) -> Determ
     };
     let n = all.len();
     let covariance = DMatrix::from_fn(n, n, |i, j| element(i, j).unwrap_or(f64::NAN));
-    let quantities = all.iter().filter_map(|(_, own)| quantity(own)).collect();
+    let quantities = all.iter().filter_map(|(_, shown)| quantity(shown)).collect();
     Determination { name: name.into(), day, quantities, covariance, correlations: report.correlations.clone() }
 }
 

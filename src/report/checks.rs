@@ -167,8 +167,8 @@ impl EachParameter {
 }
 
 impl From<BTreeMap<String, f64>> for EachParameter {
-    fn from(own: BTreeMap<String, f64>) -> Self {
-        let (names, values): (Vec<String>, Vec<f64>) = own.into_iter().unzip();
+    fn from(map: BTreeMap<String, f64>) -> Self {
+        let (names, values): (Vec<String>, Vec<f64>) = map.into_iter().unzip();
         EachParameter { names: names.into(), values: values.into() }
     }
 }
@@ -187,7 +187,7 @@ pub(super) struct Names {
 
 impl Names {
     pub(super) fn of(fit: &Fit) -> Self {
-        let mut named: Vec<(usize, String)> = fit.parameters.iter().map(|own| own.id.clone()).enumerate().collect();
+        let mut named: Vec<(usize, String)> = fit.parameters.iter().map(|p| p.id.clone()).enumerate().collect();
         named.sort_by(|(_, a), (_, b)| a.cmp(b));
         let (order, names): (Vec<usize>, Vec<String>) = named.into_iter().unzip();
         Names { order, names: names.into() }
@@ -203,7 +203,6 @@ pub(super) fn external(fit: &Fit, names: &Names, row: usize) -> Option<EachParam
 /// Suspicious readings in words; the list has them all.
 pub(super) const PRINTED: usize = 5;
 
-/// The checks.
 pub(super) fn checks(fit: &Fit) -> ChecksReport {
     let checks = &fit.checks;
     let level = fit.settings.level;
@@ -337,14 +336,14 @@ const NAMED: usize = 3;
 
 /// The record of a fit, if it was streamed.
 pub(super) fn record(fit: &Fit) -> Option<RecordReport> {
-    let own = fit.streamed.as_ref()?;
+    let streamed = fit.streamed.as_ref()?;
     Some(RecordReport {
-        rows: own.rows,
-        values: own.values,
-        passes: own.passes,
-        shown: own.numbers.len(),
-        sensors: own.sensors.clone(),
-        inputs: own.bins.clone(),
+        rows: streamed.rows,
+        values: streamed.values,
+        passes: streamed.passes,
+        shown: streamed.numbers.len(),
+        sensors: streamed.sensors.clone(),
+        inputs: streamed.bins.clone(),
     })
 }
 
@@ -354,15 +353,15 @@ fn record_verdict(fit: &Fit) -> Vec<Sentence> {
     let level = 1.0 - fit.settings.level;
     let short = |x: f64| significant(x, 3);
     let mut found = Vec::new();
-    for own in &record.sensors {
-        let all = own.means.len().max(1) as f64;
-        let worst = own
+    for sensor in &record.sensors {
+        let all = sensor.means.len().max(1) as f64;
+        let worst = sensor
             .means
             .iter()
             .filter(|test| test.p * all < level)
             .max_by(|a, b| a.ratio.ln().abs().total_cmp(&b.ratio.ln().abs()));
         let rejected: Vec<&BinnedResiduals> =
-            record.inputs.iter().filter(|input| input.rejected && input.sensor == own.sensor).collect();
+            record.inputs.iter().filter(|input| input.rejected && input.sensor == sensor.sensor).collect();
         let is_correlated = worst.is_some_and(|test| test.ratio > 1.0);
         for input in rejected.iter().filter(|_| !is_correlated) {
             found.push(sentence!(
@@ -377,24 +376,24 @@ fn record_verdict(fit: &Fit) -> Vec<Sentence> {
         match worst {
             Some(test) if test.ratio > 1.0 => found.push(sentence!(
                 "means-of-rows-scatter-too-much",
-                sensor = own.sensor,
+                sensor = sensor.sensor,
                 rows = test.rows.to_string(),
                 ratio = short(test.ratio.sqrt()),
                 p = short(test.p)
             )),
             Some(test) => found.push(sentence!(
                 "means-of-rows-scatter-too-little",
-                sensor = own.sensor,
+                sensor = sensor.sensor,
                 rows = test.rows.to_string(),
                 ratio = short(test.ratio.sqrt()),
                 p = short(test.p)
             )),
             None => {
-                if let Some(p) = own.lags_p.filter(|p| *p < level) {
-                    let lag = own.lags.iter().max_by(|a, b| a.correlation.abs().total_cmp(&b.correlation.abs()));
+                if let Some(p) = sensor.lags_p.filter(|p| *p < level) {
+                    let lag = sensor.lags.iter().max_by(|a, b| a.correlation.abs().total_cmp(&b.correlation.abs()));
                     found.push(sentence!(
                         "residuals-are-correlated",
-                        sensor = own.sensor,
+                        sensor = sensor.sensor,
                         correlation = lag.map_or(String::new(), |lag| short(lag.correlation)),
                         rows = lag.map_or(String::new(), |lag| lag.rows.to_string()),
                         p = short(p)
@@ -404,12 +403,12 @@ fn record_verdict(fit: &Fit) -> Vec<Sentence> {
         }
         if is_correlated && !rejected.is_empty() {
             let inputs: Vec<&str> = rejected.iter().map(|input| input.column.as_str()).collect();
-            found.push(sentence!("lack-of-fit-or-correlation", sensor = own.sensor, inputs = inputs.join(", ")));
+            found.push(sentence!("lack-of-fit-or-correlation", sensor = sensor.sensor, inputs = inputs.join(", ")));
         }
-        for far in own.largest.iter().filter(|far| far.p < level).take(NAMED) {
+        for far in sensor.largest.iter().filter(|far| far.p < level).take(NAMED) {
             found.push(sentence!(
                 "row-is-far-from-the-model",
-                sensor = own.sensor,
+                sensor = sensor.sensor,
                 row = far.number.to_string(),
                 residual = short(far.residual),
                 w = short(far.w),
@@ -489,7 +488,6 @@ pub struct ConstraintReport {
     pub cost: Option<f64>,
 }
 
-/// The constraints, if the campaign has any.
 pub(super) fn constraints(fit: &Fit) -> Option<ConstraintsReport> {
     let (status, contradictory): (ConstraintsStatus, &[usize]) = match &fit.constraints {
         Constraints::None => return None,
@@ -507,9 +505,9 @@ pub(super) fn constraints(fit: &Fit) -> Option<ConstraintsReport> {
         .iter()
         .enumerate()
         .map(|(k, constraint)| {
-            let own = active.iter().find(|a| a.constraint == k);
+            let inequality = active.iter().find(|a| a.constraint == k);
             let equality = matches!(constraint, Constraint::Linear { lower, upper, .. } if lower == upper);
-            let state = match (own, equality) {
+            let state = match (inequality, equality) {
                 _ if contradictory.contains(&k) => ConstraintState::Contradictory,
                 _ if status != ConstraintsStatus::Met => ConstraintState::NotApplied,
                 (Some(_), _) => ConstraintState::Active,
@@ -520,9 +518,9 @@ pub(super) fn constraints(fit: &Fit) -> Option<ConstraintsReport> {
                 index: k + 1,
                 text: constraint_text(&fit.campaign, constraint),
                 state,
-                side: own.map(|a| a.side),
-                multiplier: own.map(|a| a.multiplier),
-                cost: own.map(|a| a.cost),
+                side: inequality.map(|a| a.side),
+                multiplier: inequality.map(|a| a.multiplier),
+                cost: inequality.map(|a| a.cost),
             }
         })
         .collect();

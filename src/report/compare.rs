@@ -149,7 +149,7 @@ pub fn compare_report(comparison: &Comparison) -> CompareReport {
             printed: comparison
                 .printed
                 .as_ref()
-                .and_then(|p| p.means.iter().find(|(own, _)| own == id))
+                .and_then(|p| p.means.iter().find(|(other, _)| other == id))
                 .map(|(_, v)| v * factor),
         })
         .collect();
@@ -220,9 +220,9 @@ fn groups(report: &CompareReport, lang: Language) -> Rows<(bool, Option<f64>, &Q
         let quantities = group.quantities.iter().enumerate();
         quantities.map(|(k, q)| (k == 0, group.group, q))
     });
-    let group = |own: Option<f64>| own.map_or_else(|| say!(lang, "all").into(), |own| own.to_string());
+    let group = |value: Option<f64>| value.map_or_else(|| say!(lang, "all").into(), |value| value.to_string());
     Rows::of(rows)
-        .left(lang.name(&report.group_title), |(first, own, _)| if first { group(own) } else { String::new() })
+        .left(lang.name(&report.group_title), |(first, value, _)| if first { group(value) } else { String::new() })
         .name(report.quantity(lang), |(.., q)| &q.id)
         .decimal(say!(lang, "closed-form"), |(.., q)| number(q.closed_form, q, 3))
         .decimal(say!(lang, "least-squares-no-earth-rate"), |(.., q)| number(q.without_earth_rate, q, 3))

@@ -55,18 +55,18 @@ pub fn conformity(fit: &Fit) -> Option<ConformityReport> {
     let quantities: Vec<LimitedReport> = fit
         .judged()
         .into_iter()
-        .map(|own| {
-            let scale = if own.is_angle { ARCSEC } else { 1.0 };
+        .map(|quantity| {
+            let scale = if quantity.is_angle { ARCSEC } else { 1.0 };
             let bound = |v: f64| Some(v * scale).filter(|bound| bound.is_finite());
             LimitedReport {
-                lower: bound(own.limit.lower),
-                upper: bound(own.limit.upper),
-                value: own.value.map(|v| v * scale),
-                expanded: own.uncertainty.map(|c| c.expanded * scale),
-                probability: own.probability,
-                outcome: own.outcome,
-                unit: if own.is_angle { "arcsec".into() } else { own.unit },
-                id: own.id,
+                lower: bound(quantity.limit.lower),
+                upper: bound(quantity.limit.upper),
+                value: quantity.value.map(|v| v * scale),
+                expanded: quantity.uncertainty.map(|c| c.expanded * scale),
+                probability: quantity.probability,
+                outcome: quantity.outcome,
+                unit: if quantity.is_angle { "arcsec".into() } else { quantity.unit },
+                id: quantity.id,
             }
         })
         .collect();
@@ -101,7 +101,7 @@ pub(super) fn verdict(conformity: &ConformityReport, lang: Language) -> (Tone, S
 
 /// Conformity with the limits of the campaign; an empty section where it has none.
 pub(super) fn section(report: Option<&ConformityReport>, lang: Language) -> Section {
-    let table = Rows::of(report.iter().flat_map(|own| &own.quantities))
+    let table = Rows::of(report.iter().flat_map(|checked| &checked.quantities))
         .name(say!(lang, "quantity"), |q| &q.id)
         .decimal(say!(lang, "lower-limit"), |q| Cell::digits(q.lower, 6))
         .decimal(say!(lang, "value"), |q| Cell::value(q.value, q.expanded))

@@ -120,7 +120,7 @@ pub fn diagnose_report(campaign: &Campaign, diagnosis: &Diagnosis, settings: &di
         significance: settings.significance,
         effects: diagnosis.effects.iter().map(|finding| effect(campaign, diagnosis, finding)).collect(),
         state: diagnosis.state,
-        suspected: diagnosis.suspected.iter().map(|own| suspect(campaign, own)).collect(),
+        suspected: diagnosis.suspected.iter().map(|suspected| suspect(campaign, suspected)).collect(),
         model_before: model_lines(&diagnosis.before.campaign),
         model_after: model_lines(&after.campaign),
         gap: gaps(campaign, diagnosis),
@@ -140,12 +140,12 @@ pub fn diagnose_report(campaign: &Campaign, diagnosis: &Diagnosis, settings: &di
     }
 }
 
-fn suspect(campaign: &Campaign, own: &Suspect) -> SuspectReport {
+fn suspect(campaign: &Campaign, suspected: &Suspect) -> SuspectReport {
     SuspectReport {
-        regressor: own.effect.regressor.clone(),
-        name: own.effect.name.clone(),
-        sensor: sensor(campaign, own.effect.sensor),
-        probability: own.probability,
+        regressor: suspected.effect.regressor.clone(),
+        name: suspected.effect.name.clone(),
+        sensor: sensor(campaign, suspected.effect.sensor),
+        probability: suspected.probability,
     }
 }
 
@@ -272,26 +272,26 @@ pub struct ChangeReport {
 }
 
 fn effect(campaign: &Campaign, diagnosis: &Diagnosis, finding: &Finding) -> EffectReport {
-    let own = &finding.effect;
+    let effect = &finding.effect;
     let keys = |list: &[Vec<JointState>]| list.iter().map(|joints| position_keys(campaign, joints)).collect();
     let after = diagnosis.after.as_ref().unwrap_or(&diagnosis.before);
     let results = || after.parameters.iter();
     let combined = |p: &crate::fit::ParameterResult| p.uncertainty;
     // what has no parameter of its own (a prior, a constraint) is covered like the others
     let coverage = results()
-        .find(|p| !own.coefficient.is_empty() && p.id == own.coefficient)
+        .find(|p| !effect.coefficient.is_empty() && p.id == effect.coefficient)
         .and_then(combined)
         .or_else(|| results().find_map(combined))
         .map(|c| c.coverage_factor);
-    let constraint = constraint_number(&own.regressor).filter(|_| matches!(own.kind, Regressor::Constraint(_)));
+    let constraint = constraint_number(&effect.regressor).filter(|_| matches!(effect.kind, Regressor::Constraint(_)));
     let name = constraint.and_then(|k| campaign.constraints.get(k));
     let name = name.map(|c| format!("the constraint {} does not hold", checks::constraint_text(campaign, c)));
-    let step = diagnosis.steps.iter().find(|step| step.with.last() == Some(&own.regressor));
+    let step = diagnosis.steps.iter().find(|step| step.with.last() == Some(&effect.regressor));
     EffectReport {
-        regressor: own.regressor.clone(),
-        name: name.unwrap_or_else(|| own.name.clone()),
-        coefficient: own.coefficient.clone(),
-        sensor: sensor(campaign, own.sensor).filter(|_| finding.also.is_empty()),
+        regressor: effect.regressor.clone(),
+        name: name.unwrap_or_else(|| effect.name.clone()),
+        coefficient: effect.coefficient.clone(),
+        sensor: sensor(campaign, effect.sensor).filter(|_| finding.also.is_empty()),
         in_sensors: in_sensors(campaign, finding),
         value: finding.value,
         u: finding.u,
@@ -299,17 +299,17 @@ fn effect(campaign: &Campaign, diagnosis: &Diagnosis, finding: &Finding) -> Effe
         level: after.settings.level,
         unit: finding.unit.clone(),
         arcsec: finding.value.filter(|_| finding.unit == "rad").map(|v| v * ARCSEC),
-        stated_u: stated_u(campaign, &own.kind),
+        stated_u: stated_u(campaign, &effect.kind),
         t: finding.t,
         p: finding.p,
         explains: finding.explains,
-        why: own.why.clone(),
-        confirm: own.confirm.clone(),
+        why: effect.why.clone(),
+        confirm: effect.confirm.clone(),
         probability: finding.probability,
         probability_as_named: (finding.probability - finding.aliases.iter().map(|a| a.probability).sum::<f64>())
             .max(0.0),
         gap_after: step.map(|step| step.gap.clone()),
-        visible: own.visible,
+        visible: effect.visible,
         aliases: finding.aliases.clone(),
         separate_by: keys(&finding.separation.positions),
         separate_tells: finding.separation.told.clone(),
@@ -331,7 +331,7 @@ fn in_sensors(campaign: &Campaign, finding: &Finding) -> Vec<SensorSizeReport> {
     let named = (finding.value, finding.u);
     let first = size(&finding.effect, &finding.unit, named, [finding.t, finding.p, finding.probability]);
     let others = finding.also.iter();
-    let others = others.map(|own| size(&own.effect, &own.unit, (own.value, own.u), [own.t, own.p, own.probability]));
+    let others = others.map(|o| size(&o.effect, &o.unit, (o.value, o.u), [o.t, o.p, o.probability]));
     std::iter::once(first).chain(others).collect()
 }
 
@@ -355,25 +355,25 @@ fn stated_u(campaign: &Campaign, kind: &Regressor) -> Option<f64> {
     }
 }
 
-fn change(own: &Change) -> ChangeReport {
-    let scale = if own.is_angle { ARCSEC } else { 1.0 };
+fn change(change: &Change) -> ChangeReport {
+    let scale = if change.is_angle { ARCSEC } else { 1.0 };
     let scaled = |v: Option<f64>| v.map(|v| v * scale);
-    let shift = own.before.0.zip(own.after.0).map(|(before, after)| after - before);
-    let change_in_u = match (shift, own.after.1) {
+    let shift = change.before.0.zip(change.after.0).map(|(before, after)| after - before);
+    let change_in_u = match (shift, change.after.1) {
         (Some(shift), Some(u)) if u > 0.0 => Some(shift / u),
         _ => None,
     };
     ChangeReport {
-        id: own.id.clone(),
-        unit: if own.is_angle { "arcsec".into() } else { own.unit.clone() },
-        before: scaled(own.before.0),
-        u_before: scaled(own.before.1),
-        after: scaled(own.after.0),
-        u_after: scaled(own.u_in_all()),
-        u_after_as_named: scaled(own.after.1),
-        alias_half_width: scale * own.alias_half_width,
-        alias_u: scale * own.alias_u,
-        remainder_u: scale * own.remainder_u,
+        id: change.id.clone(),
+        unit: if change.is_angle { "arcsec".into() } else { change.unit.clone() },
+        before: scaled(change.before.0),
+        u_before: scaled(change.before.1),
+        after: scaled(change.after.0),
+        u_after: scaled(change.u_in_all()),
+        u_after_as_named: scaled(change.after.1),
+        alias_half_width: scale * change.alias_half_width,
+        alias_u: scale * change.alias_u,
+        remainder_u: scale * change.remainder_u,
         shift: scaled(shift),
         change_in_u,
     }
@@ -510,7 +510,7 @@ fn sensors(campaign: &Campaign, diagnosis: &Diagnosis) -> BTreeMap<String, Senso
 }
 
 fn unexplained(campaign: &Campaign, diagnosis: &Diagnosis) -> Option<UnexplainedReport> {
-    let own = diagnosis.unexplained.as_ref()?;
+    let unexplained = diagnosis.unexplained.as_ref()?;
     let cell = |cell: &PlaceMean| CellReport {
         at: position_keys(campaign, &cell.joints),
         sensor: campaign.sensor_id(cell.sensor).to_string(),
@@ -519,12 +519,12 @@ fn unexplained(campaign: &Campaign, diagnosis: &Diagnosis) -> Option<Unexplained
         z: cell.z,
     };
     Some(UnexplainedReport {
-        pattern: own.pattern.clone(),
-        follows: own.follows.clone(),
-        sd: own.sd,
-        cells: own.cells.iter().map(cell).collect(),
-        nearest: own.nearest.iter().map(|c: &Candidate| c.regressor.clone()).collect(),
-        nearest_explains: own.nearest_explains,
+        pattern: unexplained.pattern.clone(),
+        follows: unexplained.follows.clone(),
+        sd: unexplained.sd,
+        cells: unexplained.cells.iter().map(cell).collect(),
+        nearest: unexplained.nearest.iter().map(|c: &Candidate| c.regressor.clone()).collect(),
+        nearest_explains: unexplained.nearest_explains,
     })
 }
 

@@ -46,9 +46,9 @@ fn result(report: &DiagnoseReport, of: Option<(&Campaign, &Diagnosis)>, lang: La
     if report.verdict == Verdict::NotDiagnosable {
         return section.prose(lang.sentence(&would_help(report, lang)));
     }
-    let unexplained = report.unexplained.iter().flat_map(|own| {
-        let pattern = lang.sentence(&lang.name(&own.pattern));
-        [pattern, lang.sentence(&remainder(report, lang)), nearest(&own.nearest, own.nearest_explains, lang)]
+    let unexplained = report.unexplained.iter().flat_map(|unknown| {
+        let pattern = lang.sentence(&lang.name(&unknown.pattern));
+        [pattern, lang.sentence(&remainder(report, lang)), nearest(&unknown.nearest, unknown.nearest_explains, lang)]
     });
     let several = report.model_before.len() > 1;
     let rows = report.effects.iter().map(|effect| {
@@ -82,7 +82,7 @@ fn shrinking(report: &DiagnoseReport, lang: Language) -> Section {
     }
     let several = report.gap.sensors.len() > 1;
     let one = report.gap.sensors.values().next().filter(|_| !several);
-    let with_unit = |what: &str| match one.map_or("", |own| own.unit.as_str()) {
+    let with_unit = |what: &str| match one.map_or("", |gaps| gaps.unit.as_str()) {
         "" => what.to_string(),
         unit => format!("{what}, {unit}"),
     };
@@ -105,7 +105,7 @@ fn shrinking(report: &DiagnoseReport, lang: Language) -> Section {
         .right("p", |step| Cell::p(step.p))
         .at(Detail::Full);
     let decision = report.steps.last().map_or(String::new(), |step| lang.sentence(&lang.name(&step.decision)));
-    let sd = one.map(|own| own.sd.map_or(say!(lang, "unknown").into(), |sd| in_text(&significant(sd, 3), &own.unit)));
+    let sd = one.map(|g| g.sd.map_or(say!(lang, "unknown").into(), |sd| in_text(&significant(sd, 3), &g.unit)));
     let source = noise_source(report.gap.noise.from, lang);
     let noise = sd.into_iter().chain([source]).collect::<Vec<_>>().join(lang.clause());
     section
@@ -125,12 +125,12 @@ fn sensors(report: &DiagnoseReport, several: bool, lang: Language) -> Rows<(&Str
     let after = |cell: Cell| if found { cell } else { "".into() };
     Rows::of(report.gap.sensors.iter().filter(|_| several))
         .name(say!(lang, "sensor"), |(id, _)| id)
-        .left(say!(lang, "unit"), |(_, own)| &own.unit)
-        .decimal(say!(lang, "noise-sd"), |(_, own)| Cell::digits(own.sd, 3))
-        .decimal(at(sd, "before"), |(_, own)| Cell::digits(own.rms_before, 4))
-        .decimal(at(max, "before"), |(_, own)| Cell::Digits(own.max_before, 4))
-        .decimal(at(sd, "after"), |(_, own)| after(Cell::digits(own.rms_after, 4)))
-        .decimal(at(max, "after"), |(_, own)| after(Cell::Digits(own.max_after, 4)))
+        .left(say!(lang, "unit"), |(_, gaps)| &gaps.unit)
+        .decimal(say!(lang, "noise-sd"), |(_, gaps)| Cell::digits(gaps.sd, 3))
+        .decimal(at(sd, "before"), |(_, gaps)| Cell::digits(gaps.rms_before, 4))
+        .decimal(at(max, "before"), |(_, gaps)| Cell::Digits(gaps.max_before, 4))
+        .decimal(at(sd, "after"), |(_, gaps)| after(Cell::digits(gaps.rms_after, 4)))
+        .decimal(at(max, "after"), |(_, gaps)| after(Cell::Digits(gaps.max_after, 4)))
 }
 
 /// What is to be known of an effect beside its size.
@@ -147,11 +147,11 @@ fn card(report: &DiagnoseReport, effect: &EffectReport, lang: Language) -> Conte
     if report.model_before.len() > 1 && effect.sensor.is_none() && effect.in_sensors.is_empty() {
         fact(&lang.title(say!(lang, "sensor")), say!(lang, "all").into());
     }
-    for own in &effect.in_sensors {
-        let value = own.value.map_or_else(|| lang.term("not-estimable"), |v| in_text(&rounded(v, own.u), &own.unit));
-        let u = own.u.map_or(String::new(), |u| format!(", u = {}", rounded(u, Some(u))));
-        let name = format!("`{}`", own.sensor);
-        fact(&name, format!("`{}` = {value}{u}, t = {:.1}", own.coefficient, own.t));
+    for size in &effect.in_sensors {
+        let value = size.value.map_or_else(|| lang.term("not-estimable"), |v| in_text(&rounded(v, size.u), &size.unit));
+        let u = size.u.map_or(String::new(), |u| format!(", u = {}", rounded(u, Some(u))));
+        let name = format!("`{}`", size.sensor);
+        fact(&name, format!("`{}` = {value}{u}, t = {:.1}", size.coefficient, size.t));
     }
     fact(&lang.title(&lang.term("stated")), against_stated(effect, lang));
     fact(&lang.title(say!(lang, "probability")), probability(effect, lang));
@@ -175,9 +175,9 @@ pub fn heading(name: &str, regressor: &str, lang: Language) -> String {
 
 /// Mean residuals at the states of the joints, where something is unexplained.
 fn pattern(report: &DiagnoseReport, lang: Language) -> Section {
-    let cells = report.unexplained.iter().flat_map(|own| &own.cells).take(LISTED);
+    let cells = report.unexplained.iter().flat_map(|u| &u.cells).take(LISTED);
     let rows: Vec<Mean<'_>> =
-        cells.map(|own| (position(&own.at), own.sensor.as_str(), own.readings, own.mean, own.z, None)).collect();
+        cells.map(|cell| (position(&cell.at), cell.sensor.as_str(), cell.readings, cell.mean, cell.z, None)).collect();
     let table = means(&rows, lang).note(say!(lang, "mean-residual-at-each-state-of-the")).most(2 * BRIEF);
     Section::new(say!(lang, "the-pattern")).table(table)
 }
@@ -187,7 +187,7 @@ type Mean<'a> = (String, &'a str, usize, f64, f64, Option<f64>);
 
 /// Mean residuals, with bars as long as they are significant.
 fn means<'a>(rows: &'a [Mean<'a>], lang: Language) -> Rows<&'a Mean<'a>> {
-    let largest = rows.iter().fold(0.0_f64, |most, own| most.max(own.4.abs()));
+    let largest = rows.iter().fold(0.0_f64, |most, row| most.max(row.4.abs()));
     let table = Rows::of(rows)
         .left(say!(lang, "setting"), |(setting, ..)| setting)
         .name(say!(lang, "sensor"), |(_, sensor, ..)| sensor)
@@ -203,7 +203,7 @@ fn means<'a>(rows: &'a [Mean<'a>], lang: Language) -> Rows<&'a Mean<'a>> {
 /// Model lines, with what was appended marked, and what else the repair does.
 fn model(report: &DiagnoseReport, lang: Language) -> Section {
     let line = |id: &str, kept: &str, added: &str| MarkedLine { kept: format!("{id} = {kept}"), added: added.into() };
-    let before: Vec<MarkedLine> = report.model_before.iter().map(|(id, own)| line(id, own, "")).collect();
+    let before: Vec<MarkedLine> = report.model_before.iter().map(|(id, text)| line(id, text, "")).collect();
     let changed: Vec<MarkedLine> = report
         .model_after
         .iter()
@@ -214,8 +214,8 @@ fn model(report: &DiagnoseReport, lang: Language) -> Section {
         .collect();
     let mut repairs: Vec<String> = report.effects.iter().filter_map(|effect| repair(effect, lang)).collect();
     if changed.is_empty() {
-        let own = report.effects.iter().filter(|e| !e.regressor.contains(':') && !e.coefficient.is_empty());
-        repairs.extend(own.map(|e| say!(lang, "is-now-estimated", id = format!("`{}`", e.coefficient), was = "tilt")));
+        let all = report.effects.iter().filter(|e| !e.regressor.contains(':') && !e.coefficient.is_empty());
+        repairs.extend(all.map(|e| say!(lang, "is-now-estimated", id = format!("`{}`", e.coefficient), was = "tilt")));
     }
     let heads = [say!(lang, "as-given"), say!(lang, "with-what-was-found")].into_iter().zip([before, changed]);
     let lines = |section: Section, (head, lines): (&str, Vec<MarkedLine>)| {
@@ -248,9 +248,8 @@ fn changes(report: &DiagnoseReport, lang: Language) -> Section {
 fn places(report: &DiagnoseReport, lang: Language) -> Section {
     let some = report.verdict != Verdict::NothingMissing;
     let shown = report.places.iter().filter(|place| some && place.significant == Some(true)).take(LISTED);
-    let row = |own: &'_ Place| format!("{} {}", named_factor(&own.factor, lang), level_said(&own.level));
-    let rows: Vec<Mean<'_>> =
-        shown.map(|own| (row(own), own.sensor.as_str(), own.readings, own.mean, own.z, Some(own.p))).collect();
+    let row = |place: &'_ Place| format!("{} {}", named_factor(&place.factor, lang), level_said(&place.level));
+    let rows: Vec<Mean<'_>> = shown.map(|p| (row(p), p.sensor.as_str(), p.readings, p.mean, p.z, Some(p.p))).collect();
     let table = means(&rows, lang).most(BRIEF).note(say!(lang, "means-of-the-residuals-with-the-model"));
     Section::new(say!(lang, "where-the-gap-is")).table(table)
 }
@@ -288,8 +287,8 @@ fn assumptions(report: &DiagnoseReport, of: Option<(&Campaign, &Diagnosis)>, lan
     }
     facts.extend(report.inputs.first().map(|input| (lang.title(say!(lang, "campaign")), input.name.clone())));
     let constraints = |is_kept: bool| {
-        let own = report.constraints.iter();
-        own.filter(move |c| matches!(c.state, Held::Equality | Held::Inactive) == is_kept)
+        let all = report.constraints.iter();
+        all.filter(move |c| matches!(c.state, Held::Equality | Held::Inactive) == is_kept)
             .map(|c| lang.sentence(&constraint(c, lang)))
     };
     let section = Section::new(say!(lang, "what-was-assumed"));
@@ -337,22 +336,22 @@ pub struct Found<'a> {
 
 /// What was found, one thing a row; `expanded` is the title of the expanded uncertainties, which stand for u where there are any.
 pub fn found<'a>(rows: &'a [Found<'a>], expanded: Option<&str>, lang: Language) -> Rows<&'a Found<'a>> {
-    let given = |own: Option<f64>| own.map_or_else(|| "".into(), |u| Cell::Value(u, Some(u)));
+    let given = |value: Option<f64>| value.map_or_else(|| "".into(), |u| Cell::Value(u, Some(u)));
     // without U the quantity repeats the effect
     let (quantity, u) = if expanded.is_some() { (Detail::Brief, Detail::Full) } else { (Detail::Full, Detail::Brief) };
     let table = Rows::of(rows)
-        .name(say!(lang, "effect"), |own| own.regressor)
-        .left(say!(lang, "quantity"), |own| &own.quantity)
+        .name(say!(lang, "effect"), |row| row.regressor)
+        .left(say!(lang, "quantity"), |row| &row.quantity)
         .at(quantity)
-        .left(say!(lang, "sensor"), |own| own.sensor)
-        .decimal(say!(lang, "value"), |own| Cell::value(own.value, own.expanded.or(own.u)))
-        .decimal("u", |own| given(own.u))
+        .left(say!(lang, "sensor"), |row| row.sensor)
+        .decimal(say!(lang, "value"), |row| Cell::value(row.value, row.expanded.or(row.u)))
+        .decimal("u", |row| given(row.u))
         .at(u)
-        .decimal(expanded.unwrap_or_default(), |own| given(own.expanded))
-        .left(say!(lang, "unit"), |own| own.unit)
-        .decimal("t", |own| Cell::Decimals(own.t, 1))
-        .right("p", |own| Cell::Probability(own.p))
-        .right(say!(lang, "explains"), |own| Cell::Share(own.explains))
+        .decimal(expanded.unwrap_or_default(), |row| given(row.expanded))
+        .left(say!(lang, "unit"), |row| row.unit)
+        .decimal("t", |row| Cell::Decimals(row.t, 1))
+        .right("p", |row| Cell::Probability(row.p))
+        .right(say!(lang, "explains"), |row| Cell::Share(row.explains))
         .at(Detail::Roomy);
     if rows.len() > 1 { table.note(say!(lang, "explains-beyond-the-others")) } else { table }
 }
@@ -371,7 +370,7 @@ pub fn nearest(names: &[String], explains: f64, lang: Language) -> String {
 /// Names in code type, what stands in parentheses after them as it is; of many so many.
 pub fn listed(names: &[String], most: usize, lang: Language) -> String {
     let code = |text: &String| match text.split_once(" (") {
-        Some((name, rest)) => format!("`{name}` ({rest}"),
+        Some((name, detail)) => format!("`{name}` ({detail}"),
         None => format!("`{text}`"),
     };
     lang.first_of(&names.iter().map(code).collect::<Vec<_>>(), most, lang.comma())
@@ -392,11 +391,11 @@ fn verdict(report: &DiagnoseReport, lang: Language) -> String {
     let suspected = suspected(report, lang);
     match report.verdict {
         Verdict::EffectsFound if report.suspected.is_empty() => say!(lang, "effects-are-missing", n, names),
-        Verdict::EffectsFound => {
+        Verdict::EffectsFound | Verdict::PartlyExplained if !report.suspected.is_empty() => {
             let found = say!(lang, "effects-are-missing", n, names);
             say!(lang, "and-further-effects-are-suspected", found, suspected)
         }
-        Verdict::PartlyExplained => {
+        Verdict::EffectsFound | Verdict::PartlyExplained => {
             let found = say!(lang, "effects-are-missing", n, names);
             say!(lang, "what-remains-is-more-than-noise", found)
         }
@@ -411,11 +410,11 @@ fn verdict(report: &DiagnoseReport, lang: Language) -> String {
 
 /// The effects that are suspected, each with its probability.
 fn suspected(report: &DiagnoseReport, lang: Language) -> String {
-    let own = |own: &SuspectReport| {
-        let name = say!(lang, "effect-named", name = lang.name(&own.name), regressor = own.regressor);
-        say!(lang, "effect-with-probability", name, p = format!("{:.0} %", 100.0 * own.probability))
+    let suspected = |suspect: &SuspectReport| {
+        let name = say!(lang, "effect-named", name = lang.name(&suspect.name), regressor = suspect.regressor);
+        say!(lang, "effect-with-probability", name, p = format!("{:.0} %", 100.0 * suspect.probability))
     };
-    report.suspected.iter().map(own).collect::<Vec<_>>().join(lang.semicolon())
+    report.suspected.iter().map(suspected).collect::<Vec<_>>().join(lang.semicolon())
 }
 
 /// An effect with how many others it could as well be.
@@ -428,7 +427,6 @@ fn with_others(effect: &EffectReport, lang: Language) -> String {
     }
 }
 
-/// How much was tried.
 fn tried(report: &DiagnoseReport, lang: Language) -> String {
     let averaged = report.averaged_from.map_or(String::new(), |from| {
         let groups = report.residuals.iter().map(|r| r.index).max().unwrap_or(0);
@@ -517,7 +515,6 @@ struct Aliases {
     pub small: Vec<String>,
 }
 
-/// The aliases of an effect.
 fn aliases(effect: &EffectReport, lang: Language) -> Aliases {
     let mut sorted = Aliases::default();
     for alias in &effect.aliases {
@@ -537,12 +534,12 @@ fn aliases(effect: &EffectReport, lang: Language) -> Aliases {
 
 /// The positions that would tell an effect from its aliases, each with how many of them; empty for none.
 fn separating(effect: &EffectReport, lang: Language) -> String {
-    let told = effect.separate_by.iter().zip(&effect.separate_tells);
-    let one = |(own, n): (&PositionReport, &usize)| {
+    let places = effect.separate_by.iter().zip(&effect.separate_tells);
+    let one = |(place, n): (&PositionReport, &usize)| {
         let [n, of] = [*n, effect.separate_of].map(|count| count.to_string());
-        say!(lang, "discriminates", at = format!("`{}`", position(own)), n, of)
+        say!(lang, "discriminates", at = format!("`{}`", position(place)), n, of)
     };
-    told.map(one).collect::<Vec<String>>().join(lang.semicolon())
+    places.map(one).collect::<Vec<String>>().join(lang.semicolon())
 }
 
 /// What an alias with small terms only is seen by.
@@ -559,12 +556,10 @@ fn share(share: f64) -> String {
     format!("{} %", significant(100.0 * share, 2))
 }
 
-/// A position as its keys and values.
 fn position(position: &PositionReport) -> String {
     position.iter().map(|(key, value)| format!("{key} {value}")).collect::<Vec<_>>().join(", ")
 }
 
-/// A level of a factor.
 fn level_said(level: &Level) -> String {
     match level {
         Level::Number(v) => trimmed(*v),
@@ -580,8 +575,8 @@ fn in_u(shift: f64) -> String {
 /// What the standard uncertainties after are of; empty where they are those of the fit.
 fn after_u(report: &DiagnoseReport, lang: Language) -> String {
     let aliases = report.parameters.iter().any(|p| p.alias_u > 0.0);
-    let rest = report.parameters.iter().any(|p| p.remainder_u > 0.0);
-    let what = match (aliases, rest) {
+    let has_remainder = report.parameters.iter().any(|p| p.remainder_u > 0.0);
+    let what = match (aliases, has_remainder) {
         (true, true) => "both",
         (true, false) => "aliases",
         (false, true) => "remainder",
@@ -592,13 +587,13 @@ fn after_u(report: &DiagnoseReport, lang: Language) -> String {
 
 /// What is unexplained in one sentence: what it follows and how large it is.
 fn remainder(report: &DiagnoseReport, lang: Language) -> String {
-    let Some(own) = &report.unexplained else { return String::new() };
-    let follows = match &own.follows {
+    let Some(unexplained) = &report.unexplained else { return String::new() };
+    let follows = match &unexplained.follows {
         Some(name) => say!(lang, "what-is-unexplained-follows", name = lang.name(name)),
         None => say!(lang, "what-is-unexplained-differs").into(),
     };
     let unit = report.gap.sensors.values().next().map_or("", |s| s.unit.as_str());
-    match own.sd.filter(|sd| *sd > 0.0) {
+    match unexplained.sd.filter(|sd| *sd > 0.0) {
         Some(sd) if report.gap.sensors.len() == 1 => {
             say!(lang, "with-a-standard-deviation-of", follows, sd = significant(sd, 2), unit)
         }
@@ -634,7 +629,6 @@ pub fn alias_note(report: &DiagnoseReport, lang: Language) -> Option<String> {
     ))
 }
 
-/// What was done with a constraint.
 fn constraint(constraint: &AssertedReport, lang: Language) -> String {
     let state = lang.term(constraint.state.name());
     say!(lang, "constraint-state", index = constraint.index.to_string(), text = constraint.text, state)
@@ -642,14 +636,14 @@ fn constraint(constraint: &AssertedReport, lang: Language) -> String {
 
 /// The holdout in one sentence; empty where there is none.
 fn holdout(report: &DiagnoseReport, lang: Language) -> String {
-    let Some(own) = &report.holdout else { return String::new() };
-    let after = own.after.map(|after| format!("{after:.2}"));
+    let Some(holdout) = &report.holdout else { return String::new() };
+    let after = holdout.after.map(|after| format!("{after:.2}"));
     let after = after.map_or(String::new(), |after| say!(lang, "holdout-after", after));
-    let skipped = match own.skipped {
+    let skipped = match holdout.skipped {
         0 => String::new(),
         n => say!(lang, "holdout-skipped", n),
     };
-    say!(lang, "holdout", n = own.positions, before = format!("{:.2}", own.before), after, skipped)
+    say!(lang, "holdout", n = holdout.positions, before = format!("{:.2}", holdout.before), after, skipped)
 }
 
 /// Most sensors in one picture.
@@ -660,7 +654,7 @@ const POINTS: usize = 2400;
 /// Residuals before and after, as the page of a diagnosis has them.
 pub fn diagnose_figure(campaign: &Campaign, diagnosis: &Diagnosis, report: &DiagnoseReport, lang: Language) -> Figure {
     let sensors = drawn_sensors(campaign, diagnosis, report);
-    let total: usize = sensors.iter().filter_map(|k| gap_of(campaign, report, *k)).map(|own| own.readings).sum();
+    let total: usize = sensors.iter().filter_map(|k| gap_of(campaign, report, *k)).map(|gap| gap.readings).sum();
     let every = total.div_ceil(POINTS).max(1);
     let panels: Vec<GapPanel> =
         sensors.iter().map(|k| panel(campaign, diagnosis, report, *k, (every, sensors.len()), lang)).collect();
@@ -691,9 +685,9 @@ fn gap_of<'a>(campaign: &Campaign, report: &'a DiagnoseReport, sensor: usize) ->
 /// The sensors of the picture, in the bench's order: those with an effect first, then those whose gap is largest against their noise.
 fn drawn_sensors(campaign: &Campaign, diagnosis: &Diagnosis, report: &DiagnoseReport) -> Vec<usize> {
     let size = |k: usize| {
-        let own = gap_of(campaign, report, k)?;
+        let gap = gap_of(campaign, report, k)?;
         let named = diagnosis.effects.iter().any(|finding| finding.effect.sensor == Some(k));
-        let relative = own.rms_before.zip(own.sd).map_or(0.0, |(rms, sd)| rms / sd);
+        let relative = gap.rms_before.zip(gap.sd).map_or(0.0, |(rms, sd)| rms / sd);
         Some((k, named, relative))
     };
     let mut sensors: Vec<(usize, bool, f64)> = (0..campaign.bench.sensors.len()).filter_map(size).collect();
@@ -716,16 +710,16 @@ fn panel(
     let levels = diagnosis.grouping.as_ref().map(ordered).unwrap_or_default();
     let level = |reading: usize| diagnosis.grouping.as_ref().and_then(|g| g.of.get(reading).copied().flatten());
     let mut rows: Vec<(usize, GapPoint)> = Vec::new();
-    for (k, own) in report.residuals.iter().filter(|own| own.sensor == id).enumerate() {
-        let band = own.sd.map(|sd| 2.0 * sd);
-        let far = band.is_some_and(|band| own.before.abs() > 2.0 * band || own.after.abs() > 2.0 * band);
+    for (k, residual) in report.residuals.iter().filter(|residual| residual.sensor == id).enumerate() {
+        let band = residual.sd.map(|sd| 2.0 * sd);
+        let far = band.is_some_and(|band| residual.before.abs() > 2.0 * band || residual.after.abs() > 2.0 * band);
         if k % every != 0 && !far {
             continue;
         }
-        let place = level(own.index - 1).and_then(|level| levels.iter().position(|(own, _)| *own == level));
+        let place = level(residual.index - 1).and_then(|level| levels.iter().position(|(known, _)| *known == level));
         let group = place.and_then(|place| levels.get(place)).map_or(String::new(), |(_, label)| label.clone());
-        let after = repaired.then_some(own.after);
-        rows.push((place.unwrap_or(levels.len()), GapPoint { group, before: own.before, after, band }));
+        let after = repaired.then_some(residual.after);
+        rows.push((place.unwrap_or(levels.len()), GapPoint { group, before: residual.before, after, band }));
     }
     rows.sort_by_key(|(place, _)| *place);
     // the title of a low panel has little room

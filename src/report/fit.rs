@@ -229,7 +229,7 @@ impl<'a> Shown<'a> {
         if !is_angle {
             return self;
         }
-        let [value, u, expanded] = [self.value, self.u, self.expanded].map(|own| own.map(|own| own * ARCSEC));
+        let [value, u, expanded] = [self.value, self.u, self.expanded].map(|x| x.map(|x| x * ARCSEC));
         Shown { value, u, expanded, unit: "arcsec", is_angle, scale: ARCSEC, ..self }
     }
 }
@@ -522,7 +522,7 @@ pub fn fit_summary(fit: &Fit) -> FitReport {
             .derived
             .iter()
             .zip(&campaign.derived)
-            .map(|(d, own)| derived(d, own, fit.settings.level))
+            .map(|(d, definition)| derived(d, definition, fit.settings.level))
             .chain(fit.scale_factor_errors().iter().map(scale_factor_error))
             .collect(),
         assumed_zero: fit.assumed_zero().map(str::to_string).collect(),
@@ -537,7 +537,7 @@ pub fn fit_summary(fit: &Fit) -> FitReport {
         fit: summary(fit),
         not_estimable: fit.not_estimable.iter().map(|separation| not_estimable(campaign, separation)).collect(),
         estimable_combinations: fit.combinations.iter().map(combination).collect(),
-        conditional: fit.conditional.iter().map(|own| conditional(campaign, own)).collect(),
+        conditional: fit.conditional.iter().map(|condition| conditional(campaign, condition)).collect(),
         nonlinear: nonlinear(fit),
         readings: Vec::new(),
         convergence: fit.convergence.as_ref().map(|record| ConvergenceReport {
@@ -563,9 +563,7 @@ fn ids(campaign: &Campaign, parameters: &[usize]) -> Vec<String> {
 /// Differences of exact and linear estimates that matter.
 fn nonlinear(fit: &Fit) -> BTreeMap<String, f64> {
     let shares = fit.parameters.iter().zip(&fit.nonlinearity);
-    shares
-        .filter_map(|(own, share)| Some((own.id.clone(), share.filter(|share| share.abs() > fit::VISIBLE)?)))
-        .collect()
+    shares.filter_map(|(p, share)| Some((p.id.clone(), share.filter(|share| share.abs() > fit::VISIBLE)?))).collect()
 }
 
 fn combination(result: &fit::CombinationResult) -> CombinationValueReport {
@@ -584,15 +582,15 @@ fn combination(result: &fit::CombinationResult) -> CombinationValueReport {
     }
 }
 
-fn conditional(campaign: &Campaign, own: &fit::Conditional) -> ConditionalReport {
+fn conditional(campaign: &Campaign, condition: &fit::Conditional) -> ConditionalReport {
     let parameter = |k: usize| campaign.parameters.get(k);
     let id = |k: usize| parameter(k).map_or(String::new(), |p| p.id.clone());
-    let tilt = parameter(own.held).is_some_and(|p| p.kind == Kind::Tilt);
+    let tilt = parameter(condition.held).is_some_and(|p| p.kind == Kind::Tilt);
     ConditionalReport {
-        held: id(own.held),
-        by: own.by * if tilt { ARCSEC } else { 1.0 },
-        unit: if tilt { "arcsec".into() } else { parameter(own.held).map_or(String::new(), |p| p.unit.clone()) },
-        shifts: own.shifts.iter().map(|(k, share)| (id(*k), *share)).collect(),
+        held: id(condition.held),
+        by: condition.by * if tilt { ARCSEC } else { 1.0 },
+        unit: if tilt { "arcsec".into() } else { parameter(condition.held).map_or(String::new(), |p| p.unit.clone()) },
+        shifts: condition.shifts.iter().map(|(k, share)| (id(*k), *share)).collect(),
     }
 }
 
@@ -657,12 +655,12 @@ fn parameter(result: &fit::ParameterResult, level: f64) -> ParameterReport {
     }
 }
 
-fn derived(result: &fit::DerivedResult, own: &Derived, level: f64) -> DerivedReport {
+fn derived(result: &fit::DerivedResult, definition: &Derived, level: f64) -> DerivedReport {
     let uncertainty = result.uncertainty;
     DerivedReport {
         id: result.id.clone(),
-        line: own.written.as_ref().map_or_else(|| result.line.clone(), ToString::to_string),
-        unit: if result.is_angle { "rad".into() } else { own.unit.clone() },
+        line: definition.written.as_ref().map_or_else(|| result.line.clone(), ToString::to_string),
+        unit: if result.is_angle { "rad".into() } else { definition.unit.clone() },
         value: result.value,
         u: uncertainty.map(|c| c.u),
         dof: uncertainty.and_then(|c| finite(c.dof)),
@@ -675,24 +673,24 @@ fn derived(result: &fit::DerivedResult, own: &Derived, level: f64) -> DerivedRep
     }
 }
 
-fn scale_factor_error(own: &ScaleFactorError) -> DerivedReport {
-    let uncertainty = own.uncertainty;
+fn scale_factor_error(error: &ScaleFactorError) -> DerivedReport {
+    let uncertainty = error.uncertainty;
     DerivedReport {
-        id: own.id.clone(),
-        line: own.line.clone(),
+        id: error.id.clone(),
+        line: error.line.clone(),
         unit: "ppm".into(),
-        value: Some(own.value),
+        value: Some(error.value),
         u: uncertainty.map(|c| c.u),
         dof: uncertainty.and_then(|c| finite(c.dof)),
         k: uncertainty.map(|c| c.coverage_factor),
         expanded: uncertainty.map(|c| c.expanded),
         interval: None,
-        note: match own.from {
+        note: match error.from {
             ScaleFactorFrom::Largest { alike, of } if alike > 1 => Some(sentence!("largest-of-alike", of, alike)),
             ScaleFactorFrom::Runs(runs) => Some(sentence!("scatter-of-runs", runs)),
             _ => None,
         },
-        budget: budget(&own.budget),
+        budget: budget(&error.budget),
         arcsec: None,
     }
 }
@@ -751,7 +749,7 @@ fn known(campaign: &Campaign) -> Vec<KnownReport> {
 }
 
 fn circle(fit: &Fit, sensor: &str, mean_residual: f64) -> CircleReport {
-    let turn = fit.campaign.bench.sensors.iter().find(|own| own.id == sensor).and_then(|own| own.turn);
+    let turn = fit.campaign.bench.sensors.iter().find(|s| s.id == sensor).and_then(|s| s.turn);
     CircleReport {
         sensor: sensor.to_string(),
         mean_residual,
@@ -771,7 +769,7 @@ fn summary(fit: &Fit) -> FitSummary {
         }
     }
     FitSummary {
-        readings: fit.streamed.as_ref().map_or(fit.design.rows.len(), |own| crate::number::index(own.values)),
+        readings: fit.streamed.as_ref().map_or(fit.design.rows.len(), |streamed| crate::number::index(streamed.values)),
         priors: fit.system.observed.len() - fit.design.rows.len(),
         rank: estimate.unknowns.rank,
         rank_tolerance: estimate.factor.tolerance(),

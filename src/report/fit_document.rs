@@ -8,11 +8,12 @@ use super::provenance::begin;
 use super::scene::scene_figure;
 use super::{CompareReport, FitReport, Input, ReadingReport, compare, conformity, scatter, site};
 use crate::campaign::{Campaign, JointState, Kind};
+use crate::correction::Mounting;
 use crate::document::number::{level, rounded, significant};
 use crate::document::{Cell, Content, Detail, Document, Figure, Rows, Section, Tone};
 use crate::fit::{Estimator, Fit, State, VarianceFrom};
 use crate::language::{Language, say};
-use crate::wire::{CorrectionFile, MountingFile};
+use crate::wire::CorrectionFile;
 use std::collections::BTreeMap;
 
 /// What else the document of a fit is made from, and what a reader of a terminal asked to see.
@@ -58,17 +59,15 @@ pub fn fit_document(report: &FitReport, asked: &Asked<'_>, lang: Language) -> Do
     document.section(assumptions(report, asked, lang)).section(readings(report, asked.fit, asked.readings, lang))
 }
 
-/// Model lines as facts.
 pub(super) fn model_facts(model: &BTreeMap<String, String>, lang: Language) -> impl Iterator<Item = (String, String)> {
     let name = move |k| if k == 0 { say!(lang, "model").into() } else { String::new() };
     model.iter().enumerate().map(move |(k, (sensor, line))| (name(k), format!("`{sensor} = {line}`")))
 }
 
-/// What the fit says, in verdicts.
 fn verdicts(report: &FitReport, lang: Language) -> Vec<(Tone, String)> {
     let fit = &report.fit;
     let mut said = Vec::new();
-    said.extend(report.conformity.as_ref().map(|own| conformity::verdict(own, lang)));
+    said.extend(report.conformity.as_ref().map(|judged| conformity::verdict(judged, lang)));
     said.extend(not_estimable(report, lang).map(|text| (Tone::Bad, text)));
     for source in report.scatter.iter().filter(|source| !source.without_u.is_empty()) {
         let note = source.note.as_ref().map_or(String::new(), |note| note.say(lang).to_string());
@@ -93,10 +92,10 @@ fn verdicts(report: &FitReport, lang: Language) -> Vec<(Tone, String)> {
     let remarks = fit.remarks.iter().chain(&report.site.warnings);
     said.extend(remarks.map(|remark| (Tone::Caution, lang.sentence(&remark.say(lang)))));
     said.extend(convergence(report, lang));
-    for own in &report.conditional {
-        let by = format!("{} {}", significant(own.by, 3), own.unit);
-        let shifts = in_u(&own.shifts, lang);
-        let text = say!(lang, "u-holds-only-for-as-held-another", held = own.held, by = by.trim_end(), shifts);
+    for condition in &report.conditional {
+        let by = format!("{} {}", significant(condition.by, 3), condition.unit);
+        let shifts = in_u(&condition.shifts, lang);
+        let text = say!(lang, "u-holds-only-for-as-held-another", held = condition.held, by = by.trim_end(), shifts);
         said.push((Tone::Caution, text));
     }
     said
@@ -191,7 +190,6 @@ pub(super) fn estimated(report: &FitReport, lang: Language) -> String {
     )
 }
 
-/// The fit in a few sentences.
 fn summary(report: &FitReport, of: Option<&Fit>, lang: Language) -> String {
     let sums = &report.fit;
     let mut said = vec![estimated(report, lang)];
@@ -199,7 +197,7 @@ fn summary(report: &FitReport, of: Option<&Fit>, lang: Language) -> String {
         // sensors of a report are those of its bench
         let unit = of.and_then(|fit| fit.campaign.bench.sensors.iter().find(|s| s.id == *sensor));
         let size = sd.map(|sd| format!("{} {}", significant(sd, 3), unit.map_or("", |s| s.unit.as_str())));
-        let at_zero = report.scatter.iter().any(|own| own.at_zero && own.per == "reading" && own.of == *sensor);
+        let at_zero = report.scatter.iter().any(|s| s.at_zero && s.per == "reading" && s.of == *sensor);
         let size = size.filter(|_| !at_zero);
         let how = match (sd, sums.resolution.get(sensor)) {
             _ if at_zero => Some(say!(lang, "estimated-as-zero", below = false)),
@@ -230,8 +228,8 @@ fn estimates(report: &FitReport, fit: Option<&Fit>, lang: Language) -> Section {
         states.map(|state| if state.is_empty() { String::new() } else { lang.term(state) }).collect();
     let mut meanings: Vec<String> = Vec::new();
     meanings.extend((0..report.parameters.len()).map(|k| {
-        let own = fit.and_then(|fit| fit.parameters.get(k));
-        own.map(|own| lang.name(&own.meaning).into_owned()).unwrap_or_default()
+        let parameter = fit.and_then(|fit| fit.parameters.get(k));
+        parameter.map(|parameter| lang.name(&parameter.meaning).into_owned()).unwrap_or_default()
     }));
     let derived: Vec<_> = report.derived.iter().filter(|d| d.value.is_some()).collect();
     meanings.extend(derived.iter().map(|d| format!("= `{}`", d.line)));
@@ -246,13 +244,13 @@ fn estimates(report: &FitReport, fit: Option<&Fit>, lang: Language) -> Section {
     let rows =
         rows.zip(&meanings).map(|((shown, tone, state), meaning)| -> Estimate<'_> { (shown, tone, state, meaning) });
     let table = Rows::of(rows)
-        .name(say!(lang, "parameter"), |(own, ..)| own.id)
-        .decimal(say!(lang, "estimate"), |(own, ..)| Cell::value(own.value, own.expanded.or(own.u)))
-        .decimal("u", |(own, ..)| Cell::value(own.u, own.u))
-        .decimal(expanded.as_str(), |(own, ..)| Cell::value(own.expanded, own.expanded))
-        .left(say!(lang, "unit"), |(own, ..)| own.unit)
-        .right(say!(lang, "dof"), |(own, ..)| Cell::dof(own.dof, own.u.is_some()))
-        .right("k", |(own, ..)| Cell::decimals(own.k, 2))
+        .name(say!(lang, "parameter"), |(quantity, ..)| quantity.id)
+        .decimal(say!(lang, "estimate"), |(quantity, ..)| Cell::value(quantity.value, quantity.expanded.or(quantity.u)))
+        .decimal("u", |(quantity, ..)| Cell::value(quantity.u, quantity.u))
+        .decimal(expanded.as_str(), |(quantity, ..)| Cell::value(quantity.expanded, quantity.expanded))
+        .left(say!(lang, "unit"), |(quantity, ..)| quantity.unit)
+        .right(say!(lang, "dof"), |(quantity, ..)| Cell::dof(quantity.dof, quantity.u.is_some()))
+        .right("k", |(quantity, ..)| Cell::decimals(quantity.k, 2))
         .at(Detail::Roomy)
         .left(say!(lang, "state"), |(_, _, state, _)| state)
         .left(say!(lang, "meaning"), |(.., meaning)| meaning)
@@ -297,12 +295,12 @@ fn free(report: &FitReport, lang: Language) -> Section {
         let further = defect.further(lang).unwrap_or_else(|| defect.nowhere().say(lang).to_string());
         section = section.prose(format!("{said}{}{}", lang.space(), lang.sentence(&further)));
     }
-    let table = Rows::of(report.estimable_combinations.iter().map(|own| own.shown()))
-        .name(say!(lang, "determined-instead"), |own| own.id)
-        .decimal(say!(lang, "estimate"), |own| Cell::value(own.value, own.expanded.or(own.u)))
-        .decimal("u", |own| Cell::value(own.u, own.u))
-        .decimal("U", |own| Cell::value(own.expanded, own.expanded))
-        .left(say!(lang, "unit"), |own| own.unit);
+    let table = Rows::of(report.estimable_combinations.iter().map(|c| c.shown()))
+        .name(say!(lang, "determined-instead"), |c| c.id)
+        .decimal(say!(lang, "estimate"), |c| Cell::value(c.value, c.expanded.or(c.u)))
+        .decimal("u", |c| Cell::value(c.u, c.u))
+        .decimal("U", |c| Cell::value(c.expanded, c.expanded))
+        .left(say!(lang, "unit"), |c| c.unit);
     section.table(table)
 }
 
@@ -313,18 +311,18 @@ const SMALL: f64 = 5e-4;
 fn budget(report: &FitReport, asked: bool, lang: Language) -> Section {
     let mut hidden = 0_usize;
     let mut rows = Vec::new();
-    for own in report.quantities() {
-        let shown = own.budget.iter().filter(|line| asked || line.share.abs() >= SMALL);
+    for quantity in report.quantities() {
+        let shown = quantity.budget.iter().filter(|line| asked || line.share.abs() >= SMALL);
         let before = rows.len();
-        rows.extend(shown.enumerate().map(|(k, line)| (own, Some(line), k == 0)));
-        hidden += own.budget.len() - (rows.len() - before);
-        if own.u.is_some() && !own.budget.is_empty() {
-            rows.push((own, None, false));
+        rows.extend(shown.enumerate().map(|(k, line)| (quantity, Some(line), k == 0)));
+        hidden += quantity.budget.len() - (rows.len() - before);
+        if quantity.u.is_some() && !quantity.budget.is_empty() {
+            rows.push((quantity, None, false));
         }
     }
     let words = |text: String| Cell::Text(text);
     let table = Rows::of(rows)
-        .left(say!(lang, "quantity"), |(own, _, first)| if first { Cell::name(own.id) } else { "".into() })
+        .left(say!(lang, "quantity"), |(quantity, _, first)| if first { Cell::name(quantity.id) } else { "".into() })
         .left(say!(lang, "source"), |(_, line, _)| {
             line.map_or(say!(lang, "combined").into(), |line| words(scatter::source_name(&line.source, lang)))
         })
@@ -337,10 +335,10 @@ fn budget(report: &FitReport, asked: bool, lang: Language) -> Section {
         .at(Detail::Roomy)
         .right(say!(lang, "u-of-source"), |(_, line, _)| line.map_or("".into(), |line| Cell::digits(line.source_u, 3)))
         .right("c", |(_, line, _)| line.map_or("".into(), |line| Cell::digits(line.c, 4)))
-        .right(say!(lang, "dof"), |(own, line, _)| Cell::dof(line.map_or(own.dof, |line| line.dof), true))
-        .right(say!(lang, "contribution"), |(own, line, _)| {
+        .right(say!(lang, "dof"), |(quantity, line, _)| Cell::dof(line.map_or(quantity.dof, |line| line.dof), true))
+        .right(say!(lang, "contribution"), |(quantity, line, _)| {
             // in the report's unit, as its sources are
-            Cell::digits(line.map_or(own.u_in_unit, |line| Some(line.u)), 3)
+            Cell::digits(line.map_or(quantity.u_in_unit, |line| Some(line.u)), 3)
         })
         .right(say!(lang, "share"), |(_, line, _)| Cell::Share(line.map_or(1.0, |line| line.share)))
         .rule(|(_, line, first)| line.is_some() && first)
@@ -370,7 +368,6 @@ fn correlations(report: &FitReport, lang: Language) -> Rows<(&String, &Vec<Optio
     order.iter().enumerate().fold(table, column)
 }
 
-/// The checks of the readings.
 fn checks(report: &FitReport, lang: Language) -> Section {
     let checks = &report.checks;
     let mut section = Section::new(say!(lang, "checks"));
@@ -432,30 +429,30 @@ const LINES: usize = 5;
 
 /// A record that was streamed: means of its residuals, lack of fit over its inputs, the largest residuals.
 fn record_tables(section: Section, record: &RecordReport, lang: Language) -> Section {
-    let tests = record.sensors.iter().flat_map(|own| {
-        let every = own.means.len().div_ceil(LINES).max(1);
-        let last = own.means.len().saturating_sub(1);
-        own.means
+    let tests = record.sensors.iter().flat_map(|s| {
+        let every = s.means.len().div_ceil(LINES).max(1);
+        let last = s.means.len().saturating_sub(1);
+        s.means
             .iter()
             .enumerate()
             .filter(move |(k, _)| (last - k).is_multiple_of(every))
-            .map(move |(_, test)| (own, test))
+            .map(move |(_, test)| (s, test))
     });
     let means = Rows::of(tests)
-        .left(say!(lang, "sensor"), |(own, _)| &own.sensor)
+        .left(say!(lang, "sensor"), |(sensor, _)| &sensor.sensor)
         .right(say!(lang, "rows-in-a-mean"), |(_, test)| test.rows)
         .decimal(say!(lang, "sd-over-that-of-independent-rows"), |(_, test)| Cell::Digits(test.ratio.sqrt(), 3))
         .right("p", |(_, test)| Cell::Probability(test.p));
     let inputs = Rows::of(&record.inputs)
-        .left(say!(lang, "sensor"), |own| &own.sensor)
-        .left(say!(lang, "input"), |own| &own.column)
-        .decimal(say!(lang, "chi-square"), |own| Cell::Digits(own.chi_square, 3))
-        .right(say!(lang, "dof"), |own| own.dof)
-        .right("p", |own| Cell::Probability(own.p))
+        .left(say!(lang, "sensor"), |input| &input.sensor)
+        .left(say!(lang, "input"), |input| &input.column)
+        .decimal(say!(lang, "chi-square"), |input| Cell::Digits(input.chi_square, 3))
+        .right(say!(lang, "dof"), |input| input.dof)
+        .right("p", |input| Cell::Probability(input.p))
         .caption(lang.title(say!(lang, "lack-of-fit")));
-    let far = record.sensors.iter().flat_map(|own| own.largest.iter().take(5).map(move |far| (own, far)));
+    let far = record.sensors.iter().flat_map(|sensor| sensor.largest.iter().take(5).map(move |far| (sensor, far)));
     let largest = Rows::of(far)
-        .left(say!(lang, "sensor"), |(own, _)| &own.sensor)
+        .left(say!(lang, "sensor"), |(sensor, _)| &sensor.sensor)
         .right(say!(lang, "row-of-the-record"), |(_, far)| far.number)
         .decimal(say!(lang, "value"), |(_, far)| Cell::Digits(far.value, 6))
         .decimal(say!(lang, "residual"), |(_, far)| Cell::Digits(far.residual, 3))
@@ -468,7 +465,7 @@ fn record_tables(section: Section, record: &RecordReport, lang: Language) -> Sec
 
 /// Constraints, the robust estimator and remounting, where the fit has them.
 fn conditions(report: &FitReport, lang: Language) -> Section {
-    let table = Rows::of(report.constraints.iter().flat_map(|own| &own.list))
+    let table = Rows::of(report.constraints.iter().flat_map(|constraints| &constraints.list))
         .right(say!(lang, "constraint"), |c| c.index)
         .name("", |c| &c.text)
         .left(say!(lang, "state"), |c| lang.term(c.state.name()))
@@ -485,14 +482,13 @@ fn conditions(report: &FitReport, lang: Language) -> Section {
     ))
 }
 
-/// Each iteration of Gauss-Newton.
 fn iterations(report: &FitReport, lang: Language) -> Section {
     let rows = report.convergence.iter().flat_map(|record| &record.iterations).enumerate();
     let table = Rows::of(rows)
         .right("#", |(k, _)| k + 1)
-        .decimal(say!(lang, "weighted-sum-of-squares"), |(_, own)| Cell::Digits(own.sum_of_squares, 6))
-        .right(say!(lang, "step-of-the-predictions"), |(_, own)| Cell::Digits(own.step, 3))
-        .decimal(say!(lang, "share-of-the-step"), |(_, own)| Cell::Digits(own.share, 3))
+        .decimal(say!(lang, "weighted-sum-of-squares"), |(_, iteration)| Cell::Digits(iteration.sum_of_squares, 6))
+        .right(say!(lang, "step-of-the-predictions"), |(_, iteration)| Cell::Digits(iteration.step, 3))
+        .decimal(say!(lang, "share-of-the-step"), |(_, iteration)| Cell::Digits(iteration.share, 3))
         .small();
     Section::new(say!(lang, "iterations")).full().table(table)
 }
@@ -502,8 +498,8 @@ fn monte_carlo(report: &FitReport, lang: Language) -> Section {
     let section = Section::new(say!(lang, "monte-carlo"));
     let Some(drawn) = &report.monte_carlo else { return section };
     let rows = drawn.outputs.iter().map(|output| {
-        let own = report.quantities().find(|own| own.id == output.id);
-        let (scale, unit) = own.map_or((1.0, ""), |own| (own.scale, own.unit));
+        let quantity = report.quantities().find(|quantity| quantity.id == output.id);
+        let (scale, unit) = quantity.map_or((1.0, ""), |quantity| (quantity.scale, quantity.unit));
         (output, scale, unit)
     });
     let pair = |scale: f64, u: f64, [a, b]: [f64; 2]| {
@@ -511,17 +507,17 @@ fn monte_carlo(report: &FitReport, lang: Language) -> Section {
         say!(lang, "from-to", a, b)
     };
     let table = Rows::of(rows)
-        .name(say!(lang, "quantity"), |(own, ..)| &own.id)
-        .decimal(say!(lang, "mean"), |(own, scale, _)| Cell::Value(own.mean * scale, Some(own.u * scale)))
-        .decimal("u", |(own, scale, _)| Cell::Value(own.u * scale, Some(own.u * scale)))
-        .right(say!(lang, "checks-page-interval", level = level(report.level())), |(own, scale, _)| {
-            pair(scale, own.u, own.interval)
+        .name(say!(lang, "quantity"), |(output, ..)| &output.id)
+        .decimal(say!(lang, "mean"), |(output, scale, _)| Cell::Value(output.mean * scale, Some(output.u * scale)))
+        .decimal("u", |(output, scale, _)| Cell::Value(output.u * scale, Some(output.u * scale)))
+        .right(say!(lang, "checks-page-interval", level = level(report.level())), |(output, scale, _)| {
+            pair(scale, output.u, output.interval)
         })
-        .right(say!(lang, "shortest"), |(own, scale, _)| pair(scale, own.u, own.shortest))
+        .right(say!(lang, "shortest"), |(output, scale, _)| pair(scale, output.u, output.shortest))
         .at(Detail::Roomy)
-        .right(say!(lang, "first-order"), |(own, scale, _)| own.first_order.map(|ends| pair(scale, own.u, ends)))
+        .right(say!(lang, "first-order"), |(o, scale, _)| o.first_order.map(|ends| pair(scale, o.u, ends)))
         .left(say!(lang, "unit"), |(.., unit)| unit)
-        .tone(|(own, ..)| if own.first_order_agrees == Some(false) { Tone::Caution } else { Tone::Plain });
+        .tone(|(output, ..)| if output.first_order_agrees == Some(false) { Tone::Caution } else { Tone::Plain });
     let trials = say!(lang, "of-trials-seed", trials = drawn.trials, asked = drawn.asked, seed = drawn.seed);
     let joint = drawn.joint.as_ref().and_then(|joint| {
         let (order, k) = (joint.names.join(lang.comma()), significant(joint.ellipsoid_factor?, 4));
@@ -569,7 +565,7 @@ fn correction(report: &FitReport, asked: bool, lang: Language) -> Section {
     }
 }
 
-fn mounted(section: Section, correction: &CorrectionFile, mounting: &MountingFile, lang: Language) -> Section {
+fn mounted(section: Section, correction: &CorrectionFile, mounting: &Mounting, lang: Language) -> Section {
     let tilts = lang.names(&mounting.tilts);
     if !mounting.missing.is_empty() {
         let (missing, n) = (lang.names(&mounting.missing), mounting.missing.len());
@@ -663,7 +659,7 @@ fn readings(report: &FitReport, fit: Option<&Fit>, asked: bool, lang: Language) 
     let states = |index: usize| -> &[JointState] {
         let place = match fit.and_then(|fit| fit.streamed.as_ref()) {
             // a reading that is not in the sample has no states to show
-            Some(own) => own.numbers.binary_search(&(index as u64)).unwrap_or(usize::MAX),
+            Some(streamed) => streamed.numbers.binary_search(&(index as u64)).unwrap_or(usize::MAX),
             None => index - 1,
         };
         let row = fit.and_then(|fit| fit.campaign.readings.rows.get(place));

@@ -33,35 +33,35 @@ fn parts(budget: &[BudgetReport], u: f64, lang: Language) -> Vec<Part> {
 
 /// Angles with error bars, and their standard uncertainties by source.
 pub(super) fn estimate_figures(report: &FitReport, lang: Language) -> Vec<Figure> {
-    let known = |own: &Shown<'_>| own.is_angle && own.value.is_some() && own.u.is_some() && own.expanded.is_some();
+    let known = |q: &Shown<'_>| q.is_angle && q.value.is_some() && q.u.is_some() && q.expanded.is_some();
     let angles: Vec<Shown<'_>> = report.quantities().filter(known).take(MOST_ROWS).collect();
     if angles.is_empty() {
         return Vec::new();
     }
     let at_bound = |id: &str| {
-        let own = report.parameters.iter().find(|p| p.id == id && p.state == State::AtBound)?;
-        own.interval.map(|ends| ends.map(|end| end * ARCSEC))
+        let parameter = report.parameters.iter().find(|p| p.id == id && p.state == State::AtBound)?;
+        parameter.interval.map(|ends| ends.map(|end| end * ARCSEC))
     };
     // those that are drawn have all three
-    let number = |own: Option<f64>| own.unwrap_or(f64::NAN);
-    let interval = |own: &Shown<'_>| Interval {
-        label: own.id.into(),
-        value: number(own.value),
-        expanded: number(own.expanded),
-        at_bound: at_bound(own.id),
+    let number = |value: Option<f64>| value.unwrap_or(f64::NAN);
+    let interval = |quantity: &Shown<'_>| Interval {
+        label: quantity.id.into(),
+        value: number(quantity.value),
+        expanded: number(quantity.expanded),
+        at_bound: at_bound(quantity.id),
     };
     let rows: Vec<Interval> = angles.iter().map(interval).collect();
-    let bar = |own: &Shown<'_>| Bar { label: own.id.into(), parts: parts(own.budget, number(own.u), lang) };
+    let bar = |q: &Shown<'_>| Bar { label: q.id.into(), parts: parts(q.budget, number(q.u), lang) };
     let bars: Vec<Bar> = angles.iter().map(bar).collect();
     let held = rows.iter().any(|row| row.at_bound.is_some()).then(|| say!(lang, "angles-at-bounds").to_string());
     let caption = say!(lang, "angles-with-their-expanded-uncertainties", level = level(report.level()));
-    let values = angles.iter().map(|own| {
-        let [value, expanded] = [rounded(number(own.value), own.u), significant(number(own.expanded), 3)];
-        format!("{} {value} \u{b1} {expanded} arcsec", own.id)
+    let values = angles.iter().map(|q| {
+        let [value, expanded] = [rounded(number(q.value), q.u), significant(number(q.expanded), 3)];
+        format!("{} {value} \u{b1} {expanded} arcsec", q.id)
     });
-    let sizes = bars.iter().zip(&angles).map(|(bar, own)| {
-        let (u, shares) = (significant(number(own.u), 3), lang.in_parentheses(&shares(bar, lang)));
-        format!("{} u = {u} arcsec{shares}", own.id)
+    let sizes = bars.iter().zip(&angles).map(|(bar, quantity)| {
+        let (u, shares) = (significant(number(quantity.u), 3), lang.in_parentheses(&shares(bar, lang)));
+        format!("{} u = {u} arcsec{shares}", quantity.id)
     });
     let [values, sizes] = [listed(values, lang), listed(sizes, lang)];
     vec![
@@ -84,8 +84,8 @@ pub(super) fn estimate_figures(report: &FitReport, lang: Language) -> Vec<Figure
 pub(super) fn budget_figures(report: &FitReport, lang: Language) -> Vec<Figure> {
     let bars: Vec<Bar> = report
         .quantities()
-        .filter(|own| !own.is_angle && !own.budget.is_empty())
-        .map(|own| Bar { label: own.id.into(), parts: parts(own.budget, 100.0, lang) })
+        .filter(|quantity| !quantity.is_angle && !quantity.budget.is_empty())
+        .map(|quantity| Bar { label: quantity.id.into(), parts: parts(quantity.budget, 100.0, lang) })
         .take(MOST_ROWS)
         .collect();
     if bars.iter().all(|bar| bar.parts.len() < 2) {
@@ -113,13 +113,13 @@ pub(super) fn residual_figures(fit: &Fit, report: &FitReport, lang: Language) ->
     let shared = !fit.campaign.scatter.is_empty();
     let sensors = &fit.campaign.bench.sensors;
     for sensor in sensors {
-        let own: Vec<_> = report.readings.iter().filter(|r| r.sensor == sensor.id).collect();
-        if own.is_empty() {
+        let readings: Vec<_> = report.readings.iter().filter(|r| r.sensor == sensor.id).collect();
+        if readings.is_empty() {
             continue;
         }
-        let every = own.len().div_ceil(MOST_POINTS).max(1);
+        let every = readings.len().div_ceil(MOST_POINTS).max(1);
         let is_far = |s: Option<f64>| s.is_some_and(|s| s.abs() > FAR);
-        let rows: Vec<Residual> = own
+        let rows: Vec<Residual> = readings
             .iter()
             .enumerate()
             .filter(|(k, r)| k % every == 0 || is_far(r.studentized))
@@ -131,7 +131,7 @@ pub(super) fn residual_figures(fit: &Fit, report: &FitReport, lang: Language) ->
                 far: is_far(r.studentized),
             })
             .collect();
-        let far: Vec<String> = own.iter().filter(|r| is_far(r.studentized)).map(|r| r.index.to_string()).collect();
+        let far: Vec<String> = readings.iter().filter(|r| is_far(r.studentized)).map(|r| r.index.to_string()).collect();
         let far = match far.len() {
             0 => say!(lang, "none").into(),
             1..=12 => far.join(lang.comma()),
@@ -147,7 +147,6 @@ pub(super) fn residual_figures(fit: &Fit, report: &FitReport, lang: Language) ->
     figures
 }
 
-/// The normal plot and the correlation map.
 pub(super) fn spread_figures(report: &FitReport, lang: Language) -> Vec<Figure> {
     let mut figures = Vec::new();
     let studentized: Vec<f64> = report.readings.iter().filter_map(|r| r.studentized).collect();

@@ -106,12 +106,11 @@ pub struct PassedOverReport {
     pub needs: Vec<String>,
 }
 
-/// The report of a foresight.
 pub(super) fn foresight_report(campaign: &Campaign, foresight: &Foresight) -> ForesightReport {
     let id = |k: &usize| campaign.parameter_id(*k).to_string();
     // groups and aliases hold places of prospects
     let label = |j: &usize| foresight.prospects.get(*j).map(|p| labelled(campaign, p)).unwrap_or_default();
-    let first = |g: usize| foresight.groups.get(g).and_then(|own| own.members.first()).map(label).unwrap_or_default();
+    let first = |g: usize| foresight.groups.get(g).and_then(|g| g.members.first()).map(label).unwrap_or_default();
     let effect = |p: &Prospect| ProspectReport {
         regressor: p.effect.regressor.clone(),
         name: p.effect.name.clone(),
@@ -129,11 +128,11 @@ pub(super) fn foresight_report(campaign: &Campaign, foresight: &Foresight) -> Fo
         hides_in: p.hides_in.iter().map(id).collect(),
         group: p.group,
     };
-    let near = |own: &Near| NearReport {
-        regressor: first(own.group),
-        group: own.group,
-        cosine: own.cosine,
-        apart_from: own.apart_from,
+    let near = |other: &Near| NearReport {
+        regressor: first(other.group),
+        group: other.group,
+        cosine: other.cosine,
+        apart_from: other.apart_from,
     };
     ForesightReport {
         rule: foresight.rule,
@@ -184,7 +183,7 @@ fn hidden(report: &ForesightReport, lang: Language) -> Vec<(String, Vec<String>)
             }
             _ => effect.regressor.clone(),
         };
-        match places.iter_mut().find(|(own, _)| *own == place) {
+        match places.iter_mut().find(|(known, _)| *known == place) {
             Some((_, list)) => list.push(text),
             None => places.push((place, vec![text])),
         }
@@ -192,7 +191,6 @@ fn hidden(report: &ForesightReport, lang: Language) -> Vec<(String, Vec<String>)
     places
 }
 
-/// What the rule says, in one sentence.
 fn rule_text(report: &ForesightReport, lang: Language) -> String {
     let rule = &report.rule;
     if report.groups.is_empty() {
@@ -213,19 +211,18 @@ fn rule_text(report: &ForesightReport, lang: Language) -> String {
 /// Groups of effects, and combinations that absorb some, that a terminal lists.
 const LISTED: usize = 12;
 
-/// What a diagnosis could find.
 pub(super) fn section(report: &ForesightReport, lang: Language) -> Section {
     let code =
         |names: &mut dyn Iterator<Item = String>| -> Vec<String> { names.map(|name| format!("`{name}`")).collect() };
-    let scale = |own: &ProspectReport| if own.minimal_arcsec.is_some() { ARCSEC } else { 1.0 };
+    let scale = |prospect: &ProspectReport| if prospect.minimal_arcsec.is_some() { ARCSEC } else { 1.0 };
     // an effect of a group is detectable, and then has its smallest size
-    let number = |own: Option<f64>| own.unwrap_or(f64::NAN);
-    let near = |own: &NearReport, scale: f64| {
-        let (regressor, cosine) = (label(&own.regressor, lang), format!("{:+.3}", own.cosine));
-        say!(lang, "apart-from", regressor, cosine, apart = significant(own.apart_from * scale, 2))
+    let number = |value: Option<f64>| value.unwrap_or(f64::NAN);
+    let near = |alike: &NearReport, scale: f64| {
+        let (regressor, cosine) = (label(&alike.regressor, lang), format!("{:+.3}", alike.cosine));
+        say!(lang, "apart-from", regressor, cosine, apart = significant(alike.apart_from * scale, 2))
     };
-    let nearly = |own: &NearReport| {
-        let (regressor, cosine) = (label(&own.regressor, lang), format!("{:+.2}", own.cosine));
+    let nearly = |alike: &NearReport| {
+        let (regressor, cosine) = (label(&alike.regressor, lang), format!("{:+.2}", alike.cosine));
         say!(lang, "foresight-nearly", regressor, cosine)
     };
     let alike = |group: &AlikeReport| {
@@ -241,18 +238,18 @@ pub(super) fn section(report: &ForesightReport, lang: Language) -> Section {
         .filter_map(|group| Some((group, group.members.first()?, report.effects.get(group.first)?)));
     let table = Rows::of(rows)
         .name(lang.title(say!(lang, "effect")), |(_, first, _)| label(first, lang))
-        .left(say!(lang, "meaning"), |(.., own)| lang.name(&own.name))
+        .left(say!(lang, "meaning"), |(.., p)| lang.name(&p.name))
         .at(Detail::Full)
-        .decimal(say!(lang, "shows-from"), |(.., own)| Cell::Digits(number(own.minimal_arcsec.or(own.minimal)), 3))
-        .left(say!(lang, "unit"), |(.., own)| if own.minimal_arcsec.is_some() { "arcsec" } else { &own.unit })
-        .decimal(say!(lang, "then-at-a-reading-in-its-u"), |(.., own)| Cell::Digits(number(own.at_a_reading_in_u), 2))
-        .left(say!(lang, "and-shifts"), |(.., own)| {
-            let moves = own.moves.as_ref().map(|m| format!("{} {} u", m.parameter, significant(m.in_u, 2)));
+        .decimal(say!(lang, "shows-from"), |(.., p)| Cell::Digits(number(p.minimal_arcsec.or(p.minimal)), 3))
+        .left(say!(lang, "unit"), |(.., p)| if p.minimal_arcsec.is_some() { "arcsec" } else { &p.unit })
+        .decimal(say!(lang, "then-at-a-reading-in-its-u"), |(.., p)| Cell::Digits(number(p.at_a_reading_in_u), 2))
+        .left(say!(lang, "and-shifts"), |(.., p)| {
+            let moves = p.moves.as_ref().map(|m| format!("{} {} u", m.parameter, significant(m.in_u, 2)));
             moves.unwrap_or_default()
         })
         .left(say!(lang, "cannot-be-distinguished-from"), |(group, ..)| alike(group))
-        .left(say!(lang, "nearly-alike"), |(group, _, own)| {
-            let near: Vec<String> = group.near.iter().map(|n| near(n, scale(own))).collect();
+        .left(say!(lang, "nearly-alike"), |(group, _, prospect)| {
+            let near: Vec<String> = group.near.iter().map(|n| near(n, scale(prospect))).collect();
             lang.first_of(&near, 4, lang.comma())
         })
         .at(Detail::Full)

@@ -66,9 +66,9 @@ use crate::vocabulary::vocabulary;
 use std::collections::BTreeMap;
 
 pub use batch::{BatchReport, batch_document, batch_quantities, batch_report, batch_rows};
-pub use changes::{changes_document, changes_report, history_document};
 pub(crate) use changes::CalibratedReport;
 pub use changes::{ChangesReport, HistoryReport, date_of, determination, history_report};
+pub use changes::{changes_document, changes_report, history_document};
 pub use compare::compare_document;
 pub use compare::{CompareReport, compare_report};
 pub use conformity::conformity;
@@ -83,30 +83,30 @@ pub use guide::GuideReport;
 pub use guide::guide_report;
 pub use monte_carlo::monte_carlo_report;
 #[cfg(feature = "navigate")]
-pub use navigate::{NavigateReport, navigate_report};
+pub(crate) use navigate::QuantityWithUnit;
 #[cfg(feature = "navigate")]
 pub use navigate::navigate_document;
 #[cfg(feature = "navigate")]
-pub(crate) use navigate::QuantityWithUnit;
+pub use navigate::{NavigateReport, navigate_report};
 #[cfg(feature = "navigate")]
 pub use navigate_diagnose::NavigateDiagnoseReport;
 #[cfg(feature = "navigate")]
-pub use navigate_diagnose::{navigate_diagnose_document, navigate_diagnose_report};
-#[cfg(feature = "navigate")]
 pub(crate) use navigate_diagnose::navigate_diagnose_figure;
+#[cfg(feature = "navigate")]
+pub use navigate_diagnose::{navigate_diagnose_document, navigate_diagnose_report};
 pub use noise::NoiseAnalysisReport;
-pub use noise::{kalibr, noise_column_report, noise_document, noise_report};
 pub(crate) use noise::NoiseColumnReport;
+pub use noise::{kalibr, noise_column_report, noise_document, noise_report};
 pub use plan::{Better, Foreseen, PlanReport, plan_report};
 pub(crate) use plan::{
-    DiscriminationReport, Effort, FindReport, GoalReport, ImprovedReport, JudgementReport, LackingReport,
-    PlannedPositionReport, PointReport, SharedReport, ThroughTiltsReport,
+    DiscriminationReport, Effort, FindReport, ImprovedReport, JudgementReport, PlannedPositionReport, PointReport,
+    SharedReport,
 };
 pub use plan_document::plan_document;
 pub use provenance::Input;
 pub use reduction::ReduceReport;
-pub use reduction::{reduce_document, reduce_report};
 pub(crate) use reduction::record_chart;
+pub use reduction::{reduce_document, reduce_report};
 pub(crate) use scatter::ScatterReport;
 pub use scene::scene;
 pub use separation::position_keys;
@@ -151,7 +151,6 @@ fn finite(value: f64) -> Option<f64> {
     value.is_finite().then_some(value)
 }
 
-/// Model line of each sensor.
 fn model_lines(campaign: &Campaign) -> BTreeMap<String, String> {
     campaign.bench.sensors.iter().map(|s| (s.id.clone(), s.model.to_string())).collect()
 }
@@ -185,7 +184,7 @@ pub fn schemas() -> Vec<&'static str> {
 /// assert!(tumble::report::schema("fit-report").is_some());
 /// ```
 pub fn schema(kind: &str) -> Option<serde_json::Value> {
-    match SCHEMAS.iter().find(|(own, _)| *own == kind) {
+    match SCHEMAS.iter().find(|(other, _)| *other == kind) {
         Some((_, schema)) => Some(crate::wire::identified(kind, schema().to_value())),
         None => crate::wire::schema(kind),
     }

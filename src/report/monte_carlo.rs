@@ -53,28 +53,28 @@ pub fn monte_carlo_report(drawn: &Drawn, fit: &Fit) -> MonteCarloReport {
         .iter()
         .zip(&drawn.trials.outputs)
         .zip(drawn.first_order.iter().zip(&drawn.agrees))
-        .map(|((id, own), (first, agrees))| {
+        .map(|((id, law), (first, agrees))| {
             if let (Some(false), Some((low, high))) = (agrees, first) {
-                let off = (low - own.symmetric.0).abs().max((high - own.symmetric.1).abs());
+                let off = (low - law.symmetric.0).abs().max((high - law.symmetric.1).abs());
                 verdict.push(sentence!(
                     "the-first-order-does-not-describe-its",
                     id,
                     level = percent(fit.settings.level),
-                    sd = significant(off / own.sd, 2)
+                    sd = significant(off / law.sd, 2)
                 ));
             }
             DrawnReport {
                 id: id.clone(),
-                mean: own.mean,
-                u: own.sd,
-                interval: pair(own.symmetric),
-                shortest: pair(own.shortest),
+                mean: law.mean,
+                u: law.sd,
+                interval: pair(law.symmetric),
+                shortest: pair(law.shortest),
                 first_order: first.map(pair),
                 first_order_agrees: *agrees,
             }
         })
         .collect();
-    let errors: Vec<String> = fit.scale_factor_errors().into_iter().map(|own| own.id).collect();
+    let errors: Vec<String> = fit.scale_factor_errors().into_iter().map(|error| error.id).collect();
     if !errors.is_empty() {
         verdict.push(sentence!("scale-factor-errors-are-not-drawn", errors = errors.join(", ")));
     }

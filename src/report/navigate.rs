@@ -177,7 +177,7 @@ pub fn navigate_report(
         convention: "phi angle: C' = (I - phi x) C, C from body to east-north-up; errors are computed minus true"
             .into(),
         vertical_channel: "held at the site's altitude, no vertical velocity".into(),
-        warnings: study::unresolved(mission, flown).iter().map(|own| warning(mission, own)).collect(),
+        warnings: study::unresolved(mission, flown).iter().map(|unresolved| warning(mission, unresolved)).collect(),
         periods: linear::frequencies(mission.site).map(|[earth, slow, fast]| PeriodsReport {
             schuler_min: TAU / (0.5 * (slow + fast)) / 60.0,
             earth_h: TAU / earth / 3600.0,
@@ -185,7 +185,7 @@ pub fn navigate_report(
         }),
         scenarios: scenarios
             .iter()
-            .map(|own| ScenarioReport { id: own.id.clone(), errors: error_quantities(&own.errors) })
+            .map(|scenario| ScenarioReport { id: scenario.id.clone(), errors: error_quantities(&scenario.errors) })
             .collect(),
         results: flown.iter().flat_map(results).collect(),
         ratios: study::ratios(mission, flown),
@@ -193,39 +193,39 @@ pub fn navigate_report(
     }
 }
 
-fn warning(mission: &Mission, own: &study::Unresolved) -> String {
-    let [tilt, azimuth, velocity, position] = own.own;
+fn warning(mission: &Mission, unresolved: &study::Unresolved) -> String {
+    let [tilt, azimuth, velocity, position] = unresolved.own;
     let digits = |value: f64| significant(value, 3);
     let mut text = format!(
         "in {} a perfect unit is wrong by {} arcsec of tilt, {} arcsec of azimuth, {} m/s and {} m: the error of the navigator",
-        own.motion,
+        unresolved.motion,
         digits(tilt * ARCSEC),
         digits(azimuth * ARCSEC),
         digits(velocity),
         digits(position)
     );
-    if own.period.is_finite() {
+    if unresolved.period.is_finite() {
         text.push_str(&format!(
             "; its step of {} s does not resolve a motion of {} s (a step of {} s would)",
             mission.step_s,
-            own.period,
-            digits(own.period / 25.0)
+            unresolved.period,
+            digits(unresolved.period / 25.0)
         ));
     }
     text
 }
 
 /// What is not zero of a set of errors.
-pub(super) fn error_quantities(own: &ImuErrors) -> BTreeMap<String, QuantityWithUnit> {
+pub(super) fn error_quantities(imu: &ImuErrors) -> BTreeMap<String, QuantityWithUnit> {
     let value = |value: f64, unit: &str| QuantityWithUnit { value, unit: unit.into() };
     let mut errors: BTreeMap<String, QuantityWithUnit> =
-        own.present().iter().map(|s: &ErrorSource| (s.id(), value(s.of(own) / s.si_per_unit(), s.unit()))).collect();
-    if own.gyro.random_walk > 0.0 {
-        let walk = own.gyro.random_walk.to_degrees() * 60.0;
+        imu.present().iter().map(|s: &ErrorSource| (s.id(), value(s.of(imu) / s.si_per_unit(), s.unit()))).collect();
+    if imu.gyro.random_walk > 0.0 {
+        let walk = imu.gyro.random_walk.to_degrees() * 60.0;
         errors.insert("angle_random_walk".into(), value(walk, "deg/sqrt(h)"));
     }
-    if own.accelerometer.random_walk > 0.0 {
-        let walk = own.accelerometer.random_walk * 60.0;
+    if imu.accelerometer.random_walk > 0.0 {
+        let walk = imu.accelerometer.random_walk * 60.0;
         errors.insert("velocity_random_walk".into(), value(walk, "(m/s)/sqrt(h)"));
     }
     errors
@@ -315,9 +315,8 @@ pub fn navigate_document(report: &NavigateReport, of: Option<(&Mission, &[Flown]
     document.section(Section::new(say!(lang, "what-was-assumed")).facts(facts).figures(drawn))
 }
 
-/// How many errors a scenario has.
 fn errors(report: &NavigateReport, scenario: usize) -> usize {
-    report.scenarios.get(scenario).map_or(0, |own| own.errors.len())
+    report.scenarios.get(scenario).map_or(0, |s| s.errors.len())
 }
 
 /// One scenario against time: a figure a quantity, a curve a motion.
@@ -367,11 +366,11 @@ fn answer(report: &NavigateReport, lang: Language) -> Section {
     let text = |value: Option<f64>| number(value).text();
     let mut points = Vec::new();
     for motion in motions.iter().take(MOTIONS) {
-        let own = || report.results.iter().filter(|r| r.motion == *motion);
+        let of_motion = || report.results.iter().filter(|r| r.motion == *motion);
         let place = |id: &str| report.scenarios.iter().position(|s| s.id == id);
         // the scenario with most errors is the unit as it is; those with one are its sources
         let count = |id: &str| place(id).map_or(0, |i| errors(report, i));
-        let Some(whole) = own().max_by_key(|r| count(&r.scenario)) else { continue };
+        let Some(whole) = of_motion().max_by_key(|r| count(&r.scenario)) else { continue };
         let mut said = say!(
             lang,
             "after-h-the-position-is-off-by",
@@ -382,7 +381,7 @@ fn answer(report: &NavigateReport, lang: Language) -> Section {
             azimuth = text(whole.azimuth_arcsec.last),
             azimuth_rms = text(whole.azimuth_arcsec.rms)
         );
-        let mut parts: Vec<_> = own().filter(|r| r.scenario != whole.scenario && r.scenario != PERFECT).collect();
+        let mut parts: Vec<_> = of_motion().filter(|r| r.scenario != whole.scenario && r.scenario != PERFECT).collect();
         parts.sort_by(|a, b| b.position_m.rms.unwrap_or(0.0).total_cmp(&a.position_m.rms.unwrap_or(0.0)));
         if !parts.is_empty() {
             let most = parts.iter().take(3).map(|r| format!("`{}` {} m", r.scenario, text(r.position_m.rms)));
@@ -448,14 +447,14 @@ fn ratios(report: &NavigateReport, lang: Language) -> Section {
 fn carried(report: &NavigateReport, lang: Language) -> Section {
     let both = |parts: [Option<f64>; 2]| Some(parts[0]?.hypot(parts[1]?));
     let draws: Vec<String> =
-        report.carried.iter().map(|own| say!(lang, "monte-carlo-draws", draws = own.draws.to_string())).collect();
+        report.carried.iter().map(|c| say!(lang, "monte-carlo-draws", draws = c.draws.to_string())).collect();
     let mut rows: Vec<Sizes<'_>> = Vec::new();
-    for (own, draws) in report.carried.iter().zip(&draws) {
-        let ways = [(say!(lang, "linear-covariance"), own.linear), (draws.as_str(), own.monte_carlo)];
+    for (carried, draws) in report.carried.iter().zip(&draws) {
+        let ways = [(say!(lang, "linear-covariance"), carried.linear), (draws.as_str(), carried.monte_carlo)];
         for (by, u) in ways.into_iter().filter_map(|(by, u)| Some((by, u?))) {
             let [east, north, up] = u.phi_arcsec;
             let sizes = [both([east, north]), up, both(u.velocity_m_s), both(u.position_m), None];
-            rows.push(([&own.motion, by], sizes));
+            rows.push(([&carried.motion, by], sizes));
         }
     }
     let table = sizes([say!(lang, "motion"), say!(lang, "carried-by")], true, &rows, lang);

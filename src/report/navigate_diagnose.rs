@@ -209,8 +209,8 @@ fn effect(finding: &Finding, diagnosis: &NavigationDiagnosis) -> NavigationEffec
         value: finding.value / unit,
         u: finding.u.map(|u| u / unit),
         unit: source.unit(),
-        before: source.of(&diagnosis.before).map(|own| own / unit),
-        after: source.of(&diagnosis.after).map(|own| own / unit),
+        before: source.of(&diagnosis.before).map(|size| size / unit),
+        after: source.of(&diagnosis.after).map(|size| size / unit),
         t: finding.t,
         p: finding.p,
         probability: finding.probability,
@@ -233,10 +233,10 @@ fn alias(alias: &Alias) -> NavigationAliasReport {
     }
 }
 
-fn separation(own: &DiscriminatingMotion) -> SeparationReport {
-    let motion = MotionFile::of(&own.motion);
+fn separation(run: &DiscriminatingMotion) -> SeparationReport {
+    let motion = MotionFile::of(&run.motion);
     let is = motion.in_words();
-    SeparationReport { motion, is, tells: own.tells.iter().map(ErrorSource::id).collect(), by: own.by }
+    SeparationReport { motion, is, tells: run.tells.iter().map(ErrorSource::id).collect(), by: run.by }
 }
 
 /// Most aliases, added causes and values that are listed at a terminal; the JSON report has all.
@@ -283,10 +283,10 @@ fn result(report: &NavigateDiagnoseReport, of: Option<&NavigationDiagnosis>, lan
     });
     let found: Vec<words::Found<'_>> = found.collect();
     let changes = if found.is_empty() { "" } else { say!(lang, "values-are-changes-of-the-missions-errors") };
-    let unexplained = report.unexplained.iter().flat_map(|own| {
-        [lang.sentence(&lang.name(&own.pattern)), words::nearest(&own.nearest, own.nearest_explains, lang)]
+    let unexplained = report.unexplained.iter().flat_map(|unknown| {
+        [lang.sentence(&lang.name(&unknown.pattern)), words::nearest(&unknown.nearest, unknown.nearest_explains, lang)]
     });
-    let drawn = of.and_then(|own| Some((own, worst(own)?)));
+    let drawn = of.and_then(|diagnosis| Some((diagnosis, worst(diagnosis)?)));
     Section::new(say!(lang, "result"))
         .verdict(words::tone(report.verdict), lang.sentence(&sentence(report, lang)))
         .table(words::found(&found, None, lang))
@@ -320,12 +320,12 @@ fn found(report: &NavigateDiagnoseReport, lang: Language) -> String {
 fn shrinking(report: &NavigateDiagnoseReport, lang: Language) -> Section {
     let steps = &report.gap_steps;
     let mut rows: Vec<(String, &Gap)> = vec![(say!(lang, "as-given").into(), &report.gap.before)];
-    for (before, own) in steps.iter().zip(steps.iter().skip(1)) {
-        let added: Vec<String> = own.with.iter().filter(|name| !before.with.contains(name)).cloned().collect();
+    for (before, step) in steps.iter().zip(steps.iter().skip(1)) {
+        let added: Vec<String> = step.with.iter().filter(|name| !before.with.contains(name)).cloned().collect();
         let added = words::listed(&added, LISTED, lang);
-        let out = (own.left_out > 0).then(|| format!("{} {}", own.left_out, say!(lang, "outliers")));
+        let out = (step.left_out > 0).then(|| format!("{} {}", step.left_out, say!(lang, "outliers")));
         let parts = [Some(added).filter(|added| !added.is_empty()), out];
-        rows.push((format!("+ {}", parts.into_iter().flatten().collect::<Vec<_>>().join(lang.comma())), &own.gap));
+        rows.push((format!("+ {}", parts.into_iter().flatten().collect::<Vec<_>>().join(lang.comma())), &step.gap));
     }
     if steps.len() < 2 && !report.effects.is_empty() {
         rows.push((say!(lang, "after").into(), &report.gap.after));
@@ -358,14 +358,14 @@ fn card(effect: &NavigationEffectReport, lang: Language) -> Option<Content> {
         facts.push((say!(lang, "in-the-mission").into(), changed(&before, &after, lang)));
     }
     if !effect.aliases.is_empty() {
-        let names: Vec<String> = effect.aliases.iter().map(|own| alias_said(own, lang)).collect();
+        let names: Vec<String> = effect.aliases.iter().map(|alias| alias_said(alias, lang)).collect();
         let names = lang.first_of(&names, LISTED, lang.semicolon());
         facts.push((lang.title(say!(lang, "cannot-be-distinguished-from")), names));
     }
     let possible = effect.aliases.iter().filter(|alias| !alias.absurd && alias.together_with.is_none()).count();
-    let run = |own: &SeparationReport| {
-        let [n, of] = [own.tells.len(), possible].map(|n| n.to_string());
-        say!(lang, "discriminates", at = lang.name(&own.is), n, of)
+    let run = |separation: &SeparationReport| {
+        let [n, of] = [separation.tells.len(), possible].map(|n| n.to_string());
+        say!(lang, "discriminates", at = lang.name(&separation.is), n, of)
     };
     if !effect.separate_by.is_empty() {
         let runs = effect.separate_by.iter().map(run).collect::<Vec<_>>().join(lang.semicolon());
@@ -393,20 +393,19 @@ fn alias_said(alias: &NavigationAliasReport, lang: Language) -> String {
     text
 }
 
-/// The gap by channel.
 fn channels_section(report: &NavigateDiagnoseReport, lang: Language) -> Section {
     let several = report.runs.len() > 1;
     let found = !report.effects.is_empty();
     let rms = say!(lang, "rms");
     let at = |when| if found { words::at(rms, when, lang) } else { rms.to_string() };
     let table = Rows::of(&report.channels)
-        .name(say!(lang, "channel"), |own| &own.column)
-        .left(say!(lang, "motion"), |own| if several { own.motion.as_str() } else { "" })
-        .right(say!(lang, "values"), |own| own.values)
-        .decimal(at("before"), |own| Cell::Digits(own.rms_before, 4))
-        .decimal(at("after"), |own| if found { Cell::Digits(own.rms_after, 4) } else { "".into() })
-        .decimal("u", |own| Cell::Digits(own.u, 3))
-        .left("", |own| match own.u_from {
+        .name(say!(lang, "channel"), |channel| &channel.column)
+        .left(say!(lang, "motion"), |channel| if several { channel.motion.as_str() } else { "" })
+        .right(say!(lang, "values"), |channel| channel.values)
+        .decimal(at("before"), |channel| Cell::Digits(channel.rms_before, 4))
+        .decimal(at("after"), |channel| if found { Cell::Digits(channel.rms_after, 4) } else { "".into() })
+        .decimal("u", |channel| Cell::Digits(channel.u, 3))
+        .left("", |channel| match channel.u_from {
             NoiseFrom::Stated => String::new(),
             from => lang.term(from.name()),
         });
@@ -415,7 +414,7 @@ fn channels_section(report: &NavigateDiagnoseReport, lang: Language) -> Section 
 
 /// Where what is unexplained lies, and single values far off.
 fn places(report: &NavigateDiagnoseReport, lang: Language) -> Section {
-    let table = Rows::of(report.unexplained.iter().flat_map(|own| &own.cells))
+    let table = Rows::of(report.unexplained.iter().flat_map(|unexplained| &unexplained.cells))
         .name(say!(lang, "channel"), |cell| &cell.column)
         .left(say!(lang, "motion"), |cell| &cell.motion)
         .left(format!("{}, h", say!(lang, "time")), |cell| {
@@ -426,10 +425,10 @@ fn places(report: &NavigateDiagnoseReport, lang: Language) -> Section {
         .decimal("z", |cell| Cell::Decimals(cell.z, 1))
         .most(LISTED);
     let far = Rows::of(&report.suspects)
-        .name(say!(lang, "outliers"), |own| &own.column)
-        .left(say!(lang, "motion"), |own| &own.motion)
-        .decimal(format!("{}, s", say!(lang, "time")), |own| own.time_s.to_string())
-        .decimal("z", |own| Cell::Decimals(own.z, 1))
+        .name(say!(lang, "outliers"), |outlier| &outlier.column)
+        .left(say!(lang, "motion"), |outlier| &outlier.motion)
+        .decimal(format!("{}, s", say!(lang, "time")), |outlier| outlier.time_s.to_string())
+        .decimal("z", |outlier| Cell::Decimals(outlier.z, 1))
         .most(LISTED);
     Section::new(say!(lang, "where-the-gap-is")).table(table).table(far)
 }
@@ -477,8 +476,8 @@ fn figures_of(
     channel: usize,
     lang: Language,
 ) -> Vec<Figure> {
-    let (series, own) = (diagnosis.gaps_over_time.get(channel), diagnosis.channels.get(channel));
-    let Some((series, channel)) = series.zip(own) else { return Vec::new() };
+    let (series, details) = (diagnosis.gaps_over_time.get(channel), diagnosis.channels.get(channel));
+    let Some((series, channel)) = series.zip(details) else { return Vec::new() };
     let scale = 1.0 / si_per_unit(series.channel);
     let line = |label: &str, of: &dyn Fn(&(f64, f64, f64)) -> f64| Curve {
         label: label.into(),
@@ -507,7 +506,6 @@ fn figures_of(
     vec![gap, Figure { description, caption, chart: chart(&lines), wide: false }]
 }
 
-/// A size before and after.
 fn changed(before: &str, after: &str, lang: Language) -> String {
     format!("{before} {}{}{after} {}", say!(lang, "before"), lang.clause(), say!(lang, "after"))
 }

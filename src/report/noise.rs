@@ -221,7 +221,7 @@ pub(super) fn events(events: &BTreeMap<EventKind, u64>, lang: Language) -> Strin
 
 fn section(column: &NoiseColumnReport, deviations: bool, lang: Language) -> Section {
     let agreement = column.agreement.as_ref();
-    let without = |own: Without| (Tone::Caution, lang.sentence(&say!(lang, "no-coefficients", why = own.name())));
+    let without = |why: Without| (Tone::Caution, lang.sentence(&say!(lang, "no-coefficients", why = why.name())));
     let mean = column.mean.map_or("-".into(), |mean| significant(mean, 6));
     let (samples, stretches, unit) = (column.samples, column.stretches.max(1), &column.unit);
     let coefficients = Rows::of(&column.coefficients)

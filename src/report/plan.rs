@@ -6,8 +6,8 @@ use super::{ARCSEC, NotEstimableReport, PositionReport, ReportKind, VERSION, pos
 use crate::campaign::{Campaign, Identity, Kind, Per, Reading, Scatter};
 use crate::diagnosis::Foresight;
 use crate::plan::{
-    Costs, Goal, Improvement, Judgement, Noise, NoiseSource, PointSource, Predicted, Reached, Reason, Refined, Request,
-    Separated, Work,
+    Costs, GoalOutcome, Improvement, Judgement, Lacking, Noise, NoiseSource, PointSource, Predicted, PredictedDerived,
+    Reached, Reason, Refined, Request, Separated, ThroughTilts, Work,
 };
 use crate::vocabulary::vocabulary;
 use schemars::JsonSchema;
@@ -78,16 +78,6 @@ pub struct PointReport {
     pub from: PointSource,
 }
 
-/// What cannot be predicted at the point of evaluation although it could be nearby.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
-pub struct LackingReport {
-    /// Parameters whose uncertainty cannot be predicted.
-    pub untold: Vec<String>,
-    /// Parameters without a stated value on which these uncertainties depend.
-    pub needs: Vec<String>,
-}
-
 /// Noise of one sensor.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[non_exhaustive]
@@ -113,23 +103,23 @@ pub struct JudgementReport {
     /// Condition number of the scaled rows.
     pub condition: Option<f64>,
     /// Predicted uncertainty of each estimated parameter.
-    pub parameters: Vec<PredictedReport>,
+    pub parameters: Vec<Predicted>,
     /// Predicted uncertainty of each derived quantity.
-    pub derived: Vec<PredictedDerivedReport>,
+    pub derived: Vec<PredictedDerived>,
     /// Correlations of the estimated parameters; null where one is not estimable.
     pub correlation: CorrelationReport,
     /// What only combinations determine, with the position that would separate it.
     pub not_estimable: Vec<NotEstimableReport>,
     /// What vanishes at the point of judging and needs a value; null where nothing does.
     #[serde(default)]
-    pub lacking: Option<LackingReport>,
+    pub lacking: Option<Lacking>,
     /// Bounds of the campaign, which are not counted: a bound lowers an uncertainty only where it is reached.
     #[serde(default)]
     pub bounds_not_counted: usize,
     /// Largest shift of a parameter, as a share of its uncertainty, when a reading drifts by one standard deviation over the run.
     pub drift: Option<f64>,
     /// What known inputs do through tilts whose size a plan does not know; null where they do nothing.
-    pub through_tilts: Option<ThroughTiltsReport>,
+    pub through_tilts: Option<ThroughTilts>,
     /// Values that no other value checks.
     #[serde(default)]
     pub unchecked: usize,
@@ -137,69 +127,6 @@ pub struct JudgementReport {
     pub readings: Vec<PlannedReadingReport>,
     /// What a diagnosis could find; null with more than 100,000 values.
     pub effects: Option<ForesightReport>,
-}
-
-/// What a known input's uncertainty does through the tilts.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
-pub struct ThroughTiltsReport {
-    /// Size of the tilts in arcseconds: as stated, or an example.
-    pub tilts_arcsec: f64,
-    /// Is it counted in the predicted uncertainties? Only where the size was stated.
-    pub counted: bool,
-    /// The known input that matters most.
-    pub known: String,
-    /// The parameter that it moves most.
-    pub parameter: String,
-    /// Standard uncertainty from it, in the parameter's unit.
-    pub u: f64,
-    /// The same in arcseconds, for tilts.
-    pub u_arcsec: Option<f64>,
-}
-
-/// Prediction for one parameter.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
-pub struct PredictedReport {
-    /// Its name.
-    pub id: String,
-    /// `tilt` or `coefficient`.
-    pub kind: Kind,
-    /// Unit of `u`.
-    pub unit: String,
-    /// Predicted standard uncertainty, in `unit`; null where not estimable.
-    pub u: Option<f64>,
-    /// The same in arcseconds, for tilts.
-    pub u_arcsec: Option<f64>,
-    /// The part from noise and remounting, in `unit`.
-    pub from_readings: Option<f64>,
-    /// The part from known inputs, in `unit`.
-    pub from_known: f64,
-    /// The most that one bad value does to it, of a size that is just not detected, in `unit`; null where nothing checks any value.
-    #[serde(default)]
-    pub undetected_fault: Option<f64>,
-    /// The same in arcseconds, for tilts.
-    #[serde(default)]
-    pub undetected_fault_arcsec: Option<f64>,
-}
-
-/// Prediction for one derived quantity.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
-pub struct PredictedDerivedReport {
-    /// Its name.
-    pub id: String,
-    /// Its line of algebra.
-    pub line: String,
-    /// Its unit, as asked for or as the line has it; absent where a parameter in it has none.
-    #[serde(default, skip_serializing_if = "String::is_empty")]
-    pub unit: String,
-    /// Predicted standard uncertainty, in `unit`; null where not estimable, or where it depends on values that are not known.
-    pub u: Option<f64>,
-    /// The same in arcseconds, for angles.
-    pub u_arcsec: Option<f64>,
-    /// It has no derivative at the reference point, and this is the largest close by.
-    pub is_largest: bool,
 }
 
 /// Correlations.
@@ -303,7 +230,7 @@ pub struct ImprovedReport {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub shared: Vec<SharedReport>,
     /// The goal, if one was set.
-    pub goal: Option<GoalReport>,
+    pub goal: Option<GoalOutcome>,
     /// Why each chosen mounting is there.
     #[serde(default)]
     pub reasons: Vec<Reason>,
@@ -366,32 +293,13 @@ pub struct ComparisonReport {
     pub gain: Option<f64>,
 }
 
-/// Whether a goal was reached.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
-pub struct GoalReport {
-    /// Limit of each parameter and derived quantity that is counted, in its unit (arcsec for angles).
-    pub limits: BTreeMap<String, f64>,
-    /// Are all limits kept? If not, this schedule is the best reachable with so many readings.
-    pub reached: bool,
-    /// Largest uncertainty as a share of its limit.
-    pub largest_share: Option<f64>,
-    /// Is it proven that no fewer readings of these candidates reach the goal?
-    pub is_fewest: bool,
-    /// Was the cheapest schedule sought? It is the cheapest that was found, without a proof that none is cheaper.
-    #[serde(default)]
-    pub is_cheapest_found: bool,
-    /// Limited quantities that even all candidates together do not determine.
-    pub impossible: Vec<String>,
-}
-
 /// What was found beside the judgement of the given schedule.
 #[derive(Debug, Clone, Copy)]
 pub enum Better<'a> {
     /// The best schedule by a criterion, and the criterion's name.
     Best(&'a Improvement, &'a str),
     /// The schedule that reaches goals.
-    Goal(&'a Reached, &'a [Goal]),
+    Goal(&'a Reached),
     /// The schedule that tells two effects apart.
     Apart(&'a Separated, &'a [String; 2]),
 }
@@ -422,16 +330,14 @@ pub fn plan_report(
     let improved = better.map(|better| {
         let (improvement, criterion, goal, separation) = match better {
             Better::Best(improvement, criterion) => (improvement, criterion.to_string(), None, None),
-            Better::Goal(reached, goals) => {
-                (&reached.improvement, "goal".to_string(), Some(goal_report(campaign, reached, goals)), None)
-            }
+            Better::Goal(Reached { improvement, goal }) => (improvement, "goal".to_string(), Some(goal.clone()), None),
             Better::Apart(Separated { improvement, before, after }, effects @ [a, b]) => {
-                let own = DiscriminationReport { effects: effects.clone(), before: *before, after: *after };
-                (improvement, format!("T:{a}|{b}"), None, Some(own))
+                let discrimination = DiscriminationReport { effects: effects.clone(), before: *before, after: *after };
+                (improvement, format!("T:{a}|{b}"), None, Some(discrimination))
             }
         };
         let to_run = to_run(campaign, improvement);
-        let own = judgement_report(&improvement.schedule, &improvement.judgement, foreseen.better);
+        let judged = judgement_report(&improvement.schedule, &improvement.judgement, foreseen.better);
         let budget = request.budget.filter(|_| matches!(better, Better::Best(..)) && !request.may_cost_more);
         let effort = |work: &Work| if budget.is_some() { work.cost } else { work.readings as f64 };
         ImprovedReport {
@@ -452,11 +358,12 @@ pub fn plan_report(
             check: improvement.check,
             effort: if budget.is_some() { Effort::Cost } else { Effort::Readings },
             comparison: {
-                let times = effort(&own.work) / effort(&given.work).max(f64::MIN_POSITIVE);
+                let times = effort(&judged.work) / effort(&given.work).max(f64::MIN_POSITIVE);
+                let better = &improvement.judgement;
                 match crate::plan::repeated(campaign, noise, times, costs) {
                     // what positions share does not average out
-                    Some(repeated) => comparison(&given, &own, &judgement_report(campaign, &repeated, None), 1.0),
-                    None => comparison(&given, &own, &given, times.recip().sqrt()),
+                    Some(repeated) => comparison(judgement, better, &repeated, 1.0),
+                    None => comparison(judgement, better, judgement, times.recip().sqrt()),
                 }
             },
             positions: positions(&improvement.schedule, &to_run),
@@ -466,7 +373,7 @@ pub fn plan_report(
             shared: shared(&improvement.schedule, improvement.kept),
             goal,
             separation,
-            judgement: own,
+            judgement: judged,
         }
     });
     PlanReport {
@@ -498,7 +405,7 @@ fn shared(schedule: &Campaign, kept: usize) -> Vec<SharedReport> {
         let Per::Column(column) = &line.per else { return None };
         let mut levels: Vec<String> = Vec::new();
         for level in readings.rows.iter().skip(kept).filter_map(|row| line.per.level_name(readings, row)) {
-            if !levels.iter().any(|own| *own == level) {
+            if !levels.iter().any(|known| *known == level) {
                 levels.push(level.into_owned());
             }
         }
@@ -528,10 +435,6 @@ fn judgement_report(campaign: &Campaign, judgement: &Judgement, foresight: Optio
     let ids: Vec<String> = judgement.parameters.iter().map(|p| p.id.clone()).collect();
     let n = ids.len();
     let is_tilt: Vec<bool> = judgement.parameters.iter().map(|p| p.kind == Kind::Tilt).collect();
-    let fault = |k: usize| {
-        let checked = judgement.readings.iter().filter(|r| r.mdb.is_some());
-        checked.filter_map(|r| r.effect.get(k)).map(|e| e.abs()).reduce(f64::max)
-    };
     let listed = if judgement.readings.len() > MOST_LISTED { 0 } else { judgement.readings.len() };
     JudgementReport {
         unchecked: judgement.readings.iter().filter(|r| r.mdb.is_none()).count(),
@@ -539,41 +442,17 @@ fn judgement_report(campaign: &Campaign, judgement: &Judgement, foresight: Optio
         rank: judgement.rank,
         dof: judgement.dof,
         condition: judgement.condition,
-        parameters: judgement.parameters.iter().enumerate().map(|(k, p)| predicted(p, fault(k))).collect(),
-        derived: judgement
-            .derived
-            .iter()
-            .map(|d| PredictedDerivedReport {
-                id: d.id.clone(),
-                line: d.line.clone(),
-                unit: d.unit.clone(),
-                u: d.u,
-                u_arcsec: d.u.filter(|_| d.is_angle).map(|u| u * ARCSEC),
-                is_largest: d.is_largest,
-            })
-            .collect(),
+        parameters: judgement.parameters.clone(),
+        derived: judgement.derived.clone(),
         correlation: CorrelationReport {
             matrix: (0..n).map(|i| (0..n).map(|j| judgement.correlation(i, j)).collect()).collect(),
             order: ids.clone(),
         },
         not_estimable: judgement.not_estimable.iter().map(|s| not_estimable(campaign, s)).collect(),
-        lacking: judgement.lacking.as_ref().map(|lacking| {
-            let names = |list: &[usize]| list.iter().filter_map(|k| ids.get(*k)).cloned().collect();
-            LackingReport { untold: names(&lacking.untold), needs: names(&lacking.needs) }
-        }),
+        lacking: judgement.lacking.clone(),
         bounds_not_counted: judgement.bounds,
         drift: judgement.drift,
-        through_tilts: judgement.through_tilts.as_ref().map(|through| {
-            let parameter = judgement.parameters.get(through.parameter);
-            ThroughTiltsReport {
-                tilts_arcsec: through.size * ARCSEC,
-                counted: through.counted,
-                known: through.known.clone(),
-                parameter: campaign.parameter_id(through.parameter).to_string(),
-                u: through.u,
-                u_arcsec: parameter.filter(|p| p.kind == Kind::Tilt).map(|_| through.u * ARCSEC),
-            }
-        }),
+        through_tilts: judgement.through_tilts.clone(),
         effects: foresight.map(|foresight| foresight_report(campaign, foresight)),
         readings: judgement
             .readings
@@ -596,22 +475,6 @@ fn judgement_report(campaign: &Campaign, judgement: &Judgement, foresight: Optio
                 }
             })
             .collect(),
-    }
-}
-
-/// `fault` is the most that an undetected one does to it.
-fn predicted(p: &Predicted, fault: Option<f64>) -> PredictedReport {
-    let arcsec = |own: Option<f64>| own.filter(|_| p.kind == Kind::Tilt).map(|own| own * ARCSEC);
-    PredictedReport {
-        undetected_fault: fault,
-        undetected_fault_arcsec: arcsec(fault),
-        id: p.id.clone(),
-        kind: p.kind,
-        unit: p.unit.clone(),
-        u: p.u,
-        u_arcsec: arcsec(p.u),
-        from_readings: p.from_readings,
-        from_known: p.from_known,
     }
 }
 
@@ -638,69 +501,32 @@ fn positions(schedule: &Campaign, rows: &[Reading]) -> Vec<PlannedPositionReport
 }
 
 /// `equal` is the given schedule at equal effort, but for the factor `by`.
-fn comparison(
-    given: &JudgementReport,
-    better: &JudgementReport,
-    equal: &JudgementReport,
-    by: f64,
-) -> Vec<ComparisonReport> {
-    let line = |((g, b), e): ((Sized<'_>, Sized<'_>), Sized<'_>)| {
-        let is_angle = g.is_angle || b.is_angle;
-        let own = |of: Sized<'_>| if is_angle { of.arcsec } else { of.u };
-        let (given, equal, better) = (own(g), own(e), own(b));
+fn comparison(given: &Judgement, better: &Judgement, equal: &Judgement, by: f64) -> Vec<ComparisonReport> {
+    let quantities = predictions(given).zip(predictions(better)).zip(predictions(equal));
+    let line = |((given, better), equal): ((Prediction<'_>, Prediction<'_>), Prediction<'_>)| {
+        let (id, unit, ..) = given;
+        let is_angle = given.3 || better.3;
+        let [given, better, equal] =
+            [given, better, equal].map(|(.., [u, arcsec], _)| if is_angle { arcsec } else { u });
         ComparisonReport {
-            id: g.id.to_string(),
-            unit: if is_angle { "arcsec" } else { g.unit }.to_string(),
+            id: id.to_string(),
+            unit: if is_angle { "arcsec" } else { unit }.to_string(),
             given,
             equal_effort: equal.map(|u| u * by),
             better,
             gain: equal.zip(better).filter(|(_, b)| *b > 0.0).map(|(e, b)| e * by / b),
         }
     };
-    given.quantities().zip(better.quantities()).zip(equal.quantities()).map(line).collect()
+    quantities.map(line).collect()
 }
 
-/// A predicted uncertainty in its unit and, of an angle, in arcseconds.
-#[derive(Clone, Copy)]
-struct Sized<'a> {
-    id: &'a str,
-    unit: &'a str,
-    u: Option<f64>,
-    arcsec: Option<f64>,
-    is_angle: bool,
-}
+/// Name, unit, uncertainty in this unit and in arcseconds, and whether it is an angle.
+type Prediction<'a> = (&'a str, &'a str, [Option<f64>; 2], bool);
 
-impl JudgementReport {
-    fn quantities(&self) -> impl Iterator<Item = Sized<'_>> {
-        let parameters = self.parameters.iter().map(|p| Sized {
-            id: &p.id,
-            unit: &p.unit,
-            u: p.u,
-            arcsec: p.u_arcsec,
-            is_angle: p.kind == Kind::Tilt,
-        });
-        let derived = self.derived.iter().map(|d| Sized {
-            id: &d.id,
-            unit: &d.unit,
-            u: d.u,
-            arcsec: d.u_arcsec,
-            is_angle: d.u_arcsec.is_some(),
-        });
-        parameters.chain(derived)
-    }
-}
-
-fn goal_report(campaign: &Campaign, reached: &Reached, goals: &[Goal]) -> GoalReport {
-    let limit = |goal: &Goal| {
-        let tilt = crate::plan::is_angle(campaign, &goal.id);
-        (goal.id.clone(), if tilt { goal.u * ARCSEC } else { goal.u })
-    };
-    GoalReport {
-        limits: goals.iter().map(limit).collect(),
-        reached: reached.reached,
-        largest_share: reached.largest_share,
-        is_fewest: reached.is_fewest,
-        is_cheapest_found: reached.is_cheapest_found,
-        impossible: reached.impossible.clone(),
-    }
+fn predictions(of: &Judgement) -> impl Iterator<Item = Prediction<'_>> {
+    let parameters = of.parameters.iter();
+    let parameters = parameters.map(|p| (p.id.as_str(), p.unit.as_str(), [p.u, p.u_arcsec], p.kind == Kind::Tilt));
+    let derived = of.derived.iter();
+    let derived = derived.map(|d| (d.id.as_str(), d.unit.as_str(), [d.u, d.u_arcsec], d.u_arcsec.is_some()));
+    parameters.chain(derived)
 }

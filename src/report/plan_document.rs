@@ -4,10 +4,8 @@
 use super::fit_document::{bench_figure, model_facts};
 use super::provenance::begin;
 use super::separation::NotEstimableReport;
-use super::{
-    DiscriminationReport, Effort, FindReport, GoalReport, ImprovedReport, JudgementReport, LackingReport, PlanReport,
-};
-use super::{PlannedPositionReport, PointReport, PositionReport, SharedReport, ThroughTiltsReport, foresight};
+use super::{DiscriminationReport, Effort, FindReport, ImprovedReport, JudgementReport, PlanReport};
+use super::{PlannedPositionReport, PointReport, PositionReport, SharedReport, foresight};
 use crate::campaign::{Campaign, Kind, Readings};
 use crate::document::chart::{Chart, Spot};
 use crate::document::number::significant;
@@ -15,7 +13,7 @@ use crate::document::{Cell, Document, Figure, Rows, Section, Tone};
 use crate::elements::Parts;
 use crate::language::{Language, say};
 use crate::number;
-use crate::plan::{PointSource, Work};
+use crate::plan::{GoalOutcome, Lacking, PointSource, ThroughTilts, Work};
 use std::collections::BTreeMap;
 
 /// The document of a plan. The campaign and its candidates give the map of the positions; `listed` puts every reading before a reader of a
@@ -28,7 +26,7 @@ pub fn plan_document(
 ) -> Document {
     let title = drawn.map(|(campaign, _)| campaign.bench.title.as_str()).filter(|title| !title.is_empty());
     let title = title.map_or_else(|| report.bench.clone(), |title| lang.name(title).into_owned());
-    let nothing = report.improved.as_ref().and_then(|own| not_told_apart(own, lang));
+    let nothing = report.improved.as_ref().and_then(|improved| not_told_apart(improved, lang));
     let improved = report.improved.as_ref().filter(|_| nothing.is_none());
     let mut document = begin(say!(lang, "plan-of", title), &[], lang)
         .fact(say!(lang, "bench"), format!("`{}`", report.bench))
@@ -124,7 +122,6 @@ fn answer(improved: &ImprovedReport, finds: &[FindReport], lang: Language) -> Se
         .prose(lang.sentence(&chosen(improved, lang)))
 }
 
-/// How the better schedule was found.
 fn chosen(improved: &ImprovedReport, lang: Language) -> String {
     let starts = match improved.enumerated {
         Some(_) => String::new(),
@@ -213,11 +210,11 @@ fn map(campaign: &Campaign, report: &PlanReport, candidates: Option<&Readings>, 
 }
 
 /// A schedule judged; where a better one stands before it, a terminal leaves it out.
-fn judged(heading: &str, j: &JudgementReport, beside: bool, lang: Language) -> Section {
+fn judged(heading: &str, j: &JudgementReport, is_second: bool, lang: Language) -> Section {
     let mut rows: Vec<(&str, Cell, &str, String, Cell)> = Vec::new();
     for (k, p) in j.parameters.iter().enumerate() {
         let unit = if p.kind == Kind::Tilt { "arcsec" } else { &p.unit };
-        let needs_value = j.lacking.as_ref().is_some_and(|own| own.untold.contains(&p.id));
+        let needs_value = j.lacking.as_ref().is_some_and(|lacking| lacking.untold.contains(&p.id));
         let instead = if needs_value { say!(lang, "needs-a-value").into() } else { lang.term("not-estimable") };
         let u = p.u_arcsec.or(p.u).map_or(Cell::Text(instead), |u| Cell::Digits(u, 3));
         let fault = p.u.and(p.undetected_fault_arcsec.or(p.undetected_fault));
@@ -254,9 +251,9 @@ fn judged(heading: &str, j: &JudgementReport, beside: bool, lang: Language) -> S
     };
     let what = |text| say!(lang, "is-not-estimable", text);
     let further =
-        [j.through_tilts.as_ref().map(|t| through_tilts(t, lang)), j.lacking.as_ref().map(|own| lacking(own, lang))];
+        [j.through_tilts.as_ref().map(|t| through_tilts(t, lang)), j.lacking.as_ref().map(|l| lacking(l, lang))];
     Section::new(heading)
-        .full_unless(!beside)
+        .full_unless(!is_second)
         .verdicts([verdict])
         .prose(work)
         .proses(further.into_iter().flatten().map(|said| lang.sentence(&said)))
@@ -274,7 +271,6 @@ fn strongest(j: &JudgementReport, k: usize) -> Option<String> {
     (r.abs() >= 0.005).then(|| format!("{partner} {r:+.2}"))
 }
 
-/// What each reading contributes.
 fn readings(j: &JudgementReport, listed: bool, lang: Language) -> Section {
     let table = Rows::of(&j.readings)
         .right("#", |r| r.index)
@@ -295,26 +291,26 @@ fn readings(j: &JudgementReport, listed: bool, lang: Language) -> Section {
 /// The positions of a schedule, one line for each mounting: its label, and its keys; the key that changes within it has several values.
 fn mountings(positions: &[PlannedPositionReport]) -> Vec<(String, String)> {
     let mut lines: Vec<(String, String)> = Vec::new();
-    let mut rest = positions;
-    while let Some(first) = rest.first() {
+    let mut remaining = positions;
+    while let Some(first) = remaining.first() {
         // the longest run with this label in which only one key changes
         let mut changing: Option<&str> = None;
         let mut length = 1;
-        for other in rest.part(1..) {
+        for other in remaining.part(1..) {
             let same_keys =
                 other.at.keys().eq(first.at.keys()) && other.position == first.position && other.levels == first.levels;
             let different: Vec<&str> =
                 first.at.iter().filter(|(k, v)| other.at.get(*k) != Some(v)).map(|(k, _)| k.as_str()).collect();
             match different.as_slice() {
                 [] if same_keys => {}
-                [one] if same_keys && changing.is_none_or(|own| own == *one) => changing = Some(one),
+                [one] if same_keys && changing.is_none_or(|known| known == *one) => changing = Some(one),
                 _ => break,
             }
             length += 1;
         }
-        let (run, left) = rest.split_at(length);
+        let (run, left) = remaining.split_at(length);
         let part = |(key, value): (&String, &f64)| match changing {
-            Some(own) if own == key => {
+            Some(known) if known == key => {
                 format!("{key} = {}", runs(run.iter().filter_map(|p| p.at.get(key))))
             }
             _ => format!("{key} = {value}"),
@@ -325,7 +321,7 @@ fn mountings(positions: &[PlannedPositionReport]) -> Vec<(String, String)> {
         }
         parts.extend(first.levels.iter().map(|(column, level)| format!("{column} = {level}")));
         lines.push((first.position.clone(), parts.join(", ")));
-        rest = left;
+        remaining = left;
     }
     lines
 }
@@ -335,7 +331,7 @@ fn runs<'a>(values: impl Iterator<Item = &'a f64>) -> String {
     let mut runs: Vec<(f64, usize)> = Vec::new();
     for value in values {
         match runs.last_mut() {
-            Some((own, count)) if own == value => *count += 1,
+            Some((known, count)) if known == value => *count += 1,
             _ => runs.push((*value, 1)),
         }
     }
@@ -431,7 +427,7 @@ fn found_with(find: &FindReport, lang: Language) -> String {
 }
 
 /// What a goal counts, and what is known of its cost.
-fn goal_notes(improved: &ImprovedReport, goal: &GoalReport, lang: Language) -> Vec<String> {
+fn goal_notes(improved: &ImprovedReport, goal: &GoalOutcome, lang: Language) -> Vec<String> {
     let counted = goal.limits.keys().map(String::as_str).collect::<Vec<_>>().join(", ");
     let derived = improved.judgement.derived.iter().map(|d| d.id.as_str());
     let derived: Vec<&str> = derived.filter(|id| !goal.limits.contains_key(*id)).collect();
@@ -477,8 +473,7 @@ fn judged_at(point: &[PointReport], lang: Language) -> String {
     parts.join(", ")
 }
 
-/// What needs a value, in one sentence.
-fn lacking(lacking: &LackingReport, lang: Language) -> String {
+fn lacking(lacking: &Lacking, lang: Language) -> String {
     let needs = lacking.needs.join(", ");
     let first = lacking.needs.first().map_or("", String::as_str);
     let untold = lacking.untold.join(", ");
@@ -497,12 +492,12 @@ fn work_of(w: &Work, lang: Language) -> String {
 }
 
 /// What known inputs do through the tilts, in one sentence.
-fn through_tilts(through: &ThroughTiltsReport, lang: Language) -> String {
+fn through_tilts(through: &ThroughTilts, lang: Language) -> String {
     let (u, unit) = match through.u_arcsec {
         Some(arcsec) => (arcsec, " arcsec"),
         None => (through.u, ""),
     };
-    let ThroughTiltsReport { known, parameter, tilts_arcsec, .. } = through;
+    let ThroughTilts { known, parameter, tilts_arcsec, .. } = through;
     let (u, tilts) = (significant(u, 2), significant(*tilts_arcsec, 3));
     match through.counted {
         true => say!(lang, "counted-above-with-tilts-of-arcsec-the", tilts, known, u, unit, parameter),
@@ -512,11 +507,11 @@ fn through_tilts(through: &ThroughTiltsReport, lang: Language) -> String {
 
 /// The levels that chosen positions are planned for, where they share deviations.
 fn shared(list: &[SharedReport], lang: Language) -> Vec<String> {
-    let told = |own: &SharedReport| {
-        let SharedReport { line, column, levels } = own;
+    let sentence = |shared: &SharedReport| {
+        let SharedReport { line, column, levels } = shared;
         say!(lang, "positions-share-deviations-planned-for", line, levels = format!("{column} = {}", levels.join(", ")))
     };
-    list.iter().map(told).collect()
+    list.iter().map(sentence).collect()
 }
 
 /// Why no position separates what is not estimable: none of the bench does, or the candidates hold a column at one value.

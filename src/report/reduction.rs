@@ -97,7 +97,7 @@ pub struct SegmentMeanReport {
     pub unit: String,
     /// Mean of the samples, in `unit`.
     pub mean: f64,
-    /// Standard uncertainty, in `unit`: 1.96 u on either side covers 95 %; what learning the noise costs is in it.
+    /// Standard uncertainty, in `unit`: 1.96 u on either side covers 95 %; what learning the noise costs is in it, noise slower than the segment is not.
     pub u: f64,
     /// What it would be for noise without memory, `s/sqrt(n)`, in `unit`.
     pub u_white: f64,
@@ -105,7 +105,7 @@ pub struct SegmentMeanReport {
     pub u_autocorrelation: f64,
     /// The Allan deviation at the segment's length, in `unit`.
     pub u_allan_floor: f64,
-    /// From the resolution of the channel, where the noise does not exceed it, in `unit`.
+    /// What rounding to the channel's steps leaves in the mean (in `u`, in quadrature), in `unit`.
     pub u_resolution: f64,
     /// Degrees of freedom that the variance of the mean is known with.
     pub dof: Option<f64>,
@@ -334,9 +334,9 @@ fn overview(report: &ReduceReport, lang: Language) -> Rows<&SegmentReport> {
         .decimal(say!(lang, "from-s"), |s| Cell::Decimals(s.start_s, 2))
         .decimal(say!(lang, "to-s"), |s| Cell::Decimals(s.end_s, 2));
     let column = |table: Rows<_>, (k, mean): (usize, &SegmentMeanReport)| {
-        let own = |s: &SegmentReport, cell: fn(&SegmentMeanReport) -> Cell| s.means.get(k).map_or("".into(), cell);
-        let table = table.decimal(&mean.column, |s| own(s, |m| Cell::Value(m.mean, Some(m.u))));
-        table.decimal("u", |s| own(s, |m| Cell::Digits(m.u, 2)))
+        let of_mean = |s: &SegmentReport, cell: fn(&SegmentMeanReport) -> Cell| s.means.get(k).map_or("".into(), cell);
+        let table = table.decimal(&mean.column, |s| of_mean(s, |m| Cell::Value(m.mean, Some(m.u))));
+        table.decimal("u", |s| of_mean(s, |m| Cell::Digits(m.u, 2)))
     };
     report.segments.first().into_iter().flat_map(|s| &s.means).enumerate().fold(table, column)
 }

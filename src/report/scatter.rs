@@ -53,7 +53,6 @@ pub struct ScatterReport {
     pub share: BTreeMap<String, f64>,
 }
 
-/// The sources of scatter of a fit.
 pub(super) fn scatter(fit: &Fit) -> Vec<ScatterReport> {
     let known = fit.known_sensitivities.iter().filter_map(|(k, known, _)| {
         let parameter = fit.campaign.parameters.get(*k)?;
@@ -99,21 +98,21 @@ fn one(fit: &Fit, source: &VarianceSource) -> ScatterReport {
     // a line of the campaign has another name, and its own unit
     let sensor = source.name.strip_prefix("readings of ").unwrap_or_default();
     let unit_of_sensor = || {
-        let own = fit.campaign.bench.sensors.iter().find(|s| s.id == sensor);
-        own.filter(|_| source.estimated).map(|s| s.unit.clone()).unwrap_or_default()
+        let described = fit.campaign.bench.sensors.iter().find(|s| s.id == sensor);
+        described.filter(|_| source.estimated).map(|s| s.unit.clone()).unwrap_or_default()
     };
     let shown = line.map_or(1.0, |line| line.shown);
-    let told = match source.state {
+    let is_estimate = match source.state {
         LineState::Inseparable | LineState::Absorbed | LineState::NotFelt => false,
         _ => line.is_some() || fit.noise.determined || !source.estimated,
     };
     let each = line.is_some_and(|line| matches!(line.size, Size::Column(_)));
     let correlation = line.is_some_and(crate::fit::is_correlation);
-    let sd = (told && !each && !correlation).then(|| source.variance.sqrt() * shown);
-    let own = source.estimated && source.dof.is_finite() && source.dof > 0.0;
+    let sd = (is_estimate && !each && !correlation).then(|| source.variance.sqrt() * shown);
+    let has_dof = source.estimated && source.dof.is_finite() && source.dof > 0.0;
     let u_sd = match source.state {
         LineState::AtZero => source.could_be.map(|sd| sd * shown),
-        _ => sd.filter(|_| own).map(|sd| sd / (2.0 * source.dof).sqrt()),
+        _ => sd.filter(|_| has_dof).map(|sd| sd / (2.0 * source.dof).sqrt()),
     };
     ScatterReport {
         source: source.name.clone(),
@@ -150,10 +149,10 @@ fn note(fit: &Fit, source: &VarianceSource, each: bool) -> Option<Sentence> {
                 .collect();
             match others.split_first() {
                 None => sentence!("these-readings-cannot-tell-it-from-the-rest"),
-                Some((first, rest)) => {
+                Some((first, further)) => {
                     let both =
                         |before: Sentence, other: &&str| sentence!("list-and", before, last = source_sentence(other));
-                    let others = rest.iter().fold(source_sentence(first), both);
+                    let others = further.iter().fold(source_sentence(first), both);
                     sentence!("these-readings-cannot-tell-it-from-their", others)
                 }
             }
@@ -171,7 +170,7 @@ fn note(fit: &Fit, source: &VarianceSource, each: bool) -> Option<Sentence> {
 /// The unknowns take up its deviations: what is not known for that, and how much more is to be measured.
 fn absorbed(fit: &Fit, source: &VarianceSource) -> Option<Sentence> {
     let line = source.line?;
-    let per = |k: usize| fit.campaign.scatter.get(k).map(|own| &own.per);
+    let per = |k: usize| fit.campaign.scatter.get(k).map(|line| &line.per);
     // a level that repeats an earlier one leaves one residual; each variance needs its own
     let more = fit.noise.absorbed.iter().filter(|(k, _)| per(*k) == per(line)).count();
     let levels = match per(line)? {
@@ -226,28 +225,28 @@ pub(super) fn section(sources: &[ScatterReport], lang: Language) -> Section {
     if !is_worth_a_table(sources) {
         return section;
     }
-    let sd = |own: &ScatterReport| {
-        let text = format!("{} {}", significant(own.sd?, 3), own.unit);
-        Some(match own.tau {
+    let sd = |source: &ScatterReport| {
+        let text = format!("{} {}", significant(source.sd?, 3), source.unit);
+        Some(match source.tau {
             None => text.trim_end().to_string(),
             Some(tau) => format!("{}{}\u{3c4} = {}", text.trim_end(), lang.clause(), significant(tau, 3)),
         })
     };
-    let largest = |own: &ScatterReport| {
-        let (id, share) = own.share.iter().max_by(|a, b| a.1.total_cmp(b.1)).filter(|(_, share)| **share > 0.0)?;
+    let largest = |source: &ScatterReport| {
+        let (id, share) = source.share.iter().max_by(|a, b| a.1.total_cmp(b.1)).filter(|(_, share)| **share > 0.0)?;
         Some(format!("{id} {} %", percent(*share)))
     };
     let table = Rows::of(sources)
-        .left(say!(lang, "source"), |own| source_name(&own.source, lang))
+        .left(say!(lang, "source"), |source| source_name(&source.source, lang))
         .right("sd", sd)
-        .right("u(sd)", |own| Cell::digits(own.u_sd, 2))
-        .left(say!(lang, "state"), |own| lang.term(&own.from.to_string()))
-        .right(say!(lang, "values"), |own| own.levels)
+        .right("u(sd)", |source| Cell::digits(source.u_sd, 2))
+        .left(say!(lang, "state"), |source| lang.term(&source.from.to_string()))
+        .right(say!(lang, "values"), |source| source.levels)
         .left(say!(lang, "scatter-largest-share"), largest)
         .small()
         .note(say!(lang, "sd-standard-deviation-of-one-deviation-a"));
-    let notes = sources.iter().filter_map(|own| {
-        let (source, note) = (source_name(&own.source, lang), own.note.as_ref()?);
+    let notes = sources.iter().filter_map(|source| {
+        let (source, note) = (source_name(&source.source, lang), source.note.as_ref()?);
         Some(say!(lang, "source-note-sentence", source, note))
     });
     section.table(table).list(notes)

@@ -41,11 +41,11 @@ pub fn scene(bench: &Bench, joints: &[JointState]) -> Scene {
     let (rings, unit) = turned(joints);
     let mut inputs = Vec::new();
     for sensor in &bench.sensors {
-        let own = match sensor.input() {
+        let directions = match sensor.input() {
             Some(direction) => vec![(sensor.id.clone(), direction)],
             None => sensor.axes.clone(),
         };
-        let new = own.into_iter().filter(|(_, direction)| !inputs.iter().any(|(_, known)| known == direction));
+        let new = directions.into_iter().filter(|(_, direction)| !inputs.iter().any(|(_, known)| known == direction));
         let new: Vec<_> = new.collect();
         inputs.extend(new);
     }
@@ -74,7 +74,6 @@ fn said(name: &str, state: &JointState) -> String {
     }
 }
 
-/// The figure of a bench.
 pub(super) fn scene_figure(bench: &Bench, joints: &[JointState], caption: String, lang: Language) -> Figure {
     let scene = scene(bench, joints);
     let list: Vec<String> = scene.rings.iter().map(|ring| ring.label.clone()).collect();
@@ -98,8 +97,8 @@ pub(super) fn mission_figure(mission: &Mission, lang: Language) -> Figure {
         (say!(lang, "pitch-angle"), Vector3::x(), pitch, 1.0, attitude.pitch),
         (say!(lang, "roll-angle"), Vector3::y(), roll, 1.0, attitude.roll),
     ];
-    let (rings, unit) = turned(angles.into_iter().map(|(name, axis, angle, sense, own)| {
-        let swing = own.amplitude.to_degrees().abs();
+    let (rings, unit) = turned(angles.into_iter().map(|(name, axis, angle, sense, motion)| {
+        let swing = motion.amplitude.to_degrees().abs();
         let swing = if swing > 0.0 { format!(" \u{b1} {}\u{b0}", trimmed(swing)) } else { String::new() };
         let angle = angle.to_degrees();
         // without what turning by a matrix left in the last digits

@@ -71,8 +71,8 @@ pub fn sheet_csv(schedule: &Campaign) -> String {
 }
 
 fn value_of(row: &Reading, sensor: usize) -> Option<String> {
-    let own = row.observations.iter().find(|own| own.sensor == sensor)?;
-    Some(own.value.to_string())
+    let observation = row.observations.iter().find(|observation| observation.sensor == sensor)?;
+    Some(observation.value.to_string())
 }
 
 /// The same for a person: each mounting drawn, and the readings with what they cost up to each of them.
@@ -81,7 +81,7 @@ pub fn sheet_document(schedule: &Campaign, costs: &Costs, lang: Language) -> Doc
     let columns = Columns::of(schedule);
     let of = mountings(rows);
     let work = costs.work(rows);
-    let begins = std::iter::once(None).chain(of.iter().map(Some)).zip(&of).map(|(before, own)| before != Some(own));
+    let begins = std::iter::once(None).chain(of.iter().map(Some)).zip(&of).map(|(before, key)| before != Some(key));
     let numbered = rows.iter().zip(&of).zip(begins).enumerate();
     let mut table = Rows::of(numbered.map(|(k, ((row, mounting), new))| (k, row, *mounting, new)))
         .right("#", |(k, ..)| k + 1)
@@ -94,8 +94,8 @@ pub fn sheet_document(schedule: &Campaign, costs: &Costs, lang: Language) -> Doc
         table =
             table.decimal(title, |(_, row, ..)| columns.cells(schedule, row).into_iter().nth(k).unwrap_or_default());
     }
-    for (k, own) in schedule.bench.sensors.iter().enumerate() {
-        let title = if own.unit.is_empty() { own.id.clone() } else { format!("{} ({})", own.id, own.unit) };
+    for (k, sensor) in schedule.bench.sensors.iter().enumerate() {
+        let title = if sensor.unit.is_empty() { sensor.id.clone() } else { format!("{} ({})", sensor.id, sensor.unit) };
         table = table.decimal(title, |(_, row, ..)| value_of(row, k).unwrap_or_else(|| BLANK.into()));
     }
     let table = table

@@ -59,10 +59,9 @@ pub struct GravityReport {
     pub altitude_m: Option<f64>,
 }
 
-/// The site of a bench.
 pub(super) fn site(bench: &Bench) -> SiteReport {
-    let own = bench.site;
-    let (from, formula, altitude_m) = match own.map(|site| site.gravity_from).unwrap_or_default() {
+    let site = bench.site;
+    let (from, formula, altitude_m) = match site.map(|site| site.gravity_from).unwrap_or_default() {
         GravityFrom::Assumed => (GravityBasis::Assumed, None, None),
         GravityFrom::Stated => (GravityBasis::Stated, None, None),
         GravityFrom::Normal { altitude_m } => {
@@ -70,8 +69,8 @@ pub(super) fn site(bench: &Bench) -> SiteReport {
         }
     };
     let gravity = GravityReport {
-        value: own.map_or(1.0, |site| site.gravity_g) * STANDARD_GRAVITY_M_S2,
-        u: own.map_or(0.0, |site| site.gravity_u_g) * STANDARD_GRAVITY_M_S2,
+        value: site.map_or(1.0, |site| site.gravity_g) * STANDARD_GRAVITY_M_S2,
+        u: site.map_or(0.0, |site| site.gravity_u_g) * STANDARD_GRAVITY_M_S2,
         unit: "m/s^2".into(),
         from,
         formula,
@@ -82,22 +81,20 @@ pub(super) fn site(bench: &Bench) -> SiteReport {
         warnings.push(sentence!("gravity-is-not-stated-and-taken-as", standard_gravity_m_s2 = STANDARD_GRAVITY_M_S2));
     }
     SiteReport {
-        latitude_deg: own.map(|site| site.latitude_deg),
-        latitude_u_deg: own.map_or(0.0, |site| site.latitude_u_deg),
-        earth_rate_deg_h: own.map_or(0.0, |site| site.earth_rate_deg_h),
+        latitude_deg: site.map(|site| site.latitude_deg),
+        latitude_u_deg: site.map_or(0.0, |site| site.latitude_u_deg),
+        earth_rate_deg_h: site.map_or(0.0, |site| site.earth_rate_deg_h),
         gravity,
         rate_u_ppm: bench.rate_u.iter().map(|(joint, u)| (joint.clone(), u * 1e6)).collect(),
         warnings,
     }
 }
 
-/// Does a model line see specific force?
 fn sees_force(bench: &Bench) -> bool {
     let is_force = |name: &&str| name.starts_with("a_") && crate::campaign::is_axis_input(bench, name);
     bench.sensors.iter().any(|sensor| sensor.model.names().iter().any(is_force))
 }
 
-/// Gravity in words.
 pub(super) fn gravity_text(report: &SiteReport, lang: Language) -> String {
     let gravity = &report.gravity;
     let u = if gravity.u > 0.0 { format!(" (u {:.1e})", gravity.u) } else { String::new() };

@@ -136,7 +136,7 @@ fn spelled(name: &str) -> Option<&'static str> {
 /// Other spellings.
 const SPELLED: &[(&[&str], &str)] = &[
     // (the signs of an ordinal and of a ring are written for that of a degree)
-    (&["\u{b0}", "\u{ba}", "\u{2da}", "degree", "degrees", "degs", "Grad", "grad", "度"], "deg"),
+    (&["\u{b0}", "\u{ba}", "\u{2da}", "degree", "degrees", "degs", "Grad", "度"], "deg"),
     (&["\u{2032}"], "arcmin"),
     (&["\u{2033}"], "arcsec"),
     (&["\u{b0}C", "\u{ba}C", "\u{2da}C", "\u{2103}", "C", "Celsius", "celsius", "摄氏度"], "degC"),

@@ -186,7 +186,6 @@ fn derived_quantity(id: String, own: DerivedFile) -> Result<DerivedQuantity> {
     Ok(DerivedQuantity { id, line, unit })
 }
 
-/// The file's form of a derived quantity.
 pub(super) fn derived_of(own: &DerivedQuantity) -> (String, DerivedFile) {
     let line = own.line.to_string();
     let file = match &own.unit {

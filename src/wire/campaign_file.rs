@@ -269,7 +269,7 @@ impl CampaignFile {
                 ("from", KnownEntry::From(path)) => from = Some(path.as_str()),
                 ("from", KnownEntry::Known(_)) => return wrong("map".into(), "a string"),
                 (_, KnownEntry::From(text)) => return wrong(format!("string {text:?}"), "an object { ... }"),
-                (_, KnownEntry::Known(own)) => known.push((id.clone(), own.clone())),
+                (_, KnownEntry::Known(given)) => known.push((id.clone(), given.clone())),
             }
         }
         Ok((from, known))
@@ -286,7 +286,7 @@ impl CampaignFile {
                 .found(error.to_string())
                 .at_path("known.from")
         })?;
-        let taken = |id: &str| known.iter().any(|(own, _)| own == id) || self.estimate.get(id).is_some();
+        let taken = |id: &str| known.iter().any(|(other, _)| other == id) || self.estimate.get(id).is_some();
         let own: Vec<EarlierParameter> = earlier.parameters.into_iter().filter(|own| !taken(&own.id)).collect();
         let names = |k: usize| earlier.covariance.order.get(k).map(String::as_str).unwrap_or_default();
         let of = |id: &str| own.iter().find(|own| own.id == id).and_then(|own| own.u).filter(|u| *u > 0.0);
@@ -348,8 +348,8 @@ impl CampaignFile {
                 campaign.derived.push(derived);
             }
         }
-        for (id, own) in self.derived.0 {
-            let (text, below, unit) = own.parts();
+        for (id, line) in self.derived.0 {
+            let (text, below, unit) = line.parts();
             let path = format!("derived.{id}{below}");
             let line = Expression::parse(&text).map_err(|e| e.at_path(&path))?;
             let derived = campaign::derived(&campaign, &id, line, unit.as_deref()).map_err(|e| {

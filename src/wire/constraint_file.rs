@@ -32,7 +32,6 @@ pub struct ConstraintFile {
 }
 
 impl ConstraintFile {
-    /// The constraint on a campaign's parameters.
     pub(super) fn into_constraint(self, campaign: &Campaign) -> Result<Constraint> {
         let index = |id: &str| -> Result<usize> {
             match campaign.parameter_index(id) {

@@ -3,11 +3,11 @@
 use crate::algebra::Expression;
 use crate::bench::{ForceUnit, RateUnit};
 use crate::correction::{
-    CalibratedLine, Calibration, Corrector, InputRole, LineInput, Mounting, Quantity, Span, linearity,
+    CalibratedLine, Calibration, Corrector, InputRole, LineInput, Linearity, Mounting, Quantity, Span, linearity,
 };
 use crate::error::{Fault, Malformed, Result};
 use crate::language::Sentence;
-use nalgebra::{DMatrix, Matrix3, Vector3};
+use nalgebra::{DMatrix, Vector3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -35,12 +35,12 @@ pub struct CorrectionFile {
     /// Derivative of each reading (row) by each input (column), at zero input, in the sensor's unit over the input's.
     pub sensitivity: Vec<Vec<f64>>,
     /// Where the first order holds.
-    pub validity: ValidityFile,
+    pub validity: Linearity,
     /// Values of the parameters that the lines use, and their covariance.
     pub parameters: CorrectionParametersFile,
     /// The rotation from the sensors' frame to the mounting face, where tilts after the last joint are known or estimated.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub mounting: Option<MountingFile>,
+    pub mounting: Option<Mounting>,
 }
 
 /// A sensor of a correction.
@@ -75,19 +75,6 @@ pub struct InputFile {
     pub otherwise: Option<f64>,
 }
 
-/// How far the first-order correction is from the exact one over the range of the calibration.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct ValidityFile {
-    /// Half range of each solved input: what the readings of the calibration covered.
-    pub range: Vec<f64>,
-    /// Largest error of `matrix (readings - bias)` within that range, in the input's unit.
-    pub linear_error: Vec<f64>,
-    /// Largest standard uncertainty of each corrected input within that range, from the calibration alone; null where none is known.
-    pub u: Option<Vec<f64>>,
-    /// Share of the range within which `linear_error` stays below `u` (1: all of it); null where no uncertainty is known.
-    pub linear_share: Option<f64>,
-}
-
 /// Parameters of a correction.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct CorrectionParametersFile {
@@ -99,30 +86,10 @@ pub struct CorrectionParametersFile {
     pub covariance: Vec<Vec<f64>>,
 }
 
-/// How the sensors' frame is turned against the mounting face.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct MountingFile {
-    /// The tilts, in chain order.
-    pub tilts: Vec<String>,
-    /// Those of them that are not estimable; the rotation holds them at their reference.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub missing: Vec<String>,
-    /// `v_mount = rotation v_sensor`, row by row, a pure number.
-    pub rotation: [[f64; 3]; 3],
-    /// Derivative of `rotation` by each tilt, per rad. Files of earlier versions have none: the rotation then counts as exact.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub by_tilt: Vec<[[f64; 3]; 3]>,
-    /// Covariance of the tilts (rows) with the parameters of `parameters.order` and then with the tilts themselves, in products of their units; empty where it
-    /// is not known.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub covariance: Vec<Vec<f64>>,
-}
-
 impl CorrectionFile {
     /// A calibration as a report writes it; `None` where it corrects nothing.
     pub fn of(calibration: &Calibration) -> Option<Self> {
         let corrector = Corrector::new(calibration).ok()?;
-        let linearity = linearity(calibration, &corrector);
         let rows = |m: &DMatrix<f64>| m.row_iter().map(|row| row.iter().copied().collect()).collect();
         let input = |input: &LineInput| InputFile {
             id: input.name.clone(),
@@ -149,27 +116,13 @@ impl CorrectionFile {
             bias: corrector.bias().to_vec(),
             matrix: rows(corrector.matrix()),
             sensitivity: rows(corrector.sensitivity()),
-            validity: ValidityFile {
-                range: linearity.range,
-                linear_error: linearity.error,
-                u: linearity.u,
-                linear_share: linearity.share,
-            },
+            validity: linearity(calibration, &corrector),
             parameters: CorrectionParametersFile {
                 order: calibration.parameters.clone(),
                 values: calibration.values.clone(),
                 covariance: calibration.covariance.clone(),
             },
-            mounting: calibration.mounting.as_ref().map(|mounting| {
-                let rows = |r: &Matrix3<f64>| [0, 1, 2].map(|i| [0, 1, 2].map(|j| r[(i, j)]));
-                MountingFile {
-                    tilts: mounting.tilts.clone(),
-                    missing: mounting.missing.clone(),
-                    rotation: rows(&mounting.rotation),
-                    by_tilt: mounting.by_tilt.iter().map(rows).collect(),
-                    covariance: mounting.covariance.clone(),
-                }
-            }),
+            mounting: calibration.mounting.clone(),
         })
     }
 
@@ -208,7 +161,7 @@ impl CorrectionFile {
                 .found(format!("{} values, {} rows of covariances", values.len(), covariance.len()))
                 .at_path("correction.parameters"));
         }
-        if let Some(MountingFile { tilts, by_tilt, covariance, .. }) = &self.mounting {
+        if let Some(Mounting { tilts, by_tilt, covariance, .. }) = &self.mounting {
             let (t, rows) = (tilts.len(), covariance.len());
             let sizes = (rows == 0 || rows == t) && covariance.iter().all(|row| row.len() == n + t);
             if !sizes || (by_tilt.len() != t && !(by_tilt.is_empty() && rows == 0)) {
@@ -234,7 +187,6 @@ impl CorrectionFile {
             let ranges = solved.zip(&self.validity.range).filter(|(i, _)| i.quantity == quantity);
             ranges.map(|(_, range)| *range).fold(0.0, f64::max)
         };
-        let matrix = |rows: [[f64; 3]; 3]| Matrix3::from_row_iterator(rows.into_iter().flatten());
         let span = Span { rate: largest(Quantity::Rate), force: largest(Quantity::Force) };
         Ok(Calibration {
             rate_unit,
@@ -246,13 +198,7 @@ impl CorrectionFile {
             parameters: order,
             values,
             covariance,
-            mounting: self.mounting.map(|m| Mounting {
-                tilts: m.tilts,
-                missing: m.missing,
-                rotation: matrix(m.rotation),
-                by_tilt: m.by_tilt.into_iter().map(matrix).collect(),
-                covariance: m.covariance,
-            }),
+            mounting: self.mounting,
         })
     }
 }

@@ -215,14 +215,14 @@ impl LabFile {
                 self.item(unit)?;
             }
             if let Some(operator) =
-                identity.operator.as_ref().filter(|own| self.persons.iter().all(|p| p.name != **own))
+                identity.operator.as_ref().filter(|name| self.persons.iter().all(|p| p.name != **name))
             {
                 let (name, role) = (operator.clone(), Some("operator".into()));
                 self.persons.push(PersonFile { name, role, main_signer: false });
             }
         }
         some(&self.items, "items", "\"items\" in the lab file, or \"unit\" with its serial number in the campaign")?;
-        let dates: Vec<&str> = campaigns.iter().filter_map(|own| own.date.as_deref().and_then(day)).collect();
+        let dates: Vec<&str> = campaigns.iter().filter_map(|campaign| campaign.date.as_deref().and_then(day)).collect();
         let certificate = &mut self.certificate;
         for date in &dates {
             let before = certificate.begin.as_deref().is_some_and(|begin| *date < begin);
@@ -261,11 +261,11 @@ impl LabFile {
             self.items.push(ItemFile { name, manufacturer, model, identifications });
             return Ok(());
         }
-        let has = |item: &ItemFile, serial: &str| item.identifications.iter().any(|own| own.value == serial);
+        let has = |item: &ItemFile, serial: &str| item.identifications.iter().any(|i| i.value == serial);
         let item = match (&unit.serial, self.items.as_slice()) {
             (Some(serial), items) => {
                 let found = items.iter().find(|item| has(item, serial));
-                let named = || items.iter().flat_map(|item| &item.identifications).map(|own| own.value.as_str());
+                let named = || items.iter().flat_map(|item| &item.identifications).map(|i| i.value.as_str());
                 Some(found.ok_or_else(|| {
                     contradiction("the campaign's unit is none of the lab file's items", "unit.serial")
                         .expected(format!("one of {}", named().collect::<Vec<_>>().join(", ")))
@@ -276,20 +276,20 @@ impl LabFile {
             (None, _) => None,
         };
         let Some(item) = item else { return Ok(()) };
-        for (key, own, theirs) in [
+        for (key, stated, theirs) in [
             ("type", &unit.kind, item.model.as_ref().or(Some(&item.name))),
             ("manufacturer", &unit.manufacturer, item.manufacturer.as_ref()),
         ] {
-            if let (Some(own), Some(theirs)) = (own, theirs)
-                && own != theirs
-                && !(key == "type" && *own == item.name)
+            if let (Some(stated), Some(theirs)) = (stated, theirs)
+                && stated != theirs
+                && !(key == "type" && *stated == item.name)
             {
                 return Err(contradiction(
                     &format!("the campaign's unit has another {key} than the lab file's item"),
                     &format!("unit.{key}"),
                 )
                 .expected(format!("'{theirs}'"))
-                .found(format!("'{own}'")));
+                .found(format!("'{stated}'")));
             }
         }
         Ok(())
@@ -346,11 +346,11 @@ fn check(lab: &LabFile) -> Result<()> {
 /// Every text of a file says something.
 fn texts(value: &Value, path: &str) -> Result<()> {
     match value {
-        Value::String(own) => text(own, path),
-        Value::Array(list) => list.iter().zip(0..).try_for_each(|(own, k)| texts(own, &format!("{path}[{k}]"))),
-        Value::Object(keys) => keys.iter().try_for_each(|(key, own)| match path {
-            "" => texts(own, key),
-            _ => texts(own, &format!("{path}.{key}")),
+        Value::String(string) => text(string, path),
+        Value::Array(list) => list.iter().zip(0..).try_for_each(|(value, k)| texts(value, &format!("{path}[{k}]"))),
+        Value::Object(keys) => keys.iter().try_for_each(|(key, value)| match path {
+            "" => texts(value, key),
+            _ => texts(value, &format!("{path}.{key}")),
         }),
         _ => Ok(()),
     }

@@ -56,9 +56,9 @@ pub(super) fn row_place(is_text: bool, number: u64, file: &str) -> String {
 
 /// What [`row_place`] and a column's name behind it say: `line` or `row`, its number, the file, the column.
 fn row_of(path: &str) -> Option<(&str, &str, &str, &str)> {
-    let (row, rest) = path.split_once(" of ")?;
+    let (row, place) = path.split_once(" of ")?;
     let (kind, number) = row.split_once(' ').filter(|(kind, _)| matches!(*kind, "line" | "row"))?;
-    let (file, column) = rest.rsplit_once('|')?;
+    let (file, column) = place.rsplit_once('|')?;
     let column = column.trim_start_matches('.');
     number.bytes().all(|b| b.is_ascii_digit()).then_some((kind, number, file, column))
 }
@@ -112,12 +112,12 @@ pub(super) fn token_ending_at(text: &str, offset: usize) -> (usize, usize) {
     }
     let before = text.part(..last);
     let is_word = |c: char| c.is_alphanumeric() || matches!(c, '_' | '-' | '+' | '.');
-    let start = match text.get(last..).and_then(|rest| rest.chars().next()) {
+    let start = match text.get(last..).and_then(|tail| tail.chars().next()) {
         Some('"') => before.rfind('"').filter(|open| !before[*open..].contains('\n')),
         Some(c) if is_word(c) => Some(before.trim_end_matches(is_word).len()),
         _ => None,
     };
-    let end = text.get(last..).and_then(|rest| rest.chars().next()).map_or(last + 1, |c| last + c.len_utf8());
+    let end = text.get(last..).and_then(|tail| tail.chars().next()).map_or(last + 1, |c| last + c.len_utf8());
     // one number alone is where it begins and ends
     let start = start.unwrap_or(last);
     (start, end - start)

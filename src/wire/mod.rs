@@ -54,7 +54,7 @@ pub(crate) use campaign_file::{CovarianceFile, KnownEntry};
 pub(crate) use columns::from_title;
 pub(crate) use constraint_file::ConstraintFile;
 pub use correction_file::CorrectionFile;
-pub(crate) use correction_file::{InputFile, MountingFile};
+pub(crate) use correction_file::InputFile;
 pub(crate) use effects_file::EffectsFile;
 pub use effects_file::{built_in_effects, read_effects};
 pub use folder::Folder;
@@ -232,8 +232,8 @@ fn json_error(error: &serde_json::Error, path: String, source: &Source) -> Malfo
 
 /// What serde_json found, and what it (or the type that was read) expected.
 fn json_fault(message: &str, is_data: bool, is_eof: bool) -> Malformed {
-    if let Some(rest) = message.strip_prefix("unknown field ") {
-        let (key, expected) = rest.split_once(", expected ").unwrap_or((rest, "another key"));
+    if let Some(text) = message.strip_prefix("unknown field ") {
+        let (key, expected) = text.split_once(", expected ").unwrap_or((text, "another key"));
         let found = key.replace('`', "'");
         return Malformed::new(Fault::UnknownKey, format!("unknown key {found}"))
             .expected(expected.replace('`', ""))

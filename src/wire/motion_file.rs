@@ -148,18 +148,18 @@ impl MotionFile {
     /// The file of a motion.
     pub fn of(motion: &Motion) -> MotionFile {
         let Attitude { pitch, roll, yaw } = motion.attitude;
-        if let Path::Legs(own) = &motion.path {
-            let legs = own.legs.iter().map(|leg| LegFile {
+        if let Path::Legs(of) = &motion.path {
+            let legs = of.legs.iter().map(|leg| LegFile {
                 duration_h: None,
                 duration_s: Some(leg.duration).filter(|duration| duration.is_finite()),
                 acceleration_m_s2: leg.acceleration,
                 turn_deg_s: degrees(leg.turn),
             });
             let legs = legs.collect();
-            let level = Motion::legs(own.clone()).attitude;
-            let about_course = Oscillation { mean: yaw.mean + own.heading, ..yaw };
+            let level = Motion::legs(of.clone()).attitude;
+            let about_course = Oscillation { mean: yaw.mean + of.heading, ..yaw };
             let swing = (motion.attitude != level).then(|| SwingFile::of(pitch, roll, about_course));
-            return MotionFile::Legs(LegsFile { heading_deg: degrees(own.heading), speed_m_s: own.speed, legs, swing });
+            return MotionFile::Legs(LegsFile { heading_deg: degrees(of.heading), speed_m_s: of.speed, legs, swing });
         }
         if [pitch, roll, yaw].iter().all(|angle| angle.amplitude == 0.0) {
             let [pitch_deg, roll_deg, heading_deg] = [pitch.mean, roll.mean, -yaw.mean].map(degrees);
@@ -171,17 +171,17 @@ impl MotionFile {
     /// The motion in one line.
     pub fn in_words(&self) -> String {
         match self {
-            MotionFile::Static(own) => {
-                let mut text = format!("static, heading {} deg", own.heading_deg);
-                for (name, angle) in [("pitch", own.pitch_deg), ("roll", own.roll_deg)] {
+            MotionFile::Static(still) => {
+                let mut text = format!("static, heading {} deg", still.heading_deg);
+                for (name, angle) in [("pitch", still.pitch_deg), ("roll", still.roll_deg)] {
                     if angle != 0.0 {
                         text.push_str(&format!(", {name} {angle} deg"));
                     }
                 }
                 text
             }
-            MotionFile::Swing(own) => format!("swing, {}", own.in_words()),
-            MotionFile::Legs(own) => {
+            MotionFile::Swing(swing) => format!("swing, {}", swing.in_words()),
+            MotionFile::Legs(of) => {
                 let leg = |leg: &LegFile| {
                     let time = leg.duration_s.or(leg.duration_h.map(|hours| 3600.0 * hours));
                     let time = time.map_or("then".to_string(), |seconds| format!("{seconds} s"));
@@ -191,9 +191,9 @@ impl MotionFile {
                     };
                     format!("{time} at {} m/s^2{turn}", leg.acceleration_m_s2)
                 };
-                let legs: Vec<String> = own.legs.iter().map(leg).collect();
-                let swing = own.swing.as_ref().map_or(String::new(), |swing| format!("; swing {}", swing.in_words()));
-                format!("legs, heading {} deg: {}{swing}", own.heading_deg, legs.join(", "))
+                let legs: Vec<String> = of.legs.iter().map(leg).collect();
+                let swing = of.swing.as_ref().map_or(String::new(), |swing| format!("; swing {}", swing.in_words()));
+                format!("legs, heading {} deg: {}{swing}", of.heading_deg, legs.join(", "))
             }
         }
     }
@@ -249,11 +249,11 @@ fn course(heading_deg: f64) -> Result<f64> {
 impl SwingFile {
     fn of(pitch: Oscillation, roll: Oscillation, yaw: Oscillation) -> SwingFile {
         // only what swings is said, and that has a period: `oscillation` asks for it
-        let angle = |own: Oscillation| OscillationFile {
-            amplitude_deg: degrees(own.amplitude),
-            period_s: (own.amplitude != 0.0).then_some(own.period),
-            phase_deg: degrees(own.phase),
-            mean_deg: degrees(own.mean),
+        let angle = |oscillation: Oscillation| OscillationFile {
+            amplitude_deg: degrees(oscillation.amplitude),
+            period_s: (oscillation.amplitude != 0.0).then_some(oscillation.period),
+            phase_deg: degrees(oscillation.phase),
+            mean_deg: degrees(oscillation.mean),
         };
         // clockwise is the other way round; an amplitude is written as a positive number, half a period later
         let mut heading = angle(Oscillation { mean: -yaw.mean, amplitude: -yaw.amplitude, ..yaw });
@@ -272,8 +272,8 @@ impl SwingFile {
                     .expected("'heading' (clockwise) or 'yaw' (counter-clockwise)"));
             }
             (Some(heading), None) => {
-                let own = heading.oscillation("heading")?;
-                Oscillation { mean: -own.mean, amplitude: -own.amplitude, ..own }
+                let heading = heading.oscillation("heading")?;
+                Oscillation { mean: -heading.mean, amplitude: -heading.amplitude, ..heading }
             }
             (None, yaw) => yaw.clone().unwrap_or_default().oscillation("yaw")?,
         };
@@ -282,8 +282,7 @@ impl SwingFile {
 
     fn in_words(&self) -> String {
         let still = OscillationFile::default();
-        let angle =
-            |own: &OscillationFile| format!("{} deg in {} s", own.amplitude_deg, own.period_s.unwrap_or_default());
+        let angle = |o: &OscillationFile| format!("{} deg in {} s", o.amplitude_deg, o.period_s.unwrap_or_default());
         let angles = [
             ("pitch", &self.pitch),
             ("roll", &self.roll),
@@ -291,7 +290,7 @@ impl SwingFile {
             ("yaw", self.yaw.as_ref().unwrap_or(&still)),
         ];
         let moving = angles.iter().filter(|(_, angle)| angle.amplitude_deg != 0.0);
-        let parts: Vec<String> = moving.map(|(name, own)| format!("{name} {}", angle(own))).collect();
+        let parts: Vec<String> = moving.map(|(name, oscillation)| format!("{name} {}", angle(oscillation))).collect();
         parts.join(", ")
     }
 }

@@ -52,7 +52,7 @@ pub(crate) fn table_cells(bench: &Bench, mut record: Record) -> Result<Vec<Readi
 /// Errors: two columns for one key, a unit that does not convert.
 pub(crate) fn table_keys(bench: &Bench, record: &Record) -> Result<Vec<(String, Option<Conversion>)>> {
     let keys = columns(bench, record.columns(), &Named(Vec::new()), &|_| false, record.name())?;
-    Ok(keys.into_iter().map(|own| (own.key, own.conversion)).collect())
+    Ok(keys.into_iter().map(|key| (key.key, key.conversion)).collect())
 }
 
 fn read_blocks(
@@ -65,8 +65,8 @@ fn read_blocks(
     if keys.is_empty() {
         return Err(Malformed::new(Fault::Missing, "the table has no column").in_file(record.name()));
     }
-    let kind = |own: &Column| if own.key == "position" { As::Label } else { As::Mixed };
-    record.select(&keys.iter().enumerate().map(|(k, own)| (k, kind(own))).collect::<Vec<_>>());
+    let kind = |column: &Column| if column.key == "position" { As::Label } else { As::Mixed };
+    record.select(&keys.iter().enumerate().map(|(k, key)| (k, kind(key))).collect::<Vec<_>>());
     let (mut blocks, mut count) = (Vec::new(), 0);
     loop {
         let mut block = Block::default();
@@ -77,27 +77,27 @@ fn read_blocks(
         if count as f64 > MOST_READINGS {
             return Err(too_many(count).in_file(record.name()));
         }
-        for (own, column) in keys.iter().zip(&mut block.columns) {
-            if let Some(conversion) = own.conversion {
+        for (key, column) in keys.iter().zip(&mut block.columns) {
+            if let Some(conversion) = key.conversion {
                 column.iter_mut().filter(|v| !v.is_nan()).for_each(|v| *v = conversion.apply(*v));
             }
         }
         blocks.push(block);
     }
     let used: Vec<&str> = bench.sensors.iter().flat_map(|sensor| sensor.model.names()).collect();
-    for (k, own) in keys.iter().enumerate() {
-        let unit = key_unit(bench, &own.key);
+    for (k, key) in keys.iter().enumerate() {
+        let unit = key_unit(bench, &key.key);
         let from_seconds = match &unit {
-            Some(unit) => from_title(&own.key, "s", unit).ok(),
-            None => used.contains(&own.key.as_str()).then_some(None),
+            Some(unit) => from_title(&key.key, "s", unit).ok(),
+            None => used.contains(&key.key.as_str()).then_some(None),
         };
         if let Some(from_seconds) = from_seconds {
             written_times(record.labels(), &mut blocks, k, from_seconds).map_err(|(b, row)| {
                 let rows = Rows { keys: &keys, blocks: &blocks, labels: record.labels(), file: record.name() };
-                Malformed::new(Fault::Value, format!("{} is not a time", own.key))
+                Malformed::new(Fault::Value, format!("{} is not a time", key.key))
                     .expected("a time as in the rows before; an empty cell where nothing was read")
                     .found(rows.written(b, row, k))
-                    .at_path(own.key.as_str())
+                    .at_path(key.key.as_str())
                     .under(&rows.place(b, row))
             })?;
         }
@@ -146,8 +146,8 @@ struct Rows<'a> {
 impl Rows<'_> {
     /// Where a row of a block stands.
     fn place(&self, block: usize, row: usize) -> String {
-        let own = self.blocks.get(block);
-        match own.and_then(|own| own.lines.get(row)) {
+        let b = self.blocks.get(block);
+        match b.and_then(|b| b.lines.get(row)) {
             Some(line) => row_place(true, *line, self.file),
             None => {
                 let before: usize = self.blocks.iter().take(block).map(Block::rows).sum();
@@ -158,7 +158,7 @@ impl Rows<'_> {
 
     /// A cell as a message quotes it.
     fn written(&self, block: usize, row: usize, column: usize) -> String {
-        let cell = self.blocks.get(block).and_then(|own| own.columns.get(column)?.get(row));
+        let cell = self.blocks.get(block).and_then(|b| b.columns.get(column)?.get(row));
         match cell.map_or(Said::Nothing, |cell| record::said(*cell)) {
             Said::Text(label) => format!("'{}'", self.labels.get(label).map_or("", String::as_str)),
             Said::Number(value) => value.to_string(),
@@ -169,13 +169,13 @@ impl Rows<'_> {
 
 impl CellRows for Rows<'_> {
     fn visit(&self, see: &mut dyn FnMut(&dyn Fn() -> String, &ReadingFile) -> Result<()>) -> Result<()> {
-        let mut row = Named(self.keys.iter().map(|own| (own.key.clone(), Cell::Nothing(()))).collect());
+        let mut row = Named(self.keys.iter().map(|column| (column.key.clone(), Cell::Nothing(()))).collect());
         let text = |label: usize| self.labels.get(label).cloned().unwrap_or_default();
         for (b, block) in self.blocks.iter().enumerate() {
             for k in 0..block.rows() {
                 for ((key, cell), column) in row.0.iter_mut().zip(&block.columns) {
-                    let own = column.at(k);
-                    *cell = match record::said(own) {
+                    let value = column.at(k);
+                    *cell = match record::said(value) {
                         Said::Number(label) if *key == "position" => match text(crate::number::count(label)) {
                             empty if empty.is_empty() => Cell::Nothing(()),
                             label => Cell::Text(label),
@@ -234,10 +234,10 @@ pub fn device_readings(bench: &Bench, layout: &Layout, device: &Device) -> Resul
     let mut readings = from_cells(bench, rows)?;
     // a column that this device has no number in is a column all the same
     let mut wanted = layout.numeric(bench);
-    wanted.extend(readings.columns.iter().filter(|own| !wanted.contains(own)).cloned().collect::<Vec<_>>());
+    wanted.extend(readings.columns.iter().filter(|name_read| !wanted.contains(name_read)).cloned().collect::<Vec<_>>());
     if wanted != readings.columns {
         let from: Vec<Option<usize>> =
-            wanted.iter().map(|name| readings.columns.iter().position(|own| own == name)).collect();
+            wanted.iter().map(|name| readings.columns.iter().position(|name_read| name_read == name)).collect();
         for reading in &mut readings.rows {
             reading.columns = from.iter().map(|k| k.and_then(|k| reading.columns.get(k).copied().flatten())).collect();
         }
@@ -265,8 +265,8 @@ fn cells(layout: &Layout, device: &Device, row: usize) -> ReadingFile {
         };
         (key.clone(), cell)
     };
-    let position = Some(device.position(row)).filter(|own| !own.is_empty());
-    let position = position.map(|own| ("position".to_string(), Cell::Text(own.to_string())));
+    let position = Some(device.position(row)).filter(|label| !label.is_empty());
+    let position = position.map(|label| ("position".to_string(), Cell::Text(label.to_string())));
     Named(layout.keys.iter().zip(&layout.uses).zip(&layout.conversions).map(cell).chain(position).collect())
 }
 
@@ -303,11 +303,11 @@ pub fn inline_devices(
     use crate::record::Column as Title;
     let mut columns: Vec<Title> = Vec::new();
     for (key, _) in rows.iter().flat_map(|row| &row.0) {
-        if !columns.iter().any(|own| own.title == *key) {
+        if !columns.iter().any(|column| column.title == *key) {
             columns.push(Title { name: key.clone(), title: key.clone(), unit: None });
         }
     }
-    let Some(by_column) = columns.iter().position(|own| own.title == by) else {
+    let Some(by_column) = columns.iter().position(|column| column.title == by) else {
         return Err(Malformed::new(Fault::UnknownName, format!("the readings have no column '{by}'"))
             .expected(format!("one of {}", crate::record::listed(&columns)))
             .found(format!("'{by}'")));

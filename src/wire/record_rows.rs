@@ -132,7 +132,7 @@ impl<'a> RecordRows<'a> {
         let used_by_scatter = |key: &str| ScatterRequest::use_key(&file.scatter, key);
         let keys = columns(&bench, record.columns(), map, &used_by_scatter, record.name())?;
         let used: Vec<String> =
-            bench.sensors.iter().flat_map(|own| own.model.names().into_iter().map(str::to_string)).collect();
+            bench.sensors.iter().flat_map(|sensor| sensor.model.names().into_iter().map(str::to_string)).collect();
         let mut rows = RecordRows {
             folder,
             path,
@@ -141,7 +141,7 @@ impl<'a> RecordRows<'a> {
             patterns: Vec::new(),
             segments: Segments::All,
             label: None,
-            titles: record.columns().iter().map(|own| own.title.clone()).collect(),
+            titles: record.columns().iter().map(|column| column.title.clone()).collect(),
             rate: samples.rate_hz,
             origin: None,
             record: None,
@@ -151,10 +151,10 @@ impl<'a> RecordRows<'a> {
             used: 0,
             bench,
         };
-        let clock = rows.clock(&record, samples, keys.iter().any(|own| own.key == "time_s"))?;
-        for (place, own) in keys.into_iter().enumerate() {
+        let clock = rows.clock(&record, samples, keys.iter().any(|column_key| column_key.key == "time_s"))?;
+        for (place, column_key) in keys.into_iter().enumerate() {
             let is_clock = clock.is_some_and(|(column, _)| column == place);
-            let key = if is_clock { "time_s".to_string() } else { own.key };
+            let key = if is_clock { "time_s".to_string() } else { column_key.key };
             if !is_clock && key == "time_s" && clock.is_some() {
                 continue;
             }
@@ -169,7 +169,7 @@ impl<'a> RecordRows<'a> {
             }
             let slot = rows.slot(kind, &key);
             let seconds = clock.filter(|_| is_clock).map(|(_, seconds)| seconds);
-            rows.read.push(Read { place, meaning: kind, conversion: own.conversion, slot, seconds });
+            rows.read.push(Read { place, meaning: kind, conversion: column_key.conversion, slot, seconds });
         }
         if rows.rate.is_some() && clock.is_none() {
             rows.slot(Meaning::Column, "time_s");
@@ -189,8 +189,8 @@ impl<'a> RecordRows<'a> {
             return Ok(None);
         }
         let Some(column) = from.column(record)? else { return Ok(None) };
-        let Some(own) = record.columns().get(column) else { return Ok(None) };
-        match Clock::column(own, record.name()) {
+        let Some(titled) = record.columns().get(column) else { return Ok(None) };
+        match Clock::column(titled, record.name()) {
             Ok(clock) => Ok(Some((column, (clock.seconds_per_unit(), clock.is_bare())))),
             // a column that is called so by chance
             Err(_) if from.time.is_none() => Ok(None),
@@ -227,7 +227,7 @@ impl<'a> RecordRows<'a> {
             let pattern = self.pattern(row, &format!("readings.positions[{k}]"))?;
             self.patterns.push(pattern);
         }
-        let positions: Vec<String> = self.patterns.iter().map(|own| own.position.clone()).collect();
+        let positions: Vec<String> = self.patterns.iter().map(|pattern| pattern.position.clone()).collect();
         let same = |a: usize, b: usize| self.patterns.get(a) == self.patterns.get(b);
         if let SegmentsBy::Column(_) = source {
             self.taken.runs = Runs::of(&positions, &same);
@@ -238,7 +238,7 @@ impl<'a> RecordRows<'a> {
             SegmentsBy::Times { list: times, .. } => {
                 let labels: Vec<String> = times.iter().map(|(label, ..)| label.clone()).collect();
                 let places = assigned(&positions, &same, &labels).map_err(|error| error.at_path("readings.times"))?;
-                let found = places.iter().zip(times).map(|(own, (_, start, end))| (*own, *start, *end)).collect();
+                let found = places.iter().zip(times).map(|(i, (_, start, end))| (*i, *start, *end)).collect();
                 Segments::Times(found)
             }
         };
@@ -246,16 +246,16 @@ impl<'a> RecordRows<'a> {
     }
 
     fn pattern(&mut self, row: &ReadingFile, place: &str) -> Result<Pattern> {
-        let mut own = Pattern::default();
+        let mut pattern = Pattern::default();
         for (key, cell) in &row.0 {
             let kind = meaning(&self.bench, key);
             let number = match cell {
                 Cell::Text(text) if matches!(kind, Meaning::Position) => {
-                    own.position.clone_from(text);
+                    pattern.position.clone_from(text);
                     continue;
                 }
                 Cell::Number(x) if matches!(kind, Meaning::Position) => {
-                    own.position = x.to_string();
+                    pattern.position = x.to_string();
                     continue;
                 }
                 Cell::Number(x) if x.is_finite() => *x,
@@ -267,20 +267,20 @@ impl<'a> RecordRows<'a> {
                 }
             };
             if let Some(slot) = self.slot(kind, key) {
-                own.numbers.push((slot, number));
+                pattern.numbers.push((slot, number));
             }
-            own.stated.push((kind, number));
+            pattern.stated.push((kind, number));
         }
-        Ok(own)
+        Ok(pattern)
     }
 
     /// Errors: a joint, or an input of a model line, that neither the record nor the positions have.
     fn complete(&self, record: &Record) -> Result<()> {
-        let stated = self.patterns.first().into_iter().flat_map(|own| &own.stated).map(|(meaning, _)| meaning);
-        let read = self.read.iter().map(|own| &own.meaning).chain(stated);
+        let stated = self.patterns.first().into_iter().flat_map(|pattern| &pattern.stated).map(|(meaning, _)| meaning);
+        let read = self.read.iter().map(|read| &read.meaning).chain(stated);
         let has = |wanted: &dyn Fn(&Meaning) -> bool| read.clone().any(wanted);
         for (k, joint) in self.bench.joints().enumerate() {
-            if !has(&|own| matches!(own, Meaning::Angle(j) | Meaning::Rate(j) if *j == k)) {
+            if !has(&|meaning| matches!(meaning, Meaning::Angle(j) | Meaning::Rate(j) if *j == k)) {
                 return Err(Malformed::new(Fault::Missing, format!("the joint '{joint}' has no state"))
                     .expected(format!(
                         "a column {joint}_deg (its angle) or {joint}_deg_s (its rate), or the same in \"positions\": [{{ ... }}]"
@@ -289,8 +289,8 @@ impl<'a> RecordRows<'a> {
                     .in_file(record.name()));
             }
         }
-        let sensors: Vec<&str> = self.bench.sensors.iter().map(|own| own.id.as_str()).collect();
-        if !has(&|own| matches!(own, Meaning::Sensor(_))) {
+        let sensors: Vec<&str> = self.bench.sensors.iter().map(|sensor| sensor.id.as_str()).collect();
+        if !has(&|meaning| matches!(meaning, Meaning::Sensor(_))) {
             return Err(Malformed::new(Fault::Missing, "no column of the record is a sensor")
                 .expected(format!(
                     "a column {} (or \"columns\": {{ \"{}\": its title }})",
@@ -309,25 +309,25 @@ impl<'a> RecordRows<'a> {
         let count = self.raw.rows();
         rows.clear();
         pattern.clear();
-        let mut take = |k: usize, own: Option<usize>| {
-            if let Some(own) = own {
+        let mut take = |k: usize, i: Option<usize>| {
+            if let Some(i) = i {
                 rows.push(k);
-                pattern.push(own);
+                pattern.push(i);
             }
         };
         match &self.segments {
             Segments::All => (0..count).for_each(|k| take(k, Some(0))),
-            Segments::Labels if self.patterns.len() == 1 && self.patterns.iter().all(|own| own.position.is_empty()) => {
+            Segments::Labels if self.patterns.len() == 1 && self.patterns.iter().all(|p| p.position.is_empty()) => {
                 (0..count).for_each(|k| take(k, Some(0)));
             }
             Segments::Labels => {
                 let labels = self.raw.columns.get(self.read.len()).map_or(&[][..], Vec::as_slice);
                 for (k, label) in labels.iter().enumerate() {
                     if run.is_none_or(|(last, _)| last != label.to_bits()) {
-                        let own = if label.is_nan() { None } else { record.labels().get(number::count(*label)) };
-                        let own = own.map_or("", String::as_str);
+                        let name = if label.is_nan() { None } else { record.labels().get(number::count(*label)) };
+                        let name = name.map_or("", String::as_str);
                         // rows whose label is no position are left out
-                        *run = Some((label.to_bits(), runs.next(own)));
+                        *run = Some((label.to_bits(), runs.next(name)));
                     }
                     take(k, run.and_then(|(_, found)| found));
                 }
@@ -339,7 +339,7 @@ impl<'a> RecordRows<'a> {
                         .in_file(record.name())
                 })?;
                 for (k, t) in time.iter().enumerate() {
-                    take(k, list.iter().find(|(_, start, end)| t >= start && t <= end).map(|(own, ..)| *own));
+                    take(k, list.iter().find(|(_, start, end)| t >= start && t <= end).map(|(i, ..)| *i));
                 }
             }
         }
@@ -351,14 +351,14 @@ impl<'a> RecordRows<'a> {
         let slot = self.names.iter().position(|name| name == "time_s")?;
         let mut time =
             self.rate.map(|rate| (0..self.raw.rows()).map(|k| (self.row + k as u64) as f64 / rate).collect());
-        for (own, raw) in self.read.iter().zip(&self.raw.columns).filter(|(own, _)| own.slot == Some(slot)) {
-            if own.seconds.is_some() && self.origin.is_none() {
+        for (read, raw) in self.read.iter().zip(&self.raw.columns).filter(|(read, _)| read.slot == Some(slot)) {
+            if read.seconds.is_some() && self.origin.is_none() {
                 self.origin = raw.iter().copied().find(|x| !x.is_nan());
             }
             let origin = self.origin.unwrap_or(f64::NAN); // no time at all so far
-            let converted = raw.iter().map(|x| match own.seconds {
+            let converted = raw.iter().map(|x| match read.seconds {
                 Some((seconds, _)) => (x - origin) * seconds,
-                None => own.converted(*x),
+                None => read.converted(*x),
             });
             over(time.get_or_insert_default(), converted);
         }
@@ -379,21 +379,21 @@ impl<'a> RecordRows<'a> {
             to.extend(rows.iter().map(|k| time.at(*k)));
         }
         let whole = count == self.raw.rows();
-        for (own, raw) in self.read.iter().zip(&self.raw.columns) {
-            let converted: Vec<f64> = match (whole, own.slot.is_some() && own.slot == time_slot) {
+        for (read, raw) in self.read.iter().zip(&self.raw.columns) {
+            let converted: Vec<f64> = match (whole, read.slot.is_some() && read.slot == time_slot) {
                 (_, true) => continue,
-                (true, _) => raw.iter().map(|x| own.converted(*x)).collect(),
-                (false, _) => rows.iter().map(|k| own.converted(raw.at(*k))).collect(),
+                (true, _) => raw.iter().map(|x| read.converted(*x)).collect(),
+                (false, _) => rows.iter().map(|k| read.converted(raw.at(*k))).collect(),
             };
-            let target = own.meaning.list(&mut block.sensors, joints, &mut samples);
-            if let Some(to) = own.slot.and_then(|slot| block.columns.get_mut(slot)) {
+            let target = read.meaning.list(&mut block.sensors, joints, &mut samples);
+            if let Some(to) = read.slot.and_then(|slot| block.columns.get_mut(slot)) {
                 over(to, converted.iter().copied());
             }
             if let Some(to) = target {
                 over(to, converted.into_iter());
             }
         }
-        for (p, own) in self.patterns.iter().enumerate() {
+        for (p, stated_once) in self.patterns.iter().enumerate() {
             let fill = |to: &mut Vec<f64>, number: f64| {
                 if to.is_empty() {
                     to.resize(count, f64::NAN);
@@ -401,20 +401,20 @@ impl<'a> RecordRows<'a> {
                 let of = to.iter_mut().zip(pattern.iter()).filter(|(to, of)| **of == p && to.is_nan());
                 of.for_each(|(to, _)| *to = number);
             };
-            for (slot, number) in &own.numbers {
+            for (slot, number) in &stated_once.numbers {
                 block.columns.get_mut(*slot).into_iter().for_each(|to| fill(to, *number));
             }
-            for (meaning, number) in &own.stated {
+            for (meaning, number) in &stated_once.stated {
                 meaning.list(&mut block.sensors, joints, &mut samples).into_iter().for_each(|to| fill(to, *number));
             }
         }
         // one sample where nothing says how many
-        samples.iter_mut().filter(|own| own.is_nan()).for_each(|own| *own = 1.0);
-        for own in &mut block.sensors {
-            own.samples.clone_from(&samples);
-            let read = |k: usize| !own.values.or_nan(k).is_nan();
+        samples.iter_mut().filter(|n| n.is_nan()).for_each(|n| *n = 1.0);
+        for sensor in &mut block.sensors {
+            sensor.samples.clone_from(&samples);
+            let read = |k: usize| !sensor.values.or_nan(k).is_nan();
             let bad = |list: &[f64]| list.iter().enumerate().find(|(k, x)| **x <= 0.0 && read(*k)).map(|(k, _)| k);
-            if let Some(k) = bad(&own.u).or_else(|| bad(&samples)) {
+            if let Some(k) = bad(&sensor.u).or_else(|| bad(&samples)) {
                 return Err(Malformed::new(
                     Fault::Value,
                     "a standard uncertainty or a number of samples is not positive",
@@ -452,11 +452,11 @@ impl Meaning {
         samples: &'b mut Vec<f64>,
     ) -> Option<&'b mut Vec<f64>> {
         match self {
-            Meaning::Angle(k) => joints.get_mut(k).map(|own| &mut own[0]),
-            Meaning::Rate(k) => joints.get_mut(k).map(|own| &mut own[1]),
-            Meaning::Turns(k) => joints.get_mut(k).map(|own| &mut own[2]),
-            Meaning::Sensor(k) => sensors.get_mut(k).map(|own| &mut own.values),
-            Meaning::SensorU(k) => sensors.get_mut(k).map(|own| &mut own.u),
+            Meaning::Angle(k) => joints.get_mut(k).map(|state| &mut state[0]),
+            Meaning::Rate(k) => joints.get_mut(k).map(|state| &mut state[1]),
+            Meaning::Turns(k) => joints.get_mut(k).map(|state| &mut state[2]),
+            Meaning::Sensor(k) => sensors.get_mut(k).map(|sensor| &mut sensor.values),
+            Meaning::SensorU(k) => sensors.get_mut(k).map(|sensor| &mut sensor.u),
             Meaning::Samples => Some(samples),
             Meaning::Position | Meaning::Column => None,
         }
@@ -470,8 +470,8 @@ impl Rows for RecordRows<'_> {
 
     fn rewind(&mut self) -> Result<()> {
         let mut record = self.folder.record(&self.path).map_err(|e| e.at_path("readings.samples"))?;
-        let kind = |own: &Read| if own.seconds.is_some() { As::Time } else { As::Number };
-        let mut selected: Vec<(usize, As)> = self.read.iter().map(|own| (own.place, kind(own))).collect();
+        let kind = |read: &Read| if read.seconds.is_some() { As::Time } else { As::Number };
+        let mut selected: Vec<(usize, As)> = self.read.iter().map(|read| (read.place, kind(read))).collect();
         selected.extend(self.label.map(|column| (column, As::Label)));
         record.select(&selected);
         (self.record, self.row, self.used, self.origin) = (Some(record), 0, 0, None);
@@ -487,12 +487,12 @@ impl Rows for RecordRows<'_> {
                 self.taken.runs.ended("runs of rows").map_err(|error| error.in_file(record.name()))?;
                 return Ok(false);
             }
-            for (own, times) in self.read.iter_mut().zip(&self.raw.columns) {
-                if let Some((seconds, bare @ true)) = &mut own.seconds
+            for (read, times) in self.read.iter_mut().zip(&self.raw.columns) {
+                if let Some((seconds, bare @ true)) = &mut read.seconds
                     && let Some(unit) = crate::record::unit_of(times)
                 {
                     (*seconds, *bare) = (unit.seconds, false);
-                    let title = self.titles.get(own.place).map_or("", String::as_str);
+                    let title = self.titles.get(read.place).map_or("", String::as_str);
                     unit.said(title, unit.step).into_iter().for_each(|note| self.folder.note(note));
                 }
             }
@@ -511,14 +511,14 @@ impl Rows for RecordRows<'_> {
 
     fn reading(&self, block: &streamed::Block, k: usize, into: &mut Reading) -> Result<()> {
         let number = |list: &Vec<f64>| list.get(k).copied().filter(|x| !x.is_nan());
-        let pattern = self.taken.pattern.get(k).and_then(|own| self.patterns.get(*own));
+        let pattern = self.taken.pattern.get(k).and_then(|i| self.patterns.get(*i));
         let labels = self.label.and_then(|_| self.raw.columns.get(self.read.len()));
         let label =
             labels.zip(self.taken.rows.get(k)).and_then(|(labels, row)| labels.get(*row)).filter(|x| !x.is_nan());
         let texts = self.record.as_ref().map_or(&[][..], Record::labels);
         let label = label.and_then(|x| texts.get(number::count(*x))).filter(|text| !text.is_empty());
         into.position.clear();
-        into.position.push_str(label.or(pattern.map(|own| &own.position)).map_or("", String::as_str));
+        into.position.push_str(label.or(pattern.map(|pattern| &pattern.position)).map_or("", String::as_str));
         into.columns.clear();
         into.columns.extend(block.columns.iter().map(number));
         into.joints.clear();
@@ -526,11 +526,11 @@ impl Rows for RecordRows<'_> {
             let state = JointState::from_keys(joint, number(angle), number(rate), number(turns));
             into.joints.push(state.map_err(|error| error.under(&self.place(k)))?);
         }
-        into.samples = block.sensors.first().and_then(|own| number(&own.samples)).unwrap_or(1.0);
+        into.samples = block.sensors.first().and_then(|values| number(&values.samples)).unwrap_or(1.0);
         into.observations.clear();
-        for (sensor, own) in block.sensors.iter().enumerate() {
-            let Some(value) = number(&own.values) else { continue };
-            into.observations.push(Observation { sensor, value, u: number(&own.u), samples: into.samples });
+        for (sensor, values) in block.sensors.iter().enumerate() {
+            let Some(value) = number(&values.values) else { continue };
+            into.observations.push(Observation { sensor, value, u: number(&values.u), samples: into.samples });
         }
         Ok(())
     }

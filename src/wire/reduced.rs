@@ -62,12 +62,12 @@ impl Schedule {
         Ok(Schedule { bench, rows: rows.into_iter().map(|(_, row)| row).collect(), file, solution: Vec::new() })
     }
 
-    /// The unit that a column of samples is carried in, and how its own unit converts to it; `own` is the one in its title.
+    /// The unit that a column of samples is carried in, and how its own unit converts to it; `title_unit` is the one in its title.
     ///
     /// Errors: a unit that is not known, one of another dimension.
-    pub fn conversion(&self, name: &str, own: &str) -> Result<(String, Option<Conversion>)> {
-        let Some(to) = key_unit(&self.bench, name) else { return Ok((own.to_string(), None)) };
-        let conversion = from_title(&format!("the column for '{name}'"), own, &to)?;
+    pub fn conversion(&self, name: &str, title_unit: &str) -> Result<(String, Option<Conversion>)> {
+        let Some(to) = key_unit(&self.bench, name) else { return Ok((title_unit.to_string(), None)) };
+        let conversion = from_title(&format!("the column for '{name}'"), title_unit, &to)?;
         Ok((to, conversion))
     }
 }
@@ -114,7 +114,7 @@ impl Schedule {
     /// The sensors whose values all rows state.
     fn stated(&self) -> impl Iterator<Item = &Sensor> {
         let all = |id: &str| self.rows.iter().all(|row| matches!(row.get(id), Some(Cell::Number(_))));
-        self.bench.sensors.iter().filter(move |own| all(&own.id))
+        self.bench.sensors.iter().filter(move |sensor| all(&sensor.id))
     }
 
     fn compute(&self, id: &str, unit: &str, model: &Expression, columns: &[String]) -> Option<Computed> {
@@ -126,10 +126,10 @@ impl Schedule {
                     return Some(Ok(column));
                 }
                 let start = || self.file.estimate.get(name).map(|e| e.start.or(e.prior).unwrap_or(0.0));
-                let solved = self.solution.iter().find(|(own, _)| own == name).map(|(_, value)| *value);
+                let solved = self.solution.iter().find(|(id, _)| id == name).map(|(_, value)| *value);
                 let estimated = solved.or_else(start);
                 let known = match self.file.known.get(name) {
-                    Some(KnownEntry::Known(own)) => Some(own.value),
+                    Some(KnownEntry::Known(given)) => Some(given.value),
                     _ => None,
                 };
                 known.or(estimated).map(Err)
@@ -143,8 +143,8 @@ impl Schedule {
     ///
     /// The uncertainty of a norm is that of its model line, whose slopes are the scale factors: at the start these may be any.
     pub(super) fn moves(&mut self, reduced: &[ReducedReading], places: &[usize]) -> bool {
-        let first = reduced.first().map(|own| own.values.as_slice()).unwrap_or_default();
-        if !self.stated().any(|own| first.iter().any(|(name, ..)| *name == own.id)) {
+        let first = reduced.first().map(|means| means.values.as_slice()).unwrap_or_default();
+        if !self.stated().any(|sensor| first.iter().any(|(name, ..)| *name == sensor.id)) {
             return false;
         }
         let rows = self.filled(reduced, places).into_iter().map(|row| (String::new(), row));
@@ -155,11 +155,11 @@ impl Schedule {
         let Ok(fit) = campaign.and_then(|campaign| fit::fit(&campaign, &fit::Settings::default())) else {
             return false;
         };
-        if fit.convergence.as_ref().is_some_and(|own| !own.converged) {
+        if fit.convergence.as_ref().is_some_and(|convergence| !convergence.converged) {
             return false;
         }
         let found: Vec<(String, f64)> =
-            fit.campaign.estimated().iter().zip(&fit.point).map(|(own, value)| (own.id.clone(), *value)).collect();
+            fit.campaign.estimated().iter().zip(&fit.point).map(|(p, value)| (p.id.clone(), *value)).collect();
         let is_near = |((_, a), (_, b)): (&(String, f64), &(String, f64))| (a - b).abs() <= SAME * a.abs().max(b.abs());
         let moved = found.len() != self.solution.len() || !found.iter().zip(&self.solution).all(is_near);
         self.solution = found;
@@ -211,7 +211,7 @@ impl Schedule {
             let Some(schedule) = self.rows.get(*place) else { continue };
             let states = |key: &str| matches!(schedule.get(key), Some(Cell::Number(_)));
             let mut row = schedule.clone();
-            let mut set = |key: &str, cell: Cell| match row.0.iter_mut().find(|(own, _)| own == key) {
+            let mut set = |key: &str, cell: Cell| match row.0.iter_mut().find(|(present, _)| present == key) {
                 Some((_, old)) => *old = cell,
                 None => row.0.push((key.to_string(), cell)),
             };
@@ -219,7 +219,7 @@ impl Schedule {
                 set("position", Cell::Text(reading.position.clone()));
             }
             for (name, mean, u) in &reading.values {
-                if !(states(name) && self.bench.sensors.iter().any(|own| own.id == *name)) {
+                if !(states(name) && self.bench.sensors.iter().any(|sensor| sensor.id == *name)) {
                     set(name, Cell::Number(*mean));
                 }
                 let key = format!("{name}_u");
@@ -254,10 +254,10 @@ impl Runs {
     pub fn of(positions: &[String], same: &dyn Fn(usize, usize) -> bool) -> Self {
         let mut all: Vec<Labelled> = Vec::new();
         for (place, label) in positions.iter().enumerate().filter(|(_, label)| !label.is_empty()) {
-            match all.iter_mut().find(|own| own.label == *label) {
-                Some(own) => {
-                    own.alike &= own.places.last().is_some_and(|last| same(*last, place));
-                    own.places.push(place);
+            match all.iter_mut().find(|labelled| labelled.label == *label) {
+                Some(labelled) => {
+                    labelled.alike &= labelled.places.last().is_some_and(|last| same(*last, place));
+                    labelled.places.push(place);
                 }
                 None => all.push(Labelled { label: label.clone(), places: vec![place], alike: true, runs: 0 }),
             }
@@ -267,35 +267,35 @@ impl Runs {
 
     /// Is a label one of a position?
     pub fn knows(&self, label: &str) -> bool {
-        self.0.iter().any(|own| own.label == label)
+        self.0.iter().any(|labelled| labelled.label == label)
     }
 
     /// The position of the next run of a label; `None` for a label that is none, and for a run that no position is left for ([`Runs::ended`] says so).
     pub fn next(&mut self, label: &str) -> Option<usize> {
-        let own = self.0.iter_mut().find(|own| own.label == label)?;
-        let place = if own.alike { own.runs.min(own.places.len() - 1) } else { own.runs };
-        own.runs += 1;
-        own.places.get(place).copied()
+        let labelled = self.0.iter_mut().find(|labelled| labelled.label == label)?;
+        let place = if labelled.alike { labelled.runs.min(labelled.places.len() - 1) } else { labelled.runs };
+        labelled.runs += 1;
+        labelled.places.get(place).copied()
     }
 
     /// Forget what has been.
     pub fn restart(&mut self) {
-        self.0.iter_mut().for_each(|own| own.runs = 0);
+        self.0.iter_mut().for_each(|labelled| labelled.runs = 0);
     }
 
     /// After the last run. Errors: a label that has another number of runs than of positions that differ; `runs` says what they are.
     pub fn ended(&self, runs: &str) -> Result<()> {
-        let without = self.0.iter().find(|own| own.runs == 0);
-        let is_wrong = |own: &&Labelled| match own.alike {
-            true => own.runs > own.places.len() && without.is_some(),
-            false => own.runs > 0 && own.runs != own.places.len(),
+        let without = self.0.iter().find(|labelled| labelled.runs == 0);
+        let is_wrong = |labelled: &&Labelled| match labelled.alike {
+            true => labelled.runs > labelled.places.len() && without.is_some(),
+            false => labelled.runs > 0 && labelled.runs != labelled.places.len(),
         };
         let Some(Labelled { label, places, runs: all, .. }) = self.0.iter().find(is_wrong) else { return Ok(()) };
         let what = format!("the schedule has {} of the position '{label}', the record {all} {runs}", places.len());
-        let beside = without.map_or(String::new(), |own| format!("; '{}' has none", own.label));
+        let others = without.map_or(String::new(), |labelled| format!("; '{}' has none", labelled.label));
         Err(Malformed::new(Fault::Value, what)
             .expected("as many, in the same order")
-            .found(format!("{all} {runs} '{label}'{beside}")))
+            .found(format!("{all} {runs} '{label}'{others}")))
     }
 }
 
@@ -321,7 +321,7 @@ pub(super) fn assigned(
             .found(format!("segments {}", labels.join(", "))));
     }
     if let Some(label) = labels.iter().find(|label| !runs.knows(label)) {
-        let without: Vec<&str> = positions.iter().filter(|own| !labels.contains(own)).map(String::as_str).collect();
+        let without: Vec<&str> = positions.iter().filter(|p| !labels.contains(p)).map(String::as_str).collect();
         let without = if without.is_empty() { positions.iter().map(String::as_str).collect() } else { without };
         return Err(Malformed::new(
             Fault::Value,

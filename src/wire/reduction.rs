@@ -95,7 +95,7 @@ impl Recipe {
             segmentation.segments.iter().map(|s| s.label.clone()).collect()
         };
         let pair = |segmentation: &Segmentation| match schedule {
-            Some(schedule) => schedule.pair(&labels(segmentation)).map_err(|error| told(error, trace, segmentation)),
+            Some(schedule) => schedule.pair(&labels(segmentation)).map_err(|error| located(error, trace, segmentation)),
             None => Ok(Vec::new()),
         };
         let mut places = pair(&segmentation)?;
@@ -280,7 +280,7 @@ impl Reduced {
 const TOLD: usize = 10;
 
 /// An error about the number of segments, with the stretches that were not used.
-fn told(error: Malformed, trace: &Trace, segmentation: &Segmentation) -> Malformed {
+fn located(error: Malformed, trace: &Trace, segmentation: &Segmentation) -> Malformed {
     let rejected: Vec<String> = segmentation
         .rejected
         .iter()

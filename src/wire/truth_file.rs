@@ -102,7 +102,7 @@ impl TruthFile {
                 *value = 0.0;
             }
         }
-        for (id, own) in &self.values.0 {
+        for (id, stated) in &self.values.0 {
             let path = format!("values.{id}");
             let Some(k) = campaign.parameter_index(id) else {
                 let names: Vec<&str> = campaign.parameters.iter().map(|p| p.id.as_str()).collect();
@@ -111,60 +111,59 @@ impl TruthFile {
                     .found(format!("'{id}'"))
                     .at_path(path));
             };
-            let value = match own.unit.as_deref() {
+            let value = match stated.unit.as_deref() {
                 Some(unit) => {
                     let to = campaign.parameter_conversion(k, unit).map_err(|e| e.at_path(format!("{path}.unit")))?;
-                    to.apply(own.value)
+                    to.apply(stated.value)
                 }
-                None => own.value,
+                None => stated.value,
             };
             if let Some(slot) = point.get_mut(k) {
                 *slot = value;
             }
         }
         let mut noise = vec![DrawnNoise::default(); campaign.bench.sensors.len()];
-        for (id, own) in &self.noise.0 {
+        for (id, n) in &self.noise.0 {
             let path = format!("noise.{id}");
             let slot = sensor_index(campaign, id, &path)?;
-            if !(own.sd >= 0.0 && own.sd.is_finite()) {
+            if !(n.sd >= 0.0 && n.sd.is_finite()) {
                 return Err(Malformed::new(Fault::Value, "no standard deviation")
                     .expected("zero or a positive number")
-                    .found(own.sd.to_string())
+                    .found(n.sd.to_string())
                     .at_path(format!("{path}.sd")));
             }
             if let Some(noise) = noise.get_mut(slot) {
-                let to = match own.unit.as_deref() {
+                let to = match n.unit.as_deref() {
                     Some(unit) => {
                         campaign.sensor_conversion(slot, unit).map_err(|e| e.at_path(format!("{path}.unit")))?
                     }
                     None => Conversion::NONE,
                 };
-                *noise =
-                    DrawnNoise { sd: to.of_differences().apply(own.sd), stated: own.stated, decimals: own.decimals };
+                *noise = DrawnNoise { sd: to.of_differences().apply(n.sd), stated: n.stated, decimals: n.decimals };
             }
         }
         let mut effects = Vec::with_capacity(self.effects.len());
-        for (k, own) in self.effects.iter().enumerate() {
+        for (k, effect) in self.effects.iter().enumerate() {
             let path = format!("effects[{k}]");
-            if !own.value.is_finite() {
+            if !effect.value.is_finite() {
                 return Err(Malformed::new(Fault::Value, "not a finite number").at_path(format!("{path}.value")));
             }
-            let sensor = match &own.sensor {
+            let sensor = match &effect.sensor {
                 Some(id) => Some(sensor_index(campaign, id, &format!("{path}.sensor"))?),
                 None => None,
             };
-            let mut hidden = Hidden::new(campaign, &own.regressor, own.value, sensor)
+            let mut hidden = Hidden::new(campaign, &effect.regressor, effect.value, sensor)
                 .map_err(|error| error.at_path(format!("{path}.regressor")))?;
-            if let Some(unit) = &own.unit {
+            if let Some(unit) = &effect.unit {
                 let to = hidden.unit(campaign).unwrap_or_default();
-                let to = campaign.conversion(unit, &to, &format!("the effect '{}'", own.regressor));
+                let to = campaign.conversion(unit, &to, &format!("the effect '{}'", effect.regressor));
                 hidden.value =
-                    to.map_err(|error| error.at_path(format!("{path}.unit")))?.of_differences().apply(own.value);
+                    to.map_err(|error| error.at_path(format!("{path}.unit")))?.of_differences().apply(effect.value);
             }
             effects.push(hidden);
         }
         let mut scatter = Vec::with_capacity(self.scatter.0.len());
-        for (name, own) in &self.scatter.0 {
+        for (name, n) in &self.scatter.0 {
             let path = format!("scatter.{name}");
             let Some(line) = campaign.scatter.iter().position(|line| line.name(campaign) == *name) else {
                 let names: Vec<String> = campaign.scatter.iter().map(|line| line.name(campaign)).collect();
@@ -180,14 +179,14 @@ impl TruthFile {
                 .found(format!("'{name}'"))
                 .at_path("scatter"));
             };
-            let usable = own.sd >= 0.0 && own.sd.is_finite() && own.tau.is_none_or(|tau| tau > 0.0 && tau.is_finite());
+            let usable = n.sd >= 0.0 && n.sd.is_finite() && n.tau.is_none_or(|tau| tau > 0.0 && tau.is_finite());
             if !usable {
                 return Err(Malformed::new(Fault::Value, "the size of the deviations cannot be used")
                     .expected("sd zero or positive, tau positive")
                     .at_path(path));
             }
             let shown = campaign.scatter.get(line).map_or(1.0, |line| line.shown);
-            scatter.push(TrueScatter { line, sd: own.sd / shown, tau: own.tau });
+            scatter.push(TrueScatter { line, sd: n.sd / shown, tau: n.tau });
         }
         Ok(Truth { point, noise, effects, scatter })
     }

@@ -47,6 +47,15 @@ fn what_cancels_cancels_exactly() {
     }
 }
 
+/// "Grad" is the German degree; a "grad" may be that or a gon, and is neither.
+#[test]
+fn a_grad_is_not_guessed() {
+    let error = Unit::parse("grad").expect_err("two meanings");
+    assert!(error.to_string().contains("no unit is called 'grad'"), "{error}");
+    let full = |text: &str| unit(text).conversion(&unit("turn")).map(|c| c.apply(1.0));
+    assert_eq!((full("Grad"), full("gon")), (Some(1.0 / 360.0), Some(1.0 / 400.0)));
+}
+
 /// One of each unit as people spell it, in SI units (of temperatures: of zero); factors by hand from the definitions.
 #[test]
 fn units_as_people_spell_them() {

@@ -95,7 +95,7 @@ fn planned(schedule: &tumble::Campaign, goals: &[plan::Goal]) -> Option<usize> {
     let offer = plan::Offer { kept, candidates: schedule.readings.clone(), noise, costs: plan::Costs::default() };
     let request = plan::Request { readings: 2 * schedule.readings.rows.len(), starts: 4, ..plan::Request::default() };
     let reached = plan::reach(schedule, &offer, &request, goals, false).ok()?;
-    reached.reached.then_some(reached.improvement.schedule.readings.rows.len())
+    reached.goal.reached.then_some(reached.improvement.schedule.readings.rows.len())
 }
 
 fn median(mut values: Vec<f64>) -> f64 {

@@ -110,7 +110,7 @@ fn goals_are_reached_with_as_few_as_numpy_enumerates() {
         let goals = [Goal { id: "b".into(), u: number(&fewest["u"]) * 1.001 }];
         let request = Request { readings: 30, ..Request::default() };
         let reached = plan::reach(&campaign, &offer, &request, &goals, false).unwrap();
-        assert!(reached.reached);
+        assert!(reached.goal.reached);
         assert_eq!(reached.improvement.chosen as u64, fewest["readings"].as_u64().unwrap());
     }
 }

@@ -161,7 +161,7 @@ fn budgets_are_spent_and_more_is_never_worse() {
                 .unwrap();
         let cost = found.improvement.judgement.work.cost;
         println!("every angle to 0.5 arcsec at {step} deg: cost {cost}, {} readings", found.improvement.chosen);
-        assert!(found.reached && cost <= least, "{cost} after {least}");
+        assert!(found.goal.reached && cost <= least, "{cost} after {least}");
         least = cost;
     }
     // 82 was found before readings of one state were taken together
@@ -177,7 +177,7 @@ fn goals_on_derived_quantities() {
     let request = Request { readings: 60, ..Request::default() };
     let found = plan::reach(&campaign, &offer(&campaign, noise, 45.0), &request, &goal, false).unwrap();
     let gamma = found.improvement.judgement.derived.iter().find(|d| d.id == "gamma").unwrap();
-    assert!(found.reached && gamma.u.unwrap() * report::ARCSEC <= 0.8, "{:?}", gamma.u);
+    assert!(found.goal.reached && gamma.u.unwrap() * report::ARCSEC <= 0.8, "{:?}", gamma.u);
     // u of gamma is at least that of the better known of its tilts, sd sqrt2 / (kI sqrt(sum of rates^2)) or more with N readings at 40 deg/s
     let fewest = (2f64.sqrt() * 9e-4 / (2.9222 * 40.0) * report::ARCSEC / 0.8).powi(2);
     assert!(found.improvement.chosen as f64 >= fewest && found.improvement.chosen < 40, "{}", found.improvement.chosen);
@@ -271,11 +271,11 @@ fn a_goal_is_reached_with_fewer_between_the_candidates() {
     let goals = [("a", 0.58), ("b", 0.82), ("c", 0.82)].map(|(id, u)| Goal { id: id.into(), u });
     let request = Request { readings: 12, ..Request::default() };
     let coarse = plan::reach(&campaign, &offer(&campaign, noise.clone(), 45.0), &request, &goals, false).unwrap();
-    assert_eq!((coarse.reached, coarse.improvement.chosen), (true, 4));
+    assert_eq!((coarse.goal.reached, coarse.improvement.chosen), (true, 4));
     let refine = Some(plan::Refinement { resolution_deg: 1.0, zones: Vec::new() });
     let fine =
         plan::reach(&campaign, &offer(&campaign, noise, 45.0), &Request { refine, ..request }, &goals, false).unwrap();
-    assert_eq!((fine.reached, fine.improvement.chosen, fine.is_fewest), (true, 3, false));
+    assert_eq!((fine.goal.reached, fine.improvement.chosen, fine.goal.is_fewest), (true, 3, false));
     assert!(fine.improvement.refined.unwrap().moved > 0);
 }
 

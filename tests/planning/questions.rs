@@ -32,7 +32,7 @@ fn what_vanishes_at_zero_needs_a_value_and_is_no_defect() {
     let judgement = plan::judge(&schedule, &noise, &Costs::default()).unwrap();
     assert!(judgement.not_estimable.is_empty(), "{:?}", judgement.not_estimable);
     let lacking = judgement.lacking.unwrap();
-    assert_eq!((lacking.untold, lacking.needs), (vec![2], vec![1]));
+    assert_eq!((lacking.untold, lacking.needs), (vec!["m".to_string()], vec!["K".to_string()]));
     let judged = plan::judged_at(&schedule, &[("K".into(), 1.3)], None).unwrap();
     assert_eq!(judged.from, [PointSource::Zero, PointSource::Given, PointSource::Zero]);
     let judgement = plan::judge(&judged.campaign, &noise, &Costs::default()).unwrap();

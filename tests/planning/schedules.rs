@@ -152,10 +152,14 @@ fn goals_are_reached_with_the_fewest_readings_or_not_at_all() {
         plan::reach(&campaign, &offer, &Request { readings: most, ..Request::default() }, &goal, false).unwrap()
     };
     let reached = reach(100);
-    assert!(reached.reached && reached.is_fewest && reached.improvement.chosen == 16, "{}", reached.improvement.chosen);
+    assert!(
+        reached.goal.reached && reached.goal.is_fewest && reached.improvement.chosen == 16,
+        "{}",
+        reached.improvement.chosen
+    );
     let short = reach(9);
-    assert!(!short.reached && short.improvement.chosen == 9);
-    assert_close(short.largest_share.unwrap(), (1.0 / 3.0) / 0.25, 1e-12);
+    assert!(!short.goal.reached && short.improvement.chosen == 9);
+    assert_close(short.goal.largest_share.unwrap(), (1.0 / 3.0) / 0.25, 1e-12);
 }
 
 #[test]
@@ -173,11 +177,11 @@ fn every_angle_to_one_arcsecond_and_cheapest_costs_no_more() {
         "fewest: {} readings, cost {} (proven: {}); cheapest: {} readings, cost {}",
         fewest.improvement.chosen,
         cost(&fewest),
-        fewest.is_fewest,
+        fewest.goal.is_fewest,
         cheapest.improvement.chosen,
         cost(&cheapest)
     );
-    assert!(fewest.reached && cheapest.reached && cost(&cheapest) <= cost(&fewest));
+    assert!(fewest.goal.reached && cheapest.goal.reached && cost(&cheapest) <= cost(&fewest));
     assert!(fewest.improvement.judgement.largest_angle_u().unwrap() * report::ARCSEC <= 1.0);
 }
 

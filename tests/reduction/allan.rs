@@ -128,6 +128,8 @@ fn record(random: &mut Pcg64Mcg, count: usize, dt: f64, [q, n, b, k, r]: [f64; 5
             (sd * normal(), own)
         })
         .collect();
+    // those that are faster than the first are white noise in means over an interval: a process of correlation time t has the variance 2 v t/dt
+    let faster = sd * (2.0 * 0.02 / (10f64.powf(0.25) - 1.0)).sqrt();
     let mut walk = 0.0;
     let mut angle = q * normal();
     (0..count)
@@ -140,6 +142,7 @@ fn record(random: &mut Pcg64Mcg, count: usize, dt: f64, [q, n, b, k, r]: [f64; 5
                     *state = *stay * before + *kick * normal();
                     y += *middle * (before + *state) + *rest * normal();
                 }
+                y += faster * normal();
             }
             walk += k * dt.sqrt() * normal();
             let next = q * normal();
@@ -235,6 +238,75 @@ fn coefficients_of_simulated_records() {
     let allowance = 4.0 * (0.05 * 0.95 / all as f64).sqrt();
     assert!((inside as f64 / all as f64 - 0.95).abs() < allowance.max(0.01), "{inside} of {all}");
     assert!(made_up as f64 <= 0.01 * records as f64 + 2.0, "{made_up} in {records}");
+}
+
+/// The same for coefficients, lengths and rates that are drawn anew for each record: 1e4 samples to 1e5 (1e6 with `TUMBLE_LONG=1`) at 1 to 1000 Hz; a term meets the one before it at an
+/// averaging time from ten samples to a thirtieth of the record, so that it is seen.
+#[test]
+fn coefficients_of_drawn_records() {
+    let runs = crate::draws::draws(4, 300);
+    let runs = std::env::var("TUMBLE_RUNS").ok().and_then(|n| n.parse().ok()).unwrap_or(runs);
+    let most = if crate::draws::long() { 1e6 } else { 1e5 };
+    println!(
+        "{:>6} {:>2} {:>6} {:>9} {:>7} {:>7} {:>7} {:>7}",
+        "terms", "", "found", "mean/true", "sd/u", "covered", "below", "above"
+    );
+    let (mut inside, mut all) = (0.0, 0.0);
+    for (seed, name) in ["N", "B", "K", "QN", "NB", "NK", "BK", "NBK"].into_iter().enumerate() {
+        let mut random = Pcg64Mcg::seed_from_u64(7000 + seed as u64);
+        let has = |letter: char| name.contains(letter);
+        // for each term: value over truth, u over truth
+        let mut found: [Vec<(f64, f64)>; 5] = Default::default();
+        for _ in 0..runs {
+            let mut logarithmic = |low: f64, high: f64| {
+                let part: f64 = StandardUniform.sample(&mut random);
+                low * (high / low).powf(part)
+            };
+            let (count, dt) = (logarithmic(1e4, most), 1.0 / logarithmic(1.0, 1000.0));
+            let size = logarithmic(1e-3, 1e3);
+            let mut meeting = [10.0, count / 30.0].map(|_| dt * logarithmic(10.0, count / 30.0));
+            meeting.sort_by(f64::total_cmp);
+            let [first, second] = meeting;
+            // variances at one second of N, at any time of B, and K^2/3 at one second
+            let flicker = 2.0 * 2f64.ln() / std::f64::consts::PI;
+            let b = if has('N') { size / (flicker * first).sqrt() } else { size };
+            let k = match (has('N'), has('B')) {
+                (true, true) => b * (3.0 * flicker / second).sqrt(),
+                (true, false) => size * 3f64.sqrt() / first,
+                (false, true) => b * (3.0 * flicker / first).sqrt(),
+                _ => size,
+            };
+            let q = size * (first / 3.0).sqrt();
+            let truth: [f64; 5] = std::array::from_fn(|i| {
+                let letter = Term::ALL[i].name().chars().next().expect("a letter");
+                if has(letter) { [q, size, b, k, 0.0][i] } else { 0.0 }
+            });
+            let mut ladder = Ladder::new(1);
+            ladder.push(&record(&mut random, count as usize, dt, truth));
+            let fit = analyse(&ladder, dt, 0.95).coefficients.expect("coefficients");
+            for (i, truth) in truth.into_iter().enumerate().filter(|(_, truth)| *truth > 0.0) {
+                let own = fit.get(Term::ALL[i]).and_then(|own| own.value.zip(own.u));
+                found[i].extend(own.map(|(value, u)| (value / truth, u / truth)));
+            }
+        }
+        for (term, own) in Term::ALL.into_iter().zip(&found).filter(|(_, own)| !own.is_empty()) {
+            let n = own.len() as f64;
+            let share = |is: &dyn Fn(f64) -> bool| own.iter().filter(|(v, u)| is((v - 1.0) / u)).count() as f64 / n;
+            let mean = own.iter().map(|(v, _)| v).sum::<f64>() / n;
+            let z = (own.iter().map(|(v, u)| ((v - 1.0) / u).powi(2)).sum::<f64>() / n).sqrt();
+            let [below, above] = [share(&|z| z < -1.96), share(&|z| z > 1.96)];
+            let covered = 1.0 - below - above;
+            let part = n / runs as f64;
+            println!(
+                "{name:>6} {:>2} {part:6.3} {mean:9.4} {z:7.3} {covered:7.3} {below:7.3} {above:7.3}",
+                term.name()
+            );
+            (inside, all) = (inside + covered * n, all + n);
+        }
+    }
+    let allowance = 4.0 * (0.05 * 0.95_f64 / all).sqrt();
+    println!("all: {:.3} of {all}", inside / all);
+    assert!((inside / all - 0.95).abs() < allowance.max(0.01), "{} of {all}", inside / all);
 }
 
 /// Where there are no coefficients, the analysis says why.

@@ -254,6 +254,41 @@ fn kinds_of_parquet() {
     let (code, _, error) = tumble(&data("records"), &["noise", "list.parquet"]);
     let flat = error.split_whitespace().collect::<Vec<_>>().join(" ");
     assert!(code == 1 && flat.contains("LIST or MAP") && flat.contains("v.list.element"), "{error}");
+    // where a row's cells may be texts, a list is one: what does not use it is not hindered
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::copy(file("list.parquet"), folder.path().join("list.parquet")).expect("a copy");
+    let fitted = |line: &str, rest: &str| {
+        let bench =
+            format!(r#"{{ "id": "b", "chain": [], "sensors": {{ "x": {{ "axes": {{}}, "model": "c{line}" }} }} }}"#);
+        let text = format!(r#"{{ "bench": {bench}, "estimate": {{ "c": {{}} }}, "readings": "list.parquet"{rest} }}"#);
+        let path = folder.path().join("list.campaign.json");
+        std::fs::write(&path, text).expect("a campaign");
+        tumble::Campaign::from_path(&path).map_err(|error| error.to_string())
+    };
+    let campaign = fitted("", "").unwrap_or_else(|error| panic!("{error}"));
+    let fit = tumble::fit(&campaign, &Default::default()).unwrap_or_else(|error| panic!("{error}"));
+    let mean = x.iter().sum::<f64>() / 100.0;
+    assert!((fit.parameters[0].value.unwrap_or(f64::NAN) - mean).abs() < 1e-12);
+    let error = fitted(" + warm", r#", "columns": { "warm": "v.list.element" }"#).expect_err("a list");
+    assert!(error.contains("LIST or MAP") && error.contains("warm"), "{error}");
+}
+
+/// A column of formulas whose values were not saved hinders nobody who does not read it, and is named to who does (tests/scripts/formulas.py).
+#[test]
+fn formulas_without_values() {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::copy(file("formulas.xlsx"), folder.path().join("formulas.xlsx")).expect("a copy");
+    let of = |column: &str| {
+        solved(folder.path(), &format!(r#""columns": {{ "A": "{column}" }}, "readings": "formulas.xlsx""#))
+    };
+    // 0.5 + sin(theta) and twice as much, over two turns
+    for (column, scale) in [("once", 1.0), ("twice", 2.0)] {
+        let found = of(column).unwrap_or_else(|error| panic!("{error}"));
+        let size = found[1].abs();
+        assert!((found[0] - 0.5 * scale).abs() < 1e-12 && (size - scale).abs() < 1e-12, "{column}: {found:?}");
+    }
+    let error = of("thrice").expect_err("no values");
+    assert!(error.contains("'=3*B2, a formula without a saved value'") && error.contains("formulas.xlsx:2"), "{error}");
 }
 
 /// Two loggers from start to end: the X16 of Gulf Coast Data Concepts (remarks behind semicolons, the names in the last of them) held in six positions, and a LabVIEW

@@ -148,6 +148,51 @@ fn segments_of_other_noise_keep_apart() {
     }
 }
 
+/// A channel in steps: means of segments whose levels lie anywhere in a step are covered, and u is of the size of their errors, from noise of a twentieth of a step, where
+/// samples have one level or two, to that of a step, where rounding leaves nothing. Of two segments little is known of the noise.
+/// (Before: `q/sqrt(12)` where a segment's standard deviation was below half a step, else nothing: u was 4 to 9 times the errors at 0.3 to 0.45 steps.)
+#[test]
+fn means_of_channels_in_steps_are_covered() {
+    const LENGTH: usize = 600;
+    let records = draws(60, 1000);
+    println!("{:>9} {:>6} {:>8} {:>10}", "segments", "noise", "covered", "u/rms error");
+    for segments in [2_usize, 4, 12, 30] {
+        let (mut inside, mut all) = (0.0, 0.0);
+        for noise in [0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 1.0] {
+            let mut random = Pcg64Mcg::seed_from_u64(60 + segments as u64);
+            let (mut held, mut squares, mut us) = (0.0, 0.0, Vec::new());
+            let runs = records.div_ceil(segments).max(10);
+            for _ in 0..runs {
+                let levels: Vec<f64> = (0..segments).map(|_| uniform(&mut random, -20.0, 20.0)).collect();
+                let values = levels.iter().flat_map(|level| vec![*level; LENGTH]);
+                let values: Vec<f64> = values.map(|v| (v + noise * normal(&mut random)).round()).collect();
+                let trace = trace(&[values], 0.01);
+                let seconds = LENGTH as f64 * 0.01;
+                let times = (0..segments).map(|k| (String::new(), k as f64 * seconds, (k + 1) as f64 * seconds));
+                let found = segment(&trace, &By::Times(times.collect()), 0.0, 0.0);
+                let reduction = reduce(&trace, found, &vec![None; segments]);
+                for (mean, level) in reduction.means.iter().flatten().zip(levels) {
+                    let error = mean.value - level;
+                    held += f64::from(u8::from(error.abs() < 1.96 * mean.uncertainty.u));
+                    squares += error * error;
+                    us.push(mean.uncertainty.u);
+                }
+            }
+            us.sort_by(f64::total_cmp);
+            let means = us.len() as f64;
+            let (covered, ratio) = (held / means, us[us.len() / 2] / (squares / means).sqrt());
+            println!("{segments:>9} {noise:6.2} {covered:8.3} {ratio:10.3}");
+            // two segments tell the noise to a factor
+            assert!(segments < 4 || (0.6..1.7).contains(&ratio), "{segments} {noise}: {ratio}");
+            (inside, all) = (inside + held, all + means);
+        }
+        // means of one record share what was learnt of the noise
+        let records = 8.0 * records.div_ceil(segments).max(10) as f64;
+        let least = 0.95 - 4.0 * (0.95 * 0.05 / records).sqrt();
+        assert!(inside / all > least, "{segments}: {}", inside / all);
+    }
+}
+
 /// One simulated log of a tilted triad: positions, what moves it from one to the next, jerks and drifts.
 struct Log {
     columns: Vec<Vec<f64>>,

@@ -3709,13 +3709,14 @@ class SegmentMeanReport(Node):
     sloping: bool | None
     """Is that below 1 %?"""
     u: float
-    """Standard uncertainty, in `unit`: 1.96 u on either side covers 95 %; what learning the noise costs is in it."""
+    """Standard uncertainty, in `unit`: 1.96 u on either side covers 95 %; what learning the noise costs is in it, noise slower than the
+    segment is not."""
     u_allan_floor: float
     """The Allan deviation at the segment's length, in `unit`."""
     u_autocorrelation: float
     """With the sum of the autocorrelations, in `unit`."""
     u_resolution: float
-    """From the resolution of the channel, where the noise does not exceed it, in `unit`."""
+    """What rounding to the channel's steps leaves in the mean (in `u`, in quadrature), in `unit`."""
     u_white: float
     """What it would be for noise without memory, `s/sqrt(n)`, in `unit`."""
     unit: str

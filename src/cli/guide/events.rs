@@ -6,7 +6,7 @@ use super::place::{Placed, placed};
 use super::samples::{Samples, Step};
 use super::screen::Screen;
 use super::serve::Page;
-use super::table::Beside;
+use super::table::State;
 use super::{json, view};
 use crate::campaign::{Campaign, Reading, Readings};
 use crate::cli;
@@ -19,7 +19,6 @@ use crate::report::guide_report;
 use crate::simulate::{self, Truth};
 use std::time::{Duration, Instant};
 
-/// Where readings come from.
 pub(super) struct Source {
     pub lines: Option<Lines>,
     /// The lines are samples.
@@ -48,7 +47,7 @@ pub(super) struct Session {
 pub(super) struct Progress {
     /// A line of the terminal that is written again and again.
     pub line: indicatif::ProgressBar,
-    pub told: Option<(Instant, Holding)>,
+    pub shown: Option<(Instant, Holding)>,
     /// The advice as a line of JSON: each line beside it has the same one.
     pub line_of_advice: String,
 }
@@ -57,7 +56,6 @@ pub(super) struct Progress {
 /// faster is not said row by row.
 const OFTEN: Duration = Duration::from_millis(20);
 
-/// What a line brought.
 enum Event {
     /// Lines that are not understood, or change nothing.
     None,
@@ -75,12 +73,12 @@ impl Session {
             replayed = None;
             match entry {
                 Entry::Reading { keys, line, still_sd } => {
-                    let own = lines::reading(keys, &self.campaign, &self.guide, None)?;
+                    let reading = lines::reading(keys, &self.campaign, &self.guide, None)?;
                     self.skip_to(line);
                     if let Some(samples) = &mut self.source.samples {
                         samples.resume(still_sd);
                     }
-                    self.accept(own)?;
+                    self.accept(reading)?;
                     fresh = true;
                 }
                 Entry::Undone { number, line } => {
@@ -152,10 +150,9 @@ impl Session {
         })
     }
 
-    /// The position of an advice.
     fn asked(&self, advice: &Advice) -> Option<Reading> {
         let next = advice.next.as_ref()?;
-        let same = |own: &&Reading| own.position == next.position && view::setting(&self.campaign, own) == next.setting;
+        let same = |r: &&Reading| r.position == next.position && view::setting(&self.campaign, r) == next.setting;
         self.guide.candidates().iter().find(same).or(self.guide.taken().last()).cloned()
     }
 
@@ -170,7 +167,7 @@ impl Session {
         loop {
             let Some(lines) = &mut self.source.lines else { return Ok(None) };
             let next = match lines.next()? {
-                Next::Line(own) => Some(own),
+                Next::Line(line) => Some(line),
                 Next::End => None,
                 #[cfg(feature = "serial")]
                 Next::Away(error) => {
@@ -184,10 +181,10 @@ impl Session {
                 }
             };
             let Some(lines) = &self.source.lines else { return Ok(None) };
-            let (line, from) = (next.as_ref().map_or(0, |own| own.number), lines.name.clone());
+            let (line, from) = (next.as_ref().map_or(0, |line| line.number), lines.name.clone());
             let followed = lines.is_file().then_some(line);
             let event = match next {
-                Some(own) => self.line(&own, asked.as_ref()),
+                Some(line) => self.line(&line, asked.as_ref()),
                 None => self.last(asked.as_ref()),
             };
             let still_sd = self.source.samples.as_ref().map_or(&[] as &[f64], Samples::still_sd);
@@ -199,9 +196,9 @@ impl Session {
                     self.guide.undo(number)?;
                     return Ok(Some(false));
                 }
-                Ok(Event::Reading(own)) => {
-                    self.journal.append(&Entry::reading(&self.campaign, &own, followed, still_sd))?;
-                    self.accept(*own)?;
+                Ok(Event::Reading(reading)) => {
+                    self.journal.append(&Entry::reading(&self.campaign, &reading, followed, still_sd))?;
+                    self.accept(*reading)?;
                     return Ok(Some(true));
                 }
                 // a line that is not understood is said, and the next one is waited for; of many in a row the first
@@ -219,28 +216,28 @@ impl Session {
     #[cfg(feature = "serial")]
     fn is_back(&mut self, advice: &Advice) -> Result<()> {
         self.source.samples.iter_mut().try_for_each(Samples::interrupt)?;
-        let name = self.source.lines.as_ref().map_or("", |own| &own.name).to_string();
+        let name = self.source.lines.as_ref().map_or("", |lines| &lines.name).to_string();
         let said = say!(session::language(), "guide-port-is-back", name).to_string();
         self.progress.line.suspend(|| cli::note_as_it_is(&said));
         self.show(advice, None)
     }
 
     /// What a line brings. Errors: it is not understood, or nothing can be done with it.
-    fn line(&mut self, own: &Numbered, asked: Option<&Reading>) -> Result<Event> {
+    fn line(&mut self, read: &Numbered, asked: Option<&Reading>) -> Result<Event> {
         let Some(lines) = &mut self.source.lines else { return Ok(Event::End) };
-        let parsed = lines.parse(&own.text, self.source.samples.is_some(), &self.campaign.bench);
-        if let (Some(samples), false) = (&mut self.source.samples, own.passed) {
+        let parsed = lines.parse(&read.text, self.source.samples.is_some(), &self.campaign.bench);
+        if let (Some(samples), false) = (&mut self.source.samples, read.passed) {
             samples.is_past()?;
         }
-        let beside = Beside { campaign: &self.campaign, guide: &self.guide, asked, last: self.ever.last() };
+        let state = State { campaign: &self.campaign, guide: &self.guide, asked, last: self.ever.last() };
         match (parsed, &mut self.source.samples) {
             // titles among the lines that the journal has, and rows that the clock must have seen
             (Ok(Line::Row), Some(samples)) => {
                 let titles = lines.titles.as_deref().unwrap_or_default();
-                let step = samples.row(titles, &own.text, own.passed, beside)?;
+                let step = samples.row(titles, &read.text, read.passed, state)?;
                 self.step(step, asked)
             }
-            _ if own.passed => Ok(Event::None),
+            _ if read.passed => Ok(Event::None),
             (Ok(Line::Nothing), _) => Ok(Event::None),
             (Ok(Line::Quit), _) => Ok(Event::End),
             (Ok(Line::Undo(number)), _) => {
@@ -248,14 +245,14 @@ impl Session {
                 self.guide.clone().undo(number).map(|()| Event::Undo(number))
             }
             (Ok(Line::Keys(cells)), None) => {
-                lines::reading(cells, &self.campaign, &self.guide, asked).and_then(|own| self.accepted(own))
+                lines::reading(cells, &self.campaign, &self.guide, asked).and_then(|reading| self.accepted(reading))
             }
             (Ok(Line::Take), Some(samples)) => {
                 if !samples.holds() {
                     return Err(Malformed::new(Fault::Missing, "there is nothing to take")
                         .expected("a position that is held and is not read yet"));
                 }
-                let step = samples.look(beside, true, false)?;
+                let step = samples.look(state, true, false)?;
                 self.step(step, asked)
             }
             (Ok(Line::Keys(keys)), Some(samples)) => match samples.name(keys) {
@@ -269,30 +266,29 @@ impl Session {
 
     /// No more lines come: what the samples hold at their end may be enough.
     fn last(&mut self, asked: Option<&Reading>) -> Result<Event> {
-        let beside = Beside { campaign: &self.campaign, guide: &self.guide, asked, last: self.ever.last() };
+        let state = State { campaign: &self.campaign, guide: &self.guide, asked, last: self.ever.last() };
         let Some(samples) = &mut self.source.samples else { return Ok(Event::End) };
         samples.finish()?;
-        let step = samples.look(beside, false, true)?;
+        let step = samples.look(state, false, true)?;
         Ok(match self.step(step, asked)? {
-            Event::Reading(own) => Event::Reading(own),
+            Event::Reading(reading) => Event::Reading(reading),
             _ => Event::End,
         })
     }
 
-    /// What the samples say.
     fn step(&mut self, step: Step, asked: Option<&Reading>) -> Result<Event> {
         let cells = match step {
             Step::Nothing => return Ok(Event::None),
             Step::Said(held) => return self.tell(held).map(|()| Event::None),
             Step::Read(cells) => cells,
         };
-        let beside = Beside { campaign: &self.campaign, guide: &self.guide, asked, last: self.ever.last() };
-        let placed = placed(&cells, beside)?;
+        let state = State { campaign: &self.campaign, guide: &self.guide, asked, last: self.ever.last() };
+        let placed = placed(&cells, state)?;
         let Some(samples) = &mut self.source.samples else { return Ok(Event::None) };
         match placed {
-            Placed::Here(own) => {
+            Placed::Here(reading) => {
                 samples.open = None;
-                self.accepted(own)
+                self.accepted(reading)
             }
             Placed::Which(candidates) => {
                 samples.open = Some(cells);
@@ -302,19 +298,18 @@ impl Session {
         }
     }
 
-    /// A reading that the guide takes.
-    fn accepted(&self, own: Reading) -> Result<Event> {
-        self.guide.clone().accept(own.clone()).map(|()| Event::Reading(Box::new(own)))
+    fn accepted(&self, reading: Reading) -> Result<Event> {
+        self.guide.clone().accept(reading.clone()).map(|()| Event::Reading(Box::new(reading)))
     }
 
     /// What is held: on the line of the terminal, as a line of JSON, and on the page.
     fn tell(&mut self, held: Held) -> Result<()> {
         let now = Instant::now();
         let soon = |(at, state): (Instant, Holding)| state == held.state && now.duration_since(at) < OFTEN;
-        if self.progress.told.is_some_and(soon) {
+        if self.progress.shown.is_some_and(soon) {
             return Ok(());
         }
-        self.progress.told = Some((now, held.state));
+        self.progress.shown = Some((now, held.state));
         if let Some(page) = &self.page {
             page.replace("held", &json(&held)?);
         }
@@ -344,10 +339,10 @@ impl Session {
         let columns = self.campaign.readings.columns.clone();
         let schedule = self.campaign.with_readings(Readings { columns, rows });
         let all = simulate::simulate(&schedule, truth, self.source.seed)?;
-        let Some(own) = all.readings.rows.last().cloned() else { return Ok(None) };
-        let own = Reading { position: asked.position, ..own };
-        self.journal.append(&Entry::reading(&self.campaign, &own, None, &[]))?;
-        self.accept(own)?;
+        let Some(reading) = all.readings.rows.last().cloned() else { return Ok(None) };
+        let reading = Reading { position: asked.position, ..reading };
+        self.journal.append(&Entry::reading(&self.campaign, &reading, None, &[]))?;
+        self.accept(reading)?;
         Ok(Some(true))
     }
 }

@@ -55,7 +55,6 @@ struct Header {
     campaign: String,
 }
 
-/// The version of the lines.
 const VERSION: u32 = 1;
 
 /// A journal that is open, and nobody else's.

@@ -19,7 +19,6 @@ use std::time::Duration;
 /// a person notices). A look costs some microseconds.
 const PAUSE: Duration = Duration::from_millis(10);
 
-/// What a line says.
 pub(super) enum Line {
     /// A reading, or of samples where the bench stands.
     Keys(ReadingFile),
@@ -33,7 +32,6 @@ pub(super) enum Line {
     Nothing,
 }
 
-/// A source of lines.
 pub(super) struct Lines {
     from: From,
     pub name: String,
@@ -46,7 +44,7 @@ pub(super) struct Lines {
     /// Commands from standard input beside a file or a port.
     commands: Option<Receiver<String>>,
     /// What was read of a file or a port, and from where on it was not given out.
-    rest: Vec<u8>,
+    unread: Vec<u8>,
     at: usize,
 }
 
@@ -58,7 +56,6 @@ enum From {
     Port(Port, bool),
 }
 
-/// A file that grows.
 struct Followed {
     file: File,
     path: PathBuf,
@@ -67,7 +64,6 @@ struct Followed {
     read: u64,
 }
 
-/// What comes next.
 pub(super) enum Next {
     Line(Numbered),
     /// Nothing more comes until a port is there again.
@@ -79,7 +75,6 @@ pub(super) enum Next {
     End,
 }
 
-/// A line with its number.
 pub(super) struct Numbered {
     pub number: usize,
     pub text: String,
@@ -89,7 +84,7 @@ pub(super) struct Numbered {
 
 impl Lines {
     fn new(from: From, name: String) -> Self {
-        Lines { from, name, titles: None, count: 0, skip: 0, commands: None, rest: Vec::new(), at: 0 }
+        Lines { from, name, titles: None, count: 0, skip: 0, commands: None, unread: Vec::new(), at: 0 }
     }
 
     pub fn open(path: &Path) -> Result<Self> {
@@ -99,7 +94,7 @@ impl Lines {
         let name = path.display().to_string();
         let cannot = |error| Malformed::new(Fault::File, format!("cannot read '{name}': {error}"));
         let file = File::open(path).map_err(cannot)?;
-        let regular = file.metadata().is_ok_and(|own| own.is_file());
+        let regular = file.metadata().is_ok_and(|metadata| metadata.is_file());
         Ok(Lines::new(From::File(Followed { file, path: path.to_path_buf(), regular, read: 0 }), name))
     }
 
@@ -146,12 +141,12 @@ impl Lines {
             if let Some(Ok(command)) = self.commands.as_ref().map(Receiver::try_recv) {
                 return Ok(self.numbered(command, false));
             }
-            if let Some(line) = whole(&mut self.rest, &mut self.at) {
+            if let Some(line) = whole(&mut self.unread, &mut self.at) {
                 // the end of a row, of which the beginning came before the port was opened
                 #[cfg(feature = "serial")]
                 if let From::Port(_, fresh) = &mut self.from
                     && std::mem::take(fresh)
-                    && line.starts_with(|own: char| own.is_ascii_digit() || "+-.,;\t ".contains(own))
+                    && line.starts_with(|c: char| c.is_ascii_digit() || "+-.,;\t ".contains(c))
                 {
                     continue;
                 }
@@ -160,14 +155,14 @@ impl Lines {
             let mut block = vec![0; 1 << 16];
             let came = match &mut self.from {
                 From::Input => return Ok(Next::End),
-                From::File(own) => own.read(&mut block).map_err(|error| broken(&self.name, error))?,
+                From::File(opened) => opened.read(&mut block).map_err(|error| broken(&self.name, error))?,
                 #[cfg(feature = "serial")]
                 From::Port(port, fresh) => match port.read(&mut block) {
                     Came::Nothing => 0,
                     Came::Bytes(count) => count,
                     Came::Gone(why) => {
                         (self.at, *fresh) = (0, true);
-                        self.rest.clear();
+                        self.unread.clear();
                         let said = format!("nothing more comes from the serial port '{}': {why}", self.name);
                         let waits = "the cable plugged in again: the guide waits for it, and goes on; or 'quit'";
                         return Ok(Next::Away(Malformed::new(Fault::File, said).expected(waits)));
@@ -175,7 +170,7 @@ impl Lines {
                     Came::Back => return Ok(Next::Back),
                 },
             };
-            self.rest.extend_from_slice(block.part(..came));
+            self.unread.extend_from_slice(block.part(..came));
         }
     }
 
@@ -190,7 +185,7 @@ impl Lines {
     /// Errors: it is neither a command, nor keys in JSON, nor a row below a line of titles.
     pub fn parse(&mut self, text: &str, samples: bool, bench: &Bench) -> Result<Line> {
         // the usual row
-        if samples && self.titles.is_some() && text.starts_with(|own: char| own.is_ascii_digit() || own == '-') {
+        if samples && self.titles.is_some() && text.starts_with(|c: char| c.is_ascii_digit() || c == '-') {
             return Ok(Line::Row);
         }
         let text = text.trim().trim_start_matches('\u{feff}');
@@ -235,7 +230,7 @@ impl Lines {
                     .found(format!("'{text}'")));
             }
             let keys = readings.map(|bench| wire::table_keys(bench, &record)).transpose()?.unwrap_or_default();
-            let sensors = readings.into_iter().flat_map(|bench| &bench.sensors).map(|own| own.id.as_str());
+            let sensors = readings.into_iter().flat_map(|bench| &bench.sensors).map(|sensor| sensor.id.as_str());
             let sensors: Vec<&str> = sensors.collect();
             if readings.is_some() && !keys.iter().any(|(key, _)| sensors.contains(&key.as_str())) {
                 let sensors = sensors.join(" or ");
@@ -275,8 +270,8 @@ impl Followed {
 
 /// A line of standard input, or of whom an embedded command speaks with; `None` at the end.
 fn input() -> std::io::Result<Option<String>> {
-    if let Some(told) = crate::cli::session::told() {
-        return Ok(told);
+    if let Some(line) = crate::cli::session::spoken() {
+        return Ok(line);
     }
     let mut bytes = Vec::new();
     let read = std::io::stdin().lock().read_until(b'\n', &mut bytes)?;
@@ -305,10 +300,10 @@ fn command(text: &str) -> Result<Option<Line>> {
 }
 
 /// The next whole line of what came; where there is none, what was given out is dropped.
-fn whole(rest: &mut Vec<u8>, at: &mut usize) -> Option<String> {
-    let waiting = rest.part(*at..);
+fn whole(unread: &mut Vec<u8>, at: &mut usize) -> Option<String> {
+    let waiting = unread.part(*at..);
     let Some(end) = waiting.iter().position(|byte| *byte == b'\n') else {
-        rest.drain(..std::mem::take(at));
+        unread.drain(..std::mem::take(at));
         return None;
     };
     let line = String::from_utf8_lossy(waiting.part(..end)).trim_end().to_string();
@@ -331,11 +326,11 @@ fn cells(text: &str) -> Result<ReadingFile> {
 fn is_there(file: &File, path: &Path) -> bool {
     match (file.metadata(), std::fs::metadata(path)) {
         #[cfg(unix)]
-        (Ok(own), Ok(there)) => {
+        (Ok(here), Ok(there)) => {
             use std::os::unix::fs::MetadataExt;
-            (own.dev(), own.ino()) == (there.dev(), there.ino())
+            (here.dev(), here.ino()) == (there.dev(), there.ino())
         }
-        (own, there) => own.is_ok() && there.is_ok(),
+        (here, there) => here.is_ok() && there.is_ok(),
     }
 }
 
@@ -350,7 +345,7 @@ pub(super) fn label(cells: &ReadingFile) -> Option<String> {
 
 /// Is a position the one of this label, if there is one?
 pub(super) fn is_labelled(label: Option<&str>) -> impl Fn(&&Reading) -> bool {
-    move |own| label.is_none_or(|label| own.position == label)
+    move |reading| label.is_none_or(|label| reading.position == label)
 }
 
 /// The position that keys of a reading are taken for: of their label, or as asked for.
@@ -379,10 +374,10 @@ pub(super) fn reading(
     };
     let is_given = |(key, _): &(String, Cell)| {
         let suffix =
-            |joint: &str| key.strip_prefix(joint).is_some_and(|own| ["_deg", "_deg_s", "_turns"].contains(&own));
+            |joint: &str| key.strip_prefix(joint).is_some_and(|suffix| ["_deg", "_deg_s", "_turns"].contains(&suffix));
         campaign.bench.joints().any(suffix)
     };
-    let labels = || guide.candidates().iter().map(|own| own.position.as_str()).filter(|own| !own.is_empty());
+    let labels = || guide.candidates().iter().map(|c| c.position.as_str()).filter(|c| !c.is_empty());
     if let (Some(label), true) = (&label, labelled.is_empty() && labels().next().is_some())
         && !cells.0.iter().any(is_given)
     {
@@ -400,49 +395,49 @@ pub(super) fn reading(
         }
     }
     for (k, joint) in campaign.bench.joints().enumerate() {
-        let given = |own: &str| full.0.iter().any(|(key, _)| key.strip_prefix(joint) == Some(own));
+        let given = |suffix: &str| full.0.iter().any(|(key, _)| key.strip_prefix(joint) == Some(suffix));
         if ["_deg", "_deg_s", "_turns"].into_iter().any(given) {
             continue;
         }
-        let state = |own: &Reading| own.joints.get(k).copied();
-        if let Some(other) = labelled.iter().find(|own| base.is_some_and(|base| state(base) != state(own))) {
+        let state = |r: &Reading| r.joints.get(k).copied();
+        if let Some(other) = labelled.iter().find(|r| base.is_some_and(|base| state(base) != state(r))) {
             let settings: Vec<String> =
-                base.into_iter().chain([*other]).map(|own| crate::guide::setting(campaign, &own.joints)).collect();
+                base.into_iter().chain([*other]).map(|r| crate::guide::setting(campaign, &r.joints)).collect();
             return Err(Malformed::new(Fault::Missing, format!("the line does not say how {joint} stands"))
                 .expected(format!("{joint}_deg or {joint}_deg_s: the label has several settings"))
                 .found(settings.join("; ")));
         }
-        let (deg, deg_s, turns) = base.and_then(|own| own.joints.get(k)).map_or((None, None, None), |own| own.keys());
+        let (deg, deg_s, turns) = base.and_then(|r| r.joints.get(k)).map_or((None, None, None), |r| r.keys());
         for (suffix, value) in [("_deg", deg), ("_deg_s", deg_s), ("_turns", turns)] {
             full.0.extend(value.map(|value| (format!("{joint}{suffix}"), Cell::Number(value))));
         }
     }
     let read = wire::read_rows(&campaign.bench, vec![full])?;
     let columns = &campaign.readings.columns;
-    if let Some(strange) = read.columns.iter().find(|own| !columns.contains(own)) {
-        let sensors: Vec<&str> = campaign.bench.sensors.iter().map(|own| own.id.as_str()).collect();
+    if let Some(strange) = read.columns.iter().find(|name| !columns.contains(name)) {
+        let sensors: Vec<&str> = campaign.bench.sensors.iter().map(|sensor| sensor.id.as_str()).collect();
         return Err(Malformed::new(Fault::UnknownKey, format!("the campaign's readings have no '{strange}'"))
             .expected(format!("the joints, {}, position, n, or one of: {}", sensors.join(", "), columns.join(", ")))
             .found(format!("'{strange}'")));
     }
-    let Some(own) = read.rows.into_iter().next() else {
+    let Some(row) = read.rows.into_iter().next() else {
         return Err(Malformed::new(Fault::Missing, "the line has no reading"));
     };
     let names: Vec<&str> = campaign.bench.joints().collect();
     let like = base.or(guide.candidates().first());
-    let follows = like.map_or(Vec::new(), |like| campaign.readings.position(&names, like, own.joints.clone()).columns);
+    let follows = like.map_or(Vec::new(), |like| campaign.readings.position(&names, like, row.joints.clone()).columns);
     let value = |(k, name): (usize, &String)| {
         let stated =
-            read.columns.iter().position(|own| own == name).and_then(|at| own.columns.get(at).copied().flatten());
+            read.columns.iter().position(|column| column == name).and_then(|at| row.columns.get(at).copied().flatten());
         stated.or(follows.get(k).copied().flatten())
     };
     let values = columns.iter().enumerate().map(value).collect();
     // a setting of the schedule has its label there
-    let same = |candidate: &&Reading| candidate.joints == own.joints;
-    let position = match (&label, base.filter(|base| base.joints == own.joints)) {
+    let same = |candidate: &&Reading| candidate.joints == row.joints;
+    let position = match (&label, base.filter(|base| base.joints == row.joints)) {
         (Some(label), _) => label.clone(),
         (None, Some(base)) => base.position.clone(),
-        (None, None) => guide.candidates().iter().find(same).map_or(String::new(), |own| own.position.clone()),
+        (None, None) => guide.candidates().iter().find(same).map_or(String::new(), |c| c.position.clone()),
     };
-    Ok(Reading { position, columns: values, ..own })
+    Ok(Reading { position, columns: values, ..row })
 }

@@ -123,7 +123,6 @@ pub(super) struct Arguments {
 }
 
 impl Arguments {
-    /// Where samples come from, if they do.
     fn stream(&self) -> Result<Option<Lines>> {
         #[cfg(feature = "serial")]
         if let Some(port) = &self.serial {
@@ -159,7 +158,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     };
     let guide = Guide::new(&campaign, &candidates, &catalogue.effects, settings).map_err(located)?;
     let digest = Input::new("", source.text.as_bytes()).sha256;
-    let path = arguments.journal.clone().unwrap_or_else(|| beside(&arguments.output));
+    let path = arguments.journal.clone().unwrap_or_else(|| journal_of(&arguments.output));
     // a source that cannot be had leaves no journal behind
     let stream = arguments.stream()?;
     let mut outputs = Outputs::plan([Some(arguments.output.as_path())])?;
@@ -183,7 +182,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     if !line.is_hidden() {
         line.set_draw_target(indicatif::ProgressDrawTarget::stderr_with_hz(50));
     }
-    let progress = Progress { line, told: None, line_of_advice: String::new() };
+    let progress = Progress { line, shown: None, line_of_advice: String::new() };
     let json = arguments.json.is_some();
     let mut session = Session { guide, journal, source, campaign, ever: Vec::new(), json, page, screen, progress };
     let ended = session.run(entries)?;
@@ -207,7 +206,7 @@ fn json(value: &impl serde::Serialize) -> Result<String> {
         .map_err(|error| Malformed::new(Fault::Value, format!("the advice cannot be written as JSON: {error}")))
 }
 
-fn beside(output: &Path) -> PathBuf {
+fn journal_of(output: &Path) -> PathBuf {
     let name = output.file_name().map_or("guided".into(), |name| name.to_string_lossy().into_owned());
     let stem = name.strip_suffix(".campaign.json").or(name.strip_suffix(".json")).unwrap_or(&name).to_string();
     output.with_file_name(format!("{stem}.journal.jsonl"))

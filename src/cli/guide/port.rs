@@ -12,14 +12,12 @@ const BAUD: u32 = 115_200;
 const PAUSE: Duration = Duration::from_millis(50);
 const AWAY: Duration = Duration::from_millis(200);
 
-/// A port, open or away.
 pub(super) struct Port {
     path: PathBuf,
     baud: u32,
     open: Option<SerialPort>,
 }
 
-/// What came from a port.
 pub(super) enum Came {
     Bytes(usize),
     Nothing,

@@ -3,7 +3,7 @@
 //! What is said and read follows from the rows alone, not from when they come: a record that is followed again gives the same readings.
 
 use super::lines;
-use super::table::{Beside, Due, Standstills, Table};
+use super::table::{Due, Standstills, State, Table};
 use crate::campaign::JointState;
 use crate::error::Result;
 use crate::guide::{Held, HeldMean, Holding};
@@ -21,7 +21,6 @@ const MORE: f64 = 1.0;
 /// Windows of a position that was read after which no more of it is kept: half a minute at the default window, a bound on memory alone, since a reading changes no more.
 const KEPT: f64 = 64.0;
 
-/// A stream of samples.
 pub(super) struct Samples {
     standstills: Standstills,
     table: Option<Table>,
@@ -47,8 +46,8 @@ pub(super) struct Samples {
 }
 
 /// Was this held for so long that it is worth a word that it was left?
-fn is_lasting(own: &Held) -> bool {
-    own.state == Holding::Held && own.held_s >= LEAST_S
+fn is_lasting(held: &Held) -> bool {
+    held.state == Holding::Held && held.held_s >= LEAST_S
 }
 
 /// Means of what was held, which take their time beside the samples that come.
@@ -72,7 +71,6 @@ enum At {
     Weighed(Option<Vec<(Mean, Vec<Ahead>)>>, f64),
 }
 
-/// What a look brings.
 pub(super) enum Step {
     Nothing,
     Said(Held),
@@ -105,26 +103,26 @@ impl Samples {
 
     /// The standard deviations of the still sensor that are known.
     pub fn still_sd(&self) -> &[f64] {
-        self.table.as_ref().map_or(&[], |own| own.hold.still_sd())
+        self.table.as_ref().map_or(&[], |table| table.hold.still_sd())
     }
 
     /// A row below these titles. `passed`: it was looked at before, and brings nothing.
     ///
     /// Errors: titles of no sensor, cells that are no numbers, times that do not increase.
-    pub fn row(&mut self, titles: &str, text: &str, passed: bool, beside: Beside) -> Result<Step> {
+    pub fn row(&mut self, titles: &str, text: &str, passed: bool, state: State) -> Result<Step> {
         let table = match &mut self.table {
-            Some(own) => own,
+            Some(table) => table,
             None => {
-                let mut own = Table::new(titles, text, &self.standstills, beside.campaign)?;
-                own.hold.set_still_sd(self.still_sd.clone());
-                self.table.insert(own)
+                let mut table = Table::new(titles, text, &self.standstills, state.campaign)?;
+                table.hold.set_still_sd(self.still_sd.clone());
+                self.table.insert(table)
             }
         };
         self.passing = passed;
         match table.row(text, passed)? {
             Due::Nothing => Ok(Step::Nothing),
-            Due::Glance => self.glance(beside),
-            due => self.look(beside, false, due == Due::Ended),
+            Due::Glance => self.glance(state),
+            due => self.look(state, false, due == Due::Ended),
         }
     }
 
@@ -140,7 +138,7 @@ impl Samples {
     #[cfg(feature = "serial")]
     pub fn interrupt(&mut self) -> Result<()> {
         self.finish()?;
-        self.table.iter_mut().for_each(|own| own.hold.interrupt());
+        self.table.iter_mut().for_each(|table| table.hold.interrupt());
         Ok(())
     }
 
@@ -161,7 +159,7 @@ impl Samples {
         self.weighing = None;
         if std::mem::take(&mut self.on) {
             self.next_s = 0.0;
-            self.table.iter_mut().for_each(|own| own.hold.restart());
+            self.table.iter_mut().for_each(|table| table.hold.restart());
         }
         self.named = Some((keys, false));
         None
@@ -169,14 +167,14 @@ impl Samples {
 
     /// Is anything held that is not read?
     pub fn holds(&self) -> bool {
-        self.open.is_none() && self.said.as_ref().is_some_and(|own| own.state == Holding::Held)
+        self.open.is_none() && self.said.as_ref().is_some_and(|held| held.state == Holding::Held)
     }
 
     /// A few more rows came: what is held is so for as much longer, until its means are due.
-    fn glance(&mut self, beside: Beside) -> Result<Step> {
-        let Some(hold) = self.table.as_ref().map(|own| &own.hold) else { return Ok(Step::Nothing) };
-        if self.weighing.as_ref().is_some_and(|own| hold.count() >= own.due) {
-            return self.look(beside, false, false);
+    fn glance(&mut self, state: State) -> Result<Step> {
+        let Some(hold) = self.table.as_ref().map(|table| &table.hold) else { return Ok(Step::Nothing) };
+        if self.weighing.as_ref().is_some_and(|weighing| hold.count() >= weighing.due) {
+            return self.look(state, false, false);
         }
         let Some((held, at)) = &self.held_now else { return Ok(Step::Nothing) };
         let by = hold.seconds(hold.count() - at);
@@ -187,21 +185,21 @@ impl Samples {
             ..held.clone()
         };
         let is_due = held.held_s >= self.due_s && self.weighing.is_none();
-        if is_due { self.look(beside, false, false) } else { Ok(Step::Said(held)) }
+        if is_due { self.look(state, false, false) } else { Ok(Step::Said(held)) }
     }
 
     /// What is held; `at_once`: it is read as it is; `ended`: with its label, too.
-    pub fn look(&mut self, beside: Beside, at_once: bool, ended: bool) -> Result<Step> {
+    pub fn look(&mut self, state: State, at_once: bool, ended: bool) -> Result<Step> {
         let Some(mut table) = self.table.take() else { return Ok(Step::Nothing) };
         let at_once = at_once || ended && table.label.is_some();
         let until_s = table.hold.now_s();
         self.held_now = None;
-        let step = self.looked(&mut table, beside, at_once, ended).map(|step| match step {
+        let step = self.looked(&mut table, state, at_once, ended).map(|step| match step {
             Step::Said(held) => Step::Said(Held { until_s, ..held }),
             other => other,
         });
         if let Ok(Step::Said(held)) = &step {
-            self.held_now = Some((held.clone(), table.hold.count())).filter(|(own, _)| own.state == Holding::Held);
+            self.held_now = Some((held.clone(), table.hold.count())).filter(|(h, _)| h.state == Holding::Held);
         }
         if table.label.is_some() && ended {
             table.hold.restart();
@@ -212,24 +210,24 @@ impl Samples {
         step
     }
 
-    fn looked(&mut self, table: &mut Table, beside: Beside, at_once: bool, ended: bool) -> Result<Step> {
+    fn looked(&mut self, table: &mut Table, state: State, at_once: bool, ended: bool) -> Result<Step> {
         if table.label.is_some() && table.run.is_empty() {
             table.hold.restart();
             return Ok(self.moves());
         }
         let count = table.hold.count();
-        let due = |own: &mut Weighing| at_once || ended || count >= own.due;
-        if let Some(own) = self.weighing.take_if(due).filter(|_| !at_once) {
-            let later_s = table.hold.seconds(count - own.from);
+        let due = |weighing: &mut Weighing| at_once || ended || count >= weighing.due;
+        if let Some(weighing) = self.weighing.take_if(due).filter(|_| !at_once) {
+            let later_s = table.hold.seconds(count - weighing.from);
             // a thread that was lost found nothing
-            let means = own.means.join().unwrap_or_default();
-            let step = self.weighed(table, beside, &own.standing, At::Weighed(means, later_s))?;
+            let means = weighing.means.join().unwrap_or_default();
+            let step = self.weighed(table, state, &weighing.standing, At::Weighed(means, later_s))?;
             if !ended || matches!(step, Step::Read(_)) {
                 return Ok(step);
             }
         }
         let standing = match table.hold.look() {
-            Look::Standing(own) => own,
+            Look::Standing(standing) => standing,
             Look::Open => return Ok(Step::Nothing),
             Look::Moving => return Ok(self.moves()),
         };
@@ -251,22 +249,22 @@ impl Samples {
             (_, true) => At::End,
             _ => At::Ease,
         };
-        self.weighed(table, beside, &Arc::from(standing), at)
+        self.weighed(table, state, &Arc::from(standing), at)
     }
 
     /// What is said of a position that is held, and whether it is read.
-    fn weighed(&mut self, table: &mut Table, beside: Beside, standing: &Arc<Standing>, at: At) -> Result<Step> {
-        let mut keys = self.named.as_ref().map_or(Named(Vec::new()), |(own, _)| own.clone());
+    fn weighed(&mut self, table: &mut Table, state: State, standing: &Arc<Standing>, at: At) -> Result<Step> {
+        let mut keys = self.named.as_ref().map_or(Named(Vec::new()), |(named, _)| named.clone());
         if table.label.is_some() {
             keys = Named(vec![("position".into(), Cell::Text(table.run.clone()))]);
         }
-        keys.0.extend(table.joints(beside, standing));
-        let again = beside.asked.zip(beside.last).is_some_and(|(asked, last)| asked.joints == last.joints);
-        let base = lines::base(&keys, beside.guide, beside.asked).or(beside.guide.candidates().first());
+        keys.0.extend(table.joints(state, standing));
+        let again = state.asked.zip(state.last).is_some_and(|(asked, last)| asked.joints == last.joints);
+        let base = lines::base(&keys, state.guide, state.asked).or(state.guide.candidates().first());
         let Some(base) = base else { return Ok(Step::Nothing) };
         let mut held = Held {
             position: base.position.clone(),
-            setting: crate::guide::setting(beside.campaign, &base.joints),
+            setting: crate::guide::setting(state.campaign, &base.joints),
             held_s: standing.seconds,
             ..Held::nothing(Holding::Held)
         };
@@ -274,10 +272,10 @@ impl Samples {
             if standing.seconds > KEPT * self.standstills.window {
                 table.hold.restart();
             }
-            if let Some(last) = beside.last.filter(|_| self.open.is_none()) {
+            if let Some(last) = state.last.filter(|_| self.open.is_none()) {
                 held.state = Holding::Read;
                 held.position = last.position.clone();
-                held.setting = crate::guide::setting(beside.campaign, &last.joints);
+                held.setting = crate::guide::setting(state.campaign, &last.joints);
                 return Ok(self.say(held));
             }
             return Ok(Step::Nothing);
@@ -297,16 +295,16 @@ impl Samples {
             At::End if is_due => (standing.means(table.sensors.len(), turn_s), false, 0.0),
             At::Ease | At::End => {
                 if is_due {
-                    let (own, channels) = (standing.clone(), table.sensors.len());
-                    let means = std::thread::spawn(move || own.means(channels, turn_s));
+                    let (stretch, channels) = (standing.clone(), table.sensors.len());
+                    let means = std::thread::spawn(move || stretch.means(channels, turn_s));
                     let from = table.hold.count();
                     let due = from + table.hold.half_window();
                     self.weighing = Some(Weighing { means, standing: standing.clone(), from, due });
                 }
                 // as it was foreseen
-                if let Some(own) = self.said.as_ref().filter(|own| own.state == Holding::Held && self.next_s > 0.0) {
-                    held.means = own.means.clone();
-                    held.wait_s = own.wait_s.map(|wait| (wait - (standing.seconds - own.held_s)).max(0.0));
+                if let Some(said) = self.said.as_ref().filter(|said| said.state == Holding::Held && self.next_s > 0.0) {
+                    held.means = said.means.clone();
+                    held.wait_s = said.wait_s.map(|wait| (wait - (standing.seconds - said.held_s)).max(0.0));
                 }
                 return Ok(self.say(held));
             }
@@ -314,14 +312,14 @@ impl Samples {
         held.held_s += later_s;
         let Some(means) = means else { return Ok(self.say(held)) };
         let mut wait = Some(0.0_f64);
-        let all_wanted = beside.guide.wanted_u(base)?;
+        let all_wanted = state.guide.wanted_u(base)?;
         for ((mean, ahead), sensor) in means.iter().zip(&table.sensors) {
-            let sensors = &beside.campaign.bench.sensors;
-            let Some((own, wanted)) = sensors.get(*sensor).zip(all_wanted.get(*sensor).copied()) else { continue };
+            let sensors = &state.campaign.bench.sensors;
+            let Some((s, wanted)) = sensors.get(*sensor).zip(all_wanted.get(*sensor).copied()) else { continue };
             let u = mean.uncertainty.u;
             let until = Ahead::until(standing.seconds, mean, ahead, wanted);
             wait = wait.zip(until).map(|(a, b)| a.max(b));
-            held.means.push(HeldMean { sensor: own.id.clone(), mean: mean.value, u, wanted, unit: own.unit.clone() });
+            held.means.push(HeldMean { sensor: s.id.clone(), mean: mean.value, u, wanted, unit: s.unit.clone() });
         }
         held.wait_s = wait.map(|wait| (wait - later_s).max(0.0));
         let more = MORE * standing.seconds;
@@ -330,7 +328,7 @@ impl Samples {
         if wait != Some(0.0) && !at_once {
             return Ok(self.say(held));
         }
-        let cells = table.cells(beside.campaign, standing, &means, keys);
+        let cells = table.cells(state.campaign, standing, &means, keys);
         let known = standing.still_sd();
         if !known.is_empty() {
             table.hold.set_still_sd(known);
@@ -341,17 +339,15 @@ impl Samples {
         Ok(Step::Read(cells))
     }
 
-    /// The bench moves.
     fn moves(&mut self) -> Step {
         (self.on, self.end) = (false, 0);
         let was = self.said.clone().filter(is_lasting);
         self.left();
         let state = if was.is_some() { Holding::Left } else { Holding::Moving };
-        let held = was.map_or_else(|| Held::nothing(state), |own| Held { state, ..own });
+        let held = was.map_or_else(|| Held::nothing(state), |was| Held { state, ..was });
         self.say(held)
     }
 
-    /// What was held is so no more.
     fn left(&mut self) {
         self.next_s = 0.0;
         self.weighing = None;
@@ -360,11 +356,11 @@ impl Samples {
 
     fn say(&mut self, held: Held) -> Step {
         // of what moves, or was left, nothing more is to be said
-        let quiet = |own: &Held| matches!(own.state, Holding::Moving | Holding::Left);
-        let told = self.said.as_ref().is_some_and(|own| {
-            own.state == held.state && held.state != Holding::Held || quiet(own) && held.state == Holding::Moving
+        let quiet = |h: &Held| matches!(h.state, Holding::Moving | Holding::Left);
+        let is_known = self.said.as_ref().is_some_and(|h| {
+            h.state == held.state && held.state != Holding::Held || quiet(h) && held.state == Holding::Moving
         });
-        match told {
+        match is_known {
             true => Step::Nothing,
             false => {
                 self.said = Some(held.clone());

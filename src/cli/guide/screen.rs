@@ -40,7 +40,6 @@ struct Shown {
     refused: Option<String>,
 }
 
-/// A terminal with the view on it.
 pub(super) struct Screen {
     terminal: Terminal<CrosstermBackend<Stdout>>,
     bench: Bench,
@@ -59,7 +58,7 @@ impl Screen {
 
     /// After a step or a line that was refused: `asked` is the position of the advice.
     pub fn step(&mut self, advice: &Advice, asked: Option<&Reading>, refused: Option<String>) -> Result<()> {
-        let joints = asked.map_or_else(Vec::new, |own| own.joints.clone());
+        let joints = asked.map_or_else(Vec::new, |reading| reading.joints.clone());
         self.shown = Shown { advice: Some(advice.clone()), joints, held: None, refused };
         // what was typed stands on the screen too; clearing by the terminal itself would ask it where its cursor is, which is answered on standard input
         self.terminal = fresh().map_err(fault)?;
@@ -89,7 +88,6 @@ impl Drop for Screen {
     }
 }
 
-/// A terminal with nothing on it.
 fn fresh() -> std::io::Result<Terminal<CrosstermBackend<Stdout>>> {
     let mut terminal = Terminal::new(CrosstermBackend::new(std::io::stdout()))?;
     terminal.backend_mut().clear_region(ClearType::All)?;
@@ -135,17 +133,17 @@ fn draw(frame: &mut Frame<'_>, bench: &Bench, shown: &Shown, lang: Language) {
     );
     let [left, right] =
         Layout::horizontal([Constraint::Percentage(46), Constraint::Percentage(54)]).spacing(2).areas(body);
-    let held = shown.held.as_ref().map_or(0, |own| 3 + rows(own.means.len()));
+    let held = shown.held.as_ref().map_or(0, |held| 3 + rows(held.means.len()));
     let [next, picture, holding] =
         Layout::vertical([Constraint::Length(4), Constraint::Min(6), Constraint::Length(held)]).areas(left);
-    let text = advice.next.as_ref().map_or_else(String::new, |own| view::next(own, lang));
+    let text = advice.next.as_ref().map_or_else(String::new, |next| view::next(next, lang));
     let set = Paragraph::new(text).style(Modifier::BOLD).wrap(Wrap { trim: true });
     frame.render_widget(set.block(titled(say!(lang, "guide-view-set"))), next);
     if advice.next.is_some() && !bench.chain.is_empty() {
         frame.render_widget(drawing(bench, &shown.joints), picture);
     }
-    if let Some(own) = &shown.held {
-        let text = Paragraph::new(view::held(own, lang)).wrap(Wrap { trim: true });
+    if let Some(held) = &shown.held {
+        let text = Paragraph::new(view::held(held, lang)).wrap(Wrap { trim: true });
         frame.render_widget(text.block(titled(say!(lang, "guide-view-held"))), holding);
     }
     let missing = missing(advice, lang);
@@ -155,7 +153,7 @@ fn draw(frame: &mut Frame<'_>, bench: &Bench, shown: &Shown, lang: Language) {
         Constraint::Length(1 + rows(missing.len())),
     ])
     .areas(right);
-    let each: Vec<Line<'_>> = advice.goals.iter().map(|own| goal(own, lang)).collect();
+    let each: Vec<Line<'_>> = advice.goals.iter().map(|progress| goal(progress, lang)).collect();
     frame.render_widget(Paragraph::new(each).block(titled(say!(lang, "guide-view-goals"))), goals);
     frame.render_widget(chart(&advice.residuals, lang), residuals);
     frame.render_widget(Paragraph::new(missing).block(titled(say!(lang, "guide-view-missing"))), effects);
@@ -171,13 +169,12 @@ fn sentences(advice: &Advice, refused: Option<&str>, lang: Language) -> Vec<Line
     let mut lines: Vec<Line<'static>> = Vec::new();
     // the first line of an error says what is wrong
     lines.extend(refused.and_then(|text| text.lines().next()).map(|text| Line::styled(text.to_string(), bad)));
-    if let Some(own) = &advice.newest {
-        let style = if own.agreement == Agreement::Disagrees { bad } else { Style::new() };
-        lines.extend(view::newest(own, lang).into_iter().map(|text| Line::styled(text, style)));
+    if let Some(newest) = &advice.newest {
+        let style = if newest.agreement == Agreement::Disagrees { bad } else { Style::new() };
+        lines.extend(view::newest(newest, lang).into_iter().map(|text| Line::styled(text, style)));
     }
-    lines.extend(
-        advice.mistake.iter().flat_map(|own| view::mistake(own, lang)).take(2).map(|text| Line::styled(text, bad)),
-    );
+    lines
+        .extend(advice.mistake.iter().flat_map(|m| view::mistake(m, lang)).take(2).map(|text| Line::styled(text, bad)));
     if let Some(ended) = advice.ended {
         let style = if ended == Ending::Reached { Style::new().fg(Color::Green) } else { bad };
         lines.push(Line::styled(view::ending(ended, advice, lang), style.add_modifier(Modifier::BOLD)));
@@ -185,17 +182,16 @@ fn sentences(advice: &Advice, refused: Option<&str>, lang: Language) -> Vec<Line
     lines
 }
 
-/// A bar that is full at 1.
 fn bar(share: f64, colour: Color) -> [Span<'static>; 2] {
     let full = crate::number::count((share.clamp(0.0, 1.0) * BAR as f64).round());
     [Span::styled("█".repeat(full), colour), Span::styled("░".repeat(BAR.saturating_sub(full)), Color::DarkGray)]
 }
 
 /// A goal: its bar is full where `u` is what is wanted.
-fn goal(own: &Progress, lang: Language) -> Line<'static> {
-    let share = own.u.filter(|u| *u > 0.0).map_or(0.0, |u| own.goal / u);
-    let colour = if own.met { Color::Green } else { Color::Yellow };
-    let text = Span::raw(format!(" {}", view::goal(own, lang).trim_start()));
+fn goal(progress: &Progress, lang: Language) -> Line<'static> {
+    let share = progress.u.filter(|u| *u > 0.0).map_or(0.0, |u| progress.goal / u);
+    let colour = if progress.met { Color::Green } else { Color::Yellow };
+    let text = Span::raw(format!(" {}", view::goal(progress, lang).trim_start()));
     Line::from_iter(bar(share, colour).into_iter().chain([text]))
 }
 
@@ -205,19 +201,19 @@ fn missing(advice: &Advice, lang: Language) -> Vec<Line<'static>> {
         let text = Span::raw(format!(" {probability:.3} {text}"));
         Line::from_iter(bar(probability, colour).into_iter().chain([text]))
     };
-    let named = advice.diagnosis.iter().flat_map(|own| &own.effects);
-    let named =
-        named.map(|own| row(own.probability, format!("{} {}", own.regressor, lang.name(&own.name)), Color::Red));
+    let named = advice.diagnosis.iter().flat_map(|diagnosis| &diagnosis.effects);
+    let named = named
+        .map(|effect| row(effect.probability, format!("{} {}", effect.regressor, lang.name(&effect.name)), Color::Red));
     let suspected = advice.suspected.iter();
     let suspected =
-        suspected.map(|own| row(own.probability, format!("{} {}", own.regressor, lang.name(&own.name)), Color::Yellow));
+        suspected.map(|e| row(e.probability, format!("{} {}", e.regressor, lang.name(&e.name)), Color::Yellow));
     let nothing = row(advice.nothing_missing_or_named, lang.term("nothing-missing"), Color::Green);
     [nothing].into_iter().chain(named).chain(suspected).take(ROWS).collect()
 }
 
 /// Residuals in standard deviations by reading, with a line at two of them on either side.
 fn chart(residuals: &[Residual], lang: Language) -> Canvas<'static, impl Fn(&mut Context<'_>) + use<>> {
-    let points: Vec<(f64, f64)> = residuals.iter().map(|own| (own.reading as f64, own.in_sd)).collect();
+    let points: Vec<(f64, f64)> = residuals.iter().map(|residual| (residual.reading as f64, residual.in_sd)).collect();
     let most = points.iter().fold(3.0_f64, |most, (_, y)| most.max(y.abs()));
     let last = points.iter().fold(2.0_f64, |last, (x, _)| last.max(*x));
     Canvas::default()
@@ -225,16 +221,16 @@ fn chart(residuals: &[Residual], lang: Language) -> Canvas<'static, impl Fn(&mut
         .marker(Marker::Braille)
         .x_bounds([0.0, last + 1.0])
         .y_bounds([-1.15 * most, 1.15 * most])
-        .paint(move |own| {
+        .paint(move |canvas| {
             for (y, colour) in [(0.0, Color::Gray), (2.0, Color::DarkGray), (-2.0, Color::DarkGray)] {
-                own.draw(&Stroke::new(0.0, y, last + 1.0, y, colour));
+                canvas.draw(&Stroke::new(0.0, y, last + 1.0, y, colour));
             }
-            own.layer();
-            own.print(0.0, 2.0, "+2");
-            own.print(0.0, -2.0, "-2");
+            canvas.layer();
+            canvas.print(0.0, 2.0, "+2");
+            canvas.print(0.0, -2.0, "-2");
             for (x, y) in &points {
                 let colour = if y.abs() > 2.0 { Color::Red } else { Color::Cyan };
-                own.print(*x, *y, Span::styled("●", colour));
+                canvas.print(*x, *y, Span::styled("●", colour));
             }
         })
 }
@@ -243,14 +239,14 @@ fn chart(residuals: &[Residual], lang: Language) -> Canvas<'static, impl Fn(&mut
 fn drawing(bench: &Bench, joints: &[JointState]) -> Canvas<'static, impl Fn(&mut Context<'_>) + use<>> {
     let scene = scene(bench, joints);
     Canvas::default().marker(Marker::Braille).x_bounds([-EDGE[0], EDGE[0]]).y_bounds([-EDGE[1], EDGE[1]]).paint(
-        move |own| {
+        move |canvas| {
             let at = |point: &Vector3<f64>| {
                 let seen = plot::seen(point);
                 (seen.x, seen.y)
             };
-            let stroke = |own: &mut Context<'_>, from: &Vector3<f64>, to: &Vector3<f64>, colour: Color| {
+            let stroke = |canvas: &mut Context<'_>, from: &Vector3<f64>, to: &Vector3<f64>, colour: Color| {
                 let ((x1, y1), (x2, y2)) = (at(from), at(to));
-                own.draw(&Stroke::new(x1, y1, x2, y2, colour));
+                canvas.draw(&Stroke::new(x1, y1, x2, y2, colour));
             };
             let middle = Vector3::zeros();
             let mut labels: Vec<(Vector3<f64>, String, Color)> = Vec::new();
@@ -260,33 +256,33 @@ fn drawing(bench: &Bench, joints: &[JointState]) -> Canvas<'static, impl Fn(&mut
                 let on = |angle: f64| (ring.zero * angle.cos() + second * angle.sin()) * radius;
                 let step = std::f64::consts::TAU / f64::from(PIECES);
                 let round: Vec<(f64, f64)> = (0..PIECES).map(|k| at(&on(f64::from(k) * step))).collect();
-                own.draw(&Points { coords: &round, color: Color::DarkGray });
+                canvas.draw(&Points { coords: &round, color: Color::DarkGray });
                 let angle = ring.angle_deg.to_radians();
                 // where it turns, a third of a turn in its sense
                 let sweep = if ring.rate_deg_s == 0.0 { 0.0 } else { ring.rate_deg_s.signum() * 8.0 * step };
                 let arc: Vec<(f64, f64)> = (0..=32).map(|k| at(&on(angle + sweep * f64::from(k) / 16.0))).collect();
                 let colour = if sweep == 0.0 { Color::Blue } else { Color::Red };
-                own.draw(&Points { coords: &arc, color: colour });
-                stroke(own, &(on(angle) * 0.8), &on(angle), colour);
+                canvas.draw(&Points { coords: &arc, color: colour });
+                stroke(canvas, &(on(angle) * 0.8), &on(angle), colour);
                 labels.push((ring.axis * (radius + 0.12), ring.label.clone(), Color::Reset));
             }
             for (name, direction) in &scene.inputs {
                 let end = scene.unit * direction * 0.62;
-                stroke(own, &middle, &end, Color::Magenta);
+                stroke(canvas, &middle, &end, Color::Magenta);
                 labels.push((end, name.clone(), Color::Magenta));
             }
             let side = Vector3::new(-1.2, 0.7, 0.0);
             let side = plot::unseen(&side);
-            stroke(own, &side, &(side - Vector3::z() * 0.42), Color::Green);
+            stroke(canvas, &side, &(side - Vector3::z() * 0.42), Color::Green);
             labels.push((side - Vector3::z() * 0.42, "g".into(), Color::Green));
             if let Some(direction) = scene.earth_rate {
-                stroke(own, &side, &(side + direction * 0.42), Color::Blue);
+                stroke(canvas, &side, &(side + direction * 0.42), Color::Blue);
                 labels.push((side + direction * 0.42, "\u{3a9}".into(), Color::Blue));
             }
-            own.layer();
+            canvas.layer();
             for (end, text, colour) in labels {
                 let (x, y) = at(&end);
-                own.print(x, y, Span::styled(text, colour));
+                canvas.print(x, y, Span::styled(text, colour));
             }
         },
     )

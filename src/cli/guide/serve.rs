@@ -17,7 +17,6 @@ const PAGE: &str = include_str!("../../../data/templates/guide.html");
 const HEAD: u64 = 16 << 10;
 /// How long a request may take to arrive, and how often a page hears that the guide is still there.
 const PATIENCE: Duration = Duration::from_secs(5);
-/// Connections at a time.
 const MOST: usize = 64;
 
 /// The events so far, and who is listening.
@@ -34,7 +33,7 @@ type Shared = Arc<(Mutex<Told>, Condvar)>;
 
 /// A page that is served while this lives.
 pub(super) struct Page {
-    told: Shared,
+    shared: Shared,
     /// Where it is.
     pub address: String,
 }
@@ -47,26 +46,26 @@ impl Page {
                 .expected("an address of this machine and a port that is free, or --serve without a port")
         };
         let listener = TcpListener::bind(SocketAddr::new(address, port)).map_err(fault)?;
-        let own = listener.local_addr().map_err(fault)?;
+        let local = listener.local_addr().map_err(fault)?;
         let token = token();
-        let told: Shared = Shared::default();
-        let page = Page { told: told.clone(), address: format!("http://{own}/{token}/") };
+        let shared: Shared = Shared::default();
+        let page = Page { shared: shared.clone(), address: format!("http://{local}/{token}/") };
         page.publish("bench", &drawn(bench).to_string());
         std::thread::spawn(move || {
             for stream in listener.incoming().flatten() {
-                let (told, token) = (told.clone(), token.clone());
+                let (shared, token) = (shared.clone(), token.clone());
                 {
-                    let mut own = told.0.lock().unwrap_or_else(PoisonError::into_inner);
-                    if own.connections >= MOST || own.ended {
+                    let mut state = shared.0.lock().unwrap_or_else(PoisonError::into_inner);
+                    if state.connections >= MOST || state.ended {
                         continue;
                     }
-                    own.connections += 1;
+                    state.connections += 1;
                 }
                 std::thread::spawn(move || {
                     // a page that was closed is no fault
-                    let _ = answer(stream, &token, &told);
-                    told.0.lock().unwrap_or_else(PoisonError::into_inner).connections -= 1;
-                    told.1.notify_all();
+                    let _ = answer(stream, &token, &shared);
+                    shared.0.lock().unwrap_or_else(PoisonError::into_inner).connections -= 1;
+                    shared.1.notify_all();
                 });
             }
         });
@@ -75,17 +74,17 @@ impl Page {
 
     /// What holds until the next one of its kind, or the next event.
     pub fn replace(&self, event: &str, data: &str) {
-        let mut told = self.told.0.lock().unwrap_or_else(PoisonError::into_inner);
-        told.latest = (format!("event: {event}\ndata: {data}\n\n"), told.latest.1 + 1);
-        self.told.1.notify_all();
+        let mut shared = self.shared.0.lock().unwrap_or_else(PoisonError::into_inner);
+        shared.latest = (format!("event: {event}\ndata: {data}\n\n"), shared.latest.1 + 1);
+        self.shared.1.notify_all();
     }
 
     /// One more event, for every page that is open or will be.
     pub fn publish(&self, event: &str, data: &str) {
-        let mut told = self.told.0.lock().unwrap_or_else(PoisonError::into_inner);
-        told.events.push(format!("event: {event}\ndata: {data}\n\n"));
-        told.latest.0.clear();
-        self.told.1.notify_all();
+        let mut shared = self.shared.0.lock().unwrap_or_else(PoisonError::into_inner);
+        shared.events.push(format!("event: {event}\ndata: {data}\n\n"));
+        shared.latest.0.clear();
+        self.shared.1.notify_all();
     }
 }
 
@@ -93,13 +92,13 @@ impl Drop for Page {
     /// Pages that are open hear the end.
     fn drop(&mut self) {
         self.publish("end", "{}");
-        let mut told = self.told.0.lock().unwrap_or_else(PoisonError::into_inner);
-        told.ended = true;
-        self.told.1.notify_all();
+        let mut shared = self.shared.0.lock().unwrap_or_else(PoisonError::into_inner);
+        shared.ended = true;
+        self.shared.1.notify_all();
         let until = Instant::now() + PATIENCE;
-        while told.connections > 0 && Instant::now() < until {
-            let waited = self.told.1.wait_timeout(told, Duration::from_millis(100));
-            told = waited.unwrap_or_else(PoisonError::into_inner).0;
+        while shared.connections > 0 && Instant::now() < until {
+            let waited = self.shared.1.wait_timeout(shared, Duration::from_millis(100));
+            shared = waited.unwrap_or_else(PoisonError::into_inner).0;
         }
     }
 }
@@ -117,9 +116,9 @@ fn drawn(bench: &Bench) -> serde_json::Value {
         Link::Joint { name, about, .. } => Some(json!({ "joint": name, "about": about.unit().as_slice() })),
         Link::Tilt { .. } => None,
     };
-    let sensor = |own: &crate::bench::Sensor| {
-        let axis = own.input().map(|axis| axis.as_slice().to_vec());
-        json!({ "id": own.id, "axis": axis })
+    let sensor = |sensor: &crate::bench::Sensor| {
+        let axis = sensor.input().map(|axis| axis.as_slice().to_vec());
+        json!({ "id": sensor.id, "axis": axis })
     };
     let rate = bench.earth_rate();
     json!({
@@ -130,7 +129,7 @@ fn drawn(bench: &Bench) -> serde_json::Value {
     })
 }
 
-fn answer(mut stream: TcpStream, token: &str, told: &Shared) -> std::io::Result<()> {
+fn answer(mut stream: TcpStream, token: &str, shared: &Shared) -> std::io::Result<()> {
     stream.set_read_timeout(Some(PATIENCE))?;
     stream.set_write_timeout(Some(PATIENCE))?;
     // an event is small, and does not wait for the answer to the one before
@@ -149,7 +148,7 @@ fn answer(mut stream: TcpStream, token: &str, told: &Shared) -> std::io::Result<
     }
     let mut words = first.split_whitespace();
     let (method, path) = (words.next().unwrap_or_default(), words.next().unwrap_or_default());
-    if origin.is_some_and(|own| own != format!("http://{host}")) {
+    if origin.is_some_and(|from| from != format!("http://{host}")) {
         return plain(&mut stream, "403 Forbidden", "another page may not ask");
     }
     if method != "GET" {
@@ -165,7 +164,7 @@ fn answer(mut stream: TcpStream, token: &str, told: &Shared) -> std::io::Result<
             let kind = format!("text/html; charset=utf-8\r\nContent-Security-Policy: {policy}");
             respond(&mut stream, "200 OK", &kind, &body)
         }
-        Some("/events") => events(stream, told),
+        Some("/events") => events(stream, shared),
         _ => plain(&mut stream, "404 Not Found", "nothing is here; the address with its token stands in the terminal"),
     }
 }
@@ -183,7 +182,7 @@ fn respond(stream: &mut TcpStream, status: &str, kind: &str, body: &str) -> std:
 }
 
 /// Every event from the first on, until the guide ends or the page is closed.
-fn events(mut stream: TcpStream, told: &Shared) -> std::io::Result<()> {
+fn events(mut stream: TcpStream, shared: &Shared) -> std::io::Result<()> {
     write!(
         stream,
         "HTTP/1.1 200 OK\r\nContent-Type: text/event-stream\r\nCache-Control: no-store\r\nX-Content-Type-Options: nosniff\r\nConnection: close\r\n\r\n"
@@ -191,13 +190,13 @@ fn events(mut stream: TcpStream, told: &Shared) -> std::io::Result<()> {
     let mut sent = (0, 0);
     loop {
         let (count, fresh, ended) = {
-            let own = told.0.lock().unwrap_or_else(PoisonError::into_inner);
-            let is_told = |own: &Told| (own.events.len(), own.latest.1) == sent;
-            let waited = told.1.wait_timeout_while(own, PATIENCE, |own| is_told(own) && !own.ended);
-            let own = waited.unwrap_or_else(PoisonError::into_inner).0;
-            let latest = (own.latest.1 > sent.1).then_some(&own.latest.0);
-            let fresh = own.events.iter().skip(sent.0).chain(latest).cloned().collect::<String>();
-            ((own.events.len(), own.latest.1), fresh, own.ended)
+            let state = shared.0.lock().unwrap_or_else(PoisonError::into_inner);
+            let is_told = |state: &Told| (state.events.len(), state.latest.1) == sent;
+            let waited = shared.1.wait_timeout_while(state, PATIENCE, |state| is_told(state) && !state.ended);
+            let state = waited.unwrap_or_else(PoisonError::into_inner).0;
+            let latest = (state.latest.1 > sent.1).then_some(&state.latest.0);
+            let fresh = state.events.iter().skip(sent.0).chain(latest).cloned().collect::<String>();
+            ((state.events.len(), state.latest.1), fresh, state.ended)
         };
         sent = count;
         // a comment where there is nothing new shows whether the page is still open

@@ -62,7 +62,7 @@ pub(super) struct Standstills {
 
 /// What samples are looked at with.
 #[derive(Clone, Copy)]
-pub(super) struct Beside<'a> {
+pub(super) struct State<'a> {
     pub campaign: &'a Campaign,
     pub guide: &'a Guide,
     pub asked: Option<&'a Reading>,
@@ -79,8 +79,8 @@ impl Table {
         let titled = wire::table_keys(&campaign.bench, &record)?;
         let mut chosen: Vec<(usize, String)> = Vec::new();
         let place =
-            |key: &str| titled.iter().position(|(own, _)| own == key).filter(|k| ![time, unused].contains(&Some(*k)));
-        let ids = || campaign.bench.sensors.iter().map(|own| own.id.as_str());
+            |key: &str| titled.iter().position(|(id, _)| id == key).filter(|k| ![time, unused].contains(&Some(*k)));
+        let ids = || campaign.bench.sensors.iter().map(|s| s.id.as_str());
         let sensors: Vec<usize> = ids().enumerate().filter(|(_, id)| place(id).is_some()).map(|(k, _)| k).collect();
         chosen.extend(ids().filter_map(|id| Some((place(id)?, id.to_string()))));
         if sensors.is_empty() {
@@ -104,10 +104,10 @@ impl Table {
         }
         let mut rows = record;
         rows.select(&wanted);
-        let units = |k: &usize| rows.columns().get(*k).and_then(|own| own.unit.clone()).unwrap_or_default();
+        let units = |k: &usize| rows.columns().get(*k).and_then(|column| column.unit.clone()).unwrap_or_default();
         let named = chosen.iter().map(|(k, key)| (key.clone(), units(k))).collect();
         let hold = Hold::new(named, observed, found_by.window, found_by.threshold, found_by.window);
-        let conversion = |(k, _): &(usize, String)| titled.get(*k).and_then(|(_, own)| *own);
+        let conversion = |(k, _): &(usize, String)| titled.get(*k).and_then(|(_, conversion)| *conversion);
         let turns =
             |(_, key): &(usize, String)| (joints.contains(key) && key.ends_with("_deg")).then(|| Unwrap::new(360.0));
         let due = time.map_or(clock.step(), |_| 0.0);
@@ -158,14 +158,14 @@ impl Table {
             }
         }
         for (k, column) in self.columns.iter_mut().enumerate() {
-            let own = self.block.columns.get(k).and_then(|own| own.first()).copied().unwrap_or(f64::NAN);
-            let own = self.conversions.get(k).copied().flatten().map_or(own, |conversion| conversion.apply(own));
+            let value = self.block.columns.get(k).and_then(|value| value.first()).copied().unwrap_or(f64::NAN);
+            let value = self.conversions.get(k).copied().flatten().map_or(value, |conversion| conversion.apply(value));
             match self.unwrap.get_mut(k) {
-                Some(Some(unwrap)) => column.extend(unwrap.turns(&[own])),
-                _ => column.push(own),
+                Some(Some(unwrap)) => column.extend(unwrap.turns(&[value])),
+                _ => column.push(value),
             }
         }
-        self.times.extend(self.time.and_then(|k| self.block.columns.get(k)).and_then(|own| own.first()));
+        self.times.extend(self.time.and_then(|k| self.block.columns.get(k)).and_then(|values| values.first()));
         if due == Due::Nothing && self.columns.first().map_or(0, Vec::len) >= self.due {
             self.flush(passed)?;
             due = match self.hold.is_due() {
@@ -179,7 +179,7 @@ impl Table {
 
     /// The label of the row that was read last.
     pub fn next_run(&self) -> String {
-        let number = self.label.and_then(|k| self.block.columns.get(k)).and_then(|own| own.first());
+        let number = self.label.and_then(|k| self.block.columns.get(k)).and_then(|values| values.first());
         let label = number.and_then(|number| self.rows.labels().get(crate::number::count(*number)));
         label.map_or(String::new(), |label| label.trim().to_string())
     }
@@ -199,7 +199,7 @@ impl Table {
                 if stretch.after_gap {
                     self.hold.interrupt();
                 }
-                let columns: Vec<&[f64]> = self.columns.iter().map(|own| own.part(stretch.rows.clone())).collect();
+                let columns: Vec<&[f64]> = self.columns.iter().map(|c| c.part(stretch.rows.clone())).collect();
                 self.hold.push(&columns, self.clock.times().part(stretch.rows.clone()), interval);
             }
         }
@@ -212,15 +212,15 @@ impl Table {
             Malformed::new(Fault::Value, "the times of the samples do not increase")
                 .expected("times that increase, or a sampling rate (--rate) instead of the column")
         };
-        let told = stretches.and_then(|_| if interval > 0.0 { Ok(()) } else { Err(no_step()) });
+        let checked = stretches.and_then(|_| if interval > 0.0 { Ok(()) } else { Err(no_step()) });
         let jump = self.jumped().filter(|_| !passed);
-        if told.is_err() {
+        if checked.is_err() {
             // the clock begins anew behind them
             (self.clock, self.due) = (self.fresh.clone(), LEARNT);
             self.hold.interrupt();
             self.jumps = 0;
         }
-        told.and(jump.map_or(Ok(()), Err))
+        checked.and(jump.map_or(Ok(()), Err))
     }
 
     /// The last jump of the clock that was not said yet: back, or forward by more than the window that finds standstills.
@@ -228,48 +228,48 @@ impl Table {
         let (jumps, ..) = self.clock.jumps();
         let new = jumps.get(self.jumps..).unwrap_or_default();
         self.jumps = jumps.len();
-        let own = new.iter().rev().find(|jump| match jump.kind {
+        let jump = new.iter().rev().find(|jump| match jump.kind {
             JumpKind::Back => true,
             JumpKind::Gap => jump.step > self.window_s,
             JumpKind::Short => false,
         })?;
-        let what = if own.kind == JumpKind::Back { "goes back" } else { "jumps forward" };
-        let then = match own.kind {
+        let what = if jump.kind == JumpKind::Back { "goes back" } else { "jumps forward" };
+        let then = match jump.kind {
             JumpKind::Back => "times that increase; they go on by one sampling interval",
             _ => "times without a gap; samples are missing, or the clock was set: what is held begins anew",
         };
         Some(
             Malformed::new(Fault::Value, format!("the clock of the samples {what}"))
                 .expected(then)
-                .found(format!("a step of {:.3} s", own.step)),
+                .found(format!("a step of {:.3} s", jump.step)),
         )
     }
 
     /// How the joints stand, where columns say it. The angle of a joint that turns says nothing here.
-    pub fn joints(&self, beside: Beside, standing: &Standing) -> Vec<(String, Cell)> {
-        let value = |key: String| self.keys.iter().position(|own| *own == key).and_then(|k| standing.value(k));
+    pub fn joints(&self, state: State, standing: &Standing) -> Vec<(String, Cell)> {
+        let value = |key: String| self.keys.iter().position(|k| *k == key).and_then(|k| standing.value(k));
         let joint = |(j, name): (usize, &str)| {
             let (turns, rate) = (value(format!("{name}_deg")), value(format!("{name}_deg_s")));
-            let states = beside.guide.candidates().iter().filter_map(|own| own.joints.get(j).copied());
+            let states = state.guide.candidates().iter().filter_map(|candidate| candidate.joints.get(j).copied());
             let found = match (turns, rate.map(rounded)) {
                 (_, Some(rate)) if rate != 0.0 => return Some((format!("{name}_deg_s"), Cell::Number(rate))),
                 (Some(turns), _) => rounded((360.0 * turns).rem_euclid(360.0)),
                 _ => return None,
             };
-            let turning = |own: JointState| own.rate_deg_s() != 0.0;
-            if rate.is_none() && beside.asked.and_then(|own| own.joints.get(j).copied()).is_some_and(turning) {
+            let turning = |state: JointState| state.rate_deg_s() != 0.0;
+            if rate.is_none() && state.asked.and_then(|reading| reading.joints.get(j).copied()).is_some_and(turning) {
                 return None;
             }
             // as the schedule writes the same angle
-            let apart = |own: f64| (own - found + 180.0).rem_euclid(360.0) - 180.0;
-            let alike = |own: JointState| match own {
+            let apart = |deg: f64| (deg - found + 180.0).rem_euclid(360.0) - 180.0;
+            let alike = |state: JointState| match state {
                 JointState::Held { angle_deg } if apart(angle_deg).abs() < DIGIT_DEG => Some(angle_deg),
                 _ => None,
             };
             let written = states.filter_map(alike).next().unwrap_or(found);
             Some((format!("{name}_deg"), Cell::Number(written)))
         };
-        beside.campaign.bench.joints().enumerate().filter_map(joint).collect()
+        state.campaign.bench.joints().enumerate().filter_map(joint).collect()
     }
 
     /// The reading of what is held.
@@ -288,11 +288,11 @@ impl Table {
             }
         }
         for (k, key) in self.keys.iter().enumerate().skip(means.len()) {
-            if campaign.readings.columns.contains(key) && !cells.iter().any(|(own, _)| own == key) {
+            if campaign.readings.columns.contains(key) && !cells.iter().any(|(present, _)| present == key) {
                 cells.extend(standing.value(k).map(|value| (key.clone(), Cell::Number(value))));
             }
         }
-        if campaign.readings.columns.iter().any(|own| own == "time_s") {
+        if campaign.readings.columns.iter().any(|name| name == "time_s") {
             cells.push(("time_s".into(), Cell::Number(rounded(standing.middle_s))));
         }
         Named(cells)

@@ -17,13 +17,13 @@ pub(super) fn setting(campaign: &Campaign, reading: &Reading) -> String {
 /// Everything that is said after a step, line by line.
 pub(super) fn text(advice: &Advice, lang: Language) -> String {
     let mut lines: Vec<String> = Vec::new();
-    lines.extend(advice.newest.iter().flat_map(|own| newest(own, lang)));
-    lines.extend(advice.mistake.iter().flat_map(|own| mistake(own, lang)));
-    lines.extend(advice.goals.iter().map(|own| goal(own, lang)));
-    if let Some(own) = &advice.diagnosis {
-        let verdict = lang.term(own.verdict.name());
+    lines.extend(advice.newest.iter().flat_map(|n| newest(n, lang)));
+    lines.extend(advice.mistake.iter().flat_map(|m| mistake(m, lang)));
+    lines.extend(advice.goals.iter().map(|progress| goal(progress, lang)));
+    if let Some(diagnosis) = &advice.diagnosis {
+        let verdict = lang.term(diagnosis.verdict.name());
         lines.push(say!(lang, "guide-diagnosis", verdict));
-        lines.extend(own.effects.iter().map(|effect| {
+        lines.extend(diagnosis.effects.iter().map(|effect| {
             let size = effect.value.zip(effect.u).map_or(String::new(), |(value, u)| {
                 let (value, u, comma) = (rounded(value, Some(u)), rounded(u, Some(u)), lang.clause());
                 format!("{comma}{value} {}{comma}u = {u}", effect.unit)
@@ -38,15 +38,14 @@ pub(super) fn text(advice: &Advice, lang: Language) -> String {
         lines.push(say!(lang, "guide-nothing-missing", probability, unseen = advice.unseen_effects.to_string()));
     }
     lines.extend(advice.unreachable.iter().map(|id| say!(lang, "guide-unreachable", id)));
-    lines.extend(advice.next.iter().map(|own| next(own, lang)));
-    lines.extend(advice.ended.map(|own| ending(own, advice, lang)));
+    lines.extend(advice.next.iter().map(|step| next(step, lang)));
+    lines.extend(advice.ended.map(|by| ending(by, advice, lang)));
     lines.iter().map(|line| format!("{line}\n")).collect()
 }
 
-/// How it ended.
-pub(super) fn ending(own: Ending, advice: &Advice, lang: Language) -> String {
+pub(super) fn ending(ending: Ending, advice: &Advice, lang: Language) -> String {
     let (readings, cost) = (advice.readings.to_string(), advice.cost.to_string());
-    match own {
+    match ending {
         Ending::Reached => say!(lang, "guide-reached", readings, cost),
         Ending::NothingToGain => say!(lang, "guide-nothing-to-gain", readings, cost),
         Ending::MostReadings => say!(lang, "guide-most-readings", readings, cost),
@@ -54,24 +53,24 @@ pub(super) fn ending(own: Ending, advice: &Advice, lang: Language) -> String {
 }
 
 /// What is said while a position is held.
-pub(super) fn held(own: &Held, lang: Language) -> String {
-    let place = position(&own.position, &own.setting, lang);
-    let seconds = format!("{:.1}", own.held_s);
-    let mean = |own: &crate::guide::HeldMean| {
-        let (u, wanted) = (rounded(own.u, Some(own.u)), trimmed(own.wanted));
-        say!(lang, "guide-held-mean", sensor = own.sensor, u, wanted, unit = own.unit).to_string()
+pub(super) fn held(held: &Held, lang: Language) -> String {
+    let place = position(&held.position, &held.setting, lang);
+    let seconds = format!("{:.1}", held.held_s);
+    let mean = |mean: &crate::guide::HeldMean| {
+        let (u, wanted) = (rounded(mean.u, Some(mean.u)), trimmed(mean.wanted));
+        say!(lang, "guide-held-mean", sensor = mean.sensor, u, wanted, unit = mean.unit).to_string()
     };
-    let means = own.means.iter().map(mean).collect::<String>();
-    let line = match (own.state, own.wait_s) {
+    let means = held.means.iter().map(mean).collect::<String>();
+    let line = match (held.state, held.wait_s) {
         (Holding::Moving, _) => say!(lang, "guide-moving").to_string(),
         (Holding::Held, Some(wait)) => {
             say!(lang, "guide-held-wait", place, seconds, means, wait = format!("{wait:.1}")).to_string()
         }
-        (Holding::Held, None) if own.means.is_empty() => say!(lang, "guide-held", place, seconds).to_string(),
+        (Holding::Held, None) if held.means.is_empty() => say!(lang, "guide-held", place, seconds).to_string(),
         (Holding::Held, None) => say!(lang, "guide-held-never", place, seconds, means).to_string(),
         (Holding::Read, _) => say!(lang, "guide-read", place).to_string(),
         (Holding::Left, _) => say!(lang, "guide-left", place, seconds, means).to_string(),
-        (Holding::Which, _) => say!(lang, "guide-which", candidates = own.candidates.join("\n  ")).to_string(),
+        (Holding::Which, _) => say!(lang, "guide-which", candidates = held.candidates.join("\n  ")).to_string(),
     };
     line + "\n"
 }
@@ -83,15 +82,15 @@ fn position(label: &str, setting: &str, lang: Language) -> String {
     }
 }
 
-pub(super) fn newest(own: &Newest, lang: Language) -> Vec<String> {
-    let (reading, sd) = (own.reading.to_string(), format!("{:.1}", tenths(own.deviation.unwrap_or(0.0))));
-    let place = position(&own.position, &own.setting, lang);
-    let said = match own.agreement {
+pub(super) fn newest(newest: &Newest, lang: Language) -> Vec<String> {
+    let (reading, sd) = (newest.reading.to_string(), format!("{:.1}", tenths(newest.deviation.unwrap_or(0.0))));
+    let place = position(&newest.position, &newest.setting, lang);
+    let said = match newest.agreement {
         Agreement::NotPredicted => say!(lang, "guide-not-predicted", reading, place),
         Agreement::Agrees => say!(lang, "guide-agrees", reading, place, sd),
         Agreement::Disagrees => say!(lang, "guide-disagrees", reading, place, sd),
     };
-    [said].into_iter().chain(own.remarks.iter().map(|remark| format!("  {}", remark.say(lang)))).collect()
+    [said].into_iter().chain(newest.remarks.iter().map(|remark| format!("  {}", remark.say(lang)))).collect()
 }
 
 /// To tenths, without a zero that is negative.
@@ -99,8 +98,8 @@ fn tenths(value: f64) -> f64 {
     (10.0 * value).round() / 10.0 + 0.0
 }
 
-pub(super) fn mistake(own: &Mistake, lang: Language) -> Vec<String> {
-    let first = match (own.named, own.at) {
+pub(super) fn mistake(mistake: &Mistake, lang: Language) -> Vec<String> {
+    let first = match (mistake.named, mistake.at) {
         (Some(named), at) => {
             let at = at.map_or(String::new(), |at| format!("{}{} {at}", lang.clause(), say!(lang, "reading")));
             say!(lang, "guide-likely", kind = format!("{}{at}", lang.term(named.name())))
@@ -108,20 +107,20 @@ pub(super) fn mistake(own: &Mistake, lang: Language) -> Vec<String> {
         _ => say!(lang, "guide-not-told").to_string(),
     };
     // what is to be done about it
-    let undo = match own.culprit() {
+    let undo = match mistake.culprit() {
         Some((reading, probability)) => {
             say!(lang, "guide-undo", reading = reading.to_string(), probability = format!("{probability:.3}"))
         }
         None => say!(lang, "guide-undo-any").to_string(),
     };
-    let one = |own: &Explanation| {
-        let what = lang.name(&own.what).to_string();
-        let (probability, reading) = (format!("{:.3}", own.probability), own.reading.to_string());
-        say!(lang, "guide-explanation", probability, kind = lang.term(own.kind.name()), reading, what)
+    let one = |explanation: &Explanation| {
+        let what = lang.name(&explanation.what).to_string();
+        let (probability, reading) = (format!("{:.3}", explanation.probability), explanation.reading.to_string());
+        say!(lang, "guide-explanation", probability, kind = lang.term(explanation.kind.name()), reading, what)
     };
-    let more = own.explanations.len().saturating_sub(LISTED);
+    let more = mistake.explanations.len().saturating_sub(LISTED);
     let more = (more > 0).then(|| format!("    ... + {more}"));
-    [first, undo].into_iter().chain(own.explanations.iter().take(LISTED).map(one)).chain(more).collect()
+    [first, undo].into_iter().chain(mistake.explanations.iter().take(LISTED).map(one)).chain(more).collect()
 }
 
 /// The factor to the unit in which a value is shown, and that.
@@ -129,26 +128,26 @@ pub(super) fn shown_in(unit: &str) -> (f64, &str) {
     if unit == "rad" { (ARCSEC, "arcsec") } else { (1.0, unit) }
 }
 
-pub(super) fn goal(own: &Progress, lang: Language) -> String {
-    let (scale, unit) = shown_in(&own.unit);
-    let (id, goal) = (&own.id, trimmed(own.goal * scale));
-    match own.value.zip(own.u) {
+pub(super) fn goal(progress: &Progress, lang: Language) -> String {
+    let (scale, unit) = shown_in(&progress.unit);
+    let (id, goal) = (&progress.id, trimmed(progress.goal * scale));
+    match progress.value.zip(progress.u) {
         None => say!(lang, "guide-goal-open", id, goal, unit),
         Some((value, u)) => {
             let (value, u) = (value * scale, u * scale);
             let (value, u) = (rounded(value, Some(u)), rounded(u, Some(u)));
-            say!(lang, "guide-goal", id, value, u, goal, unit, met = own.met)
+            say!(lang, "guide-goal", id, value, u, goal, unit, met = progress.met)
         }
     }
 }
 
-pub(super) fn next(own: &Next, lang: Language) -> String {
-    let place = position(&own.position, &own.setting, lang);
-    match (own.why, own.information) {
+pub(super) fn next(next: &Next, lang: Language) -> String {
+    let place = position(&next.position, &next.setting, lang);
+    match (next.why, next.information) {
         (Why::Information, Some(nats)) => {
-            say!(lang, "guide-next", place, nats = format!("{nats:.2}"), cost = own.cost.to_string())
+            say!(lang, "guide-next", place, nats = format!("{nats:.2}"), cost = next.cost.to_string())
         }
-        (Why::Discriminates, _) => say!(lang, "guide-next-apart", place, between = own.between.join(" | ")),
+        (Why::Discriminates, _) => say!(lang, "guide-next-apart", place, between = next.between.join(" | ")),
         _ => say!(lang, "guide-next-again", place),
     }
 }

@@ -4,7 +4,6 @@ use crate::cli::{session, show_error};
 use crate::error::{Fault, Malformed, Result};
 use std::io::{BufRead, IsTerminal, Write};
 
-/// Who answers.
 pub(super) struct Answers {
     /// Is somebody there to be asked?
     pub(super) asks: bool,
@@ -130,7 +129,6 @@ impl Quantity {
     }
 }
 
-/// A number and what follows it.
 fn number(text: &str) -> Result<(f64, String)> {
     let text = text.trim();
     let ends = text.char_indices().map(|(at, c)| at + c.len_utf8()).rev();

@@ -2,7 +2,7 @@
 
 use super::answers::Answers;
 use super::columns::{complete, proposed};
-use super::{Arguments, beside, free};
+use super::{Arguments, free, in_folder};
 use crate::bench::{self, Bench, Link};
 use crate::cli::files;
 use crate::error::{Fault, Malformed, Result};
@@ -36,11 +36,10 @@ pub(super) fn drawn(bench: &Bench) -> String {
 }
 
 fn built_in(id: &str) -> Option<Bench> {
-    let own = bench::built_in(id)?;
-    wire::read_bench(&Source { name: own.id.into(), text: own.text.into() }).ok()
+    let bench = bench::built_in(id)?;
+    wire::read_bench(&Source { name: bench.id.into(), text: bench.text.into() }).ok()
 }
 
-/// The bench of the campaign.
 pub(super) fn chosen(
     arguments: &Arguments,
     answers: &Answers,
@@ -52,7 +51,7 @@ pub(super) fn chosen(
         let keys: Vec<String> = proposed(bench, columns).into_iter().flatten().collect();
         complete(bench, &keys, &[], Path::new(""), columns).is_ok()
     };
-    let all: Vec<Bench> = bench::built_ins().iter().filter_map(|own| built_in(own.id)).collect();
+    let all: Vec<Bench> = bench::built_ins().iter().filter_map(|b| built_in(b.id)).collect();
     let (fitting, others): (Vec<&Bench>, Vec<&Bench>) = all.iter().partition(|bench| fits(bench));
     if answers.asks && arguments.bench.is_none() {
         let line = |bench: &&Bench| format!("{}\n    {}\n    {}\n", bench.id, bench.title, drawn(bench));
@@ -87,7 +86,7 @@ pub(super) fn chosen(
             Some(bench) => Ok((bench, of(name, false))),
             None if Path::new(name).exists() => {
                 let bench = wire::read_bench(&files::read(Path::new(name))?)?;
-                Ok((bench, of(&beside(folder, Path::new(name)), true)))
+                Ok((bench, of(&in_folder(folder, Path::new(name)), true)))
             }
             None => Err(Malformed::new(Fault::UnknownName, format!("there is no bench '{name}'"))
                 .expected("a built-in bench (tumble bench list), a bench file, or own")),
@@ -106,15 +105,15 @@ pub(super) fn in_units_of(
     folder: &Path,
 ) -> Result<Option<(Bench, Chosen)>> {
     let BenchRef::Named(id) = &chosen.reference else { return Ok(None) };
-    let Some(text) = bench::built_in(id).map(|own| own.text) else { return Ok(None) };
+    let Some(text) = bench::built_in(id).map(|b| b.text) else { return Ok(None) };
     let mut file: BenchFile = wire::parse(&Source { name: id.clone(), text: text.into() })?;
     let mut differs = false;
-    for ((_, sensor), own) in file.sensors.0.iter_mut().zip(&bench.sensors) {
-        let column = columns.iter().find(|(key, _)| *key == own.id).and_then(|(_, column)| column.unit.clone());
-        let units = column.as_deref().map(Unit::parse).zip(Some(Unit::parse(&own.unit)));
+    for ((_, sensor), given) in file.sensors.0.iter_mut().zip(&bench.sensors) {
+        let column = columns.iter().find(|(key, _)| *key == given.id).and_then(|(_, column)| column.unit.clone());
+        let units = column.as_deref().map(Unit::parse).zip(Some(Unit::parse(&given.unit)));
         if let (Some(unit), Some((Ok(theirs), Ok(its)))) = (column, units)
             && !unit.is_empty()
-            && !own.unit.is_empty()
+            && !given.unit.is_empty()
             && theirs.conversion(&its).is_none()
         {
             sensor.unit = unit;
@@ -132,7 +131,6 @@ pub(super) fn in_units_of(
     Ok(Some((bench, Chosen { reference, new: Some(file), path, is_theirs: false })))
 }
 
-/// A bench of one's own.
 fn own(arguments: &Arguments, answers: &Answers, columns: &[Column], stem: &str) -> Result<BenchFile> {
     let given: Vec<String> = arguments.chain.clone().into_iter().collect();
     if given.is_empty() && !answers.asks {
@@ -153,7 +151,7 @@ fn own(arguments: &Arguments, answers: &Answers, columns: &[Column], stem: &str)
                 .found(format!("'{text}'"))),
         }
     };
-    let links = |text: &str| text.split(',').map(|own| link(own.trim())).collect::<Result<Vec<_>>>();
+    let links = |text: &str| text.split(',').map(|part| link(part.trim())).collect::<Result<Vec<_>>>();
     let chain = answers.several(&given, question, links)?;
     let question =
         "sensors, as V [mV] = V0 + k*a_x (rates w_x, w_y, w_z and specific forces a_x, a_y, a_z in the last frame)";

@@ -45,8 +45,8 @@ pub(super) fn proposed(bench: &Bench, columns: &[Column]) -> Vec<Option<String>>
     let alike = |a: &str, b: &str| a.eq_ignore_ascii_case(b);
     let converts = |column: &Column, unit: &str| {
         Unit::parse(unit).is_ok_and(|wanted| {
-            let own = column.unit_for(&wanted).and_then(|own| Unit::parse(&own).ok());
-            own.is_some_and(|own| own.conversion(&wanted).is_some())
+            let unit = column.unit_for(&wanted).and_then(|unit| Unit::parse(&unit).ok());
+            unit.is_some_and(|unit| unit.conversion(&wanted).is_some())
         })
     };
     let state = |joint: &str, column: &Column| {
@@ -78,10 +78,10 @@ pub(super) fn proposed(bench: &Bench, columns: &[Column]) -> Vec<Option<String>>
     let wanted: Vec<(String, String)> = states.chain(sensors).chain(read).collect();
     for (key, unit) in wanted.iter().filter(|(_, unit)| !unit.is_empty()) {
         let open =
-            found.iter().zip(columns).enumerate().filter(|(_, (own, column))| own.is_none() && converts(column, unit));
+            found.iter().zip(columns).enumerate().filter(|(_, (key, column))| key.is_none() && converts(column, unit));
         let fits: Vec<usize> = open.map(|(k, _)| k).collect();
         let rivals = wanted.iter().filter(|(other, its)| other != key && its == unit).count();
-        if let ([k], 0, false) = (fits.as_slice(), rivals, found.iter().flatten().any(|own| own == key))
+        if let ([k], 0, false) = (fits.as_slice(), rivals, found.iter().flatten().any(|other| other == key))
             && let Some(place) = found.get_mut(*k)
         {
             *place = Some(key.clone());
@@ -89,9 +89,9 @@ pub(super) fn proposed(bench: &Bench, columns: &[Column]) -> Vec<Option<String>>
     }
     // what two columns could be is neither
     let all: Vec<String> = found.iter().flatten().cloned().collect();
-    for own in &mut found {
-        if own.as_ref().is_some_and(|key| all.iter().filter(|other| *other == key).count() > 1) {
-            *own = None;
+    for key_found in &mut found {
+        if key_found.as_ref().is_some_and(|key| all.iter().filter(|other| *other == key).count() > 1) {
+            *key_found = None;
         }
     }
     found
@@ -110,17 +110,17 @@ pub(super) fn mapped(bench: &Bench, columns: &[Column], given: &[String], answer
                 .expected(format!("one of {}", listed(columns)))
         })?;
         said.push(at);
-        found.iter_mut().filter(|own| own.as_deref() == Some(&key)).for_each(|own| *own = None);
-        found.get_mut(at).into_iter().for_each(|own| *own = Some(key.clone()));
+        found.iter_mut().filter(|slot| slot.as_deref() == Some(&key)).for_each(|slot| *slot = None);
+        found.get_mut(at).into_iter().for_each(|slot| *slot = Some(key.clone()));
     }
     let known = keys(bench).join(", ");
-    for (k, (column, own)) in columns.iter().zip(&mut found).enumerate() {
+    for (k, (column, slot)) in columns.iter().zip(&mut found).enumerate() {
         if answers.asks && !said.contains(&k) {
             let question = format!("column '{}' is one of {known}; empty: as proposed, -: none", column.title);
-            let said = answers.one(None, ("--columns", &question), Some(own.as_deref().unwrap_or("-")), |text| {
+            let said = answers.one(None, ("--columns", &question), Some(slot.as_deref().unwrap_or("-")), |text| {
                 Ok(Some(text.to_string()).filter(|text| text != "-"))
             })?;
-            *own = said;
+            *slot = said;
         }
     }
     let of = |(column, key): (&Column, &Option<String>)| Some((key.clone()?, column.title.clone()));
@@ -134,7 +134,6 @@ pub(super) fn mapped(bench: &Bench, columns: &[Column], given: &[String], answer
     Ok(Mapped { keys, renamed, used: found.iter().map(Option::is_some).collect() })
 }
 
-/// The positions of a record.
 pub(super) fn positions(given: &[String], answers: &Answers) -> Result<Vec<ReadingFile>> {
     let question = ("--position", "positions in the order taken, or one for all, as KEY=VALUE,KEY=VALUE");
     answers.several(given, question, |text| {
@@ -158,7 +157,7 @@ pub(super) fn complete(
     columns: &[Column],
 ) -> Result<()> {
     let has = |key: &str| {
-        keys.iter().any(|own| own == key)
+        keys.iter().any(|other| other == key)
             || (!positions.is_empty() && positions.iter().all(|row| row.get(key).is_some()))
     };
     let missing = |what: String, options: String| {

@@ -112,12 +112,12 @@ fn campaign(arguments: &Arguments, table: &Path, answers: &Answers) -> Result<Ou
     drop(record);
     super::show(&format!("{}: {}\n", table.display(), record::listed(&titles)))?;
 
-    let (mut bench, mut own) = benches::chosen(arguments, answers, &titles, &stem, &folder)?;
+    let (mut bench, mut chosen) = benches::chosen(arguments, answers, &titles, &stem, &folder)?;
     let map = columns::mapped(&bench, &titles, &arguments.columns, answers)?;
     let used = titles.iter().zip(&map.used).filter(|(_, used)| **used).map(|(column, _)| column);
     let keyed: Vec<(&str, &record::Column)> = map.keys.iter().map(String::as_str).zip(used).collect();
-    if let Some(changed) = benches::in_units_of(&bench, &own, &keyed, &stem, &folder)? {
-        (bench, own) = changed;
+    if let Some(changed) = benches::in_units_of(&bench, &chosen, &keyed, &stem, &folder)? {
+        (bench, chosen) = changed;
     }
     let by = samples.as_str();
     let unused: Vec<&str> = (titles.iter().zip(&map.used))
@@ -132,10 +132,10 @@ fn campaign(arguments: &Arguments, table: &Path, answers: &Answers) -> Result<Ou
     }
     let mut campaign: CampaignFile = serde_json::from_value(json!({ "bench": "", "readings": [] }))
         .map_err(|error| Malformed::new(Fault::Value, error.to_string()))?;
-    campaign.bench = own.reference;
-    campaign.site = benches::site(arguments, answers, &bench, own.is_theirs)?;
+    campaign.bench = chosen.reference;
+    campaign.site = benches::site(arguments, answers, &bench, chosen.is_theirs)?;
     campaign.columns = wire::Named(map.renamed);
-    let name = beside(&folder, table);
+    let name = in_folder(&folder, table);
     campaign.readings = match samples.as_str() {
         "" => {
             columns::complete(&bench, &map.keys, &[], table, &titles)?;
@@ -157,7 +157,7 @@ fn campaign(arguments: &Arguments, table: &Path, answers: &Answers) -> Result<Ou
     // what the bench has and the columns leave as parameters: nothing is asked for yet
     let read = |campaign: &CampaignFile| -> Result<(crate::campaign::Campaign, Option<fit::Fit>)> {
         let mut file = campaign.clone();
-        if let Some(bench) = &own.new {
+        if let Some(bench) = &chosen.new {
             file.bench = BenchRef::Inline(Box::new(bench.clone()));
         }
         let source = Source { name: to.display().to_string(), text: files::json(&file)? };
@@ -174,7 +174,7 @@ fn campaign(arguments: &Arguments, table: &Path, answers: &Answers) -> Result<Ou
         Ok((campaign, fitted))
     };
     let parameters: Vec<(String, String)> =
-        read(&campaign)?.0.parameters.into_iter().map(|own| (own.id, own.unit)).collect();
+        read(&campaign)?.0.parameters.into_iter().map(|parameter| (parameter.id, parameter.unit)).collect();
     let known = |given: &[String], ask: &str| -> Result<Vec<Quantity>> {
         answers.several(given, ("--known", ask), |text| Quantity::of(text, &parameters))
     };
@@ -184,20 +184,20 @@ fn campaign(arguments: &Arguments, table: &Path, answers: &Answers) -> Result<Ou
     let start = |text: &str| Quantity::of(text, &parameters);
     let mut starts = arguments.start.iter().map(|text| start(text)).collect::<Result<Vec<_>>>()?;
     let doubts = loop {
-        let estimated = parameters.iter().filter(|(id, _)| given.iter().all(|own| own.name != *id));
+        let estimated = parameters.iter().filter(|(id, _)| given.iter().all(|g| g.name != *id));
         campaign.estimate = wire::Named(
             estimated
                 .map(|(id, _)| {
-                    let start = starts.iter().rfind(|own| own.name == *id);
-                    let unit = start.and_then(|own| own.unit.clone());
-                    (id.clone(), Asked { start: start.map(|own| own.value), unit, ..Asked::default() })
+                    let start = starts.iter().rfind(|s| s.name == *id);
+                    let unit = start.and_then(|s| s.unit.clone());
+                    (id.clone(), Asked { start: start.map(|s| s.value), unit, ..Asked::default() })
                 })
                 .collect(),
         );
-        let stated = given.iter().filter(|own| !own.is_zero());
-        let named = stated.map(|own| {
-            let known = Given { value: own.value, unit: own.unit.clone(), u: own.u, ..Given::default() };
-            (own.name.clone(), KnownEntry::Known(known))
+        let stated = given.iter().filter(|g| !g.is_zero());
+        let named = stated.map(|g| {
+            let known = Given { value: g.value, unit: g.unit.clone(), u: g.u, ..Given::default() };
+            (g.name.clone(), KnownEntry::Known(known))
         });
         campaign.known = wire::Named(named.collect());
         let fitted = match read(&campaign) {
@@ -227,7 +227,7 @@ fn campaign(arguments: &Arguments, table: &Path, answers: &Answers) -> Result<Ou
         }
         given.extend(more);
     };
-    let told = |given: &Option<String>, option: &str, question: &str, fits: fn(&str) -> bool| {
+    let answer = |given: &Option<String>, option: &str, question: &str, fits: fn(&str) -> bool| {
         let question = format!("{question}, which a certificate needs; empty: none");
         answers.one(given.as_deref(), (option, &question), Some(""), |text| match text.is_empty() || fits(text) {
             true => Ok(Some(text.to_string()).filter(|text| !text.is_empty())),
@@ -236,16 +236,16 @@ fn campaign(arguments: &Arguments, table: &Path, answers: &Answers) -> Result<Ou
             }
         })
     };
-    let serial = told(&arguments.serial, "--serial", "serial number of the unit", |_| true)?;
+    let serial = answer(&arguments.serial, "--serial", "serial number of the unit", |_| true)?;
     campaign.unit = serial.map(|serial| UnitUnderTest { serial: Some(serial), ..UnitUnderTest::default() });
-    campaign.date = told(&arguments.date, "--date", "day of the measurement, YYYY-MM-DD", |text| {
+    campaign.date = answer(&arguments.date, "--date", "day of the measurement, YYYY-MM-DD", |text| {
         crate::compare::calibrations::day_number(text).is_some()
     })?;
     let mut texts = vec![(to.clone(), headed("campaign", REMARK, &campaign)?)];
-    if let Some(bench) = &own.new {
-        texts.push((own.path.clone(), headed("bench", "see the notes", bench)?));
+    if let Some(bench) = &chosen.new {
+        texts.push((chosen.path.clone(), headed("bench", "see the notes", bench)?));
     }
-    let kinds = if own.new.is_some() { &["campaign", "bench"][..] } else { &["campaign"] };
+    let kinds = if chosen.new.is_some() { &["campaign", "bench"][..] } else { &["campaign"] };
     let names = write(texts, &to, kinds)?;
     super::show(&format!("wrote {names}\n{}: {}\n", to.display(), super::check::check(&to)?))?;
     for doubt in &doubts {
@@ -287,11 +287,10 @@ const REMARK: &str =
 /// A file as JSON with a reference to its schema, and a remark.
 fn headed(kind: &str, remark: &str, value: &impl serde::Serialize) -> Result<String> {
     let (text, remark) = (files::json(value)?, files::json(&remark)?);
-    let rest = text.strip_prefix("{\n").unwrap_or(&text);
-    Ok(format!("{{\n  \"$schema\": \"{kind}.schema.json\",\n  \"$comment\": {},\n{rest}", remark.trim_end()))
+    let body = text.strip_prefix("{\n").unwrap_or(&text);
+    Ok(format!("{{\n  \"$schema\": \"{kind}.schema.json\",\n  \"$comment\": {},\n{body}", remark.trim_end()))
 }
 
-/// Is a name free?
 fn free(path: &Path) -> Result<()> {
     match path.exists() {
         false => Ok(()),
@@ -301,7 +300,7 @@ fn free(path: &Path) -> Result<()> {
 }
 
 /// A path as a file in `folder` names it: its bare name if it is in this folder.
-fn beside(folder: &Path, path: &Path) -> String {
+fn in_folder(folder: &Path, path: &Path) -> String {
     let there = path.parent().map(Path::to_path_buf).unwrap_or_default();
     let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     if there == folder {

@@ -47,7 +47,6 @@ pub(super) struct Extra {
     pub size: Option<f64>,
 }
 
-/// The effects of --find and --beside.
 pub(super) fn extras(arguments: &Arguments, campaign: &Campaign) -> Result<Vec<Extra>> {
     let sensor = arguments.sensor.as_deref();
     let mut extras = Vec::new();
@@ -159,7 +158,6 @@ pub(super) fn criterion_name(criterion: &Criterion) -> String {
     }
 }
 
-/// `NAME=NUMBER`.
 pub(in crate::cli) fn named_number(text: &str, option: &str, example: &str) -> Result<(String, f64)> {
     let parts = text.split_once('=').map(|(name, value)| (name.trim(), value.trim().parse::<f64>()));
     match parts {

@@ -17,11 +17,11 @@ const NEAR: f64 = 1.04;
 pub(super) fn shown_from(foreseen: &Foresight, extras: &[Extra], power: f64) -> Vec<Option<f64>> {
     let at_power = foreseen.rule.size_for(power) / foreseen.rule.noncentrality;
     let one = |extra: &Extra| {
-        let own = |p: &&Prospect| {
+        let fits = |p: &&Prospect| {
             let sensor = p.effect.sensor.zip(extra.term.sensor);
-            p.effect.kind == extra.term.regressor && sensor.is_none_or(|(own, asked)| own == asked)
+            p.effect.kind == extra.term.regressor && sensor.is_none_or(|(sensor, asked)| sensor == asked)
         };
-        Some(foreseen.prospects.iter().find(own)?.minimal? * at_power)
+        Some(foreseen.prospects.iter().find(fits)?.minimal? * at_power)
     };
     extras.iter().filter(|extra| extra.size.is_some()).map(one).collect()
 }
@@ -39,31 +39,31 @@ pub(super) fn reach(
     // for each effect the largest u that was small enough, and the smallest that was not
     let mut bounds: Vec<(Option<f64>, Option<f64>)> = vec![(None, None); finds.len()];
     for _ in 0..ROUNDS {
-        let Some(needs) = needs(&found)?.filter(|_| found.reached) else { break };
+        let Some(needs) = needs(&found)?.filter(|_| found.goal.reached) else { break };
         let shares: Vec<f64> =
-            finds.iter().zip(&needs).map(|(own, from)| from.map_or(1.0, |from| own.size / from)).collect();
+            finds.iter().zip(&needs).map(|(find, from)| from.map_or(1.0, |from| find.size / from)).collect();
         if shares.iter().all(|share| *share * NEAR >= 1.0) {
             let price = match cheapest {
                 true => found.improvement.judgement.work.cost,
                 false => found.improvement.schedule.readings.rows.len() as f64,
             };
             if best.as_ref().is_none_or(|(least, ..)| price < *least) {
-                best = Some((price, found.clone(), finds.iter().map(|own| own.u).collect()));
+                best = Some((price, found.clone(), finds.iter().map(|find| find.u).collect()));
             }
         }
         let mut moved = false;
-        for ((own, share), (enough, not)) in finds.iter_mut().zip(&shares).zip(&mut bounds) {
+        for ((find, share), (enough, not)) in finds.iter_mut().zip(&shares).zip(&mut bounds) {
             let slot = if *share * NEAR >= 1.0 { &mut *enough } else { &mut *not };
-            *slot = Some(own.u);
+            *slot = Some(find.u);
             let next = match (*enough, *not) {
                 (Some(enough), Some(not)) if not > enough * NEAR => (enough * not).sqrt(),
-                (Some(_), Some(_)) => own.u,
-                _ if *share > NEAR || *share * NEAR < 1.0 => own.u * share,
-                _ => own.u,
+                (Some(_), Some(_)) => find.u,
+                _ if *share > NEAR || *share * NEAR < 1.0 => find.u * share,
+                _ => find.u,
             };
-            moved |= next != own.u;
-            own.u = next;
-            goals.iter_mut().filter(|goal| goal.id == own.coefficient).for_each(|goal| goal.u = next);
+            moved |= next != find.u;
+            find.u = next;
+            goals.iter_mut().filter(|goal| goal.id == find.coefficient).for_each(|goal| goal.u = next);
         }
         if !moved {
             break;
@@ -71,9 +71,9 @@ pub(super) fn reach(
         found = reach(goals)?;
     }
     let Some((_, best, u)) = best else { return Ok(found) };
-    for (own, u) in finds.iter_mut().zip(u) {
-        own.u = u;
-        goals.iter_mut().filter(|goal| goal.id == own.coefficient).for_each(|goal| goal.u = u);
+    for (find, u) in finds.iter_mut().zip(u) {
+        find.u = u;
+        goals.iter_mut().filter(|goal| goal.id == find.coefficient).for_each(|goal| goal.u = u);
     }
     Ok(best)
 }

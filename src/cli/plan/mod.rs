@@ -128,13 +128,13 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
     let criterion = criterion_name(&request.criterion);
     let better = match (&best, &reached, separated.as_ref().zip(separates.as_ref())) {
         (Some(improvement), ..) => Some(Better::Best(improvement, &criterion)),
-        (_, Some(reached), _) => Some(Better::Goal(reached, &goals)),
+        (_, Some(reached), _) => Some(Better::Goal(reached)),
         (_, _, Some((separated, effects))) => Some(Better::Apart(separated, effects)),
         _ => None,
     };
     let found = better.as_ref().map(|better| match better {
         Better::Best(improvement, _) => *improvement,
-        Better::Goal(reached, _) => &reached.improvement,
+        Better::Goal(reached) => &reached.improvement,
         Better::Apart(separated, _) => &separated.improvement,
     });
     let better_foresight = found.map(|improvement| foresee(&improvement.schedule)).transpose()?.flatten();
@@ -156,10 +156,10 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
             Some(improvement) => (improvement.schedule.readings.clone(), improvement.kept),
             None => {
                 // what is measured stays in front as it is
-                let (done, rest): (Vec<Reading>, Vec<Reading>) =
+                let (done, open): (Vec<Reading>, Vec<Reading>) =
                     given.rows.iter().cloned().partition(|row| !row.observations.is_empty());
-                let fixed = if rest.is_empty() { 0 } else { done.len() };
-                let rows = done.into_iter().chain(rest).collect();
+                let fixed = if open.is_empty() { 0 } else { done.len() };
+                let rows = done.into_iter().chain(open).collect();
                 let half = campaign.with_readings(Readings { rows, columns: given.columns.clone() });
                 let whole = campaign.with_readings(plan::planned(&half, &half.readings));
                 let run = plan::ordered(&whole, &noise, &costs, request.order, request.seed, fixed)?;
@@ -188,7 +188,7 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
         None => !judgement.not_estimable.is_empty() || judgement.lacking.is_some(),
     };
     let apart = separated.is_none_or(|s| s.after.iter().all(Option::is_some));
-    Ok(if defect || !apart || reached.is_some_and(|r| !r.reached) { Outcome::Rejected } else { Outcome::Done })
+    Ok(if defect || !apart || reached.is_some_and(|r| !r.goal.reached) { Outcome::Rejected } else { Outcome::Done })
 }
 
 /// A run sheet in the format that its name ends in.

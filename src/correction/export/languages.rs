@@ -3,7 +3,6 @@
 use super::Target;
 use crate::algebra::{self, Function};
 
-/// A programming language.
 pub(super) struct Language {
     pub(super) template: &'static str,
     pub(super) algebra: algebra::Language,

@@ -41,7 +41,6 @@ fn si(calibration: &Calibration, quantity: Quantity) -> f64 {
     }
 }
 
-/// A matrix under its name.
 fn block_of(name: &str, matrix: &DMatrix<f64>) -> String {
     let row = |row: usize| {
         let cells: Vec<String> = matrix.row(row).iter().map(|cell| number(*cell)).collect();
@@ -56,7 +55,7 @@ fn head(calibration: &Calibration, corrector: &Corrector, origin: &Origin, what:
     lines.extend(origin_lines(origin));
     lines.extend(calibration.lines.iter().map(|line| format!("{} ({}) = {}", line.sensor, line.unit, line.model)));
     let linearity = linearity(calibration, corrector);
-    for ((input, error), range) in calibration.solved().zip(&linearity.error).zip(&linearity.range) {
+    for ((input, error), range) in calibration.solved().zip(&linearity.linear_error).zip(&linearity.range) {
         if *error > 1e-12 * range {
             let unit = calibration.unit_of(input);
             lines.push(format!(
@@ -70,7 +69,6 @@ fn head(calibration: &Calibration, corrector: &Corrector, origin: &Origin, what:
     lines.iter().map(|line| format!("# {}\n", one_line(line).trim_end())).collect()
 }
 
-/// The sensors of a block, by axis.
 fn sensors(calibration: &Calibration, rows: &[usize; 3]) -> String {
     let names = rows.map(|row| calibration.lines.get(row).map_or("", |line| line.sensor.as_str()));
     one_line(&format!("# x, y, z: {}\n", names.join(", "))).trim_end().to_string() + "\n"

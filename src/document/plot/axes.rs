@@ -53,7 +53,7 @@ impl Frame {
     }
 
     /// The title of the upright axis, turned, at the left end.
-    pub(super) fn beside(self, area: &Area<'_>, title: impl Into<String>, colour: &RGBColor) -> Drawn {
+    pub(super) fn at_side(self, area: &Area<'_>, title: impl Into<String>, colour: &RGBColor) -> Drawn {
         let turned = style(SMALL, colour, HPos::Center, VPos::Top).transform(FontTransform::Rotate270);
         area.draw(&Text::new(title.into(), (8, (self.top + self.bottom) / 2), turned))?;
         Ok(())

@@ -2,10 +2,9 @@
 
 use super::axes::Frame;
 use super::{
-    Area, BLUE, Drawn, GREEN, HALF, INK, ORANGE, PURPLE, SKY, SMALL, SOFT, VERMILLION, scale, style, svg, text_width,
+    Area, BLUE, Drawn, GREEN, HALF, INK, ORANGE, PURPLE, SKY, SMALL, SOFT, VERMILLION, scale, style, text_width,
 };
 use crate::document::chart::{Control, Curve, Distribution, History};
-use crate::error::Result;
 use crate::language::{Language, say};
 use crate::number;
 use plotters::element::DashedPathElement;
@@ -16,11 +15,7 @@ use plotters::style::text_anchor::{HPos, VPos};
 const LEFT: i32 = 120;
 
 /// Curves on one axis; `what` and `unit` title it, `along` titles the axis of time.
-pub(super) fn curves(curves: &[Curve], what: &str, unit: &str, along: &str) -> Result<String> {
-    svg(HALF, 420, |area| draw_curves(area, curves, what, unit, along))
-}
-
-fn draw_curves(area: &Area<'_>, curves: &[Curve], what: &str, unit: &str, along: &str) -> Drawn {
+pub(super) fn curves(area: &Area<'_>, curves: &[Curve], [what, unit, along]: &[String; 3]) -> Drawn {
     let finite = || curves.iter().flat_map(|c| &c.points).filter(|(x, y)| x.is_finite() && y.is_finite());
     let exponent = scale::readable_exponent(finite().map(|(_, y)| *y));
     let at = |y: f64| scale::scaled(y, exponent);
@@ -52,16 +47,12 @@ fn draw_curves(area: &Area<'_>, curves: &[Curve], what: &str, unit: &str, along:
     for (path, colour) in dashed {
         area.draw(&DashedPathElement::new(path, 12, 8, colour.stroke_width(3)))?;
     }
-    frame.beside(area, scale::title(what, unit, exponent), &SOFT)?;
-    frame.below(area, along, 46, &SOFT)
+    frame.at_side(area, scale::title(what, unit, exponent), &SOFT)?;
+    frame.below(area, along.as_str(), 46, &SOFT)
 }
 
 /// A quantity over time.
-pub(super) fn history(history: &History, lang: Language) -> Result<String> {
-    svg(HALF, 380, |area| draw_history(area, history, lang))
-}
-
-fn draw_history(area: &Area<'_>, history: &History, lang: Language) -> Drawn {
+pub(super) fn history(area: &Area<'_>, history: &History, lang: Language) -> Drawn {
     let ends = || {
         let points = history.points.iter().flat_map(|(_, v, u)| [v - u, v + u]);
         let trend = history.trend.iter().flatten().map(|p| p.1);
@@ -92,19 +83,14 @@ fn draw_history(area: &Area<'_>, history: &History, lang: Language) -> Drawn {
         }
         area.draw(&Circle::new((px, y(*value)), 6, BLUE.filled()))?;
     }
-    frame.beside(area, scale::title(&history.label, &history.unit, exponent), &SOFT)?;
+    frame.at_side(area, scale::title(&history.label, &history.unit, exponent), &SOFT)?;
     frame.below(area, say!(lang, "year"), 46, &SOFT)
 }
 
-/// A control chart.
-pub(super) fn control(control: &Control) -> Result<String> {
-    svg(HALF, 380, |area| draw_control(area, control))
-}
-
-fn draw_control(area: &Area<'_>, own: &Control) -> Drawn {
+pub(super) fn control(area: &Area<'_>, chart: &Control) -> Drawn {
     let ends = || {
-        let lots = own.lots.iter().flat_map(|(_, mean, _)| [*mean]);
-        let bounds = own.lots.iter().flat_map(|(_, _, by)| [own.mean - by, own.mean + by]);
+        let lots = chart.lots.iter().flat_map(|(_, mean, _)| [*mean]);
+        let bounds = chart.lots.iter().flat_map(|(_, _, by)| [chart.mean - by, chart.mean + by]);
         lots.chain(bounds).filter(|v| v.is_finite())
     };
     let exponent = scale::readable_exponent(ends());
@@ -112,28 +98,28 @@ fn draw_control(area: &Area<'_>, own: &Control) -> Drawn {
     let (low, high) = scale::range(ends().map(at), 0.08);
     let frame = Frame { left: LEFT, right: HALF as i32 - 20, top: 20, bottom: 320 };
     let Frame { left, right, top, bottom } = frame;
-    let step = f64::from(right - left) / own.lots.len().max(1) as f64;
+    let step = f64::from(right - left) / chart.lots.len().max(1) as f64;
     let x = |k: f64| left + number::whole(((k + 0.5) * step).round());
     let level = frame.y((low, high));
     let y = |v: f64| level(at(v));
     frame.level(area, scale::ticks(low, high, 5), level)?;
-    area.draw(&PathElement::new([(left, y(own.mean)), (right, y(own.mean))], SOFT.stroke_width(2)))?;
+    area.draw(&PathElement::new([(left, y(chart.mean)), (right, y(chart.mean))], SOFT.stroke_width(2)))?;
     for side in [-1.0, 1.0] {
-        let line: Vec<(i32, i32)> = own
+        let line: Vec<(i32, i32)> = chart
             .lots
             .iter()
             .enumerate()
             .filter(|(_, (_, _, by))| by.is_finite())
-            .flat_map(|(k, (_, _, by))| [k as f64 - 0.5, k as f64 + 0.5].map(|k| (x(k), y(own.mean + side * by))))
+            .flat_map(|(k, (_, _, by))| [k as f64 - 0.5, k as f64 + 0.5].map(|k| (x(k), y(chart.mean + side * by))))
             .collect();
         area.draw(&DashedPathElement::new(line, 12, 8, VERMILLION.stroke_width(2)))?;
     }
     let points: Vec<(i32, i32)> =
-        own.lots.iter().enumerate().map(|(k, (_, mean, _))| (x(k as f64), y(*mean))).collect();
+        chart.lots.iter().enumerate().map(|(k, (_, mean, _))| (x(k as f64), y(*mean))).collect();
     area.draw(&PathElement::new(points.clone(), BLUE.stroke_width(1)))?;
-    let radius = if own.lots.len() > 60 { 3 } else { 6 };
-    for (place, (_, mean, by)) in points.iter().zip(&own.lots) {
-        let inside = (mean - own.mean).abs() <= *by || !by.is_finite();
+    let radius = if chart.lots.len() > 60 { 3 } else { 6 };
+    for (place, (_, mean, by)) in points.iter().zip(&chart.lots) {
+        let inside = (mean - chart.mean).abs() <= *by || !by.is_finite();
         match inside {
             true => area.draw(&Circle::new(*place, radius, BLUE.filled()))?,
             // a mark that does not need colour
@@ -141,13 +127,13 @@ fn draw_control(area: &Area<'_>, own: &Control) -> Drawn {
         }
     }
     // as many names as there is room for
-    let longest = own.lots.iter().map(|(name, ..)| name.chars().count()).max().unwrap_or(1).max(3) as f64;
+    let longest = chart.lots.iter().map(|(name, ..)| name.chars().count()).max().unwrap_or(1).max(3) as f64;
     let every = number::count(((longest + 1.5) * 15.0 / step).ceil().max(1.0));
-    for (k, (name, ..)) in own.lots.iter().enumerate().step_by(every) {
+    for (k, (name, ..)) in chart.lots.iter().enumerate().step_by(every) {
         let place = (x(k as f64), bottom + 10);
         area.draw(&Text::new(name.clone(), place, style(SMALL, &SOFT, HPos::Center, VPos::Top)))?;
     }
-    let title = scale::title(&own.label, &own.unit, exponent);
+    let title = scale::title(&chart.label, &chart.unit, exponent);
     area.draw(&Text::new(title, (left + 6, top - 16), style(SMALL, &INK, HPos::Left, VPos::Top)))?;
     Ok(())
 }
@@ -155,20 +141,15 @@ fn draw_control(area: &Area<'_>, own: &Control) -> Drawn {
 /// Values farther than so many interquartile ranges from the quartiles are counted in the last bars.
 const FAR: f64 = 3.0;
 
-/// A histogram.
-pub(super) fn distribution(distribution: &Distribution, lang: Language) -> Result<String> {
-    svg(HALF, 400, |area| draw_distribution(area, distribution, lang))
-}
-
-fn draw_distribution(area: &Area<'_>, own: &Distribution, lang: Language) -> Drawn {
-    let mut sorted: Vec<f64> = own.values.iter().copied().filter(|x| x.is_finite()).collect();
+pub(super) fn distribution(area: &Area<'_>, chart: &Distribution, lang: Language) -> Drawn {
+    let mut sorted: Vec<f64> = chart.values.iter().copied().filter(|x| x.is_finite()).collect();
     sorted.sort_unstable_by(f64::total_cmp);
     let at = |share: f64| sorted.get(number::count((share * (sorted.len().max(1) - 1) as f64).round())).copied();
     let (Some(least), Some(most), Some(q1), Some(q3)) = (at(0.0), at(1.0), at(0.25), at(0.75)) else { return Ok(()) };
     let reach = FAR * (q3 - q1).max(1e-12 * (least.abs() + most.abs()));
     let (mut low, mut high) = (least.max(q1 - reach), most.min(q3 + reach));
     // limits that are near are seen, far ones are told in the text
-    for limit in own.limits.iter().flatten().filter(|x| x.is_finite()) {
+    for limit in chart.limits.iter().flatten().filter(|x| x.is_finite()) {
         if *limit > low - reach && *limit < high + reach {
             (low, high) = (low.min(*limit), high.max(*limit));
         }
@@ -182,7 +163,7 @@ fn draw_distribution(area: &Area<'_>, own: &Distribution, lang: Language) -> Dra
     }
     let width = (high - low) / bins as f64;
     let curve = |x: f64| {
-        let [mean, sd] = own.alone?;
+        let [mean, sd] = chart.alone?;
         let z = (x - mean) / sd;
         Some(sorted.len() as f64 * width / sd / std::f64::consts::TAU.sqrt() * (-0.5 * z * z).exp())
             .filter(|y| y.is_finite())
@@ -214,11 +195,11 @@ fn draw_distribution(area: &Area<'_>, own: &Distribution, lang: Language) -> Dra
     }
     let [first, last] = [low, high].map(|end| scale::scaled(end, exponent));
     frame.axis(area, scale::ticks(first, last, 4), frame.x((first, last)))?;
-    for limit in own.limits.iter().flatten().filter(|v| v.is_finite() && **v >= low && **v <= high) {
+    for limit in chart.limits.iter().flatten().filter(|v| v.is_finite() && **v >= low && **v <= high) {
         let line = vec![(x(*limit), top), (x(*limit), bottom)];
         area.draw(&DashedPathElement::new(line, 12, 8, VERMILLION.stroke_width(3)))?;
     }
     let small = style(SMALL, &SOFT, HPos::Left, VPos::Top);
     area.draw(&Text::new(say!(lang, "devices"), (left + 6, top), small))?;
-    frame.below(area, scale::title(&own.label, &own.unit, exponent), 46, &INK)
+    frame.below(area, scale::title(&chart.label, &chart.unit, exponent), 46, &INK)
 }

@@ -77,30 +77,12 @@ fn draw_correlation(
 }
 
 /// Candidates as dots, the given schedule as squares, the better one as discs with the number of readings beside them.
-pub(super) fn positions(
-    candidates: &[Spot],
-    given: &[Spot],
-    better: &[Spot],
-    axes: &[String; 2],
-    lang: Language,
-) -> Result<String> {
-    svg(HALF, HEIGHT as u32, |area| draw_positions(area, candidates, given, better, axes, lang))
-}
-
-const HEIGHT: i32 = 760;
-
-fn draw_positions(
-    area: &Area<'_>,
-    candidates: &[Spot],
-    given: &[Spot],
-    better: &[Spot],
-    axes: &[String; 2],
-    lang: Language,
-) -> Drawn {
-    let all = || candidates.iter().chain(given).chain(better);
+pub(super) fn positions(area: &Area<'_>, spots: &[Vec<Spot>; 3], axes: &[String; 2], lang: Language) -> Drawn {
+    let [candidates, given, better] = spots;
+    let all = || spots.iter().flatten();
     let (x_low, x_high) = scale::range(all().map(|s| s.x), 0.08);
     let (y_low, y_high) = scale::range(all().map(|s| s.y), 0.08);
-    let frame = Frame { left: 110, right: HALF as i32 - 24, top: 10, bottom: HEIGHT - 96 };
+    let frame = Frame { left: 110, right: HALF as i32 - 24, top: 10, bottom: 664 };
     let Frame { left, right, top, bottom } = frame;
     let x = frame.x((x_low, x_high));
     // from the bottom, as halves of a pixel are rounded there
@@ -142,28 +124,7 @@ fn draw_positions(
 }
 
 /// Deviations with their intervals, and the fitted line.
-pub(super) fn deviations(points: &[DeviationPoint], title: &str, lang: Language) -> Result<String> {
-    svg(WIDE, 730, |area| draw_deviations(area, points, title, lang))
-}
-
-/// Whole powers of ten that hold all values.
-fn decades(values: impl Iterator<Item = f64>) -> (i32, i32) {
-    let (mut low, mut high) = (i32::MAX, i32::MIN);
-    for value in values.filter(|v| v.is_finite() && *v > 1e-290) {
-        low = low.min(number::whole(value.log10().floor()));
-        high = high.max(number::whole((value.log10() - 1e-9).ceil()));
-    }
-    if low > high { (0, 1) } else { (low, high.max(low + 1)) }
-}
-
-fn power(exponent: i32) -> String {
-    match exponent {
-        -3..=4 => format!("{}", 10f64.powi(exponent)),
-        _ => format!("1e{exponent}"),
-    }
-}
-
-fn draw_deviations(area: &Area<'_>, points: &[DeviationPoint], title: &str, lang: Language) -> Drawn {
+pub(super) fn deviations(area: &Area<'_>, points: &[DeviationPoint], title: &str, lang: Language) -> Drawn {
     let frame = Frame { left: 190, right: WIDE as i32 - 30, top: 20, bottom: 640 };
     let Frame { left, right, top, bottom } = frame;
     let (first, last) = decades(points.iter().map(|p| p.tau));
@@ -198,8 +159,25 @@ fn draw_deviations(area: &Area<'_>, points: &[DeviationPoint], title: &str, lang
         }
         area.draw(&Circle::new((at, y(p.value)), 6, BLUE.filled()))?;
     }
-    frame.beside(area, title.replace(|c: char| c.is_control(), ""), &INK)?;
+    frame.at_side(area, title.replace(|c: char| c.is_control(), ""), &INK)?;
     frame.below(area, say!(lang, "averaging-time-s"), 52, &INK)
+}
+
+/// Whole powers of ten that hold all values.
+fn decades(values: impl Iterator<Item = f64>) -> (i32, i32) {
+    let (mut low, mut high) = (i32::MAX, i32::MIN);
+    for value in values.filter(|v| v.is_finite() && *v > 1e-290) {
+        low = low.min(number::whole(value.log10().floor()));
+        high = high.max(number::whole((value.log10() - 1e-9).ceil()));
+    }
+    if low > high { (0, 1) } else { (low, high.max(low + 1)) }
+}
+
+fn power(exponent: i32) -> String {
+    match exponent {
+        -3..=4 => format!("{}", 10f64.powi(exponent)),
+        _ => format!("1e{exponent}"),
+    }
 }
 
 const PANEL: i32 = 190;

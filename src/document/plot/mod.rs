@@ -41,7 +41,6 @@ const HALF: u32 = 900;
 const TEXT: i32 = 31;
 /// Room above a chart, for half of its highest label.
 const TOP: u32 = 16;
-/// Size of small text.
 const SMALL: i32 = 27;
 
 const INK: RGBColor = RGBColor(0x1b, 0x1f, 0x24);
@@ -72,25 +71,24 @@ pub fn draw(chart: &Chart, lang: Language) -> Result<String> {
     match chart {
         Chart::Values(rows, unit) => rows::values(rows, unit, lang),
         Chart::Bars(rows, what, unit, wide) => rows::bars(rows, (what, unit), if *wide { WIDE } else { HALF }, lang),
-        Chart::Residuals(rows, what, unit) => residuals::residuals(rows, what, unit, lang),
+        Chart::Residuals(rows, what, unit) => svg(WIDE, 430, |a| residuals::residuals(a, rows, what, unit, lang)),
         Chart::Normal(studentized) => residuals::normal(studentized, lang),
         Chart::Correlation(names, matrix) => maps::correlation(names, matrix),
         Chart::Gap(panels, factor) => residuals::gap(panels, factor, lang),
-        Chart::Curves(lines, [what, unit, along]) => lines::curves(lines, what, unit, along),
-        Chart::History(own) => lines::history(own, lang),
-        Chart::Control(own) => lines::control(own),
-        Chart::Distribution(own) => lines::distribution(own, lang),
-        Chart::Deviations(points, title) => maps::deviations(points, title, lang),
+        Chart::Curves(curves, titles) => svg(HALF, 420, |area| lines::curves(area, curves, titles)),
+        Chart::History(history) => svg(HALF, 380, |area| lines::history(area, history, lang)),
+        Chart::Control(control) => svg(HALF, 380, |area| lines::control(area, control)),
+        Chart::Distribution(own) => svg(HALF, 400, |area| lines::distribution(area, own, lang)),
+        Chart::Deviations(points, title) => svg(WIDE, 730, |area| maps::deviations(area, points, title, lang)),
         Chart::Record(own) => maps::record(own, lang),
-        Chart::Positions([candidates, given, better], axes) => maps::positions(candidates, given, better, axes, lang),
-        Chart::Scene(own) => scene::scene(own, lang),
+        Chart::Positions(spots, axes) => svg(HALF, 760, |area| maps::positions(area, spots, axes, lang)),
+        Chart::Scene(scene) => svg(HALF, scene::HEIGHT, |area| scene::scene(area, scene, lang)),
     }
 }
 
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 type Drawn = std::result::Result<(), Box<dyn std::error::Error>>;
 
-/// Draw on an empty canvas.
 fn svg(width: u32, height: u32, draw: impl FnOnce(&Area<'_>) -> Drawn) -> Result<String> {
     let mut text = String::new();
     let drawn = {

@@ -20,11 +20,7 @@ const LEFT: i32 = 150;
 const PLOT: i32 = 330;
 
 /// Residuals in order, each before its own band; `what` and `unit` title the axis.
-pub(super) fn residuals(rows: &[Residual], what: &str, unit: &str, lang: Language) -> Result<String> {
-    svg(WIDE, 430, |area| draw_residuals(area, rows, what, unit, lang))
-}
-
-fn draw_residuals(area: &Area<'_>, rows: &[Residual], what: &str, unit: &str, lang: Language) -> Drawn {
+pub(super) fn residuals(area: &Area<'_>, rows: &[Residual], what: &str, unit: &str, lang: Language) -> Drawn {
     let exponent = scale::exponent(rows.iter().flat_map(|r| [r.value, r.band.unwrap_or(0.0)]));
     let at = |v: f64| scale::scaled(v, exponent);
     let reach = rows.iter().flat_map(|r| [at(r.value).abs(), at(r.band.unwrap_or(0.0))]).fold(0.0, f64::max);
@@ -68,7 +64,7 @@ fn draw_residuals(area: &Area<'_>, rows: &[Residual], what: &str, unit: &str, la
             area.draw(&Circle::new(point, size, BLUE.filled()))?;
         }
     }
-    frame.beside(area, scale::title(what, unit, exponent), &SOFT)?;
+    frame.at_side(area, scale::title(what, unit, exponent), &SOFT)?;
     numbers(area, rows, &groups, &x, lang)
 }
 
@@ -307,5 +303,5 @@ fn draw_normal(area: &Area<'_>, points: &[Point], lang: Language) -> Drawn {
         area.draw(&Circle::new((x(point.z), y(point.value)), 6, BLUE.filled()))?;
     }
     frame.below(area, say!(lang, "normal-quantile"), 46, &SOFT)?;
-    frame.beside(area, say!(lang, "studentized-residual"), &SOFT)
+    frame.at_side(area, say!(lang, "studentized-residual"), &SOFT)
 }

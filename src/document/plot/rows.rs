@@ -11,7 +11,6 @@ use crate::number;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
-/// Height of a row.
 const ROW: i32 = 48;
 
 impl Interval {

@@ -1,17 +1,14 @@
 //! A bench as a drawing: each joint a ring about its axis, the unit as a box in the middle, gravity and the Earth rate beside it.
 
-use super::{
-    Area, BLUE, Drawn, GREEN, HALF, INK, RULE, SKY, SMALL, SOFT, TEXT, TINT, VERMILLION, style, svg, text_width,
-};
+use super::{Area, BLUE, Drawn, GREEN, HALF, INK, RULE, SKY, SMALL, SOFT, TEXT, TINT, VERMILLION, style, text_width};
 use crate::document::chart::{Ring, Scene};
-use crate::error::Result;
 use crate::language::{Language, say};
 use crate::number;
 use nalgebra::{Matrix3, Vector3};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
-const HEIGHT: i32 = 700;
+pub(super) const HEIGHT: u32 = 700;
 /// Middle of the bench, and pixels for a length of 1.
 const CENTRE: (f64, f64, f64) = (520.0, 345.0, 285.0);
 /// Half edges of the unit's box.
@@ -22,11 +19,6 @@ const EYE: [f64; 2] = [-30.0, 24.0];
 const GAP: i32 = 14;
 /// Points of a ring.
 const POINTS: i32 = 96;
-
-/// The drawing of a scene.
-pub(super) fn scene(scene: &Scene, lang: Language) -> Result<String> {
-    svg(HALF, HEIGHT as u32, |area| draw(area, scene, lang))
-}
 
 /// From the room (east, north, up) to the picture, and the depth.
 struct Eye(Matrix3<f64>);
@@ -62,7 +54,7 @@ pub(crate) fn unseen(point: &Vector3<f64>) -> Vector3<f64> {
     Eye::new().0.transpose() * point
 }
 
-fn draw(area: &Area<'_>, scene: &Scene, lang: Language) -> Drawn {
+pub(super) fn scene(area: &Area<'_>, scene: &Scene, lang: Language) -> Drawn {
     let eye = Eye::new();
     for (k, ring) in scene.rings.iter().enumerate() {
         draw_ring(area, &eye, ring, radius(k, scene.rings.len()))?;
@@ -190,7 +182,7 @@ fn label(area: &Area<'_>, eye: &Eye, [from, at]: [&Vector3<f64>; 2], text: &str,
     let wide = text_width(text, SMALL);
     let x = if left { (x - GAP).max(wide) } else { (x + GAP).min(HALF as i32 - wide) };
     let anchor = if left { HPos::Right } else { HPos::Left };
-    let place = (x, y.clamp(TEXT / 2, HEIGHT - TEXT / 2));
+    let place = (x, y.clamp(TEXT / 2, HEIGHT as i32 - TEXT / 2));
     area.draw(&Text::new(text.to_string(), place, style(SMALL, colour, anchor, VPos::Center)))?;
     Ok(())
 }

@@ -35,7 +35,6 @@ const NAME: usize = 31;
 const CELL: usize = 32_767;
 /// Characters of an alternative text, by the format.
 const ALT: usize = 255;
-/// The defined name with the digest.
 const MARK: &str = "tumble_digest";
 
 /// A document as the bytes of a workbook.
@@ -147,7 +146,6 @@ fn sheet_name(heading: &str, number: usize, taken: &[String]) -> String {
     }
 }
 
-/// A sheet in the making.
 struct Sheet<'a> {
     sheet: &'a mut Worksheet,
     name: String,

@@ -122,67 +122,67 @@ impl Panel {
                 vec![Panel::new(titles.clone(), vec![Series::new(&titles[1], Style::Marks, points), line])]
             }
             Specification::Gap(panels, _) => {
-                let panel = |own: &crate::document::chart::GapPanel| {
-                    let repaired = own.points.iter().any(|point| point.after.is_some());
+                let panel = |gaps: &crate::document::chart::GapPanel| {
+                    let repaired = gaps.points.iter().any(|point| point.after.is_some());
                     let first = if repaired { say!(lang, "before").to_string() } else { residual() };
                     let mut series =
-                        vec![Series::new(first, Style::Marks, counted(own.points.iter().map(|point| point.before)))];
+                        vec![Series::new(first, Style::Marks, counted(gaps.points.iter().map(|point| point.before)))];
                     if repaired {
-                        let after = own.points.iter().map(|point| point.after.unwrap_or(f64::NAN));
+                        let after = gaps.points.iter().map(|point| point.after.unwrap_or(f64::NAN));
                         series.push(Series::new(say!(lang, "after"), Style::Marks, counted(after)));
                     }
-                    Panel::new([readings(), with_unit(&own.title, &own.unit)], series)
+                    Panel::new([readings(), with_unit(&gaps.title, &gaps.unit)], series)
                 };
                 panels.iter().map(panel).collect()
             }
             Specification::Curves(curves, [what, unit, along]) => {
                 let style = |dashed: bool| if dashed { Style::Dashed } else { Style::Line };
-                let series = curves.iter().map(|own| Series::new(&own.label, style(own.dashed), own.points.clone()));
+                let series = curves.iter().map(|c| Series::new(&c.label, style(c.dashed), c.points.clone()));
                 vec![Panel::new([along.clone(), with_unit(what, unit)], series.collect())]
             }
-            Specification::History(own) => {
-                let points = own.points.clone();
-                let mut series = vec![Series { name: own.label.clone(), points, style: Style::Marks }];
-                let limits = own.limits.into_iter().flatten();
-                let ends: Vec<f64> = own.points.first().into_iter().chain(own.points.last()).map(|p| p.0).collect();
+            Specification::History(h) => {
+                let points = h.points.clone();
+                let mut series = vec![Series { name: h.label.clone(), points, style: Style::Marks }];
+                let limits = h.limits.into_iter().flatten();
+                let ends: Vec<f64> = h.points.first().into_iter().chain(h.points.last()).map(|p| p.0).collect();
                 for limit in limits.filter(|limit| limit.is_finite()) {
                     series.push(Series::new("", Style::Dashed, ends.iter().map(|year| (*year, limit))));
                 }
-                series.extend(own.trend.map(|trend| Series::new("", Style::Line, trend)));
-                vec![Panel::new([String::new(), with_unit(&own.label, &own.unit)], series)]
+                series.extend(h.trend.map(|trend| Series::new("", Style::Line, trend)));
+                vec![Panel::new([String::new(), with_unit(&h.label, &h.unit)], series)]
             }
-            Specification::Control(own) => {
-                let lots = || own.lots.iter();
-                let limit = |sign: f64| counted(lots().map(move |(_, _, distance)| own.mean + sign * distance));
+            Specification::Control(control) => {
+                let lots = || control.lots.iter();
+                let limit = |sign: f64| counted(lots().map(move |(_, _, distance)| control.mean + sign * distance));
                 let series = vec![
-                    Series::new(&own.label, Style::Marks, counted(lots().map(|(_, mean, _)| *mean))),
-                    Series::new("", Style::Line, counted(lots().map(|_| own.mean))),
+                    Series::new(&control.label, Style::Marks, counted(lots().map(|(_, mean, _)| *mean))),
+                    Series::new("", Style::Line, counted(lots().map(|_| control.mean))),
                     Series::new("", Style::Dashed, limit(1.0)),
                     Series::new("", Style::Dashed, limit(-1.0)),
                 ];
                 let names = lots().map(|(name, ..)| name.clone()).collect();
-                vec![Panel { names, ..Panel::new([String::new(), with_unit(&own.label, &own.unit)], series) }]
+                vec![Panel { names, ..Panel::new([String::new(), with_unit(&control.label, &control.unit)], series) }]
             }
-            Specification::Distribution(own) => {
+            Specification::Distribution(d) => {
                 // the share of the devices up to each value: the values themselves, without the choice of a bin
-                let mut sorted: Vec<f64> = own.values.iter().copied().filter(|value| value.is_finite()).collect();
+                let mut sorted: Vec<f64> = d.values.iter().copied().filter(|value| value.is_finite()).collect();
                 sorted.sort_by(f64::total_cmp);
                 let points = counted(sorted.iter().copied()).map(|(k, value)| (value, k)).collect::<Vec<_>>();
-                let titles = [with_unit(&own.label, &own.unit), say!(lang, "devices").to_string()];
-                vec![Panel::new(titles, vec![Series::new(&own.label, Style::Marks, points)])]
+                let titles = [with_unit(&d.label, &d.unit), say!(lang, "devices").to_string()];
+                vec![Panel::new(titles, vec![Series::new(&d.label, Style::Marks, points)])]
             }
             Specification::Deviations(points, title) => {
                 let value = Series::new(title, Style::Marks, points.iter().map(|point| (point.tau, point.value)));
                 let fitted = points.iter().filter_map(|point| Some((point.tau, point.fitted?)));
                 let mut series = vec![value, Series::new("", Style::Line, fitted)];
-                series.retain(|own| own.points.iter().all(|(x, y, _)| *x > 0.0 && *y > 0.0) && !own.points.is_empty());
+                series.retain(|s| s.points.iter().all(|(x, y, _)| *x > 0.0 && *y > 0.0) && !s.points.is_empty());
                 vec![Panel { kind: Kind::Logarithmic, ..Panel::new(["s".into(), title.clone()], series) }]
             }
-            Specification::Record(own) => {
+            Specification::Record(record) => {
                 let panel = |(title, course): &(String, Vec<(f64, f64)>)| {
                     Panel::new(["s".into(), title.clone()], vec![Series::new(title, Style::Line, course.clone())])
                 };
-                own.channels.iter().map(panel).collect()
+                record.channels.iter().map(panel).collect()
             }
             Specification::Positions(spots, titles) => {
                 let series = spots
@@ -223,16 +223,16 @@ impl Sheet<'_> {
             }
             self.data = left.saturating_add(if barred { 4 } else { 3 });
             let range = |column: u16| ChartRange::new_from_range(&name, top, column, last, column);
-            let own = chart.add_series();
-            own.set_categories(&range(left)).set_values(&range(left + 1));
+            let chart_series = chart.add_series();
+            chart_series.set_categories(&range(left)).set_values(&range(left + 1));
             if !series.name.is_empty() {
-                own.set_name(series.name.as_str());
+                chart_series.set_name(series.name.as_str());
             }
             if barred {
                 let bars = ChartErrorBarsType::Custom(range(left + 2), range(left + 2));
-                own.set_y_error_bars(ChartErrorBars::new().set_type(bars));
+                chart_series.set_y_error_bars(ChartErrorBars::new().set_type(bars));
             }
-            style(own, series.style, panel.kind);
+            style(chart_series, series.style, panel.kind);
             drawn += 1;
         }
         if drawn == 0 {

@@ -382,6 +382,9 @@ pub(super) fn newton(gradient: &[f64], bend: &Mat<f64>, open: &[usize]) -> Vec<f
         let mut step = newton(gradient, bend, &fewer).into_iter();
         return open.iter().map(|k| if told(k) { step.next().unwrap_or(0.0) } else { 0.0 }).collect();
     }
+    if open.is_empty() {
+        return Vec::new();
+    }
     let size: Vec<f64> = open.iter().map(|k| bend[(*k, *k)].abs().max(f64::MIN_POSITIVE).sqrt()).collect();
     let part = Mat::from_fn(open.len(), open.len(), |a, b| bend[(open[a], open[b])] / (size[a] * size[b]));
     let Ok(eigen) = part.self_adjoint_eigen(Side::Lower) else { return vec![0.0; open.len()] };

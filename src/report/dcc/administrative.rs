@@ -31,7 +31,7 @@ pub(super) fn data(lab: &LabFile, campaigns: &[&Identity], texts: Texts<'_>) -> 
 
 fn statements(lab: &LabFile, campaigns: &[&Identity], texts: Texts<'_>) -> Element {
     let mut traced: Vec<(&Instrument, &str)> = Vec::new();
-    for instrument in campaigns.iter().flat_map(|own| &own.instruments) {
+    for instrument in campaigns.iter().flat_map(|campaign| &campaign.instruments) {
         let is_new = traced.iter().all(|(known, _)| *known != instrument);
         traced.extend(instrument.traceable_to.as_deref().filter(|_| is_new).map(|to| (instrument, to)));
     }
@@ -42,8 +42,8 @@ fn statements(lab: &LabFile, campaigns: &[&Identity], texts: Texts<'_>) -> Eleme
         element("dcc:statement").of_type(Some("basic_metrologicallyTraceableToSI")).add(said)
     });
     let only = texts.said("dcc:declaration", |lang| say!(lang, "dcc-relates-only-to-the-items").into());
-    let own = lab.statements.iter().map(|own| element("dcc:statement").add(texts.own("dcc:declaration", own)));
-    element("dcc:statements").add(element("dcc:statement").add(only)).add(traced).add(own)
+    let declared = lab.statements.iter().map(|s| element("dcc:statement").add(texts.own("dcc:declaration", s)));
+    element("dcc:statements").add(element("dcc:statement").add(only)).add(traced).add(declared)
 }
 
 /// This program: it writes the certificate, and computes its results.
@@ -73,15 +73,15 @@ fn core_data(lab: &LabFile, texts: Texts<'_>) -> Element {
 /// Manufacturer, model and identifications of an item or a piece of equipment, in the schema's order.
 fn made(item: &ItemFile, certificate: Option<&str>, texts: Texts<'_>) -> Vec<Element> {
     let manufacturer = item.manufacturer.as_ref();
-    let manufacturer = manufacturer.map(|own| element("dcc:manufacturer").add(texts.own("dcc:name", own)));
+    let manufacturer = manufacturer.map(|name| element("dcc:manufacturer").add(texts.own("dcc:name", name)));
     let model = item.model.as_ref().map(|model| text("dcc:model", model));
-    let stated = item.identifications.iter().map(|own| {
-        let serial = own.issuer == IssuerFile::Manufacturer;
+    let stated = item.identifications.iter().map(|identification| {
+        let serial = identification.issuer == IssuerFile::Manufacturer;
         element("dcc:identification")
             .of_type(serial.then_some("basic_serialNumber"))
-            .add(text("dcc:issuer", own.issuer.name()))
-            .add(text("dcc:value", &own.value))
-            .add(own.name.as_ref().map(|name| texts.own("dcc:name", name)))
+            .add(text("dcc:issuer", identification.issuer.name()))
+            .add(text("dcc:value", &identification.value))
+            .add(identification.name.as_ref().map(|name| texts.own("dcc:name", name)))
     });
     let certificate = certificate.map(|number| {
         element("dcc:identification")
@@ -123,13 +123,13 @@ pub(super) fn method_and_equipment(lab: &LabFile, campaign: &Identity, texts: Te
         .of_type(Some("basic_methodMeasurementUncertainty"))
         .add(texts.said("dcc:name", |lang| say!(lang, "dcc-uncertainty").into()))
         .add(text("dcc:norm", "JCGM 100:2008 (GUM)"));
-    let named = |name: &str| campaign.instruments.iter().find(|own| own.name == name);
-    let known = |own: &&Instrument| lab.equipment.iter().all(|entry| entry.name != own.name);
+    let named = |name: &str| campaign.instruments.iter().find(|instrument| instrument.name == name);
+    let known = |instrument: &&Instrument| lab.equipment.iter().all(|entry| entry.name != instrument.name);
     let entry =
         |name: &str| ItemFile { name: name.into(), manufacturer: None, model: None, identifications: Vec::new() };
-    let own = campaign.instruments.iter().filter(known).map(|own| (entry(&own.name), Some(own)));
-    let equipment = lab.equipment.iter().map(|entry| (entry.clone(), named(&entry.name))).chain(own);
-    let equipment: Vec<Element> = equipment.map(|(entry, own)| piece(&entry, own, texts)).collect();
+    let others = campaign.instruments.iter().filter(known).map(|i| (entry(&i.name), Some(i)));
+    let equipment = lab.equipment.iter().map(|entry| (entry.clone(), named(&entry.name))).chain(others);
+    let equipment: Vec<Element> = equipment.map(|(entry, instrument)| piece(&entry, instrument, texts)).collect();
     let equipment = (!equipment.is_empty()).then(|| element("dcc:measuringEquipments").add(equipment));
     let methods = element("dcc:usedMethods").add(calibration).add(uncertainty);
     [methods, software("dcc:usedSoftware", texts)].into_iter().chain(equipment).collect()
@@ -137,8 +137,8 @@ pub(super) fn method_and_equipment(lab: &LabFile, campaign: &Identity, texts: Te
 
 /// A piece of equipment, with what the campaign states of it.
 fn piece(entry: &ItemFile, instrument: Option<&Instrument>, texts: Texts<'_>) -> Element {
-    let stated = instrument.map(|own| (own.valid_to.as_deref(), own.traceable_to.as_deref()));
-    let stated = stated.filter(|own| *own != (None, None)).map(|(valid_to, traceable_to)| {
+    let stated = instrument.map(|instrument| (instrument.valid_to.as_deref(), instrument.traceable_to.as_deref()));
+    let stated = stated.filter(|instrument| *instrument != (None, None)).map(|(valid_to, traceable_to)| {
         texts.said("dcc:description", |lang| {
             let valid = valid_to.map(|day| format!("{} {day}", say!(lang, "identity-valid-to")));
             let traceable = traceable_to.map(|to| format!("{} {to}", say!(lang, "identity-traceable-to")));
@@ -149,5 +149,5 @@ fn piece(entry: &ItemFile, instrument: Option<&Instrument>, texts: Texts<'_>) ->
         .of_type(Some("basic_measurementStandard"))
         .add(texts.own("dcc:name", &entry.name))
         .add(stated)
-        .add(made(entry, instrument.and_then(|own| own.certificate.as_deref()), texts))
+        .add(made(entry, instrument.and_then(|instrument| instrument.certificate.as_deref()), texts))
 }

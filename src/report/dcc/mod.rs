@@ -46,13 +46,13 @@ pub fn certificate(
     lab: &LabFile,
     lang: Language,
 ) -> Result<String> {
-    let meaning = |id: &str| fit.parameters.iter().find(|own| own.id == id).map_or("", |own| own.meaning.as_str());
+    let meaning = |id: &str| fit.parameters.iter().find(|p| p.id == id).map_or("", |p| p.meaning.as_str());
     let title = match fit.campaign.bench.title.as_str() {
         "" => report.bench.as_str(),
         title => title,
     };
     let adjusted = as_found.map(|_| Adjusted::After);
-    let own = Measured { report, adjusted, prefix: "", quantities: quantities(&meaning, report)? };
+    let calibration = Measured { report, adjusted, prefix: "", quantities: quantities(&meaning, report)? };
     let found = match as_found {
         Some(found) => Some(Measured {
             report: found,
@@ -62,10 +62,10 @@ pub fn certificate(
         }),
         None => None,
     };
-    let results: Vec<Measured<'_>> = found.into_iter().chain([own]).collect();
+    let results: Vec<Measured<'_>> = found.into_iter().chain([calibration]).collect();
     let lab = &lab.clone().with(&identities(&results))?;
     let texts = Texts { lang, lab: &lab.certificate.language };
-    let measured = results.iter().map(|own| results::measured(title, own, lab, texts));
+    let measured = results.iter().map(|result| results::measured(title, result, lab, texts));
     let whole = element("dcc:digitalCalibrationCertificate")
         .with("xmlns:dcc", "https://ptb.de/dcc")
         .with("xmlns:si", "https://ptb.de/si")
@@ -160,5 +160,5 @@ fn uncertainty(id: &str, expanded: Option<f64>, k: Option<f64>) -> Result<(f64, 
 }
 
 fn identities<'a>(results: &'a [Measured<'a>]) -> Vec<&'a Identity> {
-    results.iter().map(|own| &own.report.identity).collect()
+    results.iter().map(|result| &result.report.identity).collect()
 }

@@ -14,22 +14,22 @@ use crate::report::{FitReport, ScatterReport, scatter};
 use crate::uncertainty::quantiles;
 use crate::wire::{CorrectionFile, LabFile};
 
-pub(super) fn measured(title: &str, own: &Measured<'_>, lab: &LabFile, texts: Texts<'_>) -> Element {
-    let report = own.report;
-    let name = texts.said("dcc:name", |lang| match own.adjusted {
+pub(super) fn measured(title: &str, measurement: &Measured<'_>, lab: &LabFile, texts: Texts<'_>) -> Element {
+    let report = measurement.report;
+    let name = texts.said("dcc:name", |lang| match measurement.adjusted {
         Some(adjusted) => format!("{}{}{}", lang.name(title), lang.colon(), adjusted.said(lang)),
         None => lang.name(title).into_owned(),
     });
     let results = element("dcc:results")
-        .add(estimates(own, texts))
-        .add(covariance(report, &own.quantities, texts))
-        .add(report.correction.as_ref().and_then(|correction| matrix(correction, own.prefix, texts)))
-        .add(scattering(report, own.prefix, texts));
+        .add(estimates(measurement, texts))
+        .add(covariance(report, &measurement.quantities, texts))
+        .add(report.correction.as_ref().and_then(|correction| matrix(correction, measurement.prefix, texts)))
+        .add(scattering(report, measurement.prefix, texts));
     element("dcc:measurementResult")
         .add(name)
         .add(report.identity.place.as_ref().map(|place| texts.own("dcc:description", place)))
         .add(method_and_equipment(lab, &report.identity, texts))
-        .add(conditions(&report.identity, own.adjusted, texts))
+        .add(conditions(&report.identity, measurement.adjusted, texts))
         .add(results)
 }
 
@@ -50,7 +50,6 @@ impl Adjusted {
         }
     }
 
-    /// In words.
     pub(super) fn said(self, lang: Language) -> &'static str {
         match self {
             Adjusted::Before => say!(lang, "dcc-as-found"),
@@ -90,7 +89,7 @@ fn conditions(identity: &Identity, adjusted: Option<Adjusted>, texts: Texts<'_>)
             let real =
                 real(None, decimal(value), unit).add(u.map(|u| element("si:measurementUncertaintyUnivariate").add(u)));
             element("dcc:quantity")
-                .of_type(ref_type.map(|own| format!("{own}{which}")).as_deref())
+                .of_type(ref_type.map(|kind| format!("{kind}{which}")).as_deref())
                 .add(texts.own("dcc:name", name))
                 .add(real)
         });
@@ -135,11 +134,11 @@ fn unit_of(name: &str) -> Option<&'static str> {
     })
 }
 
-fn estimates(own: &Measured<'_>, texts: Texts<'_>) -> Element {
-    let quantities = own.quantities.iter().map(|quantity| self::quantity(own, quantity, texts));
+fn estimates(measurement: &Measured<'_>, texts: Texts<'_>) -> Element {
+    let quantities = measurement.quantities.iter().map(|quantity| self::quantity(measurement, quantity, texts));
     element("dcc:result")
         .add(texts.said("dcc:name", |lang| say!(lang, "estimates").into()))
-        .add(texts.said("dcc:description", |lang| remarks(own.report, lang).join(lang.space())))
+        .add(texts.said("dcc:description", |lang| remarks(measurement.report, lang).join(lang.space())))
         .add(element("dcc:data").add(quantities))
 }
 
@@ -174,8 +173,8 @@ fn remarks(report: &FitReport, lang: Language) -> Vec<String> {
     remarks
 }
 
-fn quantity(own: &Measured<'_>, quantity: &Quantity, texts: Texts<'_>) -> Element {
-    let level = own.report.level();
+fn quantity(measurement: &Measured<'_>, quantity: &Quantity, texts: Texts<'_>) -> Element {
+    let level = measurement.report.level();
     let one = |value: f64, expanded: f64, unit: &str| {
         let [value, rounded] = to_two_digits(value, expanded);
         let expanded = element("si:expandedMU")
@@ -194,12 +193,12 @@ fn quantity(own: &Measured<'_>, quantity: &Quantity, texts: Texts<'_>) -> Elemen
     let meaning = (!quantity.meaning.is_empty())
         .then(|| texts.said("dcc:description", |lang| lang.name(&quantity.meaning).into_owned()));
     element("dcc:quantity")
-        .with("id", format!("{}quantity_{}", own.prefix, quantity.id))
+        .with("id", format!("{}quantity_{}", measurement.prefix, quantity.id))
         .with("refType", "basic_measuredValue")
         .add(texts.own("dcc:name", &quantity.id))
         .add(meaning)
         .add(number)
-        .add(own.report.conformity.as_ref().and_then(|conformity| verdict(conformity, &quantity.id, texts)))
+        .add(measurement.report.conformity.as_ref().and_then(|conformity| verdict(conformity, &quantity.id, texts)))
 }
 
 fn distribution(dof: f64) -> &'static str {

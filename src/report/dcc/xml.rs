@@ -46,7 +46,7 @@ impl Element {
         let element = xml.create_element(self.name).with_attributes(attributes);
         match &self.text {
             Some(text) => element.write_text_content(BytesText::new(text))?,
-            None => element.write_inner_content(|xml| self.inside.iter().try_for_each(|own| own.write(xml)))?,
+            None => element.write_inner_content(|xml| self.inside.iter().try_for_each(|child| child.write(xml)))?,
         };
         Ok(())
     }

@@ -1,0 +1,48 @@
+//! The coefficient of an effect that the repaired model estimates, and what an estimate's uncertainty has beyond the noise.
+
+use super::Candidate;
+use super::noise::Weighted;
+use super::score::Deviations;
+use crate::campaign::{Campaign, Kind};
+use crate::fit::Fit;
+
+/// Value, standard uncertainty and unit of an effect's coefficient, as the difference from a stated value where it has one.
+pub(super) fn coefficient(
+    campaign: &Campaign,
+    repaired: &Campaign,
+    after: &Fit,
+    effect: &Candidate,
+) -> (Option<f64>, Option<f64>, String) {
+    let Some(result) = after.parameters.iter().find(|p| p.id == effect.coefficient) else {
+        return (None, None, String::new());
+    };
+    let stated = campaign.parameter_index(&effect.coefficient).and_then(|k| campaign.parameters.get(k));
+    let stated = stated.map_or(0.0, crate::campaign::Parameter::reference);
+    let unit = if result.kind == Kind::Tilt {
+        "rad".to_string()
+    } else if result.unit.is_empty() {
+        let unit = crate::campaign::coefficient_unit(&repaired.bench, &repaired.readings.columns, &effect.coefficient);
+        // a line that leaves the unit open
+        unit.unwrap_or_default()
+    } else {
+        result.unit.clone()
+    };
+    (result.value.map(|v| v - stated), result.uncertainty.as_ref().map(|c| c.u), unit)
+}
+
+/// Standard uncertainty of an estimate from what deviates beyond the noise: `l = W A C e_j`, `E[l'V l] - l'l` over all that may deviate.
+pub(super) fn beyond_noise(fit: &Fit, weighted: &Weighted, deviations: &Deviations, index: usize) -> Option<f64> {
+    let n = fit.covariance.nrows();
+    if index >= n {
+        return None;
+    }
+    let mut column = vec![0.0; weighted.weight.len()];
+    for k in 0..n.min(fit.design.jacobian.ncols()) {
+        let jacobian = fit.design.jacobian.col_as_slice(k);
+        column.iter_mut().zip(jacobian).for_each(|(l, a)| *l += a * fit.covariance[(k, index)]);
+    }
+    let combination = weighted.whiten(&column);
+    let white: f64 = combination.iter().map(|l| l * l).sum();
+    let extra = deviations.variance_of(&combination) - white;
+    (extra > 0.0 && extra.is_finite()).then(|| extra.sqrt())
+}
