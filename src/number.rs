@@ -9,6 +9,8 @@
     reason = "each function states its range and what it gives outside; the tests below ask both ends"
 )]
 
+use rand_pcg::rand_core::Rng;
+
 /// Inputs, readings and uncertainties lie between these, so that squares of quotients of two of them are numbers.
 pub(crate) const LEAST: f64 = 1e-70;
 pub(crate) const MOST: f64 = 1e70;
@@ -62,4 +64,12 @@ pub(crate) const fn low_half(bits: u64) -> u32 {
 /// The nearest number of single precision; infinite above its range.
 pub(crate) const fn single(x: f64) -> f32 {
     x as f32
+}
+
+/// A list in random order (Fisher and Yates).
+pub(crate) fn shuffle<T>(list: &mut [T], rng: &mut rand_pcg::Pcg64Mcg) {
+    for k in (1..list.len()).rev() {
+        let j = below(rng.next_u64(), k + 1);
+        list.swap(k, j);
+    }
 }

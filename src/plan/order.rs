@@ -14,9 +14,9 @@ use super::whitened::level_of;
 use crate::campaign::{Campaign, Reading, Readings};
 use crate::elements::{Elements, Parts};
 use crate::error::Result;
-use crate::number;
+use crate::number::shuffle;
 use rand_pcg::Pcg64Mcg;
-use rand_pcg::rand_core::{Rng, SeedableRng};
+use rand_pcg::rand_core::SeedableRng;
 
 /// How readings follow each other.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -358,13 +358,6 @@ fn turned(groups: &[Vec<usize>], a: usize, b: usize) -> Vec<Vec<usize>> {
     let mut turned = groups.to_vec();
     turned.get_mut(a..=b).into_iter().for_each(<[_]>::reverse);
     turned
-}
-
-pub(super) fn shuffle<T>(list: &mut [T], rng: &mut Pcg64Mcg) {
-    for k in (1..list.len()).rev() {
-        let j = number::below(rng.next_u64(), k + 1);
-        list.swap(k, j);
-    }
 }
 
 /// Number of each reading's level in the columns by which readings share deviations (days), in their order: by number, else as they come.

@@ -5,13 +5,13 @@
 //! point, and not nearby, is not a rank defect of the schedule: it needs a value.
 
 use super::effort::Noise;
-use super::order::shuffle;
 use super::whitened::Independent;
 use crate::campaign::{Campaign, Kind, Reading, Readings, Role};
 use crate::design::{self, DesignMatrix, Model};
 use crate::error::{Fault, Malformed, Result};
 use crate::estimate::Estimate;
 use crate::fit::Fit;
+use crate::number::shuffle;
 use crate::vocabulary::vocabulary;
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::SeedableRng;
