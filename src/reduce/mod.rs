@@ -23,14 +23,14 @@ mod events;
 mod hold;
 mod innovations;
 mod rounded;
+mod segment_blocks;
 mod segments;
 mod still;
 mod trace;
 mod turning;
 mod turns;
 
-pub use correlated::MeanUncertainty;
-pub use correlated::{SegmentBlocks, mean_uncertainties};
+pub use correlated::{MeanUncertainty, mean_uncertainties};
 pub(crate) use events::Event;
 pub use events::EventKind;
 #[cfg(feature = "cli")]
@@ -38,6 +38,7 @@ pub use events::EventKind;
 pub(crate) use events::Odd;
 pub(crate) use hold::Standing;
 pub use hold::{Ahead, Hold, Look};
+pub use segment_blocks::SegmentBlocks;
 pub use segments::Rejected;
 pub(crate) use segments::Segmentation;
 pub use segments::{By, segment};

@@ -12,7 +12,7 @@
 //! the probability of their variances, their places unknown; the mixture of normal distributions of `u(s)` that it gives, all s as likely before, has a
 //! half interval, which divided by the normal factor is the answer.
 
-use super::correlated::SegmentBlocks;
+use super::segment_blocks::SegmentBlocks;
 use crate::uncertainty::quantiles::{mixture_half_interval, normal_quantile, normal_survival};
 use std::f64::consts::PI;
 use std::sync::LazyLock;

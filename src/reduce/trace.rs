@@ -1,7 +1,7 @@
 //! A record in bounded memory: block means with the spread inside each block; blocks double in length as the record grows.
 
-use super::correlated::SegmentBlocks;
 use super::events::{Event, EventKind, Watch};
+use super::segment_blocks::SegmentBlocks;
 use super::turning;
 use crate::elements::{Parts, first_odd};
 use crate::number;
