@@ -15,21 +15,15 @@ mod readings;
 mod scatter;
 mod units;
 
-pub(crate) use identity::day;
-pub(crate) use identity::{Condition, Identity, Instrument, UnitUnderTest};
+pub(crate) use identity::{Condition, Identity, Instrument, UnitUnderTest, day};
 pub(crate) use limits::ScaleFactor;
 pub use limits::{Decision, Limit, Limited};
-pub use parameters::Constraint;
-pub(crate) use parameters::Derived;
-pub use parameters::Kind;
-pub(crate) use parameters::Parameter;
-pub use parameters::{Distribution, Known, Role};
+pub use parameters::{Constraint, Distribution, Kind, Known, Role};
+pub(crate) use parameters::{Derived, Parameter};
 pub use readings::{JointState, Observation, Reading, Readings};
-pub use scatter::ScatterRequest;
-pub use scatter::Size;
 pub(crate) use scatter::{Deviating, NumberOrEstimate, OneOrSeveral, Per, Scatter};
-pub use units::Inferred;
-pub use units::coefficient_unit;
+pub use scatter::{ScatterRequest, Size};
+pub use units::{Inferred, coefficient_unit};
 
 use crate::algebra::Expression;
 use crate::bench::Bench;

@@ -10,8 +10,7 @@ mod formulas;
 mod misprints;
 mod second_stage;
 
-pub(crate) use closed_forms::ClosedForms;
-pub(crate) use closed_forms::Printed;
+pub(crate) use closed_forms::{ClosedForms, Printed};
 pub use closed_forms::{Group, closed_forms};
 pub use formulas::evaluate;
 pub(crate) use misprints::Misprint;

@@ -14,15 +14,12 @@ mod mean;
 mod model;
 
 pub(crate) use columns::{ColumnLine, Read};
-pub use kinematics::Instant;
-pub use kinematics::{Kinematics, kinematics};
-pub(crate) use line::Context;
-pub(crate) use line::SensorModel;
+pub use kinematics::{Instant, Kinematics, kinematics};
+pub(crate) use line::{Context, SensorModel};
 pub(crate) use mean::Node;
 pub use mean::{Smoothness, nodes};
 pub use model::Model;
-pub(crate) use model::Workspace;
-pub(crate) use model::{Room, missing_column};
+pub(crate) use model::{Room, Workspace, missing_column};
 
 use crate::campaign::{Campaign, Kind};
 use crate::elements::Elements;

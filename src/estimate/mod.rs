@@ -53,32 +53,27 @@ mod small_qr;
 mod unknowns;
 
 pub(crate) use adjust::adjust_hinted;
-pub use adjust::solve;
-pub use adjust::{Estimate, adjust};
+pub use adjust::{Estimate, adjust, solve};
 pub use basis::Combination;
 pub(crate) use basis::Coupling;
 pub(crate) use compensated::Sum;
 pub(crate) use compress::{Block, Compressed, Scaled};
 pub(crate) use cone_program::solver_settings;
-pub(crate) use equalities::Elimination;
-pub(crate) use equalities::adjust_on_hinted;
+pub(crate) use equalities::{Elimination, adjust_on_hinted};
 pub use equalities::{Equation, Equations, adjust_on};
 pub(crate) use factor::product_by_rows;
 pub use fold::Fold;
 pub(crate) use fold::Folded;
-pub(crate) use groups::NO_REDUNDANCY;
-pub(crate) use groups::ScaleHints;
+pub(crate) use groups::{NO_REDUNDANCY, ScaleHints};
 pub(crate) use inequalities::Side;
 pub use inequalities::{Inequality, Restricted, restrict};
 pub(crate) use scale_uncertainty::ScaleUncertainty;
-pub use scatter::adjust_scattered;
-pub(crate) use scatter::{Absorbed, Floor, Mixture, Variances};
 pub(crate) use scatter::{
-    Chain, Likelihood, NEWTON_STEPS, NoiseModel, NoisePart, PartNoise, Slot, Stepped, TimeNoise, deviation_range,
-    satterthwaite, scattered, scattered_with, step_scattered, time_range, white_range,
+    Absorbed, Chain, Floor, Likelihood, Mixture, NEWTON_STEPS, NoiseModel, NoisePart, PartNoise, Slot, Stepped,
+    TimeNoise, Variances, deviation_range, satterthwaite, scattered, scattered_with, step_scattered, time_range,
+    white_range,
 };
-pub use scatter::{Felt, Pattern, ScatterLine, Whitening};
-pub use scatter::{LineState, Memory, Scattered};
+pub use scatter::{Felt, LineState, Memory, Pattern, ScatterLine, Scattered, Whitening, adjust_scattered};
 pub use sequential::Sequential;
 pub(crate) use sequential::backwards;
 pub(crate) use unknowns::Unknowns;

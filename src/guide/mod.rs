@@ -21,14 +21,11 @@ mod held;
 mod mistakes;
 mod seen;
 
-pub(crate) use advice::Estimated;
-pub use advice::Named;
-pub use advice::{Advice, Agreement, Ending, Explanation, Mistake, MistakeKind, Next, Progress};
-pub(crate) use advice::{Lacks, Newest, Residual, Why};
+pub use advice::{Advice, Agreement, Ending, Explanation, Mistake, MistakeKind, Named, Next, Progress};
+pub(crate) use advice::{Estimated, Lacks, Newest, Residual, Why};
 
 pub use held::Held;
-pub(crate) use held::HeldMean;
-pub(crate) use held::Holding;
+pub(crate) use held::{HeldMean, Holding};
 
 use crate::campaign::{Campaign, Observation, Reading, Readings};
 use crate::design::RowOrigin;

@@ -24,8 +24,7 @@ mod ladder;
 
 pub use coefficients::Term;
 pub(crate) use coefficients::{Agreement, Coefficients};
-pub use edf::interval;
-pub use edf::{Kind, equivalent_dof};
+pub use edf::{Kind, equivalent_dof, interval};
 pub use field_units::field_unit;
 pub(crate) use field_units::si_factor;
 pub use ladder::Ladder;

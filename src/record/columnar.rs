@@ -331,23 +331,15 @@ impl Columnar {
                     let chunk = group.metadata().column(*column);
                     let is_unread = self.meanings.get(*column) == Some(&Meaning::Unread);
                     Ok(match kind {
-                        _ if is_unread => {
-                            let values = format!("values of the type {}", type_of(chunk.column_descr()));
-                            match kind {
-                                As::Number | As::Time => {
-                                    let title = self.head.columns.get(*column).map_or("", |c| c.title.as_str());
-                                    return Err(Malformed::new(
-                                        Fault::Value,
-                                        format!("the column '{title}' is not read"),
-                                    )
-                                    .expected("numbers, one in a row; or other columns than this one")
-                                    .found(values)
-                                    .in_file(&self.head.name)
-                                    .at_path(title));
-                                }
-                                As::Label | As::Written | As::Mixed | As::Cell => Open::Unread(rows, values),
-                            }
+                        As::Number | As::Time if is_unread => {
+                            let title = self.head.columns.get(*column).map_or("", |c| c.title.as_str());
+                            return Err(Malformed::new(Fault::Value, format!("the column '{title}' is not read"))
+                                .expected("numbers, one in a row; or other columns than this one")
+                                .found(values_of(chunk.column_descr()))
+                                .in_file(&self.head.name)
+                                .at_path(title));
                         }
+                        _ if is_unread => Open::Unread(rows, values_of(chunk.column_descr())),
                         As::Label | As::Written | As::Mixed
                             if columnar_labels::reads(chunk) && self.meanings.get(*column) == Some(&Meaning::Plain) =>
                         {
@@ -421,13 +413,14 @@ impl Columnar {
     }
 }
 
-/// The name of a type that is not read.
-fn type_of(column: &ColumnDescriptor) -> String {
-    match column.logical_type_ref() {
+/// What the values of a column are whose type is not read.
+fn values_of(column: &ColumnDescriptor) -> String {
+    let name = match column.logical_type_ref() {
         _ if column.max_rep_level() > 0 => "LIST or MAP (several values in a row)".into(),
         Some(logical) => format!("{logical:?}"),
         None => column.converted_type().to_string(),
-    }
+    };
+    format!("values of the type {name}")
 }
 
 fn seconds(unit: &TimeUnit) -> f64 {

@@ -54,10 +54,8 @@ mod unpacked;
 #[cfg(feature = "excel")]
 mod workbook;
 
-pub use clock::ClockFrom;
-pub(crate) use clock::Jump;
-pub(crate) use clock::unit_of;
-pub use clock::{Clock, JumpKind, Stretch};
+pub use clock::{Clock, ClockFrom, JumpKind, Stretch};
+pub(crate) use clock::{Jump, unit_of};
 pub use heading::title;
 pub use held::{Cells, Held};
 pub(crate) use text::table_text;

@@ -39,16 +39,13 @@ pub(crate) use events::Odd;
 pub(crate) use hold::Standing;
 pub use hold::{Ahead, Hold, Look};
 pub use segment_blocks::SegmentBlocks;
-pub use segments::Rejected;
 pub(crate) use segments::Segmentation;
-pub use segments::{By, segment};
+pub use segments::{By, Rejected, segment};
 pub(crate) use still::Stillness;
-pub use trace::Segment;
-pub use trace::Trace;
 pub(crate) use trace::{Channel, Run};
-pub use turns::Unwrap;
-pub use turns::whole_turns;
+pub use trace::{Segment, Trace};
 pub(crate) use turns::whole_turns_of;
+pub use turns::{Unwrap, whole_turns};
 
 use crate::uncertainty::quantiles::student_t_two_sided;
 

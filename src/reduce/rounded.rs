@@ -7,17 +7,18 @@
 //! u^2(s) = q^2/(2 pi^2) sum_k exp(-4 pi^2 k^2 s^2/q^2)/k^2          q^2/12 where s is 0
 //! ```
 //!
-//! (B. Widrow, I. Kollar, *Quantization Noise*, Cambridge University Press 2008). How large s is, the variances of the samples in several segments tell: that of a place is
-//! `V(c, s)`, from 0 in the middle of a step to about `q^2/4` at its end, and over all places `s^2 + q^2/12 - u^2(s)`. The likelihood of each s is the product over segments of
-//! the probability of their variances, their places unknown; the mixture of normal distributions of `u(s)` that it gives, all s as likely before, has a
-//! half interval, which divided by the normal factor is the answer.
+//! (B. Widrow, I. Kollar, *Quantization Noise*, Cambridge University Press 2008). The noise s is estimated from the variances of the samples in several segments: at a place the
+//! variance is `V(c, s)`, from 0 in the middle of a step to about `q^2/4` at its end, and on the mean over all places `s^2 + q^2/12 - u^2(s)`. The likelihood of each s is the
+//! product over segments of the probability density of their variances, with their places unknown. With a flat prior of s it gives a mixture of normal distributions of
+//! standard deviations `u(s)`; the half interval of this mixture, divided by the normal factor, is the result.
 
 use super::segment_blocks::SegmentBlocks;
 use crate::uncertainty::quantiles::{mixture_half_interval, normal_quantile, normal_survival};
 use std::f64::consts::PI;
 use std::sync::LazyLock;
 
-/// Standard deviations of the noise that are tried, up to one step, where `u` is 1e-9 of a step; and places in half a step (the other half is its mirror).
+/// Standard deviations of the noise on the grid, up to one step, where `u(s)` is 1e-9 of a step: it falls by at most 0.0152 of a step, a twentieth of its largest, from one to the
+/// next. And places in half a step (the other half is its mirror).
 const NOISES: usize = 64;
 const PLACES: usize = 32;
 
@@ -43,7 +44,7 @@ fn noise(k: usize) -> Noise {
     let terms = (1..500).map(|k| f64::from(k).powi(2)).map(|square| (-4.0 * PI * PI * square * sd * sd).exp() / square);
     let moments = |place: usize| {
         let c = 0.5 * place as f64 / PLACES as f64;
-        // of a number that is one: the lower end of each level
+        // the lower edges of levels, six standard deviations about the place at the largest noise: beyond lie 1e-9
         let below = |level: i32| normal_survival((c - f64::from(level) + 0.5) / sd).unwrap_or(0.0);
         let levels: Vec<(f64, f64)> = (-6..=7).map(|k| (f64::from(k), below(k + 1) - below(k))).collect();
         let mean: f64 = levels.iter().map(|(level, p)| level * p).sum();
@@ -75,19 +76,19 @@ impl Noise {
     }
 }
 
-/// Do a segment's samples lie within few steps: is their variance below that of the largest noise that is tried? One whose samples drift or turn over more has
-/// all places, and no error of them.
+/// Do a segment's samples lie within few steps: is their variance below that of the largest noise that is tried? One whose samples drift
+/// or turn over more takes all places, and its mean has no such error.
 pub(super) fn is_rounded(segment: &SegmentBlocks) -> bool {
     segment.step > 0.0 && segment.sd.powi(2) < (1.0 + 1.0 / 12.0) * segment.step.powi(2)
 }
 
-/// The largest variance that samples on the two sides of an edge have, whatever the noise: below it, variances tell places.
+/// The largest variance that samples on the two sides of an edge have, whatever the noise: below it, variances may differ by the place alone.
 pub(super) fn edge(segment: &SegmentBlocks) -> f64 {
     0.25 * segment.step.powi(2)
 }
 
-/// The standard uncertainty that rounding leaves in the means of segments of one channel and one noise, those of them that are rounded. Where nothing tells the noise (no segment has
-/// two levels, or one alone has no more than two) it is that without noise, `q/sqrt(12)`.
+/// The standard uncertainty that rounding leaves in the means of the rounded segments of one channel with one noise. Where the noise cannot be estimated (no segment has
+/// two levels, or a single segment has no more than two) it is that without noise, `q/sqrt(12)`.
 pub(super) fn resolution(segments: &[SegmentBlocks], level: f64) -> f64 {
     let seen: Vec<&SegmentBlocks> = segments.iter().filter(|own| !own.pieces.is_empty() && is_rounded(own)).collect();
     let step = segments.iter().map(|own| own.step).fold(0.0, f64::max);

@@ -67,10 +67,11 @@ use std::collections::BTreeMap;
 
 pub use batch::{BatchReport, batch_document, batch_quantities, batch_report, batch_rows};
 pub(crate) use changes::CalibratedReport;
-pub use changes::{ChangesReport, HistoryReport, date_of, determination, history_report};
-pub use changes::{changes_document, changes_report, history_document};
-pub use compare::compare_document;
-pub use compare::{CompareReport, compare_report};
+pub use changes::{
+    ChangesReport, HistoryReport, changes_document, changes_report, date_of, determination, history_document,
+    history_report,
+};
+pub use compare::{CompareReport, compare_document, compare_report};
 pub use conformity::conformity;
 pub(crate) use diagnose::{ChangeReport, GapsReport};
 pub use diagnose::{DiagnoseReport, EffectReport, diagnose_report};
@@ -79,24 +80,18 @@ pub(crate) use diagnose_document::{alias_note, diagnose_figure};
 pub(crate) use fit::{ArcsecReport, BudgetReport, CovarianceReport, ParameterReport, ReadingReport, fit_summary};
 pub use fit::{FitReport, fit_report};
 pub use fit_document::{Asked, fit_document};
-pub use guide::GuideReport;
-pub use guide::guide_report;
+pub use guide::{GuideReport, guide_report};
 pub use monte_carlo::monte_carlo_report;
 #[cfg(feature = "navigate")]
 pub(crate) use navigate::QuantityWithUnit;
 #[cfg(feature = "navigate")]
-pub use navigate::navigate_document;
-#[cfg(feature = "navigate")]
-pub use navigate::{NavigateReport, navigate_report};
-#[cfg(feature = "navigate")]
-pub use navigate_diagnose::NavigateDiagnoseReport;
+pub use navigate::{NavigateReport, navigate_document, navigate_report};
 #[cfg(feature = "navigate")]
 pub(crate) use navigate_diagnose::navigate_diagnose_figure;
 #[cfg(feature = "navigate")]
-pub use navigate_diagnose::{navigate_diagnose_document, navigate_diagnose_report};
-pub use noise::NoiseAnalysisReport;
+pub use navigate_diagnose::{NavigateDiagnoseReport, navigate_diagnose_document, navigate_diagnose_report};
 pub(crate) use noise::NoiseColumnReport;
-pub use noise::{kalibr, noise_column_report, noise_document, noise_report};
+pub use noise::{NoiseAnalysisReport, kalibr, noise_column_report, noise_document, noise_report};
 pub use plan::{Better, Foreseen, PlanReport, plan_report};
 pub(crate) use plan::{
     DiscriminationReport, Effort, FindReport, ImprovedReport, JudgementReport, PlannedPositionReport, PointReport,
@@ -104,9 +99,8 @@ pub(crate) use plan::{
 };
 pub use plan_document::plan_document;
 pub use provenance::Input;
-pub use reduction::ReduceReport;
 pub(crate) use reduction::record_chart;
-pub use reduction::{reduce_document, reduce_report};
+pub use reduction::{ReduceReport, reduce_document, reduce_report};
 pub(crate) use scatter::ScatterReport;
 pub use scene::scene;
 pub use separation::position_keys;

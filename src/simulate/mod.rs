@@ -13,8 +13,7 @@ mod deviations;
 mod regressor;
 
 pub use columns::Table;
-pub(crate) use columns::columns;
-pub(crate) use columns::indicator;
+pub(crate) use columns::{columns, indicator};
 pub(crate) use deviations::TrueScatter;
 pub use regressor::Regressor;
 

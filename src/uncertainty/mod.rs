@@ -14,6 +14,5 @@ pub mod monte_carlo;
 pub mod quantiles;
 mod tails;
 
-pub use budget::Combined;
-pub use budget::{Contribution, Evaluation, Shape, combine};
+pub use budget::{Combined, Contribution, Evaluation, Shape, combine};
 pub(crate) use budget::{combine_groups, effective_dof};

@@ -13,12 +13,10 @@ mod parse;
 mod table;
 mod unit;
 
-pub use dimension::Conversion;
-pub use dimension::STANDARD_GRAVITY_M_S2;
-pub(crate) use table::names;
-pub(crate) use table::of_column;
+pub use dimension::{Conversion, STANDARD_GRAVITY_M_S2};
 #[cfg(feature = "dcc")]
 pub(crate) use table::plain;
+pub(crate) use table::{names, of_column};
 pub use unit::Unit;
 
 /// One radian in arcseconds.

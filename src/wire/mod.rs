@@ -44,10 +44,8 @@ use crate::elements::Parts;
 pub use crate::record::ClockFrom;
 pub use bench_file::BenchFile;
 pub(crate) use bench_file::{DerivedFile, DerivedLine, DirectionFile, LinkFile, SensorFile};
-pub use build_bench::BenchBuilder;
-pub use build_bench::SensorBuilder;
-pub use build_campaign::CampaignBuilder;
-pub use build_campaign::ReadingBuilder;
+pub use build_bench::{BenchBuilder, SensorBuilder};
+pub use build_campaign::{CampaignBuilder, ReadingBuilder};
 pub use campaign_file::{BenchRef, CampaignFile, ReadingsRef};
 pub(crate) use campaign_file::{CovarianceFile, KnownEntry};
 #[cfg(feature = "cli")]
@@ -58,8 +56,7 @@ pub(crate) use correction_file::InputFile;
 pub(crate) use effects_file::EffectsFile;
 pub use effects_file::{built_in_effects, read_effects};
 pub use folder::Folder;
-pub use front::fit_rows;
-pub use front::{bench_ref, fit_rows_beside, read_campaign_beside};
+pub use front::{bench_ref, fit_rows, fit_rows_beside, read_campaign_beside};
 #[cfg(feature = "navigate")]
 pub(crate) use imu_errors_file::ErrorsFile;
 pub use lab::read_lab;
@@ -70,15 +67,12 @@ pub use locate::{line_and_column, locate};
 #[cfg(feature = "navigate")]
 pub use measured_file::{read_measured, write_measured};
 #[cfg(feature = "navigate")]
-pub use mission_file::MissionFile;
-#[cfg(feature = "navigate")]
-pub use mission_file::read_covariance;
+pub use mission_file::{MissionFile, read_covariance};
 #[cfg(feature = "navigate")]
 pub use motion_file::MotionFile;
 pub use named::Named;
 pub use readings_file::{Cell, ReadingFile};
-pub use readings_table::device_readings;
-pub use readings_table::{inline_devices, table_layout};
+pub use readings_table::{device_readings, inline_devices, table_layout};
 pub(crate) use readings_table::{table_cells, table_keys};
 pub(crate) use record_rows::read_rows_of;
 pub use reduced::read_schedule;
@@ -91,8 +85,7 @@ pub(crate) use schema::{SCHEMAS, identified};
 pub(crate) use site_file::SiteFile;
 pub(crate) use truth_file::TruthFile;
 pub use truth_file::read_truth;
-pub use write::bench_file;
-pub use write::campaign_file;
+pub use write::{bench_file, campaign_file};
 
 use crate::bench::Bench;
 use crate::campaign::{Campaign, ScatterRequest};

@@ -306,7 +306,7 @@ fn coefficients_of_drawn_records() {
     }
     let allowance = 4.0 * (0.05 * 0.95_f64 / all).sqrt();
     println!("all: {:.3} of {all}", inside / all);
-    assert!((inside / all - 0.95).abs() < allowance.max(0.01), "{} of {all}", inside / all);
+    assert!((inside / all - 0.95).abs() < allowance, "{} of {all}", inside / all);
 }
 
 /// Where there are no coefficients, the analysis says why.

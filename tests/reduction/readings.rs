@@ -182,7 +182,7 @@ fn means_of_channels_in_steps_are_covered() {
             let means = us.len() as f64;
             let (covered, ratio) = (held / means, us[us.len() / 2] / (squares / means).sqrt());
             println!("{segments:>9} {noise:6.2} {covered:8.3} {ratio:10.3}");
-            // two segments tell the noise to a factor
+            // a mixture is wider than the error that it describes by up to a half where few segments are seen (1.5 at 0.4 steps); the fault was 2.8 and more. Of two segments little is known
             assert!(segments < 4 || (0.6..1.7).contains(&ratio), "{segments} {noise}: {ratio}");
             (inside, all) = (inside + held, all + means);
         }
