@@ -62,7 +62,7 @@ def campaign(folder, random, tau, share, order):
 
 angles = [0, 180, 90, 270]
 orders = {"in turn": [angles[k % 4] for k in range(SEGMENTS)], "each six times": [angles[k // 6] for k in range(SEGMENTS)]}
-print("| order | correlation time, segments | of the white noise | means | " + " | ".join(SCATTER) + " |\n|---|---|---|---|---|---|---|")
+print("| order | correlation time, segments | its sd, in that of the white noise | means | " + " | ".join(SCATTER) + " |\n|---|---|---|---|---|---|---|")
 for name, order in orders.items():
     for row, (tau, share) in enumerate([(1, 0.3), (3, 0.3), (3, 1.0), (10, 1.0)]):
         random = np.random.default_rng([20261127, row, len(name)])
