@@ -610,7 +610,7 @@ residual-sd = residual sd
 max = max
 noise-floor = noise floor: { $noise }
 as-given = as given
-nearest-of-the-catalogue-would-take-off = Best combination of the catalogue: { $names } would explain { $share } %; it is not probable enough to be accepted.
+nearest-of-the-catalogue-would-take-off = Best combination of the catalogue: { $names } would explain { $share } %; it is not named: not probable enough, or not different from zero within its uncertainty.
 shift-u = shift/u
 
 # report/html/diagnose_page.rs
