@@ -26,7 +26,7 @@ pub(super) struct Question<'a> {
     pub rank: usize,
     pub dof: usize,
     /// Degrees of freedom of the readings' scatter; infinite where it is stated.
-    pub own_dof: f64,
+    pub scale_dof: f64,
 }
 
 /// What was found of one device.
@@ -85,17 +85,17 @@ impl Question<'_> {
         let count = n + self.derived.len();
         let [mut value, mut u, mut expanded, mut type_a] = [(); 4].map(|()| Vec::with_capacity(count));
         let mut results: Vec<Option<Combined>> = Vec::with_capacity(if campaign.limits.is_empty() { 0 } else { count });
-        let mut say = |found: Option<f64>, own: Option<Combined>| {
+        let mut say = |found: Option<f64>, result: Option<Combined>| {
             value.push(found.unwrap_or(f64::NAN));
-            u.push(own.map_or(f64::NAN, |c| c.u));
-            expanded.push(own.map_or(f64::NAN, |c| c.expanded));
-            type_a.push(own.map_or(f64::NAN, |c| c.type_a));
+            u.push(result.map_or(f64::NAN, |c| c.u));
+            expanded.push(result.map_or(f64::NAN, |c| c.expanded));
+            type_a.push(result.map_or(f64::NAN, |c| c.type_a));
             if !campaign.limits.is_empty() {
-                results.push(own);
+                results.push(result);
             }
         };
         for (j, x) in point.iter().take(n).enumerate() {
-            if found.unknowns.is_some_and(|own| !own.is_estimable(j)) {
+            if found.unknowns.is_some_and(|unknowns| !unknowns.is_estimable(j)) {
                 say(None, None);
                 continue;
             }
@@ -105,9 +105,9 @@ impl Question<'_> {
         let mut gradient = std::mem::take(&mut memory.gradient);
         gradient.resize(point.len(), 0.0);
         for tape in self.derived {
-            let own = tape.gradient(&point, &mut memory.scratch, &mut gradient);
-            let determined = found.unknowns.is_none_or(|own| determines(own, &gradient));
-            if !(determined && own.is_finite() && gradient.iter().all(|c| c.is_finite())) {
+            let value = tape.gradient(&point, &mut memory.scratch, &mut gradient);
+            let determined = found.unknowns.is_none_or(|unknowns| determines(unknowns, &gradient));
+            if !(determined && value.is_finite() && gradient.iter().all(|c| c.is_finite())) {
                 say(None, None);
                 continue;
             }
@@ -118,10 +118,10 @@ impl Question<'_> {
             };
             let through = |k: usize| {
                 // a line that does not depend on this input
-                let own = self.known.get(k).and_then(|input| gradient.get(input.index)).copied().unwrap_or_default();
-                own + known.get(k).map_or(0.0, |c| along.iter().zip(c).map(|(a, c)| a * c).sum())
+                let direct = self.known.get(k).and_then(|input| gradient.get(input.index)).copied().unwrap_or_default();
+                direct + known.get(k).map_or(0.0, |c| along.iter().zip(c).map(|(a, c)| a * c).sum())
             };
-            say(Some(own), self.combine([form(cofactor), form(share)], variance, through, memory));
+            say(Some(value), self.combine([form(cofactor), form(share)], variance, through, memory));
         }
         (memory.point, memory.gradient) = (point, gradient);
         let limits: Vec<(&str, fit::Conformity)> = campaign
@@ -135,8 +135,8 @@ impl Question<'_> {
                     Limited::ScaleFactor(_) => return None,
                 };
                 let found = value.get(k).copied().filter(|x| !x.is_nan());
-                let own = results.get(k).copied().flatten();
-                Some((id, fit::judge(campaign.decision, limit, found, own.as_ref(), level).0))
+                let result = results.get(k).copied().flatten();
+                Some((id, fit::judge(campaign.decision, limit, found, result.as_ref(), level).0))
             })
             .collect();
         let chi_square_p = match self.scaled {
@@ -147,9 +147,9 @@ impl Question<'_> {
         if let Some(p) = chi_square_p.filter(|p| *p < 1.0 - level) {
             remarks.global_test(p);
         }
-        let free = |own: &Unknowns| -> Vec<&str> {
+        let free = |unknowns: &Unknowns| -> Vec<&str> {
             let each = campaign.estimated().iter().enumerate();
-            each.filter(|(j, _)| !own.is_estimable(*j)).map(|(_, p)| p.id.as_str()).collect()
+            each.filter(|(j, _)| !unknowns.is_estimable(*j)).map(|(_, p)| p.id.as_str()).collect()
         };
         if let Some(names) = found.unknowns.map(free).filter(|names| !names.is_empty()) {
             remarks.not_estimable(&names);
@@ -168,7 +168,7 @@ impl Question<'_> {
             label: found.label.into(),
             lot: String::new(),
             verdict: if is_wrong { Verdict::Rejected } else { Verdict::Accepted },
-            conformity: limits.iter().map(|(_, own)| *own).max(),
+            conformity: limits.iter().map(|(_, outcome)| *outcome).max(),
             why: remarks.words(),
             reasons: remarks.reasons(),
             readings: found.readings,
@@ -193,8 +193,8 @@ impl Question<'_> {
     pub(super) fn variance(&self, squares: f64, least: impl FnOnce(f64) -> f64) -> Option<f64> {
         match self.scaled {
             true if self.dof > 0 => {
-                let own = squares / self.dof as f64;
-                Some(own.max(least(own)))
+                let variance = squares / self.dof as f64;
+                Some(variance.max(least(variance)))
             }
             true => None,
             false => Some(1.0),
@@ -215,19 +215,19 @@ impl Question<'_> {
             None if cofactor > 0.0 => return None,
             None => 0.0,
         };
-        let own_dof = self.own_dof;
+        let scale_dof = self.scale_dof;
         let part = |k: usize, input: &Input| (through(k).abs() * input.known.u, input.known.dof);
         let inputs = || self.known.iter().enumerate().map(|(k, input)| part(k, input));
         // priors stand beside readings of stated uncertainty only, so that no scale multiplies them
         let type_b = inputs().map(|(u, _)| u * u).sum::<f64>() + (cofactor - share).max(0.0);
         let u = (readings * readings + type_b).sqrt();
         let dof = if type_b > 0.0 || !(u > 0.0) {
-            effective_dof(u, std::iter::once((readings, own_dof)).chain(inputs()))
+            effective_dof(u, std::iter::once((readings, scale_dof)).chain(inputs()))
         } else {
-            own_dof
+            scale_dof
         };
         let bits = dof.to_bits();
-        let coverage_factor = match memory.factors.iter().find(|(own, _)| *own == bits) {
+        let coverage_factor = match memory.factors.iter().find(|(known, _)| *known == bits) {
             Some((_, factor)) => *factor,
             None => {
                 let factor = quantiles::coverage_factor(self.settings.level, dof);

@@ -132,12 +132,12 @@ impl Sums {
     /// Over the rows of the residuals; `weight` are the reciprocals of the rows' standard uncertainties, `gain` that of each reading. Signs are
     /// those of the readings.
     pub(super) fn of(residuals: &[Lane], weight: &[f64], gain: &[f64]) -> Sums {
-        Sums::of_own(residuals, weight.iter().map(|w| [*w; LANES]), gain.iter().map(|gain| [*gain; LANES]))
+        Sums::weighted(residuals, weight.iter().map(|w| [*w; LANES]), gain.iter().map(|gain| [*gain; LANES]))
     }
 
     /// The same for devices with weights and gains of their own.
     #[inline(always)]
-    pub(super) fn of_own(
+    pub(super) fn weighted(
         residuals: &[Lane],
         weight: impl Iterator<Item = Lane>,
         gain: impl Iterator<Item = Lane>,
@@ -152,8 +152,8 @@ impl Sums {
         let mut before = zero;
         for (k, (v, gain)) in residuals.iter().zip(gain).enumerate() {
             (0..LANES).for_each(|l| {
-                let own = v[l] * v[l] * gain[l];
-                sums.gain[l] = if own > sums.gain[l] { own } else { sums.gain[l] };
+                let square = v[l] * v[l] * gain[l];
+                sums.gain[l] = if square > sums.gain[l] { square } else { sums.gain[l] };
                 let positive = if v[l] > 0.0 { 1.0 } else { 0.0 };
                 let change: f64 = positive - before[l];
                 sums.positive[l] += positive;
@@ -202,9 +202,9 @@ pub(super) fn normality(scores: &NormalScores, network: &[(usize, usize)], value
     mean = mean.map(|sum| sum / count);
     for (m, x) in scores.scores().iter().zip(values.iter()) {
         (0..LANES).for_each(|l| {
-            let own = x[l] - mean[l];
-            product[l] += m * own;
-            of_values[l] += own * own;
+            let deviation = x[l] - mean[l];
+            product[l] += m * deviation;
+            of_values[l] += deviation * deviation;
         });
     }
     std::array::from_fn(|l| scores.of_moments(product[l], of_values[l]).map_or(f64::NAN, |test| test.p))

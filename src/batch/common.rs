@@ -146,7 +146,7 @@ impl Common {
             passes: if estimate.unknowns.condition.is_some_and(|c| c < ILL) { 1 } else { 2 },
         };
         let readings = design.rows.len();
-        let slot = |sensor: usize| sensors.iter().position(|own| *own == sensor);
+        let slot = |sensor: usize| sensors.iter().position(|other| *other == sensor);
         let places: Option<Vec<(usize, usize)>> =
             design.rows.iter().map(|origin| Some((origin.reading, slot(origin.sensor)?))).collect();
         let places = places?;
@@ -277,8 +277,8 @@ impl Common {
                 };
                 let take = |from: &[Lane], width: usize, to: &mut Vec<f64>| {
                     to.clear();
-                    let own = from.part(group * width..(group + 1) * width);
-                    to.extend(own.iter().map(|numbers| numbers[lane]));
+                    let part = from.part(group * width..(group + 1) * width);
+                    to.extend(part.iter().map(|numbers| numbers[lane]));
                 };
                 let (mut dx, mut rest) = (std::mem::take(&mut work.changes), std::mem::take(&mut work.rest));
                 take(&work.unknowns, n, &mut dx);
@@ -308,7 +308,7 @@ impl Common {
         if !(squares.is_finite() && dx.iter().all(|x| x.is_finite())) {
             return None;
         }
-        let own_dof =
+        let scale_dof =
             // no group, no degrees of freedom
             if self.scaled { estimate.group_redundancy.first().copied().unwrap_or_default() } else { f64::INFINITY };
         let question = Question {
@@ -320,7 +320,7 @@ impl Common {
             scaled: self.scaled,
             rank: estimate.unknowns.rank,
             dof: estimate.dof,
-            own_dof,
+            scale_dof,
         };
         let values = || {
             self.places.iter().map(|(row, slot)| {
@@ -335,9 +335,10 @@ impl Common {
             let row = map.and_then(|map| map.get(*row)).unwrap_or(row);
             device.values.get(row * self.sensors + slot).copied()
         };
-        let stuck =
-            |own: &fit::Channel| Some((own.sensor, own.stuck(|i| value(i).unwrap_or(f64::NAN), |i| v.or_nan(i))?));
-        let least = |own| least_variance(values, (own, found.sizes.weighed, self.largest_u));
+        let stuck = |channel: &fit::Channel| {
+            Some((channel.sensor, channel.stuck(|i| value(i).unwrap_or(f64::NAN), |i| v.or_nan(i))?))
+        };
+        let least = |variance| least_variance(values, (variance, found.sizes.weighed, self.largest_u));
         let answer = Answer {
             label: &device.label,
             device: Some(device),
@@ -397,11 +398,11 @@ impl Common {
     fn runs(&self, v: &[f64], map: Option<&[usize]>) -> f64 {
         let mut least = f64::NAN;
         for sensor in 0..self.campaign.bench.sensors.len() {
-            let own = || self.sensor.iter().zip(v).enumerate().filter(|(_, (s, _))| **s == sensor);
+            let of_sensor = || self.sensor.iter().zip(v).enumerate().filter(|(_, (s, _))| **s == sensor);
             let p = match map {
-                None => runs_p(own().map(|(_, (_, v))| *v)),
+                None => runs_p(of_sensor().map(|(_, (_, v))| *v)),
                 Some(map) => {
-                    let mut sorted: Vec<(usize, f64)> = own()
+                    let mut sorted: Vec<(usize, f64)> = of_sensor()
                         .map(|(i, (_, v))| {
                             // places are of rows that the map has
                             (self.places.get(i).and_then(|(row, _)| map.get(*row)).copied().unwrap_or(i), *v)

@@ -71,10 +71,10 @@ impl Device {
 
     /// A row more of a position; no row has one behind that lacks it.
     pub(crate) fn push_position(&mut self, label: &Arc<str>) {
-        let own = |there: &Arc<str>| Arc::ptr_eq(there, label) || there == label;
+        let is_same = |there: &Arc<str>| Arc::ptr_eq(there, label) || there == label;
         // most rows have the position of the row before
-        let last = self.groups.last().filter(|last| self.positions.get(**last as usize).is_some_and(own));
-        let group = last.map(|last| *last as usize).or_else(|| self.positions.iter().position(own));
+        let last = self.groups.last().filter(|last| self.positions.get(**last as usize).is_some_and(is_same));
+        let group = last.map(|last| *last as usize).or_else(|| self.positions.iter().position(is_same));
         let group = group.unwrap_or_else(|| {
             self.positions.push(label.clone());
             self.positions.len() - 1
@@ -91,7 +91,7 @@ impl Device {
         order.sort_by_key(|k| self.positions.get(*k));
         let mut rank = vec![0_u32; order.len()];
         for (place, k) in order.iter().enumerate() {
-            rank.get_mut(*k).into_iter().for_each(|own| *own = u32::try_from(place).unwrap_or(u32::MAX));
+            rank.get_mut(*k).into_iter().for_each(|slot| *slot = u32::try_from(place).unwrap_or(u32::MAX));
         }
         for group in &mut self.groups {
             *group = rank.get(*group as usize).copied().unwrap_or(*group);
@@ -101,8 +101,8 @@ impl Device {
 
     /// The label of a row's position; empty where it has none.
     pub fn position(&self, row: usize) -> &str {
-        let own = self.groups.get(row).and_then(|group| self.positions.get(*group as usize));
-        own.map_or("", |label| label)
+        let position = self.groups.get(row).and_then(|group| self.positions.get(*group as usize));
+        position.map_or("", |label| label)
     }
 
     /// Where a row (from 0) stands: the file, the line or row, and whether it is a line.
@@ -147,7 +147,7 @@ impl Device {
     }
     /// Is it a device, and every cell a number or empty?
     pub(crate) fn is_plain(&self) -> bool {
-        let unread = |x: &f64| [UNREADABLE, RAGGED].iter().any(|own| own.to_bits() == x.to_bits());
+        let unread = |x: &f64| [UNREADABLE, RAGGED].iter().any(|special| special.to_bits() == x.to_bits());
         let cells = self.inputs.iter().chain(&self.values);
         !self.nameless && cells.copied().all(|x| x.is_finite() || (x.is_nan() && !unread(&x)))
     }
@@ -218,15 +218,15 @@ impl<'a> Shape<'a> {
 
     /// Are these the same rows in the same order, bit by bit? Quick, and what is not may yet be the same.
     pub(super) fn is_alike(&self, other: &Shape<'_>) -> bool {
-        let (own, others) = (self.device, other.device);
+        let (this, others) = (self.device, other.device);
         let same = |(a, b): (&f64, &f64)| a.to_bits() == b.to_bits();
         let read = |(a, b): (&f64, &f64)| a.is_nan() == b.is_nan();
-        own.rows == others.rows
-            && own.inputs.len() == others.inputs.len()
-            && own.values.len() == others.values.len()
-            && own.groups == others.groups
-            && own.inputs.iter().zip(&others.inputs).fold(true, |all, pair| all & same(pair))
-            && own.values.iter().zip(&others.values).fold(true, |all, pair| all & read(pair))
+        this.rows == others.rows
+            && this.inputs.len() == others.inputs.len()
+            && this.values.len() == others.values.len()
+            && this.groups == others.groups
+            && this.inputs.iter().zip(&others.inputs).fold(true, |all, pair| all & same(pair))
+            && this.values.iter().zip(&others.values).fold(true, |all, pair| all & read(pair))
     }
 
     /// Are these the same rows?

@@ -2,9 +2,9 @@
 
 use super::common::Scratch;
 use super::device::Shape;
-use super::own::Room;
-use super::own_exact::Exact;
-use super::own_rows::{Form, Own, Placed};
+use super::lane_exact::Exact;
+use super::lane_rows::{Form, Lanes, Placed};
+use super::lanes::Room;
 use super::positions::Positions;
 use super::residuals::Tests;
 use super::{Common, Device, Layout, Row, Solved};
@@ -48,7 +48,7 @@ pub struct Schedules {
     /// The schedule of the device before.
     last: Place,
     /// The way of devices of other schedules; inner `None` where there is none, outer where nobody has asked.
-    own: Option<Option<Box<Own>>>,
+    lanes: Option<Option<Box<Lanes>>>,
     /// Positions of devices of other schedules, where joints take part.
     positions: Option<Positions>,
     /// What the tests of their forms share.
@@ -69,7 +69,7 @@ struct Schedule {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 enum Way {
     Common(usize),
-    Own(Form),
+    Lanes(Form),
 }
 
 /// One of them: its number, the rows of the schedule's where they stand in another order, and the places of its rows among the positions.
@@ -123,7 +123,7 @@ impl<'a> Fleet<'a> {
                 None => {
                     let Some((form, is_exact, places)) = self.side_by_side(device, layout) else { continue };
                     let schedule = if is_exact { shape.hash_in_order() } else { 0 };
-                    let key = (Way::Own(form), schedule);
+                    let key = (Way::Lanes(form), schedule);
                     let first = open.get(&key).and_then(|block| blocks.get(*block)?.1.first());
                     if is_exact && first.is_some_and(|first| !shape.is_alike(&Shape::of(first.device, layout))) {
                         continue;
@@ -147,11 +147,12 @@ impl<'a> Fleet<'a> {
             .map_init(Default::default, |(scratch, room), (way, members)| {
                 let found = match way {
                     Way::Common(schedule) => {
-                        let common = self.known.list.get(schedule).and_then(|own| own.common.as_deref());
-                        let own: Vec<_> = members.iter().map(|own| (own.device, own.map.as_deref())).collect();
-                        common.map(|common| common.rows(arch, &own, scratch))
+                        let common = self.known.list.get(schedule).and_then(|schedule| schedule.common.as_deref());
+                        let devices: Vec<_> =
+                            members.iter().map(|member| (member.device, member.map.as_deref())).collect();
+                        common.map(|common| common.rows(arch, &devices, scratch))
                     }
-                    Way::Own(form) => self.own_rows(arch, &form, layout, &members, room),
+                    Way::Lanes(form) => self.lane_rows(arch, &form, layout, &members, room),
                 };
                 // no rows: each of them is fitted by itself
                 (members, found.unwrap_or_default())
@@ -175,12 +176,12 @@ impl<'a> Fleet<'a> {
 
     /// Is there a way for devices of schedules that few have? Asked once, of a device that makes a campaign.
     fn look_for_a_way(&mut self, device: &Device, layout: &Layout) {
-        if self.known.own.is_none()
+        if self.known.lanes.is_none()
             && let Ok(campaign) = (self.question)(device)
         {
-            let own = Own::new(&campaign, layout, &self.settings).map(Box::new);
-            self.known.positions = own.as_deref().and_then(Own::positions);
-            self.known.own = Some(own);
+            let lanes = Lanes::new(&campaign, layout, &self.settings).map(Box::new);
+            self.known.positions = lanes.as_deref().and_then(Lanes::positions);
+            self.known.lanes = Some(lanes);
         }
     }
 
@@ -188,7 +189,7 @@ impl<'a> Fleet<'a> {
     /// where it cannot go beside others.
     fn side_by_side(&mut self, device: &Device, layout: &Layout) -> Option<(Form, bool, Vec<u32>)> {
         self.look_for_a_way(device, layout);
-        let way = self.known.own.as_ref()?.as_deref()?;
+        let way = self.known.lanes.as_ref()?.as_deref()?;
         let form = way.form_of(device)?;
         let places = match &mut self.known.positions {
             Some(positions) => positions.of(way.width, device, layout, self.question)?,
@@ -202,7 +203,7 @@ impl<'a> Fleet<'a> {
     }
 
     /// Rows of devices of one form, eight side by side; none where they have no such way, and for too few of a schedule whose lines follow the point.
-    fn own_rows(
+    fn lane_rows(
         &self,
         arch: Arch,
         form: &Form,
@@ -210,16 +211,17 @@ impl<'a> Fleet<'a> {
         members: &[Member<'_>],
         room: &mut Room,
     ) -> Option<Vec<Option<Row>>> {
-        let way = self.known.own.as_ref()?.as_deref()?;
+        let way = self.known.lanes.as_ref()?.as_deref()?;
         let tests = self.known.tests.get(form)?;
         if !way.is_exact {
-            let own: Vec<Placed<'_>> = members.iter().map(|own| (own.device, own.places.as_slice())).collect();
-            return Some(way.rows(arch, (form, tests), self.known.positions.as_ref(), &own, room));
+            let devices: Vec<Placed<'_>> =
+                members.iter().map(|member| (member.device, member.places.as_slice())).collect();
+            return Some(way.rows(arch, (form, tests), self.known.positions.as_ref(), &devices, room));
         }
         let first = members.first().filter(|_| members.len() >= FEWEST)?;
         let sensors: Vec<usize> = layout.sensors().collect();
         let exact = Exact::new((self.question)(first.device).ok()?, &sensors)?;
-        let devices: Vec<&Device> = members.iter().map(|own| own.device).collect();
+        let devices: Vec<&Device> = members.iter().map(|member| member.device).collect();
         Some(way.rows_exactly(arch, (form, tests), &exact, &devices, room))
     }
 
@@ -227,8 +229,9 @@ impl<'a> Fleet<'a> {
     fn alone(&self, arch: Arch, device: &Device, layout: &Layout) -> Row {
         let fitted = (self.question)(device).and_then(|campaign| {
             let sensors: Vec<usize> = layout.sensors().collect();
-            let own = Common::new(&campaign, &self.settings, &sensors).filter(|_| device.is_plain());
-            let row = own.and_then(|own| own.rows(arch, &[(device, None)], &mut Scratch::default()).pop().flatten());
+            let common = Common::new(&campaign, &self.settings, &sensors).filter(|_| device.is_plain());
+            let row =
+                common.and_then(|common| common.rows(arch, &[(device, None)], &mut Scratch::default()).pop().flatten());
             match row {
                 Some(row) => Ok(Row { solved: Solved::Alone, ..row }),
                 None => fit::fit(&campaign, &self.settings).map(|fit| Row::of(device, &fit)),
@@ -279,7 +282,7 @@ impl<'a> Fleet<'a> {
             if let Some(device) = begun.first().and_then(|hash| devices.get(*new.get(hash)?.first()?)) {
                 self.look_for_a_way(device, layout);
             }
-            fewest = if matches!(self.known.own, Some(Some(_))) { WORTH } else { 2 };
+            fewest = if matches!(self.known.lanes, Some(Some(_))) { WORTH } else { 2 };
         }
         for hash in begun {
             let Some(members) = new.remove(&hash) else { continue };
@@ -342,10 +345,10 @@ impl<'a> Fleet<'a> {
             return None;
         }
         let mut map = vec![0; order.len()];
-        for (own, others) in order.iter().zip(&schedule.order) {
-            map.get_mut(*others).into_iter().for_each(|slot| *slot = *own);
+        for (place, others) in order.iter().zip(&schedule.order) {
+            map.get_mut(*others).into_iter().for_each(|slot| *slot = *place);
         }
-        let in_order = map.iter().enumerate().all(|(k, own)| k == *own);
+        let in_order = map.iter().enumerate().all(|(k, place)| k == *place);
         Some(if in_order { None } else { Some(map) })
     }
 

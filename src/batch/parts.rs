@@ -158,12 +158,12 @@ impl Parts {
             }
         }
         let columns = |i: usize| -> Vec<f64> {
-            let own = (0..n).map(|j| design.jacobian[(i, j)]);
+            let derivatives = (0..n).map(|j| design.jacobian[(i, j)]);
             let further = self.carried.iter().zip(&moved).map(|(carried, moved)| {
                 let here = design.jacobian[(i, carried.parameter)];
                 moved.as_ref().map_or(here, |moved| moved.jacobian[(i, carried.parameter)] - here)
             });
-            own.chain(further).collect()
+            derivatives.chain(further).collect()
         };
         let line = |(i, (origin, predicted)): (usize, (&design::RowOrigin, &f64))| DesignRow {
             reading: origin.reading,
@@ -191,23 +191,23 @@ impl Parts {
     /// Errors: lines of another campaign; values and uncertainties that no fit takes.
     pub fn push(&self, part: &mut Part, values: &[(&DesignRow, Observation)]) -> Result<()> {
         let (k, n) = (values.len(), self.template.unknowns() + self.carried.len());
-        let u = |own: &Observation| own.u.unwrap_or(1.0 / own.samples.sqrt());
+        let u = |value: &Observation| value.u.unwrap_or(1.0 / value.samples.sqrt());
         let rows = Mat::from_fn(k, n, |i, j| {
             // a line of another campaign: refused as not finite
             values.get(i).and_then(|(line, _)| line.columns.get(j)).copied().unwrap_or(f64::NAN)
         });
-        let observed: Vec<f64> = values.iter().map(|(line, own)| own.value - line.predicted).collect();
-        let us: Vec<f64> = values.iter().map(|(_, own)| u(own)).collect();
+        let observed: Vec<f64> = values.iter().map(|(line, value)| value.value - line.predicted).collect();
+        let us: Vec<f64> = values.iter().map(|(_, value)| u(value)).collect();
         part.fold.push(rows.as_ref(), &observed, &us)?;
-        for (_, own) in values {
-            if let Some([stated, open]) = part.met.get_mut(own.sensor) {
-                *(if own.u.is_none() { open } else { stated }) = true;
+        for (_, value) in values {
+            if let Some([stated, open]) = part.met.get_mut(value.sensor) {
+                *(if value.u.is_none() { open } else { stated }) = true;
             }
-            part.largest = part.largest.max(own.value.abs());
-            if own.u.is_none() || self.settings.weighting == Weighting::Relative {
-                part.arithmetic = part.arithmetic.max(2.0 * f64::EPSILON * own.value.abs() / u(own));
-                part.largest_u = part.largest_u.max(u(own));
-                part.step = Some(finer(part.step, own.value));
+            part.largest = part.largest.max(value.value.abs());
+            if value.u.is_none() || self.settings.weighting == Weighting::Relative {
+                part.arithmetic = part.arithmetic.max(2.0 * f64::EPSILON * value.value.abs() / u(value));
+                part.largest_u = part.largest_u.max(u(value));
+                part.step = Some(finer(part.step, value.value));
             }
         }
         Ok(())
@@ -232,15 +232,15 @@ impl Parts {
 /// What is carried along: `df/dp` of every known input with an uncertainty, and its derivative by each unknown that it depends on.
 fn carried(campaign: &Campaign) -> Vec<PropagatedCalibration> {
     let mut list = Vec::new();
-    for (parameter, own) in campaign.parameters.iter().enumerate() {
-        let Role::Known(known) = own.role else { continue };
+    for (parameter, input) in campaign.parameters.iter().enumerate() {
+        let Role::Known(known) = input.role else { continue };
         if known.u == 0.0 {
             continue;
         }
         list.push(PropagatedCalibration { parameter, known, by: None });
         for (j, unknown) in campaign.estimated().iter().enumerate() {
-            let both = [own.id.as_str(), unknown.id.as_str()];
-            let apart = own.kind == Kind::Coefficient
+            let both = [input.id.as_str(), unknown.id.as_str()];
+            let apart = input.kind == Kind::Coefficient
                 && campaign.bench.sensors.iter().all(|sensor| sensor.model.linear_in(&both));
             if !apart {
                 list.push(PropagatedCalibration { parameter, known, by: Some(j) });
@@ -259,15 +259,15 @@ impl Part {
     /// Joins what another part of the same device says. Errors: a part of another campaign.
     pub fn merge(&mut self, other: &Part) -> Result<()> {
         self.fold.merge(&other.fold)?;
-        for (own, met) in self.met.iter_mut().zip(&other.met) {
-            *own = [own[0] || met[0], own[1] || met[1]];
+        for (sensor, met) in self.met.iter_mut().zip(&other.met) {
+            *sensor = [sensor[0] || met[0], sensor[1] || met[1]];
         }
         self.largest = self.largest.max(other.largest);
         self.arithmetic = self.arithmetic.max(other.arithmetic);
         self.largest_u = self.largest_u.max(other.largest_u);
         self.step = match (self.step, other.step) {
             (Some(a), Some(b)) => Some(if a.is_nan() || b.is_nan() { f64::NAN } else { a.min(b) }),
-            (own, other) => own.or(other),
+            (this, other) => this.or(other),
         };
         Ok(())
     }
@@ -300,7 +300,7 @@ fn finer(so_far: Option<f64>, value: f64) -> f64 {
             if count.abs() < 1e14 && count / scale == value {
                 return step;
             }
-            fit::resolution(std::iter::once(value)).map_or(f64::NAN, |own| own.min(step))
+            fit::resolution(std::iter::once(value)).map_or(f64::NAN, |q| q.min(step))
         }
         // not decimal: nothing later makes it so
         None => fit::resolution(std::iter::once(value)).unwrap_or(f64::NAN),
@@ -378,7 +378,7 @@ impl Parts {
         let known = self.known(fold, &folded)?;
         let least = part.least();
         let extended = self.extended(fold, solution, scaled.then_some(least))?;
-        let scale = extended.as_ref().filter(|_| scaled && dof > 0).and_then(|own| own.scale.first().copied());
+        let scale = extended.as_ref().filter(|_| scaled && dof > 0).and_then(|solved| solved.scale.first().copied());
         let question = Question {
             campaign: template,
             settings,
@@ -388,8 +388,8 @@ impl Parts {
             scaled,
             rank: folded.unknowns.rank,
             dof,
-            own_dof: match (&extended, scale) {
-                (Some(own), Some(_)) => own.redundancy.first().map_or(0.0, |own| own.max(NO_REDUNDANCY)),
+            scale_dof: match (&extended, scale) {
+                (Some(solved), Some(_)) => solved.redundancy.first().map_or(0.0, |r| r.max(NO_REDUNDANCY)),
                 _ if scaled => dof as f64,
                 _ => f64::INFINITY,
             },
@@ -403,7 +403,7 @@ impl Parts {
             share: readings.as_ref().unwrap_or(cofactor),
             variance: scale.map(|scale| scale * scale).or_else(|| question.variance(squares, |_| least)),
             squares,
-            tested: extended.map_or(squares, |own| own.sum_of_squares),
+            tested: extended.map_or(squares, |solved| solved.sum_of_squares),
             readings: part.fold.rows(),
             largest: 0.0,
             lack_of_fit_p: None,
@@ -424,17 +424,17 @@ impl Parts {
         let mut inputs: Vec<(usize, Vec<f64>)> = Vec::new();
         for (place, carried) in self.carried.iter().enumerate() {
             let share = carried.known.u * carried.by.map_or(1.0, |j| solution.at(j));
-            let own = triangle.col(n + place).iter().map(|c| share * c);
+            let added = triangle.col(n + place).iter().map(|c| share * c);
             match inputs.last_mut().filter(|(parameter, _)| *parameter == carried.parameter) {
-                Some((_, whole)) => whole.iter_mut().zip(own).for_each(|(to, c)| *to += c),
-                None => inputs.push((carried.parameter, own.collect())),
+                Some((_, whole)) => whole.iter_mut().zip(added).for_each(|(to, c)| *to += c),
+                None => inputs.push((carried.parameter, added.collect())),
             }
         }
         if inputs.is_empty() {
             return Ok(None);
         }
         let k = inputs.len();
-        let of = |i: usize, j: usize| inputs.get(j).and_then(|(_, own)| own.get(i)).copied().unwrap_or(0.0);
+        let of = |i: usize, j: usize| inputs.get(j).and_then(|(_, column)| column.get(i)).copied().unwrap_or(0.0);
         let readings = Block {
             rows: Mat::from_fn(last + 1, n + k, |i, j| j.checked_sub(n).map_or(triangle[(i, j)], |j| of(i, j))),
             observed: triangle.col(last).iter().copied().collect(),
@@ -461,12 +461,12 @@ impl Parts {
             let share = carried.by.map_or(1.0, |j| folded.unknowns.solution.at(j));
             let Some(follow) = fold.follow(place, &self.settings.adjust)? else { continue };
             let PropagatedCalibration { parameter, known, .. } = *carried;
-            if found.last().is_none_or(|own| own.index != parameter) {
+            if found.last().is_none_or(|last| last.index != parameter) {
                 found.push(Input { index: parameter, known, base: vec![0.0; follow.len()], slope: Vec::new() });
             }
             // there is one: pushed above
-            let own = found.last_mut().map(|own| own.base.as_mut_slice()).unwrap_or_default();
-            own.iter_mut().zip(&follow).for_each(|(c, f)| *c -= share * f);
+            let base = found.last_mut().map(|last| last.base.as_mut_slice()).unwrap_or_default();
+            base.iter_mut().zip(&follow).for_each(|(c, f)| *c -= share * f);
         }
         Ok(found)
     }

@@ -126,7 +126,7 @@ impl Positions {
         fit::check_rows(&campaign, &self.model, &design).ok()?;
         let first = u32::try_from(self.cell.len()).ok()?;
         for sensor in sensors {
-            let (i, origin) = design.rows.iter().enumerate().find(|(_, own)| own.sensor == *sensor)?;
+            let (i, origin) = design.rows.iter().enumerate().find(|(_, row)| row.sensor == *sensor)?;
             let (n, predicted) = (self.width - 1, *design.predicted.get(i)?);
             self.rows.extend((0..n).map(|j| design.jacobian[(i, j)]));
             self.rows.push(predicted);

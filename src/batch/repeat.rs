@@ -24,13 +24,13 @@ pub fn repeats(campaign: &Campaign) -> Option<(String, usize)> {
 /// How many labels a column has, where each has the same schedule of at least two readings.
 fn labels(campaign: &Campaign, name: &str, used: &[&str]) -> Option<usize> {
     let readings = &campaign.readings;
-    let column = readings.columns.iter().position(|own| own == name);
+    let column = readings.columns.iter().position(|other| other == name);
     let label = |row: &Reading| match column {
         Some(k) => row.columns.get(k).copied().flatten().map(|x| x.to_string()),
-        None => row.remarks.iter().find(|(own, _)| own == name).map(|(_, text)| text.clone()),
+        None => row.remarks.iter().find(|(column, _)| column == name).map(|(_, text)| text.clone()),
     };
     let inputs: Vec<usize> = (0..readings.columns.len())
-        .filter(|k| readings.columns.get(*k).is_some_and(|own| used.contains(&own.as_str())))
+        .filter(|k| readings.columns.get(*k).is_some_and(|name| used.contains(&name.as_str())))
         .collect();
     type Key<'a> = (&'a [JointState], Vec<Option<f64>>, Vec<usize>);
     let (mut places, mut groups) = (HashMap::<String, usize>::new(), Vec::<Vec<Key<'_>>>::new());

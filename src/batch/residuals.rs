@@ -80,7 +80,7 @@ const RUNS_KEPT: usize = 1 << 16;
 pub(super) struct Cells {
     /// Weight and weighted sum of each cell.
     sums: Vec<(f64, f64)>,
-    own: Vec<f64>,
+    weights: Vec<f64>,
 }
 
 impl Cells {
@@ -92,24 +92,24 @@ impl Cells {
         (v, weight): (&[f64], impl Iterator<Item = f64>),
         dof: usize,
     ) -> Option<f64> {
-        let Cells { sums, own } = self;
+        let Cells { sums, weights } = self;
         let pure_dof = cell.len().checked_sub(count).filter(|pure| *pure > 0)?;
         let between_dof = dof.checked_sub(pure_dof).filter(|rest| *rest > 0)?;
         sums.clear();
         sums.resize(count, (0.0, 0.0));
-        own.clear();
-        own.extend(weight);
-        for ((v, own), cell) in v.iter().zip(own.iter()).zip(cell) {
+        weights.clear();
+        weights.extend(weight);
+        for ((v, w), cell) in v.iter().zip(weights.iter()).zip(cell) {
             let Some((weight, sum)) = sums.get_mut(*cell) else { continue };
-            *weight += own;
-            *sum += v * own;
+            *weight += w;
+            *sum += v * w;
         }
         let between: f64 = sums.iter().map(|(weight, sum)| sum * sum / weight).sum();
         let (mut pure, mut total) = (0.0, 0.0);
-        for ((v, own), cell) in v.iter().zip(own.iter()).zip(cell) {
+        for ((v, w), cell) in v.iter().zip(weights.iter()).zip(cell) {
             let mean = sums.get(*cell).map_or(0.0, |(weight, sum)| sum / weight);
-            pure += (v - mean) * (v - mean) * own;
-            total += v * v * own;
+            pure += (v - mean) * (v - mean) * w;
+            total += v * v * w;
         }
         quality::lack_of_fit_p(pure, pure_dof, between, between_dof, total).map(|(_, p)| p)
     }

@@ -161,13 +161,13 @@ impl Row {
         let results = || {
             let parameters = fit.parameters.iter().map(|p| (p.value, p.uncertainty));
             let derived = fit.derived.iter().map(|d| (d.value, d.uncertainty));
-            let errors = judged.iter().filter(|own| matches!(own.limit.of, Limited::ScaleFactor(_)));
-            parameters.chain(derived).chain(errors.map(|own| (own.value, own.uncertainty)))
+            let errors = judged.iter().filter(|limit| matches!(limit.limit.of, Limited::ScaleFactor(_)));
+            parameters.chain(derived).chain(errors.map(|limit| (limit.value, limit.uncertainty)))
         };
         let of = |get: &dyn Fn(Option<f64>, Option<Combined>) -> Option<f64>| -> Vec<f64> {
-            results().map(|(value, own)| get(value, own).unwrap_or(f64::NAN)).collect()
+            results().map(|(value, uncertainty)| get(value, uncertainty).unwrap_or(f64::NAN)).collect()
         };
-        let limits: Vec<(&str, Conformity)> = judged.iter().map(|own| (own.id.as_str(), own.outcome)).collect();
+        let limits: Vec<(&str, Conformity)> = judged.iter().map(|limit| (limit.id.as_str(), limit.outcome)).collect();
         let found = || fit.checks.snooping.iter().flat_map(|found| &found.suspects);
         let suspects: Vec<usize> =
             found().filter_map(|suspect| fit.design.rows.get(suspect.row).map(|origin| origin.reading + 1)).collect();
@@ -195,16 +195,16 @@ impl Row {
             label: device.label.clone(),
             lot: String::new(),
             verdict: if fit.is_rejected() || misfit { Verdict::Rejected } else { Verdict::Accepted },
-            conformity: limits.iter().map(|(_, own)| *own).max(),
+            conformity: limits.iter().map(|(_, outcome)| *outcome).max(),
             why: remarks.words(),
             reasons: remarks.reasons(),
             readings: fit.design.rows.len(),
             rank: fit.estimate.unknowns.rank,
             dof: fit.estimate.dof,
             value: of(&|value, _| value),
-            u: of(&|_, own| own.map(|c| c.u)),
-            expanded: of(&|_, own| own.map(|c| c.expanded)),
-            type_a: of(&|_, own| own.map(|c| c.type_a)),
+            u: of(&|_, combined| combined.map(|c| c.u)),
+            expanded: of(&|_, combined| combined.map(|c| c.expanded)),
+            type_a: of(&|_, combined| combined.map(|c| c.type_a)),
             residual_sd: fit.residual_sd().unwrap_or(f64::NAN),
             chi_square_p: fit.global_test.map_or(f64::NAN, |test| test.p),
             lack_of_fit_p,
@@ -271,7 +271,7 @@ impl Remarks {
             (Conformity::Fail, Reason::OutsideLimits, "outside limits:"),
             (Conformity::Undecided, Reason::Undecided, "undecided:"),
         ] {
-            let names: Vec<&str> = limits.iter().filter(|(_, own)| *own == outcome).map(|(id, _)| *id).collect();
+            let names: Vec<&str> = limits.iter().filter(|(_, judged)| *judged == outcome).map(|(id, _)| *id).collect();
             if !names.is_empty() {
                 self.say(reason, format!("{words} {}", names.join(" ")));
             }

@@ -130,17 +130,17 @@ fn pass(
         let mut record = (tables.open)(file)?;
         let column = tables.by.map(|by| record.find(by)).transpose()?;
         let lot = tables.lot.map(|lot| record.find(lot)).transpose()?;
-        let own = (tables.layout)(&record, column)?;
-        let own = match &first {
-            None => first.insert(own).clone(),
-            Some(before) => own.in_the_order_of(before).ok_or_else(|| {
+        let layout = (tables.layout)(&record, column)?;
+        let layout = match &first {
+            None => first.insert(layout).clone(),
+            Some(before) => layout.in_the_order_of(before).ok_or_else(|| {
                 Malformed::new(Fault::Missing, format!("'{name}' has other columns than the first file"))
                     .expected(before.keys.join(", "))
-                    .found(own.keys.join(", "))
+                    .found(layout.keys.join(", "))
                     .in_file(name)
             })?,
         };
-        let mut selection = own.selection();
+        let mut selection = layout.selection();
         selection.extend(column.map(|k| (k, As::Label)));
         // a column that is asked for twice is read once
         let lot = lot.map(|k| match selection.iter().position(|(other, _)| *other == k) {
@@ -150,14 +150,14 @@ fn pass(
                 (selection.len() - 1, true)
             }
         });
-        let position = own.position.filter(|k| !selection.iter().any(|(other, _)| other == k));
+        let position = layout.position.filter(|k| !selection.iter().any(|(other, _)| other == k));
         selection.extend(position.map(|k| (k, As::Label)));
         record.select(&selection);
         let places = Places {
-            inputs: own.places(|kind| kind == Use::Input),
-            values: own.places(|kind| matches!(kind, Use::Value(_))),
-            others: own.places(|kind| kind == Use::Other),
-            by: column.map(|_| own.keys.len()),
+            inputs: layout.places(|kind| kind == Use::Input),
+            values: layout.places(|kind| matches!(kind, Use::Value(_))),
+            others: layout.places(|kind| kind == Use::Other),
+            by: column.map(|_| layout.keys.len()),
             lot,
             position: position.map(|_| selection.len() - 1),
         };
@@ -170,7 +170,7 @@ fn pass(
         }
         let mut block = Block::default();
         while record.next(&mut block)? {
-            own.convert(&mut block);
+            layout.convert(&mut block);
             if let Some(again) = gathering.block(&record, &block, &places) {
                 return Ok(Ended::Early(again));
             }
@@ -180,13 +180,13 @@ fn pass(
                 if handed_on == 0 && counts.is_none() && tables.by.is_some() && chunk.len() > FIRST {
                     // a first look costs little, should they be of no use
                     let rest = chunk.split_off(FIRST);
-                    if !sink(chunk, &own)? {
+                    if !sink(chunk, &layout)? {
                         return Ok(Ended::Early(Restart::OfNoUse));
                     }
                     chunk = rest;
                 }
                 handed_on += chunk.len();
-                sink(chunk, &own)?;
+                sink(chunk, &layout)?;
             }
             if counts.is_none() {
                 record.forget_labels();
@@ -297,7 +297,8 @@ impl Gathering<'_> {
     /// The label numbers of a file are its own.
     fn end_file(&mut self, record: &Record) {
         self.number = None;
-        for (k, there) in std::mem::take(&mut self.of_label).into_iter().enumerate().filter(|(_, own)| *own != NONE) {
+        for (k, there) in std::mem::take(&mut self.of_label).into_iter().enumerate().filter(|(_, there)| *there != NONE)
+        {
             self.before.insert(label(record, k).to_string(), there);
         }
     }
@@ -339,7 +340,7 @@ impl Gathering<'_> {
         if self.of_label.len() <= number {
             self.of_label.resize(number + 1, NONE);
         }
-        self.of_label.get_mut(number).into_iter().for_each(|own| *own = there);
+        self.of_label.get_mut(number).into_iter().for_each(|slot| *slot = there);
         self.current = None;
         Ok(there)
     }
@@ -359,7 +360,7 @@ impl Gathering<'_> {
         while row < block.rows() {
             let number = by.map(|by| of(by, row));
             let end = match (by, number) {
-                (Some(by), Some(own)) => (row..block.rows()).find(|k| of(by, *k) != own).unwrap_or(block.rows()),
+                (Some(by), Some(label)) => (row..block.rows()).find(|k| of(by, *k) != label).unwrap_or(block.rows()),
                 _ => block.rows(),
             };
             let there = match number.map(|number| self.device_of(record, number)) {
@@ -400,23 +401,24 @@ impl Gathering<'_> {
                 if labels.len() <= number {
                     labels.resize(number + 1, None);
                 }
-                let own =
-                    labels.get_mut(number).map(|own| own.get_or_insert_with(|| label(record, number).into()).clone());
-                own.iter().for_each(|own| device.push_position(own));
+                let position = labels
+                    .get_mut(number)
+                    .map(|position| position.get_or_insert_with(|| label(record, number).into()).clone());
+                position.iter().for_each(|position| device.push_position(position));
             }
             if let Some((lot, labelled)) = places.lot.filter(|_| device.rows == 0) {
                 let cell = column(lot).get(row).copied();
                 device.lot = match labelled {
                     true => label(record, cell.map_or(0, place)).to_string(),
-                    false => cell.filter(|own| own.is_finite()).map_or_else(String::new, |own| own.to_string()),
+                    false => cell.filter(|x| x.is_finite()).map_or_else(String::new, |x| x.to_string()),
                 };
             }
             push_runs(device, &file, lines, (first, end - row));
             device.rows += end - row;
             if device.rows as u64 >= *expected {
                 self.is_whole(there);
-                if let Some(own) = number.and_then(|number| self.of_label.get_mut(number)) {
-                    *own = NONE;
+                if let Some(slot) = number.and_then(|number| self.of_label.get_mut(number)) {
+                    *slot = NONE;
                 }
             }
             row = end;
@@ -428,10 +430,11 @@ impl Gathering<'_> {
     /// Note labels of devices that the record found with different blanks.
     fn say_blanks(&mut self, record: &Record, by: &[f64]) {
         for number in record.blanks_differ() {
-            let own = label(record, number + 1);
-            if !self.blanks_differ.iter().any(|other| other == own) && by.iter().any(|cell| place(*cell) == number + 1)
+            let label = label(record, number + 1);
+            if !self.blanks_differ.iter().any(|other| other == label)
+                && by.iter().any(|cell| place(*cell) == number + 1)
             {
-                self.blanks_differ.push(own.to_string());
+                self.blanks_differ.push(label.to_string());
             }
         }
     }

@@ -271,8 +271,8 @@ impl Summary {
                 self.values.push(value);
                 if value.is_finite() {
                     sums.dof += dof;
-                    for (own, (squares, count)) in [(&row.u, &mut sums.u), (&row.type_a, &mut sums.type_a)] {
-                        if let Some(u) = own.get(k).filter(|u| u.is_finite()) {
+                    for (values, (squares, count)) in [(&row.u, &mut sums.u), (&row.type_a, &mut sums.type_a)] {
+                        if let Some(u) = values.get(k).filter(|u| u.is_finite()) {
                             *squares += u * u;
                             *count += 1;
                         }
@@ -285,8 +285,8 @@ impl Summary {
     fn add_not_in_order(&mut self, row: &Row) {
         // no number: nothing was tested
         let p = row.chi_square_p.min(row.lack_of_fit_p);
-        let has_answer = !row.reasons.iter().any(|own| {
-            matches!(own, Reason::NotEstimable | Reason::Stuck | Reason::NoConvergence | Reason::Constraints)
+        let has_answer = !row.reasons.iter().any(|reason| {
+            matches!(reason, Reason::NotEstimable | Reason::Stuck | Reason::NoConvergence | Reason::Constraints)
         });
         let badness = match (row.verdict, row.conformity) {
             (Verdict::Malformed, _) => (0, 0.0, 0.0),
@@ -295,17 +295,17 @@ impl Summary {
             (Verdict::Accepted, Some(Conformity::Fail)) => (3, 0.0, 0.0),
             (Verdict::Accepted, _) => (4, 0.0, 0.0),
         };
-        let milder = |own: &(u8, f64, f64)| {
-            own.0.cmp(&badness.0).then(own.1.total_cmp(&badness.1)).then(own.2.total_cmp(&badness.2)).is_le()
+        let milder = |other: &(u8, f64, f64)| {
+            other.0.cmp(&badness.0).then(other.1.total_cmp(&badness.1)).then(other.2.total_cmp(&badness.2)).is_le()
         };
         let place = self.badness.partition_point(milder);
         if place >= LISTED {
             return;
         }
         let (verdict, conformity) = (row.verdict, row.conformity);
-        let own = NotInOrder { label: row.label.clone(), verdict, conformity, why: row.why.clone() };
+        let entry = NotInOrder { label: row.label.clone(), verdict, conformity, why: row.why.clone() };
         self.badness.insert(place, badness);
-        self.not_in_order.insert(place, own);
+        self.not_in_order.insert(place, entry);
         self.badness.truncate(LISTED);
         self.not_in_order.truncate(LISTED);
     }
@@ -334,7 +334,8 @@ impl Summary {
     /// Values of a quantity over the accepted devices, with the index of each device.
     fn column(&self, quantity: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
         let rows = self.values.chunks_exact(self.quantities.max(1)).enumerate();
-        rows.filter_map(move |(k, row)| row.get(quantity).map(|own| (k, *own))).filter(|(_, own)| own.is_finite())
+        rows.filter_map(move |(k, row)| row.get(quantity).map(|value| (k, *value)))
+            .filter(|(_, value)| value.is_finite())
     }
 
     /// The values of a quantity, for a figure.
@@ -345,8 +346,8 @@ impl Summary {
     /// The label of a device by its index.
     fn label(&self, k: usize) -> String {
         let start = k.checked_sub(1).and_then(|before| self.ends.get(before)).copied().unwrap_or(0);
-        let own = self.ends.get(k).and_then(|end| self.labels.get(start..*end));
-        own.unwrap_or_default().to_string()
+        let label = self.ends.get(k).and_then(|end| self.labels.get(start..*end));
+        label.unwrap_or_default().to_string()
     }
 
     /// A quantity over the accepted devices; `None` where no device has one.
@@ -419,7 +420,8 @@ impl Summary {
     /// that is noisy by chance (drawn for 2 to 300 devices with 1 to 18 degrees of freedom each; 2 % with one degree of freedom).
     pub fn noisy(&self, most: usize) -> Vec<NoisyDevice> {
         let scatters = self.scatters.iter().enumerate();
-        let mut all: Vec<(usize, f64, f64)> = scatters.filter_map(|(k, own)| own.map(|(s, dof)| (k, s, dof))).collect();
+        let mut all: Vec<(usize, f64, f64)> =
+            scatters.filter_map(|(k, scatter)| scatter.map(|(s, dof)| (k, s, dof))).collect();
         let median = middle(&mut all.iter().map(|(_, variance, _)| *variance).collect::<Vec<f64>>());
         if !(median > 0.0) {
             return Vec::new();
@@ -464,11 +466,11 @@ fn middle(values: &mut [f64]) -> f64 {
     if values.is_empty() {
         return f64::NAN;
     }
-    let (below, own, _) = values.select_nth_unstable_by(half, f64::total_cmp);
-    let own = *own;
+    let (below, middle, _) = values.select_nth_unstable_by(half, f64::total_cmp);
+    let middle = *middle;
     if is_odd {
-        return own;
+        return middle;
     }
-    let before = below.iter().copied().max_by(f64::total_cmp).unwrap_or(own);
-    (before + own) / 2.0
+    let before = below.iter().copied().max_by(f64::total_cmp).unwrap_or(middle);
+    (before + middle) / 2.0
 }

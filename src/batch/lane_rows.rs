@@ -27,7 +27,7 @@ const MOST_SENSORS: usize = 4;
 
 /// What devices of different schedules share: the question, and where in a device's cells its lines find their inputs.
 #[derive(Debug)]
-pub(super) struct Own {
+pub(super) struct Lanes {
     pub(super) campaign: Campaign,
     pub(super) settings: Settings,
     pub(super) derived: Vec<Tape>,
@@ -114,11 +114,11 @@ impl Form {
     }
 }
 
-impl Own {
+impl Lanes {
     /// The way of a table's devices, from the campaign of one; `None` where none of them can go it.
     ///
     /// That is: a question that needs more than one linear step, priors, uncertain inputs, lines of rates, forces or joints.
-    pub(super) fn new(campaign: &Campaign, layout: &Layout, settings: &Settings) -> Option<Own> {
+    pub(super) fn new(campaign: &Campaign, layout: &Layout, settings: &Settings) -> Option<Lanes> {
         let bench = &campaign.bench;
         let prior = |p: &crate::campaign::Parameter| matches!(p.role, Role::Estimated { prior: Some(_), .. });
         let is_exact = settings.estimator == Estimator::Exact && !is_linear(campaign);
@@ -148,7 +148,7 @@ impl Own {
             .filter(|(_, kind)| **kind == Use::Input)
             .map(|(key, _)| key.as_str())
             .collect();
-        let cell = |key: &str| inputs.iter().position(|own| *own == key);
+        let cell = |key: &str| inputs.iter().position(|input| *input == key);
         let n = campaign.unknowns();
         let has_joints = bench.joints().next().is_some();
         let is_by_position =
@@ -164,7 +164,7 @@ impl Own {
                 Read::Parameter(k) => Some(From::Fixed(*reference.get(*k)?, (*k < n).then_some(*k))),
             };
             let from: Vec<From> = line.reads().iter().map(from).collect::<Option<_>>()?;
-            let has = |j: &usize| from.iter().any(|own| matches!(own, From::Fixed(_, Some(k)) if k == j));
+            let has = |j: &usize| from.iter().any(|source| matches!(source, From::Fixed(_, Some(k)) if k == j));
             let absent = (0..n).filter(|j| !has(j)).collect();
             Some(SensorLine { line: Some(line), from, u, absent })
         };
@@ -173,7 +173,7 @@ impl Own {
         let derived = campaign.derived.iter().map(|d| Tape::compile(&d.line, &ids)).collect::<Result<_, _>>().ok()?;
         let (width, samples) = (inputs.len(), cell("n"));
         let sensors = layout.sensors().collect();
-        Some(Own {
+        Some(Lanes {
             settings: *settings,
             derived,
             reference,
@@ -209,8 +209,8 @@ impl Own {
             if inputs.len() != self.width || self.samples.is_some_and(|k| inputs[k] <= 0.0) {
                 return None;
             }
-            let own = self.lines.iter().zip(values).zip(counts.iter_mut().zip(&mut stated));
-            for ((line, value), (count, stated)) in own {
+            let sensors = self.lines.iter().zip(values).zip(counts.iter_mut().zip(&mut stated));
+            for ((line, value), (count, stated)) in sensors {
                 let u = line.u.map_or(f64::NAN, |k| inputs[k]);
                 if value.is_nan() {
                     continue;
@@ -326,7 +326,7 @@ impl Own {
                     };
                     Some((*value, u))
                 });
-                let (mut least, mut most, mut own) = (f64::INFINITY, 0.0_f64, Sizes::default());
+                let (mut least, mut most, mut largest) = (f64::INFINITY, 0.0_f64, Sizes::default());
                 let mut least_u = f64::INFINITY;
                 let rows = eight.observed[begin..].iter_mut().zip(&mut eight.weight[begin..]);
                 for (((observed, weight), (value, u)), predicted) in
@@ -337,16 +337,16 @@ impl Own {
                     weight[l] = w;
                     least = if size > 0.0 && size < least { size } else { least };
                     most = if size > most { size } else { most };
-                    own.weighed = if size * w > own.weighed { size * w } else { own.weighed };
-                    own.largest_u = if u > own.largest_u { u } else { own.largest_u };
+                    largest.weighed = if size * w > largest.weighed { size * w } else { largest.weighed };
+                    largest.largest_u = if u > largest.largest_u { u } else { largest.largest_u };
                     least_u = if u < least_u { u } else { least_u };
                 }
-                let before = if begin == 0 { Some((own, least_u)) } else { sizes[l] };
+                let before = if begin == 0 { Some((largest, least_u)) } else { sizes[l] };
                 sizes[l] = before.filter(|_| !(most > fit::MOST || least < fit::LEAST)).map(
-                    |(own_before, u_before): (Sizes, f64)| {
+                    |(before, u_before): (Sizes, f64)| {
                         let both = Sizes {
-                            weighed: own.weighed.max(own_before.weighed),
-                            largest_u: own.largest_u.max(own_before.largest_u),
+                            weighed: largest.weighed.max(before.weighed),
+                            largest_u: largest.largest_u.max(before.largest_u),
                         };
                         (both, least_u.min(u_before))
                     },
@@ -354,13 +354,13 @@ impl Own {
             }
         }
         // rows of very different weight want the refinement of a fit of their own
-        sizes.map(|own| own.filter(|(own, least_u)| !(own.largest_u > UNLIKE * least_u)).map(|(own, _)| own))
+        sizes.map(|lane| lane.filter(|(size, least_u)| !(size.largest_u > UNLIKE * least_u)).map(|(size, _)| size))
     }
 }
 
 /// Residuals of one system of eight, in the order of its rows.
 pub(super) fn lane(of: &[Lane], l: usize) -> impl Iterator<Item = f64> + '_ {
-    of.iter().map(move |own| own[l])
+    of.iter().map(move |lanes| lanes[l])
 }
 
 /// The cell of each row of one device: rows of one cell have the same inputs. How many cells there are comes back.
@@ -375,7 +375,7 @@ pub(super) struct Parted {
     known: HashMap<u32, usize, BuildHasherDefault<Mix>>,
 }
 
-impl Own {
+impl Lanes {
     /// Part a device's rows, in the order of the system's, by their inputs.
     pub(super) fn cells(
         &self,
@@ -417,7 +417,7 @@ impl Own {
                             firsts.push((row, slot));
                             break firsts.len() - 1;
                         }
-                        Some((first, own)) if *own == slot && used().all(|k| at(row, k) == at(*first, k)) => {
+                        Some((first, kind)) if *kind == slot && used().all(|k| at(row, k) == at(*first, k)) => {
                             break *entry as usize;
                         }
                         Some(_) => place = (place + 1) & (size - 1),

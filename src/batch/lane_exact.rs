@@ -9,8 +9,8 @@
 
 use super::block::{LANES, Lane};
 use super::common::ILL;
-use super::own::Room;
-use super::own_rows::{Form, Own, Placed};
+use super::lane_rows::{Form, Lanes, Placed};
+use super::lanes::Room;
 use super::residuals::Tests;
 use super::{Device, Row};
 use crate::campaign::{Campaign, Kind};
@@ -41,7 +41,7 @@ impl Exact {
         let design = design::assemble(&campaign, &model, &campaign.reference_point()).ok()?;
         fit::check_rows(&campaign, &model, &design).ok()?;
         // rows of a system stand sensor by sensor
-        let slot = |row: &usize| design.rows.get(*row).and_then(|own| sensors.iter().position(|s| *s == own.sensor));
+        let slot = |row: &usize| design.rows.get(*row).and_then(|row| sensors.iter().position(|s| *s == row.sensor));
         let mut order: Vec<usize> = (0..design.rows.len()).collect();
         order.sort_by_key(slot);
         let mut place = vec![0; order.len()];
@@ -52,8 +52,8 @@ impl Exact {
         let count = cells.iter().max().map_or(0, |most| most + 1);
         let cells = (order.iter().map(|k| cells.at(*k)).collect(), count);
         let of_reading = |rows: &[(usize, &RowOrigin)]| {
-            let reading = rows.first().map_or(0, |(_, own)| own.reading);
-            let sensors = rows.iter().map(|(_, own)| own.sensor).collect();
+            let reading = rows.first().map_or(0, |(_, row)| row.reading);
+            let sensors = rows.iter().map(|(_, row)| row.sensor).collect();
             (reading, sensors, rows.iter().map(|(k, _)| place[*k]).collect())
         };
         let rows: Vec<(usize, &RowOrigin)> = design.rows.iter().enumerate().collect();
@@ -90,7 +90,7 @@ impl Exact {
     }
 }
 
-impl Own {
+impl Lanes {
     /// A row for each device of one schedule; `None` for one that its own fit has to answer.
     pub(super) fn rows_exactly(
         &self,
@@ -101,7 +101,8 @@ impl Own {
         room: &mut Room,
     ) -> Vec<Option<Row>> {
         let (m, n) = (form.readings(), self.campaign.unknowns());
-        let is_tilt: Vec<bool> = self.campaign.estimated().iter().map(|own| own.kind == Kind::Tilt).collect();
+        let is_tilt: Vec<bool> =
+            self.campaign.estimated().iter().map(|parameter| parameter.kind == Kind::Tilt).collect();
         let (mut work, mut places) = (exact.model.workspace(), design::Room::default());
         let mut predicted = vec![[0.0; LANES]; m];
         let reference: Vec<Lane> = self.reference.iter().map(|x| [*x; LANES]).collect();

@@ -9,7 +9,7 @@
 use super::answer::{Answer, Coverage, Question, least_variance};
 use super::block::{LANES, Lane, Sums};
 use super::common::ILL;
-use super::own_rows::{Form, Own, Parted, Placed, Places, Sizes, lane};
+use super::lane_rows::{Form, Lanes, Parted, Placed, Places, Sizes, lane};
 use super::positions::Positions;
 use super::residuals::{Cells, Tests, runs_of, runs_p, suspects};
 use super::{Device, Row, Solved};
@@ -47,7 +47,7 @@ struct Judged {
     normality: Option<Lane>,
 }
 
-impl Own {
+impl Lanes {
     /// A row for each device of a shape; `None` for one that its own fit has to answer.
     pub(super) fn rows(
         &self,
@@ -62,8 +62,8 @@ impl Own {
             let sizes = self.fill(arch, (form, positions), devices, &mut room.eight, &mut room.places);
             room.eight.solve(arch, true);
             self.judge(arch, tests, room);
-            let own = devices.iter().zip(sizes).enumerate();
-            rows.extend(own.map(|(l, (device, sizes))| {
+            let solved = devices.iter().zip(sizes).enumerate();
+            rows.extend(solved.map(|(l, (device, sizes))| {
                 self.row((form, tests), (positions, None), &self.reference, *device, (l, sizes?), room)
             }));
         }
@@ -95,14 +95,14 @@ impl Own {
         dx.clear();
         dx.extend(lane(&eight.solution, l));
         let cofactor = match cofactor {
-            Some(own) if own.nrows() == n => own,
+            Some(same) if same.nrows() == n => same,
             slot => slot.insert(Mat::zeros(n, n)),
         };
         for j in 0..n {
             let upper = if self.derived.is_empty() { j } else { 0 };
             for i in upper..=j {
-                let own = eight.cofactor(i, j, l);
-                (cofactor[(i, j)], cofactor[(j, i)]) = (own, own);
+                let element = eight.cofactor(i, j, l);
+                (cofactor[(i, j)], cofactor[(j, i)]) = (element, element);
             }
         }
         if !(dx.iter().all(|x| x.is_finite()) && (0..n).all(|j| cofactor[(j, j)].is_finite())) {
@@ -120,10 +120,10 @@ impl Own {
             scaled: form.scaled,
             rank: n,
             dof,
-            own_dof: if form.scaled { dof as f64 } else { f64::INFINITY },
+            scale_dof: if form.scaled { dof as f64 } else { f64::INFINITY },
         };
         let values = || device.values.iter().copied().filter(|value| !value.is_nan());
-        let least = |own| least_variance(values, (own, sizes.weighed, sizes.largest_u));
+        let least = |variance| least_variance(values, (variance, sizes.weighed, sizes.largest_u));
         let (of, count) = match known {
             Some((of, count)) => (of.as_slice(), *count),
             None => {
@@ -141,7 +141,7 @@ impl Own {
             runs_of(positive, m - positive, 1 + number::count(sums.changes[l]))
         } else {
             let parts = form.parts().filter_map(|(begin, count)| v.get(begin..begin + count));
-            parts.map(|own| runs_p(own.iter().copied())).fold(f64::NAN, f64::min)
+            parts.map(|residuals| runs_p(residuals.iter().copied())).fold(f64::NAN, f64::min)
         };
         let (suspects, suspect_p) = match tests.may_be_suspicious(squares, sums.gain[l]) {
             true => self.suspects(form, device, (l, sizes.weighed), eight),
@@ -164,8 +164,8 @@ impl Own {
             normality_p: match (&judged.normality, &tests.scores) {
                 (Some(p), _) => p[l],
                 (None, Some(scores)) => {
-                    let mut own: Vec<f64> = lane(&judged.studentized, l).collect();
-                    scores.test(&mut own).map_or(f64::NAN, |test| test.p)
+                    let mut studentized: Vec<f64> = lane(&judged.studentized, l).collect();
+                    scores.test(&mut studentized).map_or(f64::NAN, |test| test.p)
                 }
                 (None, None) => f64::NAN,
             },
@@ -183,9 +183,9 @@ impl Own {
         let groups = device.positions.len();
         let group = |slot: usize, row: usize| {
             device.value(row, sensors).get(slot).filter(|value| !value.is_nan())?;
-            let own = device.groups.get(row).map(|own| *own as usize)?;
+            let position = device.groups.get(row).map(|position| *position as usize)?;
             // apart for each sensor; a row without a label has no position
-            Some(Some(slot * groups + own).filter(|_| !device.position(row).is_empty()))
+            Some(Some(slot * groups + position).filter(|_| !device.position(row).is_empty()))
         };
         let group: Vec<Option<usize>> =
             (0..sensors).flat_map(|slot| (0..device.rows).filter_map(move |row| group(slot, row))).collect();
@@ -205,7 +205,7 @@ impl Own {
                 return None;
             }
             let rows: Vec<usize> = (begin..begin + count).collect();
-            let predicted = |i: usize| value - eight.observed.get(i).map_or(0.0, |own| own[l]);
+            let predicted = |i: usize| value - eight.observed.get(i).map_or(0.0, |lanes| lanes[l]);
             let at = |i: usize, j: usize| if j < n { eight.rows[j * m + i][l] } else { predicted(i) };
             fit::changes(&rows, n, at).then_some((self.sensors.get(slot).copied()?, value))
         };
@@ -218,7 +218,7 @@ impl Own {
         // in the order of the readings, in which the device's own fit would look for them
         let order = self.order(device);
         let row = |i: usize| order.get(i).map_or(0, |(_, row)| *row);
-        let at = |list: &[Lane], i: usize| list.get(row(i)).map_or(0.0, |own| own[l]);
+        let at = |list: &[Lane], i: usize| list.get(row(i)).map_or(0.0, |lanes| lanes[l]);
         let q = Mat::from_fn(m, n, |i, j| eight.orthonormal(row(i), j, l));
         let weight: Vec<f64> = (0..m).map(|i| at(&eight.weight, i)).collect();
         let v: Vec<f64> = (0..m).map(|i| at(&eight.residuals, i)).collect();
@@ -254,7 +254,7 @@ impl WithSimd for Judge<'_> {
             gain.push(std::array::from_fn(|l| w[l] * w[l] / r[l]));
             studentized.push(std::array::from_fn(|l| v[l] * (w[l] / r[l].sqrt())));
         }
-        *sums = Some(Sums::of_own(&eight.residuals, eight.weight.iter().copied(), gain.iter().copied()));
+        *sums = Some(Sums::weighted(&eight.residuals, eight.weight.iter().copied(), gain.iter().copied()));
         *normality = tests.normality(studentized);
     }
 }
