@@ -177,7 +177,7 @@ impl<'py> Question<'py> {
         let source = self.source()?;
         let made = wire::campaign_of(&source).and_then(|file| {
             let folder = &self.folder;
-            let bench = file.own_bench(&mut |name| {
+            let bench = file.resolved_bench(&mut |name| {
                 let path = folder.join(name);
                 let bytes = std::fs::read(&path).map_err(|error| {
                     Malformed::new(Fault::File, format!("cannot read '{}': {error}", path.display()))
@@ -252,7 +252,7 @@ impl<'py> Question<'py> {
             built_in(id)?;
         }
         let nothing = |name: &str| Err(Malformed::new(Fault::File, format!("'{name}' is a file")));
-        let bench = file.own_bench(&mut { nothing }).ok()?;
+        let bench = file.resolved_bench(&mut { nothing }).ok()?;
         Some(Template { file, bench, made: Mutex::new(None) })
     }
 }

@@ -75,7 +75,7 @@ impl Question {
     pub fn new(source: Source, fetch: wire::Fetch<'_>) -> Result<Self> {
         let file = wire::campaign_of(&source)?;
         let mut files = Vec::new();
-        file.own_bench(&mut |name| {
+        file.resolved_bench(&mut |name| {
             let found = fetch(name)?;
             files.push((name.to_string(), found.text.clone()));
             Ok(found)
@@ -105,7 +105,7 @@ impl Question {
         let source = self.source();
         let mut file = wire::campaign_of(&source)?;
         let bench = file
-            .own_bench(&mut |name| {
+            .resolved_bench(&mut |name| {
                 let text = self.files.iter().find(|(own, _)| own == name).map(|(_, text)| text.clone());
                 Ok(Source { name: name.into(), text: text.unwrap_or_default() })
             })

@@ -110,7 +110,7 @@ pub(super) fn fit(
         }
         pages.print(&report::batch_document(&found, Some((template, &summary)), &BTreeMap::new(), lang))?;
     }
-    let failed = found.conformity.as_ref().is_some_and(|own| own.fail + own.undecided > 0);
+    let failed = found.conformity.as_ref().is_some_and(|counts| counts.fail + counts.undecided > 0);
     let rejected = found.devices.rejected + found.devices.malformed > 0;
     Ok(if failed || rejected { Outcome::Rejected } else { Outcome::Done })
 }
@@ -133,7 +133,7 @@ fn titles(by: &str, lot: Option<&str>, quantities: &[(String, String)], limited:
 /// The cells of a row, in the order of the titles.
 fn cells(row: &Row, has_lot: bool, limited: bool) -> Vec<Cell<'_>> {
     let mut cells = Vec::with_capacity(14 + 3 * row.value.len());
-    let conformity = limited.then(|| row.conformity.map_or("", |own| own.name()));
+    let conformity = limited.then(|| row.conformity.map_or("", |outcome| outcome.name()));
     let texts = has_lot.then_some(row.lot.as_str()).into_iter().chain([row.verdict.name()]).chain(conformity);
     cells.extend([row.label.as_str()].into_iter().chain(texts).map(|text| Cell::Text(text.into())));
     for ((value, u), expanded) in row.value.iter().zip(&row.u).zip(&row.expanded) {

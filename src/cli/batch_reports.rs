@@ -30,10 +30,12 @@ pub(super) fn reports(
     settings: &Settings,
     lang: Language,
 ) -> Result<Reports> {
-    let fitted = report.not_in_order.iter().filter(|own| own.verdict != Verdict::Malformed).map(|own| &own.label);
+    let fitted =
+        report.not_in_order.iter().filter(|entry| entry.verdict != Verdict::Malformed).map(|entry| &entry.label);
     let mut wanted: Vec<&String> = Vec::new();
-    for label in
-        fitted.chain(report.outlying.iter().map(|own| &own.device)).chain(report.noisy.iter().map(|own| &own.label))
+    for label in fitted
+        .chain(report.outlying.iter().map(|entry| &entry.device))
+        .chain(report.noisy.iter().map(|entry| &entry.label))
     {
         if !wanted.contains(&label) && wanted.len() < MOST {
             wanted.push(label);
@@ -50,7 +52,7 @@ pub(super) fn reports(
         for device in &devices {
             let Some(name) = names.get(&device.label) else { continue };
             // what is wrong with a device that cannot be fitted stands in its row
-            let Ok(fit) = table.campaign(layout, device).and_then(|own| fit::fit_owned(own, settings)) else {
+            let Ok(fit) = table.campaign(layout, device).and_then(|campaign| fit::fit_owned(campaign, settings)) else {
                 continue;
             };
             let mut page = pages::document_of(&fit, &report::fit_report(&fit), &inputs, lang);

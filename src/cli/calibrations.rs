@@ -75,7 +75,7 @@ impl Stored {
 
     /// The limits that it states for a quantity.
     pub(super) fn limits(&self, id: &str) -> Option<[f64; 2]> {
-        let limited = self.report.conformity.as_ref()?.quantities.iter().find(|own| own.id == id)?;
+        let limited = self.report.conformity.as_ref()?.quantities.iter().find(|quantity| quantity.id == id)?;
         let low = limited.lower.unwrap_or(f64::NEG_INFINITY);
         let high = limited.upper.unwrap_or(f64::INFINITY);
         Some([low, high])

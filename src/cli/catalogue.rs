@@ -9,23 +9,23 @@ use std::path::Path;
 pub(super) struct Catalogue {
     pub effects: Vec<Effect>,
     /// The user's own file.
-    own: Option<Source>,
+    file: Option<Source>,
 }
 
 impl Catalogue {
     /// The user's effects first, so that their names are used where both have the same term.
-    pub fn new(own: Option<Source>) -> Result<Self> {
-        let mut effects = match &own {
+    pub fn new(file: Option<Source>) -> Result<Self> {
+        let mut effects = match &file {
             Some(source) => wire::read_effects(source)?,
             None => Vec::new(),
         };
         effects.extend(wire::built_in_effects()?);
-        Ok(Catalogue { effects, own })
+        Ok(Catalogue { effects, file })
     }
 
     /// The place of an error: the user's catalogue where it is about an effect, else the campaign.
     pub fn locate(&self, error: Malformed, campaign: &Source) -> Malformed {
-        match &self.own {
+        match &self.file {
             Some(effects) if error.place().path.starts_with("effects[") => wire::locate(error, effects),
             _ => wire::locate(error, campaign),
         }

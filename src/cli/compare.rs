@@ -83,7 +83,7 @@ fn two(arguments: &Arguments, before: &Path, after: &Path, lang: Language) -> Re
 fn history(arguments: &Arguments, paths: &[PathBuf], lang: Language) -> Result<Outcome> {
     super::probability("level", arguments.level, "0.95")?;
     let mut stored = paths.iter().map(|path| calibrations::read(path)).collect::<Result<Vec<_>>>()?;
-    if let Some(undated) = stored.iter().find(|own| own.day().is_none()) {
+    if let Some(undated) = stored.iter().find(|report| report.day().is_none()) {
         return Err(Malformed::new(Fault::Missing, "a history needs the date of each calibration")
             .expected("\"date\": \"YYYY-MM-DD\" in each campaign")
             .found(format!("no date in {}", undated.summary().file)));
@@ -91,10 +91,10 @@ fn history(arguments: &Arguments, paths: &[PathBuf], lang: Language) -> Result<O
     let outputs = arguments.pages.outputs([arguments.json.as_deref()])?;
     // each has a day: asked above
     stored.sort_by(|a, b| a.day().unwrap_or_default().total_cmp(&b.day().unwrap_or_default()));
-    let all: Vec<_> = stored.iter().map(|own| own.determination()).collect();
+    let all: Vec<_> = stored.iter().map(|report| report.determination()).collect();
     let last = stored.last();
-    let limits = |id: &str| last.and_then(|own| own.limits(id));
-    let summaries = stored.iter().map(|own| own.summary()).collect();
+    let limits = |id: &str| last.and_then(|report| report.limits(id));
+    let summaries = stored.iter().map(|report| report.summary()).collect();
     let report = report::history_report(summaries, &trends(&all, arguments.level), arguments.level, &limits);
     let document = |_| report::history_document(&report, lang);
     arguments.pages.finish(outputs, arguments.json.as_deref(), &report, document)?;

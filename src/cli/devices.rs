@@ -36,9 +36,9 @@ pub(super) struct Many {
 impl Many {
     /// Errors: options that need many devices; `more` are further ones of the command, and whether they are given.
     pub(super) fn refuse_alone(&self, more: &[(&str, bool)]) -> Result<()> {
-        let own = [("--to", self.to.is_some()), ("--chart", self.chart.is_some())];
+        let options = [("--to", self.to.is_some()), ("--chart", self.chart.is_some())];
         let expected = "--by COLUMN, \"by\" in the campaign, or several files of --readings";
-        refuse([&own, more].concat(), (Fault::Missing, "is of many devices, and here is one"), expected)
+        refuse([&options, more].concat(), (Fault::Missing, "is of many devices, and here is one"), expected)
     }
 }
 
@@ -88,7 +88,7 @@ impl DeviceCampaign {
         let folder: PathBuf = path.parent().map(Path::to_path_buf).unwrap_or_default();
         let files = match (&file.readings, readings) {
             (_, [_, ..]) => globs::expand(readings)?,
-            (ReadingsRef::Path(own), _) => vec![folder.join(own)],
+            (ReadingsRef::Path(path), _) => vec![folder.join(path)],
             (ReadingsRef::Inline(_) | ReadingsRef::Samples(_), _) => Vec::new(),
         };
         Ok(DeviceCampaign { path: path.to_path_buf(), source, input, file, by, files, replaced: !readings.is_empty() })
@@ -133,7 +133,7 @@ impl DeviceCampaign {
 
     fn bench(&self, inputs: &mut Vec<Input>) -> Result<Bench> {
         let folder: PathBuf = self.path.parent().map(Path::to_path_buf).unwrap_or_default();
-        let bench = self.file.own_bench(&mut |name| {
+        let bench = self.file.resolved_bench(&mut |name| {
             let (source, input) = files::read_input(&folder.join(name))?;
             inputs.push(input);
             Ok(source)
@@ -309,7 +309,7 @@ fn guessed(path: &Path) -> u64 {
     let mut head = Vec::new();
     let read = std::fs::File::open(path).and_then(|file| file.take(1 << 16).read_to_end(&mut head));
     let (lines, size) =
-        (head.iter().filter(|b| **b == b'\n').count(), std::fs::metadata(path).map_or(0, |own| own.len()));
+        (head.iter().filter(|b| **b == b'\n').count(), std::fs::metadata(path).map_or(0, |metadata| metadata.len()));
     match read {
         Ok(length) if lines > 0 => number::count_u64(size as f64 / length as f64 * lines as f64),
         _ => 0,
@@ -318,6 +318,6 @@ fn guessed(path: &Path) -> u64 {
 
 /// The column of dates or lots.
 fn lot(columns: &[Column]) -> Option<String> {
-    let named = |name: &&str| columns.iter().find(|own| own.name.eq_ignore_ascii_case(name));
+    let named = |name: &&str| columns.iter().find(|column| column.name.eq_ignore_ascii_case(name));
     LOTS.iter().find_map(named).map(|column| column.title.clone())
 }

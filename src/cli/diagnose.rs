@@ -69,9 +69,9 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
             (Some(campaign), source, inputs)
         }
     };
-    let (own, input) = arguments.effects.as_deref().map(files::read_input).transpose()?.unzip();
+    let (listed, input) = arguments.effects.as_deref().map(files::read_input).transpose()?.unzip();
     inputs.extend(input);
-    let catalogue = Catalogue::new(own)?;
+    let catalogue = Catalogue::new(listed)?;
     let remount = arguments.remount.unwrap_or_default();
     let settings = diagnosis::Settings { remount, ..diagnosis::Settings::at(arguments.significance) };
     let Some(campaign) = campaign else {

@@ -104,7 +104,7 @@ impl Beside {
     pub(super) fn table_at(&mut self, path: &Path) -> Result<Record> {
         let (file, _) = parted(path);
         let name = file.display().to_string();
-        if file.is_file() && self.inputs.iter().all(|own| own.name != name) {
+        if file.is_file() && self.inputs.iter().all(|input| input.name != name) {
             self.inputs.push(input(&file)?);
             session::reads(&file);
         }
@@ -158,7 +158,7 @@ pub(super) fn mission(path: &Path) -> Result<(MissionFile, Mission, Source)> {
 
 /// The same for a file that is read again, a campaign or a bench, whose first line says what wrote it (`own.rs`).
 pub(super) fn marked(value: &impl Serialize) -> Result<String> {
-    json(value).map(|text| super::own::mark(&text))
+    json(value).map(|text| super::written::mark(&text))
 }
 
 /// A value as JSON text that ends with a line break.

@@ -144,16 +144,16 @@ fn fitted(
 }
 
 pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
-    let (campaign, own_files) =
+    let (campaign, input_files) =
         devices::behind(arguments.campaign.as_deref(), arguments.readings.as_deref().unwrap_or_default())?;
-    let question = devices::DeviceCampaign::read(campaign, &arguments.many, own_files)?;
+    let question = devices::DeviceCampaign::read(campaign, &arguments.many, input_files)?;
     if question.is_of_many() {
         return many(arguments, question, lang);
     }
     arguments.many.refuse_alone(&[("--reports", arguments.reports.is_some())])?;
     let mut outputs = arguments.pages.outputs([arguments.certificate.path(), arguments.json.as_deref()])?;
     let (fit, source, inputs) = fitted(&question, &settings(arguments))?;
-    let listed = arguments.readings.is_some() && own_files.is_empty();
+    let listed = arguments.readings.is_some() && input_files.is_empty();
     let lists = listed || arguments.json.is_some() || arguments.pages.is_asked_for();
     let mut report = if lists { report::fit_report(&fit) } else { report::fit_summary(&fit) };
     report.inputs = inputs.clone();
@@ -175,6 +175,7 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
         false => report::fit_document(&report, &asked, lang),
     };
     arguments.pages.finish(outputs, arguments.json.as_deref(), &report, document)?;
-    let conforms = report.conformity.as_ref().is_none_or(|own| own.outcome == crate::fit::Conformity::Pass);
+    let conforms =
+        report.conformity.as_ref().is_none_or(|conformity| conformity.outcome == crate::fit::Conformity::Pass);
     Ok(if !conforms || fit.is_rejected() { Outcome::Rejected } else { Outcome::Done })
 }

@@ -27,7 +27,6 @@ mod navigate_diagnose;
 mod new;
 mod noise;
 mod outputs;
-mod own;
 mod pages;
 mod plan;
 mod reduce;
@@ -36,6 +35,7 @@ mod session;
 mod shell;
 mod show_error;
 mod simulate;
+mod written;
 
 pub use guide::{guide_screen, guide_text};
 pub use session::{Printed, converse, run_embedded};
@@ -151,7 +151,7 @@ fn execute(cli: Cli) -> (u8, Option<Malformed>) {
 }
 
 fn language() -> impl TypedValueParser<Value = Language> {
-    one_of(Language::ALL.map(|own| (own.code(), own)))
+    one_of(Language::ALL.map(|language| (language.code(), language)))
 }
 
 /// One of a few values by its name.
@@ -162,8 +162,8 @@ fn one_of<T: Clone + Send + Sync + 'static>(
     let place = names.clone();
     // the parser before it lets no other name pass
     PossibleValuesParser::new(names).try_map(move |name| {
-        let own = place.iter().position(|own| *own == name).and_then(|k| values.get(k));
-        own.cloned().ok_or("no such value")
+        let value = place.iter().position(|value| *value == name).and_then(|k| values.get(k));
+        value.cloned().ok_or("no such value")
     })
 }
 
@@ -244,14 +244,14 @@ fn visible(text: &str) -> std::borrow::Cow<'_, str> {
 /// a character of two?
 fn mark(bytes: &mut [u8], lead: &mut bool) {
     for byte in bytes {
-        let own = *byte;
-        match own {
+        let current = *byte;
+        match current {
             b'\n' | b'\t' | b'\r' => {}
             0..0x20 | 0x7f => *byte = b'?',
             0x80..0xa0 if *lead => *byte = 0xbf,
             _ => {}
         }
-        *lead = own == 0xc2;
+        *lead = current == 0xc2;
     }
 }
 
@@ -269,9 +269,9 @@ impl<W> Visible<W> {
 
 impl<W: std::io::Write> std::io::Write for Visible<W> {
     fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
-        let mut own = bytes.to_vec();
-        mark(&mut own, &mut self.lead);
-        self.to.write_all(&own)?;
+        let mut marked = bytes.to_vec();
+        mark(&mut marked, &mut self.lead);
+        self.to.write_all(&marked)?;
         Ok(bytes.len())
     }
 

@@ -55,12 +55,14 @@ pub(super) fn run(arguments: &Arguments, mission: &Path, measured: &Path, lang: 
 /// The mission as it was written, with the constant errors added; what changes in time or is the reference's has no place in it.
 fn repaired(file: &MissionFile, diagnosis: &NavigationDiagnosis) -> MissionFile {
     let mut file = file.clone();
-    for (source, value) in diagnosis.findings.iter().filter_map(|own| Some((own.source.constant()?, own.value))) {
+    for (source, value) in
+        diagnosis.findings.iter().filter_map(|finding| Some((finding.source.constant()?, finding.value)))
+    {
         file.errors.add(&source, value / source.si_per_unit());
     }
-    for own in diagnosis.findings.iter().map(|own| own.source) {
-        let Some(walk) = own.of(&diagnosis.after).map(|value| value / own.si_per_unit()) else { continue };
-        match own {
+    for source in diagnosis.findings.iter().map(|finding| finding.source) {
+        let Some(walk) = source.of(&diagnosis.after).map(|value| value / source.si_per_unit()) else { continue };
+        match source {
             Cause::RandomWalk(Instrument::Gyro) => file.errors.angle_random_walk_deg_sqrt_h = walk,
             Cause::RandomWalk(_) => file.errors.velocity_random_walk_m_s_sqrt_h = walk,
             _ => {}

@@ -81,7 +81,7 @@ fn read(
     let mut block = Block::default();
     let mut last = f64::NAN;
     while record.next(&mut block)? {
-        titles.iter().zip(&block.columns).try_for_each(|(own, values)| record.squarable(own, values))?;
+        titles.iter().zip(&block.columns).try_for_each(|(title, values)| record.squarable(title, values))?;
         let times = time.and_then(|_| block.columns.last());
         let stretches = clock.stretches(times.map(Vec::as_slice), block.rows(), arguments.from, arguments.to)?;
         // samples that a gap before a stretch left out
@@ -168,9 +168,9 @@ fn seen(
     columns: &[usize],
     events: Vec<Vec<Event>>,
 ) -> Result<(Ticks, Vec<Seen>)> {
-    let mut seen: Vec<Seen> = events.into_iter().map(|own| Seen::new(arguments.per_octave, own)).collect();
+    let mut seen: Vec<Seen> = events.into_iter().map(|events| Seen::new(arguments.per_octave, events)).collect();
     let clock = read(arguments, record, columns, &mut |k, piece| {
-        seen.get_mut(k).into_iter().for_each(|own| own.see(&piece));
+        seen.get_mut(k).into_iter().for_each(|events| events.see(&piece));
     })?;
     Ok((clock, seen))
 }
@@ -180,12 +180,13 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
     let columns = log::numeric_columns(&record, &arguments.columns, &arguments.clock.source())?;
     let titled: Vec<_> = columns.iter().filter_map(|k| record.columns().get(*k).cloned()).collect();
     let (clock, mut columns_seen) = seen(arguments, &mut record, &columns, vec![Vec::new(); titled.len()])?;
-    let events: Vec<Vec<Event>> = columns_seen.iter_mut().map(|own| std::mem::take(&mut own.odd).events()).collect();
+    let events: Vec<Vec<Event>> =
+        columns_seen.iter_mut().map(|events| std::mem::take(&mut events.odd).events()).collect();
     let mut left_out: Vec<BTreeMap<EventKind, u64>> = vec![BTreeMap::new(); titled.len()];
     // what is odd is no noise: a file is read once more without it
-    if events.iter().any(|own| !own.is_empty()) && crate::record::parted(&arguments.log).0.is_file() {
-        for (counts, own) in left_out.iter_mut().zip(&events) {
-            own.iter().for_each(|event| *counts.entry(event.kind).or_default() += event.length);
+    if events.iter().any(|events| !events.is_empty()) && crate::record::parted(&arguments.log).0.is_file() {
+        for (counts, events) in left_out.iter_mut().zip(&events) {
+            events.iter().for_each(|event| *counts.entry(event.kind).or_default() += event.length);
         }
         columns_seen = seen(arguments, &mut log::open(&arguments.log)?, &columns, events)?.1;
     }
@@ -202,8 +203,8 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
             .in_file(record.name()));
         }
         let unit = column.unit.clone().or_else(|| arguments.unit.clone()).unwrap_or_else(|| "unit".into());
-        let own = report::noise_column_report(&column.name, &unit, &analyse(ladder, interval, arguments.level));
-        reports.push(report::NoiseColumnReport { left_out, ..own });
+        let report = report::noise_column_report(&column.name, &unit, &analyse(ladder, interval, arguments.level));
+        reports.push(report::NoiseColumnReport { left_out, ..report });
     }
     let report = report::noise_report(record.name(), interval, clock.source(), reports);
     let mut outputs = arguments.pages.outputs([arguments.json.as_deref(), arguments.kalibr.as_deref()])?;

@@ -4,7 +4,7 @@
 //! what is no regular file (a device, a pipe) is written to directly. Nothing replaces a file that was read, and what this
 //! program did not write (`own.rs`) only with `--force`.
 
-use super::{own, session};
+use super::{session, written};
 use crate::error::{Fault, Malformed, Result};
 use std::fs::{File, OpenOptions};
 use std::io::{Seek, Write};
@@ -57,7 +57,7 @@ impl Outputs {
                 return Err(Malformed::new(Fault::File, format!("'{name}' is an input, and would be overwritten"))
                     .expected("another name for the output"));
             }
-            if !session::with(|session| session.force) && !own::may_go(target) {
+            if !session::with(|session| session.force) && !written::may_go(target) {
                 return Err(Malformed::new(
                     Fault::File,
                     format!("'{name}' exists, and is not as this program wrote it"),

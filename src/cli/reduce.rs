@@ -132,17 +132,17 @@ fn recipe(arguments: &Arguments) -> Result<Recipe> {
 /// Readings as CSV; a column's title has its unit, where the record says one.
 fn table(readings: &[ReducedReading], channels: &[Channel]) -> Result<Vec<u8>> {
     let unit = |name: &str| {
-        let channel = channels.iter().find(|own| own.name == name).map(|own| own.unit.as_str());
+        let channel = channels.iter().find(|channel| channel.name == name).map(|channel| channel.unit.as_str());
         channel.filter(|unit| !unit.is_empty()).map_or(String::new(), |unit| format!(" ({unit})"))
     };
     let mut titles = vec!["position".to_string(), "time_s".into()];
-    for (name, ..) in readings.first().iter().flat_map(|own| &own.values) {
+    for (name, ..) in readings.first().iter().flat_map(|reading| &reading.values) {
         titles.extend(["", "_u"].map(|end| format!("{name}{end}{}", unit(name))));
     }
     let mut text = csv::Writer::from_writer(Vec::new());
-    let rows = readings.iter().map(|own| {
-        let values = own.values.iter().flat_map(|(_, mean, u)| [mean.to_string(), format!("{u:.4e}")]);
-        [own.position.clone(), own.time_s.to_string()].into_iter().chain(values).collect()
+    let rows = readings.iter().map(|reading| {
+        let values = reading.values.iter().flat_map(|(_, mean, u)| [mean.to_string(), format!("{u:.4e}")]);
+        [reading.position.clone(), reading.time_s.to_string()].into_iter().chain(values).collect()
     });
     let written = [titles].into_iter().chain(rows).try_for_each(|row| text.write_record(row));
     let text =

@@ -1,7 +1,7 @@
 //! Tables that go out: rows of cells as CSV, JSON lines or Parquet, by the extension of the file.
 
 use super::outputs::{Stream, fault, reader_left};
-use super::own::WRITER;
+use super::written::WRITER;
 use crate::error::{Fault, Malformed, Result};
 use crate::report::VERSION;
 use parquet::basic::{LogicalType, Repetition, Type as Physical};
@@ -244,7 +244,7 @@ fn column(kind: Kind, rows: &[Vec<Cell<'_>>], k: usize) -> Levelled {
             for cell in cells {
                 let text = if let Cell::Text(text) = cell { text.as_ref() } else { "" };
                 // most are those of the row before
-                let before = texts.last().filter(|own| own.data() == text.as_bytes()).cloned();
+                let before = texts.last().filter(|last| last.data() == text.as_bytes()).cloned();
                 texts.push(before.unwrap_or_else(|| ByteArray::from(text)));
             }
             (Column::Texts(texts), None)

@@ -68,8 +68,8 @@ impl Session {
 
 /// Do something with the session of this thread's command.
 pub(super) fn with<T>(work: impl FnOnce(&mut Session) -> T) -> T {
-    EMBEDDED.with_borrow_mut(|own| match own {
-        Some(own) => work(own),
+    EMBEDDED.with_borrow_mut(|session| match session {
+        Some(session) => work(session),
         None => work(&mut SESSION.lock().unwrap_or_else(PoisonError::into_inner)),
     })
 }
@@ -115,7 +115,7 @@ fn remove_on_signals() {
 
 /// Remove a file that was begun; it is gone already if it has got its name.
 pub(super) fn abandons(temporary: &Path) {
-    with(|session| session.temporaries.retain(|own| own != temporary));
+    with(|session| session.temporaries.retain(|other| other != temporary));
     let _ = std::fs::remove_file(temporary);
 }
 
@@ -124,7 +124,7 @@ pub(super) fn finishes(files: &[(PathBuf, PathBuf)]) -> std::result::Result<(), 
     with(|session| {
         for (temporary, target) in files {
             std::fs::rename(temporary, target).map_err(|error| (target.clone(), error))?;
-            session.temporaries.retain(|own| own != temporary);
+            session.temporaries.retain(|other| other != temporary);
         }
         Ok(())
     })

@@ -201,12 +201,12 @@ fn excerpt(text: &str, file: &str, (start, len): (usize, usize), ink: &Ink) -> O
     let place = ink.styled("36;1;4", &format!("{file}:{number}:{column}"));
     let mut out = format!("{margin}{}{}[{place}]\n", ink.top, ink.line);
     let lines = previous.into_iter().chain([format!("{left}{after}")]).chain(next);
-    for (own, line) in (first..).zip(lines) {
+    for (place, line) in (first..).zip(lines) {
         let line = super::visible(&line);
-        let shown = ink.styled("2", &format!("{own:>wide$}"));
+        let shown = ink.styled("2", &format!("{place:>wide$}"));
         out.push_str(format!(" {shown} {} {}", ink.bar, tabs_as_spaces(&line)).trim_end());
         out.push('\n');
-        if own == number {
+        if place == number {
             let upto = |end: usize| {
                 let part: String = line.char_indices().take_while(|(at, _)| *at < end).map(|(_, c)| c).collect();
                 wrap::columns(&tabs_as_spaces(&part))

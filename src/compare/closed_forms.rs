@@ -85,8 +85,8 @@ pub struct Printed {
 impl Printed {
     /// The printed value of a quantity for a group, in internal units (radians).
     pub(crate) fn of(&self, group: f64, id: &str) -> Option<f64> {
-        let (_, values) = self.groups.iter().find(|(own, _)| *own == group)?;
-        values.iter().find(|(own, _)| own == id).map(|(_, value)| *value)
+        let (_, values) = self.groups.iter().find(|(of, _)| *of == group)?;
+        values.iter().find(|(of, _)| of == id).map(|(_, value)| *value)
     }
 }
 
@@ -216,8 +216,8 @@ fn expressions(named: Named<String>) -> Result<Vec<(String, Expression)>> {
 }
 
 fn printed(file: PrintedFile) -> Result<Printed> {
-    let (own, radian) = (Unit::parse(&file.unit)?, Unit::parse("rad")?);
-    let unit = own.conversion(&radian).map_or(1.0, |to| to.factor());
+    let (unit, radian) = (Unit::parse(&file.unit)?, Unit::parse("rad")?);
+    let unit = unit.conversion(&radian).map_or(1.0, |to| to.factor());
     let scaled = |named: Named<f64>| named.0.into_iter().map(|(id, value)| (id, value * unit)).collect::<Vec<_>>();
     let mut values = Vec::new();
     if let Some((name, text)) = CAMPAIGNS.iter().find(|(name, _)| *name == file.of) {

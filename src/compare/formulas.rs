@@ -18,8 +18,8 @@ pub fn evaluate(
     let earth = campaign.bench.earth_rate();
     let mut names: Vec<String> = ["g", "earth_north", "earth_up"].map(String::from).into();
     let mut values: Vec<Option<f64>> = [campaign.bench.specific_force().norm(), earth.y, earth.z].map(Some).into();
-    if let Some(own) = &forms.group {
-        names.push(own.symbol.clone());
+    if let Some(grouping) = &forms.group {
+        names.push(grouping.symbol.clone());
         values.push(group);
     }
     for symbol in &forms.symbols {

@@ -43,14 +43,14 @@ pub(super) fn find(
                     None => Sentence::text(id.clone()),
                 };
                 let explanation = sentence!("the-tables-own-readings-give-another-value");
-                let [printed, computed] = [print, computed].map(|own| Some(own * shown_in(fit, id).0));
+                let [printed, computed] = [print, computed].map(|value| Some(value * shown_in(fit, id).0));
                 misprints.push(Misprint { what, printed, computed, explanation });
             }
         }
     }
     for (k, id) in quantities.iter().enumerate() {
         let (Some(computed), Some((_, print))) =
-            (mean.get(k).copied().flatten(), printed.means.iter().find(|(own, _)| own == id))
+            (mean.get(k).copied().flatten(), printed.means.iter().find(|(of, _)| of == id))
         else {
             continue;
         };
@@ -72,7 +72,7 @@ pub(super) fn find(
         } else {
             sentence!("not-the-mean-of-the-table")
         };
-        let [printed, computed] = [*print, computed].map(|own| Some(own * shown_in(fit, id).0));
+        let [printed, computed] = [*print, computed].map(|value| Some(value * shown_in(fit, id).0));
         let what = sentence!("mean-of", id);
         misprints.push(Misprint { what, printed, computed, explanation });
     }

@@ -30,14 +30,14 @@ pub(super) fn direction_of(line: &CalibratedLine, name: &str) -> Option<(Quantit
         (_, Some(axis)) => (Quantity::Force, axis),
         _ => return None,
     };
-    let own = line.axes.iter().find(|(id, _)| id == axis).map(|(_, direction)| *direction);
+    let listed = line.axes.iter().find(|(id, _)| id == axis).map(|(_, direction)| *direction);
     let frame = match axis {
         "x" => Some(Vector3::x()),
         "y" => Some(Vector3::y()),
         "z" => Some(Vector3::z()),
         _ => None,
     };
-    own.or(frame).map(|direction| (quantity, direction))
+    listed.or(frame).map(|direction| (quantity, direction))
 }
 
 impl Bound {

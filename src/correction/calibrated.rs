@@ -139,12 +139,14 @@ fn covered(calibration: &Calibration, campaign: &Campaign) -> Option<Span> {
     let mut span = Span { rate: 0.0, force: 0.0 };
     for row in &campaign.readings.rows {
         let column = |name: &str| {
-            let k = campaign.readings.columns.iter().position(|own| own == name)?;
+            let k = campaign.readings.columns.iter().position(|column| column == name)?;
             row.columns.get(k).copied().flatten()
         };
         let reading = |line: &CalibratedLine| {
             let sensor = campaign.bench.sensors.iter().position(|sensor| sensor.id == line.sensor);
-            let read = sensor.and_then(|k| row.observations.iter().find(|own| own.sensor == k).map(|own| own.value));
+            let read = sensor.and_then(|k| {
+                row.observations.iter().find(|observation| observation.sensor == k).map(|observation| observation.value)
+            });
             read.or_else(|| column(&line.sensor)).unwrap_or(f64::NAN)
         };
         let readings: Vec<f64> = calibration.lines.iter().map(reading).collect();
@@ -152,8 +154,8 @@ fn covered(calibration: &Calibration, campaign: &Campaign) -> Option<Span> {
         let given: Vec<f64> = given.map(|input| column(&input.name).unwrap_or(input.fallback)).collect();
         let found = corrector.correct(&readings, &given).inputs;
         let size = |quantity: Quantity| {
-            let own = calibration.solved().zip(&found).filter(|(input, _)| input.quantity == quantity);
-            own.map(|(_, value)| value * value).sum::<f64>().sqrt()
+            let of_quantity = calibration.solved().zip(&found).filter(|(input, _)| input.quantity == quantity);
+            of_quantity.map(|(_, value)| value * value).sum::<f64>().sqrt()
         };
         // rows that cannot be corrected do not count: a maximum with not-a-number is the other one
         span = Span { rate: span.rate.max(size(Quantity::Rate)), force: span.force.max(size(Quantity::Force)) };

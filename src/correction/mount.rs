@@ -67,12 +67,12 @@ impl ToMount {
         let joint = self.covariance.as_ref()?;
         let by_parameter = &self.rotation * corrector.inputs_by_parameter(inputs, given)?;
         let q = DVector::from_column_slice(inputs);
-        let by_tilt: Vec<DVector<f64>> = self.by_tilt.iter().map(|own| own * &q).collect();
+        let by_tilt: Vec<DVector<f64>> = self.by_tilt.iter().map(|moved| moved * &q).collect();
         let n = by_parameter.ncols();
         let slopes = DMatrix::from_fn(inputs.len(), joint.ncols(), |i, j| match j.checked_sub(n) {
             // as many columns as the joint covariance has: those of the parameters, then of the tilts
             None => by_parameter.get((i, j)).copied().unwrap_or(f64::NAN),
-            Some(tilt) => by_tilt.get(tilt).map_or(f64::NAN, |own| own.as_slice().or_nan(i)),
+            Some(tilt) => by_tilt.get(tilt).map_or(f64::NAN, |moved| moved.as_slice().or_nan(i)),
         });
         let covariance = &slopes * joint * slopes.transpose();
         covariance.iter().all(|v| v.is_finite()).then_some(covariance)
@@ -82,9 +82,9 @@ impl ToMount {
 /// The covariance of parameters and tilts; of the parameters alone where that of the tilts is not known (the rotation then counts as exact).
 fn joint(calibration: &Calibration, mounting: &Mounting) -> DMatrix<f64> {
     let n = calibration.parameters.len();
-    let (own, tilts) = (calibration.covariance.as_slice(), mounting.covariance.as_slice());
+    let (terms, tilts) = (calibration.covariance.as_slice(), mounting.covariance.as_slice());
     DMatrix::from_fn(n + tilts.len(), n + tilts.len(), |i, j| match (i.checked_sub(n), j.checked_sub(n)) {
-        (None, None) => own.at(i).at(j),
+        (None, None) => terms.at(i).at(j),
         (Some(i), _) => tilts.at(i).at(j),
         (None, Some(j)) => tilts.at(j).at(i),
     })

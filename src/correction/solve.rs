@@ -126,7 +126,7 @@ impl Corrector {
     /// Given values with the fallbacks of those that are not there.
     fn filled(&self, given: &[f64]) -> Vec<f64> {
         let mut filled = self.fallbacks();
-        filled.iter_mut().zip(given).for_each(|(own, value)| *own = *value);
+        filled.iter_mut().zip(given).for_each(|(slot, value)| *slot = *value);
         filled
     }
 
@@ -237,9 +237,9 @@ impl Corrector {
     fn lines_at(&self, inputs: &[f64], given: &[f64]) -> (DVector<f64>, DMatrix<f64>) {
         let mut at = DVector::zeros(self.bound.len());
         let mut slopes = DMatrix::zeros(self.bound.len(), self.solved());
-        self.each_line(inputs, given, |i, bound, value, own| {
+        self.each_line(inputs, given, |i, bound, value, gradient| {
             at[i] = value;
-            let (by_rate, by_force) = bound.by_input(own);
+            let (by_rate, by_force) = bound.by_input(gradient);
             let solved = self.inputs.iter().zip(&self.parts).filter(|(input, _)| input.role == InputRole::Solved);
             for (j, (_, (rate, force))) in solved.enumerate() {
                 slopes[(i, j)] = by_rate.dot(rate) + by_force.dot(force);
@@ -251,8 +251,8 @@ impl Corrector {
     /// `-df/dp`, sensors x parameters.
     fn by_parameter(&self, inputs: &[f64], given: &[f64]) -> DMatrix<f64> {
         let mut slopes = DMatrix::zeros(self.bound.len(), self.parameters.len());
-        self.each_line(inputs, given, |i, bound, _, own| {
-            for (slot, slope) in bound.slots.iter().zip(own) {
+        self.each_line(inputs, given, |i, bound, _, gradient| {
+            for (slot, slope) in bound.slots.iter().zip(gradient) {
                 if let Slot::Parameter(k) = slot {
                     slopes[(i, *k)] -= slope;
                 }
@@ -278,8 +278,8 @@ fn parts(inputs: &[LineInput]) -> Vec<(Vector3<f64>, Vector3<f64>)> {
         let inverse = match perpendicular {
             // directions that are perpendicular are their own inverse, without rounding
             true => DMatrix::from_fn(3, which.len(), |i, j| {
-                let own = inputs[which[j]].direction;
-                own[i] / own.norm_squared()
+                let direction = inputs[which[j]].direction;
+                direction[i] / direction.norm_squared()
             }),
             // the singular value decomposition of at most a few unit rows cannot fail on finite numbers; zeros would say so in the readings
             false => directions.pseudo_inverse(1e-9).unwrap_or_else(|_| DMatrix::zeros(3, which.len())),

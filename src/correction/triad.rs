@@ -35,21 +35,23 @@ impl Triad {
         let names = sensor.model.names();
         let columns: Vec<&str> = names.into_iter().filter(|name| !parameters.iter().any(|p| p == name)).collect();
         let n = columns.len();
-        if components.len() != n || n > AXES.len() || !components.iter().all(|own| own.linear_in(&columns)) {
+        if components.len() != n || n > AXES.len() || !components.iter().all(|component| component.linear_in(&columns))
+        {
             return None;
         }
         let names: Vec<&str> = columns.iter().copied().chain(parameters.iter().map(String::as_str)).collect();
-        let tapes: Vec<Tape> = components.iter().map(|own| Tape::compile(own, &names)).collect::<Result<_>>().ok()?;
+        let tapes: Vec<Tape> =
+            components.iter().map(|component| Tape::compile(component, &names)).collect::<Result<_>>().ok()?;
         // values and slopes of the components where one column is 1, or none
         let mut scratch = Scratch::default();
         let mut at = |one: Option<usize>| {
             let mut inputs: Vec<f64> = (0..n).map(|j| if Some(j) == one { 1.0 } else { 0.0 }).collect();
             inputs.extend_from_slice(values);
             let mut gradient = DMatrix::zeros(n, names.len());
-            let mut own = vec![0.0; names.len()];
+            let mut slopes = vec![0.0; names.len()];
             let found = tapes.iter().enumerate().map(|(k, tape)| {
-                let value = tape.gradient(&inputs, &mut scratch, &mut own);
-                own.iter().enumerate().for_each(|(j, slope)| gradient[(k, j)] = factor * slope);
+                let value = tape.gradient(&inputs, &mut scratch, &mut slopes);
+                slopes.iter().enumerate().for_each(|(j, slope)| gradient[(k, j)] = factor * slope);
                 factor * value
             });
             (DVector::from_vec(found.collect()), gradient)
@@ -61,7 +63,7 @@ impl Triad {
             (0..n).map(|j| (at(Some(j)).1 - &slopes).columns(n, parameters.len()).into_owned()).collect();
         let mut all = DMatrix::zeros(n + n * n, parameters.len());
         for p in 0..parameters.len() {
-            let turned = DMatrix::from_fn(n, n, |i, j| by_parameter.get(j).map_or(f64::NAN, |own| own[(i, p)]));
+            let turned = DMatrix::from_fn(n, n, |i, j| by_parameter.get(j).map_or(f64::NAN, |change| change[(i, p)]));
             let by_gain = -(&gain * turned * &gain);
             let by_bias = -(&by_gain * &origin + &gain * slopes.column(n + p));
             for i in 0..n {
@@ -92,8 +94,8 @@ impl Triad {
 
 /// What a norm in this unit is of (`w` or `a`), and the bench's unit in it.
 fn input(unit: &str, bench: &Bench) -> Option<(&'static str, f64)> {
-    let rate = RateUnit::ALL.into_iter().find(|own| own.name() == unit);
-    let force = ForceUnit::ALL.into_iter().find(|own| own.name() == unit);
-    rate.map(|own| ("w", bench.units.rate.per_deg_s() / own.per_deg_s()))
-        .or_else(|| force.map(|own| ("a", bench.units.force.per_g() / own.per_g())))
+    let rate = RateUnit::ALL.into_iter().find(|known| known.name() == unit);
+    let force = ForceUnit::ALL.into_iter().find(|known| known.name() == unit);
+    rate.map(|known| ("w", bench.units.rate.per_deg_s() / known.per_deg_s()))
+        .or_else(|| force.map(|known| ("a", bench.units.force.per_g() / known.per_g())))
 }

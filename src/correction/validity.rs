@@ -43,8 +43,8 @@ pub fn linearity(calibration: &Calibration, corrector: &Corrector) -> Linearity 
         let inputs: Vec<f64> = point.iter().zip(&range).map(|(level, range)| level * range).collect();
         let Some(covariance) = corrector.covariance(&inputs, &given) else { continue };
         let largest = u.get_or_insert_with(|| vec![0.0; range.len()]);
-        for (own, variance) in largest.iter_mut().zip(covariance.diagonal().iter()) {
-            *own = own.max(variance.max(0.0).sqrt());
+        for (most, variance) in largest.iter_mut().zip(covariance.diagonal().iter()) {
+            *most = most.max(variance.max(0.0).sqrt());
         }
     }
     let linear_share = u.as_ref().map(|u| {

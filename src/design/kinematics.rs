@@ -334,8 +334,8 @@ impl<const L: usize> Instants<L> {
         let mut by_joint = rate_by_joint.iter_mut().zip(force_by_joint.iter_mut()).rev();
         for (link, turn) in bench.chain.iter().zip(turns.iter()).rev() {
             let (Link::Joint { about, .. } | Link::Tilt { about, .. }) = link;
-            let own = if let Link::Tilt { .. } = link { by_tilt.next() } else { by_joint.next() };
-            if let Some((rate, force)) = own {
+            let slopes = if let Link::Tilt { .. } = link { by_tilt.next() } else { by_joint.next() };
+            if let Some((rate, force)) = slopes {
                 if wanted.rate {
                     later.carry(*about, rate);
                 }
@@ -355,12 +355,12 @@ impl<const L: usize> Instants<L> {
             let size = tilts.get(k).copied().unwrap_or([0.0; L]);
             let parts = [(&mut *rate_by_tilt, &mut *rate_by_joint), (&mut *force_by_tilt, &mut *force_by_joint)];
             for (by_tilt, by_joint) in parts {
-                let Some(own) = by_tilt.get_mut(k) else { continue };
+                let Some(parts) = by_tilt.get_mut(k) else { continue };
                 for (j, by) in by_joint.iter_mut().enumerate().filter(|_| size != [0.0; L]) {
                     let slope = factors(angles, |here| times.slopes(here, scratch).at(j));
-                    (0..3).for_each(|i| (0..L).for_each(|l| by[i][l] += size[l] * slope[l] * own[i][l]));
+                    (0..3).for_each(|i| (0..L).for_each(|l| by[i][l] += size[l] * slope[l] * parts[i][l]));
                 }
-                own.iter_mut().for_each(|part| *part = lanes(|l| part[l] * factor[l]));
+                parts.iter_mut().for_each(|part| *part = lanes(|l| part[l] * factor[l]));
             }
         }
     }
@@ -371,7 +371,7 @@ fn factors<const L: usize>(angles: &[Lane<L>], mut of: impl FnMut(&[f64]) -> f64
     let mut here = Vec::with_capacity(angles.len());
     std::array::from_fn(|l| {
         here.clear();
-        here.extend(angles.iter().map(|own| own[l]));
+        here.extend(angles.iter().map(|lanes| lanes[l]));
         of(&here)
     })
 }

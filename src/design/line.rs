@@ -51,7 +51,7 @@ impl SensorModel {
         let borrowed: Vec<&str> = names.iter().map(String::as_str).collect();
         let tape = Tape::compile(line, &borrowed)?;
         let joint_count = campaign.bench.joints().count();
-        let slot_of = |name: &str| names.iter().position(|own| own == name).and_then(|k| slots.get(k)).copied();
+        let slot_of = |name: &str| names.iter().position(|other| other == name).and_then(|k| slots.get(k)).copied();
         let smoothness = (0..joint_count)
             .map(|joint| {
                 let degree = |name: &str| match slot_of(name) {
@@ -59,7 +59,7 @@ impl SensorModel {
                     Some(Slot::Joint(k)) if k == joint => NameDegree::Angle,
                     _ => NameDegree::Constant,
                 };
-                let own = match line.trig_degree(&degree) {
+                let smoothness = match line.trig_degree(&degree) {
                     Some(degree) => Smoothness::Trigonometric(degree),
                     None if slots.contains(&Slot::Joint(joint)) => Smoothness::Rough,
                     None if line.is_smooth_in(&|name| !matches!(degree(name), NameDegree::Constant)) => {
@@ -67,7 +67,7 @@ impl SensorModel {
                     }
                     None => Smoothness::Rough,
                 };
-                modulated(campaign, joint, own)
+                modulated(campaign, joint, smoothness)
             })
             .collect();
         let follows = [
@@ -100,7 +100,7 @@ impl SensorModel {
     /// The smallest part of a line (the one that was bound) without a value at these inputs, and the inputs that stand in it.
     pub(super) fn without_value(&self, line: &Expression, inputs: &[f64]) -> Option<(String, Vec<(String, f64)>)> {
         let names = line.names();
-        let value = |name: &str| names.iter().position(|own| *own == name).and_then(|k| inputs.get(k)).copied();
+        let value = |name: &str| names.iter().position(|other| *other == name).and_then(|k| inputs.get(k)).copied();
         let part = line.without_value(&|name| value(name).unwrap_or(f64::NAN))?; // a name without an input has no value
         let inputs = part.names().into_iter().filter_map(|name| Some((name.to_string(), value(name)?))).collect();
         Some((part.to_string(), inputs))
@@ -132,11 +132,11 @@ pub(crate) struct Context<'a> {
 }
 
 /// The smoothness of a line in a joint once the tilts that follow this joint take part; of those assumed zero only the derivative does.
-fn modulated(campaign: &Campaign, joint: usize, own: Smoothness) -> Smoothness {
+fn modulated(campaign: &Campaign, joint: usize, of_line: Smoothness) -> Smoothness {
     /// Powers of such a tilt that count: a tilt of 1e-2 rad to this power is below rounding.
     const ORDERS: usize = 8;
-    let Some(joint) = campaign.bench.joints().nth(joint) else { return own };
-    let mut smoothness = own;
+    let Some(joint) = campaign.bench.joints().nth(joint) else { return of_line };
+    let mut smoothness = of_line;
     for link in &campaign.bench.chain {
         let Link::Tilt { name, times: Some(times), .. } = link else { continue };
         let parameter = campaign.parameter_index(name).and_then(|k| campaign.parameters.get(k));
@@ -145,7 +145,7 @@ fn modulated(campaign: &Campaign, joint: usize, own: Smoothness) -> Smoothness {
         let degree = |name: &str| if name == joint { NameDegree::Angle } else { NameDegree::Constant };
         smoothness = match (smoothness, times.line().trig_degree(&degree)) {
             (same, Some(0)) => same,
-            (Smoothness::Trigonometric(own), Some(degree)) => Smoothness::Trigonometric(own + orders * degree),
+            (Smoothness::Trigonometric(order), Some(degree)) => Smoothness::Trigonometric(order + orders * degree),
             (Smoothness::Trigonometric(_), None) => Smoothness::Sawtooth,
             (same, _) => same,
         };
@@ -179,8 +179,8 @@ fn axis_input(bench: &Bench, sensor: &Sensor, name: &str) -> Result<Option<(bool
         (_, Some(axis)) => (false, axis),
         _ => return Ok(None),
     };
-    let own = sensor.axes.iter().find(|(id, _)| id == axis).map(|(_, direction)| *direction);
-    let direction = match (own, axis) {
+    let listed = sensor.axes.iter().find(|(id, _)| id == axis).map(|(_, direction)| *direction);
+    let direction = match (listed, axis) {
         (Some(direction), _) => direction,
         (None, "x") => Vector3::x(),
         (None, "y") => Vector3::y(),

@@ -177,9 +177,10 @@ impl Recent {
         if self.closed {
             return None;
         }
-        let own = campaign.readings.rows.get(reading)?;
+        let asked = campaign.readings.rows.get(reading)?;
         let same = |(other, _, of): &&(usize, usize, Vec<usize>)| {
-            of == sensors && campaign.readings.rows.get(*other).is_some_and(|other| model.takes_same_inputs(own, other))
+            of == sensors
+                && campaign.readings.rows.get(*other).is_some_and(|other| model.takes_same_inputs(asked, other))
         };
         let found = self.settings.iter().flatten().find(same).map(|(_, row, _)| *row);
         if found.is_none() {

@@ -113,23 +113,22 @@ where
         let Gather { model, asked, stops, parameter, gathered, room, scratch } = self;
         let Asked { campaign, row, smoothness, sweep: Sweep { base, joint, .. } } = asked;
         let Room { tilts, inputs, slopes, at, sums } = room;
-        let own = |own: &&Gathered| own.smoothness == Some(smoothness);
-        let follows =
-            gathered.iter().filter(own).filter_map(|own| model.sensors.get(own.sensor)).map(|own| own.follows);
-        let [rate, force] = follows.fold([false; 2], |[rate, force], own| [rate || own[0], force || own[1]]);
+        let alike = |of: &&Gathered| of.smoothness == Some(smoothness);
+        let follows = gathered.iter().filter(alike).filter_map(|of| model.sensors.get(of.sensor)).map(|of| of.follows);
+        let [rate, force] = follows.fold([false; 2], |[rate, force], of| [rate || of[0], force || of[1]]);
         let wanted = Wanted { rate, force, joints: model.joints > 0 };
         // no joint has the place behind all
         let joint = joint.unwrap_or(base.angle_deg.len());
         sums.resize_with(gathered.len(), || Sums { mean: [0.0; L], derivatives: Vec::new() });
         let count = model.parameters + model.joints;
-        for (_, sums) in gathered.iter().zip(&mut *sums).filter(|(of, _)| own(of)) {
+        for (_, sums) in gathered.iter().zip(&mut *sums).filter(|(of, _)| alike(of)) {
             sums.mean = [0.0; L];
             sums.derivatives.clear();
             sums.derivatives.resize(count, [[0.0; L]; 2]);
         }
         for (angles, weights) in stops {
             at.set(&campaign.bench, tilts, base, (joint, angles), wanted);
-            for (of, sums) in gathered.iter().zip(&mut *sums).filter(|(of, _)| own(of)) {
+            for (of, sums) in gathered.iter().zip(&mut *sums).filter(|(of, _)| alike(of)) {
                 let Some(line) = model.sensors.get(of.sensor) else { continue };
                 inputs.clear();
                 inputs.extend(line.slots.iter().map(|slot| match slot {
@@ -213,7 +212,7 @@ impl Model {
         let mut mean = 0.0;
         self.predict_all(campaign, reading, &[sensor], point, work, |_, value, slopes| {
             mean = value;
-            gradient.iter_mut().zip(slopes).for_each(|(own, slope)| *own = *slope);
+            gradient.iter_mut().zip(slopes).for_each(|(slot, slope)| *slot = *slope);
         })?;
         Ok(mean)
     }
@@ -315,7 +314,8 @@ impl Model {
     ) {
         work.gathered.resize_with(sensors.len(), Gathered::default);
         for (gathered, sensor) in work.gathered.iter_mut().zip(sensors) {
-            let smoothness = self.sensors.get(*sensor).map_or(Smoothness::Rough, |own| own.smoothness_for(&row.joints));
+            let smoothness =
+                self.sensors.get(*sensor).map_or(Smoothness::Rough, |sensor| sensor.smoothness_for(&row.joints));
             (gathered.sensor, gathered.smoothness) = (*sensor, Some(smoothness));
         }
         for first in 0..sensors.len() {
@@ -328,15 +328,15 @@ impl Model {
             self.sum(asked, stops, parameter, gathered, (&mut *room, scratch), Some(*arch));
         }
         let mut slopes = std::mem::take(&mut room.slopes);
-        for (place, own) in room.sums.iter().take(sensors.len()).enumerate() {
+        for (place, sums) in room.sums.iter().take(sensors.len()).enumerate() {
             slopes.clear();
             slopes.extend(
-                own.derivatives
+                sums.derivatives
                     .iter()
                     .take(self.parameters)
                     .map(|[sums, sizes]| lanes(|l| if is_rounding(sums[l], sizes[l]) { 0.0 } else { sums[l] })),
             );
-            visit(place, &own.mean, &slopes);
+            visit(place, &sums.mean, &slopes);
         }
         room.slopes = slopes;
     }
@@ -383,17 +383,17 @@ fn beyond(what: &str, k: usize, count: usize) -> Malformed {
 
 /// The smoothness of a place, unless one before it has the same: sensors of one smoothness average over the same instants.
 fn new_smoothness(gathered: &[Gathered], place: usize) -> Option<Smoothness> {
-    let own = gathered.get(place)?.smoothness;
-    own.filter(|_| gathered.iter().take(place).all(|before| before.smoothness != own))
+    let smoothness = gathered.get(place)?.smoothness;
+    smoothness.filter(|_| gathered.iter().take(place).all(|before| before.smoothness != smoothness))
 }
 
 /// Sums of several instants as those of all, in the order of the instants; what is only rounding is zero.
 fn join<const L: usize>(sums: &[Sums<L>], smoothness: Smoothness, gathered: &mut [Gathered]) {
-    let whole = |lanes: &Lane<L>| lanes.iter().fold(0.0, |sum, own| sum + own);
-    for (sums, own) in sums.iter().zip(gathered).filter(|(_, own)| own.smoothness == Some(smoothness)) {
-        own.mean = whole(&sums.mean);
-        own.gradient.clear();
-        own.gradient.extend(sums.derivatives.iter().map(|[sum, size]| {
+    let whole = |lanes: &Lane<L>| lanes.iter().fold(0.0, |sum, lane| sum + lane);
+    for (sums, row) in sums.iter().zip(gathered).filter(|(_, row)| row.smoothness == Some(smoothness)) {
+        row.mean = whole(&sums.mean);
+        row.gradient.clear();
+        row.gradient.extend(sums.derivatives.iter().map(|[sum, size]| {
             let sum = whole(sum);
             if is_rounding(sum, whole(size)) { 0.0 } else { sum }
         }));

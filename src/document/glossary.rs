@@ -40,7 +40,7 @@ impl Terms {
         let end = text.find([',', '(', '\u{ff0c}', '\u{ff08}']).unwrap_or(text.len());
         let name = text.get(..end).unwrap_or(text).trim_end();
         // single letters are symbols: u is not U
-        let is = |own: &&str| *own == name || own.chars().count() > 1 && own.to_lowercase() == name.to_lowercase();
+        let is = |term: &&str| *term == name || term.chars().count() > 1 && term.to_lowercase() == name.to_lowercase();
         match self.all.iter().position(|term| term.names.iter().any(&is)) {
             Some(place) if !self.used.contains(&place) => {
                 self.used.push(place);

@@ -54,7 +54,7 @@ pub fn significant(value: f64, digits: i32) -> String {
     }
     // the exponent of the rounded number: 0.00996 is 0.010
     let written = format!("{value:.*e}", number::unsigned(digits - 1));
-    let lead = written.split_once('e').and_then(|(_, own)| own.parse().ok()).unwrap_or(leading_digit(value));
+    let lead = written.split_once('e').and_then(|(_, exponent)| exponent.parse().ok()).unwrap_or(leading_digit(value));
     if !(-5..9).contains(&lead) {
         return written;
     }

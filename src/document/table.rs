@@ -186,8 +186,8 @@ impl From<u64> for Cell {
 }
 
 impl<C: Into<Cell>> From<Option<C>> for Cell {
-    fn from(own: Option<C>) -> Self {
-        own.map_or_else(Cell::absent, Into::into)
+    fn from(value: Option<C>) -> Self {
+        value.map_or_else(Cell::absent, Into::into)
     }
 }
 
@@ -297,8 +297,8 @@ impl<T: Copy> Rows<T> {
 }
 
 impl<T> From<Rows<T>> for Table {
-    fn from(own: Rows<T>) -> Self {
-        own.table
+    fn from(rows: Rows<T>) -> Self {
+        rows.table
     }
 }
 

@@ -198,11 +198,19 @@ impl Mistake {
 
     /// The reading that is most probably wrong itself, with the probability that it is, where that is more than one half; without it the others may agree.
     pub fn culprit(&self) -> Option<(usize, f64)> {
-        let wrong = |own: &&Explanation| !matches!(own.kind, MistakeKind::SlippedMounting | MistakeKind::MissingEffect);
-        let share = |reading: usize| -> f64 {
-            self.explanations.iter().filter(wrong).filter(|own| own.reading == reading).map(|own| own.probability).sum()
+        let wrong = |explanation: &&Explanation| {
+            !matches!(explanation.kind, MistakeKind::SlippedMounting | MistakeKind::MissingEffect)
         };
-        let readings = self.explanations.iter().filter(wrong).map(|own| (own.reading, share(own.reading)));
+        let share = |reading: usize| -> f64 {
+            self.explanations
+                .iter()
+                .filter(wrong)
+                .filter(|explanation| explanation.reading == reading)
+                .map(|explanation| explanation.probability)
+                .sum()
+        };
+        let readings =
+            self.explanations.iter().filter(wrong).map(|explanation| (explanation.reading, share(explanation.reading)));
         readings.max_by(|a, b| a.1.total_cmp(&b.1)).filter(|(_, probability)| *probability > 0.5)
     }
 }

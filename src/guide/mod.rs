@@ -331,17 +331,19 @@ impl Guide {
     fn weighed(&mut self, fresh: bool) -> Result<Weighed> {
         let table = self.table()?;
         let solved = self.judge(&[]).solved(&self.taken)?;
-        let point = solved.as_ref().map_or(Vec::new(), |own| own.point.clone());
-        let seen = solved.as_ref().map(|own| Seen::new(&table, self.judge(&point), &self.taken, own)).transpose()?;
-        let residuals = solved.as_ref().map_or(Vec::new(), |own| self.residuals(own));
+        let point = solved.as_ref().map_or(Vec::new(), |solved| solved.point.clone());
+        let seen =
+            solved.as_ref().map(|solved| Seen::new(&table, self.judge(&point), &self.taken, solved)).transpose()?;
+        let residuals = solved.as_ref().map_or(Vec::new(), |solved| self.residuals(solved));
         let mistake = match self.disagrees {
             None => None,
             Some(at) => Some(mistakes::mistake(self.judge(&point), &self.taken, &self.candidates, at, seen.as_ref())?),
         };
         // what the model explains by now, what agrees since another was taken back, and what lies far back, is no open question
         let last = self.taken.len();
-        let open =
-            |own: &Mistake| (fresh && own.reading == last) || (own.chance < 0.5 && own.reading + mistakes::BACK > last);
+        let open = |mistake: &Mistake| {
+            (fresh && mistake.reading == last) || (mistake.chance < 0.5 && mistake.reading + mistakes::BACK > last)
+        };
         Ok(Weighed { table, seen, residuals, mistake: mistake.filter(open) })
     }
 

@@ -109,7 +109,7 @@ impl Remainder<'_> {
             ((square / count.max(1.0)).sqrt(), max)
         };
         let stated =
-            |channel: usize| self.measured.cells().filter(|own| own.channel == channel).all(|own| own.u.is_some());
+            |channel: usize| self.measured.cells().filter(|cell| cell.channel == channel).all(|cell| cell.u.is_some());
         let one = |(motion, channel, group): (String, usize, Vec<Entry>)| {
             let unit = si_per_unit(channel);
             let (before, after) = (size(&mut group.iter().map(|e| e.2)), size(&mut group.iter().map(|e| e.3)));

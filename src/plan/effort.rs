@@ -118,7 +118,9 @@ impl Noise {
                 return Err(unknown(what, "a correlation time as its \"tau\": a plan does not estimate it"));
             }
             let name = line.name(campaign);
-            if let Some(((_, sd), slot)) = given.iter().find(|(own, _)| *own == name).zip(lines.get_mut(k)) {
+            if let Some(((_, sd), slot)) =
+                given.iter().find(|(given_name, _)| *given_name == name).zip(lines.get_mut(k))
+            {
                 *slot = (sd / line.shown).powi(2);
                 continue;
             }

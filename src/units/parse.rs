@@ -32,8 +32,8 @@ impl Unit {
     }
 
     /// The same, with further names, each a base unit.
-    pub(crate) fn parse_with(text: &str, own: &[String]) -> Result<Unit> {
-        unit(text, Unlisted::These(own)).map(|(unit, _)| unit)
+    pub(crate) fn parse_with(text: &str, names: &[String]) -> Result<Unit> {
+        unit(text, Unlisted::These(names)).map(|(unit, _)| unit)
     }
 
     /// A unit with any names: those that the table does not have are returned with it, each a base unit.

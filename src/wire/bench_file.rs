@@ -131,7 +131,7 @@ impl DerivedFile {
     pub(super) fn parts(self) -> (String, &'static str, Option<String>) {
         match self {
             DerivedFile::Line(line) => (line, "", None),
-            DerivedFile::InUnit(own) => (own.line, ".line", own.unit),
+            DerivedFile::InUnit(file) => (file.line, ".line", file.unit),
         }
     }
 }
@@ -168,7 +168,7 @@ impl BenchFile {
             })
             .collect::<Result<_>>()?;
         let rate_u = self.rate_u_ppm.0.into_iter().map(|(joint, ppm)| (joint, ppm * 1e-6)).collect();
-        let derived = self.derived.0.into_iter().map(|(id, own)| derived_quantity(id, own)).collect::<Result<_>>()?;
+        let derived = self.derived.0.into_iter().map(|(id, file)| derived_quantity(id, file)).collect::<Result<_>>()?;
         let in_use = self.in_use.0.into_iter().map(|(column, line)| {
             let line = Expression::parse(&line).map_err(|e| e.at_path(format!("in_use.{column}")))?;
             Ok((column, line))
@@ -180,19 +180,19 @@ impl BenchFile {
     }
 }
 
-fn derived_quantity(id: String, own: DerivedFile) -> Result<DerivedQuantity> {
-    let (text, below, unit) = own.parts();
+fn derived_quantity(id: String, file: DerivedFile) -> Result<DerivedQuantity> {
+    let (text, below, unit) = file.parts();
     let line = Expression::parse(&text).map_err(|e| e.at_path(format!("derived.{id}{below}")))?;
     Ok(DerivedQuantity { id, line, unit })
 }
 
-pub(super) fn derived_of(own: &DerivedQuantity) -> (String, DerivedFile) {
-    let line = own.line.to_string();
-    let file = match &own.unit {
+pub(super) fn derived_of(quantity: &DerivedQuantity) -> (String, DerivedFile) {
+    let line = quantity.line.to_string();
+    let file = match &quantity.unit {
         None => DerivedFile::Line(line),
         Some(unit) => DerivedFile::InUnit(DerivedLine { line, unit: Some(unit.clone()) }),
     };
-    (own.id.clone(), file)
+    (quantity.id.clone(), file)
 }
 
 impl LinkFile {

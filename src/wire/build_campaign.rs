@@ -76,8 +76,8 @@ impl CampaignBuilder {
 
     /// The same in a unit of its own.
     pub fn derived_in(mut self, id: impl Into<String>, line: impl Into<String>, unit: impl Into<String>) -> Self {
-        let own = DerivedLine { line: line.into(), unit: Some(unit.into()) };
-        self.file.derived.0.push((id.into(), DerivedFile::InUnit(own)));
+        let derived = DerivedLine { line: line.into(), unit: Some(unit.into()) };
+        self.file.derived.0.push((id.into(), DerivedFile::InUnit(derived)));
         self
     }
 

@@ -184,7 +184,7 @@ pub struct CovarianceFile {
 impl CampaignFile {
     /// Turn the file into a checked campaign, with the bench, the readings or the samples that it refers to.
     pub fn into_campaign(mut self, folder: &mut dyn Folder) -> Result<Campaign> {
-        let bench = self.own_bench(&mut |name| folder.text(name))?;
+        let bench = self.resolved_bench(&mut |name| folder.text(name))?;
         self.with_earlier(&mut |name| folder.text(name))?;
         let readings = match std::mem::replace(&mut self.readings, ReadingsRef::Inline(Vec::new())) {
             ReadingsRef::Inline(_) if !self.columns.is_empty() => {
@@ -228,7 +228,7 @@ impl CampaignFile {
                 .expected("\"columns\" of the campaign, or of its \"readings\"")
                 .at_path("readings.columns"));
         }
-        Ok((self.own_bench(&mut |name| folder.text(name))?, samples))
+        Ok((self.resolved_bench(&mut |name| folder.text(name))?, samples))
     }
 
     pub(super) fn one_device(&self) -> Result<()> {
@@ -243,7 +243,7 @@ impl CampaignFile {
     }
 
     /// The bench where it stands in this campaign, checked.
-    pub fn own_bench(&self, fetch: Fetch<'_>) -> Result<Bench> {
+    pub fn resolved_bench(&self, fetch: Fetch<'_>) -> Result<Bench> {
         let mut bench = match &self.bench {
             BenchRef::Inline(file) => file.clone().into_bench().map_err(|e| e.under("bench"))?,
             BenchRef::Named(name) => named_bench(name, fetch)?,
@@ -287,9 +287,12 @@ impl CampaignFile {
                 .at_path("known.from")
         })?;
         let taken = |id: &str| known.iter().any(|(other, _)| other == id) || self.estimate.get(id).is_some();
-        let own: Vec<EarlierParameter> = earlier.parameters.into_iter().filter(|own| !taken(&own.id)).collect();
+        let entered: Vec<EarlierParameter> =
+            earlier.parameters.into_iter().filter(|parameter| !taken(&parameter.id)).collect();
         let names = |k: usize| earlier.covariance.order.get(k).map(String::as_str).unwrap_or_default();
-        let of = |id: &str| own.iter().find(|own| own.id == id).and_then(|own| own.u).filter(|u| *u > 0.0);
+        let of = |id: &str| {
+            entered.iter().find(|parameter| parameter.id == id).and_then(|parameter| parameter.u).filter(|u| *u > 0.0)
+        };
         for (i, row) in earlier.covariance.matrix.iter().enumerate() {
             for (j, covariance) in row.iter().enumerate().take(i) {
                 let (a, b) = (names(j), names(i));
@@ -302,15 +305,21 @@ impl CampaignFile {
             }
         }
         self.known.0.retain(|(id, _)| id != "from");
-        for own in own {
-            let (Some(value), Some(u)) = (own.value, own.u) else {
-                return Err(Malformed::new(Fault::Missing, format!("'{path}' has no value with u of '{}'", own.id))
-                    .expected(format!("a fit that determines it, or \"{}\" in \"known\" or \"estimate\" here", own.id))
-                    .at_path("known.from"));
+        for parameter in entered {
+            let (Some(value), Some(u)) = (parameter.value, parameter.u) else {
+                return Err(Malformed::new(
+                    Fault::Missing,
+                    format!("'{path}' has no value with u of '{}'", parameter.id),
+                )
+                .expected(format!(
+                    "a fit that determines it, or \"{}\" in \"known\" or \"estimate\" here",
+                    parameter.id
+                ))
+                .at_path("known.from"));
             };
-            let unit = Some(own.unit).filter(|unit| !unit.is_empty());
-            let known = Given { value, unit, u: Some(u), dof: own.dof, distribution: None };
-            self.known.0.push((own.id, KnownEntry::Known(known)));
+            let unit = Some(parameter.unit).filter(|unit| !unit.is_empty());
+            let known = Given { value, unit, u: Some(u), dof: parameter.dof, distribution: None };
+            self.known.0.push((parameter.id, KnownEntry::Known(known)));
         }
         Ok(())
     }

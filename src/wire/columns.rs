@@ -52,9 +52,9 @@ pub(super) fn columns(
     };
     let mut columns: Vec<Column> = Vec::with_capacity(titles.len());
     let mut seen: HashSet<String> = HashSet::new();
-    for own in titles {
-        let (found, name, unit) = (own.title.as_str(), own.name.clone(), own.unit.clone());
-        let mut keys = map.0.iter().filter(|(_, wanted)| stands_for(wanted, own)).map(|(key, _)| key);
+    for column in titles {
+        let (found, name, unit) = (column.title.as_str(), column.name.clone(), column.unit.clone());
+        let mut keys = map.0.iter().filter(|(_, wanted)| stands_for(wanted, column)).map(|(key, _)| key);
         let key = match (keys.next(), keys.next()) {
             (Some(first), Some(second)) => {
                 return Err(fault(Fault::NameClash, format!("the column '{found}' is given for two keys"))
@@ -67,7 +67,7 @@ pub(super) fn columns(
         };
         let wanted = key_unit(bench, &key);
         // a title that is the key says no other unit than the key's
-        let end = || own.unit_for(&Unit::parse(wanted.as_deref()?).ok()?).filter(|_| key != found);
+        let end = || column.unit_for(&Unit::parse(wanted.as_deref()?).ok()?).filter(|_| key != found);
         let unit = unit.or_else(end);
         let conversion = match (unit, wanted) {
             (Some(from), Some(to)) => match from_title(&format!("the column '{found}'"), &from, &to) {
@@ -99,8 +99,8 @@ pub(crate) fn from_title(what: &str, from: &str, to: &str) -> Result<Option<Conv
         return Ok(None);
     }
     let converts = |word: &str| match (Unit::parse(word), Unit::parse(to)) {
-        (Ok(own), Ok(wanted)) if !own.dimension().is_number() => {
-            own.conversion_for(&wanted, what).is_ok_and(|own| !own.is_none())
+        (Ok(unit), Ok(wanted)) if !unit.dimension().is_number() => {
+            unit.conversion_for(&wanted, what).is_ok_and(|unit| !unit.is_none())
         }
         _ => false,
     };
@@ -115,9 +115,9 @@ pub(crate) fn from_title(what: &str, from: &str, to: &str) -> Result<Option<Conv
             ))
             .found(format!("'{from}'"))
     };
-    let own = Unit::parse(from).map_err(|_| unknown(from))?;
+    let unit = Unit::parse(from).map_err(|_| unknown(from))?;
     let wanted = Unit::parse(to).map_err(|_| unknown(to))?;
-    Ok(Some(own.conversion_for(&wanted, what)?).filter(|conversion| !conversion.is_none()))
+    Ok(Some(unit.conversion_for(&wanted, what)?).filter(|conversion| !conversion.is_none()))
 }
 
 /// The unit that a key of a reading has; `None` where it says nothing of one.

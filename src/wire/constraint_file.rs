@@ -54,11 +54,11 @@ impl ConstraintFile {
         // numbers of the constraint to internal ones: of a term, and of the bounds, which are carried in the first term's unit
         let converted = |members: &[usize]| -> Result<(Conversion, Vec<f64>)> {
             let Some(unit) = self.unit.as_deref() else { return Ok((Conversion::NONE, vec![1.0; members.len()])) };
-            let own = |k: &usize| campaign.parameter_conversion(*k, unit).map_err(|e| e.at_path("unit"));
-            let all: Vec<Conversion> = members.iter().map(own).collect::<Result<_>>()?;
+            let conversion = |k: &usize| campaign.parameter_conversion(*k, unit).map_err(|e| e.at_path("unit"));
+            let all: Vec<Conversion> = members.iter().map(conversion).collect::<Result<_>>()?;
             // without terms there is nothing to convert
             let first = all.first().copied().unwrap_or(Conversion::NONE);
-            Ok((first, all.iter().map(|own| first.factor() / own.factor()).collect()))
+            Ok((first, all.iter().map(|other| first.factor() / other.factor()).collect()))
         };
         let finite = |value: f64, key: &str| {
             if value.is_finite() {
@@ -84,7 +84,7 @@ impl ConstraintFile {
                         .map(|(id, factor)| Ok((index(id).map_err(|e| e.at_path(format!("of.{id}")))?, *factor)))
                         .collect::<Result<_>>()?;
                 let (to, factors) = converted(&terms.iter().map(|(k, _)| *k).collect::<Vec<_>>())?;
-                terms.iter_mut().zip(&factors).for_each(|((_, factor), own)| *factor *= own);
+                terms.iter_mut().zip(&factors).for_each(|((_, factor), by)| *factor *= by);
                 let (lower, upper) = match (between, equals) {
                     (Some([lower, upper]), _) => (lower.unwrap_or(f64::NEG_INFINITY), upper.unwrap_or(f64::INFINITY)),
                     // without "between" there is "equals": one of both, by the guard
@@ -123,7 +123,7 @@ impl ConstraintFile {
                     .at_path("at_most"));
                 }
                 let (to, factors) = converted(&of)?;
-                if factors.iter().any(|own| (own - 1.0).abs() > 1e-12) {
+                if factors.iter().any(|factor| (factor - 1.0).abs() > 1e-12) {
                     return Err(Malformed::new(Fault::Value, "a norm is of parameters in one unit")
                         .expected("parameters that the model line carries in the same unit")
                         .at_path("norm_of"));

@@ -136,10 +136,10 @@ impl CorrectionFile {
                 .found(found)
                 .at_path(path)
         };
-        let rate_unit = RateUnit::ALL.into_iter().find(|own| own.name() == self.rate_unit);
+        let rate_unit = RateUnit::ALL.into_iter().find(|unit| unit.name() == self.rate_unit);
         let rate_unit = rate_unit
             .ok_or_else(|| unit("correction.rate_unit", &self.rate_unit, "deg/s, deg/h, rad/s or arcsec/s"))?;
-        let force_unit = ForceUnit::ALL.into_iter().find(|own| own.name() == self.force_unit);
+        let force_unit = ForceUnit::ALL.into_iter().find(|unit| unit.name() == self.force_unit);
         let force_unit = force_unit.ok_or_else(|| unit("correction.force_unit", &self.force_unit, "g or m/s^2"))?;
         let lines = self
             .sensors

@@ -140,11 +140,11 @@ impl DriftFile {
     }
 
     fn each(self) -> DriftCoefficients {
-        let own = |[xx, yy, zz]: [f64; 3]| DriftCoefficients { xx, yy, zz, ..Default::default() };
+        let diagonal = |[xx, yy, zz]: [f64; 3]| DriftCoefficients { xx, yy, zz, ..Default::default() };
         match self {
             DriftFile::Absent => DriftCoefficients::default(),
-            DriftFile::All(value) => own([value; 3]),
-            DriftFile::Own(values) => own(values),
+            DriftFile::All(value) => diagonal([value; 3]),
+            DriftFile::Own(values) => diagonal(values),
             DriftFile::Each(values) => values,
         }
     }

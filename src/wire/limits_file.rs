@@ -56,14 +56,17 @@ pub(super) fn limits_file(campaign: &Campaign) -> Named<LimitFile> {
 /// Errors: a quantity that is no result, bounds that bound nothing or are the wrong way round, a unit of another
 /// dimension, limits of an angle that can only be meant in another unit than radians.
 pub(super) fn limits(campaign: &Campaign, file: Named<LimitFile>) -> Result<Vec<Limit>> {
-    file.0.into_iter().map(|(id, own)| one(campaign, &id, own).map_err(|e| e.under(&format!("limits.{id}")))).collect()
+    file.0
+        .into_iter()
+        .map(|(id, limit)| one(campaign, &id, limit).map_err(|e| e.under(&format!("limits.{id}"))))
+        .collect()
 }
 
-fn one(campaign: &Campaign, id: &str, own: LimitFile) -> Result<Limit> {
+fn one(campaign: &Campaign, id: &str, file: LimitFile) -> Result<Limit> {
     let parameter = campaign.estimated().iter().position(|p| p.id == id);
     let derived = campaign.derived.iter().position(|d| d.id == id);
     let errors = campaign.scale_factor_errors();
-    let error = errors.iter().position(|own| own == id);
+    let error = errors.iter().position(|error| error == id);
     let (of, own_unit, is_angle) = match (parameter, derived, error) {
         (Some(k), ..) => {
             let tilt = campaign.estimated().get(k).is_some_and(|p| p.kind == Kind::Tilt);
@@ -83,9 +86,9 @@ fn one(campaign: &Campaign, id: &str, own: LimitFile) -> Result<Limit> {
                 .found(format!("'{id}'")));
         }
     };
-    let ([lower, upper], unit) = match own {
+    let ([lower, upper], unit) = match file {
         LimitFile::Bare(between) => (between, None),
-        LimitFile::InUnit(own) => (own.between, own.unit),
+        LimitFile::InUnit(limit) => (limit.between, limit.unit),
     };
     let to = match &unit {
         Some(unit) => campaign.conversion(unit, own_unit, &format!("'{id}'")).map_err(|e| e.at_path("unit"))?,

@@ -30,15 +30,16 @@ enum Column {
 pub fn read_measured(source: &Source, mission: &Mission) -> Result<Measured> {
     let mut table = Record::of_text(&source.name, source.text.as_str())?;
     let columns = columns(table.columns(), &source.name, table.title_line())?;
-    let headers: Vec<String> = table.columns().iter().map(|own| own.title.clone()).collect();
-    let kind = |own: &Column| if matches!(own, Column::Motion | Column::Scenario) { As::Label } else { As::Mixed };
-    table.select(&columns.iter().enumerate().map(|(k, own)| (k, kind(own))).collect::<Vec<_>>());
+    let headers: Vec<String> = table.columns().iter().map(|column| column.title.clone()).collect();
+    let kind =
+        |column: &Column| if matches!(column, Column::Motion | Column::Scenario) { As::Label } else { As::Mixed };
+    table.select(&columns.iter().enumerate().map(|(k, column)| (k, kind(column))).collect::<Vec<_>>());
     let (mut records, mut block): (Vec<Row>, Block) = Default::default();
     while table.next(&mut block)? {
         for (k, line) in (0..block.rows()).zip(&block.lines) {
             let label = |label: usize| table.labels().get(label).cloned().unwrap_or_default();
-            let cell = |(own, column): (&Column, &Vec<f64>)| match record::said(column.at(k)) {
-                Said::Number(number) if kind(own) == As::Label => label(crate::number::count(number)),
+            let cell = |(of, column): (&Column, &Vec<f64>)| match record::said(column.at(k)) {
+                Said::Number(number) if kind(of) == As::Label => label(crate::number::count(number)),
                 Said::Number(number) => number.to_string(),
                 Said::Nothing => String::new(),
                 Said::Text(text) => label(text),
@@ -63,7 +64,7 @@ pub fn read_measured(source: &Source, mission: &Mission) -> Result<Measured> {
         };
         let motion = match text(Column::Motion) {
             None => 0,
-            Some(name) => motions.iter().position(|own| own == name).ok_or_else(|| {
+            Some(name) => motions.iter().position(|other| other == name).ok_or_else(|| {
                 let error = Malformed::new(Fault::UnknownName, format!("the mission has no motion '{name}'"));
                 here(error.expected(format!("one of {}", motions.join(", "))).found(format!("'{name}'")), "motion")
             })?,
@@ -130,9 +131,9 @@ struct Row {
 fn columns(headers: &[record::Column], file: &str, line: usize) -> Result<Vec<Column>> {
     let mut columns: Vec<Column> = Vec::new();
     let at = |error: Malformed| error.at_line(line, 0).in_file(file);
-    for name in headers.iter().map(|own| own.title.as_str()) {
+    for name in headers.iter().map(|column| column.title.as_str()) {
         let plain = name.strip_suffix("_u").unwrap_or(name);
-        let channel = CHANNEL_NAMES.iter().position(|own| *own == plain);
+        let channel = CHANNEL_NAMES.iter().position(|channel| *channel == plain);
         let column = match (name, channel) {
             ("motion", _) => Column::Motion,
             ("scenario", _) => Column::Scenario,

@@ -102,7 +102,9 @@ impl MissionFile {
         for (i, file) in self.beside.iter().enumerate() {
             mission = mission.beside(file.motion().map_err(|e| e.under(&format!("beside[{i}]")))?)?;
         }
-        if let Some(draws) = self.calibration.as_ref().map(|own| own.monte_carlo).filter(|draws| *draws > MOST_DRAWS) {
+        if let Some(draws) =
+            self.calibration.as_ref().map(|calibration| calibration.monte_carlo).filter(|draws| *draws > MOST_DRAWS)
+        {
             return Err(Malformed::new(Fault::Value, "the Monte Carlo run has too many draws")
                 .at_path("calibration.monte_carlo")
                 .expected(format!(

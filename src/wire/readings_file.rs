@@ -224,13 +224,13 @@ pub(super) fn from_cells(bench: &Bench, rows: impl CellRows) -> Result<Readings>
     let mut made: Vec<Reading> = Vec::with_capacity(count);
     let mut without: Option<(String, usize)> = None;
     rows.visit(&mut |place, row| {
-        let own = reading(bench, &meanings, &joints, columns.len(), place(), row)?;
+        let filled = reading(bench, &meanings, &joints, columns.len(), place(), row)?;
         // an empty cell says that nothing was read there
         let lacks = |k: &usize| bench.sensors.get(*k).is_some_and(|sensor| row.get(&sensor.id).is_none());
         if without.is_none() {
-            without = own.planned_u.iter().map(|(k, _)| *k).find(lacks).map(|k| (own.place.clone(), k));
+            without = filled.planned_u.iter().map(|(k, _)| *k).find(lacks).map(|k| (filled.place.clone(), k));
         }
-        made.push(own);
+        made.push(filled);
         Ok(())
     })?;
     let mut rows = made;

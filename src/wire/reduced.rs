@@ -41,7 +41,7 @@ pub struct Schedule {
 /// Errors as [`super::read_campaign`]; readings that stand in a file of their own.
 pub fn read_schedule(source: &Source, fetch: Fetch<'_>) -> Result<Schedule> {
     let file: CampaignFile = parse(source).map_err(|error| kind::no_campaign(source).unwrap_or(error))?;
-    let bench = file.own_bench(fetch).map_err(|error| locate::in_source(error, source))?;
+    let bench = file.resolved_bench(fetch).map_err(|error| locate::in_source(error, source))?;
     Schedule::new(file, bench, "readings").map_err(|error| locate::in_source(error, source))
 }
 

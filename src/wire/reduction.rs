@@ -53,7 +53,7 @@ impl Recipe {
             let mut record = open()?;
             let reduced = self.reduce(&mut record, schedule.as_deref())?;
             if rounds.next().is_none()
-                || !schedule.as_mut().is_some_and(|own| own.moves(&reduced.readings(), &reduced.places))
+                || !schedule.as_mut().is_some_and(|schedule| schedule.moves(&reduced.readings(), &reduced.places))
             {
                 return Ok((record, reduced));
             }
@@ -115,8 +115,8 @@ impl Recipe {
                 return Ok(reduced);
             }
             // a segment that is left keeps the row that it had
-            let of = |own: &Segment| {
-                let (at, _) = own.span();
+            let of = |segment: &Segment| {
+                let (at, _) = segment.span();
                 let k = whole.iter().position(|(start, end)| *start <= at && at < *end)?;
                 places.get(k).copied()
             };
@@ -139,10 +139,10 @@ impl Recipe {
         let mut titled = Vec::with_capacity(chosen.len());
         let mut conversions: Vec<Option<Conversion>> = Vec::with_capacity(chosen.len());
         for (name, k) in &chosen {
-            let own = record.columns().get(*k).and_then(|c| c.unit.clone()).unwrap_or_default();
+            let given = record.columns().get(*k).and_then(|c| c.unit.clone()).unwrap_or_default();
             let converted =
-                schedule.map(|s| s.conversion(name, &own)).transpose().map_err(|e| e.in_file(record.name()))?;
-            let (unit, conversion) = converted.unwrap_or((own, None));
+                schedule.map(|s| s.conversion(name, &given)).transpose().map_err(|e| e.in_file(record.name()))?;
+            let (unit, conversion) = converted.unwrap_or((given, None));
             titled.push((name.clone(), unit));
             conversions.push(conversion);
         }
@@ -192,7 +192,7 @@ impl Recipe {
                     for (sample, (_, label)) in (trace.samples..).zip(taken) {
                         match runs.last_mut() {
                             _ if label.is_nan() => {}
-                            Some((own, _, end)) if own == label && *end == sample => *end += 1,
+                            Some((of, _, end)) if of == label && *end == sample => *end += 1,
                             _ => runs.push((*label, sample, sample + 1)),
                         }
                     }

@@ -63,24 +63,28 @@ pub fn campaign_file(campaign: &Campaign, bench: BenchRef) -> CampaignFile {
             let unit = unit.filter(|_| start.is_some() || prior.is_some());
             estimate.push((parameter.id.clone(), Asked { start, prior, prior_u, unit }));
         }
-        if let Role::Known(own) = &parameter.role {
-            known.push((parameter.id.clone(), KnownEntry::Known(own.given(parameter.stated_unit()))));
+        if let Role::Known(input) = &parameter.role {
+            known.push((parameter.id.clone(), KnownEntry::Known(input.given(parameter.stated_unit()))));
         }
     }
     // a bench that stands elsewhere keeps the campaign's site, unless it is the campaign's own
     let named = !matches!(bench, BenchRef::Inline(_));
     let own_site = match &bench {
         BenchRef::Named(id) => crate::bench::built_in(id)
-            .and_then(|own| super::read_bench(&super::Source { name: id.clone(), text: own.text.into() }).ok())
-            .and_then(|own| own.site),
+            .and_then(|file| super::read_bench(&super::Source { name: id.clone(), text: file.text.into() }).ok())
+            .and_then(|file| file.site),
         BenchRef::Inline(_) => None,
     };
     // the bench brings its own lines
     let of_bench = |derived: &&Derived| {
         let line = derived.written.as_ref().unwrap_or(&derived.line).to_string();
-        campaign.bench.derived.iter().any(|own| own.id == derived.id && own.line.to_string() == line)
+        campaign.bench.derived.iter().any(|other| other.id == derived.id && other.line.to_string() == line)
     };
-    let derived = campaign.derived.iter().filter(|own| !of_bench(own)).map(|own| (own.id.clone(), derived_file(own)));
+    let derived = campaign
+        .derived
+        .iter()
+        .filter(|derived| !of_bench(derived))
+        .map(|derived| (derived.id.clone(), derived_file(derived)));
     CampaignFile {
         site: campaign.bench.site.as_ref().filter(|site| named && own_site.as_ref() != Some(*site)).map(SiteFile::of),
         columns: Named::default(),

@@ -145,7 +145,7 @@ fn table_of(draws: &mut Draws, own: bool) -> Table {
 /// The rows of a table, by the fleet.
 fn together(table: &Table) -> (Vec<Row>, Layout, Vec<Device>) {
     let file: CampaignFile = serde_json::from_value(table.file.clone()).expect("a campaign");
-    let bench = file.own_bench(&mut |name| panic!("refers to {name}")).expect("a bench");
+    let bench = file.resolved_bench(&mut |name| panic!("refers to {name}")).expect("a bench");
     let rows: Vec<ReadingFile> = serde_json::from_value(json!(table.rows)).expect("readings");
     let (layout, devices) = wire::inline_devices(&bench, rows, "serial", |_| false).expect("devices");
     let columns = layout.numeric(&bench);

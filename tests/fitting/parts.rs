@@ -11,7 +11,7 @@ use tumble::wire::{self, CampaignFile, ReadingFile};
 /// The campaign without readings, and the devices.
 fn devices(table: &Table) -> (Campaign, Layout, Vec<Device>) {
     let file: CampaignFile = serde_json::from_value(table.file.clone()).expect("a campaign");
-    let bench = file.own_bench(&mut |name| panic!("refers to {name}")).expect("a bench");
+    let bench = file.resolved_bench(&mut |name| panic!("refers to {name}")).expect("a bench");
     let rows: Vec<ReadingFile> = serde_json::from_value(json!(table.rows)).expect("readings");
     let (layout, devices) = wire::inline_devices(&bench, rows, "serial", |_| false).expect("devices");
     let readings = Readings { columns: layout.numeric(&bench), rows: Vec::new() };
@@ -155,7 +155,7 @@ fn what_needs_all_readings_is_refused() {
         let mut file = json!({ "bench": { "id": "line", "sensors": { "y": { "model": "a + b*x" } } }, "estimate": { "a": {}, "b": {} }, "readings": [] });
         change(&mut file);
         let file: CampaignFile = serde_json::from_value(file).expect("a campaign");
-        let bench = file.own_bench(&mut |_| panic!()).expect("a bench");
+        let bench = file.resolved_bench(&mut |_| panic!()).expect("a bench");
         let readings = Readings { columns: vec!["x".into()], rows: Vec::new() };
         Parts::new(&file.with(bench, readings).expect("a campaign"), settings).map_err(|error| error.to_string())
     };

@@ -129,7 +129,7 @@ pub fn write(path: &Path, rows: &[Reading], shuffled: bool) {
 pub fn by_fleet(rows: &[Reading]) -> HashMap<String, Row> {
     let source = Source { name: "head".into(), text: CAMPAIGN.into() };
     let file: CampaignFile = wire::campaign_of(&source).expect("a campaign");
-    let bench = file.own_bench(&mut |name| panic!("refers to {name}")).expect("a bench");
+    let bench = file.resolved_bench(&mut |name| panic!("refers to {name}")).expect("a bench");
     let names = ["serial", "theta_deg", "temperature_c", "V", "V_u"];
     let columns: Vec<Column> =
         names.iter().map(|name| Column { name: (*name).into(), title: (*name).into(), unit: None }).collect();

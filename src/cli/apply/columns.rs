@@ -36,18 +36,18 @@ impl Source {
         let numbers = plan.sensors.iter().copied().chain(plan.given.iter().flatten().map(|(column, _)| *column));
         let mut wanted: Vec<(usize, As)> = Vec::new();
         for column in numbers {
-            if !wanted.iter().any(|(own, _)| *own == column) {
+            if !wanted.iter().any(|(other, _)| *other == column) {
                 wanted.push((column, As::Number));
             }
         }
         let others: Vec<usize> =
-            plan.kept.iter().copied().filter(|k| !wanted.iter().any(|(own, _)| own == k)).collect();
+            plan.kept.iter().copied().filter(|k| !wanted.iter().any(|(other, _)| other == k)).collect();
         let of_others = match written && record.is_of_text() {
             true => vec![As::Written; others.len()],
             false => kinds(&record, open, &others)?,
         };
         wanted.extend(others.into_iter().zip(of_others));
-        let kind = |k: &usize| wanted.iter().find(|(own, _)| own == k).map_or(As::Number, |(_, kind)| *kind);
+        let kind = |k: &usize| wanted.iter().find(|(other, _)| other == k).map_or(As::Number, |(_, kind)| *kind);
         let kept = plan.kept.iter().map(kind).collect();
         record.select(&wanted);
         Ok(Source { record, titles, plan, kept, read: wanted.into_iter().map(|(column, _)| column).collect() })
@@ -75,7 +75,8 @@ impl Source {
         while self.record.next(&mut block)? {
             corrected.iter_mut().for_each(Vec::clear);
             // every column of the plan is among those read
-            let column = |k: usize| block.columns.at(self.read.iter().position(|own| *own == k).unwrap_or(usize::MAX));
+            let column =
+                |k: usize| block.columns.at(self.read.iter().position(|other| *other == k).unwrap_or(usize::MAX));
             let sensors: Vec<&[f64]> = plan.sensors.iter().map(|k| column(*k)).collect();
             let inputs: Vec<Option<(&[f64], Conversion)>> =
                 plan.given.iter().map(|from| from.map(|(k, conversion)| (column(k), conversion))).collect();
@@ -204,7 +205,7 @@ pub(super) fn to_columns(
             let (cells, levels) = numbers(column.iter().copied());
             match cells {
                 Column::Numbers(labels) if kinds.get(k) == Some(&As::Label) => {
-                    let labels = labels.into_iter().map(|own| ByteArray::from(texts.label(own)));
+                    let labels = labels.into_iter().map(|number| ByteArray::from(texts.label(number)));
                     (Column::Texts(labels.collect()), levels)
                 }
                 cells => (cells, levels),

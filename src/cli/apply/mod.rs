@@ -84,7 +84,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
         Frame::Mount => Some(ToMount::new(&calibration)?),
     };
     // a file of an earlier version
-    if arguments.u && to_mount.is_some() && calibration.mounting.as_ref().is_some_and(|own| own.covariance.is_empty()) {
+    if arguments.u
+        && to_mount.is_some()
+        && calibration.mounting.as_ref().is_some_and(|mounting| mounting.covariance.is_empty())
+    {
         super::note(
             "note: the calibration does not contain the covariance of the mounting tilts: the uncertainties take the rotation to the mounting face as exact",
         );
@@ -166,13 +169,13 @@ impl Correction<'_> {
 
 fn plan(arguments: &Arguments, calibration: &Calibration, header: &[Column]) -> Result<Plan> {
     let column = |name: &str| {
-        let titled = header.iter().position(|own| own.title == name);
-        titled.or_else(|| header.iter().position(|own| own.name == name))
+        let titled = header.iter().position(|column| column.title == name);
+        titled.or_else(|| header.iter().position(|column| column.name == name))
     };
-    let titles = || header.iter().map(|own| format!("'{}'", own.title)).collect::<Vec<_>>().join(", ");
+    let titles = || header.iter().map(|column| format!("'{}'", column.title)).collect::<Vec<_>>().join(", ");
     // the column that was said to be it, or one of its name
     let found = |name: &str, what: &str| -> Result<Option<usize>> {
-        let Some((_, said)) = arguments.column.iter().find(|(own, _)| own == name) else { return Ok(column(name)) };
+        let Some((_, said)) = arguments.column.iter().find(|(of, _)| of == name) else { return Ok(column(name)) };
         let there = column(said).ok_or_else(|| {
             Malformed::new(Fault::Missing, format!("the record has no column '{said}' for {what}"))
                 .expected("one of the titles in the record's first line")
@@ -196,14 +199,14 @@ fn plan(arguments: &Arguments, calibration: &Calibration, header: &[Column]) -> 
                 .expected(format!("a column '{name}', or --column {name}=NAME"))
                 .found(titles())
         })?;
-        let own = header.get(k).and_then(|own| own.unit.as_deref()).unwrap_or_default();
-        conversions.push(wire::from_title(&format!("the column for '{}'", line.sensor), own, &line.unit)?);
+        let unit = header.get(k).and_then(|unit| unit.unit.as_deref()).unwrap_or_default();
+        conversions.push(wire::from_title(&format!("the column for '{}'", line.sensor), unit, &line.unit)?);
         sensors.push(k);
     }
     // what the title says, or else the end of the name
     let converted = |k: usize, name: &str, to: &str| -> Result<(usize, Conversion)> {
-        let own = header.get(k).and_then(|own| own.unit.as_deref()).unwrap_or_default();
-        Ok((k, wire::from_title(&format!("the column for '{name}'"), own, to)?.unwrap_or(Conversion::NONE)))
+        let unit = header.get(k).and_then(|unit| unit.unit.as_deref()).unwrap_or_default();
+        Ok((k, wire::from_title(&format!("the column for '{name}'"), unit, to)?.unwrap_or(Conversion::NONE)))
     };
     let radian = crate::units::Unit::parse("deg")?.conversion(&crate::units::Unit::parse("rad")?);
     let given: Vec<Option<(usize, Conversion)>> = given()
@@ -217,7 +220,7 @@ fn plan(arguments: &Arguments, calibration: &Calibration, header: &[Column]) -> 
         .collect::<Result<_>>()?;
     let solved: Vec<&str> = calibration.solved().map(|i| i.name.as_str()).collect();
     let kept = (0..header.len())
-        .filter(|k| !sensors.contains(k) && header.get(*k).is_none_or(|own| !solved.contains(&own.name.as_str())))
+        .filter(|k| !sensors.contains(k) && header.get(*k).is_none_or(|column| !solved.contains(&column.name.as_str())))
         .collect();
     Ok(Plan { sensors, conversions, given, kept })
 }

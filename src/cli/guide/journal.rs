@@ -131,7 +131,7 @@ impl Journal {
     }
 
     fn is_regular(&self) -> bool {
-        self.file.metadata().is_ok_and(|own| own.is_file())
+        self.file.metadata().is_ok_and(|metadata| metadata.is_file())
     }
 
     /// One more line, on the disk when this returns.

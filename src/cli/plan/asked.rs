@@ -22,7 +22,7 @@ const MOST_READINGS: usize = 100_000;
 pub(super) fn term(text: &str, campaign: &Campaign, sensor: Option<&str>) -> Result<Term> {
     let ids: Vec<&str> = campaign.bench.sensors.iter().map(|s| s.id.as_str()).collect();
     let sensor = match (sensor, ids.as_slice()) {
-        (Some(id), _) => Some(ids.iter().position(|own| *own == id).ok_or_else(|| {
+        (Some(id), _) => Some(ids.iter().position(|known| *known == id).ok_or_else(|| {
             Malformed::new(Fault::UnknownName, format!("--sensor names '{id}', which is no sensor here"))
                 .expected(format!("one of {}", ids.join(", ")))
                 .found(format!("'{id}'"))
@@ -116,8 +116,8 @@ pub(super) fn request(arguments: &Arguments, given: &Judgement, bar: &ProgressBa
     };
     // costs count: as many readings as the given schedule has cost no more than it does
     let work = given.work;
-    let own = work.cost * (readings as f64 / work.readings.max(1) as f64).max(1.0);
-    let limit = arguments.choose.filter(|_| !arguments.any_cost && own > 0.0).map(|_| own);
+    let cost = work.cost * (readings as f64 / work.readings.max(1) as f64).max(1.0);
+    let limit = arguments.choose.filter(|_| !arguments.any_cost && cost > 0.0).map(|_| cost);
     let spinner = bar.clone();
     Ok(Request {
         readings,
@@ -148,13 +148,13 @@ const CRITERIA: [(&str, Criterion); 5] =
 /// One of these in either case, or that of a quantity.
 fn criterion(text: &str) -> Criterion {
     let named = CRITERIA.into_iter().find(|(name, _)| name.eq_ignore_ascii_case(text));
-    named.map_or_else(|| Criterion::C(text.to_string()), |(_, own)| own)
+    named.map_or_else(|| Criterion::C(text.to_string()), |(_, criterion)| criterion)
 }
 
 pub(super) fn criterion_name(criterion: &Criterion) -> String {
     match criterion {
         Criterion::C(id) => format!("c:{id}"),
-        other => CRITERIA.iter().find(|(_, own)| own == other).map_or("", |(name, _)| name).to_string(),
+        other => CRITERIA.iter().find(|(_, criterion)| criterion == other).map_or("", |(name, _)| name).to_string(),
     }
 }
 

@@ -106,9 +106,9 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
                 finds.push(FindReport { effect, coefficient, size, power, u });
             }
             // an effect shows beside tilts that are determined: from a degree on these are no small rotations, and nothing that is predicted holds
-            let tilts = judgement.parameters.iter().filter(|own| own.kind == Kind::Tilt);
-            let determined = tilts.filter(|own| !finds.is_empty() && own.u.is_some_and(|u| u < fit::STEEP));
-            goals.extend(determined.map(|own| Goal { id: own.id.clone(), u: fit::STEEP }));
+            let tilts = judgement.parameters.iter().filter(|parameter| parameter.kind == Kind::Tilt);
+            let determined = tilts.filter(|parameter| !finds.is_empty() && parameter.u.is_some_and(|u| u < fit::STEEP));
+            goals.extend(determined.map(|parameter| Goal { id: parameter.id.clone(), u: fit::STEEP }));
             for goal in parse_goals(&arguments.goal, &campaign)? {
                 goals.retain(|other| other.id != goal.id);
                 goals.push(goal);
@@ -209,7 +209,7 @@ fn sheet(path: &Path, schedule: &Campaign, costs: &Costs, lang: Language) -> Res
 fn to_write(asked: &Readings, run: Readings, kept: usize, in_order: bool) -> Readings {
     let measured = asked.rows.iter().any(|row| !row.observations.is_empty()) && kept > 0;
     let row = |(k, row): (usize, &Reading)| match asked.rows.get(k).filter(|_| k < kept && in_order) {
-        Some(own) => own.clone(),
+        Some(schedule) => schedule.clone(),
         None if k < kept => row.clone(),
         None if measured => Reading { planned_u: Vec::new(), ..row.unread() },
         None => row.unread(),

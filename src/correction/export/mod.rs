@@ -117,7 +117,7 @@ fn source(
         if calibration.parameters.iter().any(|p| p == name) {
             return (language.parameter)(name);
         }
-        let axis = direction_of(line, name).and_then(|axis| axes.iter().position(|own| *own == axis));
+        let axis = direction_of(line, name).and_then(|axis| axes.iter().position(|other| *other == axis));
         // `Corrector::new` has refused every name that is no input either
         let given = || calibration.inputs.iter().position(|i| i.name == name).and_then(|k| inputs.get(k).cloned());
         axis.map_or_else(|| given().unwrap_or_default(), |k| (language.element)("x", k))
@@ -232,13 +232,14 @@ fn prefix(origin: &Origin) -> Result<String> {
 /// What stands at the top: where the file comes from, the order of readings and inputs, the lines.
 fn comment(calibration: &Calibration, origin: &Origin) -> Vec<String> {
     let inputs = |role: InputRole| {
-        let own = calibration.inputs.iter().filter(|input| input.role == role);
-        own.map(|i| match role {
-            InputRole::Solved => format!("{} ({})", i.name, calibration.unit_of(i)),
-            InputRole::Given => format!("{} ({}; otherwise {})", i.name, calibration.unit_of(i), i.fallback),
-        })
-        .collect::<Vec<_>>()
-        .join(", ")
+        let of_role = calibration.inputs.iter().filter(|input| input.role == role);
+        of_role
+            .map(|i| match role {
+                InputRole::Solved => format!("{} ({})", i.name, calibration.unit_of(i)),
+                InputRole::Given => format!("{} ({}; otherwise {})", i.name, calibration.unit_of(i), i.fallback),
+            })
+            .collect::<Vec<_>>()
+            .join(", ")
     };
     let readings: Vec<String> = calibration.lines.iter().map(|l| format!("{} ({})", l.sensor, l.unit)).collect();
     let mut comment =

@@ -17,8 +17,8 @@ fn block(calibration: &Calibration, corrector: &Corrector, quantity: Quantity) -
     // accelerometers follow no rate; gyros may follow a force
     let rows: Vec<usize> = (0..calibration.lines.len())
         .filter(|i| {
-            let own = columns.iter().any(|j| sensitivity[(*i, *j)] != 0.0);
-            own && (quantity == Quantity::Rate || others.iter().all(|j| sensitivity[(*i, *j)] == 0.0))
+            let reads = columns.iter().any(|j| sensitivity[(*i, *j)] != 0.0);
+            reads && (quantity == Quantity::Rate || others.iter().all(|j| sensitivity[(*i, *j)] == 0.0))
         })
         .collect();
     let [a, b, c] = <[usize; 3]>::try_from(rows).ok()?;

@@ -183,23 +183,23 @@ fn power(exponent: i32) -> String {
 const PANEL: i32 = 190;
 
 /// All channels of a record against time, segments shaded.
-pub(super) fn record(own: &RecordChart, lang: Language) -> Result<String> {
-    let height = PANEL * number::signed(own.channels.len().max(1)) + 80;
-    svg(WIDE, height.unsigned_abs(), |area| draw_record(area, own, lang))
+pub(super) fn record(chart: &RecordChart, lang: Language) -> Result<String> {
+    let height = PANEL * number::signed(chart.channels.len().max(1)) + 80;
+    svg(WIDE, height.unsigned_abs(), |area| draw_record(area, chart, lang))
 }
 
-fn draw_record(area: &Area<'_>, own: &RecordChart, lang: Language) -> Drawn {
+fn draw_record(area: &Area<'_>, chart: &RecordChart, lang: Language) -> Drawn {
     let (left, right) = (190, WIDE as i32 - 20);
-    let end = own.end;
+    let end = chart.end;
     let x = |t: f64| left + number::whole((t / end * f64::from(right - left)).round());
-    let bottom = PANEL * number::signed(own.channels.len());
-    for (from, to) in &own.segments {
+    let bottom = PANEL * number::signed(chart.channels.len());
+    for (from, to) in &chart.segments {
         let (from, to) = (x(*from), x(*to).max(x(*from) + 1));
         area.draw(&Rectangle::new([(from, 4), (to, bottom - 6)], TINT.filled()))?;
         area.draw(&PathElement::new([(from, 4), (from, bottom - 6)], RULE.stroke_width(1)))?;
         area.draw(&PathElement::new([(to, 4), (to, bottom - 6)], RULE.stroke_width(1)))?;
     }
-    for (k, (title, course)) in own.channels.iter().enumerate() {
+    for (k, (title, course)) in chart.channels.iter().enumerate() {
         let top = PANEL * number::signed(k) + 8;
         let low_y = top + PANEL - 24;
         let (low, high) = scale::range(course.iter().map(|(_, v)| *v), 0.05);

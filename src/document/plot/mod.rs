@@ -78,9 +78,9 @@ pub fn draw(chart: &Chart, lang: Language) -> Result<String> {
         Chart::Curves(curves, titles) => svg(HALF, 420, |area| lines::curves(area, curves, titles)),
         Chart::History(history) => svg(HALF, 380, |area| lines::history(area, history, lang)),
         Chart::Control(control) => svg(HALF, 380, |area| lines::control(area, control)),
-        Chart::Distribution(own) => svg(HALF, 400, |area| lines::distribution(area, own, lang)),
+        Chart::Distribution(chart) => svg(HALF, 400, |area| lines::distribution(area, chart, lang)),
         Chart::Deviations(points, title) => svg(WIDE, 730, |area| maps::deviations(area, points, title, lang)),
-        Chart::Record(own) => maps::record(own, lang),
+        Chart::Record(chart) => maps::record(chart, lang),
         Chart::Positions(spots, axes) => svg(HALF, 760, |area| maps::positions(area, spots, axes, lang)),
         Chart::Scene(scene) => svg(HALF, scene::HEIGHT, |area| scene::scene(area, scene, lang)),
     }

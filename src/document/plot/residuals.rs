@@ -212,9 +212,9 @@ fn draw_gap(area: &Area<'_>, panel: &GapPanel, top: i32, height: i32) -> Drawn {
     }
     for (first, end) in groups.iter().filter(|_| groups.len() > 1) {
         // the mean of a group before: what the eye should see among many points
-        let own = points.part(*first..*end);
-        let mean = own.iter().map(|p| at(p.before)).sum::<f64>() / own.len().max(1) as f64;
-        if own.len() > 2 && mean.is_finite() {
+        let part = points.part(*first..*end);
+        let mean = part.iter().map(|p| at(p.before)).sum::<f64>() / part.len().max(1) as f64;
+        if part.len() > 2 && mean.is_finite() {
             let ends = [(x(*first as f64) + 4, y(mean)), (x(*end as f64) - 4, y(mean))];
             area.draw(&PathElement::new(ends, VERMILLION.stroke_width(4)))?;
         }
@@ -230,7 +230,7 @@ fn runs<T>(points: &[T], alike: impl Fn(&T, &T) -> bool) -> Vec<(usize, usize)> 
     let mut runs: Vec<(usize, usize)> = Vec::new();
     for (k, point) in points.iter().enumerate() {
         match runs.last_mut() {
-            Some((first, end)) if points.get(*first).is_some_and(|own| alike(own, point)) => *end = k + 1,
+            Some((first, end)) if points.get(*first).is_some_and(|before| alike(before, point)) => *end = k + 1,
             _ => runs.push((k, k + 1)),
         }
     }

@@ -68,7 +68,7 @@ pub(super) fn scene(area: &Area<'_>, scene: &Scene, lang: Language) -> Drawn {
     for (name, k) in [("x", 0), ("y", 1), ("z", 2)] {
         let axis: Vector3<f64> = scene.unit.column(k).into();
         // an input along it stands for it
-        if !scene.inputs.iter().any(|(_, own)| (scene.unit * own - axis).norm() < 0.05) {
+        if !scene.inputs.iter().any(|(_, along)| (scene.unit * along - axis).norm() < 0.05) {
             arrow(area, &eye, &middle, &(axis * 0.46), &INK, 3)?;
             label(area, &eye, [&middle, &(axis * 0.49)], name, &INK)?;
         }

@@ -138,7 +138,7 @@ fn sheet_name(heading: &str, number: usize, taken: &[String]) -> String {
     let plain: String = heading.chars().map(allowed).filter(|c| !c.is_control()).collect();
     let cut = |text: &str, most: usize| text.chars().take(most).collect::<String>().trim().to_string();
     let name = cut(&plain, NAME);
-    let is_taken = |name: &str| taken.iter().any(|own| own.to_lowercase() == name.to_lowercase());
+    let is_taken = |name: &str| taken.iter().any(|other| other.to_lowercase() == name.to_lowercase());
     // the format keeps "History" for itself
     match name.is_empty() || is_taken(&name) || name.eq_ignore_ascii_case("history") {
         true => format!("{} {}", cut(&plain, NAME - 6), number + 1),
@@ -191,7 +191,7 @@ impl<'a> Sheet<'a> {
             self.wide.resize(column + 1, WIDTHS.0);
         }
         let wide = columns(text) as f64 + 2.0;
-        self.wide.iter_mut().skip(column).take(1).for_each(|own| *own = own.max(wide).min(WIDTHS.1));
+        self.wide.iter_mut().skip(column).take(1).for_each(|width| *width = width.max(wide).min(WIDTHS.1));
     }
 
     fn widths(&mut self) -> std::result::Result<(), XlsxError> {
@@ -259,18 +259,19 @@ impl<'a> Sheet<'a> {
         self.row += 1;
         self.line(&table.caption, &Format::new().set_bold())?;
         let head = Format::new().set_bold().set_border_bottom(FormatBorder::Thin).set_text_wrap();
-        for (column, own) in (0..).zip(&table.columns) {
-            let head = if own.align == Align::Left { head.clone() } else { head.clone().set_align(FormatAlign::Right) };
-            self.text(self.row, column, &own.title, &head)?;
-            self.ask(column, &own.title);
+        for (column, kind) in (0..).zip(&table.columns) {
+            let head =
+                if kind.align == Align::Left { head.clone() } else { head.clone().set_align(FormatAlign::Right) };
+            self.text(self.row, column, &kind.title, &head)?;
+            self.ask(column, &kind.title);
         }
         self.row += 1;
         let first = self.row;
         for row in &table.rows {
             self.table_row(table, row)?;
         }
-        for (column, own) in (0..).zip(&table.columns) {
-            if own.align == Align::Bar && self.row > first {
+        for (column, kind) in (0..).zip(&table.columns) {
+            if kind.align == Align::Bar && self.row > first {
                 let bar = ConditionalFormatDataBar::new();
                 self.sheet.add_conditional_format(first, column, self.row - 1, column, &bar)?;
             }
@@ -281,19 +282,19 @@ impl<'a> Sheet<'a> {
     }
 
     fn table_row(&mut self, table: &Table, row: &Row) -> std::result::Result<(), XlsxError> {
-        for ((column, own), cell) in (0..).zip(&table.columns).zip(&row.cells) {
+        for ((column, kind), cell) in (0..).zip(&table.columns).zip(&row.cells) {
             let mut format = toned(&Format::new(), row.tone);
             if row.rule {
                 format = format.set_border_top(FormatBorder::Hair);
             }
             let text = cell.text();
             self.ask(column, &text);
-            match value(cell, own.align) {
+            match value(cell, kind.align) {
                 Some((value, digits)) => {
                     let format = format.set_num_format(digits).set_align(FormatAlign::Right);
                     self.number(self.row, column, value, &format)?;
                 }
-                None if own.align == Align::Left => self.text(self.row, column, &text, &format)?,
+                None if kind.align == Align::Left => self.text(self.row, column, &text, &format)?,
                 None => self.text(self.row, column, &text, &format.set_align(FormatAlign::Right))?,
             }
         }

@@ -70,11 +70,11 @@ const PREFIXES: &[(char, &str)] = &[
 fn name(symbol: &str) -> Option<String> {
     let symbol = plain(symbol);
     let of = |list: &[(&str, &'static str)], wanted: &str| {
-        list.iter().find(|(own, _)| *own == wanted).map(|(_, name)| name.to_string())
+        list.iter().find(|(symbol, _)| *symbol == wanted).map(|(_, name)| name.to_string())
     };
     of(WHOLE, symbol).or_else(|| of(PREFIXED, symbol)).or_else(|| {
         let first = symbol.chars().next()?;
-        let (_, prefix) = PREFIXES.iter().find(|(own, _)| *own == first)?;
+        let (_, prefix) = PREFIXES.iter().find(|(symbol, _)| *symbol == first)?;
         Some(format!("{prefix}{}", of(PREFIXED, symbol.get(first.len_utf8()..)?)?))
     })
 }

@@ -43,22 +43,22 @@ pub(super) fn may_go(path: &Path) -> bool {
     let parquet = File::open(path).is_ok_and(|mut file| file.read_exact(&mut first).is_ok()) && &first == b"PAR1";
     match there.len() {
         0 => true,
-        _ if parquet => is_own_parquet(path),
+        _ if parquet => is_our_parquet(path),
         #[cfg(feature = "excel")]
         _ if name.ends_with(".xlsx") => crate::document::workbook::is_untouched(path),
-        _ if TABLES.iter().any(|ending| name.ends_with(ending)) => is_own_table(path).unwrap_or(false),
-        _ if name.ends_with(".json") => is_own_json(path),
+        _ if TABLES.iter().any(|ending| name.ends_with(ending)) => is_our_table(path).unwrap_or(false),
+        _ if name.ends_with(".json") => is_our_json(path),
         _ => mentions_this_program(path),
     }
 }
 
-fn is_own_parquet(path: &Path) -> bool {
+fn is_our_parquet(path: &Path) -> bool {
     let file = File::open(path).ok().and_then(|file| SerializedFileReader::new(file).ok());
     file.is_some_and(|file| file.metadata().file_metadata().created_by().is_some_and(|by| by.starts_with(WRITER)))
 }
 
 /// A report, a marked file that nobody has changed, or an object that says nothing at all.
-fn is_own_json(path: &Path) -> bool {
+fn is_our_json(path: &Path) -> bool {
     let Ok(file) = File::open(path) else { return false };
     let mut file = BufReader::new(file);
     if file.fill_buf().is_ok_and(|beginning| beginning.starts_with(MARK.as_bytes())) {
@@ -104,7 +104,7 @@ impl<'de> serde::de::Visitor<'de> for &mut Keys {
 }
 
 /// A table of text that this program wrote. `None` where it cannot be read as one.
-fn is_own_table(path: &Path) -> Option<bool> {
+fn is_our_table(path: &Path) -> Option<bool> {
     let mut file = BufReader::new(File::open(path).ok()?);
     if file.fill_buf().ok()?.starts_with(b"{") {
         // rows of devices: a JSON object each
@@ -120,18 +120,18 @@ fn is_own_table(path: &Path) -> Option<bool> {
         return Some(true);
     }
     // series, readings, measured errors and corrected records are files of people, too; their last numbers are written as no other program does
-    let (mut own, mut numbers) = (true, 0);
+    let (mut ours, mut numbers) = (true, 0);
     for row in table.records() {
         let row = row.ok()?;
         let cell = row.iter().next_back().unwrap_or_default();
         numbers += usize::from(!cell.is_empty());
-        own = own && is_own_notation(cell);
+        ours = ours && is_our_notation(cell);
     }
-    Some(own && numbers > 0)
+    Some(ours && numbers > 0)
 }
 
 /// Is a number written with its exponent as Rust does (`1.5e-4`, where others have `1.5e-04`), or a cell empty?
-fn is_own_notation(cell: &str) -> bool {
+fn is_our_notation(cell: &str) -> bool {
     let Some((digits, exponent)) = cell.split_once('e') else { return cell.is_empty() };
     let whole = exponent.strip_prefix('-').unwrap_or(exponent);
     let plain = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
@@ -145,5 +145,5 @@ fn mentions_this_program(path: &Path) -> bool {
     // drawings have a title instead
     read.is_err()
         || beginning.starts_with(b"<svg")
-        || beginning.windows(6).any(|own| own.eq_ignore_ascii_case(b"tumble"))
+        || beginning.windows(6).any(|word| word.eq_ignore_ascii_case(b"tumble"))
 }
