@@ -62,7 +62,7 @@ fn estimates() {
 fn exact_fleet() {
     let text = include_str!("../data/campaigns/li2012-table1.campaign.json");
     let file: wire::CampaignFile = serde_json::from_str(text).expect("a campaign");
-    let bench = file.own_bench(&mut |name| panic!("{name} is built in")).expect("a bench");
+    let bench = file.resolved_bench(&mut |name| panic!("{name} is built in")).expect("a bench");
     let source = Source { name: "table 1".into(), text: text.into() };
     let campaign =
         wire::read_campaign(&source, &mut |name| panic!("{name} is built in")).expect("a published campaign");

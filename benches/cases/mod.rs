@@ -61,7 +61,7 @@ impl Line {
             "model": "V0 + k1*rate + k2*rate^2/10000 + ka*acc + kt*temperature_c + kaa*acc^2" } } },
             "estimate": { "V0": {}, "k1": {}, "k2": {}, "ka": {}, "kt": {}, "kaa": {} }, "readings": [] }"#;
         let file: CampaignFile = serde_json::from_str(text).expect("a campaign");
-        let bench = file.own_bench(&mut |name| panic!("refers to {name}")).expect("a bench");
+        let bench = file.resolved_bench(&mut |name| panic!("refers to {name}")).expect("a bench");
         let titled = |name: &str| Column { name: name.into(), title: name.into(), unit: None };
         let columns = ["serial", "rate", "acc", "temperature_c", "V"].map(titled);
         let layout = Layout::of(&bench, &columns, Some(0), |_| false);
