@@ -170,7 +170,7 @@ impl Fit {
         let mut report = report::fit_report(&self.fit);
         if let Some((trials, seed)) = self.monte_carlo {
             let drawn = engine::draw(&self.fit, trials, seed, &|_| {})?;
-            report.monte_carlo = drawn.map(|drawn| report::monte_carlo_report(&drawn, &self.fit));
+            report.monte_carlo = drawn.map(|drawn| report::monte_carlo_report(drawn, &self.fit));
         }
         Ok(self.report.get_or_init(|| Arc::new(report)).clone())
     }

@@ -159,7 +159,7 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
     report.inputs = inputs.clone();
     if let Some(trials) = arguments.monte_carlo {
         let drawn = draw(&fit, trials, arguments.seed)?;
-        report.monte_carlo = drawn.map(|drawn| report::monte_carlo_report(&drawn, &fit));
+        report.monte_carlo = drawn.map(|drawn| report::monte_carlo_report(drawn, &fit));
     }
     outputs.extend(arguments.certificate.make(&fit, &report, &source, lang)?);
     let asked = report::Asked {

@@ -42,7 +42,7 @@ pub(crate) use noise::{ScatterSources, VarianceFrom, VarianceSource, is_correlat
 pub(crate) use parameters::{CombinationResult, DerivedResult};
 pub use parameters::{ParameterResult, State};
 pub use propagate::draw;
-pub(crate) use propagate::{Drawn, Joint, MOST_TRIALS};
+pub(crate) use propagate::{Drawn, MOST_TRIALS};
 pub use questions::Angle;
 pub(crate) use ranges::{LEAST, MOST, check as check_ranges, check_rows};
 pub use robust::RobustMethod;

@@ -4,24 +4,45 @@ use super::Fit;
 use crate::algebra::Tape;
 use crate::elements::Elements;
 use crate::error::{Fault, Malformed, Result};
-use crate::uncertainty::monte_carlo::{KnownInput, Model, MonteCarlo, Output, monte_carlo};
+use crate::uncertainty::Combined;
+use crate::uncertainty::monte_carlo::{KnownInput, Model, Output, Propagated, monte_carlo};
 
-/// Monte Carlo of a fit: its outputs are the estimable parameters, then the derived quantities that have a value.
-#[derive(Debug, Clone)]
+/// Monte Carlo of a fit beside the first order: its outputs are the estimable parameters, then the derived quantities that have a value.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[non_exhaustive]
 pub struct Drawn {
-    /// Names of the outputs.
-    pub names: Vec<String>,
-    /// How many of them are parameters.
-    pub parameters: usize,
-    /// What the trials say about all of them.
-    pub trials: MonteCarlo,
-    /// For each output, the first-order interval, if there is one.
-    pub first_order: Vec<Option<(f64, f64)>>,
-    /// For each output, whether the first order is as good as two digits of its uncertainty (JCGM 101, clause 8): both ends of the
-    /// symmetric interval agree within half a unit of the second digit of `u` and the sampling error of the trials.
-    pub agrees: Vec<Option<bool>>,
-    /// Coverage ellipsoid of the derived quantities alone, where there are several: covariance and factor are those of `joint`.
+    /// Trials that gave finite values.
+    pub trials: usize,
+    /// Trials asked for.
+    pub asked: usize,
+    /// Seed.
+    pub seed: u64,
+    /// Each output.
+    pub outputs: Vec<DrawnOutput>,
+    /// Several outputs together (GUM Supplement 2): the derived quantities, or the parameters where fewer than two are derived.
     pub joint: Option<Joint>,
+}
+
+/// One output of the Monte Carlo.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[schemars(rename = "DrawnReport")]
+#[non_exhaustive]
+pub struct DrawnOutput {
+    /// Name of the parameter or derived quantity.
+    pub id: String,
+    /// Mean of the trials, in the quantity's unit.
+    pub mean: f64,
+    /// Standard deviation of the trials, in the quantity's unit.
+    pub u: f64,
+    /// Probabilistically symmetric coverage interval, in the quantity's unit.
+    pub interval: [f64; 2],
+    /// Shortest coverage interval, in the quantity's unit.
+    pub shortest: [f64; 2],
+    /// First-order interval, in the quantity's unit.
+    pub first_order: Option<[f64; 2]>,
+    /// Is the first order as good as two digits of the uncertainty (JCGM 101, clause 8): do both ends of the symmetric interval agree within
+    /// half a unit of the second digit of `u` and the sampling error of the trials?
+    pub first_order_agrees: Option<bool>,
 }
 
 /// Several outputs together.
@@ -71,22 +92,20 @@ pub fn draw(fit: &Fit, trials: usize, seed: u64, progress: &(dyn Fn(usize) + Syn
         .iter()
         .map(|(parameter, known, c)| KnownInput { parameter: *parameter, known: *known, sensitivity: c.clone() })
         .collect();
-    let (mut names, mut outputs, mut first_order, mut spread) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-    for (k, result) in fit.parameters.iter().enumerate().filter(|(_, p)| p.uncertainty.is_some()) {
+    let (mut names, mut outputs, mut first_order) = (Vec::new(), Vec::new(), Vec::new());
+    for (k, result) in fit.parameters.iter().enumerate() {
+        let Some(combined) = result.uncertainty else { continue };
         names.push(result.id.clone());
         outputs.push(Output::Parameter(k));
-        let centre = point.at(k);
-        first_order.push(result.uncertainty.map(|c| (centre - c.expanded, centre + c.expanded)));
-        spread.push(result.uncertainty.map(|c| c.u));
+        first_order.push((point.at(k), combined));
     }
     let parameters = names.len();
     let ids: Vec<&str> = campaign.parameters.iter().map(|p| p.id.as_str()).collect();
     for (quantity, result) in campaign.derived.iter().zip(&fit.derived) {
-        let (Some(value), Some(_)) = (result.value, result.uncertainty) else { continue };
+        let (Some(value), Some(combined)) = (result.value, result.uncertainty) else { continue };
         names.push(result.id.clone());
         outputs.push(Output::Line(Tape::compile(&quantity.line, &ids)?));
-        first_order.push(result.uncertainty.map(|c| (value - c.expanded, value + c.expanded)));
-        spread.push(result.uncertainty.map(|c| c.u));
+        first_order.push((value, combined));
     }
     if outputs.is_empty() {
         return Ok(None);
@@ -95,15 +114,22 @@ pub fn draw(fit: &Fit, trials: usize, seed: u64, progress: &(dyn Fn(usize) + Syn
     let Some(trials) = monte_carlo(&model, trials, seed, parameters, fit.settings.level, progress) else {
         return Ok(None);
     };
-    let agrees = (0..names.len())
-        .map(|k| {
-            let (low, high) = first_order.get(k).copied().flatten()?;
-            let (own, u) = (trials.outputs.get(k)?, spread.get(k).copied().flatten().filter(|u| *u > 0.0)?);
-            let digit = 10f64.powf(u.log10().floor() - 1.0);
-            let within = |end: f64, (least, most): (f64, f64)| end >= least - 0.5 * digit && end <= most + 0.5 * digit;
-            Some(within(low, own.ends[0]) && within(high, own.ends[1]))
-        })
-        .collect();
+    let agrees = |(value, combined): (f64, Combined), ends: [(f64, f64); 2]| {
+        let u = Some(combined.u).filter(|u| *u > 0.0)?;
+        let digit = 10f64.powf(u.log10().floor() - 1.0);
+        let within = |end: f64, (least, most): (f64, f64)| end >= least - 0.5 * digit && end <= most + 0.5 * digit;
+        Some(within(value - combined.expanded, ends[0]) && within(value + combined.expanded, ends[1]))
+    };
+    let output = |((id, law), first): ((&String, &Propagated), (f64, Combined))| DrawnOutput {
+        id: id.clone(),
+        mean: law.mean,
+        u: law.sd,
+        interval: law.symmetric.into(),
+        shortest: law.shortest.into(),
+        first_order: Some([first.0 - first.1.expanded, first.0 + first.1.expanded]),
+        first_order_agrees: agrees(first, law.ends),
+    };
+    let outputs = names.iter().zip(&trials.outputs).zip(first_order).map(output).collect();
     let several = names.len() - parameters >= 2;
     let which = if several { parameters..names.len() } else { 0..parameters };
     let (from, count) = (which.start, which.len());
@@ -114,5 +140,5 @@ pub fn draw(fit: &Fit, trials: usize, seed: u64, progress: &(dyn Fn(usize) + Syn
             .collect(),
         ellipsoid_factor: trials.ellipsoid_factor,
     });
-    Ok(Some(Drawn { names, parameters, trials, first_order, agrees, joint }))
+    Ok(Some(Drawn { trials: trials.trials, asked: trials.asked, seed: trials.seed, outputs, joint }))
 }

@@ -12,23 +12,56 @@ use crate::elements::Elements;
 use crate::uncertainty::quantiles;
 use faer::{Mat, MatRef, Side};
 
-/// The F test for lack of fit.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// The test for lack of fit.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[schemars(rename = "LackOfFitReport")]
+#[non_exhaustive]
 pub struct LackOfFit {
-    /// Weighted sum of squares of replicates about their means.
-    pub pure_error: f64,
-    /// Degrees of freedom of the pure error: readings minus distinct inputs.
-    pub pure_error_dof: usize,
-    /// Weighted sum of squares that the model leaves between the means.
-    pub between: f64,
-    /// Its degrees of freedom.
+    /// F, a pure number: `(between / between_dof) / pure_error_sd^2`; null where replicates agree exactly.
+    pub f: Option<f64>,
+    /// Degrees of freedom of what the model leaves between the means.
     pub between_dof: usize,
-    /// `(between / between_dof) / (pure_error / pure_error_dof)`; infinite where replicates agree to the last digit.
-    pub f: f64,
+    /// Degrees of freedom of the replicates' scatter, or of that within positions.
+    pub pure_error_dof: usize,
+    /// Factor by which its standard deviation differs from the weights' (1 where uncertainties are right).
+    pub pure_error_sd: f64,
     /// Probability of a larger F if the model is right.
     pub p: f64,
-    /// Is `p` below one minus the level?
+    /// Is the model rejected: is `p` below one minus the level?
     pub rejected: bool,
+}
+
+impl LackOfFit {
+    /// The test of sums of squares within and between; `total` is the whole sum. `None` where both are rounding.
+    fn of(
+        within: f64,
+        pure_error_dof: usize,
+        between: f64,
+        between_dof: usize,
+        total: f64,
+        level: f64,
+    ) -> Option<Self> {
+        let (f, p) = lack_of_fit_p(within, pure_error_dof, between, between_dof, total)?;
+        let pure_error_sd = (within / pure_error_dof as f64).sqrt();
+        Some(LackOfFit {
+            f: f.is_finite().then_some(f),
+            between_dof,
+            pure_error_dof,
+            pure_error_sd,
+            p,
+            rejected: p < 1.0 - level,
+        })
+    }
+
+    /// Is the model wrong beyond doubt, at the significance at which a single bad reading is?
+    pub(crate) fn is_beyond_doubt(&self) -> bool {
+        self.p < super::ALPHA
+    }
+
+    /// Is the lack of fit smaller than the scatter allows, at that significance? Then that scatter is not noise alone.
+    pub(crate) fn is_below_scatter(&self) -> bool {
+        self.p > 1.0 - super::ALPHA
+    }
 }
 
 /// Part the residuals `v` (with standard uncertainties `u`, absolute or relative) by `cell`: rows of one cell have the same inputs.
@@ -39,8 +72,9 @@ pub struct LackOfFit {
 /// use tumble::quality::lack_of_fit;
 /// // A mean (one parameter) of two cells of two: 0, 1 and 4, 5 about 2.5.
 /// let test = lack_of_fit(&[-2.5, -1.5, 1.5, 2.5], &[1.0; 4], &[0, 0, 1, 1], 3, 0.95).unwrap();
-/// assert_eq!((test.pure_error, test.between), (1.0, 16.0));
-/// assert_eq!((test.pure_error_dof, test.between_dof, test.f), (2, 1, 32.0));
+/// // sums of squares 1 within and 16 between
+/// assert_eq!((test.pure_error_dof, test.pure_error_sd), (2, 0.5_f64.sqrt()));
+/// assert_eq!((test.between_dof, test.f), (1, Some(32.0)));
 /// ```
 pub fn lack_of_fit(v: &[f64], u: &[f64], cell: &[usize], dof: usize, level: f64) -> Option<LackOfFit> {
     let cells = cell.iter().max().map_or(0, |most| most + 1);
@@ -64,8 +98,7 @@ pub fn lack_of_fit(v: &[f64], u: &[f64], cell: &[usize], dof: usize, level: f64)
         return None;
     }
     let between = sums.iter().map(|(_, weight, sum)| if *weight > 0.0 { sum * sum / weight } else { 0.0 }).sum::<f64>();
-    let (f, p) = lack_of_fit_p(pure_error, pure_error_dof, between, between_dof, total)?;
-    Some(LackOfFit { pure_error, pure_error_dof, between, between_dof, f, p, rejected: p < 1.0 - level })
+    LackOfFit::of(pure_error, pure_error_dof, between, between_dof, total, level)
 }
 
 /// A direction of the unknowns that lies in the span of the groups to this much is no further one.
@@ -138,8 +171,7 @@ impl Offsets {
             + self.directions.iter().map(|direction| along(direction).powi(2)).sum::<f64>();
         let (pure_error_dof, between_dof) = (self.pure_error_dof, self.between_dof);
         let pure_error = (total - between).max(0.0);
-        let (f, p) = lack_of_fit_p(pure_error, pure_error_dof, between, between_dof, total)?;
-        Some(LackOfFit { pure_error, pure_error_dof, between, between_dof, f, p, rejected: p < 1.0 - level })
+        LackOfFit::of(pure_error, pure_error_dof, between, between_dof, total, level)
     }
 }
 

@@ -1,6 +1,6 @@
 //! What a fit report says of the readings: whether they agree with the model, the robust estimator, a record that was streamed, the constraints.
 
-use super::{ARCSEC, finite};
+use super::ARCSEC;
 use crate::campaign::{Campaign, Constraint, Kind};
 use crate::document::number::{at_most, significant};
 use crate::estimate::Side;
@@ -20,10 +20,10 @@ use std::sync::Arc;
 #[non_exhaustive]
 pub struct ChecksReport {
     /// Replicates against what the model leaves; null where nothing is replicated.
-    pub lack_of_fit: Option<LackOfFitReport>,
+    pub lack_of_fit: Option<LackOfFit>,
     /// What the model leaves between positions against the scatter of the readings of each, where nothing is replicated.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub lack_of_fit_by_position: Option<LackOfFitReport>,
+    pub lack_of_fit_by_position: Option<LackOfFit>,
     /// Order of the residuals' signs, for each sensor.
     pub runs: BTreeMap<String, RunsTest>,
     /// Shapiro-Francia test of normality; null with fewer than eight residuals.
@@ -38,39 +38,9 @@ pub struct ChecksReport {
 
 impl ChecksReport {
     /// The test for lack of fit: by replicates, else by positions.
-    pub(crate) fn misfit(&self) -> Option<&LackOfFitReport> {
+    pub(crate) fn misfit(&self) -> Option<&LackOfFit> {
         self.lack_of_fit.as_ref().or(self.lack_of_fit_by_position.as_ref())
     }
-}
-
-impl LackOfFitReport {
-    /// Is the model wrong beyond doubt, at the significance at which a single bad reading is?
-    pub(crate) fn is_beyond_doubt(&self) -> bool {
-        self.p < crate::quality::ALPHA
-    }
-
-    /// Is the lack of fit smaller than the scatter allows, at that significance? Then that scatter is not noise alone.
-    pub(crate) fn is_below_scatter(&self) -> bool {
-        self.p > 1.0 - crate::quality::ALPHA
-    }
-}
-
-/// The lack of fit test.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
-pub struct LackOfFitReport {
-    /// F, a pure number; null where replicates agree exactly.
-    pub f: Option<f64>,
-    /// Degrees of freedom of what the model leaves.
-    pub between_dof: usize,
-    /// Degrees of freedom of the replicates' scatter, or of that within positions.
-    pub pure_error_dof: usize,
-    /// Factor by which its standard deviation differs from the weights' (1 where uncertainties are right).
-    pub pure_error_sd: f64,
-    /// Probability of a larger F if the model is right.
-    pub p: f64,
-    /// Is the model rejected?
-    pub rejected: bool,
 }
 
 /// Data snooping.
@@ -209,19 +179,11 @@ pub(super) fn checks(fit: &Fit) -> ChecksReport {
     let sensor = |s: usize| fit.campaign.sensor_id(s).to_string();
     let short = |x: f64| significant(x, 3);
     let mut verdict = Vec::new();
-    let mut lack_of_fit = |test: LackOfFit, by_position: bool| {
-        let report = LackOfFitReport {
-            f: finite(test.f),
-            between_dof: test.between_dof,
-            pure_error_dof: test.pure_error_dof,
-            pure_error_sd: (test.pure_error / test.pure_error_dof as f64).sqrt(),
-            p: test.p,
-            rejected: test.rejected,
-        };
-        let f = if test.f.is_finite() { significant(test.f, 5) } else { "inf".into() };
-        let (rejected, below) = (test.rejected, report.is_below_scatter());
+    let mut lack_of_fit = |test: &LackOfFit, by_position: bool| {
+        let f = test.f.map_or("inf".into(), |f| significant(f, 5));
+        let (rejected, below) = (test.rejected, test.is_below_scatter());
         // of what is too small the tail that tells; F has one, since its degrees of freedom are positive
-        let lower = || quantiles::fisher_f_cdf(test.f, test.between_dof as f64, test.pure_error_dof as f64);
+        let lower = || quantiles::fisher_f_cdf(test.f?, test.between_dof as f64, test.pure_error_dof as f64);
         let p = short(if below { lower().unwrap_or(1.0 - test.p) } else { test.p });
         let test = sentence!("f-test", f, between_dof = test.between_dof, pure_error_dof = test.pure_error_dof);
         verdict.push(match (by_position, below) {
@@ -229,10 +191,9 @@ pub(super) fn checks(fit: &Fit) -> ChecksReport {
             (false, _) => sentence!("lack-of-fit-by-replicates", rejected, test, p),
             (true, _) => sentence!("lack-of-fit-between-positions", rejected, test, p),
         });
-        report
     };
-    let by_replicates = checks.lack_of_fit.map(|test| lack_of_fit(test, false));
-    let by_position = checks.between_positions.map(|test| lack_of_fit(test, true));
+    checks.lack_of_fit.iter().for_each(|test| lack_of_fit(test, false));
+    checks.between_positions.iter().for_each(|test| lack_of_fit(test, true));
     for (s, test) in checks.runs.iter().filter(|(_, test)| test.is_rejected(level)) {
         let few = (test.runs as f64) < test.expected;
         verdict.push(sentence!(
@@ -299,8 +260,8 @@ pub(super) fn checks(fit: &Fit) -> ChecksReport {
     }
     verdict.extend(record_verdict(fit));
     ChecksReport {
-        lack_of_fit: by_replicates,
-        lack_of_fit_by_position: by_position,
+        lack_of_fit: checks.lack_of_fit,
+        lack_of_fit_by_position: checks.between_positions,
         runs: checks
             .runs
             .iter()

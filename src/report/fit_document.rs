@@ -4,6 +4,7 @@ use super::checks::{ConstraintsStatus, RecordReport};
 use super::correction::{correction_lines, given_sentence, validity_sentence};
 use super::fit::Shown;
 use super::fit_figures::{FAR, budget_figures, estimate_figures, residual_figures, spread_figures};
+use super::monte_carlo::MonteCarloReport;
 use super::provenance::begin;
 use super::scene::scene_figure;
 use super::{CompareReport, FitReport, Input, ReadingReport, compare, conformity, scatter, site};
@@ -496,7 +497,7 @@ fn iterations(report: &FitReport, lang: Language) -> Section {
 /// Monte Carlo compared with the first order.
 fn monte_carlo(report: &FitReport, lang: Language) -> Section {
     let section = Section::new(say!(lang, "monte-carlo"));
-    let Some(drawn) = &report.monte_carlo else { return section };
+    let Some(MonteCarloReport { drawn, verdict, .. }) = &report.monte_carlo else { return section };
     let rows = drawn.outputs.iter().map(|output| {
         let quantity = report.quantities().find(|quantity| quantity.id == output.id);
         let (scale, unit) = quantity.map_or((1.0, ""), |quantity| (quantity.scale, quantity.unit));
@@ -524,7 +525,7 @@ fn monte_carlo(report: &FitReport, lang: Language) -> Section {
         Some(lang.sentence(&say!(lang, "coverage-ellipsoid-of-k-p", order, k)))
     });
     section
-        .list(drawn.verdict.iter().map(|line| lang.sentence(&line.say(lang))))
+        .list(verdict.iter().map(|line| lang.sentence(&line.say(lang))))
         .table(table)
         .prose(say!(lang, "marked-the-first-order-is-not-good", trials))
         .proses(joint)

@@ -112,7 +112,7 @@ fn a_semidefinite_matrix_of_correlations_is_accepted_and_an_indefinite_one_is_no
     assert_within(uncertainty(&own, "m"), expected, 1e-9, "u");
     // trials drawn with the matrix's triangle, (1), (0.6, 0.8), (1, 0, 0), say the same: 100,000 of them, sd of their sd 0.0022 of it
     let drawn = tumble::fit::draw(&own, 100_000, 1, &|_| ()).expect("a question").expect("trials");
-    assert_within(drawn.trials.outputs[0].sd, expected, 0.01 * expected, "sd of trials");
+    assert_within(drawn.outputs[0].u, expected, 0.01 * expected, "sd of trials");
     let error = campaign([0.9, -0.9, 0.9]).expect_err("a matrix that no inputs have").to_string();
     assert!(error.contains("not positive semidefinite"), "{error}");
 }
