@@ -526,6 +526,7 @@ nothing-is-missing = { $noise ->
     [scatter] no effect is significant; the variances of the random effects are estimated from these readings, so completeness cannot be tested
    *[residuals] no effect is significant; the noise is estimated from the residuals, so completeness cannot be tested
 }
+nothing-is-probable = the residuals exceed the noise (p = { $p }), but no effect is probable enough to be suspected: whether something is missing cannot be decided
 unexplained = the residuals exceed the noise, and no effect that was tried explains them
 not-diagnosable = { $of ->
     [mission] nothing can be diagnosed: fewer than three values were measured

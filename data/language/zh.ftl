@@ -506,6 +506,7 @@ nothing-is-missing = { $noise ->
     [scatter] 没有误差项的显著性超出偶然；分散程度由本组读数估计，因此这组读数只能说明到此
    *[residuals] 没有误差项的显著性超出偶然；噪声只能由残差得知，因此这组读数只能说明到此
 }
+nothing-is-probable = 残差大于噪声（p = { $p }），但没有误差项的概率足以列为可疑：无法判断模型是否缺误差项
 unexplained = 残差大于噪声，所试的误差项均不能解释它
 not-diagnosable = { $of ->
     [mission] 无法诊断：实测数据少于三个

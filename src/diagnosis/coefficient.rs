@@ -4,6 +4,7 @@ use super::Candidate;
 use super::noise::Weighted;
 use super::score::Deviations;
 use crate::campaign::{Campaign, Kind};
+use crate::estimate::Group;
 use crate::fit::Fit;
 
 /// Value, standard uncertainty and unit of an effect's coefficient, as the difference from a stated value where it has one.
@@ -30,7 +31,8 @@ pub(super) fn coefficient(
     (result.value.map(|v| v - stated), result.uncertainty.as_ref().map(|c| c.u), unit)
 }
 
-/// Standard uncertainty of an estimate from what deviates beyond the noise: `l = W A C e_j`, `E[l'V l] - l'l` over all that may deviate.
+/// Standard uncertainty of an estimate from what deviates beyond the noise that its covariance `C` has: `l = W^-1 R^-1 A C e_j` combines the
+/// weighted rows as the fit does whose readings have the covariance `R`; `E[l'V l] - e_j' C A' R^-1 A C e_j` over all that may deviate.
 pub(super) fn beyond_noise(fit: &Fit, weighted: &Weighted, deviations: &Deviations, index: usize) -> Option<f64> {
     let n = fit.covariance.nrows();
     if index >= n {
@@ -41,8 +43,22 @@ pub(super) fn beyond_noise(fit: &Fit, weighted: &Weighted, deviations: &Deviatio
         let jacobian = fit.design.jacobian.col_as_slice(k);
         column.iter_mut().zip(jacobian).for_each(|(l, a)| *l += a * fit.covariance[(k, index)]);
     }
-    let combination = weighted.whiten(&column);
-    let white: f64 = combination.iter().map(|l| l * l).sum();
-    let extra = deviations.variance_of(&combination) - white;
+    let mut combination = weighted.whiten(&column);
+    let mut counted = combination.iter().map(|l| l * l).sum();
+    // noise that is not stated is not the same in the fit, where what deviates is noise, and in the score
+    if weighted.floor.is_none() {
+        let scale = |group: &Group| match group {
+            Group::Estimated(g) => fit.estimate.scale_or_one(*g),
+            Group::Known => 1.0,
+        };
+        let sd = fit.system.u.iter().zip(&fit.system.group).map(|(u, group)| u * scale(group));
+        counted = 0.0;
+        for ((l, weight), sd) in combination.iter_mut().zip(&weighted.weight).zip(sd) {
+            let whitened = *l / (weight * sd);
+            counted += whitened * whitened;
+            *l = whitened / (weight * sd);
+        }
+    }
+    let extra = deviations.variance_of(&combination) - counted;
     (extra > 0.0 && extra.is_finite()).then(|| extra.sqrt())
 }

@@ -1002,11 +1002,8 @@ impl Score {
                 if order > 0 && classes.iter().any(is_known) {
                     continue;
                 }
-                let probability = sets
-                    .iter()
-                    .filter(|(_, s)| s.iter().any(|j| class.iter().any(|(c, _)| c == j)))
-                    .map(|(p, _)| p)
-                    .sum();
+                let with = sets.iter().filter(|(_, s)| s.iter().any(|j| class.iter().any(|(c, _)| c == j)));
+                let probability = with.map(|(p, _)| p).sum::<f64>().min(1.0);
                 members.sort_by(|a, b| b.probability.total_cmp(&a.probability).then(a.candidate.cmp(&b.candidate)));
                 classes.push(Class { members, probability });
             }

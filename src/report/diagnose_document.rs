@@ -41,8 +41,7 @@ pub fn diagnose_document(report: &DiagnoseReport, of: Option<(&Campaign, &Diagno
 
 /// The verdict, what was found, and the picture.
 fn result(report: &DiagnoseReport, of: Option<(&Campaign, &Diagnosis)>, lang: Language) -> Section {
-    let section =
-        Section::new(say!(lang, "result")).verdict(tone(report.verdict), lang.sentence(&verdict(report, lang)));
+    let section = Section::new(say!(lang, "result")).verdict(sound(report), lang.sentence(&verdict(report, lang)));
     if report.verdict == Verdict::NotDiagnosable {
         return section.prose(lang.sentence(&would_help(report, lang)));
     }
@@ -381,6 +380,16 @@ pub fn at(what: &str, when: &'static str, lang: Language) -> String {
     format!("{what}{}{}", lang.clause(), lang.word(when))
 }
 
+/// The probability of the residuals by chance where nothing is suspected, and they are no chance at the significance of names.
+fn contradicting(report: &DiagnoseReport) -> Option<f64> {
+    report.gap.after.p.filter(|p| report.verdict == Verdict::NothingMissing && *p < report.significance)
+}
+
+/// How the result sounds.
+fn sound(report: &DiagnoseReport) -> Tone {
+    contradicting(report).map_or_else(|| tone(report.verdict), |_| Tone::Caution)
+}
+
 /// The verdict in one sentence, without a full stop.
 fn verdict(report: &DiagnoseReport, lang: Language) -> String {
     let known = report.gap.noise.from != NoiseFrom::Residuals;
@@ -401,7 +410,10 @@ fn verdict(report: &DiagnoseReport, lang: Language) -> String {
         }
         Verdict::Unexplained if !report.suspected.is_empty() => say!(lang, "effects-are-suspected", suspected),
         Verdict::NothingMissing if line_estimated => say!(lang, "nothing-is-missing", noise = "scatter"),
-        Verdict::NothingMissing if known => say!(lang, "nothing-is-missing", noise = "known"),
+        Verdict::NothingMissing if known => match contradicting(report) {
+            Some(p) => say!(lang, "nothing-is-probable", p = significant(p, 2)),
+            None => say!(lang, "nothing-is-missing", noise = "known"),
+        },
         Verdict::NothingMissing => say!(lang, "nothing-is-missing", noise = "residuals"),
         Verdict::Unexplained => say!(lang, "unexplained").into(),
         Verdict::NotDiagnosable => say!(lang, "not-diagnosable", of = "campaign"),
