@@ -53,8 +53,9 @@ mod small_qr;
 mod unknowns;
 
 pub(crate) use adjust::adjust_hinted;
-pub use adjust::{Estimate, adjust, solve};
-pub use basis::Combination;
+pub use adjust::solve;
+pub use adjust::{Estimate, adjust};
+pub(crate) use basis::Combination;
 pub(crate) use basis::Coupling;
 pub(crate) use compensated::Sum;
 pub(crate) use compress::{Block, Compressed, Scaled};
@@ -124,7 +125,7 @@ impl Default for Settings {
 
 impl System {
     /// Rows and columns.
-    pub fn shape(&self) -> (usize, usize) {
+    pub(crate) fn shape(&self) -> (usize, usize) {
         (self.rows.nrows(), self.rows.ncols())
     }
 

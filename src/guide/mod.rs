@@ -21,7 +21,9 @@ mod held;
 mod mistakes;
 mod seen;
 
-pub use advice::{Advice, Agreement, Ending, Explanation, Mistake, MistakeKind, Named, Next, Progress};
+pub use advice::Named;
+pub use advice::{Advice, Explanation};
+pub(crate) use advice::{Agreement, Ending, Mistake, MistakeKind, Next, Progress};
 pub(crate) use advice::{Estimated, Lacks, Newest, Residual, Why};
 
 pub use held::Held;
