@@ -18,15 +18,12 @@ mod units;
 pub(crate) use identity::{Condition, Identity, Instrument, UnitUnderTest, day};
 pub(crate) use limits::ScaleFactor;
 pub use limits::{Decision, Limit, Limited};
-pub use parameters::Kind;
-pub use parameters::{Constraint, Distribution, Known, Role};
+pub use parameters::{Constraint, Distribution, Kind, Known, Role};
 pub(crate) use parameters::{Derived, Parameter};
 pub use readings::{JointState, Observation, Reading, Readings};
-pub use scatter::ScatterRequest;
-pub use scatter::Size;
 pub(crate) use scatter::{Deviating, NumberOrEstimate, OneOrSeveral, Per, Scatter};
-pub use units::Inferred;
-pub use units::coefficient_unit;
+pub use scatter::{ScatterRequest, Size};
+pub use units::{Inferred, coefficient_unit};
 
 use crate::algebra::Expression;
 use crate::bench::Bench;

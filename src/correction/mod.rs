@@ -29,9 +29,8 @@ mod validity;
 
 pub use calibration::Calibration;
 pub(crate) use calibration::{CalibratedLine, Mounting, Span};
-pub use inputs::InputRole;
 pub(crate) use inputs::LineInput;
-pub use inputs::Quantity;
+pub use inputs::{InputRole, Quantity};
 pub use mount::ToMount;
 pub use solve::Corrector;
 pub(crate) use validity::{Linearity, linearity};

@@ -53,10 +53,8 @@ mod small_qr;
 mod unknowns;
 
 pub(crate) use adjust::adjust_hinted;
-pub use adjust::solve;
-pub use adjust::{Estimate, adjust};
-pub(crate) use basis::Combination;
-pub(crate) use basis::Coupling;
+pub use adjust::{Estimate, adjust, solve};
+pub(crate) use basis::{Combination, Coupling};
 pub(crate) use compensated::Sum;
 pub(crate) use compress::{Block, Compressed, Scaled};
 pub(crate) use cone_program::solver_settings;

@@ -54,9 +54,8 @@ pub(crate) use scatter::{floor, noise_lines, own_noise, scattered, spelled_out, 
 pub(crate) use separate::{RankDefect, candidates, separations};
 pub(crate) use step::{adjust_meeting_equations, adjust_with_equations, contradicting_equations};
 pub(crate) use stuck::{Channel, changes, is_all, same};
-pub use system::Weighting;
 pub(crate) use system::known_inputs;
-pub use system::weigh;
+pub use system::{Weighting, weigh};
 
 use crate::campaign::{Campaign, Known, Role};
 use crate::design::{self, DesignMatrix, Model};

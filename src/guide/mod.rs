@@ -21,10 +21,10 @@ mod held;
 mod mistakes;
 mod seen;
 
-pub use advice::Named;
-pub use advice::{Advice, Explanation};
-pub(crate) use advice::{Agreement, Ending, Mistake, MistakeKind, Next, Progress};
-pub(crate) use advice::{Estimated, Lacks, Newest, Residual, Why};
+pub use advice::{Advice, Explanation, Named};
+pub(crate) use advice::{
+    Agreement, Ending, Estimated, Lacks, Mistake, MistakeKind, Newest, Next, Progress, Residual, Why,
+};
 
 pub use held::Held;
 pub(crate) use held::{HeldMean, Holding};

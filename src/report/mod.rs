@@ -67,17 +67,14 @@ use std::collections::BTreeMap;
 
 pub use batch::{BatchReport, batch_document, batch_quantities, batch_report, batch_rows};
 pub(crate) use changes::CalibratedReport;
-pub use changes::history_report;
-pub use changes::{ChangesReport, HistoryReport, date_of, determination};
-pub use changes::{changes_document, changes_report, history_document};
-pub use compare::CompareReport;
-pub use compare::compare_document;
-pub use compare::compare_report;
+pub use changes::{
+    ChangesReport, HistoryReport, changes_document, changes_report, date_of, determination, history_document,
+    history_report,
+};
+pub use compare::{CompareReport, compare_document, compare_report};
 pub use conformity::conformity;
-pub use diagnose::DiagnoseReport;
-pub(crate) use diagnose::EffectReport;
-pub use diagnose::diagnose_report;
-pub(crate) use diagnose::{ChangeReport, GapsReport};
+pub(crate) use diagnose::{ChangeReport, EffectReport, GapsReport};
+pub use diagnose::{DiagnoseReport, diagnose_report};
 pub use diagnose_document::diagnose_document;
 pub(crate) use diagnose_document::{alias_note, diagnose_figure};
 pub(crate) use fit::{ArcsecReport, BudgetReport, CovarianceReport, ParameterReport, ReadingReport, fit_summary};
@@ -86,33 +83,24 @@ pub use fit_document::{Asked, fit_document};
 pub use guide::{GuideReport, guide_report};
 pub use monte_carlo::monte_carlo_report;
 #[cfg(feature = "navigate")]
-pub use navigate::NavigateReport;
-#[cfg(feature = "navigate")]
 pub(crate) use navigate::QuantityWithUnit;
 #[cfg(feature = "navigate")]
-pub use navigate::navigate_document;
-#[cfg(feature = "navigate")]
-pub use navigate::navigate_report;
-#[cfg(feature = "navigate")]
-pub use navigate_diagnose::NavigateDiagnoseReport;
+pub use navigate::{NavigateReport, navigate_document, navigate_report};
 #[cfg(feature = "navigate")]
 pub(crate) use navigate_diagnose::navigate_diagnose_figure;
 #[cfg(feature = "navigate")]
-pub use navigate_diagnose::{navigate_diagnose_document, navigate_diagnose_report};
-pub use noise::NoiseAnalysisReport;
+pub use navigate_diagnose::{NavigateDiagnoseReport, navigate_diagnose_document, navigate_diagnose_report};
 pub(crate) use noise::NoiseColumnReport;
-pub use noise::{kalibr, noise_column_report, noise_document, noise_report};
-pub use plan::PlanReport;
-pub use plan::{Better, Foreseen, plan_report};
+pub use noise::{NoiseAnalysisReport, kalibr, noise_column_report, noise_document, noise_report};
+pub use plan::{Better, Foreseen, PlanReport, plan_report};
 pub(crate) use plan::{
     DiscriminationReport, Effort, FindReport, ImprovedReport, JudgementReport, PlannedPositionReport, PointReport,
     SharedReport,
 };
 pub use plan_document::plan_document;
 pub use provenance::Input;
-pub use reduction::ReduceReport;
 pub(crate) use reduction::record_chart;
-pub use reduction::{reduce_document, reduce_report};
+pub use reduction::{ReduceReport, reduce_document, reduce_report};
 pub(crate) use scatter::ScatterReport;
 pub use scene::scene;
 pub use separation::position_keys;

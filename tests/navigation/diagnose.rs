@@ -4,7 +4,6 @@
 use crate::diagnosis::{NoiseFrom, Verdict};
 use crate::draws::{draws, long};
 use crate::laws::predicted;
-use crate::navigate::signatures;
 use crate::navigate::diagnose::{NavigationDiagnosis, diagnose};
 use crate::navigate::errors::{ErrorSource, ImuErrors};
 use crate::navigate::measured::{CHANNEL_NAMES, Channels, Measured, MeasuredRow, channels, si_per_unit};
@@ -12,6 +11,7 @@ use crate::navigate::mission::{Mission, Site};
 use crate::navigate::motion::{Attitude, Motion, Oscillation};
 use crate::navigate::run::{self, Continue, Scenario};
 use crate::navigate::settings::Settings;
+use crate::navigate::signatures;
 use rand_distr::{Distribution, StandardNormal, StandardUniform};
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::SeedableRng;
