@@ -100,6 +100,9 @@ fn listed() -> String {
     for file in &all {
         let module = if file.module.is_empty() { "tumble" } else { &file.module };
         for (k, line) in file.lines.iter().enumerate() {
+            let private = ["pub(crate) ", "pub(super) ", ""].iter().find_map(|word| line.strip_prefix(word));
+            let declared = ["struct ", "enum "].iter().find_map(|word| private?.strip_prefix(word));
+            own_types.extend(declared.map(|rest| (file.module.clone(), name(rest))));
             let item = keywords
                 .iter()
                 .find_map(|word| Some((*word, line.strip_prefix("pub ")?.strip_prefix(word)?.strip_prefix(' ')?)));
