@@ -12,10 +12,7 @@ use tumble::batch::{Device, Fleet};
 use tumble::design::{Model, assemble};
 use tumble::estimate::{Fold, Settings, adjust};
 use tumble::fit;
-use tumble::navigate::errors::ImuErrors;
-use tumble::navigate::mission::{Mission, Site};
-use tumble::navigate::motion::{Attitude, Motion, Oscillation};
-use tumble::navigate::run::{self, Continue, Scenario};
+use tumble::navigate::{self, Attitude, Continue, ImuErrors, Mission, Motion, Oscillation, Scenario, Site};
 use tumble::wire::{self, Source};
 
 /// Shortest time of one call, over rounds of about 20 ms until `budget` is spent.
@@ -122,7 +119,7 @@ fn navigators() {
         };
         let scenarios: Vec<Scenario> = (0..count).map(scenario).collect();
         show(&format!("navigator 100000 steps x {count}"), || {
-            drop(black_box(run::fly(&mission, &mission.motion, &scenarios, &mut |_| Continue::Yes)));
+            drop(black_box(navigate::fly(&mission, &scenarios, &mut |_, _, _| Continue::Yes)));
         });
     }
 }

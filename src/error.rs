@@ -112,7 +112,7 @@ impl Malformed {
     }
 
     /// Put `prefix` before the path, as an error rises from a part to the whole.
-    pub(crate) fn under(mut self, prefix: &str) -> Self {
+    pub fn under(mut self, prefix: &str) -> Self {
         let path = &mut self.0.place.path;
         *path = match (path.is_empty(), path.starts_with('[')) {
             (true, _) => prefix.to_string(),

@@ -65,7 +65,7 @@ mod number;
 pub mod plan;
 pub mod quality;
 pub mod record;
-pub mod reduce;
+pub(crate) mod reduce;
 pub mod report;
 pub mod simulate;
 pub mod stop;

@@ -38,15 +38,7 @@ struct Harmonics {
 
 impl Expression {
     /// Whether the expression is affine in these names jointly: each at most once in a product, none inside a function.
-    ///
-    /// ```
-    /// use tumble::algebra::Expression;
-    /// let model = Expression::parse("V0 + kI*w_I + kII*w_I^2")?;
-    /// assert!(model.linear_in(&["V0", "kI", "kII"]));
-    /// assert!(!model.linear_in(&["kI", "w_I"]));
-    /// # Ok::<(), tumble::error::Malformed>(())
-    /// ```
-    pub fn linear_in(&self, names: &[&str]) -> bool {
+    pub(crate) fn linear_in(&self, names: &[&str]) -> bool {
         let dependence = self.fold_parts(|node: Node<'_, Part<Dependence>>, _| match node {
             Node::Number(_) | Node::Pi => Dependence::None,
             Node::Name(name) if names.contains(&name) => Dependence::Affine,
@@ -71,37 +63,21 @@ impl Expression {
     ///
     /// The mean over whole turns is then exact with more equally spaced nodes than the degree. A function of the angle is a
     /// polynomial's part only as `sin` or `cos` of a whole multiple of it plus a constant.
-    ///
-    /// ```
-    /// use tumble::algebra::{Expression, NameDegree};
-    /// let of = |name: &str| if name.starts_with("w_") { NameDegree::Harmonic } else { NameDegree::Constant };
-    /// assert_eq!(Expression::parse("V0 + kIO*w_I*w_O")?.trig_degree(&of), Some(2));
-    /// assert_eq!(Expression::parse("kA*abs(w_I)")?.trig_degree(&of), None);
-    /// # Ok::<(), tumble::error::Malformed>(())
-    /// ```
-    pub fn trig_degree(&self, of: &dyn Fn(&str) -> NameDegree) -> Option<usize> {
+    pub(crate) fn trig_degree(&self, of: &dyn Fn(&str) -> NameDegree) -> Option<usize> {
         self.fold_parts(|node, _| harmonics(node, of)).degree
     }
 
     /// Whether the expression has every derivative, everywhere, in the names for which `depends` holds.
     ///
     /// `abs`, `sign`, `step`, `sqrt`, `tan`, `asin`, `acos`, division and powers other than whole ones break it.
-    pub fn is_smooth_in(&self, depends: &dyn Fn(&str) -> bool) -> bool {
+    pub(crate) fn is_smooth_in(&self, depends: &dyn Fn(&str) -> bool) -> bool {
         self.fold_parts(|node, _| smoothness(node, depends)).is_some()
     }
 
     /// Degree of the result in units of angle, by homogeneity; `None` where it is not defined.
     ///
     /// `degree` gives the degree of each name: 1 for an angle, 0 for a pure number, `None` where unknown.
-    ///
-    /// ```
-    /// use tumble::algebra::Expression;
-    /// let tilt = |name: &str| name.starts_with("dtheta").then_some(1.0);
-    /// let total = Expression::parse("sqrt(dtheta_y2^2 + dtheta_z2^2)")?;
-    /// assert_eq!(total.angle_degree(&tilt), Some(1.0));
-    /// # Ok::<(), tumble::error::Malformed>(())
-    /// ```
-    pub fn angle_degree(&self, degree: &dyn Fn(&str) -> Option<f64>) -> Option<f64> {
+    pub(crate) fn angle_degree(&self, degree: &dyn Fn(&str) -> Option<f64>) -> Option<f64> {
         self.fold_parts(|node, _| angle_degree(node, degree))
     }
 }

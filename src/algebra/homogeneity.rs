@@ -80,16 +80,7 @@ impl<'a> Powers<'a> {
 
 impl Expression {
     /// The unit of the line in those of its names, and the relations between them.
-    ///
-    /// ```
-    /// use tumble::algebra::Expression;
-    /// let line = Expression::parse("V0 + kI*w_I")?;
-    /// let homogeneity = line.homogeneity();
-    /// assert_eq!(homogeneity.unit.unwrap().names[&"V0"], 1.0);
-    /// assert_eq!(homogeneity.relations[0].powers.names[&"kI"], -1.0);
-    /// # Ok::<(), tumble::error::Malformed>(())
-    /// ```
-    pub fn homogeneity(&self) -> Homogeneity<'_> {
+    pub(crate) fn homogeneity(&self) -> Homogeneity<'_> {
         let mut relations = Vec::new();
         let mut is_number = false;
         let powers = self.fold_parts(|node, here| {

@@ -32,30 +32,17 @@ struct Written {
 
 impl Expression {
     /// The line in a language, every operation in parentheses, so that it is evaluated in the same order; `name` gives each name's text.
-    ///
-    /// ```
-    /// use tumble::algebra::{Expression, Language};
-    /// let c = Language {
-    ///     number: |x| format!("{x:?}"),
-    ///     pi: "M_PI",
-    ///     call: |function, x| format!("{}({x})", function.name()),
-    ///     ln: |x| format!("log({x})"),
-    ///     atan2: |y, x| format!("atan2({y}, {x})"),
-    ///     whole_power: |x, n| format!("ipow({x}, {n})"),
-    ///     power: |x, y| format!("pow({x}, {y})"),
-    /// };
-    /// let line = Expression::parse("V0 - k*w_I^2")?;
-    /// assert_eq!(line.in_language(&c, &|name| name.to_string()), "(V0 - (k * ipow(w_I, 2)))");
-    /// let slope = line.slope_in_language(&c, &|name| name.to_string(), "w_I");
-    /// assert_eq!(slope.as_deref(), Some("(-(k * (2.0 * ipow(w_I, 1))))"));
-    /// # Ok::<(), tumble::error::Malformed>(())
-    /// ```
-    pub fn in_language(&self, language: &Language, name: &dyn Fn(&str) -> String) -> String {
+    pub(crate) fn in_language(&self, language: &Language, name: &dyn Fn(&str) -> String) -> String {
         self.written(language, name, "").text
     }
 
     /// The derivative of the line by one of its names; `None` where it is zero everywhere.
-    pub fn slope_in_language(&self, language: &Language, name: &dyn Fn(&str) -> String, by: &str) -> Option<String> {
+    pub(crate) fn slope_in_language(
+        &self,
+        language: &Language,
+        name: &dyn Fn(&str) -> String,
+        by: &str,
+    ) -> Option<String> {
         self.written(language, name, by).slope
     }
 

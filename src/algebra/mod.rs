@@ -23,11 +23,11 @@ mod print;
 mod tape;
 mod terms;
 
-pub use analysis::NameDegree;
+pub(crate) use analysis::NameDegree;
 pub use expression::Expression;
 pub(crate) use function::Function;
 pub(crate) use homogeneity::{Powers, Reason};
-pub use language::Language;
+pub(crate) use language::Language;
 pub(crate) use tape::{Lane, lanes};
 pub use tape::{Scratch, Tape};
-pub use terms::Term;
+pub(crate) use terms::Term;

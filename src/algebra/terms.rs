@@ -18,14 +18,7 @@ impl Expression {
     /// The terms of the expanded sum; `None` where it is not one of products of names (a quotient by a sum, say).
     ///
     /// `abs` keeps its argument's term and `sqrt` halves it; other functions count as pure numbers.
-    ///
-    /// ```
-    /// use tumble::algebra::Expression;
-    /// let terms = Expression::parse("V0 + 2*kIO*w_I*w_O^2")?.terms().unwrap();
-    /// assert_eq!(terms[1].powers, [("kIO".to_string(), 1.0), ("w_I".to_string(), 1.0), ("w_O".to_string(), 2.0)]);
-    /// # Ok::<(), tumble::error::Malformed>(())
-    /// ```
-    pub fn terms(&self) -> Option<Vec<Term>> {
+    pub(crate) fn terms(&self) -> Option<Vec<Term>> {
         self.fold_parts(|node: Node<'_, Part<Option<Vec<Term>>>>, _| match node {
             Node::Number(_) | Node::Pi => Some(vec![Term::default()]),
             Node::Name(name) => Some(vec![Term { powers: vec![(name.to_string(), 1.0)] }]),

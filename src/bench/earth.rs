@@ -15,21 +15,21 @@ use super::rotation::sin_cos_deg;
 pub use crate::units::STANDARD_GRAVITY_M_S2;
 
 /// Semi-major axis of WGS 84, m.
-pub const SEMI_MAJOR_AXIS_M: f64 = 6_378_137.0;
+pub(crate) const SEMI_MAJOR_AXIS_M: f64 = 6_378_137.0;
 /// Flattening of WGS 84.
-pub const FLATTENING: f64 = 1.0 / 298.257_223_563;
+pub(crate) const FLATTENING: f64 = 1.0 / 298.257_223_563;
 /// First eccentricity squared of WGS 84.
-pub const ECCENTRICITY_SQUARED: f64 = 6.694_379_990_14e-3;
+pub(crate) const ECCENTRICITY_SQUARED: f64 = 6.694_379_990_14e-3;
 /// Earth rate of WGS 84, rad/s.
-pub const EARTH_RATE_RAD_S: f64 = 7.292_115e-5;
+pub(crate) const EARTH_RATE_RAD_S: f64 = 7.292_115e-5;
 /// The same in degrees per hour, rounded to seven digits.
-pub const EARTH_RATE_DEG_H: f64 = 15.041067;
+pub(crate) const EARTH_RATE_DEG_H: f64 = 15.041067;
 /// Normal gravity on the equator, m/s^2.
 pub(crate) const EQUATORIAL_GRAVITY_M_S2: f64 = 9.780_325_335_9;
 /// `k` of Somigliana's formula.
 pub(crate) const SOMIGLIANA: f64 = 0.001_931_852_652_41;
 /// Centrifugal force over gravity on the equator, `m = w^2 a^2 b / GM`.
-pub const CENTRIFUGAL_RATIO: f64 = 0.003_449_786_506_84;
+pub(crate) const CENTRIFUGAL_RATIO: f64 = 0.003_449_786_506_84;
 
 /// Normal gravity, m/s^2, from the squared sine of the geodetic latitude and the altitude above the ellipsoid: Somigliana's formula with the
 /// free-air reduction to second order (TR8350.2, equations 4-1 and 4-3).

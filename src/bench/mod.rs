@@ -15,8 +15,8 @@ mod rotation;
 
 pub use builtin::built_in;
 pub(crate) use builtin::built_ins;
-pub use earth::{EARTH_RATE_DEG_H, GravityFrom, STANDARD_GRAVITY_M_S2, normal_gravity};
-pub(crate) use earth::{NORMAL_GRAVITY_FORMULA, NORMAL_GRAVITY_U_M_S2};
+pub(crate) use earth::{EARTH_RATE_DEG_H, NORMAL_GRAVITY_FORMULA, NORMAL_GRAVITY_U_M_S2};
+pub use earth::{GravityFrom, STANDARD_GRAVITY_M_S2, normal_gravity};
 pub(crate) use modulation::Modulation;
 pub use rotation::{Axis, sin_cos_deg};
 

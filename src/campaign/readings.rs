@@ -205,19 +205,19 @@ impl JointState {
     }
 
     /// The same with the joint turning the other way; unchanged at rest.
-    pub fn reversed(self) -> Self {
+    pub(crate) fn reversed(self) -> Self {
         self.at_rate(-self.rate_deg_s()).unwrap_or(self)
     }
 
     /// Is the reading a mean over this joint's turning?
-    pub fn is_averaged(&self) -> bool {
+    pub(crate) fn is_averaged(&self) -> bool {
         matches!(self, JointState::WholeTurns { .. } | JointState::PartTurns { .. })
     }
 }
 
 impl Reading {
     /// The same position without values; their stated uncertainties stay, as those of values to be read.
-    pub fn unread(&self) -> Reading {
+    pub(crate) fn unread(&self) -> Reading {
         let mut planned_u = self.planned_u.clone();
         planned_u.extend(self.observations.iter().filter_map(|o| Some((o.sensor, o.u?))));
         Reading { observations: Vec::new(), planned_u, ..self.clone() }

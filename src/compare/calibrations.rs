@@ -355,7 +355,7 @@ impl TrendLine {
     }
 
     /// The day on which the line leaves these limits, also one that is past; `None` where the slope is not significant.
-    pub fn leaves(&self, limits: (f64, f64)) -> Option<f64> {
+    pub(crate) fn leaves(&self, limits: (f64, f64)) -> Option<f64> {
         if !self.significant || self.slope == 0.0 {
             return None;
         }

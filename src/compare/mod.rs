@@ -8,13 +8,11 @@ pub mod calibrations;
 mod closed_forms;
 mod formulas;
 mod misprints;
-mod second_stage;
 
 pub(crate) use closed_forms::{ClosedForms, Printed};
 pub use closed_forms::{Group, closed_forms};
 pub use formulas::evaluate;
 pub(crate) use misprints::Misprint;
-pub use second_stage::second_stage;
 
 use crate::bench::Site;
 use crate::campaign::{Campaign, Kind, Reading, Readings};
@@ -147,7 +145,7 @@ pub(crate) fn shown_in(fit: &Fit, id: &str) -> (f64, String) {
 }
 
 /// The value of a parameter or derived quantity in a fit.
-pub fn value_of(fit: &Fit, id: &str) -> Option<f64> {
+pub(crate) fn value_of(fit: &Fit, id: &str) -> Option<f64> {
     let parameter = fit.parameters.iter().find(|p| p.id == id).and_then(|p| p.value);
     parameter.or_else(|| fit.derived.iter().find(|d| d.id == id).and_then(|d| d.value))
 }

@@ -90,7 +90,7 @@ impl Calibration {
     }
 
     /// The inputs that are solved for, in order.
-    pub fn solved(&self) -> impl Iterator<Item = &LineInput> {
+    pub(crate) fn solved(&self) -> impl Iterator<Item = &LineInput> {
         self.inputs.iter().filter(|input| input.role == inputs::InputRole::Solved)
     }
 }

@@ -9,8 +9,9 @@ use super::ambiguity::{Explanation, Rival};
 use super::bank::bank;
 use super::candidates::{Kept, build};
 use super::coefficient::{beyond_noise, coefficient};
+use super::common::{DIFFERENT, NoiseFrom};
 use super::evidence::Evidence;
-use super::noise::{Finished, NoiseFrom, Weighted};
+use super::noise::{Finished, Weighted};
 use super::own_noise;
 use super::pool::Pool;
 use super::repair::repaired;
@@ -649,9 +650,6 @@ fn hypotheses(view: &View, alias: f64) -> Vec<Names> {
 
 /// Explanations that count in the reported parameters, and their least probability.
 const EXPLANATIONS: (usize, f64) = (64, 1e-3);
-
-/// Standard uncertainties from which a value is different from zero, at 95 %.
-pub const DIFFERENT: f64 = 1.96;
 
 /// The one of the named effects whose value is the least in its standard uncertainty, what remains included, if it is not different from zero.
 fn indifferent(

@@ -5,7 +5,8 @@
     reason = "a dense kernel: every list is as long as the design's rows; an angle in billionths of a radian fits"
 )]
 
-use super::noise::{NoiseFrom, Weighted, bits, positions};
+use super::common::{LENGTHS, NoiseFrom, share_of_wave};
+use super::noise::{Weighted, bits, positions};
 use super::score::Kernel;
 use crate::campaign::{Campaign, JointState};
 use crate::design::DesignMatrix;
@@ -47,16 +48,6 @@ impl<'a> From<&'a Independent> for Rows<'a> {
         let weight = at.u.iter().map(|u| 1.0 / u).collect();
         Rows { weight, white: Box::new(|column: &[f64]| at.white(column)), stated: true }
     }
-}
-
-/// Lengths of what goes with time, smoothly or not: shares of the whole time, from a slow course to what forgets within a few readings: a factor of 3 to 10
-/// apart; choices, not derived.
-pub(crate) const LENGTHS: [(bool, f64); 5] = [(true, 0.3), (true, 0.1), (false, 1.0), (false, 0.1), (false, 0.02)];
-
-/// What a kernel of such a length has of the wave `cos(pi h t)`, `t` from 0 to 1: the root of its spectrum.
-pub(crate) fn share_of_wave(h: f64, (is_smooth, length): (bool, f64)) -> f64 {
-    let f = std::f64::consts::PI * h * length;
-    if is_smooth { (-0.25 * f * f).exp() } else { (1.0 / (1.0 + f * f)).sqrt() }
 }
 
 pub(super) fn bank<'a>(campaign: &Campaign, design: &DesignMatrix, at: impl Into<Rows<'a>>) -> Vec<Kernel> {

@@ -12,7 +12,8 @@
 //! that is Student's t with the residuals' own sum of squares, in a balanced design the t of each stratum. Where the variances come from a model
 //! with some effects in it, those count the other way.
 
-use super::noise::{NoiseFrom, Weighted, scaled_columns};
+use super::common::NoiseFrom;
+use super::noise::{Weighted, scaled_columns};
 use super::pool::Pool;
 use crate::elements::Elements;
 use crate::linear::{dot, norm};

@@ -3,8 +3,9 @@
 use super::ambiguity::{Rival, Shifts};
 use super::augmented::{Seen, State};
 use super::coefficient::{beyond_noise, coefficient};
+use super::common::NoiseFrom;
 use super::evidence::Evidence;
-use super::noise::{NoiseFrom, Weighted};
+use super::noise::Weighted;
 use super::separate::Separation;
 use super::settings::Settings;
 use super::{Candidate, Diagnosis, Gap, NoiseFloor, Suspect, Unexplained, Verdict};
@@ -115,7 +116,7 @@ pub struct Change {
 
 impl Change {
     /// Standard uncertainty after, with what is not known about the alias and about the rest: root sum of squares.
-    pub fn u_in_all(&self) -> Option<f64> {
+    pub(crate) fn u_in_all(&self) -> Option<f64> {
         self.after.1.map(|u| u.hypot(self.alias_u).hypot(self.remainder_u))
     }
 }

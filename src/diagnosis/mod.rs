@@ -6,6 +6,7 @@
 //!
 //! | file | subject |
 //! |---|---|
+//! | `common.rs` | the words that diagnoses of navigation errors have, too |
 //! | `catalogue.rs` | effects as data |
 //! | `assumptions.rs` | priors and constraints: held, and candidates themselves |
 //! | `averaged.rs` | long records |
@@ -42,6 +43,7 @@ mod bank;
 mod candidates;
 mod catalogue;
 mod coefficient;
+mod common;
 mod evidence;
 mod finding;
 mod foresee;
@@ -61,21 +63,20 @@ mod settings;
 mod steps;
 
 pub use assumptions::Held;
-#[cfg(feature = "navigate")]
-pub(crate) use augmented::DIFFERENT;
 pub(crate) use augmented::State;
 pub use augmented::candidates;
-#[cfg(feature = "navigate")]
-pub(crate) use bank::{LENGTHS, share_of_wave};
 pub use candidates::Candidate;
 pub use catalogue::Effect;
 pub(crate) use catalogue::{Applies, BUILT_IN};
+#[cfg(feature = "navigate")]
+pub(crate) use common::{DIFFERENT, LENGTHS, share_of_wave};
+pub use common::{Gap, Verdict};
+pub(crate) use common::{NoiseFrom, Step};
 pub(crate) use finding::Alias;
 pub use finding::{Change, Finding};
-pub(crate) use foresee::{Alike, Foresight, Near, Prospect, Rule, directions, is_angle};
-pub use foresee::{Fate, foresee};
+pub use foresee::foresee;
+pub(crate) use foresee::{Alike, Fate, Foresight, Near, Prospect, Rule, directions, is_angle};
 pub(crate) use holdout::Holdout;
-pub use noise::NoiseFrom;
 pub(crate) use places::{Grouping, Level, Place, PlaceMean};
 pub use pool::Pool;
 pub(crate) use pool::VISIBLE;
@@ -83,49 +84,12 @@ pub(crate) use pool::VISIBLE;
 pub(crate) use score::{Class, Deviations, Kernel, Posterior, Priors, Problem, Score};
 pub(crate) use separate::Separation;
 pub use settings::Settings;
-pub(crate) use steps::{GapStep, Step};
+pub(crate) use steps::GapStep;
 
 use crate::campaign::{Campaign, JointState};
 use crate::error::Result;
 use crate::fit::{self, Estimator, Fit, Stop};
 use crate::simulate::Regressor;
-use crate::vocabulary::vocabulary;
-
-vocabulary! {
-    /// The verdict.
-    Verdict {
-        /// The effects named explain the gap down to the noise.
-        EffectsFound = "effects-found",
-        /// The effects named stand; what remains is more than noise, and nothing in the catalogue explains it.
-        PartlyExplained = "partly-explained",
-        /// The gap is noise.
-        NothingMissing = "nothing-missing",
-        /// Something is missing that nothing in the catalogue explains.
-        Unexplained = "unexplained",
-        /// There is no redundancy: nothing can be diagnosed.
-        NotDiagnosable = "not-diagnosable",
-    }
-}
-
-/// A gap.
-#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
-#[schemars(rename = "GapReport")]
-#[non_exhaustive]
-pub struct Gap {
-    /// `sqrt(sum v^2 / dof)`; null without degrees of freedom. With sensors of several units it has none: see `sensors`.
-    pub rms: Option<f64>,
-    /// Largest residual by size, in the first sensor's unit (of navigation errors: in standard uncertainties).
-    pub max: f64,
-    /// `sum (v/u)^2` with the noise floor, a pure number.
-    pub chi_square: f64,
-    /// Degrees of freedom.
-    pub dof: usize,
-    /// Probability of a gap as large by chance; null where the noise is known from the residuals only.
-    pub p: Option<f64>,
-    /// Residual of each row, in the sensor's unit.
-    #[serde(skip)]
-    pub residuals: Vec<f64>,
-}
 
 /// The noise floor.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]

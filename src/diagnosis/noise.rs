@@ -1,25 +1,13 @@
 //! The noise floor: stated, else from replicates, else from the residuals of the finished model; and the weighted residuals that go with it.
 
+use super::common::NoiseFrom;
 use crate::campaign::{Campaign, JointState};
 use crate::design::DesignMatrix;
 use crate::error::Result;
 use crate::estimate::{Estimate, Floor, Group, System, Variances};
 use crate::fit::{self, Weighting};
-use crate::vocabulary::vocabulary;
 use faer::Mat;
 use std::collections::HashMap;
-
-vocabulary! {
-    /// Where the noise floor comes from.
-    NoiseFrom {
-        /// Stated standard uncertainties of the readings.
-        Stated = "stated",
-        /// Scatter of readings with the same joint states and model inputs.
-        Replicates = "replicates",
-        /// Residuals of the finished model: nothing else tells, so completeness cannot be tested against it.
-        Residuals = "residuals",
-    }
-}
 
 /// Fewer degrees of freedom than this make no noise floor.
 const FEWEST_REPLICATES: usize = 4;

@@ -12,7 +12,8 @@
 )]
 
 use super::bank::bank;
-use super::noise::{self, Finished, NoiseFrom, Weighted};
+use super::common::NoiseFrom;
+use super::noise::{self, Finished, Weighted};
 use super::score::{Kernel, Priors, Problem, Score};
 use crate::campaign::Campaign;
 use crate::design::DesignMatrix;

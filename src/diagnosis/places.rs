@@ -1,7 +1,8 @@
 //! Where the gap is: by position, joint angle, rate, sense, time, temperature and order; and its pattern over the joints' states.
 
+use super::common::NoiseFrom;
 use super::indicators::{Indicators, Sums};
-use super::noise::{NoiseFrom, Weighted, bits};
+use super::noise::{Weighted, bits};
 use crate::campaign::{Campaign, JointState, Reading};
 use crate::design::DesignMatrix;
 use crate::elements::Elements;

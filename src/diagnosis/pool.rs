@@ -82,7 +82,7 @@ impl Pool {
     }
 
     /// Share of each column's weighted norm that the model leaves; 0 for those it leaves nothing of.
-    pub fn visible(&self) -> &[f64] {
+    pub(crate) fn visible(&self) -> &[f64] {
         &self.norm
     }
 
@@ -124,7 +124,7 @@ impl Pool {
     }
 
     /// All cosines, `k x k`.
-    pub fn all_cosines(&self) -> Mat<f64> {
+    pub(crate) fn all_cosines(&self) -> Mat<f64> {
         let k = self.len();
         let mut cosines = Mat::zeros(k, k);
         matmul(cosines.as_mut(), Accum::Replace, self.columns.transpose(), self.columns.as_ref(), 1.0, Par::Seq);

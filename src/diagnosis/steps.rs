@@ -1,6 +1,7 @@
 //! The gap step by step: as given, after the first effect, after the second, with the model line growing.
 
 use super::augmented::{Seen, State};
+use super::common::Step;
 use super::evidence::Evidence;
 use super::settings::Settings;
 use super::{Candidate, Gap, fit_exactly, repair};
@@ -9,31 +10,6 @@ use crate::elements::Parts;
 use crate::error::Result;
 use crate::fit::Fit;
 use std::collections::BTreeMap;
-
-/// The evidence with some effects in the model.
-#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
-#[schemars(rename = "StepReport")]
-#[non_exhaustive]
-pub struct Step {
-    /// Effects in the model.
-    pub with: Vec<String>,
-    /// The strongest further candidate.
-    pub strongest: Option<String>,
-    /// Its t.
-    pub t: Option<f64>,
-    /// Its probability by chance among all that was tried.
-    pub p: Option<f64>,
-    /// Probability of what is left by chance.
-    pub global_p: Option<f64>,
-}
-
-impl Step {
-    /// `strongest` is the strongest further candidate, its t and its family-wise p.
-    pub(crate) fn new(with: Vec<String>, strongest: Option<(String, f64, f64)>, global_p: Option<f64>) -> Self {
-        let (t, p) = strongest.as_ref().map(|(_, t, p)| (*t, *p)).unzip();
-        Step { with, strongest: strongest.map(|(name, ..)| name), t, p, global_p }
-    }
-}
 
 /// The gap with some effects in the model.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]

@@ -45,7 +45,7 @@
 //! Deliberately absent: anything that depends on which answer it is; colours (the style sheet and `plot` have them); clocks (the same answer
 //! always gives the same bytes).
 
-pub mod chart;
+pub(crate) mod chart;
 #[cfg(feature = "html")]
 mod escape;
 #[cfg(feature = "html")]
@@ -60,15 +60,15 @@ mod table;
 pub mod terminal;
 #[cfg(all(feature = "cli", feature = "excel"))]
 pub mod workbook;
-pub mod wrap;
+pub(crate) mod wrap;
 #[cfg(feature = "html")]
 pub(crate) mod xml;
 
+pub use chart::{Bar, Chart, GapPanel, GapPoint, Interval, Part, Residual};
 pub(crate) use table::Align;
 pub use table::{Cell, Column, Row, Rows, Table};
 
 use crate::language::{Language, say};
-use chart::Chart;
 
 /// How much a person sees.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord)]
@@ -191,7 +191,7 @@ impl Tone {
     }
 
     /// The word that goes before a verdict, so that it needs no colour.
-    pub fn word(self, lang: Language) -> &'static str {
+    pub(crate) fn word(self, lang: Language) -> &'static str {
         match self {
             Tone::Plain => say!(lang, "note"),
             Tone::Good => say!(lang, "tone-good"),

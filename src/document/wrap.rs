@@ -12,7 +12,7 @@ pub(crate) fn hanging(line: &str, indent: usize) -> String {
 
 /// Every line of a text that is too long is wrapped below its own beginning; lines that fit stay as they are. Spaces that were
 /// not to break (U+00A0) become ordinary ones.
-pub fn lines(text: &str) -> String {
+pub(crate) fn lines(text: &str) -> String {
     let mut wrapped = String::with_capacity(text.len() + 64);
     for line in text.split_inclusive('\n') {
         let body = line.trim_end_matches('\n');
@@ -28,7 +28,7 @@ pub fn lines(text: &str) -> String {
 }
 
 /// The same as `hanging` within so many columns.
-pub fn narrow(line: &str, indent: usize, width: usize) -> String {
+pub(crate) fn narrow(line: &str, indent: usize, width: usize) -> String {
     let mut text = String::with_capacity(line.len() + 16);
     let mut column = 0;
     // leading spaces belong to the line
@@ -54,7 +54,7 @@ pub fn narrow(line: &str, indent: usize, width: usize) -> String {
 }
 
 /// Columns of a terminal that a text takes: Chinese characters take two.
-pub fn columns(text: &str) -> usize {
+pub(crate) fn columns(text: &str) -> usize {
     if text.is_ascii() { text.len() } else { text.chars().map(|c| if is_wide(c) { 2 } else { 1 }).sum() }
 }
 

@@ -27,15 +27,8 @@ pub struct Combination {
 
 impl Combination {
     /// The combination's value at a solution.
-    pub fn value(&self, solution: &[f64]) -> f64 {
+    pub(crate) fn value(&self, solution: &[f64]) -> f64 {
         self.terms.iter().map(|&(j, c)| c * solution.at(j)).sum()
-    }
-
-    /// The combination's variance from a covariance matrix of the unknowns.
-    pub fn variance(&self, covariance: &Mat<f64>) -> f64 {
-        let inside = |i: usize, j: usize| i < covariance.nrows() && j < covariance.ncols();
-        let element = |i, j| if inside(i, j) { covariance[(i, j)] } else { 0.0 };
-        self.terms.iter().flat_map(|&(i, a)| self.terms.iter().map(move |&(j, b)| a * b * element(i, j))).sum()
     }
 }
 

@@ -54,8 +54,7 @@ mod unknowns;
 
 pub(crate) use adjust::adjust_hinted;
 pub use adjust::{Estimate, adjust, solve};
-pub use basis::Combination;
-pub(crate) use basis::Coupling;
+pub(crate) use basis::{Combination, Coupling};
 pub(crate) use compensated::Sum;
 pub(crate) use compress::{Block, Compressed, Scaled};
 pub(crate) use cone_program::solver_settings;
@@ -124,7 +123,7 @@ impl Default for Settings {
 
 impl System {
     /// Rows and columns.
-    pub fn shape(&self) -> (usize, usize) {
+    pub(crate) fn shape(&self) -> (usize, usize) {
         (self.rows.nrows(), self.rows.ncols())
     }
 

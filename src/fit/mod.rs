@@ -48,7 +48,7 @@ pub(crate) use ranges::{LEAST, MOST, check as check_ranges, check_rows};
 pub use robust::RobustMethod;
 pub(crate) use robust::RobustRecord;
 pub use rules::Constraints;
-pub use scale_factor::{ScaleFactorError, ScaleFactorFrom};
+pub(crate) use scale_factor::{ScaleFactorError, ScaleFactorFrom};
 pub use scatter::scatter_lines;
 pub(crate) use scatter::{floor, noise_lines, own_noise, scattered, spelled_out, stated_variances, whitening};
 pub(crate) use separate::{RankDefect, candidates, separations};
@@ -229,7 +229,7 @@ impl Fit {
     /// Probability that bounds which are true cost as much as the active ones do; `None` where none is active.
     ///
     /// The cost of `k` active bounds is `chi^2_k`, or `k F(k, dof)` where the variance is estimated; an inequality that is true costs less.
-    pub fn bounds_p(&self) -> Option<f64> {
+    pub(crate) fn bounds_p(&self) -> Option<f64> {
         let Constraints::Met { active, cost, .. } = &self.constraints else { return None };
         let count = active.len() as f64;
         if active.is_empty() || !cost.is_finite() {
@@ -245,7 +245,7 @@ impl Fit {
 
     /// Readings of closed circles that no attitude makes agree with the others: each sensor with the mean of what is left of it, the worst
     /// first. A target on another side, a point sighted wrongly or a start too far away leaves degrees, not noise.
-    pub fn inconsistent_circles(&self) -> Vec<(&str, f64)> {
+    pub(crate) fn inconsistent_circles(&self) -> Vec<(&str, f64)> {
         /// Share of a turn that no noise reaches.
         const FAR: f64 = 1.0 / 360.0;
         let mut found: Vec<(&str, f64, f64)> = Vec::new();
@@ -288,7 +288,7 @@ impl Fit {
     }
 
     /// The last decimal place of a sensor's readings, where their scatter is taken to be that of rounding to it.
-    pub fn resolution_of(&self, sensor: &str) -> Option<f64> {
+    pub(crate) fn resolution_of(&self, sensor: &str) -> Option<f64> {
         let k = self.campaign.bench.sensors.iter().position(|own| own.id == sensor)?;
         self.at_rounding().contains(&sensor).then(|| system::sensor_resolution(&self.campaign, k))?
     }

@@ -21,8 +21,10 @@ mod held;
 mod mistakes;
 mod seen;
 
-pub use advice::{Advice, Agreement, Ending, Explanation, Mistake, MistakeKind, Named, Next, Progress};
-pub(crate) use advice::{Estimated, Lacks, Newest, Residual, Why};
+pub use advice::{Advice, Explanation, Named};
+pub(crate) use advice::{
+    Agreement, Ending, Estimated, Lacks, Mistake, MistakeKind, Newest, Next, Progress, Residual, Why,
+};
 
 pub use held::Held;
 pub(crate) use held::{HeldMean, Holding};

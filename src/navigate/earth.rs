@@ -2,8 +2,8 @@
 //!
 //! East-north-up frame everywhere, angles in rad, lengths in m. The constants are those of [`crate::bench::earth`].
 
-pub use crate::bench::earth::{
-    EARTH_RATE_RAD_S as EARTH_RATE, ECCENTRICITY_SQUARED, FLATTENING, SEMI_MAJOR_AXIS_M as SEMI_MAJOR_AXIS,
+pub(crate) use crate::bench::earth::{
+    EARTH_RATE_RAD_S as EARTH_RATE, ECCENTRICITY_SQUARED, SEMI_MAJOR_AXIS_M as SEMI_MAJOR_AXIS,
     STANDARD_GRAVITY_M_S2 as STANDARD_GRAVITY,
 };
 

@@ -284,14 +284,14 @@ impl ImuErrors {
     }
 
     /// One source of the given SI value and nothing else.
-    pub fn single(source: ErrorSource, value: f64) -> ImuErrors {
+    pub(crate) fn single(source: ErrorSource, value: f64) -> ImuErrors {
         let mut errors = ImuErrors::default();
         source.set(&mut errors, value);
         errors
     }
 
     /// The sources that are not zero.
-    pub fn present(&self) -> Vec<ErrorSource> {
+    pub(crate) fn present(&self) -> Vec<ErrorSource> {
         ErrorSource::catalogue().into_iter().filter(|source| source.of(self) != 0.0).collect()
     }
 

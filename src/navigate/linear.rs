@@ -45,18 +45,6 @@ pub struct Signatures {
 }
 
 impl Signatures {
-    /// The navigation error of a set of small errors (their noise left out).
-    pub fn response(&self, errors: &ImuErrors) -> NavigationError {
-        let mut sum = [0.0; STATES];
-        for (source, state) in ErrorSource::catalogue().iter().zip(&self.states) {
-            let value = source.of(errors);
-            for (total, part) in sum.iter_mut().zip(state) {
-                *total += value * part;
-            }
-        }
-        self.error(&sum)
-    }
-
     /// A state in the units of [`NavigationError`].
     pub fn error(&self, state: &State) -> NavigationError {
         let [e, n, u, ve, vn, latitude_rad, longitude_rad] = *state;

@@ -89,7 +89,7 @@ impl Mission {
     }
 
     /// The same mission with one motion more to compare with.
-    pub fn beside(mut self, motion: Motion) -> Result<Mission> {
+    pub(crate) fn beside(mut self, motion: Motion) -> Result<Mission> {
         let index = self.beside.len();
         self.check_motion(&motion).map_err(|e| e.under(&format!("beside[{index}]")))?;
         self.beside.push(motion);
@@ -97,7 +97,7 @@ impl Mission {
     }
 
     /// Duration, s.
-    pub fn duration(&self) -> f64 {
+    pub(crate) fn duration(&self) -> f64 {
         self.steps as f64 * self.step_s
     }
 

@@ -166,13 +166,13 @@ impl Motion {
     }
 
     /// Level along a constant heading.
-    pub fn legs(legs: Legs) -> Self {
+    pub(crate) fn legs(legs: Legs) -> Self {
         let attitude = Motion::at_rest(0.0, 0.0, -legs.heading).attitude;
         Motion { name: "legs".into(), attitude, path: Path::Legs(legs) }
     }
 
     /// Upper bound of the body's rate of rotation, rad/s, without the Earth's.
-    pub fn fastest_rate(&self) -> f64 {
+    pub(crate) fn fastest_rate(&self) -> f64 {
         let Attitude { pitch, roll, yaw } = self.attitude;
         let turning = match &self.path {
             Path::Stays => 0.0,
@@ -182,7 +182,7 @@ impl Motion {
     }
 
     /// The shortest period of the motion, s; infinite for one without oscillation.
-    pub fn shortest_period(&self) -> f64 {
+    pub(crate) fn shortest_period(&self) -> f64 {
         let Attitude { pitch, roll, yaw } = self.attitude;
         let moving = [pitch, roll, yaw].into_iter().filter(|angle| angle.amplitude != 0.0);
         moving.map(|angle| angle.period).fold(f64::INFINITY, f64::min)

@@ -117,14 +117,7 @@ fn walk(noise: &Square, metres: [f64; 2]) -> [Channels; CHANNELS] {
     walk
 }
 
-/// The full simulation of one motion without noise, at some times in rising order, s.
-pub fn predicted(mission: &Mission, motion: &Motion, errors: &ImuErrors, times: &[f64]) -> Vec<Channels> {
-    let mut all = predicted_together(mission, motion, std::slice::from_ref(errors), times);
-    // one set of errors, one prediction
-    all.pop().unwrap_or_default()
-}
-
-/// The same of several sets of errors, flown side by side.
+/// The full simulation of one motion without noise, at some times in rising order, s, of several sets of errors flown side by side.
 pub(crate) fn predicted_together(
     mission: &Mission,
     motion: &Motion,

@@ -158,7 +158,7 @@ impl Ladder {
     }
 
     /// Stretches between gaps.
-    pub fn stretches(&self) -> u64 {
+    pub(crate) fn stretches(&self) -> u64 {
         self.stretches
     }
 
@@ -173,7 +173,7 @@ impl Ladder {
     }
 
     /// What follows does not continue what came before (a gap): no difference reaches across.
-    pub fn interrupt(&mut self) {
+    pub(crate) fn interrupt(&mut self) {
         self.forget();
         self.cells.part();
     }

@@ -24,9 +24,8 @@ mod ladder;
 
 pub use coefficients::Term;
 pub(crate) use coefficients::{Agreement, Coefficients};
-pub use edf::{Kind, equivalent_dof, interval};
-pub use field_units::field_unit;
-pub(crate) use field_units::si_factor;
+pub(crate) use edf::{Kind, equivalent_dof, interval};
+pub(crate) use field_units::{field_unit, si_factor};
 pub use ladder::Ladder;
 pub(crate) use ladder::Sums;
 

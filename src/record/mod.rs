@@ -54,8 +54,8 @@ mod unpacked;
 #[cfg(feature = "excel")]
 mod workbook;
 
-pub use clock::{Clock, ClockFrom, JumpKind, Stretch};
-pub(crate) use clock::{Jump, unit_of};
+pub use clock::ClockFrom;
+pub(crate) use clock::{Clock, Jump, JumpKind, unit_of};
 pub use heading::title;
 pub use held::{Cells, Held};
 pub(crate) use text::table_text;

@@ -73,8 +73,8 @@ pub use changes::{
 };
 pub use compare::{CompareReport, compare_document, compare_report};
 pub use conformity::conformity;
-pub(crate) use diagnose::{ChangeReport, GapsReport};
-pub use diagnose::{DiagnoseReport, EffectReport, diagnose_report};
+pub(crate) use diagnose::{ChangeReport, EffectReport, GapsReport};
+pub use diagnose::{DiagnoseReport, diagnose_report};
 pub use diagnose_document::diagnose_document;
 pub(crate) use diagnose_document::{alias_note, diagnose_figure};
 pub(crate) use fit::{ArcsecReport, BudgetReport, CovarianceReport, ParameterReport, ReadingReport, fit_summary};

@@ -71,7 +71,7 @@ impl Contribution {
     }
 
     /// What it adds to the variance.
-    pub fn variance(&self) -> f64 {
+    pub(crate) fn variance(&self) -> f64 {
         self.u * self.u.abs()
     }
 }

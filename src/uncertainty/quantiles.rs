@@ -18,17 +18,12 @@ pub fn normal_cdf(z: f64) -> Option<f64> {
 }
 
 /// `P(Z > z)`.
-pub fn normal_survival(z: f64) -> Option<f64> {
+pub(crate) fn normal_survival(z: f64) -> Option<f64> {
     normal_cdf(-z)
 }
 
 /// `z` with `P(Z <= z) = p`.
-///
-/// ```
-/// use tumble::uncertainty::quantiles::normal_quantile;
-/// assert!((normal_quantile(0.975).unwrap() - 1.959963984540054).abs() < 1e-14);
-/// ```
-pub fn normal_quantile(p: f64) -> Option<f64> {
+pub(crate) fn normal_quantile(p: f64) -> Option<f64> {
     if !in_unit(p) || p == 0.5 {
         return (p == 0.5).then_some(0.0);
     }
@@ -75,18 +70,12 @@ fn quotient(of: &Rational, r: f64) -> f64 {
 }
 
 /// `P(T <= t)` for `nu` degrees of freedom.
-pub fn student_t_cdf(t: f64, nu: f64) -> Option<f64> {
+pub(crate) fn student_t_cdf(t: f64, nu: f64) -> Option<f64> {
     student_t_survival(-t, nu)
 }
 
 /// `P(T > t)` for `nu` degrees of freedom.
-///
-/// ```
-/// use tumble::uncertainty::quantiles::student_t_survival;
-/// assert!((student_t_survival(1.0, 1.0).unwrap() - 0.25).abs() < 1e-15);
-/// assert!(student_t_survival(37.0, f64::INFINITY).unwrap() > 0.0);
-/// ```
-pub fn student_t_survival(t: f64, nu: f64) -> Option<f64> {
+pub(crate) fn student_t_survival(t: f64, nu: f64) -> Option<f64> {
     if t.is_nan() || !positive(nu) {
         return None;
     }
@@ -95,18 +84,12 @@ pub fn student_t_survival(t: f64, nu: f64) -> Option<f64> {
 }
 
 /// `P(|T| > |t|)`: the two-sided p-value.
-pub fn student_t_two_sided(t: f64, nu: f64) -> Option<f64> {
+pub(crate) fn student_t_two_sided(t: f64, nu: f64) -> Option<f64> {
     (!t.is_nan() && positive(nu)).then(|| student_t_tails(t.abs(), nu).upper)
 }
 
 /// `t` with `P(T <= t) = p` for `nu` degrees of freedom.
-///
-/// ```
-/// use tumble::uncertainty::quantiles::student_t_quantile;
-/// // GUM Table G.2: 24 degrees of freedom would lie between 2.09 (20) and 2.06 (25) for 95 %.
-/// assert!((student_t_quantile(0.975, 24.0).unwrap() - 2.063898561628).abs() < 1e-11);
-/// ```
-pub fn student_t_quantile(p: f64, nu: f64) -> Option<f64> {
+pub(crate) fn student_t_quantile(p: f64, nu: f64) -> Option<f64> {
     if !in_unit(p) || !positive(nu) {
         return None;
     }
@@ -145,13 +128,7 @@ fn expanded(z: f64, nu: f64) -> Option<f64> {
 
 /// Half of the interval about zero that holds a sum of Student distributions with the probability `level`: weight, place and scale of each, `nu` degrees of freedom
 /// (infinite: normal). `None` where a number is none.
-///
-/// ```
-/// use tumble::uncertainty::quantiles::{coverage_factor, mixture_half_interval};
-/// let half = mixture_half_interval(&[(0.5, 0.0, 2.0), (0.5, 0.0, 2.0)], 5.0, 0.95).unwrap();
-/// assert!((half - 2.0 * coverage_factor(0.95, 5.0).unwrap()).abs() < 1e-9);
-/// ```
-pub fn mixture_half_interval(parts: &[(f64, f64, f64)], nu: f64, level: f64) -> Option<f64> {
+pub(crate) fn mixture_half_interval(parts: &[(f64, f64, f64)], nu: f64, level: f64) -> Option<f64> {
     let beyond = |x: f64| if nu.is_finite() { student_t_survival(x, nu) } else { normal_survival(x) };
     let outside = |half: f64| -> Option<f64> {
         let mut sum = 0.0;
@@ -207,7 +184,7 @@ pub fn coverage_factor(level: f64, nu: f64) -> Option<f64> {
 }
 
 /// `P(chi^2 <= x)` for `nu` degrees of freedom.
-pub fn chi_square_cdf(x: f64, nu: f64) -> Option<f64> {
+pub(crate) fn chi_square_cdf(x: f64, nu: f64) -> Option<f64> {
     chi_square_tails(x, nu).map(|tails| tails.lower)
 }
 
@@ -223,7 +200,7 @@ pub fn chi_square_survival(x: f64, nu: f64) -> Option<f64> {
 }
 
 /// `x` with `P(chi^2 <= x) = p` for `nu` degrees of freedom.
-pub fn chi_square_quantile(p: f64, nu: f64) -> Option<f64> {
+pub(crate) fn chi_square_quantile(p: f64, nu: f64) -> Option<f64> {
     if !in_unit(p) || !positive(nu) || nu.is_infinite() {
         return None;
     }
@@ -234,23 +211,17 @@ pub fn chi_square_quantile(p: f64, nu: f64) -> Option<f64> {
 }
 
 /// `P(F <= f)` for `d1` (numerator) and `d2` (denominator) degrees of freedom.
-pub fn fisher_f_cdf(f: f64, d1: f64, d2: f64) -> Option<f64> {
+pub(crate) fn fisher_f_cdf(f: f64, d1: f64, d2: f64) -> Option<f64> {
     fisher_f_tails(f, d1, d2).map(|tails| tails.lower)
 }
 
 /// `P(F > f)` for `d1` (numerator) and `d2` (denominator) degrees of freedom.
-///
-/// ```
-/// use tumble::uncertainty::quantiles::fisher_f_survival;
-/// // Two in the numerator: (1 + 2 f / d2)^(-d2/2).
-/// assert!((fisher_f_survival(3.0, 2.0, 4.0).unwrap() - 0.16).abs() < 1e-15);
-/// ```
-pub fn fisher_f_survival(f: f64, d1: f64, d2: f64) -> Option<f64> {
+pub(crate) fn fisher_f_survival(f: f64, d1: f64, d2: f64) -> Option<f64> {
     fisher_f_tails(f, d1, d2).map(|tails| tails.upper)
 }
 
 /// `f` with `P(F <= f) = p` for `d1` (numerator) and `d2` (denominator) degrees of freedom.
-pub fn fisher_f_quantile(p: f64, d1: f64, d2: f64) -> Option<f64> {
+pub(crate) fn fisher_f_quantile(p: f64, d1: f64, d2: f64) -> Option<f64> {
     if !in_unit(p) || !positive(d1) || !positive(d2) {
         return None;
     }

@@ -60,14 +60,7 @@ impl Unit {
     }
 
     /// The product of powers of units, written as people do: `V/(deg/s)^2`, `V/(g*degC)`, `deg/h/g`; `1` where all cancel.
-    ///
-    /// ```
-    /// use tumble::units::Unit;
-    /// let (volt, rate) = (Unit::parse("V")?, Unit::parse("deg/s")?);
-    /// assert_eq!(Unit::product(&[(volt, 1.0), (rate, -2.0)]).symbol(), "V/(deg/s)^2");
-    /// # Ok::<(), tumble::error::Malformed>(())
-    /// ```
-    pub fn product(powers: &[(Unit, f64)]) -> Unit {
+    pub(crate) fn product(powers: &[(Unit, f64)]) -> Unit {
         let unit = powers.iter().fold(Unit::one(), |unit, (factor, power)| unit.times(factor, *power));
         let written =
             powers.iter().map(|(unit, power)| (unit.symbol.clone(), *power)).filter(|(symbol, _)| symbol != "1");
@@ -75,14 +68,7 @@ impl Unit {
     }
 
     /// The same where names above and below the line cancel: `pulse/s/g` over `pulse/s/(deg/h)` is `deg/(g*h)`.
-    ///
-    /// ```
-    /// use tumble::units::Unit;
-    /// let (drift, scale) = (Unit::parse("pulse/s/g")?, Unit::parse("pulse/s/(deg/h)")?);
-    /// assert_eq!(Unit::reduced(&[(drift, 1.0), (scale, -1.0)]).symbol(), "deg/(g*h)");
-    /// # Ok::<(), tumble::error::Malformed>(())
-    /// ```
-    pub fn reduced(powers: &[(Unit, f64)]) -> Unit {
+    pub(crate) fn reduced(powers: &[(Unit, f64)]) -> Unit {
         let product = Unit::product(powers);
         let names = |unit: &Unit| -> f64 { unit.factors.iter().map(|(_, power)| power.abs()).sum() };
         let apart: f64 = powers.iter().map(|(unit, power)| names(unit) * power.abs()).sum();
@@ -167,7 +153,7 @@ impl Unit {
     /// The conversion to another unit. Errors: another dimension, with the unit that was expected.
     ///
     /// Between scales of temperature a value is shifted (by 273.15 from `degC` to `K`); `Conversion::of_differences` is without the shift.
-    pub fn conversion_for(&self, to: &Unit, what: &str) -> Result<Conversion> {
+    pub(crate) fn conversion_for(&self, to: &Unit, what: &str) -> Result<Conversion> {
         let shifted = |plain: Conversion| match (self.zero(), to.zero()) {
             (Some(from_zero), Some(zero)) => plain.shifted(from_zero * plain.factor() - zero),
             _ => plain,

@@ -72,17 +72,10 @@ pub fn read_campaign_beside(source: &Source, folder: &Path) -> Result<Campaign> 
     read_campaign_in(source, &mut Beside(folder))
 }
 
-/// Fit a campaign file whose readings are the rows of a record (`"samples": ..., "as": "rows"`), which may have any length.
+/// Fit a campaign file whose readings are the rows of a record (`"samples": ..., "as": "rows"`), which may have any length; what it names is looked for in a
+/// folder.
 ///
 /// Errors: those of [`Campaign::from_path`] and of [`crate::fit::streamed::fit`]; a campaign of other readings.
-pub fn fit_rows(path: impl AsRef<Path>, settings: &Settings) -> Result<Fit> {
-    let path = path.as_ref();
-    fit_rows_beside(&source(path)?, path.parent().unwrap_or(Path::new("")), settings)
-}
-
-/// The same of the text of a campaign; what it names is looked for in a folder.
-///
-/// Errors: those of [`fit_rows`].
 pub fn fit_rows_beside(source: &Source, folder: &Path, settings: &Settings) -> Result<Fit> {
     let mut folder = Beside(folder);
     let (campaign, mut rows, sample) = read_rows_of(&campaign_of(source)?, source, &mut folder, Some(settings))?;

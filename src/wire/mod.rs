@@ -56,7 +56,7 @@ pub(crate) use correction_file::InputFile;
 pub(crate) use effects_file::EffectsFile;
 pub use effects_file::{built_in_effects, read_effects};
 pub use folder::Folder;
-pub use front::{bench_ref, fit_rows, fit_rows_beside, read_campaign_beside};
+pub use front::{bench_ref, fit_rows_beside, read_campaign_beside};
 #[cfg(feature = "navigate")]
 pub(crate) use imu_errors_file::ErrorsFile;
 pub use lab::read_lab;
@@ -67,9 +67,11 @@ pub use locate::{line_and_column, locate};
 #[cfg(feature = "navigate")]
 pub use measured_file::{read_measured, write_measured};
 #[cfg(feature = "navigate")]
-pub use mission_file::{MissionFile, read_covariance};
+pub use mission_file::MissionFile;
 #[cfg(feature = "navigate")]
-pub use motion_file::MotionFile;
+pub(crate) use mission_file::read_covariance;
+#[cfg(feature = "navigate")]
+pub(crate) use motion_file::MotionFile;
 pub use named::Named;
 pub use readings_file::{Cell, ReadingFile};
 pub use readings_table::{device_readings, inline_devices, table_layout};

@@ -169,7 +169,7 @@ impl MotionFile {
     }
 
     /// The motion in one line.
-    pub fn in_words(&self) -> String {
+    pub(crate) fn in_words(&self) -> String {
         match self {
             MotionFile::Static(still) => {
                 let mut text = format!("static, heading {} deg", still.heading_deg);

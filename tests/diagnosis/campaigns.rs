@@ -343,7 +343,9 @@ fn held(found: &Diagnosis, truth: &[(String, f64)]) -> (usize, usize) {
     let mut held = (0, 0);
     for (id, truth) in truth.iter().filter(|(id, _)| id != "V0") {
         let Some(change) = found.changes.iter().find(|change| change.id == *id) else { continue };
-        if let (Some(value), Some(u)) = (change.after.0, change.u_in_all()) {
+        if let (Some(value), Some(u)) =
+            (change.after.0, change.after.1.map(|u| u.hypot(change.alias_u).hypot(change.remainder_u)))
+        {
             held.0 += usize::from((value - truth).abs() <= 1.96 * u);
             held.1 += 1;
         }

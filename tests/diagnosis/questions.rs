@@ -8,7 +8,7 @@ use rand_pcg::{Pcg64Mcg, rand_core::SeedableRng};
 use serde_json::{Value, json};
 use tumble::campaign::{Campaign, JointState, Reading, Readings};
 use tumble::diagnosis::{Settings, diagnose};
-use tumble::report::{DiagnoseReport, EffectReport, diagnose_report};
+use tumble::report::{DiagnoseReport, diagnose_report};
 use tumble::{simulate, wire};
 
 const SEEDS: u64 = 8;
@@ -52,16 +52,17 @@ fn gyro_truth() -> Value {
         "dtheta_y2": angle(-160.0), "dtheta_z2": angle(56.0) }, "noise": { "V": { "sd": 1e-4 } } })
 }
 
-fn names(effect: &EffectReport) -> Vec<&str> {
-    std::iter::once(effect.regressor.as_str()).chain(effect.aliases.iter().map(|a| a.regressor.as_str())).collect()
+/// Of each finding its name and those of its aliases.
+fn names(report: &DiagnoseReport) -> Vec<Vec<&str>> {
+    let own = report.effects.iter();
+    own.map(|e| [&e.regressor].into_iter().chain(e.aliases.iter().map(|a| &a.regressor)).map(String::as_str).collect())
+        .collect()
 }
 
 /// One finding, with this name among its own and its aliases, in this sensor, and a value within four standard uncertainties of the truth.
 fn assert_found(report: &DiagnoseReport, name: &str, sensor: Option<&str>, truth: f64) {
-    let [effect] = report.effects.as_slice() else {
-        panic!("{name}: {:?}", report.effects.iter().map(names).collect::<Vec<_>>())
-    };
-    assert!(names(effect).contains(&name), "{name} is not among {:?}", names(effect));
+    let ([effect], names) = (report.effects.as_slice(), names(report)) else { panic!("{name}: {:?}", names(report)) };
+    assert!(names[0].contains(&name), "{name} is not among {names:?}");
     assert_eq!(effect.sensor.as_deref(), sensor, "{name}");
     if effect.regressor == name {
         let (value, u) = (effect.value.unwrap(), effect.u.unwrap());
@@ -280,7 +281,7 @@ fn inequalities_are_held_where_they_bind_and_named_where_they_are_wrong() {
             assert_eq!(report.constraints[0].state.name(), state, "{}", report.constraints[0].text);
             match state {
                 "inactive" => assert_nothing(&report),
-                _ => assert!(report.effects.iter().any(|e| names(e).contains(&"constraint:1"))),
+                _ => assert!(names(&report).iter().any(|own| own.contains(&"constraint:1"))),
             }
         }
     }
@@ -325,7 +326,7 @@ fn a_wrong_known_value_is_named_and_compared_with_what_was_stated() {
                 continue;
             }
             assert_found(&report, "known:SAx", None, error);
-            assert_eq!(report.effects[0].regressor, "known:SAx", "{:?}", names(&report.effects[0]));
+            assert_eq!(report.effects[0].regressor, "known:SAx", "{:?}", names(&report)[0]);
             assert_eq!(report.effects[0].stated_u, Some(u));
             let text = report.to_string().split_whitespace().collect::<Vec<_>>().join(" ");
             let said = if u == 0.0 { "Stated: exact" } else { "is wrong" };
@@ -407,7 +408,7 @@ fn an_alias_stays_beside_a_second_effect() {
             "noise": { "A": { "sd": 3e-6, "stated": true } },
             "effects": [{ "regressor": "sin(2*theta)", "value": 1.6e-5 * sign }, { "regressor": "a_P^3", "value": (6e-5 + 5e-6 * seed as f64) * sign }] });
         let report = diagnosed(&simulated(&schedule, &truth, seed));
-        let said: Vec<&str> = report.effects.iter().flat_map(names).collect();
+        let said: Vec<&str> = names(&report).concat();
         assert_eq!(report.effects.len(), 2, "seed {seed}: {said:?}");
         for hidden in ["sin(2*theta)", "a_P^3"] {
             assert!(said.contains(&hidden), "seed {seed}: {hidden} is not among {said:?}");

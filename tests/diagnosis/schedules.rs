@@ -3,7 +3,7 @@
 use rand_distr::{Distribution, StandardNormal, Uniform};
 use rand_pcg::Pcg64Mcg;
 use tumble::campaign::Campaign;
-use tumble::diagnosis::{Candidate, Pool};
+use tumble::diagnosis::Candidate;
 use tumble::fit::{self, Fit, fit};
 use tumble::wire::{self, Source};
 
@@ -134,19 +134,29 @@ pub fn fitted(campaign: &Campaign) -> Fit {
     fit(campaign, &fit::Settings::default()).unwrap()
 }
 
+/// What the model leaves of columns: `(1 - Q Q') c`.
+fn outside(model: &Fit, columns: faer::Mat<f64>) -> faer::Mat<f64> {
+    let q = model.estimate.factor.thin_q();
+    let taken = q * (q.transpose() * &columns);
+    columns - taken
+}
+
 /// Cosines between columns outside the model.
 pub fn cosines(model: &Fit, columns: &[&Vec<f64>]) -> faer::Mat<f64> {
     let rows = model.estimate.residuals.len();
     let matrix = faer::Mat::from_fn(rows, columns.len(), |i, j| columns[j].get(i).copied().unwrap_or(0.0));
-    Pool::new(matrix, model.estimate.factor.thin_q(), &model.estimate.residuals).all_cosines()
+    let mut left = outside(model, matrix);
+    for column in left.col_iter_mut() {
+        let norm = column.norm_l2();
+        column.iter_mut().for_each(|v| *v /= norm);
+    }
+    left.transpose() * &left
 }
 
 /// Norm of a column outside the model for coefficient one, over the square root of the rows: what the model leaves of it, rms.
 pub fn left_of(model: &Fit, column: &[f64]) -> f64 {
     let matrix = faer::Mat::from_fn(column.len(), 1, |i, _| column[i]);
-    let share = Pool::new(matrix, model.estimate.factor.thin_q(), &model.estimate.residuals).visible()[0];
-    let norm = column.iter().map(|v| v * v).sum::<f64>().sqrt();
-    share * norm / (column.len() as f64).sqrt()
+    outside(model, matrix).norm_l2() / (column.len() as f64).sqrt()
 }
 
 /// A pattern that no one knows, of unit rms, and what it is: of time, of an angle, of positions, each times the rate or not.

@@ -57,7 +57,7 @@ fn an_effect_beside_an_unknown_pattern_is_named_and_the_rest_described() {
         let Some(rest) = found.unexplained.as_ref() else { continue };
         // a square wave of 6e-6, less what the model and its fifth harmonic take up
         assert!(rest.sd.unwrap() < 1.35 * 6e-6, "{:?}", rest.sd);
-        assert!(angle.remainder_u > 0.0 && angle.u_in_all() > angle.after.1);
+        assert!(angle.remainder_u > 0.0);
     }
     assert!(named >= 1, "none of 8 is named");
 }

@@ -97,7 +97,7 @@ proptest! {
 
     #[test]
     fn units_do_not_matter(system in systems(), row_unit in 1e-6..1e6_f64, column_unit in 1e-6..1e6_f64) {
-        let (m, n) = system.shape();
+        let (m, n) = system.rows.shape();
         // Readings in another unit, and the first unknown in another unit.
         let mut other = system.clone();
         for i in 0..m {
@@ -141,7 +141,7 @@ proptest! {
     fn folding_equals_adjusting(system in systems(), block in 1_usize..6) {
         let estimate = fit(&system);
         prop_assume!(benign(&estimate));
-        let (m, n) = system.shape();
+        let (m, n) = system.rows.shape();
         let mut fold = Fold::new(n);
         for start in (0..m).step_by(block) {
             let end = (start + block).min(m);
@@ -162,7 +162,7 @@ proptest! {
         prop_assume!(benign(&estimate));
         let scale = estimate.factor.scale();
         prop_assert_eq!(estimate.unknowns.free_directions.len(), estimate.unknowns.not_estimable.len());
-        prop_assert_eq!(estimate.unknowns.free_directions.len(), system.shape().1 - estimate.unknowns.rank);
+        prop_assert_eq!(estimate.unknowns.free_directions.len(), system.rows.ncols() - estimate.unknowns.rank);
         for (free, named) in estimate.unknowns.free_directions.iter().zip(&estimate.unknowns.not_estimable) {
             let step = |j: usize| free.terms.iter().find(|(own, _)| *own == j).map_or(0.0, |(_, e)| *e);
             let largest = free.terms.iter().map(|&(j, e)| (e * scale[j]).abs()).fold(0.0, f64::max);

@@ -1,13 +1,11 @@
 //! What the estimator stands on: algebra, adjustment, quantiles, and reference sets with exact answers.
 
-mod algebra;
 mod estimate;
 mod estimate_properties;
 mod kinematics;
 mod misfits;
 mod nist_strd;
 mod properties;
-mod quantiles;
 mod reference_sets;
 mod scatter;
 mod small_angle_rows;

@@ -57,12 +57,7 @@ fn whitening_answers_lists_of_other_lengths() {
         assert_eq!(whitening.whiten(&values).len(), 4);
         assert_eq!(whitening.carry_back(&values).len(), 4);
         assert_eq!(whitening.whiten(&values).iter().any(|v| v.is_nan()), length < 4);
-        let columns = Mat::from_fn(length, 2, |_, _| 1.0);
-        assert_eq!(whitening.whiten_columns(&columns).shape(), (4, 2));
-        assert_eq!(whitening.redundancies(columns.as_ref()).len(), 4);
-        assert_eq!(whitening.remainder(0, columns.as_ref()).len(), 6);
     }
-    assert_eq!(whitening.remainder(9, Mat::<f64>::zeros(4, 0).as_ref()), [0.0; 6]);
     // fewer standard deviations than rows, more levels than the pattern has, and lines of another pattern
     assert_eq!(Whitening::new(&pattern, &[1.0; 2], &lines, &[3.0]).whiten(&[1.0; 4]).len(), 4);
     let longer = [line(&[(0, 0), (1, 1), (2, 2), (3, 3)])];

@@ -4,6 +4,7 @@ use crate::support::*;
 use tumble::Campaign;
 use tumble::design::{self, DesignMatrix};
 use tumble::fit::{self, Constraints, Settings};
+use tumble::report::fit_report;
 
 fn line(readings: &[(f64, f64)], more: &str) -> String {
     let readings: Vec<String> = readings.iter().map(|(x, y)| format!("{{\"x\": {x:e}, \"y\": {y:e}}}")).collect();
@@ -30,11 +31,11 @@ fn readings_without_scatter_have_the_uncertainty_of_their_last_digit() {
     };
     let fit = fitted(&parse(&text(["1.25"; 4])));
     assert_within(uncertainty(&fit, "m"), 0.01 / 48f64.sqrt(), 1e-15, "u of equal readings");
-    assert_eq!(fit.resolution_of("y"), Some(0.01));
+    assert_eq!(fit_report(&fit).fit.resolution.get("y"), Some(&0.01));
     // a scatter that the digits do show is left as it is: 1.2 and 1.3 twice each
     let fit = fitted(&parse(&text(["1.2", "1.3", "1.2", "1.3"])));
     assert_within(uncertainty(&fit, "m"), (0.01_f64 / 3.0 / 4.0).sqrt(), 1e-15, "u of a scatter");
-    assert_eq!(fit.resolution_of("y"), None);
+    assert_eq!(fit_report(&fit).fit.resolution.get("y"), None);
 }
 
 /// 3 <= b0 <= 4 and b0 <= 2.9999999: no solver's tolerance decides, and the printed bound is the one that was asked.
@@ -43,7 +44,7 @@ fn bounds_that_contradict_by_little_are_contradictory() {
     let more = r#""constraints": [ { "of": { "b0": 1 }, "between": [3, 4] }, { "of": { "b0": -2 }, "between": [-5.9999998, 10] } ],"#;
     let fit = fitted(&parse(&line(&[(0.0, 1.1), (1.0, 3.0), (2.0, 4.2)], more)));
     assert!(matches!(&fit.constraints, Constraints::Contradictory(named) if *named == [0, 1]), "{:?}", fit.constraints);
-    let report = tumble::report::fit_report(&fit).constraints.expect("constraints");
+    let report = fit_report(&fit).constraints.expect("constraints");
     assert_eq!(report.list[1].text, "-5.9999998 <= -2*b0 <= 10");
 }
 
@@ -54,10 +55,11 @@ fn a_bound_that_the_readings_contradict_is_rejected() {
         let more = format!(r#""constraints": [ {{ "of": {{ "b1": 1 }}, "between": [{bound}, 1000] }} ],"#);
         fitted(&parse(&line(&[(0.0, 1.1), (1.0, 2.9), (2.0, 5.2), (3.0, 6.9), (4.0, 9.1)], &more)))
     };
+    let bounds_p = |fit: &fit::Fit| fit_report(fit).constraints.and_then(|own| own.p).expect("active");
     let far = fit(100.0);
-    assert!(far.is_rejected() && far.bounds_p().expect("active") < 1e-6);
+    assert!(far.is_rejected() && bounds_p(&far) < 1e-6);
     let near = fit(2.01);
-    assert!(!near.is_rejected() && near.bounds_p().expect("active") > 0.05, "{:?}", near.bounds_p());
+    assert!(!near.is_rejected() && bounds_p(&near) > 0.05, "{:?}", bounds_p(&near));
 }
 
 /// Squares of 1e-200 are zero: refused, with the reading.

@@ -9,6 +9,7 @@ use nalgebra::{DMatrix, DVector};
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::SeedableRng;
+use std::path::Path;
 use tumble::campaign::{Campaign, Readings};
 use tumble::estimate::LineState;
 use tumble::fit::streamed::{self, Held};
@@ -16,7 +17,13 @@ use tumble::fit::{Fit, Settings};
 use tumble::wire;
 
 fn fitted_rows(name: &str) -> Fit {
-    wire::fit_rows(data(&format!("streamed/{name}.campaign.json")), &Settings::default()).unwrap()
+    fit_rows(&data(&format!("streamed/{name}.campaign.json"))).unwrap()
+}
+
+fn fit_rows(path: &Path) -> tumble::Result<Fit> {
+    let text = std::fs::read_to_string(path).expect("a campaign");
+    let source = wire::Source { name: path.display().to_string(), text };
+    wire::fit_rows_beside(&source, path.parent().expect("a folder"), &Settings::default())
 }
 
 /// The readings of a campaign as a record.
@@ -422,7 +429,7 @@ fn linear_records_are_read_twice() {
             path
         };
         let path = campaign(&format!(r#"{{ "samples": "log.csv", "as": "rows"{by} }}"#));
-        let rows = wire::fit_rows(path, &Settings::default()).unwrap_or_else(|error| panic!("{case}: {error}"));
+        let rows = fit_rows(&path).unwrap_or_else(|error| panic!("{case}: {error}"));
         let held = Campaign::from_path(campaign(r#""used.csv""#)).unwrap_or_else(|error| panic!("{case}: {error}"));
         let held = tumble::fit(&held, &Settings::default()).unwrap_or_else(|error| panic!("{case}: {error}"));
         assert_eq!(rows.streamed.as_ref().map(|own| own.passes), Some(2), "{case}");
@@ -482,7 +489,7 @@ fn of_log(log: &str, readings: &str) -> tumble::Result<Fit> {
             "estimate": {{ "a": {{}}, "b": {{}} }}, "readings": {{ "samples": "log.csv", "as": "rows", {readings} }} }}"#
     );
     std::fs::write(&path, campaign).expect("a file");
-    wire::fit_rows(&path, &Settings::default())
+    fit_rows(&path)
 }
 
 /// Rows are dealt to positions by a column of labels or by times; rows of no position are not used.

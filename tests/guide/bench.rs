@@ -151,9 +151,16 @@ pub fn cosine(measured: &Campaign, a: &[f64], b: &[f64]) -> f64 {
     dot(&a, &b) / (dot(&a, &a) * dot(&b, &b)).sqrt()
 }
 
+/// The same position without values; their stated uncertainties stay, as those of values to be read.
+fn unread(own: &Reading) -> Reading {
+    let stated = own.observations.iter().filter_map(|o| Some((o.sensor, o.u?)));
+    let planned_u = own.planned_u.iter().copied().chain(stated).collect();
+    Reading { observations: Vec::new(), planned_u, ..own.clone() }
+}
+
 /// What the sensors say at a position, after those that were read before; `truth` is the world.
 pub fn measure(schedule: &Campaign, truth: &Truth, before: &[Reading], asked: &Reading, seed: u64) -> Reading {
-    let rows = before.iter().map(Reading::unread).chain([asked.clone()]).collect();
+    let rows = before.iter().map(unread).chain([asked.clone()]).collect();
     let columns = schedule.readings.columns.clone();
     let all = simulate(&schedule.with_readings(Readings { columns, rows }), truth, seed).unwrap();
     all.readings.rows.last().unwrap().clone()

@@ -1,7 +1,7 @@
 //! Tapes of model lines: what they keep, and many places at a time.
 
 #[path = "../../src/algebra/mod.rs"]
-mod whole;
+pub(crate) mod whole;
 
 use whole::{Expression, Scratch, Tape};
 

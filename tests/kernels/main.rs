@@ -4,9 +4,14 @@
 
 mod algebra;
 mod batch;
+#[path = "../alone/bench.rs"]
+mod bench;
+mod clocks;
+mod earth;
 #[path = "../../src/elements.rs"]
 mod elements;
 mod estimate;
+mod expressions;
 #[path = "../../src/linear.rs"]
 mod linear;
 mod lists;
@@ -18,10 +23,12 @@ mod numbers;
 mod plan;
 mod plot;
 mod quality;
+mod quantiles;
 mod record;
 mod reduce;
 mod streamed;
 mod uncertainty;
+mod unit_texts;
 #[path = "../../src/units/mod.rs"]
 mod units;
 mod units_of_certificates;

@@ -1,5 +1,7 @@
 //! Cells of tables and packed arrays.
 
+#[path = "../../src/record/clock.rs"]
+pub(crate) mod clock;
 #[path = "../../src/record/number.rs"]
 mod number;
 #[path = "../../src/record/times.rs"]
@@ -10,6 +12,7 @@ mod unpacked;
 use number::{leading, number};
 use std::io::Write;
 use times::{Moment, Times, WrittenTimes, moment};
+use tumble::record::{Column, Record, listed};
 use unpacked::unpacked;
 
 #[test]

@@ -1,9 +1,9 @@
 //! Incomplete beta and gamma functions.
 
+#[path = "../../src/uncertainty/quantiles.rs"]
+pub(crate) mod quantiles;
 #[path = "../../src/uncertainty/tails.rs"]
 mod tails;
-
-pub(crate) use tumble::uncertainty::quantiles;
 
 use tails::{beta, gamma};
 

@@ -1,20 +1,21 @@
 //! Which calibration errors explain measured navigation errors: seeded experiments on the full simulation.
 //!
 //! The data are always flown by the full nonlinear navigator (`navigate::run`), never by the linear signatures that the search uses.
+use crate::diagnosis::{NoiseFrom, Verdict};
 use crate::draws::{draws, long};
+use crate::laws::predicted;
+use crate::navigate::diagnose::{NavigationDiagnosis, diagnose};
+use crate::navigate::errors::{ErrorSource, ImuErrors};
+use crate::navigate::measured::{CHANNEL_NAMES, Channels, Measured, MeasuredRow, channels, si_per_unit};
+use crate::navigate::mission::{Mission, Site};
+use crate::navigate::motion::{Attitude, Motion, Oscillation};
+use crate::navigate::run::{self, Continue, Scenario};
+use crate::navigate::settings::Settings;
+use crate::navigate::signatures;
 use rand_distr::{Distribution, StandardNormal, StandardUniform};
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::SeedableRng;
 use rayon::prelude::*;
-use tumble::diagnosis::{NoiseFrom, Verdict};
-use tumble::navigate::diagnose::{NavigationDiagnosis, diagnose};
-use tumble::navigate::errors::{ErrorSource, ImuErrors};
-use tumble::navigate::measured::{CHANNEL_NAMES, Channels, Measured, MeasuredRow, channels, si_per_unit};
-use tumble::navigate::mission::{Mission, Site};
-use tumble::navigate::motion::{Attitude, Motion, Oscillation};
-use tumble::navigate::run::{self, Continue, Scenario};
-use tumble::navigate::settings::Settings;
-use tumble::navigate::signatures;
 
 const HOUR: f64 = 3600.0;
 const ARCSEC: f64 = std::f64::consts::PI / (180.0 * 3600.0);
@@ -99,7 +100,7 @@ fn one_error_is_named() {
                 let Some(size) = size(&mission, j, &times, 12.0) else {
                     return (format!("  {:32} cannot be seen", source.id()), 0, 0);
                 };
-                let truth = signatures::predicted(&mission, &mission.motion, &ImuErrors::single(source, size), &times);
+                let truth = predicted(&mission, &mission.motion, &ImuErrors::single(source, size), &times);
                 let (mut text, mut right) = (String::new(), 0);
                 for seed in 0..seeds {
                     let data = measured(&times, &truth, 100 * j as u64 + seed, true);
@@ -167,7 +168,7 @@ fn two_errors_are_named() {
                 let (first, second) = (visible[a], visible[b]);
                 let mut errors = ImuErrors::single(first.1, first.2);
                 second.1.set(&mut errors, -second.2);
-                let truth = signatures::predicted(&mission, &mission.motion, &errors, &times);
+                let truth = predicted(&mission, &mission.motion, &errors, &times);
                 let found =
                     diagnose(&mission, &measured(&times, &truth, 1000 + seed, true), &Settings::default()).unwrap();
                 let way = way(&found, &[first.1, second.1]);
@@ -267,7 +268,7 @@ fn what_is_not_in_the_catalogue_is_unexplained() {
         let errors = ImuErrors::single(ErrorSource::named(source).unwrap(), size);
         let start = 5000.0 + 40.0 * seed as f64;
         let later: Vec<f64> = times.iter().map(|t| (t - start).max(0.0)).collect();
-        let mut truth = signatures::predicted(&mission, &mission.motion, &errors, &later);
+        let mut truth = predicted(&mission, &mission.motion, &errors, &later);
         let square: f64 = truth.iter().flat_map(|z| z.iter().zip(U)).map(|(z, u)| (z / u) * (z / u)).sum();
         truth.iter_mut().flatten().for_each(|z| *z *= 80.0 / square.sqrt());
         truth
@@ -322,7 +323,7 @@ fn large_errors_are_refitted_on_the_full_simulation() {
         let source = ErrorSource::named(id).unwrap();
         source.set(&mut errors, value * source.si_per_unit());
     }
-    let truth = signatures::predicted(&mission, &mission.motion, &errors, &times);
+    let truth = predicted(&mission, &mission.motion, &errors, &times);
     let found = diagnose(&mission, &measured(&times, &truth, 5, true), &Settings::default()).unwrap();
     println!(
         "{:?} after {} refits; chi-square {:.0} of {}",
@@ -358,7 +359,7 @@ fn the_gap_shrinks_step_by_step() {
             let source = ErrorSource::named(id).unwrap();
             source.set(&mut errors, value * source.si_per_unit());
         }
-        signatures::predicted(&mission, &mission.motion, &errors, &times)
+        predicted(&mission, &mission.motion, &errors, &times)
     };
     let measured = measured(&times, &with(&hidden), 23, true);
     let found = diagnose(&mission, &measured, &Settings::default()).unwrap();
@@ -397,12 +398,12 @@ fn a_motion_that_is_named_tells() {
         let source = ErrorSource::named(id).unwrap();
         let j = ErrorSource::catalogue().iter().position(|s| *s == source).unwrap();
         let errors = ImuErrors::single(source, size(&mission, j, &times, 400.0).unwrap());
-        let truth = signatures::predicted(&mission, &mission.motion, &errors, &times);
+        let truth = predicted(&mission, &mission.motion, &errors, &times);
         let mut data = measured(&times, &truth, 1, true);
         let found = diagnose(&mission, &data, &Settings::default()).unwrap();
         let first = &found.findings[0];
         let separation = first.separate_by.first().unwrap_or_else(|| panic!("{id}: no motion"));
-        let words = tumble::wire::MotionFile::of(&separation.motion).in_words();
+        let words = crate::wire::MotionFile::of(&separation.motion).in_words();
         println!(
             "{id}: named {} with {} aliases; {words} tells {} of them by {:.0}",
             first.source.id(),
@@ -411,7 +412,7 @@ fn a_motion_that_is_named_tells() {
             separation.by
         );
         let both = mission.clone().beside(separation.motion.clone()).unwrap();
-        let truth = signatures::predicted(&both, &separation.motion, &errors, &times);
+        let truth = predicted(&both, &separation.motion, &errors, &times);
         for row in &measured(&times, &truth, 2, true).runs[0].rows {
             data.push(1, *row);
         }
@@ -430,7 +431,7 @@ fn noise_from_residuals_and_channels_left_out() {
     let mission = mission(at_rest());
     let times = times(&mission);
     let source = ErrorSource::named("accelerometer_bias_y").unwrap();
-    let truth = signatures::predicted(&mission, &mission.motion, &ImuErrors::single(source, 1e-3), &times);
+    let truth = predicted(&mission, &mission.motion, &ImuErrors::single(source, 1e-3), &times);
     let data = measured(&times, &truth, 3, false);
     let found = diagnose(&mission, &data, &Settings::default()).unwrap();
     assert_eq!((found.noise, names(&found)), (NoiseFrom::Residuals, vec![source.id()]));
@@ -444,7 +445,7 @@ fn noise_from_residuals_and_channels_left_out() {
     let mission = Mission::new(site(), 0.05, 0.5 * HOUR, 60.0, Motion::default()).unwrap();
     let times: Vec<f64> = (0..=30).map(|k| 60.0 * f64::from(k)).collect();
     let errors = ImuErrors::single(source, 1e-4);
-    let truth = signatures::predicted(&mission, &mission.motion, &errors, &times);
+    let truth = predicted(&mission, &mission.motion, &errors, &times);
     for (name, attitude) in [("with attitude", true), ("without attitude", false)] {
         let mut data = measured(&times, &truth, 4, true);
         data.runs[0]
@@ -456,7 +457,7 @@ fn noise_from_residuals_and_channels_left_out() {
         let all: Vec<ErrorSource> =
             finding.aliases.iter().map(|a| a.source).chain([finding.source]).filter_map(|c| c.constant()).collect();
         let ids: Vec<String> = all.iter().map(ErrorSource::id).collect();
-        let told = finding.separate_by.first().map(|s| tumble::wire::MotionFile::of(&s.motion).in_words());
+        let told = finding.separate_by.first().map(|s| crate::wire::MotionFile::of(&s.motion).in_words());
         println!("{name}: one of {ids:?}; would tell: {}", told.unwrap_or_default());
         assert!(found.findings.len() == 1 && all.contains(&source));
         assert_eq!(ids.contains(&"start_attitude_east".to_string()), !attitude);

@@ -1,10 +1,10 @@
 //! Mission files: bad input is named with its place, outputs are whole or absent, CSV and Parquet hold the same.
+use crate::navigate::propagation;
+use crate::wire::{self, MissionFile, Source};
 use assert_cmd::Command;
 use std::fs;
 use std::path::Path;
 use tumble::error::Malformed;
-use tumble::navigate::propagation;
-use tumble::wire::{self, MissionFile, Source};
 
 fn base() -> serde_json::Value {
     serde_json::json!({

@@ -2,21 +2,21 @@
 //!
 //! Few trials in the suite; the full count by `TUMBLE_LONG=1 cargo test --release --test navigation laws -- --nocapture`, with other seeds by
 //! `TUMBLE_SEED=n`. Data are flown by the full navigator; what changes in time is flown in pieces of its own, not by the columns of the search.
+use crate::diagnosis::Verdict;
 use crate::draws::long;
+use crate::navigate::diagnose::{NavigationDiagnosis, diagnose};
+use crate::navigate::errors::{ErrorSource, ImuErrors};
+use crate::navigate::linear;
+use crate::navigate::measured::{Channels, Measured, MeasuredRow, channels};
+use crate::navigate::mission::{Mission, Site};
+use crate::navigate::motion::{Attitude, Leg, Legs, Motion, Oscillation};
+use crate::navigate::run::{self, Continue, Scenario};
+use crate::navigate::settings::Settings;
+use crate::navigate::signatures;
 use rand_distr::{Distribution, StandardNormal, StandardUniform};
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::SeedableRng;
 use rayon::prelude::*;
-use tumble::diagnosis::Verdict;
-use tumble::navigate::diagnose::{NavigationDiagnosis, diagnose};
-use tumble::navigate::errors::{ErrorSource, ImuErrors};
-use tumble::navigate::linear;
-use tumble::navigate::measured::{Channels, Measured, MeasuredRow, channels};
-use tumble::navigate::mission::{Mission, Site};
-use tumble::navigate::motion::{Attitude, Leg, Legs, Motion, Oscillation};
-use tumble::navigate::run::{self, Continue, Scenario};
-use tumble::navigate::settings::Settings;
-use tumble::navigate::signatures;
 
 /// A kind of fault: its name, how a finding says it, and its size over the share of the run.
 type Kind = (&'static str, &'static str, fn(f64) -> f64);
@@ -94,8 +94,13 @@ pub fn measured(times: &[f64], truth: &[Channels], random: &mut Pcg64Mcg) -> Mea
     measured
 }
 
+/// The full simulation of one motion without noise, at some times in rising order.
+pub fn predicted(mission: &Mission, motion: &Motion, errors: &ImuErrors, times: &[f64]) -> Vec<Channels> {
+    signatures::predicted_together(mission, motion, std::slice::from_ref(errors), times).swap_remove(0)
+}
+
 pub fn flown(mission: &Mission, errors: &ImuErrors, times: &[f64]) -> Vec<Channels> {
-    signatures::predicted(mission, &mission.motion, errors, times)
+    predicted(mission, &mission.motion, errors, times)
 }
 
 /// A bias that follows a function of time, by steps of 20 s, or of a 500th of a short mission: the response to each piece is a difference of two responses that start then.
@@ -142,7 +147,7 @@ pub fn names(found: &NavigationDiagnosis) -> Vec<String> {
 /// Is a finding, or one of its aliases, of this name (without the time in brackets)?
 fn is_named(found: &NavigationDiagnosis, id: &str) -> bool {
     let plain = |id: String| id.split('(').next().unwrap_or_default().to_string();
-    let finding = |f: &tumble::navigate::diagnose::Finding| {
+    let finding = |f: &crate::navigate::diagnose::Finding| {
         plain(f.source.id()) == id || f.aliases.iter().any(|a| plain(a.source.id()) == id)
     };
     found.findings.len() == 1 && found.findings.iter().any(finding)
@@ -252,7 +257,7 @@ fn laws_an_outlier_does_not_stop_the_search() {
 fn laws_faults_of_the_reference() {
     let mission = mission(at_rest());
     let times = times(&mission);
-    let columns = tumble::navigate::measured::CHANNEL_NAMES;
+    let columns = crate::navigate::measured::CHANNEL_NAMES;
     let kinds: [Kind; 3] = [
         ("drift", ":ramp", |share| share),
         ("offset", "", |_| 1.0),
@@ -437,7 +442,7 @@ fn laws_walks_of_biases_are_named() {
                         !is || (own.value / unit - factor * size).abs()
                             < 4.0 * own.u.unwrap() / unit + 0.5 * factor * size
                     });
-                    let rest = |own: &&tumble::navigate::diagnose::Finding| !walk.is_some_and(|walk| walk == *own);
+                    let rest = |own: &&crate::navigate::diagnose::Finding| !walk.is_some_and(|walk| walk == *own);
                     let others: Vec<String> = found.findings.iter().filter(rest).map(|own| own.source.id()).collect();
                     let value = walk.map_or(0.0, |own| own.value / unit);
                     let text =

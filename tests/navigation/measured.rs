@@ -1,10 +1,10 @@
 //! Measured navigation errors as files: bad input is named with its place; what is written is read again; the command's way from a simulated
 //! series to a repaired mission.
+use crate::navigate::measured::CHANNEL_NAMES;
 use assert_cmd::Command;
 use std::path::Path;
 use tumble::error::{Fault, Malformed};
-use tumble::navigate::measured::{CHANNEL_NAMES, Measured};
-use tumble::navigate::mission::Mission;
+use tumble::navigate::{Measured, Mission};
 use tumble::wire::{self, MissionFile, Source};
 
 const MISSION: &str = r#"{

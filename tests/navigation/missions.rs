@@ -1,11 +1,11 @@
 //! Missions: what they may hold, turns and swings under way, acceleration-sensitive drift, the navigator's own error.
+use crate::navigate::errors::{ErrorSource, ImuErrors};
+use crate::navigate::mission::Mission;
+use crate::navigate::run::{self, Continue, Flight, Scenario};
+use crate::navigate::{propagation, study};
+use crate::wire::{self, MissionFile};
 use tumble::error::Malformed;
-use tumble::navigate::errors::{ErrorSource, ImuErrors};
-use tumble::navigate::mission::Mission;
-use tumble::navigate::run::{self, Continue, Flight, Scenario};
-use tumble::navigate::{propagation, study};
-use tumble::report;
-use tumble::wire::{self, MissionFile};
+use tumble::{navigate as public, report};
 
 fn parsed(motion: serde_json::Value) -> Result<Mission, Malformed> {
     with(serde_json::json!({ "motion": motion }))
@@ -13,6 +13,17 @@ fn parsed(motion: serde_json::Value) -> Result<Mission, Malformed> {
 
 /// A short mission with some keys of one's own.
 fn with(keys: serde_json::Value) -> Result<Mission, Malformed> {
+    let source = source(keys);
+    let file: MissionFile = wire::parse(&source)?;
+    file.mission().map_err(|error| wire::locate(error, &source))
+}
+
+/// The same as the library has it.
+fn asked(keys: serde_json::Value) -> public::Mission {
+    wire::parse::<tumble::wire::MissionFile>(&source(keys)).and_then(|file| file.mission()).unwrap()
+}
+
+fn source(keys: serde_json::Value) -> wire::Source {
     let mut mission = serde_json::json!({
         "site": { "latitude_deg": 45.0 }, "step_s": 0.01, "duration_h": 0.1, "output_every_s": 10,
         "motion": { "static": {} }, "errors": { "gyro_bias_deg_h": 0.01 }
@@ -20,9 +31,7 @@ fn with(keys: serde_json::Value) -> Result<Mission, Malformed> {
     for (key, value) in keys.as_object().unwrap() {
         mission[key] = value.clone();
     }
-    let source = wire::Source { name: "m.mission.json".into(), text: serde_json::to_string_pretty(&mission).unwrap() };
-    let file: MissionFile = wire::parse(&source)?;
-    file.mission().map_err(|error| wire::locate(error, &source))
+    wire::Source { name: "m.mission.json".into(), text: serde_json::to_string_pretty(&mission).unwrap() }
 }
 
 fn perfect(mission: &Mission) -> Flight {
@@ -112,7 +121,7 @@ fn a_swing_in_heading_is_clockwise() {
 #[test]
 fn acceleration_sensitive_drift_at_rest_is_a_bias() {
     let mission = parsed(serde_json::json!({ "static": { "heading_deg": 30 } })).unwrap();
-    let gravity = tumble::navigate::earth::normal_gravity(mission.site.latitude_rad, 0.0) / 9.80665;
+    let gravity = crate::navigate::earth::normal_gravity(mission.site.latitude_rad, 0.0) / 9.80665;
     for (drift, bias) in [("xz", "x"), ("yz", "y"), ("zz", "z")] {
         let one = |id: String, value: f64| {
             let source = ErrorSource::named(&id).unwrap();
@@ -178,7 +187,7 @@ fn turns_and_swings_under_way_close() {
 
 #[test]
 fn there_is_no_foucault_period_at_the_equator() {
-    let mission = with(serde_json::json!({ "site": { "latitude_deg": 0 } })).unwrap();
+    let mission = asked(serde_json::json!({ "site": { "latitude_deg": 0 } }));
     let report = report::navigate_report(&mission, &[], &[], &[]);
     let periods = report.periods.unwrap();
     assert_eq!(periods.foucault_h, None);
@@ -224,13 +233,13 @@ fn the_navigators_own_error_is_a_row_and_a_warning() {
     let swing = |period: f64, step: f64| {
         let swing = serde_json::json!({ "swing": {
             "pitch": { "amplitude_deg": 0.01, "period_s": period }, "roll": { "amplitude_deg": 0.01, "period_s": period, "phase_deg": 90 } } });
-        with(serde_json::json!({ "motion": swing, "step_s": step, "errors": { "gyro_bias_deg_h": 0.001 } })).unwrap()
+        asked(serde_json::json!({ "motion": swing, "step_s": step, "errors": { "gyro_bias_deg_h": 0.001 } }))
     };
     for (period, step, warns) in [(0.025, 0.01, true), (6.0, 0.01, false), (0.025, 0.001, false)] {
         let mission = swing(period, step);
-        let scenarios = study::scenarios(&mission.errors, study::FlownTogether::Groups);
+        let scenarios = public::scenarios(&mission.errors, public::FlownTogether::Groups);
         assert_eq!(scenarios.last().unwrap().id, "perfect_unit");
-        let flown = study::fly(&mission, &scenarios, &mut |_, _, _| Continue::Yes);
+        let flown = public::fly(&mission, &scenarios, &mut |_, _, _| public::Continue::Yes);
         let report = report::navigate_report(&mission, &scenarios, &flown, &[]);
         println!("{period} s at {step} s: {:?}", report.warnings);
         assert_eq!(!report.warnings.is_empty(), warns);

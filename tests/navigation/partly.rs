@@ -1,18 +1,18 @@
 //! Navigation errors beside something outside the catalogue: what can be named is named, nothing is named for what has no name. Seeded experiments
 //! that print their tables; `TUMBLE_SEED` draws others, `TUMBLE_TRIALS` so many of them.
+use crate::diagnosis::Verdict;
 use crate::draws::long;
 use crate::laws::{U, at_rest, changing, flown, measured, mission, names, seed, swing, times, trials, uniform};
+use crate::navigate::cause::Cause;
+use crate::navigate::diagnose::{Finding, NavigationDiagnosis, diagnose};
+use crate::navigate::errors::{ErrorSource, ImuErrors};
+use crate::navigate::measured::{CHANNEL_NAMES, Channels};
+use crate::navigate::mission::Mission;
+use crate::navigate::motion::Motion;
+use crate::navigate::settings::Settings;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
-use tumble::diagnosis::Verdict;
-use tumble::navigate::cause::Cause;
-use tumble::navigate::diagnose::{Finding, NavigationDiagnosis, diagnose};
-use tumble::navigate::errors::{ErrorSource, ImuErrors};
-use tumble::navigate::measured::{CHANNEL_NAMES, Channels};
-use tumble::navigate::mission::Mission;
-use tumble::navigate::motion::Motion;
-use tumble::navigate::settings::Settings;
 
 const BIASES: [&str; 5] = ["gyro_bias_x", "gyro_bias_y", "gyro_bias_z", "accelerometer_bias_x", "accelerometer_bias_y"];
 

@@ -2,17 +2,17 @@
 //! some that cannot. A name is wrong where a finding, with all its aliases, is nothing of what is hidden.
 //!
 //! One mission of each kind in the suite; more by `TUMBLE_LONG=1` or `TUMBLE_TRIALS=n`, others by `TUMBLE_SEED=n`, one kind alone by `TUMBLE_KIND=name`.
+use crate::diagnosis::Verdict;
 use crate::laws::{U, changing, flown, measured, seed, trials, uniform};
+use crate::navigate::diagnose::{Finding, NavigationDiagnosis, diagnose};
+use crate::navigate::errors::{ErrorSource, ImuErrors};
+use crate::navigate::measured::{CHANNEL_NAMES, Channels, Measured};
+use crate::navigate::mission::{Mission, Site};
+use crate::navigate::motion::{Attitude, Leg, Legs, Motion, Oscillation};
+use crate::navigate::settings::Settings;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
-use tumble::diagnosis::Verdict;
-use tumble::navigate::diagnose::{Finding, NavigationDiagnosis, diagnose};
-use tumble::navigate::errors::{ErrorSource, ImuErrors};
-use tumble::navigate::measured::{CHANNEL_NAMES, Channels, Measured};
-use tumble::navigate::mission::{Mission, Site};
-use tumble::navigate::motion::{Attitude, Leg, Legs, Motion, Oscillation};
-use tumble::navigate::settings::Settings;
 
 /// The vertical accelerometer does nothing where the vertical channel is held.
 const BIASES: [&str; 5] = ["gyro_bias_x", "gyro_bias_y", "gyro_bias_z", "accelerometer_bias_x", "accelerometer_bias_y"];

@@ -117,8 +117,8 @@ fn same_seed_same_schedule_and_coordinate_exchange_agrees() {
     let request = Request { readings: 12, criterion: Criterion::A, unit: Unit::Pair, ..Request::default() };
     let run = |request: &Request| plan::improve(&campaign, &offer, request).unwrap();
     let (first, second) = (run(&request), run(&request));
-    let joints = |i: &plan::Improvement| i.schedule.readings.rows.iter().map(|r| r.joints.clone()).collect::<Vec<_>>();
-    assert_eq!(joints(&first), joints(&second));
+    let joints = |own: &tumble::Campaign| own.readings.rows.iter().map(|r| r.joints.clone()).collect::<Vec<_>>();
+    assert_eq!(joints(&first.schedule), joints(&second.schedule));
     let coordinate = run(&Request { method: plan::Method::Coordinate, ..request.clone() });
     assert_close(coordinate.efficiency.unwrap(), first.efficiency.unwrap(), 1e-6);
     let random = run(&Request { order: Order::Random, ..request.clone() });
@@ -172,16 +172,12 @@ fn every_angle_to_one_arcsecond_and_cheapest_costs_no_more() {
     let request = Request { readings: 60, starts: 20, ..Request::default() };
     let fewest = plan::reach(&campaign, &offer, &request, &goals, false).unwrap();
     let cheapest = plan::reach(&campaign, &offer, &request, &goals, true).unwrap();
-    let cost = |r: &plan::Reached| r.improvement.judgement.work.cost;
+    let (cost, least) = (fewest.improvement.judgement.work.cost, cheapest.improvement.judgement.work.cost);
     println!(
         "fewest: {} readings, cost {} (proven: {}); cheapest: {} readings, cost {}",
-        fewest.improvement.chosen,
-        cost(&fewest),
-        fewest.goal.is_fewest,
-        cheapest.improvement.chosen,
-        cost(&cheapest)
+        fewest.improvement.chosen, cost, fewest.goal.is_fewest, cheapest.improvement.chosen, least
     );
-    assert!(fewest.goal.reached && cheapest.goal.reached && cost(&cheapest) <= cost(&fewest));
+    assert!(fewest.goal.reached && cheapest.goal.reached && least <= cost);
     assert!(fewest.improvement.judgement.largest_angle_u().unwrap() * report::ARCSEC <= 1.0);
 }
 

@@ -90,15 +90,19 @@ fn listed() -> String {
     let mut all = Vec::new();
     files(Path::new(env!("CARGO_MANIFEST_DIR")).join("src/lib.rs"), "", true, &mut all);
     let mut open: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
-    for file in &all {
+    for file in all.iter().filter(|file| file.is_open) {
         open.entry(file.module.clone()).or_default().extend(exported(&file.lines));
     }
     let mut items: BTreeSet<String> = BTreeSet::new();
-    let mut types: BTreeSet<String> = BTreeSet::new();
+    // public types, and all that a module has: a type of another module may have the same name
+    let (mut types, mut own_types) = (BTreeSet::new(), BTreeSet::new());
     let keywords = ["fn", "const fn", "struct", "enum", "trait", "const", "static", "type"];
     for file in &all {
         let module = if file.module.is_empty() { "tumble" } else { &file.module };
         for (k, line) in file.lines.iter().enumerate() {
+            let private = ["pub(crate) ", "pub(super) ", ""].iter().find_map(|word| line.strip_prefix(word));
+            let declared = ["struct ", "enum "].iter().find_map(|word| private?.strip_prefix(word));
+            own_types.extend(declared.map(|rest| (file.module.clone(), name(rest))));
             let item = keywords
                 .iter()
                 .find_map(|word| Some((*word, line.strip_prefix("pub ")?.strip_prefix(word)?.strip_prefix(' ')?)));
@@ -112,10 +116,14 @@ fn listed() -> String {
                 }
                 None => continue,
             };
+            let is_type = matches!(kind, "struct" | "enum" | "trait");
+            if is_type {
+                own_types.insert((file.module.clone(), own.clone()));
+            }
             if file.is_open || open.get(&file.module).is_some_and(|names| names.contains(&own)) {
                 items.insert(format!("{module}: {text}"));
-                if matches!(kind, "struct" | "enum" | "trait") {
-                    types.insert(own);
+                if is_type {
+                    types.insert((file.module.clone(), own));
                 }
             }
         }
@@ -128,7 +136,13 @@ fn listed() -> String {
                     Some(generic) => generic.split_once("> ").map_or("", |(_, rest)| rest),
                     None => rest.trim_start(),
                 };
-                of = Some(name(rest)).filter(|own| types.contains(own) && !line.contains(" for "));
+                // a method of another module's type stands where it is written
+                let is_listed = |own: &String| {
+                    let here = (file.module.clone(), own.clone());
+                    types.contains(&here)
+                        || !own_types.contains(&here) && types.iter().any(|(_, another)| another == own)
+                };
+                of = Some(name(rest)).filter(|own| is_listed(own) && !line.contains(" for "));
             } else if line == "}" {
                 of = None;
             } else if let Some(own) = &of

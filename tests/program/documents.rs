@@ -1,7 +1,9 @@
 //! Documents as they are rendered: anchors, hostile texts, numbers point under point, charts of anything.
 
-use tumble::document::chart::{Bar, Chart, GapPanel, GapPoint, Interval, Part, Residual};
-use tumble::document::{Cell, Detail, Document, Row, Rows, Section, Table, html, plot, terminal};
+use tumble::document::{
+    Bar, Cell, Chart, Detail, Document, GapPanel, GapPoint, Interval, Part, Residual, Row, Rows, Section, Table, html,
+    plot, terminal,
+};
 use tumble::language::Language;
 
 #[test]

@@ -1,9 +1,9 @@
 //! Reports in Chinese: no key without its sentence, no English left, lines within the terminal, JSON as it is.
 
+use crate::wrap::columns;
 use assert_cmd::Command;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
-use tumble::document::wrap::columns;
 use tumble::language::{Language, keys};
 
 /// Columns of the smallest terminal in use.

@@ -13,6 +13,9 @@ mod documents;
 mod doors;
 #[path = "../draws/mod.rs"]
 mod draws;
+#[allow(dead_code, unused_imports, reason = "a file of the library stands here as a whole")]
+#[path = "../../src/elements.rs"]
+mod elements;
 mod examples;
 mod files;
 mod html;
@@ -29,3 +32,6 @@ mod support;
 mod threads;
 mod width;
 mod workbook;
+#[allow(dead_code, reason = "a file of the library stands here as a whole")]
+#[path = "../../src/document/wrap.rs"]
+mod wrap;

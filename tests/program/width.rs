@@ -77,7 +77,7 @@ fn help_fits_80_columns() {
 
 #[test]
 fn lines_hang_below_their_beginning() {
-    use tumble::document::wrap::{columns, lines, narrow};
+    use crate::wrap::{columns, lines, narrow};
     assert_eq!(narrow("  one: two three four", 4, 12), "  one: two\n    three\n    four");
     assert_eq!(narrow("a-word-that-is-too-long b", 2, 8), "a-word-that-is-too-long\n  b");
     assert_eq!(narrow("short", 2, 8), "short");

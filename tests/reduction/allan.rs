@@ -1,11 +1,11 @@
 //! Deviations against NIST SP 1065 and Stable32; coefficients against records whose coefficients are known.
 
 use crate::draws::draws;
+use crate::noise::{Kind, Ladder, Term, Without, analyse, equivalent_dof, interval};
 use crate::support::*;
 use rand_distr::{Distribution, StandardNormal, StandardUniform};
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::SeedableRng;
-use tumble::noise::{Kind, Ladder, Term, Without, analyse, equivalent_dof, interval};
 
 /// The 1000 values of SP 1065, section 12.4.
 fn nbs14() -> Vec<f64> {

@@ -1,9 +1,9 @@
 //! What is held while samples come, against the record when it has ended.
 
+use crate::reduce::{Ahead, By, Hold, Look, Trace, reduce, segment};
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::SeedableRng;
-use tumble::reduce::{Ahead, By, Hold, Look, Trace, reduce, segment};
 
 const HZ: f64 = 200.0;
 

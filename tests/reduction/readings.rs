@@ -1,10 +1,10 @@
 //! Segments, means and their uncertainties: against simulated records whose truth is known, and real ones.
 
 use crate::draws::draws;
+use crate::reduce::{By, EventKind, Trace, reduce, segment};
 use rand_distr::{Distribution, StandardNormal, Uniform};
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::SeedableRng;
-use tumble::reduce::{By, EventKind, Trace, reduce, segment};
 
 pub fn normal(random: &mut Pcg64Mcg) -> f64 {
     StandardNormal.sample(random)
@@ -343,7 +343,7 @@ fn no_static_stretch() {
 /// A walk and a ramp have no level of their own and are none of the descriptions: their rows are printed, and stand beside those of stretches at rest.
 #[test]
 fn means_over_turns_are_covered() {
-    use tumble::reduce::{Segment, mean_uncertainties};
+    use crate::reduce::{Segment, mean_uncertainties};
     const SEGMENTS: usize = 8;
     const LENGTH: usize = 96;
     let records = draws(4, 1000);
@@ -405,7 +405,7 @@ fn means_over_turns_are_covered() {
                         })
                         .collect();
                     let found = mean_uncertainties(&blocks, count as f64, 0.95);
-                    let holds = |(block, found): (&tumble::reduce::SegmentBlocks, tumble::reduce::MeanUncertainty)| {
+                    let holds = |(block, found): (&crate::reduce::SegmentBlocks, crate::reduce::MeanUncertainty)| {
                         f64::from(u8::from((block.mean - level).abs() < 1.96 * found.u))
                     };
                     covered[way] += blocks.iter().zip(found).map(holds).sum::<f64>();
@@ -427,7 +427,7 @@ fn means_over_turns_are_covered() {
 /// What is stuck in a stretch that turns, and what is absent, takes its time: the mean is that over the turns, without the dead samples.
 #[test]
 fn turns_with_dead_and_absent_samples() {
-    use tumble::reduce::whole_turns;
+    use crate::reduce::whole_turns;
     let mut random = Pcg64Mcg::seed_from_u64(31);
     let value = |k: usize| 2.0 + (std::f64::consts::TAU * k as f64 / 500.0).sin();
     let mut values: Vec<f64> = (0..2600).map(|k| value(k) + 1e-4 * normal(&mut random)).collect();

@@ -2,11 +2,11 @@
 
 use crate::draws::draws;
 use crate::readings::{flicker, markov, normal, uniform};
+use crate::reduce::{By, Trace, reduce, segment, whole_turns};
 use rand_distr::{Distribution, StudentT};
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::SeedableRng;
 use std::f64::consts::TAU;
-use tumble::reduce::{By, Trace, reduce, segment, whole_turns};
 
 /// Evenly over the logarithm.
 fn logarithmic(random: &mut Pcg64Mcg, low: f64, high: f64) -> f64 {
@@ -172,7 +172,7 @@ fn taken(drawn: &Drawn, way: usize, missing: (f64, f64)) -> Vec<(f64, f64)> {
     if way == 3 {
         turns.fill(None);
     }
-    let level = |own: &tumble::reduce::Segment| drawn.levels[own.label.parse::<usize>().expect("a number")];
+    let level = |own: &crate::reduce::Segment| drawn.levels[own.label.parse::<usize>().expect("a number")];
     let levels: Vec<f64> = found.segments.iter().map(level).collect();
     let reduction = reduce(trace, found, &turns);
     reduction.means.iter().flatten().zip(levels).map(|(mean, level)| (mean.value - level, mean.uncertainty.u)).collect()

@@ -105,7 +105,12 @@ impl Trial {
             (readings, given, if corrected.converged { corrected.inputs } else { Vec::new() })
         });
         let samples = samples.collect();
-        let ranges = calibration.solved().map(|input| range(input.quantity)).collect();
+        let ranges = calibration
+            .inputs
+            .iter()
+            .filter(|own| own.role == InputRole::Solved)
+            .map(|own| range(own.quantity))
+            .collect();
         Trial { calibration, samples, ranges }
     }
 

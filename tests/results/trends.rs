@@ -34,7 +34,8 @@ fn a_line_through_four_years() {
     assert!((line.slope - 0.01).abs() < 1e-15 && line.significant);
     // u(slope) = 0.1 / sqrt(sum (t - mean)^2), sum = 365^2 * 5
     assert!((line.slope_u - 0.1 / (365.0 * 5f64.sqrt())).abs() < 1e-15);
-    assert!((line.leaves((0.0, 30.0)).unwrap() - 2000.0).abs() < 1e-9);
+    let report = history_report(Vec::new(), &trends(&all, 0.95), 0.95, &|_| Some([0.0, 30.0]));
+    assert!((report.trends[0].leaves.unwrap() - 2000.0).abs() < 1e-9);
 }
 
 /// 0, 1, 2 at days 0, 100, 200: the line left 1.5 at day 150, leaves 3 at day 300, and never -1.

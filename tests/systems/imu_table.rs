@@ -240,7 +240,7 @@ fn larger_table_errors_harm_the_discrete_calibration_and_not_the_joint_fit() {
                 forms.formulas.iter().zip(&values).find(|((own, _), _)| own == id).and_then(|(_, v)| *v).unwrap()
             };
             let fit = fit::fit(&measured, &exact()).unwrap();
-            let squares = |id: &str| compare::value_of(&fit, id).unwrap();
+            let squares = |id: &str| value(&fit, id);
             for (sum, new) in closed_ms.iter_mut().zip(errors(&closed, &sensors)) {
                 *sum += new / draws as f64;
             }

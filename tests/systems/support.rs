@@ -130,3 +130,9 @@ pub fn coverage(
         assert!(share > 0.95 - slack && share < most.max(0.95 + slack), "{id}: {share}");
     }
 }
+
+/// The value of a parameter or derived quantity.
+pub fn value(fit: &Fit, id: &str) -> f64 {
+    let own = fit.parameters.iter().find(|p| p.id == id).and_then(|p| p.value);
+    own.or_else(|| fit.derived.iter().find(|d| d.id == id).and_then(|d| d.value)).unwrap_or_else(|| panic!("{id}"))
+}

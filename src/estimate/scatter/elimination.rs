@@ -277,7 +277,7 @@ impl Whitening {
     }
 
     /// `W A`, column by column.
-    pub fn whiten_columns(&self, columns: &Mat<f64>) -> Mat<f64> {
+    pub(crate) fn whiten_columns(&self, columns: &Mat<f64>) -> Mat<f64> {
         let mut out = Mat::zeros(self.pattern.rows, columns.ncols());
         for j in 0..out.ncols() {
             let white = self.whiten(columns.col_as_slice(j));
@@ -294,7 +294,7 @@ impl Whitening {
 
     /// What a unit error of a row, in units of the row's own noise, leaves of itself when the deviations and an orthonormal basis `q` of the
     /// whitened rows are taken out: rows first, then deviations.
-    pub fn remainder(&self, row: usize, q: MatRef<'_, f64>) -> Vec<f64> {
+    pub(crate) fn remainder(&self, row: usize, q: MatRef<'_, f64>) -> Vec<f64> {
         let mut rows = vec![0.0; self.pattern.rows];
         if let Some(own) = rows.get_mut(row) {
             *own = 1.0;
@@ -311,7 +311,7 @@ impl Whitening {
     }
 
     /// Redundancy number of each row beside an orthonormal basis `q` of the whitened rows, deviations being unknowns with a row of their own.
-    pub fn redundancies(&self, q: MatRef<'_, f64>) -> Vec<f64> {
+    pub(crate) fn redundancies(&self, q: MatRef<'_, f64>) -> Vec<f64> {
         let mut left: Vec<f64> = self.norms(|_, _| {}).rows.iter().map(|norm| 1.0 - norm).collect();
         for k in 0..q.ncols() {
             let rows = q.col(k).iter().copied().collect();

@@ -1,6 +1,7 @@
 //! Times of a record: where stretches end, and clocks that were set.
 
-use tumble::record::{Clock, Column, JumpKind, Stretch};
+use crate::record::clock::{Clock, JumpKind, Stretch};
+use tumble::record::Column;
 
 #[test]
 fn stretches_end_at_gaps_also_between_blocks() {

@@ -1,8 +1,8 @@
 //! Model lines: printing reads back, gradients equal differences, and no text whatever does harm.
 
+use crate::algebra::whole::{Expression, Language, NameDegree, Scratch, Tape};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
-use tumble::algebra::{Expression, NameDegree, Scratch, Tape};
 use tumble::error::{Fault, Malformed};
 
 const NAMES: [&str; 4] = ["x", "y", "w_I", "dtheta_y0"];
@@ -482,4 +482,100 @@ fn a_name_is_found_as_a_whole_word_only() {
     assert_eq!(line.span_of("kI"), Some((20, 2)));
     assert_eq!(line.span_of("e3"), Some((17, 2)));
     assert_eq!(line.span_of("k"), None);
+}
+
+#[test]
+fn linear_in() -> tumble::Result<()> {
+    let model = Expression::parse("V0 + kI*w_I + kII*w_I^2")?;
+    assert!(model.linear_in(&["V0", "kI", "kII"]));
+    assert!(!model.linear_in(&["kI", "w_I"]));
+    Ok(())
+}
+
+#[test]
+fn trig_degree() -> tumble::Result<()> {
+    let of = |name: &str| if name.starts_with("w_") { NameDegree::Harmonic } else { NameDegree::Constant };
+    assert_eq!(Expression::parse("V0 + kIO*w_I*w_O")?.trig_degree(&of), Some(2));
+    assert_eq!(Expression::parse("kA*abs(w_I)")?.trig_degree(&of), None);
+    Ok(())
+}
+
+#[test]
+fn angle_degree() -> tumble::Result<()> {
+    let tilt = |name: &str| name.starts_with("dtheta").then_some(1.0);
+    let total = Expression::parse("sqrt(dtheta_y2^2 + dtheta_z2^2)")?;
+    assert_eq!(total.angle_degree(&tilt), Some(1.0));
+    Ok(())
+}
+
+#[test]
+fn substitute() -> tumble::Result<()> {
+    let squared = Expression::parse("x^2")?.substitute("x", &Expression::parse("a + b")?);
+    assert_eq!(squared.to_string(), "(a + b)^2");
+    Ok(())
+}
+
+#[test]
+fn without_value() -> tumble::Result<()> {
+    let line = Expression::parse("b0 + b1/x")?;
+    let part = line.without_value(&|name| if name == "x" { 0.0 } else { 1.0 });
+    assert_eq!(part.map(|part| part.to_string()).as_deref(), Some("b1/x"));
+    Ok(())
+}
+
+#[test]
+fn as_azimuth() -> tumble::Result<()> {
+    let (scale, y, x) = Expression::parse("atan2(a + b, c)*180/pi")?.as_azimuth().unwrap();
+    assert_eq!((scale, y.to_string(), x.to_string()), (180.0 / std::f64::consts::PI, "a + b".into(), "c".into()));
+    assert!(Expression::parse("atan2(a, b) + c")?.as_azimuth().is_none());
+    Ok(())
+}
+
+#[test]
+fn as_norm() -> tumble::Result<()> {
+    let norm = Expression::parse("sqrt((a - b)^2 + c^2)")?.as_norm().unwrap();
+    assert_eq!(norm.iter().map(|x| x.to_string()).collect::<Vec<_>>(), ["a - b", "c"]);
+    assert!(Expression::parse("sqrt(a^2 + b)")?.as_norm().is_none());
+    Ok(())
+}
+
+#[test]
+fn homogeneity() -> tumble::Result<()> {
+    let line = Expression::parse("V0 + kI*w_I")?;
+    let homogeneity = line.homogeneity();
+    assert_eq!(homogeneity.unit.unwrap().names[&"V0"], 1.0);
+    assert_eq!(homogeneity.relations[0].powers.names[&"kI"], -1.0);
+    Ok(())
+}
+
+#[test]
+fn in_language() -> tumble::Result<()> {
+    let c = Language {
+        number: |x| format!("{x:?}"),
+        pi: "M_PI",
+        call: |function, x| format!("{}({x})", function.name()),
+        ln: |x| format!("log({x})"),
+        atan2: |y, x| format!("atan2({y}, {x})"),
+        whole_power: |x, n| format!("ipow({x}, {n})"),
+        power: |x, y| format!("pow({x}, {y})"),
+    };
+    let line = Expression::parse("V0 - k*w_I^2")?;
+    assert_eq!(line.in_language(&c, &|name| name.to_string()), "(V0 - (k * ipow(w_I, 2)))");
+    let slope = line.slope_in_language(&c, &|name| name.to_string(), "w_I");
+    assert_eq!(slope.as_deref(), Some("(-(k * (2.0 * ipow(w_I, 1))))"));
+    Ok(())
+}
+
+#[test]
+fn terms() -> tumble::Result<()> {
+    let terms = Expression::parse("V0 + 2*kIO*w_I*w_O^2")?.terms().unwrap();
+    assert_eq!(terms[1].powers, [("kIO".to_string(), 1.0), ("w_I".to_string(), 1.0), ("w_O".to_string(), 2.0)]);
+    Ok(())
+}
+
+#[test]
+fn plus() -> tumble::Result<()> {
+    let model = Expression::parse("V0 + kI*w_I")?;
+    assert_eq!(model.plus(&Expression::parse("D_S*a_S")?).to_string(), "V0 + kI*w_I + D_S*a_S");
+    Ok(())
 }

@@ -1,6 +1,6 @@
 //! Distributions against values computed to 60 digits by an independent program (tests/scripts/quantiles.py), and limits.
 
-use tumble::uncertainty::quantiles::*;
+use crate::uncertainty::quantiles::*;
 
 struct Reference {
     distribution: String,
@@ -166,4 +166,33 @@ fn outside_the_domain_there_is_no_answer() {
     assert_eq!(student_t_two_sided(0.0, 4.0), Some(1.0));
     assert_eq!(chi_square_survival(-1.0, 4.0), Some(1.0));
     assert_eq!(fisher_f_survival(f64::INFINITY, 4.0, 2.0), Some(0.0));
+}
+
+#[test]
+fn student_t_by_hand() {
+    assert!((student_t_survival(1.0, 1.0).unwrap() - 0.25).abs() < 1e-15);
+    assert!(student_t_survival(37.0, f64::INFINITY).unwrap() > 0.0);
+}
+
+#[test]
+fn a_mixture_of_equals_is_one_distribution() {
+    let half = mixture_half_interval(&[(0.5, 0.0, 2.0), (0.5, 0.0, 2.0)], 5.0, 0.95).unwrap();
+    assert!((half - 2.0 * coverage_factor(0.95, 5.0).unwrap()).abs() < 1e-9);
+}
+
+#[test]
+fn fisher_f_by_hand() {
+    // Two in the numerator: (1 + 2 f / d2)^(-d2/2).
+    assert!((fisher_f_survival(3.0, 2.0, 4.0).unwrap() - 0.16).abs() < 1e-15);
+}
+
+#[test]
+fn normal_quantile_by_hand() {
+    assert!((normal_quantile(0.975).unwrap() - 1.959963984540054).abs() < 1e-14);
+}
+
+#[test]
+fn student_t_quantile_by_hand() {
+    // GUM Table G.2: 24 degrees of freedom would lie between 2.09 (20) and 2.06 (25) for 95 %.
+    assert!((student_t_quantile(0.975, 24.0).unwrap() - 2.063898561628).abs() < 1e-11);
 }

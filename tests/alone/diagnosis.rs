@@ -1,0 +1,12 @@
+//! What the diagnosis of navigation errors takes from that of campaigns, compiled by itself.
+
+#[path = "../../src/diagnosis/common.rs"]
+mod common;
+#[path = "../../src/diagnosis/score.rs"]
+mod score;
+#[path = "../../src/diagnosis/settings.rs"]
+mod settings;
+
+pub(crate) use common::{DIFFERENT, Gap, LENGTHS, NoiseFrom, Step, Verdict, share_of_wave};
+pub(crate) use score::{Class, Deviations, Kernel, Posterior, Priors, Problem, Score};
+pub use settings::Settings;
