@@ -154,9 +154,11 @@ pub(super) fn bank<'a>(campaign: &Campaign, design: &DesignMatrix, at: impl Into
                 if by_rate && rates < 2 {
                     continue;
                 }
-                let factor = Mat::from_fn(m, sensors * 2 * most, |i, j| {
-                    let (s, h) = (j / (2 * most), j % (2 * most));
-                    let order = (h / 2 + 1) as f64;
+                // a mean is in the model, its product with the rate only where the scale factor is estimated
+                let waves = 2 * most + usize::from(by_rate);
+                let factor = Mat::from_fn(m, sensors * waves, |i, j| {
+                    let (s, h) = (j / waves, j % waves);
+                    let order = if h < 2 * most { (h / 2 + 1) as f64 } else { 0.0 };
                     let Some(a) = angle[i].filter(|_| s == rows[i].sensor) else { return 0.0 };
                     let w = if is_smooth {
                         (-0.25 * order * order * length * length).exp()
@@ -185,8 +187,10 @@ pub(super) fn bank<'a>(campaign: &Campaign, design: &DesignMatrix, at: impl Into
         let most = (m / sensors.max(1)).saturating_sub(1).min(64).min(240 / sensors.max(1)).max(1);
         let by_rate = LENGTHS.iter().filter(|_| rates > 1).map(|length| (*length, true));
         for (length, by_rate) in LENGTHS.iter().map(|length| (*length, false)).chain(by_rate) {
-            let factor = Mat::from_fn(m, sensors * most, |i, j| {
-                let (s, h) = (j / most, (j % most + 1) as f64);
+            let waves = most + usize::from(by_rate);
+            let factor = Mat::from_fn(m, sensors * waves, |i, j| {
+                // from the mean on where it is a factor of the rate
+                let (s, h) = (j / waves, (j % waves + 1 - usize::from(by_rate)) as f64);
                 if s != rows[i].sensor {
                     return 0.0;
                 }
