@@ -207,7 +207,9 @@ impl Parts {
             if own.u.is_none() || self.settings.weighting == Weighting::Relative {
                 part.arithmetic = part.arithmetic.max(2.0 * f64::EPSILON * own.value.abs() / u(own));
                 part.largest_u = part.largest_u.max(u(own));
-                part.step = Some(finer(part.step, own.value));
+                if !self.template.bench.sensors.get(own.sensor).is_some_and(crate::bench::Sensor::is_reference) {
+                    part.step = Some(finer(part.step, own.value));
+                }
             }
         }
         Ok(())
