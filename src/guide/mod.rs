@@ -537,14 +537,9 @@ impl Guide {
         let reachable_met = determined && advice.goals.iter().all(|goal| goal.met || !reachable(&goal.id));
         // what no candidate's effect explains is not explained by more of the same
         let exhausted = self.candidates.iter().all(|c| self.taken.iter().any(|r| same_position(r, c)));
+        let hopeless = reachable_met && (certain || (exhausted && unexplained(diagnosis)));
         let wanted = Wanted { goals: &goals, effects: !certain, last: self.taken.last(), costs: &self.settings.costs };
         let worth = seen.worth(table, &self.model, &wanted)?;
-        // where every position was read, a reading tells no more than the best of them does now: do all that are left tell whether an effect is missing?
-        let entropy = |p: f64| if p > 0.0 && p < 1.0 { -p * p.ln() - (1.0 - p) * (1.0 - p).ln() } else { 0.0 };
-        let open = entropy(advice.nothing_missing_or_named) - entropy(self.settings.probability);
-        let left = (self.settings.most - self.taken.len()) as f64;
-        let untold = worth.iter().map(|worth| worth.nats).fold(0.0, f64::max) * left < open;
-        let hopeless = reachable_met && (certain || (exhausted && (untold || unexplained(diagnosis))));
         match worth.into_iter().find(|worth| worth.position < self.candidates.len()).filter(|_| !hopeless) {
             // a reading that disagrees is confirmed, undone or explained before anything ends
             None => {
