@@ -15,6 +15,31 @@ use rand_pcg::rand_core::Rng;
 pub(crate) const LEAST: f64 = 1e-70;
 pub(crate) const MOST: f64 = 1e70;
 
+/// A decimal has so many places at most; more digits are those of a computation.
+const PLACES: usize = 12;
+
+/// Powers of ten, exact.
+const UNITS: [f64; PLACES + 1] = [1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12];
+
+/// The last decimal place that values show, as the finest of all; `None` where they have the digits of a computation.
+///
+/// `0.0614, -0.06` are read to 0.0001: a number that ends in zeros does not show where its digits end, so the finest of all counts.
+pub fn resolution(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let mut most: Option<usize> = None;
+    for value in values.filter(|value| value.is_finite()) {
+        // a decimal of at most 14 digits is the shortest that is read as its number
+        let written = |places: &usize| {
+            // places are those of the list
+            let unit = UNITS.get(*places).copied().unwrap_or(f64::NAN);
+            let count = (value * unit).round();
+            count.abs() < 1e14 && count / unit == value
+        };
+        let so_far = most.unwrap_or(0);
+        most = Some(so_far.max((so_far..=PLACES).chain(0..so_far).find(written)?));
+    }
+    most.map(|places| 10f64.powi(-signed(places)))
+}
+
 /// Whole part of a float as a count: 0 below 1 and for NaN, `usize::MAX` above.
 pub(crate) const fn count(x: f64) -> usize {
     x as usize

@@ -457,6 +457,7 @@ per-year = per year
 # report/html/changes_page.rs
 two-calibrations-of-one-unit = Two calibrations of one unit
 changed-by-more-than-the-uncertainties-allow = Changed by more than the uncertainties allow: { $ids }.
+beyond-u-but-not-together = Changed by more than the expanded uncertainty (|E_n| > 1), but not significant with { $tested } quantities tested together: { $ids }.
 shared-by-both-calibrations-and-therefore-not = Shared by both calibrations, and therefore not counted twice: { $shared }.
 u-expanded-uncertainty-of-the-difference-e-2 = U: expanded uncertainty of the difference; E_n = difference/U. Marked: significant with all quantities tested together (Holm).
 differences-of-the-two-calibrations-over-their = Differences of the two calibrations over their expanded uncertainties: a bar that does not include zero is a change.

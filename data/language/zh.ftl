@@ -441,6 +441,7 @@ last = 末次
 per-year = 每年变化
 two-calibrations-of-one-unit = 同一被测件的两次标定
 changed-by-more-than-the-uncertainties-allow = 变化超出不确定度的量：{ $ids }。
+beyond-u-but-not-together = 变化超出扩展不确定度（|E_n| > 1），但 { $tested } 个量一并检验时不显著：{ $ids }。
 shared-by-both-calibrations-and-therefore-not = 两次标定共用、因而不重复计入的输入量：{ $shared }。
 u-expanded-uncertainty-of-the-difference-e-2 = U：差值的扩展不确定度；E_n = 差值/U。带标记者：各量一并检验时显著（Holm 法）。
 differences-of-the-two-calibrations-over-their = 两次标定的差值与其扩展不确定度之比：误差棒不含零即为有变化。

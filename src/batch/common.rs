@@ -6,6 +6,7 @@ use super::block::{Kernel, LANES, Lane, Sums};
 use super::residuals::{Cells, Tests, runs_of, runs_p, suspects};
 use super::{Device, Row, Solved};
 use crate::algebra::Tape;
+use crate::bench::Sensor;
 use crate::campaign::{Campaign, Kind, Role};
 use crate::design::{self, Model};
 use crate::elements::{Elements, OrNan, Parts};
@@ -33,6 +34,8 @@ pub(crate) struct Common {
     sensors: usize,
     /// Sensor of each row of the design.
     sensor: Vec<usize>,
+    /// Is it that of a reference, and no reading?
+    is_reference: Vec<bool>,
     /// Model at the reference point; for priors, zero.
     predicted: Vec<f64>,
     /// Priors less their reference.
@@ -186,6 +189,10 @@ impl Common {
         let largest_u = system.u.iter().copied().fold(0.0_f64, f64::max);
         Some(Common {
             sensor: design.rows.iter().map(|origin| origin.sensor).collect(),
+            is_reference: {
+                let own: Vec<bool> = campaign.bench.sensors.iter().map(Sensor::is_reference).collect();
+                design.rows.iter().map(|origin| own.get(origin.sensor).copied().unwrap_or(false)).collect()
+            },
             channels: fit::Channel::of(&design, n, campaign.bench.sensors.len()),
             cells: (cells, count),
             offsets,
@@ -338,7 +345,9 @@ impl Common {
         let stuck = |channel: &fit::Channel| {
             Some((channel.sensor, channel.stuck(|i| value(i).unwrap_or(f64::NAN), |i| v.or_nan(i))?))
         };
-        let least = |variance| least_variance(values, (variance, found.sizes.weighed, self.largest_u));
+        let rounded =
+            || values().zip(&self.is_reference).filter(|(_, is_reference)| !**is_reference).map(|pair| pair.0);
+        let least = |variance| least_variance(rounded, (variance, found.sizes.weighed, self.largest_u));
         let answer = Answer {
             label: &device.label,
             device: Some(device),

@@ -57,6 +57,8 @@ pub(super) struct SensorLine {
     pub(super) from: Vec<From>,
     /// The cell of its stated uncertainty.
     u: Option<usize>,
+    /// Is its value a reference, and no reading?
+    pub(super) is_reference: bool,
     /// Columns of the design that it has no part in.
     absent: Vec<usize>,
 }
@@ -154,9 +156,10 @@ impl Lanes {
         let is_by_position =
             is_exact || has_joints || layout.sensors().any(|sensor| model.column_line(sensor).is_none());
         let line = |sensor: usize| {
-            let u = cell(&format!("{}_u", bench.sensors.get(sensor)?.id));
+            let own = bench.sensors.get(sensor)?;
+            let (u, is_reference) = (cell(&format!("{}_u", own.id)), own.is_reference());
             if is_by_position {
-                return Some(SensorLine { line: None, from: Vec::new(), u, absent: Vec::new() });
+                return Some(SensorLine { line: None, from: Vec::new(), u, is_reference, absent: Vec::new() });
             }
             let line = model.column_line(sensor)?;
             let from = |read: &Read| match read {
@@ -166,7 +169,7 @@ impl Lanes {
             let from: Vec<From> = line.reads().iter().map(from).collect::<Option<_>>()?;
             let has = |j: &usize| from.iter().any(|source| matches!(source, From::Fixed(_, Some(k)) if k == j));
             let absent = (0..n).filter(|j| !has(j)).collect();
-            Some(SensorLine { line: Some(line), from, u, absent })
+            Some(SensorLine { line: Some(line), from, u, is_reference, absent })
         };
         let lines = layout.sensors().map(line).collect::<Option<_>>()?;
         let ids: Vec<&str> = campaign.parameters.iter().map(|p| p.id.as_str()).collect();

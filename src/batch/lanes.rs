@@ -122,8 +122,11 @@ impl Lanes {
             dof,
             scale_dof: if form.scaled { dof as f64 } else { f64::INFINITY },
         };
-        let values = || device.values.iter().copied().filter(|value| !value.is_nan());
-        let least = |variance| least_variance(values, (variance, sizes.weighed, sizes.largest_u));
+        let rounded = || {
+            let each = device.values.iter().zip(self.lines.iter().cycle());
+            each.filter(|(value, line)| !value.is_nan() && !line.is_reference).map(|(value, _)| *value)
+        };
+        let least = |variance| least_variance(rounded, (variance, sizes.weighed, sizes.largest_u));
         let (of, count) = match known {
             Some((of, count)) => (of.as_slice(), *count),
             None => {

@@ -207,7 +207,9 @@ impl Parts {
             if value.u.is_none() || self.settings.weighting == Weighting::Relative {
                 part.arithmetic = part.arithmetic.max(2.0 * f64::EPSILON * value.value.abs() / u(value));
                 part.largest_u = part.largest_u.max(u(value));
-                part.step = Some(finer(part.step, value.value));
+                if !self.template.bench.sensors.get(value.sensor).is_some_and(crate::bench::Sensor::is_reference) {
+                    part.step = Some(finer(part.step, value.value));
+                }
             }
         }
         Ok(())

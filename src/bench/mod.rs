@@ -208,6 +208,12 @@ pub struct Sensor {
 }
 
 impl Sensor {
+    /// Is its value a reference, which its line compares with columns, and no reading: the norm of a vector? It is exact, or has one error in all rows; digits of its own would show
+    /// in the residuals.
+    pub(crate) fn is_reference(&self) -> bool {
+        self.model.as_norm().is_some()
+    }
+
     /// The direction of an axis by name.
     fn axis(&self, name: &str) -> Option<Vector3<f64>> {
         let axis = self.axes.iter().find(|(axis, _)| axis == name).map(|(_, direction)| *direction);

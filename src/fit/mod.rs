@@ -125,9 +125,9 @@ impl Default for Settings {
     }
 }
 
+pub use crate::number::resolution;
 #[cfg(feature = "cli")]
 pub(crate) use remarks::STEEP;
-pub use remarks::resolution;
 
 /// Everything that a fit found.
 #[derive(Debug, Clone)]

@@ -5,7 +5,6 @@ use super::Fit;
 use crate::campaign::{Campaign, JointState, Kind, Reading, Role};
 use crate::elements::Elements;
 use crate::language::{Sentence, sentence};
-use crate::number;
 use std::f64::consts::TAU;
 
 /// Above this the scaled columns are so nearly dependent that units cannot be the reason.
@@ -13,32 +12,9 @@ const ABSURD: f64 = 1e6;
 /// A value read as radians is this near (degrees) to a multiple of `STEP` degrees: three decimals of a radian.
 const NEAR: f64 = 0.06;
 const STEP: f64 = 5.0;
-/// A decimal has so many places at most; more digits are those of a computation.
-const PLACES: usize = 12;
-
-/// The last decimal place that a sensor's readings show, as the finest of all; `None` where they have the digits of a computation.
-///
-/// `0.0614, -0.06` are read to 0.0001: a number that ends in zeros does not show where its digits end, so the finest of all counts.
-pub fn resolution(values: impl Iterator<Item = f64>) -> Option<f64> {
-    let mut most: Option<usize> = None;
-    for value in values.filter(|value| value.is_finite()) {
-        // a decimal of at most 14 digits is the shortest that is read as its number
-        let written = |places: &usize| {
-            let unit = UNITS.at(*places);
-            let count = (value * unit).round();
-            count.abs() < 1e14 && count / unit == value
-        };
-        let so_far = most.unwrap_or(0);
-        most = Some(so_far.max((so_far..=PLACES).chain(0..so_far).find(written)?));
-    }
-    most.map(|places| 10f64.powi(-number::signed(places)))
-}
 
 /// A tilt is a small rotation: from one degree on it is none, in radians.
 pub(crate) const STEEP: f64 = std::f64::consts::PI / 180.0;
-
-/// Powers of ten, exact.
-const UNITS: [f64; PLACES + 1] = [1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12];
 
 pub(super) fn remarks(fit: &Fit) -> Vec<Sentence> {
     let campaign = &fit.campaign;
@@ -116,7 +92,11 @@ fn steep(fit: &Fit) -> Option<Sentence> {
     let campaign = &fit.campaign;
     let largest = |of: &mut dyn Iterator<Item = (f64, String)>| of.max_by(|a, b| a.0.abs().total_cmp(&b.0.abs()));
     let tilts = fit.parameters.iter().filter(|own| own.kind == Kind::Tilt);
-    let (tilt, id) = largest(&mut tilts.filter_map(|own| Some((own.value?, own.id.clone()))))?;
+    // one that may be small by its uncertainty says nothing
+    let steep = tilts.filter(|own| {
+        own.value.is_some_and(|tilt| tilt.abs() - own.uncertainty.as_ref().map_or(0.0, |own| own.expanded) > STEEP)
+    });
+    let (tilt, id) = largest(&mut steep.filter_map(|own| Some((own.value?, own.id.clone()))))?;
     let known = campaign.parameters.iter().filter(|own| own.kind == Kind::Coefficient);
     let known = known.filter_map(|own| match &own.role {
         Role::Known(known) if known.value != 0.0 => Some((known.value, own.id.clone())),

@@ -145,8 +145,11 @@ pub(super) fn rounding(campaign: &Campaign, design: &DesignMatrix, system: &Syst
     least
 }
 
-/// The last decimal place of a sensor's readings.
+/// The last decimal place of a sensor's readings; a reference is not rounded in each row.
 pub(super) fn sensor_resolution(campaign: &Campaign, sensor: usize) -> Option<f64> {
+    if campaign.bench.sensors.get(sensor)?.is_reference() {
+        return None;
+    }
     let readings = campaign.readings.rows.iter();
     resolution(readings.flat_map(|r| r.observations.iter().filter(|o| o.sensor == sensor).map(|o| o.value)))
 }

@@ -141,6 +141,8 @@ fn sampled_walk(interval: f64, tau: f64) -> f64 {
 const FAMILY: f64 = 0.01;
 /// What one more term must take off `-2 ln L`: the square of the normal quantile at a fifth of that.
 const TERM: f64 = 8.2838;
+/// What one more term must take off `-2 ln L` to be as likely as not beside those of the set: the square of the normal quantile at `FAMILY`.
+const ALIKE: f64 = 5.4119;
 /// Octaves that are left out beyond those where the test sees that a filter bends the deviations: what it just does not see halves with each.
 const MORE: usize = 1;
 const ROUNDS: usize = 30;
@@ -201,8 +203,14 @@ impl Fitted {
         (0..5).all(|k| self.active[k] || !other.active[k])
     }
 
-    fn penalized(&self) -> f64 {
-        self.cost + TERM * self.count() as f64
+    /// `-2 ln L`, each term counted as so much.
+    fn penalized(&self, term: f64) -> f64 {
+        self.cost + term * self.count() as f64
+    }
+
+    /// A coefficient; one that a filter makes negative is none.
+    fn value(&self, k: usize) -> f64 {
+        self.squares.get(k).map_or(self.ramp, |square| square.max(0.0).sqrt())
     }
 
     fn noises(&self) -> Vec<usize> {
@@ -252,97 +260,102 @@ fn least_squares(columns: &[&Vec<f64>], y: &[f64]) -> Option<(Vec<f64>, Vec<Vec<
 /// times are left out until such a sum describes the others. Where none does, each `e` has a further variance of its own, as large as
 /// brings chi-square down to its degrees of freedom (J. Mandel, R. C. Paule, Anal. Chem. 42 (1970), 1194): what the terms leave open is in u, p and the limits.
 pub(super) fn coefficients(sums: &[Sums], cells: &Cells, interval: f64) -> Option<Coefficients> {
-    let points = Points::new(sums, cells)?;
-    let all = described(&points, interval)?;
+    let all = Described::new(Points::new(sums, cells)?, interval)?;
     if all.agreement.is_good() {
-        return Some(all);
+        return Some(all.coefficients());
     }
     let from = |k: usize| {
         let own = sums.get(k..)?;
         let points = Points { is_filtered: true, ..Points::new(own, cells)? };
-        let mut found = described(&points, interval)?;
+        let mut found = Described::new(points, interval)?;
         found.agreement.from_tau_s = Some(own.first()?.m as f64 * interval);
-        Some(found)
+        Some(found).filter(|found| found.agreement.is_good())
     };
-    let Some(k) = (1..sums.len()).find(|k| from(*k).is_some_and(|own| own.agreement.is_good())) else {
-        let dof = all.agreement.dof as f64;
-        let apart = |own: f64| described(&Points { apart: own.exp(), ..points.clone() }, interval);
-        let (mut low, mut high) = APART;
-        while high - low > 0.1 {
-            let middle = 0.5 * (low + high);
-            if apart(middle)?.agreement.chi_square > dof { low = middle } else { high = middle }
-        }
-        let found = apart(high)?;
-        let Agreement { chi_square, dof, p, describes, .. } = all.agreement;
-        return Some(Coefficients {
-            agreement: Agreement { chi_square, dof, p, describes, ..found.agreement },
-            ..found
-        });
-    };
-    (k..=k + MORE).rev().find_map(|k| from(k).filter(|own| own.agreement.is_good()))
+    if let Some(k) = (1..sums.len()).find(|k| from(*k).is_some()) {
+        return (k..=k + MORE).rev().find_map(from).map(|found| found.coefficients());
+    }
+    let dof = all.agreement.dof as f64;
+    let apart = |own: f64| Described::new(Points { apart: own.exp(), ..all.points.clone() }, interval);
+    let (mut low, mut high) = APART;
+    while high - low > 0.1 {
+        let middle = 0.5 * (low + high);
+        if apart(middle)?.agreement.chi_square > dof { low = middle } else { high = middle }
+    }
+    let mut found = apart(high)?;
+    let Agreement { chi_square, dof, p, describes, .. } = all.agreement;
+    found.agreement = Agreement { chi_square, dof, p, describes, ..found.agreement };
+    Some(found.coefficients())
 }
 
-/// Probability of so large a chi-square; a misfit that is not finite is rejected.
-fn survival(chi_square: f64, dof: usize) -> f64 {
-    chi_square_survival(chi_square, dof.max(1) as f64).unwrap_or(0.0)
+/// Points with the sets of terms that could be theirs.
+struct Described {
+    points: Points,
+    /// The sampling interval, s.
+    interval: f64,
+    fits: Vec<Fitted>,
+    best: Fitted,
+    agreement: Agreement,
 }
 
-/// The same of all averaging times of these points.
-fn described(points: &Points, interval: f64) -> Option<Coefficients> {
-    let is_filtered = points.is_filtered;
-    let set = |set: usize| -> [bool; 5] { std::array::from_fn(|k| set >> k & 1 == 1) };
-    // whether a logger takes values or means of a random walk is not known: the one that is likelier
-    let tried = (1..32).flat_map(|number| [(set(number), false), (set(number), true)]);
-    let mut fits: Vec<Fitted> = tried
-        .filter(|(active, sampled)| active[..4].contains(&true) && (active[3] || !sampled))
-        .filter(|(active, _)| !is_filtered || (active[0] && active[1..4].contains(&true)))
-        .filter_map(|(active, sampled)| points.fit(active, sampled))
-        .collect();
-    let best = fits.iter().min_by(|a, b| a.penalized().total_cmp(&b.penalized()))?.clone();
-    fits.retain(|fit| fit.sampled == best.sampled || !(fit.active[3] && best.active[3]));
-    // the probability of a term by chance: beside sets within its own by the likelihood's drop, as a normal variable's square; beside others of no
-    // more terms by Markov's inequality, that a likelihood ratio exceeds 1/p with p at most
-    let chance = |k: usize| {
-        let mut with = best.active;
+impl Described {
+    fn new(points: Points, interval: f64) -> Option<Self> {
+        let set = |set: usize| -> [bool; 5] { std::array::from_fn(|k| set >> k & 1 == 1) };
+        // whether a logger takes values or means of a random walk is not known
+        let tried = (1..32).flat_map(|number| [(set(number), false), (set(number), true)]);
+        let fits: Vec<Fitted> = tried
+            .filter(|(active, sampled)| active[..4].contains(&true) && (active[3] || !sampled))
+            .filter(|(active, _)| !points.is_filtered || (active[0] && active[1..4].contains(&true)))
+            .filter_map(|(active, sampled)| points.fit(active, sampled))
+            .collect();
+        let best = fits.iter().min_by(|a, b| a.penalized(TERM).total_cmp(&b.penalized(TERM)))?.clone();
+        let dof = (points.m.len() + 1).saturating_sub(best.count());
+        // so large a chi-square with a probability below 1 % describes nothing; one that is not finite has none
+        let p = chi_square_survival(best.chi_square, dof.max(1) as f64).unwrap_or(0.0);
+        let describes = Some(!(p < 0.01));
+        let walk_sampled_s = (best.sampled && best.active[3]).then_some(interval);
+        let agreement = Agreement { chi_square: best.chi_square, dof, p, describes, from_tau_s: None, walk_sampled_s };
+        Some(Described { points, interval, fits, best, agreement })
+    }
+
+    /// The probability of a term by chance: beside sets within its own by the likelihood's drop, as a normal variable's square; beside others of no
+    /// more terms by Markov's inequality, that a likelihood ratio exceeds 1/p with p at most. And that normal variable.
+    fn chance(&self, k: usize) -> (f64, f64) {
+        let mut with = self.best.active;
         with[k] = true;
-        let Some(with) = fits.iter().filter(|fit| fit.active == with).min_by(|a, b| a.cost.total_cmp(&b.cost)) else {
-            return 1.0;
-        };
-        let others = fits.iter().filter(|fit| !fit.active[k] && fit.count() <= with.count());
-        let p = |fit: &Fitted| {
+        let own = self.fits.iter().filter(|fit| fit.active == with);
+        let Some(with) = own.min_by(|a, b| a.cost.total_cmp(&b.cost)) else { return (1.0, 0.0) };
+        let others = self.fits.iter().filter(|fit| !fit.active[k] && fit.count() <= with.count());
+        others.fold((0.0, f64::INFINITY), |(p, z), fit| {
             let gain = (fit.cost - with.cost).max(0.0);
-            // not finite: as far as can be
-            if with.contains(fit) { normal_survival(gain.sqrt()).unwrap_or(0.0) } else { (-0.5 * gain).exp() / 5.0 }
-        };
-        others.map(p).fold(0.0, f64::max)
-    };
-    let larger: Vec<&Fitted> = fits.iter().filter(|fit| fit.contains(&best)).collect();
-    let units = [interval, interval.sqrt(), 1.0, interval.sqrt().recip(), interval.recip()];
-    let value = |k: usize, fit: &Fitted| if k == 4 { points.slope.abs() } else { fit.squares[k].sqrt() };
-    let terms = std::array::from_fn(|k| {
-        let (term, p, unit) = (Term::ALL[k], chance(k), units[k]);
-        if k == 0 && is_filtered {
-            return Coefficient { term, value: None, u: None, p: 1.0, below: None };
-        }
-        if best.active[k] && p < FAMILY / 5.0 {
-            let u = points.uncertainty(k, value(k, &best), &best, &larger).map(|u| u * unit);
-            return Coefficient { term, value: Some(value(k, &best) * unit), u, p, below: None };
-        }
-        let with = larger.iter().filter(|fit| fit.active[k]).min_by_key(|fit| fit.count()).copied();
-        let below = points.below(k, with.unwrap_or(&best)).map(|below| below * unit);
-        Coefficient { term, value: None, u: None, p, below }
-    });
-    let squares = std::array::from_fn(|k| {
-        let square = if k == 4 { points.slope.powi(2) } else { best.squares[k] };
-        if best.active[k] { square * units[k].powi(2) } else { 0.0 }
-    });
-    let dof = (points.m.len() + 1).saturating_sub(best.count());
-    let p = survival(best.chi_square, dof);
-    // so large a chi-square with a probability below 1 % describes nothing
-    let describes = Some(!(p < 0.01));
-    let walk_sampled_s = (best.sampled && best.active[3]).then_some(interval);
-    let agreement = Agreement { chi_square: best.chi_square, dof, p, describes, from_tau_s: None, walk_sampled_s };
-    Some(Coefficients { terms, squares, agreement })
+            if with.contains(fit) {
+                // not finite: as far as can be
+                (normal_survival(gain.sqrt()).unwrap_or(0.0).max(p), gain.sqrt().min(z))
+            } else {
+                (((-0.5 * gain).exp() / 5.0).max(p), z)
+            }
+        })
+    }
+
+    fn coefficients(&self) -> Coefficients {
+        let (best, interval) = (&self.best, self.interval);
+        let units = [interval, interval.sqrt(), 1.0, interval.sqrt().recip(), interval.recip()];
+        let terms = std::array::from_fn(|k| {
+            let (term, unit) = (Term::ALL[k], units[k]);
+            if k == 0 && self.points.is_filtered {
+                return Coefficient { term, value: None, u: None, p: 1.0, below: None };
+            }
+            let (p, z) = self.chance(k);
+            let beyond = Beyond::new(self, k, best.active[k] && p < FAMILY / 5.0, z);
+            if !beyond.is_found {
+                return Coefficient { term, value: None, u: None, p, below: beyond.limit().map(|limit| limit * unit) };
+            }
+            let value = best.value(k);
+            let u = beyond.half_interval(value).map(|half| half * unit / 1.96);
+            Coefficient { term, value: Some(value * unit), u, p, below: None }
+        });
+        let square = |k: usize| if best.active[k] { (best.value(k) * units[k]).powi(2) } else { 0.0 };
+        Coefficients { terms, squares: std::array::from_fn(square), agreement: self.agreement.clone() }
+    }
 }
 
 impl Points {
@@ -453,6 +466,12 @@ impl Points {
         cost.is_finite().then_some(White { residuals, columns, cost })
     }
 
+    /// The largest square of a term that touches the variances from below: a first guess.
+    fn touch(&self, k: usize) -> f64 {
+        let above = |(m, v): (&f64, &f64)| v / Term::ALL[k].variance(*m);
+        self.m.iter().zip(&self.variances).map(above).fold(f64::INFINITY, f64::min)
+    }
+
     /// The squares for a set of terms; `None` where it is no better than a smaller one.
     fn fit(&self, active: [bool; 5], sampled: bool) -> Option<Fitted> {
         self.held(active, sampled, None)
@@ -460,13 +479,8 @@ impl Points {
 
     /// The same with one coefficient (not squared) held.
     fn held(&self, active: [bool; 5], sampled: bool, held: Option<(usize, f64)>) -> Option<Fitted> {
-        // a first guess: each term touches the deviations from below
-        let touch = |k: usize| {
-            let above = |(c, v): (&f64, &f64)| if *c > 0.0 { v / c } else { f64::INFINITY };
-            self.columns[k].iter().zip(&self.variances).map(above).fold(f64::INFINITY, f64::min)
-        };
         let is_free = |k: usize| self.is_filtered && k == 0;
-        let mut squares: [f64; 4] = std::array::from_fn(|k| if active[k] && !is_free(k) { touch(k) } else { 0.0 });
+        let mut squares: [f64; 4] = std::array::from_fn(|k| if active[k] && !is_free(k) { self.touch(k) } else { 0.0 });
         let mut ramp = if active[4] { self.slope.abs() } else { 0.0 };
         match held {
             Some((4, value)) => ramp = value,
@@ -518,72 +532,85 @@ impl Points {
         (fit.chi_square, fit.cost) = (dot(&white.residuals, &white.residuals), white.cost);
         Some(fit)
     }
+}
 
-    /// Standard deviation of one square of a fit were it `square`.
-    fn deviation(&self, k: usize, fit: &Fitted, square: f64) -> Option<f64> {
-        let mut squares = fit.squares;
-        squares[k] = square;
-        let white = self.white(&squares, fit)?;
-        let mut which = fit.noises();
-        if !which.contains(&k) {
-            which.push(k);
-        }
-        let columns: Vec<&Vec<f64>> = which.iter().map(|k| &white.columns[*k]).collect();
-        let (_, covariance) = least_squares(&columns, &white.residuals)?;
-        let place = which.iter().position(|w| *w == k)?;
-        Some(covariance[place][place].sqrt()).filter(|u| u.is_finite())
+/// How probable it is that a coefficient lies beyond a value, over the sets that have it.
+///
+/// In one set the likelihood's drop at a value is the square of a normal variable `a`: how many standard deviations the value is away. A coefficient that is found is seen only where the root `z`
+/// of the drop without it is above the test's threshold, one that is not found only where it is below: the normal variable is cut there. Without this, one that is just found has too small a
+/// `u`, and one that is just missed too low a limit. Each set counts by its likelihood, and a term as [`ALIKE`]: what dropped terms could be is in the interval, and whether a logger takes means or values.
+struct Beyond<'a> {
+    points: &'a Points,
+    k: usize,
+    /// Sets with their weights.
+    sets: Vec<(f64, Fitted)>,
+    /// `z` above its threshold.
+    margin: f64,
+    is_found: bool,
+}
+
+impl<'a> Beyond<'a> {
+    fn new(of: &'a Described, k: usize, is_found: bool, z: f64) -> Self {
+        let has = |fit: &Fitted| of.fits.iter().any(|own| own.active == fit.active && own.sampled == fit.sampled);
+        let with = |fit: &Fitted| {
+            let mut with = fit.clone();
+            with.active[k] = true;
+            // a set that is no better with the term has it at zero
+            (fit.active[k] || !has(&with)).then_some(with)
+        };
+        let all: Vec<Fitted> = of.fits.iter().filter_map(with).collect();
+        let best = all.iter().map(|fit| fit.penalized(ALIKE)).fold(f64::INFINITY, f64::min);
+        let weighed = all.into_iter().map(|fit| ((0.5 * (best - fit.penalized(ALIKE))).exp(), fit));
+        let sets: Vec<(f64, Fitted)> = weighed.filter(|(weight, _)| *weight > LIKELY).collect();
+        // one that another could stand for has passed this test, and nothing is cut
+        let margin = if !is_found && z > TERM.sqrt() { f64::NEG_INFINITY } else { z - TERM.sqrt() };
+        Beyond { points: &of.points, k, sets, margin, is_found }
     }
 
-    /// Standard deviation of the slope.
-    fn of_slope(&self, fit: &Fitted) -> f64 {
-        self.means[0][0].iter().zip(fit.averaged(&fit.squares)).map(|(c, s)| c * s).sum::<f64>().sqrt()
+    /// Probability that the coefficient is larger (`up`) or smaller than `value`.
+    fn probability(&self, value: f64, up: bool) -> Option<f64> {
+        let cdf = |z: f64| normal_survival(-z);
+        let one = |fit: &Fitted| {
+            let held = self.points.held(fit.active, fit.sampled, Some((self.k, value)))?;
+            let away = (held.cost - fit.cost).max(0.0).sqrt();
+            let a = if (value > fit.value(self.k)) == up { away } else { -away };
+            let d = self.margin;
+            let (part, of) = match (self.is_found, up) {
+                (true, true) => (cdf(-a)? - cdf(-d - a)?, cdf(d + a)?),
+                (true, false) => (cdf(-a)?, cdf(d - a)?),
+                (false, _) => (cdf(-a)?, cdf(-d - a)?),
+            };
+            Some(if of > 0.0 { part / of } else { 0.0 })
+        };
+        let all: f64 = self.sets.iter().map(|(weight, _)| weight).sum();
+        self.sets.iter().map(|(weight, fit)| Some(weight / all * one(fit)?)).sum()
     }
 
-    /// The likelihood's drop at a value, as a normal variable's square: how many standard deviations the value is away.
-    fn away(&self, k: usize, fit: &Fitted, value: f64) -> Option<f64> {
-        let held = self.held(fit.active, fit.sampled, Some((k, value)))?;
-        Some((held.cost - fit.cost).max(0.0).sqrt())
-    }
-
-    /// The u of which 1.96 to either side leave 5 % outside.
-    fn uncertainty(&self, k: usize, value: f64, best: &Fitted, larger: &[&Fitted]) -> Option<f64> {
-        let weight = |fit: &Fitted| (0.5 * (best.penalized() - fit.penalized())).exp();
-        let likely: Vec<(f64, &Fitted)> =
-            larger.iter().map(|fit| (weight(fit), *fit)).filter(|(weight, _)| *weight > LIKELY).collect();
-        let all: f64 = likely.iter().map(|(weight, _)| weight).sum();
+    /// Half of the interval about `value` that leaves 5 % outside.
+    fn half_interval(&self, value: f64) -> Option<f64> {
         let outside = |half: f64| {
-            let mut sum = 0.0;
-            for (weight, fit) in &likely {
-                // beyond all numbers: nothing
-                let own = if k == 4 { fit.ramp } else { fit.squares[k].sqrt() };
-                let beyond = |value: f64| {
-                    let away = self.away(k, fit, value)?;
-                    normal_survival(if value > own { away } else { -away })
-                };
-                let up = beyond(value + half)?;
-                let down = if half < value { 1.0 - beyond(value - half)? } else { 0.0 };
-                sum += weight / all * (up + down);
-            }
-            Some(sum)
+            let down = if half < value { self.probability(value - half, false)? } else { 0.0 };
+            Some(self.probability(value + half, true)? + down)
         };
-        let (mut low, mut high) = (0.0, 1e-3 * value);
-        while outside(high)? > 0.05 && high < 100.0 * value {
-            (low, high) = (high, 2.0 * high);
-        }
-        while high - low > 0.01 * high {
-            let middle = 0.5 * (low + high);
-            if outside(middle)? > 0.05 { low = middle } else { high = middle }
-        }
-        Some(0.5 * (low + high) / 1.96)
+        falls(outside, 1e-3 * value)
     }
 
-    /// What an absent coefficient is below (95 %).
-    fn below(&self, k: usize, fit: &Fitted) -> Option<f64> {
-        let most = if k == 4 {
-            self.slope.abs() + 1.645 * self.of_slope(fit)
-        } else {
-            (fit.squares[k] + 1.645 * self.deviation(k, fit, fit.squares[k])?).sqrt()
-        };
-        Some(most).filter(|v| v.is_finite())
+    /// The value that it exceeds with a probability of 5 %.
+    fn limit(&self) -> Option<f64> {
+        let most = self.sets.iter().map(|(_, fit)| fit.value(self.k)).fold(0.0, f64::max);
+        falls(|value| self.probability(value, true), 1e-3 * most.max(self.points.touch(self.k).sqrt()))
     }
+}
+
+/// Where a probability falls to 5 %, from a first guess.
+fn falls(probability: impl Fn(f64) -> Option<f64>, guess: f64) -> Option<f64> {
+    let (mut low, mut high) = (0.0, guess);
+    while probability(high)? > 0.05 {
+        (low, high) = (high, 2.0 * high);
+    }
+    while high - low > 0.01 * high {
+        let middle = 0.5 * (low + high);
+        if probability(middle)? > 0.05 { low = middle } else { high = middle }
+    }
+    Some(0.5 * (low + high))
 }

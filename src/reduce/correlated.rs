@@ -12,7 +12,7 @@
 //! that turns beside one that stands) make a class of their own.
 
 use super::innovations::{FLICKER_ALLAN, Process, Products, flicker, flicker_level, markov_lags, markov_mean};
-use super::rounded::{self, is_rounded};
+use super::rounded;
 use super::segment_blocks::SegmentBlocks;
 use super::turning::{self, Designs, Turned};
 use crate::elements::Elements;
@@ -267,15 +267,15 @@ fn alike(segments: &[SegmentBlocks], record: f64, level: f64) -> Vec<MeanUncerta
     let contrasts: usize = pieces.iter().flatten().map(|piece| piece.contrasts).sum();
     let is_spread = |values: &[f64]| values.iter().any(|v| Some(v) != values.first());
     let spread_out = pieces.iter().flatten().any(|piece| is_spread(&piece.values));
-    let of_steps = rounded::resolution(segments, level);
-    let plain = |segment: &SegmentBlocks| {
+    let of_steps = rounded::resolutions(segments, level);
+    let plain = |(segment, resolution): (&SegmentBlocks, &f64)| {
+        let resolution = *resolution;
         let white = segment.above.max(1.0) * segment.sd / (segment.samples.max(1) as f64).sqrt();
-        let resolution = if is_rounded(segment) { of_steps } else { 0.0 };
         let u = white.hypot(resolution);
         MeanUncertainty { u, middling: u, white, resolution, noisier: 1.0, ..MeanUncertainty::default() }
     };
     if contrasts < 3 || !spread_out {
-        return segments.iter().map(plain).collect();
+        return segments.iter().zip(&of_steps).map(plain).collect();
     }
     let nu = contrasts as f64;
     struct Seen {
@@ -337,13 +337,14 @@ fn alike(segments: &[SegmentBlocks], record: f64, level: f64) -> Vec<MeanUncerta
     let total: f64 = seen.iter().map(|s| (s.weight - best).exp()).sum();
     seen.iter_mut().for_each(|s| s.weight = (s.weight - best).exp() / total);
     let Some(likeliest) = seen.iter().max_by(|a, b| a.weight.total_cmp(&b.weight)) else {
-        return segments.iter().map(plain).collect();
+        return segments.iter().zip(&of_steps).map(plain).collect();
     };
     segments
         .iter()
+        .zip(&of_steps)
         .enumerate()
-        .map(|(k, segment)| {
-            let mut result = plain(segment);
+        .map(|(k, (segment, of_steps))| {
+            let mut result = plain((segment, of_steps));
             let (start, length) = (segment.start / width, segment.length / width);
             let parts: Vec<(f64, f64, f64)> = seen
                 .iter()

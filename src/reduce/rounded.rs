@@ -7,41 +7,38 @@
 //! u^2(s) = q^2/(2 pi^2) sum_k exp(-4 pi^2 k^2 s^2/q^2)/k^2          q^2/12 where s is 0
 //! ```
 //!
-//! (B. Widrow, I. Kollar, *Quantization Noise*, Cambridge University Press 2008). The noise s is estimated from the variances of the samples in several segments: at a place the
-//! variance is `V(c, s)`, from 0 in the middle of a step to about `q^2/4` at its end, and on the mean over all places `s^2 + q^2/12 - u^2(s)`. The likelihood of each s is the
-//! product over segments of the probability density of their variances, with their places unknown. With a flat prior of s it gives a mixture of normal distributions of
-//! standard deviations `u(s)`; the half interval of this mixture, divided by the normal factor, is the result.
+//! (B. Widrow, I. Kollar, *Quantization Noise*, Cambridge University Press 2008). What is known of the place is in the variance of a segment's samples: `V(c, s)`, from 0 in the middle of a
+//! step to about `q^2/4` at its end, and on the mean over all places `s^2 + q^2/12 - u^2(s)`. The likelihood of each s is the product over segments of the probability density of
+//! their variances, all places alike, with the prior `1/s` of a standard deviation. For each segment it gives the places, and their errors, that its variance allows: `u` is their root mean
+//! square, or more where 1.96 of it would not hold 95 %. One segment, two or many, of one level or of several: there is no other rule. A step that no two values show is the last decimal place of the value.
 
 use super::segment_blocks::SegmentBlocks;
-use crate::uncertainty::quantiles::{mixture_half_interval, normal_quantile, normal_survival};
-use std::f64::consts::PI;
+use crate::uncertainty::quantiles::{normal_quantile, normal_survival};
 use std::sync::LazyLock;
 
-/// Standard deviations of the noise on the grid, up to one step, where `u(s)` is 1e-9 of a step: it falls by at most 0.0152 of a step, a twentieth of its largest, from one to the
-/// next. And places in half a step (the other half is its mirror).
+/// Standard deviations of the noise on the grid, from where it reaches an edge from the last hundredth of a step only, up to one step, where `u(s)` is 1e-9 of a step; it falls by at most
+/// 0.0152 of a step, a twentieth of its largest, from one to the next. And places in half a step (the other half is its mirror).
 const NOISES: usize = 64;
 const PLACES: usize = 32;
 
-/// Variance of the samples at a place, of a variance from one sample, and how far apart the variances of neighbouring places are.
+/// Less likely noises do not count: what they add is below the resolution of a place.
+const LIKELY: f64 = 1e-4;
+
+/// Variance of the samples at a place, of a variance from one sample, how far they spread in the place (uniform from one end to the other), and the error of their mean, in steps.
 struct Place {
     variance: f64,
     scatter: f64,
     apart: f64,
+    error: f64,
 }
 
-/// A noise, in steps.
-struct Noise {
-    /// The standard deviation of the error of rounded means.
-    u: f64,
-    places: Vec<Place>,
-}
+/// The places with a noise.
+type Noise = Vec<Place>;
 
 static NOISE: LazyLock<Vec<Noise>> = LazyLock::new(|| (0..NOISES).map(noise).collect());
 
 fn noise(k: usize) -> Noise {
     let sd = (k as f64 + 0.5) / NOISES as f64;
-    // terms beyond are below 1e-9: exp(-4 pi^2 k^2 sd^2) at the least sd, and 1/k^2
-    let terms = (1..500).map(|k| f64::from(k).powi(2)).map(|square| (-4.0 * PI * PI * square * sd * sd).exp() / square);
     let moments = |place: usize| {
         let c = 0.5 * place as f64 / PLACES as f64;
         // the lower edges of levels, six standard deviations about the place at the largest noise: beyond lie 1e-9
@@ -50,30 +47,26 @@ fn noise(k: usize) -> Noise {
         let mean: f64 = levels.iter().map(|(level, p)| level * p).sum();
         let about = |power: i32| levels.iter().map(|(level, p)| p * (level - mean).powi(power)).sum::<f64>();
         let variance = about(2);
-        (variance, (about(4) - variance * variance).max(0.0))
+        (variance, (about(4) - variance * variance).max(0.0), (mean - c).abs())
     };
-    let own: Vec<(f64, f64)> = (0..=PLACES).map(moments).collect();
-    let between = |(a, b): (&(f64, f64), &(f64, f64))| Place {
+    let own: Vec<(f64, f64, f64)> = (0..=PLACES).map(moments).collect();
+    let between = |(a, b): (&(f64, f64, f64), &(f64, f64, f64))| Place {
         variance: 0.5 * (a.0 + b.0),
         scatter: 0.5 * (a.1 + b.1),
-        apart: (b.0 - a.0).abs(),
+        apart: (b.0 - a.0).abs() / 12f64.sqrt(),
+        error: a.2.max(b.2),
     };
-    let places = own.iter().zip(own.iter().skip(1)).map(between).collect();
-    Noise { u: (terms.sum::<f64>() / (2.0 * PI * PI)).sqrt(), places }
+    own.iter().zip(own.iter().skip(1)).map(between).collect()
 }
 
-impl Noise {
-    /// Logarithm of the probability density of a variance of so many samples, the place unknown.
-    fn log_density(&self, variance: f64, samples: f64) -> f64 {
-        let each = |place: &Place| {
-            // a variance has the resolution of one sample in all
-            let square = place.scatter / samples + samples.powi(-2) + place.apart.powi(2);
-            -0.5 * ((variance - place.variance).powi(2) / square + square.ln())
-        };
-        let all: Vec<f64> = self.places.iter().map(each).collect();
-        let best = all.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        best + (all.iter().map(|own| (own - best).exp()).sum::<f64>() / PLACES as f64).ln()
-    }
+/// Probability density of a segment's variance at each place; a variance has the resolution of one sample in all.
+fn densities(noise: &Noise, segment: &SegmentBlocks) -> Vec<f64> {
+    let (variance, samples) = ((segment.sd / segment.step).powi(2), segment.samples.max(1) as f64);
+    let each = |place: &Place| {
+        let square = place.scatter / samples + samples.powi(-2) + place.apart.powi(2);
+        (-0.5 * (variance - place.variance).powi(2) / square).exp() / square.sqrt()
+    };
+    noise.iter().map(each).collect()
 }
 
 /// Do a segment's samples lie within few steps: is their variance below that of the largest noise that is tried? One whose samples drift
@@ -87,25 +80,42 @@ pub(super) fn edge(segment: &SegmentBlocks) -> f64 {
     0.25 * segment.step.powi(2)
 }
 
-/// The standard uncertainty that rounding leaves in the means of the rounded segments of one channel with one noise. Where the noise cannot be estimated (no segment has
-/// two levels, or a single segment has no more than two) it is that without noise, `q/sqrt(12)`.
-pub(super) fn resolution(segments: &[SegmentBlocks], level: f64) -> f64 {
-    let seen: Vec<&SegmentBlocks> = segments.iter().filter(|own| !own.pieces.is_empty() && is_rounded(own)).collect();
-    let step = segments.iter().map(|own| own.step).fold(0.0, f64::max);
-    let silent = step / 12f64.sqrt();
-    let two = |own: &SegmentBlocks| own.sd.powi(2) * (own.samples.max(2) - 1) as f64 <= edge(own) * own.samples as f64;
-    if !seen.iter().any(|own| own.sd > 0.0) || matches!(seen.as_slice(), [own] if two(own)) {
-        return silent;
-    }
-    let log = |noise: &Noise| -> f64 {
-        seen.iter().map(|own| noise.log_density((own.sd / own.step).powi(2), own.samples.max(1) as f64)).sum()
+/// The standard uncertainty that rounding leaves in the mean of each segment of one channel with one noise. One without pieces is asked about, and tells nothing of the noise.
+pub(super) fn resolutions(segments: &[SegmentBlocks], level: f64) -> Vec<f64> {
+    let seen = || segments.iter().filter(|own| !own.pieces.is_empty() && is_rounded(own));
+    let log = |(k, noise): (usize, &Noise)| -> f64 {
+        let prior = -(k as f64 + 0.5).ln();
+        // so far from all places that a double has no density
+        let one = |own| (densities(noise, own).iter().sum::<f64>() / PLACES as f64).max(f64::MIN_POSITIVE).ln();
+        prior + seen().map(one).sum::<f64>()
     };
-    let logs: Vec<f64> = NOISE.iter().map(log).collect();
+    let logs: Vec<f64> = NOISE.iter().enumerate().map(log).collect();
     let best = logs.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let all: f64 = logs.iter().map(|own| (own - best).exp()).sum();
-    let parts: Vec<(f64, f64, f64)> =
-        NOISE.iter().zip(&logs).map(|(noise, own)| ((own - best).exp() / all, 0.0, noise.u)).collect();
-    // plain numbers: a mixture has an interval, and levels lie between 0 and 1
-    let half = mixture_half_interval(&parts, f64::INFINITY, level).zip(normal_quantile(0.5 + 0.5 * level));
-    half.map_or(silent, |(half, factor)| (step * half / factor).min(silent))
+    let weighed = NOISE.iter().zip(&logs).map(|(noise, own)| (noise, (own - best).exp()));
+    let likely: Vec<(&Noise, f64)> = weighed.filter(|(_, weight)| *weight > LIKELY).collect();
+    // levels lie between 0 and 1
+    let factor = normal_quantile(0.5 + 0.5 * level).unwrap_or(1.96);
+    let one = |segment: &SegmentBlocks| {
+        if !is_rounded(segment) {
+            return 0.0;
+        }
+        let mut errors: Vec<(f64, f64)> = Vec::new();
+        for (noise, weight) in &likely {
+            let own = densities(noise, segment);
+            let all = own.iter().sum::<f64>().max(f64::MIN_POSITIVE);
+            errors.extend(noise.iter().zip(own).map(|(place, own)| (place.error, weight * own / all)));
+        }
+        errors.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let all: f64 = errors.iter().map(|own| own.1).sum();
+        let square = errors.iter().map(|(error, weight)| error * error * weight).sum::<f64>() / all;
+        let mut beyond = 0.0;
+        let half = errors.iter().find(|(_, weight)| {
+            beyond += weight;
+            beyond > (1.0 - level) * all
+        });
+        // nothing likely: nothing known
+        let half = half.map_or(0.5, |own| own.0);
+        segment.step * if all > 0.0 { square.sqrt().max(half / factor) } else { 12f64.sqrt().recip() }
+    };
+    segments.iter().map(one).collect()
 }

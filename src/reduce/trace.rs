@@ -331,6 +331,10 @@ impl Channel {
             (block.mean, block.above, block.harmonics) = turning::without_turn(&mut block.pieces, &block.angles);
         }
         block.step = self.watch.step();
+        if block.step == 0.0 {
+            // digits of a computation show no step
+            block.step = number::resolution(std::iter::once(block.mean)).unwrap_or(0.0);
+        }
         block
     }
 }

@@ -231,8 +231,14 @@ pub fn date_of(day: f64) -> String {
 pub fn changes_document(report: &ChangesReport, lang: Language) -> Document {
     let changed = report.changes.iter().filter(|c| c.significant == Some(true)).map(|c| c.id.as_str());
     let changed: Vec<&str> = changed.collect();
+    let alone = report.changes.iter().filter(|c| c.significant == Some(false) && c.e_n.is_some_and(|e| e.abs() > 1.0));
+    let alone: Vec<&str> = alone.map(|c| c.id.as_str()).collect();
+    let beyond = (!alone.is_empty()).then(|| {
+        let tested = report.changes.iter().filter(|c| c.significant.is_some()).count();
+        (Tone::Caution, say!(lang, "beyond-u-but-not-together", ids = lang.names(alone), tested))
+    });
     let single = match changed.as_slice() {
-        [] if report.is_changed() => None,
+        [] if report.is_changed() || beyond.is_some() => None,
         ids => {
             let tone = if ids.is_empty() { Tone::Good } else { Tone::Bad };
             Some((tone, say!(lang, "changed-by-more-than-the-uncertainties-allow", ids = lang.names(ids))))
@@ -267,6 +273,7 @@ pub fn changes_document(report: &ChangesReport, lang: Language) -> Document {
     let only = only.into_iter().filter(|(ids, _)| !ids.is_empty());
     let answer = Section::new(say!(lang, "result"))
         .verdicts(single)
+        .verdicts(beyond)
         .verdicts(together)
         .verdicts(doubts(report, lang).into_iter().map(|doubt| (Tone::Caution, lang.sentence(&doubt))))
         .prose(say!(lang, "shared-by-both-calibrations-and-therefore-not", shared = lang.names(&report.shared)))

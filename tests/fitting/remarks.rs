@@ -211,3 +211,32 @@ fn scatter_within_positions_that_cancels_in_their_means_is_no_agreement() {
     let (p, text) = says(0.3);
     assert!(p > 0.999 && text.contains("between positions are smaller than the scatter"), "{p} {text}");
 }
+
+/// A tilt that these readings hardly determine (36 deg, U 119 deg) may be a small one: nothing is said of the readings' unit.
+#[test]
+fn a_tilt_that_may_be_small_is_not_called_steep() {
+    let rows: [(u32, f64, f64, f64, f64); 18] = [
+        (0, 330.0, 315.0, 20.0, -0.009712),
+        (0, 330.0, 315.0, -20.0, 0.032425),
+        (0, 330.0, 315.0, 37.0, -0.026989),
+        (1, 60.0, 0.0, 20.0, 0.010142),
+        (1, 60.0, 0.0, -20.0, 0.007579),
+        (1, 60.0, 0.0, 37.0, 0.011958),
+        (2, 180.0, 315.0, 20.0, 0.005756),
+        (2, 180.0, 315.0, -20.0, 0.013391),
+        (2, 180.0, 315.0, 37.0, 0.001413),
+        (3, 330.0, 0.0, 20.0, -0.011841),
+        (3, 330.0, 0.0, -20.0, 0.032311),
+        (3, 330.0, 0.0, 37.0, -0.029571),
+        (4, 60.0, 0.0, 20.0, 0.011764),
+        (4, 60.0, 0.0, -20.0, 0.008577),
+        (4, 60.0, 0.0, 37.0, 0.012257),
+        (5, 0.0, 315.0, 20.0, -0.004238),
+        (5, 0.0, 315.0, -20.0, 0.024426),
+        (5, 0.0, 315.0, 37.0, -0.015504),
+    ];
+    let row = |(position, alpha, beta, gamma, value): (u32, f64, f64, f64, f64)| json!({ "position": position.to_string(), "alpha_deg": alpha, "beta_deg": beta, "gamma_deg_s": gamma, "V": value });
+    let mut campaign: Value = serde_json::from_str(r#"{"bench": "gyro-turntable", "estimate": {"V0": {}, "dtheta_x0": {}, "dtheta_y0": {}, "dtheta_y1": {}, "dtheta_y2": {}, "dtheta_z2": {}}, "known": {"kI": {"value": -2.9222, "unit": "V/(deg/s)", "u": 0}}, "constraints": [{"norm_of": ["dtheta_y2", "dtheta_z2"], "at_most": 56.649836263936784, "unit": "arcsec"}]}"#).expect("JSON");
+    campaign["readings"] = rows.into_iter().map(row).collect();
+    assert_eq!(remarks(&campaign).matches("not a small tilt").count(), 0);
+}

@@ -115,3 +115,39 @@ fn corrected_positions_are_as_long_as_their_norm() {
         assert!(expected.iter().all(|name| in_use.values().any(|line| line == name)));
     }
 }
+
+/// A norm is a reference, not rounded in each row: its digits say nothing of the scatter. Twelve directions, counts that are off by up to one (0.0025 m/s^2; the last digit of 9.8 is 40 times that).
+#[test]
+fn digits_of_a_norm_are_not_rounding() {
+    let us = |norm: &str| -> Vec<f64> {
+        let mut state = 1_u32;
+        let mut off = || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            f64::from(state >> 8) / f64::from(1 << 23) - 1.0
+        };
+        let row = |k: u32| {
+            // a spiral from pole to pole
+            let z = 1.0 - (2.0 * f64::from(k) + 1.0) / 12.0;
+            let (sin, cos) = (2.4 * f64::from(k)).sin_cos();
+            let counts = raw([(1.0 - z * z).sqrt() * cos, (1.0 - z * z).sqrt() * sin, z].map(|own| 9.8 * own));
+            let [x, y, z] = counts.map(|own| own + off());
+            format!(r#"{{"ax": {x}, "ay": {y}, "az": {z}, "norm": {norm}}}"#)
+        };
+        let rows: Vec<String> = (0..12).map(row).collect();
+        let start = by_its_norm();
+        let (head, rest) = start.split_once(r#""known""#).expect("what is known");
+        assert!(rest.contains("estimate"));
+        let text = format!(
+            r#"{head}"known": {{"mis_yz": {{"value": 0.003}}, "mis_zy": {{"value": -0.009}}, "mis_zx": {{"value": 0.021}}}},
+            "estimate": {{"s_x": {{"start": 0.0024}}, "s_y": {{"start": 0.0025}}, "s_z": {{"start": 0.0026}}, "b_x": {{"start": 33100}}, "b_y": {{"start": 33200}}, "b_z": {{"start": 32300}}}},
+            "readings": [{}]}}"#,
+            rows.join(",")
+        );
+        let fit = exact(&parse(&text));
+        fit.parameters.iter().map(|own| own.uncertainty.as_ref().expect("u").u).collect()
+    };
+    // a number of sixteen digits has no last place that is coarse
+    for (short, long) in us("9.8").iter().zip(us("9.800000000000001")) {
+        assert!((short / long - 1.0).abs() < 1e-6, "{short} {long}");
+    }
+}
