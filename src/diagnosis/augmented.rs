@@ -376,7 +376,6 @@ impl<'a> Search<'a> {
             plain: &absurd,
             known: weighted.from == NoiseFrom::Stated,
             kernels: &kernels,
-            moving: &candidates.iter().map(moves).collect::<Vec<_>>(),
             sharing: None,
         };
         let mut score = Score::new(&problem, self.priors);
@@ -426,7 +425,6 @@ impl<'a> Search<'a> {
             plain: &plain(&members, &design, self.priors.plain),
             known: weighted.from == NoiseFrom::Stated,
             kernels: &kernels,
-            moving: &[],
             sharing: Some(remainder.1),
         };
         let mut score = Score::new(&problem, self.priors);
@@ -607,7 +605,10 @@ fn movers(view: &View) -> Vec<Names> {
     for (_, set) in likely.filter(|(_, set)| set.len() > 1) {
         for member in set {
             let others: Vec<u16> = set.iter().copied().filter(|j| j != member).collect();
-            let near = |j: u16| view.score.cosine(&others, *member, j) >= RESEMBLES;
+            let alike = view.score.alike.get(usize::from(*member));
+            let near = |j: u16| {
+                alike.is_some_and(|same| same.contains(&j)) || view.score.cosine(&others, *member, j) >= RESEMBLES
+            };
             for (j, _) in candidates().filter(|(j, _)| near(*j)) {
                 let names = view.names(&[j]);
                 if !moving.contains(&names) {
@@ -620,7 +621,7 @@ fn movers(view: &View) -> Vec<Names> {
     moving
 }
 
-/// The most probable set, and those with a tilt or a known value: each moves the inputs.
+/// The most probable set, and those in which a tilt or a known value replaces a member.
 fn hypotheses(view: &View, alias: f64) -> Vec<Names> {
     let sets = &view.posterior.sets;
     let names = |set: &Vec<u16>| view.names(&view.plain(set, alias));
@@ -636,11 +637,13 @@ fn hypotheses(view: &View, alias: f64) -> Vec<Names> {
             break;
         }
         for (place, member) in set.iter().enumerate() {
-            if view.candidates.get(usize::from(*member)).is_some_and(moves) && !seen.contains(member) {
-                seen.push(*member);
-                let mut with = view.plain(set, alias);
-                with.iter_mut().skip(place).take(1).for_each(|slot| *slot = *member);
-                wanted.push(view.names(&with));
+            for other in view.score.alike.get(usize::from(*member)).into_iter().flatten() {
+                if view.candidates.get(usize::from(*other)).is_some_and(moves) && !seen.contains(other) {
+                    seen.push(*other);
+                    let mut with = view.plain(set, alias);
+                    with.iter_mut().skip(place).take(1).for_each(|slot| *slot = *other);
+                    wanted.push(view.names(&with));
+                }
             }
         }
     }

@@ -171,7 +171,6 @@ pub fn foresee(campaign: &Campaign, catalogue: &[Effect], noise: &Noise) -> Resu
         plain: &vec![f64::INFINITY; noise.end],
         known: true,
         kernels: &kernels,
-        moving: &[],
         sharing: None,
     };
     let mut score = Score::new(&problem, priors);

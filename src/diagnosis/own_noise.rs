@@ -87,7 +87,6 @@ fn of_noise(
         plain: &[],
         known: false,
         kernels: &kernels,
-        moving: &[],
         sharing: None,
     };
     let deviations = Score::new(&problem, priors).deviations(&[]);

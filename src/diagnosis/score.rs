@@ -142,9 +142,6 @@ pub(crate) struct Problem<'a> {
     pub plain: &'a [f64],
     pub known: bool,
     pub kernels: &'a [Kernel],
-    /// Columns that are what they are at this point alone, since what has them moves the inputs: at its solution each may be another, and none represents
-    /// others that are the same here. Empty where no column does.
-    pub moving: &'a [bool],
     /// So many share the probability of a remainder; those that are not here have next to none.
     pub sharing: Option<usize>,
 }
@@ -320,8 +317,7 @@ impl Score {
                 continue;
             }
             let mut group = vec![j];
-            let is_moving = |i: usize| p.moving.get(i) == Some(&true);
-            for &i in order[n + 1..].iter().filter(|i| !is_moving(j) && !is_moving(**i)) {
+            for &i in order[n + 1..].iter() {
                 if b[i].abs() - b[j].abs() > 1e-7 * zz.sqrt() {
                     break;
                 }

@@ -80,7 +80,6 @@ impl Search<'_> {
             // where something is unexplained, the noise itself may be larger than stated
             known: whole && case.from == NoiseFrom::Stated,
             kernels: &kernels,
-            moving: &[],
             sharing: None,
         };
         let mut score = Score::new(&problem, priors);

@@ -441,31 +441,3 @@ fn a_known_scale_factor_on_a_ridge_is_not_wrong() {
         assert_nothing(&diagnosed(&simulated(&schedule, &truth, seed)));
     }
 }
-
-/// Gravity has a component along S at three readings alone, each at another position and at the same one rate, so that
-/// there `a_S = sin(alpha)`, zero or one but for the tilts, is its own square and cube, and `-sin(3 alpha)`. An error of the known scale factor, which moves the tilts elsewhere, has the same column at the
-/// model as given, and does not explain the readings once it is fitted: its failure says nothing of the others.
-#[test]
-fn what_has_the_column_of_a_known_value_is_an_alias_though_that_explains_nothing() {
-    let rates = json!([20, -20, 40, -40]);
-    let four = |(k, alpha, beta): (usize, f64, f64)| json!({ "position": k.to_string(), "alpha_deg": alpha, "beta_deg": beta, "gamma_deg_s": rates });
-    let one = |(k, beta, rate): (usize, f64, f64)| json!({ "position": k.to_string(), "alpha_deg": 90, "beta_deg": beta, "gamma_deg_s": rate });
-    let readings: Vec<Value> = [(1, 180.0, 180.0), (2, 0.0, 270.0), (3, 0.0, 90.0), (4, 0.0, 90.0)]
-        .map(four)
-        .into_iter()
-        .chain([(7, 90.0, 40.0), (5, 45.0, -20.0), (6, 135.0, -20.0)].map(one))
-        .collect();
-    let mut schedule = gyro();
-    schedule["readings"] = json!(readings);
-    let mut truth = gyro_truth();
-    truth["effects"] = json!([{ "regressor": "a_S", "value": 2e-3 }]);
-    for seed in 0..SEEDS {
-        let report = diagnosed(&simulated(&schedule, &truth, seed));
-        let [effect] = report.effects.as_slice() else { panic!("{seed}: {}", report.effects.len()) };
-        let names = names(&report);
-        for same in ["a_S", "a_S^2", "a_S^3", "abs(a_S)", "sin(alpha)", "sin(3*alpha)"] {
-            assert!(names[0].contains(&same), "{seed}: {same} is not among {names:?}");
-        }
-        assert_ne!(effect.regressor, "known:kI");
-    }
-}

@@ -42,7 +42,6 @@ fn five_correlated_columns_come_out_of_sixty() {
                 plain: &[f64::INFINITY; 60],
                 known: true,
                 kernels: &[],
-                moving: &[],
                 sharing: None,
             },
             priors,
