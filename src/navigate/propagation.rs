@@ -37,7 +37,7 @@ pub struct NavigationUncertainty {
 /// Combine a report's parameters to error sources: `Sigma_sources = A Sigma_report A^T`.
 ///
 /// `order` and `matrix` are the report's covariance; `carry` has for each source the parameters and their factors,
-/// source unit (see `ErrorSource::unit`) per parameter unit.
+/// in the unit of the error source per parameter unit.
 ///
 /// Errors: an unknown source or parameter, a covariance that is not square, a parameter without a covariance.
 pub fn combine(

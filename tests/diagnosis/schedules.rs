@@ -134,11 +134,17 @@ pub fn fitted(campaign: &Campaign) -> Fit {
     fit(campaign, &fit::Settings::default()).unwrap()
 }
 
-/// What the model leaves of columns: `(1 - Q Q') c`.
+/// What the model leaves of columns, `(1 - Q Q') c`, twice for rounding; nothing of those of which it leaves less than 1e-6.
 fn outside(model: &Fit, columns: faer::Mat<f64>) -> faer::Mat<f64> {
     let q = model.estimate.factor.thin_q();
-    let taken = q * (q.transpose() * &columns);
-    columns - taken
+    let once = |columns: &faer::Mat<f64>| columns - q * (q.transpose() * columns);
+    let mut left = once(&once(&columns));
+    for (left, own) in left.col_iter_mut().zip(columns.col_iter()) {
+        if !(left.norm_l2() > 1e-6 * own.norm_l2()) {
+            left.iter_mut().for_each(|v| *v = 0.0);
+        }
+    }
+    left
 }
 
 /// Cosines between columns outside the model.
@@ -148,7 +154,7 @@ pub fn cosines(model: &Fit, columns: &[&Vec<f64>]) -> faer::Mat<f64> {
     let mut left = outside(model, matrix);
     for column in left.col_iter_mut() {
         let norm = column.norm_l2();
-        column.iter_mut().for_each(|v| *v /= norm);
+        column.iter_mut().for_each(|v| *v /= if norm > 0.0 { norm } else { 1.0 });
     }
     left.transpose() * &left
 }
