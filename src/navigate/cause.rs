@@ -67,14 +67,6 @@ impl Change {
     }
 
     /// Mean of `f` between two times, `int_a^b f dt / (b - a)`.
-    ///
-    /// ```
-    /// use tumble::navigate::cause::Change;
-    /// assert_eq!(Change::Step(3.0).mean(2.0, 4.0), 0.5);
-    /// // 2/pi over half a wave
-    /// let half = Change::Wave { period: 4.0, phase: 0.0 }.mean(0.0, 2.0);
-    /// assert!((half - std::f64::consts::FRAC_2_PI).abs() < 1e-15);
-    /// ```
     pub fn mean(self, a: f64, b: f64) -> f64 {
         if !(b > a) {
             return self.at(a);
@@ -113,11 +105,6 @@ impl Change {
 impl Cause {
     /// Its name: `gyro_bias_x`, `gyro_bias_x:ramp`, `reference:phi_up_arcsec`, `reference:position_east_m:step(7200)`, `rate_random_walk_x`,
     /// `reading:17`.
-    ///
-    /// ```
-    /// use tumble::navigate::cause::{Cause, Change};
-    /// assert_eq!(Cause::Reference(2, Some(Change::Ramp)).id(), "reference:phi_up_arcsec:ramp");
-    /// ```
     pub fn id(&self) -> String {
         match self {
             Cause::Constant(source) => source.id(),

@@ -72,23 +72,6 @@ const STEADY: f64 = 0.02;
 ///
 /// Errors: a significance outside (0, 1); random walks in the mission, but measured values without `u`; a navigator that the
 /// errors of the mission carry over a pole.
-///
-/// ```
-/// use tumble::navigate::{diagnose, errors::{ImuErrors, ErrorSource}, measured::{Measured, MeasuredRow}};
-/// use tumble::navigate::{mission::{Mission, Site}, motion::Motion, signatures};
-/// let site = Site { latitude_rad: 0.8, longitude_rad: 0.0, altitude_m: 0.0 };
-/// let mission = Mission::new(site, 0.1, 7200.0, 60.0, Motion::default())?;
-/// let times: Vec<f64> = (0..=120).map(|k| 60.0 * f64::from(k)).collect();
-/// let hidden = ImuErrors::single(ErrorSource::named("accelerometer_bias_x").unwrap(), 1e-4);
-/// let mut measured = Measured::default();
-/// for (time, z) in times.iter().zip(signatures::predicted(&mission, &mission.motion, &hidden, &times)) {
-///     measured.push(0, MeasuredRow { time: *time, value: z.map(Some), u: [1e-5, 1e-5, 1e-5, 0.01, 0.01, 5.0, 5.0].map(Some) });
-/// }
-/// let diagnosis = diagnose::diagnose(&mission, &measured, &Default::default())?;
-/// assert_eq!(diagnosis.findings[0].source.id(), "accelerometer_bias_x");
-/// assert!((diagnosis.findings[0].value / 1e-4 - 1.0).abs() < 1e-6);
-/// # Ok::<(), tumble::error::Malformed>(())
-/// ```
 pub fn diagnose(mission: &Mission, measured: &Measured, settings: &Settings) -> Result<NavigationDiagnosis> {
     diagnose_with(mission, measured, settings, &mut |_, _| {})
 }

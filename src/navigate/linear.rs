@@ -70,13 +70,6 @@ pub struct Kinematics {
 }
 
 /// The matrix `F` of `x' = F x`.
-///
-/// ```
-/// use tumble::navigate::{linear, mission::Site};
-/// let site = Site { latitude_rad: 45_f64.to_radians(), longitude_rad: 0.0, altitude_m: 0.0 };
-/// let f = linear::dynamics(&linear::at_rest(site));
-/// assert!((f[3][1] + 9.806_2).abs() < 1e-4); // a tilt about north is felt as a westward force
-/// ```
 pub fn dynamics(k: &Kinematics) -> Square {
     let (sine, cosine) = k.latitude_rad.sin_cos();
     let radii = Curvature::at(k.latitude_rad, k.altitude_m);
@@ -113,15 +106,6 @@ pub fn at_rest(site: Site) -> Kinematics {
 
 /// Angular frequencies, rad/s, of the error equations at rest, in rising order: the Earth's, and the two of Schuler's
 /// oscillation as the Foucault rotation parts them; `None` where the eigenvalue iteration does not converge.
-///
-/// ```
-/// use tumble::navigate::{linear, mission::Site};
-/// let site = Site { latitude_rad: 45.7796_f64.to_radians(), longitude_rad: 0.0, altitude_m: 0.0 };
-/// let [earth, slow, fast] = linear::frequencies(site).unwrap();
-/// let minutes = std::f64::consts::TAU / (0.5 * (slow + fast)) / 60.0;
-/// assert!((minutes - 84.4).abs() < 0.1);
-/// assert!((earth / 7.292115e-5 - 1.0).abs() < 1e-9);
-/// ```
 pub fn frequencies(site: Site) -> Option<[f64; 3]> {
     // Velocities in units of the orbital one, so that all numbers are of the size of Schuler's frequency.
     let scale = [1.0, 1.0, 1.0, 7900.0, 7900.0, 1.0, 1.0];

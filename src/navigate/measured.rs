@@ -28,12 +28,6 @@ pub fn si_per_unit(channel: usize) -> f64 {
 pub type Channels = [f64; CHANNELS];
 
 /// A navigation error by channels.
-///
-/// ```
-/// use tumble::navigate::{measured::channels, run::NavigationError};
-/// let error = NavigationError { position: [3.0, 4.0], ..Default::default() };
-/// assert_eq!(channels(&error)[5..], [3.0, 4.0]);
-/// ```
 pub fn channels(error: &NavigationError) -> Channels {
     let [e, n, u] = error.attitude;
     [e, n, u, error.velocity[0], error.velocity[1], error.position[0], error.position[1]]

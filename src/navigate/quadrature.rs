@@ -33,14 +33,6 @@ pub struct Quadrature {
 
 impl Quadrature {
     /// Weights for a block of so many equal steps (held between 1 and `MAX_STEPS`).
-    ///
-    /// ```
-    /// use tumble::navigate::quadrature::Quadrature;
-    /// let rule = Quadrature::new(60);
-    /// let third: f64 = rule.nodes.iter().zip(rule.weights.iter()).map(|(x, w)| x.powi(2) * w[59]).sum();
-    /// let exact = (1.0 - (59.0_f64 / 60.0).powi(3)) / 3.0;
-    /// assert!((third - exact).abs() < 1e-16);
-    /// ```
     pub fn new(steps: usize) -> Self {
         let steps = steps.clamp(1, MAX_STEPS);
         // Chebyshev points of the first kind on [-1, 1], in rising order.

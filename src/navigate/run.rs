@@ -132,16 +132,6 @@ impl NavigationError {
 ///
 /// A row is given to `sink` at the start, after every `steps_per_row` steps and at the end. Nothing here fails: a
 /// navigator whose errors carry it over a pole goes on as NaN.
-///
-/// ```
-/// use tumble::navigate::{mission::{Mission, Site}, motion::Motion, run::{self, Continue, Scenario}};
-/// let site = Site { latitude_rad: 0.8, longitude_rad: 0.0, altitude_m: 0.0 };
-/// let mission = Mission::new(site, 0.01, 600.0, 60.0, Motion::default())?;
-/// let perfect = Scenario { id: "none".into(), errors: Default::default() };
-/// let flight = run::fly(&mission, &mission.motion, &[perfect], &mut |_| Continue::Yes);
-/// assert!(flight.outcomes[0].position.max < 1e-6);
-/// # Ok::<(), tumble::error::Malformed>(())
-/// ```
 pub fn fly(
     mission: &Mission,
     motion: &Motion,

@@ -64,11 +64,6 @@ impl Default for Settings {
 
 impl Settings {
     /// The defaults at another significance.
-    ///
-    /// ```
-    /// let settings = tumble::navigate::settings::Settings::at(0.05);
-    /// assert_eq!((settings.common.significance, settings.rank_penalty), (0.05, 2.0));
-    /// ```
     pub fn at(significance: f64) -> Self {
         Settings { common: diagnosis::Settings::at(significance), ..Settings::default() }
     }

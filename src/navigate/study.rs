@@ -92,16 +92,6 @@ pub struct Progress {
 }
 
 /// The scenarios of a set of errors.
-///
-/// ```
-/// use tumble::navigate::{errors::{ImuErrors, ErrorSource}, study::{FlownTogether, scenarios}};
-/// let mut errors = ImuErrors::default();
-/// for id in ["gyro_bias_x", "gyro_bias_y", "accelerometer_bias_x"] {
-///     ErrorSource::named(id).unwrap().set(&mut errors, 1e-6);
-/// }
-/// let ids: Vec<String> = scenarios(&errors, FlownTogether::Groups).into_iter().map(|s| s.id).collect();
-/// assert_eq!(ids, ["all", "gyro_bias", "accelerometer_bias", "perfect_unit"]);
-/// ```
 pub fn scenarios(errors: &ImuErrors, separation: FlownTogether) -> Vec<Scenario> {
     let mut scenarios = vec![Scenario { id: "all".into(), errors: *errors }];
     let present = errors.present();

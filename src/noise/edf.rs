@@ -25,12 +25,6 @@ const MOST: f64 = 100.0;
 /// Equivalent degrees of freedom for `m` samples averaged out of a record with `phases` values of the running sum.
 ///
 /// `None` where the record is too short for one difference.
-///
-/// ```
-/// use tumble::noise::{Kind, equivalent_dof};
-/// // white noise, neighbouring differences of 1001 phases: autocorrelations -1/3 and -1/6 in the paper's model, M/(1 + 2 (1/9 + 1/36))
-/// assert!((equivalent_dof(Kind::Allan, 0, 1, 1001).unwrap() - 782.03).abs() < 0.01);
-/// ```
 pub fn equivalent_dof(kind: Kind, alpha: i32, m: u64, phases: u64) -> Option<f64> {
     let d = if kind == Kind::Hadamard { 3.0 } else { 2.0 };
     let alpha = alpha.clamp(if kind == Kind::Hadamard { -4 } else { -2 }, 2);

@@ -29,12 +29,6 @@ fn force(unit: &str) -> Option<f64> {
 }
 
 /// The unit in which the field states a coefficient, for a record in `unit`.
-///
-/// ```
-/// use tumble::noise::{Term, field_unit};
-/// let n = field_unit(Term::RandomWalk, "deg/s");
-/// assert_eq!((n.symbol.as_str(), n.factor), ("deg/sqrt(h)", 60.0));
-/// ```
 pub fn field_unit(term: Term, unit: &str) -> FieldUnit {
     let (symbol, factor) = match (rate(unit), force(unit), term) {
         (Some(r), _, Term::Quantization) => ("arcsec".into(), 3600.0 * r),

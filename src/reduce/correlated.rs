@@ -185,17 +185,6 @@ fn classes(seen: &[(f64, f64)]) -> Vec<Vec<usize>> {
 
 /// The uncertainty of each segment's mean; `record` is the length of the whole record in blocks. A segment without pieces is one that may be read: its
 /// uncertainty is the middling one of a mean over its length, with the noise of the others.
-///
-/// ```
-/// use tumble::reduce::{SegmentBlocks, mean_uncertainties};
-/// // noise without memory: u is s/sqrt(n), nearly
-/// let mut n = 1_u64;
-/// let mut next = || { n = n.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407); (n >> 40) as f64 / 16777216.0 };
-/// let values: Vec<f64> = (0..2000).map(|_| (0..12).map(|_| next()).sum::<f64>() - 6.0).collect();
-/// let block = SegmentBlocks { pieces: vec![values], length: 2000.0, samples: 2000, sd: 1.0, ..SegmentBlocks::default() };
-/// let u = mean_uncertainties(&[block], 2000.0, 0.95)[0].u;
-/// assert!(u > 0.9 / 2000f64.sqrt() && u < 2.0 / 2000f64.sqrt());
-/// ```
 pub fn mean_uncertainties(segments: &[SegmentBlocks], record: f64, level: f64) -> Vec<MeanUncertainty> {
     let seen: Vec<(f64, f64)> = segments.iter().map(differences).collect();
     let classes = classes(&seen);

@@ -91,12 +91,6 @@ pub(crate) fn whole_turns_of(trace: &Trace, segmentation: &mut Segmentation) -> 
 }
 
 /// The angle of an encoder as it goes on from turn to turn, in turns.
-///
-/// ```
-/// let mut unwrap = tumble::reduce::Unwrap::new(360.0);
-/// assert_eq!(unwrap.turns(&[270.0, 0.0, 90.0]), [0.75, 1.0, 1.25]);
-/// assert_eq!(unwrap.turns(&[0.0]), [1.0]);
-/// ```
 #[derive(Debug, Clone)]
 pub struct Unwrap {
     turn: f64,

@@ -38,5 +38,6 @@ mod uncertainty;
 mod vocabulary;
 #[path = "../alone/missions.rs"]
 mod wire;
+mod worked;
 
 use tumble::{error, fit, units};

@@ -37,5 +37,6 @@ mod turning;
 mod uncertainty;
 #[path = "../../src/vocabulary.rs"]
 mod vocabulary;
+mod worked;
 
 use tumble::{bench, units};

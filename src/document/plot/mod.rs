@@ -59,14 +59,6 @@ const YELLOW: RGBColor = RGBColor(0xf0, 0xe4, 0x42);
 /// A chart as inline SVG.
 ///
 /// Errors: none that numbers or names can cause.
-///
-/// ```
-/// use tumble::document::chart::{Chart, Interval};
-/// let row = Interval { label: "tilt".into(), value: -3.0, expanded: 0.5, at_bound: None };
-/// let svg = tumble::document::plot::draw(&Chart::Values(vec![row], "arcsec".into()), Default::default())?;
-/// assert!(svg.starts_with("<svg") && svg.contains(">\ntilt\n"));
-/// # Ok::<(), tumble::error::Malformed>(())
-/// ```
 pub fn draw(chart: &Chart, lang: Language) -> Result<String> {
     match chart {
         Chart::Values(rows, unit) => rows::values(rows, unit, lang),
