@@ -23,6 +23,15 @@ pub enum Change {
         /// Phase at the start, rad.
         phase: f64,
     },
+    /// `x` and `-x` in turn: what is switched periodically.
+    Square {
+        /// `T`, s.
+        period: f64,
+        /// A middle of `x`, s.
+        middle: f64,
+        /// The share of `T` in which it is `x`.
+        share: f64,
+    },
 }
 
 /// A possible cause.
@@ -63,6 +72,10 @@ impl Change {
             Change::Step(start) => f64::from(u8::from(time >= start)),
             Change::WarmUp(constant) => (-time / constant).exp(),
             Change::Wave { period, phase } => (TAU * time / period + phase).sin(),
+            Change::Square { period, middle, share } => {
+                let turn = (time - middle) / period + 0.5 * share;
+                if turn.rem_euclid(1.0) < share { 1.0 } else { -1.0 }
+            }
         }
     }
 
@@ -80,6 +93,14 @@ impl Change {
                 let half = 0.5 * TAU * (b - a) / period;
                 (0.5 * TAU * (a + b) / period + phase).sin() * half.sin() / half
             }
+            Change::Square { period, middle, share } => {
+                // the time at x since a beginning of x
+                let at_x = |time: f64| {
+                    let turn = (time - middle) / period + 0.5 * share;
+                    period * (turn.floor() * share + turn.rem_euclid(1.0).min(share))
+                };
+                2.0 * (at_x(b) - at_x(a)) / (b - a) - 1.0
+            }
         }
     }
 
@@ -89,6 +110,7 @@ impl Change {
             Change::Step(start) => format!("step({start:.0})"),
             Change::WarmUp(constant) => format!("warm-up({constant:.0})"),
             Change::Wave { period, .. } => format!("wave({period:.0})"),
+            Change::Square { period, .. } => format!("square-wave({period:.0})"),
         }
     }
 
@@ -98,6 +120,9 @@ impl Change {
             Change::Step(start) => format!("from {:.2} h on", start / 3600.0),
             Change::WarmUp(constant) => format!("dying away in {:.2} h", constant / 3600.0),
             Change::Wave { period, phase } => format!("as sin(2 pi t/({:.3} h) {phase:+.2})", period / 3600.0),
+            Change::Square { period, share, .. } => {
+                format!("as a square wave of {:.3} h, {share:.2} of it at this value", period / 3600.0)
+            }
         }
     }
 }
@@ -219,7 +244,8 @@ impl Cause {
             Cause::Reference(_, None) => 3.5,
             Cause::Changing(_, Change::Ramp) | Cause::Reference(_, Some(Change::Ramp)) => 4.0,
             // its period and its phase are fitted too
-            Cause::Changing(_, Change::Wave { .. }) | Cause::Reference(_, Some(Change::Wave { .. })) => 6.0,
+            Cause::Changing(_, Change::Wave { .. } | Change::Square { .. })
+            | Cause::Reference(_, Some(Change::Wave { .. } | Change::Square { .. })) => 6.0,
             Cause::Changing(..) | Cause::Reference(..) => 5.0,
             Cause::RandomWalk(_) | Cause::BiasWalk(..) => 4.0,
             Cause::Reading { .. } => 0.0,
@@ -248,7 +274,7 @@ impl Cause {
         (self.with_change(Change::Ramp).unwrap_or(*self), self.change().as_ref().map(discriminant))
     }
 
-    /// Does it change in time as a ramp, a step, a warm-up or a wave?
+    /// Does it change in time as a ramp, a step, a warm-up, a wave or a square wave?
     pub(crate) fn is_course(&self) -> bool {
         self.change().is_some()
     }
@@ -259,7 +285,7 @@ impl Cause {
     }
 }
 
-/// All causes but single values and waves (`periodic.rs` looks for these): constants as in [`ErrorSource::catalogue`], then faults of the reference in the channels that are measured, then
+/// All causes but single values, waves and square waves (`periodic.rs` looks for these): constants as in [`ErrorSource::catalogue`], then faults of the reference in the channels that are measured, then
 /// biases that change, with steps at so many times of a run of this duration (s).
 pub(super) fn catalogue(measured: &[bool; CHANNELS], duration: f64, steps: usize) -> Vec<Cause> {
     let mut causes: Vec<Cause> = ErrorSource::catalogue().into_iter().map(Cause::Constant).collect();

@@ -6,6 +6,9 @@
 //!
 //! At a period `T` it is linear in `a` and `b`. Every bias and every channel is tried with every whole number of half waves in the run, given a set and
 //! given nothing; the period is refined about the best (`sharpen.rs`). The waves that reduce the sum of squares most are candidates.
+//!
+//! What is switched between `x` and `-x` with a period is a square wave. Its first wave is the largest one wherever it is switched, and has its middle in a crest; so
+//! each such wave is tried as one, and its two edges and its period are refined. Where that reduces the sum of squares more, it is a candidate, too.
 
 use super::cause::{Cause, Change};
 use super::products::INDEPENDENT;
@@ -13,7 +16,7 @@ use super::refine::{Search, State};
 use super::sharpen::By;
 use super::weighed::Weighed;
 use crate::linear::{dot, orthonormal, project};
-use std::f64::consts::FRAC_PI_2;
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 /// Half waves in a run that are tried: fewer are a ramp or a warm-up,
 const LEAST: usize = 2;
@@ -24,6 +27,13 @@ const MOST: usize = 80;
 /// Waves that are candidates: those that reduce the sum of squares most, of each bias and channel one. They bound the work; a second wave of a set is a
 /// candidate given the first.
 const CANDIDATES: usize = 4;
+
+/// Shares of a period that are tried at first: that many less one, equally apart.
+const SHARES: i32 = 16;
+/// Share of its gain that a square wave takes off what is a wave, or a wave off a square wave of equal halves: 8/pi^2.
+const FIRST_WAVE: f64 = 8.0 / (PI * PI);
+/// A refinement that reduces the sum of squares by less, in variances of the noise, is none.
+pub(super) const SHARPER: f64 = 0.5;
 
 /// A wave given some causes: by how much it reduces the sum of squares, and its amplitude.
 pub(super) struct WaveFit {
@@ -47,6 +57,68 @@ impl Weighed {
     /// The best phase of a wave; `None` for what does not wave, or is not independent.
     pub(super) fn wave(&self, of: &Cause, period: f64, given: &Given) -> Option<WaveFit> {
         phased(of, period, self.both(of, period)?, given)
+    }
+
+    /// A cause given others.
+    pub(super) fn fit(&self, cause: Cause, (basis, residual): &Given) -> Option<WaveFit> {
+        let mut columns = [self.made.of(&cause)];
+        self.weigh(&mut columns);
+        let [mut column] = columns;
+        let whole = dot(&column, &column);
+        project(&mut column, basis);
+        let (outside, along) = (dot(&column, &column), dot(&column, residual));
+        (outside > INDEPENDENT * whole).then(|| WaveFit { cause, size: along / outside, gain: along * along / outside })
+    }
+
+    /// A square wave with the edges and the period that explain most, near some; in a run that is so long.
+    pub(super) fn square(&self, of: &Cause, near: Change, given: &Given, last: f64) -> Option<WaveFit> {
+        let Change::Square { period, middle, share } = near else { return None };
+        // about the middle of the run its edges and its period are known by themselves
+        let middle = middle + period * ((0.5 * last - middle) / period).round();
+        let (mut period, mut edges) = (period, [middle - 0.5 * share * period, middle + 0.5 * share * period]);
+        let at = |period: f64, [rise, fall]: [f64; 2]| {
+            let (middle, share) = (0.5 * (rise + fall), (fall - rise) / period);
+            let change = of.with_change(Change::Square { period, middle, share })?;
+            let fit = self.fit(change, given).filter(|_| share > 0.0 && share < 1.0)?;
+            Some((-fit.gain, fit))
+        };
+        let mut best = at(period, edges)?;
+        loop {
+            let before = best.0;
+            for k in 0..3 {
+                let found = match k {
+                    2 => By::HalfWave(last).finest(period, |period| at(period, edges).map(|(v, f)| (v, (f, period)))),
+                    _ => By::Shift(0.25 * period).finest(edges.get(k).copied()?, |edge| {
+                        let mut moved = edges;
+                        moved.iter_mut().skip(k).take(1).for_each(|slot| *slot = edge);
+                        at(period, moved).map(|(v, f)| (v, (f, edge)))
+                    }),
+                };
+                let Some((gain, (fit, place))) = found else { continue };
+                best = (gain, fit);
+                match k {
+                    2 => period = place,
+                    _ => edges.iter_mut().skip(k).take(1).for_each(|slot| *slot = place),
+                }
+            }
+            if before - best.0 < SHARPER {
+                return Some(best.1);
+            }
+        }
+    }
+
+    /// The square wave of which this is the first wave, if it explains more.
+    fn switched(&self, wave: &WaveFit, given: &Given, last: f64) -> Option<Cause> {
+        let Some(Change::Wave { period, phase }) = wave.cause.change() else { return None };
+        let middle = period * (0.25 - phase / TAU);
+        let shares = (1..SHARES).map(|k| f64::from(k) / f64::from(SHARES));
+        let of = |share| {
+            let change = Change::Square { period, middle, share };
+            Some((self.fit(wave.cause.with_change(change)?, given)?.gain, change))
+        };
+        let (gain, near) = shares.filter_map(of).max_by(|a, b| a.0.total_cmp(&b.0))?;
+        let square = self.square(&wave.cause, near, given, last).filter(|_| gain > FIRST_WAVE * wave.gain)?;
+        (square.gain > wave.gain).then_some(square.cause)
     }
 
     pub(super) fn given(&self, fixed: impl IntoIterator<Item = Vec<f64>>, mut residual: Vec<f64>) -> Given {
@@ -127,8 +199,10 @@ impl Search<'_> {
                 let at = |period: f64| rows.wave(cause, period, given).map(|fit| (-fit.gain, fit));
                 By::HalfWave(last).finest(*period, at).map(|(_, fit)| fit)
             };
-            let fits = all.iter().take(*count).filter_map(finest);
-            waves.extend(fits.filter(|fit| !self.case.is_absurd(&fit.cause, fit.size)).map(|fit| fit.cause));
+            let fits: Vec<WaveFit> = all.iter().take(*count).filter_map(finest).collect();
+            waves.extend(fits.first().and_then(|first| rows.switched(first, given, last)));
+            let fits = fits.into_iter().filter(|fit| !self.case.is_absurd(&fit.cause, fit.size));
+            waves.extend(fits.map(|fit| fit.cause));
         }
         waves
     }
@@ -139,12 +213,16 @@ impl Search<'_> {
         let (columns, observed) = self.linearised(state, &rows);
         let mut causes = Vec::new();
         for (place, member) in state.set.iter().enumerate() {
-            let Some(Change::Wave { period, .. }) = member.change() else { continue };
+            let Some(change @ (Change::Wave { .. } | Change::Square { .. })) = member.change() else { continue };
             let others = columns.iter().enumerate().filter(|(k, _)| *k != place).map(|(_, column)| column.clone());
             let given = rows.given(others, observed.clone());
             let is_other = |cause: &&Cause| grows(cause) && member.with_change(Change::Ramp) != Some(**cause);
             let waves = self.case.causes.iter().filter(is_other);
-            causes.extend(waves.filter_map(|cause| Some(rows.wave(cause, period, &given)?.cause)));
+            let alike = |cause: &Cause| match change {
+                Change::Wave { period, .. } => Some(rows.wave(cause, period, &given)?.cause),
+                _ => cause.with_change(change),
+            };
+            causes.extend(waves.filter_map(alike));
         }
         causes
     }

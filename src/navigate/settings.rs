@@ -30,9 +30,7 @@ pub struct Settings {
     pub singles: f64,
     /// Additional penalty of a single wrong value to that of a cause, in variances of the noise. Default 4.
     pub single_penalty: f64,
-    /// A value is an outlier where its second difference in time is so many robust standard deviations of its channel's. Default 8.
-    pub stands_out: f64,
-    /// Share of the significance at which a single value is rejected by its standard uncertainty where noise alone remains. Default 0.1.
+    /// Share of the significance at which single values are rejected: by their standard uncertainties where noise alone remains, else by how they stand out. Default 0.1.
     pub single_share: f64,
     /// Standard deviations by which the variance of a channel's innovations, or their serial correlation, may differ from white noise. Default
     /// 4.5: none of some hundred tests in a hundred diagnoses.
@@ -54,7 +52,6 @@ impl Default for Settings {
             changing: 3,
             singles: 0.05,
             single_penalty: 4.0,
-            stands_out: 8.0,
             single_share: 0.1,
             white: 4.5,
             tells: 5.0,

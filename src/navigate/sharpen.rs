@@ -1,6 +1,7 @@
 //! The time of a step or a warm-up and the period of a wave, refined between the points of the grid of candidates.
 
 use super::cause::{Cause, Change};
+use super::periodic::SHARPER;
 use super::products::INDEPENDENT;
 use super::refine::{Search, State};
 use super::weighed::Weighed;
@@ -79,15 +80,23 @@ impl Search<'_> {
         let mut moved = false;
         for k in 0..set.len() {
             let Some(&kind) = set.get(k) else { continue };
+            // what the others leave
+            let fixed = set.iter().enumerate().filter(|(i, _)| *i != k).map(|(_, cause)| column(cause));
+            let others = rows.given(fixed, observed.clone());
             let (start, by) = match kind.change() {
+                Some(near @ Change::Square { .. }) => {
+                    let before = rows.fit(kind, &others).map_or(0.0, |fit| fit.gain);
+                    let found = rows.square(&kind, near, &others, last).filter(|fit| fit.gain - before > SHARPER);
+                    if let Some((found, (cause, size))) = found.zip(set.get_mut(k).zip(values.get_mut(k))) {
+                        (*cause, *size, moved) = (found.cause, found.size, true);
+                    }
+                    continue;
+                }
                 Some(Change::Step(time)) => (time, By::Shift(spacing)),
                 Some(Change::WarmUp(time)) => (time.max(shortest), By::Factor(3f64.ln())),
                 Some(Change::Wave { period, .. }) => (period, By::HalfWave(last)),
                 _ => continue,
             };
-            // what the others leave
-            let fixed = set.iter().enumerate().filter(|(i, _)| *i != k).map(|(_, cause)| column(cause));
-            let others = rows.given(fixed, observed.clone());
             let (basis, residual) = &others;
             let square = dot(residual, residual);
             // a cause given the others: the residual sum of squares, and its size
@@ -116,7 +125,7 @@ impl Search<'_> {
             };
             let Some((before, _)) = fitted(&kind) else { continue };
             let Some((rss, (value, sharper))) = by.finest(start, try_at) else { continue };
-            if before - rss > 0.5
+            if before - rss > SHARPER
                 && let (Some(cause), Some(size)) = (set.get_mut(k), values.get_mut(k))
             {
                 (*cause, *size, moved) = (sharper, value, true);

@@ -177,9 +177,10 @@ fn hidden(kind: &str, mission: &Mission, times: &[f64], random: &mut Pcg64Mcg) -
             add(sized(changing(mission, &source, times, &wave), size), &[format!("{}:wave", source.id())]);
         }
         "wave of the reference" => add(reference(&wave, size), &[of_channel(":wave")]),
-        // its switches are steps; its first wave is nine tenths of its norm
         "square wave of the reference" => {
-            add(reference(&|t| wave(t).signum(), size), &[of_channel(":step"), of_channel(":wave")]);
+            let (share, begin) = (between(random, 0.2, 0.8), phase / turn);
+            let square = |t: f64| if (t / period + begin).rem_euclid(1.0) < share { 1.0 } else { -1.0 };
+            add(reference(&square, size), &[of_channel(":square-wave")]);
         }
         "step of the reference" => {
             let start = between(random, 0.1, 0.9) * mission.duration();
