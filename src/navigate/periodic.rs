@@ -16,7 +16,7 @@ use super::refine::{Search, State};
 use super::sharpen::By;
 use super::weighed::Weighed;
 use crate::linear::{dot, orthonormal, project};
-use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::f64::consts::{FRAC_PI_2, TAU};
 
 /// Half waves in a run that are tried: fewer are a ramp or a warm-up,
 const LEAST: usize = 2;
@@ -30,8 +30,6 @@ const CANDIDATES: usize = 4;
 
 /// Shares of a period that are tried at first: that many less one, equally apart.
 const SHARES: i32 = 16;
-/// Share of its gain that a square wave takes off what is a wave, or a wave off a square wave of equal halves: 8/pi^2.
-const FIRST_WAVE: f64 = 8.0 / (PI * PI);
 /// A refinement that reduces the sum of squares by less, in variances of the noise, is none.
 pub(super) const SHARPER: f64 = 0.5;
 
@@ -117,7 +115,10 @@ impl Weighed {
             Some((self.fit(wave.cause.with_change(change)?, given)?.gain, change))
         };
         let (gain, near) = shares.filter_map(of).max_by(|a, b| a.0.total_cmp(&b.0))?;
-        let square = self.square(&wave.cause, near, given, last).filter(|_| gain > FIRST_WAVE * wave.gain)?;
+        if gain <= wave.gain {
+            return None;
+        }
+        let square = self.square(&wave.cause, near, given, last)?;
         (square.gain > wave.gain).then_some(square.cause)
     }
 
