@@ -13,25 +13,24 @@
 use super::cause::{Cause, Change};
 use super::products::INDEPENDENT;
 use super::refine::{Search, State};
-use super::sharpen::By;
-use super::weighed::Weighed;
+use super::sharpen::{By, SHARPER};
+use super::weighed::{Waves, Weighed};
+use crate::elements::Elements;
 use crate::linear::{dot, orthonormal, project};
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 /// Half waves in a run that are tried: fewer are a ramp or a warm-up,
 const LEAST: usize = 2;
-/// more than one in so many rows is no wave that the rows show,
-const SEEN: usize = 4;
-/// and no more than this.
-const MOST: usize = 80;
+/// and no more than this, which bounds the work: up to one half wave in each row they are periods that the rows tell apart (H. Nyquist).
+const MOST: usize = 160;
 /// Waves that are candidates: those that reduce the sum of squares most, of each bias and channel one. They bound the work; a second wave of a set is a
 /// candidate given the first.
 const CANDIDATES: usize = 4;
 
 /// Shares of a period that are tried at first: that many less one, equally apart.
 const SHARES: i32 = 16;
-/// A refinement that reduces the sum of squares by less, in variances of the noise, is none.
-pub(super) const SHARPER: f64 = 0.5;
+/// Rounds of refining the edges and the period of a square wave that stands for a wave of a set, at most.
+const ROUNDS: usize = 6;
 
 /// A wave given some causes: by how much it reduces the sum of squares, and its amplitude.
 pub(super) struct WaveFit {
@@ -54,7 +53,7 @@ impl Weighed {
 
     /// The best phase of a wave; `None` for what does not wave, or is not independent.
     pub(super) fn wave(&self, of: &Cause, period: f64, given: &Given) -> Option<WaveFit> {
-        phased(of, period, self.both(of, period)?, given)
+        phased(of, period, &self.both(of, period)?, given)
     }
 
     /// A cause given others.
@@ -68,58 +67,60 @@ impl Weighed {
         (outside > INDEPENDENT * whole).then(|| WaveFit { cause, size: along / outside, gain: along * along / outside })
     }
 
-    /// A square wave with the edges and the period that explain most, near some; in a run that is so long.
-    pub(super) fn square(&self, of: &Cause, near: Change, given: &Given, last: f64) -> Option<WaveFit> {
-        let Change::Square { period, middle, share } = near else { return None };
-        // about the middle of the run its edges and its period are known by themselves
-        let middle = middle + period * ((0.5 * last - middle) / period).round();
+    /// A square wave with the edges and the period that explain most, near some, after so many rounds at most; in a run that is so long.
+    pub(super) fn square(&self, near: &Cause, given: &Given, last: f64, rounds: usize) -> Option<WaveFit> {
+        let Some(Change::Square { period, middle, share }) = near.change() else { return None };
         let (mut period, mut edges) = (period, [middle - 0.5 * share * period, middle + 0.5 * share * period]);
         let at = |period: f64, [rise, fall]: [f64; 2]| {
             let (middle, share) = (0.5 * (rise + fall), (fall - rise) / period);
-            let change = of.with_change(Change::Square { period, middle, share })?;
+            let change = near.with_change(Change::Square { period, middle, share })?;
             let fit = self.fit(change, given).filter(|_| share > 0.0 && share < 1.0)?;
-            Some((-fit.gain, fit))
+            Some((-fit.gain, (fit, period, [rise, fall])))
         };
-        let mut best = at(period, edges)?;
-        loop {
-            let before = best.0;
-            for k in 0..3 {
-                let found = match k {
-                    2 => By::HalfWave(last).finest(period, |period| at(period, edges).map(|(v, f)| (v, (f, period)))),
-                    _ => By::Shift(0.25 * period).finest(edges.get(k).copied()?, |edge| {
+        let turns =
+            |time: f64, edges: [f64; 2], period: f64| ((time - 0.5 * edges.iter().sum::<f64>()) / period).round();
+        let (mut least, (mut best, ..)) = at(period, edges)?;
+        for _ in 0..rounds {
+            let before = least;
+            // the edges of the middle of the run by themselves, then the period about its middle, its beginning and its end: several edges
+            // move at once where no single one explains more
+            for k in 0..5 {
+                let middle = turns(0.5 * last, edges, period);
+                edges = edges.map(|edge| edge + middle * period);
+                let found = match edges.get(k) {
+                    Some(edge) => By::Shift(0.25 * period).finest(*edge, |edge| {
                         let mut moved = edges;
                         moved.iter_mut().skip(k).take(1).for_each(|slot| *slot = edge);
-                        at(period, moved).map(|(v, f)| (v, (f, edge)))
+                        at(period, moved)
                     }),
+                    None => {
+                        let held = turns([0.5_f64, 0.0, 1.0].at(k - 2) * last, edges, period);
+                        let moved = |to: f64| at(to, edges.map(|edge| edge - held * (to - period)));
+                        By::HalfWave(last).finest(period, moved)
+                    }
                 };
-                let Some((gain, (fit, place))) = found else { continue };
-                best = (gain, fit);
-                match k {
-                    2 => period = place,
-                    _ => edges.iter_mut().skip(k).take(1).for_each(|slot| *slot = place),
+                if let Some((value, found)) = found {
+                    (least, (best, period, edges)) = (value, found);
                 }
             }
-            if before - best.0 < SHARPER {
-                return Some(best.1);
+            if before - least < SHARPER {
+                break;
             }
         }
+        Some(best)
     }
 
-    /// The square wave of which this is the first wave, if it explains more.
-    fn switched(&self, wave: &WaveFit, given: &Given, last: f64) -> Option<Cause> {
+    /// The square wave near the one of which this is the first wave that explains more; its edges are refined further in a set.
+    fn switched(&self, wave: &WaveFit, given: &Given, last: f64, rounds: usize) -> Option<WaveFit> {
         let Some(Change::Wave { period, phase }) = wave.cause.change() else { return None };
         let middle = period * (0.25 - phase / TAU);
         let shares = (1..SHARES).map(|k| f64::from(k) / f64::from(SHARES));
-        let of = |share| {
-            let change = Change::Square { period, middle, share };
-            Some((self.fit(wave.cause.with_change(change)?, given)?.gain, change))
-        };
-        let (gain, near) = shares.filter_map(of).max_by(|a, b| a.0.total_cmp(&b.0))?;
-        if gain <= wave.gain {
-            return None;
-        }
-        let square = self.square(&wave.cause, near, given, last)?;
-        (square.gain > wave.gain).then_some(square.cause)
+        let of = |share| self.fit(wave.cause.with_change(Change::Square { period, middle, share })?, given);
+        let near = shares.filter_map(of).max_by(|a, b| a.gain.total_cmp(&b.gain))?;
+        // the work is bounded: a round each where many are tried, and where that can be expected to explain more
+        let is_tried = rounds > 1 || near.gain > wave.gain;
+        let square = is_tried.then(|| self.square(&near.cause, given, last, rounds)).flatten();
+        square.filter(|square| square.gain > wave.gain)
     }
 
     pub(super) fn given(&self, fixed: impl IntoIterator<Item = Vec<f64>>, mut residual: Vec<f64>) -> Given {
@@ -129,11 +130,13 @@ impl Weighed {
     }
 }
 
-fn phased(of: &Cause, period: f64, mut columns: [Vec<f64>; 2], (basis, residual): &Given) -> Option<WaveFit> {
-    let [c, s] = columns.each_ref().map(|column| dot(column, column));
-    columns.iter_mut().for_each(|column| project(column, basis));
-    let [cosine, sine] = &columns;
-    let (cc, cs, ss) = (dot(cosine, cosine), dot(cosine, sine), dot(sine, sine));
+fn phased(of: &Cause, period: f64, [cosine, sine]: &[Vec<f64>; 2], (basis, residual): &Given) -> Option<WaveFit> {
+    let (c, s) = (dot(cosine, cosine), dot(sine, sine));
+    let (mut cc, mut cs, mut ss) = (c, dot(cosine, sine), s);
+    for direction in basis {
+        let (along_c, along_s) = (dot(direction, cosine), dot(direction, sine));
+        (cc, cs, ss) = (cc - along_c * along_c, cs - along_c * along_s, ss - along_s * along_s);
+    }
     let determinant = cc * ss - cs * cs;
     if !(cc > INDEPENDENT * c && ss > INDEPENDENT * s && determinant > INDEPENDENT * cc * ss) {
         return None;
@@ -143,6 +146,12 @@ fn phased(of: &Cause, period: f64, mut columns: [Vec<f64>; 2], (basis, residual)
     let b = (cc * along_s - cs * along_c) / determinant;
     let cause = of.with_change(Change::Wave { period, phase: a.atan2(b) })?;
     Some(WaveFit { cause, size: a.hypot(b), gain: a * along_c + b * along_s })
+}
+
+/// The largest gain of some waves, and its period.
+fn likeliest(cause: &Cause, waves: &[(f64, [Vec<f64>; 2])], given: &Given) -> Option<(f64, f64)> {
+    let fits = waves.iter().filter_map(|(period, both)| Some((phased(cause, *period, both, given)?.gain, *period)));
+    fits.max_by(|a, b| a.0.total_cmp(&b.0))
 }
 
 /// What may grow may oscillate: one cause of each bias and each channel.
@@ -177,23 +186,20 @@ impl Search<'_> {
             conditions.extend((0..columns.len()).map(|omitted| (with(&|k| k != omitted), 1)));
         }
         let last = self.last();
-        let most = (rows.short.measured.longest_run() / SEEN).clamp(LEAST, MOST);
         let mut coarse: Vec<Vec<(f64, f64, Cause)>> = vec![Vec::new(); conditions.len()];
-        for cause in self.case.causes.iter().filter(|cause| grows(cause)) {
-            let mut best: Vec<Option<(f64, f64, Cause)>> = vec![None; conditions.len()];
-            for half_waves in LEAST..=most {
-                let period = 2.0 * last / half_waves as f64;
-                let Some(columns) = rows.both(cause, period) else { continue };
-                for ((given, _), best) in conditions.iter().zip(&mut best) {
-                    let gain = phased(cause, period, columns.clone(), given).map_or(0.0, |fit| fit.gain);
-                    if best.as_ref().is_none_or(|b| gain > b.0) {
-                        *best = Some((gain, period, *cause));
-                    }
-                }
+        for (cause, waves) in self.waves(&rows) {
+            for ((given, _), all) in conditions.iter().zip(&mut coarse) {
+                all.extend(likeliest(cause, waves, given).map(|(gain, period)| (gain, period, *cause)));
             }
-            coarse.iter_mut().zip(best).for_each(|(all, best)| all.extend(best));
         }
-        let mut waves = Vec::new();
+        // what the integrals of a bias leave of its edges is little: the wave of a set may be a square wave that explains more once it is refined
+        let square = |(place, member): (usize, &Cause)| {
+            let Some(Change::Wave { period, .. }) = member.change() else { return None };
+            let given = with(&|k| k != place);
+            let square = rows.switched(&rows.wave(member, period, &given)?, &given, last, ROUNDS)?;
+            Some(square.cause).filter(|cause| !self.case.is_absurd(cause, square.size))
+        };
+        let mut waves: Vec<Cause> = state.set.iter().enumerate().filter_map(square).collect();
         for ((given, count), mut all) in conditions.iter().zip(coarse) {
             all.sort_by(|a, b| b.0.total_cmp(&a.0));
             let finest = |(_, period, cause): &(f64, f64, Cause)| {
@@ -201,11 +207,39 @@ impl Search<'_> {
                 By::HalfWave(last).finest(*period, at).map(|(_, fit)| fit)
             };
             let fits: Vec<WaveFit> = all.iter().take(*count).filter_map(finest).collect();
-            waves.extend(fits.first().and_then(|first| rows.switched(first, given, last)));
-            let fits = fits.into_iter().filter(|fit| !self.case.is_absurd(&fit.cause, fit.size));
+            // the work is bounded: beside the set, nothing and the constants
+            let first = fits.first().filter(|_| *count == CANDIDATES);
+            let square = first.and_then(|first| rows.switched(first, given, last, 1));
+            let fits = square.into_iter().chain(fits).filter(|fit| !self.case.is_absurd(&fit.cause, fit.size));
             waves.extend(fits.map(|fit| fit.cause));
         }
         waves
+    }
+
+    /// By how much the likeliest wave, or square wave, of some biases reduces the sum of squares beside a state's set.
+    pub(super) fn gain_of_wave(&self, state: &State, is_of: impl Fn(&Cause) -> bool) -> f64 {
+        let rows = self.weighed(&state.out);
+        let (columns, observed) = self.linearised(state, &rows);
+        let (given, last) = (rows.given(columns, observed), self.last());
+        let gain = |(cause, waves): &(Cause, Vec<(f64, [Vec<f64>; 2])>)| {
+            let (_, period) = likeliest(cause, waves, &given)?;
+            let at = |period: f64| rows.wave(cause, period, &given).map(|fit| (-fit.gain, fit));
+            let (_, wave) = By::HalfWave(last).finest(period, at)?;
+            Some(rows.switched(&wave, &given, last, 1).map_or(wave.gain, |square| square.gain))
+        };
+        self.waves(&rows).iter().filter(|(cause, _)| is_of(cause)).filter_map(gain).fold(0.0, f64::max)
+    }
+
+    /// Waves of each bias and channel with every whole number of half waves in the run.
+    fn waves<'b>(&self, rows: &'b Weighed) -> &'b Waves {
+        rows.waves.get_or_init(|| {
+            let (last, most) = (self.last(), rows.short.measured.longest_run().clamp(LEAST, MOST));
+            let of = |cause: &Cause| {
+                let periods = (LEAST..=most).map(|half_waves| 2.0 * last / half_waves as f64);
+                (*cause, periods.filter_map(|period| Some((period, rows.both(cause, period)?))).collect())
+            };
+            self.case.causes.iter().filter(|cause| grows(cause)).map(of).collect()
+        })
     }
 
     /// Waves of the other biases and channels at the period of each wave of a state's set.

@@ -1,16 +1,18 @@
 //! The time of a step or a warm-up and the period of a wave, refined between the points of the grid of candidates.
 
 use super::cause::{Cause, Change};
-use super::periodic::SHARPER;
-use super::products::INDEPENDENT;
 use super::refine::{Search, State};
 use super::weighed::Weighed;
-use crate::linear::{dot, project};
 use std::rc::Rc;
 
 /// Trials on each side of a time, on each of so many levels.
 const PARTS: i32 = 8;
 const LEVELS: i32 = 5;
+
+/// Rounds of refining the edges and the period of a square wave in turn, at most.
+const ROUNDS: usize = 24;
+/// A refinement that reduces the sum of squares by less, in variances of the noise, is none.
+pub(super) const SHARPER: f64 = 0.5;
 
 /// How a time is varied: by how much at first.
 #[derive(Clone, Copy)]
@@ -83,52 +85,32 @@ impl Search<'_> {
             // what the others leave
             let fixed = set.iter().enumerate().filter(|(i, _)| *i != k).map(|(_, cause)| column(cause));
             let others = rows.given(fixed, observed.clone());
-            let (start, by) = match kind.change() {
-                Some(near @ Change::Square { .. }) => {
-                    let before = rows.fit(kind, &others).map_or(0.0, |fit| fit.gain);
-                    let found = rows.square(&kind, near, &others, last).filter(|fit| fit.gain - before > SHARPER);
-                    if let Some((found, (cause, size))) = found.zip(set.get_mut(k).zip(values.get_mut(k))) {
-                        (*cause, *size, moved) = (found.cause, found.size, true);
-                    }
-                    continue;
+            let at = |change: Change| {
+                let fit = match change {
+                    Change::Wave { period, .. } => rows.wave(&kind, period, &others)?,
+                    // a change that is over between two rows is not visible in them
+                    Change::WarmUp(time) if time < shortest => return None,
+                    _ => rows.fit(kind.with_change(change)?, &others)?,
+                };
+                Some((-fit.gain, fit))
+            };
+            let found = match kind.change() {
+                Some(Change::Square { .. }) => rows.square(&kind, &others, last, ROUNDS).map(|fit| (-fit.gain, fit)),
+                Some(Change::Step(time)) => By::Shift(spacing).finest(time, |time| at(Change::Step(time))),
+                Some(Change::WarmUp(time)) => {
+                    By::Factor(3f64.ln()).finest(time.max(shortest), |time| at(Change::WarmUp(time)))
                 }
-                Some(Change::Step(time)) => (time, By::Shift(spacing)),
-                Some(Change::WarmUp(time)) => (time.max(shortest), By::Factor(3f64.ln())),
-                Some(Change::Wave { period, .. }) => (period, By::HalfWave(last)),
+                Some(Change::Wave { period, phase }) => {
+                    By::HalfWave(last).finest(period, |period| at(Change::Wave { period, phase }))
+                }
                 _ => continue,
             };
-            let (basis, residual) = &others;
-            let square = dot(residual, residual);
-            // a cause given the others: the residual sum of squares, and its size
-            let fitted = |cause: &Cause| -> Option<(f64, f64)> {
-                let mut projected = column(cause);
-                let whole = dot(&projected, &projected);
-                project(&mut projected, basis);
-                let outside = dot(&projected, &projected);
-                let along = dot(&projected, residual);
-                (outside > INDEPENDENT * whole).then(|| (square - along * along / outside, along / outside))
-            };
-            // the best of its kind with this time
-            let try_at = |time: f64| -> Option<(f64, (f64, Cause))> {
-                let change = match by {
-                    By::HalfWave(_) => {
-                        let wave = rows.wave(&kind, time, &others)?;
-                        return Some((square - wave.gain, (wave.size, wave.cause)));
-                    }
-                    // a change that is over between two rows is not visible in them
-                    By::Factor(_) if time < shortest => return None,
-                    By::Factor(_) => Change::WarmUp(time),
-                    By::Shift(_) => Change::Step(time),
-                };
-                let cause = kind.with_change(change)?;
-                fitted(&cause).map(|(rss, size)| (rss, (size, cause)))
-            };
-            let Some((before, _)) = fitted(&kind) else { continue };
-            let Some((rss, (value, sharper))) = by.finest(start, try_at) else { continue };
-            if before - rss > SHARPER
+            let before = rows.fit(kind, &others).map(|fit| fit.gain);
+            if let Some(((_, fit), before)) = found.zip(before)
+                && fit.gain - before > SHARPER
                 && let (Some(cause), Some(size)) = (set.get_mut(k), values.get_mut(k))
             {
-                (*cause, *size, moved) = (sharper, value, true);
+                (*cause, *size, moved) = (fit.cause, fit.size, true);
             }
         }
         moved

@@ -13,7 +13,6 @@
 
 use super::case::Case;
 use super::cause::{Cause, Change};
-use super::changing::Columns;
 use super::errors::{ErrorSource, Instrument};
 use super::measured::CHANNELS;
 use super::products::Products;
@@ -26,7 +25,6 @@ use super::whiten::{Walks, whiten};
 use crate::diagnosis::NoiseFrom;
 use crate::linear::dot;
 use crate::uncertainty::quantiles::chi_square_survival;
-use std::f64::consts::FRAC_PI_2;
 
 /// Densities that are tried first: their range, and the factor between them. White noise in rad/sqrt(s) or (m/s)/sqrt(s) alike,
 const RANGE: (f64, f64) = (1e-9, 1e-2);
@@ -39,8 +37,6 @@ const FACTOR: f64 = 4.0;
 #[derive(Clone, Copy)]
 struct Rows<'a> {
     short: &'a Shortened,
-    /// What columns are made of there.
-    made: &'a Columns,
     /// Values that are left out.
     out: &'a [usize],
     /// Covariance of the walks that the mission states, and of one of the walks tried at a density of one.
@@ -98,7 +94,7 @@ impl<'a> Search<'a> {
             state.flown.jacobian.iter().chain([&observed]).map(|column| short.column(column)).collect();
         let (out, stated) = (weighed.out(), &weighed.made.walks.instants);
         let carrying = |instrument| short.instants(&self.case.columns.carrying(&self.unit(instrument)));
-        let none = Rows { short, made: &weighed.made, out: &out, stated, unit: &[], columns: &columns };
+        let none = Rows { short, out: &out, stated, unit: &[], columns: &columns };
         let gyro = Instrument::Gyro;
         let both = [gyro, Instrument::Accelerometer];
         let mut walks: Vec<UnstatedWalk> = Vec::new();
@@ -119,56 +115,21 @@ impl<'a> Search<'a> {
         let mut walks = walks.into_iter();
         let mut best = walks.next()?;
         let alike = self.case.settings.indistinguishable;
-        if matches!(best.cause, Cause::BiasWalk(..)) && self.waves(&best.cause, &rows) < best.deviance + alike {
+        // a walk follows any slow course, and is named only where it is clearly likelier than a wave, which counts its amplitude, its phase and its rate
+        let price = 3.0 * (self.case.measured.count() as f64).max(1.0).ln();
+        let biases = ErrorSource::biases();
+        let is_moved = |cause: &Cause| {
+            let place = biases.iter().position(|bias| *cause == Cause::Changing(*bias, Change::Ramp));
+            place.is_some_and(|place| moves(&best.cause, place))
+        };
+        if matches!(best.cause, Cause::BiasWalk(..))
+            && self.gain_of_wave(state, is_moved) > best.gain + price - alike
+        {
             return None;
         }
         let others = walks.map(|other| (other.cause, other.density, other.deviance - best.deviance));
         best.others = others.filter(|(_, _, excess)| *excess <= alike).collect();
         Some(best)
-    }
-
-    /// `-2 ln L` of the likeliest wave of the biases that a walk moves, without any walk: a walk follows any slow course, and is named only where it is
-    /// clearly likelier than a regular one. A wave counts its amplitudes and its rate.
-    fn waves(&self, cause: &Cause, rows: &Rows<'_>) -> f64 {
-        let biases = ErrorSource::biases().into_iter().enumerate();
-        let moved: Vec<ErrorSource> =
-            biases.filter(|(place, _)| moves(cause, *place)).map(|(_, source)| source).collect();
-        let last = self.last();
-        let count = self.case.measured.longest_run();
-        let price = (2.0 * moved.len() as f64 + 1.0) * (self.case.measured.count() as f64).max(1.0).ln();
-        // half waves over the run: whole numbers, then finer and finer about the best
-        let most = (count / 5).min(60) as f64;
-        let fit = |half: f64| -> f64 {
-            let waves = |source: &ErrorSource| {
-                [0.0, FRAC_PI_2]
-                    .map(|phase| Cause::Changing(*source, Change::Wave { period: 2.0 * last / half, phase }))
-            };
-            let columns_of = moved.iter().flat_map(waves).map(|wave| rows.made.of(&wave));
-            let mut all: Vec<Vec<f64>> = columns_of.filter(|c| dot(c, c) > 0.0).collect();
-            all.extend(rows.columns.iter().cloned());
-            // dependent columns are no explanation
-            self.deviance(cause, 0.0, &Rows { columns: &all, ..*rows })
-                .map_or(f64::INFINITY, |(deviance, _)| deviance + price)
-        };
-        let (mut best, mut at, mut half) = (f64::INFINITY, 1.0, 1.0);
-        while half < most {
-            let deviance = fit(half);
-            if deviance < best {
-                (best, at) = (deviance, half);
-            }
-            half += 1.0;
-        }
-        for width in [0.5, 0.125, 0.03] {
-            let middle = at;
-            for part in [-1.0, -0.75, -0.5, -0.25, 0.25, 0.5, 0.75, 1.0] {
-                let trial = middle + width * part;
-                let deviance = if trial > 0.2 { fit(trial) } else { f64::INFINITY };
-                if deviance < best {
-                    (best, at) = (deviance, trial);
-                }
-            }
-        }
-        best
     }
 
     /// The density at which a walk is likeliest, if it is far likelier than none and leaves white innovations.

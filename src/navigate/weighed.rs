@@ -6,7 +6,11 @@ use super::changing::Columns;
 use super::shortened::Shortened;
 use super::whiten::whiten;
 use crate::linear::normalise;
+use std::cell::OnceCell;
 use std::rc::Rc;
+
+/// Of each bias and channel its waves: period, s, and the weighed columns of cosine and sine.
+pub(super) type Waves = Vec<(Cause, Vec<(f64, [Vec<f64>; 2])>)>;
 
 /// A question in fewer rows: its columns weighed and of unit norm, with their norms; the same for every state with the same values left out.
 pub(super) struct Weighed {
@@ -18,6 +22,8 @@ pub(super) struct Weighed {
     /// What columns are made of, at these rows.
     pub made: Columns,
     pub unit: Vec<(Rc<Vec<f64>>, f64)>,
+    /// Waves that are tried (`periodic.rs`).
+    pub waves: OnceCell<Waves>,
 }
 
 /// A column of unit norm, and its norm before.
@@ -41,7 +47,7 @@ impl Weighed {
     fn of_rows(case: &Case<'_>, short: Shortened, out: &[usize]) -> Weighed {
         let made = case.columns.shortened(&short);
         let (raw, columns, out) = (case.raw.clone(), case.columns.clone(), out.to_vec());
-        Weighed { raw, columns, out, short, made, unit: Vec::new() }
+        Weighed { raw, columns, out, short, made, unit: Vec::new(), waves: OnceCell::new() }
     }
 
     pub fn is_of(&self, case: &Case<'_>, out: &[usize]) -> bool {

@@ -271,6 +271,67 @@ fn missions_drawn_at_random() {
     assert!(all_wrong as f64 <= 0.03 * n + 3.0 * (0.03 * 0.97 * n).sqrt() && lost == 0);
 }
 
+/// A mission of which these channels alone were measured.
+fn only(mut data: Measured, channels: &[usize]) -> Measured {
+    for row in data.runs.iter_mut().flat_map(|run| &mut run.rows) {
+        for c in (0..7).filter(|c| !channels.contains(c)) {
+            (row.value[c], row.u[c]) = (None, None);
+        }
+    }
+    data
+}
+
+/// Waves of a bias of 2.5 to 6 rows, and square waves of 6 to 14 rows, of which each half takes 0.3 to 0.7: they are named as what they are, with nothing
+/// beside, in all channels, in velocities and positions, and in positions alone.
+#[test]
+fn waves_of_few_rows_are_named() {
+    let (mut named, mut wrong, n) = (0, 0, trials(12, 60));
+    for trial in 0..n {
+        let mut random = seed(15_000 + trial);
+        let site = Site {
+            latitude_rad: between(&mut random, -60.0, 60.0).to_radians(),
+            longitude_rad: 0.0,
+            altitude_m: 0.0,
+        };
+        let heading = between(&mut random, -180.0, 180.0).to_radians();
+        let mission = Mission::new(site, 0.5, 5400.0, 100.0, Motion::at_rest(0.0, 0.0, heading)).unwrap();
+        let times: Vec<f64> = (0..=30).map(|k| 180.0 * f64::from(k)).collect();
+        let source = one_of(&mut random, &BIASES);
+        let (is_square, begin) = (trial % 2 == 1, uniform(&mut random));
+        let (share, rows) = match is_square {
+            true => (between(&mut random, 0.3, 0.7), between(&mut random, 6.0, 14.0)),
+            false => (0.5, between(&mut random, 2.5, 6.0)),
+        };
+        let value = |time: f64| {
+            let turn = time / (180.0 * rows) + begin;
+            match is_square {
+                true if turn.rem_euclid(1.0) < share => 1.0,
+                true => -1.0,
+                false => (std::f64::consts::TAU * turn).sin(),
+            }
+        };
+        let channels = [&[0, 1, 2, 3, 4, 5, 6][..], &[3, 4, 5, 6], &[5, 6]][trial as usize / 2 % 3];
+        let size = magnitude(&mut random, 30.0, 150.0);
+        let truth = sized(changing(&mission, &source, &times, &value), size);
+        let data = only(measured(&times, &truth, &mut random), channels);
+        let found = diagnose(&mission, &data, &Settings::default()).unwrap();
+        let right = [format!("{}:{}", source.id(), if is_square { "square-wave" } else { "wave" })];
+        let is_named = found.findings.len() == 1 && holds(&found.findings[0], &right);
+        let is_wrong = wrong_names(&found, &[right.to_vec()]) > 0;
+        if !is_named {
+            let ids: Vec<String> = found.findings.iter().map(|f| f.source.id()).collect();
+            println!(
+                "trial {trial}: {right:?} of {:.0} s in {channels:?}, {size:.0} u: {} {ids:?}",
+                180.0 * rows,
+                found.verdict.name()
+            );
+        }
+        (named, wrong) = (named + usize::from(is_named), wrong + usize::from(is_wrong));
+    }
+    println!("of {n} waves of few rows {named} are named, {wrong} wrong");
+    assert!(named as f64 >= 0.75 * n as f64 && wrong as f64 <= 0.03 * n as f64 + 1.0);
+}
+
 /// A mission without stated uncertainties: a file has no column `_u`.
 fn without_u(mut data: Measured) -> Measured {
     data.runs.iter_mut().flat_map(|run| &mut run.rows).for_each(|row| row.u = [None; 7]);
