@@ -969,7 +969,7 @@ guide-view-goals = Goals: u against the goal
 guide-view-residuals = Residuals in standard deviations, by reading
 guide-view-missing = What may be missing: probability
 guide-reached = done: every goal is met, and no effect is missing or all are named; { $readings } readings, cost { $cost }
-guide-nothing-to-gain = stopped: no position of this schedule gives further information on the goals; { $readings } readings, cost { $cost }
+guide-nothing-to-gain = stopped: further readings at the positions of this schedule would not decide what is still open; { $readings } readings, cost { $cost }
 guide-most-readings = stopped: the limit of { $readings } readings was reached (--most); cost { $cost }
 
 # Run sheets and drawings of benches

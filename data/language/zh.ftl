@@ -894,7 +894,7 @@ guide-view-goals = 目标：u 与目标值
 guide-view-residuals = 残差（标准差倍数），按读数
 guide-view-missing = 可能缺少的误差项：概率
 guide-reached = 完成：各目标均已达到，无缺项或均已指明；{ $readings } 个读数，代价 { $cost }
-guide-nothing-to-gain = 停止：此方案中没有位置能提供与目标有关的更多信息；{ $readings } 个读数，代价 { $cost }
+guide-nothing-to-gain = 停止：在此方案的各位置继续读数也不能确定尚未确定的问题；{ $readings } 个读数，代价 { $cost }
 guide-most-readings = 停止：已取 { $readings } 个读数，为 --most 所允许的上限；代价 { $cost }
 
 # Run sheets and drawings of benches

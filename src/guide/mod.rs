@@ -519,7 +519,7 @@ impl Guide {
             return Ok(());
         }
         let Some(seen) = seen else { return Ok(()) };
-        let determined = seen.undetermined(&self.model).is_empty();
+        let determined = !seen.is_open(&self.model);
         let diagnosis = diagnosis.filter(|_| !advice.mistake.as_ref().is_some_and(Mistake::is_named));
         if let (true, Some(diagnosis)) = (determined, diagnosis)
             && let Some(next) = self.discriminating(diagnosis)?
@@ -541,9 +541,14 @@ impl Guide {
         let reachable_met = determined && advice.goals.iter().all(|goal| goal.met || !reachable(&goal.id));
         // what no candidate's effect explains is not explained by more of the same
         let exhausted = self.candidates.iter().all(|c| self.taken.iter().any(|r| same_position(r, c)));
-        let hopeless = reachable_met && (certain || (exhausted && unexplained(diagnosis)));
         let wanted = Wanted { goals: &goals, effects: !certain, last: self.taken.last(), costs: &self.settings.costs };
         let worth = seen.worth(table, &self.model, &wanted)?;
+        let left = self.settings.most - self.taken.len();
+        let lacking = binary_entropy(advice.nothing_missing_or_named) - binary_entropy(self.settings.probability);
+        // even if every position were read in each of the readings that are left
+        let too_little =
+            || Ok::<_, Malformed>(seen.together(&self.model, &wanted, left)?.is_some_and(|all| all < lacking));
+        let hopeless = reachable_met && (certain || (exhausted && unexplained(diagnosis)) || too_little()?);
         match worth.into_iter().find(|worth| worth.position < self.candidates.len()).filter(|_| !hopeless) {
             // a reading that disagrees is confirmed, undone or explained before anything ends
             None => {
@@ -644,6 +649,13 @@ impl Guide {
         }
         Ok(None)
     }
+}
+
+/// Entropy of a probability and its complement, nats: what must be told to bring one probability to another is the difference, or more
+/// (T. M. Cover, J. A. Thomas, Elements of Information Theory, 2006, 2.4).
+fn binary_entropy(probability: f64) -> f64 {
+    let part = |p: f64| if p > 0.0 { -p * p.ln() } else { 0.0 };
+    part(probability) + part(1.0 - probability)
 }
 
 fn unexplained(diagnosis: Option<&Diagnosis>) -> bool {

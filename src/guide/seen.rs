@@ -314,14 +314,14 @@ impl Seen {
         self.effects.len() - self.effects.iter().filter(shows).count()
     }
 
-    /// Parameters to be estimated, by index, that the readings do not determine and these positions could.
-    pub fn undetermined(&self, model: &Campaign) -> Vec<usize> {
-        let open = |k: &usize| {
-            let along = self.unit(*k);
-            let could = self.at_most.as_ref().is_some_and(|possible| possible.determines(&self.beliefs, &along));
-            could && !self.posterior.determines(&self.beliefs, &along)
-        };
-        (0..model.unknowns()).filter(open).collect()
+    /// Do the readings not determine yet what these positions could: a parameter, or where they leave one undetermined the combinations of
+    /// parameters that their own readings are?
+    pub fn is_open(&self, model: &Campaign) -> bool {
+        let told = |told: &Told, along: &[f64]| told.determines(&self.beliefs, along);
+        let could = |along: &Vec<f64>| self.at_most.as_ref().is_some_and(|possible| told(possible, along));
+        let (possible, never): (Vec<_>, Vec<_>) = (0..model.unknowns()).map(|k| self.unit(k)).partition(could);
+        let rows = self.blocks.iter().flat_map(|(rows, _)| rows).filter(|_| !never.is_empty());
+        possible.iter().chain(rows).any(|along| !told(&self.posterior, along))
     }
 
     fn unit(&self, parameter: usize) -> Vec<f64> {
@@ -342,7 +342,7 @@ impl Seen {
 
     /// What is wanted, in numbers.
     fn weighing<'a>(&'a self, model: &Campaign, wanted: &Wanted) -> Result<Weighing<'a>> {
-        let open = !self.undetermined(model).is_empty();
+        let open = self.is_open(model);
         let mut limits: Vec<(Vec<f64>, f64, f64)> = Vec::new();
         for (goal, u) in wanted.goals.iter().filter(|_| !open) {
             for direction in self.directions(model, goal)? {
@@ -376,6 +376,16 @@ impl Seen {
         all.retain(|worth| worth.nats > NOTHING);
         all.sort_by(|a, b| rate(b).total_cmp(&rate(a)));
         Ok(all)
+    }
+
+    /// What all positions tell together where each is read so many times, in nats.
+    pub fn together(&self, model: &Campaign, wanted: &Wanted, times: usize) -> Result<Option<f64>> {
+        let root = (times as f64).sqrt();
+        let often = |values: &Vec<f64>| values.iter().map(|value| value * root).collect::<Vec<f64>>();
+        let rows = self.blocks.iter().flat_map(|(rows, _)| rows).map(often).collect();
+        let column = |k: usize| self.blocks.iter().flat_map(|(_, columns)| often(&columns[k])).collect();
+        let columns = (0..self.effects.len()).map(column).collect();
+        Ok(self.weighing(model, wanted)?.nats(&(rows, columns)))
     }
 
     /// What share of the planned length a position is to be held for (in steps of two, for white noise): the smallest with which all goals are met, where
