@@ -753,8 +753,8 @@ described-from = Averaging times below { $from } s are left out: a filter of the
 samples-left-out = Samples left out as if they were missing: { $events }
 random-walk-sampled = The rate random walk is modelled as sampled at the end of each interval of { $interval } s, not as averaged over it: this describes the deviations better
 samples-mean = { $stretches ->
-    [1] { $samples } samples in { $unit }, mean { $mean }.
-   *[other] { $samples } samples in { $unit }, in { $stretches } stretches, mean { $mean }.
+    [one] { $samples } samples, mean { $mean } { $unit }.
+   *[other] { $samples } samples in { $stretches } stretches, mean { $mean } { $unit }.
 }
 allan = Allan
 edf = edf

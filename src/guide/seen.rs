@@ -18,7 +18,7 @@
 )]
 
 use super::advice::Suspected;
-use super::evidence::{Beliefs, Judge, Rows, Solved, Told, same_state};
+use super::evidence::{Beliefs, Judge, Rows, Solved, Source, Told, same_state};
 use crate::campaign::{Campaign, Reading, Readings};
 use crate::design::RowOrigin;
 use crate::diagnosis::{Alike, Effect, Prospect, directions};
@@ -314,14 +314,21 @@ impl Seen {
         self.effects.len() - self.effects.iter().filter(shows).count()
     }
 
-    /// Do the readings not determine yet what these positions could: a parameter, or where they leave one undetermined the combinations of
-    /// parameters that their own readings are?
+    /// Do the readings not determine yet what these positions could: a parameter, or where they leave one undetermined what would be read at
+    /// them?
     pub fn is_open(&self, model: &Campaign) -> bool {
-        let told = |told: &Told, along: &[f64]| told.determines(&self.beliefs, along);
-        let could = |along: &Vec<f64>| self.at_most.as_ref().is_some_and(|possible| told(possible, along));
+        let (beliefs, posterior) = (&self.beliefs, &self.posterior);
+        let could =
+            |along: &Vec<f64>| self.at_most.as_ref().is_some_and(|possible| possible.determines(beliefs, along));
         let (possible, never): (Vec<_>, Vec<_>) = (0..model.unknowns()).map(|k| self.unit(k)).partition(could);
-        let rows = self.blocks.iter().flat_map(|(rows, _)| rows).filter(|_| !never.is_empty());
-        possible.iter().chain(rows).any(|along| !told(&self.posterior, along))
+        // more than half of the variance of a reading, with its noise of one, is due to what was supposed
+        let unpredicted = |row: &Vec<f64>| {
+            let (variance, supposed) = posterior.variance_from(beliefs, row, &[Source::Supposed, Source::Nothing]);
+            supposed > 0.5 * (variance + 1.0)
+        };
+        let mut rows = self.blocks.iter().flat_map(|(rows, _)| rows);
+        possible.iter().any(|along| !posterior.determines(beliefs, along))
+            || (!never.is_empty() && rows.any(unpredicted))
     }
 
     fn unit(&self, parameter: usize) -> Vec<f64> {
