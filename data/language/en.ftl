@@ -149,7 +149,7 @@ global-test-chi-square-with-p = Global test: { $rejected ->
    *[no] the readings scatter as their stated uncertainties say
 } (chi-square { $chi_square } with { $dof }, p = { $p }).
 the-readings-state-no-uncertainty-of-their = No uncertainty is stated for the readings: their standard deviation is estimated from the residuals, so these readings alone cannot test the model.
-no-degrees-of-freedom-the-readings-just = No degrees of freedom: there are as many readings as parameters, so the readings cannot test the model.
+no-degrees-of-freedom-the-readings-just = No degrees of freedom: the estimates take up all that the readings tell, so the readings cannot test the model.
 one-linear-step-is-not-enough-gauss = One linear step is not enough: Gauss-Newton would go on by more than 0.1 u in { $what }. Fit without `--linear`.
 from-the-fit-estimates-rank-of-freedom = From { $from } the fit estimates { $parameters } (rank { $rank }, { $dof }).
 the-scaled-design-matrix-has-condition-number = The scaled design matrix has condition number { $condition }.
@@ -197,7 +197,7 @@ correlations-of-the-estimates-in-hundredths-blue = Correlations of the estimates
 # report/html/fit_readings.rs
 taken-as-zero-neither-known-nor-estimated = Taken as zero, neither known nor estimated: { $assumed_zero }.
 site-latitude-earth-rate-deg-h = Site: latitude { $latitude_deg }°, Earth rate { $earth_rate_deg_h } deg/h, { $said }.
-no-site-no-earth-rate-and-gravity = No site is given: the Earth rate is taken as zero, gravity as 1 g.
+no-site-no-earth-rate-and-gravity = No site is given: the Earth rate is taken as zero, gravity as 9.80665 m/s^2 (1 g).
 rows-are-exact-derivatives = { $iterated ->
     [yes] Exact: rows are exact derivatives, iterated to the solution.
    *[no] Linear: rows are exact derivatives at the reference point, and one step is taken from it.
@@ -368,6 +368,10 @@ no-bound-is-active-the-estimate-is = no bound is active: the estimate is the fre
 the-first-order-does-not-describe-its = the first order does not describe { $id }: the limits of its { $level } % interval differ by up to { $sd } u; use the Monte Carlo interval
 
 # fit/remarks.rs
+times-go-back = { $count ->
+    [one] { $name } goes back once, at reading { $reading } ({ $time }), and is in order otherwise: is that time right?
+   *[other] { $name } goes back { $count } times, first at reading { $reading } ({ $time }), and is in order otherwise: are these times right?
+}
 positions-without-a-reading = { $count ->
     [one] one reading has no value of any sensor, and is left out ({ $first })
    *[other] { $count } readings have no value of any sensor, and are left out (the first: { $first })
@@ -846,7 +850,8 @@ without-it-u-of-grows-by = without it u of { $parameter } grows by { $share } %
 u-of-their-coefficients-and = u of their coefficients { $p } and { $q }
 and-both-in-the-model-before = { $a } and { $b }, both in the model: before, { $before }
 with-the-added-positions = with the added positions, { $after }
-positions-share-deviations-planned-for = readings share deviations ({ $line }); the chosen positions are planned for { $levels } (a sweep takes the value of the schedule's first reading; --candidates FILE offers others)
+planned-with-columns = new positions are planned with { $held }, as in the schedule's last reading; enter the values that hold when they are read, or offer others with --candidates FILE
+positions-share-deviations-planned-for = readings share deviations ({ $line }); the chosen positions are planned for { $levels } (a sweep takes the value of the schedule's last reading; --candidates FILE offers others)
 no-candidate-would-separate-it-but-all = no candidate would separate them; all candidates have { $held } (--candidates FILE takes others)
 of-is-found-with-probability-where-the = { $effect } of { $size } is detected with probability { $power } where the u of its coefficient { $coefficient } is at most { $u }
 the-goal-counts = { $some ->

@@ -212,7 +212,7 @@ correlations-of-the-estimates-in-hundredths-blue = 估计值的相关系数（�
 # report/html/fit_readings.rs
 taken-as-zero-neither-known-nor-estimated = 取为零，既非已知也未估计：{ $assumed_zero }。
 site-latitude-earth-rate-deg-h = 测试地点：纬度 { $latitude_deg }°，地球自转角速率 { $earth_rate_deg_h } deg/h，{ $said }。
-no-site-no-earth-rate-and-gravity = 未给测试地点：不计地球自转角速率，重力取 1 g。
+no-site-no-earth-rate-and-gravity = 未给测试地点：不计地球自转角速率，重力取 9.80665 m/s^2（1 g）。
 rows-are-exact-derivatives = { $iterated ->
     [yes] 精确：各行取精确导数，迭代至解。
    *[no] 线性：各行取参考点处的精确导数，由此走一步。
@@ -366,6 +366,7 @@ no-bound-is-active-the-estimate-is = 没有起作用的界限：估计值即无�
 the-first-order-does-not-describe-its = 一阶近似不足以描述 { $id }：其 { $level } % 区间端点相差达 { $sd } u；请采用蒙特卡洛法的区间
 
 # fit/remarks.rs
+times-go-back = { $name } 有 { $count } 处倒退（首次在第 { $reading } 个读数，{ $time }），其余均依次递增：这些时间是否正确？
 positions-without-a-reading = 有 { $count } 个读数没有任何传感器的值，已略去（第一个：{ $first }）
 all-values-of-lie-within-degrees-and = { $name } 的全部数值都在 6.3 度以内，若为弧度则恰绕一周：这些数值是否为弧度？
 rates-outside-those-of-the-table = { $name } = { $rate } deg/s：转台的速率范围为 { $least } 至 { $most } deg/s；该值是否以 rad/s 或其他单位给出？
@@ -778,7 +779,8 @@ without-it-u-of-grows-by = 去掉它则 { $parameter } 的 u 增大 { $share } %
 u-of-their-coefficients-and = 二者系数的 u 为 { $p } 和 { $q }
 and-both-in-the-model-before = { $a } 与 { $b } 同在模型中：原编排，{ $before }
 with-the-added-positions = 增加位置后，{ $after }
-positions-share-deviations-planned-for = 读数共有偏差（{ $line }）；所选位置按 { $levels } 规划（扫描采用方案中第一个读数的值；可用 --candidates 文件 另行给出）
+planned-with-columns = 新位置按 { $held } 规划（取自方案中最后一个读数）；请填入实际读数时的值，或用 --candidates 文件 另行给出
+positions-share-deviations-planned-for = 读数共有偏差（{ $line }）；所选位置按 { $levels } 规划（扫描采用方案中最后一个读数的值；可用 --candidates 文件 另行给出）
 no-candidate-would-separate-it-but-all = 没有候选位置能将其分离；全部候选位置都限于 { $held }（可用 --candidates 文件 另行给出）
 of-is-found-with-probability-where-the = 大小为 { $size } 的 { $effect }，当其系数 { $coefficient } 的 u 不大于 { $u } 时，以概率 { $power } 被发现
 the-goal-counts = { $some ->

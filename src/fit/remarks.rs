@@ -5,10 +5,13 @@ use super::Fit;
 use crate::campaign::{Campaign, JointState, Kind, Reading, Role};
 use crate::elements::Elements;
 use crate::language::{Sentence, sentence};
+use crate::units::{self, Unit};
 use std::f64::consts::TAU;
 
 /// Above this the scaled columns are so nearly dependent that units cannot be the reason.
 const ABSURD: f64 = 1e6;
+/// Times are in order where at most one in so many steps goes back: of readings in any order about every second one does.
+const ONE_IN: usize = 10;
 /// A value read as radians is this near (degrees) to a multiple of `STEP` degrees: three decimals of a radian.
 const NEAR: f64 = 0.06;
 const STEP: f64 = 5.0;
@@ -33,6 +36,7 @@ pub(super) fn remarks(fit: &Fit) -> Vec<Sentence> {
         sentence!("every-reading-of-a-channel-is-the-same", sensor = sensor.to_string(), value = value.to_string())
     }));
     found.extend(repeated(campaign));
+    found.extend(backwards(campaign));
     let mut unread = campaign.readings.rows.iter().filter(|reading| reading.observations.is_empty());
     if let Some(first) = unread.next() {
         let count = 1 + unread.count();
@@ -145,6 +149,30 @@ fn thousandfold(fit: &Fit) -> Option<Sentence> {
             unit = sensor.unit.clone()
         ))
     })
+}
+
+/// Times that a model line or a random effect uses and that go on from reading to reading but for a few: a clock that was set, or a time that was typed wrong.
+fn backwards(campaign: &Campaign) -> Vec<Sentence> {
+    let mut used: Vec<&str> = campaign.bench.sensors.iter().flat_map(|sensor| sensor.model.names()).collect();
+    used.extend(campaign.scatter.iter().filter_map(|line| line.over.as_ref()).map(|over| over.column.as_str()));
+    let is_time = |name: &str| {
+        let unit = units::of_column(name).and_then(|unit| Unit::parse(&unit).ok());
+        unit.zip(Unit::parse("s").ok()).is_some_and(|(own, s)| own.conversion_for(&s, name).is_ok())
+    };
+    let of = |(k, name): (usize, &String)| {
+        let rows = campaign.readings.rows.iter().enumerate();
+        let times: Vec<(usize, f64)> =
+            rows.filter_map(|(row, own)| Some((row, own.columns.get(k).copied()??))).collect();
+        let mut back = times.iter().zip(times.iter().skip(1)).filter(|(before, after)| after.1 < before.1);
+        let (_, (row, time)) = back.next()?;
+        let count = 1 + back.count();
+        (ONE_IN * count <= times.len()).then(|| {
+            let [reading, time] = [(row + 1).to_string(), time.to_string()];
+            sentence!("times-go-back", name = name.clone(), count, reading, time)
+        })
+    };
+    let columns = campaign.readings.columns.iter().enumerate();
+    columns.filter(|(_, name)| used.contains(&name.as_str()) && is_time(name)).filter_map(of).collect()
 }
 
 /// How often every row stands there, value by value to the last digit, where that is more than once: chance does not repeat all of them.

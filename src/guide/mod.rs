@@ -317,7 +317,8 @@ impl Guide {
             ended: None,
             unreachable: Vec::new(),
         };
-        if let Some(seen) = &seen {
+        // at a point that no reading has told, slopes say nothing of what can be reached
+        if let Some(seen) = seen.as_ref().filter(|seen| !seen.is_open(&self.model)) {
             advice.unreachable = seen.unreachable(&self.model, &self.settings.goals)?;
         }
         self.decide(&mut advice, (&table, seen.as_ref()), diagnosis.as_ref())?;
@@ -419,6 +420,8 @@ impl Guide {
         let agreement = match p {
             None => Agreement::NotPredicted,
             Some(p) if p < level => Agreement::Disagrees,
+            // within what is supposed of the tilts, which is no evidence
+            Some(_) if compared.as_ref().is_none_or(|a| a.told == 0) => Agreement::NotPredicted,
             Some(_) => Agreement::Agrees,
         };
         let deviation = compared.zip(p).map(|(agreement, p)| {
@@ -434,11 +437,13 @@ impl Guide {
         Ok(Newest { reading, position, setting, agreement, deviation, p, level, remarks })
     }
 
-    /// Would this reading agree with those that stand?
+    /// Would this reading agree with those that stand, or be within what is supposed of the tilts?
     ///
     /// Errors: a setting at which the model has no value.
     pub(crate) fn would_agree(&self, reading: &Reading) -> Result<Agreement> {
-        Ok(self.judged(&self.taken, reading)?.agreement)
+        let judged = self.judged(&self.taken, reading)?;
+        let agrees = judged.p.is_some() && judged.agreement == Agreement::NotPredicted;
+        Ok(if agrees { Agreement::Agrees } else { judged.agreement })
     }
 
     /// The standard uncertainties of the sensors' values that a position is to be held for: as planned, by the schedule or of the noise; where goals alone
