@@ -127,7 +127,8 @@ within-the-range-of-the-calibration-it = Within the range of the calibration ({ 
 below-the-standard-uncertainty-of-the-calibration = , below the standard uncertainty of the calibration everywhere there.
 none = none
 within-of-that-range-it-stays-below = ; within { $part } of that range it stays below the standard uncertainty of the calibration. Outside it, use the exact lines, as `tumble apply` does.
-correction-otherwise = { $id } (otherwise { $otherwise }{ $unit })
+correction-otherwise = { $id } (otherwise { $otherwise })
+correction-is-for = Bias and matrix are those for { $at }; at other values the model of the sensors gives them.
 these-sensors-do-not-determine-give-it = These sensors do not determine { $given }: give it as a column of the record.
 correction-none-of-the-sensors-follows-a = no correction: no sensor measures a rate w_* or a specific force a_* that the fit determines
 input = input
@@ -382,6 +383,7 @@ rates-would-be-round-as-radians = all values of { $name } lie within 6.3 deg/s a
 tilt-is-no-small-rotation = the tilt { $id } = { $tilt } deg is not a small tilt: with { $factor } as known, the readings of { $sensor } differ by orders of magnitude from what they can be; are they in { $unit }, and is { $factor } right?
 factor-is-thousands-off-its-start = { $id } is { $ratio } times its start, and most of the readings depend on it: are the readings of { $sensor } in { $unit }?
 every-reading-of-a-channel-is-the-same = every reading of { $sensor } is { $value } although its inputs change: the channel is stuck, or its resolution is too coarse
+readings-repeat-others = readings { $again } repeat readings { $first } digit for digit, though other readings at one setting differ: if they were entered more than once, u is too small
 every-row-stands-there-several-times = every row occurs { $times } times with identical digits: if rows were entered more than once, u is too small by the square root of that number
 condition-the-readings-hardly-tell-some-parameters = condition { $condition }: some parameters are nearly confounded; check the units of the inputs and the correlations
 belongs-to-the-bench-and-stays-there = { $others } { $n ->

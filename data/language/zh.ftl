@@ -147,7 +147,8 @@ within-the-range-of-the-calibration-it = 在标定范围（{ $within }）内，�
 below-the-standard-uncertainty-of-the-calibration = ，在该范围内处处小于标定的标准不确定度。
 none = 无
 within-of-that-range-it-stays-below = ；在该范围的 { $part } 以内小于标定的标准不确定度。超出时请用精确模型：`tumble apply` 即按精确模型修正。
-correction-otherwise = { $id }（否则取 { $otherwise }{ $unit }）
+correction-otherwise = { $id }（否则取 { $otherwise }）
+correction-is-for = 零偏与矩阵对应于 { $at }；取其他值时由传感器模型给出。
 these-sensors-do-not-determine-give-it = 这些传感器不能确定 { $given }：请在读数旁以一列给出。
 correction-none-of-the-sensors-follows-a = 修正：没有传感器响应本拟合所能确定的角速率 w_* 或比力 a_*
 input = 输入量
@@ -374,6 +375,7 @@ rates-would-be-round-as-radians = { $name } 的全部数值都在 6.3 deg/s 以�
 tilt-is-no-small-rotation = 倾角 { $id } = { $tilt } deg 已不是小倾角：按已知的 { $factor }，{ $sensor } 的读数与可能的值相差几个数量级；其单位是 { $unit } 吗？{ $factor } 是否正确？
 factor-is-thousands-off-its-start = { $id } 为其初值的 { $ratio } 倍，且读数主要由它决定：{ $sensor } 的读数单位是 { $unit } 吗？
 every-reading-of-a-channel-is-the-same = 输入量在变化，而 { $sensor } 的每个读数均为 { $value }：该通道已卡死，或其分辨力不足以显示变化
+readings-repeat-others = 第 { $again } 个读数与第 { $first } 个读数逐位相同，而同一状态下的其他读数并不相同：若为重复录入，则 u 偏小
 every-row-stands-there-several-times = 每一行均以完全相同的数值出现 { $times } 次：若为重复录入，则 u 按该次数的平方根偏小
 condition-the-readings-hardly-tell-some-parameters = 条件数 { $condition }：读数几乎不能区分某些参数；请检查输入量的单位和相关系数
 
