@@ -702,7 +702,10 @@ no-coefficients = { $why ->
 described-from = 短于 { $from } s 的平均时间未采用：传感器的滤波、保持或量化的采样不属于这些项
 samples-left-out = 按缺失处理的采样：{ $events }
 random-walk-sampled = 速率随机游走按每个 { $interval } s 间隔末端的瞬时值（而非间隔内的平均值）处理：以更少的项即可描述实测偏差
-samples-mean = { $samples } 个采样，分为 { $stretches } 段，均值 { $mean } { $unit }。
+samples-mean = { $stretches ->
+    [1] { $samples } 个采样，均值 { $mean } { $unit }。
+   *[other] { $samples } 个采样，分为 { $stretches } 段，均值 { $mean } { $unit }。
+}
 allan = 阿伦
 edf = 等效自由度
 hadamard = 哈达玛
