@@ -127,7 +127,8 @@ within-the-range-of-the-calibration-it = Within the range of the calibration ({ 
 below-the-standard-uncertainty-of-the-calibration = , below the standard uncertainty of the calibration everywhere there.
 none = none
 within-of-that-range-it-stays-below = ; within { $part } of that range it stays below the standard uncertainty of the calibration. Outside it, use the exact lines, as `tumble apply` does.
-correction-otherwise = { $id } (otherwise { $otherwise }{ $unit })
+correction-otherwise = { $id } (otherwise { $otherwise })
+correction-is-for = Bias and matrix are those for { $at }; at other values the model of the sensors gives them.
 these-sensors-do-not-determine-give-it = These sensors do not determine { $given }: give it as a column of the record.
 correction-none-of-the-sensors-follows-a = no correction: no sensor measures a rate w_* or a specific force a_* that the fit determines
 input = input
@@ -149,7 +150,7 @@ global-test-chi-square-with-p = Global test: { $rejected ->
    *[no] the readings scatter as their stated uncertainties say
 } (chi-square { $chi_square } with { $dof }, p = { $p }).
 the-readings-state-no-uncertainty-of-their = No uncertainty is stated for the readings: their standard deviation is estimated from the residuals, so these readings alone cannot test the model.
-no-degrees-of-freedom-the-readings-just = No degrees of freedom: there are as many readings as parameters, so the readings cannot test the model.
+no-degrees-of-freedom-the-readings-just = No degrees of freedom: the estimates take up all that the readings tell, so the readings cannot test the model.
 one-linear-step-is-not-enough-gauss = One linear step is not enough: Gauss-Newton would go on by more than 0.1 u in { $what }. Fit without `--linear`.
 from-the-fit-estimates-rank-of-freedom = From { $from } the fit estimates { $parameters } (rank { $rank }, { $dof }).
 the-scaled-design-matrix-has-condition-number = The scaled design matrix has condition number { $condition }.
@@ -197,7 +198,7 @@ correlations-of-the-estimates-in-hundredths-blue = Correlations of the estimates
 # report/html/fit_readings.rs
 taken-as-zero-neither-known-nor-estimated = Taken as zero, neither known nor estimated: { $assumed_zero }.
 site-latitude-earth-rate-deg-h = Site: latitude { $latitude_deg }°, Earth rate { $earth_rate_deg_h } deg/h, { $said }.
-no-site-no-earth-rate-and-gravity = No site is given: the Earth rate is taken as zero, gravity as 1 g.
+no-site-no-earth-rate-and-gravity = No site is given: the Earth rate is taken as zero, gravity as 9.80665 m/s^2 (1 g).
 rows-are-exact-derivatives = { $iterated ->
     [yes] Exact: rows are exact derivatives, iterated to the solution.
    *[no] Linear: rows are exact derivatives at the reference point, and one step is taken from it.
@@ -368,6 +369,10 @@ no-bound-is-active-the-estimate-is = no bound is active: the estimate is the fre
 the-first-order-does-not-describe-its = the first order does not describe { $id }: the limits of its { $level } % interval differ by up to { $sd } u; use the Monte Carlo interval
 
 # fit/remarks.rs
+times-go-back = { $count ->
+    [one] { $name } goes back once, at reading { $reading } ({ $time }), and is in order otherwise: is that time right?
+   *[other] { $name } goes back { $count } times, first at reading { $reading } ({ $time }), and is in order otherwise: are these times right?
+}
 positions-without-a-reading = { $count ->
     [one] one reading has no value of any sensor, and is left out ({ $first })
    *[other] { $count } readings have no value of any sensor, and are left out (the first: { $first })
@@ -378,6 +383,7 @@ rates-would-be-round-as-radians = all values of { $name } lie within 6.3 deg/s a
 tilt-is-no-small-rotation = the tilt { $id } = { $tilt } deg is not a small tilt: with { $factor } as known, the readings of { $sensor } differ by orders of magnitude from what they can be; are they in { $unit }, and is { $factor } right?
 factor-is-thousands-off-its-start = { $id } is { $ratio } times its start, and most of the readings depend on it: are the readings of { $sensor } in { $unit }?
 every-reading-of-a-channel-is-the-same = every reading of { $sensor } is { $value } although its inputs change: the channel is stuck, or its resolution is too coarse
+readings-repeat-others = readings { $again } repeat readings { $first } digit for digit, though other readings at one setting differ: if they were entered more than once, u is too small
 every-row-stands-there-several-times = every row occurs { $times } times with identical digits: if rows were entered more than once, u is too small by the square root of that number
 condition-the-readings-hardly-tell-some-parameters = condition { $condition }: some parameters are nearly confounded; check the units of the inputs and the correlations
 belongs-to-the-bench-and-stays-there = { $others } { $n ->
@@ -753,8 +759,8 @@ described-from = Averaging times below { $from } s are left out: a filter of the
 samples-left-out = Samples left out as if they were missing: { $events }
 random-walk-sampled = The rate random walk is modelled as sampled at the end of each interval of { $interval } s, not as averaged over it: this describes the deviations better
 samples-mean = { $stretches ->
-    [1] { $samples } samples in { $unit }, mean { $mean }.
-   *[other] { $samples } samples in { $unit }, in { $stretches } stretches, mean { $mean }.
+    [one] { $samples } samples, mean { $mean } { $unit }.
+   *[other] { $samples } samples in { $stretches } stretches, mean { $mean } { $unit }.
 }
 allan = Allan
 edf = edf
@@ -846,7 +852,8 @@ without-it-u-of-grows-by = without it u of { $parameter } grows by { $share } %
 u-of-their-coefficients-and = u of their coefficients { $p } and { $q }
 and-both-in-the-model-before = { $a } and { $b }, both in the model: before, { $before }
 with-the-added-positions = with the added positions, { $after }
-positions-share-deviations-planned-for = readings share deviations ({ $line }); the chosen positions are planned for { $levels } (a sweep takes the value of the schedule's first reading; --candidates FILE offers others)
+planned-with-columns = new positions are planned with { $held }, as in the schedule's last reading; enter the values that hold when they are read, or offer others with --candidates FILE
+positions-share-deviations-planned-for = readings share deviations ({ $line }); the chosen positions are planned for { $levels } (a sweep takes the value of the schedule's last reading; --candidates FILE offers others)
 no-candidate-would-separate-it-but-all = no candidate would separate them; all candidates have { $held } (--candidates FILE takes others)
 of-is-found-with-probability-where-the = { $effect } of { $size } is detected with probability { $power } where the u of its coefficient { $coefficient } is at most { $u }
 the-goal-counts = { $some ->
@@ -969,7 +976,7 @@ guide-view-goals = Goals: u against the goal
 guide-view-residuals = Residuals in standard deviations, by reading
 guide-view-missing = What may be missing: probability
 guide-reached = done: every goal is met, and no effect is missing or all are named; { $readings } readings, cost { $cost }
-guide-nothing-to-gain = stopped: no position of this schedule gives further information on the goals; { $readings } readings, cost { $cost }
+guide-nothing-to-gain = stopped: further readings at the positions of this schedule would not decide what is still open; { $readings } readings, cost { $cost }
 guide-most-readings = stopped: the limit of { $readings } readings was reached (--most); cost { $cost }
 
 # Run sheets and drawings of benches

@@ -147,7 +147,8 @@ within-the-range-of-the-calibration-it = 在标定范围（{ $within }）内，�
 below-the-standard-uncertainty-of-the-calibration = ，在该范围内处处小于标定的标准不确定度。
 none = 无
 within-of-that-range-it-stays-below = ；在该范围的 { $part } 以内小于标定的标准不确定度。超出时请用精确模型：`tumble apply` 即按精确模型修正。
-correction-otherwise = { $id }（否则取 { $otherwise }{ $unit }）
+correction-otherwise = { $id }（否则取 { $otherwise }）
+correction-is-for = 零偏与矩阵对应于 { $at }；取其他值时由传感器模型给出。
 these-sensors-do-not-determine-give-it = 这些传感器不能确定 { $given }：请在读数旁以一列给出。
 correction-none-of-the-sensors-follows-a = 修正：没有传感器响应本拟合所能确定的角速率 w_* 或比力 a_*
 input = 输入量
@@ -212,7 +213,7 @@ correlations-of-the-estimates-in-hundredths-blue = 估计值的相关系数（�
 # report/html/fit_readings.rs
 taken-as-zero-neither-known-nor-estimated = 取为零，既非已知也未估计：{ $assumed_zero }。
 site-latitude-earth-rate-deg-h = 测试地点：纬度 { $latitude_deg }°，地球自转角速率 { $earth_rate_deg_h } deg/h，{ $said }。
-no-site-no-earth-rate-and-gravity = 未给测试地点：不计地球自转角速率，重力取 1 g。
+no-site-no-earth-rate-and-gravity = 未给测试地点：不计地球自转角速率，重力取 9.80665 m/s^2（1 g）。
 rows-are-exact-derivatives = { $iterated ->
     [yes] 精确：各行取精确导数，迭代至解。
    *[no] 线性：各行取参考点处的精确导数，由此走一步。
@@ -366,6 +367,7 @@ no-bound-is-active-the-estimate-is = 没有起作用的界限：估计值即无�
 the-first-order-does-not-describe-its = 一阶近似不足以描述 { $id }：其 { $level } % 区间端点相差达 { $sd } u；请采用蒙特卡洛法的区间
 
 # fit/remarks.rs
+times-go-back = { $name } 有 { $count } 处倒退（首次在第 { $reading } 个读数，{ $time }），其余均依次递增：这些时间是否正确？
 positions-without-a-reading = 有 { $count } 个读数没有任何传感器的值，已略去（第一个：{ $first }）
 all-values-of-lie-within-degrees-and = { $name } 的全部数值都在 6.3 度以内，若为弧度则恰绕一周：这些数值是否为弧度？
 rates-outside-those-of-the-table = { $name } = { $rate } deg/s：转台的速率范围为 { $least } 至 { $most } deg/s；该值是否以 rad/s 或其他单位给出？
@@ -373,6 +375,7 @@ rates-would-be-round-as-radians = { $name } 的全部数值都在 6.3 deg/s 以�
 tilt-is-no-small-rotation = 倾角 { $id } = { $tilt } deg 已不是小倾角：按已知的 { $factor }，{ $sensor } 的读数与可能的值相差几个数量级；其单位是 { $unit } 吗？{ $factor } 是否正确？
 factor-is-thousands-off-its-start = { $id } 为其初值的 { $ratio } 倍，且读数主要由它决定：{ $sensor } 的读数单位是 { $unit } 吗？
 every-reading-of-a-channel-is-the-same = 输入量在变化，而 { $sensor } 的每个读数均为 { $value }：该通道已卡死，或其分辨力不足以显示变化
+readings-repeat-others = 第 { $again } 个读数与第 { $first } 个读数逐位相同，而同一状态下的其他读数并不相同：若为重复录入，则 u 偏小
 every-row-stands-there-several-times = 每一行均以完全相同的数值出现 { $times } 次：若为重复录入，则 u 按该次数的平方根偏小
 condition-the-readings-hardly-tell-some-parameters = 条件数 { $condition }：读数几乎不能区分某些参数；请检查输入量的单位和相关系数
 
@@ -700,8 +703,8 @@ described-from = 短于 { $from } s 的平均时间未采用：传感器的滤�
 samples-left-out = 按缺失处理的采样：{ $events }
 random-walk-sampled = 速率随机游走按每个 { $interval } s 间隔末端的瞬时值（而非间隔内的平均值）处理：以更少的项即可描述实测偏差
 samples-mean = { $stretches ->
-    [1] { $samples } 个采样，单位 { $unit }，均值 { $mean }。
-   *[other] { $samples } 个采样，分为 { $stretches } 段，单位 { $unit }，均值 { $mean }。
+    [1] { $samples } 个采样，均值 { $mean } { $unit }。
+   *[other] { $samples } 个采样，分为 { $stretches } 段，均值 { $mean } { $unit }。
 }
 allan = 阿伦
 edf = 等效自由度
@@ -781,7 +784,8 @@ without-it-u-of-grows-by = 去掉它则 { $parameter } 的 u 增大 { $share } %
 u-of-their-coefficients-and = 二者系数的 u 为 { $p } 和 { $q }
 and-both-in-the-model-before = { $a } 与 { $b } 同在模型中：原编排，{ $before }
 with-the-added-positions = 增加位置后，{ $after }
-positions-share-deviations-planned-for = 读数共有偏差（{ $line }）；所选位置按 { $levels } 规划（扫描采用方案中第一个读数的值；可用 --candidates 文件 另行给出）
+planned-with-columns = 新位置按 { $held } 规划（取自方案中最后一个读数）；请填入实际读数时的值，或用 --candidates 文件 另行给出
+positions-share-deviations-planned-for = 读数共有偏差（{ $line }）；所选位置按 { $levels } 规划（扫描采用方案中最后一个读数的值；可用 --candidates 文件 另行给出）
 no-candidate-would-separate-it-but-all = 没有候选位置能将其分离；全部候选位置都限于 { $held }（可用 --candidates 文件 另行给出）
 of-is-found-with-probability-where-the = 大小为 { $size } 的 { $effect }，当其系数 { $coefficient } 的 u 不大于 { $u } 时，以概率 { $power } 被发现
 the-goal-counts = { $some ->
@@ -894,7 +898,7 @@ guide-view-goals = 目标：u 与目标值
 guide-view-residuals = 残差（标准差倍数），按读数
 guide-view-missing = 可能缺少的误差项：概率
 guide-reached = 完成：各目标均已达到，无缺项或均已指明；{ $readings } 个读数，代价 { $cost }
-guide-nothing-to-gain = 停止：此方案中没有位置能提供与目标有关的更多信息；{ $readings } 个读数，代价 { $cost }
+guide-nothing-to-gain = 停止：在此方案的各位置继续读数也不能确定尚未确定的问题；{ $readings } 个读数，代价 { $cost }
 guide-most-readings = 停止：已取 { $readings } 个读数，为 --most 所允许的上限；代价 { $cost }
 
 # Run sheets and drawings of benches

@@ -2,9 +2,9 @@
 
 use super::{Layout, Use};
 use crate::mix::Mix;
+use crate::quality::{Repeated, repeated};
 use crate::record::{RAGGED, UNREADABLE};
-use std::collections::HashMap;
-use std::hash::{BuildHasherDefault, Hasher};
+use std::hash::Hasher;
 use std::sync::Arc;
 
 /// One device's rows of a table.
@@ -125,25 +125,17 @@ impl Device {
         Some(format!("{} {number} of {file}", if is_line { "line" } else { "row" }))
     }
 
-    /// How often every row occurs, value by value to the last digit, where that is more than once: chance does not repeat all of them.
-    pub(super) fn times(&self) -> Option<usize> {
+    /// Rows that repeat others, value by value to the last digit.
+    pub(super) fn repeated(&self) -> Option<Repeated> {
         let (inputs, sensors) = (self.inputs.len() / self.rows.max(1), self.values.len() / self.rows.max(1));
-        let same = |a: usize, b: usize| {
-            let bits = |list: &[f64], other: &[f64]| {
-                list.len() == other.len() && list.iter().zip(other).all(|(a, b)| bits(*a) == bits(*b))
-            };
-            bits(self.value(a, sensors), self.value(b, sensors)) && bits(self.input(a, inputs), self.input(b, inputs))
+        let hash = |cells: &[f64]| {
+            let mut state = Mix::default();
+            cells.iter().for_each(|x| state.write_u64(bits(*x)));
+            state.finish()
         };
-        // without a second row like the first nothing else is looked at
-        if !(1..self.rows).any(|other| same(0, other)) {
-            return None;
-        }
-        let mut counts: HashMap<Vec<u64>, usize, BuildHasherDefault<Mix>> = HashMap::default();
-        for row in 0..self.rows {
-            let cells = self.input(row, inputs).iter().chain(self.value(row, sensors));
-            *counts.entry(cells.map(|x| bits(*x)).collect()).or_default() += 1;
-        }
-        counts.values().copied().min().filter(|times| *times > 1 && counts.len() > 1)
+        let rows: Vec<(u64, u64)> =
+            (0..self.rows).map(|row| (hash(self.input(row, inputs)), hash(self.value(row, sensors)))).collect();
+        repeated(&rows, sensors, |row, sensor| self.value(row, sensors).get(sensor).copied())
     }
     /// Is it a device, and every cell a number or empty?
     pub(crate) fn is_plain(&self) -> bool {

@@ -4,7 +4,7 @@ use super::Device;
 use crate::campaign::Limited;
 use crate::error::Malformed;
 use crate::fit::{Conformity, Fit};
-use crate::quality;
+use crate::quality::{self, Repeated};
 use crate::uncertainty::Combined;
 use crate::vocabulary::vocabulary;
 
@@ -261,8 +261,13 @@ impl Remarks {
             }
             self.say(Reason::SuspiciousReadings, words);
         }
-        if let Some(times) = device.times() {
-            self.say(Reason::RepeatedRows, format!("every row occurs {times} times"));
+        match device.repeated() {
+            Some(Repeated::All(times)) => self.say(Reason::RepeatedRows, format!("every row occurs {times} times")),
+            Some(Repeated::Block { first, again, rows }) => {
+                let [again, first] = [again, first].map(|from| format!("{} to {}", from + 1, from + rows));
+                self.say(Reason::RepeatedRows, format!("readings {again} repeat readings {first} digit for digit"));
+            }
+            None => {}
         }
     }
 

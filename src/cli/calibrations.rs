@@ -45,6 +45,21 @@ pub(super) fn read(path: &Path) -> Result<Stored> {
     Ok(Stored { source, report })
 }
 
+/// Two calibrations are of different readings: the uncertainty of their difference takes the noise of both as independent.
+///
+/// Errors: the same readings, to the last digit.
+pub(super) fn of_other_readings(before: &Stored, after: &Stored) -> Result<()> {
+    let (a, b) = (&before.report.readings, &after.report.readings);
+    let same = a.len() == b.len() && a.iter().zip(b).all(|(a, b)| a.sensor == b.sensor && a.value == b.value);
+    if a.is_empty() || !same {
+        return Ok(());
+    }
+    Err(Malformed::new(Fault::Value, "both reports are fits of the same readings: they do not differ by a change of the unit")
+        .expected("fits of readings that were taken apart; for two models of the same readings, tumble diagnose says which terms they need")
+        .found(format!("the same {} values as in {}", a.len(), before.source.name))
+        .in_file(&after.source.name))
+}
+
 impl Stored {
     pub(super) fn correction(&self) -> Result<CorrectionFile> {
         self.report.correction.clone().ok_or_else(|| {

@@ -67,6 +67,7 @@ fn closed_forms(arguments: &Arguments, path: &Path, lang: Language) -> Result<Ou
 fn two(arguments: &Arguments, before: &Path, after: &Path, lang: Language) -> Result<Outcome> {
     super::probability("level", arguments.level, "0.95")?;
     let (before, after) = (calibrations::read(before)?, calibrations::read(after)?);
+    calibrations::of_other_readings(&before, &after)?;
     let outputs = arguments.pages.outputs([arguments.json.as_deref()])?;
     let found = changes(&before.determination(), &after.determination(), arguments.level, !arguments.independent);
     if found.changes.is_empty() {
@@ -91,6 +92,9 @@ fn history(arguments: &Arguments, paths: &[PathBuf], lang: Language) -> Result<O
     let outputs = arguments.pages.outputs([arguments.json.as_deref()])?;
     // each has a day: asked above
     stored.sort_by(|a, b| a.day().unwrap_or_default().total_cmp(&b.day().unwrap_or_default()));
+    for (k, after) in stored.iter().enumerate() {
+        stored.iter().take(k).try_for_each(|before| calibrations::of_other_readings(before, after))?;
+    }
     let all: Vec<_> = stored.iter().map(|report| report.determination()).collect();
     let last = stored.last();
     let limits = |id: &str| last.and_then(|report| report.limits(id));

@@ -454,6 +454,9 @@ pub(crate) fn askable(campaign: &Campaign) -> Result<()> {
     Ok(())
 }
 
+/// Changes of a prediction up to this share of the largest one are the rounding of sums of a few terms.
+const ROUNDING: f64 = 4.0 * f64::EPSILON;
+
 /// Differences below this share of u are told of no one.
 pub(crate) const VISIBLE: f64 = 0.1;
 
@@ -468,13 +471,21 @@ fn nonlinearity(
     record: Option<&Convergence>,
     unseen: &[usize],
 ) -> Vec<Option<f64>> {
-    let change: Vec<f64> = match record {
+    let mut change: Vec<f64> = match record {
         Some(record) => point.iter().zip(&record.linear).map(|(exact, linear)| exact - linear).collect(),
         None => match step::solve(campaign, at_solution, settings) {
             Ok(next) => next.change,
             Err(_) => Vec::new(),
         },
     };
+    // readings without scatter: what moves no prediction by more than its rounding is the rounding of the arithmetic
+    let DesignMatrix { jacobian, predicted, .. } = at_solution;
+    let moved =
+        |i: usize| change.iter().enumerate().take(jacobian.ncols()).map(|(k, c)| c * jacobian[(i, k)]).sum::<f64>();
+    let largest = predicted.iter().fold(0.0_f64, |most, y| most.max(y.abs()));
+    if (0..predicted.len()).all(|i| moved(i).abs() <= ROUNDING * largest) {
+        change.fill(0.0);
+    }
     let mut found = in_uncertainties(parameters, &change);
     if record.is_some() && found.iter().flatten().any(|share| share.abs() > VISIBLE) {
         // what the reference point does not determine has no linear estimate

@@ -5,10 +5,16 @@ use super::Fit;
 use crate::campaign::{Campaign, JointState, Kind, Reading, Role};
 use crate::elements::Elements;
 use crate::language::{Sentence, sentence};
+use crate::mix::Mix;
+use crate::quality::{self, Repeated};
+use crate::units::{self, Unit};
 use std::f64::consts::TAU;
+use std::hash::Hasher;
 
 /// Above this the scaled columns are so nearly dependent that units cannot be the reason.
 const ABSURD: f64 = 1e6;
+/// Times are in order where at most one in so many steps goes back: of readings in any order about every second one does.
+const ONE_IN: usize = 10;
 /// A value read as radians is this near (degrees) to a multiple of `STEP` degrees: three decimals of a radian.
 const NEAR: f64 = 0.06;
 const STEP: f64 = 5.0;
@@ -33,6 +39,7 @@ pub(super) fn remarks(fit: &Fit) -> Vec<Sentence> {
         sentence!("every-reading-of-a-channel-is-the-same", sensor = sensor.to_string(), value = value.to_string())
     }));
     found.extend(repeated(campaign));
+    found.extend(backwards(campaign));
     let mut unread = campaign.readings.rows.iter().filter(|reading| reading.observations.is_empty());
     if let Some(first) = unread.next() {
         let count = 1 + unread.count();
@@ -147,28 +154,58 @@ fn thousandfold(fit: &Fit) -> Option<Sentence> {
     })
 }
 
-/// How often every row stands there, value by value to the last digit, where that is more than once: chance does not repeat all of them.
+/// Times that a model line or a random effect uses and that go on from reading to reading but for a few: a clock that was set, or a time that was typed wrong.
+fn backwards(campaign: &Campaign) -> Vec<Sentence> {
+    let mut used: Vec<&str> = campaign.bench.sensors.iter().flat_map(|sensor| sensor.model.names()).collect();
+    used.extend(campaign.scatter.iter().filter_map(|line| line.over.as_ref()).map(|over| over.column.as_str()));
+    let is_time = |name: &str| {
+        let unit = units::of_column(name).and_then(|unit| Unit::parse(&unit).ok());
+        unit.zip(Unit::parse("s").ok()).is_some_and(|(own, s)| own.conversion_for(&s, name).is_ok())
+    };
+    let of = |(k, name): (usize, &String)| {
+        let rows = campaign.readings.rows.iter().enumerate();
+        let times: Vec<(usize, f64)> =
+            rows.filter_map(|(row, own)| Some((row, own.columns.get(k).copied()??))).collect();
+        let mut back = times.iter().zip(times.iter().skip(1)).filter(|(before, after)| after.1 < before.1);
+        let (_, (row, time)) = back.next()?;
+        let count = 1 + back.count();
+        (ONE_IN * count <= times.len()).then(|| {
+            let [reading, time] = [(row + 1).to_string(), time.to_string()];
+            sentence!("times-go-back", name = name.clone(), count, reading, time)
+        })
+    };
+    let columns = campaign.readings.columns.iter().enumerate();
+    columns.filter(|(_, name)| used.contains(&name.as_str()) && is_time(name)).filter_map(of).collect()
+}
+
+/// Rows that stand there more than once, value by value to the last digit.
 fn repeated(campaign: &Campaign) -> Option<Sentence> {
-    let rows = &campaign.readings.rows;
-    let same = |a: &Reading, b: &Reading| {
-        a.position == b.position
-            && a.joints == b.joints
-            && a.columns == b.columns
-            && a.observations == b.observations
-            && a.samples == b.samples
+    let number = |state: &mut Mix, x: Option<f64>| state.write_u64(x.map_or(u64::MAX, |x| (x + 0.0).to_bits()));
+    let of = |row: &Reading| {
+        let (mut set, mut read) = (Mix::default(), Mix::default());
+        set.write(row.position.as_bytes());
+        for (deg, deg_s, turns) in row.joints.iter().map(JointState::keys) {
+            [deg, deg_s, turns].into_iter().for_each(|x| number(&mut set, x));
+        }
+        row.columns.iter().for_each(|x| number(&mut set, *x));
+        for seen in &row.observations {
+            read.write_usize(seen.sensor);
+            number(&mut read, Some(seen.value));
+        }
+        (set.finish(), read.finish())
     };
-    // without a second row like the first nothing else is looked at
-    let (first, others) = rows.split_first()?;
-    if first.observations.is_empty() || !others.iter().any(|other| same(first, other)) {
-        return None;
+    let rows: Vec<&Reading> = campaign.readings.rows.iter().filter(|row| !row.observations.is_empty()).collect();
+    let value = |row: usize, sensor: usize| {
+        rows.get(row)?.observations.iter().find(|seen| seen.sensor == sensor).map(|seen| seen.value)
+    };
+    let hashes: Vec<(u64, u64)> = rows.iter().map(|row| of(row)).collect();
+    match quality::repeated(&hashes, campaign.bench.sensors.len(), value)? {
+        Repeated::All(times) => Some(sentence!("every-row-stands-there-several-times", times = times.to_string())),
+        Repeated::Block { first, again, rows } => {
+            let [again, first] = [again, first].map(|from| format!("{} to {}", from + 1, from + rows));
+            Some(sentence!("readings-repeat-others", again, first))
+        }
     }
-    let mut counts = std::collections::HashMap::new();
-    let key = |row: &Reading| {
-        format!("{} {:?} {:?} {:?} {}", row.position, row.joints, row.columns, row.observations, row.samples)
-    };
-    rows.iter().for_each(|row| *counts.entry(key(row)).or_insert(0_usize) += 1);
-    let times = counts.values().copied().min().filter(|times| *times > 1 && counts.len() > 1)?;
-    Some(sentence!("every-row-stands-there-several-times", times = times.to_string()))
 }
 
 /// Each joint's commanded angles and each column in degrees that a model line uses.

@@ -57,7 +57,7 @@ vocabulary! {
     Ending {
         /// The goals are met, and nothing is missing or all of it is named.
         Reached = "reached",
-        /// No position of this bench tells any more of what is still wanted.
+        /// The readings that may still be taken at these positions cannot tell enough of what is still wanted.
         NothingToGain = "nothing-to-gain",
         /// The most readings were taken.
         MostReadings = "most-readings",

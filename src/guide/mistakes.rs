@@ -243,8 +243,10 @@ fn weighed(mut all: Vec<Hypothesis>, newest: usize) -> Mistake {
 pub(super) struct Agreement {
     /// What the reading adds to the least sum of squares.
     pub square: f64,
-    /// Values of it that the others predict.
+    /// Values of it that the others predict, or what is supposed of the tilts.
     pub predicted: usize,
+    /// Those that the others alone predict.
+    pub told: usize,
     /// Is the value that is furthest off below what was predicted?
     pub is_below: bool,
 }
@@ -255,11 +257,14 @@ pub(super) fn agreement(judge: Judge, others: &[Reading], newest: &Reading) -> R
     let all: Vec<Reading> = others.iter().chain([newest]).cloned().collect();
     let Some(after) = Solved::new(judge, &all, &before.point, None)? else { return Ok(None) };
     let rows = Rows::of(judge.model, judge.beliefs, std::slice::from_ref(newest), &before.point, judge.noise)?;
-    let is_predicted = |row: &&Vec<f64>| {
-        let (variance, nothing) = before.posterior.variance_from(judge.beliefs, row, &[Source::Nothing]);
-        nothing < 0.5 * (1.0 + variance)
+    let without = |sources: &[Source]| {
+        let is_predicted = |row: &&Vec<f64>| {
+            let (variance, open) = before.posterior.variance_from(judge.beliefs, row, sources);
+            open < 0.5 * (1.0 + variance)
+        };
+        rows.slopes.iter().filter(is_predicted).count()
     };
-    let predicted = rows.slopes.iter().filter(is_predicted).count();
+    let (predicted, told) = (without(&[Source::Nothing]), without(&[Source::Nothing, Source::Supposed]));
     // what is left when all readings have their say has the sign of what the others alone predict, also where slopes at their point do not reach so far
     let mut left: Vec<f64> = after
         .rows
@@ -272,5 +277,5 @@ pub(super) fn agreement(judge: Judge, others: &[Reading], newest: &Reading) -> R
         .collect();
     left.sort_by(|a, b| b.abs().total_cmp(&a.abs()));
     let is_below = left.first().is_some_and(|residual| *residual < 0.0);
-    Ok(Some(Agreement { square: after.posterior.target - before.posterior.target, predicted, is_below }))
+    Ok(Some(Agreement { square: after.posterior.target - before.posterior.target, predicted, told, is_below }))
 }

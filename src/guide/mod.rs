@@ -317,7 +317,8 @@ impl Guide {
             ended: None,
             unreachable: Vec::new(),
         };
-        if let Some(seen) = &seen {
+        // at a point that no reading has told, slopes say nothing of what can be reached
+        if let Some(seen) = seen.as_ref().filter(|seen| !seen.is_open(&self.model)) {
             advice.unreachable = seen.unreachable(&self.model, &self.settings.goals)?;
         }
         self.decide(&mut advice, (&table, seen.as_ref()), diagnosis.as_ref())?;
@@ -419,6 +420,8 @@ impl Guide {
         let agreement = match p {
             None => Agreement::NotPredicted,
             Some(p) if p < level => Agreement::Disagrees,
+            // within what is supposed of the tilts, which is no evidence
+            Some(_) if compared.as_ref().is_none_or(|a| a.told == 0) => Agreement::NotPredicted,
             Some(_) => Agreement::Agrees,
         };
         let deviation = compared.zip(p).map(|(agreement, p)| {
@@ -434,11 +437,13 @@ impl Guide {
         Ok(Newest { reading, position, setting, agreement, deviation, p, level, remarks })
     }
 
-    /// Would this reading agree with those that stand?
+    /// Would this reading agree with those that stand, or be within what is supposed of the tilts?
     ///
     /// Errors: a setting at which the model has no value.
     pub(crate) fn would_agree(&self, reading: &Reading) -> Result<Agreement> {
-        Ok(self.judged(&self.taken, reading)?.agreement)
+        let judged = self.judged(&self.taken, reading)?;
+        let agrees = judged.p.is_some() && judged.agreement == Agreement::NotPredicted;
+        Ok(if agrees { Agreement::Agrees } else { judged.agreement })
     }
 
     /// The standard uncertainties of the sensors' values that a position is to be held for: as planned, by the schedule or of the noise; where goals alone
@@ -519,7 +524,7 @@ impl Guide {
             return Ok(());
         }
         let Some(seen) = seen else { return Ok(()) };
-        let determined = seen.undetermined(&self.model).is_empty();
+        let determined = !seen.is_open(&self.model);
         let diagnosis = diagnosis.filter(|_| !advice.mistake.as_ref().is_some_and(Mistake::is_named));
         if let (true, Some(diagnosis)) = (determined, diagnosis)
             && let Some(next) = self.discriminating(diagnosis)?
@@ -541,9 +546,14 @@ impl Guide {
         let reachable_met = determined && advice.goals.iter().all(|goal| goal.met || !reachable(&goal.id));
         // what no candidate's effect explains is not explained by more of the same
         let exhausted = self.candidates.iter().all(|c| self.taken.iter().any(|r| same_position(r, c)));
-        let hopeless = reachable_met && (certain || (exhausted && unexplained(diagnosis)));
         let wanted = Wanted { goals: &goals, effects: !certain, last: self.taken.last(), costs: &self.settings.costs };
         let worth = seen.worth(table, &self.model, &wanted)?;
+        let left = self.settings.most - self.taken.len();
+        let lacking = binary_entropy(advice.nothing_missing_or_named) - binary_entropy(self.settings.probability);
+        // even if every position were read in each of the readings that are left
+        let too_little =
+            || Ok::<_, Malformed>(seen.together(&self.model, &wanted, left)?.is_some_and(|all| all < lacking));
+        let hopeless = reachable_met && (certain || (exhausted && unexplained(diagnosis)) || too_little()?);
         match worth.into_iter().find(|worth| worth.position < self.candidates.len()).filter(|_| !hopeless) {
             // a reading that disagrees is confirmed, undone or explained before anything ends
             None => {
@@ -644,6 +654,13 @@ impl Guide {
         }
         Ok(None)
     }
+}
+
+/// Entropy of a probability and its complement, nats: what must be told to bring one probability to another is the difference, or more
+/// (T. M. Cover, J. A. Thomas, Elements of Information Theory, 2006, 2.4).
+fn binary_entropy(probability: f64) -> f64 {
+    let part = |p: f64| if p > 0.0 { -p * p.ln() } else { 0.0 };
+    part(probability) + part(1.0 - probability)
 }
 
 fn unexplained(diagnosis: Option<&Diagnosis>) -> bool {

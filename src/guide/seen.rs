@@ -18,7 +18,7 @@
 )]
 
 use super::advice::Suspected;
-use super::evidence::{Beliefs, Judge, Rows, Solved, Told, same_state};
+use super::evidence::{Beliefs, Judge, Rows, Solved, Source, Told, same_state};
 use crate::campaign::{Campaign, Reading, Readings};
 use crate::design::RowOrigin;
 use crate::diagnosis::{Alike, Effect, Prospect, directions};
@@ -314,14 +314,21 @@ impl Seen {
         self.effects.len() - self.effects.iter().filter(shows).count()
     }
 
-    /// Parameters to be estimated, by index, that the readings do not determine and these positions could.
-    pub fn undetermined(&self, model: &Campaign) -> Vec<usize> {
-        let open = |k: &usize| {
-            let along = self.unit(*k);
-            let could = self.at_most.as_ref().is_some_and(|possible| possible.determines(&self.beliefs, &along));
-            could && !self.posterior.determines(&self.beliefs, &along)
+    /// Do the readings not determine yet what these positions could: a parameter, or where they leave one undetermined what would be read at
+    /// them?
+    pub fn is_open(&self, model: &Campaign) -> bool {
+        let (beliefs, posterior) = (&self.beliefs, &self.posterior);
+        let could =
+            |along: &Vec<f64>| self.at_most.as_ref().is_some_and(|possible| possible.determines(beliefs, along));
+        let (possible, never): (Vec<_>, Vec<_>) = (0..model.unknowns()).map(|k| self.unit(k)).partition(could);
+        // more than half of the variance of a reading, with its noise of one, is due to what was supposed
+        let unpredicted = |row: &Vec<f64>| {
+            let (variance, supposed) = posterior.variance_from(beliefs, row, &[Source::Supposed, Source::Nothing]);
+            supposed > 0.5 * (variance + 1.0)
         };
-        (0..model.unknowns()).filter(open).collect()
+        let mut rows = self.blocks.iter().flat_map(|(rows, _)| rows);
+        possible.iter().any(|along| !posterior.determines(beliefs, along))
+            || (!never.is_empty() && rows.any(unpredicted))
     }
 
     fn unit(&self, parameter: usize) -> Vec<f64> {
@@ -342,7 +349,7 @@ impl Seen {
 
     /// What is wanted, in numbers.
     fn weighing<'a>(&'a self, model: &Campaign, wanted: &Wanted) -> Result<Weighing<'a>> {
-        let open = !self.undetermined(model).is_empty();
+        let open = self.is_open(model);
         let mut limits: Vec<(Vec<f64>, f64, f64)> = Vec::new();
         for (goal, u) in wanted.goals.iter().filter(|_| !open) {
             for direction in self.directions(model, goal)? {
@@ -376,6 +383,16 @@ impl Seen {
         all.retain(|worth| worth.nats > NOTHING);
         all.sort_by(|a, b| rate(b).total_cmp(&rate(a)));
         Ok(all)
+    }
+
+    /// What all positions tell together where each is read so many times, in nats.
+    pub fn together(&self, model: &Campaign, wanted: &Wanted, times: usize) -> Result<Option<f64>> {
+        let root = (times as f64).sqrt();
+        let often = |values: &Vec<f64>| values.iter().map(|value| value * root).collect::<Vec<f64>>();
+        let rows = self.blocks.iter().flat_map(|(rows, _)| rows).map(often).collect();
+        let column = |k: usize| self.blocks.iter().flat_map(|(_, columns)| often(&columns[k])).collect();
+        let columns = (0..self.effects.len()).map(column).collect();
+        Ok(self.weighing(model, wanted)?.nats(&(rows, columns)))
     }
 
     /// What share of the planned length a position is to be held for (in steps of two, for white noise): the smallest with which all goals are met, where

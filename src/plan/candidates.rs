@@ -31,7 +31,8 @@ const MOST_CANDIDATES: usize = 200_000;
 /// Every position of a full sweep: joints that the schedule holds still in steps of `step_deg`, joints that it turns in every state it has; a
 /// joint that does both, both.
 ///
-/// Columns, samples and stated uncertainties are those of the first reading that turns in the same way; a bench without joints has the schedule's distinct readings as candidates.
+/// Samples and stated uncertainties are those of the first reading that turns in the same way, columns those of the last reading, which the further ones follow; a bench
+/// without joints has the schedule's distinct readings as candidates.
 /// Errors: a step that is not positive, or gives more than 200,000 positions.
 pub fn sweep(campaign: &Campaign, step_deg: f64) -> Result<Readings> {
     sweep_with_rates(campaign, step_deg, &[])
@@ -43,7 +44,9 @@ pub fn sweep(campaign: &Campaign, step_deg: f64) -> Result<Readings> {
 pub(crate) fn sweep_with_rates(campaign: &Campaign, step_deg: f64, rates: &[f64]) -> Result<Readings> {
     let rows = &campaign.readings.rows;
     let columns = campaign.readings.columns.clone();
-    let Some(first) = rows.first() else { return Ok(Readings { columns, rows: Vec::new() }) };
+    let (Some(first), Some(last)) = (rows.first(), rows.last()) else {
+        return Ok(Readings { columns, rows: Vec::new() });
+    };
     if !(step_deg > 0.0 && step_deg <= 360.0) {
         return Err(Malformed::new(Fault::Value, "the step of the sweep is not possible")
             .expected("degrees, above 0 and at most 360")
@@ -112,9 +115,9 @@ pub(crate) fn sweep_with_rates(campaign: &Campaign, step_deg: f64, rates: &[f64]
             .collect();
     }
     let names: Vec<&str> = campaign.bench.joints().collect();
-    // texts that lines of scatter refer to (an operator): like columns, those of the first reading
+    // texts that lines of scatter refer to (an operator): like columns, those of the last reading
     let goes_by = |key: &String| campaign.scatter.iter().any(|line| line.per == Per::Column(key.clone()));
-    let levels: Vec<(String, String)> = first.remarks.iter().filter(|(key, _)| goes_by(key)).cloned().collect();
+    let levels: Vec<(String, String)> = last.remarks.iter().filter(|(key, _)| goes_by(key)).cloned().collect();
     let stated = |row: &Reading| (row.samples, row.unread().planned_u);
     let uniform = rows.iter().all(|row| stated(row) == stated(first));
     // the bench takes no mean with two turning joints
@@ -127,7 +130,7 @@ pub(crate) fn sweep_with_rates(campaign: &Campaign, step_deg: f64, rates: &[f64]
             };
             let like = if uniform { first } else { rows.iter().find(turns_alike).unwrap_or(first) };
             Reading {
-                columns: campaign.readings.position(&names, first, joints.clone()).columns,
+                columns: campaign.readings.position(&names, last, joints.clone()).columns,
                 remarks: levels.clone(),
                 ..campaign.readings.position(&names, like, joints)
             }
@@ -137,7 +140,7 @@ pub(crate) fn sweep_with_rates(campaign: &Campaign, step_deg: f64, rates: &[f64]
     Ok(Readings { columns, rows })
 }
 
-/// Columns of no joint that have several values in the schedule, and one only in the candidates: a sweep takes them from the first reading.
+/// Columns of no joint that have several values in the schedule, and one only in the candidates: a sweep takes them from the last reading.
 pub(super) fn frozen(campaign: &Campaign, candidates: &Readings) -> Vec<(String, f64)> {
     let of_joint = |column: &str| {
         let suffix =

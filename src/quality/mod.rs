@@ -8,15 +8,18 @@
 //! | `rows.rs` | residual, redundancy, detectable fault of each reading; the global test |
 //! | `snooping.rs` | which readings are suspicious (Baarda), and what an undetected fault would do to each parameter |
 //! | `lack_of_fit.rs` | pure error from replicates against what the model leaves, positions against the readings of each (F tests) |
+//! | `repeated.rs` | rows that were probably entered more than once |
 //! | `residual_tests.rs` | are the residuals in random order (runs), are they normal (Shapiro-Francia) |
 
 mod lack_of_fit;
+mod repeated;
 mod residual_tests;
 mod rows;
 mod snooping;
 
 pub use lack_of_fit::lack_of_fit;
 pub(crate) use lack_of_fit::{LackOfFit, Offsets, lack_of_fit_p};
+pub(crate) use repeated::{Repeated, repeated};
 pub use residual_tests::runs;
 pub(crate) use residual_tests::{NormalScores, NormalityTest, RunsTest, normality, runs_of};
 pub(crate) use rows::{ALPHA, GlobalTest, RowQuality, UNCHECKED, global_test};

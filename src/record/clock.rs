@@ -160,6 +160,8 @@ pub struct Clock {
     jumps: Vec<Jump>,
     /// Steps back, gaps and short steps, all of them.
     counts: [u64; 3],
+    /// Length of all gaps, s.
+    lost: f64,
     /// What steps back have taken from the times, s.
     set_back: f64,
     pending_gap: bool,
@@ -277,6 +279,9 @@ impl Clock {
                     JumpKind::Short => short,
                 };
                 *count += 1;
+                if kind == JumpKind::Gap {
+                    self.lost += step;
+                }
                 if kind == JumpKind::Back {
                     if *count * RARE > self.rows {
                         return Err(self.unsorted("the times are not sorted", *raw, factor));
@@ -409,10 +414,9 @@ impl Clock {
             ));
         }
         if let Some(gap) = of(JumpKind::Gap).next() {
-            let lost = of(JumpKind::Gap).map(|gap| gap.step).sum::<f64>();
             notes.push(format!(
-                "{gaps} gap{} in '{}' ({lost:.3} s in all; samples are missing, or the clock was set forward); the first is of {:.3} s, {:.3} s after the start",
-                s(gaps), self.title, gap.step, gap.time
+                "{gaps} gap{} in '{}' ({:.3} s in all; samples are missing, or the clock was set forward); the first is of {:.3} s, {:.3} s after the start",
+                s(gaps), self.title, self.lost, gap.step, gap.time
             ));
         }
         if let Some(jump) = of(JumpKind::Back).next() {

@@ -84,17 +84,24 @@ pub(super) fn validity_sentence(correction: &CorrectionFile, lang: Language) -> 
     text
 }
 
+/// The inputs that must be given with the readings, and the value that is used where one is not.
+fn given(correction: &CorrectionFile) -> impl Iterator<Item = (&str, String)> {
+    let given = correction.inputs.iter().filter(|input| !input.solved);
+    given.map(|input| {
+        let unit = if input.unit.is_empty() { String::new() } else { format!(" {}", input.unit) };
+        (input.id.as_str(), format!("{}{unit}", significant(input.otherwise.unwrap_or_default(), 6)))
+    })
+}
+
+/// Where bias and matrix are those of the linear form, as far as further inputs decide.
+pub(super) fn given_at(correction: &CorrectionFile, lang: Language) -> Option<String> {
+    let at: Vec<String> = given(correction).map(|(id, value)| format!("{id} = {value}")).collect();
+    (!at.is_empty()).then(|| say!(lang, "correction-is-for", at = at.join(lang.comma())))
+}
+
 /// What must be given with the readings, and the value that is used if it is not.
 pub(super) fn given_sentence(correction: &CorrectionFile, lang: Language) -> Option<String> {
-    let given: Vec<String> = correction
-        .inputs
-        .iter()
-        .filter(|input| !input.solved)
-        .map(|input| {
-            let otherwise = input.otherwise.unwrap_or_default();
-            let unit = if input.unit.is_empty() { String::new() } else { format!(" {}", input.unit) };
-            say!(lang, "correction-otherwise", id = input.id, otherwise = significant(otherwise, 6), unit)
-        })
-        .collect();
+    let given: Vec<String> =
+        given(correction).map(|(id, otherwise)| say!(lang, "correction-otherwise", id, otherwise)).collect();
     (!given.is_empty()).then(|| say!(lang, "these-sensors-do-not-determine-give-it", given = given.join(lang.comma())))
 }

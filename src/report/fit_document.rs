@@ -600,7 +600,7 @@ fn assumptions(report: &FitReport, asked: &Asked<'_>, lang: Language) -> Section
             earth_rate_deg_h = report.site.earth_rate_deg_h,
             said = site::gravity_text(&report.site, lang)
         )),
-        None if report.model.values().any(|line| reads_rotation(line)) => {
+        None if report.model.values().any(|line| reads_motion(line)) => {
             points.push(say!(lang, "no-site-no-earth-rate-and-gravity").into());
         }
         None => {}
@@ -647,8 +647,9 @@ pub(super) fn bench_figure(campaign: Option<&Campaign>, lang: Language) -> Optio
 }
 
 /// Does a model line read the rate of rotation about an axis (`w_x`, not `flow_x`)?
-fn reads_rotation(line: &str) -> bool {
-    line.split(|c: char| !c.is_alphanumeric() && c != '_').any(|name| name.starts_with("w_"))
+fn reads_motion(line: &str) -> bool {
+    let is_motion = |name: &str| ["w_", "a_"].iter().any(|start| name.starts_with(start));
+    line.split(|c: char| !c.is_alphanumeric() && c != '_').any(is_motion)
 }
 
 /// More readings than this are not listed on a page.

@@ -223,7 +223,7 @@ fn section(column: &NoiseColumnReport, deviations: bool, lang: Language) -> Sect
     let agreement = column.agreement.as_ref();
     let without = |why: Without| (Tone::Caution, lang.sentence(&say!(lang, "no-coefficients", why = why.name())));
     let mean = column.mean.map_or("-".into(), |mean| significant(mean, 6));
-    let (samples, stretches, unit) = (column.samples, column.stretches.max(1), &column.unit);
+    let (samples, stretches, unit) = (column.samples, crate::number::index(column.stretches.max(1)), &column.unit);
     let coefficients = Rows::of(&column.coefficients)
         .left(say!(lang, "coefficient"), |c| c.id.to_string())
         .left("", |c| lang.name(&c.name))

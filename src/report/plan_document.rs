@@ -106,6 +106,9 @@ fn answer(improved: &ImprovedReport, finds: &[FindReport], lang: Language) -> Se
         .note(say!(lang, "at-equal-effort", cost));
     let what = |text: String| say!(lang, "cannot-be-determined-by-any-choice", text);
     let mut notes = shared(&improved.shared, lang);
+    if !improved.frozen.is_empty() && improved.unreachable.is_empty() {
+        notes.push(say!(lang, "planned-with-columns", held = keys(&improved.frozen)));
+    }
     notes.extend(defects(&improved.unreachable, what, &nowhere(&improved.frozen, lang), lang));
     Section::new(say!(lang, "the-better-schedule-2"))
         .prose(lang.sentence(&work_of(&improved.judgement.work, lang)))

@@ -293,7 +293,9 @@ fn each(report: &ReduceReport) -> impl Iterator<Item = (&str, &SegmentMeanReport
 fn verdict(report: &ReduceReport, lang: Language) -> (Tone, String) {
     let all = each(report).count();
     let sloping = each(report).filter(|(_, m)| m.sloping == Some(true)).count();
-    let odd: u64 = each(report).flat_map(|(_, m)| m.events.values()).sum();
+    // what is absent is in no mean
+    let events = each(report).flat_map(|(_, m)| &m.events);
+    let odd: u64 = events.filter(|(kind, _)| **kind != EventKind::Absent).map(|(_, count)| count).sum();
     let tone = match report.segments.is_empty() {
         true => Tone::Bad,
         false if odd > 0 || sloping * 20 > all => Tone::Caution,

@@ -30,7 +30,7 @@ pub(super) fn columns(
     others: &dyn Fn(&str) -> bool,
     file: &str,
 ) -> Result<Vec<Column>> {
-    let fault = |fault, what: String| Malformed::new(fault, what).at_line(1, 0).in_file(file);
+    let fault = |fault, what: String| Malformed::new(fault, what).in_file(file);
     let stands_for = |wanted: &str, found: &record::Column| found.title == wanted || found.name == wanted;
     for (key, wanted) in &map.0 {
         let found = titles.iter().filter(|found| stands_for(wanted, found)).count();
@@ -40,7 +40,7 @@ pub(super) fn columns(
                 _ => format!("several columns are called '{wanted}', which \"columns\" gives for '{key}'"),
             };
             return Err(fault(Fault::Missing, what)
-                .expected("one of the titles in the file's first line")
+                .expected("one of the titles of the table")
                 .found(titles.iter().map(|found| format!("'{}'", found.title)).collect::<Vec<_>>().join(", ")));
         }
     }
@@ -76,7 +76,7 @@ pub(super) fn columns(
                 Ok(to) => to,
                 // what nothing reads may be in any unit
                 Err(_) if !is_read(&key) && !others(&key) && map.get(&key).is_none() => None,
-                Err(error) => return Err(error.at_line(1, 0).in_file(file)),
+                Err(error) => return Err(error.in_file(file)),
             },
             _ => None,
         };
@@ -90,12 +90,12 @@ pub(super) fn columns(
     Ok(columns)
 }
 
-/// From the unit in a title to the one that is wanted; `None` where the numbers stay as they are. Words in brackets that are no unit (`V (channel 1)`)
+/// From the unit in a title to the one that is wanted; `None` where the numbers stay as they are: where one of the two is not said, too. Words in brackets that are no unit (`V (channel 1)`)
 /// are a remark, unless one of them is a unit that would convert (`V (in mV)`): what is meant by it is not guessed.
 ///
 /// Errors: a unit that is not known, one of another dimension.
 pub(crate) fn from_title(what: &str, from: &str, to: &str) -> Result<Option<Conversion>> {
-    if from == to || from.is_empty() {
+    if from == to || from.is_empty() || to.is_empty() {
         return Ok(None);
     }
     let converts = |word: &str| match (Unit::parse(word), Unit::parse(to)) {

@@ -186,3 +186,26 @@ fn residuals_of_rounding_are_not_tested() {
     let rows: Vec<usize> = found.suspects.iter().map(|own| own.row).collect();
     assert_eq!(rows, [4]);
 }
+
+/// `Y = 1 + 1e-3 t + 2e-2 T` without any noise, t = 0, 1, 4, .. 81 s: what two ways of summing differ by is rounding, and no sign of a model that is not linear.
+#[test]
+fn rounding_is_not_taken_for_curvature() {
+    let rows: Vec<String> = (0..10)
+        .map(|k| {
+            let y = 1000 + k * k + 20 * k;
+            format!(r#"{{ "time_s": {}, "temperature_c": {k}, "Y": {}.{:03} }}"#, k * k, y / 1000, y % 1000)
+        })
+        .collect();
+    let text = format!(
+        r#"{{ "bench": {{ "id": "q", "chain": [], "sensors": {{ "Y": {{ "unit": "V", "model": "a + q*time_s + p*temperature_c" }} }} }},
+            "estimate": {{ "a": {{}}, "p": {{}}, "q": {{}} }}, "readings": [ {} ] }}"#,
+        rows.join(", ")
+    );
+    let campaign = tumble::Campaign::from_json(&text).unwrap();
+    let found = fitted(&campaign);
+    assert!((found.parameters[0].value.unwrap() - 1.0).abs() < 1e-14);
+    assert_eq!(
+        found.nonlinearity.iter().map(|share| share.unwrap()).fold(0.0_f64, |most, share| most.max(share.abs())),
+        0.0
+    );
+}

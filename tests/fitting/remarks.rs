@@ -39,6 +39,32 @@ fn other_units_and_rows_that_stand_twice_are_seen() {
     assert_eq!(remarks(&twice), "");
 }
 
+/// A run of twelve readings of a gyro, noise 25 uV, into which four rows were copied: a differing pair at one rate shows that the digits are no matter of chance (q/(2 sqrt(pi) s) = 1/90
+/// for steps of 1 uV). In steps of 0.1 mV, four times the noise, it would be.
+#[test]
+fn rows_that_were_copied_are_seen() {
+    let rates = [0, 10, -10, 50, -50, 100, -100, 200, -200, 10, -10, 0, -50, 100, -100, 200];
+    let volts = [
+        0.491306, 0.592574, 0.390043, 0.997641, -0.014982, 1.503918, -0.521288, 2.516546, -1.533864, 0.592558,
+        0.390077, 0.491270, -0.014982, 1.503918, -0.521288, 2.516546,
+    ];
+    let said = |count: usize, step: f64| {
+        let rows: Vec<serde_json::Value> = rates
+            .iter()
+            .zip(volts)
+            .take(count)
+            .map(|(rate, volts): (&i32, f64)| serde_json::json!({ "rate": rate, "V": (volts / step).round() * step }))
+            .collect();
+        remarks(&serde_json::json!({
+            "bench": { "id": "line", "chain": [], "sensors": { "V": { "unit": "V", "model": "V0 + K*rate" } } },
+            "estimate": { "V0": {}, "K": {} }, "readings": rows
+        }))
+    };
+    assert_eq!(said(12, 1e-6), "");
+    assert!(said(16, 1e-6).contains("readings 13 to 16 repeat readings 5 to 8"), "{}", said(16, 1e-6));
+    assert_eq!(said(16, 1e-4), "");
+}
+
 /// Readings in mV where the bench has V: an estimated scale factor is a thousand times its start.
 #[test]
 fn a_scale_factor_of_another_unit_is_seen() {

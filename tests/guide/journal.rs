@@ -44,6 +44,39 @@ fn a_simulated_calibration_ends_with_an_ordinary_campaign() {
     assert!(fitted.status.success());
 }
 
+/// Five orientations of which two are the same: the means and differences of both senses tell four combinations of the five tilts beside the bias, so that no
+/// tilt's goal can be reached. Every orientation is read, and no reading is asked for that decides nothing.
+#[test]
+fn it_stops_where_readings_decide_nothing_more() {
+    let folder = tempfile::tempdir().unwrap();
+    let schedule = r#"{"bench": "gyro-turntable", "known": {"kI": {"value": -2.9222, "unit": "V/(deg/s)", "u": 0}},
+        "estimate": {"V0": {}, "dtheta_x0": {}, "dtheta_y0": {}, "dtheta_y1": {}, "dtheta_y2": {}, "dtheta_z2": {}},
+        "readings": [
+            {"position": "1", "alpha_deg": 135, "beta_deg": 225, "gamma_deg_s": [40, -40]},
+            {"position": "2", "alpha_deg": 135, "beta_deg": 225, "gamma_deg_s": [10, -10]},
+            {"position": "3", "alpha_deg": 135, "beta_deg": 270, "gamma_deg_s": [20, -20]},
+            {"position": "4", "alpha_deg": 90, "beta_deg": 135, "gamma_deg_s": [40, -40]},
+            {"position": "5", "alpha_deg": 0, "beta_deg": 270, "gamma_deg_s": [10, -10]}]}"#;
+    let truth = r#"{"values": {"V0": {"value": 0.001}, "dtheta_x0": {"value": -52, "unit": "arcsec"}, "dtheta_y1": {"value": 80, "unit": "arcsec"}},
+        "noise": {"V": {"sd": 1e-4}}}"#;
+    std::fs::write(folder.path().join("schedule.campaign.json"), schedule).unwrap();
+    std::fs::write(folder.path().join("hidden.truth.json"), truth).unwrap();
+    for seed in ["1", "2", "3"] {
+        let journal = format!("{seed}.jsonl");
+        let arguments = [&SIMULATED[..], &["--seed", seed, "--force", "--journal", &journal]].concat();
+        let output = tumble(folder.path(), &arguments).output().unwrap();
+        let text = String::from_utf8(output.stdout).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{text}");
+        assert!(text.contains("would not decide"), "{text}");
+        let campaign = std::fs::read_to_string(folder.path().join("guided.campaign.json")).unwrap();
+        let campaign: serde_json::Value = serde_json::from_str(&campaign).unwrap();
+        let readings = campaign["readings"].as_array().unwrap();
+        let orientations: std::collections::BTreeSet<String> =
+            readings.iter().map(|own| format!("{} {}", own["alpha_deg"], own["beta_deg"])).collect();
+        assert_eq!(orientations.len(), 4, "{orientations:?}");
+    }
+}
+
 /// 3 kills by default, 1,000 with `TUMBLE_LONG=1`.
 #[test]
 fn killed_at_any_moment_it_ends_with_the_same_bytes() {

@@ -1551,7 +1551,8 @@ class DrawnReport(Node):
     first_order: list[float] | None
     """First-order interval, in the quantity's unit."""
     first_order_agrees: bool | None
-    """Is the first order good to two digits of the uncertainty?"""
+    """Is the first order as good as two digits of the uncertainty (JCGM 101, clause 8): do both ends of the symmetric interval agree within
+    half a unit of the second digit of `u` and the sampling error of the trials?"""
     id: str
     """Name of the parameter or derived quantity."""
     interval: list[float]
@@ -1732,12 +1733,12 @@ class KnownReport(Node):
 
 
 class LackOfFitReport(Node):
-    """The lack of fit test."""
+    """The test for lack of fit."""
 
     between_dof: int
-    """Degrees of freedom of what the model leaves."""
+    """Degrees of freedom of what the model leaves between the means."""
     f: float | None
-    """F, a pure number; null where replicates agree exactly."""
+    """F, a pure number: `(between / between_dof) / pure_error_sd^2`; null where replicates agree exactly."""
     p: float
     """Probability of a larger F if the model is right."""
     pure_error_dof: int
@@ -1745,7 +1746,7 @@ class LackOfFitReport(Node):
     pure_error_sd: float
     """Factor by which its standard deviation differs from the weights' (1 where uncertainties are right)."""
     rejected: bool
-    """Is the model rejected?"""
+    """Is the model rejected: is `p` below one minus the level?"""
 
     _keys = frozenset(["between_dof", "f", "p", "pure_error_dof", "pure_error_sd", "rejected"])
 

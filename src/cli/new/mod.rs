@@ -173,8 +173,10 @@ fn campaign(arguments: &Arguments, table: &Path, answers: &Answers) -> Result<Ou
         };
         Ok((campaign, fitted))
     };
-    let parameters: Vec<(String, String)> =
-        read(&campaign)?.0.parameters.into_iter().map(|parameter| (parameter.id, parameter.unit)).collect();
+    // what the bench states itself (its gravity, a rate) is no question
+    let open = |parameter: &crate::campaign::Parameter| !matches!(parameter.role, crate::campaign::Role::Known(_));
+    let all = read(&campaign)?.0.parameters.into_iter().filter(open);
+    let parameters: Vec<(String, String)> = all.map(|parameter| (parameter.id, parameter.unit)).collect();
     let known = |given: &[String], ask: &str| -> Result<Vec<Quantity>> {
         answers.several(given, ("--known", ask), |text| Quantity::of(text, &parameters))
     };

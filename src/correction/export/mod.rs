@@ -236,7 +236,10 @@ fn comment(calibration: &Calibration, origin: &Origin) -> Vec<String> {
         of_role
             .map(|i| match role {
                 InputRole::Solved => format!("{} ({})", i.name, calibration.unit_of(i)),
-                InputRole::Given => format!("{} ({}; otherwise {})", i.name, calibration.unit_of(i), i.fallback),
+                InputRole::Given => match calibration.unit_of(i) {
+                    "" => format!("{} (otherwise {})", i.name, i.fallback),
+                    unit => format!("{} ({unit}; otherwise {})", i.name, i.fallback),
+                },
             })
             .collect::<Vec<_>>()
             .join(", ")

@@ -9,7 +9,7 @@ use crate::fit::{Conformity, Estimator};
 use crate::language::{Language, say};
 use crate::number;
 use crate::report::conformity::{ConformityReport, LimitedReport, percent};
-use crate::report::correction::validity_sentence;
+use crate::report::correction::{given_at, validity_sentence};
 use crate::report::{FitReport, ScatterReport, scatter};
 use crate::uncertainty::quantiles;
 use crate::wire::{CorrectionFile, LabFile};
@@ -321,7 +321,8 @@ fn matrix(correction: &CorrectionFile, prefix: &str, texts: Texts<'_>) -> Option
     });
     let about = texts.said("dcc:description", |lang| {
         let about = say!(lang, "dcc-correction", frame = lang.name(&correction.frame));
-        format!("{about}{}{}", lang.space(), validity_sentence(correction, lang))
+        let said = [Some(about), given_at(correction, lang), Some(validity_sentence(correction, lang))];
+        said.into_iter().flatten().collect::<Vec<_>>().join(lang.space())
     });
     let name = texts.said("dcc:name", |lang| say!(lang, "the-correction-to-apply").into());
     Some(element("dcc:result").add(name).add(about).add(element("dcc:data").add(bias).add(rows)))
