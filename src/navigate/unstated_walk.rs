@@ -122,9 +122,7 @@ impl<'a> Search<'a> {
             let place = biases.iter().position(|bias| *cause == Cause::Changing(*bias, Change::Ramp));
             place.is_some_and(|place| moves(&best.cause, place))
         };
-        if matches!(best.cause, Cause::BiasWalk(..))
-            && self.gain_of_wave(state, is_moved) > best.gain + price - alike
-        {
+        if matches!(best.cause, Cause::BiasWalk(..)) && self.gain_of_wave(state, is_moved) > best.gain + price - alike {
             return None;
         }
         let others = walks.map(|other| (other.cause, other.density, other.deviance - best.deviance));
