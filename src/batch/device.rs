@@ -133,8 +133,13 @@ impl Device {
             cells.iter().for_each(|x| state.write_u64(bits(*x)));
             state.finish()
         };
-        let rows: Vec<(u64, u64)> =
-            (0..self.rows).map(|row| (hash(self.input(row, inputs)), hash(self.value(row, sensors)))).collect();
+        let of = |row: usize| {
+            let values = self.value(row, sensors);
+            // a row without a value repeats nothing
+            let read = if values.iter().any(|x| x.is_finite()) { hash(values) } else { row as u64 };
+            (hash(self.input(row, inputs)), read)
+        };
+        let rows: Vec<(u64, u64)> = (0..self.rows).map(of).collect();
         repeated(&rows, sensors, |row, sensor| self.value(row, sensors).get(sensor).copied())
     }
     /// Is it a device, and every cell a number or empty?

@@ -454,9 +454,6 @@ pub(crate) fn askable(campaign: &Campaign) -> Result<()> {
     Ok(())
 }
 
-/// Changes of a prediction up to this share of the largest one are the rounding of sums of a few terms.
-const ROUNDING: f64 = 4.0 * f64::EPSILON;
-
 /// Differences below this share of u are told of no one.
 pub(crate) const VISIBLE: f64 = 0.1;
 
@@ -478,12 +475,12 @@ fn nonlinearity(
             Err(_) => Vec::new(),
         },
     };
-    // readings without scatter: what moves no prediction by more than its rounding is the rounding of the arithmetic
+    // of readings without scatter the difference is the rounding of the arithmetic
     let DesignMatrix { jacobian, predicted, .. } = at_solution;
-    let moved =
-        |i: usize| change.iter().enumerate().take(jacobian.ncols()).map(|(k, c)| c * jacobian[(i, k)]).sum::<f64>();
+    let moved = |i: usize| change.iter().enumerate().take(jacobian.ncols()).map(|(k, c)| c * jacobian[(i, k)]).sum();
+    let squares = (0..predicted.len()).map(|i| f64::powi(moved(i), 2)).sum();
     let largest = predicted.iter().fold(0.0_f64, |most, y| most.max(y.abs()));
-    if (0..predicted.len()).all(|i| moved(i).abs() <= ROUNDING * largest) {
+    if quality::is_rounding(squares, predicted.len(), largest) {
         change.fill(0.0);
     }
     let mut found = in_uncertainties(parameters, &change);

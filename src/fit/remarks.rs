@@ -7,14 +7,13 @@ use crate::elements::Elements;
 use crate::language::{Sentence, sentence};
 use crate::mix::Mix;
 use crate::quality::{self, Repeated};
+use crate::uncertainty::quantiles::chi_square_survival;
 use crate::units::{self, Unit};
 use std::f64::consts::TAU;
 use std::hash::Hasher;
 
 /// Above this the scaled columns are so nearly dependent that units cannot be the reason.
 const ABSURD: f64 = 1e6;
-/// Times are in order where at most one in so many steps goes back: of readings in any order about every second one does.
-const ONE_IN: usize = 10;
 /// A value read as radians is this near (degrees) to a multiple of `STEP` degrees: three decimals of a radian.
 const NEAR: f64 = 0.06;
 const STEP: f64 = 5.0;
@@ -154,7 +153,10 @@ fn thousandfold(fit: &Fit) -> Option<Sentence> {
     })
 }
 
-/// Times that a model line or a random effect uses and that go on from reading to reading but for a few: a clock that was set, or a time that was typed wrong.
+/// Times that a model line or a random effect uses and that are in order but for single ones, which were typed wrong. (After a run that begins at zero the times stay below.)
+///
+/// Of `n` readings in any order `(n - 1)/2` steps go back, with the variance `(n + 1)/12` (L. Carlitz et al., J. Combin. Theory A 13 (1972), 47: nearly normal); they are in
+/// order where so few do by chance with a probability below 0.001.
 fn backwards(campaign: &Campaign) -> Vec<Sentence> {
     let mut used: Vec<&str> = campaign.bench.sensors.iter().flat_map(|sensor| sensor.model.names()).collect();
     used.extend(campaign.scatter.iter().filter_map(|line| line.over.as_ref()).map(|over| over.column.as_str()));
@@ -166,10 +168,15 @@ fn backwards(campaign: &Campaign) -> Vec<Sentence> {
         let rows = campaign.readings.rows.iter().enumerate();
         let times: Vec<(usize, f64)> =
             rows.filter_map(|(row, own)| Some((row, own.columns.get(k).copied()??))).collect();
-        let mut back = times.iter().zip(times.iter().skip(1)).filter(|(before, after)| after.1 < before.1);
-        let (_, (row, time)) = back.next()?;
-        let count = 1 + back.count();
-        (ONE_IN * count <= times.len()).then(|| {
+        let next = times.iter().skip(2).map(|(_, time)| *time).chain([f64::INFINITY]);
+        let steps = times.iter().zip(times.iter().skip(1)).zip(next);
+        let back: Vec<_> = steps.filter(|((before, after), _)| after.1 < before.1).collect();
+        let ((_, (row, time)), _) = back.first()?;
+        let is_single = back.iter().all(|((before, _), next)| *next >= before.1);
+        let (count, n) = (back.len(), times.len() as f64);
+        let below = 0.5 * (n - 1.0) - count as f64;
+        let chance = chi_square_survival(below * below * 12.0 / (n + 1.0), 1.0);
+        (is_single && below > 0.0 && chance.is_some_and(|p| 0.5 * p < quality::ALPHA)).then(|| {
             let [reading, time] = [(row + 1).to_string(), time.to_string()];
             sentence!("times-go-back", name = name.clone(), count, reading, time)
         })
@@ -181,8 +188,10 @@ fn backwards(campaign: &Campaign) -> Vec<Sentence> {
 /// Rows that stand there more than once, value by value to the last digit.
 fn repeated(campaign: &Campaign) -> Option<Sentence> {
     let number = |state: &mut Mix, x: Option<f64>| state.write_u64(x.map_or(u64::MAX, |x| (x + 0.0).to_bits()));
-    let of = |row: &Reading| {
+    let of = |(k, row): (usize, &Reading)| {
         let (mut set, mut read) = (Mix::default(), Mix::default());
+        // a row without a value repeats nothing
+        read.write_usize(if row.observations.is_empty() { k + 1 } else { 0 });
         set.write(row.position.as_bytes());
         for (deg, deg_s, turns) in row.joints.iter().map(JointState::keys) {
             [deg, deg_s, turns].into_iter().for_each(|x| number(&mut set, x));
@@ -194,11 +203,11 @@ fn repeated(campaign: &Campaign) -> Option<Sentence> {
         }
         (set.finish(), read.finish())
     };
-    let rows: Vec<&Reading> = campaign.readings.rows.iter().filter(|row| !row.observations.is_empty()).collect();
+    let rows = &campaign.readings.rows;
     let value = |row: usize, sensor: usize| {
         rows.get(row)?.observations.iter().find(|seen| seen.sensor == sensor).map(|seen| seen.value)
     };
-    let hashes: Vec<(u64, u64)> = rows.iter().map(|row| of(row)).collect();
+    let hashes: Vec<(u64, u64)> = rows.iter().enumerate().map(of).collect();
     match quality::repeated(&hashes, campaign.bench.sensors.len(), value)? {
         Repeated::All(times) => Some(sentence!("every-row-stands-there-several-times", times = times.to_string())),
         Repeated::Block { first, again, rows } => {

@@ -21,7 +21,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 
 /// Half waves in a run that are tried: fewer are a ramp or a warm-up,
 const LEAST: usize = 2;
-/// and no more than this, which bounds the work: up to one half wave in each row they are periods that the rows tell apart (H. Nyquist).
+/// and no more than this, which bounds the work: up to one half wave between two rows they are periods that the rows tell apart (H. Nyquist).
 const MOST: usize = 160;
 /// Waves that are candidates: those that reduce the sum of squares most, of each bias and channel one. They bound the work; a second wave of a set is a
 /// candidate given the first.
@@ -233,7 +233,7 @@ impl Search<'_> {
     /// Waves of each bias and channel with every whole number of half waves in the run.
     fn waves<'b>(&self, rows: &'b Weighed) -> &'b Waves {
         rows.waves.get_or_init(|| {
-            let (last, most) = (self.last(), rows.short.measured.longest_run().clamp(LEAST, MOST));
+            let (last, most) = (self.last(), rows.short.measured.longest_run().saturating_sub(1).clamp(LEAST, MOST));
             let of = |cause: &Cause| {
                 let periods = (LEAST..=most).map(|half_waves| 2.0 * last / half_waves as f64);
                 (*cause, periods.filter_map(|period| Some((period, rows.both(cause, period)?))).collect())

@@ -1,6 +1,7 @@
 //! Rows that stand several times, digit for digit.
 
 use super::ALPHA;
+use crate::number::resolution;
 use std::collections::HashMap;
 use std::f64::consts::PI;
 
@@ -19,9 +20,6 @@ pub(crate) enum Repeated {
         rows: usize,
     },
 }
-
-/// Decimal places that a value is looked at for.
-const PLACES: i32 = 12;
 
 /// Rows that repeat others; each row is what was set and what was read there, as hashes, `value(row, sensor)` a value that was read.
 ///
@@ -62,17 +60,18 @@ pub(crate) fn repeated(
 
 /// With which probability two readings of a sensor at one setting are the same; `None` where no two differ.
 fn chance(rows: &[(u64, u64)], among: &[usize], value: impl Fn(usize) -> Option<f64>) -> Option<f64> {
+    let mut sorted: Vec<f64> = among.iter().filter_map(|row| value(*row)).collect();
+    sorted.sort_by(f64::total_cmp);
+    // of counts that were scaled, whose digits are those of a computation, no two values are nearer than a step
+    let nearest = || {
+        let apart = sorted.iter().zip(sorted.iter().skip(1)).map(|(a, b)| b - a);
+        apart.filter(|apart| *apart > 0.0).fold(f64::INFINITY, f64::min)
+    };
+    let step = resolution(sorted.iter().copied()).unwrap_or_else(nearest);
     let mut last: HashMap<u64, f64> = HashMap::new();
-    let (mut squares, mut pairs, mut places) = (0.0, 0_u32, 0);
+    let (mut squares, mut pairs) = (0.0, 0_u32);
     for row in among {
         let (Some((set, _)), Some(x)) = (rows.get(*row), value(*row)) else { continue };
-        let is_whole = |k: i32| {
-            let scaled = x * 10_f64.powi(k);
-            (scaled - scaled.round()).abs() <= 4.0 * f64::EPSILON * scaled.abs()
-        };
-        while places < PLACES && !is_whole(places) {
-            places += 1;
-        }
         if let Some(before) = last.insert(*set, x)
             && before != x
         {
@@ -81,5 +80,5 @@ fn chance(rows: &[(u64, u64)], among: &[usize], value: impl Fn(usize) -> Option<
         }
     }
     let sd = (squares / (2.0 * f64::from(pairs))).sqrt();
-    (pairs > 0).then(|| (0.5 * 10_f64.powi(-places) / (PI.sqrt() * sd)).min(1.0))
+    (pairs > 0).then(|| (0.5 * step / (PI.sqrt() * sd)).min(1.0))
 }

@@ -48,12 +48,18 @@ fn rows_that_were_copied_are_seen() {
         0.491306, 0.592574, 0.390043, 0.997641, -0.014982, 1.503918, -0.521288, 2.516546, -1.533864, 0.592558,
         0.390077, 0.491270, -0.014982, 1.503918, -0.521288, 2.516546,
     ];
+    // as read, in steps of 0.1 mV as a decimal, and of 70 uV as counts that were scaled
+    let rounded = |volts: f64, step: f64| match step {
+        1e-6 => volts,
+        1e-4 => format!("{volts:.4}").parse().unwrap(),
+        _ => (volts / step).round() * step,
+    };
     let said = |count: usize, step: f64| {
         let rows: Vec<serde_json::Value> = rates
             .iter()
             .zip(volts)
             .take(count)
-            .map(|(rate, volts): (&i32, f64)| serde_json::json!({ "rate": rate, "V": (volts / step).round() * step }))
+            .map(|(rate, volts): (&i32, f64)| serde_json::json!({ "rate": rate, "V": rounded(volts, step) }))
             .collect();
         remarks(&serde_json::json!({
             "bench": { "id": "line", "chain": [], "sensors": { "V": { "unit": "V", "model": "V0 + K*rate" } } },
@@ -63,6 +69,31 @@ fn rows_that_were_copied_are_seen() {
     assert_eq!(said(12, 1e-6), "");
     assert!(said(16, 1e-6).contains("readings 13 to 16 repeat readings 5 to 8"), "{}", said(16, 1e-6));
     assert_eq!(said(16, 1e-4), "");
+    assert_eq!(said(16, 0.7e-4), "");
+}
+
+/// One time of twenty that goes back by seven hours is asked for; of readings in any order, and of three runs that each begin at zero in twelve readings, none is.
+#[test]
+fn a_time_that_goes_back_is_seen() {
+    let said = |times: &[f64]| {
+        let rows: Vec<serde_json::Value> = times
+            .iter()
+            .enumerate()
+            .map(|(k, t)| json!({ "time_h": t, "x": k * k % 7, "V": 1.0 + 0.1 * t + 1e-3 * ((k * 37 % 11) as f64) }))
+            .collect();
+        remarks(&json!({
+            "bench": { "id": "line", "chain": [], "sensors": { "V": { "unit": "V", "model": "b + d*time_h + k*x" } } },
+            "estimate": { "b": {}, "d": {}, "k": {} }, "readings": rows
+        }))
+    };
+    let mut times: Vec<f64> = (0..20).map(|k| 0.25 * f64::from(k)).collect();
+    assert_eq!(said(&times), "");
+    times[9] -= 7.0;
+    assert!(said(&times).contains("time_h goes back once, at reading 10 (-4.75)"), "{}", said(&times));
+    let any: Vec<f64> = (0..20).map(|k| f64::from(k * 7 % 20)).collect();
+    assert_eq!(said(&any), "");
+    let runs: Vec<f64> = (0..12).map(|k| f64::from(k % 4)).collect();
+    assert_eq!(said(&runs), "");
 }
 
 /// Readings in mV where the bench has V: an estimated scale factor is a thousand times its start.

@@ -282,7 +282,7 @@ fn only(mut data: Measured, channels: &[usize]) -> Measured {
 }
 
 /// Waves of a bias of 2.5 to 6 rows are named as what they are, with nothing beside, in all channels, in velocities and positions, and in positions alone. Of square waves
-/// of 6 to 14 rows, of which each half takes 0.3 to 0.7 (so that they have a mean, which is a constant bias), the wave or the square wave of that bias and period comes first;
+/// of 6 to 14 rows, of which each half takes 0.3 to 0.7 (so that they have a mean, which is a constant bias), the wave or the square wave of that bias and period comes first (within 3 %: two periods that are tried at first are 4 % and more apart);
 /// how many are named without anything wrong beside is printed.
 #[test]
 fn waves_of_few_rows_are_named() {

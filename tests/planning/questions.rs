@@ -254,3 +254,18 @@ fn an_effect_is_one_more_unknown() {
     let (_, twice) = plan::extended(&campaign, &[term.clone(), term]).unwrap();
     assert_eq!(twice, ["c_x_2", "c_x_2_2"]);
 }
+
+/// Readings that follow a schedule are no earlier than its last one: a drift is not planned at its beginning.
+#[test]
+fn a_sweep_goes_on_from_the_last_reading() {
+    let drifting = campaign(
+        r#"{ "bench": { "id": "head", "chain": [ { "joint": "beta", "about": "x" } ],
+               "sensors": { "y": { "axes": { "I": "y" }, "model": "b + k*a_I + d*time_h" } } },
+             "estimate": { "b": {}, "k": {}, "d": {} },
+             "readings": [ { "beta_deg": 0, "time_h": 0 }, { "beta_deg": 90, "time_h": 1 }, { "beta_deg": 0, "time_h": 3.5 } ] }"#,
+    );
+    let swept = plan::sweep(&drifting, 90.0).unwrap();
+    let column = swept.columns.iter().position(|name| name == "time_h").unwrap();
+    let times: Vec<f64> = swept.rows.iter().map(|row| row.columns[column].unwrap()).collect();
+    assert_eq!(times, [3.5; 4]);
+}

@@ -460,13 +460,23 @@ fn records_beyond_squares_are_refused() {
     }
 }
 
+/// The difference of two fits of the same readings has not the uncertainty of two calibrations.
+#[test]
+fn readings_are_not_compared_with_themselves() {
+    let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/21-calibration-in-use");
+    for files in [vec!["before.fit.json"; 2], vec!["before.fit.json", "after.fit.json", "before.fit.json"]] {
+        let (code, text) = run(&example, &[&["compare"][..], &files].concat());
+        assert!(code == Some(1) && text.contains("the same readings"), "{text}");
+    }
+}
+
 /// A level so small that the expanded uncertainty is zero: no quotient, and so no number.
 #[test]
 fn a_quotient_by_zero_is_no_number() {
     let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/21-calibration-in-use");
     let folder = folder();
     let again = folder.path().join("again.fit.json").display().to_string();
-    crate::schemas::other_readings(&example.join("before.fit.json").display().to_string(), &again);
+    crate::schemas::other_readings(&example.join("before.fit.json").display().to_string(), &again, 1e-9);
     let mut twice = vec!["compare", "before.fit.json", &again, "--level", "1e-308"];
     let page = folder.path().join("page.html").display().to_string();
     twice.extend(["--html", &page]);
