@@ -24,7 +24,7 @@ use crate::error::Result;
 use crate::fit::{self, Fit};
 use crate::simulate::Regressor;
 use crate::vocabulary::vocabulary;
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
 
 /// Sets that are fitted first, rounds of exact fits, and fits of each round: they bound the work.
 const FOLLOWED: usize = 6;
@@ -187,18 +187,12 @@ fn moves(candidate: &Candidate) -> bool {
 /// ln odds of each candidate. Members of a family of readings, positions, times or time constants share the odds of one effect.
 /// Each counts among what is expected with the share of its sizes that are not absurd.
 pub(super) fn odds<'a>(
-    candidates: impl Iterator<Item = &'a Candidate> + Clone,
+    candidates: impl Iterator<Item = &'a Candidate>,
     priors: &Priors,
     plain: impl Fn(usize) -> f64,
 ) -> Vec<f64> {
-    let shared = |c: &Candidate| c.one_of_many;
-    let mut members: HashMap<(&str, Option<usize>), f64> = HashMap::new();
-    for candidate in candidates.clone().filter(|c| shared(c)) {
-        *members.entry((candidate.family.as_str(), candidate.sensor)).or_default() += 1.0;
-    }
     let odds_of = |c: &Candidate| {
-        // what is not shared is one
-        let share = members.get(&(c.family.as_str(), c.sensor)).filter(|_| shared(c)).copied().unwrap_or(1.0);
+        let share = c.one_of.max(1) as f64;
         // of equals the first rank, and before it what was only asserted
         let rank = if assumptions::is_assumption(c) { -1.0 } else { f64::from(c.rank) };
         -share.ln() - priors.rank * rank
@@ -335,7 +329,7 @@ impl<'a> Search<'a> {
         point: &[f64],
         fit: Option<(&Fit, &[&Candidate])>,
     ) -> Result<(DesignMatrix, Weighted, Vec<Candidate>, usize)> {
-        let Question { campaign, asked, catalogue, settings } = self.question;
+        let Question { campaign, asked, catalogue, .. } = self.question;
         let (design, weighted) = self.rows(point, fit, false)?;
         let given: Vec<&Vec<f64>> = fit.iter().flat_map(|(_, effects)| effects.iter().map(|c| &c.column)).collect();
         let mut without_column = 0;
@@ -344,7 +338,9 @@ impl<'a> Search<'a> {
             self.chosen.add(scan.strongest(&self.chosen).into_iter().map(|(member, _)| member));
             without_column = scan.without_column(&self.chosen);
         }
-        self.chosen.add(screen::exchanged(campaign, &design, &weighted, settings));
+        for given in [&given, &[][..]] {
+            self.chosen.add(screen::exchanged(campaign, &design, &weighted, given, self.priors.most));
+        }
         let rows = weighted.weight.len();
         let mut candidates = build(campaign, catalogue, &self.model, &design, rows, &self.chosen, &mut self.kept)?;
         candidates.extend(assumptions::candidates(campaign, asked, &design)?);
@@ -374,6 +370,7 @@ impl<'a> Search<'a> {
             columns: columns.as_ref(),
             prior: &odds,
             plain: &absurd,
+            fixed: &candidates.iter().map(|c| c.fixed).collect::<Vec<_>>(),
             known: weighted.from == NoiseFrom::Stated,
             kernels: &kernels,
             sharing: None,
@@ -399,7 +396,7 @@ impl<'a> Search<'a> {
         (point, fit): (&[f64], &Fit),
         effects: &[&Candidate],
         odds: &[f64],
-        remainder: (&[usize], usize),
+        remainder: (&[usize], f64),
     ) -> Result<(f64, Weighted)> {
         let Question { campaign, asked, catalogue, .. } = self.question;
         let (design, weighted) = self.rows(point, Some((fit, effects)), true)?;
@@ -423,6 +420,7 @@ impl<'a> Search<'a> {
             columns: columns.as_ref(),
             prior: odds,
             plain: &plain(&members, &design, self.priors.plain),
+            fixed: &members.iter().map(|c| c.fixed).collect::<Vec<_>>(),
             known: weighted.from == NoiseFrom::Stated,
             kernels: &kernels,
             sharing: Some(remainder.1),

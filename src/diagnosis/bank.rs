@@ -14,6 +14,11 @@ use crate::plan::Independent;
 use faer::Mat;
 use std::collections::HashMap;
 
+/// Most periods that are tried, those of one sensor alone included: they bound the work.
+const PERIODS: usize = 60;
+/// Harmonics of what repeats in time: a square wave has 1/k of each.
+const HARMONICS: usize = 3;
+
 struct Row {
     sensor: usize,
     reading: usize,
@@ -70,7 +75,7 @@ pub(super) fn bank<'a>(campaign: &Campaign, design: &DesignMatrix, at: impl Into
     // random effects of all sensors, independent between sensors, and of one of several alone
     let felt_by: Vec<Option<usize>> =
         std::iter::once(None).chain(read.iter().filter(|_| read.len() > 1).map(|s| Some(*s))).collect();
-    let mut add = |(follows, per_mounting): (Option<String>, bool), factor: Mat<f64>| {
+    let mut add = |(follows, per_mounting, one_of): (Option<String>, bool, usize), factor: Mat<f64>| {
         for sensor in &felt_by {
             let felt = |i: usize| sensor.is_none_or(|s| s == rows[i].sensor);
             let among: Vec<usize> = (0..m).filter(|i| felt(*i)).collect();
@@ -93,7 +98,8 @@ pub(super) fn bank<'a>(campaign: &Campaign, design: &DesignMatrix, at: impl Into
                 Some(s) => format!("{what}, of {} alone", campaign.sensor_id(*s)),
                 None => what.clone(),
             };
-            kernels.push(Kernel { follows: follows.as_ref().map(alone), per_mounting, factor: f, sensor: *sensor });
+            let follows = follows.as_ref().map(alone);
+            kernels.push(Kernel { follows, per_mounting, one_of, factor: f, sensor: *sensor });
         }
     };
     let indicator = |g: &(Vec<usize>, usize), x: &dyn Fn(usize) -> f64| {
@@ -101,7 +107,7 @@ pub(super) fn bank<'a>(campaign: &Campaign, design: &DesignMatrix, at: impl Into
     };
     let one = |_: usize| 1.0;
     let named = |what: &str, by_rate: bool| {
-        (Some(if by_rate { format!("{what}, in proportion to the rate") } else { what.to_string() }), false)
+        (Some(if by_rate { format!("{what}, in proportion to the rate") } else { what.to_string() }), false, 1)
     };
     // the turning rate of a reading over the largest
     let rate: Vec<f64> = rows.iter().map(|r| states(r).iter().map(|s| s.rate_deg_s()).sum::<f64>()).collect();
@@ -122,7 +128,7 @@ pub(super) fn bank<'a>(campaign: &Campaign, design: &DesignMatrix, at: impl Into
         add(named("the angles", false), indicator(&place, &one));
     }
     if label.1 > 1 && label.0 != place.0 && label.0 != setting.0 && label.1 < m {
-        add((named("the position", false).0, true), indicator(&label, &one));
+        add((named("the position", false).0, true, 1), indicator(&label, &one));
     }
     if rates > 1 {
         if place.1 > 1 {
@@ -185,6 +191,7 @@ pub(super) fn bank<'a>(campaign: &Campaign, design: &DesignMatrix, at: impl Into
     if b > a && m > 4 {
         // 64 waves bound the work, 240 that of all sensors together
         let most = (m / sensors.max(1)).saturating_sub(1).min(64).min(240 / sensors.max(1)).max(1);
+        let what = if column.is_some() { "time" } else { "the order of the readings" };
         let by_rate = LENGTHS.iter().filter(|_| rates > 1).map(|length| (*length, true));
         for (length, by_rate) in LENGTHS.iter().map(|length| (*length, false)).chain(by_rate) {
             let waves = most + usize::from(by_rate);
@@ -197,12 +204,30 @@ pub(super) fn bank<'a>(campaign: &Campaign, design: &DesignMatrix, at: impl Into
                 let course = share_of_wave(h, length) * (std::f64::consts::PI * h * (time[i] - a) / (b - a)).cos();
                 if by_rate { course * times_rate(i) } else { course }
             });
-            add(named(if column.is_some() { "time" } else { "the order of the readings" }, by_rate), factor);
+            add(named(what, by_rate), factor);
+        }
+        // what repeats in time: periods of six readings and more, with three harmonics; half a wave more in the record each
+        let of_each = m / sensors.max(1);
+        let periods: Vec<f64> = (4..=of_each / 3).map(|halves| 2.0 * (b - a) / halves as f64).collect();
+        let apart = periods.len().div_ceil(PERIODS / felt_by.len().max(1)).max(1);
+        let (follows, ..) = named(what, false);
+        let tried: Vec<f64> = periods.into_iter().step_by(apart).collect();
+        for period in &tried {
+            let factor = Mat::from_fn(m, sensors * 2 * HARMONICS, |i, j| {
+                let (s, h) = (j / (2 * HARMONICS), j % (2 * HARMONICS));
+                if s != rows[i].sensor {
+                    return 0.0;
+                }
+                let order = (h / 2 + 1) as f64;
+                let phase = std::f64::consts::TAU * order * (time[i] - a) / period;
+                (if h % 2 == 0 { phase.cos() } else { phase.sin() }) / order
+            });
+            add((follows.clone(), false, tried.len()), factor);
         }
     }
     // a dense factor: 400 rows bound the work
     if at.stated && m <= 400 {
-        add((None, false), Mat::from_fn(m, m, |i, j| if i == j { 1.0 / (at.weight[i] * unit[i]) } else { 0.0 }));
+        add((None, false, 1), Mat::from_fn(m, m, |i, j| if i == j { 1.0 / (at.weight[i] * unit[i]) } else { 0.0 }));
     }
     kernels
 }

@@ -29,8 +29,10 @@ pub struct Candidate {
     pub harmonic: usize,
     /// Order among confounded effects, 0 first.
     pub rank: u8,
-    /// Do all members of its family together have the odds of one effect?
-    pub one_of_many: bool,
+    /// Of how many members of its family in this sensor it is one, where they have the odds of one effect together; 1 otherwise.
+    pub one_of: usize,
+    /// Its coefficient, where only one is possible: what two exchanged values differ by.
+    pub fixed: Option<f64>,
     /// Why it happens.
     pub why: String,
     /// How to confirm it.
@@ -59,7 +61,8 @@ impl Candidate {
             family: String::new(),
             harmonic: 0,
             rank: 0,
-            one_of_many: false,
+            one_of: 1,
+            fixed: None,
             why: String::new(),
             confirm: String::new(),
             existing: None,
@@ -141,11 +144,13 @@ impl Maker<'_> {
                 continue;
             }
             let mut common = false;
-            for filling in effect.fillings(campaign, sensor) {
+            let fillings = effect.fillings(campaign, sensor);
+            let one_of = if effect.one_of_many { fillings.len() * self.places(effect, k) } else { 1 };
+            for filling in fillings {
                 for (filling, row) in self.scanned(effect, filling, k) {
                     let text = fill(&effect.term, &filling);
                     common = self
-                        .member(effect, &filling, &text, k, row)
+                        .member((effect, one_of), &filling, &text, k, row)
                         .map_err(|e| e.at_path(format!("{}.term", effect.place)))?;
                 }
             }
@@ -156,15 +161,35 @@ impl Maker<'_> {
         Ok(())
     }
 
+    /// In how many places of a sensor's readings it may be, those without a column included.
+    fn places(&self, effect: &Effect, sensor: usize) -> usize {
+        let has = |placeholder| effect.term.contains(placeholder);
+        let readings = || (0..self.campaign.readings.rows.len()).filter(|k| self.reads(*k, sensor)).count();
+        let places = match () {
+            () if has("{break}") => breaks(self.campaign).len(),
+            () if has("{other}") => readings() * readings().saturating_sub(1) / 2,
+            () if has("{reading}") => readings(),
+            () if has("{position}") => positions(self.campaign).len(),
+            () => 1,
+        };
+        places.max(1)
+    }
+
+    fn reads(&self, reading: usize, sensor: usize) -> bool {
+        self.value(reading, sensor).is_some()
+    }
+
+    fn value(&self, reading: usize, sensor: usize) -> Option<f64> {
+        let observations = &self.campaign.readings.rows.get(reading)?.observations;
+        observations.iter().find(|o| o.sensor == sensor).map(|o| o.value)
+    }
+
     /// The placeholders that stand for readings, with the threshold of a step where it is one.
     fn scanned(&self, effect: &Effect, filling: Filling, sensor: usize) -> Vec<(Filling, Option<f64>)> {
         let with = |placeholder: &'static str, value: String| {
             let mut next = filling.clone();
             next.push((placeholder, value));
             next
-        };
-        let read = |k: usize| {
-            self.campaign.readings.rows.get(k).is_some_and(|r| r.observations.iter().any(|o| o.sensor == sensor))
         };
         if effect.term.contains("{break}") {
             let breaks = breaks(self.campaign).into_iter();
@@ -182,7 +207,7 @@ impl Maker<'_> {
         }
         if effect.term.contains("{reading}") {
             let indices = (0..self.campaign.readings.rows.len())
-                .filter(|k| read(*k) && self.chosen.has(&Scanned::Reading(sensor, *k)));
+                .filter(|k| self.reads(*k, sensor) && self.chosen.has(&Scanned::Reading(sensor, *k)));
             return indices.map(|k| (with("{reading}", (k + 1).to_string()), None)).collect();
         }
         if effect.term.contains("{position}") {
@@ -196,7 +221,7 @@ impl Maker<'_> {
     /// Makes the candidate; tells whether it is common to all sensors.
     fn member(
         &mut self,
-        effect: &Effect,
+        (effect, one_of): (&Effect, usize),
         filling: &Filling,
         text: &str,
         sensor: usize,
@@ -245,6 +270,10 @@ impl Maker<'_> {
             return Ok(owner.is_none());
         }
         column.resize(self.rows, 0.0);
+        let fixed = match kind {
+            Regressor::Exchange(a, b) => self.value(a, sensor).zip(self.value(b, sensor)).map(|(a, b)| a - b),
+            _ => None,
+        };
         let existing = existing_coefficient(campaign, sensor, &kind);
         let own_name = |k: usize| campaign.parameters.get(k).map_or(String::new(), |p| p.id.clone());
         let coefficient = match (&kind, existing) {
@@ -261,7 +290,8 @@ impl Maker<'_> {
             // a term without {k} is no harmonic
             harmonic: filling.iter().find(|(key, _)| *key == "{k}").and_then(|(_, k)| k.parse().ok()).unwrap_or(0),
             rank: effect.rank,
-            one_of_many: effect.one_of_many,
+            one_of,
+            fixed,
             why: fill(&effect.why, filling),
             confirm: fill(&effect.confirm, filling),
             existing,

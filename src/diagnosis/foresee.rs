@@ -169,6 +169,7 @@ pub fn foresee(campaign: &Campaign, catalogue: &[Effect], noise: &Noise) -> Resu
         columns: columns.as_ref(),
         prior: &odds,
         plain: &vec![f64::INFINITY; noise.end],
+        fixed: &[],
         known: true,
         kernels: &kernels,
         sharing: None,

@@ -74,6 +74,7 @@ fn of_noise(
     let part = |kernel: &Kernel| Kernel {
         follows: None,
         per_mounting: kernel.per_mounting,
+        one_of: kernel.one_of,
         factor: Mat::from_fn(rows.len(), kernel.factor.ncols(), |i, j| kernel.factor[(rows[i], j)]),
         sensor: kernel.sensor,
     };
@@ -85,6 +86,7 @@ fn of_noise(
         columns: none.as_ref(),
         prior: &[],
         plain: &[],
+        fixed: &[],
         known: false,
         kernels: &kernels,
         sharing: None,

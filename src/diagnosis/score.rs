@@ -13,6 +13,7 @@
     reason = "a dense kernel: lengths are those of the columns that `Score::new` is given, which are no more than a u16 counts"
 )]
 
+use crate::uncertainty::quantiles::ln_gamma;
 use faer::linalg::solvers::Solve;
 use faer::{Mat, MatRef, Side};
 use std::cmp::Ordering;
@@ -127,6 +128,8 @@ pub(crate) struct Kernel {
     pub follows: Option<String>,
     /// Is that the position, so that each mounting deviates by itself?
     pub per_mounting: bool,
+    /// Of so many kernels of one kind, which share its probability, it is one.
+    pub one_of: usize,
     pub factor: Mat<f64>,
     /// The one of several sensors (or channels) that deviates alone.
     pub sensor: Option<usize>,
@@ -140,15 +143,19 @@ pub(crate) struct Problem<'a> {
     pub prior: &'a [f64],
     /// Coefficient of each column from which it is the less probable the larger it is.
     pub plain: &'a [f64],
+    /// The coefficient of a column that has no other: two readings exchanged. Nothing where all sizes are possible; may be shorter.
+    pub fixed: &'a [Option<f64>],
     pub known: bool,
     pub kernels: &'a [Kernel],
     /// So many share the probability of a remainder; those that are not here have next to none.
-    pub sharing: Option<usize>,
+    pub sharing: Option<f64>,
 }
 
 struct Prepared {
     /// The kernel of the bank that it is; nothing for none.
     place: Option<usize>,
+    /// Its share of the probability of its kind.
+    share: f64,
     lambda: Vec<f64>,
     along_z: Vec<f64>,
     along_c: Mat<f64>,
@@ -162,8 +169,8 @@ pub(crate) struct Score {
     zz: f64,
     /// ln odds of all that have one column.
     pub prior: Vec<f64>,
-    /// Of each of these its odds, and one over the size from which it is the less probable the larger it is.
-    odds_of: Vec<Vec<(f64, f64)>>,
+    /// What is believed of the size of each of these.
+    beliefs: Vec<Vec<Belief>>,
     /// projected columns, unit norm
     c: Mat<f64>,
     pub visible: Vec<f64>,
@@ -172,8 +179,8 @@ pub(crate) struct Score {
     norm: Vec<f64>,
     b: Vec<f64>,
     kernels: Vec<Prepared>,
-    /// So many share the probability of a remainder.
-    pub sharing: usize,
+    /// So many kinds share the probability of a remainder.
+    pub sharing: f64,
     gram: Vec<Option<Vec<f64>>>,
     pub visited: BTreeMap<(u16, Vec<u16>), f64>,
     /// Of these the ones whose integral over t was made, without the prior of the kernel, and their best t.
@@ -181,6 +188,38 @@ pub(crate) struct Score {
     /// Sets whose neighbours were looked at.
     expanded: BTreeSet<(u16, Vec<u16>)>,
     pub best: f64,
+}
+
+/// What is believed of the size of a candidate, in the units of its projected column of unit norm.
+#[derive(Clone, Copy)]
+struct Belief {
+    /// Its odds.
+    odds: f64,
+    /// One over the size from which it is the less probable the larger it is.
+    absurd: f64,
+    /// Its size, where it has only one.
+    fixed: Option<f64>,
+}
+
+impl Belief {
+    /// Its odds at a size.
+    fn at(&self, size: f64) -> f64 {
+        self.odds / (1.0 + size.abs() * self.absurd)
+    }
+
+    /// The odds times `2 L` of the density of sizes, `1/|b|`, where it is estimated with a variance; where only one is possible, of that the normal density.
+    fn density(&self, size: f64, variance: f64, range: f64) -> f64 {
+        match self.fixed {
+            None => {
+                let root_mean_square = size.hypot(variance.sqrt());
+                self.at(root_mean_square) / root_mean_square
+            }
+            Some(fixed) => {
+                let exponent = -0.5 * (size - fixed).powi(2) / variance;
+                2.0 * range * self.odds * exponent.exp() / (std::f64::consts::TAU * variance).sqrt()
+            }
+        }
+    }
 }
 
 #[derive(Clone)]
@@ -231,17 +270,6 @@ fn project(basis: MatRef<'_, f64>, m: &mut Mat<f64>) {
     }
 }
 
-pub(crate) fn ln_gamma(x: f64) -> f64 {
-    // Stirling with shift
-    let (mut x, mut s) = (x, 0.0);
-    while x < 8.0 {
-        s -= x.ln();
-        x += 1.0;
-    }
-    s + (x - 0.5) * x.ln() - x + 0.918_938_533_204_672_8 + 1.0 / (12.0 * x) - 1.0 / (360.0 * x.powi(3))
-        + 1.0 / (1260.0 * x.powi(5))
-}
-
 impl Score {
     pub fn new(p: &Problem<'_>, settings: Priors) -> Self {
         let (n, k) = (p.residual.len(), p.columns.ncols());
@@ -250,6 +278,7 @@ impl Score {
         project(p.basis, &mut c);
         let mut visible = vec![0.0; k];
         let mut plain = vec![f64::INFINITY; k];
+        let mut fixed = vec![None; k];
         for j in 0..k {
             let projected_norm = c.col(j).norm_l2();
             visible[j] = if before[j] > 0.0 { projected_norm / before[j] } else { 0.0 };
@@ -258,6 +287,7 @@ impl Score {
                 visible[j] = 0.0;
             }
             plain[j] = p.plain[j] * projected_norm;
+            fixed[j] = p.fixed.get(j).copied().flatten().map(|size| size * projected_norm);
             c.col_mut(j).iter_mut().for_each(|v| *v *= scale);
         }
         let mut z = Mat::from_fn(n, 1, |i, _| p.residual[i]);
@@ -267,7 +297,8 @@ impl Score {
         };
         let zz = dot(z.col(0), z.col(0));
         let b: Vec<f64> = (0..k).map(|j| dot(c.col(j), z.col(0))).collect();
-        let mut kernels = vec![Prepared { place: None, lambda: vec![], along_z: vec![], along_c: Mat::zeros(0, k) }];
+        let mut kernels =
+            vec![Prepared { place: None, share: 0.0, lambda: vec![], along_z: vec![], along_c: Mat::zeros(0, k) }];
         let mut factors = vec![];
         for (place, kernel) in p.kernels.iter().enumerate() {
             let mut f = kernel.factor.clone();
@@ -301,7 +332,8 @@ impl Score {
             }
             factors.push(does);
             let lambda = keep.iter().map(|i| s[*i]).collect();
-            kernels.push(Prepared { place: Some(place), lambda, along_z, along_c });
+            let share = 1.0 / kernel.one_of.max(1) as f64;
+            kernels.push(Prepared { place: Some(place), share, lambda, along_z, along_c });
         }
         let nu = (n - p.basis.ncols().min(n)) as f64;
         let mut norm: Vec<f64> = (0..k).map(|j| if visible[j] > 0.0 { 1.0 } else { 0.0 }).collect();
@@ -310,7 +342,7 @@ impl Score {
         order.sort_by(|x, y| b[*x].abs().total_cmp(&b[*y].abs()));
         let mut alike: Vec<Vec<u16>> = vec![vec![]; k];
         let mut prior = p.prior.to_vec();
-        let mut odds_of: Vec<Vec<(f64, f64)>> = vec![vec![]; k];
+        let mut beliefs: Vec<Vec<Belief>> = vec![vec![]; k];
         let mut taken = vec![false; k];
         for (n, &j) in order.iter().enumerate() {
             if taken[j] {
@@ -321,7 +353,9 @@ impl Score {
                 if b[i].abs() - b[j].abs() > 1e-7 * zz.sqrt() {
                     break;
                 }
-                if !taken[i] && dot(c.col(i), c.col(j)).abs() > 1.0 - 1e-9 {
+                let cosine = dot(c.col(i), c.col(j));
+                if !taken[i] && cosine.abs() > 1.0 - 1e-9 {
+                    fixed[i] = fixed[i].map(|size| size * cosine.signum());
                     group.push(i);
                 }
             }
@@ -335,8 +369,14 @@ impl Score {
                     norm[*i] = 0.0;
                 }
             }
-            odds_of[first] =
-                group.iter().map(|i| (p.prior[*i].exp(), 1.0 / plain[*i].max(f64::MIN_POSITIVE))).collect();
+            // sizes are those of the column that represents all
+            let sign = if dot(c.col(first), c.col(j)) < 0.0 { -1.0 } else { 1.0 };
+            let belief = |i: &usize| Belief {
+                odds: p.prior[*i].exp(),
+                absurd: 1.0 / plain[*i].max(f64::MIN_POSITIVE),
+                fixed: fixed[*i].map(|size| size * sign),
+            };
+            beliefs[first] = group.iter().map(belief).collect();
             alike[first] = group.iter().map(|i| *i as u16).collect();
         }
         Score {
@@ -345,13 +385,13 @@ impl Score {
             nu,
             zz,
             prior,
-            odds_of,
+            beliefs,
             alike,
             c,
             visible,
             norm,
             b,
-            sharing: p.sharing.unwrap_or(kernels.len() - 1),
+            sharing: p.sharing.unwrap_or_else(|| kernels.iter().map(|kernel| kernel.share).sum()),
             kernels,
             gram: vec![None; k],
             visited: BTreeMap::new(),
@@ -410,9 +450,9 @@ impl Score {
     }
 
     /// ln of the odds of a column and of the density of its size, but for the range: all sizes are drawn alike, absurd ones less and less.
-    fn believed(&self, j: usize, square: f64) -> f64 {
-        let size = square.sqrt();
-        (self.odds(j as u16, size) / size).ln()
+    fn believed(&self, j: usize, size: f64, variance: f64) -> f64 {
+        let range = self.settings.range();
+        self.beliefs[j].iter().map(|belief| belief.density(size, variance, range)).sum::<f64>().ln()
     }
 
     /// ln p(y, S | K, t) but for what all share.
@@ -451,8 +491,8 @@ impl Score {
         }
         let s2 = self.sigma2(state.q, set.len());
         let k = set.len();
-        let square = |i: usize| state.beta[i] * state.beta[i] + s2 * state.inverse[i * k + i];
-        let believed: f64 = (0..k).map(|i| self.believed(set[i] as usize, square(i))).sum();
+        let variance = |i: usize| s2 * state.inverse[i * k + i];
+        let believed: f64 = (0..k).map(|i| self.believed(set[i] as usize, state.beta[i], variance(i))).sum();
         state.value = self.evidence(k, state.q, remainder.logdet, state.logdet, believed);
         Some(state)
     }
@@ -479,11 +519,11 @@ impl Score {
                 }
                 let s2 = self.sigma2(q, k + 1);
                 let bj = bb / d;
-                let mut believed = self.believed(j, bj * bj + s2 / d);
+                let mut believed = self.believed(j, bj, s2 / d);
                 for (i, h) in h.iter().enumerate() {
                     let bi = state.beta[i] - h * bj;
                     let u = state.inverse[i * k + i] + h * h / d;
-                    believed += self.believed(state.set[i] as usize, bi * bi + s2 * u);
+                    believed += self.believed(state.set[i] as usize, bi, s2 * u);
                 }
                 self.evidence(k + 1, q, remainder.logdet, state.logdet + d.ln(), believed)
             })
@@ -586,9 +626,9 @@ impl Score {
         let beta: Vec<f64> = (0..k).map(|i| (0..k).map(|j| inverse[i * k + j] * b[j]).sum()).collect();
         q -= beta.iter().zip(&b).map(|(a, b)| a * b).sum::<f64>();
         let s2 = self.sigma2(q, k);
-        let square = |i: usize| beta[i] * beta[i] + s2 * inverse[i * k + i];
-        let believed: f64 = (0..k).map(|i| self.believed(set[i] as usize, square(i))).sum();
-        let t = (0..k).map(|i| beta[i] / (s2 * inverse[i * k + i]).sqrt().max(f64::MIN_POSITIVE)).collect();
+        let variances: Vec<f64> = (0..k).map(|i| (s2 * inverse[i * k + i]).max(f64::MIN_POSITIVE)).collect();
+        let believed: f64 = (0..k).map(|i| self.believed(set[i] as usize, beta[i], variances[i])).sum();
+        let t = beta.iter().zip(&variances).map(|(size, variance)| size / variance.sqrt()).collect();
         Some(Solved { value: self.evidence(k, q, logdet_v, logdet, believed), sizes: beta, t, squares: q })
     }
 
@@ -611,8 +651,8 @@ impl Score {
 
     /// Odds of each candidate of a column at a size.
     fn at_size(&self, j: u16, size: f64) -> impl Iterator<Item = (usize, f64)> {
-        let odds = self.alike[j as usize].iter().zip(&self.odds_of[j as usize]);
-        odds.map(move |(i, (odds, absurd))| (*i as usize, odds / (1.0 + size.abs() * absurd)))
+        let beliefs = self.alike[j as usize].iter().zip(&self.beliefs[j as usize]);
+        beliefs.map(move |(i, belief)| (*i as usize, belief.at(size)))
     }
 
     /// Odds of a column at a size.
@@ -627,8 +667,8 @@ impl Score {
     }
 
     fn kernel_prior(&self, kernel: usize) -> f64 {
-        let n = self.sharing.max(1) as f64;
-        if kernel == 0 { (1.0 - self.settings.outside).ln() } else { (self.settings.outside / n).ln() }
+        let share = self.kernels[kernel].share / self.sharing.max(1.0);
+        if kernel == 0 { (1.0 - self.settings.outside).ln() } else { (self.settings.outside * share).ln() }
     }
 
     /// ln prior of a remainder, and of nothing at all.
@@ -890,7 +930,7 @@ impl Score {
                 let like = |j: usize| 0.5 * score(j).powi(2) + each;
                 let is_plain = like(first) - nothing >= PLAIN;
                 let in_class = |j: usize| self.replaces(like(first) - like(j), is_plain, || along[j].abs());
-                let value = |j: &usize| (in_class(*j), like(*j) + self.believed(*j, score(*j).powi(2) + 1.0));
+                let value = |j: &usize| (in_class(*j), like(*j) + self.believed(*j, score(*j), 1.0));
                 let values: Vec<(bool, f64)> = open.iter().map(value).collect();
                 let outside = remainders.iter().map(|[a, b, c]| a + b * t + c * t * t);
                 let class: Vec<f64> = values.iter().filter(|(is_own, _)| *is_own).map(|(_, value)| *value).collect();

@@ -5,10 +5,8 @@
 use super::catalogue::breaks;
 use super::indicators::{Indicators, Sums};
 use super::noise::Weighted;
-use super::settings::Settings;
 use crate::campaign::Campaign;
 use crate::design::DesignMatrix;
-use crate::elements::Elements;
 use std::collections::{HashMap, HashSet};
 
 /// A family with no more members than this gets all its columns.
@@ -70,48 +68,80 @@ impl Chosen {
     }
 }
 
-/// Pairs of readings of one sensor whose values, exchanged, fit far better: of so many pairs the best get a column.
+/// Pairs of readings that get a column each time that they are looked at.
 const PAIRS: usize = 6;
 /// Readings with the largest residuals that are paired.
 const PAIRED: usize = 400;
 
-/// The pairs that look exchanged: `(r_i, r_j)` would become `(r_i + y_j - y_i, r_j + y_i - y_j)`.
+/// The pairs of readings of one sensor whose values, exchanged, take most off the sum of squares: some columns (not weighted, `m` each) being in the model
+/// too, then with the best pair as well, and so on, as the first of several pairs hides the others.
 pub(super) fn exchanged(
     campaign: &Campaign,
     design: &DesignMatrix,
     weighted: &Weighted,
-    settings: &Settings,
-) -> Vec<Scanned> {
-    let mut pairs: Vec<(f64, Scanned)> = Vec::new();
+    given: &[&Vec<f64>],
+    rounds: usize,
+) -> HashSet<Scanned> {
+    let mut indicators = Indicators::new(weighted, given);
+    let mut chosen = HashSet::new();
+    for _ in 0..rounds {
+        let pairs = pairs(campaign, design, &indicators);
+        let Some(best) = pairs.first() else { break };
+        let mut column = vec![0.0; weighted.weight.len()];
+        for (row, sign) in best.rows.into_iter().zip([1.0, -1.0]) {
+            column.iter_mut().skip(row).take(1).for_each(|v| *v = sign);
+        }
+        indicators.give(&column);
+        let before = chosen.len();
+        chosen.extend(pairs.into_iter().map(|pair| pair.member));
+        if chosen.len() == before {
+            break;
+        }
+    }
+    chosen
+}
+
+/// Two rows, and what the sum of squares falls by with their values exchanged.
+struct Pair {
+    fall: f64,
+    rows: [usize; 2],
+    member: Scanned,
+}
+
+/// Those that take most off, the best first.
+fn pairs(campaign: &Campaign, design: &DesignMatrix, indicators: &Indicators<'_>) -> Vec<Pair> {
+    let mut pairs: Vec<Pair> = Vec::new();
     for sensor in 0..campaign.bench.sensors.len() {
         let origins = design.rows.iter().enumerate().filter(|(_, origin)| origin.sensor == sensor);
-        let mut rows: Vec<(usize, usize, f64, f64)> = origins
+        let mut rows: Vec<(usize, usize, f64, Sums, f64)> = origins
             .filter_map(|(i, origin)| {
                 let reading = campaign.readings.rows.get(origin.reading)?;
                 let value = reading.observations.iter().find(|o| o.sensor == sensor)?.value;
-                Some((i, origin.reading, value, weighted.estimate.residuals.get(i).copied()?))
+                let mut sums = indicators.none();
+                indicators.add(i, &mut sums);
+                let score = indicators.score(&sums).abs();
+                Some((i, origin.reading, value, sums, score))
             })
             .collect();
-        rows.sort_by(|a, b| b.3.abs().total_cmp(&a.3.abs()));
+        rows.sort_by(|a, b| b.4.total_cmp(&a.4));
         rows.truncate(PAIRED);
-        for (n, (i, first, y, r)) in rows.iter().enumerate() {
-            for (j, second, other, s) in rows.iter().skip(n + 1) {
-                let difference = other - y;
-                let (w, v) = (weighted.weight.at(*i), weighted.weight.at(*j));
-                let square = |x: f64, w: f64| (x * w) * (x * w);
-                let after = square(r + difference, w) + square(s - difference, v);
-                let fall = square(*r, w) + square(*s, v) - after;
-                // most of both residuals must go
-                if fall > settings.exchanged && after < settings.exchanged_left * (square(*r, w) + square(*s, v)) {
-                    let (a, b) = (*first.min(second), *first.max(second));
-                    pairs.push((fall, Scanned::Exchange(sensor, a, b)));
+        for (n, (i, first, y, one, _)) in rows.iter().enumerate() {
+            for (j, second, other, two, _) in rows.iter().skip(n + 1) {
+                let fall = indicators.fall_with(one, two, y - other);
+                if fall > 0.0 {
+                    let member = Scanned::Exchange(sensor, *first.min(second), *first.max(second));
+                    pairs.push(Pair { fall, rows: [*i, *j], member });
                 }
             }
         }
     }
-    pairs.sort_by(|a, b| b.0.total_cmp(&a.0));
-    pairs.truncate(PAIRS);
-    pairs.into_iter().map(|(_, pair)| pair).collect()
+    let more = |a: &Pair, b: &Pair| b.fall.total_cmp(&a.fall);
+    if pairs.len() > PAIRS {
+        pairs.select_nth_unstable_by(PAIRS, more);
+        pairs.truncate(PAIRS);
+    }
+    pairs.sort_by(more);
+    pairs
 }
 
 /// Which families a campaign is too long for.

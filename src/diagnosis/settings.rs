@@ -22,11 +22,6 @@ pub struct Settings {
     /// Deviances by which two kinds of scatter of the positions (remounting, setting of a joint) differ before one of them is preferred. Default 6:
     /// odds of 20.
     pub scatters_apart: f64,
-    /// Fall of the sum of squares, in noise variances, from which two readings of one sensor look exchanged. Default 30: five standard deviations
-    /// and a half, as pairs are many.
-    pub exchanged: f64,
-    /// and the largest share of the two residuals' squares that may be left after the exchange. Default 0.25: half of each.
-    pub exchanged_left: f64,
     /// A column is zero where it is no larger than so many roundings of its inputs. Default 64 (N. Higham, Accuracy and Stability of Numerical
     /// Algorithms, 3.1: a product chain of n factors errs by n epsilon; chains here have at most a few dozen).
     pub roundings: f64,
@@ -42,8 +37,6 @@ impl Default for Settings {
             vanishing: 0.02,
             absorbed: 0.01,
             scatters_apart: 6.0,
-            exchanged: 30.0,
-            exchanged_left: 0.25,
             roundings: 64.0,
         }
     }

@@ -51,7 +51,7 @@ pub(super) fn bank(rows: &Weighed, residual: &[f64]) -> Vec<Kernel> {
         if trace > 0.0 {
             // of mean variance one
             factor *= faer::Scale((residual.len() as f64 / trace).sqrt());
-            kernels.push(Kernel { follows: None, per_mounting: false, factor, sensor: None });
+            kernels.push(Kernel { follows: None, per_mounting: false, one_of: 1, factor, sensor: None });
         }
     };
     let scaled = |wave: &Wave, length: (bool, f64), by: f64| -> Vec<f64> {

@@ -77,6 +77,7 @@ impl Search<'_> {
             columns: columns.as_ref(),
             prior: &priors.shared(log_odds, share),
             plain: &absurd,
+            fixed: &[],
             // where something is unexplained, the noise itself may be larger than stated
             known: whole && case.from == NoiseFrom::Stated,
             kernels: &kernels,

@@ -112,7 +112,9 @@ fn trial(
     let seen = all.iter().filter(|(c, u)| u.is_finite() && c.visible > 0.05).cloned();
     let (outside, inside): (Vec<_>, Vec<_>) = seen.partition(|(c, _)| c.name == "from outside");
     let through: Vec<_> = inside.iter().filter(|(c, _)| c.size < 0.02).cloned().collect();
-    let inside: Vec<_> = inside.iter().filter(|(c, _)| !c.vanishing && !jumps_by_tilts(c, &inside)).cloned().collect();
+    // an exchange has the size that the readings give it
+    let any_size = |c: &Candidate| !c.vanishing && c.fixed.is_none() && !jumps_by_tilts(c, &inside);
+    let inside: Vec<_> = inside.iter().filter(|(c, _)| any_size(c)).cloned().collect();
     let mut chosen: Vec<(Candidate, f64)> = Vec::new();
     let count = match mode {
         "one" | "mixed" => 1,

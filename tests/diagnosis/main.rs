@@ -4,6 +4,7 @@ mod campaigns;
 #[path = "../draws/mod.rs"]
 mod draws;
 mod examples;
+mod exchanged;
 mod files;
 mod hidden;
 #[path = "../markup/mod.rs"]

@@ -40,6 +40,7 @@ fn five_correlated_columns_come_out_of_sixty() {
                 columns: matrix.as_ref(),
                 prior: &odds,
                 plain: &[f64::INFINITY; 60],
+                fixed: &[],
                 known: true,
                 kernels: &[],
                 sharing: None,
