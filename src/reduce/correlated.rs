@@ -8,8 +8,17 @@
 //! u is its half interval divided by the normal factor, so that `1.96 u` covers 95 % however few the samples: what learning the noise
 //! costs is in u, and no degrees of freedom need to be carried. What the rounding of a quantized channel leaves ([`super::rounded`]) is added to it in quadrature.
 //!
-//! Segments learn from each other only where their noise is the same: those whose differences from block to block are clearly larger (a table
-//! that turns beside one that stands) make a class of their own.
+//! Segments learn from each other only where their noise is the same, in size and in spectrum: a table that turns beside one that stands, a hand that trembles across gravity and not along it..
+//!
+//! The probability of the contrasts of a class is the integral of their restricted likelihood over the descriptions and over the size of the noise,
+//!
+//! ```text
+//! p(class) = sum_d prior(d) prod |V_d|^-1/2 Gamma(nu/2) (pi Q_d)^(-nu/2) / ln(range)
+//! ```
+//!
+//! the variance of the noise being alike in equal ratios over its range. The prior of a partition is that of C. E. Antoniak, Annals of Statistics 2 (1974), 1152, with the
+//! parameter 1: `(n - 1)!` for each class of `n`. All segments are one class at first. A class is parted where two that follow each other in the order of their noise
+//! are more probable, and single segments move where that is.
 
 use super::innovations::{FLICKER_ALLAN, Process, Products, flicker, flicker_level, markov_lags, markov_mean};
 use super::rounded;
@@ -17,7 +26,7 @@ use super::segment_blocks::SegmentBlocks;
 use super::turning::{self, Designs, Turned};
 use crate::elements::Elements;
 use crate::number;
-use crate::uncertainty::quantiles::{self, fisher_f_survival, normal_quantile};
+use crate::uncertainty::quantiles::{self, ln_gamma, normal_quantile};
 
 /// The uncertainty of a mean and what it rests on.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -63,26 +72,19 @@ const FLOORS: usize = 25;
 /// Of the descriptions every third in each direction is tried first; those between are tried where a neighbour is likelier than this.
 const COARSE: usize = 3;
 const LIKELY: f64 = 1e-4;
-/// A segment is noisier than the others if chance would make it so in fewer cases than this, all segments together.
-const NOISIER: f64 = 1e-3;
-
-/// Variances of differences that are further apart than this, and than chance allows (`NOISIER`), are of different noise. Differences between neighbours
-/// are near enough to independent for noise of any correlation time; a quarter of their count is taken as degrees of freedom, since a logger's filter
-/// may have smoothed them.
-const APART: f64 = 3.0;
-const FILTERED: f64 = 4.0;
-
+#[derive(Debug, Clone, Copy)]
 enum Kind {
     White,
     Markov { tau: f64, ratio: f64 },
     Flicker { ratio: f64 },
 }
 
-struct Description {
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Description {
     /// Place among those of its kind: of the correlation time, and of the ratio.
     place: (usize, usize),
     kind: Kind,
-    prior: f64,
+    pub prior: f64,
 }
 
 impl Description {
@@ -99,7 +101,7 @@ impl Description {
     }
 
     /// Variance of a mean over `length` from `start` in a record of `record` blocks, in variances of a white block; and with flicker at its Allan floor.
-    fn variance(&self, start: f64, length: f64, record: f64) -> (f64, f64) {
+    pub fn variance(&self, start: f64, length: f64, record: f64) -> (f64, f64) {
         let white = 1.0 / length;
         match self.kind {
             Kind::White => (white, white),
@@ -137,80 +139,6 @@ fn descriptions(typical: f64) -> Vec<Description> {
     all
 }
 
-/// Half the mean square difference of neighbouring blocks, not below what the edge of a step makes of it where the level lies at one, and the count of differences.
-fn differences(segment: &SegmentBlocks) -> (f64, f64) {
-    let (mut sum, mut count) = (0.0, 0.0);
-    for piece in &segment.pieces {
-        sum += piece.iter().zip(piece.iter().skip(1)).map(|(a, b)| (b - a).powi(2)).sum::<f64>();
-        count += piece.len().saturating_sub(1) as f64;
-    }
-    ((0.5 * sum / f64::max(count, 1.0)).max(of_edge(segment)), count)
-}
-
-/// What an edge between two steps may add to the variance of a block, whatever the noise: segments that differ by less may differ in their place alone.
-fn of_edge(segment: &SegmentBlocks) -> f64 {
-    rounded::edge(segment) * segment.length / segment.samples.max(1) as f64
-}
-
-/// Segments whose noise is alike, by their numbers; the largest class first.
-fn classes(seen: &[(f64, f64)]) -> Vec<Vec<usize>> {
-    let mut order: Vec<usize> = (0..seen.len()).filter(|k| seen.get(*k).is_some_and(|own| own.1 > 0.0)).collect();
-    let value = |k: &usize| seen.get(*k).map_or(0.0, |own| own.0);
-    let dof = |k: &usize| seen.get(*k).map_or(1.0, |own| (own.1 / FILTERED).max(1.0));
-    order.sort_by(|a, b| value(a).total_cmp(&value(b)));
-    let mut classes: Vec<Vec<usize>> = Vec::new();
-    for k in order {
-        let before = classes.last().and_then(|class| class.last());
-        let other = before.is_some_and(|before| {
-            let ratio = value(&k) / value(before);
-            // a ratio that is no number separates nothing
-            let chance = fisher_f_survival(ratio, dof(&k), dof(before)).unwrap_or(1.0);
-            ratio > APART && chance * (seen.len() as f64) < NOISIER
-        });
-        match classes.last_mut().filter(|_| !other) {
-            Some(class) => class.push(k),
-            None => classes.push(vec![k]),
-        }
-    }
-    // of classes of one size the calmest is first
-    classes.sort_by_key(|class| std::cmp::Reverse(class.len()));
-    // segments without differences say nothing of their own, and follow the others
-    let silent = (0..seen.len()).filter(|k| seen.get(*k).is_none_or(|own| own.1 <= 0.0));
-    match classes.first_mut() {
-        Some(first) => first.extend(silent),
-        None => classes.push(silent.collect()),
-    }
-    classes
-}
-
-/// The uncertainty of each segment's mean; `record` is the length of the whole record in blocks. A segment without pieces is one that may be read: its
-/// uncertainty is the middling one of a mean over its length, with the noise of the others.
-pub fn mean_uncertainties(segments: &[SegmentBlocks], record: f64, level: f64) -> Vec<MeanUncertainty> {
-    let seen: Vec<(f64, f64)> = segments.iter().map(differences).collect();
-    let classes = classes(&seen);
-    if classes.len() < 2 {
-        return alike(segments, record, level);
-    }
-    let mut all = vec![MeanUncertainty::default(); segments.len()];
-    let middle =
-        |class: &[usize]| class.get(class.len() / 2).and_then(|k| seen.get(*k)).map_or(1.0, |own| own.0.sqrt());
-    // not empty: there are at least two
-    let usual = classes.first().map_or(1.0, |first| middle(first));
-    for (place, class) in classes.iter().enumerate() {
-        let own: Vec<SegmentBlocks> = class.iter().filter_map(|k| segments.get(*k).cloned()).collect();
-        for (k, mut found) in class.iter().zip(alike(&own, record, level)) {
-            if place > 0 {
-                found.apart = true;
-                found.noisier *= middle(class) / usual;
-            }
-            if let Some(slot) = all.get_mut(*k) {
-                *slot = found;
-            }
-        }
-    }
-    all
-}
-
 /// Part of a segment that a likelihood looks at.
 struct Piece {
     /// Means of its blocks.
@@ -239,8 +167,86 @@ fn looked_at(segment: &SegmentBlocks, wide: usize, designs: &mut Designs) -> Vec
     found
 }
 
-/// The uncertainties of means over segments of the same noise.
-fn alike(segments: &[SegmentBlocks], record: f64, level: f64) -> Vec<MeanUncertainty> {
+/// What the contrasts of a segment say of a description.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Own {
+    /// Half of the logarithm of their determinant, negative.
+    pub log: f64,
+    /// Their weighted sum of squares, in variances of a white block.
+    pub sum: f64,
+    slope: f64,
+    slope_variance: f64,
+}
+
+/// A description, and what each segment says of it.
+pub(super) struct Told {
+    pub description: Description,
+    pub own: Vec<Own>,
+}
+
+/// The segments of a channel in blocks of the likelihood, in pieces that it can look at.
+pub(super) struct Looked<'a> {
+    pub segments: &'a [SegmentBlocks],
+    /// Blocks of the trace in one of the likelihood.
+    pub width: f64,
+    pieces: Vec<Vec<Piece>>,
+    /// What each segment tells of the noise.
+    pub contrasts: Vec<f64>,
+    designs: Designs,
+    longest: usize,
+    /// Of the rounding to steps.
+    resolutions: Vec<f64>,
+    record: f64,
+    level: f64,
+}
+
+impl Looked<'_> {
+    /// What so many of the segments say of a description; `None` where rounding leaves its process no positive variance.
+    fn told(&self, description: Description, segments: &[usize]) -> Option<Told> {
+        crate::stop::poll();
+        let process = description.process(self.longest)?;
+        let columns = self.designs.innovations(&process);
+        let of = |pieces: &Vec<Piece>| {
+            let (mut own, mut t, mut tx) = (Own::default(), 0.0, 0.0);
+            for piece in pieces {
+                let p: Products = match &piece.turned {
+                    None => process.products(&piece.values),
+                    Some(turned) => turning::products(&process, &piece.values, turned, &columns),
+                };
+                own.sum += (p.xx - p.x1 * p.x1 / p.one).max(0.0);
+                own.log -= 0.5 * (p.log + p.one.ln());
+                t += p.tt - p.t1 * p.t1 / p.one;
+                tx += p.xt - p.t1 * p.x1 / p.one;
+            }
+            if t > 0.0 {
+                (own.slope, own.slope_variance) = (tx / t, 1.0 / t);
+            }
+            own
+        };
+        let own = segments.iter().filter_map(|k| self.pieces.get(*k)).map(of).collect();
+        Some(Told { description, own })
+    }
+
+    /// The middling standard deviation of the samples of a class.
+    pub fn spread(&self, class: &[usize]) -> f64 {
+        let mut all: Vec<f64> = class.iter().filter_map(|k| self.segments.get(*k)).map(|own| own.sd).collect();
+        all.sort_by(f64::total_cmp);
+        all.get(all.len() / 2).copied().unwrap_or(0.0) // no class is empty
+    }
+
+    /// Of noise without memory: what is known where nothing tells more.
+    fn plain(&self, k: usize) -> MeanUncertainty {
+        let Some(segment) = self.segments.get(k) else { return MeanUncertainty::default() };
+        let resolution = self.resolutions.at(k);
+        let white = segment.above.max(1.0) * segment.sd / (segment.samples.max(1) as f64).sqrt();
+        let u = white.hypot(resolution);
+        MeanUncertainty { u, middling: u, white, resolution, noisier: 1.0, ..MeanUncertainty::default() }
+    }
+}
+
+/// The uncertainty of each segment's mean; `record` is the length of the whole record in blocks. A segment without pieces is one that may be read: its
+/// uncertainty is the middling one of a mean over its length, with the noise of the others.
+pub fn mean_uncertainties(segments: &[SegmentBlocks], record: f64, level: f64) -> Vec<MeanUncertainty> {
     // a segment without samples is one that is asked about, and says nothing of the noise
     let mut lengths: Vec<f64> = segments.iter().filter(|s| !s.pieces.is_empty()).map(|s| s.length).collect();
     lengths.sort_by(f64::total_cmp);
@@ -248,97 +254,97 @@ fn alike(segments: &[SegmentBlocks], record: f64, level: f64) -> Vec<MeanUncerta
     // likewise
     let most = lengths.last().copied().unwrap_or(1.0);
     let wide = number::count((most / LONGEST as f64).ceil().min((middling / LEAST as f64).floor()).max(1.0));
-    let width = wide as f64;
-    // blocks of the likelihood, in pieces that it can look at
     let mut designs = Designs::default();
     let pieces: Vec<Vec<Piece>> = segments.iter().map(|segment| looked_at(segment, wide, &mut designs)).collect();
-    let longest = pieces.iter().flatten().map(|piece| piece.values.len()).max().unwrap_or(0);
-    let contrasts: usize = pieces.iter().flatten().map(|piece| piece.contrasts).sum();
-    let is_spread = |values: &[f64]| values.iter().any(|v| Some(v) != values.first());
-    let spread_out = pieces.iter().flatten().any(|piece| is_spread(&piece.values));
-    let of_steps = rounded::resolutions(segments, level);
-    let plain = |(segment, resolution): (&SegmentBlocks, &f64)| {
-        let resolution = *resolution;
-        let white = segment.above.max(1.0) * segment.sd / (segment.samples.max(1) as f64).sqrt();
-        let u = white.hypot(resolution);
-        MeanUncertainty { u, middling: u, white, resolution, noisier: 1.0, ..MeanUncertainty::default() }
+    let contrasts = |own: &Vec<Piece>| own.iter().map(|piece| piece.contrasts).sum::<usize>() as f64;
+    let looked = Looked {
+        segments,
+        width: wide as f64,
+        contrasts: pieces.iter().map(contrasts).collect(),
+        longest: pieces.iter().flatten().map(|piece| piece.values.len()).max().unwrap_or(0),
+        pieces,
+        designs,
+        resolutions: rounded::resolutions(segments, level),
+        record,
+        level,
     };
-    if contrasts < 3 || !spread_out {
-        return segments.iter().zip(&of_steps).map(plain).collect();
+    let is_spread = |values: &[f64]| values.iter().any(|v| Some(v) != values.first());
+    let spread_out = looked.pieces.iter().flatten().any(|piece| is_spread(&piece.values));
+    let mut all: Vec<MeanUncertainty> = (0..segments.len()).map(|k| looked.plain(k)).collect();
+    if looked.contrasts.iter().sum::<f64>() < 3.0 || !spread_out {
+        return all;
     }
-    let nu = contrasts as f64;
+    let (first, between): (Vec<Description>, Vec<Description>) = descriptions(middling / looked.width)
+        .into_iter()
+        .partition(|d| d.place.0 % COARSE == 0 && d.place.1 % COARSE == 0);
+    let every: Vec<usize> = (0..segments.len()).collect();
+    let told: Vec<Told> = first.into_iter().filter_map(|description| looked.told(description, &every)).collect();
+    let classes = classes_of(&looked, &told);
+    // not empty: there are contrasts
+    let usual = classes.first().map_or(1.0, |first| looked.spread(first));
+    for (place, class) in classes.iter().enumerate() {
+        let apart = place > 0;
+        let noisier = if apart { looked.spread(class) / usual } else { 1.0 };
+        for (k, found) in class.iter().zip(alike(&looked, class, &told, &between)) {
+            if let Some(slot) = all.get_mut(*k) {
+                *slot = MeanUncertainty { apart, noisier, ..found };
+            }
+        }
+    }
+    all
+}
+
+/// The uncertainties of means over segments of the same noise.
+fn alike(looked: &Looked<'_>, class: &[usize], coarse: &[Told], between: &[Description]) -> Vec<MeanUncertainty> {
+    let (width, level) = (looked.width, looked.level);
+    let nu: f64 = class.iter().map(|k| looked.contrasts.at(*k)).sum();
+    if nu < 1.0 {
+        return class.iter().map(|k| looked.plain(*k)).collect();
+    }
     struct Seen {
         description: Description,
         weight: f64,
         variance: f64,
-        slopes: Vec<(f64, f64)>,
-        own: Vec<(f64, f64)>,
+        own: Vec<Own>,
     }
-    let (first, between): (Vec<Description>, Vec<Description>) =
-        descriptions(middling / width).into_iter().partition(|d| d.place.0 % COARSE == 0 && d.place.1 % COARSE == 0);
-    let mut seen: Vec<Seen> = Vec::new();
-    let mut queue: Vec<Description> = first;
-    let mut later = Some(between);
-    while !queue.is_empty() {
-        for description in std::mem::take(&mut queue) {
-            crate::stop::poll();
-            let Some(process) = description.process(longest) else { continue };
-            let (mut log, mut q) = (0.0, 0.0);
-            let columns = designs.innovations(&process);
-            let (mut slopes, mut own) = (Vec::new(), Vec::new());
-            for segment in &pieces {
-                let (mut t, mut tx, mut sum, mut dof) = (0.0, 0.0, 0.0, 0.0);
-                for piece in segment {
-                    let p: Products = match &piece.turned {
-                        None => process.products(&piece.values),
-                        Some(turned) => turning::products(&process, &piece.values, turned, &columns),
-                    };
-                    let residual = (p.xx - p.x1 * p.x1 / p.one).max(0.0);
-                    sum += residual;
-                    dof += piece.contrasts as f64;
-                    t += p.tt - p.t1 * p.t1 / p.one;
-                    tx += p.xt - p.t1 * p.x1 / p.one;
-                    log -= 0.5 * (p.log + p.one.ln());
-                }
-                q += sum;
-                own.push((sum, dof));
-                slopes.push((if t > 0.0 { tx / t } else { 0.0 }, if t > 0.0 { 1.0 / t } else { 0.0 }));
-            }
-            let weight = description.prior.ln() + log - 0.5 * nu * q.max(1e-300).ln();
-            seen.push(Seen { description, weight, variance: q / nu, slopes, own });
-        }
-        let Some(between) = later.take() else { break };
-        let best = seen.iter().map(|s| s.weight).fold(f64::NEG_INFINITY, f64::max);
-        queue = between
-            .into_iter()
-            .filter(|d| {
-                seen.iter().any(|s| {
-                    let near = |a: usize, b: usize| a.abs_diff(b) < COARSE;
-                    std::mem::discriminant(&s.description.kind) == std::mem::discriminant(&d.kind)
-                        && near(s.description.place.0, d.place.0)
-                        && near(s.description.place.1, d.place.1)
-                        && s.weight - best > LIKELY.ln()
-                })
-            })
-            .collect();
-    }
+    let together = |description: Description, own: Vec<Own>| {
+        let log: f64 = own.iter().map(|own| own.log).sum();
+        let q: f64 = own.iter().map(|own| own.sum).sum();
+        let weight = description.prior.ln() + log - 0.5 * nu * q.max(1e-300).ln();
+        Seen { description, weight, variance: q / nu, own }
+    };
+    let of_class = |told: &Told| class.iter().map(|k| told.own.get(*k).copied().unwrap_or_default()).collect();
+    let mut seen: Vec<Seen> = coarse.iter().map(|told| together(told.description, of_class(told))).collect();
+    let best = seen.iter().map(|s| s.weight).fold(f64::NEG_INFINITY, f64::max);
+    let is_likely = |d: &&Description| {
+        let near = |a: usize, b: usize| a.abs_diff(b) < COARSE;
+        seen.iter().any(|s| {
+            std::mem::discriminant(&s.description.kind) == std::mem::discriminant(&d.kind)
+                && near(s.description.place.0, d.place.0)
+                && near(s.description.place.1, d.place.1)
+                && s.weight - best > LIKELY.ln()
+        })
+    };
+    let finer: Vec<Description> = between.iter().filter(is_likely).copied().collect();
+    let finer = finer.into_iter().filter_map(|description| looked.told(description, class));
+    seen.extend(finer.map(|told| together(told.description, told.own)));
     let best = seen.iter().map(|s| s.weight).fold(f64::NEG_INFINITY, f64::max);
     let total: f64 = seen.iter().map(|s| (s.weight - best).exp()).sum();
     seen.iter_mut().for_each(|s| s.weight = (s.weight - best).exp() / total);
     let Some(likeliest) = seen.iter().max_by(|a, b| a.weight.total_cmp(&b.weight)) else {
-        return segments.iter().zip(&of_steps).map(plain).collect();
+        return class.iter().map(|k| looked.plain(*k)).collect();
     };
-    segments
+    class
         .iter()
-        .zip(&of_steps)
         .enumerate()
-        .map(|(k, (segment, of_steps))| {
-            let mut result = plain((segment, of_steps));
-            let (start, length) = (segment.start / width, segment.length / width);
+        .map(|(place, k)| {
+            let mut result = looked.plain(*k);
+            let Some(segment) = looked.segments.get(*k) else { return result };
+            let (start, length, record) = (segment.start / width, segment.length / width, looked.record / width);
             let parts: Vec<(f64, f64, f64)> = seen
                 .iter()
                 .filter(|s| s.weight > 1e-7)
-                .map(|s| (s.weight, 0.0, (s.variance * s.description.variance(start, length, record / width).0).sqrt()))
+                .map(|s| (s.weight, 0.0, (s.variance * s.description.variance(start, length, record).0).sqrt()))
                 .collect();
             let family = |markov: bool| {
                 let of = seen.iter().filter(|s| match s.description.kind {
@@ -351,23 +357,15 @@ fn alike(segments: &[SegmentBlocks], record: f64, level: f64) -> Vec<MeanUncerta
                 let top = of.clone().map(|s| s.weight).fold(0.0, f64::max).max(f64::MIN_POSITIVE);
                 for s in of {
                     let weight = s.weight / top;
-                    sum += weight * s.variance * s.description.variance(start, length, record / width).1;
+                    sum += weight * s.variance * s.description.variance(start, length, record).1;
                     all += weight;
                 }
                 (sum / all.max(f64::MIN_POSITIVE)).sqrt()
             };
             result.autocorrelation = family(true);
             result.allan_floor = family(false);
-            // a segment without differences tells nothing of the noise
-            let (f, dof) = likeliest.own.get(k).copied().unwrap_or((0.0, 0.0));
-            let ratio = if dof > 0.0 { f / dof / likeliest.variance.max(of_edge(segment) / width) } else { 1.0 };
-            // a ratio that is not finite is not called noisier
-            let chance = fisher_f_survival(ratio, dof.max(1.0), nu).unwrap_or(1.0);
-            if segments.len() > 1 && chance * (segments.len() as f64) < NOISIER {
-                result.noisier = ratio.sqrt();
-            }
             // of a level that stands beside harmonics
-            let larger = result.noisier * segment.above.max(1.0);
+            let larger = segment.above.max(1.0);
             result.middling = (weighted_median(&parts) * larger).hypot(result.resolution);
             // a mixture of plain numbers has an interval; it is the costly part, and of one that is asked about not wanted
             let asked = segment.pieces.is_empty().then_some(0.0);
@@ -380,9 +378,9 @@ fn alike(segments: &[SegmentBlocks], record: f64, level: f64) -> Vec<MeanUncerta
             let second: f64 = parts.iter().map(|(w, _, s)| w * s.powi(4) * (1.0 + 2.0 / nu)).sum();
             result.dof = 2.0 * first * first / (second - first * first).max(1e-12 * second);
             // a segment without a slope of its own
-            let (slope, variance) = likeliest.slopes.get(k).copied().unwrap_or((0.0, 0.0));
-            result.slope = (slope / width, (variance * likeliest.variance).sqrt() * result.noisier / width);
-            result.lag1 = lag1(pieces.at(k));
+            let own = likeliest.own.get(place).copied().unwrap_or_default();
+            result.slope = (own.slope / width, (own.slope_variance * likeliest.variance).sqrt() / width);
+            result.lag1 = lag1(looked.pieces.at(*k));
             result.lag_blocks = width;
             result
         })
@@ -413,4 +411,190 @@ fn lag1(pieces: &[Piece]) -> f64 {
         cross += piece.iter().zip(piece.iter().skip(1)).map(|(a, b)| (a - mean) * (b - mean)).sum::<f64>();
     }
     if own > 0.0 { cross / own } else { 0.0 }
+}
+
+/// The logarithm of the range of a variance: from the last bit of a double to its first, each squared.
+const RANGE: f64 = 2.0 * 52.0 * std::f64::consts::LN_2;
+/// Below this share of what was taken away, a sum is what rounding leaves; probabilities whose logarithms differ by less of them are equal.
+const LOST: f64 = 1e-9;
+
+/// Segments, and what they say together of each description: half of the logarithm of their determinant and the sum of their squares.
+#[derive(Debug, Clone, Default)]
+struct Class {
+    members: Vec<usize>,
+    sums: Vec<(f64, f64)>,
+    contrasts: f64,
+    /// Logarithm of its probability.
+    evidence: f64,
+}
+
+struct Parted<'a> {
+    looked: &'a Looked<'a>,
+    told: &'a [Told],
+    /// What the edges of steps may add to the variance of a block in each segment: those that differ by less may differ in their place in a step alone.
+    edges: Vec<f64>,
+}
+
+impl Parted<'_> {
+    /// What a segment says of each description.
+    fn own(&self, k: usize) -> impl Iterator<Item = (f64, f64)> {
+        let least = self.looked.contrasts.at(k) * self.edges.at(k);
+        self.told.iter().map(move |told| {
+            let own = told.own.get(k).copied().unwrap_or_default();
+            (own.log, own.sum.max(least))
+        })
+    }
+
+    fn evidence(&self, class: &Class) -> f64 {
+        if class.members.is_empty() {
+            return 0.0;
+        }
+        let nu = class.contrasts;
+        let of = |((log, sum), told): (&(f64, f64), &Told)| {
+            told.description.prior.ln() + log - 0.5 * nu * sum.max(f64::MIN_POSITIVE).ln()
+        };
+        let logs: Vec<f64> = class.sums.iter().zip(self.told).map(of).collect();
+        let best = logs.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let all: f64 = logs.iter().map(|log| (log - best).exp()).sum();
+        best + all.ln() + ln_gamma(0.5 * nu) - RANGE.ln() + ln_gamma(class.members.len() as f64)
+    }
+
+    fn class(&self, members: impl IntoIterator<Item = usize>) -> Class {
+        let mut class = Class { sums: vec![(0.0, 0.0); self.told.len()], ..Class::default() };
+        members.into_iter().for_each(|k| self.join(&mut class, k));
+        class.evidence = self.evidence(&class);
+        class
+    }
+
+    /// A segment in a class, whose evidence is for others to say.
+    fn join(&self, class: &mut Class, k: usize) {
+        class.members.push(k);
+        class.contrasts += self.looked.contrasts.at(k);
+        class.sums.iter_mut().zip(self.own(k)).for_each(|(sum, own)| *sum = (sum.0 + own.0, sum.1 + own.1));
+    }
+
+    /// A class with one segment more.
+    fn with(&self, class: &Class, k: usize) -> Class {
+        let mut class = class.clone();
+        self.join(&mut class, k);
+        class.evidence = self.evidence(&class);
+        class
+    }
+
+    /// A class without one of its segments.
+    fn without(&self, class: &Class, k: usize) -> Class {
+        let rest = || class.members.iter().copied().filter(|other| *other != k);
+        let sums: Vec<(f64, f64)> =
+            class.sums.iter().zip(self.own(k)).map(|(sum, own)| (sum.0 - own.0, sum.1 - own.1)).collect();
+        if sums.iter().zip(self.own(k)).any(|(sum, own)| sum.1 < LOST * own.1) {
+            return self.class(rest());
+        }
+        let contrasts = class.contrasts - self.looked.contrasts.at(k);
+        let mut class = Class { members: rest().collect(), sums, contrasts, evidence: 0.0 };
+        class.evidence = self.evidence(&class);
+        class
+    }
+
+    /// The size of a segment's noise: of a block as if it were white, and of a mean over a length by its likeliest description.
+    fn sizes(&self, k: usize, length: f64) -> [f64; 2] {
+        let nu = self.looked.contrasts.at(k);
+        let of = |(told, (log, sum)): (&Told, (f64, f64))| {
+            let weight = told.description.prior.ln() + log - 0.5 * nu * sum.max(f64::MIN_POSITIVE).ln();
+            (weight, sum / nu, sum / nu * told.description.variance(0.0, length, length).1)
+        };
+        let all = || self.told.iter().zip(self.own(k)).map(of);
+        // there are descriptions, the first of white noise
+        let likeliest = all().max_by(|a, b| a.0.total_cmp(&b.0)).map_or(0.0, |own| own.2);
+        [all().next().map_or(0.0, |own| own.1), likeliest]
+    }
+
+    /// The most probable two parts of a class of those that follow each other in the order of one of their sizes, if they are more probable than the class.
+    fn cut(&self, class: &Class, sizes: &[[f64; 2]]) -> Option<[Class; 2]> {
+        let mut best: Option<(f64, Vec<usize>, usize)> = None;
+        let whole = class.evidence + LOST * class.evidence.abs();
+        for key in 0..2 {
+            let size = |k: &usize| sizes.get(*k).and_then(|own| own.get(key)).copied().unwrap_or(0.0);
+            let mut order = class.members.clone();
+            order.sort_by(|a, b| size(a).total_cmp(&size(b)));
+            let ends = |order: &mut dyn Iterator<Item = usize>| -> Vec<f64> {
+                let mut part = self.class([]);
+                let grown = order.map(|k| {
+                    self.join(&mut part, k);
+                    self.evidence(&part)
+                });
+                grown.collect()
+            };
+            let (below, above) = (ends(&mut order.iter().copied()), ends(&mut order.iter().rev().copied()));
+            for (k, (below, above)) in below.iter().zip(above.iter().rev().skip(1)).enumerate() {
+                if below + above > best.as_ref().map_or(whole, |own| own.0) {
+                    best = Some((below + above, order.clone(), k + 1));
+                }
+            }
+        }
+        let (_, order, at) = best?;
+        Some([self.class(order.iter().copied().take(at)), self.class(order.iter().copied().skip(at))])
+    }
+
+    /// Single segments to where they are most probable, until none moves.
+    fn moved(&self, mut classes: Vec<Class>, all: &[usize]) -> Vec<Class> {
+        let mut moves = true;
+        while moves {
+            moves = false;
+            for k in all {
+                crate::stop::poll();
+                let Some(from) = classes.iter().position(|class| class.members.contains(k)) else { continue };
+                let Some(rest) = classes.get(from).map(|class| self.without(class, *k)) else { continue };
+                let whole = classes.get(from).map_or(0.0, |class| class.evidence);
+                let stays = whole - rest.evidence + LOST * whole.abs();
+                let new = self.class([]);
+                let others = classes.iter().chain([&new]).cloned().enumerate().filter(|(to, _)| *to != from);
+                let gains = others.map(|(to, class)| {
+                    let with = self.with(&class, *k);
+                    (with.evidence - class.evidence, to, with)
+                });
+                // of gains that are equal but for rounding the segment stays
+                let best = gains.max_by(|a, b| a.0.total_cmp(&b.0)).filter(|own| own.0 > stays);
+                let Some((_, to, with)) = best else { continue };
+                moves = true;
+                match classes.get_mut(to) {
+                    Some(slot) => *slot = with,
+                    None => classes.push(with),
+                }
+                classes.get_mut(from).into_iter().for_each(|slot| slot.clone_from(&rest));
+                classes.retain(|class| !class.members.is_empty());
+            }
+        }
+        classes
+    }
+}
+
+/// The classes of segments of the same noise, by their numbers: the largest first, of classes of one size the calmest.
+fn classes_of(looked: &Looked<'_>, told: &[Told]) -> Vec<Vec<usize>> {
+    let count = looked.segments.len();
+    let edge = |own: &SegmentBlocks| rounded::edge(own) * own.length / own.samples.max(1) as f64 / looked.width;
+    let parted = Parted { looked, told, edges: looked.segments.iter().map(edge).collect() };
+    let (telling, silent): (Vec<usize>, Vec<usize>) = (0..count).partition(|k| looked.contrasts.at(*k) > 0.0);
+    let middling = |all: &mut Vec<f64>| {
+        all.sort_by(f64::total_cmp);
+        all.get(all.len() / 2).copied().unwrap_or(1.0) // of no segments: nothing to part
+    };
+    let length = middling(&mut telling.iter().map(|k| 1.0 + looked.contrasts.at(*k)).collect());
+    let sizes: Vec<[f64; 2]> =
+        (0..count).map(|k| if looked.contrasts.at(k) > 0.0 { parted.sizes(k, length) } else { [0.0; 2] }).collect();
+    let mut classes = parted.moved(vec![parted.class(telling.iter().copied())], &telling);
+    while let Some((at, parts)) = classes.iter().enumerate().find_map(|(at, own)| Some((at, parted.cut(own, &sizes)?)))
+    {
+        classes.remove(at);
+        classes.extend(parts);
+        classes = parted.moved(classes, &telling);
+    }
+    let mut classes: Vec<Vec<usize>> = classes.into_iter().map(|class| class.members).collect();
+    classes.iter_mut().for_each(|class| class.sort_unstable());
+    classes.sort_by(|a, b| b.len().cmp(&a.len()).then(looked.spread(a).total_cmp(&looked.spread(b))));
+    // segments without contrasts say nothing of their own, and follow the others
+    match classes.first_mut() {
+        Some(first) => first.extend(silent),
+        None => classes.push(silent),
+    }
+    classes
 }

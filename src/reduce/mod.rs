@@ -12,7 +12,7 @@
 //! | `segments.rs` | segments by a column, a list of times or the static detector |
 //! | `turning.rs` | what repeats with a turn, apart from the noise |
 //! | `turns.rs` | whole turns, by a stated rate or an encoder's angle |
-//! | `correlated.rs` | the uncertainty of means, from all segments together |
+//! | `correlated.rs` | the uncertainty of means, from all segments of one noise together |
 //! | `innovations.rs` | its arithmetic: covariances of block means, their innovations |
 //! | `hold.rs` | the same while samples come: what is held now, and how long still |
 //!
@@ -93,8 +93,7 @@ pub(crate) const LEVEL: f64 = 0.95;
 
 /// Means over segments with their uncertainties.
 ///
-/// The noise of a channel is taken to be the same in all segments whose differences from sample to sample are of one size, and is learnt from these
-/// together; one of them that is noisier than the others has its uncertainties enlarged. `turn_s` has the duration of a turn for segments in which a joint turned: what repeats with the turn is no noise.
+/// The noise of a channel is learnt from all segments together in which it is most probably the same. `turn_s` has the duration of a turn for segments in which a joint turned: what repeats with the turn is no noise.
 pub fn reduce(trace: &Trace, segmentation: Segmentation, turn_s: &[Option<f64>]) -> Reduction {
     let Segmentation { segments, rejected, stillness } = segmentation;
     let per_channel: Vec<Vec<Mean>> = trace

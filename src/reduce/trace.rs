@@ -308,6 +308,8 @@ impl Channel {
         let mut block = SegmentBlocks { start: 0.0, length: 0.0, ..SegmentBlocks::default() };
         let (mut sum, mut within) = (0.0, 0.0);
         let mut count = 0;
+        // about one of its values: the mean of equal values is that value, to the last digit
+        let mut about = None;
         for piece in &segment.pieces {
             let range = trace.blocks(piece.start, piece.end);
             if count == 0 {
@@ -315,12 +317,13 @@ impl Channel {
             }
             // a range beyond the trace adds nothing
             let means = self.means.get(range.clone()).unwrap_or_default();
-            sum += means.iter().sum::<f64>();
+            let about = *about.get_or_insert(means.first().copied().unwrap_or(0.0)); // of no means: nothing is summed
+            sum += means.iter().map(|v| v - about).sum::<f64>();
             within += self.squares.get(range).unwrap_or_default().iter().sum::<f64>();
             count += means.len();
             block.pieces.push(means.to_vec());
         }
-        let mean = sum / count.max(1) as f64;
+        let mean = about.unwrap_or(0.0) + sum / count.max(1) as f64;
         let between: f64 = block.pieces.iter().flatten().map(|v| (v - mean) * (v - mean)).sum();
         block.samples = (count * trace.block) as u64;
         block.length = count as f64;

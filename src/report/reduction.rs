@@ -8,6 +8,7 @@ use crate::document::chart::{Chart, RecordChart};
 use crate::document::number::significant;
 use crate::document::{Cell, Detail, Document, Figure, Rows, Section, Tone};
 use crate::language::{Language, say};
+use crate::number::resolution;
 use crate::record::Jump;
 use crate::reduce::{EventKind, Segment, Trace};
 use crate::wire::Reduced;
@@ -49,6 +50,9 @@ pub struct ReduceReport {
     /// Gaps and jumps one by one, the first thousand.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub jumps: Vec<Jump>,
+    /// Columns of one value, and the resolution that is assumed for each: the last decimal place of the value, 0 where its digits show none.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub assumed_resolution: BTreeMap<String, f64>,
     /// Events of the whole record, by column and kind.
     pub events: BTreeMap<String, BTreeMap<EventKind, u64>>,
 }
@@ -196,6 +200,8 @@ pub fn reduce_report(record: &str, reduced: &Reduced) -> ReduceReport {
             *events.entry(channel.name.clone()).or_default().entry(event.kind).or_default() += 1;
         }
     }
+    let first = reduction.means.first().into_iter().flatten();
+    let of_one_value = trace.channels.iter().zip(first).filter(|(channel, _)| channel.resolution() == 0.0);
     ReduceReport {
         tumble: VERSION.into(),
         report: ReportKind::Reduce,
@@ -223,6 +229,9 @@ pub fn reduce_report(record: &str, reduced: &Reduced) -> ReduceReport {
         gaps: reduced.gaps,
         clock_jumps: Some(reduced.clock_jumps),
         jumps: reduced.jumps.clone(),
+        assumed_resolution: of_one_value
+            .map(|(channel, mean)| (channel.name.clone(), resolution(std::iter::once(mean.value)).unwrap_or(0.0)))
+            .collect(),
         events,
     }
 }
@@ -313,13 +322,18 @@ fn verdict(report: &ReduceReport, lang: Language) -> (Tone, String) {
     (tone, sentence)
 }
 
-/// What a reader should know of single segments.
+/// What a reader should know of columns and of single segments.
 fn notes(report: &ReduceReport, lang: Language) -> Vec<String> {
     let mut notes = Vec::new();
+    for m in report.segments.first().into_iter().flat_map(|segment| &segment.means) {
+        if let Some(step) = report.assumed_resolution.get(&m.column) {
+            let (assumed, value, step) = (*step > 0.0, m.mean.to_string(), step.to_string());
+            notes.push(say!(lang, "column-of-one-value", assumed, column = m.column, value, step));
+        }
+    }
     for (segment, m) in each(report).filter(|(_, m)| m.noisier > 1.0) {
         let [column, segment, times] = [m.column.clone(), segment.to_string(), significant(m.noisier, 2)];
-        let apart = m.apart == Some(true);
-        notes.push(say!(lang, "noisier-segment", apart, column, segment, times));
+        notes.push(say!(lang, "noisier-segment", column, segment, times));
     }
     for segment in report.segments.iter().filter(|s| !s.notes.is_empty()) {
         let said: Vec<_> = segment.notes.iter().map(|note| lang.name(note)).collect();

@@ -79,8 +79,8 @@ fn ferraris_gyroscope() {
         let id = format!("b_{row}");
         assert!((closed_form(&id) - offsets[i]).abs() < 1e-9, "{id}");
         let (value, u) = parameter(&fit, &id);
-        // 0.1 count of a position's own, shared by six
-        assert!((value - least_squares[i]).abs() < 0.5 * u && u < 0.1, "{id}: {value} {u}");
+        // positions that were held less still weigh less here: the estimate moves within its uncertainty
+        assert!((value - least_squares[i]).abs() < u && u < 0.1, "{id}: {value} {u}");
         assert!((value - offsets[i]).abs() < 2.0 * u, "{id}: {value} {u}");
     }
 }
