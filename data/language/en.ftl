@@ -150,8 +150,8 @@ global-test-chi-square-with-p = Global test: { $rejected ->
    *[no] the readings scatter as their stated uncertainties say
 } (chi-square { $chi_square } with { $dof }, p = { $p }).
 the-readings-state-no-uncertainty-of-their = No uncertainty is stated for the readings: their standard deviation is estimated from the residuals, so these readings alone cannot test the model.
-no-degrees-of-freedom-the-readings-just = No degrees of freedom: the estimates take up all that the readings tell, so the readings cannot test the model.
-one-linear-step-is-not-enough-gauss = One linear step is not enough: Gauss-Newton would go on by more than 0.1 u in { $what }. Fit without `--linear`.
+no-degrees-of-freedom-the-readings-just = No degrees of freedom: there are no more readings than the estimates need, so the readings cannot test the model.
+one-linear-step-is-not-enough-gauss = One linear step is not enough: further Gauss-Newton steps would change these estimates by more than 0.1 u: { $what }. Fit without `--linear`.
 from-the-fit-estimates-rank-of-freedom = From { $from } the fit estimates { $parameters } (rank { $rank }, { $dof }).
 the-scaled-design-matrix-has-condition-number = The scaled design matrix has condition number { $condition }.
 
@@ -219,6 +219,7 @@ statistic = statistic
 lack-of-fit = lack of fit
 lack-of-fit-by-position = lack of fit by position
 runs-of = runs of `{ $sensor }`
+runs-in-the-order-of = runs of `{ $sensor }` in the order of `{ $column }`
 runs-expected = { $runs } runs, { $expected } expected
 normality = normality
 shift = shift
@@ -348,6 +349,7 @@ residuals-of-have-too-runs-of-one = residuals of { $sensor } have too { $few ->
     [yes] few
    *[no] many
 } runs of one sign ({ $runs } for { $expected } expected, p = { $p }): something drifts or alternates
+residuals-follow-a-column = residuals of { $sensor } follow { $column }: in its order they have too few runs of one sign ({ $runs } for { $expected } expected, p = { $p })
 residuals-are-not-normal-shapiro-francia-w = residuals are not normal (Shapiro-Francia W' = { $w }, p = { $p })
 lack-of-fit-over-an-input = LACK OF FIT over { $input }: a step function over eighths of its range explains more of the residuals of { $sensor } than noise does (chi-square { $chi_square } with { $dof } degrees of freedom, p = { $p })
 lack-of-fit-or-correlation = a lack of fit of { $sensor } over { $inputs } cannot be distinguished from that correlation: state the correlation of the noise first
@@ -599,7 +601,7 @@ setting = setting
 rows-of = { $n } rows of { $motion }
 in-the-mission = In the mission
 refits = The refit did not converge after { $times } runs of the full simulation.
-the-gap-by-channel = The gap by channel
+the-gap-by-channel = Residuals by channel
 navigation-errors = Navigation errors
 count-device = { $n ->
     [one] { $n } device
@@ -640,7 +642,7 @@ means-of-the-residuals-with-the-model = Mean residuals of the model as given, ea
 in-the-model = in the model
 strongest-further-candidate = strongest further candidate
 p-of-what-is-left = p of the remaining residuals
-the-gap = The gap step by step
+the-gap = Residuals step by step
 taken-as-known = Taken as known: { $known }.
 priors-entered-as-rows-of-their-own = Priors entered as additional rows: { $priors }.
 gauss-newton-does-not-converge-here-so = Gauss-Newton does not converge here, so the linear estimator was diagnosed.
@@ -648,7 +650,7 @@ gauss-newton-does-not-converge-here-so = Gauss-Newton does not converge here, so
 # report/html/diagnose_figure.rs
 each-reading-minus-the-model-as-given = Residuals of the model as given.
 each-reading-minus-the-model-circles-with = Residuals: circles for the model as given, discs for the model with the effects found.
-readings-are-grouped-by-which-the-gap = Readings are grouped by { $factor }, which explains most of the residuals; a bar is the mean of a group before.
+readings-are-grouped-by-which-the-gap = Readings are grouped by { $factor }, which explains most of the residuals; a bar is the mean residual of a group with the model as given.
 one-reading-in-is-drawn = One reading in { $every } is drawn, and all outliers.
 
 # report/plot/gap.rs
@@ -775,10 +777,11 @@ allan-deviation = Allan deviation, { $unit }
 
 # report/reduction_table.rs
 segments-begin-and-end-with-blocks-of = Segments begin and end with blocks of { $block } samples.
-noisier-segment = { $apart ->
-    [yes] { $column } in segment { $segment } is { $times } times noisier from sample to sample than elsewhere: its u is based on its own noise and on that of similar segments.
-   *[no] { $column } in segment { $segment } is { $times } times noisier than elsewhere: its u is as much larger.
+column-of-one-value = { $column } is { $value } in every sample, so that its resolution is not known. { $assumed ->
+    [yes] It is assumed to be { $step }, the last decimal place of this value; u is the uncertainty of rounding to it.
+   *[no] The digits of this value show none, and u is zero.
 }
+noisier-segment = { $column } in segment { $segment } scatters { $times } times as much as elsewhere: its u is based on the noise of this segment and of similar ones.
 from-s = from, s
 reason = reason
 white = white
@@ -794,7 +797,7 @@ segments = Segments
 not-used-of-means-have-a-slope = Segments used: { $segments }; not used: { $stretches }. Means with a slope that their noise does not explain (p < 0.01): { $sloping } of { $all }. Anomalous samples in segments, included in the means: { $odd }.
 the-whole-record-segments-are-shaded = The whole record; segments are shaded.
 record = Record
-u-on-either-side-of-a-mean = The mean +- 1.96 `u` covers 95 % where the noise is faster than the segment: noise slower than the segment is not in `u`. `u` is estimated from all segments of a column together and includes the uncertainty of this estimate. For comparison: u for white noise, with the sum of the autocorrelations, and as the Allan deviation at the segment's length.
+u-on-either-side-of-a-mean = The mean +- 1.96 `u` covers 95 % where the noise is faster than the segment: noise slower than the segment is not in `u`. `u` is estimated from all segments of a column together that have the same noise, and includes the uncertainty of this estimate. For comparison: u for white noise, with the sum of the autocorrelations, and as the Allan deviation at the segment's length.
 column = column
 odd = anomalies
 not-used-2 = Not used
@@ -957,7 +960,7 @@ guide-diagnosis = { "  " }diagnosis: { $verdict }
 guide-effect = { "    " }{ $name } ({ $terms }){ $size }, probability { $probability }
 guide-nothing-missing = { "  " }probability that no effect is missing or all are named: { $probability }; effects not yet observable: { $unseen }
 guide-unreachable = { "  " }{ $id }: its goal cannot be reached with these positions
-guide-next = next: { $place } ({ $nats } nats for a cost of { $cost })
+guide-next = next: { $place } (expected information { $nats } nats, cost { $cost })
 guide-next-apart = next: { $place } (discriminates { $between })
 guide-next-again = next: { $place } (the same position again)
 guide-moving = the bench moves

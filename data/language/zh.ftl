@@ -234,6 +234,7 @@ statistic = 统计量
 lack-of-fit = 失拟检验
 lack-of-fit-by-position = 按位置的失拟检验
 runs-of = `{ $sensor }` 的游程检验
+runs-in-the-order-of = 按 `{ $column }` 顺序的 `{ $sensor }` 游程检验
 runs-expected = 游程 { $runs } 个，期望 { $expected } 个
 normality = 正态性
 shift = 偏移
@@ -346,6 +347,7 @@ residuals-of-have-too-runs-of-one = { $sensor } 残差的同号游程过{ $few -
     [yes] 少
    *[no] 多
 }（{ $runs } 个，期望 { $expected } 个，p = { $p }）：存在漂移或交替变化
+residuals-follow-a-column = { $sensor } 的残差随 { $column } 变化：按其顺序，同号游程过少（{ $runs } 个，期望 { $expected } 个，p = { $p }）
 residuals-are-not-normal-shapiro-francia-w = 残差不服从正态分布（Shapiro-Francia W' = { $w }，p = { $p }）
 lack-of-fit-over-an-input = 失拟：把 { $input } 的范围八等分，各段的阶跃对 { $sensor } 的解释超过噪声（χ² = { $chi_square }，自由度 { $dof }，p = { $p }）
 lack-of-fit-or-correlation = { $sensor } 在 { $inputs } 上的失拟与该相关无法区分：请先说明噪声的时间相关
@@ -715,10 +717,11 @@ sampling-rate = 采样率
 overlapping-allan-deviation-of-samples-with-its = { $samples } 个采样的重叠阿伦偏差及其 { $level } % χ² 置信区间；曲线为所拟合的各系数。
 allan-deviation = 阿伦偏差，{ $unit }
 segments-begin-and-end-with-blocks-of = 各段的起止以 { $block } 个采样的数据块为单位。
-noisier-segment = { $apart ->
-    [yes] { $column } 在第 { $segment } 段相邻样本之间的噪声为其他段的 { $times } 倍：其 u 取自该段及与其相似各段自身的噪声。
-   *[no] { $column } 在第 { $segment } 段的噪声为其他段的 { $times } 倍：其 u 相应增大。
+column-of-one-value = { $column } 的每个样本均为 { $value }，其分辨力未知。{ $assumed ->
+    [yes] 假定为该值的末位小数 { $step }，u 为按此修约的不确定度。
+   *[no] 该值的数字未显示分辨力，u 为零。
 }
+noisier-segment = { $column } 在第 { $segment } 段的散布为其他段的 { $times } 倍：其 u 取自该段及与其相似各段自身的噪声。
 from-s = 起，s
 reason = 原因
 white = 白噪声
@@ -732,7 +735,7 @@ segments = 分段
 not-used-of-means-have-a-slope = 采用 { $segments } 段，未采用 { $stretches } 段。存在噪声不能解释的斜率（p < 0.01）的均值：{ $sloping }（共 { $all } 个）。各段内计入均值的异常采样：{ $odd }。
 the-whole-record-segments-are-shaded = 全部记录；阴影为各段。
 record = 记录
-u-on-either-side-of-a-mean = 噪声快于段长时，均值两侧各 1.96 `u` 包含 95 %；比段更慢的噪声不计入 `u`。`u` 由同一列的全部段共同求得，并已计入由此带来的代价；其旁列出按白噪声、按自相关之和、按段长处阿伦偏差分别求得的值。
+u-on-either-side-of-a-mean = 噪声快于段长时，均值两侧各 1.96 `u` 包含 95 %；比段更慢的噪声不计入 `u`。`u` 由同一列中噪声相同的各段共同求得，并已计入由此带来的代价；其旁列出按白噪声、按自相关之和、按段长处阿伦偏差分别求得的值。
 column = 列
 odd = 异常采样
 not-used-2 = 未采用
@@ -879,7 +882,7 @@ guide-diagnosis = { "  " }诊断：{ $verdict }
 guide-effect = { "    " }{ $name }（{ $terms }）{ $size }，概率 { $probability }
 guide-nothing-missing = { "  " }无缺项或均已指明的概率 { $probability }；尚不能显现的误差项：{ $unseen }
 guide-unreachable = { "  " }{ $id }：这些位置无论测多少次都达不到目标
-guide-next = 下一位置：{ $place }（{ $nats } 奈特，代价 { $cost }）
+guide-next = 下一位置：{ $place }（期望信息量 { $nats } 奈特，代价 { $cost }）
 guide-next-apart = 下一位置：{ $place }（区分 { $between }）
 guide-next-again = 下一位置：{ $place }（重复同一位置）
 guide-moving = 台架正在运动

@@ -1,5 +1,6 @@
 //! `tumble check FILE...` and `tumble schema KIND`.
 
+use super::devices::{DeviceCampaign, Survey};
 use super::{Outcome, files};
 use crate::campaign::Campaign;
 use crate::design::Model;
@@ -55,6 +56,16 @@ pub(super) fn check(path: &Path) -> Result<String> {
         let (campaign, _, sample) = wire::read_rows_of(&file, &source, &mut folder, None)?;
         Model::new(&campaign).map_err(|error| wire::locate(error, &source))?;
         return Ok(said("a campaign", &campaign, &format!("{} rows of a record", sample.rows)));
+    }
+    if file.by.is_some() {
+        let Survey { first, devices, malformed } = DeviceCampaign::of(path, source)?.survey()?;
+        let readings = match malformed.first() {
+            None => format!("{devices} devices"),
+            Some((label, error)) => {
+                format!("{devices} devices, {} of them malformed (the first: '{label}', {error})", malformed.len())
+            }
+        };
+        return Ok(said("a campaign", &first, &readings));
     }
     let (campaign, source, _) = files::campaign(path)?;
     Model::new(&campaign).map_err(|error| wire::locate(error, &source))?;

@@ -5,6 +5,7 @@ use super::{files, globs};
 use crate::batch::{self, Device, Layout, Restart, Tables, Use};
 use crate::bench::Bench;
 use crate::campaign::{Campaign, Readings};
+use crate::design::Model;
 use crate::error::{Fault, Malformed, Result};
 use crate::fit::Settings;
 use crate::number;
@@ -83,8 +84,18 @@ impl DeviceCampaign {
     /// Read a campaign file; its readings stay where they are.
     pub(super) fn read(path: &Path, many: &Many, readings: &[PathBuf]) -> Result<Self> {
         let (source, input) = files::read_input(path)?;
+        DeviceCampaign::asked(path, (source, input), many.by.clone(), readings)
+    }
+
+    /// A campaign from the text of its file, which need not be written yet.
+    pub(super) fn of(path: &Path, source: Source) -> Result<Self> {
+        let input = Input::new(&source.name, source.text.as_bytes());
+        DeviceCampaign::asked(path, (source, input), None, &[])
+    }
+
+    fn asked(path: &Path, (source, input): (Source, Input), by: Option<String>, readings: &[PathBuf]) -> Result<Self> {
         let file = wire::campaign_of(&source)?;
-        let by = many.by.clone().or_else(|| file.by.clone());
+        let by = by.or_else(|| file.by.clone());
         let folder: PathBuf = path.parent().map(Path::to_path_buf).unwrap_or_default();
         let files = match (&file.readings, readings) {
             (_, [_, ..]) => globs::expand(readings)?,
@@ -139,6 +150,34 @@ impl DeviceCampaign {
             Ok(source)
         });
         bench.map_err(|error| wire::locate(error, &self.source))
+    }
+
+    /// Every device once: is it well-formed?
+    ///
+    /// Errors: those of the table; that of the first device where none is well-formed.
+    pub(super) fn survey(&self) -> Result<Survey> {
+        let table = self.table(false, None)?;
+        let (mut first, mut devices, mut malformed) = (None, 0, Vec::new());
+        table.read(&mut |passed| {
+            let Passed::Devices(read, layout) = passed else {
+                (first, devices, malformed) = (None, 0, Vec::new());
+                return Ok(true);
+            };
+            devices += read.len();
+            for device in &read {
+                let campaign = table.campaign(layout, device);
+                match campaign.and_then(|campaign| Model::new(&campaign).map(|_| campaign)) {
+                    Ok(campaign) => first = first.take().or(Some(campaign)),
+                    Err(error) => malformed.push((device.label.clone(), error)),
+                }
+            }
+            Ok(true)
+        })?;
+        let none = || Malformed::new(Fault::Missing, "the table has no device").expected("a row for each reading");
+        match first {
+            Some(first) => Ok(Survey { first, devices, malformed }),
+            None => Err(wire::locate(malformed.into_iter().next().map_or_else(none, |(_, error)| error), &self.source)),
+        }
     }
 
     /// The title of a column that the campaign calls by a key.
@@ -218,6 +257,15 @@ impl DeviceCampaign {
             false => self.file.clone().with(template.bench.clone(), readings),
         }
     }
+}
+
+/// What a table of devices holds.
+pub(super) struct Survey {
+    /// The first device that is well-formed.
+    pub(super) first: Campaign,
+    pub(super) devices: usize,
+    /// Those that are not, by their label.
+    pub(super) malformed: Vec<(String, Malformed)>,
 }
 
 /// A table of devices that is about to be read.

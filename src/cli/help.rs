@@ -102,6 +102,7 @@ pub(super) const NEW: &str = "Examples:
   tumble new rates.csv --bench gyro-rate-steps --latitude 52.1
   tumble new head.xlsx --bench own --chain 'theta:x,~mount:z' --model 'A [V] = K0 + K1*a_y'
   tumble new phone.csv --samples still --bench accelerometer-triad-norm --position norm=9.8067 --start 's_x=1'
+  tumble new line.parquet --bench gyro-rate-steps --latitude 52.1 --by serial
   tumble new lab
 
 At a terminal, missing options are asked for. No file is ever replaced.

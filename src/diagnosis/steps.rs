@@ -41,7 +41,7 @@ fn last(seen: &Seen, settings: &Settings, name: impl Fn(usize) -> String) -> Str
     match (seen.state, probable) {
         (_, Some((j, p))) if *p >= settings.probability => {
             format!(
-                "{} is suspected: its value does not differ from zero within its uncertainty, what remains included",
+                "{} is suspected: its value does not differ from zero within its uncertainty, unexplained residuals included",
                 name(*j)
             )
         }
@@ -50,10 +50,10 @@ fn last(seen: &Seen, settings: &Settings, name: impl Fn(usize) -> String) -> Str
             format!("{} is suspected: its probability is {}, and a name needs {level}", name(*j), short(*p))
         }
         _ if seen.outside >= settings.suspected => format!(
-            "a pattern that no candidate is has probability {outside}, and no further candidate is probable beside it"
+            "the residuals follow a pattern of no candidate with probability {outside}, and no further candidate is probable"
         ),
         (State::Outside, _) => format!("something is missing with probability {further}, and no candidate is probable"),
-        _ => format!("nothing further: more is missing with probability {further}"),
+        _ => format!("nothing more is added: the probability that another effect is missing is {further}"),
     }
 }
 

@@ -7,6 +7,7 @@ use crate::elements::Elements;
 use crate::estimate::Group;
 use crate::mix::Mix;
 use crate::quality::{self, LackOfFit, NormalityTest, RunsTest, Snooping, Whitened};
+use std::cmp::Ordering;
 use std::collections::HashMap;
 use std::hash::{BuildHasher, BuildHasherDefault};
 
@@ -19,6 +20,8 @@ pub struct Checks {
     pub between_positions: Option<LackOfFit>,
     /// Order of the signs of the residuals, for each sensor (by its index).
     pub runs: Vec<(usize, RunsTest)>,
+    /// Columns that the residuals follow, for each sensor the most significant.
+    pub follows: Vec<Follows>,
     /// Shape of the residuals' distribution.
     pub normality: Option<NormalityTest>,
     /// Suspicious readings; not searched in a robust fit, whose weights say the same.
@@ -27,6 +30,17 @@ pub struct Checks {
     pub detectable: Vec<Option<f64>>,
     /// For each estimated parameter, how it would change without the suspicious readings; empty where there are none.
     pub without_suspects: Vec<f64>,
+}
+
+/// Residuals that have too few runs of one sign in the order of a column: the model lacks something that goes with it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Follows {
+    /// The sensor, by its index.
+    pub sensor: usize,
+    /// The column.
+    pub column: String,
+    /// The runs; `p` is the probability of so few in any of the orders that were tried.
+    pub test: RunsTest,
 }
 
 /// All checks of a step.
@@ -46,14 +60,10 @@ pub(super) fn checks(campaign: &Campaign, design: &DesignMatrix, step: &Step, le
     // readings that share a deviation lie on one side of the fit together: their order says nothing of drift
     let independent = 0..if scattered.is_none() && !silent { campaign.bench.sensors.len() } else { 0 };
     for s in independent {
-        let own: Vec<f64> = design
-            .rows
-            .iter()
-            .zip(&estimate.residuals)
-            .filter(|(origin, _)| origin.sensor == s)
-            .map(|(_, v)| *v)
-            .collect();
+        let of_sensor = design.rows.iter().zip(&estimate.residuals).filter(|(origin, _)| origin.sensor == s);
+        let (rows, own): (Vec<usize>, Vec<f64>) = of_sensor.map(|(origin, v)| (origin.reading, *v)).unzip();
         checks.runs.extend(quality::runs(&own).map(|test| (s, test)));
+        checks.follows.extend(follows(campaign, s, &rows, &own).filter(|found| found.test.is_rejected(level)));
     }
     let studentized: Vec<f64> = (0..readings)
         .filter_map(|i| {
@@ -111,6 +121,42 @@ pub(super) fn checks(campaign: &Campaign, design: &DesignMatrix, step: &Step, le
             .collect();
     }
     checks
+}
+
+/// The column in whose order residuals (of a sensor, in these readings) have fewest runs for what is expected: readings are in the order of the column, those of one value in that of the others. Columns that
+/// give the order of another, or that of the readings, and columns of two values, are not tried.
+fn follows(campaign: &Campaign, sensor: usize, rows: &[usize], residuals: &[f64]) -> Option<Follows> {
+    let value = |row: &usize, column: usize| {
+        let reading = campaign.readings.rows.get(*row);
+        reading.and_then(|own| own.columns.get(column).copied().flatten()).unwrap_or(f64::NAN)
+    };
+    let names = &campaign.readings.columns;
+    let of = |column: usize| -> Vec<f64> { rows.iter().map(|row| value(row, column)).collect() };
+    let columns: Vec<Vec<f64>> = (0..names.len()).map(of).collect();
+    let as_read: Vec<usize> = (0..rows.len()).collect();
+    let mut orders: Vec<Vec<usize>> = vec![as_read.clone()];
+    let mut found: Vec<(usize, RunsTest)> = Vec::new();
+    for (first, own) in columns.iter().enumerate() {
+        let keys = || std::iter::once(own).chain(columns.iter());
+        let mut order = as_read.clone();
+        order.sort_by(|a, b| {
+            let differ = |key: &Vec<f64>| key.at(*a).total_cmp(&key.at(*b));
+            keys().map(differ).find(|order| order.is_ne()).unwrap_or(Ordering::Equal)
+        });
+        let mut values: Vec<f64> = order.iter().map(|place| own.at(*place)).filter(|v| v.is_finite()).collect();
+        values.dedup();
+        if values.len() < 3 || orders.contains(&order) {
+            continue;
+        }
+        let sorted: Vec<f64> = order.iter().filter_map(|place| residuals.get(*place).copied()).collect();
+        found.extend(quality::runs(&sorted).map(|test| (first, test)));
+        orders.push(order);
+    }
+    let tried = found.len() as f64;
+    let few = found.into_iter().filter(|(_, test)| (test.runs as f64) < test.expected);
+    let (column, test) = few.min_by(|a, b| a.1.p.total_cmp(&b.1.p))?;
+    let test = RunsTest { p: (test.p * tried).min(1.0), ..test };
+    Some(Follows { sensor, column: names.get(column)?.clone(), test })
 }
 
 /// The position of each of so many rows, apart for each sensor; none where a reading has no label, or for a prior.

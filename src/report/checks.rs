@@ -26,6 +26,9 @@ pub struct ChecksReport {
     pub lack_of_fit_by_position: Option<LackOfFit>,
     /// Order of the residuals' signs, for each sensor.
     pub runs: BTreeMap<String, RunsTest>,
+    /// The column that the residuals of a sensor follow, where they have too few runs of one sign in its order.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub follows: Vec<FollowsReport>,
     /// Shapiro-Francia test of normality; null with fewer than eight residuals.
     pub normality: Option<NormalityTest>,
     /// Suspicious readings; null in a robust or constrained fit, and without redundancy.
@@ -41,6 +44,22 @@ impl ChecksReport {
     pub(crate) fn misfit(&self) -> Option<&LackOfFit> {
         self.lack_of_fit.as_ref().or(self.lack_of_fit_by_position.as_ref())
     }
+}
+
+/// Residuals that follow a column.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
+pub struct FollowsReport {
+    /// The sensor.
+    pub sensor: String,
+    /// The column of the readings.
+    pub column: String,
+    /// Runs of equal sign in its order; readings of one value are in the order of the other columns.
+    pub runs: usize,
+    /// Mean number of runs to be expected.
+    pub expected: f64,
+    /// Probability of so few in any of the orders that were tried.
+    pub p: f64,
 }
 
 /// Data snooping.
@@ -170,6 +189,13 @@ pub(super) fn external(fit: &Fit, names: &Names, row: usize) -> Option<EachParam
     Some(EachParameter { names: names.names.clone(), values: values? })
 }
 
+/// A number of a sensor with its unit.
+fn in_unit(fit: &Fit, x: f64, sensor: &str) -> String {
+    let own = fit.campaign.bench.sensors.iter().find(|own| own.id == sensor);
+    // sensors of a report are those of its bench
+    format!("{} {}", significant(x, 3), own.map_or("", |own| own.unit.as_str())).trim_end().to_string()
+}
+
 /// Suspicious readings in words; the list has them all.
 pub(super) const PRINTED: usize = 5;
 
@@ -205,6 +231,15 @@ pub(super) fn checks(fit: &Fit) -> ChecksReport {
             p = short(test.p)
         ));
     }
+    let follows = checks.follows.iter().map(|found| {
+        let (sensor, column, test) = (sensor(found.sensor), found.column.clone(), found.test);
+        FollowsReport { sensor, column, runs: test.runs, expected: test.expected, p: test.p }
+    });
+    let follows: Vec<FollowsReport> = follows.collect();
+    verdict.extend(follows.iter().map(|found| {
+        let (runs, expected, p) = (found.runs, short(found.expected), short(found.p));
+        sentence!("residuals-follow-a-column", sensor = found.sensor, column = found.column, runs, expected, p)
+    }));
     if let Some(test) = checks.normality.filter(|test| test.is_rejected(level)) {
         verdict.push(sentence!("residuals-are-not-normal-shapiro-francia-w", w = short(test.w), p = short(test.p)));
     }
@@ -232,7 +267,7 @@ pub(super) fn checks(fit: &Fit) -> ChecksReport {
                 "suspicious-reading-of-is-off-what-the",
                 index = s.index,
                 sensor = s.sensor,
-                shift = short(s.shift),
+                shift = in_unit(fit, s.shift, &s.sensor),
                 w = short(s.w),
                 p = short(s.p),
                 tested = found.tested
@@ -267,6 +302,7 @@ pub(super) fn checks(fit: &Fit) -> ChecksReport {
             .iter()
             .map(|(s, test)| (sensor(*s), RunsTest { rejected: Some(test.is_rejected(level)), ..*test }))
             .collect(),
+        follows,
         normality: checks.normality.map(|test| NormalityTest { rejected: Some(test.is_rejected(level)), ..test }),
         snooping,
         external,
@@ -371,7 +407,7 @@ fn record_verdict(fit: &Fit) -> Vec<Sentence> {
                 "row-is-far-from-the-model",
                 sensor = sensor.sensor,
                 row = far.number.to_string(),
-                residual = short(far.residual),
+                residual = in_unit(fit, far.residual, &sensor.sensor),
                 w = short(far.w),
                 p = short(far.p)
             ));

@@ -269,6 +269,7 @@ impl FitReport {
         self.fit.global_test_rejected == Some(true)
             || self.checks.misfit().is_some_and(|test| test.rejected)
             || self.checks.snooping.as_ref().is_some_and(|found| !found.suspects.is_empty())
+            || !self.checks.follows.is_empty()
     }
 
     /// Parameters, then derived quantities, as a person reads them.

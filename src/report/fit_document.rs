@@ -41,7 +41,7 @@ pub fn fit_document(report: &FitReport, asked: &Asked<'_>, lang: Language) -> Do
         .facts(report.identity.facts(lang))
         .fact(say!(lang, "bench"), format!("`{}`", report.bench))
         .facts(model_facts(&report.model, lang))
-        .section(Section::new(say!(lang, "result")).verdicts(verdicts(report, lang)))
+        .section(result(report, lang))
         .section(estimates(report, asked.fit, lang))
         .section(free(report, lang))
         .section(conformity::section(report.conformity.as_ref(), lang))
@@ -65,10 +65,19 @@ pub(super) fn model_facts(model: &BTreeMap<String, String>, lang: Language) -> i
     model.iter().enumerate().map(move |(k, (sensor, line))| (name(k), format!("`{sensor} = {line}`")))
 }
 
-fn verdicts(report: &FitReport, lang: Language) -> Vec<(Tone, String)> {
+fn result(report: &FitReport, lang: Language) -> Section {
+    let conforms = report.conformity.as_ref().map(|judged| conformity::verdict(judged, lang));
+    let next = lang.sentence(say!(lang, "diagnose-says-what-is-missing"));
+    Section::new(say!(lang, "result"))
+        .verdicts(conforms)
+        .verdicts(verdicts(report, lang))
+        .verdicts(report.is_misfit().then_some((Tone::Plain, next)))
+}
+
+/// What a reader of the estimates must know of the fit, in a report and in a certificate: what is not determined, the tests, the remarks, how it converged.
+pub(super) fn verdicts(report: &FitReport, lang: Language) -> Vec<(Tone, String)> {
     let fit = &report.fit;
     let mut said = Vec::new();
-    said.extend(report.conformity.as_ref().map(|judged| conformity::verdict(judged, lang)));
     said.extend(not_estimable(report, lang).map(|text| (Tone::Bad, text)));
     for source in report.scatter.iter().filter(|source| !source.without_u.is_empty()) {
         let note = source.note.as_ref().map_or(String::new(), |note| note.say(lang).to_string());
@@ -108,7 +117,7 @@ fn in_u(changes: &BTreeMap<String, f64>, lang: Language) -> String {
     changes.iter().map(one).collect::<Vec<_>>().join(lang.comma())
 }
 
-pub(super) fn global_test(report: &FitReport, lang: Language) -> Option<(Tone, String)> {
+fn global_test(report: &FitReport, lang: Language) -> Option<(Tone, String)> {
     let fit = &report.fit;
     match (fit.chi_square, fit.p) {
         (Some(chi_square), Some(p)) => {
@@ -126,7 +135,7 @@ pub(super) fn global_test(report: &FitReport, lang: Language) -> Option<(Tone, S
     }
 }
 
-/// What the checks found; where the model lacks something, which command finds it.
+/// What the checks found.
 fn checked(report: &FitReport, lang: Language) -> Vec<(Tone, String)> {
     let tests = [&report.checks.lack_of_fit, &report.checks.lack_of_fit_by_position].into_iter().flatten();
     let tones = tests.map(|test| match (test.rejected, test.is_beyond_doubt()) {
@@ -138,11 +147,7 @@ fn checked(report: &FitReport, lang: Language) -> Vec<(Tone, String)> {
     // of a record the sentences say what is in order, too
     let further = if report.record.is_some() { Tone::Plain } else { Tone::Caution };
     let lines = report.checks.verdict.iter().map(|line| lang.sentence(&line.say(lang)));
-    let mut said: Vec<(Tone, String)> = tones.chain(std::iter::repeat(further)).zip(lines).collect();
-    if report.is_misfit() {
-        said.push((Tone::Plain, lang.sentence(say!(lang, "diagnose-says-what-is-missing"))));
-    }
-    said
+    tones.chain(std::iter::repeat(further)).zip(lines).collect()
 }
 
 /// How far the estimator went, and what it changed.
@@ -170,7 +175,7 @@ fn convergence(report: &FitReport, lang: Language) -> Vec<(Tone, String)> {
 }
 
 /// What is not estimable, in a sentence.
-pub(super) fn not_estimable(report: &FitReport, lang: Language) -> Option<String> {
+fn not_estimable(report: &FitReport, lang: Language) -> Option<String> {
     let what = say!(lang, "not-estimable-from-these-readings");
     let names = lang.names(report.not_estimable.iter().map(|defect| &defect.text));
     (!report.not_estimable.is_empty()).then(|| lang.sentence(&format!("{what}{}{names}", lang.colon())))
@@ -385,6 +390,10 @@ fn checks(report: &FitReport, lang: Language) -> Section {
     tests.extend(checks.runs.iter().map(|(sensor, test)| {
         let said = say!(lang, "runs-expected", runs = test.runs, expected = significant(test.expected, 3));
         (say!(lang, "runs-of", sensor), said, test.p)
+    }));
+    tests.extend(checks.follows.iter().map(|found| {
+        let said = say!(lang, "runs-expected", runs = found.runs, expected = significant(found.expected, 3));
+        (say!(lang, "runs-in-the-order-of", sensor = found.sensor, column = found.column), said, found.p)
     }));
     tests.extend(checks.normality.as_ref().map(|test| {
         (say!(lang, "normality").into(), format!("Shapiro-Francia W' = {}", significant(test.w, 4)), test.p)

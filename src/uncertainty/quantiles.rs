@@ -385,3 +385,14 @@ fn solve(start: f64, target: Target, tails: impl Fn(f64) -> Tails) -> Option<f64
     }
     (x > 10.0 * LEAST && x < 0.1 * MOST).then_some(x)
 }
+
+/// Logarithm of the gamma function of a positive number: Stirling's series from 8 on.
+pub(crate) fn ln_gamma(x: f64) -> f64 {
+    let (mut x, mut s) = (x, 0.0);
+    while x < 8.0 {
+        s -= x.ln();
+        x += 1.0;
+    }
+    s + (x - 0.5) * x.ln() - x + 0.918_938_533_204_672_8 + 1.0 / (12.0 * x) - 1.0 / (360.0 * x.powi(3))
+        + 1.0 / (1260.0 * x.powi(5))
+}

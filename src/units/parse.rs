@@ -196,7 +196,8 @@ impl Reader<'_> {
             }
             Some(c) if c.is_ascii_digit() => Err(self.refused("the name of a unit: a number belongs to the value")),
             Some(c) if is_letter(c) => {
-                let name: String = self.tail().chars().take_while(|c| is_letter(*c) || c.is_ascii_digit()).collect();
+                let letters = || self.tail().chars().take_while(|c| is_letter(*c) || c.is_ascii_digit()).collect();
+                let name: String = super::table::slashed(self.tail()).map_or_else(letters, str::to_string);
                 let start = self.at;
                 self.at += name.len();
                 if name == "sqrt" && self.take(&['(']).is_some() {

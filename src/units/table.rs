@@ -68,6 +68,7 @@ const TABLE: &[(&str, [f64; BASES], Scale, bool, &str)] = &[
     ("gon", AN_ANGLE, other(0.9, 1.0), false, ""),
     // a turn a minute
     ("rpm", is(&[(ANGLE, 1.0), (TIME, -1.0)]), Scale { other: 360.0, degree: 1.0, sixty: -1.0, ..ONE }, false, "rpm"),
+    ("rps", is(&[(ANGLE, 1.0), (TIME, -1.0)]), other(360.0, 1.0), false, ""),
     ("dps", is(&[(ANGLE, 1.0), (TIME, -1.0)]), sixty(0.0, 1.0), true, "dps mdps"),
     // time
     ("s", IN_TIME, ONE, true, "s sec ms us ns"),
@@ -133,27 +134,61 @@ fn spelled(name: &str) -> Option<&'static str> {
     SPELLED.iter().find(|(words, _)| words.contains(&name)).map(|spelling| spelling.1)
 }
 
+/// The name with a slash in it that a text begins with.
+pub(super) fn slashed(text: &str) -> Option<&'static str> {
+    let ends = |name: &str| text.strip_prefix(name).is_some_and(|rest| !rest.starts_with(char::is_alphanumeric));
+    SPELLED.iter().flat_map(|(words, _)| words.iter().copied()).find(|name| name.contains('/') && ends(name))
+}
+
 /// Other spellings.
 const SPELLED: &[(&[&str], &str)] = &[
     // (the signs of an ordinal and of a ring are written for that of a degree)
-    (&["\u{b0}", "\u{ba}", "\u{2da}", "degree", "degrees", "degs", "Grad", "度"], "deg"),
-    (&["\u{2032}"], "arcmin"),
-    (&["\u{2033}"], "arcsec"),
-    (&["\u{b0}C", "\u{ba}C", "\u{2da}C", "\u{2103}", "C", "Celsius", "celsius", "摄氏度"], "degC"),
-    (&["\u{b0}F", "\u{ba}F", "\u{2da}F", "\u{2109}", "F", "Fahrenheit", "fahrenheit"], "degF"),
-    (&["degK", "Kelvin", "kelvin"], "K"),
+    (&["\u{b0}", "\u{ba}", "\u{2da}", "degree", "degrees", "degs", "degr\u{e9}", "degr\u{e9}s", "Grad", "度"], "deg"),
+    (&["\u{2032}", "arcminute", "arcminutes", "bogenminute", "bogenminuten", "角分"], "arcmin"),
+    (&["\u{2033}", "arcsecond", "arcseconds", "bogensekunde", "bogensekunden", "角秒"], "arcsec"),
+    (&["\u{b0}C", "\u{ba}C", "\u{2da}C", "\u{2103}", "C", "celsius", "cel", "摄氏度"], "degC"),
+    (&["\u{b0}F", "\u{ba}F", "\u{2da}F", "\u{2109}", "F", "fahrenheit", "华氏度"], "degF"),
+    (&["degK", "kelvin", "开尔文"], "K"),
     (&["gn"], "g"),
     (&["radian", "radians", "弧度"], "rad"),
-    (&["r", "revolution", "revolutions"], "rev"),
-    (&["sec", "secs", "second", "seconds", "Sekunde", "Sekunden", "sekunden", "秒"], "s"),
+    (
+        &[
+            "r",
+            "revs",
+            "revolution",
+            "revolutions",
+            "umdr",
+            "umdrehung",
+            "umdrehungen",
+            "tr",
+            "tour",
+            "tours",
+            "转",
+            "圈",
+        ],
+        "rev",
+    ),
+    // (the German Umdrehung; U alone is a voltage, as in `U/mV`)
+    (&["U/min", "upm"], "rpm"),
+    (&["U/s"], "rps"),
+    (&["sec", "secs", "second", "seconds", "sek", "sekunde", "sekunden", "seconde", "secondes", "秒"], "s"),
     (&["毫秒"], "ms"),
     (&["微秒"], "us"),
-    (&["mins", "minute", "minutes", "Minuten", "minuten", "分", "分钟"], "min"),
-    (&["hr", "hrs", "hour", "hours", "Stunden", "stunden", "Std", "小时"], "h"),
-    (&["d", "days", "天"], "day"),
-    (&["Volt", "Volts", "volt", "volts", "伏"], "V"),
+    (&["mins", "minute", "minutes", "minuten", "分", "分钟"], "min"),
+    (&["hr", "hrs", "hour", "hours", "stunde", "stunden", "std", "heure", "heures", "时", "小时"], "h"),
+    (&["d", "days", "tag", "tage", "jour", "jours", "日", "天"], "day"),
+    (&["volt", "volts", "伏", "伏特"], "V"),
     (&["毫伏"], "mV"),
-    (&["\u{3a9}", "\u{2126}", "Ohm"], "ohm"),
+    (&["微伏"], "uV"),
+    (&["ampere", "amperes", "安", "安培"], "A"),
+    (&["毫安"], "mA"),
+    (&["\u{3a9}", "\u{2126}", "ohms", "欧", "欧姆"], "ohm"),
+    (&["pascal", "帕"], "Pa"),
+    (&["百帕"], "hPa"),
+    (&["千帕"], "kPa"),
+    (&["巴"], "bar"),
+    (&["毫巴"], "mbar"),
+    (&["赫", "赫兹"], "Hz"),
     (&["LSBs", "lsb", "lsbs"], "LSB"),
 ];
 

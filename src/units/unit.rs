@@ -159,8 +159,16 @@ impl Unit {
             _ => plain,
         };
         self.conversion(to).map(shifted).ok_or_else(|| {
+            let mut dimension = self.dimension.clone();
+            let angle = to.dimension.base.get(ANGLE).copied().unwrap_or(0.0);
+            dimension.base.get_mut(ANGLE).into_iter().for_each(|power| *power += angle);
+            let lacks_angle = if angle != 0.0 && dimension.is(&to.dimension) {
+                " (turns or radians must be stated: rev/min, rad/s)"
+            } else {
+                ""
+            };
             Malformed::new(Fault::Value, format!("the unit of {what} has another dimension"))
-                .expected(format!("{}, or a unit that converts to it", to.symbol))
+                .expected(format!("{}, or a unit that converts to it{lacks_angle}", to.symbol))
                 .found(format!("'{}'", self.symbol))
         })
     }

@@ -5,7 +5,9 @@ use super::limits_file::{self, LimitFile};
 use super::locate::in_source;
 use super::readings_file::{self, ReadingFile};
 use super::shapes::shapes;
-use super::{BenchFile, DerivedFile, Fetch, Folder, Named, SamplesFile, SiteFile, Source, read_bench, readings_table};
+use super::{
+    BenchFile, DerivedFile, Fetch, Folder, Named, SamplesFile, SiteFile, Source, WRONG_FORM, read_bench, readings_table,
+};
 use crate::algebra::Expression;
 use crate::bench::{self, Bench};
 use crate::campaign::{
@@ -149,9 +151,12 @@ pub enum KnownEntry {
     Known(Given),
 }
 
+/// What is expected of it.
+const KNOWN: &str = "an object { \"value\": ..., \"unit\": ..., \"u\": ... }";
+
 impl<'de> Deserialize<'de> for KnownEntry {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Self, D::Error> {
-        shapes("struct Given").text(KnownEntry::From).object(KnownEntry::Known).read(deserializer)
+        shapes(KNOWN).text(KnownEntry::From).object(KnownEntry::Known).read(deserializer)
     }
 }
 
@@ -262,13 +267,13 @@ impl CampaignFile {
         let (mut from, mut known) = (None, Vec::new());
         for (id, entry) in &self.known.0 {
             let wrong = |found: String, expected: &str| {
-                let error = Malformed::new(Fault::Value, format!("invalid type: {found}"));
-                Err(error.expected(expected).at_path(format!("known.{id}")))
+                let error = Malformed::new(Fault::Value, WRONG_FORM).expected(expected);
+                Err(error.found(found).at_path(format!("known.{id}")))
             };
             match (id.as_str(), entry) {
                 ("from", KnownEntry::From(path)) => from = Some(path.as_str()),
-                ("from", KnownEntry::Known(_)) => return wrong("map".into(), "a string"),
-                (_, KnownEntry::From(text)) => return wrong(format!("string {text:?}"), "an object { ... }"),
+                ("from", KnownEntry::Known(_)) => return wrong("an object".into(), "the path of the report of a fit"),
+                (_, KnownEntry::From(text)) => return wrong(format!("the text {text:?}"), KNOWN),
                 (_, KnownEntry::Known(given)) => known.push((id.clone(), given.clone())),
             }
         }

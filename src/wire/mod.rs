@@ -225,6 +225,23 @@ fn json_error(error: &serde_json::Error, path: String, source: &Source) -> Malfo
     malformed.at_span(start, len).at_line(line, column)
 }
 
+/// The error for a value of another type: a number where an object is expected, say.
+pub(super) const WRONG_FORM: &str = "this value has another form than expected";
+
+/// The type that serde found, in our words.
+fn in_words(found: &str) -> String {
+    const WORDS: [(&str, &str); 6] = [
+        ("integer", "the number"),
+        ("floating point", "the number"),
+        ("string", "the text"),
+        ("boolean", "the word"),
+        ("sequence", "a list"),
+        ("map", "an object"),
+    ];
+    let word = WORDS.iter().find_map(|(theirs, ours)| Some(format!("{ours}{}", found.strip_prefix(theirs)?)));
+    word.unwrap_or_else(|| found.to_string()).replace('`', "")
+}
+
 /// What serde_json found, and what it (or the type that was read) expected.
 fn json_fault(message: &str, is_data: bool, is_eof: bool) -> Malformed {
     if let Some(text) = message.strip_prefix("unknown field ") {
@@ -241,8 +258,12 @@ fn json_fault(message: &str, is_data: bool, is_eof: bool) -> Malformed {
     }
     let fault = if is_data { Fault::Value } else { Fault::Syntax };
     if let Some((what, expected)) = message.split_once(", expected ") {
+        // of the file itself
         let expected = if expected.starts_with("struct ") { "an object { ... }" } else { expected };
-        return Malformed::new(fault, what).expected(expected);
+        return match what.strip_prefix("invalid type: ") {
+            Some(found) => Malformed::new(fault, WRONG_FORM).expected(expected).found(in_words(found)),
+            None => Malformed::new(fault, what).expected(expected),
+        };
     }
     if let Some(expected) = message.strip_prefix("expected ") {
         return Malformed::new(fault, "this is not JSON").expected(expected);

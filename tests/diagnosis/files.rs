@@ -222,7 +222,7 @@ fn the_page_says_what_the_report_says() {
         "Model",
         "Effect on the estimates",
         "Where the residuals are",
-        "The gap step by step",
+        "Residuals step by step",
         "What was assumed",
     ] {
         assert!(headings.iter().any(|h| h == heading), "{heading} is not in {headings:?}");

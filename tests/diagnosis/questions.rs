@@ -355,6 +355,22 @@ fn without_redundancy_nothing_is_diagnosed_and_what_would_help_does() {
 }
 
 /// A schedule cannot be diagnosed at all: that is a malformed question.
+/// A scale factor that follows temperature along a curve.
+#[test]
+fn a_curved_scale_factor_over_temperature_is_found() {
+    let readings: Vec<Value> = [-20.0, 0.0, 25.0, 40.0, 60.0]
+        .iter()
+        .map(|t| json!({ "gamma_deg_s": [20, -20, 50, -50, 100, -100], "temperature_c": t }))
+        .collect();
+    let schedule = json!({ "bench": "gyro-temperature",
+        "estimate": { "V0": {}, "V1": {}, "V2": {}, "K": {}, "K1": {} }, "readings": readings });
+    let truth = json!({ "values": { "V0": { "value": 0.01 }, "V1": { "value": 2e-5 }, "K": { "value": 0.02 }, "K1": { "value": 1e-6 } },
+        "noise": { "V": { "sd": 1e-5 } }, "effects": [{ "regressor": "temperature_c^2*w_I", "value": 2e-9 }] });
+    for seed in 0..SEEDS {
+        assert_found(&diagnosed(&simulated(&schedule, &truth, seed)), "temperature_c^2*w_I", Some("V"), 2e-9);
+    }
+}
+
 #[test]
 fn a_schedule_is_refused() {
     let schedule = parse(&gyro().to_string());

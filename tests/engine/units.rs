@@ -29,6 +29,56 @@ fn conversions_are_those_of_an_independent_table() {
     }
 }
 
+/// As loggers in German, French and Chinese write rates, temperatures, times and pressures: sizes from the definitions of the units (a turn is 360 degrees).
+#[test]
+fn units_of_other_languages_convert() {
+    let alike = [
+        ("U/min", "deg/s", 6.0),
+        ("Umdrehungen/Minute", "deg/s", 6.0),
+        ("Upm", "deg/s", 6.0),
+        ("U/s", "deg/s", 360.0),
+        ("mV/(U/min)", "mV/(deg/s)", 1.0 / 6.0),
+        ("tr/min", "deg/s", 6.0),
+        ("tours/minute", "deg/s", 6.0),
+        ("转/分", "deg/s", 6.0),
+        ("圈/秒", "deg/s", 360.0),
+        ("rpm", "deg/s", 6.0),
+        ("rev/min", "deg/s", 6.0),
+        ("Grad/sek", "deg/s", 1.0),
+        ("Grad/Stunde", "deg/h", 1.0),
+        ("degrés/seconde", "deg/s", 1.0),
+        ("degr\u{e9}/heure", "deg/h", 1.0),
+        ("度/小时", "deg/h", 1.0),
+        ("°/s", "deg/s", 1.0),
+        ("deg/sec", "deg/s", 1.0),
+        ("Bogensekunden", "arcsec", 1.0),
+        ("角分", "arcsec", 60.0),
+        ("Cel", "degC", 1.0),
+        ("CEL", "degC", 1.0),
+        ("°C", "degC", 1.0),
+        ("摄氏度", "degC", 1.0),
+        ("jours", "h", 24.0),
+        ("Tage", "h", 24.0),
+        ("heures", "s", 3600.0),
+        ("Sek", "s", 1.0),
+        ("mbar", "Pa", 100.0),
+        ("毫巴", "hPa", 1.0),
+        ("千帕", "hPa", 10.0),
+        ("微伏", "V", 1e-6),
+        ("毫安", "A", 1e-3),
+    ];
+    for (theirs, ours, factor) in alike {
+        let found = unit(theirs).conversion(&unit(ours)).unwrap_or_else(|| panic!("{theirs} converts to {ours}"));
+        assert!((found.factor() / factor - 1.0).abs() < 2e-15, "{theirs} in {ours}: {}", found.factor());
+    }
+    // a voltage's symbol over its unit is no unit
+    assert!(Unit::parse("U/mV").is_err());
+    // a shaft's 1/min may be turns or radians
+    for bare in ["1/min", "min-1"] {
+        assert_eq!(unit(bare).conversion(&unit("deg/s")), None, "{bare}");
+    }
+}
+
 /// Units of all coefficients of the built-in benches, read off the published model equations by hand.
 #[test]
 fn every_coefficient_of_a_built_in_bench_has_its_unit() {

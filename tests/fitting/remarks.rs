@@ -297,3 +297,39 @@ fn a_tilt_that_may_be_small_is_not_called_steep() {
     campaign["readings"] = rows.into_iter().map(row).collect();
     assert_eq!(remarks(&campaign).matches("not a small tilt").count(), 0);
 }
+
+/// A gyro in a chamber whose noise is not stated: five temperatures, ten rates at each. What goes with the temperature beyond the bench's model, or with its square times the rate, is said;
+/// where there is nothing, it is said as seldom as the level allows.
+#[test]
+fn residuals_that_follow_a_column_are_said() {
+    use rand_distr::{Distribution, StandardNormal};
+    use rand_pcg::{Pcg64Mcg, rand_core::SeedableRng};
+    let rates = [10.0, -10.0, 30.0, -30.0, 60.0, -60.0, 100.0, -100.0, 150.0, -150.0];
+    let followed = |cubic: f64, quadratic: f64, seed: u64| -> Vec<String> {
+        let mut random = Pcg64Mcg::seed_from_u64(seed);
+        let mut rows = Vec::new();
+        for rate in rates {
+            for temperature in [-20.0, 0.0, 25.0, 40.0, 60.0] {
+                let dt: f64 = temperature - 25.0;
+                let noise: f64 = StandardNormal.sample(&mut random);
+                let v = 0.01
+                    + 2e-5 * dt
+                    + 1e-7 * dt * dt
+                    + cubic * dt.powi(3)
+                    + (0.02 + 1e-6 * dt + quadratic * dt * dt) * rate;
+                rows.push(json!({ "gamma_deg_s": rate, "temperature_c": temperature, "V": v + 1e-5 * noise }));
+            }
+        }
+        let campaign = json!({ "bench": "gyro-temperature", "estimate": { "V0": {}, "V1": {}, "V2": {}, "K": {}, "K1": {} }, "readings": rows });
+        let fit = fitted(&parse(&campaign.to_string()));
+        fit.checks.follows.iter().map(|found| found.column.clone()).collect()
+    };
+    for seed in 0..5 {
+        // a cube of 40 K of 13 standard deviations of a reading; a square times 100 deg/s of 32
+        assert_eq!(followed(2e-9, 0.0, seed), ["temperature_c"], "{seed}");
+        assert_eq!(followed(0.0, 2e-9, seed), ["temperature_c"], "{seed}");
+    }
+    let false_alarms = (0..200).filter(|seed| !followed(0.0, 0.0, *seed).is_empty()).count();
+    // at most 5 %: 10 of 200, and three standard deviations of that
+    assert!(false_alarms < 10 + 3 * 3, "{false_alarms} of 200");
+}

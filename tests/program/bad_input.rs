@@ -79,6 +79,52 @@ fn place_and_mark(stderr: &str) -> (String, String) {
     (place.expect("a place").1.to_string(), (0..quoted.len()).filter(is_under).map(|k| quoted[k]).collect())
 }
 
+/// A number in the place of an object: the error says where, what the object has, and what was found.
+#[test]
+fn a_number_in_the_place_of_an_object() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let campaign = |known: &str, estimate: &str, more: &str| {
+        format!(
+            r#"{{ "bench": {{ "id": "line", "sensors": {{ "y": {{ "unit": "V", "model": "a + K*x" }} }} }},
+"known": {known}, "estimate": {estimate}, {more} "readings": [ {{"x": 0, "y": 1}}, {{"x": 1, "y": 3}} ] }}"#
+        )
+    };
+    let cases = [
+        (campaign(r#"{ "K": 52 }"#, r#"{ "a": {} }"#, ""), "known.K", &["\"value\": ...", "\"u\": ..."][..], "52"),
+        (
+            campaign("{}", r#"{ "a": 0.5 }"#, ""),
+            "estimate.a",
+            &["\"start\": ...", "\"prior\": ...", "\"prior_u\": ..."],
+            "0.5",
+        ),
+        (
+            campaign("{}", r#"{ "a": {} }"#, r#""site": 45.75,"#),
+            "site",
+            &["\"latitude_deg\": ...", "\"gravity\": ..."],
+            "45.75",
+        ),
+        (
+            campaign("{}", r#"{ "a": {} }"#, r#""site": { "gravity": 9.81 },"#),
+            "site.gravity",
+            &["\"value\": ...", "\"unit\": ...", "\"u\": ..."],
+            "9.81",
+        ),
+        (campaign("{}", r#"{ "a": {} }"#, r#""limits": { "a": 3 },"#), "limits.a", &["[lower, upper]"], "3"),
+        (campaign("{}", r#"{ "a": {} }"#, r#""unit": 17,"#), "unit", &["\"serial\": ..."], "17"),
+    ];
+    for (text, place, expected, number) in cases {
+        std::fs::write(folder.path().join("c.json"), text).expect("a file");
+        let (code, _, stderr) = tumble(folder.path(), &["fit", "c.json"]);
+        let said = stderr.split_whitespace().filter(|word| *word != "│").collect::<Vec<_>>().join(" ");
+        let found = format!("the number {number}");
+        let words = [&[place, "line 2", found.as_str()], expected].concat();
+        assert!(code == 1 && !said.contains("invalid type") && !said.contains("integer"), "{said}");
+        for word in words {
+            assert!(said.contains(word), "{word}: {said}");
+        }
+    }
+}
+
 /// Of a table the cell that is wrong is named: its line, its first character and its column; the whole row where the row is wrong.
 #[test]
 fn the_cell_that_is_wrong() {

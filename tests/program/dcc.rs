@@ -342,6 +342,33 @@ fn what_is_not_estimable_is_named_and_not_given() {
     assert!(remarks.iter().any(|r| r.contains("Not estimable") && r.contains("V0 + kI*dtheta_y0")));
 }
 
+/// A reading that the fit flags is in the certificate, too, with the unit of what it differs by; so is all that the report says beside the estimates.
+#[test]
+fn a_suspicious_reading_is_stated() {
+    let mut campaign: serde_json::Value = serde_json::from_str(&fs::read_to_string(TABLE_1).unwrap()).unwrap();
+    let read = campaign["readings"][4]["V"].as_f64().unwrap();
+    campaign["readings"][4]["V"] = (read + 0.05).into();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("wrong.campaign.json");
+    fs::write(&path, campaign.to_string()).unwrap();
+    let path = path.to_str().unwrap();
+    let (_, report, errors) = tumble(&["fit", path, "--json", "-"]);
+    let report: serde_json::Value = serde_json::from_str(&report).unwrap_or_else(|e| panic!("{e}: {errors}"));
+    let said: Vec<&str> =
+        report["checks"]["verdict"].as_array().unwrap().iter().map(|said| said.as_str().unwrap()).collect();
+    let suspicious = said.iter().find(|said| said.contains("reading 5 of V")).expect("the reading is flagged");
+    assert!(suspicious.contains(" V from its prediction"), "{suspicious}");
+    let root = certificate(path, LAB);
+    check_structure(&root);
+    let remarks: Vec<String> = root.all("dcc:content").iter().map(|c| c.text.clone()).collect();
+    for said in said {
+        // a sentence there begins with a capital and ends with a full stop
+        let said = &said[1..];
+        assert!(remarks.iter().any(|r| r.contains(said)), "{said}: {remarks:?}");
+    }
+    assert!(remarks.iter().all(|r| !r.contains('`') && !r.contains("tumble diagnose")), "{remarks:?}");
+}
+
 #[test]
 fn the_lab_file_has_a_schema_and_the_example_obeys_it() {
     let schema = tumble::wire::schema("lab").unwrap();

@@ -242,20 +242,60 @@ fn a_person_is_asked() {
         println!("no `script` here: not tried");
         return;
     };
-    // no record; a bench that is not there, one that is; the three columns; a latitude; known values, one of them malformed; a serial
-    // number, and no day
-    let answers = "\nno-bench\ngyro-rate-steps\n-\n\n\nnorth\n52.1\nA=0\nK2=none\n\nG-7\n\n";
+    // no record, after a column of labels that is not there; one device; a bench that is not there, one that is; the three columns, the first of them after texts
+    // that mean nothing, the second once as a joint that the bench has not; a latitude; known values, some of them malformed; a serial number, and no day
+    let answers = "labels\n\nserial\n\nno-bench\ngyro-rate-steps\nnumber of the row\n-\nbeta_deg_s\n\n\nnorth\n52.1\nA=0\nK2=none\nK=1 kg\n\nG-7\n\n";
     child.stdin.take().expect("a terminal").write_all(answers.as_bytes()).expect("answers");
     let output = child.wait_with_output().expect("an end");
     let told = String::from_utf8_lossy(&output.stdout);
     assert!(output.status.success() && told.contains("there is no bench 'no-bench'"), "{told}");
     assert!(told.contains("ground--(gamma z)--[V]") && told.contains("this is no latitude"), "{told}");
+    // each wrong answer is named where it is given, with what may stand there
+    let plain = told.replace("\u{1b}[31m", "").replace("\u{1b}[36m", "").replace("\u{1b}[0m", "");
+    let said = plain.split_whitespace().filter(|word| *word != "│").collect::<Vec<_>>().join(" ");
+    for wrong in [
+        "the table has no column 'labels' help: expected one of",
+        "the table has no column 'serial'",
+        "readings on this bench have no 'number of the row' help: expected one of position, n, time_s, gamma_deg, gamma_deg_s",
+        "readings on this bench have no 'beta_deg_s'",
+        "the unit of K has another dimension",
+    ] {
+        assert!(said.contains(wrong), "{wrong}: {said}");
+    }
     let report = report(folder, "Drehtisch.campaign.json");
     assert!((estimate(&report, "K").0 - 0.02).abs() < 5e-10);
     assert_eq!(report["assumed_zero"], serde_json::json!(["A"]));
     let file = std::fs::read_to_string(folder.join("Drehtisch.campaign.json")).expect("a campaign");
     let file: Value = serde_json::from_str(&file).expect("JSON");
     assert_eq!((&file["unit"]["serial"], file.get("date")), (&Value::from("G-7"), None));
+}
+
+/// Many devices in one table, one cell of one of them empty: that device is malformed, and the campaign is written.
+#[test]
+fn one_empty_cell_of_one_device_stops_nothing() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    let mut table = String::from("serial,gamma_deg_s,V\n");
+    for device in 0..400 {
+        for rate in [10.0, -10.0, 50.0, -50.0, 100.0, -100.0] {
+            let shown = if device == 123 && rate == 50.0 { String::new() } else { rate.to_string() };
+            writeln!(table, "S-{device:03},{shown},{:.6}", 0.0025 + 0.02 * rate).expect("written");
+        }
+    }
+    std::fs::write(folder.join("line.csv"), table).expect("a table");
+    let given =
+        ["new", "line.csv", "--bench", "gyro-rate-steps", "--latitude", "0", "--known", "A=0", "--by", "serial"];
+    let (code, out, told) = tumble(folder, &given);
+    assert_eq!(code, 0, "{out}{told}");
+    let out = out.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(out.contains("400 devices, 1 of them malformed (the first: 'S-123'"), "{out}");
+    let (code, rows, told) = tumble(folder, &["fit", "line.campaign.json", "--to", "fits.csv"]);
+    assert!(code != 1, "{rows}{told}");
+    let rows = std::fs::read_to_string(folder.join("fits.csv")).expect("rows");
+    assert_eq!(rows.lines().filter(|row| row.contains("malformed")).count(), 1, "{rows}");
+    let (code, _, told) =
+        tumble(folder, &["new", "line.csv", "--bench", "gyro-rate-steps", "--by", "device", "--to", "z.json"]);
+    assert!(code == 1 && told.contains("no column 'device'"), "{told}");
 }
 
 /// Units at the end of a title, without brackets, count where the column is named; `in` says one anywhere.

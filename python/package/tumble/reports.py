@@ -78,6 +78,7 @@ __all__ = [
     "FitState",
     "FitSummary",
     "FitSuspectReport",
+    "FollowsReport",
     "ForesightReport",
     "GapReport",
     "GapStepReport",
@@ -1274,6 +1275,8 @@ class ChecksReport(Node):
 
     external: dict[str, ExternalReport]
     """For each parameter, the reading whose undetected fault would do most to it."""
+    follows: list[FollowsReport] | None
+    """The column that the residuals of a sensor follow, where they have too few runs of one sign in its order."""
     lack_of_fit: LackOfFitReport | None
     """Replicates against what the model leaves; null where nothing is replicated."""
     lack_of_fit_by_position: LackOfFitReport | None
@@ -1287,7 +1290,7 @@ class ChecksReport(Node):
     verdict: list[str]
     """In words, one sentence for each thing found."""
 
-    _keys = frozenset(["external", "lack_of_fit", "lack_of_fit_by_position", "normality", "runs", "snooping", "verdict"])
+    _keys = frozenset(["external", "follows", "lack_of_fit", "lack_of_fit_by_position", "normality", "runs", "snooping", "verdict"])
 
 
 class CircleReport(Node):
@@ -1641,6 +1644,23 @@ class FitSummary(Node):
     """`stated` (uncertainties as given) or `estimated` (from the residuals)."""
 
     _keys = frozenset(["at_rounding", "chi_square", "condition", "dof", "global_test_rejected", "inconsistent_circles", "linearisation_error", "p", "priors", "rank", "rank_tolerance", "readings", "rejected", "remarks", "residual_sd", "resolution", "sensor_sd", "sum_of_squares", "variance"])
+
+
+class FollowsReport(Node):
+    """Residuals that follow a column."""
+
+    column: str
+    """The column of the readings."""
+    expected: float
+    """Mean number of runs to be expected."""
+    p: float
+    """Probability of so few in any of the orders that were tried."""
+    runs: int
+    """Runs of equal sign in its order; readings of one value are in the order of the other columns."""
+    sensor: str
+    """The sensor."""
+
+    _keys = frozenset(["column", "expected", "p", "runs", "sensor"])
 
 GravityBasis: TypeAlias = Literal["stated", "normal", "assumed"]
 """Where the value of gravity comes from."""
@@ -3748,6 +3768,8 @@ class SegmentReport(Node):
 class ReduceReport(Report):
     """What `tumble reduce --json` writes."""
 
+    assumed_resolution: dict[str, float] | None
+    """Columns of one value, and the resolution that is assumed for each: the last decimal place of the value, 0 where its digits show none."""
     block: int
     """Samples to a block; segments begin and end with blocks."""
     by: str
@@ -3777,7 +3799,7 @@ class ReduceReport(Report):
     tumble: str
     """Version of the program that wrote it."""
 
-    _keys = frozenset(["block", "by", "clock_jumps", "detector", "events", "gaps", "interval_s", "jumps", "record", "rejected", "report", "samples", "segments", "tumble"])
+    _keys = frozenset(["assumed_resolution", "block", "by", "clock_jumps", "detector", "events", "gaps", "interval_s", "jumps", "record", "rejected", "report", "samples", "segments", "tumble"])
 
 
 DistributionReport._parts = {"scattering": (BetweenReport, False)}
@@ -3793,7 +3815,7 @@ GapsReport._parts = {"after": (GapReport, False), "before": (GapReport, False), 
 UnexplainedReport._parts = {"cells": (CellReport, False)}
 DiagnoseReport._parts = {"constraints": (AssertedReport, False), "effects": (EffectReport, False), "gap": (GapsReport, False), "holdout": (HoldoutReport, False), "identity": (Identity, False), "inputs": (Input, False), "parameters": (ChangeReport, False), "residuals": (ResidualReport, False), "scatter": (ScatterReport, False), "steps": (GapStepReport, False), "suspected": (SuspectReport, False), "unexplained": (UnexplainedReport, False), "where": (PlaceReport, False)}
 BinsReport._parts = {"bins": (BinReport, False)}
-ChecksReport._parts = {"external": (ExternalReport, True), "lack_of_fit": (LackOfFitReport, False), "lack_of_fit_by_position": (LackOfFitReport, False), "normality": (NormalityReport, False), "runs": (RunsReport, True), "snooping": (SnoopingReport, False)}
+ChecksReport._parts = {"external": (ExternalReport, True), "follows": (FollowsReport, False), "lack_of_fit": (LackOfFitReport, False), "lack_of_fit_by_position": (LackOfFitReport, False), "normality": (NormalityReport, False), "runs": (RunsReport, True), "snooping": (SnoopingReport, False)}
 CombinationValueReport._parts = {"arcsec": (ArcsecReport, False), "budget": (BudgetReport, False)}
 ConformityReport._parts = {"quantities": (LimitedReport, False)}
 ConstraintsReport._parts = {"list": (ConstraintReport, False)}

@@ -2,6 +2,7 @@
 
 use crate::cli::{session, show_error};
 use crate::error::{Fault, Malformed, Result};
+use crate::units::Unit;
 use std::io::{BufRead, IsTerminal, Write};
 
 pub(super) struct Answers {
@@ -105,14 +106,14 @@ pub(super) struct Quantity {
 }
 
 impl Quantity {
-    /// Errors: no number, no name of these parameters.
+    /// Errors: no number, no name of these parameters, a unit that does not convert to the parameter's.
     pub(super) fn of(text: &str, parameters: &[(String, String)]) -> Result<Self> {
         let (name, said) = pair(text)?;
-        if parameters.iter().all(|(id, _)| *id != name) {
+        let Some((_, own)) = parameters.iter().find(|(id, _)| *id == name) else {
             let ids: Vec<&str> = parameters.iter().map(|(id, _)| id.as_str()).collect();
             return Err(Malformed::new(Fault::UnknownName, format!("the bench has no parameter '{name}'"))
                 .expected(format!("one of {}", ids.join(", "))));
-        }
+        };
         let said = said.replace('\u{b1}', "+-");
         let (value, u) = match said.split_once("+-") {
             Some((value, u)) => (number(value)?, Some(number(u)?)),
@@ -120,6 +121,9 @@ impl Quantity {
         };
         let unit = [u.as_ref().map(|(_, unit)| unit), Some(&value.1)];
         let unit = unit.into_iter().flatten().find(|unit| !unit.is_empty()).cloned();
+        if let Some(unit) = unit.as_deref().filter(|_| !own.is_empty()) {
+            Unit::parse_any(unit)?.0.conversion_for(&Unit::parse_any(own)?.0, &name)?;
+        }
         Ok(Quantity { name, value: value.0, u: u.map(|(u, _)| u), unit })
     }
 

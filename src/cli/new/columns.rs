@@ -3,6 +3,7 @@
 use super::answers::{Answers, pair};
 use crate::bench::Bench;
 use crate::campaign::is_axis_input;
+use crate::cli::show_error;
 use crate::error::{Fault, Malformed, Result};
 use crate::record::{Column, find, listed};
 use crate::units::{self, Unit};
@@ -22,7 +23,7 @@ pub(super) struct Mapped {
 /// Every key that a reading on this bench may have and a model line can use.
 fn keys(bench: &Bench) -> Vec<String> {
     let mut keys: Vec<String> = vec!["position".into(), "n".into(), "time_s".into()];
-    keys.extend(bench.joints().flat_map(|joint| ["_deg", "_deg_s", "_turns"].map(|end| format!("{joint}{end}"))));
+    keys.extend(bench.joints().flat_map(|joint| ["_deg", "_deg_s", "_turns", "_u"].map(|end| format!("{joint}{end}"))));
     for sensor in &bench.sensors {
         keys.extend([sensor.id.clone(), format!("{}_u", sensor.id)]);
         let names = sensor.model.names().into_iter();
@@ -97,53 +98,129 @@ pub(super) fn proposed(bench: &Bench, columns: &[Column]) -> Vec<Option<String>>
     found
 }
 
-/// What each column is.
+/// A key that readings on this bench may have.
 ///
-/// Errors: a title that the table has not, a key for two columns.
-pub(super) fn mapped(bench: &Bench, columns: &[Column], given: &[String], answers: &Answers) -> Result<Mapped> {
+/// Errors: any other text.
+fn key(bench: &Bench, text: &str) -> Result<String> {
+    let keys = keys(bench);
+    match keys.iter().any(|key| key == text) {
+        true => Ok(text.to_string()),
+        false => Err(Malformed::new(Fault::UnknownName, format!("readings on this bench have no '{text}'"))
+            .expected(format!("one of {}", keys.join(", ")))),
+    }
+}
+
+/// What each column is, of those that are not `taken` otherwise; `whole` says whether the table must have all that a reading needs.
+///
+/// Errors: a title that the table has not, a key that the bench has not or that two columns have; what a reading lacks.
+pub(super) fn mapped(
+    bench: &Bench,
+    (table, columns): (&Path, &[Column]),
+    given: &[String],
+    answers: &Answers,
+    (taken, whole): (&str, bool),
+) -> Result<Mapped> {
     let mut found = proposed(bench, columns);
-    let mut said = Vec::new();
+    let mut said: Vec<usize> = find(columns, taken).into_iter().collect();
     for text in given {
-        let (key, title) = pair(text)?;
-        let at = find(columns, &title).ok_or_else(|| {
-            Malformed::new(Fault::UnknownName, format!("the table has no column '{title}'"))
-                .expected(format!("one of {}", listed(columns)))
-        })?;
+        let (name, title) = pair(text)?;
+        let (name, at) = (key(bench, &name)?, column(columns, &title)?);
+        if said.iter().any(|k| found.get(*k).is_some_and(|slot| slot.as_deref() == Some(&name))) {
+            return Err(clash(&name));
+        }
         said.push(at);
-        found.iter_mut().filter(|slot| slot.as_deref() == Some(&key)).for_each(|slot| *slot = None);
-        found.get_mut(at).into_iter().for_each(|slot| *slot = Some(key.clone()));
+        give(&mut found, at, Some(name));
     }
     let known = keys(bench).join(", ");
-    for (k, (column, slot)) in columns.iter().zip(&mut found).enumerate() {
-        if answers.asks && !said.contains(&k) {
+    let open: Vec<usize> = (0..columns.len()).filter(|k| !said.contains(k)).collect();
+    loop {
+        let mut answered = said.clone();
+        for (k, column) in columns.iter().enumerate().filter(|(k, _)| answers.asks && open.contains(k)) {
             let question = format!("column '{}' is one of {known}; empty: as proposed, -: none", column.title);
-            let said = answers.one(None, ("--columns", &question), Some(slot.as_deref().unwrap_or("-")), |text| {
-                Ok(Some(text.to_string()).filter(|text| text != "-"))
-            })?;
-            *slot = said;
+            let proposal = found.get(k).cloned().flatten();
+            let said =
+                answers.one(None, ("--columns", &question), Some(proposal.as_deref().unwrap_or("-")), |text| {
+                    if text == "-" {
+                        return Ok(None);
+                    }
+                    let name = key(bench, text)?;
+                    let is_given = |k: &usize| found.get(*k).is_some_and(|slot| slot.as_deref() == Some(&name));
+                    if answered.iter().any(is_given) { Err(clash(&name)) } else { Ok(Some(name)) }
+                })?;
+            answered.push(k);
+            give(&mut found, k, said);
+        }
+        let keys: Vec<String> = found.iter().flatten().cloned().collect();
+        let lacks = if whole { complete(bench, &keys, &[], table, columns) } else { Ok(()) };
+        match lacks {
+            // a person may answer once more
+            Err(error) if answers.asks && !open.is_empty() => show_error::show(&error),
+            Err(error) => return Err(error),
+            Ok(()) => break,
         }
     }
     let of = |(column, key): (&Column, &Option<String>)| Some((key.clone()?, column.title.clone()));
     let pairs: Vec<(String, String)> = columns.iter().zip(&found).filter_map(of).collect();
     let keys: Vec<String> = pairs.iter().map(|(key, _)| key.clone()).collect();
-    if let Some(key) = keys.iter().find(|key| keys.iter().filter(|other| other == key).count() > 1) {
-        return Err(Malformed::new(Fault::NameClash, format!("two columns are '{key}'"))
-            .expected("one column for each key: --columns KEY=TITLE"));
-    }
     let renamed = pairs.into_iter().filter(|(key, title)| key != title).collect();
     Ok(Mapped { keys, renamed, used: found.iter().map(Option::is_some).collect() })
 }
 
-pub(super) fn positions(given: &[String], answers: &Answers) -> Result<Vec<ReadingFile>> {
+/// The place of a column.
+///
+/// Errors: a title that the table has not.
+pub(super) fn column(columns: &[Column], title: &str) -> Result<usize> {
+    find(columns, title).ok_or_else(|| {
+        Malformed::new(Fault::UnknownName, format!("the table has no column '{title}'"))
+            .expected(format!("one of {}", listed(columns)))
+    })
+}
+
+/// A column is this key, and no other is.
+fn give(found: &mut [Option<String>], at: usize, key: Option<String>) {
+    found.iter_mut().filter(|slot| key.is_some() && **slot == key).for_each(|slot| *slot = None);
+    found.get_mut(at).into_iter().for_each(|slot| slot.clone_from(&key));
+}
+
+fn clash(key: &str) -> Malformed {
+    Malformed::new(Fault::NameClash, format!("two columns are '{key}'"))
+        .expected("one column for each key: --columns KEY=TITLE")
+}
+
+/// Positions of a record, with the keys that the table lacks.
+///
+/// Errors: a key that the bench has not, a value that is no number; what a reading lacks.
+pub(super) fn positions(
+    bench: &Bench,
+    given: &[String],
+    answers: &Answers,
+    complete: impl Fn(&[ReadingFile]) -> Result<()>,
+) -> Result<Vec<ReadingFile>> {
     let question = ("--position", "positions in the order taken, or one for all, as KEY=VALUE,KEY=VALUE");
-    answers.several(given, question, |text| {
+    let read = |text: &str| {
         let cells = text.split(',').map(|part| {
-            let (key, value) = pair(part)?;
-            let number = value.parse().ok().filter(|_| key != "position");
-            Ok((key, number.map_or(Cell::Text(value), Cell::Number)))
+            let (name, value) = pair(part)?;
+            let name = key(bench, &name)?;
+            let cell = match value.parse() {
+                _ if name == "position" => Cell::Text(value),
+                Ok(number) => Cell::Number(number),
+                Err(_) => {
+                    return Err(Malformed::new(Fault::Value, format!("{name} is not a number"))
+                        .expected("a number with a decimal point")
+                        .found(format!("'{value}'")));
+                }
+            };
+            Ok((name, cell))
         });
         Ok(crate::wire::Named(cells.collect::<Result<Vec<_>>>()?))
-    })
+    };
+    loop {
+        let positions = answers.several(given, question, read)?;
+        match complete(&positions) {
+            Err(error) if answers.asks && given.is_empty() => show_error::show(&error),
+            done => return done.map(|()| positions),
+        }
+    }
 }
 
 /// Has every reading a value, and every joint a state?

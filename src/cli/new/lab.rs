@@ -3,7 +3,7 @@
 use super::answers::Answers;
 use super::{free, headed, write};
 use crate::cli::{Outcome, files};
-use crate::error::{Fault, Malformed, Result};
+use crate::error::Result;
 use crate::wire::{self, Source};
 use clap::Args;
 use serde_json::{Value, json};
@@ -52,32 +52,45 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments, answers: &Answers) -> Result<Outcome> {
     free(&arguments.to)?;
-    let text = |given: &Option<String>, option: &str, question: &str, proposal: Option<&str>| -> Result<String> {
-        answers.one(given.as_deref(), (option, question), proposal, |text| match text.is_empty() {
-            true => Err(Malformed::new(Fault::Missing, "a certificate needs this").expected(question)),
-            false => Ok(text.to_string()),
-        })
-    };
-    let id = text(&arguments.id, "--id", "the certificate's unique identifier", None)?;
-    let country = text(&arguments.country, "--country", "country of issue, two capital letters", None)?;
-    let issued = text(&arguments.issued, "--issued", "day of issue, YYYY-MM-DD", None)?;
-    let places = "where it was performed: laboratory, customer, laboratoryBranch, customerBranch or other";
-    let location = text(&arguments.location, "--location", places, Some("laboratory"))?;
-    let laboratory = text(&arguments.laboratory, "--laboratory", "name of the laboratory", None)?;
-    let city = text(&arguments.city, "--city", "city of the laboratory", None)?;
-    let person = text(&arguments.person, "--person", "who signs", None)?;
-    let role = text(&arguments.role, "--role", "in which role", Some("head of laboratory"))?;
-    let customer = text(&arguments.customer, "--customer", "name of the customer", None)?;
-    let their_city = text(&arguments.customer_city, "--customer-city", "city of the customer", None)?;
-    let theirs = text(&arguments.customer_country, "--customer-country", "country of the customer", Some(&country))?;
-    let lab: Value = json!({
-        "certificate": { "id": id, "country": country, "issued": issued, "location": location },
-        "laboratory": { "name": laboratory, "address": { "city": city, "country": country } },
-        "persons": [{ "name": person, "role": role, "main_signer": true }],
-        "customer": { "name": customer, "address": { "city": their_city, "country": theirs } },
-    });
-    // read as `fit --lab` reads it, and written with its keys in the order of the type
     let name = arguments.to.display().to_string();
+    // a file that is well-formed whatever was answered so far, so that each answer is read as `fit --lab` reads it
+    let mut lab: Value = json!({
+        "certificate": { "id": "-", "country": "DE", "issued": "2000-01-01", "location": "laboratory" },
+        "laboratory": { "name": "-", "address": { "city": "-", "country": "DE" } },
+        "persons": [{ "name": "-", "role": "-", "main_signer": true }],
+        "customer": { "name": "-", "address": { "city": "-", "country": "DE" } },
+    });
+    let theirs = "/customer/address/country";
+    let country = ["/certificate/country", "/laboratory/address/country", theirs];
+    let places = "where it was performed: laboratory, customer, laboratoryBranch, customerBranch or other";
+    let questions: [(&Option<String>, &str, &str, Option<&str>, &[&str]); 10] = [
+        (&arguments.id, "--id", "the certificate's unique identifier", None, &["/certificate/id"]),
+        (&arguments.country, "--country", "country of issue, two capital letters", None, &country),
+        (&arguments.issued, "--issued", "day of issue, YYYY-MM-DD", None, &["/certificate/issued"]),
+        (&arguments.location, "--location", places, Some("laboratory"), &["/certificate/location"]),
+        (&arguments.laboratory, "--laboratory", "name of the laboratory", None, &["/laboratory/name"]),
+        (&arguments.city, "--city", "city of the laboratory", None, &["/laboratory/address/city"]),
+        (&arguments.person, "--person", "who signs", None, &["/persons/0/name"]),
+        (&arguments.role, "--role", "in which role", Some("head of laboratory"), &["/persons/0/role"]),
+        (&arguments.customer, "--customer", "name of the customer", None, &["/customer/name"]),
+        (&arguments.customer_city, "--customer-city", "city of the customer", None, &["/customer/address/city"]),
+    ];
+    let with = |lab: &Value, keys: &[&str], text: &str| -> Result<Value> {
+        let mut answered = lab.clone();
+        for key in keys {
+            answered.pointer_mut(key).into_iter().for_each(|value| *value = text.into());
+        }
+        wire::read_lab(&Source { name: name.clone(), text: files::json(&answered)? })?;
+        Ok(answered)
+    };
+    for (given, option, question, proposal, keys) in questions {
+        lab = answers.one(given.as_deref(), (option, question), proposal, |text| with(&lab, keys, text))?;
+    }
+    let own = lab.pointer(theirs).and_then(Value::as_str).map(str::to_string);
+    let question = ("--customer-country", "country of the customer");
+    lab = answers
+        .one(arguments.customer_country.as_deref(), question, own.as_deref(), |text| with(&lab, &[theirs], text))?;
+    // with its keys in the order of the type
     let lab = wire::read_lab(&Source { name: name.clone(), text: files::json(&lab)? })?;
     let texts = vec![(arguments.to.clone(), headed("lab", "equipment, method and statements may be added", &lab)?)];
     write(texts, &arguments.to, &["lab"])?;

@@ -11,7 +11,7 @@ mod benches;
 mod columns;
 mod lab;
 
-use super::{Outcome, files, outputs::Outputs, session, show_error};
+use super::{Outcome, devices::DeviceCampaign, files, outputs::Outputs, session, show_error};
 use crate::campaign::{Asked, Given, UnitUnderTest};
 use crate::error::{Fault, Malformed, Result};
 use crate::fit;
@@ -49,6 +49,9 @@ pub(super) struct Arguments {
     /// The table is a logger's record: means of its standstills (still), every sample a reading (rows), or means by the labels in this column.
     #[arg(long, value_name = "still|rows|COLUMN")]
     samples: Option<String>,
+    /// The table has readings of many devices: the column that identifies the device.
+    #[arg(long, value_name = "COLUMN")]
+    by: Option<String>,
     /// Samples a second of a record without a column of times.
     #[arg(long, value_name = "HZ")]
     rate: Option<f64>,
@@ -100,28 +103,45 @@ fn campaign(arguments: &Arguments, table: &Path, answers: &Answers) -> Result<Ou
     let stem = stem(&to);
     let folder = to.parent().map(Path::to_path_buf).unwrap_or_default();
     free(&to)?;
-    let samples = answers.one(
-        arguments.samples.as_deref(),
-        ("--samples", "a logger's record? still, rows or a column of labels; empty: each row is a reading"),
-        Some(""),
-        |text| Ok(text.to_string()),
-    )?;
     let record = Record::at(table)?;
     session::reads(&file);
     let titles: Vec<record::Column> = record.columns().to_vec();
     drop(record);
     super::show(&format!("{}: {}\n", table.display(), record::listed(&titles)))?;
+    let samples = answers.one(
+        arguments.samples.as_deref(),
+        ("--samples", "a logger's record? still, rows or a column of labels; empty: each row is a reading"),
+        Some(""),
+        |text| match text {
+            "" | "still" | "rows" => Ok(text.to_string()),
+            label => columns::column(&titles, label).map(|_| label.to_string()),
+        },
+    )?;
+    let device = |text: &str| match text {
+        "" => Ok(None),
+        title => columns::column(&titles, title).map(|_| Some(title.to_string())),
+    };
+    let question = "readings of many devices? the column that identifies the device; empty: of one";
+    let device = match (samples.as_str(), &arguments.by) {
+        ("", given) => answers.one(given.as_deref(), ("--by", question), Some(""), device)?,
+        (_, None) => None,
+        (_, Some(_)) => {
+            return Err(Malformed::new(Fault::Value, "--by separates devices, and a record is of one device")
+                .expected("--by COLUMN without --samples"));
+        }
+    };
 
     let (mut bench, mut chosen) = benches::chosen(arguments, answers, &titles, &stem, &folder)?;
-    let map = columns::mapped(&bench, &titles, &arguments.columns, answers)?;
+    let whole = samples.is_empty();
+    let taken = device.as_deref().unwrap_or(&samples);
+    let map = columns::mapped(&bench, (table, &titles), &arguments.columns, answers, (taken, whole))?;
     let used = titles.iter().zip(&map.used).filter(|(_, used)| **used).map(|(column, _)| column);
     let keyed: Vec<(&str, &record::Column)> = map.keys.iter().map(String::as_str).zip(used).collect();
     if let Some(changed) = benches::in_units_of(&bench, &chosen, &keyed, &stem, &folder)? {
         (bench, chosen) = changed;
     }
-    let by = samples.as_str();
     let unused: Vec<&str> = (titles.iter().zip(&map.used))
-        .filter(|(column, used)| !**used && column.title != by && column.name != by)
+        .filter(|(column, used)| !**used && column.title != taken && column.name != taken)
         .map(|(column, _)| column.title.as_str())
         .collect();
     if !unused.is_empty() {
@@ -135,15 +155,13 @@ fn campaign(arguments: &Arguments, table: &Path, answers: &Answers) -> Result<Ou
     campaign.bench = chosen.reference;
     campaign.site = benches::site(arguments, answers, &bench, chosen.is_theirs)?;
     campaign.columns = wire::Named(map.renamed);
+    campaign.by = device;
     let name = in_folder(&folder, table);
     campaign.readings = match samples.as_str() {
-        "" => {
-            columns::complete(&bench, &map.keys, &[], table, &titles)?;
-            ReadingsRef::Path(name)
-        }
+        "" => ReadingsRef::Path(name),
         how => {
-            let positions = columns::positions(&arguments.position, answers)?;
-            columns::complete(&bench, &map.keys, &positions, table, &titles)?;
+            let complete = |rows: &[_]| columns::complete(&bench, &map.keys, rows, table, &titles);
+            let positions = columns::positions(&bench, &arguments.position, answers, complete)?;
             ReadingsRef::Samples(Box::new(wire::SamplesFile {
                 samples: name,
                 taken_as: (how == "rows").then_some(SamplesAs::Rows),
@@ -165,7 +183,10 @@ fn campaign(arguments: &Arguments, table: &Path, answers: &Answers) -> Result<Ou
         if file.has_rows() {
             return Ok((wire::read_rows_of(&file, &source, &mut folder, None)?.0, None));
         }
-        let campaign = wire::campaign_from(file, &source, &mut folder)?;
+        let campaign = match file.by {
+            Some(_) => DeviceCampaign::of(&to, source)?.survey()?.first,
+            None => wire::campaign_from(file, &source, &mut folder)?,
+        };
         let fitted = if campaign.unknowns() > 0 && campaign.is_measured() {
             Some(fit::fit(&campaign, &fit::Settings::default())?)
         } else {
@@ -175,7 +196,16 @@ fn campaign(arguments: &Arguments, table: &Path, answers: &Answers) -> Result<Ou
     };
     // what the bench states itself (its gravity, a rate) is no question
     let open = |parameter: &crate::campaign::Parameter| !matches!(parameter.role, crate::campaign::Role::Known(_));
-    let all = read(&campaign)?.0.parameters.into_iter().filter(open);
+    let all = loop {
+        match read(&campaign) {
+            // what is wrong in the table may be mended while the program waits
+            Err(error) if answers.asks => {
+                show_error::show(&error);
+                answers.one(None, ("", "the table is not read; correct it, then press Enter"), Some(""), |_| Ok(()))?;
+            }
+            done => break done?.0.parameters.into_iter().filter(open),
+        }
+    };
     let parameters: Vec<(String, String)> = all.map(|parameter| (parameter.id, parameter.unit)).collect();
     let known = |given: &[String], ask: &str| -> Result<Vec<Quantity>> {
         answers.several(given, ("--known", ask), |text| Quantity::of(text, &parameters))

@@ -19,7 +19,7 @@ mod results;
 mod units;
 mod xml;
 
-use super::fit_document::{estimated, global_test, not_estimable};
+use super::fit_document::{estimated, verdicts};
 use super::{ArcsecReport, FitReport, VERSION};
 use crate::campaign::{Identity, Kind};
 use crate::error::{Fault, Malformed, Result};

@@ -2,7 +2,7 @@
 
 use super::administrative::method_and_equipment;
 use super::xml::{Element, Texts, element, text};
-use super::{Measured, Quantity, estimated, global_test, not_estimable, units};
+use super::{Measured, Quantity, estimated, units, verdicts};
 use crate::campaign::{Condition, Identity};
 use crate::document::number::places;
 use crate::fit::{Conformity, Estimator};
@@ -164,12 +164,11 @@ fn remarks(report: &FitReport, lang: Language) -> Vec<String> {
             assumed_zero = lang.list(&report.assumed_zero)
         ));
     }
-    remarks.extend(not_estimable(report, lang));
     if let Some(robust) = &report.robust {
         remarks.push(say!(lang, "robust-estimator", method = robust.method.to_string()));
     }
-    remarks.extend(report.fit.remarks.iter().map(|remark| lang.sentence(&remark.say(lang))));
-    remarks.extend(global_test(report, lang).map(|(_, said)| said));
+    // names are marked as such on pages alone
+    remarks.extend(verdicts(report, lang).into_iter().map(|(_, said)| said.replace('`', "")));
     remarks
 }
 
