@@ -16,7 +16,8 @@ use std::collections::HashMap;
 
 /// Most periods that are tried, those of one sensor alone included: they bound the work.
 const PERIODS: usize = 60;
-/// Harmonics of what repeats in time: a square wave has 1/k of each.
+/// Harmonics of what repeats in time, `1/k` of each: the fewest with more directions than an effect in all but name has (`least_rank`). They have 0.90 of the power of a
+/// square wave and 0.83 of a sawtooth's; two readings for a wave of the third make six a period.
 const HARMONICS: usize = 3;
 
 struct Row {

@@ -8,7 +8,7 @@
 //! u is its half interval divided by the normal factor, so that `1.96 u` covers 95 % however few the samples: what learning the noise
 //! costs is in u, and no degrees of freedom need to be carried. What the rounding of a quantized channel leaves ([`super::rounded`]) is added to it in quadrature.
 //!
-//! Segments learn from each other only where their noise is the same, in size and in spectrum: a table that turns beside one that stands, a hand that trembles across gravity and not along it..
+//! Segments learn from each other only where their noise is the same, in size and in spectrum: a table that turns beside one that stands, a hand that trembles across gravity and not along it.
 //!
 //! The probability of the contrasts of a class is the integral of their restricted likelihood over the descriptions and over the size of the noise,
 //!
@@ -80,7 +80,7 @@ enum Kind {
 }
 
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Description {
+struct Description {
     /// Place among those of its kind: of the correlation time, and of the ratio.
     place: (usize, usize),
     kind: Kind,
@@ -169,7 +169,7 @@ fn looked_at(segment: &SegmentBlocks, wide: usize, designs: &mut Designs) -> Vec
 
 /// What the contrasts of a segment say of a description.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Own {
+struct Own {
     /// Half of the logarithm of their determinant, negative.
     pub log: f64,
     /// Their weighted sum of squares, in variances of a white block.
@@ -179,13 +179,13 @@ pub(super) struct Own {
 }
 
 /// A description, and what each segment says of it.
-pub(super) struct Told {
+struct Told {
     pub description: Description,
     pub own: Vec<Own>,
 }
 
 /// The segments of a channel in blocks of the likelihood, in pieces that it can look at.
-pub(super) struct Looked<'a> {
+struct Looked<'a> {
     pub segments: &'a [SegmentBlocks],
     /// Blocks of the trace in one of the likelihood.
     pub width: f64,
