@@ -34,7 +34,8 @@ def best(work, times=3):
 with tempfile.TemporaryDirectory() as folder:
     rng = np.random.default_rng(1)
     values = np.round(rng.standard_normal((count, 3)), 5)
-    frame = pl.DataFrame({"time_s": np.arange(count) / 200.0, **{f"g{k}": values[:, k] for k in range(3)}})
+    labels = np.repeat([f"P{k}" for k in range(20)], -(-count // 20))[:count]
+    frame = pl.DataFrame({"time_s": np.arange(count) / 200.0, "position": labels, **{f"g{k}": values[:, k] for k in range(3)}})
     csv, parquet = os.path.join(folder, "log.csv"), os.path.join(folder, "log.parquet")
     frame.write_csv(csv)
     frame.write_parquet(parquet, compression="snappy")
@@ -42,16 +43,21 @@ with tempfile.TemporaryDirectory() as folder:
     def tumble(*arguments):
         subprocess.run([TUMBLE, *arguments], check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
 
-    times = os.path.join(folder, "times.csv")
-    with open(times, "w") as to:
-        to.write("start_s,end_s\n")
-        to.writelines(f"{k * count / 200 / 20},{(k + 1) * count / 200 / 20}\n" for k in range(20))
-    polars_csv = best(lambda: pl.read_csv(csv))
-    reduce_csv = best(lambda: tumble("reduce", csv, "--times", times))
-    print(f"CSV of {os.path.getsize(csv) / 1e6:.0f} MB: polars reads {polars_csv:.2f} s, tumble reads and reduces {reduce_csv:.2f} s, ratio {reduce_csv / polars_csv:.2f}")
-    polars_parquet = best(lambda: pl.read_parquet(parquet))
-    reduce_parquet = best(lambda: tumble("reduce", parquet, "--times", times))
-    print(f"Parquet of {os.path.getsize(parquet) / 1e6:.0f} MB: polars reads {polars_parquet:.2f} s, tumble reads and reduces {reduce_parquet:.2f} s, ratio {reduce_parquet / polars_parquet:.2f}")
+    def grouped(table):
+        """What a person writes: number, mean and standard deviation of three channels in each group."""
+        own = [f(f"g{k}").alias(f"{name}{k}") for k in range(3) for name, f in (("mean", pl.mean), ("sd", pl.std))]
+        return table.group_by("position").agg(pl.len(), *own)
+
+    def compared(name, path, read, scan):
+        own = best(lambda: tumble("reduce", path, "--by", "position", "--columns", "g0,g1,g2"))
+        line = [f"{name} of {os.path.getsize(path) / 1e6:.0f} MB: tumble reduces by a column in {own:.2f} s"]
+        for how, work in (("reads", lambda: read(path)), ("reads, then groups", lambda: grouped(read(path))), ("groups lazily", lambda: grouped(scan(path)).collect())):
+            peer = best(work)
+            line.append(f"polars {how} {peer:.2f} s (ratio {own / peer:.2f})")
+        print("; ".join(line))
+
+    compared("CSV", csv, pl.read_csv, pl.scan_csv)
+    compared("Parquet", parquet, pl.read_parquet, pl.scan_parquet)
     y = values[:, 0]
     taus = np.unique(np.round(np.geomspace(1, count / 10, 100))) / 200.0
     peer = best(lambda: allantools.oadev(y, rate=200.0, data_type="freq", taus=taus), 1)

@@ -781,7 +781,10 @@ column-of-one-value = { $column } is { $value } in every sample, so that its res
     [yes] It is assumed to be { $step }, the last decimal place of this value; u is the uncertainty of rounding to it.
    *[no] The digits of this value show none, and u is zero.
 }
-noisier-segment = { $column } in segment { $segment } scatters { $times } times as much as elsewhere: its u is based on the noise of this segment and of similar ones.
+noisier-segments = { $count ->
+    [one] { $column } in segment { $segment } scatters { $times } times as much as elsewhere: its u is based on the noise of this segment.
+   *[other] { $column } scatters more in { $count } segments than elsewhere, { $times } times as much in segment { $segment }: their u are based on the noise of these and of similar segments.
+}
 from-s = from, s
 reason = reason
 white = white

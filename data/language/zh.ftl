@@ -721,7 +721,7 @@ column-of-one-value = { $column } 的每个样本均为 { $value }，其分辨�
     [yes] 假定为该值的末位小数 { $step }，u 为按此修约的不确定度。
    *[no] 该值的数字未显示分辨力，u 为零。
 }
-noisier-segment = { $column } 在第 { $segment } 段的散布为其他段的 { $times } 倍：其 u 取自该段及与其相似各段自身的噪声。
+noisier-segments = { $column } 在 { $count } 段中的散布大于其他段（第 { $segment } 段为其他段的 { $times } 倍）：这些段的 u 取自其自身及与其相似各段的噪声。
 from-s = 起，s
 reason = 原因
 white = 白噪声

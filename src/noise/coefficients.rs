@@ -146,6 +146,10 @@ const ALIKE: f64 = 5.4119;
 /// Octaves that are left out beyond those where the test sees that a filter bends the deviations: what it just does not see halves with each.
 const MORE: usize = 1;
 const ROUNDS: usize = 30;
+/// Squares that change by less than this share of theirs have settled.
+const SETTLED: f64 = 1e-6;
+/// How exactly [`falls`] finds a value.
+const FALLS: f64 = 0.01;
 /// Logarithms of the least and largest variance of `e` that no sum of the terms describes: a part in a thousand of a deviation, and a factor of 10^5.
 const APART: (f64, f64) = (-14.0, 7.0);
 /// Of the distributions that the model's neighbours give, those less likely than this do not count.
@@ -474,21 +478,36 @@ impl Points {
 
     /// The squares for a set of terms; `None` where it is no better than a smaller one.
     fn fit(&self, active: [bool; 5], sampled: bool) -> Option<Fitted> {
-        self.held(active, sampled, None)
+        let squares = std::array::from_fn(|k| if active[k] && !self.is_free(k) { self.touch(k) } else { 0.0 });
+        let ramp = if active[4] { self.slope.abs() } else { 0.0 };
+        let fit = self.settled(Fitted { active, sampled, squares, ramp, chi_square: 0.0, cost: 0.0 }, None, SETTLED)?;
+        let share = |k: usize| {
+            let own = (0..self.m.len()).map(|i| self.columns[k][i] * fit.squares[k] / self.variances[i]);
+            own.fold(0.0, f64::max)
+        };
+        let is_felt = |k: usize| self.is_free(k) || share(k) > 1e-9;
+        fit.noises().into_iter().all(is_felt).then_some(fit)
     }
 
-    /// The same with one coefficient (not squared) held.
-    fn held(&self, active: [bool; 5], sampled: bool, held: Option<(usize, f64)>) -> Option<Fitted> {
-        let is_free = |k: usize| self.is_filtered && k == 0;
-        let mut squares: [f64; 4] = std::array::from_fn(|k| if active[k] && !is_free(k) { self.touch(k) } else { 0.0 });
-        let mut ramp = if active[4] { self.slope.abs() } else { 0.0 };
-        match held {
-            Some((4, value)) => ramp = value,
-            Some((k, value)) => squares[k] = value * value,
-            None => {}
+    /// The same with one coefficient (not squared) held, from a solution nearby; as exact as [`falls`] is.
+    fn held(&self, near: &Fitted, (k, value): (usize, f64)) -> Option<Fitted> {
+        let mut fit = near.clone();
+        match fit.squares.get_mut(k) {
+            Some(square) => *square = value * value,
+            None => fit.ramp = value,
         }
-        let is_held = |k: usize| held.is_some_and(|(other, _)| other == k);
-        let mut fit = Fitted { active, sampled, squares, ramp, chi_square: 0.0, cost: 0.0 };
+        self.settled(fit, Some(k), 1e-2 * FALLS)
+    }
+
+    /// Is this the term that a filter leaves free in its sign?
+    fn is_free(&self, k: usize) -> bool {
+        self.is_filtered && k == 0
+    }
+
+    /// The squares from a start, all but one that is held, until they change by less than a share of theirs.
+    fn settled(&self, mut fit: Fitted, held: Option<usize>, settled: f64) -> Option<Fitted> {
+        let is_free = |k: usize| self.is_free(k);
+        let is_held = |k: usize| held == Some(k);
         let mut white = self.white(&fit.squares, &fit)?;
         let free: Vec<usize> = fit.noises().into_iter().filter(|k| !is_held(*k)).collect();
         for round in 0..if free.is_empty() { 0 } else { ROUNDS } {
@@ -518,16 +537,10 @@ impl Points {
             let step = if round < ROUNDS / 3 { 1.0 } else { 0.5 };
             free.iter().for_each(|k| fit.squares[*k] = before[*k] + step * (next[*k] - before[*k]));
             white = self.white(&fit.squares, &fit)?;
-            if (0..4).all(|k| (fit.squares[k] - before[k]).abs() <= 1e-6 * fit.squares[k].abs().max(before[k].abs())) {
+            if (0..4).all(|k| (fit.squares[k] - before[k]).abs() <= settled * fit.squares[k].abs().max(before[k].abs()))
+            {
                 break;
             }
-        }
-        let share = |k: usize| {
-            let own = (0..self.m.len()).map(|i| self.columns[k][i] * fit.squares[k] / self.variances[i]);
-            own.fold(0.0, f64::max)
-        };
-        if held.is_none() && fit.noises().into_iter().any(|k| !is_free(k) && !(share(k) > 1e-9)) {
-            return None;
         }
         (fit.chi_square, fit.cost) = (dot(&white.residuals, &white.residuals), white.cost);
         Some(fit)
@@ -571,7 +584,7 @@ impl<'a> Beyond<'a> {
     fn probability(&self, value: f64, up: bool) -> Option<f64> {
         let cdf = |z: f64| normal_survival(-z);
         let one = |fit: &Fitted| {
-            let held = self.points.held(fit.active, fit.sampled, Some((self.k, value)))?;
+            let held = self.points.held(fit, (self.k, value))?;
             let away = (held.cost - fit.cost).max(0.0).sqrt();
             let a = if (value > fit.value(self.k)) == up { away } else { -away };
             let d = self.margin;
@@ -608,7 +621,7 @@ fn falls(probability: impl Fn(f64) -> Option<f64>, guess: f64) -> Option<f64> {
     while probability(high)? > 0.05 {
         (low, high) = (high, 2.0 * high);
     }
-    while high - low > 0.01 * high {
+    while high - low > FALLS * high {
         let middle = 0.5 * (low + high);
         if probability(middle)? > 0.05 { low = middle } else { high = middle }
     }

@@ -331,9 +331,13 @@ fn notes(report: &ReduceReport, lang: Language) -> Vec<String> {
             notes.push(say!(lang, "column-of-one-value", assumed, column = m.column, value, step));
         }
     }
-    for (segment, m) in each(report).filter(|(_, m)| m.noisier > 1.0) {
-        let [column, segment, times] = [m.column.clone(), segment.to_string(), significant(m.noisier, 2)];
-        notes.push(say!(lang, "noisier-segment", column, segment, times));
+    for column in report.segments.first().into_iter().flat_map(|segment| &segment.means).map(|m| &m.column) {
+        let of_column = || each(report).filter(|(_, m)| m.column == *column && m.noisier > 1.0);
+        let Some((segment, most)) = of_column().max_by(|(_, a), (_, b)| a.noisier.total_cmp(&b.noisier)) else {
+            continue;
+        };
+        let (count, times) = (of_column().count(), significant(most.noisier, 2));
+        notes.push(say!(lang, "noisier-segments", column, count, segment, times));
     }
     for segment in report.segments.iter().filter(|s| !s.notes.is_empty()) {
         let said: Vec<_> = segment.notes.iter().map(|note| lang.name(note)).collect();
