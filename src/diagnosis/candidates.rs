@@ -145,12 +145,14 @@ impl Maker<'_> {
             }
             let mut common = false;
             let fillings = effect.fillings(campaign, sensor);
-            let one_of = if effect.one_of_many { fillings.len() * self.places(effect, k) } else { 1 };
+            let (places, scanned) = self.scanned(effect, k);
+            let one_of = if effect.one_of_many { fillings.len() * places.max(1) } else { 1 };
             for filling in fillings {
-                for (filling, row) in self.scanned(effect, filling, k) {
+                for (place, row) in &scanned {
+                    let filling = [filling.as_slice(), place].concat();
                     let text = fill(&effect.term, &filling);
                     common = self
-                        .member((effect, one_of), &filling, &text, k, row)
+                        .member((effect, one_of), &filling, &text, k, *row)
                         .map_err(|e| e.at_path(format!("{}.term", effect.place)))?;
                 }
             }
@@ -161,61 +163,36 @@ impl Maker<'_> {
         Ok(())
     }
 
-    /// In how many places of a sensor's readings it may be, those without a column included.
-    fn places(&self, effect: &Effect, sensor: usize) -> usize {
-        let has = |placeholder| effect.term.contains(placeholder);
-        let readings = || (0..self.campaign.readings.rows.len()).filter(|k| self.reads(*k, sensor)).count();
-        let places = match () {
-            () if has("{break}") => breaks(self.campaign).len(),
-            () if has("{other}") => readings() * readings().saturating_sub(1) / 2,
-            () if has("{reading}") => readings(),
-            () if has("{position}") => positions(self.campaign).len(),
-            () => 1,
-        };
-        places.max(1)
-    }
-
-    fn reads(&self, reading: usize, sensor: usize) -> bool {
-        self.value(reading, sensor).is_some()
-    }
-
     fn value(&self, reading: usize, sensor: usize) -> Option<f64> {
         let observations = &self.campaign.readings.rows.get(reading)?.observations;
         observations.iter().find(|o| o.sensor == sensor).map(|o| o.value)
     }
 
-    /// The placeholders that stand for readings, with the threshold of a step where it is one.
-    fn scanned(&self, effect: &Effect, filling: Filling, sensor: usize) -> Vec<(Filling, Option<f64>)> {
-        let with = |placeholder: &'static str, value: String| {
-            let mut next = filling.clone();
-            next.push((placeholder, value));
-            next
-        };
-        if effect.term.contains("{break}") {
-            let breaks = breaks(self.campaign).into_iter();
-            let chosen = breaks.filter(|(_, at)| self.chosen.has(&Scanned::Break(sensor, at.to_bits())));
-            return chosen.map(|(text, at)| (with("{break}", text), Some(at))).collect();
+    /// In how many places of a sensor's readings it may be; and the placeholders of those that get a column, with the threshold of a step where it is one.
+    fn scanned(&self, effect: &Effect, sensor: usize) -> (usize, Vec<(Filling, Option<f64>)>) {
+        let has = |placeholder| effect.term.contains(placeholder);
+        let readings: Vec<usize> =
+            (0..self.campaign.readings.rows.len()).filter(|k| self.value(*k, sensor).is_some()).collect();
+        let number = |k: usize| (k + 1).to_string();
+        let is_chosen = |of: Scanned| self.chosen.has(&of);
+        if has("{break}") {
+            let breaks = breaks(self.campaign);
+            let chosen = breaks.iter().filter(|(_, at)| is_chosen(Scanned::Break(sensor, at.to_bits())));
+            (breaks.len(), chosen.map(|(text, at)| (vec![("{break}", text.clone())], Some(*at))).collect())
+        } else if has("{other}") {
+            let both = |(a, b)| (vec![("{reading}", number(a)), ("{other}", number(b))], None);
+            let chosen = self.chosen.pairs(sensor).into_iter().map(both).collect();
+            (readings.len() * readings.len().saturating_sub(1) / 2, chosen)
+        } else if has("{reading}") {
+            let chosen = readings.iter().filter(|k| is_chosen(Scanned::Reading(sensor, **k)));
+            (readings.len(), chosen.map(|k| (vec![("{reading}", number(*k))], None)).collect())
+        } else if has("{position}") {
+            let positions = positions(self.campaign);
+            let chosen = positions.iter().filter(|label| is_chosen(Scanned::Position(sensor, label.to_string())));
+            (positions.len(), chosen.map(|label| (vec![("{position}", label.to_string())], None)).collect())
+        } else {
+            (1, vec![(Vec::new(), None)])
         }
-        if effect.term.contains("{other}") {
-            let pairs = self.chosen.pairs(sensor).into_iter();
-            let both = |(a, b): (usize, usize)| {
-                let mut next = with("{reading}", (a + 1).to_string());
-                next.push(("{other}", (b + 1).to_string()));
-                (next, None)
-            };
-            return pairs.map(both).collect();
-        }
-        if effect.term.contains("{reading}") {
-            let indices = (0..self.campaign.readings.rows.len())
-                .filter(|k| self.reads(*k, sensor) && self.chosen.has(&Scanned::Reading(sensor, *k)));
-            return indices.map(|k| (with("{reading}", (k + 1).to_string()), None)).collect();
-        }
-        if effect.term.contains("{position}") {
-            let labels = positions(self.campaign).into_iter();
-            let chosen = labels.filter(|position| self.chosen.has(&Scanned::Position(sensor, position.clone())));
-            return chosen.map(|label| (with("{position}", label), None)).collect();
-        }
-        vec![(filling, None)]
     }
 
     /// Makes the candidate; tells whether it is common to all sensors.

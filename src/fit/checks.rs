@@ -24,6 +24,8 @@ pub struct Checks {
     pub follows: Vec<Follows>,
     /// Shape of the residuals' distribution.
     pub normality: Option<NormalityTest>,
+    /// Below this probability each of the tests above rejects: one minus the level over their number, so that one of them does for at most that share of right models (C. E. Bonferroni 1936).
+    pub significance: f64,
     /// Suspicious readings; not searched in a robust fit, whose weights say the same.
     pub snooping: Option<Snooping>,
     /// For each row, the smallest fault that a test at 0.1 % finds with 80 % power, in the sensor's unit.
@@ -53,17 +55,13 @@ pub(super) fn checks(campaign: &Campaign, design: &DesignMatrix, step: &Step, le
     let largest = (0..readings).map(|i| value(i) / u.at(i)).fold(0.0, f64::max);
     let squares = estimate.residuals.iter().zip(&u).map(|(v, u)| (v / u).powi(2)).sum();
     let silent = quality::is_rounding(squares, readings, largest);
-    if step.robust.is_none() && !silent && scattered.is_none() {
-        let cells = cells(campaign, design, system.observed.len());
-        checks.lack_of_fit = quality::lack_of_fit(&estimate.residuals, &u, &cells, estimate.dof, level);
-    }
     // readings that share a deviation lie on one side of the fit together: their order says nothing of drift
     let independent = 0..if scattered.is_none() && !silent { campaign.bench.sensors.len() } else { 0 };
     for s in independent {
         let of_sensor = design.rows.iter().zip(&estimate.residuals).filter(|(origin, _)| origin.sensor == s);
         let (rows, own): (Vec<usize>, Vec<f64>) = of_sensor.map(|(origin, v)| (origin.reading, *v)).unzip();
         checks.runs.extend(quality::runs(&own).map(|test| (s, test)));
-        checks.follows.extend(follows(campaign, s, &rows, &own).filter(|found| found.test.is_rejected(level)));
+        checks.follows.extend(follows(campaign, s, &rows, &own));
     }
     let studentized: Vec<f64> = (0..readings)
         .filter_map(|i| {
@@ -76,6 +74,15 @@ pub(super) fn checks(campaign: &Campaign, design: &DesignMatrix, step: &Step, le
         })
         .collect();
     checks.normality = quality::normality(&studentized).filter(|_| !silent);
+    // one more for the lack of fit
+    let tests = checks.runs.len() + checks.follows.len() + usize::from(checks.normality.is_some()) + 1;
+    checks.significance = (1.0 - level) / tests as f64;
+    let each = 1.0 - checks.significance;
+    checks.follows.retain(|found| found.test.is_rejected(each));
+    if step.robust.is_none() && !silent && scattered.is_none() {
+        let cells = cells(campaign, design, system.observed.len());
+        checks.lack_of_fit = quality::lack_of_fit(&estimate.residuals, &u, &cells, estimate.dof, each);
+    }
     if step.robust.is_some() || step.change != step.estimate.unknowns.solution {
         // residuals are not those of least squares here
         return checks;
@@ -84,7 +91,7 @@ pub(super) fn checks(campaign: &Campaign, design: &DesignMatrix, step: &Step, le
     if scattered.is_none() && !silent && checks.lack_of_fit.is_none() {
         let (factor, positions) = (&estimate.factor, positions(campaign, design, system.observed.len()));
         checks.between_positions = quality::Offsets::new(factor.weight(), factor.thin_q(), &positions, estimate.dof)
-            .and_then(|offsets| offsets.test(&estimate.residuals, level));
+            .and_then(|offsets| offsets.test(&estimate.residuals, each));
     }
     // one group alone: its scale comes after the adjustment, so the whitened rows do not have it
     let alone = system.group.iter().all(|g| *g == Group::Estimated(0)) && scattered.is_none();

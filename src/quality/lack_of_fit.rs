@@ -27,7 +27,7 @@ pub struct LackOfFit {
     pub pure_error_sd: f64,
     /// Probability of a larger F if the model is right.
     pub p: f64,
-    /// Is the model rejected: is `p` below one minus the level?
+    /// Is the model rejected: is `p` below one minus the level, which all tests of the pattern of the residuals share?
     pub rejected: bool,
 }
 

@@ -21,7 +21,7 @@ pub struct RunsTest {
     pub expected: f64,
     /// Two-sided probability.
     pub p: f64,
-    /// Is it below one minus the level?
+    /// Is it below one minus the level, which all tests of the pattern of the residuals share?
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rejected: Option<bool>,
 }
@@ -97,7 +97,7 @@ pub struct NormalityTest {
     pub w: f64,
     /// Probability of a smaller one for normal errors.
     pub p: f64,
-    /// Is it below one minus the level?
+    /// Is it below one minus the level, which all tests of the pattern of the residuals share?
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rejected: Option<bool>,
 }

@@ -201,7 +201,7 @@ pub(super) const PRINTED: usize = 5;
 
 pub(super) fn checks(fit: &Fit) -> ChecksReport {
     let checks = &fit.checks;
-    let level = fit.settings.level;
+    let level = 1.0 - checks.significance;
     let sensor = |s: usize| fit.campaign.sensor_id(s).to_string();
     let short = |x: f64| significant(x, 3);
     let mut verdict = Vec::new();

@@ -299,13 +299,13 @@ fn a_tilt_that_may_be_small_is_not_called_steep() {
 }
 
 /// A gyro in a chamber whose noise is not stated: five temperatures, ten rates at each. What goes with the temperature beyond the bench's model, or with its square times the rate, is said;
-/// where there is nothing, it is said as seldom as the level allows.
+/// where there is nothing, all tests of the pattern of the residuals together reject as seldom as the level allows.
 #[test]
 fn residuals_that_follow_a_column_are_said() {
     use rand_distr::{Distribution, StandardNormal};
     use rand_pcg::{Pcg64Mcg, rand_core::SeedableRng};
     let rates = [10.0, -10.0, 30.0, -30.0, 60.0, -60.0, 100.0, -100.0, 150.0, -150.0];
-    let followed = |cubic: f64, quadratic: f64, seed: u64| -> Vec<String> {
+    let checks = |cubic: f64, quadratic: f64, seed: u64| {
         let mut random = Pcg64Mcg::seed_from_u64(seed);
         let mut rows = Vec::new();
         for rate in rates {
@@ -321,15 +321,23 @@ fn residuals_that_follow_a_column_are_said() {
             }
         }
         let campaign = json!({ "bench": "gyro-temperature", "estimate": { "V0": {}, "V1": {}, "V2": {}, "K": {}, "K1": {} }, "readings": rows });
-        let fit = fitted(&parse(&campaign.to_string()));
-        fit.checks.follows.iter().map(|found| found.column.clone()).collect()
+        fitted(&parse(&campaign.to_string())).checks
+    };
+    let followed = |cubic: f64, quadratic: f64, seed: u64| -> Vec<String> {
+        checks(cubic, quadratic, seed).follows.iter().map(|found| found.column.clone()).collect()
     };
     for seed in 0..5 {
         // a cube of 40 K of 13 standard deviations of a reading; a square times 100 deg/s of 32
         assert_eq!(followed(2e-9, 0.0, seed), ["temperature_c"], "{seed}");
         assert_eq!(followed(0.0, 2e-9, seed), ["temperature_c"], "{seed}");
     }
-    let false_alarms = (0..200).filter(|seed| !followed(0.0, 0.0, *seed).is_empty()).count();
+    let rejects = |seed: u64| {
+        let found = checks(0.0, 0.0, seed);
+        let p = found.runs.iter().map(|(_, test)| test.p).chain(found.normality.map(|test| test.p));
+        let lack = [found.lack_of_fit, found.between_positions].into_iter().flatten().any(|test| test.rejected);
+        lack || !found.follows.is_empty() || p.fold(1.0, f64::min) < found.significance
+    };
+    let false_alarms = (0..200).filter(|seed| rejects(*seed)).count();
     // at most 5 %: 10 of 200, and three standard deviations of that
     assert!(false_alarms < 10 + 3 * 3, "{false_alarms} of 200");
 }
