@@ -201,8 +201,10 @@ impl fmt::Display for Malformed {
             write!(f, ": ")?;
         }
         write!(f, "{}", self.0.what)?;
+        // a row's place ends with a bar, behind which a column is named
+        let path = path.replacen("|.", ", ", 1);
         if !path.is_empty() {
-            write!(f, " (at {path})")?;
+            write!(f, " (at {})", path.trim_end_matches('|'))?;
         }
         if let Some(expected) = &self.0.expected {
             write!(f, "; expected: {expected}")?;

@@ -349,6 +349,7 @@ residuals-of-have-too-runs-of-one = residuals of { $sensor } have too { $few ->
     [yes] few
    *[no] many
 } runs of one sign ({ $runs } for { $expected } expected, p = { $p }): something drifts or alternates
+prior-contradicts-the-readings = the prior of { $id } contradicts the readings: it is { $w } standard uncertainties from what they say (p = { $p })
 residuals-follow-a-column = residuals of { $sensor } follow { $column }: in its order they have too few runs of one sign ({ $runs } for { $expected } expected, p = { $p })
 residuals-are-not-normal-shapiro-francia-w = residuals are not normal (Shapiro-Francia W' = { $w }, p = { $p })
 lack-of-fit-over-an-input = LACK OF FIT over { $input }: a step function over eighths of its range explains more of the residuals of { $sensor } than noise does (chi-square { $chi_square } with { $dof } degrees of freedom, p = { $p })
@@ -675,7 +676,7 @@ accepted-devices-are-noisy = { $n ->
 }
 sd-of-the-others = sd of the others
 noisy-devices-f = Residuals that scatter more than those of the others: F = (residual sd / pooled sd of the devices with less scatter)^2, p for this device alone; listed beyond 1 % over all devices (Cochran's test of the largest variance, ISO 5725-2), noisiest first, at most 50. Check the readings, the channel and the cables of this device.
-of-are-not-accepted-rejected-a-rank = { $bad } of { $devices } are not accepted: { $rejected } rejected (a rank defect, a failed global test, no convergence), { $malformed } whose readings do not belong to this campaign.
+of-are-not-accepted-rejected-a-rank = { $bad } of { $devices } are not accepted: { $rejected } rejected (a rank defect, a failed global test, lack of fit, no convergence), { $malformed } whose readings do not belong to this campaign.
 conformity-rule-pass-undecided-fail = Conformity (rule `{ $decision }`): { $pass } pass, { $undecided } undecided, { $fail } fail.
 devices-differ-by-more-than-their-readings = Quantities in which devices differ by more than the scatter of their readings (p < 0.01): { $names }.
 devices = devices

@@ -347,6 +347,7 @@ residuals-of-have-too-runs-of-one = { $sensor } 残差的同号游程过{ $few -
     [yes] 少
    *[no] 多
 }（{ $runs } 个，期望 { $expected } 个，p = { $p }）：存在漂移或交替变化
+prior-contradicts-the-readings = { $id } 的先验值与读数矛盾：二者相差 { $w } 倍标准不确定度（p = { $p }）
 residuals-follow-a-column = { $sensor } 的残差随 { $column } 变化：按其顺序，同号游程过少（{ $runs } 个，期望 { $expected } 个，p = { $p }）
 residuals-are-not-normal-shapiro-francia-w = 残差不服从正态分布（Shapiro-Francia W' = { $w }，p = { $p }）
 lack-of-fit-over-an-input = 失拟：把 { $input } 的范围八等分，各段的阶跃对 { $sensor } 的解释超过噪声（χ² = { $chi_square }，自由度 { $dof }，p = { $p }）
@@ -623,7 +624,7 @@ sd-of-devices = 被测件间标准差
 verdict = 结论
 limits = 限值
 all-are-accepted = { $devices }全部接受。
-of-are-not-accepted-rejected-a-rank = { $devices }中有 { $bad } 个未接受：{ $rejected } 个被拒绝（秩亏、整体检验未通过或不收敛），{ $malformed } 个的读数不符合本测试文件。
+of-are-not-accepted-rejected-a-rank = { $devices }中有 { $bad } 个未接受：{ $rejected } 个被拒绝（秩亏、整体检验未通过、失拟或不收敛），{ $malformed } 个的读数不符合本测试文件。
 conformity-rule-pass-undecided-fail = 合格评定（判定规则 `{ $decision }`）：合格 { $pass }，不能判定 { $undecided }，不合格 { $fail }。
 devices-differ-by-more-than-their-readings = 在被测件之间的差异超出其读数分散的量（p < 0.01）：{ $names }。
 devices = 被测件

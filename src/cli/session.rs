@@ -159,11 +159,14 @@ impl std::io::Write for Stdout {
             }
             (None, printed) => printed.as_mut().map(|printed| printed.stdout.extend_from_slice(bytes)),
         });
-        if kept.is_some() { Ok(bytes.len()) } else { std::io::stdout().write(bytes) }
+        if kept.is_some() {
+            return Ok(bytes.len());
+        }
+        std::io::stdout().write(bytes).or_else(|error| super::outputs::reader_left(error).map(|()| bytes.len()))
     }
 
     fn flush(&mut self) -> std::io::Result<()> {
-        if is_embedded() { Ok(()) } else { std::io::stdout().flush() }
+        if is_embedded() { Ok(()) } else { std::io::stdout().flush().or_else(super::outputs::reader_left) }
     }
 }
 

@@ -1,12 +1,13 @@
 //! Do the readings agree with the model? Replicates, order and shape of the residuals, suspicious readings, reliability.
 
 use super::step::Step;
-use crate::campaign::{Campaign, JointState};
+use crate::campaign::{Campaign, JointState, Parameter, Role};
 use crate::design::{DesignMatrix, RowOrigin};
 use crate::elements::Elements;
 use crate::estimate::Group;
 use crate::mix::Mix;
 use crate::quality::{self, LackOfFit, NormalityTest, RunsTest, Snooping, Whitened};
+use crate::uncertainty::quantiles;
 use std::cmp::Ordering;
 use std::collections::HashMap;
 use std::hash::{BuildHasher, BuildHasherDefault};
@@ -26,6 +27,8 @@ pub struct Checks {
     pub normality: Option<NormalityTest>,
     /// Below this probability each of the tests above rejects: one minus the level over their number, so that one of them does for at most that share of right models (C. E. Bonferroni 1936).
     pub significance: f64,
+    /// Priors that contradict the readings: the parameter (by its index), the difference from what the readings say in its standard uncertainties, and the probability of as much.
+    pub priors: Vec<(usize, f64, f64)>,
     /// Suspicious readings; not searched in a robust fit, whose weights say the same.
     pub snooping: Option<Snooping>,
     /// For each row, the smallest fault that a test at 0.1 % finds with 80 % power, in the sensor's unit.
@@ -87,6 +90,9 @@ pub(super) fn checks(campaign: &Campaign, design: &DesignMatrix, step: &Step, le
         // residuals are not those of least squares here
         return checks;
     }
+    if scattered.is_none() {
+        checks.priors = contradicted(campaign, design, step);
+    }
     // what scatters between positions is no lack of fit
     if scattered.is_none() && !silent && checks.lack_of_fit.is_none() {
         let (factor, positions) = (&estimate.factor, positions(campaign, design, system.observed.len()));
@@ -128,6 +134,22 @@ pub(super) fn checks(campaign: &Campaign, design: &DesignMatrix, step: &Step, le
             .collect();
     }
     checks
+}
+
+/// Priors against the readings: `w = v/(u sqrt(r))` as for a reading (W. Baarda 1968), at his level of a single one.
+fn contradicted(campaign: &Campaign, design: &DesignMatrix, step: &Step) -> Vec<(usize, f64, f64)> {
+    let has_prior = |(k, parameter): (usize, &Parameter)| match parameter.role {
+        Role::Estimated { prior: Some(_), .. } => Some(k),
+        _ => None,
+    };
+    let unknowns = campaign.estimated().iter().enumerate().filter_map(has_prior);
+    let judged = unknowns.zip(design.rows.len()..).filter_map(|(k, row)| {
+        let (v, r) = (step.estimate.residuals.get(row)?, step.estimate.redundancy.get(row)?);
+        let w = v / (step.system.u.at(row) * r.sqrt());
+        let p = 2.0 * quantiles::normal_survival(w.abs())?;
+        (*r > 1e-6 && p < quality::ALPHA).then_some((k, w, p))
+    });
+    judged.collect()
 }
 
 /// The column in whose order residuals (of a sensor, in these readings) have fewest runs for what is expected: readings are in the order of the column, those of one value in that of the others. Columns that

@@ -91,6 +91,9 @@ const SAME: f64 = 1e-8;
 /// or to this one along a direction that the exact model ends beyond the first order.
 const NEARLY_SAME: f64 = 1e-2;
 
+/// How far beside the estimate slopes are looked at again, as a share of one and of the parameter: far above rounding, small for an angle.
+const BESIDE: f64 = 1e-3;
+
 /// The change of a quantity along a direction, and the sum of its terms.
 fn moved(terms: &[(usize, f64)], along: &[f64]) -> (f64, f64) {
     let terms = || terms.iter().map(|(k, e)| along.at(*k) * e);
@@ -302,6 +305,21 @@ impl<'a> BudgetInputs<'a> {
         })
     }
 
+    /// Points beside the estimate, one along each direction that the readings leave free: a slope that vanishes at the estimate alone, as that of a root of a sum of squares of which
+    /// one is not determined, makes nothing determined.
+    fn besides(&self, point: &[f64]) -> Vec<Vec<f64>> {
+        let beside = |direction: &Combination| {
+            let reach = direction.terms.iter().map(|(k, e)| (1.0 + point.at(*k).abs()) / e.abs());
+            let step = BESIDE * reach.fold(f64::INFINITY, f64::min);
+            let mut beside = point.to_vec();
+            for (k, e) in &direction.terms {
+                beside.iter_mut().skip(*k).take(1).for_each(|x| *x += step * e);
+            }
+            beside
+        };
+        self.estimate.unknowns.free_directions.iter().map(beside).collect()
+    }
+
     /// What the readings determine of parameters that are not estimable alone.
     fn combinations(&self, point: &[f64]) -> Vec<CombinationResult> {
         let result = |combination: &Combination| {
@@ -341,7 +359,16 @@ impl<'a> BudgetInputs<'a> {
             let there = there.map(|at| slopes(&quantity.line, &ids, at)).transpose()?.filter(finite);
             let here = slopes(&quantity.line, &ids, point)?;
             let (value, along) = (here.0, here.1.part(..campaign.unknowns()));
-            let usable = finite(&here) && self.determines(along, there.as_ref().map(|own| own.1.as_slice()));
+            let judged = there.as_ref().map(|own| own.1.as_slice());
+            let usable = finite(&here)
+                && self.determines(along, judged)
+                && self.besides(point).iter().map(|beside| slopes(&quantity.line, &ids, beside)).try_fold(
+                    true,
+                    |all, beside| {
+                        let beside = beside?;
+                        Ok(all && finite(&beside) && self.determines(beside.1.part(..campaign.unknowns()), judged))
+                    },
+                )?;
             let (budget, uncertainty) = if usable { self.budget_along(&here.1) } else { (Vec::new(), None) };
             let angle = |name: &str| {
                 let parameter = campaign.parameter_index(name).and_then(|k| campaign.parameters.get(k))?;

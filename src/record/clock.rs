@@ -160,7 +160,7 @@ pub struct Clock {
     jumps: Vec<Jump>,
     /// Steps back, gaps and short steps, all of them.
     counts: [u64; 3],
-    /// Length of all gaps, s.
+    /// What is missing in all gaps, s.
     lost: f64,
     /// What steps back have taken from the times, s.
     set_back: f64,
@@ -280,7 +280,7 @@ impl Clock {
                 };
                 *count += 1;
                 if kind == JumpKind::Gap {
-                    self.lost += step;
+                    self.lost += step - usual;
                 }
                 if kind == JumpKind::Back {
                     if *count * RARE > self.rows {
@@ -415,7 +415,7 @@ impl Clock {
         }
         if let Some(gap) = of(JumpKind::Gap).next() {
             notes.push(format!(
-                "{gaps} gap{} in '{}' ({:.3} s in all; samples are missing, or the clock was set forward); the first is of {:.3} s, {:.3} s after the start",
+                "{gaps} gap{} in '{}' ({:.3} s are missing in all, or the clock was set forward); the first is of {:.3} s, {:.3} s after the start",
                 s(gaps), self.title, self.lost, gap.step, gap.time
             ));
         }

@@ -10,13 +10,17 @@ use crate::units::Unit;
 /// assert_eq!(title("Winkel (Grad)"), ("Winkel".into(), Some("Grad".into())));
 /// assert_eq!(title("time_s"), ("time_s".into(), None));
 /// assert_eq!(title("gyro_rad[0]"), ("gyro_rad[0]".into(), None));
+/// assert_eq!(title("输出（mV）"), ("输出".into(), Some("mV".into())));
+/// assert_eq!(title("Output [mV] mean"), ("Output mean".into(), Some("mV".into())));
 /// assert_eq!(title("t/ms"), ("t".into(), Some("ms".into())));
+/// assert_eq!(title("Rate deg/s"), ("Rate".into(), Some("deg/s".into())));
 /// assert_eq!(title("deg/s"), ("deg/s".into(), None));
 /// assert_eq!(title("Drehrate in °/s"), ("Drehrate".into(), Some("°/s".into())));
 /// ```
 pub fn title(text: &str) -> (String, Option<String>) {
     let text = text.trim();
-    for (open, close) in [('[', ']'), ('(', ')'), ('{', '}')] {
+    for (open, close) in [('[', ']'), ('(', ')'), ('{', '}'), ('（', '）'), ('［', '］'), ('【', '】'), ('<', '>')]
+    {
         if let Some(rest) = text.strip_suffix(close)
             && let Some((name, unit)) = rest.rsplit_once(open)
             && !name.trim().is_empty()
@@ -24,11 +28,25 @@ pub fn title(text: &str) -> (String, Option<String>) {
         {
             return (name.trim().to_string(), Some(unit.trim().to_string()).filter(|unit| !unit.is_empty()));
         }
+        // a unit before further words
+        if let Some((name, rest)) = text.split_once(open)
+            && let Some((unit, more)) = rest.split_once(close)
+            && !name.trim().is_empty()
+            && Unit::parse(unit).is_ok_and(|unit| !unit.dimension().is_number())
+        {
+            return (format!("{} {}", name.trim(), more.trim()), Some(unit.trim().to_string()));
+        }
     }
     if let Some((name, unit)) = text.rsplit_once(" in ")
         && Unit::parse(unit).is_ok()
     {
         return (name.trim().to_string(), Some(unit.trim().to_string()));
+    }
+    if let Some((name, unit)) = text.rsplit_once(' ')
+        && unit.contains('/')
+        && Unit::parse(unit).is_ok()
+    {
+        return (name.trim().to_string(), Some(unit.to_string()));
     }
     match text.split_once(" / ") {
         Some((name, unit)) if !name.trim().is_empty() => (name.trim().to_string(), Some(unit.trim().to_string())),

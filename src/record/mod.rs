@@ -92,9 +92,11 @@ impl Column {
 
     /// The title's unit, or else what its end says if it is a unit that converts to the one that is wanted: `U_uV`, `Rate rpm`.
     pub(crate) fn unit_for(&self, wanted: &Unit) -> Option<String> {
-        let end = || units::of_column(&self.title.replace(' ', "_"));
         let fits = |unit: &String| Unit::parse(unit).is_ok_and(|unit| unit.conversion(wanted).is_some());
-        self.unit.clone().or_else(|| end().filter(fits))
+        // the last word may be a quotient (`Rate deg/s`), the whole title a unit
+        let last = || self.title.rsplit(' ').next().map(str::to_string);
+        let end = || units::of_column(&self.title.replace(' ', "_"));
+        self.unit.clone().or_else(|| last().filter(fits).or_else(|| end().filter(fits)))
     }
 }
 

@@ -55,7 +55,8 @@ pub struct Trace {
     pub resumes: Vec<(u64, f64)>,
     /// Samples that are left out: dead stretches of a channel that was read, in the order of time.
     pub dead: Vec<Range<u64>>,
-    rows: u64,
+    /// Rows, those that are left out among them.
+    pub rows: u64,
     resumed: bool,
     /// Runs of labels, where a column has some.
     pub runs: Vec<Run>,

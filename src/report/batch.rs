@@ -74,7 +74,7 @@ pub struct DeviceCounts {
     pub all: usize,
     /// Determined, and the global test passed where there is one.
     pub accepted: usize,
-    /// A rank defect, a failed global test, no convergence.
+    /// A rank defect, a failed global test, lack of fit, no convergence.
     pub rejected: usize,
     /// Readings that are no readings of this campaign.
     pub malformed: usize,

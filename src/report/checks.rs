@@ -220,6 +220,10 @@ pub(super) fn checks(fit: &Fit) -> ChecksReport {
     };
     checks.lack_of_fit.iter().for_each(|test| lack_of_fit(test, false));
     checks.between_positions.iter().for_each(|test| lack_of_fit(test, true));
+    for (k, w, p) in &checks.priors {
+        let id = fit.parameters.get(*k).map_or("", |own| own.id.as_str());
+        verdict.push(sentence!("prior-contradicts-the-readings", id, w = short(w.abs()), p = short(*p)));
+    }
     for (s, test) in checks.runs.iter().filter(|(_, test)| test.is_rejected(level)) {
         let few = (test.runs as f64) < test.expected;
         verdict.push(sentence!(

@@ -121,7 +121,7 @@ pub(crate) fn from_title(what: &str, from: &str, to: &str) -> Result<Option<Conv
 }
 
 /// The unit that a key of a reading has; `None` where it says nothing of one.
-pub(super) fn key_unit(bench: &Bench, key: &str) -> Option<String> {
+pub(crate) fn key_unit(bench: &Bench, key: &str) -> Option<String> {
     let unit = match meaning(bench, key) {
         Meaning::Angle(_) => Some("deg".to_string()),
         Meaning::Rate(_) => Some("deg/s".to_string()),

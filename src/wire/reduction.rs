@@ -10,7 +10,7 @@ use crate::elements::{Elements, Parts};
 use crate::error::{Fault, Malformed, Result};
 use crate::number;
 use crate::record::{self, As, Block, Clock, Jump, Record};
-use crate::reduce::{self, By, Reduction, Run, Segment, Segmentation, Trace, Unwrap};
+use crate::reduce::{self, By, EventKind, Reduction, Run, Segment, Segmentation, Trace, Unwrap};
 use crate::units::Conversion;
 
 /// A record that was reduced.
@@ -82,7 +82,7 @@ impl Recipe {
             gaps,
             clock_jumps,
             jumps: jumps.to_vec(),
-            notes: clock.notes(),
+            notes: clock.notes().into_iter().chain(incomplete(&trace)).collect(),
             nothing: None,
             trace,
         };
@@ -317,4 +317,24 @@ fn nothing(segmentation: &Segmentation, by: &By, least: f64) -> Vec<String> {
     }
     lines.extend(segmentation.rejected.iter().take(TOLD).map(|rejected| format!("not used: {}", rejected.reason)));
     lines
+}
+
+/// Rows that count in no channel, as one of them has no value there.
+fn incomplete(trace: &Trace) -> Option<String> {
+    let (rows, left_out) = (trace.rows, trace.rows - trace.samples.min(trace.rows));
+    let mut each = Vec::new();
+    for channel in &trace.channels {
+        let events = channel.events.iter().filter(|event| event.kind == EventKind::Absent);
+        let absent: u64 = events.map(|event| event.length).sum();
+        if absent > 0 {
+            each.push(format!("{}: {absent}", channel.name));
+        }
+    }
+    // of one channel its own events say it
+    (left_out > 0 && trace.channels.len() > 1).then(|| {
+        format!(
+            "{left_out} of {rows} rows have no value in one of the columns ({}) and are left out of all of them; --columns reduces columns by themselves",
+            each.join(", ")
+        )
+    })
 }

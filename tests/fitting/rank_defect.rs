@@ -177,3 +177,19 @@ fn a_tilt_of_the_second_order_leaves_the_others() {
         assert!((own.u / u - 1.0).abs() < 0.02, "{id} {} {u}", own.u);
     }
 }
+
+/// A derived quantity whose slope by a parameter vanishes at the estimate alone is not determined where that parameter is not: the root of a sum of squares of which one is at its reference value zero.
+#[test]
+fn derived_quantities_of_undetermined_parameters_have_no_value() {
+    let text = r#"{
+        "bench": { "id": "one", "chain": [ { "joint": "theta", "about": "y" }, { "tilt": "mis_y", "about": "y" }, { "tilt": "mis_z", "about": "z" } ],
+                   "sensors": { "A": { "unit": "V", "axes": { "I": "x" }, "model": "V0 + K*a_I" } } },
+        "known": { "K": { "value": 1 } }, "estimate": { "V0": {}, "mis_y": {}, "mis_z": {} },
+        "derived": { "misalignment": { "line": "sqrt(mis_y^2 + mis_z^2)" }, "product": { "line": "mis_y*(1 + mis_z^2)" },
+                     "undetermined": { "line": "2*mis_z" }, "twice": { "line": "2*mis_y" } },
+        "readings": [ { "theta_deg": 0, "A": 0.01 }, { "theta_deg": 90, "A": -0.99 }, { "theta_deg": 180, "A": 0.0102 },
+                      { "theta_deg": 270, "A": 1.01 }, { "theta_deg": 45, "A": -0.697 } ] }"#;
+    let fit = fitted(&parse(text));
+    let derived: Vec<(&str, bool)> = fit.derived.iter().map(|own| (own.id.as_str(), own.value.is_some())).collect();
+    assert_eq!(derived, [("misalignment", false), ("product", false), ("undetermined", false), ("twice", true)]);
+}

@@ -301,9 +301,15 @@ fn one_empty_cell_of_one_device_stops_nothing() {
 /// Units at the end of a title, without brackets, count where the column is named; `in` says one anywhere.
 #[test]
 fn units_without_brackets_convert() {
-    for (rate, output) in
-        [("Rate rpm", "U_uV"), ("rate_rad_s", "U uV"), ("Drehrate in °/s", "U in V"), ("rate_mdps", "U (mV)")]
-    {
+    for (rate, output) in [
+        ("Rate rpm", "U_uV"),
+        ("rate_rad_s", "U uV"),
+        ("Drehrate in °/s", "U in V"),
+        ("rate_mdps", "U (mV)"),
+        ("Rate deg/s", "Output [V] mean"),
+        ("角速度（°/s）", "输出【V】"),
+        ("Rate, table (deg/s)", "V"),
+    ] {
         let folder = tempfile::tempdir().expect("a folder");
         let folder = folder.path();
         let (of_rate, of_output) = match (rate, output) {
@@ -372,4 +378,50 @@ fn a_bench_takes_the_units_of_the_table() {
         report["parameters"].as_array().expect("parameters").iter().find(|own| own["id"] == "Kx").expect("Kx")["unit"]
             .clone();
     assert_eq!(unit, "m/s^2/g");
+}
+
+/// A column of times by its title, a temperature that no model line has, a title with a comma, a name with blanks; what is not said is said.
+#[test]
+fn titles_of_loggers_have_a_place() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    let mut table = String::from("Rate, table (deg/s);Ausgang;Temp. (°C)\n");
+    for (k, rate) in [10.0, -10.0, 30.0, -30.0, 80.0, -80.0, 120.0, -120.0].iter().enumerate() {
+        writeln!(table, "{rate};{};{}", 0.002 + 0.02 * rate + 1e-6 * k as f64, 20.0 + 0.3 * k as f64).expect("written");
+    }
+    std::fs::write(folder.join("two words.csv"), table).expect("a table");
+    let columns = "gamma_deg_s=Rate, table (deg/s),V=Ausgang";
+    let given = ["new", "two words.csv", "--bench", "gyro-rate-steps", "--latitude", "52", "--columns", columns];
+    let (code, out, told) = tumble(folder, &given);
+    assert_eq!(code, 0, "{out}{told}");
+    assert!(out.contains("'Ausgang' is taken in V"), "{out}");
+    assert!(out.contains("next: tumble fit 'two words.campaign.json'"), "{out}");
+    let campaign = std::fs::read_to_string(folder.join("two words.campaign.json")).expect("a campaign");
+    let campaign: Value = serde_json::from_str(&campaign).expect("JSON");
+    assert_eq!(campaign["columns"]["temperature_c"], "Temp. (°C)");
+    let (value, _) = estimate(&report(folder, "two words.campaign.json"), "K");
+    assert!((value - 0.02).abs() < 1e-6, "{value}");
+
+    // titles without rows are no table of readings
+    std::fs::write(folder.join("empty.csv"), "gamma_deg_s,V\n").expect("a table");
+    let (code, _, told) = tumble(folder, &["new", "empty.csv", "--bench", "gyro-rate-steps", "--latitude", "52"]);
+    assert!(code == 1 && told.contains("has no readings"), "{told}");
+
+    let mut log = String::from("Tiempo en segundos,ax (m/s^2)\n");
+    for k in 0..4000 {
+        let up = if k / 1000 % 2 == 0 { 9.81 } else { -9.81 };
+        let noise = f64::from((k * 7919 + 13) % 1000) * 1e-5;
+        writeln!(log, "{:.2},{:.5}", f64::from(k) * 0.01, 0.05 + 1.01 * up + noise).expect("written");
+    }
+    std::fs::write(folder.join("log.csv"), log).expect("a record");
+    for time in [["--time", "Tiempo en segundos"], ["--columns", "time_s=Tiempo en segundos"]] {
+        let given = ["new", "log.csv", "--samples", "still", "--bench", "own", "--chain", "face:x", "--model"];
+        let line = ["A [m/s^2] = b + k*a_z", "--columns", "A=ax (m/s^2)"];
+        let positions = ["--position", "face_deg=0", "--position", "face_deg=180", "--position", "face_deg=0"];
+        let last = ["--position", "face_deg=180", "--to", if time[0] == "--time" { "a.json" } else { "b.json" }];
+        let (code, out, told) = tumble(folder, &[&given[..], &line, &time, &positions, &last].concat());
+        assert_eq!(code, 0, "{out}{told}");
+        let (value, u) = estimate(&report(folder, last[3]), "k");
+        assert!((value - 1.01).abs() < 1e-3 + 4.0 * u, "{value} {u}");
+    }
 }

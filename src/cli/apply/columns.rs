@@ -69,6 +69,9 @@ impl Source {
     ) -> Result<()> {
         let plan = &self.plan;
         counts.given = plan.given.iter().map(Option::is_some).collect();
+        let calibration = correction.calibration;
+        let ranges: Vec<f64> = calibration.solved().map(|input| calibration.range_of(input)).collect();
+        counts.beyond.resize(ranges.len(), (0, 0.0));
         let (mut readings, mut given) = (vec![0.0; plan.sensors.len()], correction.corrector.fallbacks());
         let mut corrected: Vec<Vec<f64>> = titles(correction).iter().map(|_| Vec::new()).collect();
         let mut block = Block::default();
@@ -91,6 +94,11 @@ impl Source {
                 let (values, converged) = correction.row(&readings, &given);
                 counts.rows += 1;
                 counts.failed += u64::from(!converged);
+                for ((beyond, range), value) in counts.beyond.iter_mut().zip(&ranges).zip(&values) {
+                    if value.abs() > *range {
+                        *beyond = (beyond.0 + 1, if value.abs() > beyond.1.abs() { *value } else { beyond.1 });
+                    }
+                }
                 corrected.iter_mut().zip(&values).for_each(|(to, value)| to.push(*value));
             }
             take(&kept, &corrected, &Texts { labels: self.record.labels(), written: &block.written })?;

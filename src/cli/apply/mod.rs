@@ -7,6 +7,7 @@ mod columns;
 use super::outputs::{Outputs, Stream};
 use super::{Outcome, calibrations};
 use crate::correction::{Calibration, Corrector, InputRole, Quantity, ToMount};
+use crate::document::number::significant;
 use crate::error::{Fault, Malformed, Result};
 use crate::record::{Column, Record};
 use crate::units::Conversion;
@@ -74,6 +75,8 @@ struct Counts {
     failed: u64,
     /// Is each given input in the record?
     given: Vec<bool>,
+    /// Of each corrected input: rows beyond what the calibration covered, and the largest value there.
+    beyond: Vec<(u64, f64)>,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
@@ -240,6 +243,13 @@ fn notes(calibration: &Calibration, counts: &Counts, u: bool) -> Vec<String> {
         notes.push(format!("{sensor} is left out: {why}"));
     }
     let Counts { rows, failed, .. } = counts;
+    for (input, (beyond, most)) in calibration.solved().zip(&counts.beyond).filter(|(_, (beyond, _))| *beyond > 0) {
+        let (range, unit) = (significant(calibration.range_of(input), 4), calibration.unit_of(input));
+        let (name, most) = (&input.name, significant(*most, 4));
+        notes.push(format!(
+            "{name} of {beyond} of {rows} rows lies beyond +-{range} {unit}, which the calibration covered ({most} {unit} at most): the correction is extrapolated there, and no uncertainty contains that"
+        ));
+    }
     if *failed > 0 {
         notes.push(format!(
             "{failed} of {rows} rows could not be corrected (empty cells): no number, or no solution of the exact lines"

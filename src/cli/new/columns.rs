@@ -7,7 +7,7 @@ use crate::cli::show_error;
 use crate::error::{Fault, Malformed, Result};
 use crate::record::{Column, find, listed};
 use crate::units::{self, Unit};
-use crate::wire::{Cell, ReadingFile};
+use crate::wire::{Cell, ReadingFile, key_unit};
 use std::path::Path;
 
 /// Which keys the table has.
@@ -20,6 +20,8 @@ pub(super) struct Mapped {
     pub used: Vec<bool>,
 }
 
+const TEMPERATURE: &str = "temperature_c";
+
 /// Every key that a reading on this bench may have and a model line can use.
 fn keys(bench: &Bench) -> Vec<String> {
     let mut keys: Vec<String> = vec!["position".into(), "n".into(), "time_s".into()];
@@ -30,7 +32,16 @@ fn keys(bench: &Bench) -> Vec<String> {
         let names = names.filter(|name| !is_axis_input(bench, name) && bench.joints().all(|joint| joint != *name));
         keys.extend(names.map(str::to_string));
     }
+    // no model line need have it for `diagnose` to find what goes with it
+    if !keys.iter().any(|key| key == TEMPERATURE) {
+        keys.push(TEMPERATURE.into());
+    }
     keys
+}
+
+/// Is it another quantity by its name, and no state of a joint that the bench has not?
+fn is_other(key: &str) -> bool {
+    units::of_column(key).is_some() && !["_deg", "_deg_s", "_turns", "_u"].iter().any(|end| key.ends_with(end))
 }
 
 /// Is it the state of a joint, or the u of a sensor?
@@ -103,7 +114,8 @@ pub(super) fn proposed(bench: &Bench, columns: &[Column]) -> Vec<Option<String>>
 /// Errors: any other text.
 fn key(bench: &Bench, text: &str) -> Result<String> {
     let keys = keys(bench);
-    match keys.iter().any(|key| key == text) {
+    // any other quantity, by a name that ends in its unit
+    match keys.iter().any(|key| key == text) || is_other(text) {
         true => Ok(text.to_string()),
         false => Err(Malformed::new(Fault::UnknownName, format!("readings on this bench have no '{text}'"))
             .expected(format!("one of {}", keys.join(", ")))),
@@ -164,6 +176,28 @@ pub(super) fn mapped(
     let keys: Vec<String> = pairs.iter().map(|(key, _)| key.clone()).collect();
     let renamed = pairs.into_iter().filter(|(key, title)| key != title).collect();
     Ok(Mapped { keys, renamed, used: found.iter().map(Option::is_some).collect() })
+}
+
+/// `KEY=TITLE` as they were given between commas: what has no '=' belongs to the title before it, in which there is a comma.
+pub(super) fn whole_titles(given: &[String]) -> Vec<String> {
+    let mut whole: Vec<String> = Vec::new();
+    for part in given {
+        match whole.last_mut().filter(|_| !part.contains('=')) {
+            Some(last) => *last = format!("{last},{part}"),
+            None => whole.push(part.clone()),
+        }
+    }
+    whole
+}
+
+/// Columns whose titles do not say in which unit they are, with the unit that is taken.
+pub(super) fn unsaid_units(bench: &Bench, keyed: &[(&str, &Column)]) -> Vec<String> {
+    let unsaid = |(key, column): &(&str, &Column)| {
+        let unit = key_unit(bench, key)?;
+        let says = Unit::parse(&unit).is_ok_and(|wanted| column.unit_for(&wanted).is_some());
+        (*key != column.title && !says).then(|| format!("'{}' is taken in {unit}", column.title))
+    };
+    keyed.iter().filter_map(unsaid).collect()
 }
 
 /// The place of a column.

@@ -52,6 +52,9 @@ pub(super) struct Arguments {
     /// The table has readings of many devices: the column that identifies the device.
     #[arg(long, value_name = "COLUMN")]
     by: Option<String>,
+    /// The column of times of a record; time_s, time, t or timestamp unless given.
+    #[arg(long, value_name = "COLUMN", requires = "samples")]
+    time: Option<String>,
     /// Samples a second of a record without a column of times.
     #[arg(long, value_name = "HZ")]
     rate: Option<f64>,
@@ -134,7 +137,9 @@ fn campaign(arguments: &Arguments, table: &Path, answers: &Answers) -> Result<Ou
     let (mut bench, mut chosen) = benches::chosen(arguments, answers, &titles, &stem, &folder)?;
     let whole = samples.is_empty();
     let taken = device.as_deref().unwrap_or(&samples);
-    let map = columns::mapped(&bench, (table, &titles), &arguments.columns, answers, (taken, whole))?;
+    let time = arguments.time.iter().map(|title| format!("time_s={title}"));
+    let said: Vec<String> = columns::whole_titles(&arguments.columns).into_iter().chain(time).collect();
+    let mut map = columns::mapped(&bench, (table, &titles), &said, answers, (taken, whole))?;
     let used = titles.iter().zip(&map.used).filter(|(_, used)| **used).map(|(column, _)| column);
     let keyed: Vec<(&str, &record::Column)> = map.keys.iter().map(String::as_str).zip(used).collect();
     if let Some(changed) = benches::in_units_of(&bench, &chosen, &keyed, &stem, &folder)? {
@@ -150,6 +155,13 @@ fn campaign(arguments: &Arguments, table: &Path, answers: &Answers) -> Result<Ou
             unused.join(", ")
         ))?;
     }
+    let unsaid = columns::unsaid_units(&bench, &keyed);
+    if !unsaid.is_empty() {
+        super::show(&format!("no unit in the title: {} (\"Title (UNIT)\" says another one)\n", unsaid.join(", ")))?;
+    }
+    // a record has its clock by itself
+    let clock = map.renamed.iter().position(|(key, _)| key == "time_s").filter(|_| !whole);
+    let clock = clock.map(|k| map.renamed.remove(k).1);
     let mut campaign: CampaignFile = serde_json::from_value(json!({ "bench": "", "readings": [] }))
         .map_err(|error| Malformed::new(Fault::Value, error.to_string()))?;
     campaign.bench = chosen.reference;
@@ -166,6 +178,7 @@ fn campaign(arguments: &Arguments, table: &Path, answers: &Answers) -> Result<Ou
                 samples: name,
                 taken_as: (how == "rows").then_some(SamplesAs::Rows),
                 by: (how != "rows" && how != "still").then(|| how.to_string()),
+                time: clock,
                 rate_hz: arguments.rate,
                 positions,
                 ..wire::SamplesFile::default()
@@ -187,6 +200,10 @@ fn campaign(arguments: &Arguments, table: &Path, answers: &Answers) -> Result<Ou
             Some(_) => DeviceCampaign::of(&to, source)?.survey()?.first,
             None => wire::campaign_from(file, &source, &mut folder)?,
         };
+        if campaign.readings.rows.is_empty() {
+            return Err(Malformed::new(Fault::Missing, format!("'{}' has no readings", table.display()))
+                .expected("rows with values below the titles"));
+        }
         let fitted = if campaign.unknowns() > 0 && campaign.is_measured() {
             Some(fit::fit(&campaign, &fit::Settings::default())?)
         } else {
@@ -293,7 +310,7 @@ fn campaign(arguments: &Arguments, table: &Path, answers: &Answers) -> Result<Ou
             "NOT DETERMINED: {why} (move it from \"estimate\" to \"known\"), or delete it from \"estimate\": it then counts as zero\n"
         ))?;
     }
-    super::show(&format!("next: tumble fit {}\n", to.display()))?;
+    super::show(&format!("next: tumble fit {}\n", shell_word(&to)))?;
     Ok(if doubts.is_empty() { Outcome::Done } else { Outcome::Rejected })
 }
 
@@ -321,6 +338,17 @@ fn headed(kind: &str, remark: &str, value: &impl serde::Serialize) -> Result<Str
     let (text, remark) = (files::json(value)?, files::json(&remark)?);
     let body = text.strip_prefix("{\n").unwrap_or(&text);
     Ok(format!("{{\n  \"$schema\": \"{kind}.schema.json\",\n  \"$comment\": {},\n{body}", remark.trim_end()))
+}
+
+/// A path as a shell takes it for one word.
+fn shell_word(path: &Path) -> String {
+    let text = path.display().to_string();
+    let is_plain = |c: char| c.is_alphanumeric() || "/._-+:@%,".contains(c) || (cfg!(windows) && c == '\\');
+    match text.chars().all(is_plain) {
+        true => text,
+        false if cfg!(windows) => format!("\"{text}\""),
+        false => format!("'{}'", text.replace('\'', "'\\''")),
+    }
 }
 
 fn free(path: &Path) -> Result<()> {
