@@ -125,7 +125,7 @@ enum Outcome {
 pub fn main() -> ExitCode {
     let code = match Cli::try_parse() {
         Ok(cli) => execute(cli).0,
-        Err(error) => match (error.use_stderr(), error.print().or_else(outputs::reader_left)) {
+        Err(error) => match (error.use_stderr(), error.print().or_else(session::reader_left)) {
             // an error that cannot be told still has its exit code
             (malformed, Ok(())) | (malformed @ true, Err(_)) => u8::from(malformed),
             (false, Err(error)) => {
@@ -216,7 +216,7 @@ fn probability(what: &str, value: f64, example: &str) -> Result<()> {
 fn print(text: &str) -> Result<()> {
     use std::io::Write;
     let mut out = Visible::of(session::Stdout);
-    out.write_all(text.as_bytes()).and_then(|()| out.flush()).or_else(outputs::reader_left).map_err(|e| not_printed(&e))
+    out.write_all(text.as_bytes()).and_then(|()| out.flush()).or_else(session::reader_left).map_err(|e| not_printed(&e))
 }
 
 /// A report for a person: lines within the width of a terminal.

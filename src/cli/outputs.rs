@@ -127,9 +127,11 @@ impl Outputs {
             stream.sync().map_err(|error| fault(&stream.path, &error))?;
         }
         for stream in &mut self.streams {
-            stream.release().or_else(reader_left).map_err(|error| match (&stream.temporary, &stream.file) {
-                (None, None) => super::not_printed(&error),
-                _ => fault(&stream.path, &error),
+            stream.release().or_else(session::reader_left).map_err(|error| {
+                match (&stream.temporary, &stream.file) {
+                    (None, None) => super::not_printed(&error),
+                    _ => fault(&stream.path, &error),
+                }
             })?;
         }
         let whole: Vec<(PathBuf, PathBuf)> =
@@ -319,11 +321,6 @@ impl Drop for Stream {
             session::abandons(temporary);
         }
     }
-}
-
-/// A reader that has gone away (`tumble ... | head`) is no error.
-pub(super) fn reader_left(error: std::io::Error) -> std::io::Result<()> {
-    if error.kind() == std::io::ErrorKind::BrokenPipe { Ok(()) } else { Err(error) }
 }
 
 pub(super) fn fault(path: &Path, error: &dyn std::fmt::Display) -> Malformed {

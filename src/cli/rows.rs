@@ -1,6 +1,7 @@
 //! Tables that go out: rows of cells as CSV, JSON lines or Parquet, by the extension of the file.
 
-use super::outputs::{Stream, fault, reader_left};
+use super::outputs::{Stream, fault};
+use super::session::reader_left;
 use super::written::WRITER;
 use crate::error::{Fault, Malformed, Result};
 use crate::report::VERSION;

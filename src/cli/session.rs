@@ -145,6 +145,11 @@ pub(super) fn notes(text: &str) -> bool {
     with(|session| session.printed.as_mut().map(|printed| printed.stderr += &format!("{text}\n")).is_some())
 }
 
+/// A reader that has gone away (`tumble ... | head`) is no error.
+pub(super) fn reader_left(error: std::io::Error) -> std::io::Result<()> {
+    if error.kind() == std::io::ErrorKind::BrokenPipe { Ok(()) } else { Err(error) }
+}
+
 /// Stdout, or where an embedded command keeps it.
 #[derive(Debug)]
 pub(super) struct Stdout;
@@ -162,11 +167,11 @@ impl std::io::Write for Stdout {
         if kept.is_some() {
             return Ok(bytes.len());
         }
-        std::io::stdout().write(bytes).or_else(|error| super::outputs::reader_left(error).map(|()| bytes.len()))
+        std::io::stdout().write(bytes).or_else(|error| reader_left(error).map(|()| bytes.len()))
     }
 
     fn flush(&mut self) -> std::io::Result<()> {
-        if is_embedded() { Ok(()) } else { std::io::stdout().flush().or_else(super::outputs::reader_left) }
+        if is_embedded() { Ok(()) } else { std::io::stdout().flush().or_else(reader_left) }
     }
 }
 

@@ -1,7 +1,7 @@
 //! A record corrected in blocks of columns, to CSV or Parquet. Cells of a table of text that stay are copied as they stand; numbers of other formats are doubles (times in
 //! seconds), texts are texts.
 
-use super::{Correction, Counts, Plan, Stream, plan, titles};
+use super::{BEYOND, Correction, Counts, Plan, Stream, plan, titles};
 use crate::cli::rows::{Column, Columnar, Kind, numbers};
 use crate::elements::Elements;
 use crate::error::{Fault, Malformed, Result};
@@ -70,7 +70,7 @@ impl Source {
         let plan = &self.plan;
         counts.given = plan.given.iter().map(Option::is_some).collect();
         let calibration = correction.calibration;
-        let ranges: Vec<f64> = calibration.solved().map(|input| calibration.range_of(input)).collect();
+        let ranges: Vec<f64> = calibration.solved().map(|input| BEYOND * calibration.range_of(input)).collect();
         counts.beyond.resize(ranges.len(), (0, 0.0));
         let (mut readings, mut given) = (vec![0.0; plan.sensors.len()], correction.corrector.fallbacks());
         let mut corrected: Vec<Vec<f64>> = titles(correction).iter().map(|_| Vec::new()).collect();

@@ -60,6 +60,9 @@ struct Plan {
     kept: Vec<usize>,
 }
 
+/// A value is beyond what the calibration covered from this multiple of it: at rest the noise of a record alone exceeds the one g of a calibration by positions.
+const BEYOND: f64 = 1.1;
+
 /// What is done to every row.
 struct Correction<'a> {
     arguments: &'a Arguments,
