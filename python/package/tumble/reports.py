@@ -286,7 +286,7 @@ class DeviceCounts(Node):
     own_fit: int
     """Fitted by themselves."""
     rejected: int
-    """A rank defect, a failed global test, no convergence."""
+    """A rank defect, a failed global test, lack of fit, no convergence."""
     suspicious: int
     """With suspicious readings."""
 
@@ -1766,7 +1766,7 @@ class LackOfFitReport(Node):
     pure_error_sd: float
     """Factor by which its standard deviation differs from the weights' (1 where uncertainties are right)."""
     rejected: bool
-    """Is the model rejected: is `p` below one minus the level?"""
+    """Is the model rejected: is `p` below one minus the level, which all tests of the pattern of the residuals share?"""
 
     _keys = frozenset(["between_dof", "f", "p", "pure_error_dof", "pure_error_sd", "rejected"])
 
@@ -1863,7 +1863,7 @@ class NormalityReport(Node):
     p: float
     """Probability of a smaller one for normal errors."""
     rejected: bool | None
-    """Is it below one minus the level?"""
+    """Is it below one minus the level, which all tests of the pattern of the residuals share?"""
     w: float
     """Shapiro-Francia W'."""
 
@@ -2038,7 +2038,7 @@ class RunsReport(Node):
     p: float
     """Two-sided probability."""
     rejected: bool | None
-    """Is it below one minus the level?"""
+    """Is it below one minus the level, which all tests of the pattern of the residuals share?"""
     runs: int
     """Runs of equal sign."""
 
