@@ -193,3 +193,23 @@ fn derived_quantities_of_undetermined_parameters_have_no_value() {
     let derived: Vec<(&str, bool)> = fit.derived.iter().map(|own| (own.id.as_str(), own.value.is_some())).collect();
     assert_eq!(derived, [("misalignment", false), ("product", false), ("undetermined", false), ("twice", true)]);
 }
+
+/// A prior that the readings contradict is named, one that agrees with them is not: 0.5 V of offset, read to 1 mV, beside priors of 10 mV.
+#[test]
+fn a_prior_against_the_readings_is_named() {
+    let text = |prior: f64| {
+        format!(
+            r#"{{ "bench": {{ "id": "head", "chain": [ {{ "joint": "theta", "about": "y" }} ],
+                  "sensors": {{ "A": {{ "unit": "V", "axes": {{ "I": "x" }}, "model": "K0 + K1*a_I" }} }} }},
+                "estimate": {{ "K0": {{ "prior": {prior}, "prior_u": 0.01 }}, "K1": {{}} }},
+                "readings": [ {{ "theta_deg": 0, "A": 0.501 }}, {{ "theta_deg": 90, "A": -1.499 }}, {{ "theta_deg": 180, "A": 0.4995 }},
+                  {{ "theta_deg": 270, "A": 2.501 }}, {{ "theta_deg": 0, "A": 0.4998 }}, {{ "theta_deg": 180, "A": 0.5003 }} ] }}"#
+        )
+    };
+    let fit = fitted(&parse(&text(0.51)));
+    assert!(fit.checks.priors.is_empty(), "{:?}", fit.checks.priors);
+    let fit = fitted(&parse(&text(0.8)));
+    let [(parameter, w, p)] = fit.checks.priors[..] else { panic!("{:?}", fit.checks.priors) };
+    // (0.8 - 0.5) of 0.01, and what the readings, which scatter to fit it, take for noise
+    assert!(parameter == 0 && w.abs() > 3.3 && w.abs() < 30.0 && p < 1e-3, "{parameter} {w} {p}");
+}

@@ -342,6 +342,13 @@ fn apply_reads_dialects_and_units() {
     same(apply("time_s,A (mV)\n0,500\n1,2500\n", &[]));
     same(apply("time_s;Spannung [mV]\n0;500,0\n1;2500,0\n", &["--column", "A=Spannung [mV]"]));
     same(apply("time_s;A\n0;0,5\n1;2,5\n", &[]));
+    // what lies beyond the one g of the calibration is said, noise at its end is not
+    for (reading, is_beyond) in [("6.5", true), ("2.6", false)] {
+        std::fs::write(folder.path().join("log.csv"), format!("time_s,A\n0,0.5\n1,{reading}\n")).expect("written");
+        let (code, error) = run(folder.path(), &["apply", "c.fit.json", "log.csv"]);
+        assert_eq!(code, Some(0), "{error}");
+        assert_eq!(error.contains("a_I of 1 of 2 rows lies beyond"), is_beyond, "{reading}: {error}");
+    }
     // through a pipe, in every dialect
     for log in ["time_s,A\n0,0.5\n1,2.5\n", "time_s;A\n0;0,5\n1;2,5\n", "\u{feff}A\ttime_s\n0.5\t0\n2.5\t1\n"] {
         let output = piped(folder.path(), &["apply", "c.fit.json", "-"], log);

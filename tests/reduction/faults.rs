@@ -59,6 +59,21 @@ fn check(found: &Reduced, levels: &[f64]) {
 
 const LEVELS: [f64; 6] = [1.0, 2.0, 3.0, -1.0, 0.5, 2.5];
 
+/// Rows that count in no channel, as another one is read at a fifth of the rate, are said.
+#[test]
+fn rows_without_one_value_are_counted() {
+    let mut text = "time_s,V,B\n".to_string();
+    for (k, (time, value)) in positions(&LEVELS, 2).into_iter().enumerate() {
+        let slow = if k % 5 == 0 { "1.5" } else { "" };
+        text += &format!("{time:.2},{value:.6},{slow}\n");
+    }
+    let notes = reduced(&text, &still()).notes.join("; ");
+    // 6 levels of 1,700 rows
+    assert!(notes.contains("8160 of 10200 rows have no value in one of the columns (B: 8160)"), "{notes}");
+    let one = Recipe { columns: vec![("V".into(), "V".into())], ..still() };
+    assert!(!reduced(&text, &one).notes.join("; ").contains("no value"));
+}
+
 /// Absent cells do not move what comes after them, by times and by the row's number alike.
 #[test]
 fn absent_cells_keep_their_time() {
