@@ -181,6 +181,13 @@ impl Malformed {
     }
 }
 
+impl Place {
+    /// The path as a person reads it: a row's ends with a bar, behind which a column is named.
+    pub(crate) fn path_said(&self) -> String {
+        self.path.replacen("|.", ", ", 1).trim_end_matches('|').to_string()
+    }
+}
+
 impl fmt::Display for Malformed {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Place { file, path, line, column, .. } = &self.0.place;
@@ -201,10 +208,8 @@ impl fmt::Display for Malformed {
             write!(f, ": ")?;
         }
         write!(f, "{}", self.0.what)?;
-        // a row's place ends with a bar, behind which a column is named
-        let path = path.replacen("|.", ", ", 1);
         if !path.is_empty() {
-            write!(f, " (at {})", path.trim_end_matches('|'))?;
+            write!(f, " (at {})", self.0.place.path_said())?;
         }
         if let Some(expected) = &self.0.expected {
             write!(f, "; expected: {expected}")?;

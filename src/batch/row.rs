@@ -115,12 +115,11 @@ impl Row {
     pub(super) fn without(label: &str, quantities: usize, error: &Malformed) -> Self {
         let mut why = error.what().to_string();
         let place = error.place();
-        // a row's place ends with a bar, behind which a column is named
-        let path = place.path.replacen("|.", ", ", 1);
-        let path = path.trim_end_matches('|');
+        let path = place.path_said();
         let line = (place.line > 0 && !place.file.is_empty()).then(|| format!("line {} of {}", place.line, place.file));
         let file = line.or((!place.file.is_empty()).then(|| place.file.clone()));
-        let places: Vec<&str> = file.as_deref().into_iter().chain((!path.is_empty()).then_some(path)).collect();
+        let places: Vec<&str> =
+            file.as_deref().into_iter().chain((!path.is_empty()).then_some(path.as_str())).collect();
         if !places.is_empty() {
             why += &format!(" ({})", places.join(", "));
         }

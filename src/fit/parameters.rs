@@ -91,7 +91,8 @@ const SAME: f64 = 1e-8;
 /// or to this one along a direction that the exact model ends beyond the first order.
 const NEARLY_SAME: f64 = 1e-2;
 
-/// How far beside the estimate slopes are looked at again, as a share of one and of the parameter: far above rounding, small for an angle.
+/// How far beside the estimate slopes are looked at again, as a share of one and of the parameter. A slope that vanishes at the estimate alone is in proportion to this step, and so is the
+/// sum of its terms: what is compared does not depend on it. It is far above rounding, and its square small beside an angle.
 const BESIDE: f64 = 1e-3;
 
 /// The change of a quantity along a direction, and the sum of its terms.

@@ -148,7 +148,7 @@ const MORE: usize = 1;
 const ROUNDS: usize = 30;
 /// Squares that change by less than this share of theirs have settled.
 const SETTLED: f64 = 1e-6;
-/// How exactly [`falls`] finds a value.
+/// How exactly [`falls`] finds a value: u is said to two digits.
 const FALLS: f64 = 0.01;
 /// Logarithms of the least and largest variance of `e` that no sum of the terms describes: a part in a thousand of a deviation, and a factor of 10^5.
 const APART: (f64, f64) = (-14.0, 7.0);

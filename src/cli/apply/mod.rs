@@ -60,7 +60,8 @@ struct Plan {
     kept: Vec<usize>,
 }
 
-/// A value is beyond what the calibration covered from this multiple of it: at rest the noise of a record alone exceeds the one g of a calibration by positions.
+/// A value is beyond what the calibration covered from this multiple of it, as the noise of a record at rest alone exceeds the one g of a calibration by positions. Up to there a square
+/// or a cube that the model has not is at most 1.1^2 = 1.21 or 1.1^3 = 1.33 times what the residuals of the calibration could show.
 const BEYOND: f64 = 1.1;
 
 /// What is done to every row.
