@@ -79,7 +79,10 @@ sd-over-that-of-independent-rows = sd / sd of independent rows
 row-of-the-record = row
 that-of-rounding-to-its-last-digit = from rounding to { $step } (the last digit, divided by sqrt 12); the readings do not scatter more than this
 the-rounding-of-its-readings-which-show = from the rounding of the readings, which show no scatter
-residual-sd-of = Residual standard deviation of `{ $sensor }`: { $sd }.
+residual-sd-of = { $per_sample ->
+    [yes] Residual standard deviation of one sample of `{ $sensor }`
+   *[no] Residual standard deviation of `{ $sensor }`
+}: { $sd }.
 inconsistent-disagrees-with-the-other-sights-by = `{ $sensor }` is inconsistent: it disagrees with the other sights by { $mean_residual_deg } deg on average. Check for another side of the target, a wrong point, or a starting value that is too far away.
 correlated-inputs = correlated: { $list }
 no-reading-responds-to-at-the-reference = No reading responds to { $moved } at the reference point, because every factor that multiplies it is zero there: the iteration started from a point nearby.
@@ -180,7 +183,7 @@ the-parameters-can-move-along-and-no = The parameters can change along `{ $text 
 determined-instead = determined instead
 where-the-uncertainty-comes-from = Sources of uncertainty
 u-of-source = u of source
-angles-in-radians-c-sensitivity-coefficient-of = Angles in radians. c: sensitivity coefficient of a single source; ν: degrees of freedom; share: part of the variance.
+angles-in-radians-c-sensitivity-coefficient-of = Contributions in the unit of the estimate (angles in arcsec), sources in their own unit (angles in rad). c: sensitivity coefficient of a single source; ν: degrees of freedom; share: part of the variance.
 below-of-the-variance-left-out = Contributions below 0.05 % of the variance, left out: { $hidden }.
 
 # report/html/fit_figures.rs
@@ -749,6 +752,7 @@ none-at-the-equator = none (at the equator)
 schuler-earth-foucault = Schuler { $schuler } min, Earth { $earth } h, Foucault { $foucault }
 
 # report/noise_table.rs
+record-changes = the record is not noise alone: at { $at } s its mean over { $tau } s changes by { $by } { $unit }, { $in_sd } standard deviations of this noise; check that the sensor was at rest, or cut the record there
 their-sum-describes = { $well ->
     [yes] Their sum describes the deviations
    *[no] Their sum does not describe the deviations; u and the limits allow for that
@@ -927,7 +931,7 @@ none-would-show-the-estimated-parameters-take = none would be detectable: the es
 smallest-size-that-shows-u-significance-for = smallest detectable size: { $size } u (significance { $significance } over all directions, power { $power }); if the noise is known from the residuals only: { $with_residuals }
 grouped-by = { $what } by { $by }
 gauss-newton-did-not-converge-after = Gauss-Newton did not converge after { $steps }: { $stop }.
-gauss-newton-converged-and-differs = Gauss-Newton converged after { $steps }. The model is not linear here: one step from the reference point would have given other estimates, by more than one tenth of u (converged minus one step): { $what }. The estimates in this report are the converged ones.
+gauss-newton-converged-and-differs = Gauss-Newton converged after { $steps }; one linear step from the reference point would have differed by more than 0.1 u (converged minus one step): { $what }.
 reduction-segment = Segment { $segment }: { $notes }.
 terms = Terms
 meaning = meaning

@@ -99,7 +99,10 @@ sd-over-that-of-independent-rows = 标准差与独立行之比
 row-of-the-record = 行
 that-of-rounding-to-its-last-digit = 取自修约到 { $step }（末位，除以 √12）：读数的分散不超过此值
 the-rounding-of-its-readings-which-show = 取自读数的修约，读数未表现出分散
-residual-sd-of = `{ $sensor }` 的残差标准差：{ $sd }。
+residual-sd-of = { $per_sample ->
+    [yes] `{ $sensor }` 单个样本的残差标准差
+   *[no] `{ $sensor }` 的残差标准差
+}：{ $sd }。
 inconsistent-disagrees-with-the-other-sights-by = `{ $sensor }` 不一致：与其余瞄准读数平均相差 { $mean_residual_deg } deg。请检查是否瞄准了目标的另一面、瞄错了点或初值相差太远。
 correlated-inputs = 相关的已知量：{ $list }
 no-reading-responds-to-at-the-reference = 在参考点处没有读数对 { $moved } 有响应（与其相乘的量全为零）：拟合从参考点旁边开始。
@@ -195,7 +198,7 @@ the-parameters-can-move-along-and-no = 参数可沿 `{ $text }` 变动而读数�
 determined-instead = 可确定的量
 where-the-uncertainty-comes-from = 不确定度来源
 u-of-source = 来源的 u
-angles-in-radians-c-sensitivity-coefficient-of = 角度以弧度计。c：单一来源的灵敏系数；ν：自由度；占比：在方差中所占的份额。
+angles-in-radians-c-sensitivity-coefficient-of = 贡献以估计值的单位计（角度为角秒），来源以其自身单位计（角度为弧度）。c：单一来源的灵敏系数；ν：自由度；占比：在方差中所占的份额。
 below-of-the-variance-left-out = 未列出的分量（小于方差的 0.05 %）：{ $hidden } 个。
 
 # report/html/fit_figures.rs
@@ -693,6 +696,7 @@ tilt = 水平姿态误差
 carried-by = 方法
 none-at-the-equator = 无（位于赤道）
 schuler-earth-foucault = 舒勒周期 { $schuler } min，地球自转周期 { $earth } h，傅科周期 { $foucault }
+record-changes = 记录不只是噪声：在 { $at } s 处，{ $tau } s 的均值变化了 { $by } { $unit }，为此噪声的 { $in_sd } 倍标准差；请检查传感器是否静止，或在该处截断记录
 their-sum-describes = { $well ->
     [yes] 各项之和能够描述实测偏差
    *[no] 各项之和不能描述实测偏差；u 与各上限已计入此差异

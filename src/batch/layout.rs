@@ -104,6 +104,5 @@ fn part(bench: &Bench, used: &[&str], key: &str) -> Option<Use> {
         return Some(Use::Value(k));
     }
     let of_sensor = bench.sensors.iter().any(|sensor| key.strip_suffix("_u") == Some(&sensor.id));
-    let of_joint = bench.joints().any(|joint| matches!(key.strip_prefix(joint), Some("_deg" | "_deg_s" | "_turns")));
-    (key == "n" || of_sensor || of_joint || used.contains(&key)).then_some(Use::Input)
+    (key == "n" || of_sensor || bench.is_of_joint(key) || used.contains(&key)).then_some(Use::Input)
 }

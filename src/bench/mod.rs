@@ -360,6 +360,11 @@ impl Bench {
         })
     }
 
+    /// Is this key of a reading one of a joint: `<joint>_deg`, `<joint>_deg_s`, `<joint>_turns`?
+    pub(crate) fn is_of_joint(&self, key: &str) -> bool {
+        self.joints().any(|joint| matches!(key.strip_prefix(joint), Some("_deg" | "_deg_s" | "_turns")))
+    }
+
     /// The tilts' names, in chain order.
     pub fn tilts(&self) -> impl Iterator<Item = &str> {
         self.chain.iter().filter_map(|link| match link {

@@ -1,6 +1,6 @@
 //! A model line bound to one sensor: where each of its names comes from, and how smooth it is in each joint.
 
-use super::{Instant, Kinematics, Smoothness};
+use super::{Instant, Kinematics, Smoothness, kinematics};
 use crate::algebra::{Expression, NameDegree, Tape};
 use crate::bench::{Bench, Link, Sensor};
 use crate::campaign::{Campaign, JointState, Readings, Role};
@@ -116,6 +116,49 @@ impl SensorModel {
             _ => None,
         })
     }
+}
+
+/// Of each joint, an angle at which it may be taken to stand where a reading does not say: zero if no model line responds to the angle at any attitude
+/// (a gyro along a vertical axis of rotation), none if one does.
+///
+/// A line responds if `d w/d angle` or `d f/d angle` along one of its axes is not zero at general angles and tilts, or if it names the joint.
+pub(crate) fn indifferent_angles(bench: &Bench) -> Vec<Option<f64>> {
+    /// General attitudes: a component that vanishes at all of them vanishes at every one.
+    const ATTITUDES: usize = 3;
+    let (joints, tilts) = (bench.joints().count(), bench.tilts().count());
+    let general = |k: usize, size: f64| size * (1.0 + (1.7 * k as f64).sin());
+    let attitudes: Vec<Kinematics> = (0..ATTITUDES)
+        .map(|a| {
+            let instant = Instant {
+                angle_deg: (0..joints).map(|k| general(a * joints + k, 50.0)).collect(),
+                rate_deg_s: (0..joints).map(|k| general(a + 3 * k, 7.0)).collect(),
+            };
+            let tilts: Vec<f64> = (0..tilts).map(|k| general(a + 5 * k, 0.01)).collect();
+            let mut there = Kinematics::default();
+            there.wants_joints = true;
+            kinematics(bench, &tilts, &instant, &mut there);
+            there
+        })
+        .collect();
+    let responds = |joint: usize, direction: &Vector3<f64>, is_rate: bool| {
+        attitudes.iter().any(|there| {
+            let (vector, by_joint) = match is_rate {
+                true => (&there.rate, &there.rate_by_joint),
+                false => (&there.force, &there.force_by_joint),
+            };
+            by_joint.get(joint).is_none_or(|by| by.dot(direction).abs() > 1e-12 * vector.norm())
+        })
+    };
+    let named = |(k, name): (usize, &str)| {
+        let mut inputs =
+            bench.sensors.iter().flat_map(|sensor| sensor.model.names().into_iter().map(move |input| (sensor, input)));
+        let responds = |(sensor, input): (&Sensor, &str)| match axis_input(bench, sensor, input) {
+            Ok(Some((is_rate, direction))) => responds(k, &direction, is_rate),
+            _ => input == name || input.strip_prefix(name) == Some("_deg"),
+        };
+        (!inputs.any(responds)).then_some(0.0)
+    };
+    bench.joints().enumerate().map(named).collect()
 }
 
 /// What a line sees at one instant of one reading.

@@ -15,7 +15,7 @@ mod model;
 
 pub(crate) use columns::{ColumnLine, Read};
 pub use kinematics::{Instant, Kinematics, kinematics};
-pub(crate) use line::{Context, SensorModel};
+pub(crate) use line::{Context, SensorModel, indifferent_angles};
 pub(crate) use mean::Node;
 pub use mean::{Smoothness, nodes};
 pub use model::Model;

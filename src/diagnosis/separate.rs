@@ -110,13 +110,8 @@ fn distinct(positions: impl Iterator<Item = Vec<JointState>>) -> Vec<Vec<JointSt
 fn only_position(campaign: &Campaign, candidate: &Candidate) -> bool {
     match &candidate.kind {
         Regressor::Term(line) => {
-            let joint_key = |name: &str| {
-                campaign.bench.joints().any(|joint| {
-                    name.strip_prefix(joint).is_some_and(|end| matches!(end, "_deg" | "_deg_s" | "_turns"))
-                })
-            };
             let column = |name: &str| campaign.readings.columns.iter().any(|c| c == name);
-            line.names().iter().all(|name| !column(name) || joint_key(name))
+            line.names().iter().all(|name| !column(name) || campaign.bench.is_of_joint(name))
         }
         Regressor::Tilt(_) | Regressor::Known(_) | Regressor::Position(_) => true,
         Regressor::Reading(_)

@@ -239,14 +239,10 @@ pub fn candidates(campaign: &Campaign) -> Readings {
 }
 
 /// Columns that model lines read, but for those of joints.
-fn columns_read(campaign: &Campaign) -> Vec<usize> {
-    let of_joint = |column: &str| {
-        let mut joints = campaign.bench.joints();
-        joints.any(|joint| matches!(column.strip_prefix(joint), Some("_deg" | "_deg_s" | "_turns")))
-    };
+pub(crate) fn columns_read(campaign: &Campaign) -> Vec<usize> {
     let read = |column: &str| campaign.bench.sensors.iter().any(|sensor| sensor.model.names().contains(&column));
     let columns = campaign.readings.columns.iter().enumerate();
-    columns.filter(|(_, column)| read(column) && !of_joint(column)).map(|(k, _)| k).collect()
+    columns.filter(|(_, column)| read(column) && !campaign.bench.is_of_joint(column)).map(|(k, _)| k).collect()
 }
 
 /// Other values of a column than the first reading's: those of other readings, zero, the opposite, and twice it (one for zero).

@@ -110,6 +110,35 @@ impl Cells {
         (slope, weights, 1.0 / square)
     }
 
+    /// The largest difference of neighbouring means in its standard deviations, those of the Allan variance at so many samples; where it begins its
+    /// second mean, over how many samples, by how much, and how many differences there are. Means are over as many samples as make them normal, twice
+    /// as many, and so on.
+    pub(crate) fn largest_change(&self, variance: impl Fn(f64) -> f64) -> (Option<[f64; 4]>, usize) {
+        /// Means over fewer samples take over the tails of their distribution.
+        const NORMAL: u64 = 16;
+        let mut cells = self.clone();
+        let (mut largest, mut count): (Option<[f64; 4]>, usize) = (None, 0);
+        // averaging times of a fifth of the record, as everywhere; the last cell may not be full
+        while cells.cells.len() > 5 {
+            let length = cells.length();
+            let sd = (2.0 * variance(length)).sqrt();
+            let pairs = cells.cells.windows(2).take(cells.cells.len() - 2).enumerate();
+            for (k, pair) in pairs.filter(|(_, pair)| pair.iter().all(|cell| cell.0 == 0.0)) {
+                if cells.length < NORMAL || !(sd > 0.0) {
+                    break;
+                }
+                count += 1;
+                let by = (pair[1].1 - pair[0].1) / length;
+                if largest.is_none_or(|[most, ..]| by.abs() > most * sd) {
+                    largest = Some([by.abs() / sd, (k + 1) as f64 * length, length, by]);
+                }
+            }
+            cells.cells = cells.pairs();
+            cells.length *= 2;
+        }
+        (largest, count)
+    }
+
     /// Where differences of means over `m` samples begin, each of which has all but `share` of its samples, in cells.
     fn begins(&self, m: f64, share: f64) -> Vec<bool> {
         let reach = m / self.length();

@@ -80,6 +80,21 @@ pub struct Coefficients {
     pub agreement: Agreement,
 }
 
+/// A difference of neighbouring means that is no noise: the sensor moved, or its output jumped.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(rename = "ChangeReport")]
+#[non_exhaustive]
+pub struct Change {
+    /// When, in s from the record's beginning.
+    pub time_s: f64,
+    /// The length of each of the two means, s.
+    pub tau_s: f64,
+    /// The second mean less the first, in the column's unit.
+    pub by: f64,
+    /// The same in standard deviations of the difference, `sqrt(2)` Allan deviations of the fitted coefficients.
+    pub in_sd: f64,
+}
+
 /// Agreement of the fitted coefficients with the Allan variances.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "AgreementReport")]
@@ -102,6 +117,9 @@ pub struct Agreement {
     /// described was taken.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub walk_sampled_s: Option<f64>,
+    /// The largest change, where noise of these coefficients makes one as large in fewer than 1 of 1000 records.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub change: Option<Change>,
 }
 
 impl Agreement {
@@ -317,7 +335,15 @@ impl Described {
         let p = chi_square_survival(best.chi_square, dof.max(1) as f64).unwrap_or(0.0);
         let describes = Some(!(p < 0.01));
         let walk_sampled_s = (best.sampled && best.active[3]).then_some(interval);
-        let agreement = Agreement { chi_square: best.chi_square, dof, p, describes, from_tau_s: None, walk_sampled_s };
+        let agreement = Agreement {
+            chi_square: best.chi_square,
+            dof,
+            p,
+            describes,
+            from_tau_s: None,
+            walk_sampled_s,
+            change: None,
+        };
         Some(Described { points, interval, fits, best, agreement })
     }
 

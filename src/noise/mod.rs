@@ -23,12 +23,13 @@ mod field_units;
 mod ladder;
 
 pub use coefficients::Term;
-pub(crate) use coefficients::{Agreement, Coefficients};
+pub(crate) use coefficients::{Agreement, Change, Coefficients};
 pub(crate) use edf::{Kind, equivalent_dof, interval};
 pub(crate) use field_units::{field_unit, si_factor};
 pub use ladder::Ladder;
 pub(crate) use ladder::Sums;
 
+use crate::uncertainty::quantiles::normal_survival;
 use crate::vocabulary::vocabulary;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -130,8 +131,17 @@ pub fn analyse(ladder: &Ladder, interval: f64, level: f64) -> Analysis {
         }
     }
     let short = thin.len() < Term::ALL.len();
-    let coefficients =
+    let mut coefficients =
         if short || ladder.is_constant() { None } else { coefficients::coefficients(&thin, ladder.cells(), interval) };
+    if let Some(found) = &mut coefficients {
+        /// Fewer records of noise alone than this share have a change.
+        const BY_CHANCE: f64 = 1e-3;
+        let (largest, count) = ladder.cells().largest_change(|m| found.variance(m * interval));
+        let largest =
+            largest.filter(|[in_sd, ..]| normal_survival(*in_sd).is_some_and(|p| 2.0 * p * (count as f64) < BY_CHANCE));
+        found.agreement.change =
+            largest.map(|[in_sd, start, m, by]| Change { time_s: start * interval, tau_s: m * interval, by, in_sd });
+    }
     let without = match &coefficients {
         Some(_) => None,
         None if ladder.is_constant() => Some(Without::Constant),

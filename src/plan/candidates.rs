@@ -4,7 +4,9 @@ use super::effort::mounting;
 use super::whitened::level_of;
 use crate::campaign::{Campaign, JointState, Per, Reading, Readings};
 use crate::error::{Fault, Malformed, Result};
+use crate::fit::columns_read;
 use crate::number;
+use crate::units;
 
 /// In what portions readings are chosen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -31,8 +33,9 @@ const MOST_CANDIDATES: usize = 200_000;
 /// Every position of a full sweep: joints that the schedule holds still in steps of `step_deg`, joints that it turns in every state it has; a
 /// joint that does both, both.
 ///
-/// Samples and stated uncertainties are those of the first reading that turns in the same way, columns those of the last reading, which the further ones follow; a bench
-/// without joints has the schedule's distinct readings as candidates.
+/// Samples and stated uncertainties are those of the first reading that turns in the same way. Columns that a model line reads (a temperature)
+/// have the values at which the schedule reads, to a tenth of their ranges; other columns those of the last reading, which the further ones follow. A
+/// bench without joints has the schedule's distinct readings as candidates.
 /// Errors: a step that is not positive, or gives more than 200,000 positions.
 pub fn sweep(campaign: &Campaign, step_deg: f64) -> Result<Readings> {
     sweep_with_rates(campaign, step_deg, &[])
@@ -71,8 +74,9 @@ pub(crate) fn sweep_with_rates(campaign: &Campaign, step_deg: f64, rates: &[f64]
         return Err(Malformed::new(Fault::Value, "further rates are given, and no joint of the schedule turns")
             .expected("a schedule in which some joint has a rate (<joint>_deg_s)"));
     }
+    let conditions = Conditions::new(campaign).columns(last);
     let mut states: Vec<Vec<JointState>> = Vec::new();
-    let mut total = 1.0_f64;
+    let mut total = conditions.len() as f64;
     for joint in 0..first.joints.len() {
         let mut seen: Vec<JointState> = Vec::new();
         for state in rows.iter().filter_map(|r| r.joints.get(joint)) {
@@ -119,18 +123,20 @@ pub(crate) fn sweep_with_rates(campaign: &Campaign, step_deg: f64, rates: &[f64]
     let goes_by = |key: &String| campaign.scatter.iter().any(|line| line.per == Per::Column(key.clone()));
     let levels: Vec<(String, String)> = last.remarks.iter().filter(|(key, _)| goes_by(key)).cloned().collect();
     let stated = |row: &Reading| (row.samples, row.unread().planned_u);
+    let at = |columns: &Vec<Option<f64>>| Reading { columns: columns.clone(), ..last.unread() };
     let uniform = rows.iter().all(|row| stated(row) == stated(first));
     // the bench takes no mean with two turning joints
     let rows = combinations
         .into_iter()
-        .map(|joints| {
+        .flat_map(|joints| conditions.iter().map(move |columns| (joints.clone(), columns)))
+        .map(|(joints, columns)| {
             let turns_alike = |row: &&Reading| {
                 let pairs = row.joints.iter().zip(&joints);
                 pairs.filter(|(_, s)| !matches!(s, JointState::Held { .. })).all(|(other, s)| other == s)
             };
             let like = if uniform { first } else { rows.iter().find(turns_alike).unwrap_or(first) };
             Reading {
-                columns: campaign.readings.position(&names, last, joints.clone()).columns,
+                columns: campaign.readings.position(&names, &at(columns), joints.clone()).columns,
                 remarks: levels.clone(),
                 ..campaign.readings.position(&names, like, joints)
             }
@@ -140,20 +146,96 @@ pub(crate) fn sweep_with_rates(campaign: &Campaign, step_deg: f64, rates: &[f64]
     Ok(Readings { columns, rows })
 }
 
-/// Columns of no joint that have several values in the schedule, and one only in the candidates: a sweep takes them from the last reading.
-pub(super) fn frozen(campaign: &Campaign, candidates: &Readings) -> Vec<(String, f64)> {
-    let of_joint = |column: &str| {
-        let suffix =
-            |joint: &str| column.strip_prefix(joint).is_some_and(|s| matches!(s, "_deg" | "_deg_s" | "_turns"));
-        campaign.bench.joints().any(suffix)
+/// Columns that model lines read and no joint has (a temperature), but for times, which the order of the readings sets.
+pub(crate) fn conditions_read(campaign: &Campaign) -> Vec<usize> {
+    let second = units::Unit::parse("s").ok();
+    let timed = |k: &usize| {
+        let unit = units::Unit::parse(&units::of_column(campaign.readings.columns.get(*k)?)?).ok()?;
+        unit.conversion(second.as_ref()?)
     };
+    columns_read(campaign).into_iter().filter(|k| timed(k).is_none()).collect()
+}
+
+/// The conditions at which a schedule reads: values of [`conditions_read`].
+pub(super) struct Conditions<'a> {
+    /// Columns, and over what range their values go.
+    read: Vec<(usize, f64)>,
+    /// A reading of each.
+    pub of: Vec<&'a Reading>,
+}
+
+impl<'a> Conditions<'a> {
+    /// Readings that lie farthest from those already taken, the first of them the last of the schedule, until every reading lies near one.
+    pub fn new(campaign: &'a Campaign) -> Self {
+        /// Readings this near, as a share of a column's range, are of one condition: a chamber settles at its set point to less.
+        const ONE_CONDITION: f64 = 0.1;
+        let columns = conditions_read(campaign);
+        let complete = |row: &&Reading| columns.iter().all(|k| value(row, *k).is_some());
+        let rows: Vec<&Reading> = campaign.readings.rows.iter().filter(complete).collect();
+        let range = |k: &usize| {
+            let values = || rows.iter().filter_map(|row| value(row, *k));
+            (*k, values().fold(f64::NEG_INFINITY, f64::max) - values().fold(f64::INFINITY, f64::min))
+        };
+        let mut conditions =
+            Conditions { read: columns.iter().map(range).collect(), of: rows.last().copied().into_iter().collect() };
+        let mut apart: Vec<f64> = rows.iter().map(|row| conditions.nearest(row).1).collect();
+        while let Some((farthest, _)) =
+            rows.iter().zip(&apart).filter(|(_, apart)| **apart > ONE_CONDITION).max_by(|a, b| a.1.total_cmp(b.1))
+        {
+            conditions.of.push(farthest);
+            apart.iter_mut().zip(&rows).for_each(|(apart, row)| *apart = apart.min(conditions.apart(row, farthest)));
+        }
+        conditions
+    }
+
+    /// The condition that is nearest to a reading's, and how far it is.
+    pub fn nearest(&self, row: &Reading) -> (usize, f64) {
+        let apart = self.of.iter().map(|other| self.apart(row, other)).enumerate();
+        apart.min_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or_default()
+    }
+
+    fn apart(&self, a: &Reading, b: &Reading) -> f64 {
+        let share = |(k, range): &(usize, f64)| match (value(a, *k), value(b, *k)) {
+            (Some(a), Some(b)) if *range > 0.0 => (a - b).abs() / range,
+            _ => 0.0,
+        };
+        self.read.iter().map(share).fold(0.0, f64::max)
+    }
+
+    /// The columns of `last`, at each condition.
+    fn columns(&self, last: &Reading) -> Vec<Vec<Option<f64>>> {
+        let at = |row: &&Reading| {
+            let mut columns = last.columns.clone();
+            for (k, _) in &self.read {
+                columns.get_mut(*k).into_iter().for_each(|slot| *slot = value(row, *k));
+            }
+            columns
+        };
+        if self.of.is_empty() { vec![last.columns.clone()] } else { self.of.iter().map(at).collect() }
+    }
+
+    /// The condition nearest to a reading's, in words.
+    pub fn name(&self, row: &Reading) -> String {
+        let of = self.of.get(self.nearest(row).0);
+        let values = self.read.iter().filter_map(|(k, _)| value(of?, *k)).map(|value| value.to_string());
+        values.collect::<Vec<_>>().join("\n")
+    }
+}
+
+fn value(row: &Reading, column: usize) -> Option<f64> {
+    row.columns.get(column).copied().flatten()
+}
+
+/// Columns of no joint that have several values in the schedule, and one only in the candidates: a sweep takes those that no model line reads from the
+/// last reading.
+pub(super) fn frozen(campaign: &Campaign, candidates: &Readings) -> Vec<(String, f64)> {
     // the one value of a column, where it has one
     let single = |rows: &[Reading], k: usize| {
         let mut values = rows.iter().map(|row| row.columns.get(k).copied().flatten());
         let first = values.next().flatten()?;
         values.all(|v| v == Some(first)).then_some(first)
     };
-    let columns = campaign.readings.columns.iter().enumerate().filter(|(_, name)| !of_joint(name));
+    let columns = campaign.readings.columns.iter().enumerate().filter(|(_, name)| !campaign.bench.is_of_joint(name));
     columns
         .filter(|(k, _)| single(&campaign.readings.rows, *k).is_none())
         .filter_map(|(k, name)| Some((name.clone(), single(&candidates.rows, k)?)))

@@ -65,7 +65,7 @@ mod whitened;
 
 pub use blocks::Blocks;
 pub use candidates::{Unit, Zone, sweep, without};
-pub(crate) use candidates::{from_schedule, sweep_with_rates};
+pub(crate) use candidates::{conditions_read, from_schedule, sweep_with_rates};
 pub use criterion::Criterion;
 pub(crate) use discriminate::{DiscriminatingPosition, Separated, separate};
 pub use discriminate::{discriminate, discriminating_positions};

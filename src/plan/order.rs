@@ -8,6 +8,7 @@
 //!
 //! `S` does not depend on the order, so orders are compared by these sums alone.
 
+use super::candidates::Conditions;
 use super::effort::{Costs, Noise, furthest, mounting, moved_deg, times};
 use super::judge::{shifts, weighted_sensitivities};
 use super::whitened::level_of;
@@ -104,7 +105,7 @@ struct Run<'a> {
     rows: &'a [Reading],
     costs: &'a Costs,
     fixed: usize,
-    /// Of each reading, in the columns by which readings share deviations.
+    /// Of each reading, in the columns by which readings share deviations and in those that model lines read.
     levels: Vec<usize>,
 }
 
@@ -360,10 +361,15 @@ fn turned(groups: &[Vec<usize>], a: usize, b: usize) -> Vec<Vec<usize>> {
     turned
 }
 
-/// Number of each reading's level in the columns by which readings share deviations (days), in their order: by number, else as they come.
+/// Number of each reading's level in the columns by which readings share deviations (days) and of its condition (a temperature), in their order: by
+/// number, else as they come.
 fn levels(campaign: &Campaign) -> Vec<usize> {
-    let names: Vec<String> =
-        campaign.readings.rows.iter().map(|row| level_of(campaign, &campaign.readings, row)).collect();
+    let conditions = Conditions::new(campaign);
+    let name = |row: &Reading| {
+        let names = [level_of(campaign, &campaign.readings, row), conditions.name(row)];
+        names.into_iter().filter(|name| !name.is_empty()).collect::<Vec<_>>().join("\n")
+    };
+    let names: Vec<String> = campaign.readings.rows.iter().map(name).collect();
     let mut distinct: Vec<&str> = Vec::new();
     for name in &names {
         if !distinct.contains(&name.as_str()) {

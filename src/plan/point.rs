@@ -63,17 +63,15 @@ pub fn judged_at(campaign: &Campaign, given: &[(String, f64)], fitted: Option<&F
                 .found(value.to_string()));
         }
     }
-    let fitted = fitted.filter(|fit| {
-        fit.not_estimable.is_empty()
-            && fit.convergence.as_ref().is_none_or(|c| c.converged)
-            && fit.point.iter().all(|v| v.is_finite())
-    });
+    let fitted = fitted
+        .filter(|fit| fit.convergence.as_ref().is_none_or(|c| c.converged) && fit.point.iter().all(|v| v.is_finite()));
     let mut at = campaign.clone();
     let mut from = Vec::with_capacity(n);
     for (k, parameter) in at.parameters.iter_mut().enumerate().take(n) {
         let Role::Estimated { start, prior } = &mut parameter.role else { continue };
         let named = given.iter().rev().find(|(id, _)| *id == parameter.id).map(|(_, value)| *value);
-        let of_fit = fitted.and_then(|fit| fit.point.get(k)).copied();
+        let of_fit = fitted.filter(|fit| fit.estimate.unknowns.is_estimable(k));
+        let of_fit = of_fit.and_then(|fit| fit.point.get(k)).copied();
         let stated = named.map(|v| (v, PointSource::Given)).or(of_fit.map(|v| (v, PointSource::Fitted)));
         from.push(match (stated, &start, &prior) {
             (Some((value, source)), ..) => {

@@ -207,8 +207,6 @@ pub(super) struct Shown<'a> {
     pub is_angle: bool,
     /// What the numbers of the report are multiplied by.
     pub scale: f64,
-    /// The standard uncertainty in the unit of the report, as its budget has it.
-    pub u_in_unit: Option<f64>,
     pub dof: Option<f64>,
     pub k: Option<f64>,
     pub budget: &'a [BudgetReport],
@@ -221,7 +219,7 @@ impl<'a> Shown<'a> {
         [value, u, expanded, dof, k]: [Option<f64>; 5],
         budget: &'a [BudgetReport],
     ) -> Self {
-        Shown { id, value, u, expanded, unit, is_angle: false, scale: 1.0, u_in_unit: u, dof, k, budget }
+        Shown { id, value, u, expanded, unit, is_angle: false, scale: 1.0, dof, k, budget }
     }
 
     /// An angle in arcseconds.

@@ -161,7 +161,7 @@ fn convergence(report: &FitReport, lang: Language) -> Vec<(Tone, String)> {
     let mut said = vec![match (record.converged, what.is_empty()) {
         (false, _) => (Tone::Bad, say!(lang, "gauss-newton-did-not-converge-after", steps, stop = record.stop.said())),
         (true, true) => (Tone::Good, say!(lang, "gauss-newton-converged-after", steps)),
-        (true, false) => (Tone::Plain, say!(lang, "gauss-newton-converged-and-differs", steps, what)),
+        (true, false) => (Tone::Good, say!(lang, "gauss-newton-converged-and-differs", steps, what)),
     }];
     if !record.moved.is_empty() {
         let moved = lang.names(&record.moved);
@@ -215,7 +215,8 @@ fn summary(report: &FitReport, of: Option<&Fit>, lang: Language) -> String {
             _ => None,
         };
         let said_of = [size.map(|size| size.trim_end().to_string()), how].into_iter().flatten().collect::<Vec<_>>();
-        said.push(say!(lang, "residual-sd-of", sensor, sd = said_of.join(lang.clause())));
+        let per_sample = of.is_some_and(|fit| fit.campaign.readings.rows.iter().any(|row| row.samples != 1.0));
+        said.push(say!(lang, "residual-sd-of", sensor, sd = said_of.join(lang.clause()), per_sample));
     }
     if let Some(condition) = sums.condition {
         said.push(say!(lang, "the-scaled-design-matrix-has-condition-number", condition = significant(condition, 3)));
@@ -340,11 +341,12 @@ fn budget(report: &FitReport, asked: bool, lang: Language) -> Section {
         })
         .at(Detail::Roomy)
         .right(say!(lang, "u-of-source"), |(_, line, _)| line.map_or("".into(), |line| Cell::digits(line.source_u, 3)))
-        .right("c", |(_, line, _)| line.map_or("".into(), |line| Cell::digits(line.c, 4)))
+        .right("c", |(quantity, line, _)| {
+            line.map_or("".into(), |line| Cell::digits(line.c.map(|c| c * quantity.scale), 4))
+        })
         .right(say!(lang, "dof"), |(quantity, line, _)| Cell::dof(line.map_or(quantity.dof, |line| line.dof), true))
         .right(say!(lang, "contribution"), |(quantity, line, _)| {
-            // in the report's unit, as its sources are
-            Cell::digits(line.map_or(quantity.u_in_unit, |line| Some(line.u)), 3)
+            Cell::digits(line.map_or(quantity.u, |line| Some(line.u * quantity.scale)), 3)
         })
         .right(say!(lang, "share"), |(_, line, _)| Cell::Share(line.map_or(1.0, |line| line.share)))
         .rule(|(_, line, first)| line.is_some() && first)

@@ -7,7 +7,7 @@ use crate::document::number::{level, percent, rounded, significant};
 use crate::document::{Cell, Document, Figure, Rows, Section, Tone};
 use crate::error::{Fault, Malformed, Result};
 use crate::language::{Language, say};
-use crate::noise::{Agreement, Analysis, Point, Term, Without, field_unit, si_factor};
+use crate::noise::{Agreement, Analysis, Change, Point, Term, Without, field_unit, si_factor};
 use crate::reduce::EventKind;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -209,8 +209,14 @@ fn described(a: &Agreement, lang: Language) -> (Tone, String) {
     let test = say!(lang, "chi-square-with-degrees-of-freedom", statistic = chi, dof = a.dof.to_string());
     let test = lang.in_parentheses(&format!("{test}{}p = {p}", lang.clause()));
     let well = a.is_good();
-    let tone = if well { Tone::Good } else { Tone::Caution };
+    let tone = if well && a.change.is_none() { Tone::Good } else { Tone::Caution };
     (tone, lang.sentence(&format!("{} {test}", say!(lang, "their-sum-describes", well))))
+}
+
+/// The record moves: its coefficients are not those of noise.
+fn moves(change: &Change, unit: &str, lang: Language) -> (Tone, String) {
+    let [by, at, tau, in_sd] = [change.by, change.time_s, change.tau_s, change.in_sd].map(|x| significant(x, 3));
+    (Tone::Caution, lang.sentence(&say!(lang, "record-changes", by, unit, at, tau, in_sd)))
 }
 
 /// Odd samples by kind.
@@ -253,6 +259,7 @@ fn section(column: &NoiseColumnReport, deviations: bool, lang: Language) -> Sect
         .small();
     Section::new(&column.column)
         .verdicts(agreement.map(|a| described(a, lang)))
+        .verdicts(agreement.and_then(|a| a.change).map(|change| moves(&change, unit, lang)))
         .verdicts(column.without.map(without))
         .prose(say!(lang, "samples-mean", samples, stretches, mean, unit))
         .table(coefficients)

@@ -465,7 +465,7 @@ fn judgement_report(campaign: &Campaign, judgement: &Judgement, foresight: Optio
                 PlannedReadingReport {
                     index: r.origin.reading + 1,
                     position: campaign.position_of(r.origin.reading).to_string(),
-                    at: reading.map(|r| position_keys(campaign, &r.joints)).unwrap_or_default(),
+                    at: reading.map(|r| place(campaign, r)).unwrap_or_default(),
                     sensor: campaign.sensor_id(r.origin.sensor).to_string(),
                     u: r.u,
                     leverage: r.leverage,
@@ -487,6 +487,14 @@ fn to_run(campaign: &Campaign, improvement: &Improvement) -> Vec<Reading> {
     rows.filter(|(k, _)| !done(*k)).map(|(_, row)| row.clone()).collect()
 }
 
+/// Where a reading is taken: joint states, and the columns that model lines read.
+fn place(campaign: &Campaign, row: &Reading) -> PositionReport {
+    let mut keys = position_keys(campaign, &row.joints);
+    let named = |k: usize| Some((campaign.readings.columns.get(k)?.clone(), row.columns.get(k).copied().flatten()?));
+    keys.extend(crate::plan::conditions_read(campaign).into_iter().filter_map(named));
+    keys
+}
+
 fn positions(schedule: &Campaign, rows: &[Reading]) -> Vec<PlannedPositionReport> {
     let level = |line: &Scatter, row: &Reading| match &line.per {
         Per::Column(column) => Some((column.clone(), line.per.level_name(&schedule.readings, row)?.into_owned())),
@@ -494,7 +502,7 @@ fn positions(schedule: &Campaign, rows: &[Reading]) -> Vec<PlannedPositionReport
     };
     let position = |row: &Reading| PlannedPositionReport {
         position: row.position.clone(),
-        at: position_keys(schedule, &row.joints),
+        at: place(schedule, row),
         levels: schedule.scatter.iter().filter_map(|line| level(line, row)).collect(),
     };
     rows.iter().map(position).collect()

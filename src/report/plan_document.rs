@@ -81,10 +81,13 @@ fn answer(improved: &ImprovedReport, finds: &[FindReport], lang: Language) -> Se
         let text = say!(lang, "cannot-be-determined-by-any-choice", text = format!("`{id}`"));
         (Tone::Bad, lang.sentence(&text))
     });
-    let proven = improved
-        .efficiency
-        .zip(proof(improved, lang))
-        .map(|(efficiency, proof)| (if efficiency >= 0.99 { Tone::Good } else { Tone::Plain }, lang.sentence(&proof)));
+    let proven = improved.efficiency.zip(proof(improved, lang)).map(|(efficiency, proof)| {
+        let is_good = efficiency >= 0.99 && improved.unreachable.is_empty();
+        (if is_good { Tone::Good } else { Tone::Plain }, lang.sentence(&proof))
+    });
+    let what = |text: String| say!(lang, "cannot-be-determined-by-any-choice", text);
+    let defects = defects(&improved.unreachable, what, &nowhere(&improved.frozen, lang), lang);
+    let defects = defects.into_iter().map(|text| (Tone::Bad, text));
     let limit = improved.cost_limit.map(|limit| cost_limit(improved, limit, lang));
     let said =
         shortfall(improved, lang).filter(|_| proven.is_some()).into_iter().chain(moved(improved, lang)).chain(limit);
@@ -104,17 +107,16 @@ fn answer(improved: &ImprovedReport, finds: &[FindReport], lang: Language) -> Se
         .left(say!(lang, "unit"), |c| &c.unit)
         .caption(say!(lang, "predicted-standard-uncertainties"))
         .note(say!(lang, "at-equal-effort", cost));
-    let what = |text: String| say!(lang, "cannot-be-determined-by-any-choice", text);
     let mut notes = shared(&improved.shared, lang);
     if !improved.frozen.is_empty() && improved.unreachable.is_empty() {
         notes.push(say!(lang, "planned-with-columns", held = keys(&improved.frozen)));
     }
-    notes.extend(defects(&improved.unreachable, what, &nowhere(&improved.frozen, lang), lang));
     Section::new(say!(lang, "the-better-schedule-2"))
         .prose(lang.sentence(&work_of(&improved.judgement.work, lang)))
         .verdicts(reached)
         .proses(goal.into_iter().flat_map(|goal| goal_notes(improved, goal, lang)).map(|note| lang.sentence(&note)))
         .verdicts(impossible)
+        .verdicts(defects)
         .verdicts(proven)
         .proses(said)
         .proses(to_run.map(|work| say!(lang, "still-to-run-2", work)))

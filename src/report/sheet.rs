@@ -13,10 +13,12 @@ use crate::plan::{Costs, mountings};
 /// More mountings than this are not drawn: two stand side by side, so these are ten printed pages.
 const DRAWN: usize = 60;
 
-/// What a table of readings has: columns of joints and of other inputs, one row a reading.
+/// What a table of readings has: columns of joints, of other inputs and of numbers of samples, one row a reading.
 struct Columns {
     joints: Vec<String>,
     inputs: Vec<usize>,
+    /// Is a reading the mean of several samples?
+    averaged: bool,
 }
 
 impl Columns {
@@ -33,19 +35,25 @@ impl Columns {
         }
         let columns = schedule.readings.columns.iter().enumerate();
         let inputs = columns.filter(|(_, name)| !joints.contains(*name)).map(|(k, _)| k).collect();
-        Columns { joints, inputs }
+        Columns { joints, inputs, averaged: rows.iter().any(|row| row.samples != 1.0) }
     }
 
     fn titles(&self, schedule: &Campaign) -> Vec<String> {
         let inputs = self.inputs.iter().filter_map(|k| schedule.readings.columns.get(*k));
-        self.joints.iter().chain(inputs).cloned().collect()
+        let samples = self.averaged.then(|| "n".to_string());
+        self.joints.iter().chain(inputs).cloned().chain(samples).collect()
     }
 
     fn cells(&self, schedule: &Campaign, row: &Reading) -> Vec<String> {
         let keys = position_keys(schedule, &row.joints);
         let joints = self.joints.iter().map(|key| keys.get(key).copied());
         let inputs = self.inputs.iter().map(|k| row.columns.get(*k).copied().flatten());
-        joints.chain(inputs).map(|value| value.map(|value| value.to_string()).unwrap_or_default()).collect()
+        let samples = self.averaged.then_some(Some(row.samples));
+        joints
+            .chain(inputs)
+            .chain(samples)
+            .map(|value| value.map(|value| value.to_string()).unwrap_or_default())
+            .collect()
     }
 }
 

@@ -58,13 +58,8 @@ impl<'a> Table<'a> {
         let used: Vec<usize> = (0..readings.columns.len())
             .filter(|k| readings.columns.get(*k).is_some_and(|c| names.contains(&c.as_str())))
             .collect();
-        let joint_keys = |column: &str| {
-            self.campaign
-                .bench
-                .joints()
-                .any(|joint| column.strip_prefix(joint).is_some_and(|end| matches!(end, "_deg" | "_deg_s" | "_turns")))
-        };
-        let by_state = used.iter().all(|k| readings.columns.get(*k).is_some_and(|c| joint_keys(c)));
+        let of_joint = |column: &String| self.campaign.bench.is_of_joint(column);
+        let by_state = used.iter().all(|k| readings.columns.get(*k).is_some_and(of_joint));
         let mut known: Vec<Option<f64>> = vec![None; self.states.len()];
         let mut column = Vec::with_capacity(rows.len());
         for origin in rows {

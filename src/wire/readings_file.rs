@@ -4,10 +4,12 @@ use super::Named;
 use crate::bench::Bench;
 use crate::campaign::is_axis_input;
 use crate::campaign::{JointState, Observation, Reading, Readings};
+use crate::design::indifferent_angles;
 use crate::error::{Fault, Malformed, Result};
 use crate::mix::Mix;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::cell::LazyCell;
 use std::collections::{HashMap, HashSet};
 use std::hash::BuildHasherDefault;
 
@@ -164,6 +166,7 @@ fn place_of(rows: &impl CellRows, column: &str) -> Result<String> {
 /// Cells to readings, shared by JSON and CSV.
 pub(super) fn from_cells(bench: &Bench, rows: impl CellRows) -> Result<Readings> {
     let joints: Vec<&str> = bench.joints().collect();
+    let indifferent = LazyCell::new(|| indifferent_angles(bench));
     // every key with a number somewhere is an input of that name, joint keys too (a term may say gamma_deg_s*cos(2*beta))
     let mut columns: Vec<String> = Vec::new();
     let mut meanings = Meanings::default();
@@ -224,7 +227,7 @@ pub(super) fn from_cells(bench: &Bench, rows: impl CellRows) -> Result<Readings>
     let mut made: Vec<Reading> = Vec::with_capacity(count);
     let mut without: Option<(String, usize)> = None;
     rows.visit(&mut |place, row| {
-        let filled = reading(bench, &meanings, &joints, columns.len(), place(), row)?;
+        let filled = reading(bench, &meanings, (&joints, &indifferent), columns.len(), place(), row)?;
         // an empty cell says that nothing was read there
         let lacks = |k: &usize| bench.sensors.get(*k).is_some_and(|sensor| row.get(&sensor.id).is_none());
         if without.is_none() {
@@ -258,7 +261,7 @@ fn undeclared_axis<'a>(bench: &Bench, column: &'a str) -> Option<&'a str> {
 fn reading(
     bench: &Bench,
     meanings: &Meanings,
-    joints: &[&str],
+    (joints, indifferent): (&[&str], &LazyCell<Vec<Option<f64>>, impl FnOnce() -> Vec<Option<f64>>>),
     columns: usize,
     place: String,
     row: &ReadingFile,
@@ -322,8 +325,12 @@ fn reading(
     let keys = || row.0.iter().map(|(key, _)| key.as_str()).take(30);
     // lists as long as what is in them: a campaign may have a million readings
     let mut joint_states = Vec::with_capacity(joints.len());
-    for (joint, [deg, deg_s, turns]) in joints.iter().zip(&states) {
-        joint_states.push(JointState::from_keys(joint, *deg, *deg_s, *turns).map_err(|error| {
+    for (k, (joint, [deg, deg_s, turns])) in joints.iter().zip(&states).enumerate() {
+        let deg = match (deg, deg_s) {
+            (None, Some(0.0)) => indifferent.get(k).copied().flatten(),
+            (deg, _) => *deg,
+        };
+        joint_states.push(JointState::from_keys(joint, deg, *deg_s, *turns).map_err(|error| {
             let error = match error.finding() {
                 Some("neither") => {
                     let is_blank = |(key, cell): &&(String, Cell)| {

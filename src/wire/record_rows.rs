@@ -9,6 +9,7 @@ use super::samples_file::{SamplesFile, SegmentsBy};
 use super::{Folder, Named, Source, locate};
 use crate::bench::Bench;
 use crate::campaign::{Campaign, JointState, Observation, Reading, Readings, ScatterRequest};
+use crate::design::indifferent_angles;
 use crate::elements::{Elements, OrNan};
 use crate::error::{Fault, Malformed, Result};
 use crate::fit::Settings;
@@ -22,6 +23,7 @@ pub struct RecordRows<'a> {
     folder: &'a mut dyn Folder,
     path: String,
     bench: Bench,
+    indifferent: Vec<Option<f64>>,
     /// Titles of all columns of the record.
     titles: Vec<String>,
     names: Vec<String>,
@@ -149,6 +151,7 @@ impl<'a> RecordRows<'a> {
             taken: Taken::default(),
             row: 0,
             used: 0,
+            indifferent: indifferent_angles(&bench),
             bench,
         };
         let clock = rows.clock(&record, samples, keys.iter().any(|column_key| column_key.key == "time_s"))?;
@@ -522,8 +525,10 @@ impl Rows for RecordRows<'_> {
         into.columns.clear();
         into.columns.extend(block.columns.iter().map(number));
         into.joints.clear();
-        for (joint, [angle, rate, turns]) in self.bench.joints().zip(&self.taken.joints) {
-            let state = JointState::from_keys(joint, number(angle), number(rate), number(turns));
+        let joints = self.bench.joints().zip(&self.indifferent).zip(&self.taken.joints);
+        for ((joint, indifferent), [angle, rate, turns]) in joints {
+            let deg = number(angle).or(indifferent.filter(|_| number(rate) == Some(0.0)));
+            let state = JointState::from_keys(joint, deg, number(rate), number(turns));
             into.joints.push(state.map_err(|error| error.under(&self.place(k)))?);
         }
         into.samples = block.sensors.first().and_then(|values| number(&values.samples)).unwrap_or(1.0);

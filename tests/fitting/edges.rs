@@ -209,3 +209,29 @@ fn rounding_is_not_taken_for_curvature() {
         0.0
     );
 }
+
+/// At rest on an axis along which the gyro measures, every angle gives the same reading: none need be stated. Where a tilt makes the angle matter, it must.
+#[test]
+fn a_reading_at_rest_needs_an_angle_only_where_it_matters() {
+    let table = |bench: &str, rest: &str| {
+        let turning =
+            [50.0, -50.0, 100.0].map(|rate| format!(r#"{{ "gamma_deg_s": {rate}, "V": {} }}"#, 0.002 + 0.02 * rate));
+        format!(
+            r#"{{ "bench": {bench}, "site": {{ "latitude_deg": 45 }}, "estimate": {{ "V0": {{}}, "K": {{}} }},
+                  "readings": [ {}, {{ "gamma_deg_s": 0{rest}, "V": 0.0021 }} ] }}"#,
+            turning.join(", ")
+        )
+    };
+    let steps = r#""gyro-rate-steps""#;
+    let [without, with] = ["", r#", "gamma_deg": 77"#].map(|rest| fitted(&parse(&table(steps, rest))));
+    for id in ["V0", "K"] {
+        assert_within(value(&without, id), value(&with, id), 1e-15, id);
+        assert_within(uncertainty(&without, id), uncertainty(&with, id), 1e-15, id);
+    }
+    let tilted = r#"{ "id": "tilted", "chain": [ { "joint": "gamma", "about": "z" }, { "tilt": "m", "about": "x" } ],
+                      "sensors": { "V": { "axes": { "I": "z" }, "model": "V0 + K*w_I" } } }"#;
+    let source = tumble::wire::Source { name: "test".into(), text: table(tilted, "") };
+    let error =
+        tumble::wire::read_campaign(&source, &mut |name| panic!("refers to {name}")).expect_err("a missing angle");
+    assert!(error.to_string().contains("angle is missing"), "{error}");
+}

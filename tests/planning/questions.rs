@@ -269,3 +269,48 @@ fn a_sweep_goes_on_from_the_last_reading() {
     let times: Vec<f64> = swept.rows.iter().map(|row| row.columns[column].unwrap()).collect();
     assert_eq!(times, [3.5; 4]);
 }
+
+/// A temperature that the model line reads is planned at what the schedule has of it: with the quadratic of three coefficients no schedule at one
+/// temperature determines any, and the readings of one temperature are run together.
+#[test]
+fn a_sweep_has_the_conditions_of_the_schedule() {
+    let values = [(-40.1, 0.0), (-39.9, 50.0), (10.2, -50.0), (10.0, 50.0), (59.8, 50.0), (60.0, -50.0)];
+    let readings = values.map(|(t, rate)| match rate {
+        0.0 => format!(r#"{{ "temperature_c": {t}, "gamma_deg_s": 0 }}"#),
+        _ => format!(r#"{{ "temperature_c": {t}, "gamma_deg_s": {rate} }}"#),
+    });
+    let chamber = campaign(&format!(
+        r#"{{ "bench": "gyro-temperature", "site": {{ "latitude_deg": 45 }},
+              "estimate": {{ "V0": {{}}, "V1": {{}}, "V2": {{}}, "K": {{ "start": 0.02 }}, "K1": {{}} }}, "readings": [ {} ] }}"#,
+        readings.join(", ")
+    ));
+    let swept = plan::sweep(&chamber, 180.0).unwrap();
+    let column = swept.columns.iter().position(|name| name == "temperature_c").unwrap();
+    let mut temperatures: Vec<f64> = swept.rows.iter().map(|row| row.columns[column].unwrap()).collect();
+    temperatures.sort_by(f64::total_cmp);
+    temperatures.dedup();
+    assert_eq!(temperatures, [-40.1, 10.2, 60.0]);
+    let noise = Noise::new(&chamber, &[("V".into(), 5e-6)], &[]).unwrap();
+    let request = Request { readings: 9, ..Request::default() };
+    let better = plan::improve(&chamber, &offer(&chamber, noise, 180.0), &request).unwrap();
+    assert!(better.unreachable.is_empty(), "{:?}", better.unreachable);
+    let run: Vec<f64> = better.schedule.readings.rows.iter().map(|row| row.columns[column].unwrap()).collect();
+    assert!(run.is_sorted() && run.first() == Some(&-40.1) && run.last() == Some(&60.0), "{run:?}");
+}
+
+/// Of a fit that leaves a tilt free the scale factor is taken, so that what the plan says of the tilt is what it is at that scale factor.
+#[test]
+fn a_plan_is_judged_at_what_an_incomplete_fit_determines() {
+    // y = b + K sin(beta + m) at 0 and 180 deg alone with a second tilt of the same column: only the sum of m and the reference r is seen
+    let text = r#"{ "bench": { "id": "head", "units": { "force": "g" },
+                 "chain": [ { "joint": "beta", "about": "x" }, { "tilt": "m", "about": "x" }, { "tilt": "r", "about": "x" } ],
+                 "sensors": { "y": { "unit": "V", "axes": { "I": "y" }, "model": "b + K*a_I" } } },
+              "estimate": { "b": {}, "K": {}, "m": {}, "r": {} },
+              "readings": [ { "beta_deg": 0, "y": 0.013 }, { "beta_deg": 90, "y": 1.31 }, { "beta_deg": 180, "y": 0.007 },
+                            { "beta_deg": 270, "y": -1.29 }, { "beta_deg": 45, "y": 0.93 } ] }"#;
+    let measured = campaign(text);
+    let fit = fit::fit(&measured, &fit::Settings::default()).unwrap();
+    assert_eq!(fit.not_estimable.len(), 1);
+    let judged = plan::judged_at(&measured, &[], Some(&fit)).unwrap();
+    assert!(judged.from.iter().map(|own| own.name()).eq(["fitted", "fitted", "zero", "zero"]));
+}

@@ -27,10 +27,10 @@ fn estimate(report: &Value, id: &str) -> (f64, f64) {
 const LATITUDE_DEG: f64 = 52.1;
 const EARTH_RATE_DEG_S: f64 = 15.041067 / 3600.0;
 
-/// A German spreadsheet of a gyro of 20 mV/(deg/s) and 2.5 mV on a rate table, to the last digit that it shows.
+/// A German spreadsheet of a gyro of 20 mV/(deg/s) and 2.5 mV on a rate table, at rest too, to the last digit that it shows.
 fn rates(folder: &Path) {
     let mut table = String::from("Messung;Drehrate (°/s);Ausgang [mV]\n");
-    for (k, rate) in [10.0, -10.0, 25.0, -25.0, 50.0, -50.0, 100.0, -100.0, 150.0, -150.0].iter().enumerate() {
+    for (k, rate) in [0.0, 10.0, -10.0, 25.0, -25.0, 50.0, -50.0, 100.0, -100.0, 150.0, -150.0].iter().enumerate() {
         let input = rate + EARTH_RATE_DEG_S * LATITUDE_DEG.to_radians().sin();
         writeln!(table, "{};{rate};{:.6}", k + 1, 2.5 + 20.0 * input).expect("written");
     }

@@ -168,13 +168,20 @@ fn own(arguments: &Arguments, answers: &Answers, columns: &[Column], stem: &str)
     if sensors.is_empty() {
         return Err(Malformed::new(Fault::Missing, "a bench has a sensor").expected("--model 'V [mV] = V0 + k*a_x'"));
     }
+    let chain: Vec<_> = chain.into_iter().flatten().flatten().collect();
+    let ids: Vec<&str> = sensors.iter().map(|(id, _)| id.as_str()).collect();
+    let joints: Vec<&str> = chain.iter().filter_map(|link| link.get("joint")?.as_str()).collect();
+    let title = match joints.is_empty() {
+        true => format!("{stem}: {}", ids.join(", ")),
+        false => format!("{stem}: {} on {}", ids.join(", "), joints.join(", ")),
+    };
     let mut file: BenchFile = serde_json::from_value(json!({
-        "id": stem, "title": format!("Made by tumble new for {stem}"),
+        "id": stem, "title": title,
         "notes": [
             "readings give each joint NAME as NAME_deg at rest, or NAME_deg_s while it turns (the mean over whole turns)",
             "a tilt is a small unknown angle, estimated in rad and arcsec; every other name in a model line is a column of the readings or a coefficient"
         ],
-        "chain": chain.into_iter().flatten().flatten().collect::<Vec<_>>(), "sensors": {}
+        "chain": chain, "sensors": {}
     }))
     .map_err(|error| Malformed::new(Fault::Value, error.to_string()))?;
     file.sensors = wire::Named(sensors);

@@ -208,9 +208,7 @@ fn solved(
 fn inputs(campaign: &Campaign, sample: &Sample, question: &Question) -> Vec<Input> {
     let names: Vec<&str> = campaign.bench.sensors.iter().flat_map(|sensor| sensor.model.names()).collect();
     let over: Vec<usize> = question.sensors.iter().filter_map(|own| own.line.map(|(_, column)| column)).collect();
-    let joint = |column: &str| {
-        campaign.bench.joints().any(|joint| matches!(column.strip_prefix(joint), Some("_deg" | "_deg_s")))
-    };
+    let joint = |column: &str| campaign.bench.is_of_joint(column);
     let columns = sample.readings.columns.iter().zip(&sample.ranges).enumerate();
     columns
         .filter(|(k, (name, (low, high)))| {
