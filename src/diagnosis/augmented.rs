@@ -24,7 +24,7 @@ use crate::error::Result;
 use crate::fit::{self, Fit};
 use crate::simulate::Regressor;
 use crate::vocabulary::vocabulary;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 
 /// Sets that are fitted first, rounds of exact fits, and fits of each round: they bound the work.
 const FOLLOWED: usize = 6;
@@ -200,6 +200,16 @@ pub(super) fn odds<'a>(
     priors.shared(candidates.map(odds_of).collect(), plain)
 }
 
+/// Of each candidate that is one for several sensors the number of its kind, and of how many sensors.
+fn kinds<'a>(of: impl Iterator<Item = &'a Candidate>, all: &[Candidate]) -> Vec<Option<(u16, u16)>> {
+    let mut sensors: HashMap<&str, (u16, u16)> = HashMap::new();
+    for candidate in all.iter().filter(|candidate| candidate.sensor.is_some()) {
+        let next = u16::try_from(sensors.len()).unwrap_or(u16::MAX);
+        sensors.entry(&candidate.regressor).or_insert((next, 0)).1 += 1;
+    }
+    of.map(|candidate| sensors.get(candidate.regressor.as_str()).copied().filter(|(_, sensors)| *sensors > 1)).collect()
+}
+
 /// For each candidate, scaled to a largest value of one, the coefficient with which it would make this share of the largest reading of its sensor if its
 /// inputs were as large as they could be: what only small tilts leave needs an absurd one.
 fn plain(candidates: &[Candidate], design: &DesignMatrix, share: f64) -> Vec<f64> {
@@ -371,6 +381,7 @@ impl<'a> Search<'a> {
             prior: &odds,
             plain: &absurd,
             fixed: &candidates.iter().map(|c| c.fixed).collect::<Vec<_>>(),
+            kinds: &kinds(candidates.iter(), &candidates),
             known: weighted.from == NoiseFrom::Stated,
             kernels: &kernels,
             sharing: None,
@@ -421,6 +432,7 @@ impl<'a> Search<'a> {
             prior: odds,
             plain: &plain(&members, &design, self.priors.plain),
             fixed: &members.iter().map(|c| c.fixed).collect::<Vec<_>>(),
+            kinds: &kinds(members.iter(), &candidates),
             known: weighted.from == NoiseFrom::Stated,
             kernels: &kernels,
             sharing: Some(remainder.1),

@@ -170,6 +170,7 @@ pub fn foresee(campaign: &Campaign, catalogue: &[Effect], noise: &Noise) -> Resu
         prior: &odds,
         plain: &vec![f64::INFINITY; noise.end],
         fixed: &[],
+        kinds: &[],
         known: true,
         kernels: &kernels,
         sharing: None,

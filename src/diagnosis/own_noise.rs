@@ -87,6 +87,7 @@ fn of_noise(
         prior: &[],
         plain: &[],
         fixed: &[],
+        kinds: &[],
         known: false,
         kernels: &kernels,
         sharing: None,

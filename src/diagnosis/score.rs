@@ -145,6 +145,8 @@ pub(crate) struct Problem<'a> {
     pub plain: &'a [f64],
     /// The coefficient of a column that has no other: two readings exchanged. Nothing where all sizes are possible; may be shorter.
     pub fixed: &'a [Option<f64>],
+    /// Of each column that several sensors may have, the number of its kind, and of how many sensors; may be shorter.
+    pub kinds: &'a [Option<(u16, u16)>],
     pub known: bool,
     pub kernels: &'a [Kernel],
     /// So many share the probability of a remainder; those that are not here have next to none.
@@ -171,6 +173,8 @@ pub(crate) struct Score {
     pub prior: Vec<f64>,
     /// What is believed of the size of each of these.
     beliefs: Vec<Vec<Belief>>,
+    /// The kinds of these that several sensors may have.
+    kinds: Vec<Vec<(u16, u16)>>,
     /// projected columns, unit norm
     c: Mat<f64>,
     pub visible: Vec<f64>,
@@ -343,6 +347,7 @@ impl Score {
         let mut alike: Vec<Vec<u16>> = vec![vec![]; k];
         let mut prior = p.prior.to_vec();
         let mut beliefs: Vec<Vec<Belief>> = vec![vec![]; k];
+        let mut kinds: Vec<Vec<(u16, u16)>> = vec![vec![]; k];
         let mut taken = vec![false; k];
         for (n, &j) in order.iter().enumerate() {
             if taken[j] {
@@ -377,6 +382,7 @@ impl Score {
                 fixed: fixed[*i].map(|size| size * sign),
             };
             beliefs[first] = group.iter().map(belief).collect();
+            kinds[first] = group.iter().filter_map(|i| p.kinds.get(*i).copied().flatten()).collect();
             alike[first] = group.iter().map(|i| *i as u16).collect();
         }
         Score {
@@ -386,6 +392,7 @@ impl Score {
             zz,
             prior,
             beliefs,
+            kinds,
             alike,
             c,
             visible,
@@ -455,6 +462,21 @@ impl Score {
         self.beliefs[j].iter().map(|belief| belief.density(size, variance, range)).sum::<f64>().ln()
     }
 
+    /// What a set gains (ln) for a further member of a kind that it has in other sensors, over one of another kind. What is in one sensor is in any number
+    /// of the others with the same probability (a drift of the room is in all): `m` of `s` sensors have the odds of one times `s / C(s, m)`.
+    fn joins(&self, set: &[u16], j: u16) -> f64 {
+        let own = &self.kinds[j as usize];
+        let Some(sensors) = own.iter().map(|(_, sensors)| f64::from(*sensors)).reduce(f64::max) else { return 0.0 };
+        let same = |other: &&u16| self.kinds[**other as usize].iter().any(|kind| own.contains(kind));
+        let before = set.iter().filter(same).count() as f64;
+        // the odds of a kind are counted once
+        if before > 0.0 { ((before + 1.0) / (sensors - before).max(1.0)).ln() - self.prior[j as usize] } else { 0.0 }
+    }
+
+    fn of_one_kind(&self, set: &[u16]) -> f64 {
+        set.iter().enumerate().map(|(k, j)| self.joins(&set[..k], *j)).sum()
+    }
+
     /// ln p(y, S | K, t) but for what all share.
     fn evidence(&self, k: usize, q: f64, logdet_v: f64, logdet_g: f64, believed: f64) -> f64 {
         let l = 2.0 * self.settings.range();
@@ -493,6 +515,7 @@ impl Score {
         let k = set.len();
         let variance = |i: usize| s2 * state.inverse[i * k + i];
         let believed: f64 = (0..k).map(|i| self.believed(set[i] as usize, state.beta[i], variance(i))).sum();
+        let believed = believed + self.of_one_kind(set);
         state.value = self.evidence(k, state.q, remainder.logdet, state.logdet, believed);
         Some(state)
     }
@@ -501,6 +524,7 @@ impl Score {
     fn additions(&self, state: &State, remainder: &GivenRemainder, least: f64) -> Vec<f64> {
         let k = state.set.len();
         let own_q = state.q.max(1e-14 * self.zz).max(f64::MIN_POSITIVE);
+        let before = self.of_one_kind(&state.set);
         (0..self.b.len())
             .map(|j| {
                 if self.norm[j] == 0.0 || state.set.contains(&(j as u16)) || !self.prior[j].is_finite() {
@@ -514,12 +538,13 @@ impl Score {
                 } else {
                     0.5 * (self.nu - k as f64) * (own_q / q.max(1e-14 * self.zz).max(f64::MIN_POSITIVE)).ln()
                 };
-                if state.value + gain + self.prior[j] + 2.0 < least {
+                let joins = self.joins(&state.set, j as u16);
+                if state.value + gain + self.prior[j] + joins + 2.0 < least {
                     return f64::NEG_INFINITY;
                 }
                 let s2 = self.sigma2(q, k + 1);
                 let bj = bb / d;
-                let mut believed = self.believed(j, bj, s2 / d);
+                let mut believed = self.believed(j, bj, s2 / d) + before + joins;
                 for (i, h) in h.iter().enumerate() {
                     let bi = state.beta[i] - h * bj;
                     let u = state.inverse[i * k + i] + h * h / d;
@@ -628,6 +653,7 @@ impl Score {
         let s2 = self.sigma2(q, k);
         let variances: Vec<f64> = (0..k).map(|i| (s2 * inverse[i * k + i]).max(f64::MIN_POSITIVE)).collect();
         let believed: f64 = (0..k).map(|i| self.believed(set[i] as usize, beta[i], variances[i])).sum();
+        let believed = believed + self.of_one_kind(set);
         let t = beta.iter().zip(&variances).map(|(size, variance)| size / variance.sqrt()).collect();
         Some(Solved { value: self.evidence(k, q, logdet_v, logdet, believed), sizes: beta, t, squares: q })
     }

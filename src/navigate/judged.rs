@@ -78,6 +78,7 @@ impl Search<'_> {
             prior: &priors.shared(log_odds, share),
             plain: &absurd,
             fixed: &[],
+            kinds: &[],
             // where something is unexplained, the noise itself may be larger than stated
             known: whole && case.from == NoiseFrom::Stated,
             kernels: &kernels,
