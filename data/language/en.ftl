@@ -530,7 +530,7 @@ effects-are-missing = { $n ->
     [one] one effect is missing from the model: { $names }
    *[other] { $n } effects are missing from the model: { $names }
 }
-what-remains-is-more-than-noise = { $found }; the remaining residuals exceed the noise, and no effect that was tried explains them
+what-remains-is-more-than-noise = { $found }; the remaining residuals exceed the noise, and no further effect is probable
 effects-are-suspected = the residuals exceed the noise; suspected, but not probable enough for a name, or not different from zero within its uncertainty: { $suspected }
 and-further-effects-are-suspected = { $found }; also suspected: { $suspected }
 effect-with-probability = { $name }, probability { $p }
@@ -540,7 +540,7 @@ nothing-is-missing = { $noise ->
    *[residuals] no effect is significant; the noise is estimated from the residuals, so completeness cannot be tested
 }
 nothing-is-probable = the residuals exceed the noise (p = { $p }), but no effect is probable enough to be suspected: whether something is missing cannot be decided
-unexplained = the residuals exceed the noise, and no effect that was tried explains them
+unexplained = the residuals exceed the noise, and no effect or set of effects that was tried is a probable explanation
 not-diagnosable = { $of ->
     [mission] nothing can be diagnosed: fewer than three values were measured
    *[campaign] nothing can be diagnosed: there are as many readings as unknowns, so no residuals remain
@@ -885,6 +885,7 @@ the-given-schedule = The given schedule
 the-better-schedule-in-full = The better schedule in full
 model-and-noise = Model and noise
 the-better-schedule-2 = The better schedule
+goal-not-determined = The goal is not reached: not every quantity that it counts is determined.
 goal-reached = { $reached ->
     [yes] The goal is reached: the largest uncertainty is { $share } of its limit{ $proof }.
    *[no] The goal is not reached: at best, the largest uncertainty is { $share } of its limit.

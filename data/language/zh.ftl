@@ -507,7 +507,7 @@ effects-are-missing = { $n ->
     [1] 模型缺少一个误差项：{ $names }
    *[other] 模型缺少 { $n } 个误差项：{ $names }
 }
-what-remains-is-more-than-noise = { $found }；余下部分仍大于噪声，所试的误差项均不能解释它
+what-remains-is-more-than-noise = { $found }；余下部分仍大于噪声，再无可能的误差项
 effects-are-suspected = 残差大于噪声；有嫌疑但概率不足以命名、或在其不确定度内与零无差异的误差项：{ $suspected }
 and-further-effects-are-suspected = { $found }；此外有嫌疑的误差项：{ $suspected }
 effect-with-probability = { $name }，概率 { $p }
@@ -517,7 +517,7 @@ nothing-is-missing = { $noise ->
    *[residuals] 没有误差项的显著性超出偶然；噪声只能由残差得知，因此这组读数只能说明到此
 }
 nothing-is-probable = 残差大于噪声（p = { $p }），但没有误差项的概率足以列为可疑：无法判断模型是否缺误差项
-unexplained = 残差大于噪声，所试的误差项均不能解释它
+unexplained = 残差大于噪声，所试的误差项及其组合均非可能的解释
 not-diagnosable = { $of ->
     [mission] 无法诊断：实测数据少于三个
    *[campaign] 无法诊断：读数刚好够确定各未知量，没有多余读数可供检验
@@ -812,6 +812,7 @@ the-given-schedule = 原试验编排
 the-better-schedule-in-full = 更优的试验编排全表
 model-and-noise = 模型与噪声
 the-better-schedule-2 = 更优的试验编排
+goal-not-determined = 目标未达到：所计的量并非都能确定。
 goal-reached = { $reached ->
     [yes] 目标已达到：最大不确定度为其限值的 { $share } 倍{ $proof }。
    *[no] 目标未达到：最好时，最大不确定度为其限值的 { $share } 倍。

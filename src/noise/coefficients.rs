@@ -277,9 +277,9 @@ fn least_squares(columns: &[&Vec<f64>], y: &[f64]) -> Option<(Vec<f64>, Vec<Vec<
 /// taken for as much as chance gives in one record of a hundred. u is such that 1.96 u covers 95 %, over that set and those with more terms, as
 /// likely as they are. `None` for fewer than five averaging times, or where nothing varies.
 ///
-/// Where no sum of the terms describes all averaging times, a filter or a logger that holds its samples bends the shortest. Beyond its own length it takes from the
+/// Where no sum of the terms describes all averaging times by far, a filter or a logger that holds its samples bends the shortest. Beyond its own length it takes from the
 /// Allan variance of white noise what falls as `1/tau^2`: the term of quantization is then free in its sign, and none of the answer. The shortest averaging
-/// times are left out until such a sum describes the others. Where none does, each `e` has a further variance of its own, as large as
+/// times are left out until such a sum describes the others. Where none does, or chance may be the cause, each `e` has a further variance of its own, as large as
 /// brings chi-square down to its degrees of freedom (J. Mandel, R. C. Paule, Anal. Chem. 42 (1970), 1194): what the terms leave open is in u, p and the limits.
 pub(super) fn coefficients(sums: &[Sums], cells: &Cells, interval: f64) -> Option<Coefficients> {
     let all = Described::new(Points::new(sums, cells)?, interval)?;
@@ -293,7 +293,10 @@ pub(super) fn coefficients(sums: &[Sums], cells: &Cells, interval: f64) -> Optio
         found.agreement.from_tau_s = Some(own.first()?.m as f64 * interval);
         Some(found).filter(|found| found.agreement.is_good())
     };
-    if let Some(k) = (1..sums.len()).find(|k| from(*k).is_some()) {
+    /// Chance alone takes the short averaging times from fewer good records than this.
+    const BY_CHANCE: f64 = 1e-4;
+    let bent = all.agreement.p < BY_CHANCE;
+    if let Some(k) = (1..sums.len()).filter(|_| bent).find(|k| from(*k).is_some()) {
         return (k..=k + MORE).rev().find_map(from).map(|found| found.coefficients());
     }
     let dof = all.agreement.dof as f64;

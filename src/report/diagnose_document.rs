@@ -380,9 +380,11 @@ pub fn at(what: &str, when: &'static str, lang: Language) -> String {
     format!("{what}{}{}", lang.clause(), lang.word(when))
 }
 
-/// The probability of the residuals by chance where nothing is suspected, and they are no chance at the significance of names.
+/// The probability of the residuals by chance where nothing is suspected, and a fit would call it lack of fit.
 fn contradicting(report: &DiagnoseReport) -> Option<f64> {
-    report.gap.after.p.filter(|p| report.verdict == Verdict::NothingMissing && *p < report.significance)
+    /// The level at which a fit tests.
+    const TESTED: f64 = 0.05;
+    report.gap.after.p.filter(|p| report.verdict == Verdict::NothingMissing && *p < TESTED.max(report.significance))
 }
 
 /// How the result sounds.

@@ -4,7 +4,7 @@
 use super::fit_document::{bench_figure, model_facts};
 use super::provenance::begin;
 use super::separation::NotEstimableReport;
-use super::{DiscriminationReport, Effort, FindReport, ImprovedReport, JudgementReport, PlanReport};
+use super::{ARCSEC, DiscriminationReport, Effort, FindReport, ImprovedReport, JudgementReport, PlanReport};
 use super::{PlannedPositionReport, PointReport, PositionReport, SharedReport, foresight};
 use crate::campaign::{Campaign, Kind, Readings};
 use crate::document::chart::{Chart, Spot};
@@ -72,7 +72,10 @@ fn keys(position: &BTreeMap<String, f64>) -> String {
 fn answer(improved: &ImprovedReport, finds: &[FindReport], lang: Language) -> Section {
     let goal = improved.goal.as_ref();
     let reached = goal.map(|goal| {
-        let share = goal.largest_share.map_or(say!(lang, "unknown").into(), |s| significant(s, 3));
+        let Some(share) = goal.largest_share else {
+            return (Tone::Bad, say!(lang, "goal-not-determined").to_string());
+        };
+        let share = significant(share, 3);
         let proof = if goal.is_fewest { say!(lang, "fewer-readings-cannot-reach-it") } else { "" };
         let tone = if goal.reached { Tone::Good } else { Tone::Bad };
         (tone, say!(lang, "goal-reached", reached = goal.reached, share, proof))
@@ -91,7 +94,7 @@ fn answer(improved: &ImprovedReport, finds: &[FindReport], lang: Language) -> Se
     let limit = improved.cost_limit.map(|limit| cost_limit(improved, limit, lang));
     let said =
         shortfall(improved, lang).filter(|_| proven.is_some()).into_iter().chain(moved(improved, lang)).chain(limit);
-    let said = said.chain(finds.iter().map(|find| found_with(find, lang))).map(|said| lang.sentence(&said));
+    let said = said.chain(finds.iter().map(|find| found_with(find, improved, lang))).map(|said| lang.sentence(&said));
     let to_run = (improved.to_run != improved.judgement.work).then(|| work_of(&improved.to_run, lang));
     let apart = improved.separation.iter().flat_map(|separation| {
         let tone = if separation.after.iter().all(Option::is_some) { Tone::Good } else { Tone::Bad };
@@ -419,15 +422,17 @@ fn percent(share: f64) -> String {
 }
 
 /// What an effect that is to be found asks of the schedule.
-fn found_with(find: &FindReport, lang: Language) -> String {
+fn found_with(find: &FindReport, improved: &ImprovedReport, lang: Language) -> String {
+    let unit = improved.comparison.iter().find(|own| own.id == find.coefficient).map_or("", |own| own.unit.as_str());
+    let number = |x: f64| format!("{} {unit}", significant(if unit == "arcsec" { x * ARCSEC } else { x }, 3));
     say!(
         lang,
         "of-is-found-with-probability-where-the",
         effect = find.effect,
-        size = significant(find.size, 3),
+        size = number(find.size).trim_end(),
         power = find.power.to_string(),
         coefficient = find.coefficient,
-        u = significant(find.u, 3)
+        u = number(find.u).trim_end()
     )
 }
 

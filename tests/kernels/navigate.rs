@@ -41,6 +41,7 @@ fn five_correlated_columns_come_out_of_sixty() {
                 prior: &odds,
                 plain: &[f64::INFINITY; 60],
                 fixed: &[],
+                kinds: &[],
                 known: true,
                 kernels: &[],
                 sharing: None,
