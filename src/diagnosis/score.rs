@@ -462,15 +462,20 @@ impl Score {
         self.beliefs[j].iter().map(|belief| belief.density(size, variance, range)).sum::<f64>().ln()
     }
 
-    /// What a set gains (ln) for a further member of a kind that it has in other sensors, over one of another kind. What is in one sensor is in any number
-    /// of the others with the same probability (a drift of the room is in all): `m` of `s` sensors have the odds of one times `s / C(s, m)`.
+    /// What a set gains (ln) for a further member of a kind that it has in other sensors, over one of another kind. What is in one of `s` sensors is in it
+    /// alone with the probability one half, else in two of them, in three, in all (a drift of the room) with equal ones: of a set of `m`, `1 / (2 (s-1) C(s, m))`.
     fn joins(&self, set: &[u16], j: u16) -> f64 {
         let own = &self.kinds[j as usize];
         let Some(sensors) = own.iter().map(|(_, sensors)| f64::from(*sensors)).reduce(f64::max) else { return 0.0 };
         let same = |other: &&u16| self.kinds[**other as usize].iter().any(|kind| own.contains(kind));
         let before = set.iter().filter(same).count() as f64;
+        let second = if before == 1.0 { (sensors - 1.0).ln() } else { 0.0 };
         // the odds of a kind are counted once
-        if before > 0.0 { ((before + 1.0) / (sensors - before).max(1.0)).ln() - self.prior[j as usize] } else { 0.0 }
+        if before > 0.0 {
+            ((before + 1.0) / (sensors - before).max(1.0)).ln() - second - self.prior[j as usize]
+        } else {
+            0.0
+        }
     }
 
     fn of_one_kind(&self, set: &[u16]) -> f64 {

@@ -66,7 +66,16 @@ pub(super) fn steps(
     settings: &Settings,
 ) -> Result<Vec<GapStep>> {
     let Seen { candidates, evidence, weighted, .. } = seen;
-    let name = |j: usize| candidates.get(j).map_or(String::new(), |c| c.regressor.clone());
+    // one effect in several sensors is added to one after the other
+    let several = |c: &Candidate| {
+        set.iter().filter_map(|j| candidates.get(*j)).filter(|other| other.regressor == c.regressor).count() > 1
+    };
+    let name = |j: usize| {
+        candidates.get(j).map_or(String::new(), |c| match c.sensor.filter(|_| several(c)) {
+            Some(sensor) => format!("{} of {}", c.regressor, campaign.sensor_id(sensor)),
+            None => c.regressor.clone(),
+        })
+    };
     let mut steps = Vec::with_capacity(set.len() + 1);
     for count in 0..=set.len() {
         let members = set.part(..count);

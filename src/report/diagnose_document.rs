@@ -50,9 +50,9 @@ fn result(report: &DiagnoseReport, of: Option<(&Campaign, &Diagnosis)>, lang: La
         [pattern, lang.sentence(&remainder(report, lang)), nearest(&unknown.nearest, unknown.nearest_explains, lang)]
     });
     let several = report.model_before.len() > 1;
-    let rows = report.effects.iter().map(|effect| {
+    let rows = report.effects.iter().flat_map(|effect| {
         let (scale, unit) = scale(effect);
-        Found {
+        let whole = Found {
             regressor: &effect.regressor,
             quantity: self::of(effect, lang),
             sensor: effect.sensor.as_deref().filter(|_| several).unwrap_or_default(),
@@ -62,8 +62,24 @@ fn result(report: &DiagnoseReport, of: Option<(&Campaign, &Diagnosis)>, lang: La
             unit,
             t: effect.t,
             p: effect.p,
-            explains: effect.explains,
-        }
+            explains: Some(effect.explains),
+        };
+        // one effect in several sensors: a row each, what all of them explain in the first
+        let k = effect.expanded.zip(effect.u).map(|(expanded, u)| expanded / u);
+        let of_sensors = effect.in_sensors.iter().enumerate().map(move |(place, own)| Found {
+            regressor: &effect.regressor,
+            quantity: format!("`{}`", own.coefficient),
+            sensor: &own.sensor,
+            value: own.value.map(|value| value * scale),
+            u: own.u.map(|u| u * scale),
+            expanded: own.u.zip(k).map(|(u, k)| u * k * scale),
+            unit: &own.unit,
+            t: own.t,
+            p: own.p,
+            explains: (place == 0).then_some(effect.explains),
+        });
+        let whole = effect.in_sensors.is_empty().then_some(whole);
+        whole.into_iter().chain(of_sensors)
     });
     let rows: Vec<Found<'_>> = rows.collect();
     let level = report.effects.first().map_or(String::new(), |effect| level(effect.level));
@@ -330,7 +346,7 @@ pub struct Found<'a> {
     /// Probability by chance.
     pub p: f64,
     /// Share of the residual sum of squares.
-    pub explains: f64,
+    pub explains: Option<f64>,
 }
 
 /// What was found, one thing a row; `expanded` is the title of the expanded uncertainties, which stand for u where there are any.
@@ -350,7 +366,7 @@ pub fn found<'a>(rows: &'a [Found<'a>], expanded: Option<&str>, lang: Language) 
         .left(say!(lang, "unit"), |row| row.unit)
         .decimal("t", |row| Cell::Decimals(row.t, 1))
         .right("p", |row| Cell::Probability(row.p))
-        .right(say!(lang, "explains"), |row| Cell::Share(row.explains))
+        .right(say!(lang, "explains"), |row| row.explains.map_or_else(|| "".into(), Cell::Share))
         .at(Detail::Roomy);
     if rows.len() > 1 { table.note(say!(lang, "explains-beyond-the-others")) } else { table }
 }

@@ -279,7 +279,7 @@ fn result(report: &NavigateDiagnoseReport, of: Option<&NavigationDiagnosis>, lan
         unit: &effect.unit,
         t: effect.t,
         p: effect.p,
-        explains: effect.explains,
+        explains: Some(effect.explains),
     });
     let found: Vec<words::Found<'_>> = found.collect();
     let changes = if found.is_empty() { "" } else { say!(lang, "values-are-changes-of-the-missions-errors") };

@@ -457,3 +457,39 @@ fn a_known_scale_factor_on_a_ridge_is_not_wrong() {
         assert_nothing(&diagnosed(&simulated(&schedule, &truth, seed)));
     }
 }
+
+/// A drift of the room in three accelerometers, of another slope in each, 10 standard deviations: one finding, with the value of each sensor. Each slope by
+/// itself is less than what a smooth course of time in all three explains.
+#[test]
+fn a_drift_of_several_sensors_is_one_finding() {
+    let attitudes = [(0.0, 0.0), (0.0, 90.0), (0.0, 180.0), (0.0, 270.0), (90.0, 0.0), (270.0, 0.0)];
+    let at = |k: usize| {
+        let (pitch, roll) = attitudes[k % 6];
+        json!({ "pitch_deg": pitch, "roll_deg": roll, "time_s": 300 * k })
+    };
+    let sensors = ["ax", "ay", "az"];
+    let parameters = ["bx", "Kx", "Kxy", "Kxz", "by", "Ky", "Kyx", "Kyz", "bz", "Kz", "Kzx", "Kzy"];
+    let of_each = |value: &dyn Fn(&str) -> Value| -> Value {
+        parameters.iter().map(|name| (name.to_string(), value(name))).collect::<serde_json::Map<_, _>>().into()
+    };
+    let estimate = of_each(&|_| json!({}));
+    let schedule = json!({ "bench": "accelerometer-six-positions", "estimate": estimate, "readings": (0..18).map(at).collect::<Vec<_>>() });
+    let values = of_each(&|name| json!({ "value": if ["Kx", "Ky", "Kz"].contains(&name) { 16384.0 } else { 12.0 } }));
+    // the slope's own u is 1 / sqrt(sum (t - mean)^2) = 1 / (300 sqrt(18 (18^2 - 1) / 12))
+    let u = 1.0 / (300.0 * (18.0_f64 * 323.0 / 12.0).sqrt());
+    let sizes = [10.0, -11.0, 12.0];
+    let mut found = 0;
+    for seed in 0..SEEDS {
+        let effect =
+            |(k, sensor): (usize, &&str)| json!({ "regressor": "time_s", "sensor": sensor, "value": sizes[k] * u });
+        let effects: Vec<Value> = sensors.iter().enumerate().map(effect).collect();
+        let noise = json!({ "sd": 1.0, "stated": true });
+        let truth = json!({ "values": values, "noise": { "ax": noise, "ay": noise, "az": noise }, "effects": effects });
+        let report = diagnosed(&simulated(&schedule, &truth, 60 + seed));
+        println!("{seed}: {} {:?}", report.verdict.name(), names(&report));
+        if let ([effect], [names]) = (report.effects.as_slice(), names(&report).as_slice()) {
+            found += usize::from(names.contains(&"time_s") && effect.in_sensors.len() == 3);
+        }
+    }
+    assert!(found + 1 >= SEEDS as usize, "{found} of {SEEDS}");
+}
