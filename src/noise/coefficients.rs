@@ -117,7 +117,7 @@ pub struct Agreement {
     /// described was taken.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub walk_sampled_s: Option<f64>,
-    /// The largest change, where noise of these coefficients makes one as large in fewer than 1 of 1000 records.
+    /// The largest change, where noise of these coefficients makes one as large in fewer than 1 of 10,000 records.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub change: Option<Change>,
 }

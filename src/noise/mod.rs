@@ -135,7 +135,7 @@ pub fn analyse(ladder: &Ladder, interval: f64, level: f64) -> Analysis {
         if short || ladder.is_constant() { None } else { coefficients::coefficients(&thin, ladder.cells(), interval) };
     if let Some(found) = &mut coefficients {
         /// Fewer records of noise alone than this share have a change.
-        const BY_CHANCE: f64 = 1e-3;
+        const BY_CHANCE: f64 = 1e-4;
         let (largest, count) = ladder.cells().largest_change(|m| found.variance(m * interval));
         let largest =
             largest.filter(|[in_sd, ..]| normal_survival(*in_sd).is_some_and(|p| 2.0 * p * (count as f64) < BY_CHANCE));

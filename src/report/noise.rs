@@ -209,7 +209,7 @@ fn described(a: &Agreement, lang: Language) -> (Tone, String) {
     let test = say!(lang, "chi-square-with-degrees-of-freedom", statistic = chi, dof = a.dof.to_string());
     let test = lang.in_parentheses(&format!("{test}{}p = {p}", lang.clause()));
     let well = a.is_good();
-    let tone = if well && a.change.is_none() { Tone::Good } else { Tone::Caution };
+    let tone = if well { Tone::Good } else { Tone::Caution };
     (tone, lang.sentence(&format!("{} {test}", say!(lang, "their-sum-describes", well))))
 }
 

@@ -88,13 +88,9 @@ fn a_table_becomes_a_certificate() {
     let table = std::fs::read_to_string(folder.join("Drehtisch.csv")).expect("a table");
     // at rest the Earth's rate alone is in the reading
     let rest = format!("{:.6}", 2.5 + 20.0 * EARTH_RATE_DEG_S * LATITUDE_DEG.to_radians().sin()).replace('.', ",");
-    std::fs::write(folder.join("Ruhe.csv"), format!("{table}11;0,0;{rest}\n")).expect("a table");
     let start = "new Ruhe.csv --bench gyro-rate-steps --latitude 52.1 --serial 7";
     let given = |more: &str| -> Vec<String> { format!("{start} {more}").split(' ').map(str::to_string).collect() };
     let run = |given: &[String]| tumble(folder, &given.iter().map(String::as_str).collect::<Vec<_>>());
-    let (code, _, told) = run(&given("--date 2026-03-12"));
-    let told = told.split_whitespace().filter(|word| *word != "│").collect::<Vec<_>>().join(" ");
-    assert!(code == 1 && told.contains("a column that is empty where the joint turns"), "{told}");
     let rows =
         table.lines().enumerate().map(|(k, line)| format!("{line};{}\n", if k == 0 { "Winkel (°)" } else { "" }));
     std::fs::write(folder.join("Ruhe.csv"), rows.collect::<String>() + &format!("11;0,0;{rest};0\n")).expect("a table");

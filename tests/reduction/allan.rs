@@ -191,7 +191,7 @@ fn coefficients_of_simulated_records() {
         "{:>8} {:>8} {:>2} {:>6} {:>9} {:>7} {:>7}",
         "terms", "missing", "", "found", "mean/true", "sd/u", "covered"
     );
-    let (mut inside, mut all, mut made_up) = (0, 0, 0);
+    let (mut inside, mut all, mut made_up, mut moved) = (0, 0, 0, 0);
     for (seed, (name, count, truth)) in cases.into_iter().enumerate() {
         for (how, missing) in ["none", "3 %", "5 gaps"].into_iter().enumerate() {
             let mut random = Pcg64Mcg::seed_from_u64((100 + 10 * seed + how) as u64);
@@ -204,6 +204,7 @@ fn coefficients_of_simulated_records() {
                     analyse(&ladder, dt, 0.95).coefficients.expect("coefficients")
                 })
                 .collect();
+            moved += fits.iter().filter(|fit| fit.agreement.change.is_some()).count();
             for (term, truth) in Term::ALL.into_iter().zip(truth) {
                 let own = fits.iter().filter_map(|f| f.get(term));
                 let found: Vec<(f64, f64)> = own.filter_map(|c| c.value.zip(c.u)).collect();
@@ -238,6 +239,23 @@ fn coefficients_of_simulated_records() {
     let allowance = 4.0 * (0.05 * 0.95 / all as f64).sqrt();
     assert!((inside as f64 / all as f64 - 0.95).abs() < allowance.max(0.01), "{inside} of {all}");
     assert!(made_up as f64 <= 0.01 * records as f64 + 2.0, "{made_up} in {records}");
+    // none of them moves: 1e-4 of each
+    assert!(moved as f64 <= 1e-4 * records as f64 + 2.0, "{moved} of {records} move");
+}
+
+/// A table that turns by 10 deg/s every 20 s: a random walk describes its Allan deviations, and its steps are none of a random walk.
+#[test]
+fn a_record_that_moves_says_so() {
+    let mut random = Pcg64Mcg::seed_from_u64(3);
+    let dt = 0.01;
+    let mut samples = record(&mut random, 20_000, dt, [0.0, 5e-3, 0.0, 0.0, 0.0]);
+    samples.iter_mut().enumerate().filter(|(k, _)| k / 2000 % 2 == 1).for_each(|(_, v)| *v += 10.0);
+    let mut ladder = Ladder::new(1);
+    ladder.push(&samples);
+    let change = analyse(&ladder, dt, 0.95).coefficients.expect("coefficients").agreement.change.expect("a change");
+    assert!((change.by.abs() - 10.0).abs() < 0.05 && change.in_sd > 5.0, "{change:?}");
+    let after = (change.time_s / 20.0).fract().min(1.0 - (change.time_s / 20.0).fract()) * 20.0;
+    assert!(after <= change.tau_s, "{change:?}");
 }
 
 /// The same for coefficients, lengths and rates that are drawn anew for each record: 1e4 samples to 1e5 (1e6 with `TUMBLE_LONG=1`) at 1 to 1000 Hz, a third of the records with 3 % of

@@ -134,6 +134,7 @@ __all__ = [
     "NearReport",
     "Newest",
     "Next",
+    "NoiseChangeReport",
     "NoiseColumnReport",
     "NoiseFrom",
     "NoiseReport",
@@ -2965,6 +2966,8 @@ class NavigateReport(Report):
 class AgreementReport(Node):
     """Agreement of the fitted coefficients with the Allan variances."""
 
+    change: NoiseChangeReport | None
+    """The largest change, where noise of these coefficients makes one as large in fewer than 1 of 1000 records."""
     chi_square: float
     """Generalized sum of squares."""
     describes: bool | None
@@ -2980,7 +2983,22 @@ class AgreementReport(Node):
     Allan variance is then larger by `K^2 dt^2 / (6 tau)`. Which of the two a logger does is not known; the one that needs less to be
     described was taken."""
 
-    _keys = frozenset(["chi_square", "describes", "dof", "from_tau_s", "p", "walk_sampled_s"])
+    _keys = frozenset(["change", "chi_square", "describes", "dof", "from_tau_s", "p", "walk_sampled_s"])
+
+
+class NoiseChangeReport(Node):
+    """A difference of neighbouring means that is no noise: the sensor moved, or its output jumped."""
+
+    by: float
+    """The second mean less the first, in the column's unit."""
+    in_sd: float
+    """The same in standard deviations of the difference, `sqrt(2)` Allan deviations of the fitted coefficients."""
+    tau_s: float
+    """The length of each of the two means, s."""
+    time_s: float
+    """When, in s from the record's beginning."""
+
+    _keys = frozenset(["by", "in_sd", "tau_s", "time_s"])
 
 
 class CoefficientReport(Node):
@@ -3845,6 +3863,7 @@ CarriedReport._parts = {"linear": (ErrorReport, False), "monte_carlo": (ErrorRep
 ResultReport._parts = {"azimuth_arcsec": (SummaryReport, False), "last": (ErrorReport, False), "position_m": (SummaryReport, False), "tilt_arcsec": (SummaryReport, False), "velocity_m_s": (SummaryReport, False)}
 ScenarioReport._parts = {"errors": (QuantityWithUnit, True)}
 NavigateReport._parts = {"carried": (CarriedReport, False), "periods": (PeriodsReport, False), "ratios": (RatioReport, False), "results": (ResultReport, False), "scenarios": (ScenarioReport, False)}
+AgreementReport._parts = {"change": (NoiseChangeReport, False)}
 DeviationsReport._parts = {"allan": (DeviationReport, False), "hadamard": (DeviationReport, False), "modified": (DeviationReport, False)}
 NoiseColumnReport._parts = {"agreement": (AgreementReport, False), "coefficients": (CoefficientReport, False), "points": (DeviationsReport, False), "scatter": (NoiseScatterReport, False)}
 NoiseReport._parts = {"columns": (NoiseColumnReport, False)}
