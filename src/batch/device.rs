@@ -150,12 +150,12 @@ impl Device {
     }
 
     /// A row's inputs; none where whoever made the device gave fewer than it has rows.
-    pub(super) fn input(&self, row: usize, width: usize) -> &[f64] {
+    pub(crate) fn input(&self, row: usize, width: usize) -> &[f64] {
         self.inputs.get(row * width..(row + 1) * width).unwrap_or_default()
     }
 
     /// A row's values; none likewise.
-    pub(super) fn value(&self, row: usize, sensors: usize) -> &[f64] {
+    pub(crate) fn value(&self, row: usize, sensors: usize) -> &[f64] {
         self.values.get(row * sensors..(row + 1) * sensors).unwrap_or_default()
     }
 }

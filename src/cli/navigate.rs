@@ -200,7 +200,7 @@ impl Series {
             writer.write_record(names.iter().chain(&COLUMNS))?;
             return Ok(Series::Csv(Box::new(writer)));
         }
-        let field = |kind: Kind| move |name: &str| (name.to_string(), kind, Repetition::REQUIRED);
+        let field = |kind: Kind| move |name: &str| (name.to_string(), kind, Repetition::REQUIRED, None);
         let fields = names.into_iter().map(field(Kind::Text)).chain(COLUMNS.into_iter().map(field(Kind::Number)));
         let file = Columnar::begin(to, "navigation_errors", fields, WriterProperties::builder());
         Ok(Series::Parquet(Box::new((file?, Default::default(), Default::default()))))

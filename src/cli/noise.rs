@@ -8,6 +8,7 @@ use crate::noise::{Ladder, analyse};
 use crate::record::{As, Block, Clock as Ticks, Record};
 use crate::reduce::{Event, EventKind, Odd};
 use crate::report;
+use crate::units::Unit;
 use clap::Args;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -202,7 +203,8 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
             .found(format!("{}", ladder.samples()))
             .in_file(record.name()));
         }
-        let unit = column.unit.clone().or_else(|| arguments.unit.clone()).unwrap_or_else(|| "unit".into());
+        let wanted = arguments.unit.as_deref().and_then(|unit| Unit::parse(unit).ok());
+        let unit = column.unit_for(wanted.as_ref()).or_else(|| arguments.unit.clone()).unwrap_or_else(|| "unit".into());
         let report = report::noise_column_report(&column.name, &unit, &analyse(ladder, interval, arguments.level));
         reports.push(report::NoiseColumnReport { left_out, ..report });
     }

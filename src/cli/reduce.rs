@@ -46,7 +46,7 @@ pub(super) struct Arguments {
     /// Turning segments are cut to whole turns by the angle in this column (an encoder's), instead of by the schedule's rates.
     #[arg(long, value_name = "COLUMN")]
     encoder: Option<String>,
-    /// Encoder counts per turn; 360 by default.
+    /// Encoder counts per turn; by default a turn in the unit of the title, or 360.
     #[arg(long, value_name = "N", value_parser = positive, requires = "encoder")]
     counts_per_turn: Option<f64>,
     /// Show the sources of each uncertainty.
@@ -118,7 +118,7 @@ fn recipe(arguments: &Arguments) -> Result<Recipe> {
         let (name, title) = name.split_once('=').unwrap_or((name, name));
         (name.trim().to_string(), title.trim().to_string())
     });
-    let turn = arguments.counts_per_turn.unwrap_or(360.0);
+    let turn = arguments.counts_per_turn;
     Ok(Recipe {
         segments,
         guard: arguments.guard,

@@ -167,6 +167,9 @@ impl std::fmt::Display for Shortest {
 
 pub(super) struct Columnar<W: Write + Send>(SerializedFileWriter<W>);
 
+/// Title, cells, whether some are missing, and what whole numbers say, where that is more than a count.
+pub(super) type Field = (String, Kind, Repetition, Option<LogicalType>);
+
 /// The cells of a column in a group of rows.
 pub(super) enum Column {
     Texts(Vec<ByteArray>),
@@ -181,14 +184,14 @@ impl<W: Write + Send> Columnar<W> {
     pub(super) fn begin(
         to: W,
         name: &str,
-        fields: impl IntoIterator<Item = (String, Kind, Repetition)>,
+        fields: impl IntoIterator<Item = Field>,
         properties: WriterPropertiesBuilder,
     ) -> std::result::Result<Self, ParquetError> {
-        let field = |(title, kind, repetition): (String, Kind, Repetition)| {
+        let field = |(title, kind, repetition, logical): Field| {
             let (physical, logical) = match kind {
                 Kind::Text => (Physical::BYTE_ARRAY, Some(LogicalType::String)),
                 Kind::Number => (Physical::DOUBLE, None),
-                Kind::Count => (Physical::INT64, None),
+                Kind::Count => (Physical::INT64, logical),
             };
             let builder = Type::primitive_type_builder(&title, physical).with_logical_type(logical);
             builder.with_repetition(repetition).build().map(Arc::new)
@@ -275,7 +278,7 @@ fn of_devices(
     }
     let field = |(title, kind): &(String, Kind)| {
         let repetition = if *kind == Kind::Number { Repetition::OPTIONAL } else { Repetition::REQUIRED };
-        (title.clone(), *kind, repetition)
+        (title.clone(), *kind, repetition, None)
     };
     Columnar::begin(stream, "devices", titles.iter().map(field), properties)
 }

@@ -194,7 +194,7 @@ fn whole(bytes: &[u8]) -> Option<i128> {
 }
 
 /// A decimal number as it is written.
-fn decimal(value: i128, scale: i32) -> Option<String> {
+pub(crate) fn decimal(value: i128, scale: i32) -> Option<String> {
     let places = usize::try_from(scale).ok().filter(|places| *places <= 40)?;
     let digits = format!("{:0>width$}", value.unsigned_abs(), width = places + 1);
     let (whole, part) = digits.split_at_checked(digits.len() - places)?;
@@ -298,6 +298,27 @@ impl Columnar {
             && self.meanings.get(column).is_some_and(|meaning| !meaning.is_number())
     }
 
+    /// Of a column of whole numbers of 64 bits: the decimal places of the unit that it is read in, and its type.
+    #[cfg(feature = "cli")]
+    pub fn whole(&self, column: usize) -> Option<(i32, Option<LogicalType>)> {
+        let schema = self.reader.metadata().file_metadata().schema_descr();
+        let descriptor = schema.columns().get(column).filter(|own| own.physical_type() == Type::INT64)?;
+        let places = |unit: &TimeUnit| match unit {
+            TimeUnit::MILLIS => 3,
+            TimeUnit::MICROS => 6,
+            TimeUnit::NANOS => 9,
+        };
+        let logical = descriptor.logical_type_ref();
+        let places = match (self.meanings.get(column)?, logical) {
+            (Meaning::Plain, _) => 0,
+            (Meaning::Unsigned, _) => return Some((0, Some(LogicalType::integer(64, false)))),
+            (Meaning::Time(..), Some(LogicalType::Timestamp(time))) => places(&time.unit),
+            (Meaning::Time(..), Some(LogicalType::Time(time))) => places(&time.unit),
+            _ => return None,
+        };
+        Some((places, logical.cloned()))
+    }
+
     /// How many rows it has.
     pub fn rows(&self) -> u64 {
         self.reader.metadata().file_metadata().num_rows().max(0).unsigned_abs()
@@ -380,6 +401,16 @@ impl Columnar {
                     (As::Mixed, Open::Values(reader)) if !meaning.is_number_of(reader) => {
                         labels(reader, &mut self.scratch, to, meaning, &mut self.head.labels)
                             .map(|()| mixed(to, &self.head.labels.texts))
+                    }
+                    (As::Written, Open::Values(reader)) if matches!(**reader, ColumnReader::Int64ColumnReader(_)) => {
+                        let written = &mut block.written;
+                        values(reader, &mut self.scratch, to, |value| match value {
+                            Value::Whole(_, bits) if meaning == Meaning::Unsigned => {
+                                written.push(bits.to_string().bytes())
+                            }
+                            Value::Whole(value, _) => written.push(value.to_string().bytes()),
+                            _ => f64::NAN,
+                        })
                     }
                     (As::Label | As::Written, Open::Values(reader)) => {
                         labels(reader, &mut self.scratch, to, meaning, &mut self.head.labels)

@@ -309,8 +309,9 @@ impl Delimited {
         let is_filled = |cell: &std::borrow::Cow<'_, [u8]>| !cell.trim_ascii().is_empty();
         let place = found.iter().position(is_filled).unwrap_or(width);
         let is_alone = delimiter == b' ' || found.iter().filter(|cell| is_filled(cell)).count() == 1;
-        let is_word = found.iter().all(|cell| number(cell, mark).is_none_or(f64::is_nan));
-        let is_cell = found.len() == width && self.dialect.texts.get(place) != Some(&false);
+        let is_word = found.iter().all(|cell| leading(cell.trim_ascii(), mark).is_none_or(|(value, _)| value.is_nan()));
+        // of a column of texts it is a cell, and the rest of its row is missing
+        let is_cell = self.dialect.texts.get(place) != Some(&false);
         if is_alone && is_word && !is_cell && !unended && width > 1 && self.dialect.texts.contains(&false) {
             return Ok(());
         }

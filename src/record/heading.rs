@@ -3,7 +3,7 @@
 use crate::units::Unit;
 
 /// Name and unit of a title such as `Acc X [m/s^2]`, `Winkel (Grad)`, `Rate in deg/s`, `rate / deg/s` or `U/mV` (ISO 80000-1). A number in brackets is an index of the name,
-/// and a unit alone (`deg/s`) is a name.
+/// and a unit alone (`deg/s`) is a name; a quotient of units that is a pure number (`V/mV`) is a quantity over its unit.
 ///
 /// ```
 /// use tumble::record::title;
@@ -15,6 +15,7 @@ use crate::units::Unit;
 /// assert_eq!(title("t/ms"), ("t".into(), Some("ms".into())));
 /// assert_eq!(title("Rate deg/s"), ("Rate".into(), Some("deg/s".into())));
 /// assert_eq!(title("deg/s"), ("deg/s".into(), None));
+/// assert_eq!(title("V/mV"), ("V".into(), Some("mV".into())));
 /// assert_eq!(title("Drehrate in °/s"), ("Drehrate".into(), Some("°/s".into())));
 /// ```
 pub fn title(text: &str) -> (String, Option<String>) {
@@ -52,7 +53,9 @@ pub fn title(text: &str) -> (String, Option<String>) {
         Some((name, unit)) if !name.trim().is_empty() => (name.trim().to_string(), Some(unit.trim().to_string())),
         _ => match text.split_once('/') {
             Some((name, unit))
-                if name.starts_with(char::is_alphabetic) && Unit::parse(unit).is_ok() && Unit::parse(text).is_err() =>
+                if name.starts_with(char::is_alphabetic)
+                    && Unit::parse(unit).is_ok()
+                    && !Unit::parse(text).is_ok_and(|whole| !whole.dimension().is_number()) =>
             {
                 (name.trim().to_string(), Some(unit.trim().to_string()))
             }

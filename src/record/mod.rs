@@ -63,6 +63,8 @@ pub(crate) use times::WrittenTimes;
 
 #[cfg(feature = "parquet")]
 use columnar::Columnar;
+#[cfg(feature = "cli")]
+pub(crate) use columnar::decimal;
 use delimited::Delimited;
 use dialect::Dialect;
 
@@ -90,13 +92,16 @@ impl Column {
         Column { name, title: text.trim().to_string(), unit }
     }
 
-    /// The title's unit, or else what its end says if it is a unit that converts to the one that is wanted: `U_uV`, `Rate rpm`.
-    pub(crate) fn unit_for(&self, wanted: &Unit) -> Option<String> {
+    /// The title's unit, or else what its end says (`U_uV`, `Rate rpm`, `V, mV`); of a unit that is wanted, only what converts to it, and the whole title as well (`mV`).
+    pub(crate) fn unit_for(&self, wanted: Option<&Unit>) -> Option<String> {
+        let end = || units::of_column(&self.title.replace(' ', "_"));
+        let Some(wanted) = wanted else { return self.unit.clone().or_else(end) };
         let fits = |unit: &String| Unit::parse(unit).is_ok_and(|unit| unit.conversion(wanted).is_some());
         // the last word may be a quotient (`Rate deg/s`), the whole title a unit
-        let last = || self.title.rsplit(' ').next().map(str::to_string);
-        let end = || units::of_column(&self.title.replace(' ', "_"));
-        self.unit.clone().or_else(|| last().filter(fits).or_else(|| end().filter(fits)))
+        let last = || self.title.rsplit(' ').next().map(str::to_string).filter(fits);
+        // a ratio (`mV/V`) is no quantity over its unit where it is wanted itself
+        let ratio = || Some(self.title.clone()).filter(|title| title.contains('/') && fits(title));
+        ratio().or_else(|| self.unit.clone()).or_else(|| last().or_else(|| end().filter(fits)))
     }
 }
 
@@ -168,7 +173,7 @@ pub enum As {
     Time,
     /// Numbers and labels, see [`said`]; a table of text says the lines of its rows with them.
     Mixed,
-    /// Numbers of cells in [`Block::written`], which a table of text has; of other formats labels.
+    /// Numbers of cells in [`Block::written`], which a table of text has, and Parquet of whole numbers of 64 bits: their digits. Of others labels.
     Written,
 }
 
@@ -468,6 +473,12 @@ impl Record {
             Source::Parquet(table) => table.is_text(column),
             Source::Held(table) => table.is_text(column),
         }
+    }
+
+    /// Of a column of whole numbers of 64 bits, of which doubles keep 53: the decimal places of the unit that it is read in, and its type.
+    #[cfg(feature = "cli")]
+    pub(crate) fn whole(&self, column: usize) -> Option<(i32, Option<parquet::basic::LogicalType>)> {
+        if let Source::Parquet(table) = &self.0 { table.whole(column) } else { None }
     }
 
     /// How many rows it has, where the file says so.

@@ -129,6 +129,12 @@ impl Watch {
         self.step
     }
 
+    /// The largest and the smallest value, where samples stay at it.
+    pub(super) fn rails(&self) -> impl Iterator<Item = f64> {
+        let [high, low] = [&self.high, &self.low].map(|end| end.value.filter(|_| end.is_rail()));
+        high.into_iter().chain(low.map(|size| -size))
+    }
+
     pub(super) fn see(&mut self, values: &[f64], first: u64, events: &mut Vec<Event>) {
         self.runs(values, first);
         self.spikes(values, first, events);

@@ -1,6 +1,6 @@
 //! Segments: by a column's labels, by times, or where the record stands still.
 
-use super::trace::Segment;
+use super::trace::{Channel, Segment};
 use super::{Event, EventKind, Stillness, Trace, still};
 use crate::number;
 use std::ops::Range;
@@ -99,6 +99,19 @@ pub fn segment(trace: &Trace, by: &By, guard: f64, least: f64) -> Segmentation {
         // what is stuck or at a rail most of the time tells nothing of the position
         if dead > segment.samples() {
             let reason = words(trace, start, end).into_iter().next().unwrap_or_default();
+            rejected.push(Rejected { samples: start..end, reason });
+            continue;
+        }
+        let is_touched = |channel: &&Channel| {
+            let own = channel.events.iter().filter(|event| event.kind == EventKind::Saturation);
+            own.into_iter().any(|event| event.sample < end && event.sample + event.length > start)
+        };
+        let touched = trace.channels.iter().take(trace.observed).filter(is_touched);
+        if let Some(channel) = touched.into_iter().find(|channel| channel.is_cut(trace, &segment)) {
+            let (all, name) = (samples(&guarded), &channel.name);
+            let reason = format!(
+                "{name} is saturated: its noise is cut at the rail ({dead} of {all} samples), and the mean of the others is off"
+            );
             rejected.push(Rejected { samples: start..end, reason });
             continue;
         }

@@ -5,6 +5,7 @@ use super::segment_blocks::SegmentBlocks;
 use super::turning;
 use crate::elements::{Parts, first_odd};
 use crate::number;
+use crate::uncertainty::quantiles::normal_survival;
 use std::ops::Range;
 
 /// Most blocks of a channel.
@@ -302,6 +303,15 @@ impl Channel {
         let joined = |([p, q], [a, b]): (&[f64; 2], &[f64; 2])| p + q + 0.5 * block as f64 * (a - b) * (a - b);
         self.squares = squares.map(joined).collect();
         self.means = self.means.as_chunks::<2>().0.iter().map(|[a, b]| 0.5 * (a + b)).collect();
+    }
+
+    /// Is the noise of a segment cut at a rail? It is where more than one sample is expected beyond the rail, by the mean and the standard deviation of those that are left: their
+    /// mean is not that of the channel then.
+    pub(super) fn is_cut(&self, trace: &Trace, segment: &Segment) -> bool {
+        let own = self.block(trace, segment, None);
+        // samples that do not scatter are cut nowhere
+        let share = |rail: f64| normal_survival((rail - own.mean).abs() / own.sd).unwrap_or(0.0);
+        self.watch.rails().any(|rail| own.samples as f64 * share(rail) > 1.0)
     }
 
     /// The blocks of a segment, what repeats with a turn (of so many seconds; where an encoder tells the angle, of that) taken out.

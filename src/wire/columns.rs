@@ -53,7 +53,7 @@ pub(super) fn columns(
     let mut columns: Vec<Column> = Vec::with_capacity(titles.len());
     let mut seen: HashSet<String> = HashSet::new();
     for column in titles {
-        let (found, name, unit) = (column.title.as_str(), column.name.clone(), column.unit.clone());
+        let (found, name) = (column.title.as_str(), column.name.clone());
         let mut keys = map.0.iter().filter(|(_, wanted)| stands_for(wanted, column)).map(|(key, _)| key);
         let key = match (keys.next(), keys.next()) {
             (Some(first), Some(second)) => {
@@ -62,23 +62,14 @@ pub(super) fn columns(
                     .found(format!("'{first}' and '{second}'")));
             }
             (Some(key), None) => key.clone(),
-            (None, _) if unit.is_some() && key_unit(bench, &name).is_some() => name,
+            (None, _) if column.unit.is_some() && key_unit(bench, &name).is_some() => name,
             (None, _) => found.to_string(),
         };
-        let wanted = key_unit(bench, &key);
-        // a title that is the key says no other unit than the key's
-        let end = || column.unit_for(&Unit::parse(wanted.as_deref()?).ok()?).filter(|_| key != found);
-        let unit = unit.or_else(end);
-        let conversion = match (unit, wanted) {
-            (Some(from), Some(to)) => match from_title(&format!("the column '{found}'"), &from, &to) {
-                // a difference of temperatures has no zero
-                Ok(to) if key.ends_with("_u") => to.map(Conversion::of_differences),
-                Ok(to) => to,
-                // what nothing reads may be in any unit
-                Err(_) if !is_read(&key) && !others(&key) && map.get(&key).is_none() => None,
-                Err(error) => return Err(error.in_file(file)),
-            },
-            _ => None,
+        let conversion = match key_unit(bench, &key).map_or(Ok(None), |to| of_title(column, &key, &to)) {
+            Ok(conversion) => conversion,
+            // what nothing reads may be in any unit
+            Err(_) if !is_read(&key) && !others(&key) && map.get(&key).is_none() => None,
+            Err(error) => return Err(error.in_file(file)),
         };
         if !seen.insert(key.clone()) {
             return Err(fault(Fault::NameClash, format!("two columns are '{key}'"))
@@ -90,11 +81,25 @@ pub(super) fn columns(
     Ok(columns)
 }
 
+/// From the unit that the title of a column says to that of the key it is read as, wherever a record or a table is read; `None` where the numbers stay as they are.
+///
+/// Errors: those of [`from_title`].
+pub(crate) fn of_title(column: &record::Column, key: &str, to: &str) -> Result<Option<Conversion>> {
+    let unit = match Unit::parse(to) {
+        // a title that is the key says no other unit than the key's
+        Ok(wanted) if column.title != key => column.unit_for(Some(&wanted)),
+        _ => column.unit.clone(),
+    };
+    let found = from_title(&format!("the column '{}'", column.title), unit.as_deref().unwrap_or_default(), to)?;
+    // a difference of temperatures has no zero
+    Ok(if key.ends_with("_u") { found.map(Conversion::of_differences) } else { found })
+}
+
 /// From the unit in a title to the one that is wanted; `None` where the numbers stay as they are: where one of the two is not said, too. Words in brackets that are no unit (`V (channel 1)`)
 /// are a remark, unless one of them is a unit that would convert (`V (in mV)`): what is meant by it is not guessed.
 ///
 /// Errors: a unit that is not known, one of another dimension.
-pub(crate) fn from_title(what: &str, from: &str, to: &str) -> Result<Option<Conversion>> {
+pub(super) fn from_title(what: &str, from: &str, to: &str) -> Result<Option<Conversion>> {
     if from == to || from.is_empty() || to.is_empty() {
         return Ok(None);
     }

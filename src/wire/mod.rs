@@ -49,7 +49,7 @@ pub use build_campaign::{CampaignBuilder, ReadingBuilder};
 pub use campaign_file::{BenchRef, CampaignFile, ReadingsRef};
 pub(crate) use campaign_file::{CovarianceFile, KnownEntry};
 #[cfg(feature = "cli")]
-pub(crate) use columns::{from_title, key_unit};
+pub(crate) use columns::{key_unit, of_title};
 pub(crate) use constraint_file::ConstraintFile;
 pub use correction_file::CorrectionFile;
 pub(crate) use correction_file::InputFile;

@@ -230,6 +230,17 @@ pub fn device_readings(bench: &Bench, layout: &Layout, device: &Device) -> Resul
             .found(if device.rows == 1 { "an empty cell" } else { "empty cells, the first of them here" })
             .at_path(place(0)));
     }
+    let [inputs, values] = [|kind: &Use| *kind == Use::Input, |kind: &Use| matches!(kind, Use::Value(_))]
+        .map(|of| layout.uses.iter().filter(|kind| of(kind)).count());
+    let is_ragged = |row: &usize| {
+        let cells = device.input(*row, inputs).iter().chain(device.value(*row, values));
+        cells.into_iter().any(|cell| cell.to_bits() == RAGGED.to_bits())
+    };
+    if let Some(row) = (0..device.rows).find(is_ragged) {
+        return Err(Malformed::new(Fault::Syntax, "a row has too few or too many cells")
+            .expected("a cell for each title")
+            .at_path(place(row)));
+    }
     let rows: Vec<_> = (0..device.rows).map(|row| (place(row), cells(layout, device, row))).collect();
     let mut readings = from_cells(bench, rows)?;
     // a column that this device has no number in is a column all the same
@@ -274,7 +285,6 @@ fn number(cell: Option<&f64>) -> Cell {
     match cell {
         None => Cell::Nothing(()),
         Some(value) if value.to_bits() == UNREADABLE.to_bits() => Cell::Text("a cell that is no number".into()),
-        Some(value) if value.to_bits() == RAGGED.to_bits() => Cell::Text("a row with too few or too many cells".into()),
         Some(value) if value.is_nan() => Cell::Nothing(()),
         Some(value) => Cell::Number(*value),
     }

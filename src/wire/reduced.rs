@@ -1,7 +1,7 @@
 //! Reduced readings put into the schedule that they were taken for.
 
 use super::campaign_file::{CampaignFile, KnownEntry, ReadingsRef};
-use super::columns::{from_title, key_unit};
+use super::columns::{key_unit, of_title};
 use super::readings_file::{self, Cell, ReadingFile};
 use super::samples_file::SamplesFile;
 use super::{Fetch, Folder, Named, Source, kind, locate, parse};
@@ -10,6 +10,7 @@ use crate::bench::{Bench, Sensor};
 use crate::campaign::Readings;
 use crate::error::{Fault, Malformed, Result};
 use crate::fit;
+use crate::record::Column;
 use crate::units::Conversion;
 
 /// Relative change of a solution that counts for none.
@@ -62,13 +63,11 @@ impl Schedule {
         Ok(Schedule { bench, rows: rows.into_iter().map(|(_, row)| row).collect(), file, solution: Vec::new() })
     }
 
-    /// The unit that a column of samples is carried in, and how its own unit converts to it; `title_unit` is the one in its title.
+    /// The unit that a column of samples is carried in under this name, where the name has one, and how that of its title converts to it.
     ///
     /// Errors: a unit that is not known, one of another dimension.
-    pub fn conversion(&self, name: &str, title_unit: &str) -> Result<(String, Option<Conversion>)> {
-        let Some(to) = key_unit(&self.bench, name) else { return Ok((title_unit.to_string(), None)) };
-        let conversion = from_title(&format!("the column for '{name}'"), title_unit, &to)?;
-        Ok((to, conversion))
+    pub(super) fn conversion(&self, name: &str, column: &Column) -> Result<Option<(String, Option<Conversion>)>> {
+        key_unit(&self.bench, name).map(|to| of_title(column, name, &to).map(|conversion| (to, conversion))).transpose()
     }
 }
 

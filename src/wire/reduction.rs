@@ -4,6 +4,7 @@
 //! record -> columns -> trace -> segments -> (rows of the schedule) -> whole turns -> means with their uncertainties
 //! ```
 
+use super::columns::of_title;
 use super::reduced::{ReducedReading, Schedule};
 use super::samples_file::{Recipe, SegmentsBy};
 use crate::elements::{Elements, Parts};
@@ -135,14 +136,20 @@ impl Recipe {
             _ => None,
         };
         let angle = self.encoder.as_ref().map(|encoder| record.find(&encoder.column)).transpose()?;
+        // counts are those of a turn; without them the unit of the title is, and degrees where it says none
+        let turn = self.encoder.as_ref().and_then(|encoder| encoder.turn);
+        let titled_angle = angle.filter(|_| turn.is_none()).and_then(|k| record.columns().get(k));
+        let to_degrees = titled_angle.map_or(Ok(None), |column| of_title(column, "", "deg")).map_err(|error| {
+            error.expected("an angle, or the number of counts in a turn (--counts-per-turn N)").in_file(record.name())
+        })?;
         let chosen = self.chosen(record, schedule, &[time, label, angle, self.clock.unused(record)])?;
         let mut titled = Vec::with_capacity(chosen.len());
         let mut conversions: Vec<Option<Conversion>> = Vec::with_capacity(chosen.len());
         for (name, k) in &chosen {
-            let given = record.columns().get(*k).and_then(|c| c.unit.clone()).unwrap_or_default();
-            let converted =
-                schedule.map(|s| s.conversion(name, &given)).transpose().map_err(|e| e.in_file(record.name()))?;
-            let (unit, conversion) = converted.unwrap_or((given, None));
+            let Some(column) = record.columns().get(*k) else { continue };
+            let converted = schedule.map_or(Ok(None), |s| s.conversion(name, column));
+            let converted = converted.map_err(|e| e.in_file(record.name()))?;
+            let (unit, conversion) = converted.unwrap_or_else(|| (column.unit_for(None).unwrap_or_default(), None));
             titled.push((name.clone(), unit));
             conversions.push(conversion);
         }
@@ -152,7 +159,7 @@ impl Recipe {
         titled.extend(angle.map(|_| ("angle".to_string(), "turns".to_string())));
         let mut trace = Trace::new(titled);
         trace.observed = chosen.len();
-        let mut unwrap = Unwrap::new(self.encoder.as_ref().map_or(360.0, |encoder| encoder.turn));
+        let mut unwrap = Unwrap::new(turn.unwrap_or(360.0));
         let mut selected: Vec<(usize, As)> = chosen.iter().map(|(_, k)| (*k, As::Number)).collect();
         let place = |selected: &Vec<(usize, As)>, there: Option<usize>| there.map(|_| selected.len());
         let time_at = place(&selected, time);
@@ -165,10 +172,11 @@ impl Recipe {
         let mut clock = self.clock.ticks(record, time)?;
         let (mut block, mut runs): (Block, Vec<(f64, u64, u64)>) = Default::default();
         while record.next(&mut block)? {
-            for (column, conversion) in block.columns.iter_mut().zip(&conversions) {
-                if let Some(conversion) = conversion {
-                    column.iter_mut().for_each(|v| *v = conversion.apply(*v));
-                }
+            let convert = |column: &mut Vec<f64>, by: Conversion| column.iter_mut().for_each(|v| *v = by.apply(*v));
+            let converted = block.columns.iter_mut().zip(&conversions);
+            converted.for_each(|(column, by)| by.iter().for_each(|by| convert(column, *by)));
+            if let (Some(by), Some(column)) = (to_degrees, angle_at.and_then(|k| block.columns.get_mut(k))) {
+                convert(column, by);
             }
             chosen.iter().zip(&block.columns).try_for_each(|((name, _), values)| record.squarable(name, values))?;
             let times = time_at.and_then(|k| block.columns.get(k)).map(Vec::as_slice);
@@ -230,7 +238,19 @@ impl Recipe {
     ) -> Result<Vec<(String, usize)>> {
         if !self.columns.is_empty() {
             let find = |(name, title): &(String, String)| Ok((name.clone(), record.find(title)?));
-            return self.columns.iter().map(find).collect();
+            let mut chosen: Vec<(String, usize)> = self.columns.iter().map(find).collect::<Result<_>>()?;
+            // where all of them have titles of their own, those that the bench reads under its names stay, as in a table of readings
+            if let Some(schedule) = schedule.filter(|_| self.columns.iter().all(|(name, title)| name != title)) {
+                let wanted = schedule.wanted();
+                let is_free = |k: usize, column: &record::Column| {
+                    let is_taken = |(name, at): &(String, usize)| *at == k || *name == column.name;
+                    wanted.contains(&column.name) && !others.contains(&Some(k)) && !chosen.iter().any(is_taken)
+                };
+                let more = record.columns().iter().enumerate().filter(|(k, column)| is_free(*k, column));
+                let more: Vec<(String, usize)> = more.map(|(k, column)| (column.name.clone(), k)).collect();
+                chosen.extend(more);
+            }
+            return Ok(chosen);
         }
         let wanted = schedule.map(Schedule::wanted);
         let all = record.columns().iter().enumerate().filter(|(k, _)| !others.contains(&Some(*k)));

@@ -196,7 +196,7 @@ impl SamplesFile {
             least: self.least_s,
             columns: columns.0.clone(),
             clock: ClockFrom { time: self.time.clone(), rate: self.rate_hz },
-            encoder: self.encoder.clone().map(|column| Encoder { column, turn: self.counts_per_turn.unwrap_or(360.0) }),
+            encoder: self.encoder.clone().map(|column| Encoder { column, turn: self.counts_per_turn }),
         })
     }
 }
@@ -223,8 +223,8 @@ pub struct Recipe {
 pub struct Encoder {
     /// The column.
     pub column: String,
-    /// What it reads more after a turn.
-    pub turn: f64,
+    /// What it reads more after a turn; `None`: a turn in the unit of its title, else 360.
+    pub turn: Option<f64>,
 }
 
 /// How segments are found.

@@ -417,6 +417,38 @@ fn a_row_that_is_wrong_is_its_devices_fault() {
     assert!(!found.stderr.contains("comes back"), "{}", found.stderr);
 }
 
+/// A row of a label alone, and one whose quote is never closed, are rows with too few cells: with many devices that is the device's fault, of one device the table's.
+#[test]
+fn a_row_that_is_cut_off_is_no_remark() {
+    let mut rows: Vec<Vec<String>> = (0..4).map(|k| device_rows(&format!("D{k}"), k + 1, 8)).collect();
+    rows[1][3] = "D1".into();
+    rows[2][5] = "D2,,".into();
+    rows[3][7] = format!("\"{}", rows[3][7]);
+    let text = format!("{HEAD}{}\n", rows.concat().join("\n"));
+    let found = run(line_campaign(&text).path(), &["fit", "c.campaign.json"]);
+    assert_eq!(found.code, 2, "{}", found.stderr);
+    let own = table(&found.stdout);
+    assert_eq!(own["D0"]["verdict"], "accepted");
+    // the title is line 1; eight rows of each device
+    for (serial, line) in [("D1", 1 + 8 + 4), ("D2", 1 + 16 + 6)] {
+        let why = &own[serial]["why"];
+        assert_eq!(own[serial]["verdict"], "malformed", "{why}");
+        assert!(why.contains("too few") && why.contains(&format!("line {line} of ")), "{why}");
+    }
+    let said = |own: &BTreeMap<String, String>| own["verdict"] == "malformed" && own["why"].contains("line 33 of ");
+    assert!(own.values().any(said), "{}", found.stdout);
+    // of one device: no line of the table is passed over
+    for row in ["D0", "D0,", "\"D0,0.5,1.125,0.001", "0.5;1.125;0.001"] {
+        let text = format!("{HEAD}{}\n{row}\n{}\n", rows[0][..4].join("\n"), rows[0][4..].join("\n"));
+        let folder = line_campaign(&text);
+        let campaign = std::fs::read_to_string(folder.path().join("c.campaign.json")).expect("a campaign");
+        std::fs::write(folder.path().join("c.campaign.json"), campaign.replace("\"by\": \"serial\",", ""))
+            .expect("a file");
+        let found = run(folder.path(), &["fit", "c.campaign.json"]);
+        assert!(found.code == 1 && found.stderr.contains("r.csv:6"), "{row}: {}", found.stderr);
+    }
+}
+
 /// A last row that is cut off is its device's fault, too, in whatever way the table is read.
 #[test]
 fn a_table_that_ends_in_a_row_says_so() {

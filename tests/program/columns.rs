@@ -196,3 +196,129 @@ fn instants_are_the_same_in_every_format() {
         }
     }
 }
+
+/// What a title says of its unit is one question: a table, devices, rows, means, `reduce --for` and `apply` have one answer, that of V = 0.003 V + 0.02 V/(deg/s) w + 1e-4 V/degC T; and `noise`
+/// says it.
+#[test]
+fn a_title_says_its_unit_through_every_door() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    let run = |arguments: &[&str]| {
+        let mut program = assert_cmd::Command::cargo_bin("tumble").expect("the program");
+        let output = program.current_dir(at).args(arguments).output().expect("a run");
+        assert_ne!(output.status.code(), Some(1), "{arguments:?} {}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8(output.stdout).expect("UTF-8")
+    };
+    let write = |name: &str, text: String| std::fs::write(at.join(name), text).expect("a file");
+    let rates = [180.0, -180.0, 360.0, -360.0, 180.0, -180.0, 360.0, -360.0];
+    let celsius = [10.0, 30.0, 50.0, 20.0, 60.0, 0.0, 5.0, 45.0];
+    let volts = |k: usize| 0.003 + 0.02 * rates[k] + 1e-4 * celsius[k];
+    let positions: Vec<String> = rates
+        .iter()
+        .enumerate()
+        .map(|(k, rate)| format!(r#"{{ "position": "s{k}", "gamma_deg_s": {rate} }}"#))
+        .collect();
+    let positions = positions.join(", ");
+    let kelvin: &dyn Fn(f64) -> f64 = &|t| t + 273.15;
+    for (volt, size, temperature, of) in [
+        ("V_mV", 1e3, "temp_K", kelvin),
+        ("V, mV", 1e3, "temp_degF", &|t| 1.8 * t + 32.0),
+        ("V mV", 1e3, "Temp (K)", kelvin),
+        ("mV", 1e3, "K", kelvin),
+        ("output_uv", 1e6, "T_c", &|t| t),
+        ("V/mV", 1e3, "Temp/K", kelvin),
+        ("Output/mV", 1e3, "temp K", kelvin),
+    ] {
+        let columns = format!(r#""columns": {{ "V": "{volt}", "T_c": "{temperature}" }}"#);
+        let campaign = |name: &str, more: &str, readings: &str| {
+            let text = format!(
+                r#"{{ "bench": {{ "id": "g", "units": {{ "rate": "deg/s" }}, "chain": [ {{ "joint": "gamma", "about": "z" }} ],
+                    "sensors": {{ "V": {{ "unit": "V", "axes": {{ "I": "z" }}, "model": "V0 + K*w_I + cT*T_c" }} }} }},
+                    "estimate": {{ "V0": {{}}, "K": {{}}, "cT": {{}} }}, {more} "readings": {readings} }}"#
+            );
+            write(name, text);
+        };
+        let (mut table, mut log) =
+            (format!("serial;gamma_deg_s;{temperature};{volt}\n"), format!("time_s;{volt};{temperature};lab\n"));
+        for k in 0..8 {
+            table += &format!("A;{};{};{}\n", rates[k], of(celsius[k]), size * volts(k));
+            for j in 0..200 {
+                let value = volts(k) + if j % 2 == 0 { 1e-6 } else { -1e-6 };
+                log +=
+                    &format!("{:.2};{};{};s{k}\n", f64::from(200 * k as u32 + j) / 50.0, size * value, of(celsius[k]));
+            }
+        }
+        write("table.csv", table);
+        write("log.csv", log);
+        campaign("table.json", &format!("{columns},"), r#""table.csv""#);
+        campaign("devices.json", &format!(r#"{columns}, "by": "serial","#), r#""table.csv""#);
+        let samples = |more: &str| {
+            format!(r#"{{ "samples": "log.csv", {more} "by": "lab", {columns}, "positions": [ {positions} ] }}"#)
+        };
+        campaign("rows.json", "", &samples(r#""as": "rows","#));
+        campaign("means.json", "", &samples(""));
+        campaign("schedule.json", "", &format!("[ {positions} ]"));
+        let titles = [format!("V={volt}"), format!("T_c={temperature}")];
+        // a title with a comma in it is no list of titles
+        if !volt.contains(',') {
+            run(&[
+                "reduce",
+                "log.csv",
+                "--for",
+                "schedule.json",
+                "--by",
+                "lab",
+                "--columns",
+                &titles.join(","),
+                "--to",
+                "reduced.json",
+            ]);
+            let report: serde_json::Value =
+                serde_json::from_str(&run(&["fit", "reduced.json", "--json", "-"])).expect("a report");
+            assert!((report["parameters"][1]["value"].as_f64().expect("K") - 0.02).abs() < 1e-8, "{volt}");
+        }
+        let check = |door: &str, found: &[f64]| {
+            for (value, truth) in found.iter().zip([0.003, 0.02, 1e-4]) {
+                // a mean of 1e-6 V in alternation, over whole turns
+                assert!((value - truth).abs() < 3e-7, "{door} {volt} {temperature}: {found:?}");
+            }
+        };
+        for door in ["table.json", "rows.json", "means.json"] {
+            let report = run(&["fit", door, "--json", if door == "table.json" { "fit.json" } else { "-" }]);
+            let report = if door == "table.json" {
+                std::fs::read_to_string(at.join("fit.json")).expect("a report")
+            } else {
+                report
+            };
+            let report: serde_json::Value = serde_json::from_str(&report).expect("a report");
+            let value = |k: usize| report["parameters"][k]["value"].as_f64().expect("a value");
+            check(door, &[value(0), value(1), value(2)]);
+        }
+        let devices = run(&["fit", "devices.json"]);
+        let lines: Vec<Vec<&str>> = devices.lines().map(|line| line.split(',').collect()).collect();
+        let cell = |name: &str| {
+            let place = lines[0].iter().position(|title| *title == name).expect(name);
+            lines[1][place].parse::<f64>().expect(name)
+        };
+        check("devices.json", &[cell("V0"), cell("K"), cell("cT")]);
+        let corrected = run(&["apply", "fit.json", "log.csv", "--column", &titles[0], "--column", &titles[1]]);
+        for (k, line) in corrected.lines().skip(1).step_by(200).enumerate() {
+            let rate: f64 = line.rsplit(',').next().expect("a cell").parse().expect("a rate");
+            assert!((rate - rates[k]).abs() < 1e-4, "{volt} {temperature}: {line}");
+        }
+    }
+    let mut log = String::from("time_s,w_rad_s,a_g,w_mV,x\n");
+    for k in 0..400_u32 {
+        let value = f64::from(k.wrapping_mul(2_654_435_761) >> 8);
+        log += &format!("{:.2},{value},{value},{value},{value}\n", f64::from(k) / 100.0);
+    }
+    write("noise.csv", log);
+    let units = |more: &[&str]| {
+        let out = run(&[&["noise", "noise.csv", "--json", "-"], more].concat());
+        let report: serde_json::Value = serde_json::from_str(&out).expect("a report");
+        let columns = report["columns"].as_array().expect("columns").iter();
+        columns.map(|column| column["unit"].as_str().expect("a unit").to_string()).collect::<Vec<_>>()
+    };
+    assert_eq!(units(&[]), ["rad/s", "g", "mV", "unit"]);
+    assert_eq!(units(&["--unit", "deg/s"]), ["rad/s", "deg/s", "deg/s", "deg/s"]);
+}

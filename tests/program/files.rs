@@ -492,3 +492,90 @@ fn a_quotient_by_zero_is_no_number() {
         String::from_utf8_lossy(&output.stdout).into_owned() + &std::fs::read_to_string(&page).unwrap_or_default();
     assert!(text.contains("E_n") && !text.contains("NaN"), "{text}");
 }
+
+/// What stays of a record stays as it is: whole numbers of 64 bits, whatever they say, in CSV and in Parquet; written times as texts in Parquet.
+#[test]
+fn apply_keeps_whole_numbers_and_written_times() {
+    use parquet::basic::{LogicalType, Repetition, TimeUnit, Type as Physical};
+    use parquet::column::reader::ColumnReader;
+    use parquet::data_type::{DoubleType, Int64Type};
+    use parquet::file::reader::{FileReader, SerializedFileReader};
+    use parquet::schema::types::Type;
+    use std::sync::Arc;
+    let folder = tempfile::tempdir().expect("a folder");
+    let campaign = r#"{ "bench": { "id": "head", "chain": [ { "joint": "theta", "about": "y" } ], "sensors": { "V": { "axes": { "I": "x" },
+        "model": "V0 + 2*a_I" } } }, "estimate": { "V0": {} }, "readings": [ { "theta_deg": 0, "V": 0.5 } ] }"#;
+    std::fs::write(folder.path().join("c.campaign.json"), campaign).expect("written");
+    assert_ne!(run(folder.path(), &["fit", "c.campaign.json", "--json", "c.fit.json"]).0, Some(1));
+    let kinds = [
+        ("t_ns", None),
+        ("ts", Some(LogicalType::timestamp(false, TimeUnit::NANOS))),
+        ("ms", Some(LogicalType::timestamp(true, TimeUnit::MILLIS))),
+        ("id", Some(LogicalType::integer(64, false))),
+    ];
+    let values = [
+        [1_714_564_800_123_457_162_i64, 1_714_564_800_143_456_925],
+        [1_714_564_800_123_457_162, -1],
+        [1_714_564_800_120, 1_714_564_801_000],
+        [-1, 9_007_199_254_740_993],
+    ];
+    let field = |title: &str, kind: Physical, logical: Option<LogicalType>| {
+        let own = Type::primitive_type_builder(title, kind).with_repetition(Repetition::OPTIONAL);
+        Arc::new(own.with_logical_type(logical).build().expect("a field"))
+    };
+    let fields = kinds.iter().map(|(title, logical)| field(title, Physical::INT64, logical.clone()));
+    let fields = fields.chain([field("V", Physical::DOUBLE, None)]).collect();
+    let schema = Type::group_type_builder("log").with_fields(fields).build().expect("a schema");
+    let file = std::fs::File::create(folder.path().join("log.parquet")).expect("a file");
+    let mut writer =
+        parquet::file::writer::SerializedFileWriter::new(file, Arc::new(schema), Default::default()).expect("a writer");
+    let mut group = writer.next_row_group().expect("a group");
+    for own in &values {
+        let mut column = group.next_column().expect("a column").expect("one more");
+        // the third row has none
+        column.typed::<Int64Type>().write_batch(own, Some(&[1, 1, 0]), None).expect("values");
+        column.close().expect("a column");
+    }
+    let mut column = group.next_column().expect("a column").expect("one more");
+    column.typed::<DoubleType>().write_batch(&[0.5, 2.5, 0.5], Some(&[1, 1, 1]), None).expect("values");
+    column.close().expect("a column");
+    group.close().expect("a group");
+    writer.close().expect("a file");
+
+    let output = tumble(folder.path(), &["apply", "c.fit.json", "log.parquet"]).output().expect("a run");
+    assert_eq!(output.status.code(), Some(0), "{}", told(&output).1);
+    let lines = [
+        "t_ns,ts,ms,id,a_I",
+        "1714564800123457162,1714564800.123457162,1714564800.12,18446744073709551615,0e0",
+        "1714564800143456925,-0.000000001,1714564801,9007199254740993,1e0",
+        ",,,,0e0",
+    ];
+    assert_eq!(String::from_utf8_lossy(&output.stdout).lines().collect::<Vec<_>>(), lines);
+    let (code, error) = run(folder.path(), &["apply", "c.fit.json", "log.parquet", "--out", "out.parquet"]);
+    assert_eq!(code, Some(0), "{error}");
+    let reader = SerializedFileReader::new(std::fs::File::open(folder.path().join("out.parquet")).expect("a file"));
+    let reader = reader.expect("a table");
+    let schema = reader.metadata().file_metadata().schema_descr();
+    let group = reader.get_row_group(0).expect("a group");
+    for (k, (own, (title, logical))) in values.iter().zip(&kinds).enumerate() {
+        let descriptor = schema.column(k);
+        assert_eq!((descriptor.name(), descriptor.logical_type_ref()), (*title, logical.as_ref()));
+        let ColumnReader::Int64ColumnReader(mut column) = group.get_column_reader(k).expect("a column") else {
+            panic!("{title}: no whole numbers");
+        };
+        let (mut levels, mut found) = (Vec::new(), Vec::new());
+        column.read_records(10, Some(&mut levels), None, &mut found).expect("values");
+        assert_eq!((levels, found), (vec![1, 1, 0], own.to_vec()), "{title}");
+    }
+
+    let stamps = ["2024-05-01T12:00:00Z", "2024-05-01T12:00:01Z"];
+    std::fs::write(folder.path().join("log.csv"), format!("stamp,V\n{},0.5\n{},2.5\n", stamps[0], stamps[1]))
+        .expect("written");
+    let (code, error) = run(folder.path(), &["apply", "c.fit.json", "log.csv", "--out", "stamped.parquet"]);
+    assert_eq!(code, Some(0), "{error}");
+    let mut record = tumble::record::Record::at(&folder.path().join("stamped.parquet")).expect("a record");
+    record.select(&[(0, tumble::record::As::Label), (1, tumble::record::As::Number)]);
+    let mut block = tumble::record::Block::default();
+    assert!(record.next(&mut block).expect("rows"));
+    assert_eq!((record.labels(), &block.columns[1]), (&stamps.map(String::from)[..], &vec![0.0, 1.0]));
+}

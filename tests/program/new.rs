@@ -422,3 +422,41 @@ fn titles_of_loggers_have_a_place() {
         assert!((value - 1.01 * 9.81).abs() < 1e-3 + 4.0 * u, "{value} {u}");
     }
 }
+
+/// Means of a record: columns that have their own name as title stay beside those that are named.
+#[test]
+fn columns_under_their_own_names_stay() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    let bench = r#"{ "id": "g", "units": { "rate": "deg/s" }, "chain": [ { "joint": "gamma", "about": "z" } ],
+        "sensors": { "V": { "unit": "V", "axes": { "I": "z" }, "model": "V0 + K*w_I + cT*T_c" } } }"#;
+    std::fs::write(folder.join("g.bench.json"), bench).expect("a bench");
+    let (rates, celsius) = ([180.0, -180.0, 360.0, -360.0, 180.0, -180.0], [10.0, 30.0, 50.0, 20.0, 60.0, 0.0]);
+    let given: Vec<String> =
+        rates.iter().flat_map(|rate| ["--position".into(), format!("gamma_deg_s={rate}")]).collect();
+    for (titles, size, zero, columns) in
+        [(["V", "temp (K)"], 1.0, 273.15, "T_c=temp (K)"), (["Ausgang (mV)", "T_c"], 1e3, 0.0, "V=Ausgang (mV)")]
+    {
+        let mut log = format!("time_s,{},{},lab\n", titles[0], titles[1]);
+        for (k, (rate, t)) in rates.iter().zip(celsius).enumerate() {
+            for j in 0..200 {
+                let value = 0.003 + 0.02 * rate + 1e-4 * t + if j % 2 == 0 { 1e-6 } else { -1e-6 };
+                writeln!(log, "{:.2},{},{},s{k}", (200 * k + j) as f64 / 50.0, size * value, t + zero)
+                    .expect("written");
+            }
+        }
+        std::fs::write(folder.join("log.csv"), log).expect("a record");
+        let to = format!("{}.json", columns.split('=').next().expect("a key"));
+        let asked = ["new", "log.csv", "--samples", "lab", "--bench", "g.bench.json", "--latitude", "0"];
+        let more = ["--columns", columns, "--to", &to];
+        let given: Vec<&str> = asked.into_iter().chain(more).chain(given.iter().map(String::as_str)).collect();
+        let (code, out, told) = tumble(folder, &given);
+        assert_eq!(code, 0, "{out}{told}");
+        let report = report(folder, &to);
+        assert_eq!(report["parameters"].as_array().map(Vec::len), Some(3), "{report}");
+        for (id, truth) in [("V0", 0.003), ("K", 0.02), ("cT", 1e-4)] {
+            let (value, _) = estimate(&report, id);
+            assert!((value - truth).abs() < 3e-7, "{columns} {id}: {value}");
+        }
+    }
+}

@@ -143,6 +143,55 @@ fn dead_stretches_are_left_out() {
     assert!(found.trace.dead.is_empty() && found.reduction.segments[0].notes.is_empty());
 }
 
+/// Noise that is cut at a rail has no mean: what is left of it is half a standard deviation away, whatever its scatter says.
+#[test]
+fn a_mean_beside_a_rail_is_left_out() {
+    let mut random = Pcg64Mcg::seed_from_u64(11);
+    let rows: Vec<(f64, f64)> = (0..2000)
+        .map(|k| {
+            let level = if k < 1000 { 0.5 } else { 1.2 };
+            (f64::from(k) / 100.0, (level + 0.01 * normal(&mut random)).min(1.205))
+        })
+        .collect();
+    let list = vec![("low".to_string(), 0.0, 9.995), ("high".to_string(), 10.0, 19.995)];
+    let found = reduced(&table(&rows), &recipe(SegmentsBy::Times { list, from: "a".into() }));
+    let [mean] = found.reduction.means.as_slice() else { panic!("{:?}", found.reduction.segments) };
+    // 1e-2/sqrt(1000)
+    assert!((mean[0].value - 0.5).abs() < 4.0 * 3.2e-4, "{mean:?}");
+    let at_rail = rows.iter().filter(|(_, value)| *value == 1.205).count();
+    let reason = &found.reduction.rejected[0].reason;
+    assert!(reason.contains("V is saturated") && reason.contains(&format!("({at_rail} of 1000 samples)")), "{reason}");
+}
+
+/// Times that scatter by half an interval, and by a whole one where they were sorted afterwards: no row is missing, and the interval is (last - first)/(n - 1). Rows that are missing are found.
+#[test]
+fn times_that_scatter_have_no_gaps() {
+    for (share, sorted, seed) in [(0.0, false, 1), (0.3, false, 2), (0.5, false, 3), (1.0, true, 4)] {
+        let mut random = Pcg64Mcg::seed_from_u64(seed);
+        let mut uniform = || f64::from(random.next_u32()) / f64::from(u32::MAX) * 2.0 - 1.0;
+        let mut times: Vec<f64> = (0..20_000).map(|k| (1.0 + f64::from(k) + share * uniform()) / 100.0).collect();
+        if sorted {
+            times.sort_by(f64::total_cmp);
+        }
+        let read = |times: &[f64]| {
+            let text = times.iter().fold("time_s,V\n".to_string(), |text, time| text + &format!("{time:.9},1\n"));
+            let (interval, _, gaps) = clock(&text).expect("a clock");
+            (interval, gaps)
+        };
+        let (interval, gaps) = read(&times);
+        let expected = (times[19_999] - times[0]) / 19_999.0;
+        assert!((interval - expected).abs() < 1e-12 && gaps == 0, "{share}: {interval} {expected} {gaps}");
+        // nine rows are missing at ten places: with the steps there, 0.01 s times 19,900 steps less what the scatter leaves
+        let mut row = 0;
+        times.retain(|_| {
+            row += 1;
+            !(row % 2000 > 1000 && row % 2000 < 1010)
+        });
+        let (interval, gaps) = read(&times);
+        assert!((interval - 0.01).abs() < 1e-5 && gaps == 10, "{share}: {interval} {gaps}");
+    }
+}
+
 /// The mean step of the clock, its notes, and how many gaps it has.
 fn clock(text: &str) -> Result<(f64, Vec<String>, u64), String> {
     let mut record = open(text);

@@ -185,7 +185,7 @@ fn xsens_in_one_command() {
 fn whole_turns_by_an_encoder() {
     let folder = tempfile::tempdir().expect("a folder");
     let at = folder.path();
-    let mut text = String::from("time_s,run,counts,V\n");
+    let mut text = String::from("time_s,run,counts,enc (rad),enc_deg,enc (counts),V\n");
     for k in 0..5000 {
         let t = f64::from(k) / 100.0;
         // 2.35 turns forward, at rest, 3.6 turns back with a rate that changes
@@ -199,7 +199,10 @@ fn whole_turns_by_an_encoder() {
         let counts = (4096.0 * turns).rem_euclid(4096.0);
         // at rest no two samples are equal: the last digits of a reading scatter
         let noise = 1e-10 * (f64::from(k) * 1.7).sin();
-        text.push_str(&format!("{t},{label},{counts},{}\n", 2.0 + angle.sin() + 0.5 * (2.0 * angle).cos() + noise));
+        // an encoder in radians goes on, one in degrees begins anew
+        let units = format!("{angle},{},{counts}", (360.0 * turns).rem_euclid(360.0));
+        let value = 2.0 + angle.sin() + 0.5 * (2.0 * angle).cos() + noise;
+        text.push_str(&format!("{t},{label},{counts},{units},{value}\n"));
     }
     write(at, "log.csv", &text);
     let options = ["reduce", "log.csv", "--by", "run", "--columns", "V", "--encoder", "counts", "--json", "-"];
@@ -217,6 +220,21 @@ fn whole_turns_by_an_encoder() {
     assert!((number(&segments[2]["means"][0]["mean"]) - 2.0).abs() < 0.02, "{}", segments[2]["means"][0]["mean"]);
     let (code, _, error) = tumble(at, &options);
     assert_eq!(code, 0, "{error}");
+    // a unit in the title is converted; counts need the number of them in a turn
+    for encoder in ["enc (rad)", "enc_deg"] {
+        let options = ["reduce", "log.csv", "--by", "run", "--columns", "V", "--encoder", encoder, "--json", "-"];
+        let (code, out, error) = tumble(at, &options);
+        assert_eq!(code, 0, "{error}");
+        let of: Value = serde_json::from_str(&out).expect("a report");
+        for k in 0..3 {
+            assert_eq!(
+                (&of["segments"][k]["notes"], &of["segments"][k]["n"]),
+                (&segments[k]["notes"], &segments[k]["n"])
+            );
+        }
+    }
+    let (code, _, error) = tumble(at, &["reduce", "log.csv", "--by", "run", "--encoder", "enc (counts)"]);
+    assert!(code == 1 && error.contains("--counts-per-turn"), "{error}");
     // less than a turn is no reading
     let short =
         ["reduce", "log.csv", "--by", "run", "--columns", "V", "--encoder", "counts", "--json", "-", "--guard", "4.5"];

@@ -1,27 +1,29 @@
-//! A record corrected in blocks of columns, to CSV or Parquet. Cells of a table of text that stay are copied as they stand; numbers of other formats are doubles (times in
-//! seconds), texts are texts.
+//! A record corrected in blocks of columns, to CSV or Parquet. Cells of a table of text that stay are copied as they stand; whole numbers of 64 bits in Parquet keep their type and
+//! all digits, other numbers are doubles (times in seconds), texts are texts.
 
 use super::{BEYOND, Correction, Counts, Plan, Stream, plan, titles};
 use crate::cli::rows::{Column, Columnar, Kind, numbers};
 use crate::elements::Elements;
 use crate::error::{Fault, Malformed, Result};
 use crate::number;
-use crate::record::{As, Block, Record, UNREADABLE, Written};
+use crate::record::{As, Block, Record, UNREADABLE, Written, decimal};
 use crate::units::Conversion;
-use parquet::basic::{Compression, Repetition};
+use parquet::basic::{Compression, LogicalType, Repetition};
 use parquet::data_type::ByteArray;
 use parquet::errors::ParquetError;
 use parquet::file::properties::WriterProperties;
 use std::borrow::Cow;
 use std::io::Write;
 
+type Whole = Option<(i32, Option<LogicalType>)>;
+
 /// An open record and how its columns feed the correction.
 struct Source {
     record: Record,
     titles: Vec<String>,
     plan: Plan,
-    /// What each column that stays is read as.
-    kept: Vec<As>,
+    /// What each column that stays is read as, and its decimal places and type where it has whole numbers of 64 bits.
+    kept: Vec<(As, Whole)>,
     /// The columns that are read, each once.
     read: Vec<usize>,
 }
@@ -48,16 +50,17 @@ impl Source {
         };
         wanted.extend(others.into_iter().zip(of_others));
         let kind = |k: &usize| wanted.iter().find(|(other, _)| other == k).map_or(As::Number, |(_, kind)| *kind);
-        let kept = plan.kept.iter().map(kind).collect();
+        let kept = |k: &usize| (kind(k), record.whole(*k).filter(|_| kind(k) == As::Written));
+        let kept = plan.kept.iter().map(kept).collect();
         record.select(&wanted);
         Ok(Source { record, titles, plan, kept, read: wanted.into_iter().map(|(column, _)| column).collect() })
     }
 
     /// Titles of all columns that are written.
-    fn header(&self, correction: &Correction<'_>) -> Vec<(String, As)> {
+    fn header(&self, correction: &Correction<'_>) -> Vec<(String, (As, Whole))> {
         let kept = self.plan.kept.iter().filter_map(|k| self.titles.get(*k).cloned());
-        let kept = kept.zip(self.kept.iter().copied());
-        kept.chain(titles(correction).into_iter().map(|title| (title, As::Number))).collect()
+        let kept = kept.zip(self.kept.iter().cloned());
+        kept.chain(titles(correction).into_iter().map(|title| (title, (As::Number, None)))).collect()
     }
 
     /// Correct block after block: the columns that stay, then the corrected ones.
@@ -102,28 +105,32 @@ impl Source {
                 corrected.iter_mut().zip(&values).for_each(|(to, value)| to.push(*value));
             }
             take(&kept, &corrected, &Texts { labels: self.record.labels(), written: &block.written })?;
+            self.record.forget_labels();
         }
         Ok(())
     }
 }
 
-/// Whether these columns hold numbers or texts, of a table of text by all of its rows.
+/// What these columns hold: numbers, whole numbers of 64 bits, or texts, of a table of text by all of its rows.
 fn kinds(record: &Record, open: &mut dyn FnMut() -> Result<Record>, columns: &[usize]) -> Result<Vec<As>> {
-    let texts: Vec<bool> = match columns.is_empty() || !record.is_of_text() {
-        true => columns.iter().map(|k| record.is_text(*k)).collect(),
-        false => {
-            let mut record = open()?;
-            record.select(&columns.iter().map(|k| (*k, As::Cell)).collect::<Vec<_>>());
-            let (mut block, mut texts) = (Block::default(), vec![false; columns.len()]);
-            while record.next(&mut block)? {
-                for (text, column) in texts.iter_mut().zip(&block.columns) {
-                    *text |= column.iter().any(|v| v.to_bits() == UNREADABLE.to_bits());
-                }
+    // written times are texts, though they may be read as numbers
+    let mut texts: Vec<bool> = columns.iter().map(|k| record.is_text(*k)).collect();
+    if !columns.is_empty() && record.is_of_text() {
+        let mut record = open()?;
+        record.select(&columns.iter().map(|k| (*k, As::Cell)).collect::<Vec<_>>());
+        let mut block = Block::default();
+        while record.next(&mut block)? {
+            for (text, column) in texts.iter_mut().zip(&block.columns) {
+                *text |= column.iter().any(|v| v.to_bits() == UNREADABLE.to_bits());
             }
-            texts
         }
+    }
+    let kind = |(k, text): (&usize, bool)| match record.whole(*k) {
+        Some(_) => As::Written,
+        None if text => As::Label,
+        None => As::Number,
     };
-    Ok(texts.into_iter().map(|text| if text { As::Label } else { As::Number }).collect())
+    Ok(columns.iter().zip(texts).map(kind).collect())
 }
 
 /// The texts of a block.
@@ -140,12 +147,31 @@ impl Texts<'_> {
     }
 
     /// What a cell that is kept is written as.
-    fn cell(&self, kind: As, number: f64) -> Cow<'_, [u8]> {
-        match kind {
-            As::Written => Cow::Borrowed(self.written.cell(number)),
-            As::Label => Cow::Borrowed(self.label(number).as_bytes()),
+    fn cell(&self, (kind, whole): &(As, Whole), number: f64) -> Cow<'_, [u8]> {
+        match (kind, whole) {
+            (As::Written, _) if number.is_nan() => Cow::default(),
+            (As::Written, Some((places, _))) if *places > 0 => Cow::Owned(self.pointed(number, *places)),
+            (As::Written, _) => Cow::Borrowed(self.written.cell(number)),
+            (As::Label, _) => Cow::Borrowed(self.label(number).as_bytes()),
             _ => Cow::Owned(cell(number)),
         }
+    }
+
+    /// Digits of a whole number.
+    fn digits(&self, number: f64) -> &str {
+        std::str::from_utf8(self.written.cell(number)).unwrap_or_default()
+    }
+
+    /// A whole number of the last decimal place, in the unit.
+    fn pointed(&self, number: f64, places: i32) -> Vec<u8> {
+        let text = self.digits(number).parse().ok().and_then(|value| decimal(value, places)).unwrap_or_default();
+        text.trim_end_matches('0').trim_end_matches('.').as_bytes().to_vec()
+    }
+
+    /// A whole number as its 64 bits.
+    fn bits(&self, number: f64) -> i64 {
+        let digits = self.digits(number);
+        digits.parse().or_else(|_| digits.parse().map(u64::cast_signed)).unwrap_or_default() // digits of one of both
     }
 }
 
@@ -181,7 +207,7 @@ pub(super) fn to_text(
     source.each(correction, counts, |kept, corrected, texts| {
         titles.take().map_or(Ok(()), |titles| writer.write_record(titles)).map_err(|error| unwritten(&error))?;
         for row in 0..corrected.first().map_or(0, Vec::len) {
-            let kept = kept.iter().zip(&kinds).map(|(column, kind)| texts.cell(*kind, column.at(row)));
+            let kept = kept.iter().zip(&kinds).map(|(column, kind)| texts.cell(kind, column.at(row)));
             let corrected = corrected.iter().map(|column| Cow::Owned(marked(column.at(row))));
             writer.write_record(kept.chain(corrected)).map_err(|error| unwritten(&error))?;
         }
@@ -199,8 +225,14 @@ pub(super) fn to_columns(
     stream: Stream,
 ) -> Result<Stream> {
     let mut source = Source::open(correction, open, false)?;
-    let field = |(title, kind): (String, As)| {
-        (title, if kind == As::Label { Kind::Text } else { Kind::Number }, Repetition::OPTIONAL)
+    let field = |(title, (kind, whole)): (String, (As, Whole))| {
+        let logical = whole.and_then(|(_, logical)| logical);
+        let kind = match kind {
+            As::Label => Kind::Text,
+            As::Written => Kind::Count,
+            _ => Kind::Number,
+        };
+        (title, kind, Repetition::OPTIONAL, logical)
     };
     let failed = |error: ParquetError| unwritten(&error);
     let properties = WriterProperties::builder().set_compression(Compression::SNAPPY);
@@ -211,13 +243,16 @@ pub(super) fn to_columns(
         let columns = kept.iter().copied().chain(corrected.iter().map(Vec::as_slice)).enumerate();
         let columns = columns.map(|(k, column)| {
             let (cells, levels) = numbers(column.iter().copied());
-            match cells {
-                Column::Numbers(labels) if kinds.get(k) == Some(&As::Label) => {
-                    let labels = labels.into_iter().map(|number| ByteArray::from(texts.label(number)));
-                    (Column::Texts(labels.collect()), levels)
+            let cells = match (cells, kinds.get(k).map(|(kind, _)| kind)) {
+                (Column::Numbers(labels), Some(As::Label)) => {
+                    Column::Texts(labels.into_iter().map(|number| ByteArray::from(texts.label(number))).collect())
                 }
-                cells => (cells, levels),
-            }
+                (Column::Numbers(places), Some(As::Written)) => {
+                    Column::Counts(places.into_iter().map(|number| texts.bits(number)).collect())
+                }
+                (cells, _) => cells,
+            };
+            (cells, levels)
         });
         file.group(columns).map_err(failed)
     })?;

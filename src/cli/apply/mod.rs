@@ -198,6 +198,8 @@ fn plan(arguments: &Arguments, calibration: &Calibration, header: &[Column]) -> 
             .expected(known.join(", "))
             .found(name.clone()));
     }
+    let converted =
+        |k: usize, name: &str, to: &str| header.get(k).map_or(Ok(None), |column| wire::of_title(column, name, to));
     let (mut sensors, mut conversions) = (Vec::new(), Vec::new());
     for line in &calibration.lines {
         let name = &line.sensor;
@@ -206,20 +208,15 @@ fn plan(arguments: &Arguments, calibration: &Calibration, header: &[Column]) -> 
                 .expected(format!("a column '{name}', or --column {name}=NAME"))
                 .found(titles())
         })?;
-        let unit = header.get(k).and_then(|unit| unit.unit.as_deref()).unwrap_or_default();
-        conversions.push(wire::from_title(&format!("the column for '{}'", line.sensor), unit, &line.unit)?);
+        conversions.push(converted(k, name, &line.unit)?);
         sensors.push(k);
     }
-    // what the title says, or else the end of the name
-    let converted = |k: usize, name: &str, to: &str| -> Result<(usize, Conversion)> {
-        let unit = header.get(k).and_then(|unit| unit.unit.as_deref()).unwrap_or_default();
-        Ok((k, wire::from_title(&format!("the column for '{name}'"), unit, to)?.unwrap_or(Conversion::NONE)))
-    };
+    let of = |k: usize, name: &str, to: &str| Ok((k, converted(k, name, to)?.unwrap_or(Conversion::NONE)));
     let radian = crate::units::Unit::parse("deg")?.conversion(&crate::units::Unit::parse("rad")?);
     let given: Vec<Option<(usize, Conversion)>> = given()
         .map(|input| match (found(&input.name, &input.name)?, input.quantity, crate::units::of_column(&input.name)) {
-            (Some(k), _, Some(unit)) => converted(k, &input.name, &unit).map(Some),
-            (Some(k), Quantity::Angle, None) => converted(k, &input.name, "rad").map(Some),
+            (Some(k), _, Some(unit)) => of(k, &input.name, &unit).map(Some),
+            (Some(k), Quantity::Angle, None) => of(k, &input.name, "rad").map(Some),
             (Some(k), ..) => Ok(Some((k, Conversion::NONE))),
             (None, Quantity::Angle, _) => Ok(column(&format!("{}_deg", input.name)).zip(radian)),
             _ => Ok(None),

@@ -57,7 +57,7 @@ pub(super) fn proposed(bench: &Bench, columns: &[Column]) -> Vec<Option<String>>
     let alike = |a: &str, b: &str| a.eq_ignore_ascii_case(b);
     let converts = |column: &Column, unit: &str| {
         Unit::parse(unit).is_ok_and(|wanted| {
-            let unit = column.unit_for(&wanted).and_then(|unit| Unit::parse(&unit).ok());
+            let unit = column.unit_for(Some(&wanted)).and_then(|unit| Unit::parse(&unit).ok());
             unit.is_some_and(|unit| unit.conversion(&wanted).is_some())
         })
     };
@@ -194,7 +194,7 @@ pub(super) fn whole_titles(given: &[String]) -> Vec<String> {
 pub(super) fn unsaid_units(bench: &Bench, keyed: &[(&str, &Column)]) -> Vec<String> {
     let unsaid = |(key, column): &(&str, &Column)| {
         let unit = key_unit(bench, key)?;
-        let says = Unit::parse(&unit).is_ok_and(|wanted| column.unit_for(&wanted).is_some());
+        let says = Unit::parse(&unit).is_ok_and(|wanted| column.unit_for(Some(&wanted)).is_some());
         (*key != column.title && !says).then(|| format!("'{}' is taken in {unit}", column.title))
     };
     keyed.iter().filter_map(unsaid).collect()
