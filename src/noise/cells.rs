@@ -114,7 +114,8 @@ impl Cells {
     /// second mean, over how many samples, by how much, and how many differences there are. Means are over as many samples as make them normal, twice
     /// as many, and so on.
     pub(crate) fn largest_change(&self, variance: impl Fn(f64) -> f64) -> (Option<[f64; 4]>, usize) {
-        /// Means over fewer samples take over the tails of their distribution.
+        /// The difference of two means over `n` samples of excess kurtosis `k` exceeds `z` standard deviations about `exp(k z^4 / 48 n)` times as often as a
+        /// normal variable (its fourth cumulant): with Laplace's noise (3), at `z = 5`, 11 times.
         const NORMAL: u64 = 16;
         let mut cells = self.clone();
         let (mut largest, mut count): (Option<[f64; 4]>, usize) = (None, 0);

@@ -293,9 +293,7 @@ pub(super) fn coefficients(sums: &[Sums], cells: &Cells, interval: f64) -> Optio
         found.agreement.from_tau_s = Some(own.first()?.m as f64 * interval);
         Some(found).filter(|found| found.agreement.is_good())
     };
-    /// Chance alone takes the short averaging times from fewer good records than this.
-    const BY_CHANCE: f64 = 1e-4;
-    let bent = all.agreement.p < BY_CHANCE;
+    let bent = all.agreement.p < super::BY_CHANCE;
     if let Some(k) = (1..sums.len()).filter(|_| bent).find(|k| from(*k).is_some()) {
         return (k..=k + MORE).rev().find_map(from).map(|found| found.coefficients());
     }

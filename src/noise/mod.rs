@@ -106,6 +106,10 @@ vocabulary! {
     }
 }
 
+/// What is said of fewer records of noise alone than this share: that they move, or that a filter bends their short averaging times. Tails that are not
+/// normal make it ten times as many, one record in a thousand.
+const BY_CHANCE: f64 = 1e-4;
+
 /// Deviations with their intervals, and the coefficients, of what a ladder has seen.
 ///
 /// The noise type that an interval needs is that of the fitted coefficients at its averaging time.
@@ -134,8 +138,6 @@ pub fn analyse(ladder: &Ladder, interval: f64, level: f64) -> Analysis {
     let mut coefficients =
         if short || ladder.is_constant() { None } else { coefficients::coefficients(&thin, ladder.cells(), interval) };
     if let Some(found) = &mut coefficients {
-        /// Fewer records of noise alone than this share have a change.
-        const BY_CHANCE: f64 = 1e-4;
         let (largest, count) = ladder.cells().largest_change(|m| found.variance(m * interval));
         let largest =
             largest.filter(|[in_sd, ..]| normal_survival(*in_sd).is_some_and(|p| 2.0 * p * (count as f64) < BY_CHANCE));

@@ -167,7 +167,8 @@ pub(super) struct Conditions<'a> {
 impl<'a> Conditions<'a> {
     /// Readings that lie farthest from those already taken, the first of them the last of the schedule, until every reading lies near one.
     pub fn new(campaign: &'a Campaign) -> Self {
-        /// Readings this near, as a share of a column's range, are of one condition: a chamber settles at its set point to less.
+        /// Readings this near, as a share of a column's range, are of one condition. Of the two ends of a range one may be missed by it, next to the last
+        /// reading: the `u` of a slope is at most 1/0.9 of what it could be.
         const ONE_CONDITION: f64 = 0.1;
         let columns = conditions_read(campaign);
         let complete = |row: &&Reading| columns.iter().all(|k| value(row, *k).is_some());

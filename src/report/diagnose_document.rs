@@ -398,9 +398,8 @@ pub fn at(what: &str, when: &'static str, lang: Language) -> String {
 
 /// The probability of the residuals by chance where nothing is suspected, and a fit would call it lack of fit.
 fn contradicting(report: &DiagnoseReport) -> Option<f64> {
-    /// The level at which a fit tests.
-    const TESTED: f64 = 0.05;
-    report.gap.after.p.filter(|p| report.verdict == Verdict::NothingMissing && *p < TESTED.max(report.significance))
+    let tested = 1.0 - crate::fit::Settings::default().level;
+    report.gap.after.p.filter(|p| report.verdict == Verdict::NothingMissing && *p < tested.max(report.significance))
 }
 
 /// How the result sounds.

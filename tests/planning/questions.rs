@@ -275,10 +275,7 @@ fn a_sweep_goes_on_from_the_last_reading() {
 #[test]
 fn a_sweep_has_the_conditions_of_the_schedule() {
     let values = [(-40.1, 0.0), (-39.9, 50.0), (10.2, -50.0), (10.0, 50.0), (59.8, 50.0), (60.0, -50.0)];
-    let readings = values.map(|(t, rate)| match rate {
-        0.0 => format!(r#"{{ "temperature_c": {t}, "gamma_deg_s": 0 }}"#),
-        _ => format!(r#"{{ "temperature_c": {t}, "gamma_deg_s": {rate} }}"#),
-    });
+    let readings = values.map(|(t, rate)| format!(r#"{{ "temperature_c": {t}, "gamma_deg_s": {rate} }}"#));
     let chamber = campaign(&format!(
         r#"{{ "bench": "gyro-temperature", "site": {{ "latitude_deg": 45 }},
               "estimate": {{ "V0": {{}}, "V1": {{}}, "V2": {{}}, "K": {{ "start": 0.02 }}, "K1": {{}} }}, "readings": [ {} ] }}"#,
@@ -301,7 +298,7 @@ fn a_sweep_has_the_conditions_of_the_schedule() {
 /// Of a fit that leaves a tilt free the scale factor is taken, so that what the plan says of the tilt is what it is at that scale factor.
 #[test]
 fn a_plan_is_judged_at_what_an_incomplete_fit_determines() {
-    // y = b + K sin(beta + m) at 0 and 180 deg alone with a second tilt of the same column: only the sum of m and the reference r is seen
+    // y = b + K sin(beta + m + r): of the two tilts only the sum is seen
     let text = r#"{ "bench": { "id": "head", "units": { "force": "g" },
                  "chain": [ { "joint": "beta", "about": "x" }, { "tilt": "m", "about": "x" }, { "tilt": "r", "about": "x" } ],
                  "sensors": { "y": { "unit": "V", "axes": { "I": "y" }, "model": "b + K*a_I" } } },
