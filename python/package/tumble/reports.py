@@ -2967,7 +2967,7 @@ class AgreementReport(Node):
     """Agreement of the fitted coefficients with the Allan variances."""
 
     change: NoiseChangeReport | None
-    """The largest change, where noise of these coefficients makes one as large in fewer than 1 of 1000 records."""
+    """The largest change, where noise of these coefficients makes one as large in fewer than 1 of 10,000 records."""
     chi_square: float
     """Generalized sum of squares."""
     describes: bool | None
