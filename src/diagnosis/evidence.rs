@@ -233,9 +233,10 @@ impl Evidence {
         Some((direction, score))
     }
 
-    /// Probability of residuals as large as these if the model with the set were complete; `None` where only they tell the noise.
-    pub fn global(&self, given: &Given) -> Option<f64> {
-        match (self.from, &given.pure) {
+    /// Probability of residuals as large as these if the model with the set were complete; `None` where only they tell the noise. Replicates have the
+    /// scatter that they have with all that is found in the model: what changes from one to the next (a temperature) is no noise.
+    pub fn global(&self, given: &Given, found: &Given) -> Option<f64> {
+        match (self.from, &found.pure) {
             (NoiseFrom::Stated, _) if given.dof > 0 => chi_square_survival(given.rss, given.dof as f64),
             (NoiseFrom::Replicates, Some((sum, dof, _))) if *dof > 0 && *sum > 0.0 => {
                 let between = given.dof.checked_sub(*dof).filter(|d| *d > 0)? as f64;

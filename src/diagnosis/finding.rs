@@ -134,9 +134,9 @@ pub(super) fn conclude(
     let set: &[usize] = &ordered;
     // standard uncertainty of each row by the noise floor
     let scale: Vec<f64> = weighted.weight.iter().map(|w| 1.0 / w).collect();
-    let gap_before = gap(&before, weighted, evidence, &[]);
+    let gap_before = gap(&before, weighted, evidence, (&[], set));
     let gap_after = match &repaired {
-        Some((_, after)) => gap(after, weighted, evidence, set),
+        Some((_, after)) => gap(after, weighted, evidence, (set, set)),
         None => gap_before.clone(),
     };
     let verdict = match seen.state {
@@ -181,7 +181,6 @@ pub(super) fn conclude(
         Unexplained {
             pattern,
             follows,
-            per_mounting: foremost.is_some_and(|(kernel, _)| kernel.per_mounting),
             sd,
             cells,
             nearest: nearest().filter_map(|j| candidates.get(j).cloned()).collect(),
@@ -260,7 +259,7 @@ fn noise_sd(weighted: &Weighted, finished: &Fit) -> Option<f64> {
     (!rows.is_empty()).then(|| (square / rows.len() as f64).sqrt())
 }
 
-fn gap(fit: &Fit, weighted: &Weighted, evidence: &Evidence, set: &[usize]) -> Gap {
+fn gap(fit: &Fit, weighted: &Weighted, evidence: &Evidence, (set, found): (&[usize], &[usize])) -> Gap {
     let readings = fit.design.rows.len();
     let residuals: Vec<f64> = fit.estimate.residuals.iter().take(readings).copied().collect();
     let dof = fit.estimate.dof;
@@ -269,7 +268,7 @@ fn gap(fit: &Fit, weighted: &Weighted, evidence: &Evidence, set: &[usize]) -> Ga
     // residuals of rows that are weighed without it are not the least beside an uncertain input
     let beside = fit.global_test.filter(|_| fit::known_inputs(&fit.campaign, &fit.design).is_some());
     let chi_square = beside.map_or_else(|| weighted.squares(&fit.estimate.residuals), |test| test.chi_square);
-    let p = evidence.given(set).and_then(|given| evidence.global(&given));
+    let p = evidence.given(set).zip(evidence.given(found)).and_then(|(given, found)| evidence.global(&given, &found));
     Gap { rms: (dof > 0).then(|| (square / dof as f64).sqrt()), max, chi_square, dof, p, residuals }
 }
 

@@ -109,8 +109,6 @@ pub struct Unexplained {
     pub pattern: String,
     /// What readings share that share their deviation: the setting, a joint, a stretch of time; `None` where each has its own.
     pub follows: Option<String>,
-    /// Is that the position: does each mounting deviate by itself?
-    pub per_mounting: bool,
     /// Standard deviation of what is unexplained, in the unit of the first sensor; `None` where the noise is unknown.
     pub sd: Option<f64>,
     /// Mean residual at each distinct state of the joints, the most significant first.
@@ -219,7 +217,11 @@ fn diagnose_readings(campaign: &Campaign, catalogue: &[Effect], settings: &Setti
 }
 
 /// With what scatters as the campaign says it.
-fn given(campaign: &Campaign, catalogue: &[Effect], settings: &Settings) -> Result<Diagnosis> {
+fn given(
+    campaign: &Campaign,
+    catalogue: &[Effect],
+    settings: &Settings,
+) -> Result<(Diagnosis, Option<remounting::Scattering>)> {
     let assumed = assumptions::hold(campaign)?;
     let question = campaign;
     let campaign = &assumed.campaign;
@@ -227,6 +229,7 @@ fn given(campaign: &Campaign, catalogue: &[Effect], settings: &Settings) -> Resu
     let asking = augmented::Question { campaign, asked: &assumed.asked, catalogue, settings };
     let (seen, repaired) = augmented::run(asking, &before.design.point)?;
     let grouping = places::grouping(campaign, &seen.design, &seen.weighted);
+    let scattering = remounting::scattering(campaign, &seen, settings);
     let mut diagnosis = finding::conclude(campaign, before, seen, repaired, settings)?;
     if let Some(after) = &diagnosis.after {
         for finding in &mut diagnosis.effects {
@@ -245,7 +248,7 @@ fn given(campaign: &Campaign, catalogue: &[Effect], settings: &Settings) -> Resu
         repaired.constraints = asked.filter(|(_, held)| **held != Held::Wrong).map(|(c, _)| c.clone()).collect();
         repaired
     });
-    Ok(diagnosis)
+    Ok((diagnosis, scattering))
 }
 
 /// Gauss-Newton iterations of one fit: lines with kinks or jumps never settle to rounding, since what they average moves in steps.

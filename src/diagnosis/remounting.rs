@@ -1,20 +1,19 @@
 //! Positions that scatter: a remounting shifts all readings of a position together, and no column of the catalogue is that.
 //!
 //! ```text
-//! LR = deviance(noise) - deviance(noise + line per position),    P(LR > x) = P(chi2_1 > x) / 2        S. G. Self, K.-Y. Liang, JASA 82 (1987), 605
+//! P(source) ~ p(y | S, K) p(K),    K: each kernel of the bank, none, and one for each source, a deviation at each mounting through its column
 //! ```
 //!
-//! Both deviances are of the restricted likelihood given an offset and a scale of the rate for every setting of the angles: only settings that were mounted more than
-//! once tell what a mounting does. Where each setting was mounted once, a scatter of positions and an unknown pattern of the settings are one,
-//! and neither is named.
+//! given the effects named. Where settings were not mounted more than once, a scatter of positions and an unknown pattern of the settings are one, and neither is named.
 
-use super::{Candidate, Diagnosis, Effect, Finding, Separation, Settings, Verdict, finding};
+use super::augmented::Seen;
+use super::score::{Deviation, Kernel, Priors, Problem, Score};
+use super::{Candidate, Diagnosis, Effect, Finding, NoiseFrom, Separation, Settings, Verdict, finding};
 use crate::campaign::{Campaign, Deviating, JointState, Kind, Per, Scatter, Size};
-use crate::design::DesignMatrix;
 use crate::elements::Elements;
 use crate::error::Result;
-use crate::estimate::{self, Group, ScatterLine, System};
-use crate::fit::{self, Fit, Weighting};
+use crate::estimate::Group;
+use crate::fit::{self, Fit};
 use crate::simulate::Regressor;
 use crate::uncertainty::quantiles::chi_square_survival;
 use faer::Mat;
@@ -29,59 +28,150 @@ struct Source {
     lines: Vec<Scatter>,
 }
 
-/// Share of the significance at which positions scatter: the other half is that of the effects.
-const SHARE: f64 = 0.5;
+/// One that may deviate at each mounting, as the readings show it.
+struct Deviates {
+    source: Source,
+    probability: f64,
+    /// Twice what it adds to the logarithm of the restricted likelihood.
+    gain: f64,
+    /// Its size in words.
+    size: String,
+}
+
+/// What deviates anew at each mounting, given the effects named.
+pub(super) struct Scattering {
+    /// The most probable first.
+    each: Vec<Deviates>,
+    /// That any of them does.
+    probability: f64,
+    /// Were settings mounted more than once? Else nothing but the sources and none is compared.
+    is_separate: bool,
+}
+
+/// `None` where a scatter of positions is in the model, or positions are too few.
+pub(super) fn scattering(campaign: &Campaign, seen: &Seen, settings: &Settings) -> Option<Scattering> {
+    if seen.weighted.estimate.dof == 0 || campaign.scatter.iter().any(|line| line.per == Per::Position) {
+        return None;
+    }
+    let (positions, mountings) = mountings(campaign);
+    if positions < FEWEST || campaign.readings.rows.len() < positions + FEWEST {
+        return None;
+    }
+    let is_separate = mountings >= FEWEST;
+    let mut sources = sources(campaign);
+    // those of the bank that are nothing beside the best given the named effects were found so with the same columns
+    let probable = |k: usize| seen.deviations.each.iter().any(|deviation| deviation.kernel == Some(k));
+    let is_first = |kernel: &Kernel| kernel.per_mounting && kernel.sensor.is_none();
+    let among = seen.deviations.kernels.iter().enumerate();
+    let among = among.filter(|(k, kernel)| is_separate && probable(*k) && !is_first(kernel));
+    let mut kernels: Vec<Kernel> = among.map(|(_, kernel)| kernel.clone()).collect();
+    let (of_bank, count) = (kernels.len(), sources.len());
+    let mut scales: Vec<Vec<f64>> = Vec::new();
+    sources.retain(|source| {
+        let (factor, scale) = factor(campaign, seen, source);
+        let is_felt = factor.ncols() > 0;
+        // offsets are one kind, as in the bank, joints and tilts another
+        let one_of = if kernels.len() == of_bank { 1 } else { count - 1 };
+        if is_felt {
+            kernels.push(Kernel { follows: None, per_mounting: true, one_of, factor, sensor: None });
+            scales.push(scale);
+        }
+        is_felt
+    });
+    let members: Vec<&Candidate> = seen.named.iter().filter_map(|(j, _)| seen.candidates.get(*j)).collect();
+    let columns = seen.weighted.columns(members.iter().map(|c| &c.column));
+    let problem = Problem {
+        residual: &seen.weighted.residual,
+        basis: seen.weighted.estimate.factor.thin_q(),
+        columns: columns.as_ref(),
+        prior: &vec![0.0; members.len()],
+        plain: &vec![f64::INFINITY; members.len()],
+        fixed: &members.iter().map(|c| c.fixed).collect::<Vec<_>>(),
+        kinds: &[],
+        known: seen.weighted.from == NoiseFrom::Stated,
+        kernels: &kernels,
+        sharing: is_separate.then(|| 1.0 + seen.deviations.kernels.iter().map(Kernel::share).sum::<f64>()),
+    };
+    let mut score = Score::new(&problem, Priors { one_kernel: 2.0, ..Priors::at(settings.significance) });
+    let mut set: Vec<u16> = (0..members.len()).filter_map(|j| score.standing(j)).collect();
+    set.sort_unstable();
+    set.dedup();
+    let deviations = score.deviations(&set);
+    let mut each: Vec<Deviates> = Vec::new();
+    for (k, (source, scales)) in sources.into_iter().zip(scales).enumerate() {
+        let own = || deviations.iter().filter(|deviation| deviation.kernel == Some(of_bank + k));
+        let mut probability: f64 = own().map(|d| d.probability).sum();
+        let variance: f64 = own().map(|d| d.probability * d.ratio * d.variance).sum::<f64>() / probability;
+        if k == 0 {
+            // an offset of one sensor alone is one of all
+            let alone = |d: &&Deviation| {
+                d.kernel.is_some_and(|j| j < of_bank && kernels.get(j).is_some_and(|k| k.per_mounting))
+            };
+            probability += deviations.iter().filter(alone).map(|d| d.probability).sum::<f64>();
+        }
+        let size =
+            |(line, scale): (&Scatter, &f64)| format!("sd {:.2e} {}", variance.sqrt() * scale * line.shown, line.unit);
+        let size = source.lines.iter().zip(&scales).map(size).collect::<Vec<_>>().join(", ");
+        if probability > 0.0 {
+            each.push(Deviates { source, probability, gain: score.gain(of_bank + k, &set), size });
+        }
+    }
+    each.sort_by(|a, b| b.probability.total_cmp(&a.probability));
+    let probability = each.iter().map(|one| one.probability).sum();
+    Some(Scattering { each, probability, is_separate })
+}
+
+/// The kernel of a source: of each of its lines the deviations, weighted, with one for the mean of their variances in the readings that feel them; and the
+/// standard deviations of each line that this is.
+fn factor(campaign: &Campaign, seen: &Seen, source: &Source) -> (Mat<f64>, Vec<f64>) {
+    let mut with = campaign.clone();
+    with.scatter.clone_from(&source.lines);
+    let u: Vec<f64> = seen.weighted.own_weight.iter().map(|w| 1.0 / w).collect();
+    let (mut columns, mut scales): (Vec<Vec<f64>>, Vec<f64>) = (Vec::new(), Vec::new());
+    for line in fit::scatter_lines(&with, &seen.design, &u) {
+        let levels = line.felt.iter().map(|felt| felt.level + 1).max().unwrap_or(0);
+        let mut own = vec![vec![0.0; u.len()]; levels];
+        for felt in &line.felt {
+            own.iter_mut().skip(felt.level).take(1).for_each(|column| {
+                column.iter_mut().skip(felt.row).take(1).for_each(|slot| *slot = felt.by);
+            });
+        }
+        own.iter_mut().for_each(|column| *column = seen.weighted.whiten(column));
+        let trace: f64 = own.iter().flatten().map(|v| v * v).sum();
+        let scale = if trace > 0.0 { (line.felt.len() as f64 / trace).sqrt() } else { 0.0 };
+        own.iter_mut().flatten().for_each(|v| *v *= scale);
+        scales.push(scale);
+        columns.extend(own.into_iter().filter(|_| scale > 0.0));
+    }
+    (Mat::from_fn(u.len(), columns.len(), |i, j| columns.at(j).at(i)), scales)
+}
 
 /// The diagnosis with positions that scatter, if they do and that leaves nothing unexplained; else as it is.
 pub(super) fn diagnose(
     campaign: &Campaign,
     catalogue: &[Effect],
     settings: &Settings,
-    mut first: Diagnosis,
+    (mut first, scattering): (Diagnosis, Option<Scattering>),
 ) -> Result<Diagnosis> {
-    if first.verdict == Verdict::NotDiagnosable || campaign.scatter.iter().any(|line| line.per == Per::Position) {
-        return Ok(first);
-    }
-    let (positions, mountings) = mountings(campaign);
-    let repeated = campaign.readings.rows.len() >= positions + FEWEST;
-    if positions < FEWEST || !repeated {
-        return Ok(first);
-    }
-    let sources = sources(campaign);
-    if mountings < FEWEST {
+    let probable = scattering.filter(|scattering| scattering.probability >= settings.probability);
+    let Some(Scattering { each, probability, is_separate }) = probable else { return Ok(first) };
+    let Some((best, others)) = each.split_first() else { return Ok(first) };
+    if !is_separate {
         let left = matches!(first.verdict, Verdict::Unexplained | Verdict::PartlyExplained);
         if let (true, Some(unexplained)) = (left, &mut first.unexplained) {
-            let model = first.after.as_ref().unwrap_or(&first.before);
-            let best = gains(&model.campaign, &sources, &model.design, &[])?.into_iter().next();
-            if let Some((_, name, sd)) =
-                best.filter(|(gain, ..)| p(*gain, sources.len()) <= SHARE * settings.significance)
-            {
-                unexplained.pattern.push_str(&format!(
-                    "; a random effect of position ({name}, {sd}) cannot be distinguished from it: repeat some mountings to separate them"
-                ));
-            }
+            let (name, size) = (&best.source.name, &best.size);
+            unexplained.pattern.push_str(&format!(
+                "; a random effect of position ({name}, {size}) cannot be distinguished from it: repeat some mountings to separate them"
+            ));
         }
         return Ok(first);
     }
-    // with the effects in the model, given an offset of every setting: what neither they nor any pattern of the settings explain
-    let model = first.after.as_ref().unwrap_or(&first.before);
-    let ranking = ranked_beside_settings(&model.campaign, &self::sources(&model.campaign), &model.design)?;
-    let Some((gain, best, _)) = ranking.first() else { return Ok(first) };
-    let p = p(*gain, sources.len());
-    if !(p <= SHARE * settings.significance) {
-        return Ok(first);
-    }
-    let Some(source) = sources.iter().find(|source| source.name == *best) else { return Ok(first) };
-    // where something else than the mounting is what most probably deviates, a line per mounting would only follow it
-    let is_offset = source.lines.iter().all(|line| matches!(line.of, Deviating::Sensor(_)));
-    if is_offset && first.unexplained.as_ref().is_some_and(|unexplained| !unexplained.per_mounting) {
-        return Ok(first);
-    }
+    let source = &best.source;
     let mut with = campaign.clone();
     for line in &source.lines {
         with.add_scatter(line.clone())?;
     }
-    let mut second = super::given(&with, catalogue, settings)?;
+    let (mut second, _) = super::given(&with, catalogue, settings)?;
     if !matches!(second.verdict, Verdict::NothingMissing | Verdict::EffectsFound) {
         return Ok(first);
     }
@@ -93,9 +183,10 @@ pub(super) fn diagnose(
     if !after.noise.sources.iter().any(has_size) {
         return Ok(first);
     }
-    let aliases: Vec<&(f64, String, String)> =
-        ranking.iter().skip(1).filter(|(other, ..)| gain - other < settings.scatters_apart).collect();
-    let finding = of(campaign, &after, source, *gain, p, &aliases, &first.before);
+    let least = best.probability * (-Priors::at(settings.significance).alias).exp();
+    let aliases: Vec<&Deviates> = others.iter().filter(|other| other.probability > least).collect();
+    let mut finding = of(campaign, &after, best, p(best.gain, each.len()), &aliases, &first.before);
+    finding.probability = probability.min(1.0);
     if second.after.is_none() {
         second.changes = finding::changes(&first.before, &after, &[]);
         second.repaired = Some(after.campaign.clone());
@@ -105,7 +196,7 @@ pub(super) fn diagnose(
     second.before = first.before;
     second.after = Some(after);
     second.effects.insert(0, finding);
-    second.candidates = (second.candidates.0.max(first.candidates.0) + sources.len(), second.candidates.1 + 1);
+    second.candidates = (second.candidates.0.max(first.candidates.0) + each.len(), second.candidates.1 + 1);
     Ok(second)
 }
 
@@ -167,85 +258,9 @@ fn sources(campaign: &Campaign) -> Vec<Source> {
     sources
 }
 
-/// How much each source reduces the deviance, given the lines of the campaign and further columns, the most first: name, and its size in words.
-fn gains(
-    campaign: &Campaign,
-    sources: &[Source],
-    design: &DesignMatrix,
-    further: &[Vec<f64>],
-) -> Result<Vec<(f64, String, String)>> {
-    let settings = estimate::Settings::default();
-    let System { rows, observed, u, group } = fit::weigh(campaign, design, Weighting::AsStated)?;
-    let n = rows.ncols();
-    let wider = Mat::from_fn(rows.nrows(), n + further.len(), |i, j| match j.checked_sub(n) {
-        None => rows[(i, j)],
-        Some(k) => further.at(k).at(i),
-    });
-    let system = &System { rows: wider, observed, u: fit::own_noise(campaign, design, &u), group };
-    let given: Vec<ScatterLine> = fit::noise_lines(campaign, design, &u);
-    let before = estimate::scattered((system, &given), None, &[], &settings, false)?.deviance;
-    let mut all = Vec::new();
-    for source in sources {
-        let mut with = campaign.clone();
-        with.scatter.clone_from(&source.lines);
-        let added = fit::scatter_lines(&with, design, &u);
-        if added.iter().all(|line| line.felt.is_empty()) {
-            continue;
-        }
-        let lines: Vec<ScatterLine> = given.iter().cloned().chain(added).collect();
-        let Ok(scattered) = estimate::scattered((system, &lines), None, &[], &settings, false) else { continue };
-        let sizes: Vec<String> = source
-            .lines
-            .iter()
-            .zip(scattered.variance.iter().skip(given.len()))
-            .map(|(line, v)| format!("sd {:.2e} {}", v.max(0.0).sqrt() * line.shown, line.unit))
-            .collect();
-        let positive = scattered.variance.iter().skip(given.len()).any(|v| *v > 0.0);
-        // a variance below zero is no scatter
-        let gain = if positive { before - scattered.deviance } else { 0.0 };
-        if gain.is_finite() && gain > 0.0 {
-            all.push((gain, source.name.clone(), sizes.join(", ")));
-        }
-    }
-    all.sort_by(|a, b| b.0.total_cmp(&a.0));
-    Ok(all)
-}
-
-/// The same given an offset and a scale of the rate for each sensor at each setting of the angles: an unknown pattern of the settings, or one in proportion to
-/// the rate.
-fn ranked_beside_settings(
-    campaign: &Campaign,
-    sources: &[Source],
-    design: &DesignMatrix,
-) -> Result<Vec<(f64, String, String)>> {
-    let mut groups: HashMap<(usize, Vec<u64>), [Vec<f64>; 2]> = HashMap::new();
-    let mut order: Vec<(usize, Vec<u64>)> = Vec::new();
-    for (i, origin) in design.rows.iter().enumerate() {
-        let joints = campaign.readings.rows.get(origin.reading).map_or(&[][..], |r| r.joints.as_slice());
-        let key = (origin.sensor, held(joints));
-        let columns = groups.entry(key.clone()).or_insert_with(|| {
-            order.push(key);
-            [vec![0.0; design.rows.len()], vec![0.0; design.rows.len()]]
-        });
-        let rate: f64 = joints.iter().map(JointState::rate_deg_s).sum();
-        for (column, value) in columns.iter_mut().zip([1.0, rate]) {
-            column.get_mut(i).into_iter().for_each(|slot| *slot = value);
-        }
-    }
-    let columns: Vec<Vec<f64>> = order.iter().filter_map(|key| groups.remove(key)).flatten().collect();
-    gains(campaign, sources, design, &columns)
-}
-
 /// The finding.
-fn of(
-    campaign: &Campaign,
-    after: &Fit,
-    source: &Source,
-    gain: f64,
-    p: f64,
-    aliases: &[&(f64, String, String)],
-    before: &Fit,
-) -> Finding {
+fn of(campaign: &Campaign, after: &Fit, best: &Deviates, p: f64, aliases: &[&Deviates], before: &Fit) -> Finding {
+    let Deviates { source, gain, .. } = best;
     let line = after.campaign.scatter.len().checked_sub(source.lines.len());
     let component = after.noise.sources.iter().find(|s| s.line.is_some() && s.line == line);
     let sd = component.map(|s| s.variance.max(0.0).sqrt());
@@ -268,17 +283,20 @@ fn of(
         [Scatter { of: Deviating::Sensor(s), .. }] if campaign.bench.sensors.len() > 1 => Some(*s),
         _ => None,
     };
-    let spread: f64 = aliases.iter().map(|(other, ..)| (0.5 * (other - gain)).exp()).sum::<f64>() + 1.0;
-    let alias = |(other, name, size): &&(f64, String, String)| super::Alias {
-        regressor: format!("scatter:position:{name}"),
-        name: format!("{name} deviates at each position, {size}"),
-        exact: gain - other < 1e-6,
-        excess: gain - other,
-        probability: (0.5 * (other - gain)).exp() / spread,
-        vanishing: false,
-        visible: 1.0,
-        size: 1.0,
-        together_with: None,
+    let alias = |other: &&Deviates| {
+        let (name, size) = (&other.source.name, &other.size);
+        let excess = 2.0 * (best.probability / other.probability).ln();
+        super::Alias {
+            regressor: format!("scatter:position:{name}"),
+            name: format!("{name} deviates at each position, {size}"),
+            exact: excess < 1e-6,
+            excess,
+            probability: other.probability,
+            vanishing: false,
+            visible: 1.0,
+            size: 1.0,
+            together_with: None,
+        }
     };
     let effect = Candidate {
         regressor: "scatter:position".into(),

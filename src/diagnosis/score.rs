@@ -72,6 +72,8 @@ pub(crate) struct Priors {
     pub most: usize,
     /// Fewest directions of a remainder: of fewer it is an effect in all but name.
     pub least_rank: usize,
+    /// Cosine of what two kernels do to a few vectors from which they are one: 0.97 bounds the bank, a choice; more than one keeps all.
+    pub one_kernel: f64,
     /// Share of the largest reading from which an effect, with inputs as large as they could be, is the less probable the larger it is.
     pub plain: f64,
 }
@@ -89,6 +91,7 @@ impl Priors {
             alias: 4.5,
             most: 6,
             least_rank: 5,
+            one_kernel: 0.97,
             plain: 1.0,
         }
     }
@@ -123,6 +126,7 @@ impl Priors {
 }
 
 /// A kernel `F F'`, rows of the weighted system.
+#[derive(Clone)]
 pub(crate) struct Kernel {
     /// What readings share that deviate alike; nothing where each deviates by itself.
     pub follows: Option<String>,
@@ -133,6 +137,13 @@ pub(crate) struct Kernel {
     pub factor: Mat<f64>,
     /// The one of several sensors (or channels) that deviates alone.
     pub sensor: Option<usize>,
+}
+
+impl Kernel {
+    /// Its share of the probability of its kind.
+    pub fn share(&self) -> f64 {
+        1.0 / self.one_of.max(1) as f64
+    }
 }
 
 pub(crate) struct Problem<'a> {
@@ -328,16 +339,14 @@ impl Score {
             let size = does.norm_l2();
             let same = |other: &Mat<f64>| {
                 let inner: f64 = (0..8).map(|v| dot(does.col(v), other.col(v))).sum();
-                // kernels that do the same to a few vectors, to 3 %, are one: a choice that bounds the bank
-                inner > 0.97 * size * other.norm_l2()
+                inner > settings.one_kernel * size * other.norm_l2()
             };
             if factors.iter().any(same) {
                 continue;
             }
             factors.push(does);
             let lambda = keep.iter().map(|i| s[*i]).collect();
-            let share = 1.0 / kernel.one_of.max(1) as f64;
-            kernels.push(Prepared { place: Some(place), share, lambda, along_z, along_c });
+            kernels.push(Prepared { place: Some(place), share: kernel.share(), lambda, along_z, along_c });
         }
         let nu = (n - p.basis.ncols().min(n)) as f64;
         let mut norm: Vec<f64> = (0..k).map(|j| if visible[j] > 0.0 { 1.0 } else { 0.0 }).collect();
@@ -630,6 +639,15 @@ impl Score {
         deviations.iter_mut().for_each(|d| d.probability = (d.probability - all).exp());
         deviations.retain(|d| d.probability > 1e-9);
         deviations
+    }
+
+    /// Twice what a kernel of the bank adds to ln p of a set at its best size, before anything is believed of kernels.
+    pub fn gain(&mut self, place: usize, set: &[u16]) -> f64 {
+        let most = |profile: Option<Vec<(f64, f64, f64)>>| {
+            profile.unwrap_or_default().iter().fold(f64::NEG_INFINITY, |most, (_, value, _)| most.max(*value))
+        };
+        let Some(kernel) = self.kernels.iter().position(|kernel| kernel.place == Some(place)) else { return 0.0 };
+        2.0 * (most(self.profile(kernel, set)) - most(self.profile(0, set)))
     }
 
     /// One set, solved with nothing but what it needs.

@@ -19,9 +19,6 @@ pub struct Settings {
     pub vanishing: f64,
     /// Share of a column that the model leaves, below which it is mostly absorbed and treated alike. Default 0.01.
     pub absorbed: f64,
-    /// Deviances by which two kinds of scatter of the positions (remounting, setting of a joint) differ before one of them is preferred. Default 6:
-    /// odds of 20.
-    pub scatters_apart: f64,
     /// A column is zero where it is no larger than so many roundings of its inputs. Default 64 (N. Higham, Accuracy and Stability of Numerical
     /// Algorithms, 3.1: a product chain of n factors errs by n epsilon; chains here have at most a few dozen).
     pub roundings: f64,
@@ -36,7 +33,6 @@ impl Default for Settings {
             suspected: 0.5,
             vanishing: 0.02,
             absorbed: 0.01,
-            scatters_apart: 6.0,
             roundings: 64.0,
         }
     }

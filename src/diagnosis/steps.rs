@@ -76,6 +76,7 @@ pub(super) fn steps(
             None => c.regressor.clone(),
         })
     };
+    let found = evidence.given(set);
     let mut steps = Vec::with_capacity(set.len() + 1);
     for count in 0..=set.len() {
         let members = set.part(..count);
@@ -92,7 +93,7 @@ pub(super) fn steps(
         let given = evidence.given(members);
         let plain = |j: usize| candidates.get(j).is_some_and(|c| !c.vanishing);
         let strongest = given.as_ref().and_then(|given| evidence.strongest_of(given, plain));
-        let global_p = given.as_ref().and_then(|given| evidence.global(given));
+        let global_p = given.as_ref().zip(found.as_ref()).and_then(|(given, found)| evidence.global(given, found));
         let residuals = || fit.estimate.residuals.iter().take(fit.design.rows.len());
         let square: f64 = residuals().map(|v| v * v).sum();
         let dof = fit.estimate.dof;

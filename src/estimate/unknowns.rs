@@ -25,8 +25,8 @@ pub struct Unknowns {
     pub covariance: Mat<f64>,
     /// Standard uncertainty of each unknown; `None` where it is not estimable, or depends on a scale that is not determined.
     pub standard_uncertainty: Vec<Option<f64>>,
-    /// Condition number in the 2-norm of the weighted, column-scaled basis; `None` if it is empty.
-    pub condition: Option<f64>,
+    /// The triangle of the weighted, column-scaled basis.
+    pub(crate) triangle: Mat<f64>,
     /// What the readings leave free, one combination of few unknowns per rank defect.
     pub not_estimable: Vec<Combination>,
     /// Along which direction it is free: unknowns may move along it and no reading changes. In the same order.
@@ -55,11 +55,16 @@ impl Unknowns {
             cofactor,
             covariance,
             standard_uncertainty,
-            condition: condition(&factor.r),
+            triangle: factor.r.clone(),
             not_estimable: factor.dependence.not_estimable(&factor.basis, &factor.scale),
             free_directions: factor.dependence.directions(&factor.basis, &factor.scale),
             estimable_combinations: factor.dependence.estimable_combinations(&factor.basis, &factor.scale),
         }
+    }
+
+    /// Condition number in the 2-norm of the weighted, column-scaled basis; `None` if it is empty.
+    pub fn condition(&self) -> Option<f64> {
+        condition(&self.triangle)
     }
 
     /// Is this unknown determined by the rows? Nothing beyond the unknowns is.

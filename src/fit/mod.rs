@@ -50,7 +50,7 @@ pub(crate) use robust::RobustRecord;
 pub use rules::Constraints;
 pub(crate) use scale_factor::{ScaleFactorError, ScaleFactorFrom};
 pub use scatter::scatter_lines;
-pub(crate) use scatter::{floor, noise_lines, own_noise, scattered, spelled_out, stated_variances, whitening};
+pub(crate) use scatter::{floor, own_noise, scattered, spelled_out, stated_variances, whitening};
 pub(crate) use separate::{RankDefect, candidates, columns_read, separations};
 pub(crate) use step::{adjust_meeting_equations, adjust_with_equations, contradicting_equations};
 pub(crate) use stuck::{Channel, changes, is_all, same};

@@ -212,7 +212,7 @@ pub fn judge(campaign: &Campaign, noise: &Noise, costs: &Costs) -> Result<Judgem
         readings,
         rank,
         dof: design.rows.len().saturating_sub(rank),
-        condition: estimate.unknowns.condition,
+        condition: estimate.unknowns.condition(),
         work: costs.work(&campaign.readings.rows),
         through_tilts,
     })

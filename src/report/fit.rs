@@ -778,7 +778,7 @@ fn summary(fit: &Fit) -> FitSummary {
         chi_square: fit.global_test.map(|test| test.chi_square),
         p: fit.global_test.map(|test| test.p),
         global_test_rejected: fit.global_test.map(|test| test.rejected),
-        condition: estimate.unknowns.condition.and_then(finite),
+        condition: estimate.unknowns.condition().and_then(finite),
         variance: if estimated { VarianceFrom::Estimated } else { VarianceFrom::Stated },
         sensor_sd,
         at_rounding: fit.at_rounding().into_iter().map(str::to_string).collect(),

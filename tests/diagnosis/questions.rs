@@ -493,3 +493,26 @@ fn a_drift_of_several_sensors_is_one_finding() {
     }
     assert!(found + 1 >= SEEDS as usize, "{found} of {SEEDS}");
 }
+
+/// Every position twice, the second time five degrees warmer: what the temperature does is no noise of the replicates, and the residuals as given are not chance.
+#[test]
+fn a_change_between_replicates_is_no_noise() {
+    let mut schedule = gyro();
+    let readings = schedule["readings"].as_array().unwrap().clone();
+    let warmer = |by: f64| {
+        readings.iter().cloned().map(move |mut reading| {
+            reading["temperature_c"] = json!(20.0 + by);
+            reading
+        })
+    };
+    schedule["readings"] = warmer(0.0).chain(warmer(5.0)).collect();
+    let mut truth = gyro_truth();
+    truth["effects"] = json!([{ "regressor": "temperature_c", "value": 1e-4, "sensor": "V" }]);
+    for seed in 0..SEEDS {
+        let report = diagnosed(&simulated(&schedule, &truth, seed));
+        assert_found(&report, "temperature_c", Some("V"), 1e-4);
+        let steps: Vec<f64> = report.steps.iter().map(|step| step.global_p.unwrap()).collect();
+        // 64 readings, each 2.5 standard deviations off
+        assert!(steps[0] < 1e-9 && steps[1] > 1e-3, "{steps:?}");
+    }
+}

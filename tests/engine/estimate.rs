@@ -23,7 +23,7 @@ fn assert_finite(estimate: &Estimate) {
     let options = [&estimate.unknowns.standard_uncertainty, &estimate.group_scale];
     assert!(entries.chain(columns.into_iter().flatten()).all(|value| value.is_finite()));
     assert!(options.into_iter().flatten().flatten().all(|value| value.is_finite()));
-    assert!(estimate.unknowns.condition.is_none_or(f64::is_finite) && estimate.sum_of_squares.is_finite());
+    assert!(estimate.unknowns.condition().is_none_or(f64::is_finite) && estimate.sum_of_squares.is_finite());
     let terms =
         estimate.unknowns.not_estimable.iter().chain(&estimate.unknowns.estimable_combinations).flat_map(|c| &c.terms);
     assert!(terms.into_iter().all(|(_, c)| c.is_finite()));
@@ -189,7 +189,7 @@ fn fewer_rows_than_unknowns() {
 fn nothing_to_adjust() {
     for (m, n) in [(0, 0), (0, 3), (3, 0), (2, 2)] {
         let estimate = fit(&estimated(Mat::zeros(m, n), &vec![1.0; m]));
-        assert_eq!((estimate.unknowns.rank, estimate.dof, estimate.unknowns.condition), (0, m, None));
+        assert_eq!((estimate.unknowns.rank, estimate.dof, estimate.unknowns.condition()), (0, m, None));
         assert_eq!(estimate.unknowns.estimable, vec![false; n]);
         assert_eq!(estimate.unknowns.not_estimable.len(), n);
         assert_eq!(estimate.residuals, vec![1.0; m]);
@@ -372,7 +372,7 @@ fn folding_is_adjusting() {
         assert_near(folded.unknowns.solution[j], estimate.unknowns.solution[j], 1e-12);
         assert_near(folded.unknowns.covariance[(j, j)], estimate.unknowns.covariance[(j, j)], 1e-12);
     }
-    assert_near(folded.unknowns.condition.expect("columns"), estimate.unknowns.condition.expect("columns"), 1e-9);
+    assert_near(folded.unknowns.condition().expect("columns"), estimate.unknowns.condition().expect("columns"), 1e-9);
 }
 
 #[test]

@@ -34,7 +34,7 @@ fn near(a: f64, b: f64, size: f64) -> bool {
 }
 
 fn benign(estimate: &Estimate) -> bool {
-    estimate.unknowns.condition.is_none_or(|condition| condition < 1e4)
+    estimate.unknowns.condition().is_none_or(|condition| condition < 1e4)
 }
 
 fn all_near(a: &[f64], b: &[f64]) -> bool {
@@ -113,7 +113,7 @@ proptest! {
         let back: Vec<f64> = b.unknowns.solution.iter().enumerate().map(|(j, x)| if j == 0 { x * column_unit } else { *x }).collect();
         prop_assert!(all_near(&a.unknowns.solution, &back), "{:?} {:?}", a.unknowns.solution, back);
         prop_assert!(all_near(&a.leverage, &b.leverage));
-        if let (Some(a), Some(b)) = (a.unknowns.condition, b.unknowns.condition) {
+        if let (Some(a), Some(b)) = (a.unknowns.condition(), b.unknowns.condition()) {
             prop_assert!((a / b - 1.0).abs() < 1e-6);
         }
         if let (Some(Some(a)), Some(Some(b))) = (a.unknowns.standard_uncertainty.last(), b.unknowns.standard_uncertainty.last()) {

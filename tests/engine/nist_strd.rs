@@ -61,7 +61,7 @@ fn digits_of_an_adjustment() {
         let errors =
             worst(estimate.unknowns.standard_uncertainty.iter().map(|u| u.expect("estimable")), &numbers(&exact["se"]));
         let leverages = worst(estimate.leverage.iter().copied(), &numbers(&exact["leverage"]));
-        let condition = estimate.unknowns.condition.expect("columns");
+        let condition = estimate.unknowns.condition().expect("columns");
         println!(
             "{id:10} {beta:12.1} {numpy:6.1} {errors:15.1} {leverages:10.1} {condition:11.2e} {}",
             estimate.refinements

@@ -155,7 +155,7 @@ fn each(count: usize, mut check: impl FnMut(usize, &Question)) {
 
 /// Well enough determined that rounding stays far below the tolerances here.
 fn benign(fit: &Fit) -> bool {
-    fit.not_estimable.is_empty() && fit.estimate.unknowns.condition.is_some_and(|c| c < 1e4)
+    fit.not_estimable.is_empty() && fit.estimate.unknowns.condition().is_some_and(|c| c < 1e4)
 }
 
 /// Estimates and uncertainties agree to `share` of the standard uncertainty.

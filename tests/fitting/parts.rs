@@ -110,7 +110,7 @@ fn parts_are_the_whole() {
             let nothing = inputs && is_nothing(&row) && is_nothing(&single);
             let near = if inputs { near.max(if nothing { 1e-6 } else { 1e-9 }) } else { near };
             let misfit = if single.chi_square_p.is_nan() { 1.0 } else { single.residual_sd.max(1.0) };
-            let hard = 4.0 * f64::EPSILON * fit.estimate.unknowns.condition.unwrap_or(1.0) * misfit;
+            let hard = 4.0 * f64::EPSILON * fit.estimate.unknowns.condition().unwrap_or(1.0) * misfit;
             harder += usize::from(hard > near);
             let near = near.max(hard);
             let size = |x: f64| if x.is_nan() { 0.0 } else { x.abs() };

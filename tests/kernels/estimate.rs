@@ -82,7 +82,7 @@ fn eight_are_each_by_itself() {
                 group: vec![Group::Known; m],
             };
             let single = adjust(&system, &Settings::default()).unwrap();
-            let condition = single.unknowns.condition.unwrap();
+            let condition = single.unknowns.condition().unwrap();
             assert!(eight.condition[l] >= condition && eight.condition[l] < 5.0 * condition);
             for j in 0..n {
                 let u = single.unknowns.standard_uncertainty[j].unwrap();
