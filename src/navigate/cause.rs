@@ -104,11 +104,6 @@ impl Change {
         }
     }
 
-    /// Does it jump from one value to another?
-    pub fn jumps(self) -> bool {
-        matches!(self, Change::Step(_) | Change::Square { .. })
-    }
-
     fn id(self) -> String {
         match self {
             Change::Ramp => "ramp".into(),

@@ -219,22 +219,16 @@ impl<'a> Search<'a> {
                 break;
             }
             self.report(round, &set);
-            let from = |cause: &Cause| {
-                state.set.iter().zip(&state.values).find(|(member, _)| *member == cause).map_or(0.0, |(_, x)| *x)
-            };
-            let near: Vec<f64> = set.iter().map(from).collect();
-            // values on a jump that was moved may be right where it is now
-            let but_at_jumps = self.out_but_at_jumps(&set, &state.out);
-            let but_at_jumps = (sharper && but_at_jumps.len() < state.out.len()).then_some(but_at_jumps);
-            let mut refined = None;
-            for out in but_at_jumps.iter().chain([&state.out]) {
-                if refined.is_none() {
-                    // too far for the linear model: from the values of the present state
-                    let next = self.refine(&set, &values, out).or_else(|| self.refine(&set, &near, out));
-                    refined = next.map(|next| self.valued(next)).filter(|next| next.value > state.value + GAIN);
-                }
-            }
-            match refined {
+            let refined = self.refine(&set, &values, &state.out).or_else(|| {
+                // too far for the linear model: from the values of the present state
+                let from = |cause: &Cause| {
+                    state.set.iter().zip(&state.values).find(|(member, _)| *member == cause).map_or(0.0, |(_, x)| *x)
+                };
+                let values: Vec<f64> = set.iter().map(from).collect();
+                self.refine(&set, &values, &state.out)
+            });
+            let refined = refined.map(|next| self.valued(next));
+            match refined.filter(|next| next.value > state.value + GAIN) {
                 Some(next) => state = next,
                 // no improvement on the full simulation
                 None if careful || same => {

@@ -1,7 +1,6 @@
 //! The time of a step or a warm-up and the period of a wave, refined between the points of the grid of candidates.
 
 use super::cause::{Cause, Change};
-use super::measured::Cell;
 use super::refine::{Search, State};
 use super::weighed::Weighed;
 use std::rc::Rc;
@@ -12,8 +11,6 @@ const LEVELS: i32 = 5;
 
 /// Rounds of refining the edges and the period of a square wave in turn, at most.
 const ROUNDS: usize = 24;
-/// The same in all rows, where fewer rows brought them near.
-const FINAL: usize = 2;
 /// A refinement that reduces the sum of squares by less, in variances of the noise, is none.
 pub(super) const SHARPER: f64 = 0.5;
 
@@ -59,19 +56,6 @@ impl By {
 }
 
 impl Search<'_> {
-    /// Values that are left out, but for those on a jump of a set: where an edge lies between two rows the values beside it seem wrong until it is in its place.
-    pub(super) fn out_but_at_jumps(&self, set: &[Cause], out: &[usize]) -> Vec<usize> {
-        let jumps: Vec<Change> = set.iter().filter_map(Cause::change).collect();
-        let time = |run: usize, row: usize| Some(self.case.measured.runs.get(run)?.rows.get(row)?.time);
-        let is_at_jump = |cell: &Cell| {
-            let before = cell.row.checked_sub(1).and_then(|row| time(cell.run, row)).unwrap_or(cell.time);
-            let after = time(cell.run, cell.row + 1).unwrap_or(cell.time);
-            jumps.iter().any(|change| change.jumps() && change.at(before) != change.at(after))
-        };
-        let cells = self.case.measured.cells().enumerate().filter(|(at, _)| out.contains(at));
-        cells.filter(|(_, cell)| !is_at_jump(cell)).map(|(at, _)| at).collect()
-    }
-
     /// The time of a step, a warm-up or a wave is one of a coarse grid: the best one near it, on the linear model, finer and finer. Was any moved?
     pub(super) fn sharpen(&self, state: &State, set: &mut [Cause], values: &mut [f64]) -> bool {
         let steps = self.case.causes.iter().filter_map(|cause| match cause {
@@ -83,30 +67,24 @@ impl Search<'_> {
         if !set.iter().any(Cause::is_course) {
             return false;
         }
-        let fewer = self.weighed(&state.out);
-        let is_short = fewer.short.is_short();
-        let out = self.out_but_at_jumps(set, &state.out);
         // in all rows: a time is known better than a row of fewer is long
-        let rows = match is_short || out.len() < state.out.len() {
-            true => Rc::new(Weighed::whole(&self.case, self.u, &out)),
-            false => fewer.clone(),
-        };
+        let mut rows = self.weighed(&state.out);
+        if rows.short.is_short() {
+            rows = Rc::new(Weighed::whole(&self.case, self.u, &state.out));
+        }
         let shortest = last / rows.short.measured.longest_run().max(1) as f64;
-        let made = self.linearised(state, &rows);
-        let made_of_fewer = is_short.then(|| self.linearised(state, &fewer));
-        // what the others leave
-        let given = |rows: &Weighed, (columns, observed): &(Vec<Vec<f64>>, Vec<f64>), set: &[Cause], k: usize| {
-            let column = |cause: &Cause| {
-                let kept = state.set.iter().position(|other| other == cause).and_then(|place| columns.get(place));
-                kept.cloned().unwrap_or_else(|| rows.of(&self.case, cause))
-            };
-            let fixed = set.iter().enumerate().filter(|(i, _)| *i != k).map(|(_, cause)| column(cause));
-            rows.given(fixed, observed.clone())
+        let (columns, observed) = self.linearised(state, &rows);
+        let member = |cause: &Cause| state.set.iter().position(|other| other == cause);
+        let column = |cause: &Cause| {
+            let kept = member(cause).and_then(|k| columns.get(k));
+            kept.cloned().unwrap_or_else(|| rows.of(&self.case, cause))
         };
         let mut moved = false;
         for k in 0..set.len() {
             let Some(&kind) = set.get(k) else { continue };
-            let others = given(&rows, &made, set, k);
+            // what the others leave
+            let fixed = set.iter().enumerate().filter(|(i, _)| *i != k).map(|(_, cause)| column(cause));
+            let others = rows.given(fixed, observed.clone());
             let at = |change: Change| {
                 let fit = match change {
                     Change::Wave { period, .. } => rows.wave(&kind, period, &others)?,
@@ -117,14 +95,7 @@ impl Search<'_> {
                 Some((-fit.gain, fit))
             };
             let found = match kind.change() {
-                Some(Change::Square { .. }) => {
-                    // fewer rows bring it near, at a fraction of the work
-                    let near = made_of_fewer
-                        .as_ref()
-                        .and_then(|made| fewer.square(&kind, &given(&fewer, made, set, k), last, ROUNDS));
-                    let (near, rounds) = near.map_or((kind, ROUNDS), |fit| (fit.cause, FINAL));
-                    rows.square(&near, &others, last, rounds).map(|fit| (-fit.gain, fit))
-                }
+                Some(Change::Square { .. }) => rows.square(&kind, &others, last, ROUNDS).map(|fit| (-fit.gain, fit)),
                 Some(Change::Step(time)) => By::Shift(spacing).finest(time, |time| at(Change::Step(time))),
                 Some(Change::WarmUp(time)) => {
                     By::Factor(3f64.ln()).finest(time.max(shortest), |time| at(Change::WarmUp(time)))
