@@ -99,21 +99,20 @@ pub(super) fn scattering(campaign: &Campaign, seen: &Seen, settings: &Settings) 
     let deviations = score.deviations(&set);
     let mut each: Vec<Deviates> = Vec::new();
     for (k, (source, scales)) in sources.into_iter().zip(scales).enumerate() {
-        let own = || deviations.iter().filter(|deviation| deviation.kernel == Some(of_bank + k));
-        let mut probability: f64 = own().map(|d| d.probability).sum();
+        // an offset of one sensor alone is one of all
+        let is_offset = |j: usize| k == 0 && j < of_bank && kernels.get(j).is_some_and(|kernel| kernel.per_mounting);
+        let is_own = |d: &&Deviation| d.kernel.is_some_and(|j| j == of_bank + k || is_offset(j));
+        let own = || deviations.iter().filter(is_own);
+        let probability: f64 = own().map(|d| d.probability).sum();
         let variance: f64 = own().map(|d| d.probability * d.ratio * d.variance).sum::<f64>() / probability;
-        if k == 0 {
-            // an offset of one sensor alone is one of all
-            let alone = |d: &&Deviation| {
-                d.kernel.is_some_and(|j| j < of_bank && kernels.get(j).is_some_and(|k| k.per_mounting))
-            };
-            probability += deviations.iter().filter(alone).map(|d| d.probability).sum::<f64>();
-        }
+        let mut places: Vec<usize> = own().filter_map(|d| d.kernel).collect();
+        places.dedup();
+        let gain = places.into_iter().map(|place| score.gain(place, &set)).fold(0.0, f64::max);
         let size =
             |(line, scale): (&Scatter, &f64)| format!("sd {:.2e} {}", variance.sqrt() * scale * line.shown, line.unit);
         let size = source.lines.iter().zip(&scales).map(size).collect::<Vec<_>>().join(", ");
         if probability > 0.0 {
-            each.push(Deviates { source, probability, gain: score.gain(of_bank + k, &set), size });
+            each.push(Deviates { source, probability, gain, size });
         }
     }
     each.sort_by(|a, b| b.probability.total_cmp(&a.probability));
