@@ -141,12 +141,13 @@ impl Common {
                 &scaled * scaled.transpose()
             }
         };
+        let condition = estimate.unknowns.condition();
         let kernel = Kernel {
             a: (0..m).flat_map(|i| (0..n).map(move |j| (i, j))).map(|(i, j)| system.rows[(i, j)]).collect(),
             p: (0..m).flat_map(|i| (0..n).map(move |j| (j, i))).map(|(j, i)| sensitivities[(j, i)]).collect(),
             m,
             n,
-            passes: if estimate.unknowns.condition().is_some_and(|c| c < ILL) { 1 } else { 2 },
+            passes: if condition.is_some_and(|c| c < ILL) { 1 } else { 2 },
         };
         let readings = design.rows.len();
         let slot = |sensor: usize| sensors.iter().position(|other| *other == sensor);
@@ -155,8 +156,7 @@ impl Common {
         let places = places?;
         let mut predicted = design.predicted.clone();
         predicted.resize(m, 0.0);
-        let condition = estimate.unknowns.condition().unwrap_or(1.0);
-        let known = inputs(campaign, &model, &reference, &design, &sensitivities, condition)?;
+        let known = inputs(campaign, &model, &reference, &design, &sensitivities, condition.unwrap_or(1.0))?;
         let ids: Vec<&str> = campaign.parameters.iter().map(|p| p.id.as_str()).collect();
         let derived = campaign.derived.iter().map(|d| Tape::compile(&d.line, &ids)).collect::<Result<_, _>>().ok()?;
         let weight = |i: usize| system.u.get(i).map_or(1.0, |u| 1.0 / u);

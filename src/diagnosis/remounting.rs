@@ -6,7 +6,7 @@
 //!
 //! given the effects named. Where settings were not mounted more than once, a scatter of positions and an unknown pattern of the settings are one, and neither is named.
 
-use super::augmented::Seen;
+use super::augmented::{Seen, State};
 use super::score::{Deviation, Kernel, Priors, Problem, Score};
 use super::{Candidate, Diagnosis, Effect, Finding, NoiseFrom, Separation, Settings, Verdict, finding};
 use crate::campaign::{Campaign, Deviating, JointState, Kind, Per, Scatter, Size};
@@ -58,8 +58,11 @@ pub(super) fn scattering(campaign: &Campaign, seen: &Seen, settings: &Settings) 
         return None;
     }
     let is_separate = mountings >= FEWEST;
+    if !is_separate && seen.state == State::Nothing {
+        return None;
+    }
     let mut sources = sources(campaign);
-    // those of the bank that are nothing beside the best given the named effects were found so with the same columns
+    // kernels of the bank that have no probability given the named effects are left out
     let probable = |k: usize| seen.deviations.each.iter().any(|deviation| deviation.kernel == Some(k));
     let is_first = |kernel: &Kernel| kernel.per_mounting && kernel.sensor.is_none();
     let among = seen.deviations.kernels.iter().enumerate();
@@ -92,7 +95,7 @@ pub(super) fn scattering(campaign: &Campaign, seen: &Seen, settings: &Settings) 
         kernels: &kernels,
         sharing: is_separate.then(|| 1.0 + seen.deviations.kernels.iter().map(Kernel::share).sum::<f64>()),
     };
-    let mut score = Score::new(&problem, Priors { one_kernel: 2.0, ..Priors::at(settings.significance) });
+    let mut score = Score::new(&problem, Priors { all_kernels: true, ..Priors::at(settings.significance) });
     let mut set: Vec<u16> = (0..members.len()).filter_map(|j| score.standing(j)).collect();
     set.sort_unstable();
     set.dedup();
@@ -184,8 +187,8 @@ pub(super) fn diagnose(
     }
     let least = best.probability * (-Priors::at(settings.significance).alias).exp();
     let aliases: Vec<&Deviates> = others.iter().filter(|other| other.probability > least).collect();
-    let mut finding = of(campaign, &after, best, p(best.gain, each.len()), &aliases, &first.before);
-    finding.probability = probability.min(1.0);
+    let found = (best, p(best.gain, each.len()), probability.min(1.0));
+    let finding = of(campaign, &after, found, &aliases, &first.before);
     if second.after.is_none() {
         second.changes = finding::changes(&first.before, &after, &[]);
         second.repaired = Some(after.campaign.clone());
@@ -258,7 +261,13 @@ fn sources(campaign: &Campaign) -> Vec<Source> {
 }
 
 /// The finding.
-fn of(campaign: &Campaign, after: &Fit, best: &Deviates, p: f64, aliases: &[&Deviates], before: &Fit) -> Finding {
+fn of(
+    campaign: &Campaign,
+    after: &Fit,
+    (best, p, probability): (&Deviates, f64, f64),
+    aliases: &[&Deviates],
+    before: &Fit,
+) -> Finding {
     let Deviates { source, gain, .. } = best;
     let line = after.campaign.scatter.len().checked_sub(source.lines.len());
     let component = after.noise.sources.iter().find(|s| s.line.is_some() && s.line == line);
@@ -316,7 +325,7 @@ fn of(campaign: &Campaign, after: &Fit, best: &Deviates, p: f64, aliases: &[&Dev
         t: gain.max(0.0).sqrt(),
         p,
         explains,
-        probability: 1.0 - p,
+        probability,
         aliases: aliases.iter().map(alias).collect(),
         separation: Separation::default(),
         also: Vec::new(),

@@ -72,8 +72,8 @@ pub(crate) struct Priors {
     pub most: usize,
     /// Fewest directions of a remainder: of fewer it is an effect in all but name.
     pub least_rank: usize,
-    /// Cosine of what two kernels do to a few vectors from which they are one: 0.97 bounds the bank, a choice; more than one keeps all.
-    pub one_kernel: f64,
+    /// Are kernels kept that do nearly what another does? Of a bank the first stands for all.
+    pub all_kernels: bool,
     /// Share of the largest reading from which an effect, with inputs as large as they could be, is the less probable the larger it is.
     pub plain: f64,
 }
@@ -91,7 +91,7 @@ impl Priors {
             alias: 4.5,
             most: 6,
             least_rank: 5,
-            one_kernel: 0.97,
+            all_kernels: false,
             plain: 1.0,
         }
     }
@@ -339,9 +339,10 @@ impl Score {
             let size = does.norm_l2();
             let same = |other: &Mat<f64>| {
                 let inner: f64 = (0..8).map(|v| dot(does.col(v), other.col(v))).sum();
-                inner > settings.one_kernel * size * other.norm_l2()
+                // kernels that do the same to a few vectors, to 3 %, are one: a choice that bounds the bank
+                inner > 0.97 * size * other.norm_l2()
             };
-            if factors.iter().any(same) {
+            if !settings.all_kernels && factors.iter().any(same) {
                 continue;
             }
             factors.push(does);

@@ -23,13 +23,13 @@ pub(crate) const STEEP: f64 = std::f64::consts::PI / 180.0;
 
 pub(super) fn remarks(fit: &Fit) -> Vec<Sentence> {
     let campaign = &fit.campaign;
-    let absurd = fit.estimate.unknowns.condition().filter(|condition| *condition > ABSURD);
+    let condition = fit.estimate.unknowns.condition();
+    let absurd = condition.filter(|condition| *condition > ABSURD);
     let mut found: Vec<Sentence> = angles(campaign)
         .into_iter()
         .filter_map(|(name, values)| {
             // no unknowns: nothing is near singular
-            radians(&values, fit.estimate.unknowns.condition().unwrap_or(1.0))
-                .then(|| sentence!("all-values-of-lie-within-degrees-and", name))
+            radians(&values, condition.unwrap_or(1.0)).then(|| sentence!("all-values-of-lie-within-degrees-and", name))
         })
         .collect();
     found.extend(rates(campaign));
