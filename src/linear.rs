@@ -3,8 +3,7 @@
 //!
 //! Large or rank-deficient matrices go through faer and [`crate::estimate`] (column-pivoted QR). Products that differ on purpose say so by their
 //! names or their places, and why at their heads: `compensated_dot` (twice the precision, for refinement), the reflections of `estimate/panel.rs`,
-//! `estimate/eight.rs` and `estimate/small_qr.rs`, `determinant_and_trace` and `inverse_root` of the plans (clamped pivots, many candidates side by
-//! side).
+//! `estimate/eight.rs` and `estimate/small_qr.rs`, `eliminate` and `roots` of the plans (many candidates side by side; pivots in order of size).
 
 use crate::elements::Parts;
 use faer::Mat;

@@ -1,7 +1,7 @@
 //! Candidates as blocks of whitened rows, and the sums over all of them that the exchanges need.
 #![allow(
     clippy::indexing_slicing,
-    reason = "matrices are `n x n` row by row and indices run below `n`: callers give what `information`, `weighted` or a border of 2 k rows made of that size"
+    reason = "matrices are `n x n` row by row and indices run below `n`: callers give what `information` or `weighted` made of that size; packed matrices side by side have an entry for each pair of rows"
 )]
 
 use crate::elements::{Elements, Parts};
@@ -60,11 +60,9 @@ impl Blocks {
         (0..self.unknowns).map(|c| self.column(r, c).at(j)).collect()
     }
 
-    /// `M += s x x'` for row `r` of candidate `j`; `x` is scratch for a row.
-    pub(super) fn add_row(&self, m: &mut [f64], s: f64, j: usize, r: usize, x: &mut Vec<f64>) {
-        x.clear();
-        x.extend((0..self.unknowns).map(|c| self.column(r, c).at(j)));
-        add_outer(m, s, x);
+    /// `M += s X_j'X_j`.
+    pub(super) fn add(&self, m: &mut [f64], s: f64, j: usize) {
+        (0..self.rows).for_each(|r| add_outer(m, s, &self.row(j, r)));
     }
 
     /// Element (r, c) of every candidate.
@@ -73,8 +71,14 @@ impl Blocks {
         self.data.part(start..start + self.count)
     }
 
-    /// `x_jr . w` for every candidate j, into `out`; a shorter `w` is padded with zeros.
-    pub(super) fn along(&self, r: usize, w: &[f64], out: &mut [f64]) {
+    /// `x_jr . w` for every candidate j, for each row r.
+    pub(super) fn products(&self, w: &[f64]) -> Vec<Vec<f64>> {
+        (0..self.rows).map(|r| self.along(r, w)).collect()
+    }
+
+    /// `x_jr . w` for every candidate j; a shorter `w` is padded with zeros.
+    fn along(&self, r: usize, w: &[f64]) -> Vec<f64> {
+        let mut out = vec![0.0; self.count];
         // pieces that stay in the first-level cache
         const PIECE: usize = 256;
         let mut start = 0;
@@ -102,67 +106,42 @@ impl Blocks {
             }
             start = end;
         }
-    }
-
-    /// `x_jr' B x_js` for every candidate j, into `out`; `b` is symmetric, row by row.
-    pub(super) fn quadratic(&self, r: usize, s: usize, b: &[f64], out: &mut [f64], work: &mut [f64]) {
-        out.fill(0.0);
-        for c in 0..self.unknowns {
-            let row = b.part(c * self.unknowns..(c + 1) * self.unknowns);
-            self.along(s, row, work);
-            for ((out, x), w) in out.iter_mut().zip(self.column(r, c)).zip(work.iter()) {
-                *out += x * w;
-            }
-        }
-    }
-
-    /// The same for all r <= s, each at `packed(r, s)`.
-    pub(super) fn all_quadratics(&self, b: &[f64], out: &mut [Vec<f64>], work: &mut [f64]) {
-        for s in 0..self.rows {
-            (0..=s).for_each(|r| self.quadratic(r, s, b, &mut out[packed(r, s)], work));
-        }
-    }
-
-    /// The same in a new list.
-    pub(super) fn quadratics(&self, b: &[f64]) -> Vec<Vec<f64>> {
-        let mut out = vec![vec![0.0; self.count]; self.rows * (self.rows + 1) / 2];
-        self.all_quadratics(b, &mut out, &mut vec![0.0; self.count]);
         out
     }
 
-    /// The largest `x' B x` over all rows of all candidates.
-    pub(super) fn largest_quadratic(&self, b: &[f64]) -> f64 {
-        let (mut out, mut work) = (vec![0.0; self.count], vec![0.0; self.count]);
-        let mut most = 0.0_f64;
-        for r in 0..self.rows {
-            self.quadratic(r, r, b, &mut out, &mut work);
-            most = out.iter().fold(most, |most, d| most.max(*d));
+    /// `x_jr' B x_js`, r <= s, of every candidate j at `packed(r, s)`; `b` is symmetric, row by row.
+    pub(super) fn quadratics(&self, b: &[f64]) -> Vec<Vec<f64>> {
+        let mut sums = vec![vec![0.0; self.count]; self.rows * (self.rows + 1) / 2];
+        for s in 0..self.rows {
+            for (c, row) in b.chunks_exact(self.unknowns.max(1)).enumerate() {
+                let along = self.along(s, row);
+                for r in 0..=s {
+                    let terms = self.column(r, c).iter().zip(&along);
+                    sums[packed(r, s)].iter_mut().zip(terms).for_each(|(sum, (x, w))| *sum += x * w);
+                }
+            }
         }
-        most
-    }
-
-    /// The largest square of any element.
-    pub(super) fn largest_square(&self) -> f64 {
-        self.data.iter().fold(0.0_f64, |most, v| most.max(v * v))
+        sums
     }
 
     /// Sum of `x x'` over all rows of all candidates, row by row.
     pub(super) fn sum(&self) -> Vec<f64> {
         let mut sum = vec![0.0; self.unknowns * self.unknowns];
-        for j in 0..self.count {
-            for r in 0..self.rows {
-                add_outer(&mut sum, 1.0, &self.row(j, r));
-            }
-        }
+        (0..self.count).for_each(|j| self.add(&mut sum, 1.0, j));
         sum
     }
 
-    /// The same information in as few rows as it has: `R'R = X'X` for each candidate, by Gram-Schmidt with column pivots.
+    /// The same information in as few rows as it has: `R'R = X'X` for each candidate.
     ///
     /// The rates of one mounting differ in size only, so that six readings of it may need no more than three rows.
     pub(super) fn compressed(&self) -> Blocks {
-        let reduced: Vec<Vec<Vec<f64>>> = (0..self.count).map(|j| self.reduced(j)).collect();
-        let rows = reduced.iter().map(Vec::len).max().unwrap_or(0).max(1);
+        let own = |j: usize| {
+            let mut m = vec![0.0; self.unknowns * self.unknowns];
+            self.add(&mut m, 1.0, j);
+            roots(m, self.unknowns)
+        };
+        let reduced: Vec<Vec<Vec<f64>>> = (0..self.count).filter(|_| self.rows > 1).map(own).collect();
+        let rows = reduced.iter().map(Vec::len).max().unwrap_or(self.rows).max(1);
         if rows >= self.rows {
             return self.clone();
         }
@@ -171,39 +150,6 @@ impl Blocks {
             reduced.get(j).and_then(|rows| rows.get(r)?.get(c)).copied().unwrap_or_default()
         };
         Blocks::from_fn(self.count, rows, self.unknowns, element)
-    }
-
-    /// Rows of `R` for one candidate.
-    fn reduced(&self, j: usize) -> Vec<Vec<f64>> {
-        let mut columns: Vec<Vec<f64>> =
-            (0..self.unknowns).map(|c| (0..self.rows).map(|r| self.column(r, c).at(j)).collect()).collect();
-        let mut rows: Vec<Vec<f64>> = Vec::new();
-        let mut first = 0.0_f64;
-        while rows.len() < self.rows.min(self.unknowns) {
-            let squares: Vec<f64> = columns.iter().map(|c| dot(c, c)).collect();
-            let (pivot, square) = largest(&squares);
-            first = first.max(square);
-            if !(square > 1e-28 * first) {
-                break;
-            }
-            let size = square.sqrt();
-            let direction: Vec<f64> = columns.get(pivot).into_iter().flatten().map(|v| v / size).collect();
-            let row: Vec<f64> = columns.iter().map(|c| dot(c, &direction)).collect();
-            for (column, along) in columns.iter_mut().zip(&row) {
-                column.iter_mut().zip(&direction).for_each(|(v, d)| *v -= along * d);
-            }
-            rows.push(row);
-        }
-        rows
-    }
-
-    /// `|L^-1 x_jr|^2` for every candidate j, into `out`; `root` is the lower triangle `L^-1`, row by row.
-    pub(super) fn squares(&self, r: usize, root: &[f64], out: &mut [f64], work: &mut [f64]) {
-        out.fill(0.0);
-        for (k, row) in root.chunks_exact(self.unknowns.max(1)).enumerate() {
-            self.along(r, row.part(..=k), work);
-            out.iter_mut().zip(work.iter()).for_each(|(out, w)| *out += w * w);
-        }
     }
 }
 
@@ -253,84 +199,88 @@ pub(super) fn sandwich(a: &[f64], w: &[f64], n: usize) -> Vec<f64> {
     product(&product(a, w), a)
 }
 
-/// Inverse and logarithm of the determinant of a symmetric positive definite matrix, row by row, by Cholesky; `None` where it is singular.
+/// Inverse and logarithm of the determinant of a symmetric positive definite matrix, row by row, by Cholesky; `None` where its smallest pivot is not
+/// above 1e-12 of its largest diagonal element.
 pub(super) fn invert(m: &[f64], n: usize) -> Option<(Vec<f64>, f64)> {
-    let triangle = triangle(m, n)?;
+    let entry = |i: usize, j: usize| m.at(i * n + j);
+    let largest = (0..n).fold(0.0_f64, |most, i| most.max(entry(i, i)));
+    let triangle = Triangle::of(n, entry, |_| 1e-12 * largest)?;
     Some((triangle.inverse().concat(), triangle.log_determinant()))
 }
 
-/// The same with `L^-1`, `M = L L'`.
-pub(super) fn inverse_and_root(m: &[f64], n: usize) -> Option<(Vec<f64>, Vec<f64>, f64)> {
-    let triangle = triangle(m, n)?;
-    let columns = triangle.inverse_columns();
-    let root = (0..n).flat_map(|i| columns.iter().map(move |column| column.at(i)));
-    Some((triangle.inverse().concat(), root.collect(), triangle.log_determinant()))
-}
+/// Pivots below this share of the first are rounding.
+const ROUNDING: f64 = 1e-13;
 
-/// Cholesky's triangle of a matrix whose smallest pivot is above 1e-12 of its largest diagonal element.
-fn triangle(m: &[f64], n: usize) -> Option<Triangle> {
-    let entry = |i: usize, j: usize| m.at(i * n + j);
-    let largest = (0..n).fold(0.0_f64, |most, i| most.max(entry(i, i)));
-    Triangle::of(n, entry, |_| 1e-12 * largest)
-}
-
-/// Determinant of `t` and trace of `t^-1 f`, both `n x n` row by row, by elimination with row pivots; `t` and `f` are overwritten.
-pub(super) fn determinant_and_trace(t: &mut [f64], f: &mut [f64], n: usize) -> (f64, f64) {
-    let mut determinant = 1.0;
-    for k in 0..n {
-        // k itself is among them
-        let pivot = (k..n).max_by(|&a, &b| t[a * n + k].abs().total_cmp(&t[b * n + k].abs())).unwrap_or(k);
-        if pivot != k {
-            determinant = -determinant;
-            for c in 0..n {
-                t.swap(k * n + c, pivot * n + c);
-                f.swap(k * n + c, pivot * n + c);
-            }
-        }
-        let d = t[k * n + k];
-        determinant *= d;
-        if d == 0.0 {
-            return (0.0, 0.0);
-        }
-        for i in k + 1..n {
-            let factor = t[i * n + k] / d;
-            if factor != 0.0 {
-                for c in k..n {
-                    t[i * n + c] -= factor * t[k * n + c];
-                }
-                for c in 0..n {
-                    f[i * n + c] -= factor * f[k * n + c];
-                }
-            }
-        }
-    }
-    // back substitution column by column; only the diagonal of the solution is needed
-    let mut trace = 0.0;
-    let mut z = vec![0.0; n];
-    for c in 0..n {
-        for i in (c..n).rev() {
-            let sum: f64 = (i + 1..n).map(|k| t[i * n + k] * z[k]).sum();
-            z[i] = (f[i * n + c] - sum) / t[i * n + i];
-        }
-        trace += z[c];
-    }
-    (determinant, trace)
-}
-
-/// Rank of a symmetric positive semidefinite matrix, row by row, by Cholesky with pivots.
-pub(super) fn rank(m: &[f64], n: usize) -> usize {
-    let mut remainder = m.to_vec();
-    let diagonal = |remainder: &[f64]| (0..n).map(|i| remainder[i * n + i]).collect::<Vec<f64>>();
-    let first = largest(&diagonal(&remainder)).1;
-    let mut rank = 0;
-    while rank < n {
-        let (pivot, square) = largest(&diagonal(&remainder));
-        if !(square > 1e-11 * first) || !(first > 0.0) {
+/// Rows of `R`, `R'R = M`, of a symmetric positive semidefinite matrix, row by row, by Cholesky with pivots: as many as its rank.
+pub(super) fn roots(mut m: Vec<f64>, n: usize) -> Vec<Vec<f64>> {
+    let mut rows: Vec<Vec<f64>> = Vec::new();
+    let mut first = 0.0_f64;
+    while rows.len() < n {
+        let (pivot, square) = largest(&(0..n).map(|i| m[i * n + i]).collect::<Vec<f64>>());
+        first = first.max(square);
+        if !(square > ROUNDING * first) {
             break;
         }
-        let column: Vec<f64> = (0..n).map(|i| remainder[i * n + pivot] / square.sqrt()).collect();
-        add_outer(&mut remainder, -1.0, &column);
-        rank += 1;
+        let row: Vec<f64> = m.part(pivot * n..(pivot + 1) * n).iter().map(|v| v / square.sqrt()).collect();
+        add_outer(&mut m, -1.0, &row);
+        rows.push(row);
     }
-    rank
+    rows
+}
+
+/// Rows of packed symmetric matrices.
+pub(super) fn size(packed_sums: &[Vec<f64>]) -> usize {
+    (0..).find(|m| packed(0, *m) >= packed_sums.len()).unwrap_or(0)
+}
+
+/// `T = L D L'` of symmetric matrices side by side, in place: pivots on the diagonal, `L` beside them; and `E <- L^-1 E L^-T` of others, if any.
+pub(super) fn eliminate(t: &mut [Vec<f64>], e: &mut [Vec<f64>]) {
+    let m = size(t);
+    for c in 0..m {
+        let shares: Vec<Vec<f64>> = (c + 1..m)
+            .map(|s| t[packed(c, s)].iter().zip(&t[packed(c, c)]).map(|(t, pivot)| t / pivot).collect())
+            .collect();
+        let of = |s: usize| &shares[s - c - 1];
+        for (r, s) in (c + 1..m).flat_map(|s| (c + 1..=s).map(move |r| (r, s))) {
+            let mut own = std::mem::take(&mut t[packed(r, s)]);
+            let terms = t[packed(c, r)].iter().zip(of(s));
+            own.iter_mut().zip(terms).for_each(|(own, (t, f))| *own -= t * f);
+            t[packed(r, s)] = own;
+            if e.is_empty() {
+                continue;
+            }
+            let mut own = std::mem::take(&mut e[packed(r, s)]);
+            let first = e[packed(c, c)].iter().zip(&e[packed(c, r)]).zip(&e[packed(c, s)]);
+            for ((own, ((cc, cr), cs)), (fr, fs)) in own.iter_mut().zip(first).zip(of(r).iter().zip(of(s))) {
+                *own -= fr * cs + fs * cr - fr * fs * cc;
+            }
+            e[packed(r, s)] = own;
+        }
+        shares.into_iter().zip(c + 1..m).for_each(|(share, s)| t[packed(c, s)] = share);
+    }
+}
+
+/// `|det T|` of every candidate, from pivots of which those after the first `k` are negative; zero where rounding has made them positive.
+pub(super) fn shares(t: &[Vec<f64>], k: usize, count: usize) -> Vec<f64> {
+    let mut shares = vec![1.0; count];
+    for r in 0..size(t) {
+        let sign = if r < k { 1.0 } else { -1.0 };
+        shares.iter_mut().zip(&t[packed(r, r)]).for_each(|(share, pivot)| *share *= (sign * pivot).max(0.0));
+    }
+    shares
+}
+
+/// `y' D^-1 y` of every candidate, `L y = b`.
+pub(super) fn squares(t: &[Vec<f64>], mut b: Vec<Vec<f64>>) -> Vec<f64> {
+    let mut sum = vec![0.0; b.first().map_or(0, Vec::len)];
+    for c in 0..b.len() {
+        let (before, after) = b.split_at_mut(c + 1);
+        let own = before.at(c);
+        let terms = own.iter().zip(&t[packed(c, c)]);
+        sum.iter_mut().zip(terms).for_each(|(sum, (y, pivot))| *sum += y * y / pivot);
+        for (later, s) in after.iter_mut().zip(c + 1..) {
+            later.iter_mut().zip(own.iter().zip(&t[packed(c, s)])).for_each(|(b, (y, l))| *b -= y * l);
+        }
+    }
+    sum
 }

@@ -13,7 +13,7 @@
     reason = "`active` holds numbers of candidates, with one weight each; matrices are `n x n` row by row, made here"
 )]
 
-use super::blocks::{Blocks, add_outer, invert, sandwich};
+use super::blocks::{Blocks, add_outer, invert, packed, sandwich};
 use super::objective::{Combinations, Objective};
 use crate::linear::dot;
 use crate::number;
@@ -28,13 +28,6 @@ pub(super) struct Bound {
     pub reached: f64,
     /// Weight of each candidate, summing to 1.
     pub weights: Vec<f64>,
-}
-
-impl Bound {
-    /// `M(w)^-1`.
-    pub(super) fn inverse(&self, blocks: &Blocks, base: &[f64], total: f64) -> Option<Vec<f64>> {
-        invert(&weighted(blocks, base, total, &self.weights), blocks.unknowns()).map(|(inverse, _)| inverse)
-    }
 }
 
 const ITERATIONS: usize = 5000;
@@ -144,13 +137,8 @@ pub(super) fn bound(blocks: &Blocks, base: &[f64], objective: &Objective, total:
 
 /// `tr(Xj B Xj')` of every candidate.
 fn gains(blocks: &Blocks, b: &[f64]) -> Vec<f64> {
-    let count = blocks.count();
-    let (mut gain, mut sums, mut work) = (vec![0.0; count], vec![0.0; count], vec![0.0; count]);
-    for r in 0..blocks.rows() {
-        blocks.quadratic(r, r, b, &mut sums, &mut work);
-        gain.iter_mut().zip(&sums).for_each(|(g, d)| *g += d);
-    }
-    gain
+    let sums = blocks.quadratics(b);
+    (0..blocks.count()).map(|j| (0..blocks.rows()).map(|r| sums[packed(r, r)][j]).sum()).collect()
 }
 
 /// Weights for the largest of several variances: a mass on predicted rows that sums to one, or a positive semidefinite `Z` of trace one with
@@ -181,10 +169,8 @@ impl<'a> Mixture<'a> {
     fn follow(&mut self, inverse: &[f64]) -> (Vec<f64>, f64) {
         match self {
             Mixture::Rows(rows, mass) => {
-                let (mut variance, mut work) = (vec![0.0; mass.len()], vec![0.0; rows.count()]);
-                for (r, variance) in variance.chunks_exact_mut(rows.count().max(1)).enumerate() {
-                    rows.quadratic(r, r, inverse, variance, &mut work);
-                }
+                let sums = rows.quadratics(inverse);
+                let variance: Vec<f64> = (0..rows.rows()).flat_map(|r| &sums[packed(r, r)]).copied().collect();
                 let mean = dot(mass, &variance);
                 mass.iter_mut().zip(&variance).for_each(|(m, d)| *m *= d / mean);
                 let sum: f64 = mass.iter().sum();

@@ -8,6 +8,7 @@ use super::whitened::single;
 use crate::campaign::{Campaign, Kind};
 use crate::elements::Elements;
 use crate::error::{Fault, Malformed, Result};
+use crate::linear::normalise;
 
 /// What the best schedule is best in.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -35,11 +36,8 @@ pub(super) fn objective(campaign: &Campaign, pool: &Pool, criterion: &Criterion)
         Criterion::D if pool.deviations > 0 => Ok(Objective::Volume(Combinations::new(pool.independent(n)))),
         Criterion::D => Ok(Objective::Determinant),
         Criterion::G => Ok(Objective::Largest(pool.rows.clone())),
-        Criterion::A => Ok(Objective::Trace(weight_matrix(&asked(campaign, pool)?, pool.blocks.unknowns()))),
-        Criterion::E => {
-            let scaled = |(weight, c): (f64, Vec<f64>)| c.into_iter().map(|c| weight.sqrt() * c).collect();
-            Ok(Objective::Eigenvalue(Combinations::new(asked(campaign, pool)?.into_iter().map(scaled).collect())))
-        }
+        Criterion::A => Ok(Objective::Trace(asked(campaign, pool)?.sum())),
+        Criterion::E => Ok(Objective::Eigenvalue(asked(campaign, pool)?)),
         Criterion::I => {
             // each predicted reading with the same weight
             let mut mean = pool.rows.sum();
@@ -61,25 +59,28 @@ pub(super) fn objective(campaign: &Campaign, pool: &Pool, criterion: &Criterion)
             let rows: Option<Vec<Vec<f64>>> = rows.iter().map(|c| pool.coordinates(c)).collect();
             let rows = rows.ok_or_else(|| not_determined(&format!("'{id}'")))?;
             let n = pool.blocks.unknowns();
-            match rows.as_slice() {
-                [only] => Ok(Objective::Trace(weight_matrix(&[(1.0, only.clone())], n))),
-                _ => Ok(Objective::Largest(Blocks::from_fn(rows.len(), 1, n, |j, _, c| rows.at(j).at(c)))),
-            }
+            Ok(match rows.len() {
+                1 => Objective::Trace(Combinations::new(rows).sum()),
+                many => Objective::Largest(Blocks::from_fn(many, 1, n, |j, _, c| rows.at(j).at(c))),
+            })
         }
     }
 }
 
-/// The angles with weight one; where none is an angle all parameters, each with the reciprocal of its variance from all candidates.
-fn asked(campaign: &Campaign, pool: &Pool) -> Result<Vec<(f64, Vec<f64>)>> {
+/// The angles; where none is an angle all parameters, each in units of what all candidates give.
+fn asked(campaign: &Campaign, pool: &Pool) -> Result<Combinations> {
     let n = campaign.unknowns();
     let is_tilt = |k: &usize| campaign.parameters.get(*k).is_some_and(|p| p.kind == Kind::Tilt);
     let some_tilt = (0..n).any(|k| is_tilt(&k));
-    let terms = (0..n)
-        .filter(|k| !some_tilt || is_tilt(k))
-        .filter_map(|k| pool.coordinates(&single(n, k, 1.0)))
-        .map(|c| (if some_tilt { 1.0 } else { 1.0 / c.iter().map(|c| c * c).sum::<f64>() }, c));
-    let terms: Vec<(f64, Vec<f64>)> = terms.collect();
-    if terms.is_empty() { Err(not_determined("an angle")) } else { Ok(terms) }
+    let of = (0..n).filter(|k| !some_tilt || is_tilt(k)).filter_map(|k| pool.coordinates(&single(n, k, 1.0)));
+    let rows = of.map(|mut row| {
+        if !some_tilt {
+            normalise(&mut row);
+        }
+        row
+    });
+    let rows: Vec<Vec<f64>> = rows.collect();
+    if rows.is_empty() { Err(not_determined("an angle")) } else { Ok(Combinations::new(rows)) }
 }
 
 fn not_determined(what: &str) -> Malformed {
@@ -104,13 +105,4 @@ pub(super) fn no_result(campaign: &Campaign, what: String, or: &str, id: &str) -
     Malformed::new(Fault::UnknownName, what)
         .expected(format!("{or}one of {}", names.join(", ")))
         .found(format!("'{id}'"))
-}
-
-/// `sum w c c'`, row by row.
-pub(super) fn weight_matrix(terms: &[(f64, Vec<f64>)], n: usize) -> Vec<f64> {
-    let mut w = vec![0.0; n * n];
-    for (weight, c) in terms {
-        super::blocks::add_outer(&mut w, *weight, c);
-    }
-    w
 }

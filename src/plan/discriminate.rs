@@ -16,23 +16,19 @@
 
 use super::blocks::{invert, times};
 use super::candidates::{Unit, portions};
-use super::criterion::weight_matrix;
 use super::effort::{Offer, planned};
-use super::improve::{Improvement, guide};
+use super::improve::{Improvement, Question};
 use super::judge::check_question;
-use super::objective::Objective;
+use super::objective::{Combinations, Objective};
 use super::order::ordered;
-use super::point::check_point;
-use super::pool::Pool;
-use super::problem::{Problem, information};
-use super::request::{Progress, Request};
-use super::scheduled::schedule_rows;
-use super::search::{EFFORT, Limits, Outcome, search};
+use super::problem::information;
+use super::request::Request;
+use super::search::{Limits, Outcome};
 use super::whitened::{Augmentation, Term, adjusted, mounted_apart, single, whitened, with_priors};
 use crate::algebra::{Scratch, Tape};
 use crate::campaign::{Campaign, Reading, Readings, is_axis_input};
 use crate::error::{Fault, Malformed, Result};
-use crate::linear::dot;
+use crate::linear::{dot, normalise};
 use crate::simulate::Regressor;
 
 /// Positions that discriminate between two terms.
@@ -60,10 +56,9 @@ pub fn discriminate(
     starts: usize,
     seed: u64,
 ) -> Result<Discrimination> {
-    let Offer { kept, candidates, noise, .. } = offer;
-    check_question(campaign)?;
-    check_point(campaign, kept, candidates, noise)?;
-    let pool = Pool::new(campaign, kept, candidates, Unit::Reading, noise, &terms.map(Clone::clone))?;
+    let request = Request { readings, starts, seed, ..Request::default() };
+    let question = Question::new(campaign, offer, &request, &terms.map(Clone::clone))?;
+    let pool = &question.pool;
     let n = campaign.unknowns() + pool.deviations;
     let coordinates = [n, n + 1].map(|k| pool.coordinates(&single(n + 2, k, 1.0)));
     let nothing = Discrimination { positions: Vec::new(), before: [None; 2], after: [None; 2], hits: 0 };
@@ -72,21 +67,19 @@ pub fn discriminate(
         let (inverse, _) = invert(m, pool.blocks.unknowns())?;
         Some(dot(c, &times(&inverse, c)).sqrt())
     };
-    let share = |c: &Vec<f64>| (1.0 / dot(c, c), c.clone());
-    let objective = Objective::Trace(weight_matrix(&[share(a), share(b)], pool.blocks.unknowns()));
+    let mut shares = vec![a.clone(), b.clone()];
+    for row in &mut shares {
+        normalise(row);
+    }
+    let objective = Objective::Trace(Combinations::new(shares).sum());
     // singular with too few: one more until regular
     let most = readings.max(1) + pool.blocks.unknowns();
-    let progress = Progress::default();
-    let outcome = (readings.max(1)..=most).find_map(|choose| {
-        let problem = Problem { choose, ..Problem::of(&pool.blocks, &pool.base, &objective) };
-        let limits = Limits { starts, seed, effort: EFFORT, enough: None, given: &Vec::new, progress: &progress };
-        search(&problem, &limits, || guide(&problem))
-    });
+    let limits = Limits::of(&request, &Vec::new);
+    let outcome = (readings.max(1)..=most).find_map(|choose| question.seek(&objective, choose, None, &limits));
     let Some(Outcome { design, hits, .. }) = outcome else { return Ok(nothing) };
     let after = information(&pool.blocks, &pool.base, &design.chosen);
-    let all = schedule_rows(kept, &pool, &design.chosen, false);
     Ok(Discrimination {
-        positions: all.into_iter().skip(kept.rows.len()).collect(),
+        positions: question.rows(&design.chosen).into_iter().skip(offer.kept.rows.len()).collect(),
         before: [u(&pool.base, a), u(&pool.base, b)],
         after: [u(&after, a), u(&after, b)],
         hits,
@@ -182,23 +175,11 @@ fn natural_size(campaign: &Campaign, regressor: &Regressor) -> f64 {
 
 /// A regressor in words; the same for terms that differ in the order of their factors only.
 fn name(campaign: &Campaign, regressor: &Regressor) -> String {
-    let parameter = |k: &usize| campaign.parameter_id(*k).to_string();
     match regressor {
         Regressor::Term(line) => line.canonical(),
-        Regressor::Tilt(k) => format!("tilt:{}", parameter(k)),
-        Regressor::Known(k) => format!("known:{}", parameter(k)),
-        Regressor::Position(label) => format!("position:{label}"),
-        Regressor::Reading(k) => format!("reading:{}", k + 1),
-        Regressor::Exchange(a, b) => format!("exchange:{}:{}", a + 1, b + 1),
-        Regressor::Change { column, sense } => {
-            let name = campaign.readings.columns.get(*column).map_or("", String::as_str);
-            format!("{}:{name}", if *sense { "sense" } else { "rate" })
-        }
-        // the effect was made for a joint of this bench
-        Regressor::Approach(k) => format!("approach:{}", campaign.bench.joints().nth(*k).unwrap_or_default()),
-        Regressor::Prior(k) => format!("prior:{}", parameter(k)),
-        Regressor::Constraint(k) => format!("constraint:{}", k + 1),
-        Regressor::Scatter => "scatter:position".into(),
+        Regressor::Tilt(k) | Regressor::Known(k) => campaign.parameter_id(*k).to_string(),
+        // of single readings, mountings and columns, in the program's words
+        other => format!("{other:?}"),
     }
 }
 

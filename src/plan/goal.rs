@@ -2,23 +2,21 @@
 //!
 //! The objective is the largest `u^2 / limit^2`; a derived quantity without a derivative at the point counts with every direction nearby.
 
-use super::blocks::{Blocks, times};
+use super::blocks::Blocks;
 use super::bound::bound;
-use super::criterion::{gradients_of, no_result, weight_matrix};
+use super::criterion::{gradients_of, no_result};
 use super::effort::Offer;
-use super::exchange::value;
-use super::improve::{Improvement, Question, guide};
+use super::improve::{Improvement, Question};
 use super::judge::{Judgement, is_angle};
 use super::objective::Objective;
-use super::pool::{Pool, from_coarser};
-use super::prices::Prices;
-use super::problem::{Problem, information};
+use super::pool::Pool;
+use super::problem::Problem;
 use super::request::Request;
-use super::search::{EFFORT, Limits, search};
+use super::search::{EFFORT, Limits, Outcome, least};
 use crate::campaign::{Campaign, Reading};
 use crate::elements::Elements;
 use crate::error::{Fault, Malformed, Result};
-use crate::linear::dot;
+use crate::number;
 use crate::units::ARCSEC;
 use std::collections::BTreeMap;
 
@@ -60,8 +58,6 @@ pub struct GoalOutcome {
     pub impossible: Vec<String>,
 }
 
-/// Reweighting rounds of the bound: the sum of `(u/limit)^2` becomes the largest of them.
-const ROUNDS: usize = 8;
 /// Starts and effort of one of the many searches on the way; the last ones have the request's.
 const STARTS: usize = 24;
 const LITTLE: f64 = EFFORT / 8.0;
@@ -72,46 +68,45 @@ const LITTLE: f64 = EFFORT / 8.0;
 /// and the schedule is the best reachable with that many readings. Errors: those of [`super::improve`], a limit that is not positive, a quantity
 /// that is neither estimated nor derived.
 pub fn reach(campaign: &Campaign, offer: &Offer, request: &Request, goals: &[Goal], cheapest: bool) -> Result<Reached> {
-    let question = &Question::new(campaign, offer, request)?;
-    let pool = question.pool(&offer.candidates)?;
-    let (rows, impossible) = limits(campaign, &pool, goals)?;
-    let size = pool.portion_size();
-    let most = request.readings / size;
-    let search = Search::new(question, &pool, rows, request, most);
-    if search.most == 0 {
+    let question = &Question::new(campaign, offer, request, &[])?;
+    let (objective, impossible) = limits(campaign, &question.pool, goals)?;
+    let size = question.pool.portion_size();
+    let most = Search::of(question, &objective, &[]).most;
+    if most == 0 {
         return Err(Malformed::new(Fault::Value, "no reading may be chosen, so no goal can be sought")
             .expected(format!("at least {size} readings allowed"))
             .found(request.readings.to_string()));
     }
-    // the search starts from the results of coarser sweeps within this one
-    let best = |pool: &Pool, given: &[Vec<usize>]| {
-        let (rows, missing) = limits(campaign, pool, goals).ok()?;
-        let search = Search::new(question, pool, rows, request, most);
-        Some((missing == impossible).then(|| search.best(given, cheapest)).flatten()?.chosen)
+    let best = |question: &Question<'_>, given: &[Vec<usize>]| {
+        Some(Search::of(question, &objective, given).best(cheapest)?.outcome.design.chosen)
     };
-    let given = from_coarser(&offer.candidates, &pool, |readings| question.pool(readings), best);
-    let mut result = search.best(&given, cheapest).ok_or_else(|| {
-        Malformed::new(Fault::Value, format!("no {} of these candidates determine the unknowns", search.most * size))
+    let given = question.coarser(&best);
+    let search = Search::of(question, &objective, &given);
+    let mut result = search.best(cheapest).ok_or_else(|| {
+        Malformed::new(Fault::Value, format!("no {} of these candidates determine the unknowns", most * size))
             .expected("more readings, more candidates, or a prior")
     })?;
-    let moved = |rows: &[Reading]| question.refined(rows, (&pool, &search.objective), Some(1.0));
-    let (mut rows, mut refined) = (question.rows(&pool, &result.chosen), None);
+    let moved = |rows: &[Reading]| question.refined(rows, &objective, Some(1.0));
+    let (mut rows, mut refined) = (question.rows(result.chosen()), None);
     // a schedule within the limits is not moved: that would raise uncertainties without limits
-    if !result.reaches()
+    if !reaches(&result.outcome)
         && let Some((other, what)) = moved(&rows)?
     {
         (rows, refined) = (other, Some(what));
     }
     // with angles between the candidates, fewer readings may be enough
-    let fewer = |result: &Reach| if cheapest || result.chosen.len() < 2 { None } else { search.one_fewer(result) };
-    while let Some(fewer) = request.refine.as_ref().and_then(|_| fewer(&result)) {
-        let Some((other, what)) = moved(&question.rows(&pool, &fewer.chosen))? else { break };
+    let fewer = |result: &Reach| {
+        let one_fewer = result.chosen().len().checked_sub(1).filter(|fewer| *fewer > 0 && !cheapest)?;
+        Search { given: &[], ..search }.seek(one_fewer, None, true)
+    };
+    while let Some(outcome) = request.refine.as_ref().and_then(|_| fewer(&result)) {
+        let Some((other, what)) = moved(&question.rows(&outcome.design.chosen))? else { break };
         if !(what.value <= 1.0) {
             break;
         }
-        (result, rows, refined) = (Reach { is_fewest: false, ..fewer }, other, Some(what));
+        (result, rows, refined) = (Reach { outcome, is_fewest: false }, other, Some(what));
     }
-    let made = question.made(&pool, rows)?;
+    let made = question.made(rows)?;
     let largest_share = largest_share(&made.judgement, goals);
     let limit = |goal: &Goal| (goal.id.clone(), goal.u * if is_angle(campaign, &goal.id) { ARCSEC } else { 1.0 });
     let goal = GoalOutcome {
@@ -123,7 +118,8 @@ pub fn reach(campaign: &Campaign, offer: &Offer, request: &Request, goals: &[Goa
         is_cheapest_found: cheapest,
         impossible,
     };
-    Ok(Reached { improvement: Improvement { refined, hits: result.hits, starts: result.starts, ..made }, goal })
+    let Outcome { hits, starts, .. } = result.outcome;
+    Ok(Reached { improvement: Improvement { refined, hits, starts, ..made }, goal })
 }
 
 fn largest_share(judgement: &Judgement, goals: &[Goal]) -> Option<f64> {
@@ -137,8 +133,8 @@ fn largest_share(judgement: &Judgement, goals: &[Goal]) -> Option<f64> {
         .try_fold(0.0_f64, |most, share| share.map(|share| most.max(share)))
 }
 
-/// Coordinates of each limited quantity divided by its limit, and the quantities that no candidate determines.
-fn limits(campaign: &Campaign, pool: &Pool, goals: &[Goal]) -> Result<(Vec<Vec<f64>>, Vec<String>)> {
+/// The largest `u^2 / limit^2`, and the quantities that no candidate determines.
+fn limits(campaign: &Campaign, pool: &Pool, goals: &[Goal]) -> Result<(Objective, Vec<String>)> {
     let (mut limits, mut impossible) = (Vec::new(), Vec::new());
     for goal in goals {
         let Some(rows) = gradients_of(campaign, &goal.id)? else {
@@ -166,100 +162,80 @@ fn limits(campaign: &Campaign, pool: &Pool, goals: &[Goal]) -> Result<(Vec<Vec<f
                 .found(format!("{}: even all candidates together do not determine it", impossible.join(", "))),
         });
     }
-    Ok((limits, impossible))
+    let rows = Blocks::from_fn(limits.len(), 1, pool.blocks.unknowns(), |j, _, c| limits.at(j).at(c));
+    Ok((Objective::Largest(rows), impossible))
 }
 
+/// Are all limits kept?
+fn reaches(outcome: &Outcome) -> bool {
+    outcome.design.value <= 1.0
+}
+
+/// A design, and whether it is proven that no smaller one keeps the limits.
 #[derive(Debug, Clone)]
 struct Reach {
-    chosen: Vec<usize>,
-    /// Largest `u / limit`.
-    share: f64,
+    outcome: Outcome,
     is_fewest: bool,
-    /// Were all designs of this size tried?
-    all_tried: bool,
-    hits: usize,
-    starts: usize,
 }
 
 impl Reach {
-    fn reaches(&self) -> bool {
-        self.share <= 1.0
+    fn chosen(&self) -> &[usize] {
+        &self.outcome.design.chosen
     }
 }
 
+#[derive(Clone, Copy)]
 struct Search<'a> {
-    pool: &'a Pool,
-    rows: Vec<Vec<f64>>,
-    objective: Objective,
-    request: &'a Request,
-    prices: Prices,
+    question: &'a Question<'a>,
+    objective: &'a Objective,
+    /// Designs from which exchanges start.
+    given: &'a [Vec<usize>],
     /// Portions that may be chosen.
     most: usize,
 }
 
 impl<'a> Search<'a> {
-    fn new(question: &Question<'_>, pool: &'a Pool, rows: Vec<Vec<f64>>, request: &'a Request, most: usize) -> Self {
-        let n = pool.blocks.unknowns();
-        let limited = Blocks::from_fn(rows.len(), 1, n, |j, _, c| rows.at(j).at(c));
-        let (objective, prices) = (Objective::Largest(limited), question.prices(pool, 0.0));
-        let most = most.min(pool.portions.len().saturating_mul(request.most_repeats));
-        Search { pool, rows, objective, request, prices, most }
+    fn of(question: &'a Question<'_>, objective: &'a Objective, given: &'a [Vec<usize>]) -> Self {
+        let Question { pool, request, .. } = question;
+        let most = pool.portions.len().saturating_mul(request.most_repeats);
+        Search { question, objective, given, most: most.min(request.readings / pool.portion_size()) }
     }
 
-    fn best(&self, given: &[Vec<usize>], cheapest: bool) -> Option<Reach> {
-        let fewest = self.fewest(given)?;
-        if !cheapest || !fewest.reaches() {
+    fn best(&self, cheapest: bool) -> Option<Reach> {
+        let fewest = self.fewest()?;
+        if !cheapest || !reaches(&fewest.outcome) {
             return Some(fewest);
         }
-        Some(self.cheapest(fewest, given))
-    }
-
-    /// The best with one portion fewer, which need not keep the limits.
-    fn one_fewer(&self, result: &Reach) -> Option<Reach> {
-        self.seek(&self.problem(result.chosen.len().checked_sub(1)?, None), &[], true)
-    }
-
-    fn problem<'p>(&'p self, choose: usize, prices: Option<&'p Prices>) -> Problem<'p> {
-        let most_repeats = self.request.most_repeats;
-        Problem { choose, most_repeats, prices, ..Problem::of(&self.pool.blocks, &self.pool.base, &self.objective) }
+        Some(Reach { outcome: self.cheapest(fewest.outcome), is_fewest: false })
     }
 
     /// The design whose largest `u / limit` is smallest; with little effort unless it matters.
-    fn seek(&self, problem: &Problem<'_>, given: &[Vec<usize>], earnest: bool) -> Option<Reach> {
-        let given = || given.to_vec();
-        let all = Limits::of(self.request, &given);
+    fn seek(&self, choose: usize, budget: Option<f64>, earnest: bool) -> Option<Outcome> {
+        let given = || self.given.to_vec();
+        let all = Limits { enough: Some(1.0), bounded: false, ..Limits::of(self.question.request, &given) };
         let limits = match earnest {
-            true => Limits { enough: Some(1.0), ..all },
-            false => Limits { enough: Some(1.0), starts: STARTS.min(self.request.starts), effort: LITTLE, ..all },
+            true => all,
+            false => Limits { starts: STARTS.min(all.starts), effort: LITTLE, ..all },
         };
-        let many = problem.prices.is_none() && problem.has_many();
-        let outcome = search(problem, &limits, || many.then(|| guide(problem)).flatten())?;
-        Some(Reach {
-            chosen: outcome.design.chosen,
-            share: outcome.design.value.max(0.0).sqrt(),
-            is_fewest: false,
-            all_tried: outcome.enumerated.is_some(),
-            hits: outcome.hits,
-            starts: outcome.starts,
-        })
+        self.question.seek(self.objective, choose, budget, &limits)
     }
 
     /// The fewest portions, at most `most`, that keep every limit; if none do, the best with `most`.
-    fn fewest(&self, given: &[Vec<usize>]) -> Option<Reach> {
-        let blocks = &self.pool.blocks;
-        let with = |choose: usize, earnest: bool| self.seek(&self.problem(choose, None), given, earnest);
+    fn fewest(&self) -> Option<Reach> {
+        let Pool { blocks, base, .. } = &self.question.pool;
         // the kept readings may be enough
-        let kept = value(&self.objective, &information(blocks, &self.pool.base, &[]), blocks.unknowns());
-        if let Some(share) = kept.map(|value| value.max(0.0).sqrt()).filter(|share| *share <= 1.0) {
-            return Some(Reach { chosen: Vec::new(), share, is_fewest: true, all_tried: true, hits: 1, starts: 1 });
+        let kept = Problem::of(blocks, base, self.objective).design(Vec::new());
+        let kept = kept.map(|design| Outcome { design, hits: 1, starts: 1, enumerated: Some(1), guide: None });
+        if let Some(outcome) = kept.filter(reaches) {
+            return Some(Reach { outcome, is_fewest: true });
         }
-        let known = given.iter().map(Vec::len).filter(|count| *count <= self.most).min();
+        let known = self.given.iter().map(Vec::len).filter(|count| *count <= self.most).min();
         let mut low = 0; // too few
         let mut high = blocks.unknowns().div_ceil(blocks.rows().max(1)).clamp(1, self.most.max(1));
-        let mut best = loop {
-            match with(high, high >= self.most) {
-                Some(result) if result.reaches() => break result,
-                result if high >= self.most => return result,
+        let first = loop {
+            match self.seek(high, None, high >= self.most) {
+                Some(outcome) if reaches(&outcome) => break outcome,
+                outcome if high >= self.most => return outcome.map(|outcome| Reach { outcome, is_fewest: false }),
                 _ => {
                     low = high;
                     high = (2 * high).min(self.most);
@@ -270,96 +246,45 @@ impl<'a> Search<'a> {
                 }
             }
         };
-        while high - low > 1 {
-            let middle = low + (high - low) / 2;
-            match with(middle, false) {
-                Some(result) if result.reaches() => (high, best) = (middle, result),
-                _ => low = middle,
-            }
-        }
-        // one fewer with the full effort, until the limits are missed
-        let mut proven = high == 1;
-        while high > 1 {
-            match with(high - 1, true) {
-                Some(result) if result.reaches() => (high, best) = (high - 1, result),
-                Some(result) if result.all_tried => {
-                    proven = true;
-                    break;
-                }
-                _ => break,
-            }
-        }
-        best.is_fewest = proven || high == 1 || self.too_few(high - 1);
-        Some(best)
+        let mut proven = false;
+        let (fewest, outcome) = least(low as f64, (high as f64, first), 1.0, |portions, _, earnest| {
+            let portions = number::count(portions);
+            let outcome = if portions > 0 { self.seek(portions, None, earnest)? } else { return None };
+            proven |= earnest && !reaches(&outcome) && outcome.enumerated.is_some();
+            reaches(&outcome).then_some((portions as f64, outcome))
+        });
+        Some(Reach { outcome, is_fewest: proven || fewest <= 1.0 || self.too_few(fewest - 1.0) })
     }
 
-    /// The cheapest below the cost of one that keeps every limit: by bisection, then by single steps of the cost.
-    fn cheapest(&self, fewest: Reach, given: &[Vec<usize>]) -> Reach {
-        let cost = |chosen: &[usize]| self.prices.of(chosen);
-        let blocks = &self.pool.blocks;
-        let reaches = |chosen: &Vec<usize>| {
-            let m = information(blocks, &self.pool.base, chosen);
-            let value = value(&self.objective, &m, blocks.unknowns());
-            value.is_some_and(|value| value <= 1.0) && chosen.len() <= self.most
-        };
-        let mut best = Reach { is_fewest: false, ..fewest };
-        for chosen in given.iter().filter(|chosen| reaches(chosen)) {
-            if cost(chosen) < cost(&best.chosen) {
-                best.chosen.clone_from(chosen);
-            }
+    /// The cheapest below the cost of one that keeps every limit.
+    fn cheapest(&self, fewest: Outcome) -> Outcome {
+        let Question { pool, prices, .. } = self.question;
+        let problem = Problem::of(&pool.blocks, &pool.base, self.objective);
+        let cost = |outcome: &Outcome| prices.of(&outcome.design.chosen);
+        let mut first = fewest;
+        for given in self.given.iter().filter(|given| given.len() <= self.most) {
+            let other = problem.design(given.clone()).map(|design| Outcome { design, ..first.clone() });
+            first = other.filter(|other| reaches(other) && cost(other) < cost(&first)).unwrap_or(first);
         }
-        let mut high = cost(&best.chosen);
+        let high = cost(&first);
         // all cost alike: one step
-        let step = self.prices.least_step().unwrap_or(high);
-        let within = |budget: f64, best: &Reach, earnest: bool| {
-            let prices = self.prices.with_budget(budget);
-            let all: Vec<Vec<usize>> = given.iter().chain([&best.chosen]).cloned().collect();
-            self.seek(&self.problem(self.most, Some(&prices)), &all, earnest).filter(Reach::reaches)
-        };
+        let step = prices.least_step().unwrap_or(high);
         // nothing costs less than one portion
-        let mut low = (0..self.pool.portions.len()).map(|j| self.prices.alone(j)).fold(high, f64::min) - step;
-        while high - low > 1.5 * step {
-            let middle = (0.5 * (low + high)).min(high - step);
-            match within(middle, &best, false) {
-                Some(result) => {
-                    high = cost(&result.chosen);
-                    best = result;
-                }
-                None => low = middle,
-            }
-        }
-        while high > step {
-            match within(high - step, &best, true) {
-                Some(result) if cost(&result.chosen) < high => {
-                    high = cost(&result.chosen);
-                    best = result;
-                }
-                _ => break,
-            }
-        }
-        best
+        let low = (0..pool.portions.len()).map(|j| prices.alone(j)).fold(high, f64::min) - step;
+        let (_, cheapest) = least(low, (high, first), step, |budget, best, earnest| {
+            let given: Vec<Vec<usize>> = self.given.iter().chain([&best.design.chosen]).cloned().collect();
+            let within = Search { given: &given, ..*self };
+            let outcome = if budget > 0.0 { within.seek(self.most, Some(budget), earnest)? } else { return None };
+            reaches(&outcome).then(|| (cost(&outcome), outcome))
+        });
+        cheapest
     }
 
-    /// Do even the best weights of `choose` portions exceed a limit? They do if `sum l u^2/limit^2 > sum l` for some weights `l`.
-    fn too_few(&self, choose: usize) -> bool {
-        let blocks = &self.pool.blocks;
-        let fewest = blocks.unknowns().div_ceil(blocks.rows().max(1));
-        if self.pool.base.iter().all(|b| *b == 0.0) && choose < fewest {
-            return true;
-        }
-        let mut weights = vec![1.0; self.rows.len()];
-        for _ in 0..ROUNDS {
-            let terms: Vec<(f64, Vec<f64>)> = weights.iter().copied().zip(self.rows.iter().cloned()).collect();
-            let objective = Objective::Trace(weight_matrix(&terms, blocks.unknowns()));
-            let Some(best) = bound(blocks, &self.pool.base, &objective, choose as f64) else { return false };
-            if best.value > weights.iter().sum::<f64>() * (1.0 + 1e-9) {
-                return true;
-            }
-            let Some(inverse) = best.inverse(blocks, &self.pool.base, choose as f64) else { return false };
-            let squares: Vec<f64> = self.rows.iter().map(|c| dot(c, &times(&inverse, c))).collect();
-            let mean = squares.iter().sum::<f64>() / squares.len() as f64;
-            weights.iter_mut().zip(&squares).for_each(|(w, s)| *w *= s / mean);
-        }
-        false
+    /// Do even the best weights of so many portions exceed a limit?
+    fn too_few(&self, portions: f64) -> bool {
+        let Pool { blocks, base, .. } = &self.question.pool;
+        let determined = portions * blocks.rows() as f64 >= blocks.unknowns() as f64 || base.iter().any(|b| *b != 0.0);
+        let best = bound(blocks, base, self.objective, portions);
+        !determined || best.is_some_and(|best| best.value > 1.0 + 1e-9)
     }
 }

@@ -1,6 +1,6 @@
 //! The best positions: chosen anew, or added to those kept.
 
-use super::blocks::{add_outer, rank};
+use super::blocks::roots;
 use super::bound::{Bound, bound};
 use super::candidates::frozen;
 use super::criterion::objective;
@@ -8,13 +8,15 @@ use super::effort::{Costs, Offer, planned};
 use super::judge::{Judgement, check_question, judge};
 use super::objective::Objective;
 use super::point::check_point;
-use super::pool::{Pool, from_coarser};
+use super::pool::Pool;
 use super::prices::Prices;
 use super::problem::Problem;
 use super::request::{Method, Request};
 use super::scheduled::{Reason, Refined, check, reasons, refined, schedule_rows, scheduled};
-use super::search::{Limits, Outcome, search};
+use super::search::{Limits, Outcome, least, search};
+use super::whitened::Term;
 use crate::campaign::{Campaign, Reading, Readings};
+use crate::elements::Elements;
 use crate::error::{Fault, Malformed, Result};
 use crate::fit::RankDefect;
 
@@ -68,7 +70,12 @@ pub struct Improvement {
 /// Where degrees cost something, a budget pays for the way between the positions too: the choice is made anew with what that leaves.
 pub fn improve(campaign: &Campaign, offer: &Offer, request: &Request) -> Result<Improvement> {
     let costs = &offer.costs;
-    let (first, proof) = improve_within(campaign, offer, request)?;
+    let question = Question::new(campaign, offer, request, &[])?;
+    if let Some(budget) = request.budget {
+        check_budget(budget, costs, request)?;
+    }
+    let objective = objective(campaign, &question.pool, &request.criterion)?;
+    let (first, proof) = question.best(&objective, request.budget, request.may_cost_more)?;
     let Some(budget) = request.budget.filter(|_| costs.index > 0.0) else { return Ok(first) };
     let without_way = Costs { index: 0.0, ..*costs };
     // the way begins at the last kept reading
@@ -86,16 +93,11 @@ pub fn improve(campaign: &Campaign, offer: &Offer, request: &Request) -> Result<
         }
         // another choice has another way: not all at once
         within = (budget - way(&plan)).clamp(0.85 * within, 0.98 * within);
-        let less = Request { budget: Some(within), may_cost_more: false, ..request.clone() };
-        match improve_within(campaign, offer, &less) {
-            // the first proof is for the whole budget
-            Ok((next, proof_within)) => {
-                let efficiency = proof.share_of(proof_within.value);
-                let enumerated = next.enumerated.filter(|_| efficiency.is_some_and(|share| share >= 1.0));
-                plan = Improvement { efficiency, bound_gap: first.bound_gap, enumerated, ..next };
-            }
-            Err(_) => break,
-        }
+        // the first proof is for the whole budget
+        let Ok((next, proof_within)) = question.best(&objective, Some(within), false) else { break };
+        let efficiency = proof.share_of(proof_within.value);
+        let enumerated = next.enumerated.filter(|_| efficiency.is_some_and(|share| share >= 1.0));
+        plan = Improvement { efficiency, bound_gap: first.bound_gap, enumerated, ..next };
     }
     if request.may_cost_more {
         return Ok(plan);
@@ -107,51 +109,6 @@ pub fn improve(campaign: &Campaign, offer: &Offer, request: &Request) -> Result<
             (least * 1e3 - 1e-6).ceil() / 1e3
         ))
         .found(budget.to_string()))
-}
-
-/// The best positions, the way between them not counted.
-fn improve_within(campaign: &Campaign, offer: &Offer, request: &Request) -> Result<(Improvement, Proof)> {
-    let question = Question::new(campaign, offer, request)?;
-    if let Some(budget) = request.budget {
-        check_budget(budget, &offer.costs, request)?;
-    }
-    let mut sought = question.sought(request.budget)?;
-    if sought.is_none()
-        && let Some(budget) = request.budget
-    {
-        let pool = question.pool(&offer.candidates)?;
-        if request.readings > 0 && too_small(&pool, request) {
-            return Err(too_few(&pool, request));
-        }
-        let cost_within = |more: f64| {
-            let sought = question.seek(pool.clone(), Some(more), 20, &|_| Vec::new()).ok()??;
-            Some(question.prices(&pool, 0.0).of(&sought.outcome.design.chosen))
-        };
-        let enough = least_budget(budget, cost_within);
-        if let (true, Some(enough)) = (request.may_cost_more, enough) {
-            sought = question.sought(Some(enough))?;
-        }
-        if sought.is_none() {
-            return Err(too_poor(budget, &pool, enough));
-        }
-    }
-    let Some(Sought { pool, objective, outcome, bound_gap, limit, proof }) = sought else {
-        return Err(too_few(&question.pool(&offer.candidates)?, request));
-    };
-    let Outcome { design, hits, starts, enumerated, .. } = outcome;
-    let rows = question.rows(&pool, &design.chosen);
-    let improvement = match question.refined(&rows, (&pool, &objective), None)? {
-        Some((moved, what)) => Improvement { refined: Some(what), ..question.made(&pool, moved)? },
-        None => {
-            let improvement = question.made(&pool, rows)?;
-            Improvement {
-                check: check(&improvement.schedule, &offer.noise, &pool, &objective, &design)?,
-                ..improvement
-            }
-        }
-    };
-    let efficiency = proof.share_of(design.value);
-    Ok((Improvement { limit, efficiency, bound_gap, enumerated, hits, starts, ..improvement }, proof))
 }
 
 impl Improvement {
@@ -198,28 +155,26 @@ impl Proof {
     }
 }
 
-/// The question, for any set of candidates.
+/// The question: the candidates, what is kept, and how to search.
 pub(super) struct Question<'a> {
     campaign: &'a Campaign,
     /// What is kept, as it is planned.
     kept: Readings,
     offer: &'a Offer,
-    request: &'a Request,
+    pub request: &'a Request,
+    /// The candidates.
+    pub pool: Pool,
+    /// What they cost; the budget is that of each search.
+    pub prices: Prices,
 }
 
-/// The result for one set of candidates.
-struct Sought {
-    pool: Pool,
-    objective: Objective,
-    outcome: Outcome,
-    bound_gap: Option<f64>,
-    limit: Option<f64>,
-    proof: Proof,
-}
+/// Starts of a search for the least budget.
+const FEW: usize = 20;
 
 impl<'a> Question<'a> {
-    /// A valid question. Errors: nothing to estimate, impossible costs or resolutions, a point at which requested parameters are not estimable.
-    pub fn new(campaign: &'a Campaign, offer: &'a Offer, request: &'a Request) -> Result<Self> {
+    /// A valid question; `terms` are further unknowns. Errors: nothing to estimate, impossible costs or resolutions, a point at which requested parameters
+    /// are not estimable, candidates that do not form portions.
+    pub fn new(campaign: &'a Campaign, offer: &'a Offer, request: &'a Request, terms: &[Term]) -> Result<Self> {
         check_question(campaign)?;
         offer.costs.check()?;
         if let Some(wanted) = &request.refine {
@@ -227,107 +182,156 @@ impl<'a> Question<'a> {
         }
         let kept = planned(campaign, &offer.kept);
         check_point(campaign, &kept, &offer.candidates, &offer.noise)?;
-        Ok(Question { campaign, kept, offer, request })
+        let pool = Pool::new(campaign, &kept, &offer.candidates, request.unit, &offer.noise, terms)?;
+        Ok(Question { campaign, kept, offer, request, prices: prices(offer, &pool), pool })
     }
 
-    /// Where remounting scatters, every portion is a separate mounting.
-    fn apart(&self) -> bool {
-        !self.offer.noise.remount.is_empty()
+    /// The same question with some of the candidates.
+    fn subset(&self, portions: &[usize]) -> Self {
+        let pool = self.pool.subset(portions);
+        Question { kept: self.kept.clone(), prices: prices(self.offer, &pool), pool, ..*self }
     }
 
-    pub fn pool(&self, candidates: &Readings) -> Result<Pool> {
-        Pool::new(self.campaign, &self.kept, candidates, self.request.unit, &self.offer.noise, &[])
+    /// What is kept, then the portions chosen.
+    pub fn rows(&self, chosen: &[usize]) -> Vec<Reading> {
+        schedule_rows(&self.kept, &self.pool, chosen, is_apart(self.offer))
     }
 
-    pub fn prices(&self, pool: &Pool, budget: f64) -> Prices {
-        Prices::new(&pool.portions, &pool.levels, self.offer.costs, budget, self.apart())
-    }
-
-    /// What is kept, then the portions chosen of a pool.
-    pub fn rows(&self, pool: &Pool, chosen: &[usize]) -> Vec<Reading> {
-        schedule_rows(&self.kept, pool, chosen, self.apart())
+    /// The schedule of such rows, in the order to run.
+    pub fn scheduled(&self, rows: Vec<Reading>) -> Result<Campaign> {
+        scheduled(self.campaign, &self.kept, rows, self.offer, self.request)
     }
 
     /// These rows with their angles moved, where the request says so.
     pub fn refined(
         &self,
         rows: &[Reading],
-        of: (&Pool, &Objective),
+        objective: &Objective,
         enough: Option<f64>,
     ) -> Result<Option<(Vec<Reading>, Refined)>> {
-        refined(self.campaign, rows, of, self.offer, self.request, enough)
+        refined(self.campaign, rows, (&self.pool, objective), self.offer, self.request, enough)
     }
 
-    /// The schedule of rows chosen of a pool: how well it will do, and why each mounting is there.
-    pub fn made(&self, pool: &Pool, rows: Vec<Reading>) -> Result<Improvement> {
+    /// The schedule of chosen rows: how well it will do, and why each mounting is there.
+    pub fn made(&self, rows: Vec<Reading>) -> Result<Improvement> {
         let kept = self.kept.rows.len();
-        let schedule = scheduled(self.campaign, &self.kept, rows, self.offer, self.request)?;
+        let schedule = self.scheduled(rows)?;
         Ok(Improvement {
             reasons: reasons(&schedule, &self.offer.noise, kept)?,
-            unreachable: pool.not_estimable.clone(),
+            unreachable: self.pool.not_estimable.clone(),
             frozen: frozen(self.campaign, &self.offer.candidates),
-            ..Improvement::of(schedule, self.offer, pool.portions.len(), kept)?
+            ..Improvement::of(schedule, self.offer, self.pool.portions.len(), kept)?
         })
     }
 
-    /// The best of all candidates, started from the results of coarser sweeps within them; `None` where no choice determines the unknowns.
-    fn sought(&self, limit: Option<f64>) -> Result<Option<Sought>> {
-        let (candidates, starts) = (&self.offer.candidates, self.request.starts);
-        let best = |pool: &Pool, given: &[Vec<usize>]| {
-            Some(self.seek(pool.clone(), limit, starts, &|_| given.to_vec()).ok()??.outcome.design.chosen)
-        };
-        let coarser = |pool: &Pool| from_coarser(candidates, pool, |readings| self.pool(readings), best);
-        self.seek(self.pool(candidates)?, limit, starts, &coarser)
-    }
-
-    /// The best of one pool; `given` are further designs from which exchanges start, unless all designs are tried.
-    fn seek(
+    /// The best design of so many portions, or within a budget; `None` where none determines the unknowns.
+    pub fn seek(
         &self,
-        pool: Pool,
-        limit: Option<f64>,
-        starts: usize,
-        given: &dyn Fn(&Pool) -> Vec<Vec<usize>>,
-    ) -> Result<Option<Sought>> {
-        let objective = objective(self.campaign, &pool, &self.request.criterion)?;
-        let (choose, prices) = self.wanted(&pool, limit)?;
-        let neighbours = if self.request.method == Method::Coordinate { pool.neighbours() } else { Vec::new() };
+        objective: &Objective,
+        choose: usize,
+        budget: Option<f64>,
+        limits: &Limits<'_>,
+    ) -> Option<Outcome> {
+        let Question { pool, request, .. } = self;
+        // a budget above the cost of every choice is left out
+        let dearest = (0..pool.portions.len()).map(|j| self.prices.alone(j)).fold(0.0, f64::max);
+        let prices = budget.map(|budget| self.prices.with_budget(budget));
+        let prices = prices.filter(|prices| !prices.affords(choose as f64 * dearest));
+        let neighbours = if request.method == Method::Coordinate { pool.neighbours() } else { Vec::new() };
         let problem = Problem {
             choose,
-            most_repeats: self.request.most_repeats,
+            most_repeats: request.most_repeats,
             neighbours: &neighbours,
             prices: prices.as_ref(),
-            ..Problem::of(&pool.blocks, &pool.base, &objective)
+            ..Problem::of(&pool.blocks, &pool.base, objective)
         };
-        let given = || given(&pool);
-        let limits = Limits { starts, ..Limits::of(self.request, &given) };
-        let Some(outcome) = search(&problem, &limits, || guide(&problem)) else { return Ok(None) };
-        let (value, guide, n) = (outcome.design.value, &outcome.guide, pool.blocks.unknowns() as f64);
+        let guided = limits.bounded || (problem.prices.is_none() && problem.has_many());
+        search(&problem, limits, || guided.then(|| guide(&problem)).flatten())
+    }
+
+    /// Results of coarser sweeps, each started from those within it: from them the finer search starts, so that more candidates never give a worse design.
+    pub fn coarser(&self, best: &dyn Fn(&Question<'a>, &[Vec<usize>]) -> Option<Vec<usize>>) -> Vec<Vec<usize>> {
+        let mut results: Vec<(usize, Vec<usize>)> = Vec::new();
+        for (steps, list) in self.pool.coarser() {
+            let within = results.iter().filter(|(coarser, _)| steps.is_multiple_of(*coarser));
+            let places = |chosen: &Vec<usize>| chosen.iter().map(|k| list.binary_search(k).ok()).collect();
+            let given: Vec<Vec<usize>> = within.filter_map(|(_, chosen)| places(chosen)).collect();
+            let found = best(&self.subset(&list), &given);
+            results.extend(found.map(|chosen| (steps, chosen.iter().map(|k| list.at(*k)).collect())));
+        }
+        results.into_iter().map(|(_, chosen)| chosen).collect()
+    }
+
+    /// The best of all candidates, started from the results of coarser sweeps.
+    fn sought(&self, objective: &Objective, choose: usize, budget: Option<f64>) -> Option<Outcome> {
+        let best = |question: &Question<'a>, given: &[Vec<usize>]| {
+            let given = || given.to_vec();
+            Some(question.seek(objective, choose, budget, &Limits::of(self.request, &given))?.design.chosen)
+        };
+        self.seek(objective, choose, budget, &Limits::of(self.request, &|| self.coarser(&best)))
+    }
+
+    /// The best positions, the way between them not counted.
+    fn best(&self, objective: &Objective, budget: Option<f64>, may_cost_more: bool) -> Result<(Improvement, Proof)> {
+        let Question { pool, request, .. } = self;
+        let choose = match (budget, request.readings) {
+            (Some(_), 0) => usize::MAX,
+            _ => portions_to_choose(pool, request)?,
+        };
+        let (mut limit, mut outcome) = (budget, self.sought(objective, choose, budget));
+        if let (None, Some(budget)) = (&outcome, budget) {
+            if request.readings > 0 && too_small(pool, request) {
+                return Err(too_few(pool, request));
+            }
+            let cost_within = |more: f64| {
+                let limits = Limits { starts: FEW, bounded: false, ..Limits::of(request, &Vec::new) };
+                let outcome = self.seek(objective, choose, Some(more), &limits)?;
+                Some((self.prices.of(&outcome.design.chosen), ()))
+            };
+            let first = (1..40).map(|k| budget * 1.25_f64.powi(k)).find_map(cost_within);
+            let enough = first.map(|first| least(budget, first, 0.01 * first.0, |cost, (), _| cost_within(cost)).0);
+            limit = enough.filter(|_| may_cost_more);
+            outcome = limit.and_then(|limit| self.sought(objective, choose, Some(limit)));
+            if outcome.is_none() {
+                return Err(too_poor(budget, pool, enough));
+            }
+        }
+        let Some(Outcome { design, hits, starts, enumerated, guide }) = outcome else {
+            return Err(too_few(pool, request));
+        };
         let proof = Proof {
-            value,
-            least: outcome.enumerated.map(|_| value).or(guide.as_ref().map(|bound| bound.value)),
-            logarithm_of: (objective == Objective::Determinant).then_some(n),
+            value: design.value,
+            least: enumerated.map(|_| design.value).or(guide.as_ref().map(|bound| bound.value)),
+            logarithm_of: (*objective == Objective::Determinant).then_some(pool.blocks.unknowns() as f64),
         };
-        let bound_gap = match outcome.enumerated {
+        let bound_gap = match enumerated {
             Some(_) => Some(0.0),
             None => guide.as_ref().and_then(|bound| Some(1.0 - proof.share_of(bound.reached)?)),
         };
-        Ok(Some(Sought { pool, objective, outcome, bound_gap, limit, proof }))
-    }
-
-    fn wanted(&self, pool: &Pool, limit: Option<f64>) -> Result<(usize, Option<Prices>)> {
-        let choose = match (limit, self.request.readings) {
-            (Some(_), 0) => usize::MAX,
-            _ => portions_to_choose(pool, self.request)?,
+        let rows = self.rows(&design.chosen);
+        let improvement = match self.refined(&rows, objective, None)? {
+            Some((moved, what)) => Improvement { refined: Some(what), ..self.made(moved)? },
+            None => {
+                let made = self.made(rows)?;
+                Improvement { check: check(&made.schedule, &self.offer.noise, pool, objective, &design)?, ..made }
+            }
         };
-        // a limit above the cost of every choice is left out
-        let dearest = |prices: &Prices| (0..pool.portions.len()).map(|j| prices.alone(j)).fold(0.0, f64::max);
-        let prices = limit.map(|limit| self.prices(pool, limit));
-        Ok((choose, prices.filter(|prices| !prices.affords(choose as f64 * dearest(prices)))))
+        let efficiency = proof.share_of(design.value);
+        Ok((Improvement { limit, efficiency, bound_gap, enumerated, hits, starts, ..improvement }, proof))
     }
 }
 
+/// Where remounting scatters, every portion is a separate mounting.
+fn is_apart(offer: &Offer) -> bool {
+    !offer.noise.remount.is_empty()
+}
+
+fn prices(offer: &Offer, pool: &Pool) -> Prices {
+    Prices::new(&pool.portions, &pool.levels, offer.costs, 0.0, is_apart(offer))
+}
+
 /// The approximate design of a problem; within a budget, of as many portions as the fewest mountings that determine all unknowns could hold.
-pub(super) fn guide(problem: &Problem<'_>) -> Option<Bound> {
+fn guide(problem: &Problem<'_>) -> Option<Bound> {
     let total = match problem.prices {
         None => problem.choose as f64,
         Some(prices) => prices.most_portions(fewest_mountings(problem, prices)).min(problem.choose as f64),
@@ -341,11 +345,11 @@ fn fewest_mountings(problem: &Problem<'_>, prices: &Prices) -> usize {
     let mut information = vec![vec![0.0; n * n]; prices.places];
     for (j, place) in prices.place.iter().enumerate() {
         if let Some(m) = information.get_mut(*place) {
-            (0..blocks.rows()).for_each(|r| add_outer(m, 1.0, &blocks.row(j, r)));
+            blocks.add(m, 1.0, j);
         }
     }
-    let most = information.iter().map(|m| rank(m, n)).max().unwrap_or(1).max(1);
-    n.saturating_sub(rank(problem.base, n)).div_ceil(most).max(1)
+    let most = information.into_iter().map(|m| roots(m, n).len()).max().unwrap_or(1).max(1);
+    n.saturating_sub(roots(problem.base.to_vec(), n).len()).div_ceil(most).max(1)
 }
 
 fn portions_to_choose(pool: &Pool, request: &Request) -> Result<usize> {
@@ -381,7 +385,7 @@ fn portions_to_choose(pool: &Pool, request: &Request) -> Result<usize> {
 /// Can so few readings not determine the unknowns, whatever they cost?
 fn too_small(pool: &Pool, request: &Request) -> bool {
     let n = pool.blocks.unknowns();
-    request.readings / pool.portion_size() * pool.blocks.rows() + rank(&pool.base, n) < n
+    request.readings / pool.portion_size() * pool.blocks.rows() + roots(pool.base.clone(), n).len() < n
 }
 
 fn too_few(pool: &Pool, request: &Request) -> Malformed {
@@ -422,22 +426,4 @@ fn too_poor(budget: f64, pool: &Pool, enough: Option<f64>) -> Malformed {
         None => "a larger budget, or positions that are kept".into(),
     })
     .argument("keep", "")
-}
-
-/// The least cost above `poor` at which the search gives a choice that determines the unknowns: by growth, then by bisection.
-fn least_budget(poor: f64, cost_within: impl Fn(f64) -> Option<f64>) -> Option<f64> {
-    let mut high = (1..40).map(|k| poor * 1.25_f64.powi(k)).find_map(&cost_within)?;
-    let mut low = poor;
-    for _ in 0..12 {
-        // to a hundredth
-        if high - low <= 0.01 * high {
-            break;
-        }
-        let middle = (low + high) / 2.0;
-        match cost_within(middle) {
-            Some(cost) => high = cost,
-            None => low = middle,
-        }
-    }
-    Some(high)
 }

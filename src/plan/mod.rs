@@ -17,17 +17,15 @@
 //! | `pool.rs` | candidates as whitened rows in good coordinates |
 //! | `blocks.rs` | these rows in memory, and sums over all of them |
 //! | `criterion.rs` | D, A, G, I, E and c in the coordinates of the pool; gradients of requested quantities |
-//! | `objective.rs` | objectives to be minimised, and their values |
-//! | `replacement.rs` | replacements for objectives that are not smooth: the largest of several variances, the worst combination, a volume |
+//! | `objective.rs` | objectives to be minimised, their values, and the worst of several variances |
 //! | `problem.rs` | an exchange problem, and its designs |
 //! | `request.rs` | what is asked of a plan |
-//! | `search.rs` | all designs where there are few, else many starts of exchanges; a choice among plain rows |
-//! | `state.rs` | one start: what is chosen, the sums that follow it by rank-one updates, and every candidate evaluated as a replacement |
-//! | `budget.rs` | exchanges within a budget: how many mountings, how many readings |
+//! | `search.rs` | all designs where there are few, else many starts; the least number for which something is found; a choice among plain rows |
+//! | `state.rs` | a design in the making: what every candidate that comes (and a block that goes) does to the objective, and exchanges |
+//! | `exchange.rs` | one start: a first design, exchanges, perturbations; within a budget mountings that move and costs spent anew |
 //! | `prices.rs` | what chosen portions cost together |
-//! | `exchange.rs` | exchanges of one chosen candidate at a time |
 //! | `bound.rs` | the approximate design: the bound of every schedule |
-//! | `improve.rs` | the best positions, chosen or added |
+//! | `improve.rs` | the question of every search (by number, budget or goal, or to discriminate); the best positions, chosen or added |
 //! | `scheduled.rs` | from chosen portions to a schedule: order, angles between the candidates, why each mounting is in it |
 //! | `goal.rs` | the fewest, and the cheapest, positions that reach a goal |
 //! | `discriminate.rs` | positions that discriminate between two effects, or between one effect and many |
@@ -39,7 +37,6 @@
 
 mod blocks;
 mod bound;
-mod budget;
 mod candidates;
 mod criterion;
 mod discriminate;
@@ -56,7 +53,6 @@ mod point;
 mod pool;
 mod prices;
 mod problem;
-mod replacement;
 mod request;
 mod scheduled;
 mod search;

@@ -10,7 +10,7 @@
     reason = "`Objective::fits` has made sure of a row at least and of the unknowns in each; packed triangles and lists are made here over the rows of a block, with one entry for each candidate or replacement"
 )]
 
-use super::blocks::{Blocks, add_outer, sandwich, times};
+use super::blocks::{Blocks, invert, largest, packed, sandwich, times};
 use crate::elements::Elements;
 use crate::linear::{Triangle, dot};
 use faer::{Mat, Side};
@@ -31,7 +31,8 @@ pub enum Objective {
 }
 
 /// Up to so many predicted rows, the sum of their variances approximates their largest.
-const FEW: usize = 64;
+pub(super) const FEW: usize = 64;
+
 impl Objective {
     /// Is it a function of `n` unknowns?
     pub(super) fn fits(&self, n: usize) -> bool {
@@ -50,17 +51,66 @@ impl Objective {
         match self {
             Objective::Determinant => None,
             Objective::Trace(w) => Some(dot(w, inverse)),
-            Objective::Largest(predicted) => Some(predicted.largest_quadratic(inverse)),
-            Objective::Eigenvalue(functions) => Some(largest_eigenvalue(&functions.image(inverse))),
+            Objective::Largest(_) | Objective::Eigenvalue(_) => {
+                Some(self.worst(inverse).map_or(f64::NAN, |(most, _)| most))
+            }
             Objective::Volume(functions) => {
                 Some(functions.triangle(inverse).map_or(f64::NAN, |c| (c.log_determinant() / functions.size()).exp()))
             }
         }
     }
 
+    /// Its value for an information matrix of `n` unknowns; `None` where that is singular.
+    pub(super) fn value(&self, m: &[f64], n: usize) -> Option<f64> {
+        crate::stop::poll();
+        let (inverse, log_det) = invert(m, n)?;
+        Some(self.of(&inverse).unwrap_or(-log_det))
+    }
+
+    /// The largest of several variances, and the function of the unknowns that has it; `None` for another objective, and where nothing is finite.
+    pub(super) fn worst(&self, inverse: &[f64]) -> Option<(f64, Vec<f64>)> {
+        match self {
+            Objective::Largest(predicted) => {
+                let sums = predicted.quadratics(inverse);
+                let of_row = |r: usize| (largest(&sums[packed(r, r)]), r);
+                let ((j, most), r) = (0..predicted.rows()).map(of_row).max_by(|a, b| a.0.1.total_cmp(&b.0.1))?;
+                Some((most, predicted.row(j, r)))
+            }
+            Objective::Eigenvalue(functions) => {
+                let eigen = functions.image(inverse).self_adjoint_eigen(Side::Lower).ok()?;
+                // eigenvalues come in nondecreasing order
+                let last = functions.0.len() - 1;
+                Some((eigen.S()[last], functions.combined(|i| eigen.U()[(i, last)])))
+            }
+            _ => None,
+        }
+    }
+
+    /// The matrix whose quadratic forms, beside those of `M^-1`, say what a row changes: `M^-1 W M^-1`, or the covariance of the other unknowns for known
+    /// functions; `None` for another objective, and where a volume is singular.
+    pub(super) fn second(&self, inverse: &[f64]) -> Option<Vec<f64>> {
+        match self {
+            Objective::Trace(w) => Some(sandwich(inverse, w, w.len().isqrt())),
+            Objective::Volume(functions) => {
+                let (_, slopes) = functions.with_slopes(inverse)?;
+                Some(inverse.iter().zip(&slopes).map(|(all, part)| all - part).collect())
+            }
+            _ => None,
+        }
+    }
+
+    /// How many variances it is the largest of.
+    pub(super) fn size(&self) -> usize {
+        match self {
+            Objective::Largest(predicted) => predicted.count() * predicted.rows(),
+            Objective::Eigenvalue(functions) => functions.0.len(),
+            _ => 1,
+        }
+    }
+
     /// Is it the largest of few variances?
     pub(super) fn is_of_few(&self) -> bool {
-        matches!(self, Objective::Largest(predicted) if predicted.count() * predicted.rows() <= FEW)
+        matches!(self, Objective::Largest(_)) && self.size() <= FEW
     }
 
     /// The smooth objective that approximates it, the determinant or the sum of the variances; `None` for one that is smooth itself.
@@ -90,11 +140,8 @@ impl Combinations {
     }
 
     /// `T'T`: the weights of the sum of the variances.
-    fn sum(&self) -> Vec<f64> {
-        let n = self.0.first().map_or(0, Vec::len);
-        let mut sum = vec![0.0; n * n];
-        self.0.iter().for_each(|row| add_outer(&mut sum, 1.0, row));
-        sum
+    pub(super) fn sum(&self) -> Vec<f64> {
+        self.weighted(|i, k| f64::from(u8::from(i == k)))
     }
 
     /// `T A T'` for symmetric `A`, row by row.
@@ -138,13 +185,5 @@ impl Combinations {
     fn triangle(&self, inverse: &[f64]) -> Option<Triangle> {
         let c = self.image(inverse);
         Triangle::of(c.nrows(), |i, j| c[(i, j)], |i| 1e-14 * c[(i, i)])
-    }
-}
-
-/// Largest eigenvalue of a symmetric matrix; not a number where there is none.
-pub(super) fn largest_eigenvalue(matrix: &Mat<f64>) -> f64 {
-    match matrix.self_adjoint_eigenvalues(Side::Lower) {
-        Ok(values) => values.into_iter().fold(f64::NEG_INFINITY, f64::max),
-        Err(_) => f64::NAN,
     }
 }

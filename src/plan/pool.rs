@@ -3,9 +3,7 @@
 //! One pivoted QR of all rows (kept readings, priors, candidates), `W A D^-1 = Q R`, gives coordinates `z = R D x`: there the rows of every
 //! block are rows of `Q`, and a linear function `c'x` has the coordinates `T'c`, `T = D^-1 R^-1`; equations between unknowns are in `T`.
 //!
-//! Coarser sweeps within a finer one: the finer search starts from their results, so that more candidates never give a worse design.
-//! A sweep in steps of 15 deg contains those in steps of 30, 45, 60, 90, 120 and 180. Each is searched as it would be alone, from the results
-//! of the coarser ones within it.
+//! A sweep in steps of 15 deg contains those in steps of 30, 45, 60, 90, 120 and 180.
 
 use super::blocks::{Blocks, add_outer};
 use super::candidates::{Unit, portions};
@@ -21,7 +19,6 @@ use crate::estimate::Estimate;
 use crate::fit::{self, RankDefect};
 use crate::linear::normalise;
 use faer::Mat;
-use std::collections::HashMap;
 
 /// Candidates, ready for exchanges.
 #[derive(Debug, Clone)]
@@ -153,6 +150,39 @@ impl Pool {
             .collect()
     }
 
+    /// Some of the portions, in the same coordinates.
+    pub(crate) fn subset(&self, portions: &[usize]) -> Pool {
+        Pool {
+            portions: portions.iter().filter_map(|k| self.portions.get(*k).cloned()).collect(),
+            levels: portions.iter().filter_map(|k| self.levels.get(*k).cloned()).collect(),
+            blocks: self.blocks.subset(portions),
+            ..self.clone()
+        }
+    }
+
+    /// Portions with all angles on a coarser grid than all together, the coarsest first: steps of a turn, and which portions. None where the angles are on no
+    /// common grid.
+    pub(crate) fn coarser(&self) -> Vec<(usize, Vec<usize>)> {
+        let mut states: Vec<&JointState> = Vec::new();
+        for state in self.portions.iter().flatten().flat_map(|reading| &reading.joints) {
+            if states.len() <= FINEST && !states.contains(&state) {
+                states.push(state);
+            }
+        }
+        let all = (1..=FINEST).find(|steps| states.iter().all(|state| is_on_grid(state, *steps)));
+        let mut grids: Vec<(usize, Vec<usize>)> = Vec::new();
+        for steps in (2..all.unwrap_or(0)).filter(|k| all.is_some_and(|all| all.is_multiple_of(*k))) {
+            let on_grid = |reading: &Reading| reading.joints.iter().all(|state| is_on_grid(state, steps));
+            let portions = self.portions.iter().enumerate().filter(|(_, portion)| portion.iter().all(on_grid));
+            let list: Vec<usize> = portions.map(|(k, _)| k).collect();
+            let earlier = grids.last().map_or(0, |(_, list)| list.len());
+            if list.len() != earlier && list.len() < self.portions.len() {
+                grids.push((steps, list));
+            }
+        }
+        grids
+    }
+
     /// Candidates that differ from each in the state of one joint (for coordinate exchange).
     pub(crate) fn neighbours(&self) -> Vec<Vec<usize>> {
         let mut groups: std::collections::HashMap<(usize, String), Vec<usize>> = std::collections::HashMap::new();
@@ -199,96 +229,9 @@ pub(super) fn log_det_of(estimate: &Estimate) -> f64 {
 /// Most steps of a turn that are taken as a sweep.
 const FINEST: usize = 720;
 
-/// Steps of a turn on which all angles of joints at rest lie; `None` where they lie on no grid.
-fn steps(candidates: &Readings) -> Option<usize> {
-    let mut steps = 1_usize;
-    let mut seen: Vec<u64> = Vec::new();
-    for state in candidates.rows.iter().flat_map(|r| &r.joints) {
-        let JointState::Held { angle_deg } = state else { continue };
-        if seen.contains(&angle_deg.to_bits()) {
-            continue;
-        }
-        if seen.len() > 4 * FINEST {
-            return None;
-        }
-        seen.push(angle_deg.to_bits());
-        let needed = (1..=FINEST).find(|k| is_on_grid(*angle_deg, *k))?;
-        steps = steps / gcd(steps, needed) * needed;
-        if steps > FINEST {
-            return None;
-        }
-    }
-    Some(steps)
-}
-
-/// Is an angle a multiple of a turn divided by `steps`?
-fn is_on_grid(angle_deg: f64, steps: usize) -> bool {
+/// Is an angle a multiple of a turn divided by `steps`? A joint that turns is on every grid.
+fn is_on_grid(state: &JointState, steps: usize) -> bool {
+    let JointState::Held { angle_deg } = state else { return true };
     let at = angle_deg / 360.0 * steps as f64;
     (at - at.round()).abs() < 1e-9
-}
-
-fn gcd(a: usize, b: usize) -> usize {
-    if b == 0 { a } else { gcd(b, a % b) }
-}
-
-/// Results of coarser sweeps, each started from those within it, as designs of `pool`, which has all candidates.
-pub(super) fn from_coarser(
-    candidates: &Readings,
-    pool: &Pool,
-    pool_of: impl Fn(&Readings) -> Result<Pool>,
-    best: impl Fn(&Pool, &[Vec<usize>]) -> Option<Vec<usize>>,
-) -> Vec<Vec<usize>> {
-    let mut results: Vec<Option<(Pool, Vec<usize>)>> = Vec::new();
-    let mut given = Vec::new();
-    let levels = levels(candidates);
-    for (k, (readings, within)) in levels.iter().enumerate() {
-        let coarse = (k + 1 < levels.len()).then_some(readings);
-        // a coarser sweep may determine fewer unknowns
-        let coarser_pool = coarse
-            .and_then(|readings| pool_of(readings).ok())
-            .filter(|p| p.blocks.unknowns() == pool.blocks.unknowns());
-        let coarser = within.iter().filter_map(|k| results.get(*k)?.as_ref());
-        let to = coarser_pool.as_ref().unwrap_or(pool);
-        given = coarser.filter_map(|(from, chosen)| carried(from, chosen, to)).collect();
-        let chosen = coarser_pool.as_ref().and_then(|p| best(p, &given));
-        results.push(coarser_pool.zip(chosen));
-    }
-    given
-}
-
-/// Candidates on each coarser grid, the coarsest first, and which of the earlier ones each contains; the last is all candidates.
-fn levels(candidates: &Readings) -> Vec<(Readings, Vec<usize>)> {
-    // angles on no common grid: one level
-    let all = steps(candidates).unwrap_or(1);
-    let mut levels: Vec<(usize, Readings)> = Vec::new();
-    for steps in (2..all).filter(|k| all.is_multiple_of(*k)) {
-        let on_grid = |state: &JointState| match state {
-            JointState::Held { angle_deg } => is_on_grid(*angle_deg, steps),
-            _ => true,
-        };
-        let rows: Vec<_> = candidates.rows.iter().filter(|r| r.joints.iter().all(on_grid)).cloned().collect();
-        if !rows.is_empty()
-            && rows.len() < candidates.rows.len()
-            && levels.last().is_none_or(|(_, l)| l.rows.len() != rows.len())
-        {
-            levels.push((steps, Readings { columns: candidates.columns.clone(), rows }));
-        }
-    }
-    levels.push((all, candidates.clone()));
-    let grids: Vec<usize> = levels.iter().map(|(steps, _)| *steps).collect();
-    let within = |level: usize| {
-        let all = grids.at(level);
-        let coarser = grids.iter().enumerate().take(level);
-        coarser.filter(|(_, grid)| all.is_multiple_of(**grid)).map(|(k, _)| k).collect::<Vec<usize>>()
-    };
-    levels.into_iter().enumerate().map(|(k, (_, readings))| (readings, within(k))).collect()
-}
-
-/// Portions of one pool by their number in another that contains them; `None` where one is missing.
-fn carried(from: &Pool, chosen: &[usize], to: &Pool) -> Option<Vec<usize>> {
-    let key = |pool: &Pool, k: usize| {
-        pool.portions.get(k).map(|p| format!("{:?}", p.iter().map(|r| (&r.joints, &r.columns)).collect::<Vec<_>>()))
-    };
-    let places: HashMap<String, usize> = (0..to.portions.len()).filter_map(|k| Some((key(to, k)?, k))).collect();
-    chosen.iter().map(|k| places.get(&key(from, *k)?).copied()).collect()
 }

@@ -10,6 +10,7 @@
 use super::effort::{Costs, mounting};
 use crate::campaign::Reading;
 use crate::elements::{Elements, Parts};
+use crate::number;
 use std::collections::HashMap;
 
 /// What portions cost together.
@@ -117,11 +118,6 @@ impl Prices {
         sum <= self.budget * (1.0 + 1e-12)
     }
 
-    /// The least that one more portion costs.
-    pub fn least_more(&self) -> f64 {
-        self.costs.reading * self.size as f64
-    }
-
     /// Cost of one portion alone at its mounting.
     pub fn alone(&self, j: usize) -> f64 {
         self.alone.at(j)
@@ -136,6 +132,12 @@ impl Prices {
         let slots = self.slots(j);
         let first = |(at, slot): &(usize, &usize)| slots.get(..*at).is_some_and(|before| !before.contains(slot));
         slots.iter().enumerate().filter(first).filter(|(_, slot)| passes(**slot)).count() as f64
+    }
+
+    /// The most mountings that the budget could pay for.
+    pub fn most_mountings(&self) -> usize {
+        let least = (0..self.place.len()).map(|j| self.alone(j)).fold(f64::INFINITY, f64::min);
+        if least > 0.0 { number::count((self.budget / least).min(self.places as f64)) } else { self.places }
     }
 
     /// The most portions that `mountings` mountings could hold within the budget.
@@ -166,33 +168,25 @@ impl Till {
         till
     }
 
-    /// What one more of a portion costs at least; all of it where its mounting is not in use.
-    pub fn at_least(&self, prices: &Prices, j: usize) -> f64 {
-        let is_open = prices.place.get(j).and_then(|place| self.portions.get(*place)).is_some_and(|count| *count > 0);
-        if prices.apart || !is_open { prices.alone(j) } else { prices.least_more() }
-    }
-
     /// What it costs more (or less) when one portion goes and another comes.
     pub fn difference(&self, prices: &Prices, goes: Option<usize>, comes: Option<usize>) -> f64 {
         if prices.apart {
             return comes.map_or(0.0, |j| prices.alone(j)) - goes.map_or(0.0, |j| prices.alone(j));
         }
-        let place = |j: usize| prices.place.at(j);
-        let uses = |slot: usize| self.uses.get(slot).copied().unwrap_or(0); // a slot that is not there is not used
-        let reading = prices.costs.reading * prices.size as f64;
-        let rate = prices.costs.rate_change;
-        match (goes, comes) {
-            (Some(i), Some(j)) if place(i) == place(j) => {
-                let free = |slot: usize| uses(slot) == 0 || (uses(slot) == 1 && prices.slots(i).contains(&slot));
-                rate * (prices.count(j, free) - prices.count(i, |slot| uses(slot) == 1))
-            }
-            (Some(i), Some(j)) => self.difference(prices, Some(i), None) + self.difference(prices, None, Some(j)),
-            (Some(i), None) if self.portions.get(place(i)) == Some(&1) => -prices.alone(i),
-            (Some(i), None) => -reading - rate * prices.count(i, |slot| uses(slot) == 1),
-            (None, Some(j)) if self.portions.get(place(j)) == Some(&0) => prices.alone(j),
-            (None, Some(j)) => reading + rate * prices.count(j, |slot| uses(slot) == 0),
-            (None, None) => 0.0,
-        }
+        let portions = |j: usize| self.portions.get(prices.place.at(j)).copied().unwrap_or_default();
+        let uses = |slot: usize| self.uses.get(slot).copied().unwrap_or_default();
+        let cost = |j: usize, others: u32, is_new: &dyn Fn(usize) -> bool| match others {
+            0 => prices.alone(j),
+            _ => prices.costs.reading * prices.size as f64 + prices.costs.rate_change * prices.count(j, is_new),
+        };
+        let less = |i: usize| cost(i, portions(i).saturating_sub(1), &|slot| uses(slot) == 1);
+        let more = |j: usize| {
+            let gone = goes.filter(|i| prices.place.at(*i) == prices.place.at(j));
+            let freed = |slot: usize| gone.is_some_and(|i| prices.slots(i).contains(&slot));
+            let others = portions(j).saturating_sub(u32::from(gone.is_some()));
+            cost(j, others, &|slot| uses(slot) == u32::from(freed(slot)))
+        };
+        comes.map_or(0.0, more) - goes.map_or(0.0, less)
     }
 
     /// One portion goes, another comes.

@@ -34,10 +34,21 @@ impl<'a> Problem<'a> {
         self.choose > MANY * self.blocks.unknowns()
     }
 
-    /// Is no candidate chosen more often than it may be?
-    pub fn allows_repeats(&self, chosen: &[usize]) -> bool {
-        self.most_repeats >= chosen.len()
-            || counted(chosen).iter().all(|(_, times)| *times as usize <= self.most_repeats)
+    /// Is a design feasible: repeats, number and cost within their limits?
+    pub fn allows(&self, chosen: &[usize]) -> bool {
+        let few = self.most_repeats >= chosen.len();
+        (few || counted(chosen).iter().all(|(_, times)| *times as usize <= self.most_repeats))
+            && match self.prices {
+                Some(prices) => chosen.len() <= self.choose && prices.affords(prices.of(chosen)),
+                None => chosen.len() == self.choose,
+            }
+    }
+
+    /// A design with its value from a fresh factorisation; `None` where it is singular.
+    pub fn design(&self, mut chosen: Vec<usize>) -> Option<Design> {
+        chosen.sort_unstable();
+        let value = self.objective.value(&information(self.blocks, self.base, &chosen), self.blocks.unknowns())?;
+        Some(Design { chosen, value, effort: 0.0 })
     }
 }
 
@@ -58,12 +69,6 @@ pub(super) const WORTH: f64 = 1e-9;
 /// Portions for each unknown above which starts round the approximate design.
 const MANY: usize = 40;
 
-/// More sweeps than this have never been needed.
-pub(super) const SWEEPS: usize = 200;
-
-/// A list longer than this is counted before it is summed.
-const LONG: usize = 40;
-
 /// Every candidate of a list, and how often it is in it.
 pub(super) fn counted(chosen: &[usize]) -> Vec<(usize, u32)> {
     let mut sorted = chosen.to_vec();
@@ -80,16 +85,8 @@ pub(super) fn counted(chosen: &[usize]) -> Vec<(usize, u32)> {
 
 /// `M`, for a list of chosen candidates.
 pub(super) fn information(blocks: &Blocks, base: &[f64], chosen: &[usize]) -> Vec<f64> {
-    let (mut m, mut x) = (base.to_vec(), Vec::new());
-    if chosen.len() > LONG {
-        // one sum for each candidate, however often it is chosen
-        for (j, times) in counted(chosen) {
-            (0..blocks.rows()).for_each(|r| blocks.add_row(&mut m, f64::from(times), j, r, &mut x));
-        }
-        return m;
-    }
-    for j in chosen {
-        (0..blocks.rows()).for_each(|r| blocks.add_row(&mut m, 1.0, *j, r, &mut x));
-    }
+    let mut m = base.to_vec();
+    // one sum for each candidate, however often it is chosen
+    counted(chosen).into_iter().for_each(|(j, times)| blocks.add(&mut m, f64::from(times), j));
     m
 }

@@ -8,10 +8,9 @@
     reason = "`ways` has `choose + 1` entries and is indexed by 0 to `choose`; `chosen` holds numbers of the problem's candidates, of which `settled` has one entry each"
 )]
 
-use super::blocks::{Blocks, add_outer, rank};
+use super::blocks::{Blocks, roots};
 use super::bound::{Bound, bound};
-use super::budget;
-use super::exchange::{descend, finished, start, value};
+use super::exchange::{descend, start};
 use super::objective::Objective;
 use super::prices::Till;
 use super::problem::{Design, Problem};
@@ -19,6 +18,28 @@ use super::request::{Progress, Request};
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::SeedableRng;
 use rayon::prelude::*;
+
+/// The least number (of readings, of cost) for which something is found: bisection between one that is too small and one for which it is known, then single
+/// steps in earnest until nothing is found. `within` tells for what number its result is enough.
+pub(super) fn least<T>(
+    mut low: f64,
+    known: (f64, T),
+    step: f64,
+    mut within: impl FnMut(f64, &T, bool) -> Option<(f64, T)>,
+) -> (f64, T) {
+    let mut best = known;
+    while best.0 - low > 1.5 * step {
+        let middle = (0.5 * (low + best.0)).min(best.0 - step);
+        match within(middle, &best.1, false) {
+            Some(found) => best = found,
+            None => low = middle,
+        }
+    }
+    while let Some(found) = within(best.0 - step, &best.1, true).filter(|found| found.0 < best.0) {
+        best = found;
+    }
+    best
+}
 
 /// The result of a search.
 #[derive(Debug, Clone)]
@@ -46,6 +67,8 @@ pub(super) struct Limits<'a> {
     pub effort: f64,
     /// A value of the objective that is good enough.
     pub enough: Option<f64>,
+    /// Is the approximate design wanted where starts do without it?
+    pub bounded: bool,
     /// Further designs from which exchanges start.
     pub given: &'a dyn Fn() -> Vec<Vec<usize>>,
     /// Called after every batch of starts.
@@ -58,7 +81,7 @@ impl<'a> Limits<'a> {
         // more starts than the default: more time
         let patience = (request.starts as f64 / 100.0).clamp(1.0, 5.0);
         let Request { starts, seed, progress, .. } = request;
-        Limits { starts: *starts, seed: *seed, effort: EFFORT * patience, enough: None, given, progress }
+        Limits { starts: *starts, seed: *seed, effort: EFFORT * patience, enough: None, bounded: true, given, progress }
     }
 }
 
@@ -107,43 +130,22 @@ pub(super) fn search(
             break;
         }
     }
-    for given in given.iter().filter(|given| fits(problem, given)) {
-        let further = match problem.prices {
-            Some(prices) => budget::descend(problem, prices, given.clone()),
-            None => descend(problem, given.clone()),
-        };
-        for design in further.into_iter().chain(finished(problem, given.clone())) {
-            keep(&mut best, design);
-        }
+    for given in given.into_iter().filter(|given| problem.allows(given)) {
+        descend(problem, given).into_iter().for_each(|design| keep(&mut best, design));
     }
-    best.map(|(mut design, hits)| {
-        design.chosen.sort_unstable();
-        Outcome { design, hits: hits.min(made), starts: made, enumerated: None, guide }
-    })
-}
-
-/// Is a design feasible: repeats, number and cost within their limits?
-fn fits(problem: &Problem<'_>, given: &[usize]) -> bool {
-    problem.allows_repeats(given)
-        && match problem.prices {
-            Some(prices) => prices.affords(prices.of(given)) && given.len() <= problem.choose,
-            None => given.len() == problem.choose,
-        }
+    best.map(|(design, hits)| Outcome { design, hits: hits.min(made), starts: made, enumerated: None, guide })
 }
 
 fn one(problem: &Problem<'_>, seed: u64, k: usize, guide: Option<&Bound>) -> Option<Design> {
     let mut rng = Pcg64Mcg::seed_from_u64(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15).wrapping_add(k as u64));
-    match problem.prices {
-        Some(prices) => budget::start(problem, prices, &mut rng),
-        None => start(problem, &mut rng, k, guide),
-    }
+    start(problem, &mut rng, k, guide)
 }
 
 /// With fewer designs than this, all are tried.
 const MOST_DESIGNS: u64 = 100_000;
 /// Lists that are looked at while designs within a budget are counted.
 const MOST_NODES: u64 = 400_000;
-/// Portions that a list within a budget may have while designs are counted.
+/// Different portions that a list may have while designs are counted.
 const MOST_DEPTH: usize = 1000;
 
 /// The best of all designs (`None` where none is regular) and how many there are; `None` where there are too many.
@@ -152,26 +154,27 @@ const MOST_DEPTH: usize = 1000;
 fn best_of_all(problem: &Problem<'_>) -> Option<(Option<Design>, u64)> {
     let n = problem.blocks.unknowns();
     // with fewer rows than unknowns the design is singular, whatever the rounding
-    if problem.choose.saturating_mul(problem.blocks.rows()).saturating_add(rank(problem.base, n)) < n {
+    if problem.choose.saturating_mul(problem.blocks.rows()).saturating_add(roots(problem.base.to_vec(), n).len()) < n {
         return Some((None, 0));
     }
-    let mut designs: Vec<Vec<(usize, usize)>> = Vec::new();
-    match problem.prices {
-        None => {
-            let count = number(problem.blocks.count(), problem.choose, problem.most_repeats)?;
-            designs.reserve(crate::number::index(count));
-            all(problem.blocks.count(), problem.choose, problem.most_repeats, &mut Vec::new(), &mut designs);
+    let count = problem.blocks.count();
+    let surely = match problem.prices {
+        None => problem.choose,
+        Some(prices) => {
+            // so many portions are affordable whichever they are: every list of one portion fewer has a completion, and a completion few such lists
+            let dearest = (0..count).map(|j| prices.alone(j)).fold(0.0, f64::max);
+            crate::number::count(prices.budget / dearest).min(problem.choose).saturating_sub(1)
         }
-        Some(_) => within_budget(problem, &mut designs)?,
-    }
+    };
+    // with repeats as often as one likes; else at least those without any
+    number(if problem.most_repeats >= surely { (count + surely).saturating_sub(1) } else { count }, surely)?;
+    let mut designs: Vec<Vec<(usize, usize)>> = Vec::new();
+    let till = problem.prices.map(|prices| Till::new(prices, &[]));
+    grow(problem, till, &mut Vec::new(), &mut 0, &mut designs)?;
     let evaluate = |design: &Vec<(usize, usize)>| {
         let mut m = problem.base.to_vec();
-        for (j, times) in design {
-            for r in 0..problem.blocks.rows() {
-                add_outer(&mut m, *times as f64, &problem.blocks.row(*j, r));
-            }
-        }
-        value(problem.objective, &m, n)
+        design.iter().for_each(|(j, times)| problem.blocks.add(&mut m, *times as f64, *j));
+        problem.objective.value(&m, n)
     };
     let values: Vec<Option<f64>> = designs.par_iter().map(evaluate).collect();
     // the first of equal ones, whatever the number of threads
@@ -184,110 +187,63 @@ fn best_of_all(problem: &Problem<'_>) -> Option<(Option<Design>, u64)> {
         }
     }
     let best = best.and_then(|(_, k)| designs.get(k)).and_then(|design| {
-        finished(problem, design.iter().flat_map(|(j, times)| std::iter::repeat_n(*j, *times)).collect())
+        problem.design(design.iter().flat_map(|(j, times)| std::iter::repeat_n(*j, *times)).collect())
     });
     Some((best, designs.len() as u64))
 }
 
-/// Multisets of `choose` out of `count`, each at most `repeats` times; `None` where there are too many.
-fn number(count: usize, choose: usize, repeats: usize) -> Option<u64> {
-    if repeats >= choose {
-        // C(count + choose - 1, choose), growing with every factor
-        let small = choose.min(count.saturating_sub(1)) as u64;
-        let large = (count + choose).saturating_sub(1) as u64 - small;
-        let mut product = 1_u64;
-        for k in 1..=small {
-            product = product.checked_mul(large + k)? / k;
-            if product >= MOST_DESIGNS {
-                return None;
-            }
-        }
-        return Some(product);
-    }
-    // ways to choose t so far
-    let mut ways = vec![0_u64; choose + 1];
-    ways[0] = 1;
-    for _ in 0..count {
-        for t in (1..=choose).rev() {
-            let more: u64 = (1..=repeats.min(t)).map(|c| ways[t - c]).fold(0, u64::saturating_add);
-            ways[t] = ways[t].saturating_add(more);
-        }
-        if ways[choose] >= MOST_DESIGNS {
+/// Choices of `choose` out of `of`; `None` where there are too many.
+fn number(of: usize, choose: usize) -> Option<u64> {
+    // growing with every factor
+    let small = choose.min(of.saturating_sub(choose)) as u64;
+    let mut product = 1_u64;
+    for k in 1..=small {
+        product = product.checked_mul(of as u64 - small + k)? / k;
+        if product >= MOST_DESIGNS {
             return None;
         }
     }
-    Some(ways[choose])
+    Some(product)
 }
 
-/// All of them: candidates with how often each is chosen.
-fn all(
-    count: usize,
-    choose: usize,
-    repeats: usize,
-    before: &mut Vec<(usize, usize)>,
-    out: &mut Vec<Vec<(usize, usize)>>,
-) {
-    if choose == 0 {
-        out.push(before.clone());
-        return;
-    }
-    let first = before.last().map_or(0, |(j, _)| j + 1);
-    for j in first..count {
-        let others = (count - j - 1).saturating_mul(repeats);
-        for times in 1..=repeats.min(choose) {
-            if others.saturating_add(times) < choose {
-                continue;
-            }
-            before.push((j, times));
-            all(count, choose - times, repeats, before, out);
-            before.pop();
-        }
-    }
-}
-
-/// Lists within the budget and the number, to which nothing can be added; `None` where there are too many.
-fn within_budget(problem: &Problem<'_>, out: &mut Vec<Vec<(usize, usize)>>) -> Option<()> {
-    let prices = problem.prices?;
-    // so many portions are affordable whichever they are: every list of one portion fewer has a completion, and a completion few such lists
-    let count = problem.blocks.count();
-    let dearest = (0..count).map(|j| prices.alone(j)).fold(0.0, f64::max);
-    let surely = crate::number::count(prices.budget / dearest).min(problem.choose);
-    number(count, surely.saturating_sub(1), problem.most_repeats)?;
-    let mut nodes = 0;
-    grow(problem, &Till::new(prices, &[]), &mut Vec::new(), &mut nodes, out)
-}
-
+/// Designs that begin with those chosen, each as candidates with how often; nothing can be added to any. `None` where there are too many.
 fn grow(
     problem: &Problem<'_>,
-    till: &Till,
-    chosen: &mut Vec<usize>,
+    till: Option<Till>,
+    chosen: &mut Vec<(usize, usize)>,
     nodes: &mut u64,
     out: &mut Vec<Vec<(usize, usize)>>,
 ) -> Option<()> {
-    let prices = problem.prices?;
     *nodes += 1;
+    let (count, repeats) = (problem.blocks.count(), problem.most_repeats);
+    let taken: usize = chosen.iter().map(|(_, times)| times).sum();
     if *nodes > MOST_NODES || chosen.len() > MOST_DEPTH || out.len() as u64 >= MOST_DESIGNS {
         return None;
     }
-    let taken = |chosen: &[usize], k: usize| chosen.iter().filter(|j| **j == k).count();
-    let fits = |chosen: &[usize], k: usize| {
-        prices.affords(till.spent + till.difference(prices, None, Some(k))) && taken(chosen, k) < problem.most_repeats
+    let affords = |till: &Option<Till>, k: usize| match (problem.prices, till) {
+        (Some(prices), Some(till)) => prices.affords(till.spent + till.difference(prices, None, Some(k))),
+        _ => true,
     };
-    let count = problem.blocks.count();
-    if chosen.len() >= problem.choose || !(0..count).any(|k| fits(chosen, k)) {
-        let runs = chosen.chunk_by(|a, b| a == b).filter_map(|same| Some((*same.first()?, same.len())));
-        out.push(runs.collect());
+    let times_of = |k: usize| chosen.iter().find(|(j, _)| *j == k).map_or(0, |(_, times)| *times);
+    if taken >= problem.choose || !(0..count).any(|k| times_of(k) < repeats && affords(&till, k)) {
+        out.push(chosen.clone());
         return Some(());
     }
     // the first choice begins at the first candidate
-    let first = chosen.last().copied().unwrap_or(0);
-    for k in first..count {
-        if fits(chosen, k) {
-            let mut next = till.clone();
-            next.change(prices, None, Some(k));
-            chosen.push(k);
-            grow(problem, &next, chosen, nodes, out)?;
-            chosen.pop();
+    for k in chosen.last().map_or(0, |(last, _)| last + 1)..count {
+        let mut next = till.clone();
+        let further = (count - k - 1).saturating_mul(repeats);
+        for times in 1..=repeats.min(problem.choose - taken) {
+            if !affords(&next, k) {
+                break;
+            }
+            next.iter_mut().zip(problem.prices).for_each(|(till, prices)| till.change(prices, None, Some(k)));
+            // without a budget, every design has its number
+            if problem.prices.is_some() || further.saturating_add(taken + times) >= problem.choose {
+                chosen.push((k, times));
+                grow(problem, next.clone(), chosen, nodes, out)?;
+                chosen.pop();
+            }
         }
     }
     Some(())
@@ -339,7 +295,15 @@ pub fn choose(
     let problem = Problem { choose: count, most_repeats, ..Problem::of(blocks, &base, objective) };
     let bound = if with_bound { bound(blocks, &base, objective, count as f64) } else { None };
     let progress = Progress::default();
-    let limits = Limits { starts, seed, effort: EFFORT, enough: None, given: &Vec::new, progress: &progress };
+    let limits = Limits {
+        starts,
+        seed,
+        effort: EFFORT,
+        enough: None,
+        bounded: with_bound,
+        given: &Vec::new,
+        progress: &progress,
+    };
     let Outcome { design, hits, enumerated, .. } = search(&problem, &limits, || bound.clone())?;
     Some(Choice {
         chosen: design.chosen,

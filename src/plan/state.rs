@@ -1,25 +1,28 @@
-//! The state of one start: what is chosen, `M^-1`, and the sums over all candidates that follow it by rank-one updates.
+//! A design in the making: what is chosen, `M^-1`, the sums over all candidates that follow it, and what every candidate would do to the objective.
 //!
-//! The best replacement of one chosen block: every candidate is evaluated.
-//!
-//! Without block `i`, both criteria are sums over the rows that a candidate adds: with `G = L^-1 Xi M^-1`, `L L' = I - Xi M^-1 Xi'`,
+//! With `M` the information of the design, block `j` comes and block `i` goes:
 //!
 //! ```text
-//! Mi^-1 = M^-1 + G'G,   T = I + Xj Mi^-1 Xj' = I + Xj M^-1 Xj' + C'C,   C = G Xj'
-//! det ratio = det(L)^2 det T,    decrease of the trace = tr(T^-1 Xj Mi^-1 W Mi^-1 Xj') - tr(G W G')
+//! X = [Xj; Xi],   S = diag(1, .., -1, ..),   T = S + X M^-1 X' = L D L'
+//! det M' / det M = |det T|
+//! c' M'^-1 c     = c' M^-1 c - y' D^-1 y,                  L y = X M^-1 c
+//! tr(W M'^-1)    = tr(W M^-1) - tr(D^-1 E),                L E L' = X M^-1 W M^-1 X'
+//! det C' / det C = |det(S + X A X')| / |det T|,            C = F M^-1 F',   A = M^-1 - M^-1 F' C^-1 F M^-1
 //! ```
+//!
+//! (V. V. Fedorov, Theory of Optimal Experiments, 1972, 3.1; `A` is the covariance of the other unknowns for known functions `F` of them.) Block `j` is
+//! eliminated first: its pivots are at least one, so that nothing is lost where the design without `i` is singular. Without `i`, `j` is added. The matrices of all
+//! candidates are eliminated side by side.
 #![allow(
     clippy::indexing_slicing,
-    reason = "`chosen` holds numbers of candidates below `blocks.count()`; `State::empty` sizes spread, cross and effect by the block's rows and all candidates"
+    reason = "`chosen` holds numbers of candidates below `blocks.count()`; sums have an entry for each pair of rows of a block or of two, each with all candidates"
 )]
 
-use super::blocks::{Blocks, add_outer, determinant_and_trace, inverse_and_root, largest, packed, times};
+use super::blocks::{add_outer, eliminate, invert, packed, shares, size, squares, times};
+use super::objective::{FEW, Objective};
 use super::prices::Till;
-use super::problem::{Problem, information};
+use super::problem::{Problem, WORTH, information};
 use crate::linear::dot;
-use crate::number;
-use rand_pcg::Pcg64Mcg;
-use rand_pcg::rand_core::Rng;
 
 /// A design in the making.
 #[derive(Clone)]
@@ -28,245 +31,90 @@ pub(super) struct State<'a> {
     pub problem: &'a Problem<'a>,
     /// Chosen candidates, with repeats.
     pub chosen: Vec<usize>,
-    /// How often each candidate is chosen.
-    pub times_chosen: Vec<u32>,
     /// Multiplications so far, roughly.
     pub effort: f64,
+    /// How often each candidate is chosen.
+    times_chosen: Vec<u32>,
     /// What the chosen ones cost, where that matters.
-    pub till: Option<Till>,
+    till: Option<Till>,
     /// `M^-1`, row by row.
-    pub inverse: Vec<f64>,
-    /// `x_jr' M^-1 x_js`, r <= s, for all j.
-    pub spread: Vec<Vec<f64>>,
-    /// `x_jr' M^-1 W M^-1 x_js`, r <= s, for all j; empty when `M` has changed since.
-    pub effect: Vec<Vec<f64>>,
-    /// `M^-1 W M^-1`; valid while `effect` is not empty.
-    pub sandwich: Vec<f64>,
-    /// Room for one number of each candidate.
-    pub work: Vec<f64>,
-    /// Products of all candidates' rows with the rows of the chosen block that was last looked at.
-    pub cross: Vec<Vec<f64>>,
-    /// The same through `M^-1 W`.
-    pub cross_effect: Vec<Vec<f64>>,
+    inverse: Vec<f64>,
+    /// `Xj M^-1 Xj'` of all candidates.
+    spread: Vec<Vec<f64>>,
+    /// The objective's second matrix, `M^-1 W M^-1` or `A`, and its sums; none when `M` has changed since.
+    second: Option<(Vec<f64>, Vec<Vec<f64>>)>,
 }
 
-impl<'a> State<'a> {
-    fn empty(problem: &'a Problem<'a>) -> Self {
-        let (count, rows) = (problem.blocks.count(), problem.blocks.rows());
-        State {
-            problem,
-            chosen: Vec::with_capacity(problem.choose.min(problem.blocks.count())),
-            times_chosen: vec![0; count],
-            effort: 0.0,
-            till: problem.prices.map(|prices| Till::new(prices, &[])),
-            inverse: Vec::new(),
-            spread: vec![vec![0.0; count]; rows * (rows + 1) / 2],
-            effect: Vec::new(),
-            sandwich: Vec::new(),
-            work: vec![0.0; count],
-            cross: vec![vec![0.0; count]; rows * rows],
-            cross_effect: Vec::new(),
-        }
-    }
+/// Share of the largest diagonal element that is added to all of them, so that a singular design has an inverse, too.
+const LITTLE: f64 = 1e-6;
+/// A replacement that leaves a smaller share of the determinant leaves a singular design.
+const SINGULAR: f64 = 1e-9;
+/// Candidates that are evaluated one by one when the largest of several variances is made small.
+const CUTS: usize = 60;
+/// Of gains that differ by less, the first candidate's counts.
+const EQUAL: f64 = 1e-10;
 
+impl<'a> State<'a> {
     /// Nothing inverted yet.
-    pub(crate) fn unsolved(problem: &'a Problem<'a>, chosen: Vec<usize>) -> Self {
-        let mut state = State::empty(problem);
-        chosen.iter().for_each(|k| state.times_chosen[*k] += 1);
-        state.till = problem.prices.map(|prices| Till::new(prices, &chosen));
-        state.chosen = chosen;
-        state
+    pub fn unsolved(problem: &'a Problem<'a>, chosen: Vec<usize>) -> Self {
+        let mut times_chosen = vec![0; problem.blocks.count()];
+        chosen.iter().for_each(|k| times_chosen[*k] += 1);
+        let till = problem.prices.map(|prices| Till::new(prices, &chosen));
+        let (inverse, spread) = (Vec::new(), Vec::new());
+        State { problem, chosen, effort: 0.0, times_chosen, till, inverse, spread, second: None }
     }
 
     /// The state of a given design; `None` where it is singular.
     pub fn of(problem: &'a Problem<'a>, chosen: Vec<usize>) -> Option<Self> {
         let mut state = State::unsolved(problem, chosen);
-        state.refactor()?;
+        state.solve(0.0)?;
         Some(state)
-    }
-
-    /// The inverse and sums with a small multiple of the identity added to `M`, so that a singular design has them, too.
-    pub(crate) fn solve_nearly(&mut self) -> Option<()> {
-        let (blocks, n) = (self.problem.blocks, self.problem.blocks.unknowns());
-        let mut m = information(blocks, self.problem.base, &self.chosen);
-        let largest = (0..n).map(|i| m[i * n + i]).fold(0.0_f64, f64::max);
-        let little = 1e-6 * if largest > 0.0 { largest } else { blocks.largest_square().max(f64::MIN_POSITIVE) };
-        (0..n).for_each(|i| m[i * n + i] += little);
-        let (inverse, root, _) = inverse_and_root(&m, n)?;
-        self.inverse = inverse;
-        self.refresh_spread(&root);
-        Some(())
-    }
-
-    /// A share of the blocks at random, then the most informative.
-    pub(crate) fn begin(problem: &'a Problem<'a>, share: f64, rng: &mut Pcg64Mcg) -> Option<Self> {
-        let (count, rows) = (problem.blocks.count(), problem.blocks.rows());
-        if count == 0 || problem.choose > count.saturating_mul(problem.most_repeats) {
-            return None;
-        }
-        let mut state = State::empty(problem);
-        // some at random; then the largest gain each, with a small multiple of the identity added to `M`
-        let random = number::count((problem.choose as f64 * share).ceil()).min(problem.choose);
-        while state.chosen.len() < random {
-            let j = number::below(rng.next_u64(), count);
-            state.choose(j);
-        }
-        state.solve_nearly()?;
-        let mut gain = vec![0.0; count];
-        while state.chosen.len() < problem.choose {
-            gain.fill(0.0);
-            for r in 0..rows {
-                gain.iter_mut().zip(&state.spread[packed(r, r)]).for_each(|(g, d)| *g += d);
-            }
-            if problem.most_repeats < problem.choose {
-                let full = |j: usize| state.times_chosen[j] as usize >= problem.most_repeats;
-                gain.iter_mut().enumerate().filter(|(j, _)| full(*j)).for_each(|(_, g)| *g = f64::NEG_INFINITY);
-            }
-            let best = largest(&gain).0;
-            if gain[best].is_nan() || (state.times_chosen[best] as usize) >= problem.most_repeats {
-                return None;
-            }
-            for r in 0..rows {
-                state.update(&problem.blocks.row(best, r), 1.0);
-            }
-            state.choose(best);
-        }
-        state.refactor()?;
-        Some(state)
-    }
-
-    /// Weights of the candidates, rounded: whole parts first, then the largest remainders, ties at random.
-    pub fn rounded(problem: &'a Problem<'a>, weights: &[f64], rng: &mut Pcg64Mcg) -> Option<Self> {
-        let total = problem.choose as f64;
-        let mut chosen: Vec<usize> = Vec::with_capacity(problem.choose);
-        let mut remainders: Vec<(f64, usize)> = Vec::with_capacity(weights.len());
-        for (j, w) in weights.iter().enumerate() {
-            let times = (w * total).floor().min(problem.most_repeats as f64);
-            chosen.extend(std::iter::repeat_n(j, number::count(times)));
-            if number::count(times) < problem.most_repeats {
-                let jitter = (rng.next_u64() >> 11) as f64 / (1_u64 << 53) as f64;
-                remainders.push((w * total - times + 0.3 * jitter, j));
-            }
-        }
-        remainders.sort_by(|a, b| b.0.total_cmp(&a.0));
-        chosen.truncate(problem.choose);
-        let lacking = problem.choose - chosen.len();
-        chosen.extend(remainders.iter().take(lacking).map(|(_, j)| *j));
-        if chosen.len() < problem.choose {
-            return None;
-        }
-        State::of(problem, chosen)
-    }
-
-    fn choose(&mut self, j: usize) {
-        if (self.times_chosen[j] as usize) < self.problem.most_repeats {
-            self.times_chosen[j] += 1;
-            self.chosen.push(j);
-        }
     }
 
     /// Inverse and sums from scratch.
-    pub(crate) fn refactor(&mut self) -> Option<()> {
-        let blocks = self.problem.blocks;
-        let (inverse, root, _) =
-            inverse_and_root(&information(blocks, self.problem.base, &self.chosen), blocks.unknowns())?;
-        self.inverse = inverse;
-        self.effect.clear();
-        self.refresh_spread(&root);
+    fn solve(&mut self, share: f64) -> Option<()> {
+        let (blocks, n) = (self.problem.blocks, self.problem.blocks.unknowns());
+        let mut m = information(blocks, self.problem.base, &self.chosen);
+        if share > 0.0 {
+            let largest = |m: &[f64]| (0..n).map(|i| m[i * n + i]).fold(0.0_f64, f64::max);
+            let size = Some(largest(&m)).filter(|size| *size > 0.0).unwrap_or_else(|| largest(&blocks.sum()));
+            (0..n).for_each(|i| m[i * n + i] += share * size);
+        }
+        self.inverse = invert(&m, n)?.0;
+        self.spread = blocks.quadratics(&self.inverse);
+        self.second = None;
         Some(())
     }
 
-    fn refresh_spread(&mut self, root: &[f64]) {
-        let blocks = self.problem.blocks;
-        if blocks.rows() == 1 {
-            blocks.squares(0, root, &mut self.spread[0], &mut self.work);
-            return;
-        }
-        blocks.all_quadratics(&self.inverse, &mut self.spread, &mut self.work);
+    /// The same, for a design that may be singular.
+    pub fn solve_nearly(&mut self) -> Option<()> {
+        self.solve(LITTLE)
     }
 
-    /// `M^-1 W M^-1` and its sums, unless they are up to date.
-    pub(crate) fn refresh_effect(&mut self, w: &[f64]) {
-        if !self.effect.is_empty() {
-            return;
+    /// Cost of one more of a candidate, if it may be chosen.
+    pub fn room(&self, j: usize) -> Option<f64> {
+        if self.chosen.len() >= self.problem.choose {
+            return None;
         }
-        let blocks = self.problem.blocks;
-        let (n, count) = (blocks.unknowns(), blocks.count());
-        let mut half = vec![0.0; n * n]; // M^-1 W, by rows, as M^-1 is symmetric
-        for (out, row) in half.chunks_exact_mut(n).zip(self.inverse.chunks_exact(n)) {
-            out.copy_from_slice(&times(w, row));
-        }
-        self.sandwich.resize(n * n, 0.0);
-        for (out, row) in self.sandwich.chunks_exact_mut(n).zip(half.chunks_exact(n)) {
-            out.copy_from_slice(&times(&self.inverse, row));
-        }
-        self.effect.resize(blocks.rows() * (blocks.rows() + 1) / 2, vec![0.0; count]);
-        blocks.all_quadratics(&self.sandwich, &mut self.effect, &mut self.work);
+        self.cost_of_change(None, j)
     }
 
-    /// Rank-one update of the inverse and the sums: `sign` is +1 for a row that is added, -1 for one that is removed, or a multiple for repeats. Sherman-Morrison.
-    pub fn update(&mut self, x: &[f64], sign: f64) {
-        let blocks = self.problem.blocks;
-        let w = times(&self.inverse, x);
-        let factor = -sign / (1.0 + sign * dot(x, &w));
-        add_outer(&mut self.inverse, factor, &w);
-        if blocks.rows() == 1 {
-            blocks.along(0, &w, &mut self.work);
-            self.spread[0].iter_mut().zip(&self.work).for_each(|(d, t)| *d += factor * t * t);
-            return;
+    /// What it costs more when a candidate comes (and another goes), if that is allowed.
+    fn cost_of_change(&self, goes: Option<usize>, comes: usize) -> Option<f64> {
+        if self.times_chosen[comes] as usize >= self.problem.most_repeats {
+            return None;
         }
-        let along: Vec<Vec<f64>> = (0..blocks.rows())
-            .map(|r| {
-                blocks.along(r, &w, &mut self.work);
-                self.work.clone()
-            })
-            .collect();
-        for s in 0..blocks.rows() {
-            for r in 0..=s {
-                let sums = self.spread[packed(r, s)].iter_mut().zip(&along[r]).zip(&along[s]);
-                sums.for_each(|((d, a), b)| *d += factor * a * b);
+        match (&self.till, self.problem.prices) {
+            (Some(till), Some(prices)) => {
+                let more = till.difference(prices, goes, Some(comes));
+                prices.affords(till.spent + more).then_some(more)
             }
+            _ => Some(1.0),
         }
     }
 
-    /// Replace chosen block `at` by candidate `j`.
-    pub(crate) fn exchange(&mut self, at: usize, j: usize) {
-        let blocks = self.problem.blocks;
-        let i = self.chosen[at];
-        for r in 0..blocks.rows() {
-            self.update(&blocks.row(j, r), 1.0);
-        }
-        for r in 0..blocks.rows() {
-            self.update(&blocks.row(i, r), -1.0);
-        }
-        self.replaced(at, j);
-    }
-
-    /// The same for single rows just after `best_for_determinant(at)`, whose sums it reuses: one pass over the candidates.
-    pub(crate) fn exchange_single(&mut self, at: usize, j: usize) {
-        let blocks = self.problem.blocks;
-        let i = self.chosen[at];
-        let (come, go) = (blocks.row(j, 0), blocks.row(i, 0));
-        let (w_come, w_go) = (times(&self.inverse, &come), times(&self.inverse, &go));
-        let added = 1.0 + dot(&come, &w_come);
-        let share = dot(&go, &w_come) / added;
-        let w_go: Vec<f64> = w_go.iter().zip(&w_come).map(|(g, c)| g - share * c).collect();
-        let removed = 1.0 - dot(&go, &w_go);
-        add_outer(&mut self.inverse, -1.0 / added, &w_come);
-        add_outer(&mut self.inverse, 1.0 / removed, &w_go);
-        blocks.along(0, &w_come, &mut self.work);
-        let (came, gone) = (added.recip(), removed.recip());
-        for ((d, come), go) in self.spread[0].iter_mut().zip(&self.work).zip(&self.cross[0]) {
-            let go = go - share * come;
-            *d += go * go * gone - come * come * came;
-        }
-        self.replaced(at, j);
-    }
-
-    /// One more of a candidate; the inverse and the sums follow.
-    pub(crate) fn add(&mut self, j: usize) {
-        let blocks = self.problem.blocks;
-        (0..blocks.rows()).for_each(|r| self.update(&blocks.row(j, r), 1.0));
+    /// One more of a candidate is counted; the inverse does not follow.
+    pub fn count_in(&mut self, j: usize) {
         if let (Some(till), Some(prices)) = (&mut self.till, self.problem.prices) {
             till.change(prices, None, Some(j));
         }
@@ -274,258 +122,237 @@ impl<'a> State<'a> {
         self.chosen.push(j);
     }
 
-    fn replaced(&mut self, at: usize, j: usize) {
-        let i = self.chosen[at];
+    /// The candidate chosen at a place, if there is one, is no more counted.
+    pub fn count_out(&mut self, at: usize) {
+        if at >= self.chosen.len() {
+            return;
+        }
+        let j = self.chosen.remove(at);
         if let (Some(till), Some(prices)) = (&mut self.till, self.problem.prices) {
-            till.change(prices, Some(i), Some(j));
+            till.change(prices, Some(j), None);
         }
-        self.times_chosen[i] -= 1;
-        self.times_chosen[j] += 1;
-        self.chosen[at] = j;
-        self.effect.clear();
+        self.times_chosen[j] = self.times_chosen[j].saturating_sub(1);
     }
 
-    /// Candidates that may come in for the block at `at`: all, or its neighbours.
-    pub(crate) fn replacements(&self, at: usize) -> Vec<usize> {
-        let neighbours = self.chosen.get(at).and_then(|i| self.problem.neighbours.get(*i));
-        match neighbours {
-            Some(list) => list.iter().copied().filter(|j| self.allowed(at, *j)).collect(),
-            None => (0..self.problem.blocks.count()).filter(|j| self.allowed(at, *j)).collect(),
-        }
-    }
-
-    /// May `j` come in for the block at `at`?
-    pub(crate) fn allowed(&self, at: usize, j: usize) -> bool {
-        (self.times_chosen[j] as usize) < self.problem.most_repeats
-            && match (&self.till, self.problem.prices) {
-                (Some(till), Some(prices)) => {
-                    prices.affords(till.spent + till.difference(prices, self.chosen.get(at).copied(), Some(j)))
+    /// Inverse and sums with one more (or less) of a candidate.
+    fn change(&mut self, j: usize, sign: f64) {
+        let blocks = self.problem.blocks;
+        for x in (0..blocks.rows()).map(|r| blocks.row(j, r)) {
+            let (w, factor) = update(&mut self.inverse, &x, sign);
+            let along = blocks.products(&w);
+            for s in 0..blocks.rows() {
+                for r in 0..=s {
+                    let sums = self.spread[packed(r, s)].iter_mut().zip(along[r].iter().zip(&along[s]));
+                    sums.for_each(|(sum, (a, b))| *sum += factor * a * b);
                 }
-                _ => true,
             }
-    }
-}
-
-/// Smallest pivot of `I - Xi M^-1 Xi'`: below it, the design without the block is singular.
-const PIVOT: f64 = 1e-12;
-/// Below this pivot the decrease of a trace is the difference of two large numbers, and the bordered form is used.
-const STABLE: f64 = 1e-5;
-
-/// The design without one chosen block.
-struct Without {
-    /// Rows of `G`.
-    g: Vec<Vec<f64>>,
-    /// `det(L)^2`.
-    determinant: f64,
-    smallest_pivot: f64,
-}
-
-impl State<'_> {
-    /// The candidate whose exchange for the block at `at` multiplies the determinant most, and that factor.
-    pub(crate) fn best_for_determinant(&mut self, at: usize) -> (usize, f64) {
-        let (blocks, i) = (self.problem.blocks, self.chosen[at]);
-        self.effort += (blocks.count() * blocks.rows() * blocks.rows() * blocks.unknowns()) as f64;
-        if blocks.rows() == 1 {
-            let w = times(&self.inverse, &blocks.row(i, 0));
-            blocks.along(0, &w, &mut self.cross[0]);
-            let (spread, cross) = (&self.spread[0], &self.cross[0]);
-            let remaining = 1.0 - spread[i];
-            let terms = self.work.iter_mut().zip(spread).zip(cross);
-            terms.for_each(|((ratio, d), b)| *ratio = (1.0 + d) * remaining + b * b);
-            return self.best(at);
         }
-        let without = self.without(i);
-        self.cross = products(blocks, &without.g, std::mem::take(&mut self.cross));
-        let mut ratios = std::mem::take(&mut self.work);
-        let mut t = vec![0.0; self.spread.len()];
-        for (j, ratio) in ratios.iter_mut().enumerate() {
-            self.fill_t(j, &mut t);
-            *ratio = without.determinant;
-            eliminate(blocks.rows(), &mut t, &mut [], |pivot, _| *ratio *= pivot);
-        }
-        self.work = ratios;
-        self.best(at)
+        self.second = None;
     }
 
-    /// The candidate whose exchange for the block at `at` lowers `tr(W M^-1)` most, and by how much.
-    pub(crate) fn best_for_trace(&mut self, at: usize, w: &[f64]) -> (usize, f64) {
-        self.refresh_effect(w);
-        self.effort +=
-            (2 * self.problem.blocks.count() * self.problem.blocks.rows().pow(2) * self.problem.blocks.unknowns())
-                as f64;
-        let (blocks, i, k) = (self.problem.blocks, self.chosen[at], self.problem.blocks.rows());
-        let rows: Vec<Vec<f64>> = (0..k).map(|s| blocks.row(i, s)).collect();
-        let along = |b: &[f64]| rows.iter().map(|x| times(b, x)).collect::<Vec<Vec<f64>>>();
-        if k == 1 {
-            self.cross = products(blocks, &along(&self.inverse), std::mem::take(&mut self.cross));
-            self.cross_effect = products(blocks, &along(&self.sandwich), std::mem::take(&mut self.cross_effect));
-            let (spread, effect, b, g) = (&self.spread[0], &self.effect[0], &self.cross[0], &self.cross_effect[0]);
-            let (di, fi) = (spread[i], effect[i]);
-            for (j, gain) in self.work.iter_mut().enumerate() {
-                let ratio = (1.0 + spread[j]) * (1.0 - di) + b[j] * b[j];
-                let change = (1.0 - di) * effect[j] + 2.0 * b[j] * g[j] - (1.0 + spread[j]) * fi;
-                *gain = if ratio > 1e-9 { change / ratio } else { 0.0 };
-            }
-            return self.best(at);
-        }
-        let without = self.without(i);
-        let mut gains = std::mem::take(&mut self.work);
-        if without.smallest_pivot < STABLE {
-            self.cross = products(blocks, &along(&self.inverse), std::mem::take(&mut self.cross));
-            self.cross_effect = products(blocks, &along(&self.sandwich), std::mem::take(&mut self.cross_effect));
-            let (mut bordered, mut effect) = (vec![0.0; 4 * k * k], vec![0.0; 4 * k * k]);
-            for (j, gain) in gains.iter_mut().enumerate() {
-                self.border(i, j, &self.spread, &self.cross, true, &mut bordered);
-                self.border(i, j, &self.effect, &self.cross_effect, false, &mut effect);
-                let (determinant, trace) = determinant_and_trace(&mut bordered, &mut effect, 2 * k);
-                *gain = if determinant.abs() > 1e-9 { trace } else { 0.0 };
-            }
-        } else {
-            let wg: Vec<Vec<f64>> = without.g.iter().map(|g| times(w, g)).collect();
-            let between = |m: usize, l: usize| dot(&without.g[m], &wg[l]);
-            let lost: f64 = (0..k).map(|m| between(m, m)).sum();
-            // Xj Mi^-1 W Mi^-1 Xj' = Xj M^-1 W M^-1 Xj' + H C + C'H',  row m of H from M^-1 W g_m + (1/2) sum_l (g_m' W g_l) g_l
-            let h: Vec<Vec<f64>> = (0..k)
-                .map(|m| {
-                    let mut h = times(&self.inverse, &wg[m]);
-                    for (l, g) in without.g.iter().enumerate() {
-                        let half = 0.5 * between(m, l);
-                        h.iter_mut().zip(g).for_each(|(h, g)| *h += half * g);
-                    }
-                    h
-                })
-                .collect();
-            self.cross = products(blocks, &without.g, std::mem::take(&mut self.cross));
-            self.cross_effect = products(blocks, &h, std::mem::take(&mut self.cross_effect));
-            let mut t = vec![0.0; self.spread.len()];
-            let mut e = t.clone();
-            for (j, gain) in gains.iter_mut().enumerate() {
-                self.fill_t(j, &mut t);
-                self.fill_e(j, &mut e);
-                *gain = -lost;
-                eliminate(k, &mut t, &mut e, |pivot, element| *gain += element / pivot);
-            }
-        }
-        self.work = gains;
-        self.best(at)
+    /// One more of a candidate.
+    pub fn add(&mut self, j: usize) {
+        self.change(j, 1.0);
+        self.count_in(j);
     }
 
-    /// The candidate with the largest number in `work`, among all or the neighbours; the block itself where none is positive.
-    fn best(&self, at: usize) -> (usize, f64) {
-        let free = self.problem.most_repeats >= self.chosen.len() && self.problem.prices.is_none();
-        match self.problem.neighbours.get(self.chosen[at]) {
-            None if free => largest(&self.work),
-            None => self.best_among(at, 0..self.work.len()),
-            Some(list) => self.best_among(at, list.iter().copied()),
+    /// One less of a candidate that is chosen.
+    pub fn remove(&mut self, j: usize) {
+        self.change(j, -1.0);
+        self.chosen.iter().rposition(|k| *k == j).into_iter().for_each(|at| self.count_out(at));
+    }
+
+    /// Replace the chosen block `at` by candidate `j`.
+    fn exchange(&mut self, at: usize, j: usize) {
+        let i = self.chosen[at];
+        self.change(j, 1.0);
+        self.change(i, -1.0);
+        self.count_in(j);
+        let last = self.chosen.len() - 1;
+        self.chosen.swap(at, last);
+        self.count_out(last);
+    }
+
+    /// `X B X'` of every candidate that comes (and the block that goes), from `B` and its sums.
+    fn bordered(&self, b: &[f64], sums: &[Vec<f64>], goes: Option<usize>) -> Vec<Vec<f64>> {
+        let blocks = self.problem.blocks;
+        let mut bordered = sums.to_vec();
+        for (i, s) in goes.into_iter().flat_map(|i| (0..blocks.rows()).map(move |s| (i, s))) {
+            bordered.extend(blocks.products(&times(b, &blocks.row(i, s))));
+            bordered.extend((0..=s).map(|r| vec![sums[packed(r, s)][i]; blocks.count()]));
+        }
+        bordered
+    }
+
+    /// The same with `S`, ready to be eliminated.
+    fn signed(&self, b: &[f64], sums: &[Vec<f64>], goes: Option<usize>) -> Vec<Vec<f64>> {
+        let k = self.problem.blocks.rows();
+        let mut t = self.bordered(b, sums, goes);
+        for r in 0..size(&t) {
+            let sign = if r < k { 1.0 } else { -1.0 };
+            t[packed(r, r)].iter_mut().for_each(|v| *v += sign);
+        }
+        t
+    }
+
+    /// By what share the objective is lower when each candidate comes (and the block `goes`): of `det M^(-1/n)`, of a trace, of a volume. Minus infinity
+    /// where the design would be singular. For the largest of several variances: the share of the determinant.
+    pub fn gains(&mut self, goes: Option<usize>) -> Vec<f64> {
+        let Problem { blocks, objective, .. } = *self.problem;
+        let (n, k) = (blocks.unknowns(), blocks.rows());
+        self.effort += (2 * blocks.count() * k * k * n) as f64;
+        if self.second.is_none()
+            && let Some(matrix) = objective.second(&self.inverse)
+        {
+            let sums = blocks.quadratics(&matrix);
+            self.second = Some((matrix, sums));
+            self.effort += (blocks.count() * k * n * n) as f64;
+        }
+        let mut t = self.signed(&self.inverse, &self.spread, goes);
+        let shares = |t: &[Vec<f64>]| shares(t, k, blocks.count());
+        match (objective, &self.second) {
+            (Objective::Trace(w), Some((matrix, sums))) => {
+                let mut e = self.bordered(matrix, sums, goes);
+                eliminate(&mut t, &mut e);
+                let now = dot(w, &self.inverse);
+                let mut gains = vec![0.0; blocks.count()];
+                for c in 0..size(&t) {
+                    let less = e[packed(c, c)].iter().zip(&t[packed(c, c)]);
+                    gains.iter_mut().zip(less).for_each(|(gain, (e, pivot))| *gain += e / (pivot * now));
+                }
+                let of = |(gain, share): (f64, f64)| if share > SINGULAR { gain } else { f64::NEG_INFINITY };
+                gains.into_iter().zip(shares(&t)).map(of).collect()
+            }
+            (Objective::Volume(functions), Some((matrix, sums))) => {
+                let mut others = self.signed(matrix, sums, goes);
+                eliminate(&mut t, &mut []);
+                eliminate(&mut others, &mut []);
+                let of = |(own, others): (f64, f64)| (own.ln() - others.ln()) / functions.size();
+                shares(&t).into_iter().zip(shares(&others)).map(of).collect()
+            }
+            _ => {
+                eliminate(&mut t, &mut []);
+                shares(&t).into_iter().map(|share| share.ln() / n as f64).collect()
+            }
         }
     }
 
-    fn best_among(&self, at: usize, list: impl Iterator<Item = usize>) -> (usize, f64) {
-        let better = |best: (usize, f64), j: usize| match self.work.get(j) {
-            Some(value) if *value > best.1 && self.allowed(at, j) => (j, *value),
+    /// The best significant replacement of the chosen block at a place, among all or its neighbours.
+    fn replacement(&mut self, at: usize) -> Option<usize> {
+        let goes = self.chosen[at];
+        if matches!(self.problem.objective, Objective::Largest(_) | Objective::Eigenvalue(_)) {
+            return self.least_largest(goes);
+        }
+        let gains = self.gains(Some(goes));
+        let better = |best: (Option<usize>, f64), j: usize| match gains[j] {
+            gain if gain > best.1 && self.cost_of_change(Some(goes), j).is_some() => (Some(j), gain + EQUAL),
             _ => best,
         };
-        list.fold((self.chosen[at], 0.0), better)
+        self.offered(goes).fold((None, WORTH), better).0.filter(|j| *j != goes)
     }
 
-    /// `G` and `det(L)^2` of chosen block `i`.
-    fn without(&self, i: usize) -> Without {
-        let (blocks, k) = (self.problem.blocks, self.problem.blocks.rows());
-        let mut g: Vec<Vec<f64>> = (0..k).map(|s| times(&self.inverse, &blocks.row(i, s))).collect();
-        let mut l = vec![0.0; k * k];
-        let (mut determinant, mut smallest_pivot) = (1.0, f64::INFINITY);
-        for r in 0..k {
-            for c in 0..=r {
-                let entry = f64::from(u8::from(r == c)) - self.spread[packed(c, r)][i];
-                let remainder = entry - (0..c).map(|m| l[r * k + m] * l[c * k + m]).sum::<f64>();
-                l[r * k + c] = if r == c { remainder.max(PIVOT).sqrt() } else { remainder / l[c * k + c] };
+    /// Candidates that may stand in a block's place, whatever they cost: all, or its neighbours.
+    fn offered(&self, goes: usize) -> Box<dyn Iterator<Item = usize> + 'a> {
+        match self.problem.neighbours.get(goes) {
+            Some(list) => Box::new(list.iter().copied()),
+            None => Box::new(0..self.problem.blocks.count()),
+        }
+    }
+
+    /// The replacement with the smallest largest variance. The worst direction of one replacement bounds all of them from below, so they are evaluated in
+    /// the order of their bounds until none can be better.
+    fn least_largest(&mut self, goes: usize) -> Option<usize> {
+        let Problem { blocks, objective, .. } = *self.problem;
+        let (n, k) = (blocks.unknowns(), blocks.rows());
+        let mut t = self.signed(&self.inverse, &self.spread, Some(goes));
+        eliminate(&mut t, &mut []);
+        // the most informative is evaluated first
+        let shares = shares(&t, k, blocks.count());
+        let mut bounds = vec![f64::INFINITY; blocks.count()];
+        for j in self.offered(goes) {
+            if shares[j] > SINGULAR && self.cost_of_change(Some(goes), j).is_some() {
+                bounds[j] = -shares[j];
             }
-            let pivot = l[r * k + r] * l[r * k + r];
-            determinant *= pivot;
-            smallest_pivot = pivot.min(smallest_pivot);
-            let (done, rows_below) = g.split_at_mut(r);
-            if let Some(row) = rows_below.first_mut() {
-                for (m, before) in done.iter().enumerate() {
-                    row.iter_mut().zip(before).for_each(|(a, b)| *a -= l[r * k + m] * b);
+        }
+        let now = objective.worst(&self.inverse)?.0;
+        let mut best = (None, now * (1.0 - WORTH));
+        // the largest of few leaves other unknowns free: of equal ones the more informative, and one is tried
+        let least_share = if objective.size() > FEW { f64::INFINITY } else { (n as f64 * WORTH).exp() };
+        let (mut equal, mut tried) = ((None, least_share), false);
+        for _ in 0..CUTS {
+            let less = |a: &usize, b: &usize| bounds[*a].total_cmp(&bounds[*b]);
+            let least = (0..bounds.len()).min_by(less).filter(|j| bounds[*j] < best.1);
+            let is_equal = |j: &usize| best.0.is_none() && bounds[*j] <= now * (1.0 + EQUAL) && shares[*j] > equal.1;
+            let informative = || (0..bounds.len()).filter(is_equal).max_by(|a, b| shares[*a].total_cmp(&shares[*b]));
+            let informative = || if std::mem::replace(&mut tried, true) { None } else { informative() };
+            let Some(j) = least.or_else(informative) else { break };
+            let mut inverse = self.inverse.clone();
+            for (block, sign) in [(j, 1.0), (goes, -1.0)] {
+                (0..k).for_each(|r| drop(update(&mut inverse, &blocks.row(block, r), sign)));
+            }
+            let (value, direction) = objective.worst(&inverse)?;
+            if value < best.1 {
+                best = (Some(j), value * (1.0 - EQUAL));
+            } else if value <= now * (1.0 + EQUAL) && shares[j] > equal.1 {
+                equal = (Some(j), shares[j]);
+            }
+            let w = times(&self.inverse, &direction);
+            let mut along = blocks.products(&w);
+            along.extend((0..k).map(|s| vec![dot(&blocks.row(goes, s), &w); blocks.count()]));
+            let variance = dot(&direction, &w);
+            let less = squares(&t, along);
+            bounds.iter_mut().zip(less).for_each(|(bound, less)| *bound = bound.max(variance - less));
+            bounds[j] = f64::INFINITY;
+            self.effort += (blocks.count() * k * (n + 2 * k) + objective.size() * n * n) as f64;
+        }
+        best.0.or(equal.0)
+    }
+
+    /// Exchanges of one chosen block at a time until none is significant. (The order of trials is that of R. D. Cook, C. J. Nachtsheim, Technometrics 22
+    /// (1980) 315.)
+    pub fn swept(mut self) -> Self {
+        let mut since_solved = 0;
+        for _ in 0..SWEEPS {
+            let mut improved = false;
+            // blocks without a better replacement in the present design
+            let mut settled = vec![false; self.problem.blocks.count()];
+            for at in 0..self.chosen.len() {
+                crate::stop::poll();
+                if settled[self.chosen[at]] {
+                    continue;
                 }
-                row.iter_mut().for_each(|a| *a /= l[r * k + r]);
+                let Some(best) = self.replacement(at) else {
+                    settled[self.chosen[at]] = true;
+                    continue;
+                };
+                self.exchange(at, best);
+                improved = true;
+                settled.fill(false);
+                since_solved += 1;
+                if since_solved >= REFACTOR {
+                    since_solved = 0;
+                    if self.solve(0.0).is_none() {
+                        return self;
+                    }
+                }
+            }
+            if !improved {
+                break;
             }
         }
-        Without { g, determinant, smallest_pivot }
-    }
-
-    /// `T` of a candidate, packed.
-    fn fill_t(&self, j: usize, t: &mut [f64]) {
-        let k = self.problem.blocks.rows();
-        for s in 0..k {
-            for r in 0..=s {
-                let first = self.spread[packed(r, s)][j] + f64::from(u8::from(r == s));
-                t[packed(r, s)] = (0..k).fold(first, |t, m| t + self.cross[m * k + r][j] * self.cross[m * k + s][j]);
-            }
-        }
-    }
-
-    /// `Xj Mi^-1 W Mi^-1 Xj'` of a candidate, packed.
-    fn fill_e(&self, j: usize, e: &mut [f64]) {
-        let k = self.problem.blocks.rows();
-        let (c, h) =
-            (|m: usize, r: usize| self.cross[m * k + r][j], |m: usize, r: usize| self.cross_effect[m * k + r][j]);
-        for s in 0..k {
-            for r in 0..=s {
-                let first = self.effect[packed(r, s)][j];
-                e[packed(r, s)] = (0..k).fold(first, |e, m| e + (h(m, r) * c(m, s) + c(m, r) * h(m, s)));
-            }
-        }
-    }
-
-    /// `[Xj; Xi] B [Xj; Xi]'`, with `S` added or not.
-    fn border(&self, i: usize, j: usize, sums: &[Vec<f64>], cross: &[Vec<f64>], with_signs: bool, t: &mut [f64]) {
-        let k = self.problem.blocks.rows();
-        let size = 2 * k;
-        for s in 0..k {
-            for r in 0..k {
-                let (low, high) = (r.min(s), r.max(s));
-                t[r * size + s] = sums[packed(low, high)][j];
-                t[(k + r) * size + k + s] = sums[packed(low, high)][i];
-                t[r * size + k + s] = cross[s * k + r][j];
-                t[(k + s) * size + r] = cross[s * k + r][j];
-            }
-        }
-        if with_signs {
-            for r in 0..k {
-                t[r * size + r] += 1.0;
-                t[(k + r) * size + k + r] -= 1.0;
-            }
-        }
+        self
     }
 }
 
-/// `L D L'` of a packed symmetric matrix in place, and `E <- L^-1 E L^-T` of another (which may be empty); `each` sees every pivot, and the diagonal
-/// element of `E`.
-fn eliminate(k: usize, t: &mut [f64], e: &mut [f64], mut each: impl FnMut(f64, f64)) {
-    for c in 0..k {
-        let (pivot, diagonal) = (t[packed(c, c)], e.get(packed(c, c)).copied().unwrap_or(0.0));
-        each(pivot, diagonal);
-        for s in c + 1..k {
-            let fs = t[packed(c, s)] / pivot;
-            for r in c + 1..=s {
-                let fr = t[packed(c, r)] / pivot;
-                t[packed(r, s)] -= fs * t[packed(c, r)];
-                if !e.is_empty() {
-                    e[packed(r, s)] -= fr * e[packed(c, s)] + fs * e[packed(c, r)] - fr * fs * diagonal;
-                }
-            }
-        }
-    }
-}
+/// More sweeps than this have never been needed.
+const SWEEPS: usize = 200;
+/// Exchanges between fresh factorisations.
+const REFACTOR: usize = 50;
 
-/// `v_s . x_jr` for every candidate j at `s * rows + r`, in room that is reused.
-fn products(blocks: &Blocks, v: &[Vec<f64>], mut room: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
-    room.resize(v.len() * blocks.rows(), vec![0.0; blocks.count()]);
-    for (s, v) in v.iter().enumerate() {
-        for r in 0..blocks.rows() {
-            blocks.along(r, v, &mut room[s * blocks.rows() + r]);
-        }
-    }
-    room
+/// The inverse of `M + s x x'` in place (Sherman and Morrison): by how much, along what.
+fn update(inverse: &mut [f64], x: &[f64], sign: f64) -> (Vec<f64>, f64) {
+    let w = times(inverse, x);
+    let factor = -sign / (1.0 + sign * dot(x, &w));
+    add_outer(inverse, factor, &w);
+    (w, factor)
 }
