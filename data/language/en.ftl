@@ -87,7 +87,10 @@ inconsistent-disagrees-with-the-other-sights-by = `{ $sensor }` is inconsistent:
 correlated-inputs = correlated: { $list }
 no-reading-responds-to-at-the-reference = No reading responds to { $moved } at the reference point, because every factor that multiplies it is zero there: the iteration started from a point nearby.
 held-where-the-iteration-began-since-the = Held at the starting value, because the exact model determines them too weakly elsewhere: { $held }.
-gauss-newton-converged-after = Gauss-Newton converged after { $steps }; the linear estimates (one step from the reference point) are the same within 0.1 u.
+gauss-newton-converged-after = { $differs ->
+    [yes] Gauss-Newton converged after { $steps }; one linear step from the reference point would have differed by more than 0.1 u (converged minus one step): { $what }.
+   *[no] Gauss-Newton converged after { $steps }; the linear estimates (one step from the reference point) are the same within 0.1 u.
+}
 u-holds-only-for-as-held-another = U is valid only for `{ $held }` held at this value: a change of it by { $by } changes { $shifts }.
 derived-without-a-value = derived quantities without a value (they depend on parameters that are not estimable, or are no number at the solution): { $names }
 no-reading-responds = { $here ->
@@ -299,30 +302,32 @@ estimated-as-zero = { $below ->
    *[no] estimated as zero: the residuals show no variance due to it
 }
 no-reading-feels-it-here = no reading depends on it here
-these-readings-cannot-tell-it-from-their = these readings cannot distinguish it from { $others }: the sum of the variances is used; repeated readings at one level would separate them
+these-readings-cannot-tell-it-from-their = these readings cannot distinguish it from { $named ->
+    [yes] { $others }
+   *[no] the other random effects
+}: the sum of the variances is used; repeated readings at one level would separate them
 the-unknowns-take-up-its-deviations = its { $count ->
     [one] one deviation is
    *[other] { $count } deviations are
 } absorbed by the estimated parameters, so that its size cannot be estimated and u of { $names } cannot be given: { $levels }
-more-readings = at least { $more ->
-    [one] one more reading
-   *[other] { $more } more readings
-} at the inputs of others { $more ->
-    [one] is
-   *[other] are
-} needed
-more-mountings = at least { $more ->
-    [one] one new mounting (a position measured again) is
-   *[other] { $more } new mountings (positions measured again) are
-} needed
-more-campaigns = readings of at least { $more ->
-    [one] one more campaign
-   *[other] { $more } more campaigns
-} are needed, with a column that numbers the campaigns
-more-values = readings with { $more ->
-    [one] at least one more value
-   *[other] at least { $more } more values
-} of { $column } are needed
+more-levels = { $per ->
+    [reading] { $more ->
+        [one] at least one more reading at the inputs of others is needed
+       *[other] at least { $more } more readings at the inputs of others are needed
+    }
+    [position] { $more ->
+        [one] at least one new mounting (a position measured again) is needed
+       *[other] at least { $more } new mountings (positions measured again) are needed
+    }
+    [campaign] { $more ->
+        [one] readings of at least one more campaign are needed, with a column that numbers the campaigns
+       *[other] readings of at least { $more } more campaigns are needed, with a column that numbers the campaigns
+    }
+   *[other] { $more ->
+        [one] readings with at least one more value of { $per } are needed
+       *[other] readings with at least { $more } more values of { $per } are needed
+    }
+}
 no-degrees-of-freedom-are-left-to = no degrees of freedom are left to estimate it
 in-each-reading-as-stated = in each reading as stated
 
@@ -419,7 +424,6 @@ source-per = { $of } per { $per }
 source-over-per = { $of } over { $over } per { $per }
 campaign = campaign
 source-note-sentence = `{ $source }`: { $note }.
-these-readings-cannot-tell-it-from-the-rest = these readings cannot distinguish it from the other random effects: the sum of the variances is used; repeated readings at one level would separate them
 
 # words of several reports
 correction-error-in = { $error } { $unit } in { $id }
@@ -652,8 +656,10 @@ priors-entered-as-rows-of-their-own = Priors entered as additional rows: { $prio
 gauss-newton-does-not-converge-here-so = Gauss-Newton does not converge here, so the linear estimator was diagnosed.
 
 # report/html/diagnose_figure.rs
-each-reading-minus-the-model-as-given = Residuals of the model as given.
-each-reading-minus-the-model-circles-with = Residuals: circles for the model as given, discs for the model with the effects found.
+each-reading-minus-the-model = { $found ->
+    [yes] Residuals: circles for the model as given, discs for the model with the effects found.
+   *[no] Residuals of the model as given.
+}
 readings-are-grouped-by-which-the-gap = Readings are grouped by { $factor }, which explains most of the residuals; a bar is the mean residual of a group with the model as given.
 one-reading-in-is-drawn = One reading in { $every } is drawn, and all outliers.
 
@@ -844,8 +850,10 @@ largest-near-the-reference = largest near the reference
 strongest-correlation = strongest correlation
 undetected-fault = effect of an undetected error
 so-many-values-what-a-diagnosis-could = too many values: detectable effects are not predicted, and the values are not listed
-counted-above-with-tilts-of-arcsec-the = included above: with tilts of { $tilts } arcsec, the uncertainty of { $known } adds { $u }{ $unit } to { $parameter }
-not-counted-the-uncertainty-of-acts-through = not included: the uncertainty of { $known } acts through the tilts, whose size is unknown before the measurement; tilts of { $tilts } arcsec would add { $u }{ $unit } to { $parameter } (--tilts { $tilts } includes it)
+uncertainty-through-tilts = { $counted ->
+    [yes] included above: with tilts of { $tilts } arcsec, the uncertainty of { $known } adds { $u }{ $unit } to { $parameter }
+   *[no] not included: the uncertainty of { $known } acts through the tilts, whose size is unknown before the measurement; tilts of { $tilts } arcsec would add { $u }{ $unit } to { $parameter } (--tilts { $tilts } includes it)
+}
 best-of-all-choices = the best of all { $all } admissible choices of these candidates (proven 100 %)
 proven-efficiency = proven to be at least { $share } as good as the best admissible choice of these candidates
 the-bound-allows-more-mountings-than-the = the bound is for more mountings than the cost allows, so the choice may be the best
@@ -856,8 +864,10 @@ angles-moved = { $finished ->
     [yes] mountings with angles moved off the candidates, in steps down to { $resolution } deg: { $mountings }; the schedule is { $gain } % better
    *[no] mountings with angles moved off the candidates, in steps down to { $resolution } deg (search stopped at its limit): { $mountings }; the schedule is { $gain } % better
 }
-within-a-budget-of-for-what-was = cost limit of the search: { $cost }
-at-no-more-cost-than-the-given = cost limit of the search: that of as many readings of the given schedule, { $cost } (--any-cost: no limit)
+cost-limit-of-the-search = { $budget ->
+    [yes] cost limit of the search: { $cost }
+   *[no] cost limit of the search: that of as many readings of the given schedule, { $cost } (--any-cost: no limit)
+}
 without-it-nothing-determines = without it { $parameter } is not estimable
 without-it-u-of-grows-by = without it u of { $parameter } grows by { $share } %
 u-of-their-coefficients-and = u of their coefficients { $p } and { $q }
@@ -932,7 +942,6 @@ none-would-show-the-estimated-parameters-take = none would be detectable: the es
 smallest-size-that-shows-u-significance-for = smallest detectable size: { $size } u (significance { $significance } over all directions, power { $power }); if the noise is known from the residuals only: { $with_residuals }
 grouped-by = { $what } by { $by }
 gauss-newton-did-not-converge-after = Gauss-Newton did not converge after { $steps }: { $stop }.
-gauss-newton-converged-and-differs = Gauss-Newton converged after { $steps }; one linear step from the reference point would have differed by more than 0.1 u (converged minus one step): { $what }.
 reduction-segment = Segment { $segment }: { $notes }.
 terms = Terms
 meaning = meaning
@@ -951,14 +960,18 @@ share-of-the-step = share of the step
 
 # cli/guide/view.rs
 guide-position = position { $label }: { $setting }
-guide-not-predicted = reading { $reading }, { $place }: not yet predicted by the others
-guide-agrees = reading { $reading }, { $place }: agrees ({ $sd } sd)
-guide-disagrees = reading { $reading }, { $place }: DOES NOT AGREE ({ $sd } sd)
+guide-newest = reading { $reading }, { $place }: { $agreement ->
+    [agrees] agrees ({ $sd } sd)
+    [disagrees] DOES NOT AGREE ({ $sd } sd)
+   *[not-predicted] not yet predicted by the others
+}
 guide-time-goes-back = time_s goes back from { $before } to { $now }
 guide-likely = { "  " }likely: { $kind }
 guide-not-told = { "  " }the cause cannot be identified yet:
-guide-undo = { "  " }reading { $reading } is probably wrong itself ({ $probability }): 'undo { $reading }' takes it back; a reading that is left in counts in every result
-guide-undo-any = { "  " }'undo' takes the last reading back, 'undo N' reading N; a reading that is left in counts in every result
+guide-undo = { "  " }{ $culprit ->
+    [yes] reading { $reading } is probably wrong itself ({ $probability }): 'undo { $reading }' takes it back
+   *[no] 'undo' takes the last reading back, 'undo N' reading N
+}; a reading that is left in counts in every result
 guide-explanation = { "    " }{ $probability }  reading { $reading }, { $kind }: { $what }
 guide-goal-open = { "  " }{ $id }: not estimable yet, goal { $goal } { $unit }
 guide-goal = { "  " }{ $id } = { $value } { $unit }, u = { $u }, goal { $goal }: { $met ->
@@ -969,9 +982,11 @@ guide-diagnosis = { "  " }diagnosis: { $verdict }
 guide-effect = { "    " }{ $name } ({ $terms }){ $size }, probability { $probability }
 guide-nothing-missing = { "  " }probability that no effect is missing or all are named: { $probability }; effects not yet observable: { $unseen }
 guide-unreachable = { "  " }{ $id }: its goal cannot be reached with these positions
-guide-next = next: { $place } (expected information { $nats } nats, cost { $cost })
-guide-next-apart = next: { $place } (discriminates { $between })
-guide-next-again = next: { $place } (the same position again)
+guide-next = next: { $place } ({ $why ->
+    [information] expected information { $nats } nats, cost { $cost }
+    [tells-apart] discriminates { $between }
+   *[again] the same position again
+})
 guide-moving = the bench moves
 guide-held = { $place }: held for { $seconds } s
 guide-held-mean = , { $sensor } u = { $u } { $unit } (wanted { $wanted })
@@ -987,9 +1002,11 @@ guide-view-held = Held
 guide-view-goals = Goals: u against the goal
 guide-view-residuals = Residuals in standard deviations, by reading
 guide-view-missing = What may be missing: probability
-guide-reached = done: every goal is met, and no effect is missing or all are named; { $readings } readings, cost { $cost }
-guide-nothing-to-gain = stopped: further readings at the positions of this schedule would not decide what is still open; { $readings } readings, cost { $cost }
-guide-most-readings = stopped: the limit of { $readings } readings was reached (--most); cost { $cost }
+guide-ended = { $by ->
+    [reached] done: every goal is met, and no effect is missing or all are named; { $readings } readings, cost { $cost }
+    [nothing-to-gain] stopped: further readings at the positions of this schedule would not decide what is still open; { $readings } readings, cost { $cost }
+   *[most-readings] stopped: the limit of { $readings } readings was reached (--most); cost { $cost }
+}
 
 # Run sheets and drawings of benches
 run-sheet = Run sheet: { $bench }

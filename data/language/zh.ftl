@@ -107,7 +107,10 @@ inconsistent-disagrees-with-the-other-sights-by = `{ $sensor }` 不一致：与�
 correlated-inputs = 相关的已知量：{ $list }
 no-reading-responds-to-at-the-reference = 在参考点处没有读数对 { $moved } 有响应（与其相乘的量全为零）：拟合从参考点旁边开始。
 held-where-the-iteration-began-since-the = 保持迭代初值，因为精确模型在其以外对下列参数的约束太弱：{ $held }。
-gauss-newton-converged-after = 高斯-牛顿法经 { $steps }收敛；线性估计值（从参考点出发的一步）与之相差不超过 0.1 u。
+gauss-newton-converged-after = { $differs ->
+    [yes] 高斯-牛顿法经 { $steps }收敛。线性估计值（从参考点出发的一步）与之相差超过 0.1 u（精确减线性）：{ $what }。
+   *[no] 高斯-牛顿法经 { $steps }收敛；线性估计值（从参考点出发的一步）与之相差不超过 0.1 u。
+}
 u-holds-only-for-as-held-another = U 仅在 `{ $held }` 保持现值时成立：将其改变 { $by }，则 { $shifts } 随之改变。
 derived-without-a-value = 以下间接量没有结果（依赖不可估计的参数，或在解处不是数）：{ $names }
 no-reading-responds = { $here ->
@@ -314,13 +317,17 @@ estimated-as-zero = { $below ->
    *[no] 没有它读数的分散也不过如此：估计为零
 }
 no-reading-feels-it-here = 此处没有读数受其影响
-these-readings-cannot-tell-it-from-their = 这些读数不能将其与{ $others }分开：按两者之和处理；在同一水平上重复读数即可分开
-these-readings-cannot-tell-it-from-the-rest = 这些读数不能将其与其余分散性来源分开：按两者之和处理；在同一水平上重复读数即可分开
+these-readings-cannot-tell-it-from-their = 这些读数不能将其与{ $named ->
+    [yes] { $others }
+   *[no] 其余分散性来源
+}分开：按两者之和处理；在同一水平上重复读数即可分开
 the-unknowns-take-up-its-deviations = 待估参数吸收了其全部 { $count } 个偏差，无从得知其大小，因而无法给出 { $names } 的 u：{ $levels }
-more-readings = 至少还需在相同输入下再取 { $more } 个读数
-more-mountings = 至少还需重新安装 { $more } 次（重复测量某一位置）
-more-campaigns = 至少还需 { $more } 次测试的读数，并以一列标明测试编号
-more-values = 至少还需 { $column } 另取 { $more } 个值时的读数
+more-levels = { $per ->
+    [reading] 至少还需在相同输入下再取 { $more } 个读数
+    [position] 至少还需重新安装 { $more } 次（重复测量某一位置）
+    [campaign] 至少还需 { $more } 次测试的读数，并以一列标明测试编号
+   *[other] 至少还需 { $per } 另取 { $more } 个值时的读数
+}
 no-degrees-of-freedom-are-left-to = 没有剩余自由度用以估计
 in-each-reading-as-stated = 各读数分别给定
 
@@ -612,8 +619,10 @@ the-gap = 残差逐步减小的过程
 taken-as-known = 作为已知量：{ $known }。
 priors-entered-as-rows-of-their-own = 先验值作为单独的观测行：{ $priors }。
 gauss-newton-does-not-converge-here-so = 高斯-牛顿法在此不收敛，因此按线性估计进行诊断。
-each-reading-minus-the-model-as-given = 原模型的残差。
-each-reading-minus-the-model-circles-with = 残差：空心圆为原模型，实心圆为计入所发现的误差项。
+each-reading-minus-the-model = { $found ->
+    [yes] 残差：空心圆为原模型，实心圆为计入所发现的误差项。
+   *[no] 原模型的残差。
+}
 readings-are-grouped-by-which-the-gap = 读数按残差所依从的主要因素（{ $factor }）分组；横线为修正前的组平均值。
 one-reading-in-is-drawn = 每 { $every } 个读数画出一个，离群的读数全部画出。
 readings-in-their-order = 按顺序排列的读数
@@ -773,8 +782,10 @@ largest-near-the-reference = 参考点附近的最大值
 strongest-correlation = 最强相关
 undetected-fault = 未发现粗差的影响
 so-many-values-what-a-diagnosis-could = 读数过多：不预测诊断所能发现的误差项，也不逐个列出读数
-counted-above-with-tilts-of-arcsec-the = 上表已计入：失准角为 { $tilts } arcsec 时，{ $known } 的不确定度给 { $parameter } 带来 { $u }{ $unit }
-not-counted-the-uncertainty-of-acts-through = 未计入：{ $known } 的不确定度通过失准角起作用，其大小不能由试验编排得知；失准角为 { $tilts } arcsec 时将给 { $parameter } 带来 { $u }{ $unit }（用 --tilts { $tilts } 计入）
+uncertainty-through-tilts = { $counted ->
+    [yes] 上表已计入：失准角为 { $tilts } arcsec 时，{ $known } 的不确定度给 { $parameter } 带来 { $u }{ $unit }
+   *[no] 未计入：{ $known } 的不确定度通过失准角起作用，其大小不能由试验编排得知；失准角为 { $tilts } arcsec 时将给 { $parameter } 带来 { $u }{ $unit }（用 --tilts { $tilts } 计入）
+}
 best-of-all-choices = 这些候选位置的全部 { $all } 种容许组合中的最优者（已证明 100 %）
 proven-efficiency = 已证明至少达到这些候选位置最优容许组合的 { $share }
 the-bound-allows-more-mountings-than-the = 理论界允许的安装次数多于费用所允许的，因此该选择很可能就是最优
@@ -785,8 +796,10 @@ angles-moved = { $finished ->
     [yes] 角度移离候选位置的安装（最小步距 { $resolution }°）：{ $mountings } 次；试验编排改善 { $gain } %
    *[no] 角度移离候选位置的安装（最小步距 { $resolution }°，搜索达到限度而停止）：{ $mountings } 次；试验编排改善 { $gain } %
 }
-within-a-budget-of-for-what-was = 所选部分的费用限额为 { $cost }
-at-no-more-cost-than-the-given = 费用不超过所给试验编排，相同读数数目时为 { $cost }（--any-cost：不限费用）
+cost-limit-of-the-search = { $budget ->
+    [yes] 所选部分的费用限额为 { $cost }
+   *[no] 费用不超过所给试验编排，相同读数数目时为 { $cost }（--any-cost：不限费用）
+}
 without-it-nothing-determines = 去掉它则无法确定 { $parameter }
 without-it-u-of-grows-by = 去掉它则 { $parameter } 的 u 增大 { $share } %
 u-of-their-coefficients-and = 二者系数的 u 为 { $p } 和 { $q }
@@ -851,7 +864,6 @@ none-would-show-the-estimated-parameters-take = 均不能发现：这些位置�
 smallest-size-that-shows-u-significance-for = 可发现的最小值：{ $size } u（各方向合计显著性水平 { $significance }，检验功效 { $power }）；噪声只能由残差得知时：{ $with_residuals }
 grouped-by = { $what }（按 { $by } 区分）
 gauss-newton-did-not-converge-after = 高斯-牛顿法经 { $steps }仍未收敛：{ $stop }。
-gauss-newton-converged-and-differs = 高斯-牛顿法经 { $steps }收敛。线性估计值（从参考点出发的一步）与之相差超过 0.1 u（精确减线性）：{ $what }。
 reduction-segment = 第 { $segment } 段：{ $notes }。
 terms = 术语
 meaning = 含义
@@ -870,14 +882,18 @@ share-of-the-step = 所取步长比例
 
 # cli/guide/view.rs
 guide-position = 位置 { $label }：{ $setting }
-guide-not-predicted = 读数 { $reading }，{ $place }：其余读数尚不能预测它
-guide-agrees = 读数 { $reading }，{ $place }：一致（{ $sd } 倍标准差）
-guide-disagrees = 读数 { $reading }，{ $place }：不一致，相差 { $sd } 倍标准差
+guide-newest = 读数 { $reading }，{ $place }：{ $agreement ->
+    [agrees] 一致（{ $sd } 倍标准差）
+    [disagrees] 不一致，相差 { $sd } 倍标准差
+   *[not-predicted] 其余读数尚不能预测它
+}
 guide-time-goes-back = time_s 从 { $before } 倒退到 { $now }
 guide-likely = { "  " }可能的原因：{ $kind }
 guide-not-told = { "  " }尚不能判断原因：
-guide-undo = { "  " }读数 { $reading } 本身很可能有误（{ $probability }）：“undo { $reading }” 可撤回它；留下的读数计入所有结果
-guide-undo-any = { "  " }“undo” 撤回最后一个读数，“undo N” 撤回读数 N；留下的读数计入所有结果
+guide-undo = { "  " }{ $culprit ->
+    [yes] 读数 { $reading } 本身很可能有误（{ $probability }）：“undo { $reading }” 可撤回它
+   *[no] “undo” 撤回最后一个读数，“undo N” 撤回读数 N
+}；留下的读数计入所有结果
 guide-explanation = { "    " }{ $probability }  读数 { $reading }，{ $kind }：{ $what }
 guide-goal-open = { "  " }{ $id }：尚不可估计，目标 { $goal } { $unit }
 guide-goal = { "  " }{ $id } = { $value } { $unit }，u = { $u }，目标 { $goal }：{ $met ->
@@ -888,9 +904,11 @@ guide-diagnosis = { "  " }诊断：{ $verdict }
 guide-effect = { "    " }{ $name }（{ $terms }）{ $size }，概率 { $probability }
 guide-nothing-missing = { "  " }无缺项或均已指明的概率 { $probability }；尚不能显现的误差项：{ $unseen }
 guide-unreachable = { "  " }{ $id }：这些位置无论测多少次都达不到目标
-guide-next = 下一位置：{ $place }（期望信息量 { $nats } 奈特，代价 { $cost }）
-guide-next-apart = 下一位置：{ $place }（区分 { $between }）
-guide-next-again = 下一位置：{ $place }（重复同一位置）
+guide-next = 下一位置：{ $place }（{ $why ->
+    [information] 期望信息量 { $nats } 奈特，代价 { $cost }
+    [tells-apart] 区分 { $between }
+   *[again] 重复同一位置
+}）
 guide-moving = 台架正在运动
 guide-held = { $place }：已保持 { $seconds } s
 guide-held-mean = ，{ $sensor } 的 u = { $u } { $unit }（要求 { $wanted }）
@@ -906,9 +924,11 @@ guide-view-held = 保持
 guide-view-goals = 目标：u 与目标值
 guide-view-residuals = 残差（标准差倍数），按读数
 guide-view-missing = 可能缺少的误差项：概率
-guide-reached = 完成：各目标均已达到，无缺项或均已指明；{ $readings } 个读数，代价 { $cost }
-guide-nothing-to-gain = 停止：在此方案的各位置继续读数也不能确定尚未确定的问题；{ $readings } 个读数，代价 { $cost }
-guide-most-readings = 停止：已取 { $readings } 个读数，为 --most 所允许的上限；代价 { $cost }
+guide-ended = { $by ->
+    [reached] 完成：各目标均已达到，无缺项或均已指明；{ $readings } 个读数，代价 { $cost }
+    [nothing-to-gain] 停止：在此方案的各位置继续读数也不能确定尚未确定的问题；{ $readings } 个读数，代价 { $cost }
+   *[most-readings] 停止：已取 { $readings } 个读数，为 --most 所允许的上限；代价 { $cost }
+}
 
 # Run sheets and drawings of benches
 run-sheet = 测量记录表：{ $bench }

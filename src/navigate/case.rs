@@ -224,7 +224,7 @@ impl<'a> Case<'a> {
 
     /// By how much the logarithms of the innovations' variances exceed those without random walks, summed.
     pub fn spread(&self, u: &[f64], out: &[usize]) -> f64 {
-        whiten(self.measured, &self.columns.walks, &self.without(u, out), &mut [])
+        whiten(self.measured, &self.columns.walks, &self.without(u, out), &mut []).iter().sum()
     }
 
     /// Standard uncertainties with which cells that are left out have no weight.

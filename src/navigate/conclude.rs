@@ -4,7 +4,9 @@ use super::candidates::Linear;
 use super::cause::Cause;
 use super::diagnose::{Alias, Finding, NavigationDiagnosis, Suspect, Unexplained};
 use super::measured::CHANNEL_NAMES;
+use super::mission::Mission;
 use super::partly::Partly;
+use super::random_walk::{UnstatedWalk, stated};
 use super::refine::{Search, State};
 use super::remainder::Remainder;
 use super::{separate, study};
@@ -33,7 +35,7 @@ impl Search<'_> {
         let residual = case.residual(&state.flown.predicted);
         let before = case.gap(gap, u, &[], 0);
         let after = self.gap_of(state);
-        let nothing = state.set.is_empty() && state.out.is_empty() && self.unstated.is_none();
+        let nothing = state.set.is_empty() && state.out.is_empty() && self.unstated.is_empty();
         let verdict = match (complete, nothing) {
             _ if case.values.len() < 3 => Verdict::NotDiagnosable,
             (true, true) => Verdict::NothingMissing,
@@ -43,6 +45,8 @@ impl Search<'_> {
         };
         let has_findings = matches!(verdict, Verdict::EffectsFound | Verdict::PartlyExplained);
         let mut findings = Vec::new();
+        let errors = stated(&case.with(&state.set, &state.values), &self.unstated);
+        let walking = Mission { errors: stated(&case.mission.errors, &self.unstated), ..case.mission.clone() };
         if has_findings {
             findings = self.findings(state, &linear, gap, partly.as_ref());
             let present = |cause: &Cause| {
@@ -50,15 +54,7 @@ impl Search<'_> {
                 let derivative = member.and_then(|k| state.flown.jacobian.get(k)).cloned();
                 case.whitened(derivative.unwrap_or_else(|| case.raw_of(cause)), u, &state.out)
             };
-            separate::separate(
-                case.mission,
-                case.measured,
-                u,
-                &present,
-                &state.set,
-                case.settings.tells,
-                &mut findings,
-            )?;
+            separate::separate(&walking, case.measured, u, &present, &state.set, case.settings.tells, &mut findings)?;
             findings.sort_by(|a, b| b.t.abs().total_cmp(&a.t.abs()));
         }
         let mut explained = residual.clone();
@@ -89,7 +85,7 @@ impl Search<'_> {
         Ok(NavigationDiagnosis {
             verdict,
             before: case.mission.errors,
-            after: if has_findings { case.with(&state.set, &state.values) } else { case.mission.errors },
+            after: if has_findings { errors } else { case.mission.errors },
             noise: case.from,
             gap: if has_findings { [before, after] } else { [before.clone(), before] },
             gap_steps,
@@ -161,6 +157,14 @@ impl Search<'_> {
             aliases: Vec::new(),
             separate_by: Vec::new(),
         };
+        let walk = |(source, density, excess): &(Cause, f64, f64)| Alias {
+            source: *source,
+            value: Some(*density),
+            exact: false,
+            excess: *excess,
+            absurd: false,
+            together_with: None,
+        };
         let mut findings = Vec::new();
         for (place, cause) in state.set.iter().enumerate() {
             let (Some(value), Some(u)) = (state.values.get(place).copied(), state.u.get(place)) else { continue };
@@ -171,29 +175,29 @@ impl Search<'_> {
             others.remove(place);
             let without = linear.products.solve(&others).map_or(least, |solved| solved.rss);
             let t = if u > 0.0 { value / u } else { f64::INFINITY.copysign(value) };
+            let mut aliases = self.aliases(linear, &set, place, scale);
+            aliases.extend(self.walks_instead(state, place).iter().map(walk));
             findings.push(Finding {
                 probability: member.map(|member| member.probability).or(state.each.get(place).copied()),
-                aliases: self.aliases(linear, &set, place, scale),
+                aliases,
                 ..finding(*cause, [value, u, t], self.distinct, (without - least) / whole)
             });
         }
         let cells: Vec<_> = case.measured.cells().collect();
         let residual = case.residual(&state.flown.predicted);
-        if let Some(unstated) = &self.unstated {
-            // against the noise of the values, without any walk
-            let square = |values: &[f64]| values.iter().zip(self.u).map(|(v, u)| (v / u) * (v / u)).sum::<f64>();
-            let t = unstated.gain.max(0.0).sqrt();
-            let other = |(source, density, excess): &(Cause, f64, f64)| Alias {
-                source: *source,
-                value: Some(*density),
-                exact: false,
-                excess: *excess,
-                absurd: false,
-                together_with: None,
+        for unstated in &self.unstated {
+            // against the innovations of the other walks alone
+            let others: Vec<UnstatedWalk> =
+                self.unstated.iter().filter(|other| other.cause != unstated.cause).cloned().collect();
+            let others = self.with_walks(&self.case, &self.stated, &others);
+            let square = |values: &[f64]| {
+                let white = others.whitened(values.to_vec(), self.u, &[]);
+                dot(&white, &white)
             };
+            let t = unstated.gain.max(0.0).sqrt();
             let explains = (square(&residual) - rss) / square(gap).max(f64::MIN_POSITIVE);
             findings.push(Finding {
-                aliases: unstated.others.iter().map(other).collect(),
+                aliases: unstated.others.iter().map(walk).collect(),
                 ..finding(unstated.cause, [unstated.density, unstated.u, t], self.distinct, explains)
             });
         }

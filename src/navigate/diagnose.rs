@@ -9,12 +9,11 @@
 //! probable one is refined by Gauss-Newton on the full simulation, with derivatives by differences of it (`refine.rs`), and all are judged again from there
 //! (`search.rs`). The search begins with nothing; where that does not leave noise, or the gap is far from linear, also with all biases that a unit has, and
 //! with these and the attitude of the start, where the gap is large fitted to the first rows before the later ones, and with columns made anew around them.
-//! Causes less probable than a name requires are removed at the end. Random walks that the mission states are whitened away (`whiten.rs`); one that it does not
-//! state, white or of a bias, is looked for where nothing else fits (`unstated_walk.rs`). Where no set leaves noise alone, causes that are significant against the
+//! Causes less probable than a name requires are removed at the end. Random walks that the mission states are whitened away (`whiten.rs`); those that it does
+//! not state, white or of biases, are looked for where nothing else fits at less cost (`unstated_walk.rs`). Where no set leaves noise alone, causes that are significant against the
 //! noise and the remainder are named (`partly.rs`). Known errors of the mission are the current model: a finding is a change of them.
 
 use super::case::Case;
-use super::cause::Cause;
 use super::errors::{ErrorSource, ImuErrors};
 pub use super::finding::Finding;
 pub(crate) use super::finding::{Alias, Suspect, Unexplained};
@@ -109,18 +108,17 @@ pub(crate) fn diagnose_with(
                 continue;
             }
         }
-        let Some(unstated) = search.unstated_walk(&state) else { return search.conclude(&state, &gap) };
-        // the same question of a mission that states the random walk
-        let stated = unstated.stated(mission).unwrap_or_else(|| mission.clone());
+        let unstated = search.unstated_walks(&state);
+        if unstated.is_empty() {
+            return search.conclude(&state, &gap);
+        }
+        // the same question of a mission that states the random walks
         let cost = search.is_complete(&state).then(|| case.spread(&u, &state.out) - 2.0 * state.value);
-        let with = match unstated.cause {
-            Cause::RandomWalk(_) => Case::new(&stated, measured, settings)?,
-            _ => search.with_walk(&case, &unstated),
-        };
+        let with = search.with_walks(&case, &case.columns.walks, &unstated);
         let mut again = |share: f64, trying: &str| (search.progress)(share, trying);
         let mut other = Search::new(with.clone(), &u, tests, &mut again);
         other.part = (0.8, 0.9);
-        other.unstated = Some(unstated);
+        (other.unstated, other.stated) = (unstated, case.columns.walks.clone());
         if let Some(accepted) = other.run()
             && other.is_complete(&accepted)
             && cost.is_none_or(|cost| other.score_of_all(&accepted) < cost)
@@ -131,7 +129,7 @@ pub(crate) fn diagnose_with(
             if !diagnosis.gap_steps.is_empty() {
                 diagnosis.gap_steps.insert(0, GapStep { with: Vec::new(), left_out: 0, gap: before.clone() });
             }
-            return Ok(NavigationDiagnosis { before: mission.errors, gap: [before, after], ..diagnosis });
+            return Ok(NavigationDiagnosis { gap: [before, after], ..diagnosis });
         }
         return search.conclude(&state, &gap);
     }

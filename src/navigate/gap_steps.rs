@@ -14,10 +14,10 @@ impl Search<'_> {
     /// The gap before, after each of the causes of a state, and after all of them with single values left out; `whole` is the gap before.
     pub fn gap_steps(&mut self, state: &State, whole: &[f64]) -> Vec<GapStep> {
         let (u, out) = (self.u, &state.out);
-        // a random walk is no member of the set: with one, all gaps are innovations
-        let walk: Vec<String> = self.unstated.iter().map(|unstated| unstated.cause.id()).collect();
+        // random walks are no members of the set: with them, all gaps are innovations
+        let walks: Vec<String> = self.unstated.iter().map(|walk| walk.cause.id()).collect();
         let step = |set: &[Cause], left_out: usize, gap: Gap| GapStep {
-            with: walk.iter().cloned().chain(set.iter().map(Cause::id)).collect(),
+            with: walks.iter().cloned().chain(set.iter().map(Cause::id)).collect(),
             left_out,
             gap,
         };

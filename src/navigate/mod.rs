@@ -16,7 +16,7 @@
 //! | `products`, `refine` (`sharpen`, `single`, `periodic`), `search` | least squares of a few of many columns; sets of causes refined on the full simulation; judged and refined in turn |
 //! | `partly` | causes that are significant although something is unexplained |
 //! | `settings` | every threshold, with its reason |
-//! | `unstated_walk` | a random walk that the mission does not state |
+//! | `unstated_walk` | random walks that the mission does not state |
 //! | `shortened` | long records in fewer rows, in which all of these look |
 //! | `diagnose` (`case`, `conclude`, `aliases`, `gap_steps`), `separate`, `remainder` | the diagnosis, how the gap shrinks, motions that would discriminate aliases, the remainder |
 //! | `run` | a mission flown: rows to a sink, memory independent of the duration |

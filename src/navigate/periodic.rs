@@ -217,29 +217,31 @@ impl Search<'_> {
     }
 
     /// By how much the likeliest wave, or square wave, of some biases reduces the sum of squares beside a state's set.
-    pub(super) fn gain_of_wave(&self, state: &State, is_of: impl Fn(&Cause) -> bool) -> f64 {
-        let rows = self.weighed(&state.out);
-        let (columns, observed) = self.linearised(state, &rows);
+    pub(super) fn gain_of_wave(&self, state: &State, rows: &Weighed, is_of: impl Fn(&Cause) -> bool) -> f64 {
+        let (columns, observed) = self.linearised(state, rows);
         let (given, last) = (rows.given(columns, observed), self.last());
-        let gain = |(cause, waves): &(Cause, Vec<(f64, [Vec<f64>; 2])>)| {
-            let (_, period) = likeliest(cause, waves, &given)?;
+        let gain = |cause: &Cause| {
+            let (_, period) = likeliest(cause, &self.waves_of(cause, rows), &given)?;
             let at = |period: f64| rows.wave(cause, period, &given).map(|fit| (-fit.gain, fit));
             let (_, wave) = By::HalfWave(last).finest(period, at)?;
             Some(rows.switched(&wave, &given, last, 1).map_or(wave.gain, |square| square.gain))
         };
-        self.waves(&rows).iter().filter(|(cause, _)| is_of(cause)).filter_map(gain).fold(0.0, f64::max)
+        self.case.causes.iter().filter(|cause| grows(cause) && is_of(cause)).filter_map(gain).fold(0.0, f64::max)
     }
 
-    /// Waves of each bias and channel with every whole number of half waves in the run.
+    /// Waves of each bias and channel.
     fn waves<'b>(&self, rows: &'b Weighed) -> &'b Waves {
         rows.waves.get_or_init(|| {
-            let (last, most) = (self.last(), rows.short.measured.longest_run().saturating_sub(1).clamp(LEAST, MOST));
-            let of = |cause: &Cause| {
-                let periods = (LEAST..=most).map(|half_waves| 2.0 * last / half_waves as f64);
-                (*cause, periods.filter_map(|period| Some((period, rows.both(cause, period)?))).collect())
-            };
-            self.case.causes.iter().filter(|cause| grows(cause)).map(of).collect()
+            let waving = self.case.causes.iter().filter(|cause| grows(cause));
+            waving.map(|cause| (*cause, self.waves_of(cause, rows))).collect()
         })
+    }
+
+    /// Waves of a bias or channel with every whole number of half waves in the run.
+    fn waves_of(&self, cause: &Cause, rows: &Weighed) -> Vec<(f64, [Vec<f64>; 2])> {
+        let (last, most) = (self.last(), rows.short.measured.longest_run().saturating_sub(1).clamp(LEAST, MOST));
+        let periods = (LEAST..=most).map(|half_waves| 2.0 * last / half_waves as f64);
+        periods.filter_map(|period| Some((period, rows.both(cause, period)?))).collect()
     }
 
     /// Waves of the other biases and channels at the period of each wave of a state's set.

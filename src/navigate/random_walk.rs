@@ -1,32 +1,27 @@
-//! A random walk that a mission does not state (`unstated_walk.rs` looks for one).
+//! Random walks that a mission does not state (`unstated_walk.rs` looks for them).
 
 use super::cause::Cause;
 use super::errors::{ImuErrors, Instrument};
-use super::mission::Mission;
 
-/// Such a random walk.
+/// One of them.
 #[derive(Debug, Clone)]
 pub(super) struct UnstatedWalk {
     pub cause: Cause,
     /// Its density, SI.
     pub density: f64,
     pub u: f64,
-    /// `-2 ln L` with it, but for the constant that it has without.
-    pub deviance: f64,
-    /// By how much it is less than that of none.
+    /// By how much `-2 ln L` is less than without it, the densities of the others fitted anew.
     pub gain: f64,
-    /// Other walks, with their density and by how much their deviance is larger.
+    /// Other walks in its place, with their density and by how much `-2 ln L` is larger.
     pub others: Vec<(Cause, f64, f64)>,
 }
 
-impl UnstatedWalk {
-    /// The mission with it, where a mission can state it.
-    pub fn stated(&self, mission: &Mission) -> Option<Mission> {
-        let Cause::RandomWalk(instrument) = self.cause else { return None };
-        let mut mission = mission.clone();
-        mission.errors = with(&mission.errors, instrument, self.density);
-        Some(mission)
-    }
+/// The errors with those among these walks that a mission can state: white noise of the gyros or the accelerometers.
+pub(super) fn stated(errors: &ImuErrors, walks: &[UnstatedWalk]) -> ImuErrors {
+    walks.iter().fold(*errors, |errors, walk| match walk.cause {
+        Cause::RandomWalk(instrument) => with(&errors, instrument, walk.density),
+        _ => errors,
+    })
 }
 
 /// The errors with a random walk of a triad.

@@ -2,13 +2,15 @@
 
 use super::case::{Case, Flown};
 use super::cause::Cause;
+use super::instant::Instant;
 use super::products::{Products, Solved};
 use super::random_walk::UnstatedWalk;
 use super::weighed::Weighed;
+use super::whiten::Walks;
 use crate::diagnosis::Gap;
 use crate::diagnosis::NoiseFrom;
 use crate::linear::dot;
-use std::cell::RefCell;
+use std::cell::{OnceCell, RefCell};
 use std::rc::Rc;
 
 /// Gauss-Newton steps of one refinement, at most.
@@ -62,8 +64,12 @@ pub(super) struct Search<'a> {
     pub moved: usize,
     /// All ordinary causes together, refined.
     pub ordinary: Option<State>,
-    /// A random walk that the mission does not state and that has been added to it.
-    pub unstated: Option<UnstatedWalk>,
+    /// Random walks that the mission does not state and that have been added to those that it states.
+    pub unstated: Vec<UnstatedWalk>,
+    /// Those.
+    pub stated: Walks,
+    /// See `unstated_walk.rs`.
+    pub units: OnceCell<[Vec<Vec<Instant>>; 2]>,
     /// The part of the whole that is being done: its start and its end, shares.
     pub part: (f64, f64),
     /// The question in fewer rows.
@@ -82,6 +88,7 @@ impl<'a> Search<'a> {
         progress: &'a mut Progress<'a>,
     ) -> Search<'a> {
         Search {
+            stated: case.columns.walks.clone(),
             case,
             u,
             penalty,
@@ -90,7 +97,8 @@ impl<'a> Search<'a> {
             flights: 0,
             moved: 0,
             ordinary: None,
-            unstated: None,
+            unstated: Vec::new(),
+            units: OnceCell::new(),
             part: (0.0, 1.0),
             weighed: RefCell::new(None),
             progress,

@@ -6,6 +6,9 @@ use super::measured::{CHANNELS, Measured, MeasuredRow};
 /// Values of a question at most, about: they bound the work. Of seven channels these are two hundred rows; a course of time that is neither noise nor a
 /// single value lasts longer than a hundredth of the run.
 const VALUES: usize = 1500;
+/// Growth of a random walk between means, as a share of their variance, from which rows stand for their stretches instead. Means of a walk that grows by `g`
+/// differ with a variance of `2 g/3` (`int int min(s, t) ds dt / T^2 = T/3`), not `g`: at this share, beside `2 u^2`, a filter takes it for 2 % too large.
+const BLURRED: f64 = 0.1;
 
 /// Means over the rows of equal stretches of time, weighted by their uncertainties.
 pub(super) struct Shortened {
@@ -15,23 +18,30 @@ pub(super) struct Shortened {
     cells: Vec<Vec<usize>>,
     /// Weights of all values.
     weights: Vec<f64>,
-    /// For each run how many of its rows each of these rows is the mean of.
+    /// For each run how many of its rows each of these rows is the mean of,
     rows: Vec<Vec<usize>>,
+    /// or stands for, being the middle one.
+    picks: bool,
 }
 
 impl Shortened {
     /// `u` holds the standard uncertainty of each value; for values that are left out it is so large that their weight vanishes.
     pub fn new(measured: &Measured, u: &[f64]) -> Shortened {
-        Shortened::of(measured, u, VALUES)
+        Shortened::of(measured, u, VALUES, false)
+    }
+
+    /// Of equal stretches of time one row: what varies between the rows of a stretch, as a random walk does, has no mean at any time.
+    pub fn picked(measured: &Measured, u: &[f64]) -> Shortened {
+        Shortened::of(measured, u, VALUES, true)
     }
 
     /// All rows as they are.
     pub fn whole(measured: &Measured, u: &[f64]) -> Shortened {
-        Shortened::of(measured, u, usize::MAX)
+        Shortened::of(measured, u, usize::MAX, false)
     }
 
     /// Of no more than so many values, about.
-    fn of(measured: &Measured, u: &[f64], most: usize) -> Shortened {
+    fn of(measured: &Measured, u: &[f64], most: usize, picks: bool) -> Shortened {
         let share = measured.count().div_ceil(most).max(1) as f64;
         let mut short = Shortened {
             measured: Measured { runs: Vec::new(), left_out: measured.left_out },
@@ -39,6 +49,7 @@ impl Shortened {
             cells: Vec::new(),
             weights: u.iter().map(|u| 1.0 / (u * u)).collect(),
             rows: Vec::new(),
+            picks,
         };
         let mut at = 0..;
         for run in &measured.runs {
@@ -49,13 +60,15 @@ impl Shortened {
             let (mut rows, mut counts) = (Vec::new(), Vec::new());
             for chunk in run.rows.chunk_by(|a, b| share > 1.0 && place(a) == place(b)) {
                 let mut cells: [Vec<usize>; CHANNELS] = Default::default();
-                for row in chunk {
+                let middle = chunk.len() / 2;
+                for (k, row) in chunk.iter().enumerate() {
                     let present = cells.iter_mut().zip(&row.value).filter(|(_, value)| value.is_some());
-                    present.for_each(|(cells, _)| cells.extend(at.next()));
+                    present.for_each(|(cells, _)| cells.extend(at.next().filter(|_| !picks || k == middle)));
                 }
                 let mean = |cells: &Vec<usize>| (!cells.is_empty()).then(|| short.weight(cells).sqrt().recip());
                 let u: [Option<f64>; CHANNELS] = std::array::from_fn(|c| cells.get(c).and_then(mean));
-                let time = chunk.iter().map(|row| row.time).sum::<f64>() / chunk.len() as f64;
+                let mean = chunk.iter().map(|row| row.time).sum::<f64>() / chunk.len() as f64;
+                let time = chunk.get(middle).filter(|_| picks).map_or(mean, |row| row.time);
                 // the values themselves are among the columns
                 rows.push(MeasuredRow { time, value: u.map(|u| u.map(|_| 0.0)), u });
                 counts.push(chunk.len());
@@ -71,6 +84,22 @@ impl Shortened {
     /// Are there fewer rows than were measured?
     pub fn is_short(&self) -> bool {
         self.rows.iter().flatten().any(|count| *count > 1)
+    }
+
+    /// Does a random walk grow within the stretches by more than a tenth of the variance of their means? Then these are not what it was at their times.
+    pub fn is_blurred(&self, walks: &[Vec<Instant>]) -> bool {
+        let walks = self.instants(walks);
+        let mut growth = [(0.0, 0.0); CHANNELS];
+        for (run, instants) in self.measured.runs.iter().zip(&walks) {
+            for (row, (before, after)) in run.rows.iter().zip(instants.iter().zip(instants.iter().skip(1))) {
+                for (c, (u, (sum, count))) in row.u.iter().zip(&mut growth).enumerate() {
+                    let size = |instant: &Instant| instant.walk.get(c).and_then(|walk| walk.get(c)).copied();
+                    let (Some(u), Some(before), Some(after)) = (u, size(before), size(after)) else { continue };
+                    (*sum, *count) = (*sum + (after - before).max(0.0) / (u * u), *count + 1.0);
+                }
+            }
+        }
+        self.is_short() && growth.iter().any(|(sum, count)| *sum > BLURRED * count)
     }
 
     fn weight(&self, cells: &[usize]) -> f64 {
@@ -95,7 +124,8 @@ impl Shortened {
         let mut means = Vec::new();
         for count in self.rows.get(run).into_iter().flatten() {
             let Some((chunk, tail)) = remaining.split_at_checked(*count) else { break };
-            means.push(if let [one] = chunk { one.clone() } else { mean(chunk) });
+            let one = chunk.get(count / 2).filter(|_| self.picks || *count == 1);
+            means.push(one.cloned().unwrap_or_else(|| mean(chunk)));
             remaining = tail;
         }
         means

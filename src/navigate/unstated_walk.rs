@@ -1,49 +1,83 @@
-//! A random walk that the mission does not state: angle random walk of the gyros, velocity random walk of the accelerometers, and walks of their
+//! Random walks that the mission does not state: angle random walk of the gyros, velocity random walk of the accelerometers, and walks of their
 //! biases (rate random walk, acceleration random walk; IEEE Std 952, 1293), of one axis or the same on each.
 //!
-//! With a walk of density `q` the innovations `e` of the residuals of some causes (see `whiten.rs`) have the likelihood
+//! With walks of densities `q` the innovations `e` of the residuals of some causes (see `whiten.rs`) have the likelihood
 //!
 //! ```text
 //! -2 ln L(q) = sum e^2 + sum ln(h P h^T + u^2)          (the causes fitted anew for each q)
 //! ```
 //!
-//! Long records are judged in fewer rows ([`shortened`](super::shortened)). A walk is named where it is far likelier than none and than every set of other
-//! causes, and where its innovations are white: of unit variance in each channel, without correlation from row to row. Another pattern does not pass: one
-//! density has to fit the sizes of seven channels.
+//! It is minimised by scoring in `ln q`, with the information that the innovations have about it (N. K. Gupta and R. K. Mehra, IEEE Trans. Automatic
+//! Control 19, 1974): `J_kl = sum (f_k f_l / 2 + d_k d_l)`, `f = d ln F / d ln q`, `d = dv / d ln q / F^(1/2)`, of innovations `v` with variance `F`.
+//! The walks are searched for one by one: another one is added, one is removed or one stands in the place of another as long as that is likelier by more than
+//! a walk costs. Of long records some rows are used ([`Shortened::picked`]).
+//!
+//! Walks are named where they are far likelier than none and than every set of other causes, and where their innovations are white: of unit variance in
+//! each channel, without correlation from row to row. Another pattern does not pass: few densities have to fit the sizes of seven channels.
 
 use super::case::Case;
 use super::cause::{Cause, Change};
 use super::errors::{ErrorSource, Instrument};
-use super::measured::CHANNELS;
-use super::products::Products;
+use super::measured::{CHANNELS, Measured};
+use super::products::INDEPENDENT;
 use super::random_walk::{UnstatedWalk, with};
 use super::refine::{Search, State};
 use super::search::Ordinary;
 use super::shortened::Shortened;
 use super::signatures::{Instant, instants, motion, times};
+use super::weighed::Weighed;
 use super::whiten::{Walks, whiten};
 use crate::diagnosis::NoiseFrom;
-use crate::linear::dot;
+use crate::elements::Elements;
+use crate::linear::{Triangle, dot, orthonormal, project};
 use crate::uncertainty::quantiles::chi_square_survival;
+use std::cell::RefCell;
 
 /// Densities that are tried first: their range, and the factor between them. White noise in rad/sqrt(s) or (m/s)/sqrt(s) alike,
 const RANGE: (f64, f64) = (1e-9, 1e-2);
 /// walks of biases in (rad/s)/sqrt(s) and in (m/s^2)/sqrt(s).
 const GYRO_RANGE: (f64, f64) = (1e-13, 1e-6);
 const ACCELEROMETER_RANGE: (f64, f64) = (1e-10, 1e-3);
-const FACTOR: f64 = 4.0;
+const FACTOR: f64 = 10.0;
+/// Step of a difference in `ln q`: its error, of the order of the step, is far below the statistical one.
+const STEP: f64 = 1e-3;
+/// Steps of one scoring, and of halving one of them, at most: they bound the work.
+const SCORINGS: usize = 12;
+const HALVINGS: usize = 6;
+/// `-2 ln L` has settled where it falls by less than this: a seventh of a standard uncertainty.
+const FLAT: f64 = 0.02;
+/// Walks at once, at most: more of them follow any course of time, as causes that change do.
+const MOST: usize = 3;
 
 /// The rows in which walks are searched for.
-#[derive(Clone, Copy)]
-struct Rows<'a> {
-    short: &'a Shortened,
+struct Rows {
+    short: Shortened,
     /// Values that are left out.
-    out: &'a [usize],
-    /// Covariance of the walks that the mission states, and of one of the walks tried at a density of one.
-    stated: &'a [Vec<Instant>],
-    unit: &'a [Vec<Instant>],
-    /// Columns of the given causes; the last is the observations that they explain.
-    columns: &'a [Vec<f64>],
+    out: Vec<usize>,
+    /// Walks that the mission states, and covariance of the white noise of each instrument at a density of one.
+    stated: Vec<Vec<Instant>>,
+    units: [Vec<Vec<Instant>>; 2],
+    /// Columns of the given causes; the last is what these leave.
+    columns: Vec<Vec<f64>>,
+    /// The walks of a trial: its covariances are overwritten.
+    walks: RefCell<Walks>,
+}
+
+/// What some densities leave.
+struct Trial {
+    deviance: f64,
+    innovations: Vec<f64>,
+    /// Logarithms of their variances.
+    logs: Vec<f64>,
+}
+
+/// Walks with their likeliest densities.
+#[derive(Clone)]
+struct Fit {
+    walks: Vec<Cause>,
+    densities: Vec<f64>,
+    u: Vec<f64>,
+    deviance: f64,
 }
 
 /// Does a walk of a bias move this one of the six?
@@ -53,29 +87,65 @@ fn moves(cause: &Cause, place: usize) -> bool {
     of_place == *instrument && axis.is_none_or(|axis| axis == place % 3)
 }
 
+/// The walks of these densities in addition to those that the mission states; `units` as in [`Rows`].
+fn add(walks: &mut Walks, added: &[(Cause, f64)], units: &[Vec<Vec<Instant>>; 2], stated: &[Vec<Instant>]) {
+    walks.biases = std::array::from_fn(|place| {
+        added.iter().filter(|(cause, _)| moves(cause, place)).map(|(_, density)| density * density).sum()
+    });
+    let white = |instrument| {
+        let of = |(cause, _): &&(Cause, f64)| *cause == Cause::RandomWalk(instrument);
+        added.iter().filter(of).map(|(_, density)| density * density).sum::<f64>()
+    };
+    let squares = [white(Instrument::Gyro), white(Instrument::Accelerometer)];
+    for (run, instants) in walks.instants.iter_mut().enumerate() {
+        for (row, instant) in instants.iter_mut().enumerate() {
+            let of = |all: &[Vec<Instant>]| all.get(run).and_then(|all| all.get(row)).map(|instant| instant.walk);
+            instant.walk = of(stated).unwrap_or_default();
+            for (unit, square) in units.iter().zip(squares).filter(|(_, square)| *square > 0.0) {
+                let more = of(unit).unwrap_or_default();
+                let pairs = instant.walk.iter_mut().flatten().zip(more.iter().flatten());
+                pairs.for_each(|(v, more)| *v += square * more);
+            }
+        }
+    }
+}
+
+/// The walks that are tried, with the range of their densities.
+fn candidates() -> Vec<(Cause, (f64, f64))> {
+    let of = |(instrument, range)| {
+        let of_biases = [None, Some(0), Some(1), Some(2)].map(|axis| (Cause::BiasWalk(instrument, axis), range));
+        [(Cause::RandomWalk(instrument), RANGE)].into_iter().chain(of_biases)
+    };
+    [(Instrument::Gyro, GYRO_RANGE), (Instrument::Accelerometer, ACCELEROMETER_RANGE)]
+        .into_iter()
+        .flat_map(of)
+        .collect()
+}
+
 impl<'a> Search<'a> {
-    /// The random walk, if any, that may explain the residuals of a state, or replace its causes that change in time.
-    pub fn unstated_walk(&mut self, state: &State) -> Option<UnstatedWalk> {
-        let fixed = self.is_complete(state) && state.set.iter().all(Cause::is_constant);
-        if fixed || self.case.from != NoiseFrom::Stated {
-            return None;
+    /// The random walks, if any, that may explain the residuals of a state, or replace its causes.
+    pub fn unstated_walks(&mut self, state: &State) -> Vec<UnstatedWalk> {
+        // noise alone costs nothing, and a walk no less than this
+        let is_cheap = self.is_complete(state)
+            && -2.0 * state.value < state.rss + self.price(&Cause::RandomWalk(Instrument::Gyro));
+        if is_cheap || self.case.from != NoiseFrom::Stated {
+            return Vec::new();
         }
         // given all ordinary causes
         let ordinary = self.ordinary.clone().or_else(|| self.ordinary(&state.out));
         let state = ordinary.unwrap_or_else(|| state.clone());
-        let along = self.unstated_walk_along(&state);
+        let along = self.unstated_walks_along(&state);
         // a large error rotates the frame in which a walk propagates: along the errors of the state it may be likelier
         let case = self.case.clone();
         let errors = self.case.with(&state.set, &state.values);
-        let Some(moved) = self.case.around(&errors, self.u) else { return along };
-        self.case = moved;
-        let turned = self.unstated_walk_along(&state);
+        let turned = self.case.around(&errors, self.u).and_then(|moved| {
+            self.case = moved;
+            self.unstated_walks_along(&state)
+        });
         self.case = case;
         let alike = self.case.settings.indistinguishable;
-        match (along, turned) {
-            (Some(along), Some(turned)) => Some(if turned.deviance + alike < along.deviance { turned } else { along }),
-            (along, turned) => along.or(turned),
-        }
+        let better = |turned: &(f64, Vec<UnstatedWalk>)| along.as_ref().is_none_or(|along| turned.0 + alike < along.0);
+        turned.filter(better).or(along).map(|(_, walks)| walks).unwrap_or_default()
     }
 
     /// All ordinary causes together.
@@ -85,154 +155,141 @@ impl<'a> Search<'a> {
         [Ordinary::WithStart, Ordinary::Biases].into_iter().find_map(|which| self.begin(which, out, far))
     }
 
-    /// The same, with the question's columns around the state.
-    fn unstated_walk_along(&self, state: &State) -> Option<UnstatedWalk> {
-        let observed = self.case.observed(&state.flown, &state.values);
-        let weighed = self.weighed(&state.out);
-        let short = &weighed.short;
-        let columns: Vec<Vec<f64>> =
-            state.flown.jacobian.iter().chain([&observed]).map(|column| short.column(column)).collect();
-        let (out, stated) = (weighed.out(), &weighed.made.walks.instants);
-        let carrying = |instrument| short.instants(&self.case.columns.carrying(&self.unit(instrument)));
-        let none = Rows { short, out: &out, stated, unit: &[], columns: &columns };
-        let gyro = Instrument::Gyro;
-        let both = [gyro, Instrument::Accelerometer];
-        let mut walks: Vec<UnstatedWalk> = Vec::new();
-        for instrument in both {
-            let unit = carrying(Some(instrument));
-            walks.extend(self.likeliest(Cause::RandomWalk(instrument), RANGE, &Rows { unit: &unit, ..none }));
-        }
-        let unit = carrying(None);
-        let rows = Rows { unit: &unit, ..none };
-        for instrument in both {
-            let range = if instrument == gyro { GYRO_RANGE } else { ACCELEROMETER_RANGE };
-            for axis in [None, Some(0), Some(1), Some(2)] {
-                let cause = Cause::BiasWalk(instrument, axis);
-                walks.extend(self.likeliest(cause, range, &rows));
+    /// The same, with the question's columns around the state; with `-2 ln L` and what the walks cost.
+    fn unstated_walks_along(&self, state: &State) -> Option<(f64, Vec<UnstatedWalk>)> {
+        let rows = self.rows_of_walks(state, None, Shortened::picked);
+        let all = candidates();
+        let none = rows.fit(&[], &[])?;
+        let alone: Vec<Fit> = all.iter().filter_map(|(cause, range)| rows.with(&[], *cause, *range)).collect();
+        let cost = |fit: &Fit| fit.deviance + fit.walks.iter().map(|cause| self.price(cause)).sum::<f64>();
+        let likelier = |a: &Fit, b: &Fit| cost(a).total_cmp(&cost(b));
+        let mut best = none.clone();
+        loop {
+            let near = rows.near(&best, &none, &alone);
+            match near.into_iter().min_by(likelier).filter(|fit| cost(fit) < cost(&best) - FLAT) {
+                Some(better) => best = better,
+                None => break,
             }
         }
-        walks.sort_by(|a, b| a.deviance.total_cmp(&b.deviance));
-        let mut walks = walks.into_iter();
-        let mut best = walks.next()?;
+        if best.walks.is_empty() || self.is_wave(state, &best, none.deviance - best.deviance) {
+            return None;
+        }
+        // of few rows innovations may be white that are not in all
+        let whole = self.rows_of_walks(state, None, Shortened::whole);
+        let logs: Vec<f64> = best.densities.iter().map(|density| density.ln()).collect();
+        let innovations = whole.trial(&best.walks, &logs)?.innovations;
+        if !self.is_white(&innovations, &whole) || !self.is_flat(&innovations, &whole) {
+            return None;
+        }
+        let near = rows.near(&best, &none, &alone);
         let alike = self.case.settings.indistinguishable;
-        // a walk follows any slow course, and is named only where it is clearly likelier than a wave, which counts its amplitude, its phase and its rate
+        let one = |(place, cause): (usize, &Cause)| {
+            let others: Vec<Cause> = best.walks.iter().copied().filter(|other| other != cause).collect();
+            let keeps = |fit: &&Fit| others.iter().all(|other| fit.walks.contains(other)) && !fit.walks.contains(cause);
+            let excess = |fit: &Fit| fit.deviance - best.deviance;
+            let without = near.iter().filter(keeps).find(|fit| fit.walks.len() == others.len());
+            let other = |fit: &Fit| {
+                let at = fit.walks.iter().position(|other| !others.contains(other))?;
+                Some((*fit.walks.get(at)?, *fit.densities.get(at)?, excess(fit)))
+            };
+            let replaced = near.iter().filter(keeps).filter(|fit| excess(fit) <= alike);
+            let mut others: Vec<_> = replaced.filter_map(other).collect();
+            others.sort_by(|a, b| a.2.total_cmp(&b.2));
+            let gain = without.map_or(0.0, excess);
+            UnstatedWalk { cause: *cause, density: best.densities.at(place), u: best.u.at(place), gain, others }
+        };
+        Some((cost(&best), best.walks.iter().enumerate().map(one).collect()))
+    }
+
+    /// Rows for the residuals of a state; without one of its causes.
+    fn rows_of_walks(&self, state: &State, without: Option<usize>, rows: fn(&Measured, &[f64]) -> Shortened) -> Rows {
+        let mut residual = self.case.residual(&state.flown.predicted);
+        let mut columns: Vec<&Vec<f64>> = state.flown.jacobian.iter().collect();
+        if let Some(place) = without.filter(|place| *place < columns.len()) {
+            let (column, value) = (columns.remove(place), state.values.at(place));
+            residual.iter_mut().zip(column).for_each(|(y, c)| *y += value * c);
+        }
+        columns.push(&residual);
+        let short = rows(self.case.measured, &self.case.without(self.u, &state.out));
+        let carrying = |instants: &[Vec<Instant>]| short.instants(&self.case.columns.carrying(instants));
+        let units = self.units().each_ref().map(|unit| carrying(unit));
+        Rows {
+            out: short.out(&state.out),
+            stated: carrying(&self.stated.instants),
+            walks: RefCell::new(Walks { instants: units[0].clone(), biases: Default::default() }),
+            units,
+            columns: columns.into_iter().map(|column| short.column(column)).collect(),
+            short,
+        }
+    }
+
+    /// Walks that fit as well in the place of a cause of a state, beside those that are added: what a second walk has done so far may look like a constant.
+    pub fn walks_instead(&self, state: &State, place: usize) -> Vec<(Cause, f64, f64)> {
+        let (now, densities): (Vec<Cause>, Vec<f64>) =
+            self.unstated.iter().map(|walk| (walk.cause, walk.density)).unzip();
+        if now.is_empty() || now.len() >= MOST {
+            return Vec::new();
+        }
+        let Some(with) = self.rows_of_walks(state, None, Shortened::picked).fit(&now, &densities) else {
+            return Vec::new();
+        };
+        let rows = self.rows_of_walks(state, Some(place), Shortened::picked);
+        let beside: Vec<(Cause, f64)> = now.iter().copied().zip(densities).collect();
+        let one = |(cause, range): (Cause, (f64, f64))| {
+            let fit = rows.with(&beside, cause, range)?;
+            Some((cause, *fit.densities.last()?, fit.deviance - with.deviance))
+        };
+        let others = candidates().into_iter().filter(|(cause, _)| !now.contains(cause)).filter_map(one);
+        others.filter(|(_, _, excess)| *excess <= self.case.settings.indistinguishable).collect()
+    }
+
+    /// Is a wave of a bias that walks more likely than its walk? A walk follows any slow course, and is named only where it is clearly likelier than a
+    /// wave, which counts its amplitude, its phase and its rate.
+    fn is_wave(&self, state: &State, fit: &Fit, gain: f64) -> bool {
         let price = 3.0 * (self.case.measured.count() as f64).max(1.0).ln();
         let biases = ErrorSource::biases();
         let is_moved = |cause: &Cause| {
             let place = biases.iter().position(|bias| *cause == Cause::Changing(*bias, Change::Ramp));
-            place.is_some_and(|place| moves(&best.cause, place))
+            place.is_some_and(|place| fit.walks.iter().any(|walk| moves(walk, place)))
         };
-        if matches!(best.cause, Cause::BiasWalk(..)) && self.gain_of_wave(state, is_moved) > best.gain + price - alike {
-            return None;
-        }
-        let others = walks.map(|other| (other.cause, other.density, other.deviance - best.deviance));
-        best.others = others.filter(|(_, _, excess)| *excess <= alike).collect();
-        Some(best)
+        let rows = Weighed::picked(&self.case, self.u, &state.out);
+        self.gain_of_wave(state, &rows, is_moved) > gain + price - self.case.settings.indistinguishable
     }
 
-    /// The density at which a walk is likeliest, if it is far likelier than none and leaves white innovations.
-    fn likeliest(&self, cause: Cause, range: (f64, f64), rows: &Rows<'_>) -> Option<UnstatedWalk> {
-        let fit = |density: f64| self.deviance(&cause, density, rows).map(|(deviance, _)| deviance);
-        let none = fit(0.0)?;
-        let mut best = (none, 0.0);
-        let mut density = range.0;
-        while density < range.1 {
-            if let Some(deviance) = fit(density).filter(|deviance| *deviance < best.0) {
-                best = (deviance, density);
-            }
-            density *= FACTOR;
-        }
-        if best.1 == 0.0 || none - best.0 < 0.5 * self.penalty {
-            return None;
-        }
-        // golden section on the logarithm
-        let share = 0.5 * (5f64.sqrt() - 1.0);
-        let (mut low, mut high) = ((best.1 / FACTOR).ln(), (best.1 * FACTOR).ln());
-        let inner = |low: f64, high: f64| (high - share * (high - low), low + share * (high - low));
-        let (a, b) = inner(low, high);
-        let (mut at_a, mut at_b) = (fit(a.exp())?, fit(b.exp())?);
-        for _ in 0..18 {
-            let (a, b) = inner(low, high);
-            // one of the next two points is one of these
-            if at_a < at_b {
-                high = b;
-                (at_a, at_b) = (fit(inner(low, high).0.exp())?, at_a);
-            } else {
-                low = a;
-                (at_a, at_b) = (at_b, fit(inner(low, high).1.exp())?);
-            }
-        }
-        let density = (0.5 * (low + high)).exp();
-        let (deviance, white) = self.deviance(&cause, density, rows)?;
-        // curvature of the deviance in the density's logarithm
-        let step = 0.1_f64;
-        let bend = (fit(density * step.exp())? - 2.0 * deviance + fit(density * (-step).exp())?) / (step * step);
-        let u = if bend > 0.0 { density * (2.0 / bend).sqrt() } else { density };
-        let unstated = UnstatedWalk { cause, density, u, deviance, gain: none - deviance, others: Vec::new() };
-        (unstated.gain > self.penalty && self.is_white(&white, rows) && self.is_flat(&white, rows)).then_some(unstated)
+    /// What a walk costs, in variances of the noise: as a cause of its rank does.
+    fn price(&self, cause: &Cause) -> f64 {
+        self.penalty + self.case.settings.rank_penalty * cause.rank()
     }
 
-    /// The score of a state with all that its random walk costs.
+    /// The score of a state with all that its random walks cost.
     pub fn score_of_all(&self, state: &State) -> f64 {
-        let rank_penalty = self.case.settings.rank_penalty;
-        let walk = self.unstated.as_ref().map_or(0.0, |unstated| self.penalty + rank_penalty * unstated.cause.rank());
-        self.case.spread(self.u, &state.out) + walk - 2.0 * state.value
+        let walks: f64 = self.unstated.iter().map(|walk| self.price(&walk.cause)).sum();
+        self.case.spread(self.u, &state.out) + walks - 2.0 * state.value
     }
 
-    /// Covariance of white noise of one instrument alone at the measured rows, for a density of one; or of none.
-    fn unit(&self, instrument: Option<Instrument>) -> Vec<Vec<Instant>> {
-        let case = &self.case;
-        let mut mission = case.mission.clone();
-        mission.errors = mission.errors.noiseless();
-        mission.errors = instrument.map_or(mission.errors, |instrument| with(&mission.errors, instrument, 1.0));
-        let runs = case.measured.runs.iter().zip(times(case.measured));
-        runs.map(|(run, times)| instants(&mission, motion(&mission, run.motion), &times)).collect()
+    /// Covariance of white noise of the gyros, and of the accelerometers, at the measured rows, for a density of one.
+    fn units(&self) -> &[Vec<Vec<Instant>>; 2] {
+        self.units.get_or_init(|| {
+            [Instrument::Gyro, Instrument::Accelerometer].map(|instrument| {
+                let mut mission = self.case.mission.clone();
+                mission.errors = with(&mission.errors.noiseless(), instrument, 1.0);
+                let runs = self.case.measured.runs.iter().zip(times(self.case.measured));
+                runs.map(|(run, times)| instants(&mission, motion(&mission, run.motion), &times)).collect()
+            })
+        })
     }
 
-    /// A walk of this density added to those of the mission.
-    fn walks(&self, cause: &Cause, density: f64, unit: &[Vec<Instant>], stated: &[Vec<Instant>]) -> Walks {
-        let square = density * density;
-        let mut instants = unit.to_vec();
-        instants.iter_mut().flatten().flat_map(|instant| instant.walk.iter_mut().flatten()).for_each(|v| *v *= square);
-        for (instant, more) in instants.iter_mut().flatten().zip(stated.iter().flatten()) {
-            let pairs = instant.walk.iter_mut().flatten().zip(more.walk.iter().flatten());
-            pairs.for_each(|(v, more)| *v += more);
-        }
-        let mut biases = self.case.columns.walks.biases;
-        let moved = biases.iter_mut().enumerate().filter(|(place, _)| moves(cause, *place));
-        moved.for_each(|(_, q)| *q += square);
-        Walks { instants, biases }
-    }
-
-    /// The question with a walk of a bias that no mission states.
-    pub fn with_walk(&self, case: &Case<'a>, unstated: &UnstatedWalk) -> Case<'a> {
-        case.with_walks(self.walks(
-            &unstated.cause,
-            unstated.density,
-            &self.unit(None),
-            &self.case.columns.walks.instants,
-        ))
-    }
-
-    /// `-2 ln L` with a walk of this density added to those of the mission, and the innovations of the residuals.
-    fn deviance(&self, cause: &Cause, density: f64, rows: &Rows<'_>) -> Option<(f64, Vec<f64>)> {
-        let walks = self.walks(cause, density, rows.unit, rows.stated);
-        let mut columns = rows.columns.to_vec();
-        let size = whiten(&rows.short.measured, &walks, &rows.short.u, &mut columns);
-        let residual = columns.pop()?;
-        let (products, _) = Products::normalised(columns, &residual);
-        let all: Vec<usize> = (0..products.columns().len()).collect();
-        let solved = products.damped(&all, 1e-9)?;
-        let mut innovations = residual;
-        for (column, value) in products.columns().iter().zip(&solved.values) {
-            innovations.iter_mut().zip(column.iter()).for_each(|(y, c)| *y -= c * value);
-        }
-        let deviance = dot(&innovations, &innovations) + size;
-        deviance.is_finite().then_some((deviance, innovations))
+    /// The question with walks in addition to those that the mission states.
+    pub fn with_walks(&self, case: &Case<'a>, stated: &Walks, added: &[UnstatedWalk]) -> Case<'a> {
+        let added: Vec<(Cause, f64)> = added.iter().map(|walk| (walk.cause, walk.density)).collect();
+        let units = self.units().each_ref().map(|unit| case.columns.carrying(unit));
+        let mut walks = Walks { instants: units[0].clone(), biases: stated.biases };
+        add(&mut walks, &added, &units, &case.columns.carrying(&stated.instants));
+        case.with_walks(walks)
     }
 
     /// Are innovations of unit size in each channel of each run, in both its halves, and without memory?
-    fn is_white(&self, white: &[f64], rows: &Rows<'_>) -> bool {
+    fn is_white(&self, white: &[f64], rows: &Rows) -> bool {
         let measured = &rows.short.measured;
         let mut groups: Vec<Vec<f64>> = vec![Vec::new(); measured.runs.len() * CHANNELS];
         for (at, (cell, value)) in measured.cells().zip(white).enumerate() {
@@ -254,7 +311,7 @@ impl<'a> Search<'a> {
 
     /// Is the spectrum of innovations flat? Walks follow any slow course so well that innovations keep their size; what they cannot follow is a line
     /// or a band of their spectrum, summed over the channels: `2 |sum e_j exp(-i w j)|^2 / n` is chi-square with two degrees of freedom each.
-    fn is_flat(&self, white: &[f64], rows: &Rows<'_>) -> bool {
+    fn is_flat(&self, white: &[f64], rows: &Rows) -> bool {
         let measured = &rows.short.measured;
         let cells: Vec<_> = measured.cells().enumerate().filter(|(at, _)| !rows.out.contains(at)).collect();
         let (mut worst, mut tests) = (1.0_f64, 0.0);
@@ -272,9 +329,12 @@ impl<'a> Search<'a> {
                 let one = |values: &&Vec<f64>| {
                     let n = values.len() as f64;
                     let (mut re, mut im) = (0.0, 0.0);
-                    for (j, e) in values.iter().enumerate() {
-                        let (sine, cosine) = (std::f64::consts::TAU * k as f64 * j as f64 / n).sin_cos();
+                    // a step of the phase is a rotation
+                    let (sin_step, cos_step) = (std::f64::consts::TAU * k as f64 / n).sin_cos();
+                    let (mut sine, mut cosine) = (0.0, 1.0);
+                    for e in values.iter() {
                         (re, im) = (re + e * cosine, im + e * sine);
+                        (sine, cosine) = (sine * cos_step + cosine * sin_step, cosine * cos_step - sine * sin_step);
                     }
                     2.0 * (re * re + im * im) / n
                 };
@@ -301,5 +361,126 @@ impl<'a> Search<'a> {
             }
         }
         worst * f64::max(tests, 1.0) > self.case.settings.serial()
+    }
+}
+
+impl Rows {
+    /// Fits with one walk more, one less, or another one in the place of one.
+    fn near(&self, best: &Fit, none: &Fit, alone: &[Fit]) -> Vec<Fit> {
+        if best.walks.is_empty() {
+            return alone.to_vec();
+        }
+        let mut near = Vec::new();
+        let now: Vec<(Cause, f64)> = best.walks.iter().copied().zip(best.densities.iter().copied()).collect();
+        let mut add = |walks: &[(Cause, f64)]| {
+            let known = match walks {
+                [] => Some(none.clone()),
+                [(cause, _)] => alone.iter().find(|fit| fit.walks.contains(cause)).cloned(),
+                _ => {
+                    let (causes, densities): (Vec<Cause>, Vec<f64>) = walks.iter().copied().unzip();
+                    self.fit(&causes, &densities)
+                }
+            };
+            near.extend(known);
+        };
+        for place in 0..now.len() {
+            let mut fewer = now.clone();
+            fewer.remove(place);
+            add(&fewer);
+        }
+        for fit in alone {
+            let Some(other) = fit.walks.first().copied().zip(fit.densities.first().copied()) else { continue };
+            if best.walks.contains(&other.0) {
+                continue;
+            }
+            for place in 0..now.len() {
+                let mut instead = now.clone();
+                instead.get_mut(place).into_iter().for_each(|slot| *slot = other);
+                add(&instead);
+            }
+            if now.len() < MOST {
+                let more: Vec<(Cause, f64)> = now.iter().copied().chain([other]).collect();
+                add(&more);
+            }
+        }
+        near
+    }
+
+    /// One walk more, beside others at densities near these.
+    fn with(&self, beside: &[(Cause, f64)], cause: Cause, range: (f64, f64)) -> Option<Fit> {
+        let (mut walks, mut densities): (Vec<Cause>, Vec<f64>) = beside.iter().copied().unzip();
+        walks.push(cause);
+        let mut best: Option<(f64, f64)> = None;
+        let mut density = range.0;
+        while density < range.1 * FACTOR {
+            let logs: Vec<f64> = densities.iter().chain([&density]).map(|density| density.ln()).collect();
+            let trial = self.trial(&walks, &logs).filter(|trial| best.is_none_or(|best| trial.deviance < best.0));
+            best = trial.map(|trial| (trial.deviance, density)).or(best);
+            density *= FACTOR;
+        }
+        densities.push(best?.1);
+        self.fit(&walks, &densities)
+    }
+
+    /// Walks at their likeliest densities, from some; `None` where the data show nothing of one of them.
+    fn fit(&self, walks: &[Cause], start: &[f64]) -> Option<Fit> {
+        let mut logs: Vec<f64> = start.iter().map(|density| density.ln()).collect();
+        let mut now = self.trial(walks, &logs)?;
+        let mut u = Vec::new();
+        for _ in 0..SCORINGS {
+            // of each walk its gradient, and what it does to the logarithms of the variances and to the innovations
+            let mut slopes = Vec::with_capacity(walks.len());
+            for k in 0..walks.len() {
+                let mut moved = logs.clone();
+                moved.get_mut(k).into_iter().for_each(|slot| *slot += STEP);
+                let moved = self.trial(walks, &moved)?;
+                let spread: Vec<f64> = moved.logs.iter().zip(&now.logs).map(|(a, b)| (a - b) / STEP).collect();
+                let pairs = moved.innovations.iter().zip(&now.innovations).zip(&spread);
+                let shift: Vec<f64> = pairs.map(|((a, b), f)| (a - b) / STEP + 0.5 * b * f).collect();
+                slopes.push(((moved.deviance - now.deviance) / STEP, spread, shift));
+            }
+            let entry = |k: usize, l: usize| match (slopes.get(k), slopes.get(l)) {
+                (Some(a), Some(b)) => 0.5 * dot(&a.1, &b.1) + dot(&a.2, &b.2),
+                // both are below `walks.len()`
+                _ => f64::NAN,
+            };
+            let information = Triangle::of(walks.len(), entry, |_| 0.0)?;
+            let gradient: Vec<f64> = slopes.iter().map(|slope| -0.5 * slope.0).collect();
+            let step = information.solve(&gradient);
+            let inverse = information.inverse();
+            u = inverse.iter().enumerate().filter_map(|(k, row)| Some(row.get(k)?.sqrt())).collect();
+            // no further at once than from one of the densities tried first to the next
+            let largest = step.iter().fold(FACTOR.ln(), |most, v| most.max(v.abs()));
+            let trials = (0..HALVINGS).find_map(|halving| {
+                let share = FACTOR.ln() / largest * 0.5_f64.powi(i32::try_from(halving).unwrap_or_default());
+                let moved: Vec<f64> = logs.iter().zip(&step).map(|(a, b)| a + share * b).collect();
+                let trial = self.trial(walks, &moved).filter(|trial| trial.deviance <= now.deviance)?;
+                Some((moved, trial))
+            });
+            let Some((moved, trial)) = trials else { break };
+            let fall = now.deviance - trial.deviance;
+            (logs, now) = (moved, trial);
+            if fall < FLAT {
+                break;
+            }
+        }
+        let densities: Vec<f64> = logs.iter().map(|log| log.exp()).collect();
+        let u = densities.iter().zip(&u).map(|(density, u)| density * u).collect();
+        Some(Fit { walks: walks.to_vec(), densities, u, deviance: now.deviance })
+    }
+
+    /// `-2 ln L` with walks of these densities, given by their logarithms, added to those of the mission, and the innovations of the residuals.
+    fn trial(&self, walks: &[Cause], logs: &[f64]) -> Option<Trial> {
+        let added: Vec<(Cause, f64)> = walks.iter().copied().zip(logs.iter().map(|log| log.exp())).collect();
+        let mut walks = self.walks.borrow_mut();
+        add(&mut walks, &added, &self.units, &self.stated);
+        let mut columns = self.columns.to_vec();
+        let logs = whiten(&self.short.measured, &walks, &self.short.u, &mut columns);
+        let mut innovations = columns.pop()?;
+        // causes of which only a sum is observable are as good as one
+        let basis = orthonormal(columns, INDEPENDENT);
+        project(&mut innovations, &basis);
+        let deviance = dot(&innovations, &innovations) + logs.iter().sum::<f64>();
+        deviance.is_finite().then_some(Trial { deviance, innovations, logs })
     }
 }

@@ -4,7 +4,7 @@ use super::case::Case;
 use super::cause::Cause;
 use super::changing::Columns;
 use super::shortened::Shortened;
-use super::whiten::whiten;
+use super::whiten::Filter;
 use crate::linear::normalise;
 use std::cell::OnceCell;
 use std::rc::Rc;
@@ -22,6 +22,7 @@ pub(super) struct Weighed {
     /// What columns are made of, at these rows.
     pub made: Columns,
     pub unit: Vec<(Rc<Vec<f64>>, f64)>,
+    filter: Filter,
     /// Waves that are tried (`periodic.rs`).
     pub waves: OnceCell<Waves>,
 }
@@ -34,7 +35,12 @@ pub(super) fn unit(mut column: Vec<f64>) -> (Rc<Vec<f64>>, f64) {
 
 impl Weighed {
     pub fn new(case: &Case<'_>, u: &[f64], out: &[usize]) -> Weighed {
-        let mut weighed = Weighed::of_rows(case, Shortened::new(case.measured, &case.without(u, out)), out);
+        let u = case.without(u, out);
+        let mut short = Shortened::new(case.measured, &u);
+        if short.is_blurred(&case.columns.walks.instants) {
+            short = Shortened::picked(case.measured, &u);
+        }
+        let mut weighed = Weighed::of_rows(case, short, out);
         weighed.unit = weighed.rows(case.raw.iter()).into_iter().map(unit).collect();
         weighed
     }
@@ -44,10 +50,16 @@ impl Weighed {
         Weighed::of_rows(case, Shortened::whole(case.measured, &case.without(u, out)), out)
     }
 
+    /// In rows that stand for stretches of time, likewise.
+    pub fn picked(case: &Case<'_>, u: &[f64], out: &[usize]) -> Weighed {
+        Weighed::of_rows(case, Shortened::picked(case.measured, &case.without(u, out)), out)
+    }
+
     fn of_rows(case: &Case<'_>, short: Shortened, out: &[usize]) -> Weighed {
         let made = case.columns.shortened(&short);
         let (raw, columns, out) = (case.raw.clone(), case.columns.clone(), out.to_vec());
-        Weighed { raw, columns, out, short, made, unit: Vec::new(), waves: OnceCell::new() }
+        let filter = Filter::new(&short.measured, &made.walks, &short.u);
+        Weighed { raw, columns, out, short, made, unit: Vec::new(), filter, waves: OnceCell::new() }
     }
 
     pub fn is_of(&self, case: &Case<'_>, out: &[usize]) -> bool {
@@ -63,7 +75,7 @@ impl Weighed {
 
     /// Columns over these rows, weighed.
     pub fn weigh(&self, columns: &mut [Vec<f64>]) {
-        whiten(&self.short.measured, &self.made.walks, &self.short.u, columns);
+        columns.iter_mut().for_each(|column| self.filter.apply(column));
     }
 
     /// The weighed column of a cause that need not be one of the question's.

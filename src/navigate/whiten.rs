@@ -38,86 +38,129 @@ const BIASES: usize = 6;
 const ALL: usize = CHANNELS + BIASES;
 
 /// Replace each column by its innovations, weighted; `u` holds the standard uncertainty of each value. Without random walks this is the division by
-/// `u`. Returns by how much the sum of the logarithms of the innovations' variances exceeds that without walks.
-pub(super) fn whiten(measured: &Measured, walks: &Walks, u: &[f64], columns: &mut [Vec<f64>]) -> f64 {
-    if walks.instants.is_empty() {
-        for column in columns {
-            column.iter_mut().zip(u).for_each(|(value, u)| *value /= u);
-        }
-        return 0.0;
-    }
-    if walks.biases.iter().any(|q| *q > 0.0) {
-        filtered::<ALL>(measured, walks, u, columns)
-    } else {
-        filtered::<CHANNELS>(measured, walks, u, columns)
-    }
+/// `u`. Returns for each value by how much the logarithm of its innovation's variance exceeds that without walks; nothing without walks.
+pub(super) fn whiten(measured: &Measured, walks: &Walks, u: &[f64], columns: &mut [Vec<f64>]) -> Vec<f64> {
+    let filter = Filter::new(measured, walks, u);
+    columns.iter_mut().for_each(|column| filter.apply(column));
+    filter.logs
 }
 
-/// The filter over the channels alone, or over the channels and the biases: `N` states.
-fn filtered<const N: usize>(measured: &Measured, walks: &Walks, u: &[f64], columns: &mut [Vec<f64>]) -> f64 {
-    let places = ErrorSource::bias_indices();
-    let mut at = 0;
-    let mut size = 0.0;
-    for (run, instants) in measured.runs.iter().zip(&walks.instants) {
-        let mut state = vec![[0.0; N]; columns.len()];
-        let mut p = SMatrix::<f64, N, N>::zeros();
-        let (mut psi_before, mut walk_before) = (Matrix::identity(), Matrix::zeros());
-        let mut bias_before = SMatrix::<f64, CHANNELS, BIASES>::zeros();
-        let mut time_before = 0.0;
-        for (row, instant) in run.rows.iter().zip(instants) {
-            let walk = Matrix::from_fn(|i, j| instant.walk[i][j]);
-            let psi = instant.start();
-            let across = transition(&psi, &psi_before);
-            let grown = walk - across * walk_before * across.transpose();
-            let mut a = SMatrix::<f64, N, N>::identity();
-            let mut q = SMatrix::<f64, N, N>::zeros();
-            a.view_mut((0, 0), (CHANNELS, CHANNELS)).copy_from(&across);
-            q.view_mut((0, 0), (CHANNELS, CHANNELS)).copy_from(&grown);
-            if N > CHANNELS {
-                let of =
-                    |j: usize, i: usize| places.get(j).and_then(|k| instant.signatures.get(*k)).map_or(0.0, |s| s[i]);
-                let bias = SMatrix::<f64, CHANNELS, BIASES>::from_fn(|i, j| of(j, i));
-                let felt = bias - across * bias_before;
-                a.view_mut((0, CHANNELS), (CHANNELS, BIASES)).copy_from(&felt);
-                let span = row.time - time_before;
-                for (j, density) in walks.biases.iter().enumerate() {
-                    let effect = felt.column(j).into_owned();
-                    let both = effect * effect.transpose() * (density * span / 3.0);
-                    let mut corner = q.view_mut((0, 0), (CHANNELS, CHANNELS));
-                    corner += both;
-                    for i in 0..CHANNELS {
-                        let half = 0.5 * density * span * effect[i];
-                        q[(i, CHANNELS + j)] += half;
-                        q[(CHANNELS + j, i)] += half;
-                    }
-                    q[(CHANNELS + j, CHANNELS + j)] += density * span;
-                }
-                (bias_before, time_before) = (bias, row.time);
+/// The filter of a question: the same for every column.
+pub(super) struct Filter {
+    /// Standard deviation of each value's innovation, and the logarithm of its variance over that without walks.
+    sd: Vec<f64>,
+    logs: Vec<f64>,
+    /// States: the channels, or the channels and the biases.
+    states: usize,
+    /// Of each row whether it is the first of its run, how many values it has, and the channels' rows of its transition.
+    rows: Vec<(bool, usize)>,
+    transitions: Vec<f64>,
+    /// Of each value its channel and its gain.
+    channel: Vec<usize>,
+    gains: Vec<f64>,
+}
+
+impl Filter {
+    pub fn new(measured: &Measured, walks: &Walks, u: &[f64]) -> Filter {
+        let mut filter = Filter {
+            sd: Vec::with_capacity(u.len()),
+            logs: Vec::new(),
+            states: 0,
+            rows: Vec::new(),
+            transitions: Vec::new(),
+            channel: Vec::new(),
+            gains: Vec::new(),
+        };
+        match walks.biases.iter().any(|q| *q > 0.0) {
+            _ if walks.instants.is_empty() => filter.sd.extend(u),
+            true => filter.fill::<ALL>(measured, walks, u),
+            false => filter.fill::<CHANNELS>(measured, walks, u),
+        }
+        filter
+    }
+
+    /// A column by its innovations.
+    pub fn apply(&self, column: &mut [f64]) {
+        if self.states == 0 {
+            column.iter_mut().zip(&self.sd).for_each(|(value, sd)| *value /= sd);
+            return;
+        }
+        let mut state = [0.0; ALL];
+        let mut values = column.iter_mut().zip(self.sd.iter().zip(&self.channel).zip(self.gains.chunks(self.states)));
+        for ((first, count), transition) in self.rows.iter().zip(self.transitions.chunks(CHANNELS * self.states)) {
+            let before = if *first { [0.0; ALL] } else { state };
+            state = before;
+            for (z, row) in state.iter_mut().zip(transition.chunks(self.states)) {
+                *z = row.iter().zip(&before).map(|(a, z)| a * z).sum();
             }
-            p = a * p * a.transpose() + q;
-            p = (p + p.transpose()) * 0.5;
-            for z in &mut state {
-                *z = std::array::from_fn(|i| (0..N).map(|j| a[(i, j)] * z[j]).sum());
-            }
-            (psi_before, walk_before) = (psi, walk);
-            for channel in (0..CHANNELS).filter(|c| row.value.get(*c).is_some_and(Option::is_some)) {
-                let u = u.at(at);
-                let variance = p[(channel, channel)].max(0.0) + u * u;
-                size += (variance / (u * u)).ln();
-                let gain = p.column(channel) / variance;
-                for (column, z) in columns.iter_mut().zip(&mut state) {
-                    let Some(value) = column.get_mut(at) else { continue };
-                    let innovation = *value - z[channel];
-                    z.iter_mut().zip(gain.iter()).for_each(|(z, k)| *z += k * innovation);
-                    *value = innovation / variance.sqrt();
-                }
-                let row: nalgebra::RowSVector<f64, N> = p.row(channel).into_owned();
-                p -= gain * row;
-                at += 1;
+            for (value, ((sd, channel), gain)) in values.by_ref().take(*count) {
+                let innovation = *value - state[*channel];
+                state.iter_mut().zip(gain).for_each(|(z, k)| *z += k * innovation);
+                *value = innovation / sd;
             }
         }
     }
-    size
+
+    /// Over the channels alone, or over the channels and the biases: `N` states.
+    fn fill<const N: usize>(&mut self, measured: &Measured, walks: &Walks, u: &[f64]) {
+        self.states = N;
+        let places = ErrorSource::bias_indices();
+        for (run, instants) in measured.runs.iter().zip(&walks.instants) {
+            let mut p = SMatrix::<f64, N, N>::zeros();
+            let (mut psi_before, mut walk_before) = (Matrix::identity(), Matrix::zeros());
+            let mut bias_before = SMatrix::<f64, CHANNELS, BIASES>::zeros();
+            let mut time_before = 0.0;
+            for (k, (row, instant)) in run.rows.iter().zip(instants).enumerate() {
+                let walk = Matrix::from_fn(|i, j| instant.walk[i][j]);
+                let psi = instant.start();
+                let across = transition(&psi, &psi_before);
+                let grown = walk - across * walk_before * across.transpose();
+                let mut a = SMatrix::<f64, N, N>::identity();
+                let mut q = SMatrix::<f64, N, N>::zeros();
+                a.view_mut((0, 0), (CHANNELS, CHANNELS)).copy_from(&across);
+                q.view_mut((0, 0), (CHANNELS, CHANNELS)).copy_from(&grown);
+                if N > CHANNELS {
+                    let of = |j: usize, i: usize| {
+                        places.get(j).and_then(|k| instant.signatures.get(*k)).map_or(0.0, |s| s[i])
+                    };
+                    let bias = SMatrix::<f64, CHANNELS, BIASES>::from_fn(|i, j| of(j, i));
+                    let felt = bias - across * bias_before;
+                    a.view_mut((0, CHANNELS), (CHANNELS, BIASES)).copy_from(&felt);
+                    let span = row.time - time_before;
+                    for (j, density) in walks.biases.iter().enumerate() {
+                        let effect = felt.column(j).into_owned();
+                        let both = effect * effect.transpose() * (density * span / 3.0);
+                        let mut corner = q.view_mut((0, 0), (CHANNELS, CHANNELS));
+                        corner += both;
+                        for i in 0..CHANNELS {
+                            let half = 0.5 * density * span * effect[i];
+                            q[(i, CHANNELS + j)] += half;
+                            q[(CHANNELS + j, i)] += half;
+                        }
+                        q[(CHANNELS + j, CHANNELS + j)] += density * span;
+                    }
+                    (bias_before, time_before) = (bias, row.time);
+                }
+                p = a * p * a.transpose() + q;
+                p = (p + p.transpose()) * 0.5;
+                (psi_before, walk_before) = (psi, walk);
+                self.transitions.extend((0..CHANNELS).flat_map(|i| (0..N).map(move |j| a[(i, j)])));
+                let first = self.sd.len();
+                for channel in (0..CHANNELS).filter(|c| row.value.get(*c).is_some_and(Option::is_some)) {
+                    let u = u.at(self.sd.len());
+                    let variance = p[(channel, channel)].max(0.0) + u * u;
+                    let gain = p.column(channel) / variance;
+                    self.logs.push((variance / (u * u)).ln());
+                    self.sd.push(variance.sqrt());
+                    self.channel.push(channel);
+                    self.gains.extend(gain.iter());
+                    let row: nalgebra::RowSVector<f64, N> = p.row(channel).into_owned();
+                    p -= gain * row;
+                }
+                self.rows.push((k == 0, self.sd.len() - first));
+            }
+        }
+    }
 }
 
 /// Random walks along other errors than those that `old` was made for: the covariance added from row to row is the same, `Q = W(t) - A W(s) A^T`; its

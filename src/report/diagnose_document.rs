@@ -688,10 +688,7 @@ pub fn diagnose_figure(campaign: &Campaign, diagnosis: &Diagnosis, report: &Diag
     let panels: Vec<GapPanel> =
         sensors.iter().map(|k| panel(campaign, diagnosis, report, *k, (every, sensors.len()), lang)).collect();
     let factor = diagnosis.grouping.as_ref().map_or("", |g| g.factor.as_str());
-    let mut caption = vec![match report.effects.is_empty() {
-        true => say!(lang, "each-reading-minus-the-model-as-given").to_string(),
-        false => say!(lang, "each-reading-minus-the-model-circles-with").to_string(),
-    }];
+    let mut caption = vec![say!(lang, "each-reading-minus-the-model", found = !report.effects.is_empty())];
     if !factor.is_empty() {
         caption.push(say!(lang, "readings-are-grouped-by-which-the-gap", factor = named_factor(factor, lang)));
     }

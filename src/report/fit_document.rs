@@ -158,10 +158,9 @@ fn convergence(report: &FitReport, lang: Language) -> Vec<(Tone, String)> {
         return said.into_iter().collect();
     };
     let steps = lang.count(record.iterations.len(), "iteration");
-    let mut said = vec![match (record.converged, what.is_empty()) {
-        (false, _) => (Tone::Bad, say!(lang, "gauss-newton-did-not-converge-after", steps, stop = record.stop.said())),
-        (true, true) => (Tone::Good, say!(lang, "gauss-newton-converged-after", steps)),
-        (true, false) => (Tone::Good, say!(lang, "gauss-newton-converged-and-differs", steps, what)),
+    let mut said = vec![match record.converged {
+        false => (Tone::Bad, say!(lang, "gauss-newton-did-not-converge-after", steps, stop = record.stop.said())),
+        true => (Tone::Good, say!(lang, "gauss-newton-converged-after", differs = !what.is_empty(), steps, what)),
     }];
     if !record.moved.is_empty() {
         let moved = lang.names(&record.moved);

@@ -382,11 +382,7 @@ fn shortfall(improved: &ImprovedReport, lang: Language) -> Option<String> {
 
 /// The limit of the cost, and where it comes from.
 fn cost_limit(improved: &ImprovedReport, limit: f64, lang: Language) -> String {
-    let cost = significant(limit, 4);
-    match improved.budget {
-        Some(_) => say!(lang, "within-a-budget-of-for-what-was", cost),
-        None => say!(lang, "at-no-more-cost-than-the-given", cost),
-    }
+    say!(lang, "cost-limit-of-the-search", budget = improved.budget.is_some(), cost = significant(limit, 4))
 }
 
 /// Why a mounting is there, in words.
@@ -507,12 +503,9 @@ fn through_tilts(through: &ThroughTilts, lang: Language) -> String {
         Some(arcsec) => (arcsec, " arcsec"),
         None => (through.u, ""),
     };
-    let ThroughTilts { known, parameter, tilts_arcsec, .. } = through;
+    let ThroughTilts { known, parameter, tilts_arcsec, counted, .. } = through;
     let (u, tilts) = (significant(u, 2), significant(*tilts_arcsec, 3));
-    match through.counted {
-        true => say!(lang, "counted-above-with-tilts-of-arcsec-the", tilts, known, u, unit, parameter),
-        false => say!(lang, "not-counted-the-uncertainty-of-acts-through", known, tilts, u, unit, parameter),
-    }
+    say!(lang, "uncertainty-through-tilts", counted, tilts, known, u, unit, parameter)
 }
 
 /// The levels that chosen positions are planned for, where they share deviations.

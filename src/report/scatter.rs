@@ -1,7 +1,7 @@
 //! What scatters, as a fit report says it: every source with its size, where that comes from, and its part in each parameter.
 
 use super::finite;
-use crate::campaign::{Known, Per, Size};
+use crate::campaign::{Known, Size};
 use crate::document::number::{percent, significant};
 use crate::document::{Cell, Rows, Section};
 use crate::estimate::LineState;
@@ -140,22 +140,11 @@ fn note(fit: &Fit, source: &VarianceSource, each: bool) -> Option<Sentence> {
         LineState::AtZero => sentence!("estimated-as-zero", below = source.u_is_below()),
         LineState::NotFelt => sentence!("no-reading-feels-it-here"),
         LineState::Inseparable => {
-            let others: Vec<&str> = fit
-                .noise
-                .sources
-                .iter()
-                .filter(|other| other.estimated && other.state == LineState::Estimated)
-                .map(|other| other.name.as_str())
-                .collect();
-            match others.split_first() {
-                None => sentence!("these-readings-cannot-tell-it-from-the-rest"),
-                Some((first, further)) => {
-                    let both =
-                        |before: Sentence, other: &&str| sentence!("list-and", before, last = source_sentence(other));
-                    let others = further.iter().fold(source_sentence(first), both);
-                    sentence!("these-readings-cannot-tell-it-from-their", others)
-                }
-            }
+            let is_estimated = |other: &&VarianceSource| other.estimated && other.state == LineState::Estimated;
+            let others = fit.noise.sources.iter().filter(is_estimated).map(|other| source_sentence(&other.name));
+            let others = others.reduce(|before, last| sentence!("list-and", before, last));
+            let (named, others) = (others.is_some(), others.unwrap_or_else(|| "".into()));
+            sentence!("these-readings-cannot-tell-it-from-their", named, others)
         }
         LineState::Absorbed => absorbed(fit, source)?,
         _ if source.line.is_none() && source.estimated && !fit.noise.determined => {
@@ -173,12 +162,7 @@ fn absorbed(fit: &Fit, source: &VarianceSource) -> Option<Sentence> {
     let per = |k: usize| fit.campaign.scatter.get(k).map(|line| &line.per);
     // a level that repeats an earlier one leaves one residual; each variance needs its own
     let more = fit.noise.absorbed.iter().filter(|(k, _)| per(*k) == per(line)).count();
-    let levels = match per(line)? {
-        Per::Reading => sentence!("more-readings", more),
-        Per::Position => sentence!("more-mountings", more),
-        Per::Campaign => sentence!("more-campaigns", more),
-        Per::Column(column) => sentence!("more-values", more, column),
-    };
+    let levels = sentence!("more-levels", more, per = per(line)?.name());
     let names = fit.without_u_for(line);
     // of many the first few
     let listed = names.iter().take(6).copied().collect::<Vec<_>>().join(", ");

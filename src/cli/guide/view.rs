@@ -2,7 +2,7 @@
 
 use crate::campaign::{Campaign, Reading};
 use crate::document::number::{rounded, trimmed};
-use crate::guide::{Advice, Agreement, Ending, Explanation, Held, Holding, Mistake, Newest, Next, Progress, Why};
+use crate::guide::{Advice, Ending, Explanation, Held, Holding, Mistake, Newest, Next, Progress};
 use crate::language::{Language, say};
 use crate::report::ARCSEC;
 
@@ -45,11 +45,7 @@ pub(super) fn text(advice: &Advice, lang: Language) -> String {
 
 pub(super) fn ending(ending: Ending, advice: &Advice, lang: Language) -> String {
     let (readings, cost) = (advice.readings.to_string(), advice.cost.to_string());
-    match ending {
-        Ending::Reached => say!(lang, "guide-reached", readings, cost),
-        Ending::NothingToGain => say!(lang, "guide-nothing-to-gain", readings, cost),
-        Ending::MostReadings => say!(lang, "guide-most-readings", readings, cost),
-    }
+    say!(lang, "guide-ended", by = ending.name(), readings, cost)
 }
 
 /// What is said while a position is held.
@@ -85,11 +81,7 @@ fn position(label: &str, setting: &str, lang: Language) -> String {
 pub(super) fn newest(newest: &Newest, lang: Language) -> Vec<String> {
     let (reading, sd) = (newest.reading.to_string(), format!("{:.1}", tenths(newest.deviation.unwrap_or(0.0))));
     let place = position(&newest.position, &newest.setting, lang);
-    let said = match newest.agreement {
-        Agreement::NotPredicted => say!(lang, "guide-not-predicted", reading, place),
-        Agreement::Agrees => say!(lang, "guide-agrees", reading, place, sd),
-        Agreement::Disagrees => say!(lang, "guide-disagrees", reading, place, sd),
-    };
+    let said = say!(lang, "guide-newest", agreement = newest.agreement.name(), reading, place, sd);
     [said].into_iter().chain(newest.remarks.iter().map(|remark| format!("  {}", remark.say(lang)))).collect()
 }
 
@@ -107,12 +99,9 @@ pub(super) fn mistake(mistake: &Mistake, lang: Language) -> Vec<String> {
         _ => say!(lang, "guide-not-told").to_string(),
     };
     // what is to be done about it
-    let undo = match mistake.culprit() {
-        Some((reading, probability)) => {
-            say!(lang, "guide-undo", reading = reading.to_string(), probability = format!("{probability:.3}"))
-        }
-        None => say!(lang, "guide-undo-any").to_string(),
-    };
+    let wrong = mistake.culprit().map(|(reading, probability)| (reading.to_string(), format!("{probability:.3}")));
+    let (culprit, (reading, probability)) = (wrong.is_some(), wrong.unwrap_or_default());
+    let undo = say!(lang, "guide-undo", culprit, reading, probability);
     let one = |explanation: &Explanation| {
         let what = lang.name(&explanation.what).to_string();
         let (probability, reading) = (format!("{:.3}", explanation.probability), explanation.reading.to_string());
@@ -142,12 +131,7 @@ pub(super) fn goal(progress: &Progress, lang: Language) -> String {
 }
 
 pub(super) fn next(next: &Next, lang: Language) -> String {
-    let place = position(&next.position, &next.setting, lang);
-    match (next.why, next.information) {
-        (Why::Information, Some(nats)) => {
-            say!(lang, "guide-next", place, nats = format!("{nats:.2}"), cost = next.cost.to_string())
-        }
-        (Why::Discriminates, _) => say!(lang, "guide-next-apart", place, between = next.between.join(" | ")),
-        _ => say!(lang, "guide-next-again", place),
-    }
+    let (place, why) = (position(&next.position, &next.setting, lang), next.why.name());
+    let nats = next.information.map_or(String::new(), |nats| format!("{nats:.2}"));
+    say!(lang, "guide-next", place, why, nats, cost = next.cost.to_string(), between = next.between.join(" | "))
 }
