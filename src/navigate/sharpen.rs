@@ -5,9 +5,9 @@ use super::refine::{Search, State};
 use super::weighed::Weighed;
 use std::rc::Rc;
 
-/// Trials on each side of a time, and golden sections between the neighbours of the best: to 2e-4 of the distance tried.
+/// Trials on each side of a time, on each of so many levels.
 const PARTS: i32 = 8;
-const SECTIONS: usize = 15;
+const LEVELS: i32 = 5;
 
 /// Rounds of refining the edges and the period of a square wave in turn, at most.
 const ROUNDS: usize = 24;
@@ -26,39 +26,23 @@ pub(super) enum By {
 }
 
 impl By {
-    /// The time near `start` at which `try_at` is least: of equally spaced ones, then by golden section beside the best; with its value there. `None` where it
-    /// has none at the start.
+    /// The time near `start` at which `try_at` is least, on ever finer grids, with its value there; `None` where it has none at the start.
     pub(super) fn finest<T>(self, start: f64, try_at: impl Fn(f64) -> Option<(f64, T)>) -> Option<(f64, T)> {
-        let mut best = (try_at(start)?, 0.0);
-        // a time without a value is no better than any
-        let look = |share: f64, best: &mut ((f64, T), f64)| {
-            let time = self.moved(start, share);
-            let found = if time > 0.0 && time.is_finite() { try_at(time) } else { None };
-            let value = found.as_ref().map_or(f64::INFINITY, |found| found.0);
-            if let Some(better) = found.filter(|found| found.0 < best.0.0) {
-                *best = (better, share);
+        let (mut best, mut time, mut width) = (try_at(start)?, start, 1.0);
+        for _ in 0..LEVELS {
+            let middle = time;
+            for part in (-PARTS..=PARTS).filter(|part| *part != 0) {
+                let trial = self.moved(middle, width * f64::from(part) / f64::from(PARTS));
+                if !(trial > 0.0 && trial.is_finite()) {
+                    continue;
+                }
+                if let Some(better) = try_at(trial).filter(|(least, _)| *least < best.0) {
+                    (best, time) = (better, trial);
+                }
             }
-            value
-        };
-        for part in (-PARTS..=PARTS).filter(|part| *part != 0) {
-            look(f64::from(part) / f64::from(PARTS), &mut best);
+            width *= 1.5 / f64::from(PARTS);
         }
-        let width = 1.0 / f64::from(PARTS);
-        let (mut low, mut high) = (best.1 - width, best.1 + width);
-        let share = 0.5 * (5f64.sqrt() - 1.0);
-        let inner = |low: f64, high: f64| [high - share * (high - low), low + share * (high - low)];
-        let mut values = inner(low, high).map(|share| look(share, &mut best));
-        for _ in 0..SECTIONS {
-            // one of the next two points is one of these
-            if values[0] < values[1] {
-                high = low + share * (high - low);
-                values = [look(inner(low, high)[0], &mut best), values[0]];
-            } else {
-                low = high - share * (high - low);
-                values = [values[1], look(inner(low, high)[1], &mut best)];
-            }
-        }
-        Some(best.0)
+        Some(best)
     }
 
     fn moved(self, time: f64, share: f64) -> f64 {
