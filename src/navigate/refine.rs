@@ -66,9 +66,9 @@ pub(super) struct Search<'a> {
     pub ordinary: Option<State>,
     /// Random walks that the mission does not state and that have been added to those that it states.
     pub unstated: Vec<UnstatedWalk>,
-    /// Those.
+    /// What the mission states.
     pub stated: Walks,
-    /// See `unstated_walk.rs`.
+    /// What white noise of the gyros and of the accelerometers builds up, for a density of one.
     pub units: OnceCell<[Vec<Vec<Instant>>; 2]>,
     /// The part of the whole that is being done: its start and its end, shares.
     pub part: (f64, f64),

@@ -33,7 +33,7 @@ use crate::linear::{Triangle, dot, orthonormal, project};
 use crate::uncertainty::quantiles::chi_square_survival;
 use std::cell::RefCell;
 
-/// Densities that are tried first: their range, and the factor between them. White noise in rad/sqrt(s) or (m/s)/sqrt(s) alike,
+/// Densities that are tried first: their range, and the factor between them, from the best of which scoring goes on by steps no larger. White noise in rad/sqrt(s) or (m/s)/sqrt(s) alike,
 const RANGE: (f64, f64) = (1e-9, 1e-2);
 /// walks of biases in (rad/s)/sqrt(s) and in (m/s^2)/sqrt(s).
 const GYRO_RANGE: (f64, f64) = (1e-13, 1e-6);
@@ -283,7 +283,7 @@ impl<'a> Search<'a> {
     pub fn with_walks(&self, case: &Case<'a>, stated: &Walks, added: &[UnstatedWalk]) -> Case<'a> {
         let added: Vec<(Cause, f64)> = added.iter().map(|walk| (walk.cause, walk.density)).collect();
         let units = self.units().each_ref().map(|unit| case.columns.carrying(unit));
-        let mut walks = Walks { instants: units[0].clone(), biases: stated.biases };
+        let mut walks = Walks { instants: units[0].clone(), biases: Default::default() };
         add(&mut walks, &added, &units, &case.columns.carrying(&stated.instants));
         case.with_walks(walks)
     }

@@ -168,7 +168,7 @@ pub(super) struct Question<'a> {
     pub prices: Prices,
 }
 
-/// Starts of a search for the least budget.
+/// Starts of a search for the least budget, which bound the work: whether it is enough is asked often, and the answer has the request's starts.
 const FEW: usize = 20;
 
 impl<'a> Question<'a> {
@@ -288,6 +288,7 @@ impl<'a> Question<'a> {
                 let outcome = self.seek(objective, choose, Some(more), &limits)?;
                 Some((self.prices.of(&outcome.design.chosen), ()))
             };
+            // a quarter apart, then to a hundredth
             let first = (1..40).map(|k| budget * 1.25_f64.powi(k)).find_map(cost_within);
             let enough = first.map(|first| least(budget, first, 0.01 * first.0, |cost, (), _| cost_within(cost)).0);
             limit = enough.filter(|_| may_cost_more);

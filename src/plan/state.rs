@@ -45,13 +45,14 @@ pub(super) struct State<'a> {
     second: Option<(Vec<f64>, Vec<Vec<f64>>)>,
 }
 
-/// Share of the largest diagonal element that is added to all of them, so that a singular design has an inverse, too.
+/// Share of the largest diagonal element that is added to all of them, so that a singular design has an inverse, too: what is determined
+/// changes by a millionth, and rounding (1e-16) by a condition number of 1e6 at most.
 const LITTLE: f64 = 1e-6;
-/// A replacement that leaves a smaller share of the determinant leaves a singular design.
+/// A replacement that leaves a smaller share of the determinant leaves a singular design: ten times that rounding.
 const SINGULAR: f64 = 1e-9;
-/// Candidates that are evaluated one by one when the largest of several variances is made small.
+/// Candidates that are evaluated one by one when the largest of several variances is made small: they bound the work.
 const CUTS: usize = 60;
-/// Of gains that differ by less, the first candidate's counts.
+/// Of gains that differ by less, which is that rounding, the first candidate's counts.
 const EQUAL: f64 = 1e-10;
 
 impl<'a> State<'a> {
