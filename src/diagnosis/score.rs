@@ -651,6 +651,15 @@ impl Score {
         2.0 * (most(self.profile(kernel, set)) - most(self.profile(0, set)))
     }
 
+    /// ln of the odds of a remainder, of whatever kernel and size, against none, given a set.
+    pub fn remainder(&mut self, set: &[u16]) -> f64 {
+        let value = |this: &mut Self, kernel: usize| {
+            this.integral(kernel, set).map_or(f64::NEG_INFINITY, |(value, _)| value + this.kernel_prior(kernel))
+        };
+        let all: Vec<f64> = (0..self.kernels.len()).map(|kernel| value(self, kernel)).collect();
+        all.split_first().map_or(f64::NEG_INFINITY, |(none, others)| ln_sum(others) - none)
+    }
+
     /// One set, solved with nothing but what it needs.
     fn quick(&self, kernel: usize, t: f64, set: &[u16]) -> Option<Solved> {
         let (bank_kernel, shrink) = (&self.kernels[kernel], self.shrink(kernel, t));

@@ -29,11 +29,15 @@ pub(super) fn matrix(rows: usize, columns: &[impl AsRef<Vec<f64>>]) -> Mat<f64> 
 
 /// The kernels for the residuals of a state.
 pub(super) fn bank(rows: &Weighed, residual: &[f64]) -> Vec<Kernel> {
-    let out = rows.out();
-    let cells = rows.short.measured.cells().enumerate().filter(|(at, _)| !out.contains(at));
-    let cells: Vec<(usize, Cell)> = cells.collect();
-    let waves = Waves { rows, cells: &cells };
-    let of = |channel: usize| cells.iter().filter(move |(_, cell)| cell.channel == channel).map(|(at, _)| *at);
+    let mut kernels = of_channels(rows, residual);
+    kernels.extend(driven(rows));
+    kernels
+}
+
+/// Those in which channels deviate by themselves.
+pub(super) fn of_channels(rows: &Weighed, residual: &[f64]) -> Vec<Kernel> {
+    let waves = Waves::new(rows);
+    let of = |channel: usize| waves.cells.iter().filter(move |(_, cell)| cell.channel == channel).map(|(at, _)| *at);
     // mean square of the residuals of each channel that was measured
     let square = |channel: usize| {
         let count = of(channel).count() as f64;
@@ -45,23 +49,11 @@ pub(super) fn bank(rows: &Weighed, residual: &[f64]) -> Vec<Kernel> {
     let louder: Vec<(usize, f64)> =
         measured.iter().filter(|(_, mean, most)| mean > most).map(|(c, mean, _)| (*c, (mean - 1.0).sqrt())).collect();
     let mut kernels = Vec::new();
-    let mut add = |columns: Vec<Vec<f64>>| {
-        let mut factor = matrix(residual.len(), &columns);
-        let trace: f64 = (0..factor.ncols()).map(|j| factor.col(j).squared_norm_l2()).sum();
-        if trace > 0.0 {
-            // of mean variance one
-            factor *= faer::Scale((residual.len() as f64 / trace).sqrt());
-            kernels.push(Kernel { follows: None, per_mounting: false, one_of: 1, factor, sensor: None });
-        }
-    };
-    let scaled = |wave: &Wave, length: (bool, f64), by: f64| -> Vec<f64> {
-        let share = by * share_of_wave(wave.order, length);
-        wave.column.iter().map(|v| share * v).collect()
-    };
+    let mut add = |columns: Vec<Vec<f64>>| kernels.extend(kernel(&columns, residual.len()));
     let largest = |mut waves: Vec<(&Wave, f64)>, length: (bool, f64)| -> Vec<Vec<f64>> {
         let size = |(wave, by): &(&Wave, f64)| by * share_of_wave(wave.order, length);
         waves.sort_by(|a, b| size(b).total_cmp(&size(a)));
-        waves.into_iter().take(TOGETHER).map(|(wave, by)| scaled(wave, length, by)).collect()
+        waves.into_iter().take(TOGETHER).map(|(wave, by)| wave.scaled(length, by)).collect()
     };
     let quiet: Vec<Vec<Wave>> = measured.iter().map(|(channel, ..)| waves.of_channel(*channel, QUIET)).collect();
     let loud: Vec<(Vec<Wave>, f64)> = louder.iter().map(|(c, by)| (waves.of_channel(*c, TOGETHER), *by)).collect();
@@ -69,9 +61,9 @@ pub(super) fn bank(rows: &Weighed, residual: &[f64]) -> Vec<Kernel> {
         // of kernels that hardly differ the first is kept: all channels that deviate before the one that does so most
         add(largest(loud.iter().flat_map(|(courses, by)| courses.iter().map(|wave| (wave, *by))).collect(), length));
         for (courses, _) in &loud {
-            add(courses.iter().map(|wave| scaled(wave, length, 1.0)).collect());
+            add(courses.iter().map(|wave| wave.scaled(length, 1.0)).collect());
         }
-        add(quiet.iter().flatten().map(|wave| scaled(wave, length, 1.0)).collect());
+        add(quiet.iter().flatten().map(|wave| wave.scaled(length, 1.0)).collect());
     }
     let unit = |at: usize, by: f64| {
         let mut column = vec![0.0; residual.len()];
@@ -82,22 +74,39 @@ pub(super) fn bank(rows: &Weighed, residual: &[f64]) -> Vec<Kernel> {
     for (channel, _) in &louder {
         add(of(*channel).map(|at| unit(at, 1.0)).collect());
     }
-    // slow against the run, a random walk, and white: noise of an instrument, which makes an error walk
-    let driven: Vec<Vec<Wave>> = ErrorSource::biases().iter().map(|source| waves.driven_by(source)).collect();
+    kernels
+}
+
+/// Those in which what drives the navigator deviates: slow against the run, as a random walk, and white as the noise of an instrument, which makes an error walk.
+fn driven(rows: &Weighed) -> Vec<Kernel> {
+    let waves = Waves::new(rows);
+    let courses: Vec<Vec<Wave>> = ErrorSource::biases().iter().map(|source| waves.driven_by(source)).collect();
     let [_, slow, walk, _, white] = LENGTHS;
+    let mut kernels = Vec::new();
     for length in [slow, walk, white] {
         let mut all = Vec::new();
-        for courses in &driven {
-            let columns: Vec<Vec<f64>> = courses.iter().map(|wave| scaled(wave, length, 1.0)).collect();
+        for courses in &courses {
+            let columns: Vec<Vec<f64>> = courses.iter().map(|wave| wave.scaled(length, 1.0)).collect();
             let trace: f64 = columns.iter().flatten().map(|v| v * v).sum();
             if trace > 0.0 {
                 all.extend(columns.iter().map(|column| column.iter().map(|v| v / trace.sqrt()).collect::<Vec<f64>>()));
             }
-            add(columns);
+            kernels.extend(kernel(&columns, rows.short.u.len()));
         }
-        add(all);
+        kernels.extend(kernel(&all, rows.short.u.len()));
     }
     kernels
+}
+
+/// The kernel of these columns, of mean variance one; none of nothing.
+fn kernel(columns: &[Vec<f64>], rows: usize) -> Option<Kernel> {
+    let mut factor = matrix(rows, columns);
+    let trace: f64 = (0..factor.ncols()).map(|j| factor.col(j).squared_norm_l2()).sum();
+    if !(trace > 0.0) {
+        return None;
+    }
+    factor *= faer::Scale((rows as f64 / trace).sqrt());
+    Some(Kernel { follows: None, per_mounting: false, one_of: 1, factor, sensor: None })
 }
 
 /// A wave of one run: so many half waves in the run.
@@ -106,13 +115,27 @@ struct Wave {
     column: Vec<f64>,
 }
 
-/// What makes them.
-struct Waves<'a> {
-    rows: &'a Weighed,
-    cells: &'a [(usize, Cell)],
+impl Wave {
+    /// Its column by what a kernel of a length has of it.
+    fn scaled(&self, length: (bool, f64), by: f64) -> Vec<f64> {
+        let share = by * share_of_wave(self.order, length);
+        self.column.iter().map(|v| share * v).collect()
+    }
 }
 
-impl Waves<'_> {
+/// What makes them: the values that are not left out.
+struct Waves<'a> {
+    rows: &'a Weighed,
+    cells: Vec<(usize, Cell)>,
+}
+
+impl<'a> Waves<'a> {
+    fn new(rows: &'a Weighed) -> Self {
+        let out = rows.out();
+        let cells = rows.short.measured.cells().enumerate().filter(|(at, _)| !out.contains(at)).collect();
+        Waves { rows, cells }
+    }
+
     fn weighed(&self, made: Vec<(usize, Vec<f64>)>) -> Vec<Wave> {
         let (orders, mut columns): (Vec<usize>, Vec<Vec<f64>>) = made.into_iter().unzip();
         self.rows.weigh(&mut columns);

@@ -44,6 +44,15 @@ pub(super) struct State {
     pub outside: bool,
 }
 
+impl State {
+    /// The values that some causes have here: zero of those that are not in the set.
+    pub fn values_of(&self, causes: &[Cause]) -> Vec<f64> {
+        let one =
+            |cause: &Cause| self.set.iter().zip(&self.values).find(|(own, _)| *own == cause).map_or(0.0, |(_, x)| *x);
+        causes.iter().map(one).collect()
+    }
+}
+
 /// One step of the search, for the record.
 pub(super) struct Seen {
     pub set: Vec<Cause>,

@@ -34,7 +34,7 @@ impl<'a> Search<'a> {
         let part = |from: f64, to: f64| (start + from * (end - start), start + to * (end - start));
         self.part = part(0.0, 0.3);
         let first = self.settle(empty, far)?;
-        let out = first.out.clone();
+        let (out, from) = (first.out.clone(), (!self.is_far(&first)).then(|| first.clone()));
         let mut best = (first, self.case.clone());
         for (which, share) in [(Ordinary::Biases, 0.3), (Ordinary::WithStart, 0.6)] {
             // of a gap that is far from linear several causes may look like others
@@ -43,7 +43,7 @@ impl<'a> Search<'a> {
             }
             self.part = part(share, share + 0.3);
             self.case = original.clone();
-            let state = self.begin(which, &out, far);
+            let state = self.begin(which, &out, from.as_ref());
             self.ordinary = state.clone().or(self.ordinary.take());
             let state = state.and_then(|state| self.settle(state, far));
             self.keep(&mut best, state);
@@ -66,17 +66,17 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// A set refined from nothing; where the gap is far from linear, from what its first rows say too.
-    pub(super) fn begin(&mut self, which: Ordinary, out: &[usize], far: bool) -> Option<State> {
+    /// A set refined from the values of a state that is not far from the data; without one, from nothing and from what the first rows say.
+    pub(super) fn begin(&mut self, which: Ordinary, out: &[usize], from: Option<&State>) -> Option<State> {
         let set = &self.visible(|kind, instrument| match kind {
             Kind::Bias => instrument != Instrument::Start,
             Kind::Attitude => which == Ordinary::WithStart,
             _ => false,
         })[..];
         self.report(0, set);
-        let straight = if far { None } else { self.refine(set, &vec![0.0; set.len()], out) };
-        if straight.as_ref().is_some_and(|state| state.settled) {
-            return straight;
+        let near = from.and_then(|from| self.refine_or_damp(set, &from.values_of(set), out));
+        if near.as_ref().is_some_and(|state| state.settled) {
+            return near;
         }
         let values = self.approach(set, out);
         let round = self.refine_or_damp(set, &values, out);
@@ -84,7 +84,7 @@ impl<'a> Search<'a> {
         if round.as_ref().is_some_and(enough) {
             return round;
         }
-        let straight = straight.or_else(|| self.refine_or_damp(set, &vec![0.0; set.len()], out));
+        let straight = near.or_else(|| self.refine_or_damp(set, &vec![0.0; set.len()], out));
         [straight, round]
             .into_iter()
             .flatten()
@@ -221,11 +221,7 @@ impl<'a> Search<'a> {
             self.report(round, &set);
             let refined = self.refine(&set, &values, &state.out).or_else(|| {
                 // too far for the linear model: from the values of the present state
-                let from = |cause: &Cause| {
-                    state.set.iter().zip(&state.values).find(|(member, _)| *member == cause).map_or(0.0, |(_, x)| *x)
-                };
-                let values: Vec<f64> = set.iter().map(from).collect();
-                self.refine(&set, &values, &state.out)
+                self.refine(&set, &state.values_of(&set), &state.out)
             });
             let refined = refined.map(|next| self.valued(next));
             match refined.filter(|next| next.value > state.value + GAIN) {

@@ -1,10 +1,10 @@
 //! Random walks that the mission does not state: angle random walk of the gyros, velocity random walk of the accelerometers, and walks of their
 //! biases (rate random walk, acceleration random walk; IEEE Std 952, 1293), of one axis or the same on each.
 //!
-//! With walks of densities `q` the innovations `e` of the residuals of some causes (see `whiten.rs`) have the likelihood
+//! With walks of densities `q` the innovations `e` of the residuals of some causes (see `whiten.rs`) have the restricted likelihood
 //!
 //! ```text
-//! -2 ln L(q) = sum e^2 + sum ln(h P h^T + u^2)          (the causes fitted anew for each q)
+//! -2 ln L(q) = sum e^2 + sum ln(h P h^T + u^2) + ln|C^T C|      (C: innovations of the causes' columns, which are fitted anew for each q)
 //! ```
 //!
 //! It is minimised by scoring in `ln q`, with the information that the innovations have about it (N. K. Gupta and R. K. Mehra, IEEE Trans. Automatic
@@ -12,9 +12,11 @@
 //! The walks are searched for one by one: another one is added, one is removed or one stands in the place of another as long as that is likelier by more than
 //! a walk costs. Of long records some rows are used ([`Shortened::picked`]).
 //!
-//! Walks are named where they are far likelier than none and than every set of other causes, and where their innovations are white: of unit variance in
-//! each channel, without correlation from row to row. Another pattern does not pass: few densities have to fit the sizes of seven channels.
+//! Walks are named where they are far likelier than none and than every set of other causes, and more probable than what channels do by themselves (the kernels
+//! of `bank.rs`, given the same causes in the same rows), and where their innovations are white: of unit variance in each channel, without correlation from row
+//! to row.
 
+use super::bank::{matrix, of_channels};
 use super::case::Case;
 use super::cause::{Cause, Change};
 use super::errors::{ErrorSource, Instrument};
@@ -27,10 +29,11 @@ use super::shortened::Shortened;
 use super::signatures::{Instant, instants, motion, times};
 use super::weighed::Weighed;
 use super::whiten::{Walks, whiten};
-use crate::diagnosis::NoiseFrom;
+use crate::diagnosis::{NoiseFrom, Priors, Problem, Score};
 use crate::elements::Elements;
-use crate::linear::{Triangle, dot, orthonormal, project};
+use crate::linear::{Triangle, dot, orthonormal};
 use crate::uncertainty::quantiles::chi_square_survival;
+use faer::Mat;
 use std::cell::RefCell;
 
 /// Densities that are tried first: their range, and the factor between them, from the best of which scoring goes on by steps no larger. White noise in rad/sqrt(s) or (m/s)/sqrt(s) alike,
@@ -57,7 +60,7 @@ struct Rows {
     /// Walks that the mission states, and covariance of the white noise of each instrument at a density of one.
     stated: Vec<Vec<Instant>>,
     units: [Vec<Vec<Instant>>; 2],
-    /// Columns of the given causes; the last is what these leave.
+    /// Columns of the given causes, orthonormal where only noise is; the last is what these leave.
     columns: Vec<Vec<f64>>,
     /// The walks of a trial: its covariances are overwritten.
     walks: RefCell<Walks>,
@@ -144,18 +147,23 @@ impl<'a> Search<'a> {
         });
         self.case = case;
         let alike = self.case.settings.indistinguishable;
-        let better = |turned: &(f64, Vec<UnstatedWalk>)| along.as_ref().is_none_or(|along| turned.0 + alike < along.0);
-        turned.filter(better).or(along).map(|(_, walks)| walks).unwrap_or_default()
+        let better =
+            |turned: &(f64, Vec<UnstatedWalk>)| along.as_ref().is_none_or(|along| turned.0 > along.0 + 0.5 * alike);
+        // what channels do by themselves follows any course, too
+        let certain = self.case.settings.common.probability;
+        let is_named =
+            |(odds, _): &(f64, Vec<UnstatedWalk>)| odds - self.remainder(&state) >= (certain / (1.0 - certain)).ln();
+        turned.filter(better).or(along).filter(is_named).map(|(_, walks)| walks).unwrap_or_default()
     }
 
     /// All ordinary causes together.
     fn ordinary(&mut self, out: &[usize]) -> Option<State> {
         let empty = self.refine(&[], &[], out)?;
-        let far = self.is_far(&empty);
-        [Ordinary::WithStart, Ordinary::Biases].into_iter().find_map(|which| self.begin(which, out, far))
+        let from = (!self.is_far(&empty)).then_some(&empty);
+        [Ordinary::WithStart, Ordinary::Biases].into_iter().find_map(|which| self.begin(which, out, from))
     }
 
-    /// The same, with the question's columns around the state; with `-2 ln L` and what the walks cost.
+    /// The same, with the question's columns around the state; with ln of their odds against none.
     fn unstated_walks_along(&self, state: &State) -> Option<(f64, Vec<UnstatedWalk>)> {
         let rows = self.rows_of_walks(state, None, Shortened::picked);
         let all = candidates();
@@ -198,7 +206,7 @@ impl<'a> Search<'a> {
             let gain = without.map_or(0.0, excess);
             UnstatedWalk { cause: *cause, density: best.densities.at(place), u: best.u.at(place), gain, others }
         };
-        Some((cost(&best), best.walks.iter().enumerate().map(one).collect()))
+        Some((0.5 * (none.deviance - cost(&best)), best.walks.iter().enumerate().map(one).collect()))
     }
 
     /// Rows for the residuals of a state; without one of its causes.
@@ -209,8 +217,13 @@ impl<'a> Search<'a> {
             let (column, value) = (columns.remove(place), state.values.at(place));
             residual.iter_mut().zip(column).for_each(|(y, c)| *y += value * c);
         }
-        columns.push(&residual);
         let short = rows(self.case.measured, &self.case.without(self.u, &state.out));
+        let over_u = |column: &Vec<f64>| short.column(column).iter().zip(&short.u).map(|(v, u)| v / u).collect();
+        // causes of which only a sum is observable are as good as one
+        let given = orthonormal(columns.into_iter().map(over_u), INDEPENDENT);
+        let times_u = |column: Vec<f64>| column.iter().zip(&short.u).map(|(v, u)| v * u).collect();
+        let mut columns: Vec<Vec<f64>> = given.into_iter().map(times_u).collect();
+        columns.push(short.column(&residual));
         let carrying = |instants: &[Vec<Instant>]| short.instants(&self.case.columns.carrying(instants));
         let units = self.units().each_ref().map(|unit| carrying(unit));
         Rows {
@@ -218,7 +231,7 @@ impl<'a> Search<'a> {
             stated: carrying(&self.stated.instants),
             walks: RefCell::new(Walks { instants: units[0].clone(), biases: Default::default() }),
             units,
-            columns: columns.into_iter().map(|column| short.column(column)).collect(),
+            columns,
             short,
         }
     }
@@ -241,6 +254,29 @@ impl<'a> Search<'a> {
         };
         let others = candidates().into_iter().filter(|(cause, _)| !now.contains(cause)).filter_map(one);
         others.filter(|(_, _, excess)| *excess <= self.case.settings.indistinguishable).collect()
+    }
+
+    /// ln of the odds of what channels do by themselves against noise alone, given the causes of a state.
+    fn remainder(&self, state: &State) -> f64 {
+        let rows = Weighed::picked(&self.case, self.u, &state.out);
+        let basis = orthonormal(rows.rows(state.flown.jacobian.iter()), INDEPENDENT);
+        let mut residual = rows.rows([&self.case.residual(&state.flown.predicted)].into_iter());
+        let residual = residual.pop().unwrap_or_default();
+        let (basis, none) = (matrix(residual.len(), &basis), Mat::zeros(residual.len(), 0));
+        let problem = Problem {
+            residual: &residual,
+            basis: basis.as_ref(),
+            columns: none.as_ref(),
+            prior: &[],
+            plain: &[],
+            fixed: &[],
+            kinds: &[],
+            known: true,
+            kernels: &of_channels(&rows, &residual),
+            sharing: None,
+        };
+        let largest = residual.iter().fold(1e3_f64, |most, v| most.max(v.abs()));
+        Score::new(&problem, Priors { largest, ..Priors::at(self.case.settings.common.significance) }).remainder(&[])
     }
 
     /// Is a wave of a bias that walks more likely than its walk? A walk follows any slow course, and is named only where it is clearly likelier than a
@@ -477,10 +513,13 @@ impl Rows {
         let mut columns = self.columns.to_vec();
         let logs = whiten(&self.short.measured, &walks, &self.short.u, &mut columns);
         let mut innovations = columns.pop()?;
-        // causes of which only a sum is observable are as good as one
-        let basis = orthonormal(columns, INDEPENDENT);
-        project(&mut innovations, &basis);
-        let deviance = dot(&innovations, &innovations) + logs.iter().sum::<f64>();
+        let gram = |i: usize, j: usize| columns.get(i).zip(columns.get(j)).map_or(f64::NAN, |(a, b)| dot(a, b));
+        let triangle = Triangle::of(columns.len(), gram, |_| 0.0)?;
+        let along: Vec<f64> = columns.iter().map(|column| dot(column, &innovations)).collect();
+        for (column, by) in columns.iter().zip(triangle.solve(&along)) {
+            innovations.iter_mut().zip(column).for_each(|(e, c)| *e -= by * c);
+        }
+        let deviance = dot(&innovations, &innovations) + logs.iter().sum::<f64>() + triangle.log_determinant();
         deviance.is_finite().then_some(Trial { deviance, innovations, logs })
     }
 }
