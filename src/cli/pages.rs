@@ -92,21 +92,22 @@ pub(super) type Texts = Vec<(PathBuf, Vec<u8>)>;
 
 impl Pages {
     /// Every format: the file that is asked for, and how its content is made.
-    fn formats(&self) -> [(Option<&Path>, Render); 3] {
-        [
+    fn formats(&self) -> impl Iterator<Item = (Option<&Path>, Render)> {
+        let all: [(_, Render); _] = [
             (self.html.as_deref(), |page| Ok(html::render(page)?.into_bytes())),
             (self.md.as_deref(), |page| Ok(markdown::render(page).into_bytes())),
             (self.xlsx.as_deref(), workbook),
-        ]
+        ];
+        all.into_iter()
     }
 
     /// The outputs of a command: its pages, and its other files.
     pub(super) fn outputs<'a>(&'a self, others: impl IntoIterator<Item = Option<&'a Path>>) -> Result<Outputs> {
-        Outputs::plan(self.formats().map(|(path, _)| path).into_iter().chain(others))
+        Outputs::plan(self.formats().map(|(path, _)| path).chain(others))
     }
 
     pub(super) fn is_asked_for(&self) -> bool {
-        self.formats().iter().any(|(path, _)| path.is_some())
+        self.formats().any(|(path, _)| path.is_some())
     }
 
     /// The page that has links to pages of single devices.
@@ -146,7 +147,7 @@ impl Pages {
 
     /// Lay out a page, if it is asked for.
     pub(super) fn page(&self, page: &Document) -> Result<Texts> {
-        let asked = self.formats().into_iter().filter_map(|(path, render)| Some((path?.to_path_buf(), render)));
+        let asked = self.formats().filter_map(|(path, render)| Some((path?.to_path_buf(), render)));
         asked.map(|(path, render)| Ok((path, render(page)?))).collect()
     }
 }

@@ -7,13 +7,13 @@
 //! | workbooks | a digest of their cells: one in which somebody has written since is that person's |
 //! | Parquet | the program that it names as its writer |
 //! | tables of text | titles that only this program gives, or the notation of the numbers in the last column below titles that others give, too |
-//! | pages, sources, other text | the program's name at the beginning |
+//! | pages, sources, other text | the program's name at the beginning or at the end |
 
 use crate::report::{Input, VERSION};
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use serde::de::Deserializer as _;
 use std::fs::File;
-use std::io::{BufRead, BufReader, Read};
+use std::io::{BufRead, BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
 
 /// With its version, what a Parquet file names as the program that wrote it.
@@ -138,12 +138,20 @@ fn is_our_notation(cell: &str) -> bool {
     plain(whole) && (whole == "0" || !whole.starts_with('0')) && digits.parse::<f64>().is_ok()
 }
 
-/// Pages, drawings and exported sources say at their beginning what wrote them.
+/// Pages, drawings and exported sources say at their beginning what wrote them, or, as Markdown does, at their end.
 fn mentions_this_program(path: &Path) -> bool {
-    let mut beginning = Vec::new();
-    let read = File::open(path).and_then(|file| file.take(BEGINNING).read_to_end(&mut beginning));
+    let mut said = Vec::new();
+    let read = File::open(path).and_then(|mut file| {
+        file.by_ref().take(BEGINNING).read_to_end(&mut said)?;
+        let length = file.metadata()?.len();
+        if length > BEGINNING {
+            file.seek(SeekFrom::Start(length - BEGINNING))?;
+            // no word across the gap
+            said.push(b'\n');
+            file.take(BEGINNING).read_to_end(&mut said)?;
+        }
+        Ok(())
+    });
     // drawings have a title instead
-    read.is_err()
-        || beginning.starts_with(b"<svg")
-        || beginning.windows(6).any(|word| word.eq_ignore_ascii_case(b"tumble"))
+    read.is_err() || said.starts_with(b"<svg") || said.windows(6).any(|word| word.eq_ignore_ascii_case(b"tumble"))
 }

@@ -252,6 +252,19 @@ fn files_of_others_stay_as_they_are() {
         let (code, text) = run(folder.path(), &["fit", "good.campaign.json", option, name, "--force"]);
         assert_ne!(code, Some(1), "{text}");
     }
+    // a long page names the program behind its tables only
+    let rows: Vec<String> = (0..1000).map(|k| format!(r#"{{ "x": {k}, "y": {} }}"#, k * k % 7)).collect();
+    let long = format!(
+        r#"{{ "bench": {{ "id": "line", "sensors": {{ "y": {{ "model": "a + b*x" }} }} }}, "estimate": {{ "a": {{}}, "b": {{}} }},
+            "readings": [ {} ] }}"#,
+        rows.join(", ")
+    );
+    std::fs::write(own("long.campaign.json"), long).expect("written");
+    for _ in 0..2 {
+        let (code, text) = run(folder.path(), &["fit", "long.campaign.json", "--md", "long.md"]);
+        assert_ne!(code, Some(1), "{text}");
+    }
+    assert!(std::fs::metadata(own("long.md")).expect("a page").len() > 1 << 16);
     // a page of its own is replaced
     for _ in 0..2 {
         let (code, text) = run(

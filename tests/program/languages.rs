@@ -14,19 +14,38 @@ fn root() -> &'static Path {
 }
 
 #[test]
-fn both_catalogues_have_the_same_keys_with_the_same_arguments() {
-    let [(english, faults_en), (chinese, faults_zh)] = [keys(Language::English), keys(Language::Chinese)];
-    assert!(faults_en.is_empty() && faults_zh.is_empty(), "{faults_en:?} {faults_zh:?}");
+fn all_catalogues_have_the_same_keys_with_the_same_arguments() {
+    let (english, _) = keys(Language::English);
     assert!(english.len() > 300, "{}", english.len());
     let names = |of: &BTreeMap<String, BTreeSet<String>>| of.keys().cloned().collect::<BTreeSet<String>>();
-    let (left, right) = (names(&english), names(&chinese));
-    assert_eq!(left.difference(&right).collect::<Vec<_>>(), Vec::<&String>::new(), "no Chinese");
-    assert_eq!(right.difference(&left).collect::<Vec<_>>(), Vec::<&String>::new(), "no English");
-    for (key, arguments) in &english {
-        // a count that only chooses an English plural may be missing
-        let without =
-            |of: &BTreeSet<String>| of.iter().filter(|name| *name != "n").cloned().collect::<BTreeSet<String>>();
-        assert_eq!(without(arguments), without(&chinese[key]), "{key}");
+    for language in Language::ALL {
+        let ((other, faults), code) = (keys(language), language.code());
+        assert!(faults.is_empty(), "{code}: {faults:?}");
+        let (left, right) = (names(&english), names(&other));
+        assert_eq!(left.difference(&right).collect::<Vec<_>>(), Vec::<&String>::new(), "not in {code}");
+        assert_eq!(right.difference(&left).collect::<Vec<_>>(), Vec::<&String>::new(), "in {code} alone");
+        for (key, arguments) in &english {
+            // a count that only chooses an English plural may be missing
+            let without =
+                |of: &BTreeSet<String>| of.iter().filter(|name| *name != "n").cloned().collect::<BTreeSet<String>>();
+            assert_eq!(without(arguments), without(&other[key]), "{code}: {key}");
+        }
+    }
+}
+
+/// The types of the Python package name every language, and the glossary of each has the terms of the English one.
+#[test]
+fn every_language_is_complete() {
+    let read =
+        |path: &str| std::fs::read_to_string(root().join(path)).unwrap_or_else(|error| panic!("{path}: {error}"));
+    let codes: Vec<String> = Language::ALL.iter().map(|own| format!("\"{}\"", own.code())).collect();
+    let line = format!("Lang = Literal[{}]", codes.join(", "));
+    assert!(read("python/package/tumble/_report.py").lines().any(|own| own == line), "python: {line}");
+    let rows = |page: &str| read(page).lines().filter(|line| line.starts_with("| ")).count();
+    let english = rows("docs/guide/glossary.md");
+    assert!(english > 40, "{english}");
+    for code in Language::ALL.map(Language::code).into_iter().filter(|code| *code != "en") {
+        assert_eq!(rows(&format!("docs/guide/glossary.{code}.md")), english, "{code}");
     }
 }
 
@@ -427,7 +446,8 @@ fn every_command_is_told_in_chinese() {
 fn texts_that_are_data_are_in_the_sources() {
     let mut all = String::new();
     for path in files(&root().join("src"), ".rs").into_iter().chain(files(&root().join("data"), ".json")) {
-        if !path.ends_with("names.zh.json") {
+        // not the names themselves, of whatever language
+        if !path.starts_with(root().join("data/language")) {
             // a text goes on in the next line after a backslash
             let text = std::fs::read_to_string(path).expect("a source").replace("\\\"", "\"");
             all.extend(text.split("\\\n").map(str::trim_start));
