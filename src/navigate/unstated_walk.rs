@@ -69,6 +69,8 @@ struct Rows {
 /// What some densities leave.
 struct Trial {
     deviance: f64,
+    /// `ln|C^T C|` in it, which compares no sets of causes.
+    volume: f64,
     innovations: Vec<f64>,
     /// Logarithms of their variances.
     logs: Vec<f64>,
@@ -81,6 +83,7 @@ struct Fit {
     densities: Vec<f64>,
     u: Vec<f64>,
     deviance: f64,
+    volume: f64,
 }
 
 /// Does a walk of a bias move this one of the six?
@@ -236,11 +239,16 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Walks that fit as well in the place of a cause of a state, beside those that are added: what a second walk has done so far may look like a constant.
+    /// Walks that fit as well in the place of a cause of a state: of a bias that changes, its walk; beside walks that are added any, since what a second one
+    /// has done so far may look like a constant.
     pub fn walks_instead(&self, state: &State, place: usize) -> Vec<(Cause, f64, f64)> {
         let (now, densities): (Vec<Cause>, Vec<f64>) =
             self.unstated.iter().map(|walk| (walk.cause, walk.density)).unzip();
-        if now.is_empty() || now.len() >= MOST {
+        let own = match state.set.get(place) {
+            Some(Cause::Changing(source, _)) => ErrorSource::biases().iter().position(|bias| bias == source),
+            _ => None,
+        };
+        if now.len() >= MOST || (now.is_empty() && own.is_none()) || self.case.from != NoiseFrom::Stated {
             return Vec::new();
         }
         let Some(with) = self.rows_of_walks(state, None, Shortened::picked).fit(&now, &densities) else {
@@ -250,9 +258,10 @@ impl<'a> Search<'a> {
         let beside: Vec<(Cause, f64)> = now.iter().copied().zip(densities).collect();
         let one = |(cause, range): (Cause, (f64, f64))| {
             let fit = rows.with(&beside, cause, range)?;
-            Some((cause, *fit.densities.last()?, fit.deviance - with.deviance))
+            Some((cause, *fit.densities.last()?, fit.deviance - fit.volume - (with.deviance - with.volume)))
         };
-        let others = candidates().into_iter().filter(|(cause, _)| !now.contains(cause)).filter_map(one);
+        let could = |cause: &Cause| !now.contains(cause) && own.map_or(!now.is_empty(), |own| moves(cause, own));
+        let others = candidates().into_iter().filter(|(cause, _)| could(cause)).filter_map(one);
         others.filter(|(_, _, excess)| *excess <= self.case.settings.indistinguishable).collect()
     }
 
@@ -502,7 +511,7 @@ impl Rows {
         }
         let densities: Vec<f64> = logs.iter().map(|log| log.exp()).collect();
         let u = densities.iter().zip(&u).map(|(density, u)| density * u).collect();
-        Some(Fit { walks: walks.to_vec(), densities, u, deviance: now.deviance })
+        Some(Fit { walks: walks.to_vec(), densities, u, deviance: now.deviance, volume: now.volume })
     }
 
     /// `-2 ln L` with walks of these densities, given by their logarithms, added to those of the mission, and the innovations of the residuals.
@@ -519,7 +528,8 @@ impl Rows {
         for (column, by) in columns.iter().zip(triangle.solve(&along)) {
             innovations.iter_mut().zip(column).for_each(|(e, c)| *e -= by * c);
         }
-        let deviance = dot(&innovations, &innovations) + logs.iter().sum::<f64>() + triangle.log_determinant();
-        deviance.is_finite().then_some(Trial { deviance, innovations, logs })
+        let volume = triangle.log_determinant();
+        let deviance = dot(&innovations, &innovations) + logs.iter().sum::<f64>() + volume;
+        deviance.is_finite().then_some(Trial { deviance, volume, innovations, logs })
     }
 }

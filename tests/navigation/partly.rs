@@ -170,3 +170,41 @@ fn laws_what_has_no_name_is_not_named() {
     println!("outside alone: wrong names in {all_wrong} of {all}, nothing missing in {all_quiet}");
     assert!(all_wrong as f64 <= at_most(0.05, all) && all_quiet == 0);
 }
+
+/// A random walk follows any slow course, so does a channel by itself: what rises and falls smoothly in one of them, and in no other, is no walk of the unit.
+#[test]
+fn laws_a_channel_that_deviates_smoothly_is_no_random_walk() {
+    let mission = mission(at_rest());
+    let times = times(&mission);
+    let last = times[times.len() - 1];
+    let outcomes: Vec<(bool, String)> = (0..trials(6, 60))
+        .into_par_iter()
+        .map(|trial| {
+            let mut random = seed(900 + trial);
+            let (channel, size) = ((uniform(&mut random) * 3.0) as usize, 2.0 * 4f64.powf(uniform(&mut random)));
+            let humps: Vec<[f64; 3]> = (0..1 + trial % 3)
+                .map(|_| {
+                    let height: f64 = StandardNormal.sample(&mut random);
+                    [height, 0.1 + 0.8 * uniform(&mut random), 0.02 + 0.08 * uniform(&mut random)]
+                })
+                .collect();
+            let course: Vec<f64> = times
+                .iter()
+                .map(|time| humps.iter().map(|[h, at, w]| h * (-0.5 * ((time / last - at) / w).powi(2)).exp()).sum())
+                .collect();
+            let rms = (course.iter().map(|v: &f64| v * v).sum::<f64>() / course.len() as f64).sqrt();
+            let mut truth = vec![Channels::default(); times.len()];
+            for (z, v) in truth.iter_mut().zip(&course) {
+                z[channel] = size * U[channel] * v / rms;
+            }
+            let found = diagnose(&mission, &measured(&times, &truth, &mut random), &Settings::default()).unwrap();
+            let walks = |f: &Finding| matches!(f.source, Cause::RandomWalk(_) | Cause::BiasWalk(..));
+            let text = format!("{} at {size:.1}: {} {:?}", CHANNEL_NAMES[channel], found.verdict.name(), names(&found));
+            (found.findings.iter().any(walks), text)
+        })
+        .collect();
+    let wrong = outcomes.iter().filter(|own| own.0).count();
+    println!("smooth deviations of one angle, named as random walks {wrong} of {}", outcomes.len());
+    outcomes.iter().filter(|own| own.0).for_each(|own| println!("      {}", own.1));
+    assert_eq!(wrong, 0);
+}
