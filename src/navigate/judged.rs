@@ -9,7 +9,7 @@ use faer::Mat;
 use faer::linalg::solvers::Solve;
 
 /// Sizes of effects and remainders from one standard deviation to so many, at least.
-const LARGEST: f64 = 1e3;
+pub(super) const LARGEST: f64 = 1e3;
 
 /// What is probable at a state.
 pub(super) struct Judged {

@@ -20,6 +20,7 @@ use super::bank::{matrix, of_channels};
 use super::case::Case;
 use super::cause::{Cause, Change};
 use super::errors::{ErrorSource, Instrument};
+use super::judged::LARGEST;
 use super::measured::{CHANNELS, Measured};
 use super::products::INDEPENDENT;
 use super::random_walk::{UnstatedWalk, with};
@@ -284,7 +285,7 @@ impl<'a> Search<'a> {
             kernels: &of_channels(&rows, &residual),
             sharing: None,
         };
-        let largest = residual.iter().fold(1e3_f64, |most, v| most.max(v.abs()));
+        let largest = residual.iter().fold(LARGEST, |most, v| most.max(v.abs()));
         Score::new(&problem, Priors { largest, ..Priors::at(self.case.settings.common.significance) }).remainder(&[])
     }
 
