@@ -105,6 +105,7 @@ fn kernel(columns: &[Vec<f64>], rows: usize) -> Option<Kernel> {
     if !(trace > 0.0) {
         return None;
     }
+    // the trace of `F F'` is the sum of its variances
     factor *= faer::Scale((rows as f64 / trace).sqrt());
     Some(Kernel { follows: None, per_mounting: false, one_of: 1, factor, sensor: None })
 }

@@ -9,7 +9,12 @@ use faer::Mat;
 use faer::linalg::solvers::Solve;
 
 /// Sizes of effects and remainders from one standard deviation to so many, at least.
-pub(super) const LARGEST: f64 = 1e3;
+const LARGEST: f64 = 1e3;
+
+/// The largest size of what explains a residual: no single value of it has more.
+pub(super) fn largest(residual: &[f64]) -> f64 {
+    residual.iter().fold(LARGEST, |most, v| most.max(v.abs()))
+}
 
 /// What is probable at a state.
 pub(super) struct Judged {
@@ -62,9 +67,12 @@ impl Search<'_> {
                 residual.first().map_or_else(Vec::new, |residual| bank(&rows, residual))
             }
         };
-        let largest = residual.iter().fold(LARGEST, |most, v| most.max(v.abs()));
         let most = if let Among::Sets(most) = among { most } else { settings.causes };
-        let priors = Priors { most: most.max(state.set.len()), largest, ..Priors::at(settings.common.significance) };
+        let priors = Priors {
+            most: most.max(state.set.len()),
+            largest: largest(residual),
+            ..Priors::at(settings.common.significance)
+        };
         // of each its largest plausible size, as a coefficient of its unit column
         let sizes = linear.causes.iter().zip(&linear.norms).map(|(cause, norm)| cause.limit() * norm);
         let absurd: Vec<f64> = sizes.map(|size| if size > 0.0 { size } else { f64::INFINITY }).collect();

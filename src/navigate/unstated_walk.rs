@@ -20,7 +20,7 @@ use super::bank::{matrix, of_channels};
 use super::case::Case;
 use super::cause::{Cause, Change};
 use super::errors::{ErrorSource, Instrument};
-use super::judged::LARGEST;
+use super::judged::largest;
 use super::measured::{CHANNELS, Measured};
 use super::products::INDEPENDENT;
 use super::random_walk::{UnstatedWalk, with};
@@ -70,7 +70,7 @@ struct Rows {
 /// What some densities leave.
 struct Trial {
     deviance: f64,
-    /// `ln|C^T C|` in it, which compares no sets of causes.
+    /// `ln|C^T C|` in it, which is left out where sets of causes differ.
     volume: f64,
     innovations: Vec<f64>,
     /// Logarithms of their variances.
@@ -151,9 +151,10 @@ impl<'a> Search<'a> {
         });
         self.case = case;
         let alike = self.case.settings.indistinguishable;
+        // `alike` is a difference of -2 ln L, the odds are ln: half of it
         let better =
             |turned: &(f64, Vec<UnstatedWalk>)| along.as_ref().is_none_or(|along| turned.0 > along.0 + 0.5 * alike);
-        // what channels do by themselves follows any course, too
+        // what channels do by themselves follows any course, too: of the two walks have the posterior p where their odds are p/(1 - p) times as large
         let certain = self.case.settings.common.probability;
         let is_named =
             |(odds, _): &(f64, Vec<UnstatedWalk>)| odds - self.remainder(&state) >= (certain / (1.0 - certain)).ln();
@@ -285,8 +286,11 @@ impl<'a> Search<'a> {
             kernels: &of_channels(&rows, &residual),
             sharing: None,
         };
-        let largest = residual.iter().fold(LARGEST, |most, v| most.max(v.abs()));
-        Score::new(&problem, Priors { largest, ..Priors::at(self.case.settings.common.significance) }).remainder(&[])
+        Score::new(
+            &problem,
+            Priors { largest: largest(&residual), ..Priors::at(self.case.settings.common.significance) },
+        )
+        .remainder(&[])
     }
 
     /// Is a wave of a bias that walks more likely than its walk? A walk follows any slow course, and is named only where it is clearly likelier than a
