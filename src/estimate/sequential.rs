@@ -104,6 +104,7 @@ impl Sequential {
             .found(format!("{n}, {} and {}", time.len(), sd.len())));
         }
         self.rows += k as u64;
+        self.gains.clear();
         if self.variance == 0.0 && sd.iter().all(|sd| *sd == 1.0) {
             return Ok(true);
         }
@@ -121,8 +122,18 @@ impl Sequential {
         self.rows
     }
 
+    /// Of row `i` of the last block: what the mean of a column keeps on its way to the row, the gain, one over the innovation's standard deviation.
+    pub(crate) fn gain(&self, i: usize) -> [f64; 3] {
+        // white rows of unit variance have none
+        self.gains.get(i).copied().unwrap_or([0.0, 0.0, 1.0])
+    }
+
+    /// Is there noise that is correlated in time?
+    pub(crate) fn is_correlated(&self) -> bool {
+        self.variance > 0.0
+    }
+
     fn gains(&mut self, time: &[f64], sd: &[f64]) -> Result<()> {
-        self.gains.clear();
         let (mut step, mut keeps) = (f64::NAN, 0.0);
         // logarithms of products: one logarithm for several rows
         let mut product = 1.0_f64;

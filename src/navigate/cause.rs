@@ -91,7 +91,7 @@ impl Change {
             Change::Wave { period, phase } => {
                 // the difference of two cosines as a product: no digits are lost where the time between them is short
                 let half = 0.5 * TAU * (b - a) / period;
-                (0.5 * TAU * (a + b) / period + phase).sin() * half.sin() / half
+                (0.5 * TAU * (a + b) / period + phase).sin() * sinc(half)
             }
             Change::Square { period, middle, share } => {
                 // the time at x since a beginning of x
@@ -124,6 +124,15 @@ impl Change {
                 format!("as a square wave of {:.3} h, {share:.2} of it at this value", period / 3600.0)
             }
         }
+    }
+}
+
+/// `sin(x)/x`; by its series where six terms are exact to the last digit.
+fn sinc(x: f64) -> f64 {
+    let s = x * x;
+    match s < 0.04 {
+        true => 1.0 - s / 6.0 * (1.0 - s / 20.0 * (1.0 - s / 42.0 * (1.0 - s / 72.0 * (1.0 - s / 110.0)))),
+        false => x.sin() / x,
     }
 }
 

@@ -25,6 +25,7 @@ use super::whiten::{Walks, carried as carried_walks};
 use crate::elements::Elements;
 use crate::number;
 use nalgebra::SVector;
+use std::cell::OnceCell;
 
 type Vector = SVector<f64, CHANNELS>;
 
@@ -55,6 +56,21 @@ struct Run {
     carried_to_rows: Vec<Vec<Vector>>,
 }
 
+/// How something changes: what the columns of all causes that change so are made of.
+pub(super) struct Course {
+    change: Change,
+    /// Of each run, once a bias changes so.
+    means: OnceCell<Vec<Means>>,
+}
+
+/// Means of a change in one run.
+struct Means {
+    /// Over each step of the grid.
+    steps: Vec<f64>,
+    /// For each row how many times of the grid are not after it, and the mean from the last of them to the row.
+    to_rows: Vec<(usize, f64)>,
+}
+
 impl Run {
     fn new(
         mission: &Mission,
@@ -83,6 +99,25 @@ impl Run {
         let (carried, carried_to_rows) = (of_biases(&on_grid), of_biases(&at_rows));
         let psi = at_rows.iter().map(|instant| scaled(&instant.start())).collect();
         Run { rows: measured_at(run), at_rows, grid, carried, psi, carried_to_rows }
+    }
+
+    fn means(&self, change: Change) -> Means {
+        let mean = |pair: &[f64]| change.mean(pair.at(0), pair.at(1));
+        let to_row = |time: f64| {
+            let before = self.grid.partition_point(|at| *at <= time);
+            let last = before.checked_sub(1).and_then(|k| self.grid.get(k)).copied();
+            (before, last.filter(|last| time > *last).map_or(0.0, |last| change.mean(last, time)))
+        };
+        Means {
+            steps: self.grid.windows(2).map(mean).collect(),
+            to_rows: self.rows.iter().map(|(time, _)| to_row(*time)).collect(),
+        }
+    }
+}
+
+impl Course {
+    pub fn of(change: Change) -> Self {
+        Course { change, means: OnceCell::new() }
     }
 }
 
@@ -160,65 +195,77 @@ impl Columns {
 
     /// The column of a cause: SI of the channel per SI of the cause, all runs after one another.
     pub fn of(&self, cause: &Cause) -> Vec<f64> {
-        let mut column = Vec::new();
-        for run in &self.runs {
-            let values: Vec<Channels> = match cause {
+        let mut column = match cause.change() {
+            Some(change) => self.changing(cause, &Course::of(change)),
+            None => self.column(|run, _| match cause {
                 Cause::Constant(source) => {
                     let j = self.sources.iter().position(|other| other == source).unwrap_or(usize::MAX);
                     run.at_rows.iter().map(|instant| instant.signatures.at(j)).collect()
                 }
-                Cause::Changing(source, change) => self.course(run, source, *change),
-                Cause::Reference(channel, change) => {
-                    let value = |time: f64| change.map_or(1.0, |change| change.at(time));
-                    let one = |time: f64| std::array::from_fn(|c| if c == *channel { value(time) } else { 0.0 });
-                    run.rows.iter().map(|(time, _)| one(*time)).collect()
-                }
+                Cause::Reference(channel, _) => run.rows.iter().map(|_| alone(*channel, 1.0)).collect(),
                 // a random walk has no column: it is of the noise
-                Cause::RandomWalk(_) | Cause::BiasWalk(..) | Cause::Reading { .. } => {
-                    vec![[0.0; CHANNELS]; run.rows.len()]
-                }
-            };
-            for ((_, measured), value) in run.rows.iter().zip(values) {
-                column.extend(value.iter().zip(measured).filter(|(_, measured)| **measured).map(|(value, _)| *value));
-            }
-        }
+                _ => vec![[0.0; CHANNELS]; run.rows.len()],
+            }),
+        };
         if let Cause::Reading { at, .. } = cause {
             column.get_mut(*at).into_iter().for_each(|slot| *slot = 1.0);
         }
         column
     }
 
+    /// The same of a bias or a channel that changes so, whatever its own change.
+    pub fn changing(&self, cause: &Cause, course: &Course) -> Vec<f64> {
+        let means = || self.runs.iter().map(|run| run.means(course.change)).collect();
+        self.column(|run, k| match cause {
+            Cause::Changing(source, _) => {
+                course.means.get_or_init(means).get(k).map_or(Vec::new(), |means| self.integrated(run, source, means))
+            }
+            Cause::Reference(channel, _) => {
+                run.rows.iter().map(|(time, _)| alone(*channel, course.change.at(*time))).collect()
+            }
+            _ => vec![[0.0; CHANNELS]; run.rows.len()],
+        })
+    }
+
+    /// The measured values of the channels in each run, which comes with its place.
+    fn column(&self, values: impl Fn(&Run, usize) -> Vec<Channels>) -> Vec<f64> {
+        let mut column = Vec::new();
+        for (k, run) in self.runs.iter().enumerate() {
+            for ((_, measured), value) in run.rows.iter().zip(values(run, k)) {
+                column.extend(value.iter().zip(measured).filter(|(_, measured)| **measured).map(|(value, _)| *value));
+            }
+        }
+        column
+    }
+
     /// A bias that changes.
-    fn course(&self, run: &Run, source: &ErrorSource, change: Change) -> Vec<Channels> {
+    fn integrated(&self, run: &Run, source: &ErrorSource, means: &Means) -> Vec<Channels> {
         let Some(j) = self.sources.iter().position(|other| other == source) else { return Vec::new() };
         let place = ErrorSource::bias_indices().iter().position(|index| *index == j);
         let Some((carried, to_rows)) = place.and_then(|k| run.carried.get(k).zip(run.carried_to_rows.get(k))) else {
             return vec![[0.0; CHANNELS]; run.rows.len()];
         };
         // the integral up to the last time of the grid before each row, and on to the row
-        let mut integral = Vector::zeros();
-        let mut next = 0;
-        let mut before: Option<(f64, Vector)> = None;
+        let mut steps = carried.iter().zip(carried.iter().skip(1)).zip(&means.steps);
+        let (mut integral, mut done) = (Vector::zeros(), 1);
         let mut values = Vec::with_capacity(run.rows.len());
-        for ((time, _), (psi, to_row)) in run.rows.iter().zip(run.psi.iter().zip(to_rows)) {
-            while let (Some(at), Some(g)) = (run.grid.get(next), carried.get(next)) {
-                if *at > *time {
-                    break;
-                }
-                if let Some((last, old)) = before {
-                    integral += (g - old) * change.mean(last, *at);
-                }
-                before = Some((*at, *g));
-                next += 1;
+        for ((before, mean), (psi, to_row)) in means.to_rows.iter().zip(run.psi.iter().zip(to_rows)) {
+            for ((old, new), mean) in steps.by_ref().take(before.saturating_sub(done)) {
+                integral += (new - old) * *mean;
             }
-            let last_part = before
-                .filter(|(last, _)| time > last)
-                .map_or(Vector::zeros(), |(last, old)| (to_row - old) * change.mean(last, *time));
+            done = done.max(*before);
+            let last = before.checked_sub(1).and_then(|k| carried.get(k));
+            let last_part = last.map_or(Vector::zeros(), |old| (to_row - old) * *mean);
             let all = psi * (integral + last_part);
             values.push(std::array::from_fn(|i| SIZE[i] * all[i]));
         }
         values
     }
+}
+
+/// One channel alone.
+fn alone(channel: usize, value: f64) -> Channels {
+    std::array::from_fn(|c| if c == channel { value } else { 0.0 })
 }
 
 /// Times of the rows of a run, and which channels were measured there.

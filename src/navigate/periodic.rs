@@ -11,6 +11,7 @@
 //! each such wave is tried as one, and its two edges and its period are refined. Where that reduces the sum of squares more, it is a candidate, too.
 
 use super::cause::{Cause, Change};
+use super::changing::Course;
 use super::products::INDEPENDENT;
 use super::refine::{Search, State};
 use super::sharpen::{By, SHARPER};
@@ -45,10 +46,14 @@ pub(super) type Given = (Vec<Vec<f64>>, Vec<f64>);
 impl Weighed {
     /// Cosine and sine of a wave of this period of a bias or a channel, weighed; `None` for what does not wave.
     fn both(&self, of: &Cause, period: f64) -> Option<[Vec<f64>; 2]> {
-        let column = |phase: f64| Some(self.made.of(&of.with_change(Change::Wave { period, phase })?));
-        let mut columns = [column(FRAC_PI_2)?, column(0.0)?];
+        of.with_change(Change::Ramp).map(|_| self.along(of, &courses(period)))
+    }
+
+    /// The weighed columns of a bias or a channel that goes so.
+    fn along(&self, of: &Cause, courses: &[Course; 2]) -> [Vec<f64>; 2] {
+        let mut columns = [0, 1].map(|k| self.made.changing(of, &courses[k]));
         self.weigh(&mut columns);
-        Some(columns)
+        columns
     }
 
     /// The best phase of a wave; `None` for what does not wave, or is not independent.
@@ -128,6 +133,11 @@ impl Weighed {
         project(&mut residual, &basis);
         (basis, residual)
     }
+}
+
+/// Cosine and sine of a period.
+fn courses(period: f64) -> [Course; 2] {
+    [FRAC_PI_2, 0.0].map(|phase| Course::of(Change::Wave { period, phase }))
 }
 
 fn phased(of: &Cause, period: f64, [cosine, sine]: &[Vec<f64>; 2], (basis, residual): &Given) -> Option<WaveFit> {
@@ -220,28 +230,30 @@ impl Search<'_> {
     pub(super) fn gain_of_wave(&self, state: &State, rows: &Weighed, is_of: impl Fn(&Cause) -> bool) -> f64 {
         let (columns, observed) = self.linearised(state, rows);
         let (given, last) = (rows.given(columns, observed), self.last());
-        let gain = |cause: &Cause| {
-            let (_, period) = likeliest(cause, &self.waves_of(cause, rows), &given)?;
+        let gain = |(cause, waves): &(Cause, Vec<(f64, [Vec<f64>; 2])>)| {
+            let (_, period) = likeliest(cause, waves, &given)?;
             let at = |period: f64| rows.wave(cause, period, &given).map(|fit| (-fit.gain, fit));
             let (_, wave) = By::HalfWave(last).finest(period, at)?;
             Some(rows.switched(&wave, &given, last, 1).map_or(wave.gain, |square| square.gain))
         };
-        self.case.causes.iter().filter(|cause| grows(cause) && is_of(cause)).filter_map(gain).fold(0.0, f64::max)
+        self.waves_of(is_of, rows).iter().filter_map(gain).fold(0.0, f64::max)
     }
 
     /// Waves of each bias and channel.
     fn waves<'b>(&self, rows: &'b Weighed) -> &'b Waves {
-        rows.waves.get_or_init(|| {
-            let waving = self.case.causes.iter().filter(|cause| grows(cause));
-            waving.map(|cause| (*cause, self.waves_of(cause, rows))).collect()
-        })
+        rows.waves.get_or_init(|| self.waves_of(|_| true, rows))
     }
 
-    /// Waves of a bias or channel with every whole number of half waves in the run.
-    fn waves_of(&self, cause: &Cause, rows: &Weighed) -> Vec<(f64, [Vec<f64>; 2])> {
+    /// Waves of some biases and channels with every whole number of half waves in the run.
+    fn waves_of(&self, is_of: impl Fn(&Cause) -> bool, rows: &Weighed) -> Waves {
         let (last, most) = (self.last(), rows.short.measured.longest_run().saturating_sub(1).clamp(LEAST, MOST));
-        let periods = (LEAST..=most).map(|half_waves| 2.0 * last / half_waves as f64);
-        periods.filter_map(|period| Some((period, rows.both(cause, period)?))).collect()
+        let waving = self.case.causes.iter().filter(|cause| grows(cause) && is_of(cause));
+        let mut found: Waves = waving.map(|cause| (*cause, Vec::new())).collect();
+        for period in (LEAST..=most).map(|half_waves| 2.0 * last / half_waves as f64) {
+            let courses = courses(period);
+            found.iter_mut().for_each(|(cause, waves)| waves.push((period, rows.along(cause, &courses))));
+        }
+        found
     }
 
     /// Waves of the other biases and channels at the period of each wave of a state's set.

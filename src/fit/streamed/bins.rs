@@ -1,23 +1,28 @@
 //! Lack of fit over the ranges of the inputs: would a step in each part of an input's range explain more than noise?
 //!
-//! A step for each bin but the first is a column beside the unknowns; what these columns explain together of the independent rows is `chi^2` with as many degrees
-//! of freedom as they have columns that the model does not have itself.
+//! A step for each bin but the first is a column `b` beside the unknowns; what these columns explain together of the independent rows is `chi^2` with as many degrees
+//! of freedom as they have columns that the model does not have itself:
+//!
+//! ```text
+//! G = B'B - B'Q (Q'Q)^-1 Q'B,   s = B'y - B'Q (Q'Q)^-1 Q'y,   chi^2 = s' G^+ s        Q: the rows in directions that are nearly orthonormal
+//! ```
+//!
+//! Of white rows a step is one number in one bin; of rows whose noise is correlated in time the filter that makes them independent has a mean for each bin.
 #![allow(
     clippy::indexing_slicing,
-    reason = "a fold's triangle is square: unknowns, steps, observations; bins are counted when they are made"
+    reason = "bins are counted when they are made; matrices have a row or a column for each"
 )]
 
-use super::octaves::Noise;
-use super::question::{Chunk, Folding, Question};
+use super::question::{Chunk, Folding};
 use super::residuals::{Bin, BinnedResiduals};
 use super::together::Together;
 use crate::elements::Elements;
-use crate::error::Result;
-use crate::estimate::{Fold, Sum};
+use crate::estimate::Sum;
+use crate::linear::{dot, turned};
 use crate::number;
 use crate::uncertainty::quantiles;
-use faer::Mat;
-use std::borrow::Cow;
+use faer::linalg::solvers::Solve;
+use faer::{Mat, Side};
 
 /// Parts of a range.
 const BINS: usize = 8;
@@ -42,101 +47,86 @@ impl Input {
     }
 }
 
-/// Rows of one sensor, with the steps of every input.
+/// Rows of one sensor in the bins of every input.
 pub(super) struct Binned {
-    folding: Folding,
-    counts: Vec<[u64; BINS]>,
-    sums: Vec<[Sum; BINS]>,
-    /// Unknowns, steps, observations of the last block, and the places of its ones among the steps.
-    rows: Mat<f64>,
-    ones: Vec<(usize, usize)>,
+    inputs: Vec<Steps>,
+    /// The last block, row by row: directions, observation.
+    rows: Vec<f64>,
+}
+
+/// Sums of one input.
+struct Steps {
+    counts: [u64; BINS],
+    /// Of the residuals as they were read.
+    sums: [Sum; BINS],
+    /// Mean that the filter has of each bin's ones.
+    means: [f64; BINS],
+    /// `B'B`
+    squares: [[f64; BINS]; BINS],
+    /// `B'[Q y]`, bin by bin
+    products: Vec<f64>,
 }
 
 impl Binned {
-    pub(super) fn new(question: &Question, inputs: &[Input], noise: Noise) -> Self {
-        Binned {
-            folding: Folding::new(question.unknowns + question.carried.len(), inputs.len() * (BINS - 1), noise),
-            counts: vec![[0; BINS]; inputs.len()],
-            sums: vec![[Sum::default(); BINS]; inputs.len()],
-            rows: Mat::new(),
-            ones: Vec::new(),
-        }
+    /// For rows in so many directions.
+    pub(super) fn new(inputs: usize, directions: usize) -> Self {
+        let steps = || Steps {
+            counts: [0; BINS],
+            sums: [Sum::default(); BINS],
+            means: [0.0; BINS],
+            squares: [[0.0; BINS]; BINS],
+            products: vec![0.0; BINS * (directions + 1)],
+        };
+        Binned { inputs: (0..inputs).map(|_| steps()).collect(), rows: Vec::new() }
     }
 
-    /// Takes a block; `residuals` are those of the rows as they were read. Gives the rows back made independent: unknowns, steps, observations.
+    /// Takes a block that was folded: `turned` are its independent rows in the directions, observations behind them, and `residuals` those of the rows as they were
+    /// read.
     pub(super) fn push(
         &mut self,
-        unknowns: usize,
         inputs: &[Input],
         chunk: &Chunk<'_>,
         residuals: &[f64],
-    ) -> Result<Cow<'_, Mat<f64>>> {
-        let (k, steps) = (chunk.rows.nrows(), inputs.len() * (BINS - 1));
-        let rows = &mut self.rows;
-        if rows.shape() == (k, unknowns + steps + 1) {
-            self.ones.drain(..).for_each(|place| rows[place] = 0.0);
-        } else {
-            *rows = Mat::zeros(k, unknowns + steps + 1);
-            self.ones.clear();
+        (turned, folding): (&Mat<f64>, &Folding),
+    ) {
+        let width = turned.ncols();
+        self.rows.resize(turned.nrows() * width, 0.0);
+        for j in 0..width {
+            let column = turned.col_as_slice(j).iter();
+            self.rows.iter_mut().skip(j).step_by(width).zip(column).for_each(|(to, value)| *to = *value);
         }
-        for j in 0..unknowns {
-            rows.col_as_slice_mut(j).copy_from_slice(chunk.rows.col_as_slice(j));
-        }
-        rows.col_as_slice_mut(unknowns + steps).copy_from_slice(chunk.observed());
-        for (place, (input, values)) in inputs.iter().zip(chunk.inputs).enumerate() {
-            for (i, value) in values.iter().enumerate().filter(|(_, value)| value.is_finite()) {
-                let bin = input.bin(*value);
-                self.counts[place][bin] += 1;
-                self.sums[place][bin].add(residuals[i]);
-                if bin > 0 {
-                    let one = (i, unknowns + place * (BINS - 1) + bin - 1);
-                    rows[one] = 1.0;
-                    self.ones.push(one);
+        let filter = folding.filter();
+        let correlated = filter.is_correlated();
+        for ((steps, input), values) in self.inputs.iter_mut().zip(inputs).zip(chunk.inputs) {
+            for (i, (value, row)) in values.iter().zip(self.rows.chunks_exact(width)).enumerate() {
+                let bin = value.is_finite().then(|| input.bin(*value));
+                if let Some(bin) = bin {
+                    steps.counts[bin] += 1;
+                    steps.sums[bin].add(residuals[i]);
+                }
+                let touched = if correlated { 0..BINS } else { bin.map_or(0..0, |bin| bin..bin + 1) };
+                let [keeps, gain, over] = filter.gain(i);
+                let mut ones = [0.0; BINS];
+                for b in touched.clone() {
+                    let mean = keeps * steps.means[b];
+                    let innovation = f64::from(u8::from(bin == Some(b))) - mean;
+                    steps.means[b] = mean + gain * innovation;
+                    ones[b] = innovation * over;
+                    let products = &mut steps.products[b * width..(b + 1) * width];
+                    products.iter_mut().zip(row).for_each(|(sum, part)| *sum += ones[b] * part);
+                }
+                for a in touched.clone() {
+                    touched.clone().for_each(|b| steps.squares[a][b] += ones[a] * ones[b]);
                 }
             }
         }
-        self.folding.push(&self.rows, chunk.time, chunk.relative)
     }
 
-    /// The tests of all inputs; `solved` has the rows of the other sensors, and the scales of all.
-    pub(super) fn conclude(
-        self,
-        question: &Question,
-        inputs: &[Input],
-        (sensor, id): (usize, &str),
-        solved: &Together,
-    ) -> Result<Vec<BinnedResiduals>> {
-        // beside the known inputs, too
-        let n = question.unknowns + question.carried.len();
-        let Binned { folding, counts, sums, .. } = self;
-        let part = folding.part();
-        let triangle = question.extended(&part.fold.triangle().to_owned());
-        let z = part.block(n).observed;
-        let sd = |s: Option<&usize>| s.map_or(1.0, |s| solved.scale.at(*s).sqrt());
-        let rows = solved.extended.as_ref().map_or(&solved.rows, |(_, rows)| rows);
-        let others = || rows.blocks.iter().enumerate().map(|(k, own)| (solved.order.get(k), own));
+    /// The tests of all inputs; `of_all` is what the rows of all sensors say in the directions, `scale` the variance of the independent rows.
+    pub(super) fn conclude(self, inputs: &[Input], id: &str, of_all: &Directed, scale: f64) -> Vec<BinnedResiduals> {
         let mut found = Vec::with_capacity(inputs.len());
-        for (place, input) in inputs.iter().enumerate() {
-            let mut fold = Fold::carrying(n, BINS - 1);
-            let first = n + place * (BINS - 1);
-            let of = |j: usize| if j < n { j } else { first + j - n };
-            let rows = Mat::from_fn(triangle.nrows(), n + BINS - 1, |i, j| triangle[(i, of(j))]);
-            fold.push(rows.as_ref(), &z, &vec![sd(Some(&sensor)); triangle.nrows()])?;
-            for (s, own) in others().filter(|(s, own)| *s != Some(&sensor) && !own.observed.is_empty()) {
-                let row = |i: usize, j: usize| if j < n { own.rows[(i, j)] } else { 0.0 };
-                let rows = Mat::from_fn(own.observed.len(), n + BINS - 1, row);
-                fold.push(rows.as_ref(), &own.observed, &vec![sd(s); own.observed.len()])?;
-            }
-            let whole = fold.triangle();
-            let last = whole.ncols() - 1;
-            let (mut chi_square, mut dof) = (0.0, 0);
-            for k in n..last {
-                let norm = (0..=k).map(|i| whole[(i, k)] * whole[(i, k)]).sum::<f64>().sqrt();
-                if norm > 0.0 && whole[(k, k)].abs() > SAME * norm {
-                    chi_square += whole[(k, last)] * whole[(k, last)];
-                    dof += 1;
-                }
-            }
+        for (steps, input) in self.inputs.iter().zip(inputs) {
+            let (chi_square, dof) = steps.test(of_all, scale);
             if dof == 0 {
                 continue;
             }
@@ -145,8 +135,8 @@ impl Binned {
                 .map(|k| Bin {
                     low: input.low + width * k as f64,
                     high: input.low + width * (k + 1) as f64,
-                    rows: counts[place][k],
-                    mean: (counts[place][k] > 0).then(|| sums[place][k].value() / counts[place][k] as f64),
+                    rows: steps.counts[k],
+                    mean: (steps.counts[k] > 0).then(|| steps.sums[k].value() / steps.counts[k] as f64),
                 })
                 .collect();
             // no degrees of freedom: no probability
@@ -155,6 +145,62 @@ impl Binned {
             let (sensor, rejected) = (id.to_string(), false);
             found.push(BinnedResiduals { sensor, column: input.name.clone(), chi_square, dof, p, rejected, bins });
         }
-        Ok(found)
+        found
+    }
+}
+
+impl Steps {
+    /// `chi^2` and its degrees of freedom.
+    fn test(&self, of_all: &Directed, scale: f64) -> (f64, usize) {
+        let width = of_all.unit.nrows() + 1;
+        let along = |b: usize| &self.products[b * width..b * width + width - 1];
+        let across: Vec<Vec<f64>> = (0..BINS)
+            .map(|b| {
+                let own = &of_all.unit * Mat::from_fn(width - 1, 1, |k, _| along(b)[k]);
+                own.col_as_slice(0).to_vec()
+            })
+            .collect();
+        let mut s: Vec<f64> = (0..BINS)
+            .map(|b| (self.products[(b + 1) * width - 1] - dot(&across[b], &of_all.observed)) / scale)
+            .collect();
+        let mut g =
+            Mat::from_fn(BINS, BINS, |a, b| self.squares[a][b] / scale - dot(along(a), &across[b]) / (scale * scale));
+        let (mut chi_square, mut dof) = (0.0, 0);
+        for k in 1..BINS {
+            let (pivot, own) = (g[(k, k)], s[k]);
+            if !(pivot > SAME * SAME * self.squares[k][k] / scale) {
+                continue;
+            }
+            chi_square += own * own / pivot;
+            dof += 1;
+            for a in k + 1..BINS {
+                let share = g[(a, k)] / pivot;
+                s[a] -= share * own;
+                (k + 1..BINS).for_each(|b| g[(a, b)] -= share * g[(k, b)]);
+            }
+        }
+        (chi_square, dof)
+    }
+}
+
+/// What all rows together say in some directions of the unknowns: `(Q'Q)^-1` and `Q'y`.
+pub(super) struct Directed {
+    unit: Mat<f64>,
+    observed: Vec<f64>,
+}
+
+impl Directed {
+    /// `None` where the directions are not independent.
+    pub(super) fn new(solved: &Together, directions: &Mat<f64>) -> Option<Self> {
+        let r = directions.ncols();
+        let mut all = Mat::<f64>::zeros(r + 1, r + 1);
+        let rows = solved.extended.as_ref().map_or(&solved.rows, |(_, rows)| rows);
+        for (k, block) in rows.blocks.iter().enumerate() {
+            let scale = solved.order.get(k).map_or(1.0, |s| solved.scale.at(*s));
+            let own = turned(&block.rows, &block.observed, directions, &[]);
+            all += own.transpose() * &own * faer::Scale(1.0 / scale);
+        }
+        let unit = all.submatrix(0, 0, r, r).llt(Side::Lower).ok()?.solve(&Mat::<f64>::identity(r, r));
+        Some(Directed { unit, observed: (0..r).map(|k| all[(k, r)]).collect() })
     }
 }

@@ -4,7 +4,7 @@
     reason = "every list here has one entry for each sensor, and each sensor's list of points begins with the one at hand"
 )]
 
-use super::bins::{Binned, Input, MOST};
+use super::bins::{Binned, Directed, Input, MOST};
 use super::noise::Found;
 use super::octaves::Noise as Size;
 use super::question::{Folding, Part, Question};
@@ -52,18 +52,24 @@ pub(super) fn conclude(
             Some((Chain::new(directions.ncols() + 1, noise.variances(), true), directions))
         })
         .collect();
-    let mut binned: Vec<Binned> = found.noise.iter().map(|noise| Binned::new(&question, &inputs, *noise)).collect();
+    let mut binned: Vec<Binned> = (0..sensors).map(|_| Binned::new(inputs.len(), found.tested.ncols())).collect();
+    // of rows as they are folded, known inputs in their own units
+    let tested =
+        question.extended(&Mat::identity(n + carried, n + carried)).submatrix(0, 0, n + carried, found.tested.nrows())
+            * &found.tested;
     let mut residuals: Vec<Residuals> = (0..sensors).map(|_| Residuals::new()).collect();
     let mut independent: HashMap<(usize, usize), f64> = HashMap::new();
     question.walk(rows, &point, &further, &mut |s, chunk| {
-        folding[s].push(chunk.rows, chunk.time, chunk.relative)?;
+        let rows = folding[s].push(chunk.rows, chunk.time, chunk.relative)?;
         if let Some((chain, directions)) = &mut chains[s] {
             chain.push(chunk.turned(directions, &change).as_ref(), chunk.time, chunk.relative)?;
         }
         let mut left = chunk.observed().to_vec();
         subtract(&mut left, chunk.rows, &change);
-        let rows = binned[s].push(n + carried, &inputs, chunk, &left)?;
-        let mut whitened = rows.col_as_slice(rows.ncols() - 1).to_vec();
+        let observed = rows.col_as_slice(rows.ncols() - 1);
+        let turned = crate::linear::turned(&rows, observed, &tested, &[]);
+        binned[s].push(&inputs, chunk, &left, (&turned, &folding[s]));
+        let mut whitened = observed.to_vec();
         subtract(&mut whitened, &rows, &change);
         residuals[s].take(chunk.numbers, chunk.values, &left, &whitened);
         let before = |own: &u64| chunk.numbers.first().is_some_and(|first| own < first);
@@ -86,8 +92,10 @@ pub(super) fn conclude(
     let summed: Vec<_> = blocks.map(|(k, own)| chain(k).unwrap_or_else(|| own.part(&directions, &change))).collect();
     let noised = Noised::new(&found, &solved.scale, &solved.order, &summed, directions)?;
     let mut bins = Vec::new();
-    for (s, own) in binned.into_iter().enumerate().filter(|(s, _)| question.is_read(*s)) {
-        bins.extend(own.conclude(&question, &inputs, (s, campaign.sensor_id(s)), &solved)?);
+    if let Some(of_all) = Directed::new(&solved, &found.tested) {
+        for (s, own) in binned.into_iter().enumerate().filter(|(s, _)| question.is_read(*s)) {
+            bins.extend(own.conclude(&inputs, campaign.sensor_id(s), &of_all, solved.scale[s]));
+        }
     }
     let tested = bins.len().max(1) as f64;
     bins.iter_mut().for_each(|own| own.rejected = own.p * tested < 1.0 - settings.level);

@@ -44,6 +44,8 @@ pub(super) struct Found {
     pub white_at_zero: Vec<bool>,
     /// Directions of the unknowns in which the rows were summed, where noise was looked for.
     pub directions: Option<Mat<f64>>,
+    /// Directions of the unknowns, and of the known inputs that have an uncertainty, in which the rows are nearly orthonormal.
+    pub tested: Mat<f64>,
 }
 
 impl Question {
@@ -137,7 +139,7 @@ pub(super) fn search(
     let mut seen = vec![Seen::default(); sensors];
     let mut stop = Stop::Limit;
     let mut before: Option<(f64, Vec<f64>, Vec<f64>, f64)> = None;
-    let mut directions = Mat::new();
+    let (mut directions, mut tested) = (Mat::new(), Mat::new());
     for _ in 0..question.settings.iterations.max(1) {
         seen.fill(Seen::default());
         let parts = match first.take() {
@@ -170,6 +172,8 @@ pub(super) fn search(
             own.white = found.scale[s].sqrt();
         }
         directions = found.found.factor.whitened_directions();
+        let beside = found.extended.as_ref().map(|(own, _)| own.factor.whitened_directions());
+        tested = beside.unwrap_or_else(|| directions.clone());
         let rest = found.found.sum_of_squares.sqrt();
         if linear_only || length <= NEGLIGIBLE * rest || length <= 1e-13 * (norm + size(point)) {
             stop = Stop::Settled;
@@ -191,6 +195,7 @@ pub(super) fn search(
         at_zero: vec![false; sensors],
         white_at_zero: vec![false; sensors],
         directions: None,
+        tested,
     };
     if lines.iter().zip(&found.free).any(|(line, free)| line.is_some() && free.contains(&true)) {
         found.along_time((question, rows), point, lines, &seen, &directions)?;

@@ -17,6 +17,10 @@ use std::borrow::Cow;
 
 /// Rows whose design is made and folded at a time: what is worked on stays in a cache.
 const PART: usize = 256;
+/// Of a part: standard deviations that are all the same, times where none matter, a column without numbers.
+const ONES: &[f64] = &[1.0; PART];
+const ZEROS: &[f64] = &[0.0; PART];
+const NONE: &[f64] = &[f64::NAN; PART];
 
 /// A fit of a record.
 pub(super) struct Question {
@@ -26,6 +30,7 @@ pub(super) struct Question {
     /// The sensors' lines, where all of them follow columns alone; a bench is followed reading by reading.
     lines: Option<Vec<ColumnLine>>,
     room: Scratch,
+    evaluated: Evaluated,
     /// Is every model line linear in the unknowns?
     pub is_linear: bool,
     pub settings: Settings,
@@ -42,6 +47,13 @@ pub(super) struct Question {
     pub floor: Vec<f64>,
     /// Passes so far.
     pub passes: usize,
+}
+
+/// What a line over columns reads and gives for a part of a block.
+#[derive(Debug, Default)]
+struct Evaluated {
+    inputs: Vec<f64>,
+    gradient: Vec<f64>,
 }
 
 /// A sensor of the record.
@@ -66,7 +78,7 @@ pub(super) struct Chunk<'a> {
     /// Unknowns, carried columns, observed minus predicted.
     pub rows: &'a Mat<f64>,
     /// The further inputs that were asked for, one list each.
-    pub inputs: &'a [Vec<f64>],
+    pub inputs: &'a [Cow<'a, [f64]>],
 }
 
 impl Chunk<'_> {
@@ -184,6 +196,7 @@ impl Question {
             inputs: (u, campaign.correlation_root(&carried)),
             lines: (0..campaign.bench.sensors.len()).map(|s| model.column_line(s)).collect(),
             room: Scratch::default(),
+            evaluated: Evaluated::default(),
             is_linear: is_linear(campaign),
             model,
             campaign: campaign.without_readings(columns),
@@ -264,23 +277,25 @@ impl Question {
             for start in (0..own.len()).step_by(PART) {
                 let part = own.part(start..own.len().min(start + PART));
                 // most records have every value in every row
-                let pick = |list: &[f64]| -> Vec<f64> {
+                fn pick<'l>(list: &'l [f64], whole: bool, start: usize, part: &[usize]) -> Cow<'l, [f64]> {
                     match whole {
-                        true => list.part(start..start + part.len()).to_vec(),
+                        true => Cow::Borrowed(list.part(start..start + part.len())),
                         false => part.iter().map(|k| list.at(*k)).collect(),
                     }
-                };
+                }
+                let pick = |list| pick(list, whole, start, part);
                 let values = pick(&observed.values);
                 let relative = match (observed.u.get(*first).filter(|u| !u.is_nan()), observed.samples.is_empty()) {
                     (Some(_), _) => pick(&observed.u),
-                    (None, false) => pick(&observed.samples).into_iter().map(|samples| 1.0 / samples.sqrt()).collect(),
-                    (None, true) => vec![1.0; part.len()],
+                    (None, false) => pick(&observed.samples).iter().map(|samples| 1.0 / samples.sqrt()).collect(),
+                    (None, true) => Cow::Borrowed(ONES.part(0..part.len())),
                 };
                 let list = |column: usize| block.columns.get(column).filter(|list| !list.is_empty());
-                let of_column = |column: usize| list(column).map_or(vec![f64::NAN; part.len()], |list| pick(list));
+                let of_column =
+                    |column: usize| list(column).map_or(Cow::Borrowed(NONE.part(0..part.len())), |list| pick(list));
                 let time = match self.sensors.get(s).and_then(|own| own.line) {
                     Some((_, column)) => of_column(column),
-                    None => vec![0.0; part.len()],
+                    None => Cow::Borrowed(ZEROS.part(0..part.len())),
                 };
                 let mut design = Mat::zeros(part.len(), self.unknowns + self.carried.len() + 1);
                 match &assembled {
@@ -288,9 +303,9 @@ impl Question {
                     None => self.evaluated(s, point, part.len(), &of_column, &mut design),
                 }
                 let last = design.ncols() - 1;
-                design.col_as_slice_mut(last).iter_mut().zip(&values).for_each(|(to, value)| *to = value - *to);
+                design.col_as_slice_mut(last).iter_mut().zip(values.iter()).for_each(|(to, value)| *to = value - *to);
                 let numbers: Vec<u64> = part.iter().map(|k| before + *k as u64 + 1).collect();
-                let inputs: Vec<Vec<f64>> = further.iter().map(|column| of_column(*column)).collect();
+                let inputs: Vec<Cow<'_, [f64]>> = further.iter().map(|column| of_column(*column)).collect();
                 let chunk = Chunk {
                     numbers: &numbers,
                     time: &time,
@@ -378,26 +393,27 @@ impl Question {
     }
 
     /// The same of a line that follows columns, for all rows at once.
-    fn evaluated(
+    fn evaluated<'b>(
         &mut self,
         s: usize,
         point: &[f64],
         rows: usize,
-        of_column: &dyn Fn(usize) -> Vec<f64>,
+        of_column: &dyn Fn(usize) -> Cow<'b, [f64]>,
         to: &mut Mat<f64>,
     ) {
         let Some(line) = self.lines.as_ref().and_then(|lines| lines.get(s)) else { return };
-        let mut inputs = Vec::with_capacity(line.reads().len() * rows);
+        let Evaluated { inputs, gradient } = &mut self.evaluated;
+        inputs.clear();
         for own in line.reads() {
             match own {
-                Read::Column(column) => inputs.extend(of_column(*column)),
+                Read::Column(column) => inputs.extend_from_slice(&of_column(*column)),
                 Read::Parameter(k) => inputs.resize(inputs.len() + rows, point.at(*k)),
             }
         }
-        let mut gradient = vec![0.0; inputs.len()];
+        gradient.resize(inputs.len(), 0.0);
         let last = to.ncols() - 1;
         let values = to.col_as_slice_mut(last);
-        line.gradient(Arch::new(), rows, &inputs, &mut self.room, (values, &mut gradient));
+        line.gradient(Arch::new(), rows, inputs, &mut self.room, (values, gradient));
         for (own, slope) in line.reads().iter().zip(gradient.chunks_exact(rows.max(1))) {
             let Read::Parameter(k) = own else { continue };
             let column = match *k < self.unknowns {
@@ -471,6 +487,11 @@ impl Folding {
         self.ones.resize(rows.nrows(), 1.0);
         self.fold.push(rows.subcols(0, self.columns), rows.col_as_slice(self.columns), &self.ones)?;
         Ok(rows)
+    }
+
+    /// What makes the rows independent.
+    pub(super) fn filter(&self) -> &Sequential {
+        &self.filter
     }
 
     pub(super) fn part(self) -> Part {
