@@ -153,6 +153,7 @@ residuals-and-correlations = Residuals and correlations
 result = Result
 global-test-chi-square-with-p = Global test: { $rejected ->
     [yes] the readings scatter more than their stated uncertainties allow: the model is incomplete, or the uncertainties are too small
+    [less] the readings scatter less than their stated uncertainties say: these are too large, or the readings are not independent
    *[no] the readings scatter as their stated uncertainties say
 } (chi-square { $chi_square } with { $dof }, p = { $p }).
 the-readings-state-no-uncertainty-of-their = No uncertainty is stated for the readings: their standard deviation is estimated from the residuals, so these readings alone cannot test the model.
@@ -363,7 +364,7 @@ residuals-are-not-normal-shapiro-francia-w = residuals are not normal (Shapiro-F
 lack-of-fit-over-an-input = LACK OF FIT over { $input }: a step function over eighths of its range explains more of the residuals of { $sensor } than noise does (chi-square { $chi_square } with { $dof } degrees of freedom, p = { $p })
 lack-of-fit-or-correlation = a lack of fit of { $sensor } over { $inputs } cannot be distinguished from that correlation: state the correlation of the noise first
 means-of-rows-scatter-too-much = residuals of { $sensor } are NOT INDEPENDENT: the standard deviation of means of { $rows } rows is { $ratio } times that of independent rows (p = { $p }), and u is too small by about this factor; describe the correlation of the noise in "scatter" ("over" a column of times)
-means-of-rows-scatter-too-little = the standard deviation of means of { $rows } residuals of { $sensor } is { $ratio } times that of independent rows (p = { $p }): less noise than stated
+means-of-rows-scatter-too-little = the standard deviation of means of { $rows } residuals of { $sensor } is { $ratio } times that of independent rows (p = { $p }): neighbouring residuals compensate each other, or the stated uncertainties are too large
 residuals-are-correlated = residuals of { $sensor } are correlated: { $correlation } at { $rows } rows (p = { $p } for all lags)
 row-is-far-from-the-model = SUSPICIOUS: row { $row } of { $sensor } differs from the model by { $residual } (w = { $w }, p = { $p } over all rows)
 suspicious-reading-of-is-off-what-the = SUSPICIOUS: reading { $index } of { $sensor } differs by { $shift } from its prediction by the other readings (w = { $w }, p = { $p } over all { $tested } readings)

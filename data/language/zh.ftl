@@ -173,6 +173,7 @@ residuals-and-correlations = 残差与相关系数
 result = 结论
 global-test-chi-square-with-p = 整体检验：{ $rejected ->
     [yes] 读数的分散程度超出所给不确定度，模型有遗漏或不确定度给得过小
+    [less] 读数的分散程度小于所给不确定度：不确定度给得过大，或读数并不独立
    *[no] 读数的分散程度与所给不确定度相符
 }（χ² = { $chi_square }，{ $dof }，p = { $p }）。
 the-readings-state-no-uncertainty-of-their = 读数未给出自身的不确定度：其分散由残差估计，因此仅凭这些读数不能检验模型。
@@ -363,7 +364,7 @@ residuals-are-not-normal-shapiro-francia-w = 残差不服从正态分布（Shapi
 lack-of-fit-over-an-input = 失拟：把 { $input } 的范围八等分，各段的阶跃对 { $sensor } 的解释超过噪声（χ² = { $chi_square }，自由度 { $dof }，p = { $p }）
 lack-of-fit-or-correlation = { $sensor } 在 { $inputs } 上的失拟与该相关无法区分：请先说明噪声的时间相关
 means-of-rows-scatter-too-much = { $sensor } 的残差不独立：{ $rows } 行均值的分散为独立行的 { $ratio } 倍（p = { $p }），u 约偏小同样倍数；请在 "scatter" 中说明噪声的时间相关（"over" 时间列）
-means-of-rows-scatter-too-little = { $sensor } 的残差中，{ $rows } 行均值的分散为独立行的 { $ratio } 倍（p = { $p }）：噪声小于所给值
+means-of-rows-scatter-too-little = { $sensor } 的残差中，{ $rows } 行均值的分散为独立行的 { $ratio } 倍（p = { $p }）：相邻残差相互抵消，或所给不确定度过大
 residuals-are-correlated = { $sensor } 的残差相关：相隔 { $rows } 行时为 { $correlation }（对全部间隔 p = { $p }）
 row-is-far-from-the-model = 可疑：{ $sensor } 的第 { $row } 行偏离模型 { $residual }（w = { $w }，对全部行 p = { $p }）
 suspicious-reading-of-is-off-what-the = 可疑：{ $sensor } 的第 { $index } 个读数偏离其余读数所示值 { $shift }（w = { $w }，对全部 { $tested } 个读数 p = { $p }）

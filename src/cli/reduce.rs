@@ -28,7 +28,7 @@ pub(super) struct Arguments {
     /// Segments are runs of equal labels in this column (rows without a label belong to none).
     #[arg(long, value_name = "COLUMN", conflicts_with = "times")]
     by: Option<String>,
-    /// Segments are listed in a table with the columns start_s, end_s and, if there is one, position.
+    /// Segments are listed in a table with the columns start_s, end_s (seconds since the first sample) and, if there is one, position.
     #[arg(long, value_name = "FILE")]
     times: Option<PathBuf>,
     /// Window of the static detector, s.

@@ -147,6 +147,8 @@ pub struct Clock {
     taken: Option<String>,
     /// Resolution of the times, where several rows have one time: their step; else 0.
     tick: f64,
+    /// The step to which times are rounded, where it is not much shorter than that of the rows; else 0.
+    rounding: f64,
     /// By how much the last step was shorter than usual, s, where it was a short one: the next may be longer by that.
     owed: f64,
     /// Rows since the time last changed, where several rows have one; `None` before it does.
@@ -256,7 +258,7 @@ impl Clock {
             && let Some(unit) = unit_of(times)
         {
             self.learn(times, unit.seconds);
-            self.taken = unit.said(&self.title, self.step);
+            self.taken = unit.said(&self.title, &self.file, self.step)?;
             self.factor = Some(unit.seconds);
         }
         let factor = self.factor.unwrap_or(1.0);
@@ -346,6 +348,8 @@ impl Clock {
         let before = self.times.iter().rev().chain(self.before.iter().rev()).take(ahead);
         let even = before.zip(1..).map(|(time, k)| time + f64::from(k) * step);
         let least = if behind.min(ahead) < NEAR { 0.5 * step } else { 0.0 };
+        // a time that is rounded may be off by as much
+        let least = least.max(self.rounding * (1.0 + ALIKE));
         self.tick > 0.0 || late.fold(f64::INFINITY, f64::min) - even.fold(f64::NEG_INFINITY, f64::max) > least
     }
 
@@ -373,6 +377,9 @@ impl Clock {
         let rows = last.unwrap_or(0) - first.unwrap_or(0);
         let changes = steps.len().saturating_sub(1);
         self.step = if coarse && rows > 0 { median * changes as f64 / rows as f64 } else { median };
+        if let Some((step, rounding)) = rounded(times, &steps, factor).filter(|_| equal == 0) {
+            (self.step, self.rounding) = (step, rounding);
+        }
     }
 
     /// A step that is no gap. Where several rows have one time, the steps between the first change and the last are spread over the rows between.
@@ -449,6 +456,12 @@ impl Clock {
                 self.title, self.tick
             ));
         }
+        if self.rounding > 0.0 {
+            notes.push(format!(
+                "the times in '{}' are rounded to {:.6} s, of samples {:.6} s apart; samples are taken as equally spaced",
+                self.title, self.rounding, self.step
+            ));
+        }
         if let Some(gap) = of(JumpKind::Gap).next() {
             notes.push(format!(
                 "{gaps} gap{} in '{}' ({:.3} s are missing in all, or the clock was set forward); the first is of {:.3} s, {:.3} s after the start",
@@ -471,6 +484,7 @@ impl Clock {
         if let Some((least, most)) = self.range
             && mean > 0.0
             && self.tick == 0.0
+            && self.rounding == 0.0
             && most - least > 0.2 * mean
         {
             notes.push(format!(
@@ -483,6 +497,35 @@ impl Clock {
 
 /// So many of the first times say what is usual.
 const PAIRS: usize = 4001;
+
+/// A relative difference between steps that is their own rounding, as of single-precision numbers that are written with three decimals.
+const ALIKE: f64 = 0.15;
+
+/// The step of even rows and that to which their times are rounded, s, where the first is less than twice the second: steps are then one and two of the rounding, and a long one looks like a row
+/// that is missing. But of even rows the time of `SPAN` of them has two values, one rounding apart, or three where halves are rounded either way; rows that are missing at random, one of a hundred and
+/// more, leave seven and more (of a Poisson distribution of 2.6).
+fn rounded(times: &[f64], steps: &[f64], factor: f64) -> Option<(f64, f64)> {
+    const SPAN: usize = 256;
+    let least = *steps.first()?;
+    let short = steps.partition_point(|step| *step < 1.5 * least);
+    let tick = *steps.get(short / 2)?;
+    let of = |k: f64| steps.iter().filter(|step| (*step - k * tick).abs() <= ALIKE * k * tick).count();
+    let (once, twice) = (of(1.0), of(2.0));
+    // a gap now and again is neither
+    if 100 * twice < steps.len() || 100 * (once + twice) < 97 * steps.len() {
+        return None;
+    }
+    let mut spans: Vec<f64> =
+        times.iter().zip(times.iter().skip(SPAN)).take(PAIRS).map(|(a, b)| (b - a) * factor).collect();
+    if spans.len() < SPAN {
+        return None;
+    }
+    spans.sort_by(f64::total_cmp);
+    let trimmed = spans.get(spans.len() / 40..spans.len() - spans.len() / 40)?;
+    let (low, high) = (trimmed.first()?, trimmed.last()?);
+    let mean = trimmed.iter().sum::<f64>() / trimmed.len() as f64 / SPAN as f64;
+    (high - low <= (2.0 + ALIKE) * tick).then_some((mean, tick))
+}
 
 /// Neighbouring times, of the first few thousand.
 fn pairs(times: &[f64]) -> impl DoubleEndedIterator<Item = (&f64, &f64)> + ExactSizeIterator {
@@ -502,15 +545,26 @@ pub(crate) struct Unsaid {
     pub seconds: f64,
     /// The median step of the times, s.
     pub step: f64,
-    first: f64,
 }
 
 impl Unsaid {
     /// That it was taken, where it could be another one.
-    pub fn said(&self, title: &str, step: f64) -> Option<String> {
-        // steps of a second and more, were they of milliseconds, would be those of a logger as well
-        let is_sure = step < 1.0 || SINCE_1970.contains(&self.first);
-        match self.name {
+    ///
+    /// Errors: steps that are those of no logger in seconds, where times could be hours or days.
+    pub fn said(&self, title: &str, file: &str, step: f64) -> Result<Option<String>> {
+        if self.name == "s" && step < FASTEST {
+            return Err(Malformed::new(
+                Fault::Missing,
+                format!("'{title}' has no unit, and its steps are too short for seconds"),
+            )
+            .expected("its unit in the title: time (h), time (d), time_s")
+            .found(format!("steps of {step:.3e}, as seconds {:.3e} samples a second", 1.0 / step))
+            .at_path(title)
+            .in_file(file));
+        }
+        // steps of a second and more, were they of milliseconds, would be those of a logger as well, and very short ones those of minutes and hours
+        let is_sure = (FAST..1.0).contains(&step);
+        Ok(match self.name {
             "s" if is_sure => None,
             "s" => Some(format!(
                 "'{title}' has no unit and is read as seconds, with steps of {step}; a title such as time_ms says another unit"
@@ -518,9 +572,14 @@ impl Unsaid {
             unit => {
                 Some(format!("'{title}' has no unit; its steps are those of a logger in {unit}, and it is read so"))
             }
-        }
+        })
     }
 }
+
+/// Steps of inertial sensors that are logged are rarely shorter, s,
+const FAST: f64 = 1e-4;
+/// and never as short as this.
+const FASTEST: f64 = 1e-5;
 
 /// The unit of times that say none; `None` where fewer than two are there.
 ///
@@ -529,13 +588,12 @@ impl Unsaid {
 pub(crate) fn unit_of(times: &[f64]) -> Option<Unsaid> {
     const UNITS: [(&str, f64); 4] = [("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)];
     const SLOW: f64 = 1e3;
-    const FAST: f64 = 1e-4;
     let first = *times.first()?;
     let mut steps: Vec<f64> = pairs(times).map(|(a, b)| b - a).collect();
     steps.retain(|step| *step > 0.0);
     let middle = steps.len() / 2;
     let (_, median, _) = (!steps.is_empty()).then(|| steps.select_nth_unstable_by(middle, f64::total_cmp))?;
-    let of = |(name, seconds): (&'static str, f64)| Unsaid { name, seconds, step: *median * seconds, first };
+    let of = |(name, seconds): (&'static str, f64)| Unsaid { name, seconds, step: *median * seconds };
     let unix = |(_, seconds): &&(&str, f64)| SINCE_1970.contains(&(first * seconds)) && *median * seconds < SLOW;
     if *median < FAST && DAYS.iter().any(|days| days.contains(&first)) {
         return Some(of(("days", 86_400.0)));

@@ -425,23 +425,34 @@ fn parted(rows: &[(usize, &[u8])]) -> (u8, u8, usize) {
     (delimiter, mark, width)
 }
 
-/// The decimal mark: a comma where as many columns have numbers with no other mark as have numbers with a point. Where commas part the cells too, such
-/// numbers stand in quotes, and the commas of `"1,234"` may part thousands: some number must show that they do not.
+/// The decimal mark: a comma where as many columns have numbers with no other mark as have numbers with a point. But commas may part thousands: where they part the cells too and such numbers stand in
+/// quotes, as in `"1,234"`, and where whole numbers without a comma stand in the same column. There some number must show that they do not.
 fn decimal_mark(rows: &[(usize, &[u8])], delimiter: u8) -> u8 {
-    let mut marks: Vec<(bool, bool)> = Vec::new();
+    let mut columns: Vec<Marks> = Vec::new();
     for (_, line) in rows {
         let cells = cells(line, delimiter);
-        marks.resize(marks.len().max(cells.len()), (false, false));
-        for ((comma, point), cell) in marks.iter_mut().zip(&cells) {
-            *comma |= is_marked(cell, b',');
-            *point |= is_marked(cell, b'.');
+        columns.resize_with(columns.len().max(cells.len()), Marks::default);
+        for (own, cell) in columns.iter_mut().zip(&cells) {
+            let comma = is_marked(cell, b',');
+            own.comma |= comma;
+            own.point |= is_marked(cell, b'.');
+            own.whole |= !cell.is_empty() && cell.trim_ascii().iter().all(|b| b.is_ascii_digit() || *b == b'-');
+            own.shown |= comma && !is_thousands(cell);
         }
     }
-    let commas = marks.iter().filter(|(comma, point)| *comma && !point).count();
-    let points = marks.iter().filter(|(_, point)| *point).count();
-    let cell_of = |line: &[u8]| cells(line, delimiter).iter().any(|cell| is_marked(cell, b',') && !is_thousands(cell));
-    let shown = delimiter != b',' || rows.iter().any(|(_, line)| cell_of(line));
-    if commas > 0 && commas >= points && shown { b',' } else { b'.' }
+    let commas = columns.iter().filter(|own| own.comma && !own.point).count();
+    let points = columns.iter().filter(|own| own.point).count();
+    let shown = |own: &Marks| own.shown || (delimiter != b',' && own.comma && !own.whole);
+    if commas > 0 && commas >= points && columns.iter().any(shown) { b',' } else { b'.' }
+}
+
+/// Which numbers a column has: with a comma, with a point, whole ones, and with a comma that parts no thousands.
+#[derive(Default)]
+struct Marks {
+    comma: bool,
+    point: bool,
+    whole: bool,
+    shown: bool,
 }
 
 /// May the comma of a number part its thousands?

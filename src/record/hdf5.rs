@@ -96,9 +96,25 @@ fn dataset(
         return Ok(());
     }
     // stored row by row, which is column by column of the transposed array
-    let values = from.read_f64()?;
+    let mut values = from.read_f64()?;
+    unpack(&mut values, |key| {
+        let value = attributes.get(key)?;
+        value.as_f64().or_else(|| value.as_i64().map(|whole| whole as f64))
+    });
     arrays.push(Array { group: path.into(), name: name.into(), unit, shape: (count, rows), values });
     Ok(())
+}
+
+/// Numbers that are packed after the conventions of netCDF (CF 1.11, sections 2.5.1 and 8.1): what is not there has a value of its own, and the others are `packed * scale_factor + add_offset`.
+fn unpack(values: &mut [f64], attribute: impl Fn(&str) -> Option<f64>) {
+    let absent: Vec<f64> = ["_FillValue", "missing_value"].into_iter().filter_map(&attribute).collect();
+    let (scale, offset) = (attribute("scale_factor").unwrap_or(1.0), attribute("add_offset").unwrap_or(0.0));
+    if absent.is_empty() && scale == 1.0 && offset == 0.0 {
+        return;
+    }
+    for value in values {
+        *value = if absent.contains(value) { f64::NAN } else { *value * scale + offset };
+    }
 }
 
 /// A dataset of records: a separate table, with a column for each numeric member.

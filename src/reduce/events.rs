@@ -31,7 +31,6 @@ pub struct Event {
 }
 
 /// What is odd in samples that come in parts; those that are not finite have no number.
-#[cfg(feature = "cli")]
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Odd {
     watch: Watch,
@@ -39,15 +38,24 @@ pub(crate) struct Odd {
     samples: u64,
 }
 
-#[cfg(feature = "cli")]
 impl Odd {
     /// Further samples.
+    #[cfg(feature = "cli")]
     pub(crate) fn see(&mut self, samples: &[f64]) {
+        self.each(samples, |watch, run, first, events| watch.see(run, first, events));
+    }
+
+    /// The same, but for spikes.
+    pub(crate) fn see_runs(&mut self, samples: &[f64]) {
+        self.each(samples, |watch, run, first, _| watch.runs(run, first));
+    }
+
+    fn each(&mut self, samples: &[f64], see: impl Fn(&mut Watch, &[f64], u64, &mut Vec<Event>)) {
         for run in samples
             .chunk_by(|a, b| a.is_finite() == b.is_finite())
             .filter(|run| run.first().is_some_and(|v| v.is_finite()))
         {
-            self.watch.see(run, self.samples, &mut self.events);
+            see(&mut self.watch, run, self.samples, &mut self.events);
             self.samples += run.len() as u64;
         }
     }
@@ -56,6 +64,12 @@ impl Odd {
     pub(crate) fn events(mut self) -> Vec<Event> {
         self.watch.finish(&mut self.events);
         self.events
+    }
+
+    /// Are samples held, or rows repeated: do values nearly always stay, and then change by more than a step of the resolution?
+    pub(crate) fn is_held(&self) -> bool {
+        let (stays, changes) = self.watch.stays();
+        changes && stays >= HELD && self.watch.count.0 > WINDOW as u64
     }
 }
 
@@ -68,6 +82,8 @@ const REACH: usize = 10;
 /// Values in a row that may be stuck or saturated.
 const LEAST_STUCK: u64 = REACH as u64;
 const LEAST_SATURATED: u64 = 3;
+/// Values that stay with this probability and more are held.
+const HELD: f64 = 0.9;
 const WINDOW: usize = 128;
 /// Of the windows of a piece so many say what is usual: a median of 128 differences is known to 11 %, the quartile of 32 of them to 3 %.
 const WINDOWS: usize = 32;
@@ -281,16 +297,21 @@ impl Watch {
         }
     }
 
+    /// The probability that a value stays for another sample, and whether values mostly change by more than one step of the resolution.
+    fn stays(&self) -> (f64, bool) {
+        let (all, single, far) = self.count;
+        // runs end by chance: the share of those of one sample says how soon, and few that are stuck do not change it
+        ((1.0 - single as f64 / all.max(1) as f64).clamp(1e-3, 1.0), 2 * far > all)
+    }
+
     pub(super) fn finish(&mut self, events: &mut Vec<Event>) {
         self.close();
         self.run.2 = 0;
         let all = std::mem::take(&mut self.before);
         self.judge(&all, self.next - all.len() as u64, self.judged..all.len(), events);
-        let (all, single, far) = self.count;
-        // runs end by chance: the share of those of one sample says how soon, and few that are stuck do not change it
-        let stays = (1.0 - single as f64 / all.max(1) as f64).clamp(1e-3, 1.0);
+        let (stays, changes) = self.stays();
         // where values mostly change by one step of the resolution, or are held, they stay while what is measured does
-        if 2 * far > all && stays < 0.9 {
+        if changes && stays < HELD {
             // so long a run by chance once in a thousand million samples
             let chance = number::count_u64((-20.7 / stays.ln()).ceil());
             let stuck = self.long.iter().filter(|(_, length)| *length >= chance);

@@ -33,14 +33,12 @@ mod turns;
 pub use correlated::{MeanUncertainty, mean_uncertainties};
 pub(crate) use events::Event;
 pub use events::EventKind;
-#[cfg(feature = "cli")]
-#[cfg(feature = "cli")]
 pub(crate) use events::Odd;
 pub(crate) use hold::Standing;
 pub use hold::{Ahead, Hold, Look};
 pub use segment_blocks::SegmentBlocks;
-pub(crate) use segments::Segmentation;
 pub use segments::{By, Rejected, segment};
+pub(crate) use segments::{Segmentation, together};
 pub(crate) use still::Stillness;
 pub(crate) use trace::{Channel, Run};
 pub use trace::{Segment, Trace};

@@ -43,6 +43,10 @@ pub struct Segmentation {
 
 /// Levels before and after a jerk that differ by less than this many standard deviations of a sample are one position.
 const SAME: f64 = 2.0;
+/// A step between them of more than so many of its standard uncertainties is said: white noise makes one in 16,000.
+const STEP: f64 = 4.0;
+/// Of each of them so many windows are looked at: over longer ones a drift need not be steady.
+const NEAR: usize = 16;
 
 /// Find segments; `guard` is left out at both ends, shorter ones than `least` are rejected (both in seconds).
 pub fn segment(trace: &Trace, by: &By, guard: f64, least: f64) -> Segmentation {
@@ -59,7 +63,7 @@ pub fn segment(trace: &Trace, by: &By, guard: f64, least: f64) -> Segmentation {
             .map(|(label, start, end)| Segment {
                 label: label.clone(),
                 pieces: one(trace.sample(*start)..trace.sample(*end)),
-                notes: Vec::new(),
+                notes: trace.cut(*start, *end).into_iter().collect(),
             })
             .collect(),
         By::Still { window, threshold } => {
@@ -123,6 +127,10 @@ pub fn segment(trace: &Trace, by: &By, guard: f64, least: f64) -> Segmentation {
         }
         let left = segment.samples() as f64 * trace.interval;
         let whole = (end.saturating_sub(start)) as f64 * trace.interval;
+        if let (By::Times(_), true, Some(cut)) = (by, start == end, segment.notes.first()) {
+            rejected.push(Rejected { samples: start..end, reason: cut.clone() });
+            continue;
+        }
         if left < least || segment.pieces.is_empty() {
             let guards = if margin > 0 { format!(", {:.3} s without the guard times", left) } else { String::new() };
             rejected.push(Rejected {
@@ -133,18 +141,34 @@ pub fn segment(trace: &Trace, by: &By, guard: f64, least: f64) -> Segmentation {
         }
         segments.push(segment);
     }
-    if matches!(by, By::Still { .. }) {
-        let long = trace.dead.iter().filter(|dead| (dead.end - dead.start) as f64 * trace.interval >= least);
-        rejected.extend(long.map(|dead| Rejected {
-            samples: dead.clone(),
-            reason: words(trace, dead.start, dead.end).into_iter().next().unwrap_or_default(),
-        }));
+    if let Some(still) = &stillness {
+        let window = number::count_u64((still.window / trace.interval).ceil());
+        let spans: Vec<(u64, u64)> = segments.iter().map(Segment::span).collect();
+        let judged = |dead: &Range<u64>| {
+            let of = |own: &Rejected| own.samples.start < dead.end && dead.start < own.samples.end;
+            spans.iter().any(|(start, end)| *start < dead.end && dead.start < *end) || rejected.iter().any(of)
+        };
+        let long = together(&trace.dead, window)
+            .filter(|dead| (dead.end - dead.start) as f64 * trace.interval >= least && !judged(dead));
+        let long: Vec<Rejected> = long
+            .map(|dead| Rejected {
+                reason: words(trace, dead.start, dead.end).into_iter().next().unwrap_or_default(),
+                samples: dead,
+            })
+            .collect();
+        rejected.extend(long);
         rejected.sort_by_key(|own| own.samples.start);
     }
-    for (k, segment) in segments.iter_mut().enumerate().filter(|(_, s)| s.label.is_empty()) {
-        segment.label = (k + 1).to_string();
-    }
     Segmentation { segments, rejected, stillness }
+}
+
+impl Segmentation {
+    /// Segments that nothing names are called by their number.
+    pub(crate) fn number(&mut self) {
+        for (k, segment) in self.segments.iter_mut().enumerate().filter(|(_, s)| s.label.is_empty()) {
+            segment.label = (k + 1).to_string();
+        }
+    }
 }
 
 /// Why samples `start..end` are left out: channels that are stuck or saturated there.
@@ -163,6 +187,12 @@ fn words(trace: &Trace, start: u64, end: u64) -> Vec<String> {
     found
 }
 
+/// Stretches that follow each other within so many samples, as one: in a window in which samples are dead now and again nothing stands still.
+pub(crate) fn together(stretches: &[Range<u64>], within: u64) -> impl Iterator<Item = Range<u64>> {
+    let near = stretches.chunk_by(move |a, b| b.start <= a.end + within);
+    near.filter_map(|all| Some(all.first()?.start..all.iter().map(|own| own.end).max()?))
+}
+
 /// A segment of one piece.
 fn one(range: Range<u64>) -> Vec<Range<u64>> {
     std::iter::once(range).collect()
@@ -176,6 +206,13 @@ fn joined(trace: &Trace, found: Vec<Range<u64>>, most: f64, stillness: Option<&S
         // a range beyond the trace has no blocks
         trace.channels.get(k).and_then(|c| c.means.get(blocks)).map(<[f64]>::to_vec).unwrap_or_default()
     };
+    let near = number::count((0.25 * most / (trace.interval * trace.block as f64)).ceil());
+    let noises: Vec<Noise> = (0..trace.observed)
+        .map(|k| {
+            let sd = stillness.and_then(|s| s.still_sd.get(k)).map_or(0.0, |sd| sd / (trace.block as f64).sqrt());
+            Noise::new(sd, 4 * near.max(1), found.iter().map(|range| level(range, k)))
+        })
+        .collect();
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len().max(1) as f64;
     for range in found {
         if let Some(last) = segments.last_mut()
@@ -185,7 +222,6 @@ fn joined(trace: &Trace, found: Vec<Range<u64>>, most: f64, stillness: Option<&S
         {
             // near the jerk, so that a slow drift does not look like another position; or where the drifts on both sides meet, a little
             // away from it, so that its rest in the first half window does not
-            let near = number::count((0.25 * most / (trace.interval * trace.block as f64)).ceil());
             let apart = (range.start - before.end) as f64 / trace.block as f64;
             let same = (0..trace.observed).all(|k| {
                 let (mut a, b) = (level(&before, k), level(&range, k));
@@ -203,7 +239,16 @@ fn joined(trace: &Trace, found: Vec<Range<u64>>, most: f64, stillness: Option<&S
             });
             if same {
                 let jerk = (range.start - before.end) as f64 * trace.interval;
-                last.notes.push(format!("a jerk of {jerk:.2} s left out"));
+                let steps = noises.iter().zip(&trace.channels).enumerate().filter_map(|(k, (noise, channel))| {
+                    let mut before = level(&before, k);
+                    before.reverse();
+                    let step = noise.step(&before, &level(&range, k), apart, near)?;
+                    Some(format!(
+                        ", and {} is {step:+.3e} {} off after it: another position?",
+                        channel.name, channel.unit
+                    ))
+                });
+                last.notes.push(format!("a jerk of {jerk:.2} s left out{}", steps.collect::<String>()));
                 last.pieces.push(range);
                 continue;
             }
@@ -226,4 +271,67 @@ fn ahead(values: &[f64], near: usize, before: f64) -> Option<f64> {
     let slope = used.iter().enumerate().map(|(k, v)| (k as f64 - middle) * (v - mean)).sum::<f64>()
         / (n * (n * n - 1.0) / 12.0);
     Some(mean - slope * (middle + skipped as f64 + before))
+}
+
+/// The noise of a channel at rest.
+struct Noise {
+    /// Variance of a block.
+    white: f64,
+    /// By how much the difference of neighbouring means of one position varies beyond white noise and a steady drift: slow noise, settling.
+    slow: f64,
+}
+
+impl Noise {
+    /// From the standard deviation of a block, and stretches at rest in means of so many blocks: of three means in a row the second difference is free of a drift.
+    fn new(sd: f64, blocks: usize, stretches: impl Iterator<Item = Vec<f64>>) -> Self {
+        let (mut squares, mut count) = (0.0, 0.0);
+        for stretch in stretches {
+            let means: Vec<f64> =
+                stretch.chunks_exact(blocks).map(|own| own.iter().sum::<f64>() / blocks as f64).collect();
+            for (a, (b, c)) in means.iter().zip(means.iter().skip(1).zip(means.iter().skip(2))) {
+                squares += (a - 2.0 * b + c) * (a - 2.0 * b + c);
+                count += 1.0;
+            }
+        }
+        let white = sd * sd;
+        let slow = if count > 0.0 { squares / count / 3.0 - 2.0 * white / blocks as f64 } else { 0.0 };
+        Noise { white, slow: slow.max(0.0) }
+    }
+
+    /// The step between two stretches, where it is more than noise explains beside a drift that they share. `before` runs backwards from the jerk, `after` forwards, `apart` blocks lie between them.
+    ///
+    /// Least squares of a line through both with a step between them: `step = m_b - m_a - s (t_b - t_a)`, `u^2 = white (1/n_a + 1/n_b + (t_b - t_a)^2 / (S_a + S_b)) + slow`, with the means `m`, the
+    /// middle times `t`, the sums of squared times `S` and the common slope `s`. Only what is near the jerk is taken, without the half window in which it comes to rest.
+    fn step(&self, before: &[f64], after: &[f64], apart: f64, window: usize) -> Option<f64> {
+        let [a, b] = [before, after].map(|own| {
+            let rest = if own.len() > 2 * window { window / 2 } else { 0 };
+            Line::of(own.get(rest..own.len().min(NEAR * window)).unwrap_or_default(), rest as f64)
+        });
+        let squares = a.squares + b.squares;
+        // backwards: the slope of the time that runs on is the negative one
+        let slope = if squares > 0.0 { (b.products - a.products) / squares } else { 0.0 };
+        let way = a.middle + b.middle + apart + 1.0;
+        let step = b.mean - a.mean - slope * way;
+        let lever = if squares > 0.0 { way * way / squares } else { 0.0 };
+        let variance = self.white * (1.0 / a.count + 1.0 / b.count + lever) + self.slow;
+        (step * step > STEP * STEP * variance).then_some(step)
+    }
+}
+
+/// Values at times 0, 1, 2, ... after some: their mean, its time, and sums about both.
+struct Line {
+    count: f64,
+    mean: f64,
+    middle: f64,
+    squares: f64,
+    products: f64,
+}
+
+impl Line {
+    fn of(values: &[f64], from: f64) -> Self {
+        let count = values.len().max(1) as f64;
+        let (mean, middle) = (values.iter().sum::<f64>() / count, 0.5 * (count - 1.0));
+        let products = values.iter().zip(0..).map(|(v, k)| (f64::from(k) - middle) * (v - mean)).sum();
+        Line { count, mean, middle: from + middle, squares: count * (count * count - 1.0) / 12.0, products }
+    }
 }

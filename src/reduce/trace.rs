@@ -215,6 +215,15 @@ impl Trace {
         sample.min(next.unwrap_or(self.samples)).min(self.samples)
     }
 
+    /// What a stretch of time is short of, where it reaches beyond the record.
+    pub(crate) fn cut(&self, start: f64, end: f64) -> Option<String> {
+        let last = self.time(self.samples.saturating_sub(1));
+        // a time that is rounded is not beyond
+        let beyond = |by: f64| by > 1.5 * self.interval;
+        (beyond(-start) || beyond(end - last))
+            .then(|| format!("{start} s to {end} s reaches beyond the record, which is from 0 s to {last:.3} s (since the first sample)"))
+    }
+
     /// Whole blocks inside samples `start..end`.
     pub fn blocks(&self, start: u64, end: u64) -> std::ops::Range<usize> {
         let block = self.block as u64;

@@ -117,12 +117,18 @@ fn in_u(changes: &BTreeMap<String, f64>, lang: Language) -> String {
     changes.iter().map(one).collect::<Vec<_>>().join(lang.comma())
 }
 
+/// Readings whose sum of squares is exceeded with this probability scatter less than is stated of them: once in a thousand right statements.
+const TOO_LITTLE: f64 = 0.999;
+
 fn global_test(report: &FitReport, lang: Language) -> Option<(Tone, String)> {
     let fit = &report.fit;
     match (fit.chi_square, fit.p) {
         (Some(chi_square), Some(p)) => {
-            let rejected = fit.global_test_rejected == Some(true);
-            let tone = if rejected { Tone::Bad } else { Tone::Good };
+            let (tone, rejected) = match fit.global_test_rejected {
+                Some(true) => (Tone::Bad, "yes"),
+                _ if p > TOO_LITTLE => (Tone::Caution, "less"),
+                _ => (Tone::Good, "no"),
+            };
             let [chi_square, p] = [significant(chi_square, 4), significant(p, 3)];
             let dof = lang.count(fit.dof, "degree");
             Some((tone, say!(lang, "global-test-chi-square-with-p", rejected, chi_square, dof, p)))

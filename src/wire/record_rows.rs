@@ -16,7 +16,9 @@ use crate::fit::Settings;
 use crate::fit::streamed::{self, Rows, Sample};
 use crate::number;
 use crate::record::{As, Block, Clock, Record};
+use crate::reduce::{EventKind, Odd, together};
 use crate::units::Conversion;
+use std::ops::Range;
 
 /// A record whose rows are the readings of a campaign.
 pub struct RecordRows<'a> {
@@ -35,12 +37,41 @@ pub struct RecordRows<'a> {
     rate: Option<f64>,
     /// What is subtracted from the column of times.
     origin: Option<f64>,
+    /// The first time, from which segments are counted.
+    zero: Option<f64>,
     record: Option<Record>,
     /// The columns as the record gives them.
     raw: Block,
     taken: Taken,
     row: u64,
     used: u64,
+    sensors: Vec<Watched>,
+    /// Times of the first pass, as long as it lasts.
+    times: Option<Order>,
+}
+
+/// A column of a sensor: watched in the first pass; what is odd in it is left out of the others.
+#[derive(Debug)]
+struct Watched {
+    /// Its place among the columns that are read.
+    place: usize,
+    first: Option<Odd>,
+    /// Samples that are left out, in their order: the numbers of those with a value.
+    dead: Vec<Range<u64>>,
+    /// Are samples held, so that only the first of each run is one?
+    held: bool,
+    /// Samples of this pass so far, and the last of them.
+    samples: u64,
+    last: f64,
+}
+
+/// How the times of rows follow each other.
+#[derive(Debug, Default)]
+struct Order {
+    last: Option<f64>,
+    back: u64,
+    /// Before and after the first step back.
+    first: Option<(f64, f64)>,
 }
 
 /// The rows of a block that are used.
@@ -103,10 +134,14 @@ pub(crate) fn read_rows_of<'a>(
     let (bench, samples) = file.rows(folder).map_err(at)?;
     let mut rows = RecordRows::new(bench.clone(), file, samples, folder).map_err(at)?;
     let campaign = |readings: &Readings| file.clone().with(bench.clone(), readings.clone()).map_err(at);
-    let sample = match settings {
-        Some(settings) => streamed::sample_and_fold(&mut rows, &campaign, settings)?,
-        None => streamed::sample(&mut rows)?,
+    let look = |rows: &mut RecordRows<'_>| match settings {
+        Some(settings) => streamed::sample_and_fold(rows, &campaign, settings),
+        None => streamed::sample(rows),
     };
+    let mut sample = look(&mut rows)?;
+    if rows.leaves_out() {
+        sample = look(&mut rows)?;
+    }
     if sample.rows == 0 {
         return Err(at(Malformed::new(Fault::Missing, format!("no row of '{}' is used", samples.samples))
             .expected("rows in the segments that the campaign names")
@@ -146,11 +181,14 @@ impl<'a> RecordRows<'a> {
             titles: record.columns().iter().map(|column| column.title.clone()).collect(),
             rate: samples.rate_hz,
             origin: None,
+            zero: None,
             record: None,
             raw: Block::default(),
             taken: Taken::default(),
             row: 0,
             used: 0,
+            sensors: Vec::new(),
+            times: Some(Order::default()),
             indifferent: indifferent_angles(&bench),
             bench,
         };
@@ -182,6 +220,9 @@ impl<'a> RecordRows<'a> {
         }
         rows.positions(&samples.positions, &source)?;
         rows.complete(&record)?;
+        let read = rows.read.iter().enumerate();
+        let of_sensors = read.filter(|(_, read)| matches!(read.meaning, Meaning::Sensor(_)));
+        rows.sensors = of_sensors.map(|(place, _)| Watched::new(place)).collect();
         Ok(rows)
     }
 
@@ -341,16 +382,68 @@ impl<'a> RecordRows<'a> {
                         .expected("a column of times (\"time\": its title), or \"rate_hz\"")
                         .in_file(record.name())
                 })?;
-                for (k, t) in time.iter().enumerate() {
-                    take(k, list.iter().find(|(_, start, end)| t >= start && t <= end).map(|(i, ..)| *i));
+                let first = time.iter().copied().find(|t| !t.is_nan());
+                let zero = self.zero.or(first).unwrap_or(f64::NAN); // no time at all so far
+                self.zero = self.zero.or(first);
+                for (k, t) in time.iter().map(|t| t - zero).enumerate() {
+                    take(k, list.iter().find(|(_, start, end)| t >= *start && t <= *end).map(|(i, ..)| *i));
                 }
             }
         }
         Ok(())
     }
 
+    /// After the first pass: is something left out of those that follow? It is said, and so are times that go back.
+    fn leaves_out(&mut self) -> bool {
+        let Order { back, first, .. } = self.times.take().unwrap_or_default();
+        if let Some((before, after)) = first.filter(|_| back * RARE <= self.row) {
+            let times = if back == 1 { "once" } else { "several times" };
+            self.folder.note(format!(
+                "{}: the times go back {times} (first from {before} s to {after} s); rows are taken at the times that they have",
+                self.path
+            ));
+        }
+        let mut any = false;
+        for own in &mut self.sensors {
+            let Some(odd) = own.first.take() else { continue };
+            own.held = odd.is_held();
+            let events = odd.events();
+            let dead = |kind: EventKind| {
+                let of = events.iter().filter(move |event| event.kind == kind);
+                let ranges: Vec<Range<u64>> = of.map(|event| event.sample..event.sample + event.length).collect();
+                match kind {
+                    EventKind::Saturation => cut(&ranges),
+                    _ => ranges,
+                }
+            };
+            let title =
+                self.read.get(own.place).and_then(|read| self.titles.get(read.place)).map_or("", String::as_str);
+            for (kind, what) in [(EventKind::Saturation, "saturated"), (EventKind::Stuck, "stuck at one value")] {
+                let count: u64 = dead(kind).iter().map(|range| range.end - range.start).sum();
+                if count > 0 {
+                    self.folder.note(format!(
+                        "{}: {count} of {} samples of '{title}' are left out: {what}",
+                        self.path, own.samples
+                    ));
+                }
+            }
+            if own.held {
+                self.folder.note(format!(
+                    "{}: '{title}' keeps each value for several rows: rows that repeat it are left out, a sample counts once",
+                    self.path
+                ));
+            }
+            own.dead = dead(EventKind::Saturation);
+            own.dead.extend(dead(EventKind::Stuck));
+            own.dead.sort_by_key(|range| range.start);
+            own.dead = together(&own.dead, 0).collect();
+            any |= own.held || !own.dead.is_empty();
+        }
+        any
+    }
+
     /// Times of all rows of the block, where it has any.
-    fn times(&mut self) -> Option<Vec<f64>> {
+    fn row_times(&mut self) -> Option<Vec<f64>> {
         let slot = self.names.iter().position(|name| name == "time_s")?;
         let mut time =
             self.rate.map(|rate| (0..self.raw.rows()).map(|k| (self.row + k as u64) as f64 / rate).collect());
@@ -430,6 +523,65 @@ impl<'a> RecordRows<'a> {
     }
 }
 
+/// Samples between two that are saturated are left out with them, as long as these are no rarer: of one in a thousand the mean of the others is off by 0.003 of the standard deviation.
+const CUT: u64 = 1000;
+
+/// What is left out where noise is cut at a rail, since what is left of it lies on one side: all between samples at the rail, and ten times the mean distance between them before and after.
+fn cut(at_rail: &[Range<u64>]) -> Vec<Range<u64>> {
+    let spans = together(at_rail, CUT).map(|span| {
+        let inside = at_rail.iter().filter(|own| span.start <= own.start && own.end <= span.end);
+        let (runs, samples) = inside.fold((0, 0), |(n, sum), own| (n + 1, sum + own.end - own.start));
+        let before = if runs > 1 { 10 * (span.end - span.start - samples) / (runs - 1) } else { 0 };
+        span.start.saturating_sub(before)..span.end + before
+    });
+    together(&spans.collect::<Vec<_>>(), 0).collect()
+}
+
+/// Steps back in more than one of so many rows: rows that are in no order of time.
+const RARE: u64 = 100;
+
+impl Order {
+    fn see(&mut self, times: &[f64]) {
+        for time in times.iter().copied().filter(|time| !time.is_nan()) {
+            if let Some(last) = self.last.filter(|last| time < *last) {
+                self.back += 1;
+                self.first.get_or_insert((last, time));
+            }
+            self.last = Some(time);
+        }
+    }
+}
+
+impl Watched {
+    fn new(place: usize) -> Self {
+        Watched { place, first: Some(Odd::default()), dead: Vec::new(), held: false, samples: 0, last: f64::NAN }
+    }
+
+    /// Samples of a block: watched, or without those that are left out.
+    fn see(&mut self, values: &mut [f64]) {
+        if let Some(odd) = &mut self.first {
+            odd.see_runs(values);
+            self.samples += values.iter().filter(|value| value.is_finite()).count() as u64;
+            return;
+        }
+        if self.dead.is_empty() && !self.held {
+            return;
+        }
+        let mut next = self.dead.partition_point(|range| range.end <= self.samples);
+        for value in values.iter_mut().filter(|value| value.is_finite()) {
+            while self.dead.get(next).is_some_and(|range| range.end <= self.samples) {
+                next += 1;
+            }
+            let is_dead = self.dead.get(next).is_some_and(|range| range.contains(&self.samples));
+            let repeats = self.held && *value == self.last;
+            (self.last, self.samples) = (*value, self.samples + 1);
+            if is_dead || repeats {
+                *value = f64::NAN;
+            }
+        }
+    }
+}
+
 impl Read {
     /// A number of the column in the unit of the readings.
     fn converted(&self, x: f64) -> f64 {
@@ -477,9 +629,10 @@ impl Rows for RecordRows<'_> {
         let mut selected: Vec<(usize, As)> = self.read.iter().map(|read| (read.place, kind(read))).collect();
         selected.extend(self.label.map(|column| (column, As::Label)));
         record.select(&selected);
-        (self.record, self.row, self.used, self.origin) = (Some(record), 0, 0, None);
+        (self.record, self.row, self.used, self.origin, self.zero) = (Some(record), 0, 0, None, None);
         self.taken.run = None;
         self.taken.runs.restart();
+        self.sensors.iter_mut().for_each(|own| (own.samples, own.last) = (0, f64::NAN));
         Ok(())
     }
 
@@ -496,11 +649,17 @@ impl Rows for RecordRows<'_> {
                 {
                     (*seconds, *bare) = (unit.seconds, false);
                     let title = self.titles.get(read.place).map_or("", String::as_str);
-                    unit.said(title, unit.step).into_iter().for_each(|note| self.folder.note(note));
+                    unit.said(title, record.name(), unit.step)?.into_iter().for_each(|note| self.folder.note(note));
                 }
             }
+            for own in &mut self.sensors {
+                self.raw.columns.get_mut(own.place).into_iter().for_each(|values| own.see(values));
+            }
             self.taken.before = self.row;
-            let time = self.times();
+            let time = self.row_times();
+            if let (Some(order), Some(time)) = (&mut self.times, &time) {
+                order.see(time);
+            }
             self.take(&record, time.as_deref())?;
             self.columns_of(record.name(), time.as_deref(), block)?;
             self.row += self.raw.rows() as u64;

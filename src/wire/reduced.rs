@@ -13,6 +13,9 @@ use crate::fit;
 use crate::record::Column;
 use crate::units::Conversion;
 
+/// Most segments, and most stretches that are not used, of which is said what is odd in them.
+const TOLD: usize = 10;
+
 /// Relative change of a solution that counts for none.
 const SAME: f64 = 1e-9;
 
@@ -298,7 +301,8 @@ impl Runs {
     }
 }
 
-/// For each segment, the place of the position that it was taken in: one position for all; by label, as [`Runs`] says; in order where no label is a position.
+/// For each segment, the place of the position that it was taken in: one position for all; by label, as [`Runs`] says; in order where no label is a position, or where
+/// segments have none.
 ///
 /// Errors: labels of which some are positions and some are not; another number of segments than of positions.
 pub(super) fn assigned(
@@ -317,7 +321,15 @@ pub(super) fn assigned(
         let what = format!("the schedule has {} positions, the record {} segments", positions.len(), labels.len());
         return Err(Malformed::new(Fault::Value, what)
             .expected("as many segments as positions, in the same order; or segments labelled as the positions are; or one row for all")
-            .found(format!("segments {}", labels.join(", "))));
+            .found(match labels.iter().all(String::is_empty) {
+                true => format!("{} segments without labels", labels.len()),
+                false => format!("segments {}", labels.join(", ")),
+            }));
+    }
+    if labels.iter().any(String::is_empty) {
+        return Err(Malformed::new(Fault::Missing, "some segments have a label, and some have none").expected(
+            "the label of a position for each segment, or none for all of them, in the order of the positions",
+        ));
     }
     if let Some(label) = labels.iter().find(|label| !runs.knows(label)) {
         let without: Vec<&str> = positions.iter().filter(|p| !labels.contains(p)).map(String::as_str).collect();
@@ -368,7 +380,15 @@ impl CampaignFile {
                 .in_file(record.name()));
         }
         reduced.notes.iter().for_each(|note| folder.note(format!("{from}: {note}")));
-        let (used, not) = (reduced.reduction.segments.len(), reduced.reduction.rejected.len());
+        let (segments, rejected) = (&reduced.reduction.segments, &reduced.reduction.rejected);
+        for segment in segments.iter().filter(|segment| !segment.notes.is_empty()).take(TOLD) {
+            folder.note(format!("{from}: segment {}: {}", segment.label, segment.notes.join("; ")));
+        }
+        for stretch in rejected.iter().take(TOLD) {
+            let [start, end] = [stretch.samples.start, stretch.samples.end].map(|sample| reduced.trace.time(sample));
+            folder.note(format!("{from}: {start:.3} s to {end:.3} s is not used: {}", stretch.reason));
+        }
+        let (used, not) = (segments.len(), rejected.len());
         folder.note(format!(
             "{used} reading{} reduced from '{from}', segments by {}{}",
             if used == 1 { "" } else { "s" },

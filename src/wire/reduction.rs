@@ -100,6 +100,7 @@ impl Recipe {
             None => Ok(Vec::new()),
         };
         let mut places = pair(&segmentation)?;
+        segmentation.number();
         let whole: Vec<(u64, u64)> = segmentation.segments.iter().map(Segment::span).collect();
         let before = segmentation.segments.len();
         let turns = match &trace.angle {

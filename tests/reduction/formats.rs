@@ -387,3 +387,15 @@ fn parquet(path: &Path, columns: &[(&str, &[f64])]) {
     group.close().expect("a group");
     writer.close().expect("a file");
 }
+
+/// Numbers packed after the conventions of netCDF are unpacked, and what is not there is absent (`tests/scripts/record_formats.py`).
+#[test]
+fn packed_numbers() {
+    let all = columns(&file("packed.h5")).expect("a file");
+    let values = &all.iter().find(|(title, _)| title == "V").expect("the column").1;
+    assert_eq!(values.len(), 40);
+    for (k, value) in values.iter().enumerate() {
+        let count = (k * 7919 % 251) as f64 - 125.0;
+        assert!(if k == 3 { value.is_nan() } else { *value == 0.5 * count + 2.0 }, "row {k}: {value}");
+    }
+}

@@ -18,6 +18,7 @@ mod hold;
 mod labels;
 #[path = "../../src/linear.rs"]
 mod linear;
+mod loggers;
 #[path = "../../src/noise/mod.rs"]
 mod noise;
 #[path = "../../src/number.rs"]

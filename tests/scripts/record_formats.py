@@ -140,6 +140,19 @@ def hdf5():
     expected["log-v73.mat"] = {"t": TIME} | {f"gyro_{k + 1}": RATE[k] for k in range(3)}
 
 
+
+def packed():
+    """Packed after the conventions of netCDF: 0.5 counts + 2, the fourth of them absent (tests/reduction/formats.rs)."""
+    with h5py.File(OUT / "packed.h5", "w") as file:
+        values = np.array(COUNTS, dtype=np.int16)
+        values[3] = -999
+        data = file.create_dataset("V", data=values)
+        data.attrs["scale_factor"] = np.float32(0.5)
+        data.attrs["add_offset"] = np.int32(2)
+        data.attrs["_FillValue"] = np.int16(-999)
+        file.create_dataset("t", data=TIME)
+
+
 def messages(store, ros1):
     types = store.types
     time_type = types["builtin_interfaces/msg/Time"]
@@ -204,5 +217,6 @@ OUT.mkdir(exist_ok=True)
 excel()
 matlab()
 hdf5()
+packed()
 logs()
 (OUT / "expected.json").write_text(json.dumps(expected, indent=0) + "\n")

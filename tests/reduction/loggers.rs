@@ -1,0 +1,229 @@
+//! What loggers do, drawn at random: clocks that are rounded or bare, samples that stick, stops that are near each other, standstills that are missing.
+
+use crate::readings::{normal, uniform};
+use assert_cmd::Command;
+use rand_pcg::Pcg64Mcg;
+use rand_pcg::rand_core::SeedableRng;
+use serde_json::{Value, json};
+use std::path::Path;
+
+fn run(folder: &Path, arguments: &[&str]) -> (i32, String, String) {
+    let output =
+        Command::cargo_bin("tumble").expect("the program").current_dir(folder).args(arguments).output().expect("a run");
+    let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("UTF-8");
+    (output.status.code().expect("no signal"), text(output.stdout), text(output.stderr))
+}
+
+fn write(folder: &Path, name: &str, text: &str) {
+    std::fs::write(folder.join(name), text).expect("a file");
+}
+
+/// Half a window of motion between levels that stand for `stop` samples each, noise 0.02.
+fn stops(levels: &[f64], stop: usize, random: &mut Pcg64Mcg) -> Vec<f64> {
+    let mut all = Vec::new();
+    for (k, level) in levels.iter().enumerate() {
+        if k > 0 {
+            all.extend((0..150).map(|i| {
+                let share = f64::from(i) / 150.0;
+                let before = levels[k - 1];
+                before
+                    + share * (level - before)
+                    + 0.8 * (12.0 * share * std::f64::consts::PI).sin()
+                    + 0.02 * normal(random)
+            }));
+        }
+        all.extend((0..stop).map(|_| level + 0.02 * normal(random)));
+    }
+    all
+}
+
+fn table(title: &str, step: f64, values: &[f64]) -> String {
+    let rows = values.iter().enumerate().map(|(k, v)| format!("{:.4},{v:.5}\n", step * k as f64));
+    format!("{title}\n{}", rows.collect::<String>())
+}
+
+/// Alternating levels of an accelerometer, whose line is `b + k*g`, named by numbers.
+fn campaign(readings: Value) -> String {
+    let campaign = json!({
+        "bench": { "id": "line", "sensors": { "y": { "model": "b + k*g" } } },
+        "estimate": { "b": {}, "k": {} },
+        "readings": readings
+    });
+    campaign.to_string()
+}
+
+/// One standstill was shaken: its positions are not those of the next ones, whatever they are called.
+#[test]
+fn a_standstill_that_is_missing() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut random = Pcg64Mcg::seed_from_u64(7);
+    let levels: Vec<f64> = (0..8).map(|k| if k % 2 == 0 { 1.0 } else { -1.0 }).collect();
+    let mut values = stops(&levels, 600, &mut random);
+    let whole = table("time_s,y", 0.01, &values);
+    values.iter_mut().take(600).enumerate().for_each(|(k, v)| *v += (0.3 * k as f64).sin());
+    let shaken = table("time_s,y", 0.01, &values);
+    for name in [|k: usize| format!("{}", k + 1), |k: usize| format!("{k}"), |k: usize| format!("p{k}")] {
+        let positions: Vec<Value> = (0..8).map(|k| json!({ "position": name(k), "g": levels[k] })).collect();
+        write(folder.path(), "c.campaign.json", &campaign(json!({ "samples": "log.csv", "positions": positions })));
+        write(folder.path(), "log.csv", &whole);
+        let (code, out, error) = run(folder.path(), &["fit", "c.campaign.json"]);
+        assert_eq!(code, 0, "{out}{error}");
+        write(folder.path(), "log.csv", &shaken);
+        let (code, _, error) = run(folder.path(), &["fit", "c.campaign.json"]);
+        assert!(code == 1 && error.contains("8 positions, the record 7 segments"), "{error}");
+    }
+}
+
+/// Stops that differ by less than two standard deviations of a sample may be taken for one with a jerk; the steps between them are said.
+#[test]
+fn stops_near_each_other() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut random = Pcg64Mcg::seed_from_u64(8);
+    for step in [0.03, 0.0] {
+        let levels: Vec<f64> = (0..9).map(|k| step * f64::from(k)).collect();
+        write(folder.path(), "log.csv", &table("time_s,y", 0.01, &stops(&levels, 700, &mut random)));
+        let (_, out, error) = run(folder.path(), &["reduce", "log.csv", "--json", "-"]);
+        let report: Value = serde_json::from_str(&out).unwrap_or_else(|e| panic!("{e}: {error}"));
+        let segments = report["segments"].as_array().expect("segments");
+        let notes: Vec<String> = segments.iter().map(|segment| segment["notes"].to_string()).collect();
+        let said = notes.iter().map(|own| own.matches("another position?").count()).sum::<usize>();
+        let expected = if step > 0.0 { 8 } else { 0 };
+        assert_eq!(segments.len() - 1 + said, if step > 0.0 { expected } else { segments.len() - 1 }, "{notes:?}");
+    }
+}
+
+fn parameter<'a>(report: &'a Value, id: &str) -> &'a Value {
+    report["parameters"].as_array().and_then(|all| all.iter().find(|own| own["id"] == id)).expect("a parameter")
+}
+
+/// Times that are rounded to about the sampling interval are those of even samples: nothing is missing. Rows that are missing are.
+#[test]
+fn rounded_times() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut random = Pcg64Mcg::seed_from_u64(9);
+    for k in 0..12 {
+        let tick = if k % 2 == 0 { 0.001 } else { 0.01 };
+        let (rate, begin) = (1.0 / (tick * uniform(&mut random, 1.03, 1.5)), uniform(&mut random, 0.0, 100.0));
+        let lost = if k < 8 { 0.0 } else { uniform(&mut random, 0.02, 0.08) };
+        let mut text = String::from("time_s,y\n");
+        for i in 0..8000 {
+            if uniform(&mut random, 0.0, 1.0) < lost {
+                continue;
+            }
+            // of rows that are lost, the others stand at whole ticks
+            let step = if lost > 0.0 { tick } else { 1.0 / rate };
+            let time = ((begin + step * f64::from(i)) / tick).round() * tick;
+            text.push_str(&format!("{time:.4},{:.5}\n", normal(&mut random)));
+        }
+        write(folder.path(), "log.csv", &text);
+        write(folder.path(), "all.csv", "start_s,end_s\n0,1\n");
+        let (_, out, error) = run(folder.path(), &["reduce", "log.csv", "--times", "all.csv", "--json", "-"]);
+        let report: Value = serde_json::from_str(&out).unwrap_or_else(|e| panic!("{e}: {error}"));
+        let (found, gaps) = (report["interval_s"].as_f64(), report["gaps"].as_u64().expect("gaps"));
+        let expected = if lost > 0.0 { 1.0 / tick } else { rate };
+        assert!((found.expect("an interval") * expected - 1.0).abs() < 0.002, "{rate} Hz, {tick} s: {found:?}");
+        assert_eq!(gaps > 0, lost > 0.0, "{rate} Hz, {tick} s, {lost} lost: {gaps} gaps");
+    }
+}
+
+/// Steps that are those of no logger in seconds need a unit.
+#[test]
+fn hours_and_days_need_their_unit() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut random = Pcg64Mcg::seed_from_u64(10);
+    for unit in [3600.0, 86_400.0] {
+        let rows: String = (0..2000)
+            .map(|k| format!("{:.12},{:.4}\n", 60.0 + 0.01 * f64::from(k) / unit, normal(&mut random)))
+            .collect();
+        write(folder.path(), "log.csv", &format!("time,y\n{rows}"));
+        let (code, _, error) = run(folder.path(), &["noise", "log.csv"]);
+        assert!(code == 1 && error.contains("too short for seconds"), "{error}");
+    }
+}
+
+/// Rows of a record at a rail, frozen or held say nothing more: the line is that of the other rows, with an uncertainty that holds.
+#[test]
+fn dead_rows_are_left_out() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut random = Pcg64Mcg::seed_from_u64(11);
+    let mut inside = [0; 4];
+    for trial in 0..24 {
+        let kind = trial % 4;
+        let from = (uniform(&mut random, 0.1, 0.4) * 6000.0) as usize;
+        let mut text = String::from("time_s,x,y\n");
+        let mut last = 0.0;
+        for i in 0..6000 {
+            let x = if (i / 750) % 2 == 0 { 1.0 } else { -1.0 } * (1.0 + (i / 1500) as f64);
+            let value = 0.3 + 2.0 * x + 0.05 * normal(&mut random);
+            last = match kind {
+                0 if (from..from + 1800).contains(&i) => last,
+                1 => value.min(6.31),
+                2 if i % 4 > 0 => last,
+                _ => value,
+            };
+            text.push_str(&format!("{:.2},{x},{last:.6}\n", 0.01 * i as f64));
+        }
+        write(folder.path(), "log.csv", &text);
+        let question = json!({
+            "bench": { "id": "line", "sensors": { "y": { "model": "a + b*x" } } }, "estimate": { "a": {}, "b": {} },
+            "readings": { "samples": "log.csv", "as": "rows" }
+        });
+        write(folder.path(), "c.campaign.json", &question.to_string());
+        let (_, out, error) = run(folder.path(), &["fit", "c.campaign.json", "--json", "-"]);
+        let report: Value = serde_json::from_str(&out).unwrap_or_else(|e| panic!("{e}: {error}"));
+        let of = |id: &str, truth: f64| {
+            let own = parameter(&report, id);
+            (own["value"].as_f64().expect("a value") - truth) / own["u"].as_f64().expect("u")
+        };
+        let errors = [of("a", 0.3), of("b", 2.0)];
+        inside[kind] += errors.iter().filter(|own| own.abs() < 1.96).count();
+        assert!(errors.iter().all(|own| own.abs() < 5.0), "{kind}: {errors:?}");
+        assert_eq!(error.contains("left out"), kind < 3, "{kind}: {error}");
+    }
+    println!("frozen, railed, held, sound: {inside:?} of 12 intervals hold each");
+    assert!(inside.iter().all(|own| *own >= 8), "{inside:?}");
+}
+
+/// Seconds since the first sample, whatever the column is called.
+#[test]
+fn times_from_the_first_sample() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut random = Pcg64Mcg::seed_from_u64(12);
+    let values: Vec<f64> =
+        (0..2000).map(|k| if k < 1000 { 1.01 } else { -0.99 } + 0.01 * normal(&mut random)).collect();
+    let times = json!([{ "start_s": 0.5, "end_s": 9.5, "position": "up" }, { "start_s": 10.5, "end_s": 19.5, "position": "down" }]);
+    let positions = json!([{ "position": "up", "g": 1 }, { "position": "down", "g": -1 }]);
+    for title in ["time_s", "time"] {
+        let rows: String =
+            values.iter().enumerate().map(|(k, v)| format!("{:.2},{v:.5}\n", 20.0 + 0.01 * k as f64)).collect();
+        write(folder.path(), "log.csv", &format!("{title},y\n{rows}"));
+        for rows in [true, false] {
+            let mut readings = json!({ "samples": "log.csv", "times": times, "positions": positions });
+            if rows {
+                readings["as"] = "rows".into();
+            }
+            write(folder.path(), "c.campaign.json", &campaign(readings));
+            let (_, out, error) = run(folder.path(), &["fit", "c.campaign.json", "--json", "-"]);
+            let report: Value = serde_json::from_str(&out).unwrap_or_else(|e| panic!("{e}: {error}"));
+            let k = parameter(&report, "k")["value"].as_f64().expect("a value");
+            assert!((k - 1.0).abs() < 0.002, "{title}, rows {rows}: {k}");
+        }
+    }
+}
+
+/// `9,999` beside `101` may be thousands; `0,999` and `9,9` are decimals, and so is a column of nothing else.
+#[test]
+fn commas_of_thousands() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for (cells, is_read) in [
+        (["9,999", "-9,833", "101"], false),
+        (["9,999", "-9,833", "10,1"], true),
+        (["9,999", "-9,833", "1,010"], true),
+        (["0,999", "-9,833", "101"], true),
+    ] {
+        let rows: String = (0..30).map(|k| format!("{k}\t{}\n", cells[k % 3])).collect();
+        write(folder.path(), "log.tsv", &format!("time_s\tV\n{rows}"));
+        let (code, _, error) = run(folder.path(), &["noise", "log.tsv"]);
+        assert_eq!(!error.contains("is not a number"), is_read, "{cells:?} {code}: {error}");
+    }
+}
