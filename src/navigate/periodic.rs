@@ -51,7 +51,7 @@ impl Weighed {
 
     /// The weighed columns of a bias or a channel that goes so.
     fn along(&self, of: &Cause, courses: &[Course; 2]) -> [Vec<f64>; 2] {
-        let mut columns = [0, 1].map(|k| self.made.changing(of, &courses[k]));
+        let mut columns = courses.each_ref().map(|course| self.made.changing(of, course));
         self.weigh(&mut columns);
         columns
     }
