@@ -511,7 +511,7 @@ fn rounded(times: &[f64], steps: &[f64], factor: f64) -> Option<(f64, f64)> {
     let tick = *steps.get(short / 2)?;
     let of = |k: f64| steps.iter().filter(|step| (*step - k * tick).abs() <= ALIKE * k * tick).count();
     let (once, twice) = (of(1.0), of(2.0));
-    // a gap now and again is neither
+    // one long step in a hundred and more, as the spans below can tell from rows that are missing; gaps now and again, which are neither, lie in the fortieth that is trimmed at either end of the spans
     if 100 * twice < steps.len() || 100 * (once + twice) < 97 * steps.len() {
         return None;
     }
@@ -576,9 +576,9 @@ impl Unsaid {
     }
 }
 
-/// Steps of inertial sensors that are logged are rarely shorter, s,
+/// Shorter steps than this, s, may be those of another unit: a logger at 10 Hz in hours has steps of 2.8e-5,
 const FAST: f64 = 1e-4;
-/// and never as short as this.
+/// and no inertial sensor is logged as fast as this, 100 kHz; one at 100 Hz has steps of 2.8e-6 in hours, of 1.2e-7 in days.
 const FASTEST: f64 = 1e-5;
 
 /// The unit of times that say none; `None` where fewer than two are there.

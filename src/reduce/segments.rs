@@ -45,7 +45,7 @@ pub struct Segmentation {
 const SAME: f64 = 2.0;
 /// A step between them of more than so many of its standard uncertainties is said: white noise makes one in 16,000.
 const STEP: f64 = 4.0;
-/// Of each of them so many windows are looked at: over longer ones a drift need not be steady.
+/// Of each of them so many windows are looked at: four of the means over four windows whose second differences say how steady a drift is ([`Noise`]).
 const NEAR: usize = 16;
 
 /// Find segments; `guard` is left out at both ends, shorter ones than `least` are rejected (both in seconds).
@@ -260,16 +260,9 @@ fn joined(trace: &Trace, found: Vec<Range<u64>>, most: f64, stillness: Option<&S
 /// A straight line through values from half a window to three windows (`near` values each) from where they begin, at `before` values before it.
 fn ahead(values: &[f64], near: usize, before: f64) -> Option<f64> {
     let skipped = near / 2;
-    let used = values.get(skipped..values.len().min(3 * near))?;
-    if used.len() < near {
-        return None;
-    }
-    let n = used.len() as f64;
-    let middle = 0.5 * (n - 1.0);
-    let mean = used.iter().sum::<f64>() / n;
-    let slope = used.iter().enumerate().map(|(k, v)| (k as f64 - middle) * (v - mean)).sum::<f64>()
-        / (n * (n * n - 1.0) / 12.0);
-    Some(mean - slope * (middle + skipped as f64 + before))
+    let used = values.get(skipped..values.len().min(3 * near)).filter(|used| used.len() >= near)?;
+    let line = Line::of(used, skipped as f64);
+    Some(line.mean - line.products / line.squares * (line.middle + before))
 }
 
 /// The noise of a channel at rest.

@@ -526,7 +526,7 @@ impl<'a> RecordRows<'a> {
 /// Samples between two that are saturated are left out with them, as long as these are no rarer: of one in a thousand the mean of the others is off by 0.003 of the standard deviation.
 const CUT: u64 = 1000;
 
-/// What is left out where noise is cut at a rail, since what is left of it lies on one side: all between samples at the rail, and ten times the mean distance between them before and after.
+/// What is left out where noise is cut at a rail, since what is left of it lies on one side: all between samples at the rail, and before and after them ten times the mean distance: of noise at that level so many samples off the rail follow each other with the probability e^-10.
 fn cut(at_rail: &[Range<u64>]) -> Vec<Range<u64>> {
     let spans = together(at_rail, CUT).map(|span| {
         let inside = at_rail.iter().filter(|own| span.start <= own.start && own.end <= span.end);

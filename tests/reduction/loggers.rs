@@ -1,22 +1,10 @@
 //! What loggers do, drawn at random: clocks that are rounded or bare, samples that stick, stops that are near each other, standstills that are missing.
 
 use crate::readings::{normal, uniform};
-use assert_cmd::Command;
+use crate::samples::{tumble, write};
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::SeedableRng;
 use serde_json::{Value, json};
-use std::path::Path;
-
-fn run(folder: &Path, arguments: &[&str]) -> (i32, String, String) {
-    let output =
-        Command::cargo_bin("tumble").expect("the program").current_dir(folder).args(arguments).output().expect("a run");
-    let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("UTF-8");
-    (output.status.code().expect("no signal"), text(output.stdout), text(output.stderr))
-}
-
-fn write(folder: &Path, name: &str, text: &str) {
-    std::fs::write(folder.join(name), text).expect("a file");
-}
 
 /// Half a window of motion between levels that stand for `stop` samples each, noise 0.02.
 fn stops(levels: &[f64], stop: usize, random: &mut Pcg64Mcg) -> Vec<f64> {
@@ -66,10 +54,10 @@ fn a_standstill_that_is_missing() {
         let positions: Vec<Value> = (0..8).map(|k| json!({ "position": name(k), "g": levels[k] })).collect();
         write(folder.path(), "c.campaign.json", &campaign(json!({ "samples": "log.csv", "positions": positions })));
         write(folder.path(), "log.csv", &whole);
-        let (code, out, error) = run(folder.path(), &["fit", "c.campaign.json"]);
+        let (code, out, error) = tumble(folder.path(), &["fit", "c.campaign.json"]);
         assert_eq!(code, 0, "{out}{error}");
         write(folder.path(), "log.csv", &shaken);
-        let (code, _, error) = run(folder.path(), &["fit", "c.campaign.json"]);
+        let (code, _, error) = tumble(folder.path(), &["fit", "c.campaign.json"]);
         assert!(code == 1 && error.contains("8 positions, the record 7 segments"), "{error}");
     }
 }
@@ -82,13 +70,14 @@ fn stops_near_each_other() {
     for step in [0.03, 0.0] {
         let levels: Vec<f64> = (0..9).map(|k| step * f64::from(k)).collect();
         write(folder.path(), "log.csv", &table("time_s,y", 0.01, &stops(&levels, 700, &mut random)));
-        let (_, out, error) = run(folder.path(), &["reduce", "log.csv", "--json", "-"]);
+        let (_, out, error) = tumble(folder.path(), &["reduce", "log.csv", "--json", "-"]);
         let report: Value = serde_json::from_str(&out).unwrap_or_else(|e| panic!("{e}: {error}"));
         let segments = report["segments"].as_array().expect("segments");
         let notes: Vec<String> = segments.iter().map(|segment| segment["notes"].to_string()).collect();
         let said = notes.iter().map(|own| own.matches("another position?").count()).sum::<usize>();
-        let expected = if step > 0.0 { 8 } else { 0 };
-        assert_eq!(segments.len() - 1 + said, if step > 0.0 { expected } else { segments.len() - 1 }, "{notes:?}");
+        // eight steps, each between segments or said; without steps none is said
+        let found = if step > 0.0 { segments.len() - 1 + said } else { said };
+        assert_eq!(found, if step > 0.0 { 8 } else { 0 }, "{notes:?}");
     }
 }
 
@@ -117,7 +106,7 @@ fn rounded_times() {
         }
         write(folder.path(), "log.csv", &text);
         write(folder.path(), "all.csv", "start_s,end_s\n0,1\n");
-        let (_, out, error) = run(folder.path(), &["reduce", "log.csv", "--times", "all.csv", "--json", "-"]);
+        let (_, out, error) = tumble(folder.path(), &["reduce", "log.csv", "--times", "all.csv", "--json", "-"]);
         let report: Value = serde_json::from_str(&out).unwrap_or_else(|e| panic!("{e}: {error}"));
         let (found, gaps) = (report["interval_s"].as_f64(), report["gaps"].as_u64().expect("gaps"));
         let expected = if lost > 0.0 { 1.0 / tick } else { rate };
@@ -136,7 +125,7 @@ fn hours_and_days_need_their_unit() {
             .map(|k| format!("{:.12},{:.4}\n", 60.0 + 0.01 * f64::from(k) / unit, normal(&mut random)))
             .collect();
         write(folder.path(), "log.csv", &format!("time,y\n{rows}"));
-        let (code, _, error) = run(folder.path(), &["noise", "log.csv"]);
+        let (code, _, error) = tumble(folder.path(), &["noise", "log.csv"]);
         assert!(code == 1 && error.contains("too short for seconds"), "{error}");
     }
 }
@@ -169,7 +158,7 @@ fn dead_rows_are_left_out() {
             "readings": { "samples": "log.csv", "as": "rows" }
         });
         write(folder.path(), "c.campaign.json", &question.to_string());
-        let (_, out, error) = run(folder.path(), &["fit", "c.campaign.json", "--json", "-"]);
+        let (_, out, error) = tumble(folder.path(), &["fit", "c.campaign.json", "--json", "-"]);
         let report: Value = serde_json::from_str(&out).unwrap_or_else(|e| panic!("{e}: {error}"));
         let of = |id: &str, truth: f64| {
             let own = parameter(&report, id);
@@ -203,7 +192,7 @@ fn times_from_the_first_sample() {
                 readings["as"] = "rows".into();
             }
             write(folder.path(), "c.campaign.json", &campaign(readings));
-            let (_, out, error) = run(folder.path(), &["fit", "c.campaign.json", "--json", "-"]);
+            let (_, out, error) = tumble(folder.path(), &["fit", "c.campaign.json", "--json", "-"]);
             let report: Value = serde_json::from_str(&out).unwrap_or_else(|e| panic!("{e}: {error}"));
             let k = parameter(&report, "k")["value"].as_f64().expect("a value");
             assert!((k - 1.0).abs() < 0.002, "{title}, rows {rows}: {k}");
@@ -223,7 +212,7 @@ fn commas_of_thousands() {
     ] {
         let rows: String = (0..30).map(|k| format!("{k}\t{}\n", cells[k % 3])).collect();
         write(folder.path(), "log.tsv", &format!("time_s\tV\n{rows}"));
-        let (code, _, error) = run(folder.path(), &["noise", "log.tsv"]);
+        let (code, _, error) = tumble(folder.path(), &["noise", "log.tsv"]);
         assert_eq!(!error.contains("is not a number"), is_read, "{cells:?} {code}: {error}");
     }
 }

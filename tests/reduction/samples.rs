@@ -5,14 +5,14 @@ use assert_cmd::Command;
 use serde_json::{Value, json};
 use std::path::Path;
 
-fn tumble(folder: &Path, arguments: &[&str]) -> (i32, String, String) {
+pub fn tumble(folder: &Path, arguments: &[&str]) -> (i32, String, String) {
     let output =
         Command::cargo_bin("tumble").expect("the program").current_dir(folder).args(arguments).output().expect("a run");
     let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("UTF-8");
     (output.status.code().expect("no signal"), text(output.stdout), text(output.stderr))
 }
 
-fn write(folder: &Path, name: &str, text: &str) {
+pub fn write(folder: &Path, name: &str, text: &str) {
     std::fs::write(folder.join(name), text).expect("a file");
 }
 
