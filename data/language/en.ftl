@@ -535,8 +535,14 @@ effects-are-missing = { $n ->
     [one] one effect is missing from the model: { $names }
    *[other] { $n } effects are missing from the model: { $names }
 }
-what-remains-is-more-than-noise = { $found }; the remaining residuals exceed the noise, and no further effect is probable
-effects-are-suspected = the residuals exceed the noise; suspected, but not probable enough for a name, or not different from zero within its uncertainty: { $suspected }
+what-remains-is-more-than-noise = { $found }; { $more ->
+    [yes] the remaining residuals exceed the noise
+   *[no] the remaining residuals are no larger than the noise, but follow a pattern
+}, and no further effect is probable
+effects-are-suspected = { $more ->
+    [yes] the residuals exceed the noise
+   *[no] the residuals are no larger than the noise, but follow a pattern
+}; suspected, but not probable enough for a name, or not different from zero within its uncertainty: { $suspected }
 and-further-effects-are-suspected = { $found }; also suspected: { $suspected }
 effect-with-probability = { $name }, probability { $p }
 nothing-is-missing = { $noise ->
@@ -545,12 +551,16 @@ nothing-is-missing = { $noise ->
    *[residuals] no effect is significant; the noise is estimated from the residuals, so completeness cannot be tested
 }
 nothing-is-probable = the residuals exceed the noise (p = { $p }), but no effect is probable enough to be suspected: whether something is missing cannot be decided
-unexplained = the residuals exceed the noise, and no effect or set of effects that was tried is a probable explanation
+unexplained = { $more ->
+    [yes] the residuals exceed the noise
+   *[no] the residuals are no larger than the noise, but follow a pattern
+}, and no effect or set of effects that was tried is a probable explanation
 not-diagnosable = { $of ->
     [mission] nothing can be diagnosed: fewer than three values were measured
    *[campaign] nothing can be diagnosed: there are as many readings as unknowns, so no residuals remain
 }
 effect-named = { $name } (`{ $regressor }`)
+effect-in-sensors = { $name } in { $sensors }
 effect-or-others = { $n ->
     [one] { $name }, or one other effect that this schedule cannot distinguish from it
    *[other] { $name }, or one of { $n } other effects that this schedule cannot distinguish from it
@@ -789,9 +799,9 @@ allan-deviation = Allan deviation, { $unit }
 
 # report/reduction_table.rs
 segments-begin-and-end-with-blocks-of = Segments begin and end with blocks of { $block } samples.
-column-of-one-value = { $column } is { $value } in every sample, so that its resolution is not known. { $assumed ->
-    [yes] It is assumed to be { $step }, the last decimal place of this value; u is the uncertainty of rounding to it.
-   *[no] The digits of this value show none, and u is zero.
+column-of-set-values = { $column } does not change within any segment: its samples show neither noise nor a resolution, as of a value that was set. { $assumed ->
+    [yes] The resolution is assumed to be { $step }, the last decimal place; u is the uncertainty of rounding to it.
+   *[no] The digits show none, and u is zero.
 }
 noisier-segments = { $count ->
     [one] { $column } in segment { $segment } scatters { $times } times as much as elsewhere: its u is based on the noise of this segment.

@@ -515,8 +515,14 @@ effects-are-missing = { $n ->
     [1] 模型缺少一个误差项：{ $names }
    *[other] 模型缺少 { $n } 个误差项：{ $names }
 }
-what-remains-is-more-than-noise = { $found }；余下部分仍大于噪声，再无可能的误差项
-effects-are-suspected = 残差大于噪声；有嫌疑但概率不足以命名、或在其不确定度内与零无差异的误差项：{ $suspected }
+what-remains-is-more-than-noise = { $found }；{ $more ->
+    [yes] 余下部分仍大于噪声
+   *[no] 余下部分不大于噪声，但有规律
+}，再无可能的误差项
+effects-are-suspected = { $more ->
+    [yes] 残差大于噪声
+   *[no] 残差不大于噪声，但有规律
+}；有嫌疑但概率不足以命名、或在其不确定度内与零无差异的误差项：{ $suspected }
 and-further-effects-are-suspected = { $found }；此外有嫌疑的误差项：{ $suspected }
 effect-with-probability = { $name }，概率 { $p }
 nothing-is-missing = { $noise ->
@@ -525,12 +531,16 @@ nothing-is-missing = { $noise ->
    *[residuals] 没有误差项的显著性超出偶然；噪声只能由残差得知，因此这组读数只能说明到此
 }
 nothing-is-probable = 残差大于噪声（p = { $p }），但没有误差项的概率足以列为可疑：无法判断模型是否缺误差项
-unexplained = 残差大于噪声，所试的误差项及其组合均非可能的解释
+unexplained = { $more ->
+    [yes] 残差大于噪声
+   *[no] 残差不大于噪声，但有规律
+}，所试的误差项及其组合均非可能的解释
 not-diagnosable = { $of ->
     [mission] 无法诊断：实测数据少于三个
    *[campaign] 无法诊断：读数刚好够确定各未知量，没有多余读数可供检验
 }
 effect-named = { $name }（`{ $regressor }`）
+effect-in-sensors = { $name }（{ $sensors }）
 effect-or-others = { $n ->
     [1] { $name }，或另外一个在本试验编排下与其无法区分的误差项
    *[other] { $name }，或另外 { $n } 个在本试验编排下与其无法区分的误差项之一
@@ -732,9 +742,9 @@ sampling-rate = 采样率
 overlapping-allan-deviation-of-samples-with-its = { $samples } 个采样的重叠阿伦偏差及其 { $level } % χ² 置信区间；曲线为所拟合的各系数。
 allan-deviation = 阿伦偏差，{ $unit }
 segments-begin-and-end-with-blocks-of = 各段的起止以 { $block } 个采样的数据块为单位。
-column-of-one-value = { $column } 的每个样本均为 { $value }，其分辨力未知。{ $assumed ->
-    [yes] 假定为该值的末位小数 { $step }，u 为按此修约的不确定度。
-   *[no] 该值的数字未显示分辨力，u 为零。
+column-of-set-values = { $column } 在各段内均不变化：其样本既不显示噪声也不显示分辨力，如同设定值。{ $assumed ->
+    [yes] 分辨力假定为末位小数 { $step }，u 为按此修约的不确定度。
+   *[no] 数字未显示分辨力，u 为零。
 }
 noisier-segments = { $column } 在 { $count } 段中的散布大于其他段（第 { $segment } 段为其他段的 { $times } 倍）：这些段的 u 取自其自身及与其相似各段的噪声。
 from-s = 起，s

@@ -40,6 +40,10 @@ impl Exact {
         let model = Model::new(&campaign).ok()?;
         let design = design::assemble(&campaign, &model, &campaign.reference_point()).ok()?;
         fit::check_rows(&campaign, &model, &design).ok()?;
+        // devices that do not begin at the reference are for their own fits
+        if fit::by_coefficients(&campaign, &model, &design, &fit::Settings::default()).ok()?.is_some() {
+            return None;
+        }
         // rows of a system stand sensor by sensor
         let slot = |row: &usize| design.rows.get(*row).and_then(|row| sensors.iter().position(|s| *s == row.sensor));
         let mut order: Vec<usize> = (0..design.rows.len()).collect();

@@ -13,6 +13,7 @@ mod names;
 mod parameters;
 mod readings;
 mod scatter;
+mod shared;
 mod units;
 
 pub(crate) use identity::{Condition, Identity, Instrument, UnitUnderTest, day};
@@ -20,9 +21,11 @@ pub(crate) use limits::ScaleFactor;
 pub use limits::{Decision, Limit, Limited};
 pub use parameters::{Constraint, Distribution, Kind, Known, Role};
 pub(crate) use parameters::{Derived, Parameter};
-pub use readings::{JointState, Observation, Reading, Readings};
+pub use readings::{JointState, Observation, Place, Reading, Readings};
 pub(crate) use scatter::{Deviating, NumberOrEstimate, OneOrSeveral, Per, Scatter};
 pub use scatter::{ScatterRequest, Size};
+pub(crate) use shared::Pool;
+pub use shared::{Label, Shared};
 pub use units::{Inferred, coefficient_unit};
 
 use crate::algebra::Expression;

@@ -29,8 +29,8 @@ impl Campaign {
     }
 
     /// Place of reading `k` in its file.
-    pub(crate) fn place_of(&self, k: usize) -> &str {
-        of(&self.readings.rows, k, |r| &r.place)
+    pub(crate) fn place_of(&self, k: usize) -> String {
+        self.readings.rows.get(k).map_or(String::new(), |r| r.place.to_string())
     }
 }
 

@@ -1,6 +1,8 @@
 //! Readings: one position of the bench, and the values of its sensors.
 
+use super::shared::{Label, Shared};
 use crate::error::{Fault, Malformed, Result};
+use std::sync::Arc;
 
 /// Most turns of one reading: a mean over part turns is taken panel by panel.
 const MOST_TURNS: f64 = 10_000.0;
@@ -18,11 +20,11 @@ pub struct Readings {
 #[derive(Debug, Clone)]
 pub struct Reading {
     /// Label; readings that share it were taken without remounting. Empty if the file gives none.
-    pub position: String,
+    pub position: Label,
     /// State of each joint, in chain order.
-    pub joints: Vec<JointState>,
+    pub joints: Shared<JointState>,
     /// Values of the numeric columns, in the order of [`Readings::columns`]; `None` where the file has none.
-    pub columns: Vec<Option<f64>>,
+    pub columns: Shared<Option<f64>>,
     /// What was read, in the bench's sensor order.
     pub observations: Vec<Observation>,
     /// Samples averaged into each value that is read here, or is to be; 1 unless stated.
@@ -31,8 +33,54 @@ pub struct Reading {
     pub planned_u: Vec<(usize, f64)>,
     /// Texts that are no inputs (operator, remark), carried along.
     pub remarks: Vec<(String, String)>,
-    /// Where the file has this reading, for messages: `readings[3]`, or the line of a CSV file.
-    pub place: String,
+    /// Where the file has this reading, for messages.
+    pub place: Place,
+}
+
+/// Where a file has a reading, as messages begin with it.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub enum Place {
+    /// In no file.
+    #[default]
+    Nowhere,
+    /// Number, from 0, in the `readings` of a campaign file.
+    Entry(usize),
+    /// A row of a table of this name: its line in a file of text, else its number, from 1.
+    Row {
+        /// Is the number that of a line?
+        is_text: bool,
+        /// Line or number.
+        number: u64,
+        /// Name of the file.
+        file: Arc<str>,
+    },
+    /// Elsewhere, as a path.
+    Path(Arc<str>),
+}
+
+impl std::fmt::Display for Place {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Place::Nowhere => Ok(()),
+            Place::Entry(k) => write!(f, "readings[{k}]"),
+            // a column's name may follow
+            Place::Row { is_text: true, number, file } => write!(f, "line {number} of {file}|"),
+            Place::Row { is_text: false, number, file } => write!(f, "row {number} of {file}|"),
+            Place::Path(path) => f.write_str(path),
+        }
+    }
+}
+
+impl From<Place> for String {
+    fn from(place: Place) -> String {
+        place.to_string()
+    }
+}
+
+impl From<&Place> for String {
+    fn from(place: &Place) -> String {
+        place.to_string()
+    }
 }
 
 /// One sensor's value at one reading.
@@ -79,10 +127,27 @@ pub enum JointState {
     },
 }
 
+/// A reading that says nothing.
+impl Default for Reading {
+    fn default() -> Self {
+        Reading {
+            position: Label::default(),
+            joints: Shared::default(),
+            columns: Shared::default(),
+            observations: Vec::new(),
+            samples: 1.0,
+            planned_u: Vec::new(),
+            remarks: Vec::new(),
+            place: Place::Nowhere,
+        }
+    }
+}
+
 impl Readings {
     /// A further position with these joint states: no values, other columns as in `like`, and the columns of the joints
     /// (`<joint>_deg`, `<joint>_deg_s`, `<joint>_turns`) following the states.
-    pub fn position(&self, joint_names: &[&str], like: &Reading, joints: Vec<JointState>) -> Reading {
+    pub fn position(&self, joint_names: &[&str], like: &Reading, joints: impl Into<Shared<JointState>>) -> Reading {
+        let joints = joints.into();
         let mut columns = like.columns.clone();
         for (name, state) in joint_names.iter().zip(&joints) {
             let (deg, _, turns) = state.keys();
@@ -93,16 +158,7 @@ impl Readings {
                 }
             }
         }
-        Reading {
-            position: String::new(),
-            joints,
-            columns,
-            observations: Vec::new(),
-            samples: like.samples,
-            planned_u: like.unread().planned_u,
-            remarks: Vec::new(),
-            place: String::new(),
-        }
+        Reading { joints, columns, samples: like.samples, planned_u: like.unread().planned_u, ..Reading::default() }
     }
 }
 
@@ -138,13 +194,7 @@ impl JointState {
     /// The state with these `<joint>_deg`, `<joint>_deg_s` and `<joint>_turns`.
     ///
     /// Errors: `Missing` where neither angle nor rate is given, `Value` for a rate of zero without an angle, or turns that are not positive.
-    ///
-    /// ```
-    /// use tumble::campaign::JointState;
-    /// assert_eq!(JointState::from_keys("gamma", None, Some(20.0), None).unwrap(), JointState::WholeTurns { rate_deg_s: 20.0 });
-    /// assert!(JointState::from_keys("gamma", None, None, None).is_err());
-    /// ```
-    pub fn from_keys(joint: &str, deg: Option<f64>, deg_s: Option<f64>, turns: Option<f64>) -> Result<Self> {
+    pub(crate) fn from_keys(joint: &str, deg: Option<f64>, deg_s: Option<f64>, turns: Option<f64>) -> Result<Self> {
         if let Some(turns) = turns {
             if !(turns > 0.0) {
                 return Err(Malformed::new(Fault::Value, format!("{joint}_turns must be positive"))

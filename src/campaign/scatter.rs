@@ -479,7 +479,7 @@ impl ScatterRequest {
                 format!("a reading has no {column}, and noise is correlated over it"),
             )
             .expected(format!("{column} in every reading"))
-            .at_path(reading.place.clone()));
+            .at_path(&reading.place));
         }
         if let Some(tau) = self.tau().filter(|tau| !(*tau > 0.0 && tau.is_finite())) {
             return Err(Malformed::new(Fault::Value, "the correlation time is not positive")
@@ -519,7 +519,7 @@ impl ScatterRequest {
                 .at_path("per"));
         }
         if let Some(k) = levels.iter().position(Option::is_none) {
-            let place = campaign.place_of(k).to_string();
+            let place = campaign.place_of(k);
             return Err(Malformed::new(
                 Fault::Missing,
                 format!("a reading has no {name}, and something scatters per {name}"),

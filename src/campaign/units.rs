@@ -141,13 +141,14 @@ impl super::Campaign {
             add(self.units.parse(&parameter.unit).ok()?, *power);
         }
         add(radian, powers.radian);
-        factors.retain(|(unit, power)| power.abs() > SMALL && !unit.dimension().is_number());
+        // a pure number may have a size: mg/g is 0.001, (deg/h)/(deg/s) 1/3600
+        factors.retain(|(unit, power)| power.abs() > SMALL && !unit.is_same(&Unit::one()));
         let homogeneous = homogeneity.relations.iter().all(|relation| {
             let unit = relation.powers.names.iter().try_fold(Unit::one(), |unit, (name, power)| {
                 let parameter = self.parameter_index(name).and_then(|k| self.parameters.get(k))?;
                 Some(unit.times(&self.units.parse(&parameter.unit).ok()?, *power))
             });
-            relation.reason == Reason::Argument || unit.is_some_and(|unit| unit.dimension().is_angle_or_number())
+            relation.reason == Reason::Argument || unit.is_some_and(|unit| unit.is_one())
         });
         homogeneous.then(|| Unit::reduced(&factors))
     }

@@ -54,7 +54,7 @@ use std::process::ExitCode;
 struct Cli {
     #[command(subcommand)]
     command: Command,
-    /// Allow an output to replace an existing file that is not a report (a campaign, a bench).
+    /// Allow an output to replace an existing file that is not a report (a campaign, a bench); `new` replaces none.
     #[arg(long, global = true)]
     force: bool,
     /// Language of tables, pages, certificates and notes. JSON and error messages are in English.

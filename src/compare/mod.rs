@@ -171,7 +171,7 @@ fn group_values(campaign: &Campaign, forms: &ClosedForms) -> Result<Vec<Option<f
                 format!("the closed forms go by {}, and a reading lacks it", group.by),
             )
             .expected(format!("{} in every reading", group.by))
-            .at_path(reading.place.clone()));
+            .at_path(&reading.place));
         };
         if !values.contains(&value) {
             values.push(value);

@@ -97,8 +97,7 @@ impl Sweep {
 /// ```
 /// use tumble::campaign::{JointState, Reading};
 /// use tumble::design::{nodes, Smoothness};
-/// let reading = Reading { position: String::new(), joints: vec![JointState::WholeTurns { rate_deg_s: 20.0 }], columns: vec![],
-///     observations: vec![], samples: 1.0, planned_u: vec![], remarks: vec![], place: String::new() };
+/// let reading = Reading { joints: vec![JointState::WholeTurns { rate_deg_s: 20.0 }].into(), ..Reading::default() };
 /// let nodes = nodes(&reading, Smoothness::Trigonometric(2));
 /// let mean: f64 = nodes.iter().map(|n| n.weight * n.instant.angle_deg[0].to_radians().cos().powi(2)).sum();
 /// assert!((mean - 0.5).abs() < 1e-15);

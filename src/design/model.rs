@@ -237,7 +237,7 @@ impl Model {
         for (gathered, sensor) in work.gathered.iter_mut().zip(sensors) {
             let model = self.sensors.get(*sensor).ok_or_else(|| beyond("sensors", *sensor, self.sensors.len()))?;
             if let Some(column) = model.missing_column(&campaign.readings, reading) {
-                return Err(missing_column(column).at_path(row.place.clone()));
+                return Err(missing_column(column).at_path(&row.place));
             }
             (gathered.sensor, gathered.smoothness) = (*sensor, Some(model.smoothness_for(&row.joints)));
         }

@@ -278,7 +278,8 @@ impl<'a> Search<'a> {
     fn new(question: Question<'a>) -> Result<Self> {
         let model = Model::new(question.campaign)?;
         let chosen = screen::chosen(question.campaign);
-        let priors = Priors::at(question.settings.significance);
+        let sensors = question.campaign.bench.sensors.len();
+        let priors = Priors::at(question.settings.significance).for_sensors(sensors);
         Ok(Search { question, model, priors, chosen, kept: Kept::new(), reference: None })
     }
 

@@ -364,7 +364,7 @@ pub(super) fn positions(campaign: &Campaign, design: &DesignMatrix, rows: usize)
     let mut position = Vec::with_capacity(rows);
     for origin in &design.rows {
         let label = campaign.readings.rows.get(origin.reading).map_or(String::new(), |reading| {
-            if reading.position.is_empty() { format!("{:?}", reading.joints) } else { reading.position.clone() }
+            if reading.position.is_empty() { format!("{:?}", reading.joints) } else { reading.position.to_string() }
         });
         let next = seen.len();
         position.push(*seen.entry(label).or_insert(next));

@@ -19,6 +19,7 @@ use crate::campaign::Campaign;
 use crate::design::DesignMatrix;
 use crate::error::Result;
 use crate::estimate::{self, Group, System};
+use crate::uncertainty::quantiles::fisher_f_survival;
 use faer::Mat;
 
 /// The system of a design, weighed by the best noise there is; `effects` are columns of the readings that are in the finished model and not in the design.
@@ -45,6 +46,27 @@ pub(super) fn weigh(
     if share.iter().all(|s| *s == 1.0) { Ok(weighted) } else { noise::weigh(campaign, design, finished, &share) }
 }
 
+/// Probability, over all readings, of so large a deviation by chance, below which a reading says nothing of the noise of its sensor: a tenth of the significance at
+/// which effects are named by default.
+const CONTRADICTED: f64 = 1e-3;
+/// Fewer degrees of freedom than this say nothing of a noise.
+const FEWEST: usize = 4;
+
+/// The row that the others contradict, what it adds being no noise: `t_i^2 = v_i^2/(1 - h_i)`, `F = t_i^2/s_(i)^2`, `s_(i)^2 = (sum v^2 - t_i^2)/(dof - 1)` (R. D. Cook,
+/// S. Weisberg, Residuals and Influence in Regression, 1982, 2.2.2); `readings` are all that are looked at.
+fn contradicted(alone: &estimate::Estimate, readings: usize) -> Option<usize> {
+    let left = alone.dof.checked_sub(1).filter(|left| *left >= FEWEST)? as f64;
+    let q = alone.factor.thin_q();
+    let free = |i: usize| 1.0 - (0..q.ncols()).map(|j| q[(i, j)] * q[(i, j)]).sum::<f64>();
+    let squares = alone.residuals.iter().enumerate().filter(|(i, _)| free(*i) > 1e-9);
+    let (t, i) = squares.map(|(i, v)| (v * v / free(i), i)).max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let sum: f64 = alone.residuals.iter().map(|v| v * v).sum();
+    // residuals that are zero but for one say nothing of the noise either
+    let others = Some(sum - t).filter(|others| *others > 1e-9 * sum)?;
+    let p = fisher_f_survival(t * left / others, 1.0, left)?;
+    (p * (readings as f64) < CONTRADICTED).then_some(i)
+}
+
 /// The standard deviation of one sensor's noise in that with which it was weighed: of the mean of the variance over all kernels.
 fn of_noise(
     campaign: &Campaign,
@@ -56,7 +78,7 @@ fn of_noise(
     priors: Priors,
 ) -> Result<f64> {
     let n = campaign.unknowns();
-    let system = System {
+    let of_rows = |rows: &[usize]| System {
         rows: Mat::from_fn(rows.len(), n + effects.len(), |i, j| {
             let entry = match j.checked_sub(n) {
                 None => design.jacobian[(rows[i], j)],
@@ -69,7 +91,15 @@ fn of_noise(
         u: vec![1.0; rows.len()],
         group: vec![Group::Known; rows.len()],
     };
-    let alone = estimate::adjust(&system, &estimate::Settings::default())?;
+    let mut rows = rows.to_vec();
+    let (system, alone) = loop {
+        let system = of_rows(&rows);
+        let alone = estimate::adjust(&system, &estimate::Settings::default())?;
+        match contradicted(&alone, weighted.weight.len()) {
+            Some(i) => rows.remove(i),
+            None => break (system, alone),
+        };
+    };
     let is_of_sensor = |kernel: &&Kernel| kernel.sensor == Some(sensor);
     let part = |kernel: &Kernel| Kernel {
         follows: None,

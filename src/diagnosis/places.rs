@@ -173,12 +173,12 @@ pub(super) fn pattern(campaign: &Campaign, design: &DesignMatrix, weighted: &Wei
         .collect();
     shares.sort_by(|a, b| b.0.total_cmp(&a.0));
     let by_state: f64 = cells.iter().map(|cell| cell.z * cell.z).sum::<f64>() / cells.len().max(1) as f64;
-    let mut text = String::from("residuals are larger than the noise");
-    if by_state > 3.0 {
-        text.push_str(", repeat with the joints' states");
-    } else {
-        text.push_str(", and do not repeat with the joints' states (time, temperature or a noise larger than stated)");
-    }
+    let mut text = String::from(match by_state > 3.0 {
+        true => "the residuals repeat with the joints' states",
+        false => {
+            "the residuals do not repeat with the joints' states (time, temperature or a noise larger than stated)"
+        }
+    });
     let named: Vec<String> = shares.iter().take(3).map(|(_, factor)| factor.clone()).collect();
     if !named.is_empty() {
         text.push_str(&format!(", and follow {}", named.join(", ")));
@@ -231,7 +231,7 @@ fn factors(campaign: &Campaign) -> Vec<Grouping> {
             factors.push(Grouping { factor, levels, of });
         }
     };
-    by("position".into(), &|reading| (!reading.position.is_empty()).then(|| Level::Text(reading.position.clone())));
+    by("position".into(), &|reading| (!reading.position.is_empty()).then(|| Level::Text(reading.position.to_string())));
     for (k, joint) in campaign.bench.joints().enumerate() {
         let state = |reading: &Reading| reading.joints.get(k).copied();
         by(format!("{joint}_deg"), &|reading| match state(reading) {

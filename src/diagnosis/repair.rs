@@ -38,7 +38,7 @@ pub(super) fn repaired(campaign: &Campaign, effects: &[&Candidate]) -> Result<Ca
                 let values = indicator(campaign, &rows, other, sensor);
                 readings.columns.push(column.clone());
                 for (reading, value) in readings.rows.iter_mut().zip(values) {
-                    reading.columns.push(Some(value));
+                    reading.columns = reading.columns.iter().copied().chain([Some(value)]).collect();
                 }
                 Expression::parse(&column)?
             }

@@ -28,6 +28,8 @@ const FIRST: f64 = 30.0;
 const OUTSIDE: f64 = 0.03;
 /// The same of the many that grow (6e-6): they are only looked through.
 const GROWN: f64 = 12.0;
+/// Most members of a set of one sensor: they bound the work.
+const EACH: usize = 6;
 /// Sets of each length that grow side by side where nothing but effects is there: they bound the work. A choice; with more the time grows in proportion.
 const BEAM: usize = 24;
 /// Most sets whose neighbours are looked at after the search.
@@ -89,12 +91,18 @@ impl Priors {
             first: FIRST * significance,
             rank: 0.2,
             alias: 4.5,
-            most: 6,
+            most: EACH,
             least_rank: 5,
             all_kernels: false,
             plain: 1.0,
         }
     }
+
+    /// For readings of so many sensors: an effect in several of them is a member for each.
+    pub fn for_sensors(self, sensors: usize) -> Self {
+        Priors { most: EACH.max(3 * sensors), ..self }
+    }
+
     pub fn range(&self) -> f64 {
         (self.largest / self.smallest).ln()
     }
@@ -801,7 +809,7 @@ impl Score {
     /// From a set to its best neighbour until none is better.
     fn climb(&mut self, kernel: usize, start: Vec<u16>) -> Vec<u16> {
         let mut set = start;
-        for _ in 0..16 {
+        for _ in 0..10 + self.settings.most {
             let Some((integral, options)) = self.neighbours(kernel, &set) else { return set };
             // values of neighbours are those at the size of the set's remainder: the three best, and 3 in ln, allow for that
             let better = options.into_iter().take(3).take_while(|(value, _)| *value >= integral - 3.0);

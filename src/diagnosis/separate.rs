@@ -70,8 +70,9 @@ pub(super) fn positions(
     let rounded = |v: f64| (v * 1e3).round();
     mean.sort_by(|a, b| rounded(b.mean).total_cmp(&rounded(a.mean)));
     let in_turn: Vec<DiscriminatingPosition> = mean.into_iter().zip(least).flat_map(|(a, b)| [a, b]).collect();
-    let positions = distinct(in_turn.iter().map(|t| t.position.joints.clone()));
-    let count = |joints: &Vec<JointState>| in_turn.iter().find(|t| t.position.joints == *joints).map(|t| t.told.len());
+    let positions = distinct(in_turn.iter().map(|t| t.position.joints.to_vec()));
+    let count =
+        |joints: &Vec<JointState>| in_turn.iter().find(|t| *t.position.joints == **joints).map(|t| t.told.len());
     let counts = positions.iter().filter_map(count).collect();
     Separation { positions, told: counts, of: rivals.len(), never }
 }
@@ -142,5 +143,5 @@ pub(super) fn redundancy(campaign: &Campaign, fit: &Fit) -> Vec<Vec<JointState>>
         ranked.push((variance, origin.reading));
     }
     ranked.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-    distinct(ranked.into_iter().filter_map(|(_, k)| schedule.readings.rows.get(k)).map(|r| r.joints.clone()))
+    distinct(ranked.into_iter().filter_map(|(_, k)| schedule.readings.rows.get(k)).map(|r| r.joints.to_vec()))
 }

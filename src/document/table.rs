@@ -272,7 +272,7 @@ impl<T: Copy> Rows<T> {
     }
 
     /// What it shows.
-    pub fn caption(mut self, caption: impl Into<String>) -> Self {
+    pub(crate) fn caption(mut self, caption: impl Into<String>) -> Self {
         self.table.caption = caption.into();
         self
     }

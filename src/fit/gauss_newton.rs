@@ -134,7 +134,20 @@ pub(super) fn run(campaign: &Campaign, model: &Model, design: DesignMatrix, sett
     let first = Linear::at(campaign, &design, None, settings)?;
     let linear = design.point.iter().zip(&first.change).take(campaign.unknowns()).map(|(x, dx)| x + dx).collect();
     let trip = Trip { campaign, model, settings };
-    let mut found = trip.from(design, first, &[])?;
+    let mut found = match starts::by_coefficients(campaign, model, &design, settings)? {
+        None => trip.from(design, first, &[])?,
+        Some(start) => {
+            let of_start = Linear::at(campaign, &start, None, settings)?;
+            let found = trip.from(start, of_start, &[])?;
+            let unknowns = campaign.unknowns();
+            if found.stop == Stop::Settled && found.step.estimate.unknowns.rank == unknowns {
+                found
+            } else {
+                let other = trip.from(design, first, &[])?;
+                if found.is_better_than(&other, campaign) { found } else { other }
+            }
+        }
+    };
     let mut moved = Vec::new();
     let unseen = starts::unseen(campaign, &found.design);
     let beside = starts::beside(campaign, model, &found.design, &unseen)?;

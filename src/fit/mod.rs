@@ -52,6 +52,7 @@ pub(crate) use scale_factor::{ScaleFactorError, ScaleFactorFrom};
 pub use scatter::scatter_lines;
 pub(crate) use scatter::{floor, own_noise, scattered, spelled_out, stated_variances, whitening};
 pub(crate) use separate::{RankDefect, candidates, columns_read, separations};
+pub(crate) use starts::by_coefficients;
 pub(crate) use step::{adjust_meeting_equations, adjust_with_equations, contradicting_equations};
 pub(crate) use stuck::{Channel, changes, is_all, same};
 pub(crate) use system::known_inputs;

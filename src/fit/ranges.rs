@@ -1,6 +1,6 @@
 //! Numbers that squares of numbers would carry out of the range of a double, and model lines without a value: refused, with the place.
 
-use crate::campaign::{Campaign, JointState, Role};
+use crate::campaign::{Campaign, JointState, Place, Role};
 use crate::design::{DesignMatrix, Model};
 use crate::error::{Fault, Malformed, Result};
 
@@ -9,14 +9,14 @@ pub(crate) use crate::number::{LEAST, MOST};
 /// Refuse readings, stated uncertainties, columns and parameters beyond the range in which a fit can be computed.
 pub(crate) fn check(campaign: &Campaign) -> Result<()> {
     let too_large = |x: f64| x.abs() > MOST;
-    let beyond = |what: String, value: f64, place: &str| {
+    let beyond = |what: String, value: f64, place: &dyn std::fmt::Display| {
         Err(Malformed::new(Fault::Value, format!("{what} is beyond the numbers that a fit can square"))
             .expected("units in which it lies between 1e-70 and 1e70")
             .found(format!("{value:e}"))
-            .at_path(place))
+            .at_path(place.to_string()))
     };
     for (s, sensor) in campaign.bench.sensors.iter().enumerate() {
-        let mut largest: Option<(f64, &str)> = None;
+        let mut largest: Option<(f64, &Place)> = None;
         for reading in &campaign.readings.rows {
             for own in reading.observations.iter().filter(|own| own.sensor == s) {
                 if too_large(own.value) {
@@ -80,7 +80,7 @@ pub(crate) fn check_rows(campaign: &Campaign, model: &Model, design: &DesignMatr
                 format!("the model line of {sensor} has no finite derivative by '{id}' at this reading{at}"),
             )
             .expected(format!("a \"start\" for '{id}' at which it has one (of tumble new: --start {id}=VALUE)"))
-            .at_path(reading.place.clone()));
+            .at_path(&reading.place));
         }
         let error =
             Malformed::new(Fault::Value, format!("the model line of {sensor} has no value at this reading{at}"));
@@ -91,7 +91,7 @@ pub(crate) fn check_rows(campaign: &Campaign, model: &Model, design: &DesignMatr
                 error.expected("a finite number from every term").found(format!("{term} with {}", inputs.join(", ")))
             }
         };
-        return Err(error.at_path(reading.place.clone()));
+        return Err(error.at_path(&reading.place));
     }
     Ok(())
 }
@@ -105,7 +105,7 @@ pub(super) fn name_reading(campaign: &Campaign, error: Malformed) -> Malformed {
         campaign.readings.rows.iter().flat_map(|reading| reading.observations.iter().map(move |own| (reading, own)));
     let Some((reading, own)) = values.max_by(|a, b| a.1.value.abs().total_cmp(&b.1.value.abs())) else { return error };
     let sensor = campaign.sensor_id(own.sensor);
-    error.found(format!("a largest reading {sensor} = {:e}", own.value)).at_path(reading.place.clone())
+    error.found(format!("a largest reading {sensor} = {:e}", own.value)).at_path(&reading.place)
 }
 
 /// `, alpha_deg = 90`: where the joints are.

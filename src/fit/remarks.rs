@@ -42,7 +42,11 @@ pub(super) fn remarks(fit: &Fit) -> Vec<Sentence> {
     let mut unread = campaign.readings.rows.iter().filter(|reading| reading.observations.is_empty());
     if let Some(first) = unread.next() {
         let count = 1 + unread.count();
-        found.push(sentence!("positions-without-a-reading", count, first = first.place.trim_end_matches('|')));
+        found.push(sentence!(
+            "positions-without-a-reading",
+            count,
+            first = first.place.to_string().trim_end_matches('|')
+        ));
     }
     if let Some(condition) = absurd {
         found.push(sentence!(

@@ -16,9 +16,8 @@ use super::Fit;
 use super::scatter::{own_noise, scatter_lines};
 use crate::bench::Sensor;
 use crate::campaign::{Campaign, JointState, ScaleFactor};
-use crate::design::{DesignMatrix, Instant, Kinematics, kinematics};
-use crate::elements::Elements;
-use crate::estimate::ScatterLine;
+use crate::design::{Instant, Kinematics, kinematics};
+use crate::elements::{Elements, OrNan};
 use crate::language::{Sentence, sentence};
 use crate::uncertainty::{Combined, Contribution, Evaluation, combine_groups, quantiles};
 use nalgebra::Vector3;
@@ -63,16 +62,25 @@ const PPM: f64 = 1e6;
 struct Series {
     column: String,
     rows: Vec<usize>,
-    /// Rate about the input axis, deg/s, and reading.
-    points: Vec<(f64, f64)>,
+    points: Vec<Point>,
     /// Share of the rate that the input axis sees.
     share: f64,
 }
 
-/// Mean of the readings at one rate.
+/// A reading, and the weight that a robust estimate gives it; 1 elsewhere.
+#[derive(Clone, Copy)]
+struct Point {
+    /// Rate about the input axis, deg/s.
+    rate: f64,
+    reading: f64,
+    weight: f64,
+}
+
+/// Weighted mean of the readings at one rate.
 struct Step {
     rate: f64,
-    of: Vec<usize>,
+    /// Which readings, and the share that each has in the mean.
+    of: Vec<(usize, f64)>,
     mean: f64,
 }
 
@@ -109,17 +117,22 @@ fn put(list: &mut [f64], k: usize, value: f64) {
     list.get_mut(k).into_iter().for_each(|slot| *slot = value);
 }
 
-fn steps(points: &[(f64, f64)], of: impl Iterator<Item = usize>) -> Vec<Step> {
+/// One step for each rate at which readings have weight.
+fn steps(points: &[Point], of: impl Iterator<Item = usize>) -> Vec<Step> {
     let mut found: BTreeMap<u64, Step> = BTreeMap::new();
     for k in of {
-        let Some((rate, reading)) = points.get(k) else { continue };
-        let step = found.entry(rate.to_bits()).or_insert(Step { rate: *rate, of: Vec::new(), mean: 0.0 });
-        step.of.push(k);
-        step.mean += reading;
+        let Some(Point { rate, reading, weight }) = points.get(k).copied().filter(|own| own.weight > 0.0) else {
+            continue;
+        };
+        let step = found.entry(rate.to_bits()).or_insert(Step { rate, of: Vec::new(), mean: 0.0 });
+        step.of.push((k, weight));
+        step.mean += weight * reading;
     }
     let mut steps: Vec<Step> = found.into_values().collect();
     for step in &mut steps {
-        step.mean /= step.of.len() as f64;
+        let sum: f64 = step.of.iter().map(|(_, weight)| weight).sum();
+        step.mean /= sum;
+        step.of.iter_mut().for_each(|(_, weight)| *weight /= sum);
     }
     steps.sort_by(|a, b| a.rate.total_cmp(&b.rate));
     steps
@@ -145,7 +158,7 @@ impl Fit {
     fn errors_of_readings(&self) -> Vec<ScaleFactorError> {
         let mut found = Vec::new();
         for (s, sensor) in self.campaign.bench.sensors.iter().enumerate() {
-            let Some(series) = series(&self.campaign, &self.design, s, sensor) else { continue };
+            let Some(series) = series(self, s, sensor) else { continue };
             let steps = steps(&series.points, 0..series.points.len());
             let Some(line) = Line::through(steps.iter()) else { continue };
             let of = Of { fit: self, sensor: (s, &sensor.id), series: &series, steps: &steps, line: &line };
@@ -158,7 +171,9 @@ impl Fit {
 }
 
 /// The series of a sensor with the widest range about its input axis, which lies nearer to the joint's axis than across it.
-fn series(campaign: &Campaign, design: &DesignMatrix, s: usize, sensor: &Sensor) -> Option<Series> {
+fn series(fit: &Fit, s: usize, sensor: &Sensor) -> Option<Series> {
+    let Fit { campaign, design, robust, .. } = fit;
+    let weights = robust.as_ref().map(|own| &own.weights);
     let axis = sensor.input()?;
     let names: Vec<&str> = campaign.bench.joints().collect();
     let mut numbers: HashMap<Vec<u64>, usize> = HashMap::new();
@@ -187,10 +202,11 @@ fn series(campaign: &Campaign, design: &DesignMatrix, s: usize, sensor: &Sensor)
         }
         let Some(own) = all.get_mut(next) else { continue };
         own.rows.push(row);
-        own.points.push((rate * own.share.signum(), observed.value));
+        let weight = weights.map_or(1.0, |weights| weights.or_nan(row));
+        own.points.push(Point { rate: rate * own.share.signum(), reading: observed.value, weight });
     }
     let range =
-        |own: &Series| own.share.abs() * own.points.iter().fold(0.0_f64, |most, (rate, _)| most.max(rate.abs()));
+        |own: &Series| own.share.abs() * own.points.iter().fold(0.0_f64, |most, point| most.max(point.rate.abs()));
     let about = all
         .into_iter()
         .filter(|own| 2.0 * own.share * own.share > 1.0 && steps(&own.points, 0..own.points.len()).len() >= 3);
@@ -254,9 +270,9 @@ impl Of<'_> {
         let mut along = by(largest);
         along.iter_mut().for_each(|own| *own *= deviation.signum() * scale);
         for step in self.steps {
-            for k in &step.of {
+            for (k, share) in &step.of {
                 if let Some(own) = along.get_mut(*k) {
-                    *own -= value / self.line.slope * self.line.by(step) / step.of.len() as f64;
+                    *own -= value / self.line.slope * self.line.by(step) * share;
                 }
             }
         }
@@ -283,8 +299,8 @@ impl Of<'_> {
                 let own = f64::from(u8::from(j == largest))
                     - 1.0 / self.line.steps as f64
                     - self.line.by(step) * (rate - self.line.centre.0);
-                for k in &step.of {
-                    put(&mut along, *k, own / step.of.len() as f64);
+                for (k, share) in &step.of {
+                    put(&mut along, *k, own * share);
                 }
             }
             along
@@ -302,8 +318,8 @@ impl Of<'_> {
         let mut along = vec![0.0; self.series.points.len()];
         for step in self.steps.iter().filter(|own| own.rate != 0.0) {
             let by = if step.rate > 0.0 { (2.0 - share) * up.by(step) } else { -(2.0 + share) * down.by(step) };
-            for k in &step.of {
-                put(&mut along, *k, PPM * by / sum / step.of.len() as f64);
+            for (k, share) in &step.of {
+                put(&mut along, *k, PPM * by / sum * share);
             }
         }
         let line = "2 (b₊ - b₋) / (b₊ + b₋)".to_string();
@@ -313,7 +329,7 @@ impl Of<'_> {
     fn hysteresis(&self) -> Option<ScaleFactorError> {
         let mut from_below = vec![None; self.series.points.len()];
         let mut before: Option<(f64, Option<bool>)> = None;
-        for ((rate, _), slot) in self.series.points.iter().zip(&mut from_below) {
+        for (Point { rate, .. }, slot) in self.series.points.iter().zip(&mut from_below) {
             let sense = match before {
                 Some((last, _)) if last != *rate => Some(*rate > last),
                 Some((_, sense)) => sense,
@@ -321,21 +337,18 @@ impl Of<'_> {
             };
             (*slot, before) = (sense, Some((*rate, sense)));
         }
-        let of = |step: &Step, below: bool| -> Vec<usize> {
-            step.of.iter().copied().filter(|k| from_below.get(*k).copied().flatten() == Some(below)).collect()
+        let of = |step: &Step, below: bool| -> Option<Step> {
+            let of = step.of.iter().map(|(k, _)| *k);
+            steps(&self.series.points, of.filter(|k| from_below.get(*k).copied().flatten() == Some(below))).pop()
         };
-        let both: Vec<[Vec<usize>; 2]> = (self.steps.iter().map(|step| [of(step, true), of(step, false)]))
-            .filter(|[below, above]| !below.is_empty() && !above.is_empty())
-            .collect();
-        let mean = |of: &[usize]| {
-            of.iter().filter_map(|k| self.series.points.get(*k)).map(|own| own.1).sum::<f64>() / of.len() as f64
-        };
-        let deviations: Vec<f64> = both.iter().map(|[below, above]| mean(below) - mean(above)).collect();
+        let both: Vec<(Step, Step)> =
+            self.steps.iter().filter_map(|step| Some((of(step, true)?, of(step, false)?))).collect();
+        let deviations: Vec<f64> = both.iter().map(|(below, above)| below.mean - above.mean).collect();
         let by = |largest: usize| {
             let mut along = vec![0.0; self.series.points.len()];
-            for (sign, of) in [1.0, -1.0].iter().zip(both.get(largest).into_iter().flatten()) {
-                of.iter().for_each(|k| put(&mut along, *k, sign / of.len() as f64));
-            }
+            let (below, above) = both.get(largest).map_or((&[][..], &[][..]), |(below, above)| (&below.of, &above.of));
+            below.iter().for_each(|(k, share)| put(&mut along, *k, *share));
+            above.iter().for_each(|(k, share)| put(&mut along, *k, -share));
             along
         };
         self.largest(ScaleFactor::Hysteresis, "‖Y↑ - Y↓‖∞ / (|b| ‖x‖∞)", &deviations, by)
@@ -347,7 +360,7 @@ impl Of<'_> {
         let mut rates = std::collections::HashSet::new();
         // readings at one rate in a row: of a run that is complete, as many as at its other rates at least
         let (mut last, mut visit, mut shortest) = (f64::NAN, 0, usize::MAX);
-        for (k, (rate, _)) in self.series.points.iter().enumerate() {
+        for (k, Point { rate, .. }) in self.series.points.iter().enumerate() {
             if rates.len() == self.steps.len() && (*rate != last || visit >= shortest) {
                 runs.push(std::mem::take(&mut run));
                 rates.clear();
@@ -400,7 +413,7 @@ impl Of<'_> {
         let u = own_noise(campaign, design, &system.u);
         let of_rows: f64 = along.iter().zip(&u).map(|(c, u)| (c * u).powi(2)).sum();
         let lines = scatter_lines(campaign, design, &system.u);
-        let of_line = |k: usize, tau: Option<f64>| lines.get(k).map_or(0.0, |line| of_line(line, tau, &along));
+        let of_line = |k: usize, tau: Option<f64>| lines.get(k).map_or(0.0, |line| line.variance_of(&along, tau));
         let (budget, type_a_dof) = noise.of_one(self.sensor.0, of_rows, &of_line).contributions(&[1.0]);
         if !noise.determined || noise.absorbed.iter().any(|(k, _)| of_line(*k, None) > 0.0) {
             return (budget, None);
@@ -411,20 +424,6 @@ impl Of<'_> {
         let combined = combine_groups(&budget, &group, &[type_a_dof.unwrap_or(f64::INFINITY)], settings.level);
         (budget, combined)
     }
-}
-
-/// What deviations of unit variance make of `along . y`.
-fn of_line(line: &ScatterLine, tau: Option<f64>, along: &[f64]) -> f64 {
-    let mut felt: BTreeMap<usize, f64> = BTreeMap::new();
-    for own in line.felt.iter().filter(|own| along.at(own.row) != 0.0) {
-        *felt.entry(own.level).or_default() += own.by * along.at(own.row);
-    }
-    let Some((memory, tau)) = line.memory.as_ref().zip(tau) else { return felt.values().map(|own| own * own).sum() };
-    let correlation = |a: usize, b: usize| match memory.run.get(a) == memory.run.get(b) {
-        true => (-(memory.time.at(a) - memory.time.at(b)).abs() / tau).exp(),
-        false => 0.0,
-    };
-    felt.iter().map(|(a, own)| felt.iter().map(|(b, other)| own * other * correlation(*a, *b)).sum::<f64>()).sum()
 }
 
 /// `E[s]/sigma` of n normal values: `sqrt(2/(n - 1)) Gamma(n/2)/Gamma((n - 1)/2)`.

@@ -147,7 +147,7 @@ impl<'a> Search<'a> {
             |k: usize| Some((self.schedule.readings.columns.get(k)?.clone(), *reading.columns.get(k)?.as_ref()?));
         let is_read = self.design.rows.iter().any(|origin| origin.sensor == *sensor);
         Some(Further {
-            joints: reading.joints.clone(),
+            joints: reading.joints.to_vec(),
             columns: columns_read(self.campaign).into_iter().filter_map(value).collect(),
             sensor: (!is_read).then_some(*sensor),
         })
@@ -220,17 +220,17 @@ pub fn candidates(campaign: &Campaign) -> Readings {
             .collect();
     }
     let names: Vec<&str> = campaign.bench.joints().collect();
-    let at = |joints| campaign.readings.position(&names, first, joints);
+    let at = |joints: Vec<JointState>| campaign.readings.position(&names, first, joints);
     let mut rows: Vec<Reading> = combinations.into_iter().map(at).collect();
     let read = columns_read(campaign);
     let with = |k: usize, value: f64, mut reading: Reading| {
         reading.columns.get_mut(k).into_iter().for_each(|slot| *slot = Some(value));
         reading
     };
-    let mut together = at(first.joints.clone());
+    let mut together = at(first.joints.to_vec());
     for k in &read {
         let mut values = other_values(campaign, *k);
-        rows.extend(values.iter().map(|value| with(*k, *value, at(first.joints.clone()))));
+        rows.extend(values.iter().map(|value| with(*k, *value, at(first.joints.to_vec()))));
         together = with(*k, values.pop().unwrap_or(1.0), together);
     }
     rows.extend((read.len() > 1).then_some(together));

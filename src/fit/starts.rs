@@ -4,8 +4,9 @@
 //! reading responds to either, though another value of one brings the other into sight. The rank is a fact of a point, not of the bench.
 
 use super::Settings;
+use super::linear::Linear;
 use super::step;
-use crate::campaign::{Campaign, Kind, Role};
+use crate::campaign::{Campaign, Kind, Parameter, Role};
 use crate::design::{self, DesignMatrix, Model};
 use crate::elements::Elements;
 use crate::error::Result;
@@ -23,6 +24,9 @@ const SIGNS: [[f64; 2]; 3] = [[1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]];
 /// By how much a tilt is moved, rad: a usual misalignment, so that products come out as they do for small angles where a factor stays free.
 /// A coefficient is moved by one of its unit.
 const TILT: f64 = 5e-4;
+/// Readings hardly respond to a tilt where they do so by less than this share of their response once the coefficients are known: not a scale factor that
+/// is a little off, but one that is missing.
+const HARDLY: f64 = 0.1;
 /// Where the second order is more than this share of the first within one standard uncertainty, an unknown is not determined: for a
 /// derivative that grows in proportion to the distance from a saddle, that is a standard uncertainty as large as the distance.
 const LINEAR: f64 = 0.5;
@@ -34,6 +38,46 @@ pub(super) fn unseen(campaign: &Campaign, design: &DesignMatrix) -> Vec<usize> {
     };
     let is_zero = |k: usize| design.jacobian.col_as_slice(k).iter().all(|slope| *slope == 0.0);
     (0..campaign.unknowns()).filter(|k| is_free(*k) && is_zero(*k)).collect()
+}
+
+/// The coefficients that fit best while the tilts keep their values, as a start, where the readings of some sensor respond to a tilt there far more than at `design`;
+/// `None` elsewhere.
+///
+/// In `k*a_I + kx*a_I*a_S` with nothing known of `k`, the derivatives by the tilts at `k = 0` are those of the small second term: the first step
+/// would explain the readings by tilts of many degrees, and lead to another minimum.
+pub(crate) fn by_coefficients(
+    campaign: &Campaign,
+    model: &Model,
+    design: &DesignMatrix,
+    settings: &Settings,
+) -> Result<Option<DesignMatrix>> {
+    let estimated = || campaign.estimated().iter().enumerate();
+    let is_tilt = |own: &Parameter| own.kind == Kind::Tilt;
+    let is_open = |own: &Parameter| matches!(own.role, Role::Estimated { start: None, prior: None });
+    let tilts: Vec<usize> = estimated().filter(|(_, own)| is_tilt(own)).map(|(k, _)| k).collect();
+    if tilts.is_empty() || !estimated().any(|(_, own)| !is_tilt(own) && is_open(own)) {
+        return Ok(None);
+    }
+    let mut held = design.clone();
+    tilts.iter().for_each(|k| held.jacobian.col_as_slice_mut(*k).fill(0.0));
+    let alone = if campaign.scatter.is_empty() { None } else { Some(campaign.without_scatter()) };
+    let step = Linear::at(alone.as_ref().unwrap_or(campaign), &held, None, settings)?;
+    let mut point = design.point.clone();
+    for (k, (value, change)) in point.iter_mut().zip(&step.change).enumerate() {
+        *value += if tilts.contains(&k) { 0.0 } else { *change };
+    }
+    let there = design::assemble(campaign, model, &point)?;
+    let size = |of: &DesignMatrix, k: usize, sensor: usize| {
+        let rows = of.jacobian.col_as_slice(k).iter().zip(&of.rows).filter(|(_, origin)| origin.sensor == sensor);
+        rows.map(|(x, _)| x * x).sum::<f64>().sqrt()
+    };
+    let grows = |k: &usize, sensor: usize| {
+        let here = size(design, *k, sensor);
+        here > 0.0 && here < HARDLY * size(&there, *k, sensor)
+    };
+    let finite = there.predicted.iter().all(|value| value.is_finite());
+    let sensors = 0..campaign.bench.sensors.len();
+    Ok((finite && tilts.iter().any(|k| sensors.clone().any(|sensor| grows(k, sensor)))).then_some(there))
 }
 
 /// Starts from which readings respond to some of the unknowns that are out of sight; none where no such start is found.

@@ -108,10 +108,7 @@ pub(super) fn solve(campaign: &Campaign, design: &DesignMatrix, settings: &Setti
                 let residuals = system.residuals(&found.estimate.unknowns.solution);
                 let estimate = Estimate { residuals, ..found.estimate.clone() };
                 extended = Some(Extended { system, estimate, scattered: Some(found) });
-                match plain {
-                    Some(plain) => plain,
-                    None => solve(&own, elimination.as_ref())?,
-                }
+                plain
             }
         };
         settled = found.converged;

@@ -161,7 +161,7 @@ fn unread(campaign: &Campaign, origin: &RowOrigin) -> Malformed {
     Malformed::new(Fault::Missing, format!("a row of the design has no value of {sensor}"))
         .expected("a value for every row: the campaign that the design was assembled of")
         .found(format!("nothing in reading {} of {}", origin.reading + 1, campaign.readings.rows.len()))
-        .at_path(reading.map_or(String::new(), |r| r.place.clone()))
+        .at_path(reading.map_or(String::new(), |r| r.place.to_string()))
 }
 
 /// A sensor whose uncertainties are stated in some of its readings only.
@@ -181,7 +181,7 @@ fn stated_throughout(campaign: &Campaign) -> Result<()> {
                 let id = campaign.sensor_id(observation.sensor);
                 return Err(stated_here_and_there(id)
                     .found(if here { format!("{id}_u here, and none before") } else { format!("no {id}_u here") })
-                    .at_path(reading.place.clone()));
+                    .at_path(&reading.place));
             }
             *slot = Some(here);
         }

@@ -82,7 +82,7 @@ fn of_reading(
     for (kind, joints) in settings(campaign, suspect, candidates) {
         let names: Vec<&str> = campaign.bench.joints().collect();
         let columns = campaign.readings.position(&names, suspect, joints.clone()).columns;
-        let moved = Reading { columns, joints: joints.clone(), ..suspect.clone() };
+        let moved = Reading { columns, joints: joints.clone().into(), ..suspect.clone() };
         // a setting at which the model lacks a column (of an angle, where the joint turns) cannot be weighed
         let density = judge.log_density(&with(moved), &point).unwrap_or(None);
         push(kind, setting(campaign, &joints), Some(joints), density);
@@ -161,7 +161,7 @@ fn settings(campaign: &Campaign, reading: &Reading, candidates: &[Reading]) -> V
     let mut settings: Vec<(MistakeKind, Vec<JointState>)> = Vec::new();
     let mut push = |kind, joints: Vec<JointState>| {
         let alike = |other: &[JointState]| other.iter().zip(&joints).all(|(a, b)| same_state(a, b));
-        let possible = Reading { joints: joints.clone(), ..reading.clone() }.check_turning(&names).is_ok();
+        let possible = Reading { joints: joints.clone().into(), ..reading.clone() }.check_turning(&names).is_ok();
         if possible && !alike(&reading.joints) && !settings.iter().any(|(_, other)| alike(other)) {
             settings.push((kind, joints));
         }
@@ -179,7 +179,7 @@ fn settings(campaign: &Campaign, reading: &Reading, candidates: &[Reading]) -> V
     }
     for a in 0..reading.joints.len() {
         for b in a + 1..reading.joints.len() {
-            let mut joints = reading.joints.clone();
+            let mut joints = reading.joints.to_vec();
             joints.swap(a, b);
             push(MistakeKind::ExchangedAxes, joints);
         }

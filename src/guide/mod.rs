@@ -221,7 +221,7 @@ impl Guide {
             let sensors: Vec<&str> = self.campaign.bench.sensors.iter().map(|sensor| sensor.id.as_str()).collect();
             return Err(Malformed::new(Fault::Missing, "the reading has no value")
                 .expected(format!("a number for {}", sensors.join(" or ")))
-                .at_path(reading.place));
+                .at_path(&reading.place));
         }
         let mut next = reading;
         let u = |seen: &Observation| next.stated_u(seen.sensor).unwrap_or_else(|| self.noise.u(&next, seen.sensor));
@@ -229,8 +229,8 @@ impl Guide {
         next.observations.iter_mut().zip(all).for_each(|(slot, u)| slot.u = Some(u));
         next.planned_u.clear();
         let asked = next.position.clone();
-        next.position = self.label(&next);
-        self.labels.push(asked);
+        next.position = self.label(&next).into();
+        self.labels.push(asked.to_string());
         self.taken.push(next);
         Ok(())
     }
@@ -241,7 +241,7 @@ impl Guide {
         let used = |label: &str| self.taken.iter().any(|earlier| earlier.position == label);
         match (self.taken.last(), self.labels.last()) {
             (Some(last), Some(label)) if label == wanted && plan::mounting(last) == plan::mounting(reading) => {
-                last.position.clone()
+                last.position.to_string()
             }
             _ if wanted.is_empty() || !used(wanted) => wanted.to_string(),
             _ => {
@@ -432,7 +432,7 @@ impl Guide {
             };
             if agreement.is_below { -far } else { far }
         });
-        let (position, setting) = (newest.position.clone(), mistakes::setting(&self.campaign, &newest.joints));
+        let (position, setting) = (newest.position.to_string(), mistakes::setting(&self.campaign, &newest.joints));
         let remarks = self.clock(others.last(), newest);
         Ok(Newest { reading, position, setting, agreement, deviation, p, level, remarks })
     }
@@ -578,7 +578,7 @@ impl Guide {
         let columns = self.campaign.readings.columns.iter().zip(&reading.columns);
         let columns = columns.filter_map(|(name, value)| value.map(|value| (name.clone(), value)));
         Next {
-            position: reading.position.clone(),
+            position: reading.position.to_string(),
             setting: mistakes::setting(&self.campaign, &reading.joints),
             set: keys.chain(columns.filter(|_| reading.joints.is_empty())).collect(),
             why,

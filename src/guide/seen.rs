@@ -118,7 +118,7 @@ fn apart(positions: &[Reading]) -> Vec<Reading> {
     let apart = |(k, reading): (usize, &Reading)| {
         let alone = positions.iter().filter(|other| other.position == reading.position).count() == 1;
         let label = &reading.position;
-        let position = if alone && !label.is_empty() { label.clone() } else { format!("{label} ({})", k + 1) };
+        let position = if alone && !label.is_empty() { label.clone() } else { format!("{label} ({})", k + 1).into() };
         Reading { position, ..reading.unread() }
     };
     positions.iter().enumerate().map(apart).collect()

@@ -2,7 +2,7 @@
 
 use super::effort::mounting;
 use super::whitened::level_of;
-use crate::campaign::{Campaign, JointState, Per, Reading, Readings};
+use crate::campaign::{Campaign, JointState, Label, Per, Reading, Readings, Shared};
 use crate::error::{Fault, Malformed, Result};
 use crate::fit::columns_read;
 use crate::number;
@@ -59,7 +59,7 @@ pub(crate) fn sweep_with_rates(campaign: &Campaign, step_deg: f64, rates: &[f64]
         let mut distinct: Vec<Reading> = Vec::new();
         for row in rows {
             if !distinct.iter().any(|other| other.columns == row.columns) {
-                distinct.push(Reading { position: String::new(), ..row.unread() });
+                distinct.push(Reading { position: Label::default(), ..row.unread() });
             }
         }
         return Ok(Readings { columns, rows: distinct });
@@ -123,7 +123,7 @@ pub(crate) fn sweep_with_rates(campaign: &Campaign, step_deg: f64, rates: &[f64]
     let goes_by = |key: &String| campaign.scatter.iter().any(|line| line.per == Per::Column(key.clone()));
     let levels: Vec<(String, String)> = last.remarks.iter().filter(|(key, _)| goes_by(key)).cloned().collect();
     let stated = |row: &Reading| (row.samples, row.unread().planned_u);
-    let at = |columns: &Vec<Option<f64>>| Reading { columns: columns.clone(), ..last.unread() };
+    let at = |columns: &Shared<Option<f64>>| Reading { columns: columns.clone(), ..last.unread() };
     let uniform = rows.iter().all(|row| stated(row) == stated(first));
     // the bench takes no mean with two turning joints
     let rows = combinations
@@ -204,7 +204,7 @@ impl<'a> Conditions<'a> {
     }
 
     /// The columns of `last`, at each condition.
-    fn columns(&self, last: &Reading) -> Vec<Vec<Option<f64>>> {
+    fn columns(&self, last: &Reading) -> Vec<Shared<Option<f64>>> {
         let at = |row: &&Reading| {
             let mut columns = last.columns.clone();
             for (k, _) in &self.read {

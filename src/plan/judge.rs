@@ -363,9 +363,11 @@ fn derived(campaign: &Campaign, covariance: &Mat<f64>, estimate: &Estimate) -> R
     campaign.derived.iter().map(of).collect()
 }
 
-/// Points close to one at which a quantity has no derivative: all round in the plane of each two of its parameters.
-fn nearby(campaign: &Campaign, quantity: &Derived, point: &[f64]) -> Vec<Vec<f64>> {
-    const STEP: f64 = 1e-4;
+/// Distance of the points close by.
+const STEP: f64 = 1e-4;
+
+/// Points so close to one at which a quantity has no derivative: all round in the plane of each two of its parameters.
+fn nearby(campaign: &Campaign, quantity: &Derived, point: &[f64], step: f64) -> Vec<Vec<f64>> {
     // opposite directions have opposite gradients
     const DIRECTIONS: u32 = 32;
     let n = campaign.unknowns();
@@ -381,14 +383,14 @@ fn nearby(campaign: &Campaign, quantity: &Derived, point: &[f64]) -> Vec<Vec<f64
         there
     };
     if let [only] = used.as_slice() {
-        return vec![moved(&[(*only, STEP)]), moved(&[(*only, -STEP)])];
+        return vec![moved(&[(*only, step)]), moved(&[(*only, -step)])];
     }
     let mut points = Vec::new();
     for (p, first) in used.iter().enumerate() {
         for second in used.part(p + 1..) {
             for direction in 0..DIRECTIONS {
                 let (sin, cos) = (std::f64::consts::PI * f64::from(direction) / f64::from(DIRECTIONS)).sin_cos();
-                points.push(moved(&[(*first, STEP * cos), (*second, STEP * sin)]));
+                points.push(moved(&[(*first, step * cos), (*second, step * sin)]));
             }
         }
     }
@@ -396,7 +398,7 @@ fn nearby(campaign: &Campaign, quantity: &Derived, point: &[f64]) -> Vec<Vec<f64
 }
 
 /// Gradients of a derived quantity by the estimated parameters: one at the reference point, or those of points nearby where it has none there.
-/// Empty where it has none at all. Errors: a line that does not compile.
+/// Empty where it has none at all, or where they grow without a bound (`V0/K` at `K = 0`). Errors: a line that does not compile.
 pub(crate) fn gradients(campaign: &Campaign, quantity: &Derived) -> Result<Vec<Vec<f64>>> {
     Ok(slopes(campaign, quantity)?.0)
 }
@@ -415,7 +417,15 @@ fn slopes(campaign: &Campaign, quantity: &Derived) -> Result<(Vec<Vec<f64>>, boo
     let point = campaign.reference_point();
     Ok(match at(&point) {
         Some(gradient) => (vec![gradient], true),
-        None => (nearby(campaign, quantity, &point).iter().filter_map(|point| at(point)).collect(), false),
+        None => {
+            let mut around = |step: f64| -> Vec<Vec<f64>> {
+                nearby(campaign, quantity, &point, step).iter().filter_map(|point| at(point)).collect()
+            };
+            let largest = |all: &[Vec<f64>]| all.iter().flatten().fold(0.0_f64, |most, g| most.max(g.abs()));
+            let (close, closer) = (around(STEP), around(0.1 * STEP));
+            let bounded = largest(&closer) < 2.0 * largest(&close);
+            (if bounded { close } else { Vec::new() }, false)
+        }
     })
 }
 

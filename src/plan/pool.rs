@@ -188,7 +188,7 @@ impl Pool {
         let mut groups: std::collections::HashMap<(usize, String), Vec<usize>> = std::collections::HashMap::new();
         let states =
             // portions have readings
-            |k: usize| self.portions.get(k).and_then(|p| p.first()).map(|r| r.joints.clone()).unwrap_or_default();
+            |k: usize| self.portions.get(k).and_then(|p| p.first()).map(|r| r.joints.to_vec()).unwrap_or_default();
         let key = |k: usize, joint: usize| {
             let mut others = states(k);
             if joint < others.len() {

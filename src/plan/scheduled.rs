@@ -15,7 +15,7 @@ use super::pool::{Pool, log_det_of};
 use super::problem::{Design, WORTH};
 use super::request::Request;
 use super::whitened::adjusted_alone;
-use crate::campaign::{Campaign, JointState, Reading, Readings};
+use crate::campaign::{Campaign, JointState, Label, Reading, Readings};
 use crate::elements::Elements;
 use crate::error::Result;
 use crate::estimate::Estimate;
@@ -51,7 +51,7 @@ pub(super) fn schedule_rows(kept: &Readings, pool: &Pool, chosen: &[usize], repe
             labels.push((place, label.clone()));
             label
         });
-        rows.extend(portion.iter().map(|r| Reading { position: label.clone(), ..r.clone() }));
+        rows.extend(portion.iter().map(|r| Reading { position: label.as_str().into(), ..r.clone() }));
     }
     rows
 }
@@ -65,13 +65,13 @@ fn next_label(readings: &Readings) -> u64 {
 fn relabelled(kept: &Readings, mut run: Readings) -> Readings {
     let old: Vec<&str> = kept.rows.iter().map(|r| r.position.as_str()).collect();
     let mut next = next_label(kept);
-    let mut names: std::collections::HashMap<String, String> = std::collections::HashMap::new();
+    let mut names: std::collections::HashMap<Label, Label> = std::collections::HashMap::new();
     for reading in run.rows.iter_mut().filter(|r| !old.contains(&r.position.as_str())) {
         let label = names.entry(reading.position.clone()).or_insert_with(|| {
             next += 1;
-            (next - 1).to_string()
+            (next - 1).to_string().into()
         });
-        reading.position.clone_from(label);
+        reading.position = label.clone();
     }
     run
 }

@@ -208,7 +208,7 @@ pub(super) fn mounted_apart(portions: &[Vec<Reading>], columns: &Readings) -> Re
     let rows = portions
         .iter()
         .enumerate()
-        .flat_map(|(p, portion)| portion.iter().map(move |r| Reading { position: p.to_string(), ..r.unread() }))
+        .flat_map(|(p, portion)| portion.iter().map(move |r| Reading { position: p.to_string().into(), ..r.unread() }))
         .collect();
     Readings { columns: columns.columns.clone(), rows }
 }

@@ -75,7 +75,8 @@ const TIMES: [&str; 13] = [
     "时间",
 ];
 
-fn times_of(columns: &[Column]) -> Option<usize> {
+/// The column that has the name of a time, where no one says which it is.
+pub(crate) fn times_of(columns: &[Column]) -> Option<usize> {
     let rank = |column: &Column| {
         let bare = behind(&column.name).and_then(|unit| column.name.strip_suffix(unit)?.strip_suffix('_'));
         let name = bare.unwrap_or(&column.name);

@@ -55,6 +55,8 @@ mod unpacked;
 mod workbook;
 
 pub use clock::ClockFrom;
+#[cfg(feature = "cli")]
+pub(crate) use clock::times_of;
 pub(crate) use clock::{Clock, Jump, JumpKind, unit_of};
 pub use heading::title;
 pub use held::{Cells, Held};

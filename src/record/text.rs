@@ -1,13 +1,15 @@
-//! Bytes of a logger's or spreadsheet's file as UTF-8: gzip, byte order marks, UTF-16, Latin-1.
+//! Bytes of a logger's or spreadsheet's file as UTF-8: gzip, byte order marks, UTF-16, Latin-1, Chinese and Japanese encodings.
 
 use crate::elements::Parts;
 use crate::error::{Fault, Malformed, Result};
+use chardetng::EncodingDetector;
+use encoding_rs::{BIG5, CoderResult, Decoder, EUC_JP, EUC_KR, Encoding, GBK, SHIFT_JIS, UTF_8, UTF_16BE, UTF_16LE};
 use std::io::{self, BufRead, BufReader, Read};
 
 /// How much is read at a time.
 const CHUNK: usize = 1 << 18;
 
-/// A stream of bytes, unpacked where it is gzip and converted to UTF-8 where it is UTF-16 (by its byte order mark, or by its zero bytes); lines that end in a carriage return
+/// A stream of bytes, unpacked where it is gzip and converted to UTF-8 where it is UTF-16 (by its byte order mark, or by its zero bytes), Shift-JIS, GBK and the like; lines that end in a carriage return
 /// alone (classic Mac OS) end in a line feed.
 ///
 /// Latin-1 stays as it is: its numbers are ASCII, and [`decoded`] reads its names. Errors: none yet; a truncated gzip shows as it is read.
@@ -19,17 +21,19 @@ pub(super) fn unpacked(from: impl Read + Send + 'static) -> io::Result<Box<dyn B
         Box::new(from)
     };
     let start = plain.fill_buf()?;
-    let little: fn([u8; 2]) -> u16 = u16::from_le_bytes;
-    let (skip, wide) = match start {
-        [0xEF, 0xBB, 0xBF, ..] => (3, None),
-        [0xFF, 0xFE, ..] => (2, Some(little)),
-        [0xFE, 0xFF, ..] => (2, Some(u16::from_be_bytes as fn([u8; 2]) -> u16)),
-        _ => (0, wide_of(start)),
+    let encoding = match Encoding::for_bom(start) {
+        Some((encoding, length)) => {
+            plain.consume(length);
+            Some(encoding).filter(|encoding| *encoding != UTF_8)
+        }
+        None => wide_of(start).or_else(|| eastern(start)),
     };
-    plain.consume(skip);
-    let mut text: Box<dyn BufRead + Send> = match wide {
+    let mut text: Box<dyn BufRead + Send> = match encoding {
         None => plain,
-        Some(unit) => Box::new(BufReader::with_capacity(CHUNK, Utf16 { from: plain, unit, ready: Vec::new(), at: 0 })),
+        Some(encoding) => {
+            let decoder = encoding.new_decoder_without_bom_handling();
+            Box::new(BufReader::with_capacity(CHUNK, Decoded { from: plain, decoder, ended: false }))
+        }
     };
     let start = text.fill_buf()?;
     // a quoted cell may hold a break of the other kind; a return at the end may have its line feed still to come
@@ -50,7 +54,7 @@ pub(super) fn unpacked(from: impl Read + Send + 'static) -> io::Result<Box<dyn B
 
 /// The order of the bytes of UTF-16 without a mark: of most characters of a table one of the two bytes is zero, and always the same one, and it has lines. A
 /// table of UTF-8 has no zeros, and a binary format has them in both places, or few.
-fn wide_of(start: &[u8]) -> Option<fn([u8; 2]) -> u16> {
+fn wide_of(start: &[u8]) -> Option<&'static Encoding> {
     let pairs = start.part(..start.len().min(CHUNK)).as_chunks::<2>().0;
     let (mut high, mut low) = (0, 0);
     for [first, second] in pairs {
@@ -60,8 +64,8 @@ fn wide_of(start: &[u8]) -> Option<fn([u8; 2]) -> u16> {
     let has_lines = pairs.iter().any(|pair| matches!(pair, [b'\n', 0] | [0, b'\n']));
     let most = |zeros: usize, others: usize| others == 0 && has_lines && 10 * zeros >= 9 * pairs.len();
     match (most(low, high), most(high, low)) {
-        (true, _) => Some(u16::from_le_bytes),
-        (_, true) => Some(u16::from_be_bytes),
+        (true, _) => Some(UTF_16LE),
+        (_, true) => Some(UTF_16BE),
         _ => None,
     }
 }
@@ -77,35 +81,44 @@ impl Read for Returns {
     }
 }
 
-/// UTF-16 as UTF-8.
-struct Utf16 {
+/// Text of another encoding as UTF-8.
+struct Decoded {
     from: Box<dyn BufRead + Send>,
-    unit: fn([u8; 2]) -> u16,
-    ready: Vec<u8>,
-    at: usize,
+    decoder: Decoder,
+    /// The decoder has seen the end; it is not asked again.
+    ended: bool,
 }
 
-impl Read for Utf16 {
+impl Read for Decoded {
     fn read(&mut self, to: &mut [u8]) -> io::Result<usize> {
-        if self.at == self.ready.len() {
-            let mut raw = Vec::with_capacity(CHUNK);
-            (&mut self.from).take(CHUNK as u64).read_to_end(&mut raw)?;
-            let mut units: Vec<u16> = raw.as_chunks::<2>().0.iter().map(|pair| (self.unit)(*pair)).collect();
-            if units.last().is_some_and(|last| (0xD800..0xDC00).contains(last)) {
-                let mut pair = [0; 2];
-                if self.from.read_exact(&mut pair).is_ok() {
-                    units.push((self.unit)(pair));
-                }
+        while !self.ended {
+            let chunk = self.from.fill_buf()?;
+            let is_last = chunk.is_empty();
+            let (result, read, written, _) = self.decoder.decode_to_utf8(chunk, to, is_last);
+            self.from.consume(read);
+            self.ended = is_last && result == CoderResult::InputEmpty;
+            if written > 0 {
+                return Ok(written);
             }
-            self.ready = String::from_utf16_lossy(&units).into_bytes();
-            self.at = 0;
         }
-        let part = self.ready.part(self.at..);
-        let length = part.len().min(to.len());
-        to.iter_mut().zip(part).for_each(|(slot, byte)| *slot = *byte);
-        self.at += length;
-        Ok(length)
+        Ok(0)
     }
+}
+
+/// The encoding of a table whose words are Chinese, Japanese or Korean and not UTF-8; `None` for others, of which Latin-1 is the most frequent.
+fn eastern(start: &[u8]) -> Option<&'static Encoding> {
+    let cut = |error: std::str::Utf8Error| error.error_len().is_none();
+    if std::str::from_utf8(start).map_or_else(cut, |_| true) || start.contains(&0) {
+        return None;
+    }
+    let mut detector = EncodingDetector::new();
+    detector.feed(start, false);
+    let encoding = detector.guess(None, false);
+    let is_eastern = [SHIFT_JIS, GBK, BIG5, EUC_JP, EUC_KR].contains(&encoding);
+    // one foreign character may be a unit's sign
+    let (text, _, _) = encoding.decode(start);
+    let words = text.chars().filter(|c| ('\u{3040}'..='\u{D7A3}').contains(c)).count();
+    (is_eastern && words > 1).then_some(encoding)
 }
 
 /// Bytes as text: UTF-8, or else Latin-1, of which every byte is a character.
@@ -122,9 +135,9 @@ pub(super) fn decoded(bytes: &[u8]) -> String {
 pub(crate) fn table_text(name: &str, bytes: &[u8]) -> Result<Option<String>> {
     let starts = |mark: &[u8]| bytes.starts_with(mark);
     let packed = starts(&[0x1F, 0x8B]) || starts(&[0xFF, 0xFE]) || starts(&[0xFE, 0xFF]) || wide_of(bytes).is_some();
-    if !packed {
-        let foreign = std::str::from_utf8(bytes).is_err() && !bytes.contains(&0);
-        return Ok(foreign.then(|| decoded(bytes)));
+    let foreign = std::str::from_utf8(bytes).is_err() && !bytes.contains(&0);
+    if !packed && !foreign {
+        return Ok(None);
     }
     let mut plain = Vec::new();
     let read = unpacked(io::Cursor::new(bytes.to_vec())).and_then(|mut stream| stream.read_to_end(&mut plain));

@@ -45,6 +45,7 @@ pub use trace::{Segment, Trace};
 pub(crate) use turns::whole_turns_of;
 pub use turns::{Unwrap, whole_turns};
 
+use crate::number;
 use crate::uncertainty::quantiles::student_t_two_sided;
 
 /// The mean of one channel over one segment.
@@ -84,6 +85,8 @@ pub struct Reduction {
     pub means: Vec<Vec<Mean>>,
     /// What the detector judged by, where it was asked.
     pub stillness: Option<Stillness>,
+    /// The resolution that is assumed of each channel whose samples show none; 0 where its digits show none either.
+    pub assumed: Vec<Option<f64>>,
 }
 
 /// Probability with which the uncertainties are made to cover: 1.96 u on either side.
@@ -94,16 +97,21 @@ pub(crate) const LEVEL: f64 = 0.95;
 /// The noise of a channel is learnt from all segments together in which it is most probably the same. `turn_s` has the duration of a turn for segments in which a joint turned: what repeats with the turn is no noise.
 pub fn reduce(trace: &Trace, segmentation: Segmentation, turn_s: &[Option<f64>]) -> Reduction {
     let Segmentation { segments, rejected, stillness } = segmentation;
+    let mut assumed = Vec::new();
     let per_channel: Vec<Vec<Mean>> = trace
         .channels
         .iter()
         .enumerate()
         .map(|(k, channel)| {
-            let blocks: Vec<SegmentBlocks> = segments
+            let mut blocks: Vec<SegmentBlocks> = segments
                 .iter()
                 .enumerate()
                 .map(|(i, segment)| channel.block(trace, segment, turn_s.get(i).copied().flatten()))
                 .collect();
+            assumed.push(assumed_resolution(channel, &blocks));
+            if let Some(step) = assumed.last().copied().flatten() {
+                blocks.iter_mut().for_each(|block| block.step = step);
+            }
             let uncertainties = mean_uncertainties(&blocks, length(trace), LEVEL);
             segments
                 .iter()
@@ -114,7 +122,19 @@ pub fn reduce(trace: &Trace, segmentation: Segmentation, turn_s: &[Option<f64>])
         })
         .collect();
     let means = (0..segments.len()).map(|i| per_channel.iter().filter_map(|c| c.get(i).cloned()).collect()).collect();
-    Reduction { segments, rejected, means, stillness }
+    Reduction { segments, rejected, means, stillness, assumed }
+}
+
+/// The last decimal place of a channel that changes in no segment and is nowhere between the segments' values, as one that was set: its samples
+/// show no step of its own. `None` for others.
+fn assumed_resolution(channel: &Channel, blocks: &[SegmentBlocks]) -> Option<f64> {
+    let mut levels: Vec<f64> = blocks.iter().map(|block| block.mean).collect();
+    levels.sort_by(f64::total_cmp);
+    let apart = levels.iter().zip(levels.iter().skip(1)).map(|(a, b)| b - a).filter(|apart| *apart > 0.0);
+    let (least, step) = (apart.fold(f64::INFINITY, f64::min), channel.resolution());
+    let is_set = step == 0.0 || step > 0.999 * least; // but for rounding
+    (is_set && blocks.iter().all(|block| block.sd == 0.0))
+        .then(|| number::resolution(levels.into_iter()).unwrap_or(0.0))
 }
 
 /// How long the record is, in blocks.

@@ -257,7 +257,7 @@ pub(super) fn checks(fit: &Fit) -> ChecksReport {
                 let reading = row(s.row).and_then(|origin| fit.campaign.readings.rows.get(origin.reading));
                 SuspectReport {
                     index: row(s.row).map_or(0, |origin| origin.reading + 1),
-                    position: reading.map(|r| r.position.clone()).unwrap_or_default(),
+                    position: reading.map(|r| r.position.to_string()).unwrap_or_default(),
                     sensor: row(s.row).map(|origin| sensor(origin.sensor)).unwrap_or_default(),
                     shift: s.shift,
                     u: s.u,

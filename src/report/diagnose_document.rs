@@ -412,9 +412,11 @@ fn verdict(report: &DiagnoseReport, lang: Language) -> String {
     let known = report.gap.noise.from != NoiseFrom::Residuals;
     let line_estimated = report.scatter.iter().any(|s| s.estimated && !s.source.starts_with("readings of "));
     let n = report.effects.len();
-    let names = report.effects.iter().map(|effect| with_others(effect, lang)).collect::<Vec<_>>();
+    let names = report.effects.iter().map(|effect| with_others(report, effect, lang)).collect::<Vec<_>>();
     let names = names.join(lang.semicolon());
     let suspected = suspected(report, lang);
+    // order and shape of residuals say something, whatever their size
+    let more = report.gap.after.p.is_none_or(|p| p < 1.0 - crate::fit::Settings::default().level);
     match report.verdict {
         Verdict::EffectsFound if report.suspected.is_empty() => say!(lang, "effects-are-missing", n, names),
         Verdict::EffectsFound | Verdict::PartlyExplained if !report.suspected.is_empty() => {
@@ -423,33 +425,58 @@ fn verdict(report: &DiagnoseReport, lang: Language) -> String {
         }
         Verdict::EffectsFound | Verdict::PartlyExplained => {
             let found = say!(lang, "effects-are-missing", n, names);
-            say!(lang, "what-remains-is-more-than-noise", found)
+            say!(lang, "what-remains-is-more-than-noise", found, more)
         }
-        Verdict::Unexplained if !report.suspected.is_empty() => say!(lang, "effects-are-suspected", suspected),
+        Verdict::Unexplained if !report.suspected.is_empty() => say!(lang, "effects-are-suspected", more, suspected),
         Verdict::NothingMissing if line_estimated => say!(lang, "nothing-is-missing", noise = "scatter"),
         Verdict::NothingMissing if known => match contradicting(report) {
             Some(p) => say!(lang, "nothing-is-probable", p = significant(p, 2)),
             None => say!(lang, "nothing-is-missing", noise = "known"),
         },
         Verdict::NothingMissing => say!(lang, "nothing-is-missing", noise = "residuals"),
-        Verdict::Unexplained => say!(lang, "unexplained").into(),
+        Verdict::Unexplained => say!(lang, "unexplained", more),
         Verdict::NotDiagnosable => say!(lang, "not-diagnosable", of = "campaign"),
     }
 }
 
-/// The effects that are suspected, each with its probability.
+/// An effect with the sensors that have it, where there are others.
+fn in_sensors(report: &DiagnoseReport, name: String, sensors: &[&str], lang: Language) -> String {
+    match sensors.is_empty() || report.model_before.len() < 2 {
+        true => name,
+        false => say!(lang, "effect-in-sensors", name, sensors = sensors.join(lang.comma())),
+    }
+}
+
+/// The effects that are suspected, each with its probability; those of several sensors together.
 fn suspected(report: &DiagnoseReport, lang: Language) -> String {
-    let suspected = |suspect: &SuspectReport| {
-        let name = say!(lang, "effect-named", name = lang.name(&suspect.name), regressor = suspect.regressor);
-        say!(lang, "effect-with-probability", name, p = format!("{:.0} %", 100.0 * suspect.probability))
+    let mut groups: Vec<Vec<&SuspectReport>> = Vec::new();
+    for suspect in &report.suspected {
+        let same =
+            |group: &&mut Vec<&SuspectReport>| group.first().is_some_and(|first| first.regressor == suspect.regressor);
+        match groups.iter_mut().find(same) {
+            Some(group) => group.push(suspect),
+            None => groups.push(vec![suspect]),
+        }
+    }
+    let suspected = |group: &Vec<&SuspectReport>| {
+        let first = group.first()?;
+        let name = say!(lang, "effect-named", name = lang.name(&first.name), regressor = first.regressor);
+        let sensors: Vec<&str> = group.iter().filter_map(|own| own.sensor.as_deref()).collect();
+        let name = in_sensors(report, name, &sensors, lang);
+        let mut each: Vec<String> = group.iter().map(|own| format!("{:.0} %", 100.0 * own.probability)).collect();
+        each.dedup();
+        Some(say!(lang, "effect-with-probability", name, p = each.join(lang.comma())))
     };
-    report.suspected.iter().map(suspected).collect::<Vec<_>>().join(lang.semicolon())
+    groups.iter().filter_map(suspected).collect::<Vec<_>>().join(lang.semicolon())
 }
 
 /// An effect with how many others it could as well be.
-fn with_others(effect: &EffectReport, lang: Language) -> String {
+fn with_others(report: &DiagnoseReport, effect: &EffectReport, lang: Language) -> String {
     let aliases = aliases(effect, lang);
     let name = say!(lang, "effect-named", name = lang.name(&effect.name), regressor = effect.regressor);
+    let several = effect.in_sensors.iter().map(|own| own.sensor.as_str());
+    let sensors: Vec<&str> = effect.sensor.as_deref().into_iter().chain(several).collect();
+    let name = in_sensors(report, name, &sensors, lang);
     match aliases.same.len() + aliases.near.len() {
         0 => name,
         n => say!(lang, "effect-or-others", name, n),

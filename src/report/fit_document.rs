@@ -681,7 +681,7 @@ fn readings(report: &FitReport, fit: Option<&Fit>, asked: bool, lang: Language) 
             None => index - 1,
         };
         let row = fit.and_then(|fit| fit.campaign.readings.rows.get(place));
-        row.map(|row| row.joints.as_slice()).unwrap_or_default()
+        row.map(|row| &*row.joints).unwrap_or_default()
     };
     let most = if asked { usize::MAX } else { LISTED };
     let mut table = Rows::of(report.readings.iter().take(most))

@@ -299,9 +299,11 @@ fn result(report: &NavigateDiagnoseReport, of: Option<&NavigationDiagnosis>, lan
 fn sentence(report: &NavigateDiagnoseReport, lang: Language) -> String {
     match report.verdict {
         Verdict::EffectsFound => found(report, lang),
-        Verdict::PartlyExplained => say!(lang, "what-remains-is-more-than-noise", found = found(report, lang)),
+        Verdict::PartlyExplained => {
+            say!(lang, "what-remains-is-more-than-noise", found = found(report, lang), more = true)
+        }
         Verdict::NothingMissing => say!(lang, "nothing-is-missing", noise = "known"),
-        Verdict::Unexplained => say!(lang, "unexplained").into(),
+        Verdict::Unexplained => say!(lang, "unexplained", more = true),
         Verdict::NotDiagnosable => say!(lang, "not-diagnosable", of = "mission"),
     }
 }

@@ -501,7 +501,7 @@ fn positions(schedule: &Campaign, rows: &[Reading]) -> Vec<PlannedPositionReport
         _ => None,
     };
     let position = |row: &Reading| PlannedPositionReport {
-        position: row.position.clone(),
+        position: row.position.to_string(),
         at: place(schedule, row),
         levels: schedule.scatter.iter().filter_map(|line| level(line, row)).collect(),
     };

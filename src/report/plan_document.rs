@@ -231,7 +231,15 @@ fn judged(heading: &str, j: &JudgementReport, is_second: bool, lang: Language) -
     for d in &j.derived {
         let unit = if d.u_arcsec.is_some() { "arcsec" } else { d.unit.as_str() };
         let note = if d.is_largest { say!(lang, "largest-near-the-reference") } else { "" };
-        rows.push((&d.id, Cell::digits(d.u_arcsec.or(d.u), 3), unit, note.into(), "".into()));
+        // all that it is made of is estimable, but not where it is judged
+        let estimable = |name: &str| j.parameters.iter().all(|p| p.id != name || p.u.is_some());
+        let names = crate::algebra::Expression::parse(&d.line)
+            .map_or(Vec::new(), |line| line.names().iter().map(|n| n.to_string()).collect());
+        let u = match d.u_arcsec.or(d.u) {
+            None if names.iter().all(|name| estimable(name)) => Cell::Text(say!(lang, "needs-a-value").into()),
+            u => Cell::digits(u, 3),
+        };
+        rows.push((&d.id, u, unit, note.into(), "".into()));
     }
     let table = Rows::of(&rows)
         .name(lang.title(say!(lang, "parameter")), |(id, ..)| id)

@@ -8,7 +8,6 @@ use crate::document::chart::{Chart, RecordChart};
 use crate::document::number::significant;
 use crate::document::{Cell, Detail, Document, Figure, Rows, Section, Tone};
 use crate::language::{Language, say};
-use crate::number::resolution;
 use crate::record::Jump;
 use crate::reduce::{EventKind, Segment, Trace};
 use crate::wire::Reduced;
@@ -50,7 +49,7 @@ pub struct ReduceReport {
     /// Gaps and jumps one by one, the first thousand.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub jumps: Vec<Jump>,
-    /// Columns of one value, and the resolution that is assumed for each: the last decimal place of the value, 0 where its digits show none.
+    /// Columns that change in no segment, and the resolution that is assumed for each: the last decimal place of the values, 0 where their digits show none.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub assumed_resolution: BTreeMap<String, f64>,
     /// Events of the whole record, by column and kind.
@@ -200,8 +199,7 @@ pub fn reduce_report(record: &str, reduced: &Reduced) -> ReduceReport {
             *events.entry(channel.name.clone()).or_default().entry(event.kind).or_default() += 1;
         }
     }
-    let first = reduction.means.first().into_iter().flatten();
-    let of_one_value = trace.channels.iter().zip(first).filter(|(channel, _)| channel.resolution() == 0.0);
+    let assumed = trace.channels.iter().zip(&reduction.assumed);
     ReduceReport {
         tumble: VERSION.into(),
         report: ReportKind::Reduce,
@@ -229,9 +227,7 @@ pub fn reduce_report(record: &str, reduced: &Reduced) -> ReduceReport {
         gaps: reduced.gaps,
         clock_jumps: Some(reduced.clock_jumps),
         jumps: reduced.jumps.clone(),
-        assumed_resolution: of_one_value
-            .map(|(channel, mean)| (channel.name.clone(), resolution(std::iter::once(mean.value)).unwrap_or(0.0)))
-            .collect(),
+        assumed_resolution: assumed.filter_map(|(channel, step)| Some((channel.name.clone(), (*step)?))).collect(),
         events,
     }
 }
@@ -327,8 +323,8 @@ fn notes(report: &ReduceReport, lang: Language) -> Vec<String> {
     let mut notes = Vec::new();
     for m in report.segments.first().into_iter().flat_map(|segment| &segment.means) {
         if let Some(step) = report.assumed_resolution.get(&m.column) {
-            let (assumed, value, step) = (*step > 0.0, m.mean.to_string(), step.to_string());
-            notes.push(say!(lang, "column-of-one-value", assumed, column = m.column, value, step));
+            let (assumed, step) = (*step > 0.0, step.to_string());
+            notes.push(say!(lang, "column-of-set-values", assumed, column = m.column, step));
         }
     }
     for column in report.segments.first().into_iter().flat_map(|segment| &segment.means).map(|m| &m.column) {

@@ -68,7 +68,7 @@ pub fn sheet_csv(schedule: &Campaign) -> String {
     let mut table = csv::Writer::from_writer(Vec::new());
     let mut whole = table.write_record(&titles).is_ok();
     for row in &schedule.readings.rows {
-        let mut cells = if labelled { vec![row.position.clone()] } else { Vec::new() };
+        let mut cells = if labelled { vec![row.position.to_string()] } else { Vec::new() };
         cells.extend(columns.cells(schedule, row));
         cells.extend((0..schedule.bench.sensors.len()).map(|sensor| value_of(row, sensor).unwrap_or_default()));
         whole &= table.write_record(&cells).is_ok();
@@ -131,5 +131,5 @@ pub fn sheet_document(schedule: &Campaign, costs: &Costs, lang: Language) -> Doc
 const BLANK: &str = "________";
 
 fn name_of(row: &Reading, mounting: usize) -> String {
-    if row.position.is_empty() { (mounting + 1).to_string() } else { row.position.clone() }
+    if row.position.is_empty() { (mounting + 1).to_string() } else { row.position.to_string() }
 }

@@ -169,7 +169,7 @@ pub fn simulate(schedule: &Campaign, truth: &Truth, seed: u64) -> Result<Campaig
         if !value.is_finite() {
             return Err(Malformed::new(Fault::Value, "the simulated reading is not a finite number")
                 .expected("true values and effects within the range of a double")
-                .at_path(reading.place.clone()));
+                .at_path(&reading.place));
         }
         // the uncertainty that the schedule states, where the truth states none
         let u = if noise.stated && noise.sd > 0.0 { Some(sd.at(i)) } else { reading.stated_u(origin.sensor) };

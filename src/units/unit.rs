@@ -88,6 +88,11 @@ impl Unit {
             && self.scale.over(other.scale).is_none()
     }
 
+    /// Is it the number 1, or a power of the radian?
+    pub(crate) fn is_one(&self) -> bool {
+        self.conversion(&Unit::one()).is_some_and(Conversion::is_none)
+    }
+
     /// Is it the degree of an angle? Before a scale of temperature it is that of the scale.
     pub(super) fn is_degree(&self) -> bool {
         matches!(self.factors.as_slice(), [(name, power)] if *power == 1.0 && table::plain(name) == "deg")

@@ -49,12 +49,7 @@ pub(super) fn in_source(error: Malformed, source: &Source) -> Malformed {
     if located.place().file.is_empty() { located.in_file(&source.name) } else { located }
 }
 
-/// The place that a row of a table gives to its reading: by its line in a table of text, by its number (of data, from 1) in others.
-pub(super) fn row_place(is_text: bool, number: u64, file: &str) -> String {
-    format!("{} {number} of {file}|", if is_text { "line" } else { "row" })
-}
-
-/// What [`row_place`] and a column's name behind it say: `line` or `row`, its number, the file, the column.
+/// What the place of a row and a column's name behind it say: `line` or `row`, its number, the file, the column.
 fn row_of(path: &str) -> Option<(&str, &str, &str, &str)> {
     let (row, place) = path.split_once(" of ")?;
     let (kind, number) = row.split_once(' ').filter(|(kind, _)| matches!(*kind, "line" | "row"))?;
@@ -80,11 +75,7 @@ fn escaped_offset(raw: &str, inner: usize) -> usize {
 }
 
 /// Line and column (characters), both from 1, of a byte offset.
-///
-/// ```
-/// assert_eq!(tumble::wire::line_and_column("ab\ncd", 4), (2, 2));
-/// ```
-pub fn line_and_column(text: &str, offset: usize) -> (usize, usize) {
+pub(crate) fn line_and_column(text: &str, offset: usize) -> (usize, usize) {
     let mut end = offset.min(text.len());
     while !text.is_char_boundary(end) {
         end -= 1;

@@ -63,7 +63,8 @@ pub use lab::read_lab;
 pub(crate) use lab::{ContactFile, IssuerFile, ItemFile, LabFile};
 pub(crate) use limits_file::LimitFile;
 use locate::in_source;
-pub use locate::{line_and_column, locate};
+pub(crate) use locate::line_and_column;
+pub use locate::locate;
 #[cfg(feature = "navigate")]
 pub use measured_file::{read_measured, write_measured};
 #[cfg(feature = "navigate")]
@@ -242,6 +243,23 @@ fn in_words(found: &str) -> String {
     word.unwrap_or_else(|| found.to_string()).replace('`', "")
 }
 
+/// What serde expected, in our words.
+fn expected_in_words(expected: &str) -> String {
+    if let Some(size) = expected.strip_prefix("a tuple of size ") {
+        return format!("a list of {size}");
+    }
+    match expected {
+        "f64" => "a number",
+        "u64" | "u32" | "usize" => "a whole number",
+        "a boolean" => "true or false",
+        "a sequence" => "a list",
+        "a map" => "an object",
+        _ if expected.starts_with("struct ") => "an object { ... }",
+        other => other,
+    }
+    .to_string()
+}
+
 /// What serde_json found, and what it (or the type that was read) expected.
 fn json_fault(message: &str, is_data: bool, is_eof: bool) -> Malformed {
     if let Some(text) = message.strip_prefix("unknown field ") {
@@ -258,12 +276,18 @@ fn json_fault(message: &str, is_data: bool, is_eof: bool) -> Malformed {
     }
     let fault = if is_data { Fault::Value } else { Fault::Syntax };
     if let Some((what, expected)) = message.split_once(", expected ") {
-        // of the file itself
-        let expected = if expected.starts_with("struct ") { "an object { ... }" } else { expected };
-        return match what.strip_prefix("invalid type: ") {
-            Some(found) => Malformed::new(fault, WRONG_FORM).expected(expected).found(in_words(found)),
-            None => Malformed::new(fault, what).expected(expected),
+        let expected = expected_in_words(expected);
+        return match (what.strip_prefix("invalid type: "), what.strip_prefix("invalid length ")) {
+            (Some(found), _) => Malformed::new(fault, WRONG_FORM).expected(expected).found(in_words(found)),
+            (None, Some(length)) => {
+                Malformed::new(fault, WRONG_FORM).expected(expected).found(format!("a list of {length}"))
+            }
+            (None, None) => Malformed::new(fault, what).expected(expected),
         };
+    }
+    // what a value of several forms may be
+    if is_data && ["a ", "an ", "\""].iter().any(|start| message.starts_with(start)) {
+        return Malformed::new(fault, WRONG_FORM).expected(message);
     }
     if let Some(expected) = message.strip_prefix("expected ") {
         return Malformed::new(fault, "this is not JSON").expected(expected);

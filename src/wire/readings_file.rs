@@ -3,13 +3,13 @@
 use super::Named;
 use crate::bench::Bench;
 use crate::campaign::is_axis_input;
-use crate::campaign::{JointState, Observation, Reading, Readings};
+use crate::campaign::{JointState, Label, Observation, Place, Pool, Reading, Readings};
 use crate::design::indifferent_angles;
 use crate::error::{Fault, Malformed, Result};
 use crate::mix::Mix;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use std::cell::LazyCell;
+use std::cell::OnceCell;
 use std::collections::{HashMap, HashSet};
 use std::hash::BuildHasherDefault;
 
@@ -47,14 +47,13 @@ pub(super) fn into_readings(bench: &Bench, rows: Vec<ReadingFile>) -> Result<Rea
                     "at most {MOST_READINGS:.0} readings in all; a line with several lists gives all their combinations"
                 ))
                 .found(format!("{total:.0} up to here"))
-                .at_path(format!("readings[{k}]")));
+                .at_path(Place::Entry(k)));
         }
     }
     for (k, row) in rows.into_iter().enumerate() {
-        let place = format!("readings[{k}]");
-        expand(bench, row, &place, &mut expanded)?;
+        expand(bench, row, &Place::Entry(k), &mut expanded)?;
     }
-    from_cells(bench, expanded)
+    from_cells(bench, &Written::new(expanded))
 }
 
 /// The error for a table of so many readings.
@@ -65,9 +64,14 @@ pub(super) fn too_many(found: usize) -> Malformed {
 }
 
 /// Replace lists by one row for each of their values; the last list of a row runs fastest.
-pub(super) fn expand(bench: &Bench, row: ReadingFile, place: &str, out: &mut Vec<(String, ReadingFile)>) -> Result<()> {
+pub(super) fn expand(
+    bench: &Bench,
+    row: ReadingFile,
+    place: &Place,
+    out: &mut Vec<(Place, ReadingFile)>,
+) -> Result<()> {
     let Some(at) = row.0.iter().position(|(_, cell)| matches!(cell, Cell::List(_))) else {
-        out.push((place.to_string(), row));
+        out.push((place.clone(), row));
         return Ok(());
     };
     let Some((key, Cell::List(values))) = row.0.get(at).cloned() else { return Ok(()) };
@@ -136,60 +140,116 @@ pub(super) fn meaning(bench: &Bench, key: &str) -> Meaning {
     Meaning::Column
 }
 
-/// What each key of the readings means, and its place among the numeric columns.
-type Meanings = HashMap<String, (Meaning, Option<usize>), BuildHasherDefault<Mix>>;
-
-/// Rows of cells that are gone through several times: at hand, or read anew from a text each time, so that they need not be held beside it.
-pub(super) trait CellRows {
-    /// Each row in order: its place (for messages) and its cells.
-    fn visit(&self, see: &mut dyn FnMut(&dyn Fn() -> String, &ReadingFile) -> Result<()>) -> Result<()>;
+/// What a cell of a row says.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Says<'a> {
+    Number(f64),
+    Text(&'a str),
+    List,
+    Nothing,
 }
 
-impl CellRows for Vec<(String, ReadingFile)> {
-    fn visit(&self, see: &mut dyn FnMut(&dyn Fn() -> String, &ReadingFile) -> Result<()>) -> Result<()> {
-        self.iter().try_for_each(|(place, row)| see(&|| place.clone(), row))
+/// Rows of cells that are gone through several times: at hand, or read anew from a table each time, so that they need not be held beside it.
+pub(super) trait CellRows {
+    /// The keys of all rows, in the order in which they come.
+    fn keys(&self) -> Vec<&str>;
+
+    /// Each row in order: its place (for messages), and its cells by the number of their key.
+    fn visit(&self, see: &mut dyn FnMut(&dyn Fn() -> Place, &[(usize, Says<'_>)]) -> Result<()>) -> Result<()>;
+}
+
+/// Rows as JSON writes them, each with its place.
+pub(super) struct Written {
+    rows: Vec<(Place, ReadingFile)>,
+    /// The number of each key.
+    keys: HashMap<String, usize, BuildHasherDefault<Mix>>,
+}
+
+impl Written {
+    pub fn new(rows: Vec<(Place, ReadingFile)>) -> Self {
+        let mut keys = HashMap::default();
+        for (key, _) in rows.iter().flat_map(|(_, row)| &row.0) {
+            if !keys.contains_key(key) {
+                keys.insert(key.clone(), keys.len());
+            }
+        }
+        Written { rows, keys }
     }
 }
 
+impl CellRows for Written {
+    fn keys(&self) -> Vec<&str> {
+        let mut keys = vec![""; self.keys.len()];
+        for (key, number) in &self.keys {
+            set(&mut keys, *number, |slot| *slot = key);
+        }
+        keys
+    }
+
+    fn visit(&self, see: &mut dyn FnMut(&dyn Fn() -> Place, &[(usize, Says<'_>)]) -> Result<()>) -> Result<()> {
+        let mut cells = Vec::new();
+        for (place, row) in &self.rows {
+            cells.clear();
+            cells.extend(row.0.iter().filter_map(|(key, cell)| {
+                let says = match cell {
+                    Cell::Number(value) => Says::Number(*value),
+                    Cell::Text(text) => Says::Text(text),
+                    Cell::List(_) => Says::List,
+                    Cell::Nothing(()) => Says::Nothing,
+                };
+                Some((*self.keys.get(key)?, says))
+            }));
+            see(&|| place.clone(), &cells)?;
+        }
+        Ok(())
+    }
+}
+
+/// A key of the readings: what it means, and its place among the numeric columns.
+struct Key<'a> {
+    name: &'a str,
+    meaning: Meaning,
+    column: Option<usize>,
+}
+
 /// The place of the first row that has a column.
-fn place_of(rows: &impl CellRows, column: &str) -> Result<String> {
-    let mut found: Option<String> = None;
-    rows.visit(&mut |place, row| {
-        if found.is_none() && row.get(column).is_some() {
+fn place_of(rows: &impl CellRows, column: &str) -> Result<Place> {
+    let key = rows.keys().iter().position(|key| *key == column);
+    let mut found: Option<Place> = None;
+    rows.visit(&mut |place, cells| {
+        if found.is_none() && cells.iter().any(|(k, _)| Some(*k) == key) {
             found = Some(place());
         }
         Ok(())
     })?;
-    Ok(found.unwrap_or_else(|| "readings".into()))
+    Ok(found.unwrap_or_else(|| Place::Path("readings".into())))
 }
 
-/// Cells to readings, shared by JSON and CSV.
-pub(super) fn from_cells(bench: &Bench, rows: impl CellRows) -> Result<Readings> {
+/// Cells to readings, shared by all files.
+pub(super) fn from_cells(bench: &Bench, rows: &impl CellRows) -> Result<Readings> {
     let joints: Vec<&str> = bench.joints().collect();
-    let indifferent = LazyCell::new(|| indifferent_angles(bench));
+    let names = rows.keys();
+    let key = |name: &&'_ str| Key { name: "", meaning: meaning(bench, name), column: None };
+    let mut keys: Vec<Key<'_>> = names.iter().map(key).collect();
+    keys.iter_mut().zip(&names).for_each(|(key, name)| key.name = name);
     // every key with a number somewhere is an input of that name, joint keys too (a term may say gamma_deg_s*cos(2*beta))
     let mut columns: Vec<String> = Vec::new();
-    let mut meanings = Meanings::default();
     let mut count = 0_usize;
     // a text where a model line wants a number is a fault of its row, not a column that is not there
     let used: HashSet<&str> = bench.sensors.iter().flat_map(|sensor| sensor.model.names()).collect();
-    let is_read = |key: &String, cell: &Cell| match cell {
-        Cell::Number(_) => true,
-        Cell::Text(_) => used.contains(key.as_str()),
-        _ => false,
-    };
-    rows.visit(&mut |_, row| {
+    rows.visit(&mut |_, cells| {
         count += 1;
-        for (key, cell) in &row.0 {
-            if !meanings.contains_key(key) {
-                meanings.insert(key.clone(), (meaning(bench, key), None));
-            }
-            if let Some((meaning, slot @ None)) = meanings.get_mut(key)
-                && meaning.is_input()
-                && is_read(key, cell)
+        for (k, says) in cells {
+            if let Some(key @ Key { column: None, .. }) = keys.get_mut(*k)
+                && key.meaning.is_input()
+                && match says {
+                    Says::Number(_) => true,
+                    Says::Text(_) => used.contains(key.name),
+                    Says::List | Says::Nothing => false,
+                }
             {
-                *slot = Some(columns.len());
-                columns.push(key.clone());
+                key.column = Some(columns.len());
+                columns.push(key.name.to_string());
             }
         }
         Ok(())
@@ -205,7 +265,7 @@ pub(super) fn from_cells(bench: &Bench, rows: impl CellRows) -> Result<Readings>
         } else {
             continue;
         };
-        let place = place_of(&rows, column)?;
+        let place = place_of(rows, column)?;
         return Err(Malformed::new(Fault::NameClash, format!("the column '{column}' has the name of something else"))
             .expected("a name that is not a joint, a tilt or an axis input")
             .found(format!("'{column}', {clash}"))
@@ -213,7 +273,7 @@ pub(super) fn from_cells(bench: &Bench, rows: impl CellRows) -> Result<Readings>
     }
     for column in &columns {
         if let Some(axis) = undeclared_axis(bench, &name(column)) {
-            let place = place_of(&rows, column)?;
+            let place = place_of(rows, column)?;
             let axes: Vec<&str> =
                 bench.sensors.iter().flat_map(|s| s.axes.iter().map(|(axis, _)| axis.as_str())).collect();
             return Err(Malformed::new(
@@ -225,13 +285,24 @@ pub(super) fn from_cells(bench: &Bench, rows: impl CellRows) -> Result<Readings>
         }
     }
     let mut made: Vec<Reading> = Vec::with_capacity(count);
-    let mut without: Option<(String, usize)> = None;
-    rows.visit(&mut |place, row| {
-        let filled = reading(bench, &meanings, (&joints, &indifferent), columns.len(), place(), row)?;
+    let mut without: Option<(Place, usize)> = None;
+    let mut maker = Maker {
+        bench,
+        keys: &keys,
+        joints: &joints,
+        columns: columns.len(),
+        indifferent: OnceCell::new(),
+        labels: HashSet::default(),
+        states: Pool::default(),
+        numbers: Pool::default(),
+    };
+    rows.visit(&mut |place, cells| {
+        let filled = maker.reading(place, cells)?;
         // an empty cell says that nothing was read there
-        let lacks = |k: &usize| bench.sensors.get(*k).is_some_and(|sensor| row.get(&sensor.id).is_none());
+        let lacks =
+            |s: &usize| !cells.iter().any(|(k, _)| keys.get(*k).is_some_and(|key| key.meaning == Meaning::Sensor(*s)));
         if without.is_none() {
-            without = filled.planned_u.iter().map(|(k, _)| *k).find(lacks).map(|k| (filled.place.clone(), k));
+            without = filled.planned_u.iter().map(|(s, _)| *s).find(lacks).map(|s| (filled.place.clone(), s));
         }
         made.push(filled);
         Ok(())
@@ -258,113 +329,141 @@ fn undeclared_axis<'a>(bench: &Bench, column: &'a str) -> Option<&'a str> {
     (has_axes && axis.chars().count() <= 2 && !used).then_some(axis)
 }
 
-fn reading(
-    bench: &Bench,
-    meanings: &Meanings,
-    (joints, indifferent): (&[&str], &LazyCell<Vec<Option<f64>>, impl FnOnce() -> Vec<Option<f64>>>),
+/// Makes readings of rows.
+struct Maker<'a> {
+    bench: &'a Bench,
+    keys: &'a [Key<'a>],
+    joints: &'a [&'a str],
     columns: usize,
-    place: String,
-    row: &ReadingFile,
-) -> Result<Reading> {
-    let mut position = String::new();
-    let mut samples = 1.0;
-    let mut remarks = Vec::new();
-    let mut values: Vec<(Option<f64>, Option<f64>)> = vec![(None, None); bench.sensors.len()];
-    let mut states: Vec<[Option<f64>; 3]> = vec![[None; 3]; joints.len()];
-    let mut numbers: Vec<Option<f64>> = vec![None; columns];
-    for (key, cell) in &row.0 {
-        // every key was seen before
-        let (meaning, slot) = meanings.get(key).copied().unwrap_or((Meaning::Column, None));
-        let number = match (cell, &meaning) {
-            (Cell::Nothing(()), _) => continue,
-            (Cell::Text(text), Meaning::Position) => {
-                position.clone_from(text);
-                continue;
-            }
-            (Cell::Number(value), Meaning::Position) => {
-                position = value.to_string();
-                continue;
-            }
-            (Cell::Text(text), Meaning::Column) if slot.is_none() => {
-                remarks.push((key.clone(), text.clone()));
-                continue;
-            }
-            (Cell::Text(text), _) => return Err(not_a_number(&place, key, &format!("'{text}'"))),
-            (Cell::List(_), _) => return Err(not_a_number(&place, key, "a list")),
-            (Cell::Number(value), _) if !value.is_finite() => {
-                return Err(not_a_number(&place, key, &value.to_string()));
-            }
-            (Cell::Number(value), _) => *value,
-        };
-        if let Some(slot) = slot.and_then(|k| numbers.get_mut(k)) {
-            *slot = Some(number);
-        }
-        let path = || format!("{place}.{key}");
-        match meaning {
-            Meaning::Samples if !(number > 0.0) => {
-                return Err(Malformed::new(Fault::Value, "n is not a number of samples")
-                    .expected("a positive number")
-                    .found(number.to_string())
-                    .at_path(path()));
-            }
-            Meaning::Samples => samples = number,
-            Meaning::SensorU(_) if !(number > 0.0) => {
-                return Err(Malformed::new(Fault::Value, format!("{key} cannot be a standard uncertainty"))
-                    .expected("a positive number (leave it out where it is not known)")
-                    .found(number.to_string())
-                    .at_path(path()));
-            }
-            Meaning::Sensor(k) => set(&mut values, k, |v| v.0 = Some(number)),
-            Meaning::SensorU(k) => set(&mut values, k, |v| v.1 = Some(number)),
-            Meaning::Angle(k) => set(&mut states, k, |s| s[0] = Some(number)),
-            Meaning::Rate(k) => set(&mut states, k, |s| s[1] = Some(number)),
-            Meaning::Turns(k) => set(&mut states, k, |s| s[2] = Some(number)),
-            Meaning::Position | Meaning::Column => {}
-        }
+    /// Angles of the joints on which no reading depends, once one is asked for.
+    indifferent: OnceCell<Vec<Option<f64>>>,
+    labels: HashSet<Label, BuildHasherDefault<Mix>>,
+    states: Pool<JointState>,
+    numbers: Pool<Option<f64>>,
+}
+
+impl Maker<'_> {
+    fn key(&self, number: usize) -> &str {
+        self.keys.get(number).map_or("", |key| key.name)
     }
-    let keys = || row.0.iter().map(|(key, _)| key.as_str()).take(30);
-    // lists as long as what is in them: a campaign may have a million readings
-    let mut joint_states = Vec::with_capacity(joints.len());
-    for (k, (joint, [deg, deg_s, turns])) in joints.iter().zip(&states).enumerate() {
-        let deg = match (deg, deg_s) {
-            (None, Some(0.0)) => indifferent.get(k).copied().flatten(),
-            (deg, _) => *deg,
-        };
-        joint_states.push(JointState::from_keys(joint, deg, *deg_s, *turns).map_err(|error| {
-            let error = match error.finding() {
-                Some("neither") => {
-                    let is_blank = |(key, cell): &&(String, Cell)| {
-                        let of_joint = key.strip_prefix(joint).is_some_and(|end| ["_deg", "_deg_s"].contains(&end));
-                        of_joint && matches!(cell, Cell::Nothing(()))
-                    };
-                    match row.0.iter().find(is_blank) {
-                        Some((key, _)) => {
-                            error.found(format!("an empty cell for {key}: fill it in, or delete the row"))
-                        }
-                        None if keys().all(is_plain) => {
-                            error.found(format!("neither among {}", keys().collect::<Vec<_>>().join(", ")))
-                        }
-                        None => error,
-                    }
+
+    fn label(&mut self, text: &str) -> Label {
+        if let Some(known) = self.labels.get(text) {
+            return known.clone();
+        }
+        let label = Label::from(text);
+        self.labels.insert(label.clone());
+        label
+    }
+
+    fn reading(&mut self, place: &dyn Fn() -> Place, cells: &[(usize, Says<'_>)]) -> Result<Reading> {
+        let mut position = Label::default();
+        let mut samples = 1.0;
+        let mut remarks = Vec::new();
+        let mut values: Vec<(Option<f64>, Option<f64>)> = vec![(None, None); self.bench.sensors.len()];
+        let mut states: Vec<[Option<f64>; 3]> = vec![[None; 3]; self.joints.len()];
+        let mut numbers: Vec<Option<f64>> = vec![None; self.columns];
+        for (k, says) in cells {
+            let Some(Key { name, meaning, column }) = self.keys.get(*k) else { continue };
+            let number = match (*says, meaning) {
+                (Says::Nothing, _) => continue,
+                (Says::Text(text), Meaning::Position) => {
+                    position = self.label(text);
+                    continue;
                 }
-                _ => error,
+                (Says::Number(value), Meaning::Position) => {
+                    position = self.label(&value.to_string());
+                    continue;
+                }
+                (Says::Text(text), Meaning::Column) if column.is_none() => {
+                    remarks.push((name.to_string(), text.to_string()));
+                    continue;
+                }
+                (Says::Text(text), _) => return Err(not_a_number(&place(), name, &format!("'{text}'"))),
+                (Says::List, _) => return Err(not_a_number(&place(), name, "a list")),
+                (Says::Number(value), _) if !value.is_finite() => {
+                    return Err(not_a_number(&place(), name, &value.to_string()));
+                }
+                (Says::Number(value), _) => value,
             };
-            error.under(&place)
-        })?);
+            if let Some(slot) = column.and_then(|k| numbers.get_mut(k)) {
+                *slot = Some(number);
+            }
+            match *meaning {
+                Meaning::Samples if !(number > 0.0) => {
+                    return Err(Malformed::new(Fault::Value, "n is not a number of samples")
+                        .expected("a positive number")
+                        .found(number.to_string())
+                        .at_path(format!("{}.{name}", place())));
+                }
+                Meaning::Samples => samples = number,
+                Meaning::SensorU(_) if !(number > 0.0) => {
+                    return Err(Malformed::new(Fault::Value, format!("{name} cannot be a standard uncertainty"))
+                        .expected("a positive number (leave it out where it is not known)")
+                        .found(number.to_string())
+                        .at_path(format!("{}.{name}", place())));
+                }
+                Meaning::Sensor(k) => set(&mut values, k, |v| v.0 = Some(number)),
+                Meaning::SensorU(k) => set(&mut values, k, |v| v.1 = Some(number)),
+                Meaning::Angle(k) => set(&mut states, k, |s| s[0] = Some(number)),
+                Meaning::Rate(k) => set(&mut states, k, |s| s[1] = Some(number)),
+                Meaning::Turns(k) => set(&mut states, k, |s| s[2] = Some(number)),
+                Meaning::Position | Meaning::Column => {}
+            }
+        }
+        let mut joints = Vec::with_capacity(self.joints.len());
+        for (k, (joint, [deg, deg_s, turns])) in self.joints.iter().zip(&states).enumerate() {
+            let indifferent =
+                || self.indifferent.get_or_init(|| indifferent_angles(self.bench)).get(k).copied().flatten();
+            let deg = match (deg, deg_s) {
+                (None, Some(0.0)) => indifferent(),
+                (deg, _) => *deg,
+            };
+            let state = JointState::from_keys(joint, deg, *deg_s, *turns);
+            joints.push(state.map_err(|error| self.without_state(error, joint, cells).under(&place().to_string()))?);
+        }
+        // the rate of a joint at rest is zero, written or not
+        for key in self.keys {
+            if let (Meaning::Rate(joint), Some(column)) = (key.meaning, key.column)
+                && matches!(joints.get(joint), Some(JointState::Held { .. }))
+            {
+                set(&mut numbers, column, |slot| *slot = slot.or(Some(0.0)));
+            }
+        }
+        let read = values.iter().filter(|(value, _)| value.is_some()).count();
+        let (mut observations, mut planned_u) = (Vec::with_capacity(read), Vec::new());
+        for (k, (value, u)) in values.iter().enumerate() {
+            match (value, u) {
+                (Some(value), u) => observations.push(Observation { sensor: k, value: *value, u: *u, samples }),
+                (None, Some(u)) => planned_u.push((k, *u)),
+                (None, None) => {}
+            }
+        }
+        let joints = self.states.share(&joints, joints.iter().flat_map(JointState::bits));
+        let columns = self.numbers.share(&numbers, numbers.iter().map(|number| number.map_or(u64::MAX, f64::to_bits)));
+        let reading = Reading { position, joints, columns, observations, samples, planned_u, remarks, place: place() };
+        reading.check_turning(self.joints).map_err(|e| e.under(&reading.place.to_string()))?;
+        Ok(reading)
     }
-    let read = values.iter().filter(|(value, _)| value.is_some()).count();
-    let (mut observations, mut planned_u) = (Vec::with_capacity(read), Vec::new());
-    for (k, (value, u)) in values.iter().enumerate() {
-        match (value, u) {
-            (Some(value), u) => observations.push(Observation { sensor: k, value: *value, u: *u, samples }),
-            (None, Some(u)) => planned_u.push((k, *u)),
-            (None, None) => {}
+
+    /// What a row has in the place of a joint's state.
+    fn without_state(&self, error: Malformed, joint: &str, cells: &[(usize, Says<'_>)]) -> Malformed {
+        if error.finding() != Some("neither") {
+            return error;
+        }
+        let keys = || cells.iter().map(|(k, _)| self.key(*k)).take(30);
+        let is_blank = |(k, says): &&(usize, Says<'_>)| {
+            let of_joint = self.key(*k).strip_prefix(joint).is_some_and(|end| ["_deg", "_deg_s"].contains(&end));
+            of_joint && matches!(says, Says::Nothing)
+        };
+        match cells.iter().find(is_blank) {
+            Some((k, _)) => error.found(format!("an empty cell for {}: fill it in, or delete the row", self.key(*k))),
+            None if keys().all(is_plain) => {
+                error.found(format!("neither among {}", keys().collect::<Vec<_>>().join(", ")))
+            }
+            None => error,
         }
     }
-    let reading =
-        Reading { position, joints: joint_states, columns: numbers, observations, samples, planned_u, remarks, place };
-    reading.check_turning(joints).map_err(|e| e.under(&reading.place))?;
-    Ok(reading)
 }
 
 fn set<T>(list: &mut [T], k: usize, change: impl FnOnce(&mut T)) {
@@ -373,7 +472,7 @@ fn set<T>(list: &mut [T], k: usize, change: impl FnOnce(&mut T)) {
     }
 }
 
-fn not_a_number(place: &str, key: &str, found: &str) -> Malformed {
+fn not_a_number(place: &Place, key: &str, found: &str) -> Malformed {
     let comma = found.trim_matches('\'');
     let comma = comma.matches(',').count() == 1 && comma.replace(',', ".").parse::<f64>().is_ok();
     Malformed::new(Fault::Value, format!("{key} is not a number"))

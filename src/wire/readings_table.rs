@@ -2,15 +2,15 @@
 
 use super::Named;
 use super::columns::{Column, columns, from_title, key_unit};
-use super::locate::row_place;
-use super::readings_file::{Cell, CellRows, MOST_READINGS, ReadingFile, from_cells, too_many};
+use super::readings_file::{Cell, CellRows, MOST_READINGS, ReadingFile, Says, Written, from_cells, too_many};
 use crate::batch::{Device, Layout, Use};
 use crate::bench::Bench;
-use crate::campaign::{Readings, ScatterRequest};
+use crate::campaign::{Place, Readings, ScatterRequest};
 use crate::elements::Elements;
 use crate::error::{Fault, Malformed, Result};
 use crate::record::{self, As, Block, RAGGED, Record, Said, UNREADABLE, WrittenTimes};
 use crate::units::Conversion;
+use std::sync::Arc;
 
 /// The readings of a table; `map` has the titles of columns with names of their own, `scatter` says what is read beside the model lines. Empty cells are absent values, `position` is a text, every other cell
 /// that looks like a number is one.
@@ -23,8 +23,13 @@ pub(super) fn read(
     scatter: &[ScatterRequest],
 ) -> Result<Readings> {
     let (keys, blocks) = read_blocks(bench, &mut record, map, &|key| ScatterRequest::use_key(scatter, key))?;
-    let rows = Rows { keys: &keys, blocks: &blocks, labels: record.labels(), file: record.name() };
-    from_cells(bench, rows).map_err(|error| match record.is_named() || error.fault() != Fault::Missing {
+    if blocks.iter().all(|block| block.rows() == 0) {
+        return Err(Malformed::new(Fault::Missing, "the table has no rows")
+            .expected("readings below its titles")
+            .in_file(record.name()));
+    }
+    let rows = Rows::of(&keys, &blocks, &record);
+    from_cells(bench, &rows).map_err(|error| match record.is_named() || error.fault() != Fault::Missing {
         true => error,
         false => error
             .expected("a line of titles (alpha_deg, V, ...) with as many cells as the rows; where commas separate the cells, numbers with decimal points")
@@ -37,11 +42,18 @@ pub(super) fn read(
 /// Errors: those of the record.
 pub(crate) fn table_cells(bench: &Bench, mut record: Record) -> Result<Vec<ReadingFile>> {
     let (keys, blocks) = read_blocks(bench, &mut record, &Named(Vec::new()), &|_| false)?;
-    let rows = Rows { keys: &keys, blocks: &blocks, labels: record.labels(), file: record.name() };
+    let rows = Rows::of(&keys, &blocks, &record);
     let mut found = Vec::new();
-    rows.visit(&mut |_, row| {
-        let filled = row.0.iter().filter(|(_, cell)| !matches!(cell, Cell::Nothing(())));
-        found.push(Named(filled.cloned().collect()));
+    rows.visit(&mut |_, cells| {
+        let filled = cells.iter().filter_map(|(k, says)| {
+            let cell = match says {
+                Says::Number(value) => Cell::Number(*value),
+                Says::Text(text) => Cell::Text(text.to_string()),
+                Says::List | Says::Nothing => return None,
+            };
+            Some((keys.get(*k)?.key.clone(), cell))
+        });
+        found.push(Named(filled.collect()));
         Ok(())
     })?;
     Ok(found)
@@ -93,12 +105,12 @@ fn read_blocks(
         };
         if let Some(from_seconds) = from_seconds {
             written_times(record.labels(), &mut blocks, k, from_seconds).map_err(|(b, row)| {
-                let rows = Rows { keys: &keys, blocks: &blocks, labels: record.labels(), file: record.name() };
+                let rows = Rows::of(&keys, &blocks, record);
                 Malformed::new(Fault::Value, format!("{} is not a time", key.key))
                     .expected("a time as in the rows before; an empty cell where nothing was read")
                     .found(rows.written(b, row, k))
                     .at_path(key.key.as_str())
-                    .under(&rows.place(b, row))
+                    .under(&rows.place(b, row).to_string())
             })?;
         }
     }
@@ -140,20 +152,22 @@ struct Rows<'a> {
     keys: &'a [Column],
     blocks: &'a [Block],
     labels: &'a [String],
-    file: &'a str,
+    file: Arc<str>,
 }
 
-impl Rows<'_> {
+impl<'a> Rows<'a> {
+    fn of(keys: &'a [Column], blocks: &'a [Block], record: &'a Record) -> Self {
+        Rows { keys, blocks, labels: record.labels(), file: record.name().into() }
+    }
+
     /// Where a row of a block stands.
-    fn place(&self, block: usize, row: usize) -> String {
-        let b = self.blocks.get(block);
-        match b.and_then(|b| b.lines.get(row)) {
-            Some(line) => row_place(true, *line, self.file),
-            None => {
-                let before: usize = self.blocks.iter().take(block).map(Block::rows).sum();
-                row_place(false, (before + row + 1) as u64, self.file)
-            }
-        }
+    fn place(&self, block: usize, row: usize) -> Place {
+        let line = self.blocks.get(block).and_then(|b| b.lines.get(row));
+        let number = || {
+            let before: usize = self.blocks.iter().take(block).map(Block::rows).sum();
+            (before + row + 1) as u64
+        };
+        Place::Row { is_text: line.is_some(), number: line.copied().unwrap_or_else(number), file: self.file.clone() }
     }
 
     /// A cell as a message quotes it.
@@ -168,28 +182,38 @@ impl Rows<'_> {
 }
 
 impl CellRows for Rows<'_> {
-    fn visit(&self, see: &mut dyn FnMut(&dyn Fn() -> String, &ReadingFile) -> Result<()>) -> Result<()> {
-        let mut row = Named(self.keys.iter().map(|column| (column.key.clone(), Cell::Nothing(()))).collect());
-        let text = |label: usize| self.labels.get(label).cloned().unwrap_or_default();
+    fn keys(&self) -> Vec<&str> {
+        self.keys.iter().map(|column| column.key.as_str()).collect()
+    }
+
+    fn visit(&self, see: &mut dyn FnMut(&dyn Fn() -> Place, &[(usize, Says<'_>)]) -> Result<()>) -> Result<()> {
+        let text = |label: usize| self.labels.get(label).map_or("", String::as_str);
+        let is_label: Vec<bool> = self.keys.iter().map(|column| column.key == "position").collect();
+        let mut cells = Vec::with_capacity(self.keys.len());
         for (b, block) in self.blocks.iter().enumerate() {
             for k in 0..block.rows() {
-                for ((key, cell), column) in row.0.iter_mut().zip(&block.columns) {
-                    let value = column.at(k);
-                    *cell = match record::said(value) {
-                        Said::Number(label) if *key == "position" => match text(crate::number::count(label)) {
-                            empty if empty.is_empty() => Cell::Nothing(()),
-                            label => Cell::Text(label),
-                        },
-                        Said::Number(value) => Cell::Number(value),
-                        Said::Nothing => Cell::Nothing(()),
-                        Said::Text(label) => Cell::Text(text(label)),
-                    };
-                }
+                cells.clear();
+                cells.extend(
+                    block
+                        .columns
+                        .iter()
+                        .zip(&is_label)
+                        .map(|(column, is_label)| match record::said(column.at(k)) {
+                            Said::Number(label) if *is_label => match text(crate::number::count(label)) {
+                                "" => Says::Nothing,
+                                label => Says::Text(label),
+                            },
+                            Said::Number(value) => Says::Number(value),
+                            Said::Nothing => Says::Nothing,
+                            Said::Text(label) => Says::Text(text(label)),
+                        })
+                        .enumerate(),
+                );
                 // a spreadsheet has empty rows below its table, too
-                if row.0.iter().all(|(_, cell)| matches!(cell, Cell::Nothing(()))) {
+                if cells.iter().all(|(_, says)| matches!(says, Says::Nothing)) {
                     continue;
                 }
-                see(&|| self.place(b, k), &row)?;
+                see(&|| self.place(b, k), &cells)?;
             }
         }
         Ok(())
@@ -216,9 +240,9 @@ pub fn table_layout(
 /// Errors: those of a file of readings, rows without a label; places are rows of the table, or readings of the device (counted from 1) where these are not known.
 pub fn device_readings(bench: &Bench, layout: &Layout, device: &Device) -> Result<Readings> {
     let place = |row: usize| match device.origin(row) {
-        Some(("", number, false)) => format!("readings[{}]", number.saturating_sub(1)),
-        Some((file, number, is_text)) => row_place(is_text, number, file),
-        None => format!("reading {}", row + 1),
+        Some(("", number, false)) => Place::Entry(crate::number::index(number.saturating_sub(1))),
+        Some((file, number, is_text)) => Place::Row { is_text, number, file: file.into() },
+        None => Place::Path(format!("reading {}", row + 1).into()),
     };
     if device.nameless {
         let what = match device.rows {
@@ -242,7 +266,7 @@ pub fn device_readings(bench: &Bench, layout: &Layout, device: &Device) -> Resul
             .at_path(place(row)));
     }
     let rows: Vec<_> = (0..device.rows).map(|row| (place(row), cells(layout, device, row))).collect();
-    let mut readings = from_cells(bench, rows)?;
+    let mut readings = from_cells(bench, &Written::new(rows))?;
     // a column that this device has no number in is a column all the same
     let mut wanted = layout.numeric(bench);
     wanted.extend(readings.columns.iter().filter(|name_read| !wanted.contains(name_read)).cloned().collect::<Vec<_>>());

@@ -2,13 +2,12 @@
 
 use super::campaign_file::CampaignFile;
 use super::columns::columns;
-use super::locate::row_place;
 use super::readings_file::{Cell, Meaning, ReadingFile, meaning};
 use super::reduced::{Runs, assigned};
 use super::samples_file::{SamplesFile, SegmentsBy};
 use super::{Folder, Named, Source, locate};
 use crate::bench::Bench;
-use crate::campaign::{Campaign, JointState, Observation, Reading, Readings, ScatterRequest};
+use crate::campaign::{Campaign, JointState, Observation, Place, Reading, Readings, ScatterRequest};
 use crate::design::indifferent_angles;
 use crate::elements::{Elements, OrNan};
 use crate::error::{Fault, Malformed, Result};
@@ -138,9 +137,9 @@ pub(crate) fn read_rows_of<'a>(
         Some(settings) => streamed::sample_and_fold(rows, &campaign, settings),
         None => streamed::sample(rows),
     };
-    let mut sample = look(&mut rows)?;
+    let mut sample = look(&mut rows).map_err(at)?;
     if rows.leaves_out() {
-        sample = look(&mut rows)?;
+        sample = look(&mut rows).map_err(at)?;
     }
     if sample.rows == 0 {
         return Err(at(Malformed::new(Fault::Missing, format!("no row of '{}' is used", samples.samples))
@@ -516,7 +515,11 @@ impl<'a> RecordRows<'a> {
                     "a standard uncertainty or a number of samples is not positive",
                 )
                 .expected("positive numbers (leave them out where they are not known)")
-                .at_path(row_place(false, *before + rows.at(k) as u64 + 1, file)));
+                .at_path(&Place::Row {
+                    is_text: false,
+                    number: *before + rows.at(k) as u64 + 1,
+                    file: file.into(),
+                }));
             }
         }
         Ok(())
@@ -679,17 +682,18 @@ impl Rows for RecordRows<'_> {
             labels.zip(self.taken.rows.get(k)).and_then(|(labels, row)| labels.get(*row)).filter(|x| !x.is_nan());
         let texts = self.record.as_ref().map_or(&[][..], Record::labels);
         let label = label.and_then(|x| texts.get(number::count(*x))).filter(|text| !text.is_empty());
-        into.position.clear();
-        into.position.push_str(label.or(pattern.map(|pattern| &pattern.position)).map_or("", String::as_str));
-        into.columns.clear();
-        into.columns.extend(block.columns.iter().map(number));
-        into.joints.clear();
+        let label = label.or(pattern.map(|pattern| &pattern.position)).map_or("", String::as_str);
+        if *into.position != *label {
+            into.position = label.into();
+        }
+        into.columns.refill(block.columns.len(), block.columns.iter().map(|column| Ok(number(column))))?;
         let joints = self.bench.joints().zip(&self.indifferent).zip(&self.taken.joints);
-        for ((joint, indifferent), [angle, rate, turns]) in joints {
+        let joints = joints.map(|((joint, indifferent), [angle, rate, turns])| {
             let deg = number(angle).or(indifferent.filter(|_| number(rate) == Some(0.0)));
             let state = JointState::from_keys(joint, deg, number(rate), number(turns));
-            into.joints.push(state.map_err(|error| error.under(&self.place(k)))?);
-        }
+            state.map_err(|error| error.under(&self.place(k).to_string()))
+        });
+        into.joints.refill(self.taken.joints.len(), joints)?;
         into.samples = block.sensors.first().and_then(|values| number(&values.samples)).unwrap_or(1.0);
         into.observations.clear();
         for (sensor, values) in block.sensors.iter().enumerate() {
@@ -699,9 +703,10 @@ impl Rows for RecordRows<'_> {
         Ok(())
     }
 
-    fn place(&self, k: usize) -> String {
+    fn place(&self, k: usize) -> Place {
         let row = self.taken.rows.get(k).copied().unwrap_or_default(); // a row of the block
-        row_place(false, self.taken.before + row as u64 + 1, self.record.as_ref().map_or("", Record::name))
+        let file = self.record.as_ref().map_or("", Record::name);
+        Place::Row { is_text: false, number: self.taken.before + row as u64 + 1, file: file.into() }
     }
 }
 

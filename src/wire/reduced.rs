@@ -2,12 +2,12 @@
 
 use super::campaign_file::{CampaignFile, KnownEntry, ReadingsRef};
 use super::columns::{key_unit, of_title};
-use super::readings_file::{self, Cell, ReadingFile};
+use super::readings_file::{self, Cell, ReadingFile, Written};
 use super::samples_file::SamplesFile;
 use super::{Fetch, Folder, Named, Source, kind, locate, parse};
 use crate::algebra::{Expression, Scratch, Tape};
 use crate::bench::{Bench, Sensor};
-use crate::campaign::Readings;
+use crate::campaign::{Place, Readings};
 use crate::error::{Fault, Malformed, Result};
 use crate::fit;
 use crate::record::Column;
@@ -61,7 +61,7 @@ impl Schedule {
         };
         let mut rows = Vec::new();
         for (k, row) in list.iter().enumerate() {
-            readings_file::expand(&bench, row.clone(), &format!("{path}[{k}]"), &mut rows)?;
+            readings_file::expand(&bench, row.clone(), &Place::Path(format!("{path}[{k}]").into()), &mut rows)?;
         }
         Ok(Schedule { bench, rows: rows.into_iter().map(|(_, row)| row).collect(), file, solution: Vec::new() })
     }
@@ -149,8 +149,8 @@ impl Schedule {
         if !self.stated().any(|sensor| first.iter().any(|(name, ..)| *name == sensor.id)) {
             return false;
         }
-        let rows = self.filled(reduced, places).into_iter().map(|row| (String::new(), row));
-        let readings = readings_file::from_cells(&self.bench, rows.collect::<Vec<_>>());
+        let rows = self.filled(reduced, places).into_iter().map(|row| (Place::Nowhere, row));
+        let readings = readings_file::from_cells(&self.bench, &Written::new(rows.collect()));
         let file = CampaignFile { readings: ReadingsRef::Inline(Vec::new()), ..self.file.clone() };
         let campaign = readings.and_then(|readings| file.with(self.bench.clone(), readings));
         // what is wrong with the campaign is said where it is asked for
@@ -401,9 +401,10 @@ impl CampaignFile {
         ));
         let rows = schedule.filled(&reduced.readings(), &reduced.places);
         let named = |(row, place): (ReadingFile, &usize)| match path {
-            "readings" => ("readings".to_string(), row),
-            _ => (format!("{path}[{place}]"), row),
+            "readings" => (Place::Path("readings".into()), row),
+            _ => (Place::Path(format!("{path}[{place}]").into()), row),
         };
-        readings_file::from_cells(bench, rows.into_iter().zip(&reduced.places).map(named).collect::<Vec<_>>())
+        let rows = rows.into_iter().zip(&reduced.places).map(named).collect();
+        readings_file::from_cells(bench, &Written::new(rows))
     }
 }

@@ -77,7 +77,13 @@ impl Recipe {
         let mut segmentation = reduce::segment(&trace, &by, guard, least);
         let (jumps, gaps, clock_jumps) = clock.jumps();
         let mut reduced = Reduced {
-            reduction: Reduction { segments: Vec::new(), rejected: Vec::new(), means: Vec::new(), stillness: None },
+            reduction: Reduction {
+                segments: Vec::new(),
+                rejected: Vec::new(),
+                means: Vec::new(),
+                stillness: None,
+                assumed: Vec::new(),
+            },
             places: Vec::new(),
             by: self.segments.words(),
             gaps,

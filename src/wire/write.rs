@@ -146,7 +146,7 @@ fn constraint_file(campaign: &Campaign, constraint: &Constraint) -> ConstraintFi
 fn reading_file(campaign: &Campaign, reading: &Reading) -> ReadingFile {
     let mut cells: Vec<(String, Cell)> = Vec::new();
     if !reading.position.is_empty() {
-        cells.push(("position".into(), Cell::Text(reading.position.clone())));
+        cells.push(("position".into(), Cell::Text(reading.position.to_string())));
     }
     for (joint, state) in campaign.bench.joints().zip(&reading.joints) {
         let (deg, deg_s, turns) = state.keys();

@@ -517,3 +517,63 @@ fn a_change_between_replicates_is_no_noise() {
         assert!(steps[0] < 1e-6 && steps[1] > 1e-3, "{steps:?}");
     }
 }
+
+/// Four channels of twelve readings whose noise nobody states: a bad reading of one of them is named, though it is most of what its channel scatters; where there
+/// is none, nothing is.
+#[test]
+fn a_bad_reading_is_no_noise_of_its_channel() {
+    let ids = ["P", "Q", "R", "S"];
+    let drawn = |seed: u64, bad: f64| {
+        let mut generator = Pcg64Mcg::seed_from_u64(seed);
+        let row = random(&mut generator, 0.0, 12.0) as usize;
+        let readings: Vec<Value> = (0..12)
+            .map(|k| {
+                let mut reading = json!({ "x": f64::from(k % 2) - 0.5 });
+                for (s, id) in ids.iter().enumerate() {
+                    let sd = 0.3 * (s + 1) as f64;
+                    let off = if s == 2 && k as usize == row { bad * sd } else { 0.0 };
+                    reading[*id] = json!(10.0 * s as f64 + sd * super::schedules::normal(&mut generator) + off);
+                }
+                reading
+            })
+            .collect();
+        let sensors: serde_json::Map<String, Value> =
+            ids.iter().map(|id| (id.to_string(), json!({ "model": format!("a{id} + b{id}*x") }))).collect();
+        let estimate: serde_json::Map<String, Value> =
+            ids.iter().flat_map(|id| [format!("a{id}"), format!("b{id}")]).map(|id| (id, json!({}))).collect();
+        let text =
+            json!({ "bench": { "id": "channels", "sensors": sensors }, "estimate": estimate, "readings": readings });
+        (row, parse(&text.to_string()))
+    };
+    let (mut named, mut wrong) = (0, 0);
+    for seed in 0..40 {
+        let (row, campaign) = drawn(seed, 14.0);
+        let report = diagnosed(&campaign);
+        let right = names(&report).iter().any(|names| names.contains(&format!("reading:{}", row + 1).as_str()));
+        named += u32::from(right);
+        wrong += u32::from(!diagnosed(&drawn(seed, 0.0).1).effects.is_empty());
+    }
+    println!("a reading off by 14 sd is named in {named} of 40; something is named where nothing is in {wrong} of 40");
+    // a binomial of 0.95 has 34 or more with 99 %; of 0.01 two or fewer with 99 %
+    assert!(named >= 34 && wrong <= 2, "{named} named, {wrong} wrong");
+}
+
+/// The rate of a joint at rest is zero whether its cell says so or is empty: the same effects are tried, and the same one is found.
+#[test]
+fn a_joint_at_rest_has_a_rate() {
+    let mut schedule = gyro();
+    let rest = [30.0, 120.0, 210.0, 300.0]
+        .map(|gamma| json!({ "position": "rest", "alpha_deg": 0.0, "beta_deg": 0.0, "gamma_deg": gamma }));
+    schedule["readings"].as_array_mut().expect("readings").extend(rest);
+    let mut truth = gyro_truth();
+    truth["effects"] = json!([{ "regressor": "sign(gamma_deg_s)", "value": 4e-4, "sensor": "V" }]);
+    for seed in 0..3 {
+        let campaign = simulated(&schedule, &truth, seed);
+        let report = diagnosed(&campaign);
+        assert!(
+            names(&report).iter().any(|names| names.contains(&"sign(gamma_deg_s)")),
+            "{seed}: {:?}",
+            names(&report)
+        );
+    }
+}

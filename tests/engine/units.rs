@@ -306,3 +306,36 @@ fn a_stated_unit_tells_what_the_line_leaves_open() {
     assert_eq!(of("p"), "mm/V");
     assert!(unit(of("q")).conversion(&unit("V/s")).is_some_and(|c| c.is_none()), "{}", of("q"));
 }
+
+/// A pure number may have a size: mg/g is 0.001. The same accelerometer, offset 5 mg and scale factor 1.002, in the units in which loggers write it.
+#[test]
+fn derived_quantities_know_the_size_of_a_pure_number() {
+    for (sensor, size) in [("g", 1.0), ("mg", 1e3), ("ug", 1e6), ("m/s^2", 9.80665), ("Gal", 980.665)] {
+        let reading = |gamma: f64| {
+            let value = size * (0.005 + 1.002 * gamma.to_radians().sin());
+            format!(r#"{{"theta_deg": {gamma}, "A": {value}, "A_u": {}}}"#, 1e-6 * size)
+        };
+        let readings: Vec<String> = [0.0, 30.0, 90.0, 150.0, 180.0, 270.0].map(reading).to_vec();
+        let text = format!(
+            r#"{{ "bench": {{ "id": "head", "units": {{ "force": "g" }}, "chain": [{{"joint": "theta", "about": "x"}}],
+                  "sensors": {{ "A": {{ "unit": "{sensor}", "axes": {{"I": "y"}}, "model": "K0 + K1*a_I" }} }} }},
+                "estimate": {{ "K0": {{}}, "K1": {{}} }},
+                "derived": {{ "bias": {{ "line": "K0/K1", "unit": "ug" }}, "scale": {{ "line": "K1", "unit": "1" }},
+                              "error": {{ "line": "K1/{size} - 1", "unit": "ppm" }} }},
+                "readings": [{}] }}"#,
+            readings.join(",")
+        );
+        let fit = fitted(&parse(&text));
+        let value = |id: &str| fit.derived.iter().find(|own| own.id == id).and_then(|own| own.value).expect("a value");
+        assert_within(value("bias"), 5000.0 / 1.002, 1e-4, sensor);
+        assert_within(value("scale"), 1.002, 1e-10, sensor);
+        assert_within(value("error"), 2000.0, 1e-3, sensor);
+    }
+    // terms of unlike size do not add to one of either
+    let text = r#"{ "bench": { "id": "two", "sensors": { "y": { "unit": "deg/h", "model": "p" }, "z": { "unit": "deg/s", "model": "r" } } },
+        "estimate": { "p": {}, "r": {} }, "derived": { "sum": { "line": "p + r", "unit": "deg/h" } },
+        "readings": [ {"y": 1, "z": 1}, {"y": 2, "z": 2} ] }"#;
+    let error =
+        read_campaign(&Source { name: "c".into(), text: text.into() }, &mut |_| unreachable!()).expect_err("units");
+    assert!(error.to_string().contains("is not known"), "{error}");
+}

@@ -5,7 +5,14 @@ use crate::support::*;
 use tumble::fit::State;
 
 /// The jobs in which everything is determined.
-const DETERMINED: [&str; 4] = ["gyro-scale-and-mounting", "gyro-tilts-first", "gyro-cross-coupling", "three-gyros"];
+const DETERMINED: [&str; 6] = [
+    "gyro-scale-and-mounting",
+    "gyro-tilts-first",
+    "gyro-cross-coupling",
+    "three-gyros",
+    "accelerometer-small-terms",
+    "accelerometer-few-positions",
+];
 
 /// Values, uncertainties and residual standard deviation are those of MINPACK on the simulator.
 #[test]

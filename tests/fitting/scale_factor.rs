@@ -6,7 +6,7 @@ use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::SeedableRng;
 use serde_json::json;
-use tumble::fit::Fit;
+use tumble::fit::{Fit, RobustMethod, Settings};
 
 macro_rules! found {
     ($errors:expr, $id:expr) => {
@@ -80,6 +80,31 @@ fn deviations_that_a_run_shares() {
     let sense = steps(readings(), of("A")).scale_factor_errors();
     let exact = own_u!(found!(alone, id)).hypot(2.0 * 1e-6 / 0.02 / 3f64.sqrt() * 1e6);
     assert_within(own_u!(found!(sense, id)) / exact, 1.0, 1e-3, "a sense");
+}
+
+/// One reading typed wrongly: robust estimates of the errors are those without it, and least squares are not.
+#[test]
+fn a_bad_reading_and_robust_errors() {
+    let rates = [-100.0, -60.0, -20.0, 20.0, 60.0, 100.0];
+    let noise = [3.0, -5.0, 1.0, 4.0, -2.0, -4.0, 2.0, 5.0, -3.0, -1.0, 0.0, 2.0, -4.0, 1.0, 3.0, -2.0, 5.0, -3.0]
+        .map(|e| e * 1e-6);
+    let all = || {
+        (0..18).map(|k| json!({ "gamma_deg_s": rates[k % 6], "V": 0.02 * rates[k % 6] + noise[k] + if k == 5 { 9e-3 } else { 0.0 } }))
+    };
+    let text = |readings: Vec<serde_json::Value>| {
+        json!({ "bench": "gyro-rate-steps", "readings": readings, "estimate": { "V0": {}, "K": { "start": 0.02 } } })
+            .to_string()
+    };
+    let without = fitted(&parse(&text(all().enumerate().filter(|(k, _)| *k != 5).map(|(_, own)| own).collect())));
+    let with = parse(&text(all().collect()));
+    let tukey = Settings { robust: Some(RobustMethod::Tukey), ..Settings::default() };
+    let (plain, robust) = (fitted(&with).scale_factor_errors(), fit_with(&with, tukey).scale_factor_errors());
+    let without = without.scale_factor_errors();
+    for id in ["V_nonlinearity_gamma_deg_s", "V_asymmetry_gamma_deg_s"] {
+        let exact = found!(without, id).value;
+        assert_within(found!(robust, id).value, exact, 0.5 * own_u!(found!(without, id)), id);
+        assert!((found!(plain, id).value - exact).abs() > 50.0, "{id}: {}", found!(plain, id).value);
+    }
 }
 
 /// Two rates are a line, and no readings of one sense have no asymmetry; without an input axis nothing is told.

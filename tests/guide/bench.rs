@@ -78,7 +78,7 @@ pub fn drawn(seed: u64) -> Drawn {
     let sd = 10.0_f64.powf(uniform(&mut random, -4.7, -3.3));
     let tilt = 10.0_f64.powf(uniform(&mut random, -4.0, -2.3));
     for (k, row) in schedule.readings.rows.iter_mut().enumerate() {
-        row.position = format!("P{}", k + 1);
+        row.position = format!("P{}", k + 1).into();
         row.planned_u = (0..sensors).map(|s| (s, sd)).collect();
     }
     // tilts that these positions do not determine are no unknowns of this calibration

@@ -49,7 +49,7 @@ struct Said {
 fn told_apart(own: &Drawn, candidates: &[Reading], asked: &Reading, read: &Reading) -> f64 {
     let quiet = Truth { noise: Vec::new(), ..own.truth.clone() };
     let at = |point: &[f64], joints: &[JointState]| -> Vec<f64> {
-        let set = Reading { joints: joints.to_vec(), ..asked.clone() };
+        let set = Reading { joints: joints.to_vec().into(), ..asked.clone() };
         let truth = Truth { point: point.to_vec(), ..quiet.clone() };
         measure(&own.schedule, &truth, &[], &set, 1).observations.iter().map(|own| own.value).collect()
     };
@@ -90,7 +90,7 @@ fn told_apart(own: &Drawn, candidates: &[Reading], asked: &Reading, read: &Readi
     }
     let bad: Vec<f64> =
         (as_asked.iter()).map(|off| sized(off.abs().max(1.0), 1.0) - 0.5 * (square(&as_asked) - off * off)).collect();
-    let turned = |joints: &Vec<JointState>| -0.5 * square(&off(&at(&own.truth.point, joints)));
+    let turned = |joints: &[JointState]| -0.5 * square(&off(&at(&own.truth.point, joints)));
     let others: Vec<f64> =
         candidates.iter().filter(|own| own.joints != asked.joints).map(|own| turned(&own.joints)).collect();
     let mut swapped = Vec::new();
@@ -137,7 +137,7 @@ fn instead(kind: &str, random: &mut Pcg64Mcg, asked: &Reading) -> Option<Vec<Joi
         "wrong sense" => joints[0] = reversed(joints[0]),
         _ => {}
     }
-    (joints != asked.joints).then_some(joints)
+    (joints != asked.joints).then_some(joints.to_vec())
 }
 
 fn trial(kind: &'static str, seed: u64) -> Option<Trial> {
@@ -149,7 +149,7 @@ fn trial(kind: &'static str, seed: u64) -> Option<Trial> {
     let mut early = (0, 0);
     let mut advice = guide.advise(false).unwrap();
     let follow = |guide: &Guide, label: Option<&String>, k: usize| -> Reading {
-        let found = guide.candidates().iter().find(|c| Some(&c.position) == label);
+        let found = guide.candidates().iter().find(|c| Some(c.position.as_str()) == label.map(String::as_str));
         // where it has enough, positions of the schedule go on in their order
         found.unwrap_or(&guide.candidates()[(7 * k) % guide.candidates().len()]).clone()
     };
@@ -226,7 +226,7 @@ fn trial(kind: &'static str, seed: u64) -> Option<Trial> {
         }
         let asked = pick(&mut random, &candidates).clone();
         let Some(joints) = instead(kind, &mut random, &asked) else { continue };
-        let made = Reading { joints: joints.clone(), ..asked.clone() };
+        let made = Reading { joints: joints.clone().into(), ..asked.clone() };
         if turning(&joints) <= 1 && apart((&own.truth, &asked), (&own.truth, &made)) {
             found = Some((asked, Some(joints)));
             break;
@@ -234,7 +234,7 @@ fn trial(kind: &'static str, seed: u64) -> Option<Trial> {
     }
     let (asked, made) = found?;
     let seen = |guide: &Guide, world: &Truth, asked: &Reading, made: &Option<Vec<JointState>>| {
-        let set = Reading { joints: made.clone().unwrap_or(asked.joints.clone()), ..asked.clone() };
+        let set = Reading { joints: made.clone().map_or(asked.joints.clone(), Into::into), ..asked.clone() };
         let read = measure(&own.schedule, world, guide.taken(), &set, seed);
         Reading { joints: asked.joints.clone(), ..read }
     };

@@ -30,8 +30,8 @@ fn the_screen_shows_what_the_step_says() {
     let steps = steps();
     let of = |step: &GuideReport, size: [u16; 2]| {
         let next = step.advice.next.as_ref().map(|own| own.position.clone());
-        let asked = campaign.readings.rows.iter().find(|row| Some(&row.position) == next.as_ref());
-        let joints = asked.map_or(&[][..], |row| row.joints.as_slice());
+        let asked = campaign.readings.rows.iter().find(|row| Some(row.position.as_str()) == next.as_deref());
+        let joints = asked.map_or(&[][..], |row| &row.joints[..]);
         tumble::cli::guide_screen(&campaign.bench, step, joints, size).unwrap()
     };
     for step in &steps {

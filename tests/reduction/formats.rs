@@ -399,3 +399,20 @@ fn packed_numbers() {
         assert!(if k == 3 { value.is_nan() } else { *value == 0.5 * count + 2.0 }, "row {k}: {value}");
     }
 }
+
+/// Tables of Japanese and Chinese programs are read by their own encodings, those of the west by Latin-1 (bytes by Python's codecs).
+#[test]
+fn encodings_of_the_east() {
+    let titles = |bytes: &[u8]| -> Vec<String> {
+        let record = Record::of_stream("t.csv", std::io::Cursor::new(bytes.to_vec())).expect("a table");
+        record.columns().iter().map(|column| column.title.clone()).collect()
+    };
+    let table = |head: &[u8], remark: &[u8]| [head, b"10,0.2,", remark, b"\n-10,-0.2,", remark, b"\n"].concat();
+    let japanese =
+        table(b"\x89\xf1\x93]\x91\xac\x93x[deg/s],\x8fo\x97\xcd[V],\x94\xf5\x8dl\n", b"\x8d\xb6\x89\xf1\x82\xe8");
+    assert_eq!(titles(&japanese), ["回転速度[deg/s]", "出力[V]", "備考"]);
+    let chinese = table(b"\xd7\xaa\xcb\xd9[deg/s],\xca\xe4\xb3\xf6[V],\xb1\xb8\xd7\xa2\n", b"\xb7\xb4\xd7\xaa");
+    assert_eq!(titles(&chinese), ["转速[deg/s]", "输出[V]", "备注"]);
+    let german = b"Winkel [\xb0],L\xe4nge [mm],U [V]\n1,2,3\n4,5,6\n";
+    assert_eq!(titles(german), ["Winkel [°]", "Länge [mm]", "U [V]"]);
+}

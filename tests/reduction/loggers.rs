@@ -216,3 +216,32 @@ fn commas_of_thousands() {
         assert_eq!(!error.contains("is not a number"), is_read, "{cells:?} {code}: {error}");
     }
 }
+
+/// A column that was set, and does not scatter, has the uncertainty of its last digit, not of the steps between its levels; the sensor beside it keeps its own.
+#[test]
+fn set_values_have_the_uncertainty_of_their_digits() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut random = Pcg64Mcg::seed_from_u64(11);
+    let rows: String = (0..2400)
+        .map(|k| {
+            let rate = [0.0, 30.0, 60.0, -30.0][k / 600];
+            format!("{:.2},p{},{rate},{:.4}\n", 0.01 * k as f64, k / 600, 0.02 * rate + 1e-3 * normal(&mut random))
+        })
+        .collect();
+    write(folder.path(), "log.csv", &format!("time_s,position,rate,V\n{rows}"));
+    let (code, _, error) = tumble(folder.path(), &["reduce", "log.csv", "--by", "position", "--json", "r.json"]);
+    assert_eq!(code, 0, "{error}");
+    let report: Value =
+        serde_json::from_str(&std::fs::read_to_string(folder.path().join("r.json")).expect("a report")).expect("JSON");
+    assert_eq!(report["assumed_resolution"], json!({ "rate": 1.0 }));
+    for segment in report["segments"].as_array().expect("segments") {
+        let u = |column: &str| {
+            let mean =
+                segment["means"].as_array().expect("means").iter().find(|m| m["column"] == column).expect("the column");
+            mean["u"].as_f64().expect("u")
+        };
+        // half a digit either way: 1/sqrt 12
+        assert!((u("rate") - 12f64.sqrt().recip()).abs() < 0.05, "{segment}");
+        assert!(u("V") < 2e-4, "{segment}");
+    }
+}

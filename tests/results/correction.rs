@@ -40,13 +40,13 @@ fn sample(campaign: &Campaign, point: &[f64], k: usize) -> (Kinematics, Vec<f64>
     kinematics(bench, &tilts, &instant, &mut at);
     let mut own = campaign.clone();
     own.readings.rows.truncate(1);
-    own.readings.rows[0].joints = joints;
+    own.readings.rows[0].joints = joints.into();
     let columns = own.readings.rows[0].columns.clone();
     let model = Model::new(&own).unwrap();
     let (mut gradient, mut work) = (vec![0.0; own.parameters.len()], model.workspace());
     let readings =
         (0..bench.sensors.len()).map(|s| model.predict(&own, 0, s, point, &mut gradient, &mut work).unwrap()).collect();
-    (at, readings, columns)
+    (at, readings, columns.to_vec())
 }
 
 fn inputs_return(name: &str) -> usize {

@@ -44,13 +44,13 @@ def schedule(rates, positions):
             for p, a in positions for r in rates]
 
 
-def job(name, note, bench, positions, truth, noise, seed, derived=None, not_estimable=()):
+def job(name, note, bench, positions, truth, noise, seed, derived=None, not_estimable=(), known=()):
     random = np.random.default_rng(seed)
     readings = simulate(bench, positions, truth)
     for reading in readings:
         for sensor in bench["sensors"]:
             reading[sensor] = float(f"{reading[sensor] + noise * random.standard_normal():.9g}")
-    names = [n for n in truth if n not in not_estimable]
+    names = [n for n in truth if n not in not_estimable and n not in known]
     pairs = [(r, s) for r in readings for s in bench["sensors"]]
 
     def predict(x):
@@ -76,11 +76,19 @@ def job(name, note, bench, positions, truth, noise, seed, derived=None, not_esti
     u = sd * np.linalg.norm(np.linalg.inv(r), axis=1) / scale
     print(name, len(observed), "readings", len(names), "unknowns, residual sd", sd,
           {n: f"{(v - truth[n]) / s:+.2f} u" for n, v, s in zip(names, found.x, u)})
-    estimate = {n: {} for n in truth}
+    estimate = {n: {} for n in truth if n not in known}
     write(f"bilinear/{name}.campaign.json", {"bench": bench if isinstance(bench, dict) and bench["id"] != "gyro-turntable" else "gyro-turntable",
-          "estimate": estimate, **({"derived": derived} if derived else {}), "readings": readings})
-    write(f"bilinear/{name}.truth.json", {"note": note, "truth": truth, "estimated": list(truth), "fitted": {
+          "estimate": estimate, **({"known": {n: {"value": truth[n]} for n in known}} if known else {}), **({"derived": derived} if derived else {}), "readings": readings})
+    write(f"bilinear/{name}.truth.json", {"note": note, "truth": truth, "estimated": list(estimate), "fitted": {
         "residual_sd": sd, "values": {n: {"value": float(v), "u": float(s)} for n, v, s in zip(names, found.x, u)}}})
+
+
+# at a scale factor of zero the readings respond to the tilts through the small known terms alone
+SMALL_TERMS = {
+    "id": "accelerometer-with-small-terms", "title": "Accelerometer on a two-axis head, small cross terms known",
+    "units": {"rate": "deg/s", "force": "g"},
+    "chain": [{"tilt": "base", "about": "y"}, {"joint": "phi", "about": "y"}, {"joint": "alpha", "about": "x"}, {"tilt": "mount", "about": "y"}],
+    "sensors": {"V": {"unit": "mV", "axes": {"I": "x", "S": "z", "O": "y"}, "model": "b + k*a_I + kx*a_I*a_S + ky*a_O"}}}
 
 
 ALL_ROUND = [(0, 0), (0, 90), (0, 180), (0, 270), (90, 0), (90, 90), (90, 180), (90, 270), (180, 0), (180, 90), (270, 0), (270, 180)]
@@ -108,3 +116,11 @@ if __name__ == "__main__":
         [{"alpha_deg": a, "beta_deg": b, "gamma_deg_s": r} for a, b in
          [(0, 0), (0, 90), (0, 180), (0, 270), (90, 0), (90, 90), (180, 90), (180, 180), (270, 270), (90, 180)] for r in (20, -20, 50, -50)],
         {"kI": -2.9222, "V0": 1.6e-3, **tilts}, 2e-4, 15, derived={f"p_{n}": f"kI*{n}" for n in names}, not_estimable=("kI",))
+    # few settings: the first step, by the small terms alone, would go to tilts of many degrees
+    for name, seed in (("accelerometer-small-terms", 42), ("accelerometer-few-positions", 112)):
+        random = np.random.default_rng(seed)
+        settings = [(float(random.integers(0, 4) * 90), float(random.integers(0, 12) * 30)) for _ in range(6)]
+        job(name, "nothing known of the scale factor, small cross terms known", SMALL_TERMS,
+            [{"phi_deg": p, "alpha_deg": a} for p, a in settings for _ in range(3)],
+            {"base": -18 * ARCSEC, "mount": 200 * ARCSEC, "b": 5.3e-4, "k": -0.0861, "kx": 2.5e-5, "ky": -4e-5}, 5e-7, seed,
+            known=("kx", "ky"))

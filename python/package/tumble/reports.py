@@ -3787,7 +3787,8 @@ class ReduceReport(Report):
     """What `tumble reduce --json` writes."""
 
     assumed_resolution: dict[str, float] | None
-    """Columns of one value, and the resolution that is assumed for each: the last decimal place of the value, 0 where its digits show none."""
+    """Columns that change in no segment, and the resolution that is assumed for each: the last decimal place of the values, 0 where their
+    digits show none."""
     block: int
     """Samples to a block; segments begin and end with blocks."""
     by: str

@@ -334,7 +334,7 @@ impl Session {
         let Some(truth) = &self.source.truth else { return Ok(None) };
         // all of them from the start: noise and deviations go on where they were
         let rows = self.source.given.iter().chain(&self.ever).map(Reading::unread);
-        let mounted = Reading { position: self.guide.label(&asked), ..asked.clone() };
+        let mounted = Reading { position: self.guide.label(&asked).into(), ..asked.clone() };
         let rows: Vec<Reading> = rows.chain([mounted]).collect();
         let columns = self.campaign.readings.columns.clone();
         let schedule = self.campaign.with_readings(Readings { columns, rows });

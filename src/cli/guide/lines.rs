@@ -3,7 +3,7 @@
 #[cfg(feature = "serial")]
 use super::port::{Came, Port};
 use crate::bench::Bench;
-use crate::campaign::{Campaign, Reading};
+use crate::campaign::{Campaign, Label, Reading, Shared};
 use crate::elements::Parts;
 use crate::error::{Fault, Malformed, Result};
 use crate::guide::Guide;
@@ -425,7 +425,8 @@ pub(super) fn reading(
     };
     let names: Vec<&str> = campaign.bench.joints().collect();
     let like = base.or(guide.candidates().first());
-    let follows = like.map_or(Vec::new(), |like| campaign.readings.position(&names, like, row.joints.clone()).columns);
+    let follows =
+        like.map_or(Shared::default(), |like| campaign.readings.position(&names, like, row.joints.clone()).columns);
     let value = |(k, name): (usize, &String)| {
         let stated =
             read.columns.iter().position(|column| column == name).and_then(|at| row.columns.get(at).copied().flatten());
@@ -435,9 +436,9 @@ pub(super) fn reading(
     // a setting of the schedule has its label there
     let same = |candidate: &&Reading| candidate.joints == row.joints;
     let position = match (&label, base.filter(|base| base.joints == row.joints)) {
-        (Some(label), _) => label.clone(),
+        (Some(label), _) => label.as_str().into(),
         (None, Some(base)) => base.position.clone(),
-        (None, None) => guide.candidates().iter().find(same).map_or(String::new(), |c| c.position.clone()),
+        (None, None) => guide.candidates().iter().find(same).map_or(Label::default(), |c| c.position.clone()),
     };
     Ok(Reading { position, columns: values, ..row })
 }

@@ -263,7 +263,7 @@ impl Samples {
         let base = lines::base(&keys, state.guide, state.asked).or(state.guide.candidates().first());
         let Some(base) = base else { return Ok(Step::Nothing) };
         let mut held = Held {
-            position: base.position.clone(),
+            position: base.position.to_string(),
             setting: crate::guide::setting(state.campaign, &base.joints),
             held_s: standing.seconds,
             ..Held::nothing(Holding::Held)
@@ -274,7 +274,7 @@ impl Samples {
             }
             if let Some(last) = state.last.filter(|_| self.open.is_none()) {
                 held.state = Holding::Read;
-                held.position = last.position.clone();
+                held.position = last.position.to_string();
                 held.setting = crate::guide::setting(state.campaign, &last.joints);
                 return Ok(self.say(held));
             }

@@ -58,7 +58,7 @@ impl Screen {
 
     /// After a step or a line that was refused: `asked` is the position of the advice.
     pub fn step(&mut self, advice: &Advice, asked: Option<&Reading>, refused: Option<String>) -> Result<()> {
-        let joints = asked.map_or_else(Vec::new, |reading| reading.joints.clone());
+        let joints = asked.map_or_else(Vec::new, |reading| reading.joints.to_vec());
         self.shown = Shown { advice: Some(advice.clone()), joints, held: None, refused };
         // what was typed stands on the screen too; clearing by the terminal itself would ask it where its cursor is, which is answered on standard input
         self.terminal = fresh().map_err(fault)?;

@@ -4,6 +4,7 @@ use super::answers::Answers;
 use super::columns::{complete, proposed};
 use super::{Arguments, free, in_folder};
 use crate::bench::{self, Bench, Link};
+use crate::campaign::is_axis_input;
 use crate::cli::files;
 use crate::error::{Fault, Malformed, Result};
 use crate::record::{Column, find, title};
@@ -47,12 +48,22 @@ pub(super) fn chosen(
     stem: &str,
     folder: &Path,
 ) -> Result<(Bench, Chosen)> {
-    let fits = |bench: &Bench| {
+    // how many columns a bench reads, if they are all that it needs
+    let fits = |bench: &Bench| -> Option<usize> {
         let keys: Vec<String> = proposed(bench, columns).into_iter().flatten().collect();
-        complete(bench, &keys, &[], Path::new(""), columns).is_ok()
+        complete(bench, &keys, &[], Path::new(""), columns).ok()?;
+        // a joint that only turns is for sensors of rates
+        let has = |joint: &str, end: &str| keys.iter().any(|key| key.strip_prefix(joint) == Some(end));
+        let turns = bench.joints().any(|joint| has(joint, "_deg_s") && !has(joint, "_deg"));
+        let inputs = || bench.sensors.iter().flat_map(|sensor| sensor.model.names());
+        let follows = inputs().any(|name| name.starts_with("w_") && is_axis_input(bench, name));
+        (follows || !turns).then_some(keys.len())
     };
     let all: Vec<Bench> = bench::built_ins().iter().filter_map(|b| built_in(b.id)).collect();
-    let (fitting, others): (Vec<&Bench>, Vec<&Bench>) = all.iter().partition(|bench| fits(bench));
+    let mut fitting: Vec<(usize, &Bench)> = all.iter().filter_map(|bench| Some((fits(bench)?, bench))).collect();
+    fitting.sort_by_key(|(read, _)| std::cmp::Reverse(*read));
+    let fitting: Vec<&Bench> = fitting.into_iter().map(|(_, bench)| bench).collect();
+    let others: Vec<&Bench> = all.iter().filter(|bench| fitting.iter().all(|own| own.id != bench.id)).collect();
     if answers.asks && arguments.bench.is_none() {
         let line = |bench: &&Bench| format!("{}\n    {}\n    {}\n", bench.id, bench.title, drawn(bench));
         let list: String = fitting.iter().chain(&others).map(line).collect();

@@ -5,7 +5,7 @@ use crate::bench::Bench;
 use crate::campaign::is_axis_input;
 use crate::cli::show_error;
 use crate::error::{Fault, Malformed, Result};
-use crate::record::{Column, find, listed};
+use crate::record::{Column, find, listed, times_of};
 use crate::units::{self, Unit};
 use crate::wire::{Cell, ReadingFile, key_unit};
 use std::path::Path;
@@ -39,9 +39,10 @@ fn keys(bench: &Bench) -> Vec<String> {
     keys
 }
 
-/// Is it another quantity by its name, and no state of a joint that the bench has not?
+/// Is it a name that any column may have (`day`, `pressure_hpa`), and no state of a joint that the bench has not?
 fn is_other(key: &str) -> bool {
-    units::of_column(key).is_some() && !["_deg", "_deg_s", "_turns", "_u"].iter().any(|end| key.ends_with(end))
+    let is_name = key.starts_with(char::is_alphabetic) && key.chars().all(|c| c.is_alphanumeric() || c == '_');
+    is_name && !["_deg", "_deg_s", "_turns", "_u"].iter().any(|end| key.ends_with(end))
 }
 
 /// Is it the state of a joint, or the u of a sensor?
@@ -99,6 +100,13 @@ pub(super) fn proposed(bench: &Bench, columns: &[Column]) -> Vec<Option<String>>
             *place = Some(key.clone());
         }
     }
+    // the column that a record would take for its clock
+    if !found.iter().flatten().any(|key| key == "time_s")
+        && let Some(k) = times_of(columns)
+        && let Some(slot @ None) = found.get_mut(k)
+    {
+        *slot = Some("time_s".into());
+    }
     // what two columns could be is neither
     let all: Vec<String> = found.iter().flatten().cloned().collect();
     for key_found in &mut found {
@@ -114,7 +122,7 @@ pub(super) fn proposed(bench: &Bench, columns: &[Column]) -> Vec<Option<String>>
 /// Errors: any other text.
 fn key(bench: &Bench, text: &str) -> Result<String> {
     let keys = keys(bench);
-    // any other quantity, by a name that ends in its unit
+    // any other column that readings are to have
     match keys.iter().any(|key| key == text) || is_other(text) {
         true => Ok(text.to_string()),
         false => Err(Malformed::new(Fault::UnknownName, format!("readings on this bench have no '{text}'"))
@@ -134,6 +142,8 @@ pub(super) fn mapped(
 ) -> Result<Mapped> {
     let mut found = proposed(bench, columns);
     let mut said: Vec<usize> = find(columns, taken).into_iter().collect();
+    // what it says is no input then
+    said.iter().for_each(|k| give(&mut found, *k, None));
     for text in given {
         let (name, title) = pair(text)?;
         let (name, at) = (key(bench, &name)?, column(columns, &title)?);
@@ -279,6 +289,20 @@ pub(super) fn complete(
     if let Some(joint) = bench.joints().find(|joint| !has(&format!("{joint}_deg")) && !has(&format!("{joint}_deg_s"))) {
         let expected = format!("--columns {joint}_deg=TITLE, or {joint}_deg_s=TITLE where it turns");
         return missing(format!("the angle or the rate of the joint '{joint}'"), expected);
+    }
+    // of two thermometers no one is taken unasked
+    for key in bench.sensors.iter().flat_map(|sensor| sensor.model.names()).filter(|key| !has(key)) {
+        let Some(wanted) = units::of_column(key).and_then(|unit| Unit::parse(&unit).ok()) else { continue };
+        let could_be = |column: &&Column| {
+            let unit = column.unit.as_deref().and_then(|unit| Unit::parse(unit).ok());
+            unit.is_some_and(|unit| unit.conversion(&wanted).is_some())
+        };
+        if columns.iter().filter(could_be).count() > 1 {
+            return missing(
+                format!("'{key}', which a model line reads, and several could be"),
+                format!("--columns {key}=TITLE"),
+            );
+        }
     }
     if !bench.sensors.iter().any(|sensor| has(&sensor.id)) {
         let ids: Vec<String> = bench.sensors.iter().map(|sensor| format!("{}=TITLE", sensor.id)).collect();

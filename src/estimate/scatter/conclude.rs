@@ -58,8 +58,8 @@ pub(crate) fn scattered(
     Ok(found)
 }
 
-/// The same rows, and the variances and what they are worth from elsewhere: `told` is an adjustment of them beside further unknowns behind these.
-/// `None` where that is a sum over a likelihood, which has no such variances.
+/// The same rows, and the variances and what they are worth from elsewhere: `told` is an adjustment of them beside further unknowns behind these, whose
+/// values are stated to be zero.
 ///
 /// Errors: those of [`adjust`](crate::estimate::adjust).
 pub(crate) fn scattered_with(
@@ -67,10 +67,7 @@ pub(crate) fn scattered_with(
     elimination: Option<&Elimination>,
     told: &Scattered,
     settings: &Settings,
-) -> Result<Option<Scattered>> {
-    if told.mixture.is_some() {
-        return Ok(None);
-    }
+) -> Result<Scattered> {
     let n = system.rows.ncols();
     let scale = |(u, group): (&f64, &Group)| match group {
         Group::Estimated(g) => u * told.weighed_with[*g].sqrt(),
@@ -86,7 +83,9 @@ pub(crate) fn scattered_with(
     let lines: Vec<ScatterLine> = lines.iter().enumerate().map(stated).collect();
     let own = scattered((&weighed, &lines), elimination, &[], settings, false)?;
     let part = |whole: &Mat<f64>| whole.submatrix(0, 0, n, n).to_owned();
-    Ok(Some(Scattered {
+    let solution = &own.estimate.unknowns.solution;
+    let mixture = told.mixture.as_ref().map(|all| all.of_first(&told.estimate.unknowns.solution, solution));
+    Ok(Scattered {
         correction: part(&told.correction),
         leans: told.leans.iter().map(|lean| lean.as_ref().map(|(c, lean)| (*c, part(lean)))).collect(),
         absorbed: told.absorbed.iter().map(|own| own.as_ref().map(|own| own.of_first(n))).collect(),
@@ -96,8 +95,9 @@ pub(crate) fn scattered_with(
         sensitivities: own.sensitivities,
         standardized: own.standardized,
         redundancy: own.redundancy,
+        mixture: mixture.transpose()?,
         ..told.clone()
-    }))
+    })
 }
 
 /// A step on the way to a solution: no more of it than where it leads. `before` is a step from a point nearby.
@@ -219,8 +219,18 @@ fn conclude(
         satterthwaite(covariance[(j, j)], &parts, &spread)
     };
     let follows = |j: usize| absorbed.iter().flatten().any(|own| own.touches_unknown(j));
-    let judged = (0..covariance.nrows()).filter(|j| point.estimate.unknowns.is_estimable(*j) && !follows(*j));
-    let mixture = match sums && (is_open || judged.map(dof).any(|dof| dof < FEWEST)) {
+    let mut judged = (0..covariance.nrows()).filter(|j| point.estimate.unknowns.is_estimable(*j) && !follows(*j));
+    // what is estimated to be zero along time is known to be no more than it could be
+    let at_zero = |j: usize| {
+        let along: Vec<f64> = (0..sensitivities.ncols()).map(|i| sensitivities[(j, i)]).collect();
+        let more = problem.lines.iter().zip(component).filter_map(|(line, c)| {
+            let tau = line.memory.as_ref()?.tau?;
+            Some(line.variance_of(&along, Some(tau)) * could_be[(*c).filter(|c| is_zero(*c))?]?.powi(2))
+        });
+        2.0 * (covariance[(j, j)] / more.sum::<f64>()).powi(2)
+    };
+    let few = |j: usize| dof(j) < FEWEST || at_zero(j) < FEWEST;
+    let mixture = match sums && (is_open || judged.any(few)) {
         true => problem.summed(&point, &theta, &kept, timed)?,
         false => None,
     };

@@ -18,8 +18,9 @@
 use super::condense::Condensed;
 use super::problem::{Point, Problem};
 use super::time;
-use crate::error::Result;
+use crate::error::{Fault, Malformed, Result};
 use crate::linear::form;
+use faer::linalg::solvers::Solve;
 use faer::{Mat, Scale, Side};
 use std::borrow::Cow;
 
@@ -59,6 +60,24 @@ pub struct Node {
     pub shift: Vec<f64>,
     /// Covariance of the unknowns.
     pub covariance: Mat<f64>,
+}
+
+impl Node {
+    /// The first `n` unknowns where those behind them are zero: the conditional distribution `x - S_xz S_zz^-1 z`, `S_xx - S_xz S_zz^-1 S_zx`.
+    ///
+    /// Errors: a covariance of the unknowns behind them that is none.
+    pub(crate) fn given(&self, n: usize) -> Result<Node> {
+        let (all, k) = (&self.covariance, self.shift.len().saturating_sub(n));
+        let behind = all.submatrix(n, n, k, k).llt(Side::Lower);
+        let behind = behind.map_err(|_| Malformed::new(Fault::Value, "the known inputs have no covariance"))?;
+        // S_zz^-1 (S_zx, z)
+        let crossed = Mat::from_fn(k, n + 1, |i, j| if j < n { all[(n + i, j)] } else { self.shift[n + i] });
+        let by = behind.solve(&crossed);
+        let given = |i: usize, j: usize| (0..k).map(|z| all[(i, n + z)] * by[(z, j)]).sum::<f64>();
+        let shift = (0..n).map(|i| self.shift[i] - given(i, n)).collect();
+        let covariance = Mat::from_fn(n, n, |i, j| all[(i, j)] - given(i, j));
+        Ok(Node { weight: self.weight, shift, covariance })
+    }
 }
 
 /// What the sum runs along.
@@ -158,6 +177,18 @@ impl Mixture {
             (node.weight, shift, form(&node.covariance, along).max(0.0).sqrt())
         };
         self.nodes.iter().map(one).collect()
+    }
+
+    /// Of the first unknowns where those behind them are zero, as stated. `top` are all unknowns at the top of the likelihood, `own` the first of them
+    /// where the others are zero there. Errors: those of [`Node::given`].
+    pub(super) fn of_first(&self, top: &[f64], own: &[f64]) -> Result<Mixture> {
+        let of = |node: &Node| -> Result<Node> {
+            let shift = top.iter().zip(&node.shift).map(|(x, shift)| x + shift).collect();
+            let mut found = Node { shift, ..node.clone() }.given(own.len())?;
+            found.shift.iter_mut().zip(own).for_each(|(x, own)| *x -= own);
+            Ok(found)
+        };
+        Ok(Mixture { nodes: self.nodes.iter().map(of).collect::<Result<_>>()?, dof: self.dof })
     }
 
     /// Mean covariance of the unknowns, with what their solutions differ.
@@ -267,13 +298,11 @@ impl Problem<'_> {
             }
             let point = self.at_with(&lines, &theta)?.filter(|point| point.basis == top.basis);
             let Some(point) = point else { continue };
-            if self.pattern.is_simple {
+            {
                 let inference = self.inference(&point);
                 let part = Mat::from_fn(kept.len(), kept.len(), |a, b| inference.s[(kept[a], kept[b])]);
                 let Ok(root) = part.llt(Side::Lower) else { continue };
                 weight += (0..kept.len()).map(|a| root.L()[(a, a)].ln()).sum::<f64>();
-            } else {
-                weight = 0.0;
             }
             let estimate = &point.estimate;
             let (scale, squares) = match dof {

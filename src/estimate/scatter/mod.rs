@@ -51,13 +51,15 @@ pub use conclude::adjust_scattered;
 pub(crate) use conclude::{satterthwaite, scattered, scattered_with, step_scattered};
 pub use elimination::Whitening;
 pub(crate) use floor::{Floor, Variances};
-pub(crate) use mixture::Mixture;
+pub(crate) use mixture::{Mixture, Node};
 pub use pattern::Pattern;
 pub(crate) use restricted::{Likelihood, NEWTON_STEPS, NoiseModel, PartNoise, Slot};
 pub(crate) use time::{deviation_range, time_range, white_range};
 
+use crate::elements::Elements;
 use crate::estimate::Estimate;
 use faer::Mat;
+use std::collections::BTreeMap;
 
 /// A row that feels a deviation.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -96,6 +98,32 @@ impl ScatterLine {
     /// Number of levels.
     pub(crate) fn levels(&self) -> usize {
         self.felt.iter().map(|felt| felt.level.saturating_add(1)).max().unwrap_or(0)
+    }
+
+    /// What deviations of unit variance, correlated over `tau` where they are in time, make of `along . y`: `sum f_a f_b exp(-|t_a - t_b|/tau)`, along
+    /// time `S_b = exp(-dt/tau) (S_a + f_a)`, `sum f_b (f_b + 2 S_b)`.
+    pub(crate) fn variance_of(&self, along: &[f64], tau: Option<f64>) -> f64 {
+        let mut felt: BTreeMap<usize, f64> = BTreeMap::new();
+        for own in self.felt.iter().filter(|own| along.at(own.row) != 0.0) {
+            *felt.entry(own.level).or_default() += own.by * along.at(own.row);
+        }
+        let Some((memory, tau)) = self.memory.as_ref().zip(tau) else {
+            return felt.values().map(|own| own * own).sum();
+        };
+        let place = |level: usize| (memory.run.get(level).copied().unwrap_or(level), memory.time.at(level));
+        let mut ordered: Vec<((usize, f64), f64)> = felt.into_iter().map(|(level, f)| (place(level), f)).collect();
+        ordered.sort_by(|a, b| a.0.0.cmp(&b.0.0).then(a.0.1.total_cmp(&b.0.1)));
+        let (mut sum, mut before, mut carried) = (0.0, None::<(usize, f64)>, 0.0_f64);
+        for ((run, time), f) in ordered {
+            carried *= match before {
+                Some((of, at)) if of == run => f64::exp(-(time - at) / tau),
+                _ => 0.0,
+            };
+            sum += f * (f + 2.0 * carried);
+            carried += f;
+            before = Some((run, time));
+        }
+        sum
     }
 }
 

@@ -1,10 +1,9 @@
 //! What is asked of a record, and one pass over it: rows of the design, sensor by sensor.
 
 use super::octaves::Noise;
-use super::rows::blank;
 use super::{Block, Observed, Rows};
 use crate::algebra::Scratch;
-use crate::campaign::{Campaign, Deviating, Kind, Parameter, Per, Role, Scatter, Size};
+use crate::campaign::{Campaign, Deviating, Kind, Parameter, Per, Reading, Role, Scatter, Size};
 use crate::design::{self, ColumnLine, DesignMatrix, Model, Read};
 use crate::elements::{Elements, OrNan, Parts};
 use crate::error::{Fault, Malformed, Result};
@@ -369,7 +368,7 @@ impl Question {
     /// The block as readings, and their design.
     fn assembled(&mut self, rows: &dyn Rows, block: &Block, point: &[f64]) -> Result<DesignMatrix> {
         let readings = &mut self.campaign.readings.rows;
-        readings.resize_with(block.rows, blank);
+        readings.resize_with(block.rows, Reading::default);
         for (k, reading) in readings.iter_mut().enumerate() {
             rows.reading(block, k, reading)?;
         }

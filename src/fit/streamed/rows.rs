@@ -1,6 +1,6 @@
 //! What a record is to a fit: blocks of rows, column by column, in the order in which they were taken, that can be read again from the first.
 
-use crate::campaign::{Reading, Readings};
+use crate::campaign::{Place, Reading, Readings};
 use crate::error::Result;
 
 /// Rows that were read together, column by column; what a row does not have is NaN.
@@ -55,7 +55,7 @@ pub trait Rows {
     fn reading(&self, block: &Block, k: usize, into: &mut Reading) -> Result<()>;
 
     /// Where row `k` of the last block stands, for messages.
-    fn place(&self, k: usize) -> String;
+    fn place(&self, k: usize) -> Place;
 }
 
 /// Readings at hand, as a record.
@@ -117,21 +117,7 @@ impl Rows for Held {
         Ok(())
     }
 
-    fn place(&self, k: usize) -> String {
+    fn place(&self, k: usize) -> Place {
         self.row(k).map(|row| row.place.clone()).unwrap_or_default()
-    }
-}
-
-/// A reading that says nothing.
-pub(super) fn blank() -> Reading {
-    Reading {
-        position: String::new(),
-        joints: Vec::new(),
-        columns: Vec::new(),
-        observations: Vec::new(),
-        samples: 1.0,
-        planned_u: Vec::new(),
-        remarks: Vec::new(),
-        place: String::new(),
     }
 }

@@ -1,8 +1,7 @@
 //! The first look at a record: how many rows it has, the ranges of its inputs, and a sample of its rows.
 
-use super::rows::blank;
 use super::{Block, Rows};
-use crate::campaign::Readings;
+use crate::campaign::{Reading, Readings};
 use crate::error::Result;
 
 /// Most rows of a sample, kept at steps of a power of two: 1000 to 2000 of a longer record are the readings that a report shows, and where a search begins.
@@ -50,7 +49,7 @@ impl Sample {
         let end = before + block.rows as u64;
         let mut next = before.next_multiple_of(own);
         while next < end {
-            let mut reading = blank();
+            let mut reading = Reading::default();
             let k = crate::number::index(next - before);
             rows.reading(block, k, &mut reading)?;
             reading.place = rows.place(k);
