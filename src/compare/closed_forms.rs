@@ -242,6 +242,15 @@ fn printed(file: PrintedFile) -> Result<Printed> {
     })
 }
 
+/// A numeric column at a reading; a joint at rest has no rate.
+pub(super) fn column(campaign: &Campaign, reading: &Reading, key: &str) -> Option<f64> {
+    let joint = key.strip_suffix("_deg_s").and_then(|name| campaign.bench.joints().position(|joint| joint == name));
+    if let Some(joint) = joint {
+        return reading.joints.get(joint)?.keys().1;
+    }
+    campaign.readings.columns.iter().position(|c| c == key).and_then(|k| reading.columns.get(k)).copied().flatten()
+}
+
 fn sorted_values(campaign: &Campaign, sensor: usize) -> Vec<f64> {
     let mut values: Vec<f64> = campaign
         .readings
@@ -256,8 +265,7 @@ fn sorted_values(campaign: &Campaign, sensor: usize) -> Vec<f64> {
 impl Group {
     /// The group that a reading belongs to; `None` where it lacks the key.
     pub(super) fn of(&self, campaign: &Campaign, reading: &Reading) -> Option<f64> {
-        let column = campaign.readings.columns.iter().position(|c| *c == self.by)?;
-        let value = reading.columns.get(column).copied().flatten()?;
+        let value = column(campaign, reading, &self.by)?;
         Some(if self.by_magnitude { value.abs() } else { value })
     }
 }

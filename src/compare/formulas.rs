@@ -1,6 +1,6 @@
 //! The formulas on one group of readings: symbols first, then each formula with the results of those before it.
 
-use super::closed_forms::{ClosedForms, Criterion, Symbol};
+use super::closed_forms::{ClosedForms, Criterion, Symbol, column};
 use crate::algebra::{Scratch, Tape};
 use crate::campaign::{Campaign, JointState, Reading, Readings, Role};
 use crate::error::Result;
@@ -94,10 +94,6 @@ fn input(campaign: &Campaign, reading: &Reading, name: &str) -> Option<f64> {
         };
     }
     column(campaign, reading, name)
-}
-
-fn column(campaign: &Campaign, reading: &Reading, key: &str) -> Option<f64> {
-    campaign.readings.columns.iter().position(|c| c == key).and_then(|k| reading.columns.get(k)).copied().flatten()
 }
 
 fn matches(campaign: &Campaign, reading: &Reading, key: &str, criterion: Criterion) -> bool {

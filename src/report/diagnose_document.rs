@@ -440,7 +440,8 @@ fn verdict(report: &DiagnoseReport, lang: Language) -> String {
 }
 
 /// An effect with the sensors that have it, where there are others.
-fn in_sensors(report: &DiagnoseReport, name: String, sensors: &[&str], lang: Language) -> String {
+fn in_sensors(report: &DiagnoseReport, name: String, mut sensors: Vec<&str>, lang: Language) -> String {
+    sensors.sort_unstable();
     match sensors.is_empty() || report.model_before.len() < 2 {
         true => name,
         false => say!(lang, "effect-in-sensors", name, sensors = sensors.join(lang.comma())),
@@ -462,7 +463,7 @@ fn suspected(report: &DiagnoseReport, lang: Language) -> String {
         let first = group.first()?;
         let name = say!(lang, "effect-named", name = lang.name(&first.name), regressor = first.regressor);
         let sensors: Vec<&str> = group.iter().filter_map(|own| own.sensor.as_deref()).collect();
-        let name = in_sensors(report, name, &sensors, lang);
+        let name = in_sensors(report, name, sensors, lang);
         let mut each: Vec<String> = group.iter().map(|own| format!("{:.0} %", 100.0 * own.probability)).collect();
         each.dedup();
         Some(say!(lang, "effect-with-probability", name, p = each.join(lang.comma())))
@@ -476,7 +477,7 @@ fn with_others(report: &DiagnoseReport, effect: &EffectReport, lang: Language) -
     let name = say!(lang, "effect-named", name = lang.name(&effect.name), regressor = effect.regressor);
     let several = effect.in_sensors.iter().map(|own| own.sensor.as_str());
     let sensors: Vec<&str> = effect.sensor.as_deref().into_iter().chain(several).collect();
-    let name = in_sensors(report, name, &sensors, lang);
+    let name = in_sensors(report, name, sensors, lang);
     match aliases.same.len() + aliases.near.len() {
         0 => name,
         n => say!(lang, "effect-or-others", name, n),

@@ -24,8 +24,8 @@ pub(super) fn read(
 ) -> Result<Readings> {
     let (keys, blocks) = read_blocks(bench, &mut record, map, &|key| ScatterRequest::use_key(scatter, key))?;
     if blocks.iter().all(|block| block.rows() == 0) {
-        return Err(Malformed::new(Fault::Missing, "the table has no rows")
-            .expected("readings below its titles")
+        return Err(Malformed::new(Fault::Missing, "the table has no readings")
+            .expected("rows with values below its titles")
             .in_file(record.name()));
     }
     let rows = Rows::of(&keys, &blocks, &record);
