@@ -66,7 +66,7 @@ impl Node {
     /// The first `n` unknowns where those behind them are zero: the conditional distribution `x - S_xz S_zz^-1 z`, `S_xx - S_xz S_zz^-1 S_zx`.
     ///
     /// Errors: a covariance of the unknowns behind them that is none.
-    pub(crate) fn given(&self, n: usize) -> Result<Node> {
+    fn given(&self, n: usize) -> Result<Node> {
         let (all, k) = (&self.covariance, self.shift.len().saturating_sub(n));
         let behind = all.submatrix(n, n, k, k).llt(Side::Lower);
         let behind = behind.map_err(|_| Malformed::new(Fault::Value, "the known inputs have no covariance"))?;

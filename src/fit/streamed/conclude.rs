@@ -53,8 +53,10 @@ pub(super) fn conclude(
         })
         .collect();
     let mut binned: Vec<Binned> = (0..sensors).map(|_| Binned::new(inputs.len(), found.tested.ncols())).collect();
-    // of rows as they are folded
-    let tested = question.in_own_units(&found.tested);
+    // of rows as they are folded, known inputs in their own units
+    let tested =
+        question.extended(&Mat::identity(n + carried, n + carried)).submatrix(0, 0, n + carried, found.tested.nrows())
+            * &found.tested;
     let mut residuals: Vec<Residuals> = (0..sensors).map(|_| Residuals::new()).collect();
     let mut independent: HashMap<(usize, usize), f64> = HashMap::new();
     question.walk(rows, &point, &further, &mut |s, chunk| {

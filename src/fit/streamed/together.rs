@@ -94,7 +94,7 @@ impl Part {
 
 impl Question {
     /// Blocks beside the known inputs, the last with what is stated of these.
-    pub(super) fn extended_blocks(&self, blocks: &[Block]) -> Vec<Block> {
+    fn extended_blocks(&self, blocks: &[Block]) -> Vec<Block> {
         let (n, k) = (self.unknowns, self.carried.len());
         let mut all: Vec<Block> =
             blocks.iter().map(|own| Block { rows: self.extended(&own.rows), ..own.clone() }).collect();
