@@ -242,7 +242,7 @@ fn printed(file: PrintedFile) -> Result<Printed> {
     })
 }
 
-/// A numeric column at a reading; a joint at rest has no rate.
+/// A numeric column at a reading; the rate of a joint is one while it turns (at rest a table may say zero or nothing).
 pub(super) fn column(campaign: &Campaign, reading: &Reading, key: &str) -> Option<f64> {
     let joint = key.strip_suffix("_deg_s").and_then(|name| campaign.bench.joints().position(|joint| joint == name));
     if let Some(joint) = joint {

@@ -151,7 +151,7 @@ pub fn foresee(campaign: &Campaign, catalogue: &[Effect], noise: &Noise) -> Resu
         directions(campaign, catalogue, noise)?;
     let rows = independent.u.len();
     let settings = Settings::default();
-    let priors = Priors::at(settings.significance);
+    let priors = Priors::at(settings.significance).for_sensors(campaign.bench.sensors.len());
     let zeros = vec![0.0; rows];
     // longer records are averaged before they are diagnosed
     let kernels = if rows <= averaged::LONG { bank(campaign, &design, &independent) } else { Vec::new() };

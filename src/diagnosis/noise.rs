@@ -10,7 +10,7 @@ use faer::Mat;
 use std::collections::HashMap;
 
 /// Fewer degrees of freedom than this make no noise floor.
-const FEWEST_REPLICATES: usize = 4;
+pub(super) const FEWEST_REPLICATES: usize = 4;
 
 /// A model at one point, weighted so that its noise has (relative) unit variance and its rows are independent.
 #[derive(Debug, Clone)]

@@ -13,7 +13,7 @@
 
 use super::bank::bank;
 use super::common::NoiseFrom;
-use super::noise::{self, Finished, Weighted};
+use super::noise::{self, FEWEST_REPLICATES, Finished, Weighted};
 use super::score::{Kernel, Priors, Problem, Score};
 use crate::campaign::Campaign;
 use crate::design::DesignMatrix;
@@ -49,15 +49,14 @@ pub(super) fn weigh(
 /// Probability, over all readings, of so large a deviation by chance, below which a reading says nothing of the noise of its sensor: a tenth of the significance at
 /// which effects are named by default.
 const CONTRADICTED: f64 = 1e-3;
-/// Fewer degrees of freedom than this say nothing of a noise.
-const FEWEST: usize = 4;
 
 /// The row that the others contradict, what it adds being no noise: `t_i^2 = v_i^2/(1 - h_i)`, `F = t_i^2/s_(i)^2`, `s_(i)^2 = (sum v^2 - t_i^2)/(dof - 1)` (R. D. Cook,
 /// S. Weisberg, Residuals and Influence in Regression, 1982, 2.2.2); `readings` are all that are looked at.
 fn contradicted(alone: &estimate::Estimate, readings: usize) -> Option<usize> {
-    let left = alone.dof.checked_sub(1).filter(|left| *left >= FEWEST)? as f64;
+    let left = alone.dof.checked_sub(1).filter(|left| *left >= FEWEST_REPLICATES)? as f64;
     let q = alone.factor.thin_q();
     let free = |i: usize| 1.0 - (0..q.ncols()).map(|j| q[(i, j)] * q[(i, j)]).sum::<f64>();
+    // a reading that no other checks has a residual of rounding
     let squares = alone.residuals.iter().enumerate().filter(|(i, _)| free(*i) > 1e-9);
     let (t, i) = squares.map(|(i, v)| (v * v / free(i), i)).max_by(|a, b| a.0.total_cmp(&b.0))?;
     let sum: f64 = alone.residuals.iter().map(|v| v * v).sum();

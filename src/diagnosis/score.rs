@@ -28,8 +28,10 @@ const FIRST: f64 = 30.0;
 const OUTSIDE: f64 = 0.03;
 /// The same of the many that grow (6e-6): they are only looked through.
 const GROWN: f64 = 12.0;
-/// Most members of a set of one sensor: they bound the work.
+/// Most members of a set of one sensor, and in each of several sensors: they bound the work. Three effects at once are what is to be found; of one sensor twice as many,
+/// since what is outside the catalogue may take several.
 const EACH: usize = 6;
+const IN_EACH_OF_SEVERAL: usize = 3;
 /// Sets of each length that grow side by side where nothing but effects is there: they bound the work. A choice; with more the time grows in proportion.
 const BEAM: usize = 24;
 /// Most sets whose neighbours are looked at after the search.
@@ -100,7 +102,7 @@ impl Priors {
 
     /// For readings of so many sensors: an effect in several of them is a member for each.
     pub fn for_sensors(self, sensors: usize) -> Self {
-        Priors { most: EACH.max(3 * sensors), ..self }
+        Priors { most: EACH.max(IN_EACH_OF_SEVERAL * sensors), ..self }
     }
 
     pub fn range(&self) -> f64 {

@@ -423,6 +423,7 @@ fn slopes(campaign: &Campaign, quantity: &Derived) -> Result<(Vec<Vec<f64>>, boo
             };
             let largest = |all: &[Vec<f64>]| all.iter().flatten().fold(0.0_f64, |most, g| most.max(g.abs()));
             let (close, closer) = (around(STEP), around(0.1 * STEP));
+            // at a tenth of the distance bounded gradients are as large, those that grow as its reciprocal are tenfold
             let bounded = largest(&closer) < 2.0 * largest(&close);
             (if bounded { close } else { Vec::new() }, false)
         }

@@ -132,7 +132,7 @@ fn assumed_resolution(channel: &Channel, blocks: &[SegmentBlocks]) -> Option<f64
     levels.sort_by(f64::total_cmp);
     let apart = levels.iter().zip(levels.iter().skip(1)).map(|(a, b)| b - a).filter(|apart| *apart > 0.0);
     let (least, step) = (apart.fold(f64::INFINITY, f64::min), channel.resolution());
-    let is_set = step == 0.0 || step > 0.999 * least; // but for rounding
+    let is_set = step == 0.0 || step > 0.999 * least; // differences of decimals are rounded
     (is_set && blocks.iter().all(|block| block.sd == 0.0))
         .then(|| number::resolution(levels.into_iter()).unwrap_or(0.0))
 }

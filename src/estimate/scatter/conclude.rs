@@ -220,7 +220,8 @@ fn conclude(
     };
     let follows = |j: usize| absorbed.iter().flatten().any(|own| own.touches_unknown(j));
     let mut judged = (0..covariance.nrows()).filter(|j| point.estimate.unknowns.is_estimable(*j) && !follows(*j));
-    // what is estimated to be zero along time is known to be no more than it could be
+    // a line along time that is estimated as zero is no more than it could be, its standard uncertainty: what that adds to the variance v of an unknown, a, is
+    // the standard uncertainty of v, with 2 (v/a)^2 degrees of freedom (Satterthwaite)
     let at_zero = |j: usize| {
         let along: Vec<f64> = (0..sensitivities.ncols()).map(|i| sensitivities[(j, i)]).collect();
         let more = problem.lines.iter().zip(component).filter_map(|(line, c)| {

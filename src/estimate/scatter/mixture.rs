@@ -8,7 +8,8 @@
 //! be of any size: mountings with unequal numbers of readings whose variance is estimated below zero, a correlation time as long as the record. The
 //! sum over variances and correlation times is of the size of the errors there. Variances go as far below zero as deviations of their line alone leave
 //! the rows a covariance, so that in a balanced design the sum is Student's interval of the mean square that belongs to the unknown.
-//! `J` is H. Jeffreys' prior, for Markov deviations flat in logarithms; a scale common to all that scatters is integrated out. G. E. P. Box, G. C.
+//! `J` is H. Jeffreys' prior of the variances, at each correlation time, of which the logarithm is flat: without it a deviation along time that is estimated
+//! as zero would keep all its weight there. A scale common to all that scatters is integrated out. G. E. P. Box, G. C.
 //! Tiao, Bayesian Inference in Statistical Analysis, 1973, chapters 2 and 5. Nodes follow R. Richtmyer's sequence (square roots of primes).
 #![allow(
     clippy::indexing_slicing,
@@ -298,12 +299,10 @@ impl Problem<'_> {
             }
             let point = self.at_with(&lines, &theta)?.filter(|point| point.basis == top.basis);
             let Some(point) = point else { continue };
-            {
-                let inference = self.inference(&point);
-                let part = Mat::from_fn(kept.len(), kept.len(), |a, b| inference.s[(kept[a], kept[b])]);
-                let Ok(root) = part.llt(Side::Lower) else { continue };
-                weight += (0..kept.len()).map(|a| root.L()[(a, a)].ln()).sum::<f64>();
-            }
+            let inference = self.inference(&point);
+            let part = Mat::from_fn(kept.len(), kept.len(), |a, b| inference.s[(kept[a], kept[b])]);
+            let Ok(root) = part.llt(Side::Lower) else { continue };
+            weight += (0..kept.len()).map(|a| root.L()[(a, a)].ln()).sum::<f64>();
             let estimate = &point.estimate;
             let (scale, squares) = match dof {
                 Some(dof) => (estimate.sum_of_squares / dof, dof * estimate.sum_of_squares.ln()),
