@@ -68,7 +68,7 @@ pub(crate) use inequalities::Side;
 pub use inequalities::{Inequality, Restricted, restrict};
 pub(crate) use scale_uncertainty::ScaleUncertainty;
 pub(crate) use scatter::{
-    Absorbed, Chain, Floor, Likelihood, Mixture, NEWTON_STEPS, NoiseModel, NoisePart, PartNoise, Slot, Stepped,
+    Absorbed, Chain, Floor, Likelihood, Mixture, NEWTON_STEPS, Node, NoiseModel, NoisePart, PartNoise, Slot, Stepped,
     TimeNoise, Variances, deviation_range, satterthwaite, scattered, scattered_with, step_scattered, time_range,
     white_range,
 };

@@ -8,7 +8,7 @@ use super::condense::Condensed;
 use super::problem::Problem;
 use super::reml::{Ended, FULL, Limits};
 use super::time::{self, Along};
-use super::{LineState, Memory, ScatterLine, Scattered, Stepped, Whitening, inference};
+use super::{LineState, Memory, ScatterLine, Scattered, Stepped, Whitening, inference, mixture};
 use crate::error::Result;
 use crate::estimate::factor::{product_by_rows, rank_tolerance};
 use crate::estimate::{Elimination, Group, ScaleHints, Settings, System, solve};
@@ -83,11 +83,13 @@ pub(crate) fn scattered_with(
     let lines: Vec<ScatterLine> = lines.iter().enumerate().map(stated).collect();
     let own = scattered((&weighed, &lines), elimination, &[], settings, false)?;
     let part = |whole: &Mat<f64>| whole.submatrix(0, 0, n, n).to_owned();
+    let conditional = mixture::conditional(&told.estimate.unknowns.covariance, n)?;
+    let as_stated = |whole: &Mat<f64>| conditional.transpose() * whole * &conditional;
     let solution = &own.estimate.unknowns.solution;
     let mixture = told.mixture.as_ref().map(|all| all.of_first(&told.estimate.unknowns.solution, solution));
     Ok(Scattered {
         correction: part(&told.correction),
-        leans: told.leans.iter().map(|lean| lean.as_ref().map(|(c, lean)| (*c, part(lean)))).collect(),
+        leans: told.leans.iter().map(|own| own.as_ref().map(|(c, lean)| (*c, as_stated(lean)))).collect(),
         absorbed: told.absorbed.iter().map(|own| own.as_ref().map(|own| own.of_first(n))).collect(),
         estimate: own.estimate,
         whitening: own.whitening,

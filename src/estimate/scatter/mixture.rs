@@ -67,18 +67,23 @@ impl Node {
     /// The first `n` unknowns where those behind them are zero: the conditional distribution `x - S_xz S_zz^-1 z`, `S_xx - S_xz S_zz^-1 S_zx`.
     ///
     /// Errors: a covariance of the unknowns behind them that is none.
-    fn given(&self, n: usize) -> Result<Node> {
-        let (all, k) = (&self.covariance, self.shift.len().saturating_sub(n));
-        let behind = all.submatrix(n, n, k, k).llt(Side::Lower);
-        let behind = behind.map_err(|_| Malformed::new(Fault::Value, "the known inputs have no covariance"))?;
-        // S_zz^-1 (S_zx, z)
-        let crossed = Mat::from_fn(k, n + 1, |i, j| if j < n { all[(n + i, j)] } else { self.shift[n + i] });
-        let by = behind.solve(&crossed);
-        let given = |i: usize, j: usize| (0..k).map(|z| all[(i, n + z)] * by[(z, j)]).sum::<f64>();
-        let shift = (0..n).map(|i| self.shift[i] - given(i, n)).collect();
-        let covariance = Mat::from_fn(n, n, |i, j| all[(i, j)] - given(i, j));
-        Ok(Node { weight: self.weight, shift, covariance })
+    pub(crate) fn given(&self, n: usize) -> Result<Node> {
+        let conditional = conditional(&self.covariance, n)?;
+        let shift = conditional.transpose() * Mat::from_fn(self.shift.len(), 1, |i, _| self.shift[i]);
+        let covariance = conditional.transpose() * &self.covariance * &conditional;
+        Ok(Node { weight: self.weight, shift: shift.col_as_slice(0).to_vec(), covariance })
     }
+}
+
+/// What the first `n` of normal variables are where those behind them are zero, as a combination `P' x` of all: `P' = [I, -S_xz S_zz^-1]`.
+///
+/// Errors: a covariance of the variables behind them that is none.
+pub(super) fn conditional(covariance: &Mat<f64>, n: usize) -> Result<Mat<f64>> {
+    let k = covariance.nrows().saturating_sub(n);
+    let behind = covariance.submatrix(n, n, k, k).llt(Side::Lower);
+    let behind = behind.map_err(|_| Malformed::new(Fault::Value, "the known inputs have no covariance"))?;
+    let by = behind.solve(covariance.submatrix(n, 0, k, n));
+    Ok(Mat::from_fn(n + k, n, |i, j| if i < n { f64::from(u8::from(i == j)) } else { -by[(i - n, j)] }))
 }
 
 /// What the sum runs along.

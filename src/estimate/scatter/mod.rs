@@ -51,7 +51,7 @@ pub use conclude::adjust_scattered;
 pub(crate) use conclude::{satterthwaite, scattered, scattered_with, step_scattered};
 pub use elimination::Whitening;
 pub(crate) use floor::{Floor, Variances};
-pub(crate) use mixture::Mixture;
+pub(crate) use mixture::{Mixture, Node};
 pub use pattern::Pattern;
 pub(crate) use restricted::{Likelihood, NEWTON_STEPS, NoiseModel, PartNoise, Slot};
 pub(crate) use time::{deviation_range, time_range, white_range};

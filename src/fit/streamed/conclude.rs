@@ -15,7 +15,7 @@ use super::{Rows, Sample, Streamed};
 use crate::campaign::{Campaign, Role};
 use crate::design;
 use crate::error::Result;
-use crate::estimate::{Chain, Estimate, Group, System, Unknowns};
+use crate::estimate::{Block, Chain, Estimate, Group, NoisePart, System, Unknowns};
 use crate::fit::parameters::{BudgetInputs, Told};
 use crate::fit::{Checks, Constraints, Estimator, Fit, in_uncertainties, separate, system};
 use crate::linear::subtract;
@@ -36,41 +36,52 @@ pub(super) fn conclude(
     let sensors = question.sensors.len();
     // the scale of white noise alone is that of the last pass
     let open: Vec<bool> = (0..sensors).map(|s| found.free[s][0] && found.noise[s].deviation == 0.0).collect();
-    let change = match settings.estimator {
-        Estimator::Exact => vec![0.0; question.unknowns],
-        Estimator::Linear => solved(&mut question, rows, &found.noise, &open, &point)?.found.unknowns.solution,
+    let is_exact = settings.estimator == Estimator::Exact;
+    let first = match is_exact && question.carried.is_empty() {
+        true => None,
+        false => Some(solved(&mut question, rows, &found.noise, &open, &point)?),
+    };
+    let change = match &first {
+        Some(own) if !is_exact => own.found.unknowns.solution.clone(),
+        _ => vec![0.0; question.unknowns],
+    };
+    // the residuals are tested with the known inputs where the readings have them
+    let whole = match first.as_ref().and_then(|own| own.extended.as_ref()) {
+        Some((own, _)) => {
+            let step = &own.unknowns.solution;
+            question.in_own_units(&Mat::from_fn(step.len(), 1, |j, _| step[j])).col_as_slice(0).to_vec()
+        }
+        None => change.clone(),
     };
     let inputs = inputs(&campaign, sample, &question);
     let further: Vec<usize> = inputs.iter().map(|input| input.column).collect();
     let (n, carried) = (question.unknowns, question.carried.len());
     let mut folding: Vec<Folding> = found.noise.iter().map(|noise| Folding::new(n, carried, *noise)).collect();
-    let mut chains: Vec<Option<(Chain, &Mat<f64>)>> = found
-        .noise
-        .iter()
-        .map(|noise| {
-            let directions = found.directions.as_ref().filter(|_| noise.deviation > 0.0)?;
-            Some((Chain::new(directions.ncols() + 1, noise.variances(), true), directions))
-        })
-        .collect();
+    // of noise that is correlated in time: sums in directions of the unknowns, and in those that the noise was estimated in
+    let beside = question.in_own_units(&found.tested);
+    let bases: Vec<&Mat<f64>> = match &found.directions {
+        Some(_) if carried > 0 => vec![found.directions.as_ref().unwrap_or(&beside), &beside],
+        Some(directions) => vec![directions],
+        None => Vec::new(),
+    };
+    let chain = |noise: &Size| bases.iter().map(|own| Chain::new(own.ncols() + 1, noise.variances(), true)).collect();
+    let mut chains: Vec<Vec<Chain>> =
+        found.noise.iter().map(|noise| if noise.deviation > 0.0 { chain(noise) } else { Vec::new() }).collect();
     let mut binned: Vec<Binned> = (0..sensors).map(|_| Binned::new(inputs.len(), found.tested.ncols())).collect();
-    // of rows as they are folded, known inputs in their own units
-    let tested =
-        question.extended(&Mat::identity(n + carried, n + carried)).submatrix(0, 0, n + carried, found.tested.nrows())
-            * &found.tested;
     let mut residuals: Vec<Residuals> = (0..sensors).map(|_| Residuals::new()).collect();
     let mut independent: HashMap<(usize, usize), f64> = HashMap::new();
     question.walk(rows, &point, &further, &mut |s, chunk| {
         let rows = folding[s].push(chunk.rows, chunk.time, chunk.relative)?;
-        if let Some((chain, directions)) = &mut chains[s] {
-            chain.push(chunk.turned(directions, &change).as_ref(), chunk.time, chunk.relative)?;
+        for (chain, basis) in chains[s].iter_mut().zip(&bases) {
+            chain.push(chunk.turned(basis, &change).as_ref(), chunk.time, chunk.relative)?;
         }
         let mut left = chunk.observed().to_vec();
         subtract(&mut left, chunk.rows, &change);
         let observed = rows.col_as_slice(rows.ncols() - 1);
-        let turned = crate::linear::turned(&rows, observed, &tested, &[]);
+        let turned = crate::linear::turned(&rows, observed, &beside, &[]);
         binned[s].push(&inputs, chunk, &left, (&turned, &folding[s]));
         let mut whitened = observed.to_vec();
-        subtract(&mut whitened, &rows, &change);
+        subtract(&mut whitened, &rows, &whole);
         residuals[s].take(chunk.numbers, chunk.values, &left, &whitened);
         let before = |own: &u64| chunk.numbers.first().is_some_and(|first| own < first);
         let kept = sample.numbers.iter().enumerate().skip(sample.numbers.partition_point(before));
@@ -87,10 +98,22 @@ pub(super) fn conclude(
         Some(directions) => directions.clone(),
         None => solved.found.factor.whitened_directions(),
     };
-    let mut chain = |k: usize| Some(chains[*solved.order.get(k)?].take()?.0.part());
-    let blocks = solved.rows.blocks.iter().enumerate();
-    let summed: Vec<_> = blocks.map(|(k, own)| chain(k).unwrap_or_else(|| own.part(&directions, &change))).collect();
-    let noised = Noised::new(&found, &solved.scale, &solved.order, &summed, directions)?;
+    let mut along: Vec<Vec<NoisePart>> =
+        chains.into_iter().map(|own| own.into_iter().rev().map(Chain::part).collect()).collect();
+    // of white noise the sums are those of its triangle
+    let mut likelihood = |blocks: &[Block], directions: Mat<f64>| {
+        let mut of_time = |k: usize| along[*solved.order.get(k)?].pop();
+        let each = blocks.iter().enumerate();
+        let parts: Vec<NoisePart> =
+            each.map(|(k, own)| of_time(k).unwrap_or_else(|| own.part(&directions, &change))).collect();
+        Noised::new(&found, &solved.scale, &solved.order, &parts, directions)
+    };
+    let noised = likelihood(&solved.rows.blocks, directions)?;
+    let told = match &solved.extended {
+        Some((_, rows)) if !bases.is_empty() => Some(likelihood(&rows.blocks, found.tested.clone())?),
+        Some((own, rows)) => Some(likelihood(&rows.blocks, own.factor.whitened_directions())?),
+        None => None,
+    };
     let mut bins = Vec::new();
     if let Some(of_all) = Directed::new(&solved, &found.tested) {
         for (s, own) in binned.into_iter().enumerate().filter(|(s, _)| question.is_read(*s)) {
@@ -121,12 +144,6 @@ pub(super) fn conclude(
     let all = values + question.priors.len() as u64;
     let dof = all.saturating_sub(solved.found.unknowns.rank as u64);
     let counts: Vec<u64> = parts.iter().map(|part| part.as_ref().map_or(0, |part| part.rows)).collect();
-    // of noise that is correlated in time the sums belong to directions without the inputs
-    let white = found.noise.iter().all(|noise| noise.deviation == 0.0);
-    let told = match solved.extended_parts().filter(|_| white) {
-        Some((directions, parts)) => Some(Noised::new(&found, &solved.scale, &solved.order, &parts, directions)?),
-        None => None,
-    };
     let noise = noised.sources(told.as_ref(), &campaign, &question, &found, &solved, &counts);
     let sizes = &found.noise;
     let estimate = estimate(&start.estimate, (&at, &weighed), &solved, sizes, &change, crate::number::index(dof));

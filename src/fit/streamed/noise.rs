@@ -15,7 +15,8 @@ use crate::campaign::{Campaign, Size};
 use crate::elements::Elements;
 use crate::error::Result;
 use crate::estimate::{
-    Chain, NEWTON_STEPS, NoiseModel, NoisePart, PartNoise, Slot, TimeNoise, deviation_range, time_range, white_range,
+    Chain, Likelihood, NEWTON_STEPS, Node, NoiseModel, NoisePart, PartNoise, Slot, TimeNoise, deviation_range,
+    time_range, white_range,
 };
 use crate::fit::Estimator;
 use crate::fit::gauss_newton::{Convergence, Iteration, Stop};
@@ -64,14 +65,22 @@ impl Question {
         [self.is_white_free(s), of(|own| own.deviation), of(|own| own.tau)].map(|free| free && self.is_read(s))
     }
 
-    /// One pass along time: the sums of each sensor's rows, those of its white noise with the factor 1, in some directions of the unknowns.
+    /// Directions of the unknowns and of the known inputs' independent parts, for rows that have the inputs in their own units.
+    pub(super) fn in_own_units(&self, tested: &Mat<f64>) -> Mat<f64> {
+        let columns = self.unknowns + self.carried.len();
+        self.extended(&Mat::identity(columns, columns)).submatrix(0, 0, columns, tested.nrows()) * tested
+    }
+
+    /// One pass along time: the sums of each sensor's rows, those of its white noise with the factor 1, in some directions of the unknowns and known
+    /// inputs, and last what is stated of these.
     fn along(
         &mut self,
         rows: &mut dyn Rows,
         point: &[f64],
-        directions: &Mat<f64>,
+        tested: &Mat<f64>,
         noises: &[TimeNoise],
     ) -> Result<Vec<NoisePart>> {
+        let directions = &self.in_own_units(tested);
         let mut of = noises.iter();
         let mut chains: Vec<Option<Chain>> = (0..self.sensors.len())
             .map(|s| {
@@ -84,7 +93,8 @@ impl Question {
             None => Ok(()),
         })?;
         let parts = chains.into_iter().flatten().map(Chain::part);
-        Ok(parts.chain([self.prior_block(point).part(directions, &[])]).collect())
+        let stated = self.extended_blocks(&[self.prior_block(point)]);
+        Ok(parts.chain(stated.iter().map(|block| block.part(tested, &[]))).collect())
     }
 }
 
@@ -198,7 +208,7 @@ pub(super) fn search(
         tested,
     };
     if lines.iter().zip(&found.free).any(|(line, free)| line.is_some() && free.contains(&true)) {
-        found.along_time((question, rows), point, lines, &seen, &directions)?;
+        found.along_time((question, rows), point, lines, &seen)?;
     }
     if lines.iter().any(Option::is_some) {
         found.directions = Some(directions);
@@ -214,6 +224,20 @@ pub(super) fn search(
     Ok(found)
 }
 
+/// The step of the `n` unknowns where the known inputs behind them are as stated, and its length in its standard uncertainties. Solution and covariance of
+/// the likelihood are in the directions.
+fn as_stated(directions: &Mat<f64>, found: &Likelihood, n: usize) -> Result<(Vec<f64>, f64)> {
+    let covariance = directions * &found.covariance * directions.transpose();
+    let solution = directions * Mat::from_fn(directions.ncols(), 1, |k, _| found.solution[k]);
+    let whole = Node { weight: 1.0, shift: solution.col_as_slice(0).to_vec(), covariance };
+    let Node { shift, covariance, .. } = whole.given(n)?;
+    let step = Mat::from_fn(n, 1, |j, _| shift[j]);
+    // what the readings do not determine has no direction, and no step
+    let weighed = covariance.llt(faer::Side::Lower).map(|own| own.solve(&step));
+    let length = weighed.map_or(0.0, |own| (step.transpose() * own)[(0, 0)].max(0.0).sqrt());
+    Ok((shift, length))
+}
+
 fn size(point: &[f64]) -> f64 {
     point.iter().map(|x| x * x).sum::<f64>().sqrt() * f64::EPSILON
 }
@@ -226,9 +250,9 @@ impl Found {
         point: &mut [f64],
         lines: &[Option<Stated>],
         seen: &[Seen],
-        directions: &Mat<f64>,
     ) -> Result<()> {
-        let mut model = NoiseModel { parts: Vec::new(), range: Vec::new(), columns: directions.ncols() };
+        let tested = self.tested.clone();
+        let mut model = NoiseModel { parts: Vec::new(), range: Vec::new(), columns: tested.ncols() };
         let mut at = Vec::new();
         let mut slot = |free: bool, stated: f64, range: (f64, f64), model: &mut NoiseModel| {
             if !free {
@@ -268,17 +292,14 @@ impl Found {
         let linear_only = question.settings.estimator == Estimator::Linear;
         let mut at_end = vec![false; at.len()];
         for _ in 0..question.settings.iterations.max(1) {
-            let mut gather = |noises: &[TimeNoise]| question.along(rows, point, directions, noises);
+            let mut gather = |noises: &[TimeNoise]| question.along(rows, point, &tested, noises);
             let top = model.top(&at, NEWTON_STEPS, &mut gather)?;
             (at, at_end, self.settled) = (top.at, top.at_end, top.converged);
             if linear_only {
                 break;
             }
-            let solution = Mat::from_fn(directions.ncols(), 1, |k, _| top.found.solution[k]);
-            let change = directions * &solution;
-            point.iter_mut().zip(change.col_as_slice(0)).for_each(|(x, dx)| *x += dx);
-            let weighed = top.found.covariance.llt(faer::Side::Lower).map(|own| own.solve(&solution));
-            let length = weighed.map_or(0.0, |own| (solution.transpose() * own)[(0, 0)].max(0.0).sqrt());
+            let (change, length) = as_stated(&tested, &top.found, question.unknowns)?;
+            point.iter_mut().zip(&change).for_each(|(x, dx)| *x += dx);
             // without them the squares of the rows are as many as their degrees of freedom
             let rest = seen.iter().map(|own| own.rows).sum::<f64>().sqrt();
             if question.is_linear || length <= NEGLIGIBLE * rest {

@@ -7,7 +7,7 @@
 use super::question::{Part, Question};
 use crate::elements::Elements;
 use crate::error::Result;
-use crate::estimate::{Block, Compressed, NoisePart, ScaleHints, Scaled};
+use crate::estimate::{Block, Compressed, ScaleHints, Scaled};
 use faer::Mat;
 
 /// An adjustment of all sensors at some noise.
@@ -59,14 +59,6 @@ impl Together {
     pub(super) fn sum_of_squares(&self) -> f64 {
         self.extended.as_ref().map_or(self.found.sum_of_squares, |(own, _)| own.sum_of_squares)
     }
-
-    /// The directions of the unknowns beside the known inputs, and the sums of the blocks in them.
-    pub(super) fn extended_parts(&self) -> Option<(Mat<f64>, Vec<NoisePart>)> {
-        let (found, rows) = self.extended.as_ref()?;
-        let directions = found.factor.whitened_directions();
-        let parts = rows.blocks.iter().map(|block| block.part(&directions, &found.unknowns.solution)).collect();
-        Some((directions, parts))
-    }
 }
 
 impl Part {
@@ -94,7 +86,7 @@ impl Part {
 
 impl Question {
     /// Blocks beside the known inputs, the last with what is stated of these.
-    fn extended_blocks(&self, blocks: &[Block]) -> Vec<Block> {
+    pub(super) fn extended_blocks(&self, blocks: &[Block]) -> Vec<Block> {
         let (n, k) = (self.unknowns, self.carried.len());
         let mut all: Vec<Block> =
             blocks.iter().map(|own| Block { rows: self.extended(&own.rows), ..own.clone() }).collect();
