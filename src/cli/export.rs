@@ -17,7 +17,7 @@ pub(super) struct Arguments {
     #[arg(long, value_enum)]
     to: Format,
     /// Write to a file; without it, to stdout.
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, short, visible_alias = "output", value_name = "FILE")]
     out: Option<PathBuf>,
     /// Prefix of the names in C and of the function in MATLAB (default 'tumble'), so that one program can hold several units.
     #[arg(long, value_name = "NAME")]

@@ -20,7 +20,7 @@ pub(super) struct Arguments {
     #[arg(long, default_value_t = 1, value_name = "N")]
     seed: u64,
     /// Write the campaign to a file; stdout unless given.
-    #[arg(short, long, value_name = "FILE", default_value = "-")]
+    #[arg(short, long, visible_alias = "out", value_name = "FILE", default_value = "-")]
     output: PathBuf,
 }
 

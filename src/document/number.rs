@@ -25,6 +25,7 @@ pub fn places(uncertainty: f64) -> Option<i32> {
 /// ```
 /// use tumble::document::number::rounded;
 /// assert_eq!(rounded(-162.0687, Some(0.5987)), "-162.07");
+/// assert_eq!(rounded(12345.6, Some(678.0)), "12350");
 /// assert_eq!(rounded(0.001234567, None), "0.00123457");
 /// assert_eq!(rounded(-3.3217e-11, Some(1.2e-12)), "-3.32e-11");
 /// ```
@@ -36,6 +37,8 @@ pub fn rounded(value: f64, uncertainty: Option<f64>) -> String {
                 let significant = if value == 0.0 { 0 } else { digits.saturating_add(leading_digit(value)) };
                 return format!("{value:.*e}", number::unsigned(significant.min(16)));
             }
+            let unit = 10f64.powi(-digits);
+            let value = if digits < 0 { (value / unit).round() * unit } else { value };
             let text = format!("{value:.*}", number::unsigned(digits));
             let zero = text.trim_start_matches('-').chars().all(|c| matches!(c, '0' | '.'));
             if zero { text.trim_start_matches('-').to_string() } else { text }

@@ -84,6 +84,10 @@ fn dense_restricted_likelihood() {
 
 /// The same numbers as from readings in memory, noise stated or estimated: estimates, u, degrees of freedom, every line of the budget.
 fn same(held: &Fit, streamed: &Fit) {
+    if held.campaign.bench.sensors.len() == 1 {
+        let (a, b) = (held.residual_sd().unwrap(), streamed.residual_sd().unwrap());
+        assert!((a / b - 1.0).abs() < 1e-7, "standard deviation of the residuals {a} {b}");
+    }
     for (a, b) in held.parameters.iter().zip(&streamed.parameters) {
         let (u, v) = (a.uncertainty.unwrap(), b.uncertainty.unwrap());
         let apart = (a.value.unwrap() - b.value.unwrap()).abs() / u.u;

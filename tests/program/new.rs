@@ -118,6 +118,7 @@ fn what_is_known_is_told() {
     let columns = ["--columns", "turn_deg_s=Drehrate,V=Ausgang", "--model", "V [mV] = V0 + s*k*w_z"];
     let (code, out, told) = tumble(folder, &[&own[..], &columns, &["--start", "k=15", "--start", "s=1"]].concat());
     assert!(code == 2 && out.contains("NOT DETERMINED") && out.contains("s, k"), "{out}{told}");
+    assert!(out.contains("with --known k=15 these readings determine all others"), "{out}{told}");
     let named = ["--known", "s=1+-0.0005", "--start", "k=15 mV/(deg/s)", "--to", "known.campaign.json"];
     std::fs::write(folder.join("known.bench.json"), "{}").expect("a file");
     let (code, out, told) = tumble(folder, &[&own[..], &columns, &named].concat());

@@ -24,7 +24,7 @@ pub(super) struct Arguments {
     /// The record, CSV with a header, Parquet, a workbook, MATLAB, HDF5 or MCAP: one column for each sensor, under its name; FILE#NAME is one of its tables. '-' reads text from stdin.
     log: PathBuf,
     /// Write to a file, Parquet if its name ends in .parquet; without it, CSV to stdout.
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, short, visible_alias = "output", value_name = "FILE")]
     out: Option<PathBuf>,
     /// Also write the standard uncertainty of each input from the calibration (not the noise of the sample), as <input>_u. With '--frame mount' that of
     /// the tilts is in it.
@@ -34,7 +34,7 @@ pub(super) struct Arguments {
     #[arg(long, value_enum, default_value_t = Frame::Sensor)]
     frame: Frame,
     /// Column of a sensor, or of an input such as a temperature, in the record, if its title differs from that name; repeat for several.
-    #[arg(long, value_name = "NAME=COLUMN", value_parser = pair)]
+    #[arg(long, visible_alias = "columns", value_name = "NAME=COLUMN", value_parser = pair)]
     column: Vec<(String, String)>,
 }
 

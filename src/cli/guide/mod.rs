@@ -100,7 +100,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "N", default_value_t = 200)]
     most: usize,
     /// The campaign that comes out, with the SHA-256 of its journal in its note.
-    #[arg(short, long, value_name = "FILE", default_value = "guided.campaign.json")]
+    #[arg(short, long, visible_alias = "out", value_name = "FILE", default_value = "guided.campaign.json")]
     output: PathBuf,
     /// Where every reading and decision is written before it is shown; beside the output unless given.
     #[arg(long, value_name = "FILE")]

@@ -297,18 +297,47 @@ fn campaign(arguments: &Arguments, table: &Path, answers: &Answers) -> Result<Ou
     let kinds = if chosen.new.is_some() { &["campaign", "bench"][..] } else { &["campaign"] };
     let names = write(texts, &to, kinds)?;
     super::show(&format!("wrote {names}\n{}: {}\n", to.display(), super::check::check(&to)?))?;
-    for doubt in &doubts {
-        let names: Vec<&str> = doubt.direction.terms.iter().map(|(id, _)| id.as_str()).collect();
-        let why = match names.as_slice() {
-            [one] => format!("no reading depends on {one}. State its value"),
-            names => format!(
-                "these readings determine a combination of {} only, not each of them. State the value of one of them",
-                names.join(", ")
-            ),
-        };
+    let terms = doubts.iter().map(|doubt| &doubt.direction.terms);
+    let (alone, combined): (Vec<_>, Vec<_>) = terms.partition(|terms| terms.len() == 1);
+    let named = |terms: &[&Vec<(String, f64)>]| {
+        let names: Vec<&str> = terms.iter().flat_map(|terms| terms.iter()).map(|(id, _)| id.as_str()).collect();
+        names.join(", ")
+    };
+    let mut why: Vec<String> = Vec::new();
+    if !alone.is_empty() {
+        why.push(format!("no reading depends on {}. State what is known of them", named(&alone)));
+    }
+    why.extend(combined.iter().map(|terms| {
+        let names = named(&[*terms]);
+        format!(
+            "these readings determine a combination of {names} only, not each of them. State the value of one of them"
+        )
+    }));
+    for why in why {
         super::show(&format!(
             "NOT DETERMINED: {why} (move it from \"estimate\" to \"known\"), or delete it from \"estimate\": it then counts as zero\n"
         ))?;
+    }
+    // of each combination the last in the bench's order, where it would begin
+    let (mut fewer, mut open, mut options) = (campaign, doubts.clone(), Vec::new());
+    while let Some(doubt) = open.first() {
+        let combined = |id: &str| doubt.direction.terms.iter().any(|(own, _)| own == id);
+        let Some(last) = fewer.estimate.0.iter().rposition(|(id, _)| combined(id)) else { break };
+        let (id, Asked { start, unit, .. }) = fewer.estimate.0.remove(last);
+        let value = start.unwrap_or(0.0);
+        let quantity = match &unit {
+            Some(unit) => shell_word(Path::new(&format!("{id}={value} {unit}"))),
+            None => format!("{id}={value}"),
+        };
+        options.push(format!("--known {quantity}"));
+        if value != 0.0 {
+            fewer.known.0.push((id, KnownEntry::Known(Given { value, unit, ..Given::default() })));
+        }
+        open = read(&fewer)?.1.map_or(Vec::new(), |fit| fit.not_estimable);
+    }
+    if !options.is_empty() && open.is_empty() {
+        let options = options.join(" ");
+        super::show(&format!("for example: with {options} these readings determine all others\n"))?;
     }
     super::show(&format!("next: tumble fit {}\n", shell_word(&to)))?;
     Ok(if doubts.is_empty() { Outcome::Done } else { Outcome::Rejected })

@@ -70,6 +70,8 @@ pub(super) fn conclude(
     let mut binned: Vec<Binned> = (0..sensors).map(|_| Binned::new(inputs.len(), found.tested.ncols())).collect();
     let mut residuals: Vec<Residuals> = (0..sensors).map(|_| Residuals::new()).collect();
     let mut independent: HashMap<(usize, usize), f64> = HashMap::new();
+    // of the rows as they were read
+    let mut squares: f64 = question.prior_block(&point).observed.iter().map(|left| left * left).sum();
     question.walk(rows, &point, &further, &mut |s, chunk| {
         let rows = folding[s].push(chunk.rows, chunk.time, chunk.relative)?;
         for (chain, basis) in chains[s].iter_mut().zip(&bases) {
@@ -77,6 +79,7 @@ pub(super) fn conclude(
         }
         let mut left = chunk.observed().to_vec();
         subtract(&mut left, chunk.rows, &change);
+        squares += left.iter().zip(chunk.relative).map(|(left, relative)| (left / relative).powi(2)).sum::<f64>();
         let observed = rows.col_as_slice(rows.ncols() - 1);
         let turned = crate::linear::turned(&rows, observed, &beside, &[]);
         binned[s].push(&inputs, chunk, &left, (&turned, &folding[s]));
@@ -146,7 +149,8 @@ pub(super) fn conclude(
     let counts: Vec<u64> = parts.iter().map(|part| part.as_ref().map_or(0, |part| part.rows)).collect();
     let noise = noised.sources(told.as_ref(), &campaign, &question, &found, &solved, &counts);
     let sizes = &found.noise;
-    let estimate = estimate(&start.estimate, (&at, &weighed), &solved, sizes, &change, crate::number::index(dof));
+    let estimate =
+        estimate(&start.estimate, (&at, &weighed), (&solved, squares), sizes, &change, crate::number::index(dof));
     let known = question
         .carried
         .iter()
@@ -249,7 +253,7 @@ fn inputs(campaign: &Campaign, sample: &Sample, question: &Question) -> Vec<Inpu
 fn estimate(
     sample: &Estimate,
     (at, weighed): (&design::DesignMatrix, &System),
-    solved: &Together,
+    (solved, squares): (&Together, f64),
     noise: &[Size],
     change: &[f64],
     dof: usize,
@@ -277,13 +281,9 @@ fn estimate(
             (form / (u * u)).clamp(0.0, 1.0)
         })
         .collect();
-    // one sensor whose noise is white and estimated: squares in its own unit, as of readings at hand
-    let white = noise.iter().all(|noise| noise.deviation == 0.0);
-    let own_unit = white && group_scale.len() == 1 && weighed.group.iter().all(|g| *g != Group::Known);
-    let scale = match group_scale.first().copied().flatten() {
-        Some(sd) if own_unit => sd * sd,
-        _ => 1.0,
-    };
+    // one sensor whose noise is estimated: squares of the rows as they were read, in its own unit, as of readings in memory
+    let own_unit = group_scale.len() == 1 && weighed.group.iter().all(|g| *g != Group::Known);
+    let sum_of_squares = if own_unit { squares } else { folded.sum_of_squares };
     let unknowns =
         Unknowns { solution: change.to_vec(), covariance: folded.unknowns.cofactor.clone(), ..folded.unknowns.clone() };
     Estimate {
@@ -291,7 +291,7 @@ fn estimate(
         residuals,
         redundancy: leverage.iter().map(|h| 1.0 - h).collect(),
         leverage,
-        sum_of_squares: folded.sum_of_squares * scale,
+        sum_of_squares,
         dof,
         group_scale,
         group_redundancy,
