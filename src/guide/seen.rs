@@ -344,7 +344,7 @@ impl Seen {
         let Some(quantity) = model.derived.iter().find(|q| q.id == goal.id) else {
             return Ok(Vec::new());
         };
-        Ok(gradients(model, quantity)?.iter().map(|gradient| self.beliefs.along(gradient)).collect())
+        Ok(gradients(model, quantity)?.0.iter().map(|gradient| self.beliefs.along(gradient)).collect())
     }
 
     /// What is wanted, in numbers.

@@ -6,6 +6,8 @@
 
 use crate::elements::{Elements, Parts};
 use crate::linear::{Triangle, dot};
+use faer::linalg::matmul::matmul;
+use faer::{Accum, MatMut, MatRef, Par};
 
 /// `count` candidates, each `rows` whitened rows in `unknowns` coordinates; element (row, unknown) of all candidates lies together.
 ///
@@ -78,33 +80,28 @@ impl Blocks {
 
     /// `x_jr . w` for every candidate j; a shorter `w` is padded with zeros.
     fn along(&self, r: usize, w: &[f64]) -> Vec<f64> {
-        let mut out = vec![0.0; self.count];
         // pieces that stay in the first-level cache
         const PIECE: usize = 256;
-        let mut start = 0;
-        for piece in out.chunks_mut(PIECE) {
+        let mut out = vec![0.0; self.count];
+        for (start, piece) in (0..).step_by(PIECE).zip(out.chunks_mut(PIECE)) {
             let end = start + piece.len();
             let part = |c: usize| self.column(r, c).part(start..end);
-            piece.fill(0.0);
-            let mut c = 0;
-            loop {
-                match w.get(c..) {
+            for (c, weights) in (0..).step_by(4).zip(w.chunks(4)) {
+                match weights {
                     // four columns at a time: each sum is loaded and stored a quarter as often
-                    Some([a, b, d, e, ..]) => {
+                    [a, b, d, e] => {
                         let (p, q, s, t) = (part(c), part(c + 1), part(c + 2), part(c + 3));
                         for ((((out, p), q), s), t) in piece.iter_mut().zip(p).zip(q).zip(s).zip(t) {
                             *out += a * p + b * q + (d * s + e * t);
                         }
-                        c += 4;
                     }
-                    Some([a, ..]) => {
-                        piece.iter_mut().zip(part(c)).for_each(|(out, p)| *out += a * p);
-                        c += 1;
+                    rest => {
+                        for (a, c) in rest.iter().zip(c..) {
+                            piece.iter_mut().zip(part(c)).for_each(|(out, p)| *out += a * p);
+                        }
                     }
-                    _ => break,
                 }
             }
-            start = end;
         }
         out
     }
@@ -124,11 +121,25 @@ impl Blocks {
         sums
     }
 
+    /// `M + sum w_j X_j'X_j`.
+    pub(super) fn weighted(&self, base: &[f64], weights: &[f64]) -> Vec<f64> {
+        let n = self.unknowns;
+        let mut m = base.to_vec();
+        for r in 0..self.rows {
+            let scale = |c: usize| self.column(r, c).iter().zip(weights).map(|(x, w)| x * w);
+            let scaled: Vec<f64> = (0..n).flat_map(scale).collect();
+            let scaled = MatRef::from_column_major_slice(&scaled, self.count, n);
+            let face = self.data.part(r * n * self.count..(r + 1) * n * self.count);
+            let face = MatRef::from_column_major_slice(face, self.count, n);
+            let sum = MatMut::from_column_major_slice_mut(&mut m, n, n);
+            matmul(sum, Accum::Add, scaled.transpose(), face, 1.0, Par::Seq);
+        }
+        m
+    }
+
     /// Sum of `x x'` over all rows of all candidates, row by row.
     pub(super) fn sum(&self) -> Vec<f64> {
-        let mut sum = vec![0.0; self.unknowns * self.unknowns];
-        (0..self.count).for_each(|j| self.add(&mut sum, 1.0, j));
-        sum
+        self.weighted(&vec![0.0; self.unknowns * self.unknowns], &vec![1.0; self.count])
     }
 
     /// The same information in as few rows as it has: `R'R = X'X` for each candidate.
@@ -158,15 +169,24 @@ pub(super) fn packed(r: usize, s: usize) -> usize {
     s * (s + 1) / 2 + r
 }
 
-/// The largest number of a list and its place; NaN is smaller than any number.
+/// The largest number of a list and its place, the first of equal ones; NaN is smaller than any number.
 pub(super) fn largest(list: &[f64]) -> (usize, f64) {
-    let mut lanes = [f64::NEG_INFINITY; 8];
-    for piece in list.chunks(8) {
-        lanes.iter_mut().zip(piece).for_each(|(most, v)| *most = if *v > *most { *v } else { *most });
-    }
-    let most = lanes.into_iter().fold(f64::NEG_INFINITY, f64::max);
     // the greatest of an empty list, or of not-a-numbers: minus infinity, which nobody takes
-    (list.iter().position(|v| *v == most).unwrap_or(0), most)
+    let larger = |most: (usize, f64), (k, v): (usize, &f64)| if *v > most.1 { (k, *v) } else { most };
+    list.iter().enumerate().fold((0, f64::NEG_INFINITY), larger)
+}
+
+/// A symmetric matrix that is stored row by row.
+pub(super) fn square(a: &[f64], n: usize) -> MatRef<'_, f64> {
+    MatRef::from_column_major_slice(a, n, n)
+}
+
+/// `A B`, column by column, on this thread: searches run side by side.
+fn product(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Vec<f64> {
+    let (rows, columns) = (a.nrows(), b.ncols());
+    let mut out = vec![0.0; rows * columns];
+    matmul(MatMut::from_column_major_slice_mut(&mut out, rows, columns), Accum::Replace, a, b, 1.0, Par::Seq);
+    out
 }
 
 /// `A v` for a square matrix stored row by row.
@@ -184,19 +204,7 @@ pub(super) fn add_outer(a: &mut [f64], s: f64, v: &[f64]) {
 
 /// `A W A` for symmetric `A` and `W`.
 pub(super) fn sandwich(a: &[f64], w: &[f64], n: usize) -> Vec<f64> {
-    let product = |p: &[f64], q: &[f64]| {
-        let mut out = vec![0.0; n * n];
-        for i in 0..n {
-            for k in 0..n {
-                let factor = p[i * n + k];
-                for j in 0..n {
-                    out[i * n + j] += factor * q[k * n + j];
-                }
-            }
-        }
-        out
-    };
-    product(&product(a, w), a)
+    product(MatRef::from_column_major_slice(&product(square(a, n), square(w, n)), n, n), square(a, n))
 }
 
 /// Inverse and logarithm of the determinant of a symmetric positive definite matrix, row by row, by Cholesky; `None` where its smallest pivot is not

@@ -17,7 +17,7 @@ use super::blocks::{Blocks, add_outer, invert, packed, sandwich};
 use super::objective::{Combinations, Objective};
 use crate::linear::dot;
 use crate::number;
-use faer::{Mat, Side};
+use faer::{Mat, Scale, Side};
 
 /// The approximate design and its lower bound.
 #[derive(Debug, Clone, PartialEq)]
@@ -47,31 +47,36 @@ pub(super) fn bound(blocks: &Blocks, base: &[f64], objective: &Objective, total:
     let (n, count) = (blocks.unknowns(), blocks.count());
     let mut best: Option<Bound> = None;
     let mut reached = f64::INFINITY;
+    let spread = |active: &[usize], weights: &[f64]| {
+        let mut all = vec![0.0; count];
+        active.iter().zip(weights).for_each(|(j, w)| all[*j] = *w);
+        all
+    };
     // active candidates, their rows and their weights
     let mut active: Vec<usize> = (0..count).collect();
     let mut rows = blocks.clone();
     let mut weights = vec![1.0 / count as f64; count];
     let mut mixture = Mixture::of(objective);
     let mut least = 0.0;
-    // logarithms of determinants: their slopes' steps are those of D
-    let determinant = matches!(objective, Objective::Determinant | Objective::Volume(_));
-    let logarithms = match objective {
-        Objective::Volume(volume) => volume.size(),
-        _ => n as f64,
+    // logarithms of determinants, of so many unknowns: their slopes' steps are those of D
+    let logarithm_of = match objective {
+        Objective::Determinant => Some(n as f64),
+        Objective::Volume(volume) => Some(volume.size()),
+        _ => None,
     };
     let predicted = if let Objective::Largest(rows) = objective { rows.rows() * rows.count() } else { 0 };
     let size = blocks.rows() * count + predicted;
     let most = number::count(EFFORT / (2.0 * (size * n * n) as f64)).clamp(50, ITERATIONS);
     for iteration in 0..most {
-        let Some((inverse, log_det)) = invert(&weighted(&rows, base, total, &weights), n) else {
+        let repeats: Vec<f64> = weights.iter().map(|w| total * w).collect();
+        let Some((inverse, log_det)) = invert(&rows.weighted(base, &repeats), n) else {
             // the best weights for one quantity may not determine others: from then on every candidate keeps a minimal weight
             if least > 0.0 {
                 break;
             }
             least = LEAST / count as f64;
-            let mut all = vec![least; count];
-            active.iter().zip(&weights).for_each(|(j, w)| all[*j] += w);
-            (active, rows, weights) = ((0..count).collect(), blocks.clone(), all);
+            weights = spread(&active, &weights).into_iter().map(|w| w + least).collect();
+            (active, rows) = ((0..count).collect(), blocks.clone());
             continue;
         };
         // value of the smooth objective at these weights, and the matrix whose quadratic forms are its slopes
@@ -95,18 +100,16 @@ pub(super) fn bound(blocks: &Blocks, base: &[f64], objective: &Objective, total:
         reached = here.min(reached);
         if iteration % STEPS == 0 {
             let most = gains(blocks, &slopes).into_iter().fold(0.0, f64::max);
-            let lower = if determinant {
+            let lower = if logarithm_of.is_some() {
                 value - total * (most - mean)
             } else {
                 // tr(W M^-1)^2 <= tr(W M*^-1) tr(M* M^-1 W M^-1) by Cauchy and Schwarz, for every M*
                 value * value / (value + total * (most - mean))
             };
             if best.as_ref().is_none_or(|b| lower > b.value) {
-                let mut all = vec![0.0; count];
-                active.iter().zip(&weights).for_each(|(j, w)| all[*j] = *w);
-                best = Some(Bound { value: lower, reached, weights: all });
+                best = Some(Bound { value: lower, reached, weights: spread(&active, &weights) });
             }
-            let near = if determinant { NEAR * logarithms } else { NEAR * reached.abs() };
+            let near = NEAR * logarithm_of.unwrap_or(reached.abs());
             if best.as_ref().is_some_and(|b| reached - b.value <= near) || !(mean > 0.0) {
                 break;
             }
@@ -120,7 +123,7 @@ pub(super) fn bound(blocks: &Blocks, base: &[f64], objective: &Objective, total:
                 continue;
             }
         }
-        let step = |g: f64| if determinant { g / mean } else { (g / mean).sqrt() };
+        let step = |g: f64| if logarithm_of.is_some() { g / mean } else { (g / mean).sqrt() };
         weights.iter_mut().zip(&gain).for_each(|(w, g)| *w = (*w * step(*g)).max(least));
         let sum: f64 = weights.iter().sum();
         weights.iter_mut().for_each(|w| *w /= sum);
@@ -158,8 +161,8 @@ impl<'a> Mixture<'a> {
                 Some(Mixture::Rows(rows, vec![1.0 / all as f64; all]))
             }
             Objective::Eigenvalue(t) => {
-                let p = t.0.len();
-                Some(Mixture::Combined(t, Mat::from_fn(p, p, |i, j| if i == j { 1.0 / t.size() } else { 0.0 })))
+                let p = t.0.nrows();
+                Some(Mixture::Combined(t, Mat::<f64>::identity(p, p) * Scale(1.0 / t.size())))
             }
             _ => None,
         }
@@ -188,10 +191,8 @@ impl<'a> Mixture<'a> {
                 let mut largest = f64::NAN;
                 if let Ok(eigen) = c.self_adjoint_eigen(Side::Lower) {
                     let p = c.nrows();
-                    let root = Mat::from_fn(p, p, |i, j| {
-                        let along = |k: usize| eigen.U()[(i, k)] * eigen.S()[k].max(0.0).sqrt() * eigen.U()[(j, k)];
-                        (0..p).map(along).sum::<f64>()
-                    });
+                    let scaled = Mat::from_fn(p, p, |i, k| eigen.U()[(i, k)] * eigen.S()[k].max(0.0).sqrt());
+                    let root = scaled * eigen.U().transpose();
                     let moved = &root * &*weights * &root;
                     let trace: f64 = (0..p).map(|k| moved[(k, k)]).sum();
                     if trace > 0.0 {
@@ -199,27 +200,8 @@ impl<'a> Mixture<'a> {
                     }
                     largest = eigen.S()[p - 1];
                 }
-                (functions.weighted(|i, k| weights[(i, k)]), largest)
+                (functions.weighted(weights), largest)
             }
         }
     }
-}
-
-/// `M(w)`.
-fn weighted(blocks: &Blocks, base: &[f64], total: f64, weights: &[f64]) -> Vec<f64> {
-    let n = blocks.unknowns();
-    let mut m = base.to_vec();
-    for r in 0..blocks.rows() {
-        for a in 0..n {
-            let scaled: Vec<f64> = blocks.column(r, a).iter().zip(weights).map(|(x, w)| total * x * w).collect();
-            for b in 0..=a {
-                let sum = dot(&scaled, blocks.column(r, b));
-                m[a * n + b] += sum;
-                if a != b {
-                    m[b * n + a] += sum;
-                }
-            }
-        }
-    }
-    m
 }

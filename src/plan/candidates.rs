@@ -1,6 +1,6 @@
 //! Positions that may be chosen: sweeps over joints and rates, forbidden zones, and the units in which they are chosen.
 
-use super::effort::mounting;
+use super::effort::{grouped, mounting};
 use super::whitened::level_of;
 use crate::campaign::{Campaign, JointState, Label, Per, Reading, Readings, Shared};
 use crate::error::{Fault, Malformed, Result};
@@ -78,24 +78,18 @@ pub(crate) fn sweep_with_rates(campaign: &Campaign, step_deg: f64, rates: &[f64]
     let mut states: Vec<Vec<JointState>> = Vec::new();
     let mut total = conditions.len() as f64;
     for joint in 0..first.joints.len() {
+        let given = || rows.iter().filter_map(|r| r.joints.get(joint)).copied();
+        let faster = given().flat_map(|state| rates.iter().filter_map(move |rate| state.at_rate(*rate)));
         let mut seen: Vec<JointState> = Vec::new();
-        for state in rows.iter().filter_map(|r| r.joints.get(joint)) {
-            if !seen.contains(state) {
-                seen.push(*state);
-            }
-        }
-        for state in seen.clone() {
-            for faster in rates.iter().filter_map(|rate| state.at_rate(*rate)) {
-                if !seen.contains(&faster) {
-                    seen.push(faster);
-                }
+        for state in given().chain(faster) {
+            if !seen.contains(&state) {
+                seen.push(state);
             }
         }
         // a joint that is both held and turned keeps the states in which it turns
-        let is_held = seen.iter().any(|state| matches!(state, JointState::Held { .. }));
-        let turning = seen.iter().filter(|state| !matches!(state, JointState::Held { .. })).count();
-        let steps = if is_held { (360.0 / step_deg - 1e-9).ceil() } else { 0.0 };
-        total *= turning as f64 + steps;
+        let (held, turning): (Vec<_>, Vec<_>) = seen.iter().partition(|own| matches!(own, JointState::Held { .. }));
+        let steps = if held.is_empty() { 0.0 } else { (360.0 / step_deg - 1e-9).ceil() };
+        total *= turning.len() as f64 + steps;
         if total > MOST_CANDIDATES as f64 {
             return Err(Malformed::new(
                 Fault::Value,
@@ -104,12 +98,8 @@ pub(crate) fn sweep_with_rates(campaign: &Campaign, step_deg: f64, rates: &[f64]
             .expected(format!("at most {MOST_CANDIDATES}; a larger step, or a file of candidates"))
             .found(format!("more than {total:.0}")));
         }
-        if is_held {
-            let held = (0..number::count(steps)).map(|k| JointState::Held { angle_deg: k as f64 * step_deg });
-            seen.retain(|state| !matches!(state, JointState::Held { .. }));
-            seen = held.chain(seen).collect();
-        }
-        states.push(seen);
+        let held = (0..number::count(steps)).map(|k| JointState::Held { angle_deg: k as f64 * step_deg });
+        states.push(held.chain(turning).collect());
     }
     let mut combinations: Vec<Vec<JointState>> = vec![Vec::new()];
     for options in &states {
@@ -326,31 +316,24 @@ pub(super) fn portions(campaign: &Campaign, candidates: &Readings, unit: Unit) -
             .expected("at least one position to choose from")
             .found("an empty list"));
     }
-    let fellows = |a: &Reading, b: &Reading| match unit {
-        Unit::Reading => false,
-        Unit::Mounting => mounting(a) == mounting(b),
-        Unit::Pair => {
-            mounting(a) == mounting(b)
-                && a.joints.iter().zip(&b.joints).all(|(a, b)| a.rate_deg_s().abs() == b.rate_deg_s().abs())
+    // candidates of one portion share this key; another day is another mounting
+    let key = |k: usize, reading: &Reading| match unit {
+        Unit::Reading => (k.to_string(), Vec::new()),
+        Unit::Mounting | Unit::Pair => {
+            let rates = reading.joints.iter().map(|joint| joint.rate_deg_s().abs().to_bits());
+            let level = level_of(campaign, candidates, reading);
+            (format!("{:?} {level}", mounting(reading)), rates.filter(|_| unit == Unit::Pair).collect())
         }
     };
-    let mut groups: Vec<Vec<Reading>> = Vec::new();
-    let mut keys: std::collections::HashMap<String, Vec<usize>> = std::collections::HashMap::new();
-    for reading in &candidates.rows {
-        // candidates of one mounting share this key, so that only few groups are compared; another day is another mounting
-        let level = level_of(campaign, candidates, reading);
-        let same = keys.entry(format!("{:?} {level}", mounting(reading))).or_default();
-        let place =
-            same.iter().copied().find(|g| groups.get(*g).and_then(|g| g.first()).is_some_and(|f| fellows(f, reading)));
-        match place.and_then(|g| groups.get_mut(g)) {
-            Some(group)
-                if group.iter().any(|other| other.joints == reading.joints && other.columns == reading.columns) => {}
-            Some(group) => group.push(reading.clone()),
-            None => {
-                same.push(groups.len());
-                groups.push(vec![reading.clone()]);
+    let mut groups = grouped(candidates.rows.iter().enumerate().map(|(k, reading)| (reading.clone(), key(k, reading))));
+    for group in &mut groups {
+        let mut distinct: Vec<Reading> = Vec::with_capacity(group.len());
+        for reading in group.drain(..) {
+            if !distinct.iter().any(|other| other.joints == reading.joints && other.columns == reading.columns) {
+                distinct.push(reading);
             }
         }
+        *group = distinct;
     }
     let size = groups.iter().map(Vec::len).max().unwrap_or(1);
     if let Some(short) = groups.iter().find(|group| group.len() != size) {

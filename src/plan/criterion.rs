@@ -33,7 +33,9 @@ pub enum Criterion {
 pub(super) fn objective(campaign: &Campaign, pool: &Pool, criterion: &Criterion) -> Result<Objective> {
     let n = campaign.unknowns();
     match criterion {
-        Criterion::D if pool.deviations > 0 => Ok(Objective::Volume(Combinations::new(pool.independent(n)))),
+        Criterion::D if !pool.augmentation.deviations.is_empty() => {
+            Ok(Objective::Volume(Combinations::new(pool.independent(n))))
+        }
         Criterion::D => Ok(Objective::Determinant),
         Criterion::G => Ok(Objective::Largest(pool.rows.clone())),
         Criterion::A => Ok(Objective::Trace(asked(campaign, pool)?.sum())),
@@ -94,7 +96,7 @@ pub(super) fn gradients_of(campaign: &Campaign, id: &str) -> Result<Option<Vec<V
     let n = campaign.unknowns();
     match campaign.parameter_index(id).filter(|k| *k < n) {
         Some(k) => Ok(Some(vec![single(n, k, 1.0)])),
-        None => campaign.derived.iter().find(|d| d.id == id).map(|d| gradients(campaign, d)).transpose(),
+        None => campaign.derived.iter().find(|d| d.id == id).map(|d| Ok(gradients(campaign, d)?.0)).transpose(),
     }
 }
 

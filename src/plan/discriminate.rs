@@ -17,18 +17,20 @@
 use super::blocks::{invert, times};
 use super::candidates::{Unit, portions};
 use super::effort::{Offer, planned};
-use super::improve::{Improvement, Question};
+use super::improve::Improvement;
 use super::judge::check_question;
 use super::objective::{Combinations, Objective};
 use super::order::ordered;
-use super::problem::information;
+use super::pool::in_coordinates;
+use super::problem::{counted, information};
+use super::question::Question;
 use super::request::Request;
 use super::search::{Limits, Outcome};
 use super::whitened::{Augmentation, Term, adjusted, mounted_apart, single, whitened, with_priors};
 use crate::algebra::{Scratch, Tape};
 use crate::campaign::{Campaign, Reading, Readings, is_axis_input};
 use crate::error::{Fault, Malformed, Result};
-use crate::linear::{dot, normalise};
+use crate::linear::{Triangle, dot, normalise};
 use crate::simulate::Regressor;
 
 /// Positions that discriminate between two terms.
@@ -59,7 +61,7 @@ pub fn discriminate(
     let request = Request { readings, starts, seed, ..Request::default() };
     let question = Question::new(campaign, offer, &request, &terms.map(Clone::clone))?;
     let pool = &question.pool;
-    let n = campaign.unknowns() + pool.deviations;
+    let n = pool.augmentation.fitted(campaign);
     let coordinates = [n, n + 1].map(|k| pool.coordinates(&single(n + 2, k, 1.0)));
     let nothing = Discrimination { positions: Vec::new(), before: [None; 2], after: [None; 2], hits: 0 };
     let [Some(a), Some(b)] = &coordinates else { return Ok(nothing) };
@@ -77,7 +79,7 @@ pub fn discriminate(
     let limits = Limits::of(&request, &Vec::new);
     let outcome = (readings.max(1)..=most).find_map(|choose| question.seek(&objective, choose, None, &limits));
     let Some(Outcome { design, hits, .. }) = outcome else { return Ok(nothing) };
-    let after = information(&pool.blocks, &pool.base, &design.chosen);
+    let after = information(&pool.blocks, &pool.base, &counted(&design.chosen));
     Ok(Discrimination {
         positions: question.rows(&design.chosen).into_iter().skip(offer.kept.rows.len()).collect(),
         before: [u(&pool.base, a), u(&pool.base, b)],
@@ -132,9 +134,9 @@ fn check_terms(campaign: &Campaign, offer: &Offer, terms: [&Term; 2]) -> Result<
             .expected("two different effects")
             .found(format!("'{}' twice", names[0])));
     }
-    let (both, n) = (terms.map(Clone::clone), campaign.unknowns());
+    let n = campaign.unknowns();
     // columns of the effects alone, without shared deviations
-    let augmentation = Augmentation { terms: &both, ..Augmentation::default() };
+    let augmentation = Augmentation { terms: terms.map(Clone::clone).to_vec(), ..Augmentation::default() };
     let mut rows = whitened(campaign, &offer.kept, &offer.noise, &augmentation, false)?;
     rows.extend(whitened(campaign, &offer.candidates, &offer.noise, &augmentation, true)?);
     let sd = offer.noise.sensors.iter().map(|s| s.sd).fold(0.0, f64::max);
@@ -238,39 +240,22 @@ pub fn discriminating_positions(
     let size = (further.len() / portions.len().max(1)).max(1);
     let information = residual.first().map_or(0.0, |residual| dot(residual, residual));
     let before: Vec<[f64; 3]> = residual.iter().skip(1).map(|b| products(&residual[0], b)).collect();
+    let directions = estimate.factor.whitened_directions();
     // what each candidate adds to T against each rival
     let gains: Vec<Vec<f64>> = further
         .chunks(size)
         .map(|rows| {
-            let errors: Vec<Vec<f64>> = fitted
+            let mut errors: Vec<Vec<f64>> = fitted
                 .iter()
                 .enumerate()
                 .map(|(t, x)| rows.iter().map(|row| row[n + t] - dot(&row[..n], x)).collect())
                 .collect();
-            let k = rows.len();
-            let spread: Vec<Vec<f64>> = rows
-                .iter()
-                .map(|row| {
-                    (0..n).map(|i| (0..n).map(|j| estimate.unknowns.covariance[(i, j)] * row[j]).sum()).collect()
-                })
-                .collect();
-            let s: Vec<f64> = (0..k * k)
-                .map(|at| f64::from(u8::from(at / k == at % k)) + dot(&rows[at / k][..n], &spread[at % k]))
-                .collect();
-            let Some((inverse, _)) = invert(&s, k) else { return vec![0.0; before.len()] };
-            let whitened: Vec<Vec<f64>> = errors.iter().map(|e| times(&inverse, e)).collect();
-            before
-                .iter()
-                .enumerate()
-                .map(|(b, [aa, ab, bb])| {
-                    let more = [
-                        dot(&errors[0], &whitened[0]),
-                        dot(&errors[0], &whitened[b + 1]),
-                        dot(&errors[b + 1], &whitened[b + 1]),
-                    ];
-                    t_of([aa + more[0], ab + more[1], bb + more[2]]) - t_of([*aa, *ab, *bb])
-                })
-                .collect()
+            let along: Vec<Vec<f64>> = rows.iter().map(|row| in_coordinates(&directions, &row[..n])).collect();
+            let s = |i: usize, j: usize| f64::from(u8::from(i == j)) + dot(&along[i], &along[j]);
+            let Some(root) = Triangle::of(rows.len(), s, |_| 0.0) else { return vec![0.0; before.len()] };
+            errors.iter_mut().for_each(|e| root.forward(e));
+            let more = errors.iter().skip(1).map(|b| products(&errors[0], b));
+            before.iter().zip(more).map(|(now, more)| t_of([0, 1, 2].map(|k| now[k] + more[k])) - t_of(*now)).collect()
         })
         .collect();
     let most: Vec<f64> = (0..before.len()).map(|b| gains.iter().map(|g| g[b]).fold(0.0, f64::max)).collect();

@@ -75,7 +75,15 @@ impl Noise {
             positive(*sd, &format!("the noise of {id}"))?;
         }
         let root_mean_square = |u: &[f64]| (u.iter().map(|u| u * u).sum::<f64>() / u.len() as f64).sqrt();
-        let mut residuals: Option<fit::Fit> = None;
+        // one fit for all that only the readings tell
+        let own = std::cell::OnceCell::new();
+        let residuals = || -> Result<Option<&fit::Fit>> {
+            if fitted.is_none() && own.get().is_none() && campaign.is_measured() {
+                let made = fit::fit(campaign, &fit::Settings::default())?;
+                own.get_or_init(|| made);
+            }
+            Ok(fitted.or(own.get()))
+        };
         let mut sensors = Vec::with_capacity(ids.len());
         for (k, id) in ids.iter().enumerate() {
             if let Some((_, sd)) = given.iter().find(|(name, _)| name == id) {
@@ -88,10 +96,7 @@ impl Noise {
                 sensors.push(SensorNoise { sd: root_mean_square(&stated), from: NoiseSource::Stated });
                 continue;
             }
-            if fitted.is_none() && residuals.is_none() && campaign.is_measured() {
-                residuals = Some(fit::fit(campaign, &fit::Settings::default())?);
-            }
-            let rows = fitted.or(residuals.as_ref()).into_iter().flat_map(|fit| {
+            let rows = residuals()?.into_iter().flat_map(|fit| {
                 let of_sensor = fit.design.rows.iter().zip(&fit.quality).filter(|(origin, _)| origin.sensor == k);
                 of_sensor.filter_map(|(origin, q)| {
                     let samples = campaign.readings.rows.get(origin.reading).map_or(1.0, |r| r.samples);
@@ -109,13 +114,12 @@ impl Noise {
         }
         let mut lines = fit::stated_variances(campaign);
         for (k, line) in campaign.scatter.iter().enumerate() {
-            let unknown = |what: String, expected: &str| {
-                let error = Malformed::new(Fault::Missing, what).expected(expected);
-                error.found("\"estimate\"").at_path(line.place.clone())
-            };
             if line.over.as_ref().is_some_and(|over| over.tau.is_none()) {
                 let what = format!("how long {} stays correlated is not known", line.of_name(campaign));
-                return Err(unknown(what, "a correlation time as its \"tau\": a plan does not estimate it"));
+                return Err(Malformed::new(Fault::Missing, what)
+                    .expected("a correlation time as its \"tau\": a plan does not estimate it")
+                    .found("\"estimate\"")
+                    .at_path(line.place.clone()));
             }
             let name = line.name(campaign);
             if let Some(((_, sd), slot)) =
@@ -127,11 +131,7 @@ impl Noise {
             if line.size != Size::Estimated {
                 continue;
             }
-            if residuals.is_none() && campaign.is_measured() {
-                residuals = Some(fit::fit(campaign, &fit::Settings::default())?);
-            }
-            let source =
-                residuals.as_ref().and_then(|fit| fit.noise.sources.iter().find(|source| source.line == Some(k)));
+            let source = residuals()?.and_then(|fit| fit.noise.sources.iter().find(|source| source.line == Some(k)));
             let (Some(source), Some(slot)) = (source, lines.get_mut(k)) else {
                 return Err(Malformed::new(
                     Fault::Missing,
@@ -228,13 +228,10 @@ impl Costs {
         let (mut mountings, mut rate_changes) = (0, 0);
         let mut before: Option<&Reading> = None;
         for reading in readings {
-            match before {
-                Some(last) if same_mounting(last, reading) => {
-                    rate_changes += usize::from(last.joints != reading.joints)
-                }
-                _ => mountings += 1,
+            match before.replace(reading).filter(|last| same_mounting(last, reading)) {
+                Some(last) => rate_changes += usize::from(last.joints != reading.joints),
+                None => mountings += 1,
             }
-            before = Some(reading);
         }
         let cost = self.reading * readings.len() as f64
             + self.rate_change * rate_changes as f64
@@ -321,26 +318,32 @@ pub(super) fn furthest(a: &Reading, b: &Reading) -> f64 {
     moved_deg(a, b).into_iter().fold(0.0, f64::max)
 }
 
+/// Lists of what has the same key, in the order in which the keys first occur.
+pub(super) fn grouped<T, K: std::hash::Hash + Eq>(keyed: impl IntoIterator<Item = (T, K)>) -> Vec<Vec<T>> {
+    let mut groups: Vec<Vec<T>> = Vec::new();
+    let mut known: std::collections::HashMap<K, usize> = std::collections::HashMap::new();
+    for (item, key) in keyed {
+        let place = *known.entry(key).or_insert(groups.len());
+        match groups.get_mut(place) {
+            Some(group) => group.push(item),
+            None => groups.push(vec![item]),
+        }
+    }
+    groups
+}
+
 /// The mounting of each reading, counted from 0. The same label again later is the same mounting, as the file format says; without labels only
 /// neighbours are.
 pub fn mountings(readings: &[Reading]) -> Vec<usize> {
-    let mut of: Vec<usize> = Vec::with_capacity(readings.len());
-    let mut known: std::collections::HashMap<(&str, String), usize> = std::collections::HashMap::new();
-    let mut next = 0;
-    let mut before: Option<&Reading> = None;
-    for reading in readings {
-        let earlier = if reading.position.is_empty() {
-            before.filter(|last| same_mounting(last, reading)).and(of.last().copied())
-        } else {
-            let key = (reading.position.as_str(), format!("{:?}", mounting(reading)));
-            Some(*known.entry(key).or_insert(next))
-        };
-        let number = earlier.unwrap_or(next);
-        next = next.max(number + 1);
-        of.push(number);
-        before = Some(reading);
-    }
-    of
+    let mut known: std::collections::HashMap<(&str, String, usize), usize> = std::collections::HashMap::new();
+    let (mut run, mut before): (usize, Option<&Reading>) = (0, None);
+    let numbers = readings.iter().map(|reading| {
+        run += usize::from(!before.replace(reading).is_some_and(|last| same_mounting(last, reading)));
+        let unlabelled = if reading.position.is_empty() { run } else { 0 };
+        let next = known.len();
+        *known.entry((reading.position.as_str(), format!("{:?}", mounting(reading)), unlabelled)).or_insert(next)
+    });
+    numbers.collect()
 }
 
 /// The time of every reading in units of work, at its end; by number where work costs nothing.
@@ -349,8 +352,7 @@ pub(super) fn times<'a>(rows: impl Iterator<Item = &'a Reading>, costs: &Costs) 
     let mut before: Option<&Reading> = None;
     let times: Vec<f64> = rows
         .map(|reading| {
-            now += spent(before, reading, costs);
-            before = Some(reading);
+            now += spent(before.replace(reading), reading, costs);
             now
         })
         .collect();
@@ -361,8 +363,7 @@ pub(super) fn times<'a>(rows: impl Iterator<Item = &'a Reading>, costs: &Costs) 
 pub(super) fn spent(before: Option<&Reading>, reading: &Reading, costs: &Costs) -> f64 {
     costs.reading
         + match before {
-            Some(last) if same_mounting(last, reading) && last.joints == reading.joints => 0.0,
-            Some(last) if same_mounting(last, reading) => costs.rate_change,
+            Some(last) if same_mounting(last, reading) => costs.rate_change * f64::from(last.joints != reading.joints),
             Some(last) => costs.mounting + costs.index * furthest(last, reading),
             None => costs.mounting,
         }

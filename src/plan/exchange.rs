@@ -9,13 +9,14 @@
 )]
 
 use super::bound::Bound;
+use super::effort::grouped;
 use super::prices::Prices;
 use super::problem::{Design, Problem, WORTH, counted};
 use super::state::State;
 use crate::elements::Elements;
 use crate::number;
 use rand_pcg::Pcg64Mcg;
-use rand_pcg::rand_core::Rng;
+use rand_pcg::rand_core::{Rng, SeedableRng};
 
 /// Kinds of first designs, by the number of the start: a third at random and then the most informative candidates; all at random; the rounded
 /// weights of the approximate design.
@@ -31,7 +32,8 @@ const MOST: usize = 10_000;
 ///
 /// Within a budget, the largest of very many variances is expensive to compare, and so is an eigenvalue: mountings are chosen by the smooth criterion
 /// that approximates it (the determinant, the sum of the variances), and the last descent is by the largest.
-pub(super) fn start(problem: &Problem<'_>, rng: &mut Pcg64Mcg, number: usize, guide: Option<&Bound>) -> Option<Design> {
+pub(super) fn start(problem: &Problem<'_>, seed: u64, number: usize, guide: Option<&Bound>) -> Option<Design> {
+    let rng = &mut Pcg64Mcg::seed_from_u64(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15).wrapping_add(number as u64));
     let nearest = problem.prices.and_then(|_| problem.objective.nearest());
     let nearest = nearest.filter(|_| !problem.objective.is_of_few());
     let smooth = nearest.as_ref().map(|objective| Problem { objective, ..problem.clone() });
@@ -131,17 +133,16 @@ fn kicked(problem: &Problem<'_>, chosen: &[usize], rng: &mut Pcg64Mcg) -> Option
 /// A design with as many portions as may be chosen; without a budget, `None` where there are fewer.
 fn full(state: State<'_>) -> Option<Vec<usize>> {
     let problem = state.problem;
-    let chosen = filled(state, false).chosen;
+    let chosen = filled(state).chosen;
     (problem.prices.is_some() || chosen.len() == problem.choose).then_some(chosen)
 }
 
 /// The candidate with the largest gain per cost is added until nothing more is affordable, or the number is reached.
-fn filled(mut state: State<'_>, solved: bool) -> State<'_> {
+fn filled(mut state: State<'_>) -> State<'_> {
     let problem = state.problem;
     let most = if problem.prices.is_some() { problem.choose.min(MOST) } else { problem.choose };
-    let mut solved = solved;
     while state.chosen.len() < most && (0..problem.blocks.count()).any(|k| state.room(k).is_some()) {
-        if !std::mem::replace(&mut solved, true) && state.solve_nearly().is_none() {
+        if !state.is_solved() && state.solve_nearly().is_none() {
             break;
         }
         let gains = state.gains(None);
@@ -165,7 +166,7 @@ pub(super) fn descend(problem: &Problem<'_>, chosen: Vec<usize>) -> Option<Desig
     for _ in 0..ROUNDS {
         let exchanged = exchanged(problem, best.chosen.clone())?;
         effort += exchanged.effort;
-        let further = problem.design(filled(State::unsolved(problem, exchanged.chosen), false).chosen);
+        let further = problem.design(filled(State::unsolved(problem, exchanged.chosen)).chosen);
         best = further.filter(|other| other.betters(&best)).unwrap_or(best);
         let Some(prices) = problem.prices else { break };
         let moves = Moves { problem, prices, from: &best };
@@ -208,17 +209,9 @@ struct Moves<'a> {
 }
 
 impl Moves<'_> {
-    /// Every portion in use by the mounting that it belongs to.
-    fn places(&self) -> Vec<(usize, Vec<(usize, u32)>)> {
-        let mut places: Vec<(usize, Vec<(usize, u32)>)> = Vec::new();
-        for (k, times) in counted(&self.from.chosen) {
-            let place = self.prices.place.at(k);
-            match places.iter_mut().find(|(other, _)| *other == place) {
-                Some((_, uses)) => uses.push((k, times)),
-                None => places.push((place, vec![(k, times)])),
-            }
-        }
-        places
+    /// Every portion in use, how often, and with those of its mounting.
+    fn places(&self) -> Vec<Vec<(usize, u32)>> {
+        grouped(counted(&self.from.chosen).into_iter().map(|(k, times)| ((k, times), self.prices.place.at(k))))
     }
 
     /// The best design of those that are allowed and better.
@@ -241,7 +234,8 @@ impl Moves<'_> {
             from.chosen.iter().map(becomes).collect::<Vec<usize>>()
         };
         let mut designs = Vec::new();
-        for (place, uses) in self.places() {
+        for uses in self.places() {
+            let place = uses.first().map_or(usize::MAX, |(k, _)| prices.place.at(*k));
             for other in (0..prices.places).filter(|other| *other != place) {
                 let there = |k: usize| prices.at.get(&(other, prices.kind.at(k))).copied();
                 let pairs: Option<Vec<(usize, usize)>> = uses.iter().map(|(k, _)| Some((*k, there(*k)?))).collect();
@@ -260,15 +254,15 @@ impl Moves<'_> {
         let mut whole = State::unsolved(self.problem, self.from.chosen.clone());
         whole.solve_nearly()?;
         let places = self.places();
-        let mut gone: Vec<Vec<(usize, u32)>> = places.iter().map(|(_, uses)| uses.clone()).collect();
-        for (k, times) in places.into_iter().flat_map(|(_, uses)| uses) {
+        let mut gone = places.clone();
+        for (k, times) in places.into_iter().flatten() {
             gone.push(vec![(k, 1)]);
             gone.extend((times > 1).then(|| vec![(k, times)]));
         }
         let spent = |gone: Vec<(usize, u32)>| {
             let mut less = whole.clone();
             gone.iter().for_each(|(k, times)| (0..*times).for_each(|_| less.remove(*k)));
-            filled(less, true)
+            filled(less)
         };
         let designs: Vec<State<'_>> = gone.into_iter().map(spent).collect();
         *effort += designs.iter().map(|state| state.effort).sum::<f64>();

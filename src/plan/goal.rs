@@ -6,11 +6,12 @@ use super::blocks::Blocks;
 use super::bound::bound;
 use super::criterion::{gradients_of, no_result};
 use super::effort::Offer;
-use super::improve::{Improvement, Question};
+use super::improve::Improvement;
 use super::judge::{Judgement, is_angle};
 use super::objective::Objective;
 use super::pool::Pool;
 use super::problem::Problem;
+use super::question::Question;
 use super::request::Request;
 use super::search::{EFFORT, Limits, Outcome, least};
 use crate::campaign::{Campaign, Reading};
@@ -78,35 +79,35 @@ pub fn reach(campaign: &Campaign, offer: &Offer, request: &Request, goals: &[Goa
             .found(request.readings.to_string()));
     }
     let best = |question: &Question<'_>, given: &[Vec<usize>]| {
-        Some(Search::of(question, &objective, given).best(cheapest)?.outcome.design.chosen)
+        Some(Search::of(question, &objective, given).best(cheapest)?.0.design.chosen)
     };
     let given = question.coarser(&best);
     let search = Search::of(question, &objective, &given);
-    let mut result = search.best(cheapest).ok_or_else(|| {
+    let (mut outcome, mut is_fewest) = search.best(cheapest).ok_or_else(|| {
         Malformed::new(Fault::Value, format!("no {} of these candidates determine the unknowns", most * size))
             .expected("more readings, more candidates, or a prior")
     })?;
     let moved = |rows: &[Reading]| question.refined(rows, &objective, Some(1.0));
-    let (mut rows, mut refined) = (question.rows(result.chosen()), None);
+    let (mut rows, mut refined) = (question.rows(&outcome.design.chosen), None);
     // a schedule within the limits is not moved: that would raise uncertainties without limits
-    if !reaches(&result.outcome)
+    if !reaches(&outcome)
         && let Some((other, what)) = moved(&rows)?
     {
         (rows, refined) = (other, Some(what));
     }
     // with angles between the candidates, fewer readings may be enough
-    let fewer = |result: &Reach| {
-        let one_fewer = result.chosen().len().checked_sub(1).filter(|fewer| *fewer > 0 && !cheapest)?;
+    let fewer = |outcome: &Outcome| {
+        let one_fewer = outcome.design.chosen.len().checked_sub(1).filter(|fewer| *fewer > 0 && !cheapest)?;
         Search { given: &[], ..search }.seek(one_fewer, None, true)
     };
-    while let Some(outcome) = request.refine.as_ref().and_then(|_| fewer(&result)) {
-        let Some((other, what)) = moved(&question.rows(&outcome.design.chosen))? else { break };
+    while let Some(less) = request.refine.as_ref().and_then(|_| fewer(&outcome)) {
+        let Some((other, what)) = moved(&question.rows(&less.design.chosen))? else { break };
         if !(what.value <= 1.0) {
             break;
         }
-        (result, rows, refined) = (Reach { outcome, is_fewest: false }, other, Some(what));
+        (outcome, is_fewest, rows, refined) = (less, false, other, Some(what));
     }
-    let made = question.made(rows)?;
+    let made = question.made(&rows)?;
     let largest_share = largest_share(&made.judgement, goals);
     let limit = |goal: &Goal| (goal.id.clone(), goal.u * if is_angle(campaign, &goal.id) { ARCSEC } else { 1.0 });
     let goal = GoalOutcome {
@@ -114,11 +115,11 @@ pub fn reach(campaign: &Campaign, offer: &Offer, request: &Request, goals: &[Goa
         reached: impossible.is_empty() && largest_share.is_some_and(|share| share <= 1.0),
         largest_share,
         // the proof is for the candidates alone, not for angles between them
-        is_fewest: result.is_fewest && request.refine.is_none(),
+        is_fewest: is_fewest && request.refine.is_none(),
         is_cheapest_found: cheapest,
         impossible,
     };
-    let Outcome { hits, starts, .. } = result.outcome;
+    let Outcome { hits, starts, .. } = outcome;
     Ok(Reached { improvement: Improvement { refined, hits, starts, ..made }, goal })
 }
 
@@ -171,19 +172,7 @@ fn reaches(outcome: &Outcome) -> bool {
     outcome.design.value <= 1.0
 }
 
-/// A design, and whether it is proven that no smaller one keeps the limits.
-#[derive(Debug, Clone)]
-struct Reach {
-    outcome: Outcome,
-    is_fewest: bool,
-}
-
-impl Reach {
-    fn chosen(&self) -> &[usize] {
-        &self.outcome.design.chosen
-    }
-}
-
+/// The search for a design; it ends with one, and whether it is proven that no smaller one keeps the limits.
 #[derive(Clone, Copy)]
 struct Search<'a> {
     question: &'a Question<'a>,
@@ -201,12 +190,9 @@ impl<'a> Search<'a> {
         Search { question, objective, given, most: most.min(request.readings / pool.portion_size()) }
     }
 
-    fn best(&self, cheapest: bool) -> Option<Reach> {
-        let fewest = self.fewest()?;
-        if !cheapest || !reaches(&fewest.outcome) {
-            return Some(fewest);
-        }
-        Some(Reach { outcome: self.cheapest(fewest.outcome), is_fewest: false })
+    fn best(&self, cheapest: bool) -> Option<(Outcome, bool)> {
+        let (fewest, is_fewest) = self.fewest()?;
+        Some(if cheapest && reaches(&fewest) { (self.cheapest(fewest), false) } else { (fewest, is_fewest) })
     }
 
     /// The design whose largest `u / limit` is smallest; with little effort unless it matters.
@@ -221,28 +207,21 @@ impl<'a> Search<'a> {
     }
 
     /// The fewest portions, at most `most`, that keep every limit; if none do, the best with `most`.
-    fn fewest(&self) -> Option<Reach> {
-        let Pool { blocks, base, .. } = &self.question.pool;
-        // the kept readings may be enough
-        let kept = Problem::of(blocks, base, self.objective).design(Vec::new());
-        let kept = kept.map(|design| Outcome { design, hits: 1, starts: 1, enumerated: Some(1), guide: None });
-        if let Some(outcome) = kept.filter(reaches) {
-            return Some(Reach { outcome, is_fewest: true });
-        }
+    fn fewest(&self) -> Option<(Outcome, bool)> {
+        let blocks = &self.question.pool.blocks;
         let known = self.given.iter().map(Vec::len).filter(|count| *count <= self.most).min();
-        let mut low = 0; // too few
-        let mut high = blocks.unknowns().div_ceil(blocks.rows().max(1)).clamp(1, self.most.max(1));
+        let least_regular = blocks.unknowns().div_ceil(blocks.rows().max(1)).clamp(1, self.most.max(1));
+        // the kept readings may be enough
+        let (mut low, mut high) = (0, 0);
         let first = loop {
             match self.seek(high, None, high >= self.most) {
                 Some(outcome) if reaches(&outcome) => break outcome,
-                outcome if high >= self.most => return outcome.map(|outcome| Reach { outcome, is_fewest: false }),
+                outcome if high >= self.most => return outcome.map(|outcome| (outcome, false)),
                 _ => {
                     low = high;
-                    high = (2 * high).min(self.most);
                     // a coarser sweep may have reached the limits with so many
-                    if let Some(known) = known.filter(|known| *known > low) {
-                        high = high.min(known);
-                    }
+                    let known = known.filter(|known| *known > low).unwrap_or(self.most);
+                    high = if low == 0 { least_regular } else { (2 * high).min(self.most).min(known) };
                 }
             }
         };
@@ -253,7 +232,7 @@ impl<'a> Search<'a> {
             proven |= earnest && !reaches(&outcome) && outcome.enumerated.is_some();
             reaches(&outcome).then_some((portions as f64, outcome))
         });
-        Some(Reach { outcome, is_fewest: proven || fewest <= 1.0 || self.too_few(fewest - 1.0) })
+        Some((outcome, proven || fewest <= 1.0 || self.too_few(fewest - 1.0)))
     }
 
     /// The cheapest below the cost of one that keeps every limit.
@@ -261,16 +240,15 @@ impl<'a> Search<'a> {
         let Question { pool, prices, .. } = self.question;
         let problem = Problem::of(&pool.blocks, &pool.base, self.objective);
         let cost = |outcome: &Outcome| prices.of(&outcome.design.chosen);
-        let mut first = fewest;
-        for given in self.given.iter().filter(|given| given.len() <= self.most) {
-            let other = problem.design(given.clone()).map(|design| Outcome { design, ..first.clone() });
-            first = other.filter(|other| reaches(other) && cost(other) < cost(&first)).unwrap_or(first);
-        }
+        let given = self.given.iter().filter(|given| given.len() <= self.most);
+        let designs = given.filter_map(|given| problem.design(given.clone()));
+        let first = designs.map(|design| Outcome { design, ..fewest.clone() }).filter(reaches);
+        let first = first.fold(fewest.clone(), |best, other| if cost(&other) < cost(&best) { other } else { best });
         let high = cost(&first);
         // all cost alike: one step
         let step = prices.least_step().unwrap_or(high);
         // nothing costs less than one portion
-        let low = (0..pool.portions.len()).map(|j| prices.alone(j)).fold(high, f64::min) - step;
+        let low = prices.cheapest().min(high) - step;
         let (_, cheapest) = least(low, (high, first), step, |budget, best, earnest| {
             let given: Vec<Vec<usize>> = self.given.iter().chain([&best.design.chosen]).cloned().collect();
             let within = Search { given: &given, ..*self };

@@ -1,22 +1,17 @@
 //! The best positions: chosen anew, or added to those kept.
 
-use super::blocks::roots;
-use super::bound::{Bound, bound};
 use super::candidates::frozen;
 use super::criterion::objective;
-use super::effort::{Costs, Offer, planned};
-use super::judge::{Judgement, check_question, judge};
+use super::effort::{Costs, Offer};
+use super::judge::{Judgement, judge};
 use super::objective::Objective;
-use super::point::check_point;
 use super::pool::Pool;
-use super::prices::Prices;
 use super::problem::Problem;
-use super::request::{Method, Request};
-use super::scheduled::{Reason, Refined, check, reasons, refined, schedule_rows, scheduled};
-use super::search::{Limits, Outcome, least, search};
-use super::whitened::Term;
-use crate::campaign::{Campaign, Reading, Readings};
-use crate::elements::Elements;
+use super::question::Question;
+use super::request::Request;
+use super::scheduled::{Reason, Refined, reasons};
+use super::search::{Limits, Outcome, least};
+use crate::campaign::{Campaign, Reading};
 use crate::error::{Fault, Malformed, Result};
 use crate::fit::RankDefect;
 
@@ -53,7 +48,7 @@ pub struct Improvement {
     pub starts: usize,
     /// What moving the angles between the candidates brought; efficiency and enumeration speak of the choice among the candidates before it.
     pub refined: Option<Refined>,
-    /// Criterion by a fresh QR of the final schedule against the one that the exchange had, as a relative difference; not where angles moved.
+    /// Criterion from the rows of the final schedule against the one that the exchange had, as a relative difference; not where angles moved.
     pub check: Option<f64>,
     /// What even all candidates together do not determine.
     pub unreachable: Vec<RankDefect>,
@@ -155,65 +150,12 @@ impl Proof {
     }
 }
 
-/// The question: the candidates, what is kept, and how to search.
-pub(super) struct Question<'a> {
-    campaign: &'a Campaign,
-    /// What is kept, as it is planned.
-    kept: Readings,
-    offer: &'a Offer,
-    pub request: &'a Request,
-    /// The candidates.
-    pub pool: Pool,
-    /// What they cost; the budget is that of each search.
-    pub prices: Prices,
-}
-
 /// Starts of a search for the least budget, which bound the work: whether it is enough is asked often, and the answer has the request's starts.
 const FEW: usize = 20;
 
 impl<'a> Question<'a> {
-    /// A valid question; `terms` are further unknowns. Errors: nothing to estimate, impossible costs or resolutions, a point at which requested parameters
-    /// are not estimable, candidates that do not form portions.
-    pub fn new(campaign: &'a Campaign, offer: &'a Offer, request: &'a Request, terms: &[Term]) -> Result<Self> {
-        check_question(campaign)?;
-        offer.costs.check()?;
-        if let Some(wanted) = &request.refine {
-            wanted.check()?;
-        }
-        let kept = planned(campaign, &offer.kept);
-        check_point(campaign, &kept, &offer.candidates, &offer.noise)?;
-        let pool = Pool::new(campaign, &kept, &offer.candidates, request.unit, &offer.noise, terms)?;
-        Ok(Question { campaign, kept, offer, request, prices: prices(offer, &pool), pool })
-    }
-
-    /// The same question with some of the candidates.
-    fn subset(&self, portions: &[usize]) -> Self {
-        let pool = self.pool.subset(portions);
-        Question { kept: self.kept.clone(), prices: prices(self.offer, &pool), pool, ..*self }
-    }
-
-    /// What is kept, then the portions chosen.
-    pub fn rows(&self, chosen: &[usize]) -> Vec<Reading> {
-        schedule_rows(&self.kept, &self.pool, chosen, is_apart(self.offer))
-    }
-
-    /// The schedule of such rows, in the order to run.
-    pub fn scheduled(&self, rows: Vec<Reading>) -> Result<Campaign> {
-        scheduled(self.campaign, &self.kept, rows, self.offer, self.request)
-    }
-
-    /// These rows with their angles moved, where the request says so.
-    pub fn refined(
-        &self,
-        rows: &[Reading],
-        objective: &Objective,
-        enough: Option<f64>,
-    ) -> Result<Option<(Vec<Reading>, Refined)>> {
-        refined(self.campaign, rows, (&self.pool, objective), self.offer, self.request, enough)
-    }
-
     /// The schedule of chosen rows: how well it will do, and why each mounting is there.
-    pub fn made(&self, rows: Vec<Reading>) -> Result<Improvement> {
+    pub(super) fn made(&self, rows: &[Reading]) -> Result<Improvement> {
         let kept = self.kept.rows.len();
         let schedule = self.scheduled(rows)?;
         Ok(Improvement {
@@ -222,44 +164,6 @@ impl<'a> Question<'a> {
             frozen: frozen(self.campaign, &self.offer.candidates),
             ..Improvement::of(schedule, self.offer, self.pool.portions.len(), kept)?
         })
-    }
-
-    /// The best design of so many portions, or within a budget; `None` where none determines the unknowns.
-    pub fn seek(
-        &self,
-        objective: &Objective,
-        choose: usize,
-        budget: Option<f64>,
-        limits: &Limits<'_>,
-    ) -> Option<Outcome> {
-        let Question { pool, request, .. } = self;
-        // a budget above the cost of every choice is left out
-        let dearest = (0..pool.portions.len()).map(|j| self.prices.alone(j)).fold(0.0, f64::max);
-        let prices = budget.map(|budget| self.prices.with_budget(budget));
-        let prices = prices.filter(|prices| !prices.affords(choose as f64 * dearest));
-        let neighbours = if request.method == Method::Coordinate { pool.neighbours() } else { Vec::new() };
-        let problem = Problem {
-            choose,
-            most_repeats: request.most_repeats,
-            neighbours: &neighbours,
-            prices: prices.as_ref(),
-            ..Problem::of(&pool.blocks, &pool.base, objective)
-        };
-        let guided = limits.bounded || (problem.prices.is_none() && problem.has_many());
-        search(&problem, limits, || guided.then(|| guide(&problem)).flatten())
-    }
-
-    /// Results of coarser sweeps, each started from those within it: from them the finer search starts, so that more candidates never give a worse design.
-    pub fn coarser(&self, best: &dyn Fn(&Question<'a>, &[Vec<usize>]) -> Option<Vec<usize>>) -> Vec<Vec<usize>> {
-        let mut results: Vec<(usize, Vec<usize>)> = Vec::new();
-        for (steps, list) in self.pool.coarser() {
-            let within = results.iter().filter(|(coarser, _)| steps.is_multiple_of(*coarser));
-            let places = |chosen: &Vec<usize>| chosen.iter().map(|k| list.binary_search(k).ok()).collect();
-            let given: Vec<Vec<usize>> = within.filter_map(|(_, chosen)| places(chosen)).collect();
-            let found = best(&self.subset(&list), &given);
-            results.extend(found.map(|chosen| (steps, chosen.iter().map(|k| list.at(*k)).collect())));
-        }
-        results.into_iter().map(|(_, chosen)| chosen).collect()
     }
 
     /// The best of all candidates, started from the results of coarser sweeps.
@@ -280,7 +184,8 @@ impl<'a> Question<'a> {
         };
         let (mut limit, mut outcome) = (budget, self.sought(objective, choose, budget));
         if let (None, Some(budget)) = (&outcome, budget) {
-            if request.readings > 0 && too_small(pool, request) {
+            // so few do not, whatever they cost
+            if (Problem { choose, ..Problem::of(&pool.blocks, &pool.base, objective) }).is_short() {
                 return Err(too_few(pool, request));
             }
             let cost_within = |more: f64| {
@@ -311,46 +216,21 @@ impl<'a> Question<'a> {
         };
         let rows = self.rows(&design.chosen);
         let improvement = match self.refined(&rows, objective, None)? {
-            Some((moved, what)) => Improvement { refined: Some(what), ..self.made(moved)? },
+            Some((moved, what)) => Improvement { refined: Some(what), ..self.made(&moved)? },
             None => {
-                let made = self.made(rows)?;
-                Improvement { check: check(&made.schedule, &self.offer.noise, pool, objective, &design)?, ..made }
+                let made = self.made(&rows)?;
+                let fresh = pool.value(&made.schedule, &made.schedule.readings, &self.offer.noise, objective)?;
+                let check = fresh.map(|value| match objective {
+                    // per unknown, as a relative change of the determinant
+                    Objective::Determinant => (value - design.value).abs() / self.campaign.unknowns() as f64,
+                    _ => (value / design.value - 1.0).abs(),
+                });
+                Improvement { check, ..made }
             }
         };
         let efficiency = proof.share_of(design.value);
         Ok((Improvement { limit, efficiency, bound_gap, enumerated, hits, starts, ..improvement }, proof))
     }
-}
-
-/// Where remounting scatters, every portion is a separate mounting.
-fn is_apart(offer: &Offer) -> bool {
-    !offer.noise.remount.is_empty()
-}
-
-fn prices(offer: &Offer, pool: &Pool) -> Prices {
-    Prices::new(&pool.portions, &pool.levels, offer.costs, 0.0, is_apart(offer))
-}
-
-/// The approximate design of a problem; within a budget, of as many portions as the fewest mountings that determine all unknowns could hold.
-fn guide(problem: &Problem<'_>) -> Option<Bound> {
-    let total = match problem.prices {
-        None => problem.choose as f64,
-        Some(prices) => prices.most_portions(fewest_mountings(problem, prices)).min(problem.choose as f64),
-    };
-    (total >= 1.0).then(|| bound(problem.blocks, problem.base, problem.objective, total)).flatten()
-}
-
-/// No fewer mountings determine all unknowns, since each has at most the rank of its rows.
-fn fewest_mountings(problem: &Problem<'_>, prices: &Prices) -> usize {
-    let (blocks, n) = (problem.blocks, problem.blocks.unknowns());
-    let mut information = vec![vec![0.0; n * n]; prices.places];
-    for (j, place) in prices.place.iter().enumerate() {
-        if let Some(m) = information.get_mut(*place) {
-            blocks.add(m, 1.0, j);
-        }
-    }
-    let most = information.into_iter().map(|m| roots(m, n).len()).max().unwrap_or(1).max(1);
-    n.saturating_sub(roots(problem.base.to_vec(), n).len()).div_ceil(most).max(1)
 }
 
 fn portions_to_choose(pool: &Pool, request: &Request) -> Result<usize> {
@@ -383,12 +263,6 @@ fn portions_to_choose(pool: &Pool, request: &Request) -> Result<usize> {
     Ok(choose)
 }
 
-/// Can so few readings not determine the unknowns, whatever they cost?
-fn too_small(pool: &Pool, request: &Request) -> bool {
-    let n = pool.blocks.unknowns();
-    request.readings / pool.portion_size() * pool.blocks.rows() + roots(pool.base.clone(), n).len() < n
-}
-
 fn too_few(pool: &Pool, request: &Request) -> Malformed {
     let rank = pool.determined();
     Malformed::new(Fault::Value, format!("no {} of these candidates determine {rank} unknowns", request.readings))
@@ -400,18 +274,15 @@ fn too_few(pool: &Pool, request: &Request) -> Malformed {
 }
 
 fn check_budget(budget: f64, costs: &Costs, request: &Request) -> Result<()> {
-    let bad = |expected: &str, value: String| {
-        Err(Malformed::new(Fault::Value, "the budget is not possible").expected(expected).found(value))
+    let bad = |expected: &str, value: &str| {
+        Malformed::new(Fault::Value, "the budget is not possible").expected(expected).found(value)
     };
     if !(budget > 0.0 && budget.is_finite()) {
-        return bad("a positive number, in the unit of the costs", budget.to_string());
+        return Err(bad("a positive number, in the unit of the costs", &budget.to_string()));
     }
     if costs.reading == 0.0 && request.readings == 0 && request.most_repeats == usize::MAX {
-        return bad(
-            "readings that cost something, or a limit on repeats; else there is no end to them",
-            "free readings".into(),
-        )
-        .map_err(|error: Malformed| error.argument("repeats", "N"));
+        let expected = "readings that cost something, or a limit on repeats; else there is no end to them";
+        return Err(bad(expected, "free readings").argument("repeats", "N"));
     }
     Ok(())
 }

@@ -11,13 +11,14 @@ use super::point::{self, Lacking};
 use super::whitened::{Independent, links};
 use crate::algebra::{Scratch, Tape};
 use crate::campaign::{Campaign, Constraint, Derived, Deviating, Kind};
-use crate::design::{self, DesignMatrix, Model, RowOrigin};
+use crate::design::{DesignMatrix, Model, RowOrigin};
 use crate::elements::{Elements, Parts};
 use crate::error::{Fault, Malformed, Result};
 use crate::estimate::Estimate;
 use crate::fit::{self, RankDefect};
+use crate::linear::form;
+use crate::quality;
 use crate::units::ARCSEC;
-use crate::{estimate, quality};
 use faer::Mat;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -129,15 +130,13 @@ impl Judgement {
 /// ```
 pub fn judge(campaign: &Campaign, noise: &Noise, costs: &Costs) -> Result<Judgement> {
     check_question(campaign)?;
-    let model = Model::new(campaign)?;
-    let design = design::assemble(campaign, &model, &campaign.reference_point())?;
-    let independent = Independent::new(campaign, &design, noise);
-    let estimate = independent.adjust(campaign, &design)?;
-    let nearby = point::lacking(campaign, &model, &estimate, noise)?;
+    let here = Independent::at(campaign, &campaign.reference_point(), noise)?;
+    let (design, independent, estimate) = &here;
+    let nearby = point::lacking(campaign, estimate, noise)?;
     let n = campaign.unknowns();
-    let sensitivities = independent.sensitivities(&estimate);
-    let (redundancies, u) = (independent.redundancies(&estimate), &independent.u);
-    let (known, through_tilts) = contributions(campaign, &model, &design, (&independent, &estimate), noise)?;
+    let sensitivities = independent.sensitivities(estimate);
+    let (redundancies, u) = (independent.redundancies(estimate), &independent.u);
+    let (known, through_tilts) = contributions(campaign, &here, noise)?;
     let mut covariance = Mat::from_fn(n, n, |i, j| estimate.unknowns.covariance[(i, j)]);
     for c in &known {
         for (i, a) in c.iter().enumerate().take(n) {
@@ -148,28 +147,6 @@ pub fn judge(campaign: &Campaign, noise: &Noise, costs: &Costs) -> Result<Judgem
     }
     let estimable = |k: usize| estimate.unknowns.is_estimable(k);
     let arcsec = |kind: Kind, value: Option<f64>| value.filter(|_| kind == Kind::Tilt).map(|value| value * ARCSEC);
-    let mut parameters: Vec<Predicted> = campaign
-        .estimated()
-        .iter()
-        .enumerate()
-        .map(|(k, parameter)| {
-            let u = estimable(k).then(|| covariance[(k, k)].sqrt());
-            Predicted {
-                id: parameter.id.clone(),
-                kind: parameter.kind,
-                unit: parameter.unit.clone(),
-                u,
-                u_arcsec: arcsec(parameter.kind, u),
-                from_readings: estimable(k).then(|| estimate.unknowns.covariance[(k, k)].sqrt()),
-                from_known: known.iter().filter_map(|c| c.get(k)).map(|c| c * c).sum::<f64>().sqrt(),
-                undetected_fault: None,
-                undetected_fault_arcsec: None,
-            }
-        })
-        .collect();
-    let rows = &campaign.readings.rows;
-    let determined: Vec<(usize, f64)> =
-        parameters.iter().enumerate().filter_map(|(k, p)| Some((k, p.u.filter(|u| *u > 0.0)?))).collect();
     let delta = quality::baarda_delta();
     let readings: Vec<PredictedReading> = design
         .rows
@@ -184,18 +161,34 @@ pub fn judge(campaign: &Campaign, noise: &Noise, costs: &Costs) -> Result<Judgem
             PredictedReading { origin: *origin, u, leverage, mdb, effect }
         })
         .collect();
-    for (k, predicted) in parameters.iter_mut().enumerate() {
-        let checked = readings.iter().filter(|reading| reading.mdb.is_some());
-        predicted.undetected_fault =
-            checked.filter_map(|reading| reading.effect.get(k)).map(|e| e.abs()).reduce(f64::max);
-        predicted.undetected_fault_arcsec = arcsec(predicted.kind, predicted.undetected_fault);
-    }
+    let parameters: Vec<Predicted> = campaign
+        .estimated()
+        .iter()
+        .enumerate()
+        .map(|(k, parameter)| {
+            let checked = readings.iter().filter(|reading| reading.mdb.is_some());
+            let fault = checked.filter_map(|reading| reading.effect.get(k)).map(|e| e.abs()).reduce(f64::max);
+            let u = estimable(k).then(|| covariance[(k, k)].sqrt());
+            Predicted {
+                id: parameter.id.clone(),
+                kind: parameter.kind,
+                unit: parameter.unit.clone(),
+                u,
+                u_arcsec: arcsec(parameter.kind, u),
+                from_readings: estimable(k).then(|| estimate.unknowns.covariance[(k, k)].sqrt()),
+                from_known: known.iter().filter_map(|c| c.get(k)).map(|c| c * c).sum::<f64>().sqrt(),
+                undetected_fault: fault,
+                undetected_fault_arcsec: arcsec(parameter.kind, fault),
+            }
+        })
+        .collect();
+    let rows = &campaign.readings.rows;
     let rank = estimate.unknowns.rank;
     Ok(Judgement {
-        derived: derived(campaign, &covariance, &estimate)?,
-        not_estimable: match &nearby {
-            None => fit::separations(campaign, &model, &design, &estimate, &[]),
-            Some((_, design, estimate)) => fit::separations(campaign, &model, design, estimate, &[]),
+        derived: derived(campaign, &covariance, estimate)?,
+        not_estimable: {
+            let (design, estimate) = nearby.as_ref().map_or((design, estimate), |(_, design, there)| (design, there));
+            fit::separations(campaign, &Model::new(campaign)?, design, estimate, &[])
         },
         lacking: nearby.map(|(lacking, ..)| lacking),
         bounds: campaign
@@ -203,10 +196,11 @@ pub fn judge(campaign: &Campaign, noise: &Noise, costs: &Costs) -> Result<Judgem
             .iter()
             .filter(|c| !matches!(c, Constraint::Linear { lower, upper, .. } if lower == upper))
             .count(),
-        drift: (rows.len() > 1 && !determined.is_empty()).then(|| {
-            let parts = parts(&design, u, &sensitivities, &determined, rows.len());
-            shifts(&times(rows.iter(), costs), parts.iter().map(Vec::as_slice)).0
-        }),
+        drift: {
+            let parts = parts(campaign, &here, &sensitivities, &covariance);
+            let is_seen = rows.len() > 1 && parts.first().is_some_and(|part| !part.is_empty());
+            is_seen.then(|| shifts(&times(rows.iter(), costs), parts.iter().map(Vec::as_slice)).0)
+        },
         parameters,
         covariance,
         readings,
@@ -267,31 +261,23 @@ pub(super) fn check_question(campaign: &Campaign) -> Result<()> {
 
 /// For each reading its part in the shift of every estimable parameter by a drift of one standard deviation, as a share of the parameter's `u`.
 pub(super) fn weighted_sensitivities(campaign: &Campaign, noise: &Noise) -> Result<Vec<Vec<f64>>> {
-    let design = design::assemble(campaign, &Model::new(campaign)?, &campaign.reference_point())?;
-    let independent = Independent::new(campaign, &design, noise);
-    let settings = estimate::Settings { refinements: 0, ..estimate::Settings::default() };
-    let estimate = fit::adjust_meeting_equations(campaign, &design.point, &independent.system, &settings)?;
-    let sensitivities = independent.sensitivities(&estimate);
-    let known: Vec<(usize, f64)> = (0..campaign.unknowns())
-        .filter(|k| estimate.unknowns.is_estimable(*k))
-        .map(|k| (k, estimate.unknowns.covariance[(k, k)].sqrt()))
-        .filter(|(_, u)| *u > 0.0)
-        .collect();
-    Ok(parts(&design, &independent.u, &sensitivities, &known, campaign.readings.rows.len()))
+    let here = Independent::at(campaign, &campaign.reference_point(), noise)?;
+    Ok(parts(campaign, &here, &here.1.sensitivities(&here.2), &here.2.unknowns.covariance))
 }
 
 fn parts(
-    design: &DesignMatrix,
-    u: &[f64],
+    campaign: &Campaign,
+    (design, rows, estimate): &(DesignMatrix, Independent, Estimate),
     sensitivities: &Mat<f64>,
-    known: &[(usize, f64)],
-    readings: usize,
+    covariance: &Mat<f64>,
 ) -> Vec<Vec<f64>> {
-    let mut parts = vec![vec![0.0; known.len()]; readings];
+    let known = (0..campaign.unknowns()).filter(|k| estimate.unknowns.is_estimable(*k));
+    let known: Vec<(usize, f64)> = known.map(|k| (k, covariance[(k, k)].sqrt())).filter(|(_, u)| *u > 0.0).collect();
+    let mut parts = vec![vec![0.0; known.len()]; campaign.readings.rows.len()];
     for (i, origin) in design.rows.iter().enumerate() {
-        let noise = u.at(i);
+        let noise = rows.u.at(i);
         if let Some(part) = parts.get_mut(origin.reading) {
-            part.iter_mut().zip(known).for_each(|(sum, (k, u))| *sum += sensitivities[(*k, i)] * noise / u);
+            part.iter_mut().zip(&known).for_each(|(sum, (k, u))| *sum += sensitivities[(*k, i)] * noise / u);
         }
     }
     parts
@@ -341,11 +327,10 @@ pub struct PredictedDerived {
 /// Derived quantities: `u^2 = g' C g`; where the gradient does not exist at the reference point, the largest over points close by.
 fn derived(campaign: &Campaign, covariance: &Mat<f64>, estimate: &Estimate) -> Result<Vec<PredictedDerived>> {
     let of = |quantity: &Derived| -> Result<PredictedDerived> {
-        let (slopes, is_here) = slopes(campaign, quantity)?;
+        let (slopes, is_here) = gradients(campaign, quantity)?;
         let u_of = |g: &Vec<f64>| -> Option<f64> {
             let usable = g.iter().enumerate().all(|(k, c)| *c == 0.0 || estimate.unknowns.is_estimable(k));
-            let pairs = g.iter().enumerate().flat_map(|a| g.iter().enumerate().map(move |b| (a, b)));
-            let variance: f64 = pairs.map(|((i, a), (j, b))| a * b * covariance[(i, j)]).sum();
+            let variance = form(covariance, g);
             (usable && variance.is_finite()).then(|| variance.max(0.0).sqrt())
         };
         // the uncertainty of the azimuth of a vector of zero length is not defined
@@ -397,14 +382,9 @@ fn nearby(campaign: &Campaign, quantity: &Derived, point: &[f64], step: f64) -> 
     points
 }
 
-/// Gradients of a derived quantity by the estimated parameters: one at the reference point, or those of points nearby where it has none there.
-/// Empty where it has none at all, or where they grow without a bound (`V0/K` at `K = 0`). Errors: a line that does not compile.
-pub(crate) fn gradients(campaign: &Campaign, quantity: &Derived) -> Result<Vec<Vec<f64>>> {
-    Ok(slopes(campaign, quantity)?.0)
-}
-
-/// The same, and whether it is the one at the reference point.
-fn slopes(campaign: &Campaign, quantity: &Derived) -> Result<(Vec<Vec<f64>>, bool)> {
+/// Gradients of a derived quantity by the estimated parameters: one at the reference point (and that it is), or those of points nearby where it has none
+/// there. Empty where it has none at all, or where they grow without a bound (`V0/K` at `K = 0`). Errors: a line that does not compile.
+pub(crate) fn gradients(campaign: &Campaign, quantity: &Derived) -> Result<(Vec<Vec<f64>>, bool)> {
     let ids: Vec<&str> = campaign.parameters.iter().map(|p| p.id.as_str()).collect();
     let tape = Tape::compile(&quantity.line, &ids)?;
     let mut scratch = Scratch::default();

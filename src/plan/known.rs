@@ -11,7 +11,7 @@
 use super::effort::Noise;
 use super::whitened::Independent;
 use crate::campaign::{Campaign, Kind, Parameter, Role};
-use crate::design::{self, DesignMatrix, Model};
+use crate::design::DesignMatrix;
 use crate::error::Result;
 use crate::estimate::Estimate;
 use crate::units::ARCSEC;
@@ -41,9 +41,7 @@ pub struct ThroughTilts {
 /// For each known input, `u c` at the reference point and `u g_k` for each tilt of stated size; and what was left out or added.
 pub(super) fn contributions(
     campaign: &Campaign,
-    model: &Model,
-    design: &DesignMatrix,
-    (rows, estimate): (&Independent, &Estimate),
+    here: &(DesignMatrix, Independent, Estimate),
     noise: &Noise,
 ) -> Result<(Vec<Vec<f64>>, Option<ThroughTilts>)> {
     let known: Vec<(usize, f64)> = campaign
@@ -55,13 +53,9 @@ pub(super) fn contributions(
             _ => None,
         })
         .collect();
-    let indices: Vec<usize> = known.iter().map(|(k, _)| *k).collect();
-    let root = if campaign.correlations.is_empty() { Vec::new() } else { campaign.correlation_root(&indices) };
+    let root = campaign.correlation_root(&known.iter().map(|(k, _)| *k).collect::<Vec<usize>>());
     // correlated inputs as independent ones: sum of r_ij p_i p_j' = sum of (sum L_ik p_i)(...)'
     let independent = |parts: Vec<Vec<f64>>| -> Vec<Vec<f64>> {
-        if root.is_empty() {
-            return parts;
-        }
         let unknowns = parts.first().map_or(0, Vec::len);
         let mut mixed = vec![vec![0.0; unknowns]; parts.len()];
         for (part, row) in parts.iter().zip(&root) {
@@ -71,7 +65,7 @@ pub(super) fn contributions(
         }
         mixed
     };
-    let mut parts: Vec<Vec<f64>> = independent(sensitivities(campaign, design, rows, estimate, &known)?);
+    let mut parts: Vec<Vec<f64>> = independent(sensitivities(campaign, here, &known)?);
     let tilts: Vec<(usize, Option<f64>)> = campaign
         .estimated()
         .iter()
@@ -79,9 +73,9 @@ pub(super) fn contributions(
         .filter(|(_, p)| p.kind == Kind::Tilt && !known.is_empty())
         .filter_map(|(k, p)| Some((k, expected_size(p, noise.tilts)?)))
         .collect();
-    let n = campaign.unknowns();
+    let (design, _, estimate) = here;
     let unstated = tilts.iter().any(|(_, size)| size.is_none());
-    let mut squares = vec![vec![0.0; n]; known.len()];
+    let mut squares = vec![vec![0.0; campaign.unknowns()]; known.len()];
     for (tilt, size) in &tilts {
         let step = size.unwrap_or(FOR_EXAMPLE);
         let at = |sign: f64| -> Result<Vec<Vec<f64>>> {
@@ -89,10 +83,7 @@ pub(super) fn contributions(
             if let Some(value) = point.get_mut(*tilt) {
                 *value += sign * step;
             }
-            let there = design::assemble(campaign, model, &point)?;
-            let rows = Independent::new(campaign, &there, noise);
-            let adjusted = rows.adjust(campaign, &there)?;
-            sensitivities(campaign, &there, &rows, &adjusted, &known).map(&independent)
+            sensitivities(campaign, &Independent::at(campaign, &point, noise)?, &known).map(&independent)
         };
         for ((plus, minus), squares) in at(1.0)?.into_iter().zip(at(-1.0)?).zip(&mut squares) {
             let half: Vec<f64> = plus.iter().zip(&minus).map(|(p, m)| 0.5 * (p - m)).collect();
@@ -102,17 +93,14 @@ pub(super) fn contributions(
             }
         }
     }
-    let share = |k: usize, u: f64| {
-        let u_of_readings = estimate.unknowns.covariance[(k, k)].sqrt();
-        if u_of_readings > 0.0 && estimate.unknowns.is_estimable(k) { u / u_of_readings } else { 0.0 }
+    let share = |(_, k, u): &(usize, usize, f64)| {
+        let u_of_readings = estimate.unknowns.covariance[(*k, *k)].sqrt();
+        if u_of_readings > 0.0 && estimate.unknowns.is_estimable(*k) { u / u_of_readings } else { 0.0 }
     };
     let all =
         squares.iter().zip(&known).flat_map(|(s, (p, _))| s.iter().enumerate().map(move |(k, s)| (*p, k, s.sqrt())));
-    let strongest = all.fold(None::<(usize, usize, f64)>, |best, next| match best {
-        Some(before) if share(before.1, before.2) >= share(next.1, next.2) => Some(before),
-        _ => Some(next),
-    });
-    let through = strongest.filter(|(_, k, u)| share(*k, *u) > 1e-6).map(|(p, k, u)| ThroughTilts {
+    let strongest = all.reduce(|best, next| if share(&best) >= share(&next) { best } else { next });
+    let through = strongest.filter(|most| share(most) > 1e-6).map(|(p, k, u)| ThroughTilts {
         // the report says that it is an example
         tilts_arcsec: ARCSEC * if unstated { FOR_EXAMPLE } else { noise.tilts.unwrap_or(FOR_EXAMPLE) },
         counted: !unstated,
@@ -136,18 +124,14 @@ fn expected_size(parameter: &Parameter, stated: Option<f64>) -> Option<Option<f6
 /// For each known input, its uncertainty times the sensitivities of the estimates, `-A^+ df/dp`.
 fn sensitivities(
     campaign: &Campaign,
-    design: &DesignMatrix,
-    rows: &Independent,
-    estimate: &Estimate,
+    (design, rows, estimate): &(DesignMatrix, Independent, Estimate),
     known: &[(usize, f64)],
 ) -> Result<Vec<Vec<f64>>> {
     known
         .iter()
         .map(|(k, u)| {
-            let mut shift = vec![0.0; estimate.residuals.len()];
-            for (i, value) in shift.iter_mut().enumerate().take(design.rows.len()) {
-                *value = -design.jacobian[(i, *k)] * u;
-            }
+            let mut shift: Vec<f64> = (0..design.rows.len()).map(|i| -design.jacobian[(i, *k)] * u).collect();
+            shift.resize(rows.u.len(), 0.0);
             let mut c = estimate.factor.solve(&rows.column(shift))?;
             c.truncate(campaign.unknowns());
             Ok(c)

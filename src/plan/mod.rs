@@ -25,8 +25,9 @@
 //! | `exchange.rs` | one start: a first design, exchanges, perturbations; within a budget mountings that move and costs spent anew |
 //! | `prices.rs` | what chosen portions cost together |
 //! | `bound.rs` | the approximate design: the bound of every schedule |
-//! | `improve.rs` | the question of every search (by number, budget or goal, or to discriminate); the best positions, chosen or added |
-//! | `scheduled.rs` | from chosen portions to a schedule: order, angles between the candidates, why each mounting is in it |
+//! | `question.rs` | the question of every search (by number, budget or goal, or to discriminate), and the schedules of its answers |
+//! | `improve.rs` | the best positions, chosen or added |
+//! | `scheduled.rs` | angles between the candidates, and why each mounting is in a schedule |
 //! | `goal.rs` | the fewest, and the cheapest, positions that reach a goal |
 //! | `discriminate.rs` | positions that discriminate between two effects, or between one effect and many |
 //! | `extended.rs` | effects as further unknowns |
@@ -53,6 +54,7 @@ mod point;
 mod pool;
 mod prices;
 mod problem;
+mod question;
 mod request;
 mod scheduled;
 mod search;

@@ -10,8 +10,7 @@
     reason = "`Objective::fits` has made sure of a row at least and of the unknowns in each; packed triangles and lists are made here over the rows of a block, with one entry for each candidate or replacement"
 )]
 
-use super::blocks::{Blocks, invert, largest, packed, sandwich, times};
-use crate::elements::Elements;
+use super::blocks::{Blocks, invert, largest, packed, sandwich, square};
 use crate::linear::{Triangle, dot};
 use faer::{Mat, Side};
 
@@ -41,21 +40,7 @@ impl Objective {
             Objective::Trace(w) => w.len() == n * n,
             Objective::Largest(rows) => rows.unknowns() == n,
             Objective::Eigenvalue(functions) | Objective::Volume(functions) => {
-                !functions.0.is_empty() && functions.0.iter().all(|row| row.len() == n)
-            }
-        }
-    }
-
-    /// Its value for `M^-1`, row by row; `None` for the determinant.
-    pub(super) fn of(&self, inverse: &[f64]) -> Option<f64> {
-        match self {
-            Objective::Determinant => None,
-            Objective::Trace(w) => Some(dot(w, inverse)),
-            Objective::Largest(_) | Objective::Eigenvalue(_) => {
-                Some(self.worst(inverse).map_or(f64::NAN, |(most, _)| most))
-            }
-            Objective::Volume(functions) => {
-                Some(functions.triangle(inverse).map_or(f64::NAN, |c| (c.log_determinant() / functions.size()).exp()))
+                functions.0.nrows() > 0 && functions.0.ncols() == n
             }
         }
     }
@@ -64,7 +49,14 @@ impl Objective {
     pub(super) fn value(&self, m: &[f64], n: usize) -> Option<f64> {
         crate::stop::poll();
         let (inverse, log_det) = invert(m, n)?;
-        Some(self.of(&inverse).unwrap_or(-log_det))
+        Some(match self {
+            Objective::Determinant => -log_det,
+            Objective::Trace(w) => dot(w, &inverse),
+            Objective::Largest(_) | Objective::Eigenvalue(_) => self.worst(&inverse).map_or(f64::NAN, |(most, _)| most),
+            Objective::Volume(functions) => {
+                functions.triangle(&inverse).map_or(f64::NAN, |c| (c.log_determinant() / functions.size()).exp())
+            }
+        })
     }
 
     /// The largest of several variances, and the function of the unknowns that has it; `None` for another objective, and where nothing is finite.
@@ -79,8 +71,9 @@ impl Objective {
             Objective::Eigenvalue(functions) => {
                 let eigen = functions.image(inverse).self_adjoint_eigen(Side::Lower).ok()?;
                 // eigenvalues come in nondecreasing order
-                let last = functions.0.len() - 1;
-                Some((eigen.S()[last], functions.combined(|i| eigen.U()[(i, last)])))
+                let last = functions.0.nrows() - 1;
+                let direction = functions.0.transpose() * eigen.U().col(last);
+                Some((eigen.S()[last], direction.iter().copied().collect()))
             }
             _ => None,
         }
@@ -103,7 +96,7 @@ impl Objective {
     pub(super) fn size(&self) -> usize {
         match self {
             Objective::Largest(predicted) => predicted.count() * predicted.rows(),
-            Objective::Eigenvalue(functions) => functions.0.len(),
+            Objective::Eigenvalue(functions) => functions.0.nrows(),
             _ => 1,
         }
     }
@@ -126,59 +119,44 @@ impl Objective {
 
 /// Linear functions of the unknowns: rows of `T`, in the coordinates of the blocks.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Combinations(pub(super) Vec<Vec<f64>>);
+pub struct Combinations(pub(super) Mat<f64>);
 
 impl Combinations {
     /// Each row is one function of the unknowns.
     pub fn new(rows: Vec<Vec<f64>>) -> Self {
-        Combinations(rows)
+        let n = rows.first().map_or(0, Vec::len);
+        // rows of several lengths are functions of no unknowns, which no problem has
+        let n = if rows.iter().all(|row| row.len() == n) { n } else { 0 };
+        Combinations(Mat::from_fn(rows.len(), n, |i, j| rows[i][j]))
     }
 
     /// How many functions.
     pub(super) fn size(&self) -> f64 {
-        self.0.len().max(1) as f64
+        self.0.nrows().max(1) as f64
     }
 
     /// `T'T`: the weights of the sum of the variances.
     pub(super) fn sum(&self) -> Vec<f64> {
-        self.weighted(|i, k| f64::from(u8::from(i == k)))
+        self.weighted(&Mat::identity(self.0.nrows(), self.0.nrows()))
     }
 
     /// `T A T'` for symmetric `A`, row by row.
     pub(super) fn image(&self, a: &[f64]) -> Mat<f64> {
-        let along: Vec<Vec<f64>> = self.0.iter().map(|row| times(a, row)).collect();
-        Mat::from_fn(self.0.len(), self.0.len(), |i, j| dot(&self.0[i], &along[j]))
-    }
-
-    /// Combination `T'v`.
-    pub(super) fn combined(&self, v: impl Fn(usize) -> f64) -> Vec<f64> {
-        let mut sum = vec![0.0; self.0.first().map_or(0, Vec::len)];
-        for (k, row) in self.0.iter().enumerate() {
-            let by = v(k);
-            sum.iter_mut().zip(row).for_each(|(sum, x)| *sum += by * x);
-        }
-        sum
+        &self.0 * square(a, self.0.ncols()) * self.0.transpose()
     }
 
     /// `T' Z T`, row by row, for symmetric `Z`.
-    pub(super) fn weighted(&self, z: impl Fn(usize, usize) -> f64) -> Vec<f64> {
-        let n = self.0.first().map_or(0, Vec::len);
-        let mut w = vec![0.0; n * n];
-        for (i, row) in self.0.iter().enumerate() {
-            let other = self.combined(|k| z(i, k));
-            for (out, x) in w.chunks_exact_mut(n.max(1)).zip(row) {
-                out.iter_mut().zip(&other).for_each(|(out, y)| *out += x * y);
-            }
-        }
-        w
+    pub(super) fn weighted(&self, z: &Mat<f64>) -> Vec<f64> {
+        let w = self.0.transpose() * z * &self.0;
+        w.col_iter().flat_map(|column| column.iter().copied()).collect()
     }
 
     /// `log det C`, and `M^-1 T' C^-1 T M^-1` row by row, whose quadratic forms are the slopes; `None` where `C` is singular.
     pub(super) fn with_slopes(&self, inverse: &[f64]) -> Option<(f64, Vec<f64>)> {
         let c = self.triangle(inverse)?;
         let weights = c.inverse();
-        let w = self.weighted(|i, k| weights[i].at(k));
-        Some((c.log_determinant(), sandwich(inverse, &w, self.0.first().map_or(0, Vec::len))))
+        let w = self.weighted(&Mat::from_fn(weights.len(), weights.len(), |i, k| weights[i][k]));
+        Some((c.log_determinant(), sandwich(inverse, &w, self.0.ncols())))
     }
 
     /// `C`, factored.

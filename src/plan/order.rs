@@ -9,7 +9,7 @@
 //! `S` does not depend on the order, so orders are compared by these sums alone.
 
 use super::candidates::Conditions;
-use super::effort::{Costs, Noise, furthest, mounting, moved_deg, times};
+use super::effort::{Costs, Noise, furthest, grouped, mounting, moved_deg, times};
 use super::judge::{shifts, weighted_sensitivities};
 use super::whitened::level_of;
 use crate::campaign::{Campaign, Reading, Readings};
@@ -144,16 +144,11 @@ impl Run<'_> {
 
     /// Readings after the fixed ones by mounting and level; those of one level, a day, follow each other.
     fn mountings(&self) -> Vec<Vec<usize>> {
-        let mut groups: Vec<Vec<usize>> = Vec::new();
-        let mut known: std::collections::HashMap<String, usize> = std::collections::HashMap::new();
-        for (k, reading) in self.rows.iter().enumerate().skip(self.fixed) {
-            let key = format!("{} {:?} {}", reading.position, mounting(reading), self.levels.at(k));
-            let place = *known.entry(key).or_insert(groups.len());
-            match groups.get_mut(place) {
-                Some(group) => group.push(k),
-                None => groups.push(vec![k]),
-            }
-        }
+        let key = |k: usize, reading: &Reading| {
+            (reading.position.clone(), format!("{:?}", mounting(reading)), self.levels.at(k))
+        };
+        let later = self.rows.iter().enumerate().skip(self.fixed);
+        let mut groups = grouped(later.map(|(k, reading)| (k, key(k, reading))));
         groups.sort_by_key(|group| self.level(group));
         groups
     }
@@ -218,13 +213,13 @@ impl Run<'_> {
     fn least_harmed(&self, parts: &[Vec<f64>], groups: Vec<Vec<usize>>, seed: u64) -> Vec<usize> {
         let mut rng = Pcg64Mcg::seed_from_u64(seed);
         let mut best: Option<(f64, Vec<usize>)> = None;
+        let groups: Vec<Vec<Vec<usize>>> = groups.into_iter().map(|group| self.blocks(group)).collect();
         for _ in 0..TRIES {
             let mut shuffled = groups.clone();
             shuffle(&mut shuffled, &mut rng);
-            shuffled.sort_by_key(|group| self.level(group));
+            shuffled.sort_by_key(|blocks| blocks.first().and_then(|block| self.level(block)));
             let mut run = Vec::with_capacity(self.rows.len());
-            for group in shuffled {
-                let mut blocks = self.blocks(group);
+            for mut blocks in shuffled {
                 shuffle(&mut blocks, &mut rng);
                 run.extend(blocks.into_iter().flatten());
             }
@@ -240,17 +235,18 @@ impl Run<'_> {
     /// Orders with smaller shifts: senses or states exchanged within a mounting, mountings exchanged or a stretch of them reversed, as long as
     /// no more joints move than before.
     fn improved(&self, parts: &[Vec<f64>], start: Vec<Vec<usize>>) -> Vec<usize> {
-        let harm = |groups: &[Vec<usize>]| {
-            let (linear, quadratic) = self.shift(parts, &groups.concat());
-            linear + QUADRATIC * quadratic
-        };
         let mut groups = start;
-        let mut now = harm(&groups);
+        let readings: usize = groups.iter().map(Vec::len).sum();
+        // each evaluation costs a pass over the readings; when they are spent there is no result
+        let mut evaluations = 1 + 40_000_000 / (readings * parts.first().map_or(1, Vec::len)).max(1);
+        let mut harm = |groups: &[Vec<usize>]| {
+            evaluations = evaluations.checked_sub(1)?;
+            let (linear, quadratic) = self.shift(parts, &groups.concat());
+            Some(linear + QUADRATIC * quadratic)
+        };
+        let Some(mut now) = harm(&groups) else { return groups.concat() };
         let (joints_moved, moving_costs) = self.way(&groups);
         let no_more = |(joints, costs): (usize, f64)| joints <= joints_moved && costs <= moving_costs * (1.0 + 1e-12);
-        let readings: usize = groups.iter().map(Vec::len).sum();
-        // each evaluation costs a pass over the readings
-        let mut evaluations = 40_000_000 / (readings * parts.first().map_or(1, Vec::len)).max(1);
         for _ in 0..ROUNDS {
             let before = now;
             for g in 0..groups.len() {
@@ -261,17 +257,13 @@ impl Run<'_> {
                 let pairs = (0..blocks.len()).flat_map(|a| (a + 1..blocks.len()).map(move |b| (a, b)));
                 others.extend(pairs.take(200).map(|(a, b)| swapped(&blocks, a, b).concat()));
                 for other in others {
-                    if evaluations == 0 {
-                        return groups.concat();
+                    let mut changed = groups.clone();
+                    if let Some(slot) = changed.get_mut(g) {
+                        *slot = other;
                     }
-                    evaluations -= 1;
-                    let Some(slot) = groups.get_mut(g) else { continue };
-                    let kept = std::mem::replace(slot, other);
-                    let shift = harm(&groups);
+                    let Some(shift) = harm(&changed) else { return groups.concat() };
                     if shift < now - 1e-12 {
-                        now = shift;
-                    } else if let Some(slot) = groups.get_mut(g) {
-                        *slot = kept;
+                        (now, groups) = (shift, changed);
                     }
                 }
             }
@@ -279,11 +271,7 @@ impl Run<'_> {
             for a in 0..groups.len() {
                 for b in (a + 1..groups.len()).take_while(|b| self.alike(&groups, a, *b)) {
                     for other in [swapped(&groups, a, b), turned(&groups, a, b)] {
-                        if evaluations == 0 {
-                            break;
-                        }
-                        evaluations -= 1;
-                        let shift = harm(&other);
+                        let Some(shift) = harm(&other) else { break };
                         let better = shift < best.as_ref().map_or(now - 1e-12, |(before, _)| *before);
                         if better && no_more(self.way(&other)) {
                             best = Some((shift, other));
@@ -294,7 +282,7 @@ impl Run<'_> {
             if let Some((shift, other)) = best {
                 (now, groups) = (shift, other);
             }
-            if evaluations == 0 || !(now < before - 1e-9 * before) {
+            if !(now < before - 1e-9 * before) {
                 break;
             }
         }
@@ -303,18 +291,8 @@ impl Run<'_> {
 
     /// Readings of one mounting that stay together: those of one state, or each alone where rate changes cost nothing.
     fn blocks(&self, group: Vec<usize>) -> Vec<Vec<usize>> {
-        let mut blocks: Vec<Vec<usize>> = Vec::new();
-        for k in group {
-            let alike = |other: &&mut Vec<usize>| {
-                let first = other.first().and_then(|first| self.rows.get(*first));
-                first.zip(self.rows.get(k)).is_some_and(|(a, b)| a.joints == b.joints)
-            };
-            match blocks.iter_mut().find(alike).filter(|_| self.costs.rate_change != 0.0) {
-                Some(block) => block.push(k),
-                None => blocks.push(vec![k]),
-            }
-        }
-        blocks
+        let alone = |k: usize| Some(k).filter(|_| self.costs.rate_change == 0.0);
+        grouped(group.into_iter().map(|k| (k, (alone(k), self.rows.get(k).map(|row| format!("{:?}", row.joints))))))
     }
 
     /// Readings of one mounting, senses in the Thue-Morse pattern, beginning with the positive one or the negative.

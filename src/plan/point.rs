@@ -7,7 +7,7 @@
 use super::effort::Noise;
 use super::whitened::Independent;
 use crate::campaign::{Campaign, Kind, Reading, Readings, Role};
-use crate::design::{self, DesignMatrix, Model};
+use crate::design::DesignMatrix;
 use crate::error::{Fault, Malformed, Result};
 use crate::estimate::Estimate;
 use crate::fit::Fit;
@@ -103,7 +103,6 @@ const NEARBY: [(f64, f64); 2] = [(0.013, 0.71), (-0.0171, 1.37)];
 /// Rows at a general point near the one at which a campaign is judged, if they determine more than those there; and what is lacking there.
 pub(super) fn lacking(
     campaign: &Campaign,
-    model: &Model,
     here: &Estimate,
     noise: &Noise,
 ) -> Result<Option<(Lacking, DesignMatrix, Estimate)>> {
@@ -125,8 +124,7 @@ pub(super) fn lacking(
                 *slot += size;
             }
         }
-        let design = design::assemble(campaign, model, &there)?;
-        let estimate = Independent::new(campaign, &design, noise).adjust(campaign, &design)?;
+        let (design, _, estimate) = Independent::at(campaign, &there, noise)?;
         Ok((design, estimate))
     };
     let mut best: Option<(DesignMatrix, Estimate)> = None;
@@ -165,10 +163,8 @@ pub(super) fn check_point(campaign: &Campaign, kept: &Readings, candidates: &Rea
     // mountings that scatter change no rank
     let noise = &Noise { remount: Vec::new(), ..noise.clone() };
     let all = campaign.with_readings(Readings { columns: candidates.columns.clone(), rows });
-    let model = Model::new(&all)?;
-    let design = design::assemble(&all, &model, &all.reference_point())?;
-    let here = Independent::new(&all, &design, noise).adjust(&all, &design)?;
-    let Some((lacking, ..)) = lacking(&all, &model, &here, noise)? else { return Ok(()) };
+    let (_, _, here) = Independent::at(&all, &all.reference_point(), noise)?;
+    let Some((lacking, ..)) = lacking(&all, &here, noise)? else { return Ok(()) };
     let [untold, needs] = [&lacking.untold, &lacking.needs].map(|names| names.join(", "));
     let first = lacking.needs.first().map_or("?", String::as_str);
     Err(Malformed::new(

@@ -7,10 +7,9 @@
 
 use super::blocks::{Blocks, add_outer};
 use super::candidates::{Unit, portions};
-use super::effort::Noise;
-use super::whitened::{
-    Augmentation, Term, adjusted, level_of, mounted_apart, predicted, single, whitened, with_priors,
-};
+use super::effort::{Noise, grouped};
+use super::objective::Objective;
+use super::whitened::{Augmentation, Term, adjusted, mounted_apart, single, whitened, with_priors};
 use crate::campaign::{Campaign, JointState, Reading, Readings};
 use crate::design::{self, Model};
 use crate::elements::Elements;
@@ -25,8 +24,6 @@ use faer::Mat;
 pub(super) struct Pool {
     /// Readings of each portion.
     pub portions: Vec<Vec<Reading>>,
-    /// Level of each portion in the columns by which positions share deviations.
-    pub levels: Vec<String>,
     /// Their information in as few rows as its rank.
     pub blocks: Blocks,
     /// All their rows, not whitened with others: what is predicted there.
@@ -35,8 +32,8 @@ pub(super) struct Pool {
     pub base: Vec<f64>,
     /// The factorisation behind the coordinates.
     pub estimate: Estimate,
-    /// Deviations that link positions: unknowns after the parameters.
-    pub deviations: usize,
+    /// Unknowns after the parameters: deviations that link positions, and terms.
+    pub augmentation: Augmentation,
     /// The unknowns from the coordinates: `x = T z`.
     directions: Mat<f64>,
     /// Rank defects of all candidates together.
@@ -54,19 +51,15 @@ impl Pool {
         terms: &[Term],
     ) -> Result<Pool> {
         let portions = portions(campaign, candidates, unit)?;
-        let first = |portion: &Vec<Reading>| portion.first().map(|r| level_of(campaign, candidates, r));
-        // portions have readings
-        let levels = portions.iter().map(|portion| first(portion).unwrap_or_default()).collect();
         let further = mounted_apart(&portions, candidates);
         let augmentation = Augmentation::new(campaign, noise, terms, &[kept, &further]);
-        let deviations = augmentation.deviations.len();
         let mut rows = with_priors(campaign, kept, noise, &augmentation)?;
         let fixed = rows.len();
         rows.extend(whitened(campaign, &further, noise, &augmentation, true)?);
         let total = rows.len();
         let estimate = adjusted(campaign, &rows, augmentation.columns(campaign))?;
         let rank = estimate.unknowns.rank;
-        if rank <= deviations {
+        if rank <= augmentation.deviations.len() {
             return Err(Malformed::new(Fault::Value, "no candidate depends on what is to be estimated")
                 .expected("candidates whose readings depend on the estimated parameters"));
         }
@@ -98,8 +91,13 @@ impl Pool {
         let rows = match noise.remount.is_empty() && campaign.scatter.is_empty() {
             true => whitened_rows.clone(),
             false => {
-                let predicted = predicted(campaign, &further, noise, &augmentation)?;
-                let predicted: Vec<Vec<f64>> = predicted.iter().map(|row| in_coordinates(&directions, row)).collect();
+                // each reading by itself: nothing scatters, and deviations are zero
+                let alone = Noise { remount: Vec::new(), lines: vec![0.0; noise.lines.len()], ..noise.clone() };
+                let mut predicted = whitened(campaign, &further, &alone, &augmentation, true)?;
+                for row in &mut predicted {
+                    row.iter_mut().skip(campaign.unknowns()).take(augmentation.deviations.len()).for_each(|d| *d = 0.0);
+                    *row = in_coordinates(&directions, row);
+                }
                 Blocks::from_fn(portions.len(), per_portion, rank, |j, r, c| {
                     // one list of coordinates for each row
                     predicted.get(j * per_portion + r).map_or(0.0, |row| row.at(c))
@@ -108,12 +106,11 @@ impl Pool {
         };
         Ok(Pool {
             portions,
-            levels,
             blocks: whitened_rows.compressed(),
             rows,
             base,
             estimate,
-            deviations,
+            augmentation,
             directions,
             not_estimable,
         })
@@ -135,7 +132,7 @@ impl Pool {
 
     /// Parameters and terms that the candidates determine: unknowns without the deviations.
     pub(crate) fn determined(&self) -> usize {
-        self.blocks.unknowns().saturating_sub(self.deviations)
+        self.blocks.unknowns().saturating_sub(self.augmentation.deviations.len())
     }
 
     /// Coordinates of every independent one of the first `parameters` unknowns, in units of what all candidates together give.
@@ -150,11 +147,30 @@ impl Pool {
             .collect()
     }
 
+    /// An objective of positions, from their own rows; `None` where they do not determine what the pool does. (Any but the determinant is a number of one
+    /// meaning only where every parameter is determined.)
+    pub(crate) fn value(
+        &self,
+        campaign: &Campaign,
+        readings: &Readings,
+        noise: &Noise,
+        objective: &Objective,
+    ) -> Result<Option<f64>> {
+        if *objective != Objective::Determinant && self.determined() < campaign.unknowns() {
+            return Ok(None);
+        }
+        let n = self.blocks.unknowns();
+        let mut m = vec![0.0; n * n];
+        for row in with_priors(campaign, readings, noise, &self.augmentation)? {
+            add_outer(&mut m, 1.0, &in_coordinates(&self.directions, &row));
+        }
+        Ok(objective.value(&m, n))
+    }
+
     /// Some of the portions, in the same coordinates.
     pub(crate) fn subset(&self, portions: &[usize]) -> Pool {
         Pool {
             portions: portions.iter().filter_map(|k| self.portions.get(*k).cloned()).collect(),
-            levels: portions.iter().filter_map(|k| self.levels.get(*k).cloned()).collect(),
             blocks: self.blocks.subset(portions),
             ..self.clone()
         }
@@ -185,45 +201,33 @@ impl Pool {
 
     /// Candidates that differ from each in the state of one joint (for coordinate exchange).
     pub(crate) fn neighbours(&self) -> Vec<Vec<usize>> {
-        let mut groups: std::collections::HashMap<(usize, String), Vec<usize>> = std::collections::HashMap::new();
-        let states =
-            // portions have readings
-            |k: usize| self.portions.get(k).and_then(|p| p.first()).map(|r| r.joints.to_vec()).unwrap_or_default();
-        let key = |k: usize, joint: usize| {
-            let mut others = states(k);
-            if joint < others.len() {
+        let mut lists: Vec<Vec<usize>> = vec![Vec::new(); self.portions.len()];
+        // portions have readings
+        let states = |portion: &Vec<Reading>| portion.first().map(|r| r.joints.to_vec()).unwrap_or_default();
+        for joint in 0..self.portions.first().map_or(0, |portion| states(portion).len()) {
+            let others = |portion: &Vec<Reading>| {
+                let mut others = states(portion);
                 others.remove(joint);
-            }
-            (joint, format!("{others:?}"))
-        };
-        for k in 0..self.portions.len() {
-            for joint in 0..states(k).len() {
-                groups.entry(key(k, joint)).or_default().push(k);
+                format!("{others:?}")
+            };
+            for alike in grouped(self.portions.iter().enumerate().map(|(k, portion)| (k, others(portion)))) {
+                for k in &alike {
+                    lists.get_mut(*k).into_iter().for_each(|list| list.extend(&alike));
+                }
             }
         }
-        let list = |k: usize| {
-            let mut all: Vec<usize> =
-                (0..states(k).len()).filter_map(|joint| groups.get(&key(k, joint))).flatten().copied().collect();
-            all.sort_unstable();
-            all.dedup();
-            all
-        };
-        (0..self.portions.len()).map(list).collect()
+        for list in &mut lists {
+            list.sort_unstable();
+            list.dedup();
+        }
+        lists
     }
 }
 
 /// `T'c`; a shorter `c` is padded with zeros.
-fn in_coordinates(directions: &Mat<f64>, c: &[f64]) -> Vec<f64> {
+pub(super) fn in_coordinates(directions: &Mat<f64>, c: &[f64]) -> Vec<f64> {
     let column = |k: usize| c.iter().enumerate().map(|(j, c)| directions[(j, k)] * c).sum();
     (0..directions.ncols()).map(column).collect()
-}
-
-/// `log det (A' P A)` on the independent unknowns, from the factorisation.
-pub(super) fn log_det_of(estimate: &Estimate) -> f64 {
-    let factor = &estimate.factor;
-    let diagonal = (0..factor.rank()).map(|k| factor.r()[(k, k)].abs().ln()).sum::<f64>();
-    let scales: f64 = factor.basis().iter().filter_map(|j| factor.scale().get(*j)).map(|s| s.ln()).sum();
-    2.0 * (diagonal + scales)
 }
 
 /// Most steps of a turn that are taken as a sweep.

@@ -7,9 +7,9 @@
 //! The cost of moving joints depends on the order, and comes after the choice. The order to run takes readings of one state of a mounting together, so that
 //! this is the cost in the schedule's report.
 
-use super::effort::{Costs, mounting};
+use super::effort::Costs;
 use crate::campaign::Reading;
-use crate::elements::{Elements, Parts};
+use crate::elements::Elements;
 use crate::number;
 use std::collections::HashMap;
 
@@ -25,10 +25,8 @@ pub(super) struct Prices {
     apart: bool,
     /// Mounting of each portion.
     pub place: Vec<usize>,
-    /// States of each portion at its mounting, `states` for each; a state of another mounting has another number.
-    slots: Vec<usize>,
-    /// Different states of each portion.
-    states: usize,
+    /// Different states of each portion at its mounting; a state of another mounting has another number.
+    slots: Vec<Vec<usize>>,
     /// Cost of each portion alone at its mounting.
     alone: Vec<f64>,
     /// The same states numbered alike at every mounting.
@@ -41,21 +39,20 @@ pub(super) struct Prices {
 }
 
 impl Prices {
-    /// Prices of portions of readings and their levels (none: all alike); with `apart`, every portion is a separate mounting.
-    pub fn new(portions: &[Vec<Reading>], levels: &[String], costs: Costs, budget: f64, apart: bool) -> Self {
+    /// Prices of portions, each at the mounting that it is told to be of; with `apart`, every portion is a separate one.
+    pub fn new(portions: &[Vec<Reading>], mounting: impl Fn(&[Reading]) -> String, costs: Costs, apart: bool) -> Self {
         let mut places: HashMap<String, usize> = HashMap::new();
         let mut kinds: HashMap<String, usize> = HashMap::new();
-        let mut slots: HashMap<(usize, String), usize> = HashMap::new();
+        let mut states: HashMap<String, usize> = HashMap::new();
         let number = |map: &mut HashMap<String, usize>, key: String| {
             let next = map.len();
             *map.entry(key).or_insert(next)
         };
-        let (mut place, mut kind, mut slots_of, mut at) = (Vec::new(), Vec::new(), Vec::new(), HashMap::new());
+        let (mut place, mut kind, mut at) = (Vec::new(), Vec::new(), HashMap::new());
+        let (mut slots, mut alone): (Vec<Vec<usize>>, Vec<f64>) = (Vec::new(), Vec::new());
+        let size = portions.first().map_or(1, Vec::len);
         for (k, portion) in portions.iter().enumerate() {
-            // portions have readings
-            let level = levels.get(k).map_or("", String::as_str);
-            let key = portion.first().map(|r| format!("{:?} {level}", mounting(r))).unwrap_or_default();
-            let here = number(&mut places, if apart { k.to_string() } else { key });
+            let here = number(&mut places, if apart { k.to_string() } else { mounting(portion) });
             let turning: Vec<Vec<f64>> =
                 portion.iter().map(|r| r.joints.iter().map(|s| s.rate_deg_s()).collect()).collect();
             let columns: Vec<&[Option<f64>]> = portion.iter().map(|r| r.columns.as_slice()).collect();
@@ -63,34 +60,20 @@ impl Prices {
                 true => number(&mut kinds, format!("{columns:?}")),
                 false => number(&mut kinds, format!("{turning:?}")),
             };
-            let mut used: Vec<usize> = portion
-                .iter()
-                .map(|reading| {
-                    let next = slots.len();
-                    *slots.entry((here, format!("{:?}", reading.joints))).or_insert(next)
-                })
-                .collect();
+            let slot = |reading: &Reading| number(&mut states, format!("{here} {:?}", reading.joints));
+            let mut used: Vec<usize> = portion.iter().map(slot).collect();
             used.sort_unstable();
             used.dedup();
             place.push(here);
             kind.push(kind_here);
-            slots_of.push(used);
+            alone.push(
+                costs.mounting + costs.reading * size as f64 + costs.rate_change * used.len().saturating_sub(1) as f64,
+            );
+            slots.push(used);
             at.entry((here, kind_here)).or_insert(k);
         }
-        let size = portions.first().map_or(1, Vec::len);
-        let (places, slot_count) = (places.len(), slots.len());
-        // a portion that has fewer states than others repeats its last
-        let states = slots_of.iter().map(Vec::len).max().unwrap_or(1).max(1);
-        let alone = slots_of.iter().map(|slots| {
-            costs.mounting + costs.reading * size as f64 + costs.rate_change * slots.len().saturating_sub(1) as f64
-        });
-        let alone = alone.collect();
-        let padded = |slots: &Vec<usize>| {
-            // shorter lists repeat their last slot; a portion has one at least
-            (0..states).map(|s| slots.get(s).or(slots.last()).copied().unwrap_or_default()).collect::<Vec<_>>()
-        };
-        let slots = slots_of.iter().flat_map(padded).collect();
-        Prices { budget, costs, size, apart, place, slots, states, alone, kind, at, places, slot_count }
+        let (places, slot_count) = (places.len(), states.len());
+        Prices { budget: 0.0, costs, size, apart, place, slots, alone, kind, at, places, slot_count }
     }
 
     /// Smallest difference of two costs, which are sums of the prices; `None` where all is free.
@@ -118,32 +101,26 @@ impl Prices {
         sum <= self.budget * (1.0 + 1e-12)
     }
 
-    /// Cost of one portion alone at its mounting.
-    pub fn alone(&self, j: usize) -> f64 {
-        self.alone.at(j)
+    /// Cost of the dearest portion.
+    pub fn dearest(&self) -> f64 {
+        self.alone.iter().copied().fold(0.0, f64::max)
     }
 
-    fn slots(&self, j: usize) -> &[usize] {
-        self.slots.part(j * self.states..(j + 1) * self.states)
-    }
-
-    /// Different slots of a portion among those that pass.
-    fn count(&self, j: usize, passes: impl Fn(usize) -> bool) -> f64 {
-        let slots = self.slots(j);
-        let first = |(at, slot): &(usize, &usize)| slots.get(..*at).is_some_and(|before| !before.contains(slot));
-        slots.iter().enumerate().filter(first).filter(|(_, slot)| passes(**slot)).count() as f64
+    /// Cost of the cheapest portion.
+    pub fn cheapest(&self) -> f64 {
+        self.alone.iter().copied().fold(f64::INFINITY, f64::min)
     }
 
     /// The most mountings that the budget could pay for.
     pub fn most_mountings(&self) -> usize {
-        let least = (0..self.place.len()).map(|j| self.alone(j)).fold(f64::INFINITY, f64::min);
+        let least = self.cheapest();
         if least > 0.0 { number::count((self.budget / least).min(self.places as f64)) } else { self.places }
     }
 
     /// The most portions that `mountings` mountings could hold within the budget.
     pub fn most_portions(&self, mountings: usize) -> f64 {
         let one = self.costs.reading * self.size as f64;
-        let least = (0..self.place.len()).map(|j| self.alone(j) - one).fold(f64::INFINITY, f64::min);
+        let least = self.cheapest() - one;
         let remainder = self.budget * (1.0 + 1e-12) - mountings as f64 * least;
         if self.apart { (self.budget * (1.0 + 1e-12) / (least + one)).floor() } else { (remainder / one).floor() }
     }
@@ -151,38 +128,49 @@ impl Prices {
 
 /// Costs of what is chosen.
 #[derive(Debug, Clone)]
-pub(super) struct Till {
+pub(super) struct Till<'a> {
+    prices: &'a Prices,
     /// Cost of all.
     pub spent: f64,
     /// Portions of each mounting.
-    pub portions: Vec<u32>,
+    portions: Vec<u32>,
     /// Uses of each slot.
     uses: Vec<u32>,
 }
 
-impl Till {
+impl<'a> Till<'a> {
     /// The till of a list of portions.
-    pub fn new(prices: &Prices, chosen: &[usize]) -> Self {
-        let mut till = Till { spent: 0.0, portions: vec![0; prices.places], uses: vec![0; prices.slot_count] };
-        chosen.iter().for_each(|j| till.change(prices, None, Some(*j)));
+    pub fn new(prices: &'a Prices, chosen: &[usize]) -> Self {
+        let mut till = Till { prices, spent: 0.0, portions: vec![0; prices.places], uses: vec![0; prices.slot_count] };
+        chosen.iter().for_each(|j| till.change(None, Some(*j)));
         till
     }
 
-    /// What it costs more (or less) when one portion goes and another comes.
-    pub fn difference(&self, prices: &Prices, goes: Option<usize>, comes: Option<usize>) -> f64 {
+    /// What it costs more (or less) when one portion goes and another comes, if that is within the budget.
+    pub fn room(&self, goes: Option<usize>, comes: usize) -> Option<f64> {
+        let more = self.difference(goes, Some(comes));
+        self.prices.affords(self.spent + more).then_some(more)
+    }
+
+    fn difference(&self, goes: Option<usize>, comes: Option<usize>) -> f64 {
+        let prices = self.prices;
         if prices.apart {
-            return comes.map_or(0.0, |j| prices.alone(j)) - goes.map_or(0.0, |j| prices.alone(j));
+            return comes.map_or(0.0, |j| prices.alone.at(j)) - goes.map_or(0.0, |j| prices.alone.at(j));
         }
         let portions = |j: usize| self.portions.get(prices.place.at(j)).copied().unwrap_or_default();
         let uses = |slot: usize| self.uses.get(slot).copied().unwrap_or_default();
-        let cost = |j: usize, others: u32, is_new: &dyn Fn(usize) -> bool| match others {
-            0 => prices.alone(j),
-            _ => prices.costs.reading * prices.size as f64 + prices.costs.rate_change * prices.count(j, is_new),
+        // with others at the mounting: its readings, and a change of rate for each state that it alone has
+        let cost = |j: usize, others: u32, is_own: &dyn Fn(usize) -> bool| match others {
+            0 => prices.alone.at(j),
+            _ => {
+                let own = prices.slots.at(j).iter().filter(|slot| is_own(**slot)).count();
+                prices.costs.reading * prices.size as f64 + prices.costs.rate_change * own as f64
+            }
         };
         let less = |i: usize| cost(i, portions(i).saturating_sub(1), &|slot| uses(slot) == 1);
         let more = |j: usize| {
             let gone = goes.filter(|i| prices.place.at(*i) == prices.place.at(j));
-            let freed = |slot: usize| gone.is_some_and(|i| prices.slots(i).contains(&slot));
+            let freed = |slot: usize| gone.is_some_and(|i| prices.slots.at(i).contains(&slot));
             let others = portions(j).saturating_sub(u32::from(gone.is_some()));
             cost(j, others, &|slot| uses(slot) == u32::from(freed(slot)))
         };
@@ -190,20 +178,13 @@ impl Till {
     }
 
     /// One portion goes, another comes.
-    pub fn change(&mut self, prices: &Prices, goes: Option<usize>, comes: Option<usize>) {
-        self.spent += self.difference(prices, goes, comes);
+    pub fn change(&mut self, goes: Option<usize>, comes: Option<usize>) {
+        self.spent += self.difference(goes, comes);
         for (j, comes) in goes.map(|i| (i, false)).into_iter().chain(comes.map(|j| (j, true))) {
             let step = |count: &mut u32| *count = if comes { *count + 1 } else { count.saturating_sub(1) };
-            if let Some(count) = prices.place.get(j).and_then(|place| self.portions.get_mut(*place)) {
-                step(count);
-            }
-            let slots = prices.slots(j);
-            for (at, slot) in slots.iter().enumerate() {
-                if let Some(count) =
-                    self.uses.get_mut(*slot).filter(|_| !slots.iter().take(at).any(|before| before == slot))
-                {
-                    step(count);
-                }
+            self.portions.get_mut(self.prices.place.at(j)).into_iter().for_each(step);
+            for slot in self.prices.slots.at(j) {
+                self.uses.get_mut(*slot).into_iter().for_each(step);
             }
         }
     }

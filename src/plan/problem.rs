@@ -1,6 +1,6 @@
 //! The exchange problem, and its designs.
 
-use super::blocks::Blocks;
+use super::blocks::{Blocks, roots};
 use super::objective::Objective;
 use super::prices::Prices;
 
@@ -34,10 +34,15 @@ impl<'a> Problem<'a> {
         self.choose > MANY * self.blocks.unknowns()
     }
 
+    /// Have designs fewer rows than unknowns, and so are singular whatever the rounding?
+    pub fn is_short(&self) -> bool {
+        let n = self.blocks.unknowns();
+        self.choose.saturating_mul(self.blocks.rows()).saturating_add(roots(self.base.to_vec(), n).len()) < n
+    }
+
     /// Is a design feasible: repeats, number and cost within their limits?
     pub fn allows(&self, chosen: &[usize]) -> bool {
-        let few = self.most_repeats >= chosen.len();
-        (few || counted(chosen).iter().all(|(_, times)| *times as usize <= self.most_repeats))
+        counted(chosen).iter().all(|(_, times)| *times as usize <= self.most_repeats)
             && match self.prices {
                 Some(prices) => chosen.len() <= self.choose && prices.affords(prices.of(chosen)),
                 None => chosen.len() == self.choose,
@@ -47,7 +52,8 @@ impl<'a> Problem<'a> {
     /// A design with its value from a fresh factorisation; `None` where it is singular.
     pub fn design(&self, mut chosen: Vec<usize>) -> Option<Design> {
         chosen.sort_unstable();
-        let value = self.objective.value(&information(self.blocks, self.base, &chosen), self.blocks.unknowns())?;
+        let value =
+            self.objective.value(&information(self.blocks, self.base, &counted(&chosen)), self.blocks.unknowns())?;
         Some(Design { chosen, value, effort: 0.0 })
     }
 }
@@ -83,10 +89,9 @@ pub(super) fn counted(chosen: &[usize]) -> Vec<(usize, u32)> {
     counts
 }
 
-/// `M`, for a list of chosen candidates.
-pub(super) fn information(blocks: &Blocks, base: &[f64], chosen: &[usize]) -> Vec<f64> {
+/// `M`, for candidates and how often each is chosen.
+pub(super) fn information(blocks: &Blocks, base: &[f64], chosen: &[(usize, u32)]) -> Vec<f64> {
     let mut m = base.to_vec();
-    // one sum for each candidate, however often it is chosen
-    counted(chosen).into_iter().for_each(|(j, times)| blocks.add(&mut m, f64::from(times), j));
+    chosen.iter().for_each(|(j, times)| blocks.add(&mut m, f64::from(*times), *j));
     m
 }

@@ -8,15 +8,13 @@
     reason = "`ways` has `choose + 1` entries and is indexed by 0 to `choose`; `chosen` holds numbers of the problem's candidates, of which `settled` has one entry each"
 )]
 
-use super::blocks::{Blocks, roots};
+use super::blocks::Blocks;
 use super::bound::{Bound, bound};
 use super::exchange::{descend, start};
 use super::objective::Objective;
 use super::prices::Till;
-use super::problem::{Design, Problem};
-use super::request::{Progress, Request};
-use rand_pcg::Pcg64Mcg;
-use rand_pcg::rand_core::SeedableRng;
+use super::problem::{Design, Problem, information};
+use super::request::Request;
 use rayon::prelude::*;
 
 /// The least number (of readings, of cost) for which something is found: bisection between one that is too small and one for which it is known, then single
@@ -61,8 +59,8 @@ pub(super) struct Outcome {
 pub(super) struct Limits<'a> {
     /// Starts.
     pub starts: usize,
-    /// Seed; the same gives the same design on any machine.
-    pub seed: u64,
+    /// The request: its seed, which gives the same design on any machine, and whom it tells of the progress.
+    pub request: &'a Request,
     /// Multiplications after which no further starts are made.
     pub effort: f64,
     /// A value of the objective that is good enough.
@@ -71,8 +69,6 @@ pub(super) struct Limits<'a> {
     pub bounded: bool,
     /// Further designs from which exchanges start.
     pub given: &'a dyn Fn() -> Vec<Vec<usize>>,
-    /// Called after every batch of starts.
-    pub progress: &'a Progress,
 }
 
 impl<'a> Limits<'a> {
@@ -80,8 +76,7 @@ impl<'a> Limits<'a> {
     pub fn of(request: &'a Request, given: &'a dyn Fn() -> Vec<Vec<usize>>) -> Self {
         // more starts than the default: more time
         let patience = (request.starts as f64 / 100.0).clamp(1.0, 5.0);
-        let Request { starts, seed, progress, .. } = request;
-        Limits { starts: *starts, seed: *seed, effort: EFFORT * patience, enough: None, bounded: true, given, progress }
+        Limits { starts: request.starts, request, effort: EFFORT * patience, enough: None, bounded: true, given }
     }
 }
 
@@ -110,18 +105,18 @@ pub(super) fn search(
         Some((known, _)) if known.value <= design.value => {}
         _ => *best = Some((design, 1)),
     };
-    let (starts, seed) = (limits.starts.max(1), limits.seed);
+    let (starts, Request { seed, progress, .. }) = (limits.starts.max(1), limits.request);
     let (mut made, mut effort) = (0, 0.0);
     while made < starts && effort < limits.effort {
         let batch: Vec<usize> = (made..(made + BATCH).min(starts)).collect();
         made += batch.len();
         let designs: Vec<Option<Design>> =
-            batch.into_par_iter().map(|k| one(problem, seed, k, guide.as_ref())).collect();
+            batch.into_par_iter().map(|k| start(problem, *seed, k, guide.as_ref())).collect();
         for design in designs.into_iter().flatten() {
             effort += design.effort;
             keep(&mut best, design);
         }
-        limits.progress.tell("starts", made, starts);
+        progress.tell("starts", made, starts);
         // no design is better than the bound, and a value that is good enough ends the search
         let value = best.as_ref().map_or(f64::INFINITY, |(design, _)| design.value);
         if guide.as_ref().is_some_and(|guide| value - guide.value <= 1e-9 * guide.value.abs())
@@ -136,11 +131,6 @@ pub(super) fn search(
     best.map(|(design, hits)| Outcome { design, hits: hits.min(made), starts: made, enumerated: None, guide })
 }
 
-fn one(problem: &Problem<'_>, seed: u64, k: usize, guide: Option<&Bound>) -> Option<Design> {
-    let mut rng = Pcg64Mcg::seed_from_u64(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15).wrapping_add(k as u64));
-    start(problem, &mut rng, k, guide)
-}
-
 /// With fewer designs than this, all are tried.
 const MOST_DESIGNS: u64 = 100_000;
 /// Lists that are looked at while designs within a budget are counted.
@@ -152,9 +142,7 @@ const MOST_DEPTH: usize = 1000;
 ///
 /// With a budget, only designs to which nothing can be added are tried: more readings are never worse.
 fn best_of_all(problem: &Problem<'_>) -> Option<(Option<Design>, u64)> {
-    let n = problem.blocks.unknowns();
-    // with fewer rows than unknowns the design is singular, whatever the rounding
-    if problem.choose.saturating_mul(problem.blocks.rows()).saturating_add(roots(problem.base.to_vec(), n).len()) < n {
+    if problem.is_short() {
         return Some((None, 0));
     }
     let count = problem.blocks.count();
@@ -162,32 +150,24 @@ fn best_of_all(problem: &Problem<'_>) -> Option<(Option<Design>, u64)> {
         None => problem.choose,
         Some(prices) => {
             // so many portions are affordable whichever they are: every list of one portion fewer has a completion, and a completion few such lists
-            let dearest = (0..count).map(|j| prices.alone(j)).fold(0.0, f64::max);
-            crate::number::count(prices.budget / dearest).min(problem.choose).saturating_sub(1)
+            crate::number::count(prices.budget / prices.dearest()).min(problem.choose).saturating_sub(1)
         }
     };
     // with repeats as often as one likes; else at least those without any
     number(if problem.most_repeats >= surely { (count + surely).saturating_sub(1) } else { count }, surely)?;
-    let mut designs: Vec<Vec<(usize, usize)>> = Vec::new();
+    let mut designs: Vec<Vec<(usize, u32)>> = Vec::new();
     let till = problem.prices.map(|prices| Till::new(prices, &[]));
     grow(problem, till, &mut Vec::new(), &mut 0, &mut designs)?;
-    let evaluate = |design: &Vec<(usize, usize)>| {
-        let mut m = problem.base.to_vec();
-        design.iter().for_each(|(j, times)| problem.blocks.add(&mut m, *times as f64, *j));
-        problem.objective.value(&m, n)
+    let evaluate = |design: &Vec<(usize, u32)>| {
+        problem.objective.value(&information(problem.blocks, problem.base, design), problem.blocks.unknowns())
     };
     let values: Vec<Option<f64>> = designs.par_iter().map(evaluate).collect();
     // the first of equal ones, whatever the number of threads
-    let mut best: Option<(f64, usize)> = None;
-    for (k, value) in values.iter().enumerate() {
-        if let Some(value) = value.filter(|v| v.is_finite())
-            && best.is_none_or(|(before, _)| value < before - 1e-12 * before.abs())
-        {
-            best = Some((value, k));
-        }
-    }
-    let best = best.and_then(|(_, k)| designs.get(k)).and_then(|design| {
-        problem.design(design.iter().flat_map(|(j, times)| std::iter::repeat_n(*j, *times)).collect())
+    let finite =
+        values.into_iter().zip(&designs).filter_map(|(value, design)| Some((value.filter(|v| v.is_finite())?, design)));
+    let best = finite.reduce(|best, next| if next.0 < best.0 - 1e-12 * best.0.abs() { next } else { best });
+    let best = best.and_then(|(_, design)| {
+        problem.design(design.iter().flat_map(|(j, times)| std::iter::repeat_n(*j, *times as usize)).collect())
     });
     Some((best, designs.len() as u64))
 }
@@ -209,22 +189,19 @@ fn number(of: usize, choose: usize) -> Option<u64> {
 /// Designs that begin with those chosen, each as candidates with how often; nothing can be added to any. `None` where there are too many.
 fn grow(
     problem: &Problem<'_>,
-    till: Option<Till>,
-    chosen: &mut Vec<(usize, usize)>,
+    till: Option<Till<'_>>,
+    chosen: &mut Vec<(usize, u32)>,
     nodes: &mut u64,
-    out: &mut Vec<Vec<(usize, usize)>>,
+    out: &mut Vec<Vec<(usize, u32)>>,
 ) -> Option<()> {
     *nodes += 1;
     let (count, repeats) = (problem.blocks.count(), problem.most_repeats);
-    let taken: usize = chosen.iter().map(|(_, times)| times).sum();
+    let taken: usize = chosen.iter().map(|(_, times)| *times as usize).sum();
     if *nodes > MOST_NODES || chosen.len() > MOST_DEPTH || out.len() as u64 >= MOST_DESIGNS {
         return None;
     }
-    let affords = |till: &Option<Till>, k: usize| match (problem.prices, till) {
-        (Some(prices), Some(till)) => prices.affords(till.spent + till.difference(prices, None, Some(k))),
-        _ => true,
-    };
-    let times_of = |k: usize| chosen.iter().find(|(j, _)| *j == k).map_or(0, |(_, times)| *times);
+    let affords = |till: &Option<Till<'_>>, k: usize| till.as_ref().is_none_or(|till| till.room(None, k).is_some());
+    let times_of = |k: usize| chosen.iter().find(|(j, _)| *j == k).map_or(0, |(_, times)| *times as usize);
     if taken >= problem.choose || !(0..count).any(|k| times_of(k) < repeats && affords(&till, k)) {
         out.push(chosen.clone());
         return Some(());
@@ -233,13 +210,13 @@ fn grow(
     for k in chosen.last().map_or(0, |(last, _)| last + 1)..count {
         let mut next = till.clone();
         let further = (count - k - 1).saturating_mul(repeats);
-        for times in 1..=repeats.min(problem.choose - taken) {
+        for (times, all) in (1..=u32::MAX).zip(taken + 1..=problem.choose).take(repeats) {
             if !affords(&next, k) {
                 break;
             }
-            next.iter_mut().zip(problem.prices).for_each(|(till, prices)| till.change(prices, None, Some(k)));
+            next.iter_mut().for_each(|till| till.change(None, Some(k)));
             // without a budget, every design has its number
-            if problem.prices.is_some() || further.saturating_add(taken + times) >= problem.choose {
+            if problem.prices.is_some() || further.saturating_add(all) >= problem.choose {
                 chosen.push((k, times));
                 grow(problem, next.clone(), chosen, nodes, out)?;
                 chosen.pop();
@@ -294,16 +271,8 @@ pub fn choose(
     let base = vec![0.0; n * n];
     let problem = Problem { choose: count, most_repeats, ..Problem::of(blocks, &base, objective) };
     let bound = if with_bound { bound(blocks, &base, objective, count as f64) } else { None };
-    let progress = Progress::default();
-    let limits = Limits {
-        starts,
-        seed,
-        effort: EFFORT,
-        enough: None,
-        bounded: with_bound,
-        given: &Vec::new,
-        progress: &progress,
-    };
+    let request = Request { starts, seed, ..Request::default() };
+    let limits = Limits { effort: EFFORT, ..Limits::of(&request, &Vec::new) };
     let Outcome { design, hits, enumerated, .. } = search(&problem, &limits, || bound.clone())?;
     Some(Choice {
         chosen: design.chosen,

@@ -21,7 +21,7 @@
 use super::blocks::{add_outer, eliminate, invert, packed, shares, size, squares, times};
 use super::objective::{FEW, Objective};
 use super::prices::Till;
-use super::problem::{Problem, WORTH, information};
+use super::problem::{Problem, WORTH, counted, information};
 use crate::linear::dot;
 
 /// A design in the making.
@@ -36,7 +36,7 @@ pub(super) struct State<'a> {
     /// How often each candidate is chosen.
     times_chosen: Vec<u32>,
     /// What the chosen ones cost, where that matters.
-    till: Option<Till>,
+    till: Option<Till<'a>>,
     /// `M^-1`, row by row.
     inverse: Vec<f64>,
     /// `Xj M^-1 Xj'` of all candidates.
@@ -75,7 +75,7 @@ impl<'a> State<'a> {
     /// Inverse and sums from scratch.
     fn solve(&mut self, share: f64) -> Option<()> {
         let (blocks, n) = (self.problem.blocks, self.problem.blocks.unknowns());
-        let mut m = information(blocks, self.problem.base, &self.chosen);
+        let mut m = information(blocks, self.problem.base, &counted(&self.chosen));
         if share > 0.0 {
             let largest = |m: &[f64]| (0..n).map(|i| m[i * n + i]).fold(0.0_f64, f64::max);
             let size = Some(largest(&m)).filter(|size| *size > 0.0).unwrap_or_else(|| largest(&blocks.sum()));
@@ -85,6 +85,11 @@ impl<'a> State<'a> {
         self.spread = blocks.quadratics(&self.inverse);
         self.second = None;
         Some(())
+    }
+
+    /// Are there an inverse and sums?
+    pub fn is_solved(&self) -> bool {
+        !self.inverse.is_empty()
     }
 
     /// The same, for a design that may be singular.
@@ -105,20 +110,12 @@ impl<'a> State<'a> {
         if self.times_chosen[comes] as usize >= self.problem.most_repeats {
             return None;
         }
-        match (&self.till, self.problem.prices) {
-            (Some(till), Some(prices)) => {
-                let more = till.difference(prices, goes, Some(comes));
-                prices.affords(till.spent + more).then_some(more)
-            }
-            _ => Some(1.0),
-        }
+        self.till.as_ref().map_or(Some(1.0), |till| till.room(goes, comes))
     }
 
     /// One more of a candidate is counted; the inverse does not follow.
     pub fn count_in(&mut self, j: usize) {
-        if let (Some(till), Some(prices)) = (&mut self.till, self.problem.prices) {
-            till.change(prices, None, Some(j));
-        }
+        self.till.iter_mut().for_each(|till| till.change(None, Some(j)));
         self.times_chosen[j] += 1;
         self.chosen.push(j);
     }
@@ -129,9 +126,7 @@ impl<'a> State<'a> {
             return;
         }
         let j = self.chosen.remove(at);
-        if let (Some(till), Some(prices)) = (&mut self.till, self.problem.prices) {
-            till.change(prices, Some(j), None);
-        }
+        self.till.iter_mut().for_each(|till| till.change(Some(j), None));
         self.times_chosen[j] = self.times_chosen[j].saturating_sub(1);
     }
 

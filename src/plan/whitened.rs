@@ -11,7 +11,7 @@
 //! Criteria are functions of the parameters alone, not of the deviations.
 #![allow(
     clippy::indexing_slicing,
-    reason = "a design has one row of its derivatives for each of its readings, and priors follow; `with_priors` and `whitened` make every row as long as the unknowns and the terms; members are rows of the schedule that was whitened"
+    reason = "a design has one row of its derivatives for each of its readings, and priors follow; `with_priors` and `whitened` make every row as long as the unknowns and the terms, and columns as long as the rows"
 )]
 
 use super::effort::{Noise, mountings};
@@ -39,8 +39,7 @@ impl Independent {
     pub fn new(campaign: &Campaign, design: &DesignMatrix, noise: &Noise) -> Self {
         let n = campaign.unknowns();
         let (m, priors) = (design.rows.len(), priors(campaign));
-        let (stated, mut u) = row_noise(campaign, design, noise);
-        let (lines, variance) = lines(campaign, design, noise, &stated);
+        let (mut u, lines, variance) = parts(campaign, design, noise);
         u.extend(priors.iter().map(|(_, u)| *u));
         let total = m + priors.len();
         let mut rows = Mat::zeros(total, n);
@@ -52,17 +51,24 @@ impl Independent {
         }
         let felt = lines.iter().any(|line| !line.felt.is_empty());
         let whitening = felt.then(|| Whitening::new(&Pattern::new(total, &lines), &u, &lines, &variance));
-        let (rows, weights) = match &whitening {
-            Some(whitening) => (whitening.whiten_columns(&rows), vec![1.0; total]),
-            None => (rows, u.clone()),
+        let system = match &whitening {
+            Some(whitening) => unobserved(whitening.whiten_columns(&rows), vec![1.0; total]),
+            None => unobserved(rows, u.clone()),
         };
-        let system = System { rows, observed: vec![0.0; total], u: weights, group: vec![Group::Known; total] };
         Independent { system, u, whitening }
     }
 
     /// The adjustment, meeting the campaign's equations.
     pub fn adjust(&self, campaign: &Campaign, design: &DesignMatrix) -> Result<Estimate> {
-        fit::adjust_with_equations(campaign, design, &self.system)
+        fit::adjust_meeting_equations(campaign, &design.point, &self.system, &UNREFINED)
+    }
+
+    /// The rows of a campaign's positions at a point, and their adjustment.
+    pub fn at(campaign: &Campaign, point: &[f64], noise: &Noise) -> Result<(DesignMatrix, Self, Estimate)> {
+        let design = design::assemble(campaign, &Model::new(campaign)?, point)?;
+        let rows = Independent::new(campaign, &design, noise);
+        let estimate = rows.adjust(campaign, &design)?;
+        Ok((design, rows, estimate))
     }
 
     /// A column of the readings (as long as all rows) as the adjusted rows have it.
@@ -113,11 +119,11 @@ pub struct Term {
 
 /// The unknowns of the augmented model after the estimated parameters: first deviations that link positions, then effects that the model may lack.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Augmentation<'a> {
+pub(super) struct Augmentation {
     /// Deviations, each with the prior value zero and its standard deviation.
     pub deviations: Vec<Deviation>,
     /// Effects, without prior.
-    pub terms: &'a [Term],
+    pub terms: Vec<Term>,
 }
 
 /// A deviation that positions share.
@@ -131,9 +137,9 @@ pub(super) struct Deviation {
     sd: f64,
 }
 
-impl<'a> Augmentation<'a> {
+impl Augmentation {
     /// The deviations that all these readings share, in order of occurrence, and effects. A line without variance has none.
-    pub fn new(campaign: &Campaign, noise: &Noise, terms: &'a [Term], sets: &[&Readings]) -> Self {
+    pub fn new(campaign: &Campaign, noise: &Noise, terms: &[Term], sets: &[&Readings]) -> Self {
         let mut deviations: Vec<Deviation> = Vec::new();
         for (k, line) in campaign.scatter.iter().enumerate().filter(|(k, _)| links(campaign, *k)) {
             let Some(sd) = noise.lines.get(k).map(|variance| variance.sqrt()).filter(|sd| *sd > 0.0) else { continue };
@@ -144,7 +150,7 @@ impl<'a> Augmentation<'a> {
                 }
             }
         }
-        Augmentation { deviations, terms }
+        Augmentation { deviations, terms: terms.to_vec() }
     }
 
     /// Parameters and deviations: what a fit of the rows estimates.
@@ -177,19 +183,12 @@ impl<'a> Augmentation<'a> {
     }
 }
 
-/// Rows of readings and priors, adjusted anew, and how many deviations are among the unknowns.
-pub(super) fn adjusted_alone(campaign: &Campaign, readings: &Readings, noise: &Noise) -> Result<(Estimate, usize)> {
-    let augmentation = Augmentation::new(campaign, noise, &[], &[readings]);
-    let rows = with_priors(campaign, readings, noise, &augmentation)?;
-    Ok((adjusted(campaign, &rows, augmentation.columns(campaign))?, augmentation.deviations.len()))
-}
-
 /// Rows of positions that are kept, then those of the priors of parameters and deviations; terms have no prior.
 pub(super) fn with_priors(
     campaign: &Campaign,
     kept: &Readings,
     noise: &Noise,
-    augmentation: &Augmentation<'_>,
+    augmentation: &Augmentation,
 ) -> Result<Vec<Vec<f64>>> {
     let (n, parameters) = (augmentation.columns(campaign), campaign.unknowns());
     let mut rows = whitened(campaign, kept, noise, augmentation, false)?;
@@ -215,18 +214,19 @@ pub(super) fn mounted_apart(portions: &[Vec<Reading>], columns: &Readings) -> Re
 
 /// The first `n` columns of whitened rows, adjusted with the campaign's equations: nothing is observed, all is in the covariance and the factor.
 pub(super) fn adjusted(campaign: &Campaign, rows: &[Vec<f64>], n: usize) -> Result<Estimate> {
-    let m = rows.len();
-    let system = System {
-        rows: Mat::from_fn(m, n, |i, j| rows[i][j]),
-        observed: vec![0.0; m],
-        u: vec![1.0; m],
-        group: vec![Group::Known; m],
-    };
-    let settings = estimate::Settings { refinements: 0, ..estimate::Settings::default() };
-    fit::adjust_meeting_equations(campaign, &campaign.reference_point(), &system, &settings)
+    let system = unobserved(Mat::from_fn(rows.len(), n, |i, j| rows[i][j]), vec![1.0; rows.len()]);
+    fit::adjust_meeting_equations(campaign, &campaign.reference_point(), &system, &UNREFINED)
 }
 
-/// Rows made independent of each other, mounting by mounting, in the order of the mountings; after the columns of the parameters those of the
+/// Rows without values.
+fn unobserved(rows: Mat<f64>, u: Vec<f64>) -> System {
+    System { rows, observed: vec![0.0; u.len()], group: vec![Group::Known; u.len()], u }
+}
+
+/// Nothing is observed, so there is no solution to refine.
+const UNREFINED: estimate::Settings = estimate::Settings { rank_tolerance: None, refinements: 0, group_iterations: 0 };
+
+/// Rows made independent of each other, mounting by mounting, in the order of the readings; after the columns of the parameters those of the
 /// deviations that link positions, then those of terms.
 ///
 /// `further`: positions that are still to be taken. Where no reading has a value, every sensor is read at each.
@@ -234,32 +234,8 @@ pub(super) fn whitened(
     campaign: &Campaign,
     readings: &Readings,
     noise: &Noise,
-    augmentation: &Augmentation<'_>,
+    augmentation: &Augmentation,
     further: bool,
-) -> Result<Vec<Vec<f64>>> {
-    rows_of(campaign, readings, noise, augmentation, further, true)
-}
-
-/// Rows of further positions, each divided by the noise of its reading and not whitened with others: what is predicted there.
-pub(super) fn predicted(
-    campaign: &Campaign,
-    readings: &Readings,
-    noise: &Noise,
-    augmentation: &Augmentation<'_>,
-) -> Result<Vec<Vec<f64>>> {
-    let mut rows = rows_of(campaign, readings, noise, augmentation, true, false)?;
-    let deviations = campaign.unknowns()..augmentation.fitted(campaign);
-    rows.iter_mut().for_each(|row| row[deviations.clone()].fill(0.0));
-    Ok(rows)
-}
-
-fn rows_of(
-    campaign: &Campaign,
-    readings: &Readings,
-    noise: &Noise,
-    augmentation: &Augmentation<'_>,
-    further: bool,
-    scattered: bool,
 ) -> Result<Vec<Vec<f64>>> {
     if readings.rows.is_empty() {
         return Ok(Vec::new());
@@ -269,16 +245,7 @@ fn rows_of(
     let point = schedule.reference_point();
     let design = design::assemble(&schedule, &model, &point)?;
     let n = campaign.unknowns();
-    let columns = term_columns(&schedule, &model, &design, augmentation.terms, further)?;
-    let mounting_of = mountings(&readings.rows);
-    let count = mounting_of.iter().max().map_or(0, |last| last + 1);
-    let mut members: Vec<Vec<usize>> = vec![Vec::new(); count];
-    for (i, origin) in design.rows.iter().enumerate() {
-        if let Some(list) = mounting_of.get(origin.reading).and_then(|m| members.get_mut(*m)) {
-            list.push(i);
-        }
-    }
-    let (u, white_u) = row_noise(&schedule, &design, noise);
+    let columns = term_columns(&schedule, &model, &design, &augmentation.terms, further)?;
     if let Some(line) = schedule.scatter.iter().find(|line| line.over.is_some()) {
         return Err(Malformed::new(
             Fault::Value,
@@ -287,26 +254,29 @@ fn rows_of(
         .expected("lines of \"scatter\" without \"over\"; with \"over\", a schedule with its times can be evaluated, not improved")
         .at_path(line.place.clone()));
     }
-    let (lines, variance) = lines(&schedule, &design, noise, &u);
+    let (u, lines, variance) = parts(&schedule, &design, noise);
     let deviations = augmentation.felt(&schedule, &design, &lines);
     // lines that link positions have columns instead
-    let within = lines.into_iter().zip(variance).enumerate().filter(|(k, _)| scattered && !links(&schedule, *k));
+    let within = lines.into_iter().zip(variance).enumerate().filter(|(k, _)| !links(&schedule, *k));
     let (lines, variance): (Vec<ScatterLine>, Vec<f64>) = within.map(|(_, pair)| pair).unzip();
-    let whitening = Whitening::new(&Pattern::new(u.len(), &lines), &white_u, &lines, &variance);
+    let whitening = Whitening::new(&Pattern::new(u.len(), &lines), &u, &lines, &variance);
     let white: Vec<Vec<f64>> = (0..n)
         .map(|j| whitening.whiten(design.jacobian.col_as_slice(j)))
         .chain(deviations.iter().chain(&columns).map(|column| whitening.whiten(column)))
         .collect();
-    let rows = members.into_iter().flatten().map(|i| white.iter().map(|column| column[i]).collect());
-    Ok(rows.collect())
+    Ok((0..u.len()).map(|i| white.iter().map(|column| column[i]).collect()).collect())
 }
 
-/// Random effects of a schedule, with their variances: the campaign's lines, and the scatter of every remounting.
-fn lines(campaign: &Campaign, design: &DesignMatrix, noise: &Noise, u: &[f64]) -> (Vec<ScatterLine>, Vec<f64>) {
-    let mut lines = fit::scatter_lines(campaign, design, u);
+/// The part of each row's noise that is independent of other rows; random effects, with their variances: the campaign's lines, and the scatter of every
+/// remounting.
+fn parts(campaign: &Campaign, design: &DesignMatrix, noise: &Noise) -> (Vec<f64>, Vec<ScatterLine>, Vec<f64>) {
+    let rows = &campaign.readings.rows;
+    let of = |origin: &design::RowOrigin| rows.get(origin.reading).map_or(1.0, |r| noise.u(r, origin.sensor));
+    let u: Vec<f64> = design.rows.iter().map(of).collect();
+    let mut lines = fit::scatter_lines(campaign, design, &u);
     let mut variance = noise.lines.clone();
     variance.resize(lines.len(), 0.0);
-    let mounting_of = mountings(&campaign.readings.rows);
+    let mounting_of = mountings(rows);
     for (k, sd) in &noise.remount {
         let felt = design.rows.iter().enumerate().map(|(row, origin)| Felt {
             row,
@@ -316,7 +286,7 @@ fn lines(campaign: &Campaign, design: &DesignMatrix, noise: &Noise, u: &[f64]) -
         lines.push(ScatterLine { felt: felt.collect(), variance: Some(sd * sd), memory: None });
         variance.push(sd * sd);
     }
-    (lines, variance)
+    (fit::own_noise(campaign, design, &u), lines, variance)
 }
 
 /// Columns of effects at the rows of a schedule. At further positions, effects of readings already taken (one bad reading, a remounting,
@@ -329,16 +299,6 @@ fn term_columns(
     further: bool,
 ) -> Result<Vec<Vec<f64>>> {
     let tilts = model.tilts_of(&design.point);
-    let at_readings = |r: &Regressor| {
-        matches!(
-            r,
-            Regressor::Reading(_)
-                | Regressor::Exchange(..)
-                | Regressor::Change { .. }
-                | Regressor::Position(_)
-                | Regressor::Approach(_)
-        )
-    };
     let wanted: Vec<(&Regressor, Option<usize>)> = terms.iter().map(|term| (&term.regressor, term.sensor)).collect();
     let mut columns = simulate::columns(schedule, &design.rows, &tilts, &design.point, &wanted)?;
     for (column, term) in columns.iter_mut().zip(terms) {
@@ -346,20 +306,12 @@ fn term_columns(
             Regressor::Tilt(k) | Regressor::Known(k) if *k < design.jacobian.ncols() => {
                 column.iter_mut().zip(design.jacobian.col(*k).iter()).for_each(|(slot, v)| *slot = *v);
             }
-            other if further && at_readings(other) => column.fill(0.0),
+            Regressor::Term(_) => {}
+            _ if further => column.fill(0.0),
             _ => {}
         }
     }
     Ok(columns)
-}
-
-/// Standard uncertainty of each row of a design, and its part that is independent of other rows.
-fn row_noise(campaign: &Campaign, design: &DesignMatrix, noise: &Noise) -> (Vec<f64>, Vec<f64>) {
-    let rows = &campaign.readings.rows;
-    let of = |origin: &design::RowOrigin| rows.get(origin.reading).map_or(1.0, |r| noise.u(r, origin.sensor));
-    let stated: Vec<f64> = design.rows.iter().map(of).collect();
-    let independent = fit::own_noise(campaign, design, &stated);
-    (stated, independent)
 }
 
 /// Estimated parameters with a prior, and its standard uncertainty.

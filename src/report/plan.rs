@@ -211,7 +211,7 @@ pub struct ImprovedReport {
     pub hits: usize,
     /// Seed that gives the same schedule again.
     pub seed: u64,
-    /// Fresh QR against the exchange's updates, as a relative difference for each unknown.
+    /// From the rows of the final schedule against the exchange's updates, as a relative difference for each unknown.
     pub check: Option<f64>,
     /// How well it will do.
     pub judgement: JudgementReport,
