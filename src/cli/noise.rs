@@ -55,6 +55,9 @@ fn level(text: &str) -> std::result::Result<f64, String> {
     text.parse().ok().filter(|p| *p > 0.0 && *p < 1.0).ok_or_else(|| "expected a probability between 0 and 1".into())
 }
 
+/// Fewest samples: five octaves of averaging times, as many as there are coefficients.
+const FEWEST: u64 = 32;
+
 /// What a record says of one column from place to place.
 enum Piece<'a> {
     /// Samples; one that is not finite is missing.
@@ -194,14 +197,17 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
     let interval = clock.interval()?;
     let mut reports = Vec::new();
     for ((column, Seen { ladder, .. }), left_out) in titled.iter().zip(&columns_seen).zip(left_out) {
-        if ladder.samples() < 32 {
-            return Err(Malformed::new(
-                Fault::Missing,
-                format!("'{}' has too few samples for deviations", column.title),
-            )
-            .expected("at least 32 samples")
-            .found(format!("{}", ladder.samples()))
-            .in_file(record.name()));
+        if ladder.samples() < FEWEST {
+            let (what, found) =
+                (format!("'{}' has too few samples for deviations", column.title), ladder.samples().to_string());
+            // one of several that nobody asked for by name
+            let others = columns_seen.iter().any(|other| other.ladder.samples() >= FEWEST);
+            if others && arguments.columns.is_empty() {
+                super::note(&format!("note: {what} ({found}; at least {FEWEST}), and is left out"));
+                continue;
+            }
+            let expected = format!("at least {FEWEST} samples");
+            return Err(Malformed::new(Fault::Missing, what).expected(expected).found(found).in_file(record.name()));
         }
         let wanted = arguments.unit.as_deref().and_then(|unit| Unit::parse(unit).ok());
         let unit = column.unit_for(wanted.as_ref()).or_else(|| arguments.unit.clone()).unwrap_or_else(|| "unit".into());

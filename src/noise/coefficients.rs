@@ -166,6 +166,9 @@ const MORE: usize = 1;
 const ROUNDS: usize = 30;
 /// Squares that change by less than this share of theirs have settled.
 const SETTLED: f64 = 1e-6;
+/// Share of the variance of the other terms that a filter takes at the first averaging time which is kept, at most. At its own length a mean of samples takes a third, at
+/// three of its time constants a low-pass filter of first order one half.
+const FILTERED: f64 = 0.5;
 /// How exactly [`falls`] finds a value: u is said to two digits.
 const FALLS: f64 = 0.01;
 /// Logarithms of the least and largest variance of `e` that no sum of the terms describes: a part in a thousand of a deviation, and a factor of 10^5.
@@ -328,7 +331,7 @@ impl Described {
         let fits: Vec<Fitted> = tried
             .filter(|(active, sampled)| active[..4].contains(&true) && (active[3] || !sampled))
             .filter(|(active, _)| !points.is_filtered || (active[0] && active[1..4].contains(&true)))
-            .filter_map(|(active, sampled)| points.fit(active, sampled))
+            .filter_map(|(active, sampled)| points.fit(active, sampled).filter(|fit| points.is_beyond_filter(fit)))
             .collect();
         let best = fits.iter().min_by(|a, b| a.penalized(TERM).total_cmp(&b.penalized(TERM)))?.clone();
         let dof = (points.m.len() + 1).saturating_sub(best.count());
@@ -524,6 +527,12 @@ impl Points {
             None => fit.ramp = value,
         }
         self.settled(fit, Some(k), 1e-2 * FALLS)
+    }
+
+    /// Is the first averaging time beyond the length of the filter?
+    fn is_beyond_filter(&self, fit: &Fitted) -> bool {
+        let part = |k: usize| self.columns[k].first().map_or(0.0, |column| column * fit.squares[k]);
+        -part(0) <= FILTERED * (1..4).map(part).sum::<f64>()
     }
 
     /// Is this the term that a filter leaves free in its sign?

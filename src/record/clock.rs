@@ -128,7 +128,11 @@ impl ClockFrom {
     pub fn ticks(&self, record: &Record, column: Option<usize>) -> Result<Clock> {
         match (column.and_then(|k| record.columns().get(k)), self.rate) {
             (Some(column), _) => Clock::column(column, record.name()),
-            (None, Some(rate)) => Clock::rate(rate, record.name()),
+            (None, Some(rate)) => {
+                let column = self.unused(record).and_then(|k| record.columns().get(k));
+                let title = column.map_or(String::new(), |column| column.name.clone());
+                Ok(Clock { title, ..Clock::rate(rate, record.name())? })
+            }
             (None, None) => Err(Malformed::new(Fault::Missing, "the record has no column of times")
                 .expected("a sampling rate (--rate HZ, \"rate_hz\"), or the column's name (--time COLUMN, \"time\")")
                 .found(format!("columns {}", listed(record.columns())))
@@ -233,6 +237,11 @@ impl Clock {
         to: Option<f64>,
     ) -> Result<Vec<Stretch>> {
         let (from, to) = (from.unwrap_or(f64::NEG_INFINITY), to.unwrap_or(f64::INFINITY));
+        if !(from < to) {
+            return Err(Malformed::new(Fault::Value, "the part of the record that is asked for has no length")
+                .expected("--from before --to, in seconds")
+                .found(format!("from {from} to {to}")));
+        }
         let mut found: Vec<Stretch> = Vec::new();
         self.before.append(&mut self.times);
         self.before.drain(..self.before.len().saturating_sub(NEAR));
@@ -426,7 +435,11 @@ impl Clock {
 
     /// Where the times come from.
     pub fn source(&self) -> String {
-        if self.factor.is_none() { "rate as stated".into() } else { format!("from '{}'", self.title) }
+        match (self.factor, self.title.as_str()) {
+            (Some(_), title) => format!("from '{title}'"),
+            (None, "") => "rate as stated".into(),
+            (None, title) => format!("rate as stated, not from '{title}'"),
+        }
     }
 
     fn unsorted(&self, what: &str, raw: f64, factor: f64) -> Malformed {

@@ -99,8 +99,10 @@ pub(super) struct Watch {
     limit: Option<f64>,
     /// The value that repeats, its first sample, how often.
     run: (f64, u64, u64),
-    /// Runs of equal values: all, those of one sample, and those whose value is more than one step from that of the run before.
-    count: (u64, u64, u64),
+    /// Runs of equal values: all, and those of one sample.
+    count: (u64, u64),
+    /// Ends of runs of two samples and more, where the sensor did not move: all, and those at which the value changes by more than one step.
+    ends: (u64, u64),
     /// Long ones: sample and length.
     long: Vec<(u64, u64)>,
     high: Extreme,
@@ -170,8 +172,9 @@ impl Watch {
                 let step = (v - value).abs();
                 self.count.0 += 1;
                 self.count.1 += u64::from(length == 1);
+                self.ends.0 += u64::from(length > 1);
                 // of a step that is not known yet: 1.5 leaves room for rounding
-                self.count.2 += u64::from(step > 1.5 * least);
+                self.ends.1 += u64::from(length > 1 && step > 1.5 * least);
                 least = least.min(step);
                 // a short run matters where it is an extreme
                 if length >= LEAST_SATURATED || value >= high || value <= low {
@@ -299,9 +302,9 @@ impl Watch {
 
     /// The probability that a value stays for another sample, and whether values mostly change by more than one step of the resolution.
     fn stays(&self) -> (f64, bool) {
-        let (all, single, far) = self.count;
+        let ((all, single), (ends, far)) = (self.count, self.ends);
         // runs end by chance: the share of those of one sample says how soon, and few that are stuck do not change it
-        ((1.0 - single as f64 / all.max(1) as f64).clamp(1e-3, 1.0), 2 * far > all)
+        ((1.0 - single as f64 / all.max(1) as f64).clamp(1e-3, 1.0), 2 * far > ends)
     }
 
     pub(super) fn finish(&mut self, events: &mut Vec<Event>) {
