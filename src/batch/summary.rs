@@ -51,8 +51,9 @@ pub struct Summary {
     /// Labels one after the other, and where each ends.
     labels: String,
     ends: Vec<usize>,
-    /// Values, one device after the other.
+    /// Values, one device after the other, and the Type A parts of their standard uncertainties.
     values: Vec<f64>,
+    type_a: Vec<f64>,
     /// Residual variance and degrees of freedom of each of these devices; none where its uncertainties are stated, which its global test compares.
     scatters: Vec<Option<(f64, f64)>>,
     /// What is summed for each quantity.
@@ -96,9 +97,8 @@ impl Chance {
 /// Sums over the accepted devices that have a value of a quantity.
 #[derive(Debug, Clone, Copy, Default)]
 struct Sums {
-    /// Squares of combined standard uncertainties, and how many are known; the same of their Type A parts.
+    /// Squares of combined standard uncertainties, and how many are known.
     u: (f64, usize),
-    type_a: (f64, usize),
     /// Degrees of freedom of the devices' own scales; infinite where uncertainties are stated.
     dof: f64,
 }
@@ -269,13 +269,12 @@ impl Summary {
             for (k, sums) in self.sums.iter_mut().enumerate() {
                 let value = row.value.at(k);
                 self.values.push(value);
+                self.type_a.push(row.type_a.get(k).copied().unwrap_or(f64::NAN));
                 if value.is_finite() {
                     sums.dof += dof;
-                    for (values, (squares, count)) in [(&row.u, &mut sums.u), (&row.type_a, &mut sums.type_a)] {
-                        if let Some(u) = values.get(k).filter(|u| u.is_finite()) {
-                            *squares += u * u;
-                            *count += 1;
-                        }
+                    if let Some(u) = row.u.get(k).filter(|u| u.is_finite()) {
+                        sums.u.0 += u * u;
+                        sums.u.1 += 1;
                     }
                 }
             }
@@ -363,14 +362,21 @@ impl Summary {
         let (first, last) = (at(0)?, at(n - 1)?);
         let share = |share: f64| number::count((share * (n - 1) as f64).round());
         let quantiles = [first, at(share(0.05))?, at(share(0.5))?, at(share(0.95))?, last];
-        let mean = first + values.iter().map(|x| x - first).sum::<f64>() / n as f64;
-        let squares: f64 = values.iter().map(|x| (x - mean) * (x - mean)).sum();
-        let variance = (n > 1).then(|| squares / (n - 1) as f64);
+        // mean and scatter are those of the devices that do not stand apart
+        let apart = self.outlying_in(quantity);
+        let alike: Vec<(usize, f64)> =
+            self.column(quantity).filter(|(k, _)| apart.iter().all(|(other, ..)| other != k)).collect();
+        let count = alike.len();
+        let mean = first + alike.iter().map(|(_, x)| x - first).sum::<f64>() / count as f64;
+        let squares: f64 = alike.iter().map(|(_, x)| (x - mean) * (x - mean)).sum();
+        let variance = (count > 1).then(|| squares / (count - 1) as f64);
         let sums = self.sums.get(quantity).copied().unwrap_or_default();
         // infinite where uncertainties are stated
         let u_dof = Some(sums.dof).filter(|dof| dof.is_finite());
-        let scattering = variance.zip(rms(sums.type_a).filter(|u| *u > 0.0)).and_then(|(variance, u)| {
-            let (f, dof) = (variance / (u * u), (n - 1) as f64);
+        let known = alike.iter().filter_map(|(k, _)| self.type_a.get(k * self.quantities + quantity));
+        let type_a = known.filter(|u| u.is_finite()).fold((0.0, 0), |(squares, n), u| (squares + u * u, n + 1));
+        let scattering = variance.zip(rms(type_a).filter(|u| *u > 0.0)).and_then(|(variance, u)| {
+            let (f, dof) = (variance / (u * u), (count - 1) as f64);
             let p = match u_dof {
                 Some(u_dof) => quantiles::fisher_f_survival(f, dof, u_dof),
                 None => quantiles::chi_square_survival(f * dof, dof),
@@ -382,34 +388,56 @@ impl Summary {
     }
 
     /// Devices that are outliers in some quantity, at 1 % over all devices and quantities, the farthest first.
-    ///
-    /// `z = (x - median) / (1.4826 MAD)`, two-sided normal (B. Iglewicz, D. Hoaglin, How to Detect and Handle Outliers (1993), 3.3).
     pub(crate) fn outlying(&self, most: usize) -> Vec<OutlyingDevice> {
-        let mut found = Vec::new();
-        let all = (self.values.len() as f64).max(1.0);
-        // no devices: no limit is drawn
-        let far = quantiles::normal_quantile(1.0 - 0.5 * OUTLYING / all).unwrap_or(6.0);
-        for quantity in 0..self.quantities {
-            let mut values = self.values(quantity);
-            if values.len() < 8 {
-                continue;
-            }
-            let median = middle(&mut values);
-            let mut distances: Vec<f64> = values.iter().map(|x| (x - median).abs()).collect();
-            let spread = NORMAL_MAD * middle(&mut distances);
-            if !(spread > 0.0) {
-                continue;
-            }
-            for (k, value) in self.column(quantity) {
-                let z = (value - median) / spread;
-                if z.abs() > far {
-                    found.push(OutlyingDevice { label: self.label(k), quantity, value, z });
-                }
-            }
-        }
+        let of = |quantity: usize| {
+            let named = move |(k, value, z)| OutlyingDevice { label: self.label(k), quantity, value, z };
+            self.outlying_in(quantity).into_iter().map(named)
+        };
+        let mut found: Vec<OutlyingDevice> = (0..self.quantities).flat_map(of).collect();
         found.sort_by(|a, b| b.z.abs().total_cmp(&a.z.abs()));
         found.truncate(most);
         found
+    }
+
+    /// Those of one quantity: index, value, `z = (x - median) / (1.4826 MAD)` (B. Iglewicz, D. Hoaglin, How to Detect and Handle Outliers (1993), 3.3).
+    ///
+    /// Of the `m` nearest to the median the farthest is compared with their mean and standard deviation, `R = |x - mean| / s`, at the level `a` of Grubbs' test,
+    /// and all from the first significant one on are outliers (B. Rosner, Technometrics 25 (1983) 165), one half of the devices at most:
+    ///
+    /// ```text
+    /// R > (m - 1) t / sqrt(m (m - 2 + t^2)),   t = t(1 - a/2m, m - 2)
+    /// ```
+    fn outlying_in(&self, quantity: usize) -> Vec<(usize, f64, f64)> {
+        /// No limit of so many values is below 3.
+        const MANY: usize = 100;
+        let mut values = self.values(quantity);
+        let median = middle(&mut values);
+        let mut placed: Vec<(usize, f64)> = self.column(quantity).collect();
+        placed.sort_by(|(_, a), (_, b)| (a - median).abs().total_cmp(&(b - median).abs()));
+        let mut distances: Vec<f64> = values.iter().map(|x| (x - median).abs()).collect();
+        let spread = NORMAL_MAD * middle(&mut distances);
+        if !(spread > 0.0) {
+            return Vec::new();
+        }
+        let level = OUTLYING / self.quantities.max(1) as f64;
+        let is_far = |count: usize, r: f64| {
+            let m = count as f64;
+            let t = quantiles::student_t_quantile(1.0 - 0.5 * level / m, m - 2.0);
+            t.is_some_and(|t| r > (m - 1.0) * t / (m * (m - 2.0 + t * t)).sqrt())
+        };
+        let (mut mean, mut squares, mut first) = (0.0, 0.0, placed.len());
+        for (k, (_, value)) in placed.iter().enumerate() {
+            // B. P. Welford 1962
+            let before = value - mean;
+            mean += before / (k + 1) as f64;
+            squares += before * (value - mean);
+            let r = (value - mean).abs() / (squares / k as f64).sqrt();
+            if k >= placed.len() / 2 && k > 1 && (k < MANY || r > 3.0) && is_far(k + 1, r) {
+                first = k;
+                break;
+            }
+        }
+        placed.into_iter().skip(first).map(|(k, value)| (k, value, (value - median) / spread)).collect()
     }
 
     /// Devices whose residuals scatter more than those of the others, at 1 % over all devices, the noisiest first.

@@ -12,7 +12,7 @@ use crate::error::Result;
 use crate::language::{Language, say};
 use crate::wire;
 use rayon::prelude::*;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
 /// Diagnose every device by itself.
@@ -51,7 +51,9 @@ pub(super) fn run(
     let mut cells = Vec::with_capacity(found.len());
     for diagnosed in found {
         *verdicts.entry(diagnosed.verdict).or_default() += 1;
-        diagnosed.effects.into_iter().for_each(|effect| *effects.entry(effect).or_default() += 1);
+        // one effect in several sensors of a device is one device
+        let of_device: BTreeSet<(String, String)> = diagnosed.effects.into_iter().collect();
+        of_device.into_iter().for_each(|effect| *effects.entry(effect).or_default() += 1);
         cells.push(diagnosed.cells);
     }
     let mut rows = Rows::begin(&target, outputs.open(&target)?, titles(table.by()), &[])?;

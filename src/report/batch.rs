@@ -124,9 +124,9 @@ pub struct DistributionReport {
     pub unit: String,
     /// Devices that have a value.
     pub devices: usize,
-    /// Mean, in `unit`.
+    /// Mean of the devices that do not stand apart (`outlying`), in `unit`.
     pub mean: f64,
-    /// Standard deviation between devices, in `unit`.
+    /// Standard deviation between them, in `unit`.
     pub sd: Option<f64>,
     /// Least value, in `unit`.
     pub least: f64,
@@ -140,7 +140,7 @@ pub struct DistributionReport {
     pub q95: f64,
     /// Root mean square of the devices' standard uncertainties.
     pub u: Option<f64>,
-    /// Do devices differ more than they are measured? Null without uncertainties.
+    /// Do the devices that do not stand apart differ more than they are measured? Null without uncertainties.
     pub scattering: Option<Scattering>,
     /// Limits, in `unit`; null for none.
     pub limits: Option<[Option<f64>; 2]>,

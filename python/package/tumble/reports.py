@@ -306,7 +306,7 @@ class DistributionReport(Node):
     limits: list[float | None] | None
     """Limits, in `unit`; null for none."""
     mean: float
-    """Mean, in `unit`."""
+    """Mean of the devices that do not stand apart (`outlying`), in `unit`."""
     median: float
     """Median, in `unit`."""
     most: float
@@ -316,9 +316,9 @@ class DistributionReport(Node):
     q95: float
     """Value below which 95 % of the devices are, in `unit`."""
     scattering: BetweenReport | None
-    """Do devices differ more than they are measured? Null without uncertainties."""
+    """Do the devices that do not stand apart differ more than they are measured? Null without uncertainties."""
     sd: float | None
-    """Standard deviation between devices, in `unit`."""
+    """Standard deviation between them, in `unit`."""
     u: float | None
     """Root mean square of the devices' standard uncertainties."""
     unit: str
@@ -3260,7 +3260,7 @@ class ImprovedReport(Node):
     candidates: int
     """Portions that could be chosen."""
     check: float | None
-    """Fresh QR against the exchange's updates, as a relative difference for each unknown."""
+    """From the rows of the final schedule against the exchange's updates, as a relative difference for each unknown."""
     chosen: int
     """Readings that were chosen; others were kept."""
     comparison: list[ComparisonReport]
