@@ -64,13 +64,25 @@ pub fn sheet_csv(schedule: &Campaign) -> String {
     let labelled = schedule.readings.rows.iter().any(|row| !row.position.is_empty());
     let mut titles = if labelled { vec!["position".to_string()] } else { Vec::new() };
     titles.extend(columns.titles(schedule));
-    titles.extend(schedule.bench.sensors.iter().map(|sensor| sensor.id.clone()));
+    // uncertainties stand beside the values
+    let u_of =
+        |row: &Reading, sensor: usize| row.unread().planned_u.into_iter().find(|(k, _)| *k == sensor).map(|(_, u)| u);
+    let has_u = |sensor: &usize| schedule.readings.rows.iter().any(|row| u_of(row, *sensor).is_some());
+    let with_u: Vec<usize> = (0..schedule.bench.sensors.len()).filter(has_u).collect();
+    for (k, sensor) in schedule.bench.sensors.iter().enumerate() {
+        titles.push(sensor.id.clone());
+        titles.extend(with_u.contains(&k).then(|| format!("{}_u", sensor.id)));
+    }
     let mut table = csv::Writer::from_writer(Vec::new());
     let mut whole = table.write_record(&titles).is_ok();
     for row in &schedule.readings.rows {
         let mut cells = if labelled { vec![row.position.to_string()] } else { Vec::new() };
         cells.extend(columns.cells(schedule, row));
-        cells.extend((0..schedule.bench.sensors.len()).map(|sensor| value_of(row, sensor).unwrap_or_default()));
+        for sensor in 0..schedule.bench.sensors.len() {
+            cells.push(value_of(row, sensor).unwrap_or_default());
+            let u = || u_of(row, sensor).map_or(String::new(), |u| u.to_string());
+            cells.extend(with_u.contains(&sensor).then(u));
+        }
         whole &= table.write_record(&cells).is_ok();
     }
     let text = table.into_inner().ok().filter(|_| whole).and_then(|bytes| String::from_utf8(bytes).ok());

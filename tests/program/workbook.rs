@@ -132,19 +132,27 @@ fn a_filled_run_sheet_is_a_table_of_readings() {
         let (code, _, errors) = tumble(&arguments);
         assert_eq!(code, 0, "{errors}");
     }
+    // so has the campaign that is written: what is promised of effects holds where the noise is known
+    let planned = path("planned.campaign.json");
+    let (code, _, errors) =
+        tumble(&["plan", &path("schedule.campaign.json"), "--noise", "V=9e-4", "--write", &planned]);
+    assert_eq!(code, 0, "{errors}");
+    let written: serde_json::Value = serde_json::from_str(&fs::read_to_string(&planned).unwrap()).unwrap();
+    assert!(written["readings"].as_array().unwrap().iter().all(|reading| reading["V_u"] == 9e-4), "{written}");
     let sheet = fs::read_to_string(path("sheet.csv")).unwrap();
     let mut lines = sheet.lines();
     let titles: Vec<&str> = lines.next().unwrap().split(',').collect();
-    assert_eq!(titles, ["position", "gamma_deg_s", "beta_deg", "alpha_deg", "V"]);
+    // with the noise for which the schedule was planned
+    assert_eq!(titles, ["position", "gamma_deg_s", "beta_deg", "alpha_deg", "V", "V_u"]);
     let mut filled = vec![titles.join(",")];
     for line in lines {
         let own: Vec<&str> = line.split(',').collect();
-        assert_eq!(own[4], "", "{line}");
+        assert_eq!(own[4..], ["", "0.0009"], "{line}");
         let same = |reading: &&serde_json::Value| {
             (1..4).all(|k| reading[titles[k]].as_f64().unwrap_or(0.0) == own[k].parse::<f64>().unwrap())
         };
         let reading = measured.as_array().unwrap().iter().find(same).unwrap_or_else(|| panic!("{line}"));
-        filled.push(format!("{line}{}", reading["V"]));
+        filled.push(line.replace(",,", &format!(",{},", reading["V"])));
     }
     assert_eq!(filled.len(), 31);
     fs::write(path("filled.csv"), filled.join("\n")).unwrap();

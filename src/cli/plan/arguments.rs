@@ -32,8 +32,8 @@ pub(in crate::cli) struct Arguments {
     /// A catalogue of further effects to try with the built-in ones (`tumble schema effects` has its form).
     #[arg(long, value_name = "FILE")]
     pub(super) effects: Option<PathBuf>,
-    /// Find the best schedule of N readings (not positions: a position read at four rates is four) at no more than the cost of N readings of the given one
-    /// (--budget: another limit).
+    /// Find the best schedule of N readings (not positions: a position read at four rates is four) at no more than the cost of the given one, in
+    /// proportion where it has fewer (--budget: another limit).
     #[arg(long, value_name = "N", group = "refinable", conflicts_with_all = ["add", "goal", "budget"])]
     pub(super) choose: Option<usize>,
     /// With --choose: without a limit of cost.

@@ -114,7 +114,7 @@ pub(super) fn request(arguments: &Arguments, given: &Judgement, bar: &ProgressBa
         None if arguments.separate.is_empty() => counts(arguments.most)?,
         None => ADDED,
     };
-    // costs count: as many readings as the given schedule has cost no more than it does
+    // costs count: no more than the given schedule, in proportion for more readings than it has
     let work = given.work;
     let cost = work.cost * (readings as f64 / work.readings.max(1) as f64).max(1.0);
     let limit = arguments.choose.filter(|_| !arguments.any_cost && cost > 0.0).map(|_| cost);

@@ -14,7 +14,7 @@ use crate::document::html;
 use crate::error::{Fault, Malformed, Result};
 use crate::fit;
 use crate::language::Language;
-use crate::plan::{self, Costs, Goal, Offer};
+use crate::plan::{self, Costs, Goal, Noise, NoiseSource, Offer};
 use crate::report::{self, Better, FindReport, Foreseen};
 use crate::wire;
 pub(super) use asked::{costs, named_number, parse_goals};
@@ -169,7 +169,7 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
         };
         // the file has the model of the one that was given
         let model = without.as_ref().unwrap_or(&asked);
-        let schedule = model.with_readings(to_write(given, run, kept, found.is_some()));
+        let schedule = model.with_readings(to_write(given, run, kept, found.is_some(), &noise));
         if let Some(path) = &arguments.write {
             let file = wire::campaign_file(&schedule, wire::bench_ref(&schedule));
             outputs.add(path, files::marked(&file)?);
@@ -205,14 +205,24 @@ fn sheet(path: &Path, schedule: &Campaign, costs: &Costs, lang: Language) -> Res
 }
 
 /// What a written schedule has: the first `kept` rows as they were, values and all, the others without values. Beside values an uncertainty alone
-/// would be read as one without its value, so it is left out there.
-fn to_write(asked: &Readings, run: Readings, kept: usize, in_order: bool) -> Readings {
+/// would be read as one without its value, so it is left out there. Noise that was given stands in a schedule, for what is promised holds where it is known.
+fn to_write(asked: &Readings, run: Readings, kept: usize, in_order: bool, noise: &Noise) -> Readings {
     let measured = asked.rows.iter().any(|row| !row.observations.is_empty()) && kept > 0;
     let row = |(k, row): (usize, &Reading)| match asked.rows.get(k).filter(|_| k < kept && in_order) {
         Some(schedule) => schedule.clone(),
         None if k < kept => row.clone(),
         None if measured => Reading { planned_u: Vec::new(), ..row.unread() },
-        None => row.unread(),
+        None => {
+            let mut row = row.unread();
+            let given = noise.sensors.iter().enumerate().filter(|(_, own)| own.from == NoiseSource::Given);
+            for (sensor, _) in given {
+                let u = noise.u(&row, sensor);
+                row.planned_u.retain(|(other, _)| *other != sensor);
+                row.planned_u.push((sensor, u));
+            }
+            row.planned_u.sort_by_key(|(sensor, _)| *sensor);
+            row
+        }
     };
     Readings { rows: run.rows.iter().enumerate().map(row).collect(), columns: run.columns.clone() }
 }
