@@ -649,7 +649,7 @@ noise-sd = noise sd
 explains = explains
 fits-not-significantly-worse = Fits not significantly worse
 only-through-small-terms = Through tilt-dependent terms only
-no-position-of-this-bench-tells-it = No position of this bench distinguishes it from
+no-position-of-this-bench-tells-it = No position in steps of 45 deg at the rates of this schedule distinguishes it from
 to-confirm = To confirm
 with-what-was-found = with the effects found
 the-pattern = The pattern
@@ -877,7 +877,7 @@ angles-moved = { $finished ->
 }
 cost-limit-of-the-search = { $budget ->
     [yes] cost limit of the search: { $cost }
-   *[no] cost limit of the search: that of as many readings of the given schedule, { $cost } (--any-cost: no limit)
+   *[no] cost limit of the search: that of the given schedule, in proportion for more readings than it has, { $cost } (--any-cost: no limit)
 }
 without-it-nothing-determines = without it { $parameter } is not estimable
 without-it-u-of-grows-by = without it u of { $parameter } grows by { $share } %

@@ -614,7 +614,7 @@ noise-sd = 噪声标准差
 explains = 解释程度
 fits-not-significantly-worse = 拟合优度无显著差别的项
 only-through-small-terms = 只能通过微小项起作用的项
-no-position-of-this-bench-tells-it = 本测试装置的任何位置都不能与之区分的项
+no-position-of-this-bench-tells-it = 以 45 deg 为步长、按本试验编排的速率，任何位置都不能与之区分的项
 to-confirm = 验证方法
 with-what-was-found = 计入所发现的误差项
 the-pattern = 残差的规律
@@ -809,7 +809,7 @@ angles-moved = { $finished ->
 }
 cost-limit-of-the-search = { $budget ->
     [yes] 所选部分的费用限额为 { $cost }
-   *[no] 费用不超过所给试验编排，相同读数数目时为 { $cost }（--any-cost：不限费用）
+   *[no] 搜索的费用限额为所给试验编排的费用（读数更多时按比例增加）：{ $cost }（--any-cost：不限费用）
 }
 without-it-nothing-determines = 去掉它则无法确定 { $parameter }
 without-it-u-of-grows-by = 去掉它则 { $parameter } 的 u 增大 { $share } %

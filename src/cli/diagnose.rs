@@ -115,7 +115,9 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
             remark_note(&note, lang);
         }
     }
-    Ok(if diagnosis.verdict == Verdict::NothingMissing { Outcome::Done } else { Outcome::Rejected })
+    // of a channel that is stuck nothing can be said
+    let in_order = diagnosis.verdict == Verdict::NothingMissing && diagnosis.before.stuck().is_empty();
+    Ok(if in_order { Outcome::Done } else { Outcome::Rejected })
 }
 
 /// What a reader should know beside the report.

@@ -1,7 +1,7 @@
 //! Candidates: every member of the catalogue as a column of the system, at the point of linearisation; and how large each is here against
 //! what its inputs could make of it: what is left of small tilts alone is small, and rounding is none.
 
-use super::catalogue::{Effect, Filling, breaks, column_values, fill};
+use super::catalogue::{Effect, Filling, breaks, clock, column_values, fill};
 use super::screen::{Chosen, Scanned};
 use super::settings::Settings;
 use crate::algebra::{Scratch, Tape};
@@ -243,7 +243,10 @@ impl Maker<'_> {
             }
             (other, _) => indicator(campaign, &self.design.rows, other, sensor),
         };
-        if column.iter().any(|value| !value.is_finite()) || column.iter().all(|value| *value == 0.0) {
+        // a joint that moves in one sense only does not show what the other would do
+        let is_one_sided = matches!(kind, Regressor::Approach(_))
+            && !(column.iter().any(|value| *value > 0.0) && column.iter().any(|value| *value < 0.0));
+        if is_one_sided || column.iter().any(|value| !value.is_finite()) || column.iter().all(|value| *value == 0.0) {
             return Ok(owner.is_none());
         }
         column.resize(self.rows, 0.0);
@@ -285,7 +288,7 @@ impl Maker<'_> {
     }
 
     fn step(&self, at: f64, sensor: usize) -> Vec<f64> {
-        let column = self.campaign.readings.columns.iter().position(|c| c == "time_s");
+        let column = self.campaign.readings.columns.iter().position(|c| c == clock(self.campaign));
         let time = |k: usize| {
             let row = self.campaign.readings.rows.get(k)?;
             row.columns.get(column?).copied().flatten()

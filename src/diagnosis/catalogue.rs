@@ -7,6 +7,7 @@ use crate::error::Result;
 use crate::vocabulary::vocabulary;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 
 /// The text of the catalogue that ships with the program.
 pub(crate) const BUILT_IN: &str = include_str!("../../data/effects.json");
@@ -18,8 +19,8 @@ const TIME_CONSTANTS: [f64; 13] = [1.0, 1.2, 1.5, 1.8, 2.0, 2.4, 3.0, 3.6, 4.5, 
 
 /// One effect, or a family of them: placeholders in its texts are replaced by names of the campaign.
 ///
-/// `{i}` and `{j}` two axes of the sensor, `{joint}` a joint, `{turning}` a joint that turns, `{column}` a column of the readings that the sensor's line uses, `{k}` 1 to 4 (to 12 where the schedule carries it), `{tilt}` a tilt assumed zero,
-/// `{known}` a known parameter, `{position}` a label, `{reading}` a number from 1, `{tau}` a time constant, `{break}` a time between readings.
+/// `{i}` and `{j}` two axes of one frame of the sensor (its own, or the body axes that its line uses), `{covariate}` a column of the readings that no line uses, `{joint}` a joint, `{turning}` a joint that turns, `{column}` a column of the readings that the sensor's line uses, `{k}` 1 to 4 (to 12 where the schedule carries it), `{tilt}` a tilt assumed zero,
+/// `{known}` a known parameter, `{position}` a label, `{reading}` a number from 1, `{tau}` a time constant, `{break}` a time between readings (or, without times, a place in their order).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "EffectFile")]
@@ -103,6 +104,7 @@ impl Effect {
             ("{joint}", "joint__"),
             ("{turning}", "turning__"),
             ("{column}", "column__"),
+            ("{covariate}", "covariate__"),
             ("{tau}", "00001"),
             ("{break}", "0000001"),
         ] {
@@ -128,10 +130,16 @@ impl Effect {
                     .collect();
             }
         };
+        let used = sensor.model.names();
         let mut axes: Vec<String> = sensor.axes.iter().map(|(axis, _)| axis.clone()).collect();
-        if axes.is_empty() {
-            // those of the last frame
-            axes = ["x", "y", "z"].map(str::to_string).to_vec();
+        let own = axes.len();
+        let body = ["x", "y", "z"].map(str::to_string);
+        let is_used =
+            |axis: &String| used.iter().any(|name| name.strip_prefix("a_").or(name.strip_prefix("w_")) == Some(axis));
+        // those of the last frame: of a sensor that has no others, or whose line uses them
+        if own == 0 || body.iter().any(is_used) {
+            let further: Vec<String> = body.into_iter().filter(|axis| !axes.contains(axis)).collect();
+            axes.extend(further);
         }
         each("{i}", axes.clone());
         each("{j}", axes.clone());
@@ -143,11 +151,11 @@ impl Effect {
         each("{k}", (1..=highest).map(|k| k.to_string()).collect());
         each("{joint}", campaign.bench.joints().map(str::to_string).collect());
         each("{turning}", turning(campaign));
-        let used = sensor.model.names();
         // without joints every input is the same in all readings, and its product with a column is that column
         let turned = campaign.bench.joints().next().is_some();
         let columns = campaign.readings.columns.iter().filter(|column| turned && used.contains(&column.as_str()));
         each("{column}", columns.cloned().collect());
+        each("{covariate}", covariates(campaign));
         each("{tilt}", parameters(campaign, |role, kind| *role == Role::AssumedZero && kind == Kind::Tilt));
         each("{known}", parameters(campaign, |role, kind| matches!(role, Role::Known(_)) && kind != Kind::Input));
         each("{tau}", time_constants(campaign));
@@ -164,11 +172,66 @@ impl Effect {
             order(filling).zip(highest).is_none_or(|(k, highest)| k <= highest)
         });
         fillings.retain(|filling| match (place(filling, "{i}"), place(filling, "{j}")) {
-            (Some(i), Some(j)) => i < j,
+            // of one frame
+            (Some(i), Some(j)) => i < j && (i < own) == (j < own),
             _ => true,
         });
         fillings
     }
+}
+
+/// The column that counts the readings, from 1, while a campaign without times is diagnosed.
+pub(super) const ORDER: &str = "order";
+
+/// The column that says when readings were taken: their time, or their number.
+pub(super) fn clock(campaign: &Campaign) -> &'static str {
+    if campaign.readings.columns.iter().any(|column| column == "time_s") { "time_s" } else { ORDER }
+}
+
+/// The campaign with the number of each reading where it has no time, so that what drifts can be named; as it is where something else has that name.
+pub(super) fn with_order(campaign: &Campaign) -> Cow<'_, Campaign> {
+    let bench = &campaign.bench;
+    let is_taken = campaign.readings.columns.iter().any(|column| column == ORDER || column == "time_s")
+        || campaign.parameter_index(ORDER).is_some()
+        || bench.chain.iter().any(|link| link.name() == ORDER)
+        || bench.sensors.iter().any(|sensor| sensor.id == ORDER);
+    if is_taken {
+        return Cow::Borrowed(campaign);
+    }
+    let mut readings = campaign.readings.clone();
+    readings.columns.push(ORDER.into());
+    for (k, reading) in readings.rows.iter_mut().enumerate() {
+        reading.columns = reading.columns.iter().copied().chain([Some((k + 1) as f64)]).collect();
+    }
+    Cow::Owned(campaign.with_readings(readings))
+}
+
+/// The repaired campaign without the numbers of its readings, where none were given and no line uses them.
+pub(super) fn without_order(repaired: Campaign, given: &Campaign) -> Campaign {
+    let place = repaired.readings.columns.iter().position(|column| column == ORDER);
+    let is_used = repaired.bench.sensors.iter().any(|sensor| sensor.model.names().contains(&ORDER));
+    let Some(place) = place.filter(|_| !is_used && given.readings.columns.iter().all(|column| column != ORDER)) else {
+        return repaired;
+    };
+    let mut readings = repaired.readings.clone();
+    readings.columns.remove(place);
+    for reading in &mut readings.rows {
+        reading.columns =
+            reading.columns.iter().enumerate().filter(|(k, _)| *k != place).map(|(_, value)| *value).collect();
+    }
+    repaired.with_readings(readings)
+}
+
+/// Columns that no model line uses and whose values differ.
+fn covariates(campaign: &Campaign) -> Vec<String> {
+    let bench = &campaign.bench;
+    let is_used = |column: &str| bench.sensors.iter().any(|sensor| sensor.model.names().contains(&column));
+    let columns = campaign.readings.columns.iter().filter(|c| !is_used(c) && !bench.is_of_joint(c));
+    let differ = |column: &&String| {
+        let values = column_values(campaign, column);
+        values.iter().any(|value| Some(value) != values.first())
+    };
+    columns.filter(differ).cloned().collect()
 }
 
 /// A text with its placeholders filled.
@@ -209,7 +272,7 @@ pub(super) fn column_values(campaign: &Campaign, name: &str) -> Vec<f64> {
 
 /// Round time constants, from twice the usual spacing of the readings to the length of the campaign.
 fn time_constants(campaign: &Campaign) -> Vec<String> {
-    let mut times = column_values(campaign, "time_s");
+    let mut times = column_values(campaign, clock(campaign));
     times.sort_by(f64::total_cmp);
     let (Some(first), Some(last)) = (times.first().copied(), times.last().copied()) else { return Vec::new() };
     let span = last - first;
@@ -229,7 +292,7 @@ fn time_constants(campaign: &Campaign) -> Vec<String> {
 
 /// The times between readings, as text and number: midpoints, with as many decimals as the times have (at least one).
 pub(super) fn breaks(campaign: &Campaign) -> Vec<(String, f64)> {
-    let mut times = column_values(campaign, "time_s");
+    let mut times = column_values(campaign, clock(campaign));
     times.sort_by(f64::total_cmp);
     times.dedup();
     let decimals = times.iter().map(|t| format!("{t}").split_once('.').map_or(0, |(_, tail)| tail.len())).max();

@@ -14,7 +14,7 @@
 //! stands in the judgement of the schedule.
 
 use super::bank::bank;
-use super::catalogue::Effect;
+use super::catalogue::{Effect, ORDER};
 use super::pool::Pool;
 use super::prospective::effects;
 use super::score::{Priors, Problem, Score};
@@ -212,7 +212,9 @@ pub fn foresee(campaign: &Campaign, catalogue: &[Effect], noise: &Noise) -> Resu
             .collect();
         group.near.sort_by(|a, b| b.cosine.abs().total_cmp(&a.cosine.abs()));
     }
-    let lacks = |needs: &[String]| needs.iter().filter(|n| !campaign.readings.columns.contains(n)).cloned().collect();
+    // the order of the readings is that in which they will be taken
+    let is_lacking = |name: &&String| *name != ORDER && !campaign.readings.columns.contains(name);
+    let lacks = |needs: &[String]| needs.iter().filter(is_lacking).cloned().collect();
     let passed_over =
         catalogue.iter().map(|e| (e.name.clone(), lacks(&e.needs))).filter(|(_, l): &(_, Vec<_>)| !l.is_empty());
     Ok(Foresight { rule, prospects, groups, passed_over: passed_over.collect() })

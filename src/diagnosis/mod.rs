@@ -181,7 +181,14 @@ pub struct Diagnosis {
 pub fn diagnose(campaign: &Campaign, catalogue: &[Effect], settings: &Settings) -> Result<Diagnosis> {
     settings.check()?;
     let spelled_out = fit::spelled_out(campaign, settings.remount)?;
-    let campaign: &Campaign = &spelled_out;
+    let counted = catalogue::with_order(&spelled_out);
+    let mut diagnosis = diagnose_long(&counted, catalogue, settings)?;
+    diagnosis.repaired = diagnosis.repaired.map(|repaired| catalogue::without_order(repaired, &spelled_out));
+    Ok(diagnosis)
+}
+
+/// A long record by its averages.
+fn diagnose_long(campaign: &Campaign, catalogue: &[Effect], settings: &Settings) -> Result<Diagnosis> {
     let Some(long) = averaged::averaged(campaign) else { return diagnose_readings(campaign, catalogue, settings) };
     let mut diagnosis = diagnose_readings(&long.campaign, catalogue, settings)?;
     diagnosis.averaged = Some((campaign.readings.rows.len(), long.campaign.readings.rows.len()));

@@ -60,8 +60,8 @@ fn contradicted(alone: &estimate::Estimate, readings: usize) -> Option<usize> {
     let squares = alone.residuals.iter().enumerate().filter(|(i, _)| free(*i) > 1e-9);
     let (t, i) = squares.map(|(i, v)| (v * v / free(i), i)).max_by(|a, b| a.0.total_cmp(&b.0))?;
     let sum: f64 = alone.residuals.iter().map(|v| v * v).sum();
-    // residuals that are zero but for one say nothing of the noise either
-    let others = Some(sum - t).filter(|others| *others > 1e-9 * sum)?;
+    // the difference is rounding below a few hundred epsilons: residuals that are zero but for one say nothing of the noise either
+    let others = Some(sum - t).filter(|others| *others > 1e-13 * sum)?;
     let p = fisher_f_survival(t * left / others, 1.0, left)?;
     (p * (readings as f64) < CONTRADICTED).then_some(i)
 }

@@ -9,7 +9,8 @@
 use super::augmented::{Seen, State};
 use super::score::{Deviation, Kernel, Priors, Problem, Score};
 use super::{Candidate, Diagnosis, Effect, Finding, NoiseFrom, Separation, Settings, Verdict, finding};
-use crate::campaign::{Campaign, Deviating, JointState, Kind, Per, Scatter, Size};
+use crate::bench::Link;
+use crate::campaign::{Campaign, Deviating, JointState, Per, Scatter, Size};
 use crate::elements::Elements;
 use crate::error::Result;
 use crate::estimate::Group;
@@ -54,7 +55,9 @@ pub(super) fn scattering(campaign: &Campaign, seen: &Seen, settings: &Settings) 
         return None;
     }
     let (positions, mountings) = mountings(campaign);
-    if positions < FEWEST || campaign.readings.rows.len() < positions + FEWEST {
+    // where the noise is stated a position needs no second reading
+    let is_stated = seen.weighted.from == NoiseFrom::Stated;
+    if positions < FEWEST || (!is_stated && campaign.readings.rows.len() < positions + FEWEST) {
         return None;
     }
     let is_separate = mountings >= FEWEST;
@@ -227,7 +230,7 @@ fn mountings(campaign: &Campaign) -> (usize, usize) {
     (labels.len(), labels.len() - settings.len())
 }
 
-/// Offsets of the sensors, each joint and each tilt, new at every position.
+/// Offsets of the sensors, each joint, each tilt, and the tilts of each face together, new at every position.
 fn sources(campaign: &Campaign) -> Vec<Source> {
     let line = |of: Deviating, shown: f64, unit: &str| Scatter {
         of,
@@ -253,9 +256,17 @@ fn sources(campaign: &Campaign) -> Vec<Source> {
             sources.push(Source { name: joint.to_string(), lines });
         }
     }
-    for (k, parameter) in campaign.parameters.iter().enumerate().filter(|(_, p)| p.kind == Kind::Tilt) {
-        let lines = vec![line(Deviating::Parameter(k), arcsec, "arcsec")];
-        sources.push(Source { name: parameter.id.clone(), lines });
+    // the tilts between two joints are those of one face, which is seated anew about both of its axes
+    let is_tilt = |link: &&Link| matches!(link, Link::Tilt { .. });
+    for face in campaign.bench.chain.chunk_by(|a, b| is_tilt(&a) == is_tilt(&b)) {
+        let tilts = || face.iter().filter(is_tilt).filter_map(|link| campaign.parameter_index(link.name()));
+        let line = |k: usize| line(Deviating::Parameter(k), arcsec, "arcsec");
+        let name = |k: usize| campaign.parameters.get(k).map_or(String::new(), |parameter| parameter.id.clone());
+        sources.extend(tilts().map(|k| Source { name: name(k), lines: vec![line(k)] }));
+        if tilts().count() > 1 {
+            let names: Vec<String> = tilts().map(name).collect();
+            sources.push(Source { name: names.join(", "), lines: tilts().map(line).collect() });
+        }
     }
     sources
 }

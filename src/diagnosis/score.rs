@@ -1071,9 +1071,11 @@ impl Score {
                 let mut less = set.clone();
                 let member = less.remove(place);
                 let mut class = vec![(member, *top)];
+                // what the search passed over has a probability all the same
+                let visited = sets.iter().find(|(_, other)| *other == less).map(|(p, _)| *p);
+                let without = visited.unwrap_or_else(|| (self.of(&less) - self.best).exp() / total);
                 // by what the readings say alone
                 let like = |p: f64, j: u16| p.max(1e-300).ln() - self.odds(j, size).ln();
-                let without = sets.iter().find(|(_, other)| *other == less).map_or(0.0, |(p, _)| *p);
                 let is_plain = like(*top, member) - without.max(1e-300).ln() >= PLAIN;
                 for (p, other) in sets.iter().filter(|(_, other)| other.len() == set.len()) {
                     let extra: Vec<u16> = other.iter().filter(|j| !less.contains(j)).copied().collect();

@@ -2,7 +2,7 @@
 //! compared with the model ([`indicators`](super::indicators)), and only the strongest get one: one row for a bad reading, the rows of a label for
 //! a position, a tail of the rows in time for a step, of which cumulative sums give every one in one pass over the rows.
 
-use super::catalogue::breaks;
+use super::catalogue::{breaks, clock};
 use super::indicators::{Indicators, Sums};
 use super::noise::Weighted;
 use crate::campaign::Campaign;
@@ -175,7 +175,7 @@ impl Screen {
         }
         let rows = Indicators::new(weighted, given);
         let times = breaks(campaign);
-        let time = campaign.readings.columns.iter().position(|column| column == "time_s");
+        let time = campaign.readings.columns.iter().position(|column| column == clock(campaign));
         for sensor in 0..campaign.bench.sensors.len() {
             let rows_of = || design.rows.iter().enumerate().filter(move |(_, origin)| origin.sensor == sensor);
             if chosen.readings {

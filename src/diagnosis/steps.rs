@@ -46,8 +46,9 @@ fn last(seen: &Seen, settings: &Settings, name: impl Fn(usize) -> String) -> Str
             )
         }
         (_, Some((j, p))) => {
-            let level = settings.probability;
-            format!("{} is suspected: its probability is {}, and a name needs {level}", name(*j), short(*p))
+            // cut, not rounded: 0.9497 is below 0.95
+            let (level, p) = (settings.probability, (1e3 * p).floor() / 1e3);
+            format!("{} is suspected: its probability is {p}, and a name needs {level}", name(*j))
         }
         _ if seen.outside >= settings.suspected => format!(
             "the residuals follow a pattern of no candidate with probability {outside}, and no further candidate is probable"

@@ -630,10 +630,10 @@ impl Guide {
                 (common || matches!(regressor, Regressor::Term(_)))
                     .then(|| Term { sensor: finding.effect.sensor.filter(|_| !common), regressor })
             };
-            let parsed =
-                rivals.iter().map(|alias| Regressor::parse(&self.campaign, finding.effect.sensor, &alias.regressor));
-            let others: Vec<Term> = parsed.filter_map(|regressor| regressor.ok().and_then(term)).collect();
-            let Some(named_term) = term(finding.effect.kind.clone()).filter(|_| !others.is_empty()) else { continue };
+            // what no position changes (the order of the readings) is none of them
+            let parsed = |text: &str| Regressor::parse(&self.campaign, finding.effect.sensor, text).ok().and_then(term);
+            let others: Vec<Term> = rivals.iter().filter_map(|alias| parsed(&alias.regressor)).collect();
+            let Some(named_term) = parsed(&finding.effect.regressor).filter(|_| !others.is_empty()) else { continue };
             let columns = self.campaign.readings.columns.clone();
             let offer = Offer {
                 kept: Readings { columns: columns.clone(), rows: self.taken.clone() },

@@ -312,7 +312,6 @@ fn names_that_once_were_wrong() {
         // two names that are not probable beside a pattern in time, and one that is where another effect may stand beside it
         ("outside", false, "G16x45", 17_000_029),
         ("outside", false, "G16x45", 17_000_073),
-        ("mixed", true, "A24", 16_500_024),
         // a known scale factor whose input only small tilts leave is no rival of a tilt, nor is what resembles a tilt where that stands
         ("tilts", true, "G5", 47_500_043),
         ("tilts", true, "G5", 47_500_067),

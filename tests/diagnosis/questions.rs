@@ -577,3 +577,93 @@ fn a_joint_at_rest_has_a_rate() {
         );
     }
 }
+
+/// Readings without a time: what drifts or steps is named by their order, and a repaired model that has nothing of it has no such column.
+#[test]
+fn the_order_of_the_readings_stands_for_time() {
+    let shifted = |seed: u64, shift: &dyn Fn(usize) -> f64| {
+        let mut campaign = simulated(&gyro(), &gyro_truth(), seed);
+        let rows = campaign.readings.rows.iter_mut().enumerate();
+        rows.for_each(|(k, row)| row.observations[0].value += shift(k));
+        campaign
+    };
+    for seed in 0..SEEDS {
+        assert_found(&diagnosed(&shifted(seed, &|k| 5e-5 * k as f64)), "order", Some("V"), 5e-5);
+        let step = |k: usize| if k < 14 { 0.0 } else { 6e-4 };
+        assert_found(&diagnosed(&shifted(seed, &step)), "step(order-14.5)", Some("V"), 6e-4);
+        let bad = shifted(seed, &|k| if k == 9 { 2e-3 } else { 0.0 });
+        assert_found(&diagnosed(&bad), "reading:10", Some("V"), 2e-3);
+        let found = diagnose(&bad, &wire::built_in_effects().unwrap(), &Settings::default()).unwrap();
+        let columns = &found.repaired.unwrap().readings.columns;
+        assert!(columns.iter().all(|column| column != "order"), "{columns:?}");
+    }
+}
+
+/// Columns that no line uses are compared with the zero offset.
+#[test]
+fn a_column_that_no_line_uses_is_a_candidate() {
+    for seed in 0..SEEDS {
+        let mut schedule = gyro();
+        for (k, reading) in schedule["readings"].as_array_mut().unwrap().iter_mut().enumerate() {
+            reading["pressure_hpa"] = json!(1000.0 + [3.0, -7.0, 12.0, 1.0, -9.0, 6.0, -2.0, 10.0][k]);
+        }
+        let mut campaign = simulated(&schedule, &gyro_truth(), seed);
+        let place = campaign.readings.columns.iter().position(|column| column == "pressure_hpa").unwrap();
+        for row in &mut campaign.readings.rows {
+            let pressure = row.columns.get(place).copied().flatten().unwrap();
+            row.observations[0].value += 5e-5 * pressure;
+        }
+        assert_found(&diagnosed(&campaign), "pressure_hpa", Some("V"), 5e-5);
+    }
+}
+
+/// `K0 + K1 a + KO a |a|` (IEEE Std 1293), fitted without the last.
+#[test]
+fn the_odd_quadratic_of_an_accelerometer_is_named() {
+    let schedule = json!({ "bench": "accelerometer-dividing-head", "estimate": { "K0": {}, "K1": {} },
+        "readings": (0..24).map(|k| json!({ "position": k.to_string(), "theta_deg": 15 * k, "A_u": 1e-5 })).collect::<Vec<_>>() });
+    let truth =
+        json!({ "values": { "K0": { "value": 1e-3 }, "K1": { "value": 1.3 } }, "noise": { "A": { "sd": 1e-5 } } });
+    for seed in 0..SEEDS {
+        let mut campaign = simulated(&schedule, &truth, seed);
+        for row in &mut campaign.readings.rows {
+            let a = (row.observations[0].value - 1e-3) / 1.3;
+            row.observations[0].value += 1e-3 * a * a.abs();
+        }
+        assert_found(&diagnosed(&campaign), "a_I*abs(a_I)", Some("A"), 1e-3);
+    }
+}
+
+/// A case that is laid on its faces again and again tilts about both level axes.
+#[test]
+fn both_tilts_of_a_face_scatter_together() {
+    let faces = [(0, 0), (0, 180), (0, 90), (0, 270), (270, 0), (90, 0)];
+    let at = |k: usize| {
+        json!({ "position": k.to_string(), "pitch_deg": faces[k % 6].0, "roll_deg": faces[k % 6].1,
+        "ax_u": 0.6, "ay_u": 0.6, "az_u": 0.6 })
+    };
+    let terms = ["bx", "Kxy", "Kxz", "by", "Kyx", "Kyz", "bz", "Kzx", "Kzy"];
+    let (mut estimate, mut values) = (json!({}), json!({}));
+    for term in terms {
+        (estimate[term], values[term]) = (json!({}), json!({ "value": 20.0 }));
+    }
+    for term in ["Kx", "Ky", "Kz"] {
+        (estimate[term], values[term]) = (json!({ "start": 16384 }), json!({ "value": 16400.0 }));
+    }
+    let schedule = json!({ "bench": "accelerometer-six-positions", "estimate": estimate,
+        "scatter": [{ "of": ["level_x", "level_y"], "per": "position", "u": 250, "unit": "arcsec" }],
+        "readings": (0..24).map(at).collect::<Vec<_>>() });
+    let sd = json!({ "sd": 0.6 });
+    let truth = json!({ "values": values, "noise": { "ax": sd, "ay": sd, "az": sd } });
+    for seed in 0..SEEDS {
+        let mut campaign = simulated(&schedule, &truth, seed);
+        campaign.scatter.clear();
+        let report = diagnosed(&campaign);
+        let [effect] = report.effects.as_slice() else { panic!("{seed}: {:?}", names(&report)) };
+        assert_eq!(effect.regressor, "scatter:position", "{seed}");
+        assert!(effect.name.contains("level_x, level_y"), "{seed}: {}", effect.name);
+        // of 48 deviations the standard deviation is known to 10 %
+        let sd = effect.value.unwrap() / ARCSEC;
+        assert!((150.0..350.0).contains(&sd), "{seed}: {sd}");
+    }
+}

@@ -170,6 +170,7 @@ fn foreign(text: &str, own: &BTreeSet<String>) -> Vec<String> {
         "sqrt",
         "abs",
         "sign",
+        "step",
         "site",
         "gravity",
         "latitude",
