@@ -55,7 +55,7 @@ fn level(text: &str) -> std::result::Result<f64, String> {
     text.parse().ok().filter(|p| *p > 0.0 && *p < 1.0).ok_or_else(|| "expected a probability between 0 and 1".into())
 }
 
-/// Fewest samples: five octaves of averaging times, as many as there are coefficients.
+/// Fewest samples of a column that is reported: of 1, 2 and 4 samples, the averaging times up to a fifth of the record.
 const FEWEST: u64 = 32;
 
 /// What a record says of one column from place to place.

@@ -166,8 +166,9 @@ const MORE: usize = 1;
 const ROUNDS: usize = 30;
 /// Squares that change by less than this share of theirs have settled.
 const SETTLED: f64 = 1e-6;
-/// Share of the variance of the other terms that a filter takes at the first averaging time which is kept, at most. At its own length a mean of samples takes a third, at
-/// three of its time constants a low-pass filter of first order one half.
+/// Share of the variance of the other terms that a filter takes at the first averaging time which is kept, at most: what a mean over `L` takes of white noise at its own
+/// length, `s^2 = N^2/tau (1 - L/2 tau)` for `tau >= L`. A low-pass filter of first order, `1 - (T/2 tau)(3 - 4 e^(-tau/T) + e^(-2 tau/T))`, takes 0.47 at three time
+/// constants.
 const FILTERED: f64 = 0.5;
 /// How exactly [`falls`] finds a value: u is said to two digits.
 const FALLS: f64 = 0.01;

@@ -667,3 +667,29 @@ fn both_tilts_of_a_face_scatter_together() {
         assert!((150.0..350.0).contains(&sd), "{seed}: {sd}");
     }
 }
+
+/// A gyro with axes of its own whose line is written in body axes is compared with effects along both.
+#[test]
+fn body_axes_of_a_line_are_tried_beside_the_own_axes() {
+    let bench = json!({ "id": "skewed", "chain": [{ "joint": "turn", "about": "z" }, { "joint": "tip", "about": "y" }, { "joint": "roll", "about": "x" }],
+        "site": { "latitude_deg": 48.0 },
+        "sensors": { "V": { "unit": "V", "axes": { "I": [0.6, 0.0, 0.8] }, "model": "V0 + K*(0.6*w_x + 0.8*w_z)" } } });
+    let mut readings = Vec::new();
+    for (k, (tip, roll)) in
+        [(0, 0), (90, 0), (180, 0), (270, 0), (0, 90), (0, 270), (45, 0), (0, 45), (30, 60), (60, 30)]
+            .iter()
+            .enumerate()
+    {
+        for rate in [20, -20, 40, -40] {
+            readings.push(
+                json!({ "position": k.to_string(), "turn_deg_s": rate, "tip_deg": tip, "roll_deg": roll, "V_u": 1e-5 }),
+            );
+        }
+    }
+    let schedule = json!({ "bench": bench, "estimate": { "V0": {}, "K": {} }, "readings": readings });
+    let truth = json!({ "values": { "V0": { "value": 1e-3 }, "K": { "value": 0.02 } }, "noise": { "V": { "sd": 1e-5 } },
+        "effects": [{ "regressor": "a_y", "value": 1e-4 }] });
+    for seed in 0..SEEDS {
+        assert_found(&diagnosed(&simulated(&schedule, &truth, seed)), "a_y", Some("V"), 1e-4);
+    }
+}

@@ -243,6 +243,31 @@ fn coefficients_of_simulated_records() {
     assert!(moved as f64 <= 1e-4 * records as f64 + 2.0, "{moved} of {records} move");
 }
 
+/// A sine beside white noise, which no sum of terms describes, where 3 % of the samples are missing: what is said of the white noise is near it, with u. (Before: a filter that took
+/// nine tenths of a white noise 1.3 to 40 times too large stood for the sine, "in order" and without u, in 40 of 40 such records.)
+#[test]
+fn a_sine_is_no_filter() {
+    let (dt, sd) = (0.01, 0.05);
+    for seed in 0..10 {
+        let mut random = Pcg64Mcg::seed_from_u64(900 + seed);
+        let sine = |k: usize| 0.3 * sd * (std::f64::consts::TAU * 0.1 * k as f64 * dt).sin();
+        let white = |random: &mut Pcg64Mcg| -> f64 { StandardNormal.sample(random) };
+        let mut samples: Vec<f64> = (0..20_000).map(|k| sine(k) + sd * white(&mut random)).collect();
+        spoil(&mut random, &mut samples, 1);
+        let mut ladder = Ladder::new(1);
+        ladder.push(&samples);
+        let fit = analyse(&ladder, dt, 0.95).coefficients.expect("coefficients");
+        assert_eq!(fit.agreement.describes, Some(false), "{seed}");
+        let own = fit.get(Term::RandomWalk).expect("N");
+        // at 4 s the sine has 17 times the Allan variance of the noise, so that N is no better than a factor of two; the fault was one of six here
+        let ratio = own.value.map(|value| value / (sd * dt.sqrt()));
+        assert!(
+            ratio.is_none_or(|ratio| (0.8..2.0).contains(&ratio)) && own.value.is_some() == own.u.is_some(),
+            "{seed}: {own:?}"
+        );
+    }
+}
+
 /// A table that turns by 10 deg/s every 20 s: a random walk describes its Allan deviations, and its steps are none of a random walk.
 #[test]
 fn a_record_that_moves_says_so() {

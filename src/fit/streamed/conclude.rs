@@ -60,7 +60,7 @@ pub(super) fn conclude(
     // of noise that is correlated in time: sums in directions of the unknowns, and in those that the noise was estimated in
     let beside = question.in_own_units(&found.tested);
     let bases: Vec<&Mat<f64>> = match &found.directions {
-        Some(_) if carried > 0 => vec![found.directions.as_ref().unwrap_or(&beside), &beside],
+        Some(directions) if carried > 0 => vec![directions, &beside],
         Some(directions) => vec![directions],
         None => Vec::new(),
     };
