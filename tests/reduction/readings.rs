@@ -285,8 +285,9 @@ fn standstills_in_coarse_steps_are_kept_beside_moves() {
             let values: Vec<f64> = values.iter().map(|v| (v + noise * normal(&mut random)).round()).collect();
             let at = |k: usize| (k * (LENGTH + MOVE)) as f64 * 0.01;
             let times = (0..SEGMENTS).map(|k| (String::new(), at(k), at(k) + LENGTH as f64 * 0.01));
-            let found = segment(&trace(&[values.clone()], 0.01), &By::Times(times.collect()), 0.0, 0.0);
-            let reduction = reduce(&trace(&[values], 0.01), found, &[None; SEGMENTS]);
+            let trace = trace(&[values], 0.01);
+            let found = segment(&trace, &By::Times(times.collect()), 0.0, 0.0);
+            let reduction = reduce(&trace, found, &[None; SEGMENTS]);
             assert!(reduction.rejected.is_empty(), "{noise}: {:?}", reduction.rejected);
             for (mean, level) in reduction.means.iter().flatten().zip(levels) {
                 inside += usize::from((mean.value - level).abs() < 1.96 * mean.uncertainty.u);
