@@ -261,9 +261,9 @@ impl Columnar {
             .flatten()
             .find(|entry| entry.key == "ARROW:schema")
             .and_then(|entry| entry.value.as_ref());
-        let durations = arrow.map(|schema| columnar_arrow::durations(schema)).unwrap_or_default();
+        let arrow = arrow.map(|schema| columnar_arrow::said(schema)).unwrap_or_default();
         let meaning = |column: &ColumnDescriptor| match Meaning::of(column) {
-            Meaning::Plain => match durations.get(&column.path().string()) {
+            Meaning::Plain => match arrow.durations.get(&column.path().string()) {
                 Some(seconds) => Meaning::Time(*seconds, false),
                 None => Meaning::Plain,
             },
@@ -275,7 +275,7 @@ impl Columnar {
         let in_seconds = |meaning: &Meaning| matches!(meaning, Meaning::Time(..) | Meaning::Date);
         let unit = |(column, meaning): (Column, &Meaning)| match in_seconds(meaning) {
             true => Column { unit: Some("s".into()), ..column },
-            false => column,
+            false => Column { unit: column.unit.or_else(|| arrow.units.get(&column.title).cloned()), ..column },
         };
         let columns = titled.zip(&meanings).map(unit).collect();
         Ok(Columnar {

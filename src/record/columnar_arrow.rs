@@ -1,4 +1,4 @@
-//! What Arrow says of the columns of a Parquet file beside the types of Parquet: durations, which are plain whole numbers in these.
+//! What Arrow says of the columns of a Parquet file beside the types of Parquet: durations, which are plain whole numbers in these, and units.
 //!
 //! A writer of Arrow keeps its schema under the key `ARROW:schema`: a message of Arrow's IPC format in base64, a table of FlatBuffers (`format/Message.fbs`,
 //! `format/Schema.fbs` of the Arrow project). Each place is looked up, so that a damaged one says nothing.
@@ -12,15 +12,27 @@ const NAME: usize = 0;
 const KIND: usize = 2;
 const TYPE: usize = 3;
 const CHILDREN: usize = 5;
+const METADATA: usize = 6;
+const KEY: usize = 0;
+const VALUE: usize = 1;
 const UNIT: usize = 0;
 /// The kind of a duration.
 const DURATION: u8 = 18;
 /// Fields within fields that are followed.
 const DEEPEST: usize = 16;
 
-/// Seconds in the unit of each column of durations, by its path.
-pub(super) fn durations(schema: &str) -> HashMap<String, f64> {
-    let mut found = HashMap::new();
+/// What is said of columns, by their paths.
+#[derive(Default)]
+pub(super) struct Said {
+    /// Seconds in the unit of each column of durations.
+    pub durations: HashMap<String, f64>,
+    /// Metadata `unit` or `units`.
+    pub units: HashMap<String, String>,
+}
+
+/// What a schema says.
+pub(super) fn said(schema: &str) -> Said {
+    let mut found = Said::default();
     let bytes = base64(schema);
     // a mark and a length stand before the message
     let message = match bytes.get(..4) {
@@ -29,7 +41,7 @@ pub(super) fn durations(schema: &str) -> HashMap<String, f64> {
     };
     let buffer = Buffer(message.unwrap_or_default());
     if let Some(fields) = buffer.root().and_then(|message| buffer.child(buffer.child(message, HEADER)?, FIELDS)) {
-        buffer.durations(fields, "", 0, &mut found);
+        buffer.fields(fields, "", 0, &mut found);
     }
     found
 }
@@ -70,15 +82,29 @@ impl Buffer<'_> {
         self.follow(self.field(table, number)?)
     }
 
-    /// The durations among a list of fields and what is in these.
-    fn durations(&self, list: usize, path: &str, depth: usize, found: &mut HashMap<String, f64>) {
+    /// The text that is a field of a table.
+    fn text(&self, table: usize, number: usize) -> Option<&str> {
+        let bytes = self.child(table, number).and_then(|at| self.0.get(at + 4..)?.get(..self.count(at)?))?;
+        std::str::from_utf8(bytes).ok()
+    }
+
+    /// The tables of a list.
+    fn each(&self, list: usize) -> impl Iterator<Item = usize> {
         // no more places than bytes
         let count = self.count(list).unwrap_or(0).min(self.0.len() / 4);
-        for k in 0..count {
-            let Some(field) = self.follow(list + 4 * (k + 1)) else { continue };
-            let name = self.child(field, NAME).and_then(|at| self.0.get(at + 4..)?.get(..self.count(at)?));
-            let Some(name) = name.and_then(|name| std::str::from_utf8(name).ok()) else { continue };
+        (0..count).filter_map(move |k| self.follow(list + 4 * (k + 1)))
+    }
+
+    /// What is said of a list of fields and of what is in these.
+    fn fields(&self, list: usize, path: &str, depth: usize, found: &mut Said) {
+        for field in self.each(list) {
+            let Some(name) = self.text(field, NAME) else { continue };
             let path = if path.is_empty() { name.to_string() } else { format!("{path}.{name}") };
+            let mut metadata = self.child(field, METADATA).into_iter().flat_map(|list| self.each(list));
+            let is_unit = |key: &str| ["unit", "units"].iter().any(|name| key.eq_ignore_ascii_case(name));
+            if let Some(pair) = metadata.find(|pair| self.text(*pair, KEY).is_some_and(is_unit)) {
+                found.units.extend(self.text(pair, VALUE).map(|unit| (path.clone(), unit.trim().to_string())));
+            }
             let kind = self.field(field, KIND).and_then(|at| self.bytes(at));
             if kind == Some([DURATION]) {
                 let unit = self.child(field, TYPE).and_then(|kind_table| self.bytes(self.field(kind_table, UNIT)?));
@@ -89,9 +115,9 @@ impl Buffer<'_> {
                     2 => 1e-6,
                     _ => 1e-9,
                 };
-                found.insert(path, seconds);
+                found.durations.insert(path, seconds);
             } else if let Some(children) = self.child(field, CHILDREN).filter(|_| depth < DEEPEST) {
-                self.durations(children, &path, depth + 1, found);
+                self.fields(children, &path, depth + 1, found);
             }
         }
     }

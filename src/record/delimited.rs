@@ -1,7 +1,7 @@
 //! A table of text in blocks: each cell is read once, where it stands.
 
 use super::dialect::{Line, cell_place, is_blank, is_remark, row_end, written_cells};
-use super::number::{leading, number};
+use super::number::{leading, number, says_nothing};
 use super::times::WrittenTimes;
 use super::{As, Block, Dialect, Head, Labels, RAGGED, UNREADABLE, text, text_cell};
 use crate::elements::Parts;
@@ -15,6 +15,8 @@ pub(super) const HEAD: usize = 1 << 16;
 const LINES: usize = 8;
 /// How much is read at a time.
 const CHUNK: usize = 1 << 20;
+/// Longest first line: a million titles of seven letters.
+const LONGEST_TITLES: usize = 8 * CHUNK;
 /// Longest row.
 const LONGEST: usize = 32 * CHUNK;
 
@@ -66,6 +68,12 @@ impl Delimited {
             let lines = buffer.iter().filter(|byte| **byte == b'\n').count();
             if read == 0 || lines >= LINES || buffer.len() >= LONGEST {
                 break;
+            }
+            if lines == 0 && buffer.len() >= LONGEST_TITLES {
+                return Err(Malformed::new(Fault::Syntax, format!("the first line of '{name}' does not end"))
+                    .expected(format!("a line of at most {} MB: rows of cells", LONGEST_TITLES / CHUNK))
+                    .found(format!("{} MB without a line break", buffer.len() / CHUNK))
+                    .in_file(name));
             }
         }
         if buffer.contains(&0) {
@@ -208,6 +216,10 @@ impl Delimited {
     /// A row of plain numbers, and how many bytes it takes; `None` leaves columns of unequal length where it gives up.
     #[inline]
     fn fast(&mut self, text: &[u8], block: &mut Block, delimiter: u8, mark: u8) -> Option<usize> {
+        // what may be a remark is looked at more closely
+        if matches!(text.trim_ascii_start().first(), Some(b'#' | b'%' | b'/' | b';')) {
+            return None;
+        }
         let mut at = 0;
         let width = self.wanted.len();
         for (column, wanted) in self.wanted.iter().take(self.needed).enumerate() {
@@ -236,7 +248,7 @@ impl Delimited {
                     let rest = text.get(at..)?;
                     let length = rest.iter().position(|b| *b == delimiter || matches!(*b, b'\n' | b'"'))?;
                     let cell = rest.get(..length)?;
-                    if rest.get(length) == Some(&b'"') || cell.first() == Some(&b'#') {
+                    if rest.get(length) == Some(&b'"') {
                         return None;
                     }
                     let cell = cell.trim_ascii();
@@ -258,7 +270,7 @@ impl Delimited {
                 (None, _) => {
                     let rest = text.get(at..)?;
                     let length = rest.iter().position(|b| *b == delimiter || matches!(*b, b'\n' | b'"'))?;
-                    if rest.get(length) == Some(&b'"') || rest.first() == Some(&b'#') {
+                    if rest.get(length) == Some(&b'"') {
                         return None;
                     }
                     at += length;
@@ -341,8 +353,8 @@ impl Delimited {
                     None => self.head.times.seconds(cell).ok_or_else(|| self.no_time(k, cell, line))?,
                 },
                 As::Cell => match number(cell, mark) {
-                    // an empty cell says that nothing was read; a word for it is no number
-                    Some(value) if value.is_nan() && !cell.trim_ascii().is_empty() => UNREADABLE,
+                    // what is no number (`#VALUE!`) does not say that nothing was read
+                    Some(value) if value.is_nan() && !says_nothing(cell) => UNREADABLE,
                     Some(value) => value,
                     // a column of written times, since the first of them
                     None if self.dialect.texts.get(k) == Some(&true) => {

@@ -271,8 +271,12 @@ impl Dialect {
                     (Some(names.clone()), Some(units.iter().map(of).collect()), first)
                 }
                 (_, Some(names)) => {
-                    let place = above.iter().rposition(|line| line == names).map_or(first, |k| k + 1);
-                    (Some(names.clone()), units.cloned(), if units.is_some() { first } else { place })
+                    let place = above.iter().rposition(|line| line == names);
+                    let below = place.map_or(first, |k| k + 1);
+                    // units may stand above the names, too
+                    let before = place.and_then(|k| above.get(k.checked_sub(1)?));
+                    let before = before.filter(|line| is_units(line) && !heading::is_units(names));
+                    (Some(names.clone()), units.or(before).cloned(), if units.is_some() { first } else { below })
                 }
                 (_, None) => (remarked(), None, first),
             };

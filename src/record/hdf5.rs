@@ -61,7 +61,10 @@ fn dataset(
     let shape = from.shape()?;
     let sides: Vec<usize> = shape.iter().filter_map(|side| usize::try_from(*side).ok()).collect();
     let attributes = from.attrs()?;
-    let text = |key: &str| attributes.get(key).and_then(|value| value.as_str()).map(str::to_string);
+    let text = |key: &str| {
+        let named = attributes.iter().find(|(name, _)| name.eq_ignore_ascii_case(key));
+        named.and_then(|(_, value)| value.as_str()).map(str::to_string)
+    };
     // characters are numbers there, too
     if text("MATLAB_class").is_some_and(|class| class == "char" || class == "cell") {
         return Ok(());

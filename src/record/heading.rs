@@ -12,6 +12,8 @@ use crate::units::Unit;
 /// assert_eq!(title("gyro_rad[0]"), ("gyro_rad[0]".into(), None));
 /// assert_eq!(title("输出（mV）"), ("输出".into(), Some("mV".into())));
 /// assert_eq!(title("Output [mV] mean"), ("Output mean".into(), Some("mV".into())));
+/// assert_eq!(title("[rad/s] Rate"), ("Rate".into(), Some("rad/s".into())));
+/// assert_eq!(title("Rate (rad/s, Z)"), ("Rate".into(), Some("rad/s".into())));
 /// assert_eq!(title("t/ms"), ("t".into(), Some("ms".into())));
 /// assert_eq!(title("Rate deg/s"), ("Rate".into(), Some("deg/s".into())));
 /// assert_eq!(title("deg/s"), ("deg/s".into(), None));
@@ -27,15 +29,21 @@ pub fn title(text: &str) -> (String, Option<String>) {
             && !name.trim().is_empty()
             && (open != '[' || name.ends_with(' ') || unit.is_empty() || unit.bytes().any(|b| !b.is_ascii_digit()))
         {
-            return (name.trim().to_string(), Some(unit.trim().to_string()).filter(|unit| !unit.is_empty()));
+            // beside a unit other words may stand
+            let is_unit = |part: &&str| Unit::parse(part).is_ok_and(|unit| !unit.dimension().is_number());
+            let mut units = unit.split(',').filter(is_unit);
+            let unit = units.next().filter(|_| units.next().is_none()).unwrap_or(unit).trim();
+            return (name.trim().to_string(), Some(unit.to_string()).filter(|unit| !unit.is_empty()));
         }
         // a unit before further words
         if let Some((name, rest)) = text.split_once(open)
             && let Some((unit, more)) = rest.split_once(close)
-            && !name.trim().is_empty()
             && Unit::parse(unit).is_ok_and(|unit| !unit.dimension().is_number())
         {
-            return (format!("{} {}", name.trim(), more.trim()), Some(unit.trim().to_string()));
+            let words = format!("{} {}", name.trim(), more.trim()).trim().to_string();
+            if !words.is_empty() {
+                return (words, Some(unit.trim().to_string()));
+            }
         }
     }
     if let Some((name, unit)) = text.rsplit_once(" in ")

@@ -96,14 +96,22 @@ impl Column {
 
     /// The title's unit, or else what its end says (`U_uV`, `Rate rpm`, `V, mV`); of a unit that is wanted, only what converts to it, and the whole title as well (`mV`).
     pub(crate) fn unit_for(&self, wanted: Option<&Unit>) -> Option<String> {
-        let end = || units::of_column(&self.title.replace(' ', "_"));
+        let end = || units::of_column(&self.title.replace([' ', '.'], "_"));
         let Some(wanted) = wanted else { return self.unit.clone().or_else(end) };
         let fits = |unit: &String| Unit::parse(unit).is_ok_and(|unit| unit.conversion(wanted).is_some());
         // the last word may be a quotient (`Rate deg/s`), the whole title a unit
         let last = || self.title.rsplit(' ').next().map(str::to_string).filter(fits);
         // a ratio (`mV/V`) is no quantity over its unit where it is wanted itself
         let ratio = || Some(self.title.clone()).filter(|title| title.contains('/') && fits(title));
-        ratio().or_else(|| self.unit.clone()).or_else(|| last().or_else(|| end().filter(fits)))
+        let over = || self.quotient().map(|(_, unit)| unit.to_string()).filter(fits);
+        ratio().or_else(|| self.unit.clone()).or_else(|| last().or_else(over).or_else(|| end().filter(fits)))
+    }
+
+    /// Symbol and unit of a title that may be a quantity over its unit (ISO 80000-1), or else a unit itself: `T/K`, `A/mV`.
+    pub(crate) fn quotient(&self) -> Option<(&str, &str)> {
+        let (symbol, unit) = self.title.split_once('/')?;
+        let (symbol, unit) = (symbol.trim(), unit.trim());
+        (self.unit.is_none() && !symbol.is_empty() && Unit::parse(unit).is_ok()).then_some((symbol, unit))
     }
 }
 
@@ -200,6 +208,11 @@ pub fn said(cell: f64) -> Said {
         _ if cell.is_nan() => Said::Nothing,
         _ => Said::Number(cell),
     }
+}
+
+/// Does a text say that nothing was read (`NaN`, `n/a`, `-`)?
+pub(crate) fn is_absent(text: &str) -> bool {
+    number::says_nothing(text.as_bytes())
 }
 
 /// A cell with a text, by the number of its label.

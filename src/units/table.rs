@@ -70,6 +70,8 @@ const TABLE: &[(&str, [f64; BASES], Scale, bool, &str)] = &[
     ("rpm", is(&[(ANGLE, 1.0), (TIME, -1.0)]), Scale { other: 360.0, degree: 1.0, sixty: -1.0, ..ONE }, false, "rpm"),
     ("rps", is(&[(ANGLE, 1.0), (TIME, -1.0)]), other(360.0, 1.0), false, ""),
     ("dps", is(&[(ANGLE, 1.0), (TIME, -1.0)]), sixty(0.0, 1.0), true, "dps mdps"),
+    ("dph", is(&[(ANGLE, 1.0), (TIME, -1.0)]), sixty(-2.0, 1.0), false, "dph"),
+    ("radps", is(&[(ANGLE, 1.0), (TIME, -1.0)]), ONE, false, "radps rads"),
     // time
     ("s", IN_TIME, ONE, true, "s sec ms us ns"),
     ("min", IN_TIME, sixty(1.0, 0.0), false, "min"),
@@ -81,7 +83,7 @@ const TABLE: &[(&str, [f64; BASES], Scale, bool, &str)] = &[
     // temperature: intervals
     ("K", is(&[(TEMPERATURE, 1.0)]), ONE, true, "k mk"),
     ("degC", is(&[(TEMPERATURE, 1.0)]), ONE, false, "c degc"),
-    ("degF", is(&[(TEMPERATURE, 1.0)]), other(5.0 / 9.0, 0.0), false, "degf"),
+    ("degF", is(&[(TEMPERATURE, 1.0)]), other(5.0 / 9.0, 0.0), false, "f degf"),
     // pure numbers
     ("1", NUMBER, ONE, false, "here"),
     ("%", NUMBER, ten(-2.0), false, ""),
@@ -221,6 +223,8 @@ pub(crate) fn of_column(name: &str) -> Option<String> {
         "h" => Some("h"),
         _ => None,
     };
+    // `rate_rad_per_s`
+    let stem = stem.strip_suffix("_per").unwrap_or(stem);
     let above = stem.rsplit('_').next().and_then(of).filter(|unit| find(unit).is_some_and(|e| e.base != IN_TIME));
     match (above, time) {
         (Some(above), Some(time)) => Some(format!("{above}/{time}")),

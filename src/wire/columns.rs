@@ -63,7 +63,10 @@ pub(super) fn columns(
             }
             (Some(key), None) => key.clone(),
             (None, _) if column.unit.is_some() && key_unit(bench, &name).is_some() => name,
-            (None, _) => found.to_string(),
+            (None, _) => match column.quotient() {
+                Some((symbol, unit)) if key_unit(bench, symbol).is_some_and(|to| converts(unit, &to)) => symbol.into(),
+                _ => found.to_string(),
+            },
         };
         let conversion = match key_unit(bench, &key).map_or(Ok(None), |to| of_title(column, &key, &to)) {
             Ok(conversion) => conversion,
@@ -79,6 +82,11 @@ pub(super) fn columns(
         columns.push(Column { key, conversion });
     }
     Ok(columns)
+}
+
+/// Is one unit another one in another size?
+fn converts(from: &str, to: &str) -> bool {
+    Unit::parse(from).ok().zip(Unit::parse(to).ok()).is_some_and(|(from, to)| from.conversion(&to).is_some())
 }
 
 /// From the unit that the title of a column says to that of the key it is read as, wherever a record or a table is read; `None` where the numbers stay as they are.

@@ -191,7 +191,10 @@ impl<'a> RecordRows<'a> {
             indifferent: indifferent_angles(&bench),
             bench,
         };
-        let clock = rows.clock(&record, samples, keys.iter().any(|column_key| column_key.key == "time_s"))?;
+        // written times are those of a clock
+        let mut numbers = keys.iter().enumerate().filter(|(place, _)| !record.is_text(*place));
+        let has_time_s = numbers.any(|(_, column_key)| column_key.key == "time_s");
+        let clock = rows.clock(&record, samples, has_time_s)?;
         for (place, column_key) in keys.into_iter().enumerate() {
             let is_clock = clock.is_some_and(|(column, _)| column == place);
             let key = if is_clock { "time_s".to_string() } else { column_key.key };
@@ -225,7 +228,7 @@ impl<'a> RecordRows<'a> {
         Ok(rows)
     }
 
-    /// The column of times and the seconds in its unit; `None` where a column `time_s` is taken as it is, or a rate is stated.
+    /// The column of times and the seconds in its unit; `None` where numbers of a column `time_s` are taken as they are, or a rate is stated.
     fn clock(&self, record: &Record, samples: &SamplesFile, has_time_s: bool) -> Result<Option<(usize, (f64, bool))>> {
         let from = crate::record::ClockFrom { time: samples.time.clone(), rate: samples.rate_hz };
         if from.time.is_none() && (has_time_s || from.rate.is_some()) {

@@ -81,6 +81,52 @@ fn what_is_ambiguous_is_answered_with_the_columns_found() {
     assert!(inline.expect_err("inline").to_string().contains("\"columns\""));
 }
 
+/// A quantity over its unit (ISO 80000-1), although its symbol is a unit as well (kelvin, ampere, tesla); a unit before the words, in a row above the
+/// titles, behind a dot or a `per`.
+#[test]
+fn units_are_read_wherever_they_stand() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let radians = std::f64::consts::PI / 180.0;
+    for (angle, volts, map) in [
+        ("K/rad", "A/mV", r#""theta_deg": "K/rad""#),
+        ("[rad] Winkel", "A (mV, channel 2)", r#""theta_deg": "Winkel""#),
+        ("angle.rad", "A [mV]", r#""theta_deg": "angle.rad""#),
+        ("rad;mV;\nangle", "A", r#""theta_deg": "angle""#),
+    ] {
+        let found = solved(&campaign(folder.path(), &table(angle, volts, radians, 1000.0, false), map).expect(angle));
+        for (value, truth) in found.iter().zip([0.002, 1.3, 1e-5]) {
+            assert!((value - truth).abs() < 1e-12, "{angle} {volts}: {value} {truth}");
+        }
+    }
+    for (title, in_deg_s) in [("rate_rad_per_s", 180.0 / std::f64::consts::PI), ("rate_dph", 1.0 / 3600.0)] {
+        let bench = r#"{ "id": "line", "sensors": { "V": { "model": "a + b*w_deg_s" } } }"#;
+        let rows: String = (0..4).map(|k| format!("{k},{}\n", 1.0 + 0.5 * in_deg_s * f64::from(k))).collect();
+        std::fs::write(folder.path().join("table.csv"), format!("{title},V\n{rows}")).expect("a table");
+        let text = format!(
+            r#"{{ "bench": {bench}, "estimate": {{ "a": {{}}, "b": {{}} }}, "columns": {{ "w_deg_s": "{title}" }}, "readings": "table.csv" }}"#
+        );
+        std::fs::write(folder.path().join("c.campaign.json"), text).expect("a campaign");
+        let found = solved(&Campaign::from_path(folder.path().join("c.campaign.json")).expect(title));
+        assert!((found[1] - 0.5).abs() < 1e-12, "{title}: {found:?}");
+    }
+}
+
+/// `NaN` says that nothing was read, as an empty cell does; the error of a spreadsheet does not.
+#[test]
+fn a_word_for_nothing_is_no_reading() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let good = table("theta_deg", "A", 1.0, 1.0, false);
+    let with = |word: &str| {
+        good.lines().map(|line| line.to_string() + "\n").chain([format!("10;{word};gut\n")]).collect::<String>()
+    };
+    for word in ["", "NaN", "nan", "n/a", "-"] {
+        let campaign = campaign(folder.path(), &with(word), "").expect(word);
+        assert!((solved(&campaign)[1] - 1.3).abs() < 1e-12, "{word}");
+    }
+    let error = campaign(folder.path(), &with("#VALUE!"), "").expect_err("an error").to_string();
+    assert!(error.contains("A is not a number") && error.contains("line 10"), "{error}");
+}
+
 /// A unit that is not known is no reason to take the numbers as they are; words in brackets that are no unit are a remark.
 #[test]
 fn an_unknown_unit_in_a_title_is_refused() {

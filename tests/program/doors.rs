@@ -117,8 +117,19 @@ fn doors(at: &Path) -> Vec<Door> {
         .replace("\"6\"\" rotor, left\"", "A1")
         .replace('"', "")
         .replace(',', "   ");
+    // rows that somebody has put out of use, among the others
+    let commented = || {
+        let text = String::from_utf8(plain()).expect("UTF-8");
+        let mut lines: Vec<String> = text.lines().map(str::to_string).collect();
+        for (place, mark) in [(9, "%"), (5, "//"), (3, "#"), (20, ";")] {
+            lines.insert(place, format!("{mark}A1,1,2,3,4"));
+        }
+        (lines.join("\n") + "\n").into_bytes()
+    };
     for (name, bytes) in [
         ("plain.csv", plain()),
+        ("commented.csv", commented()),
+        ("above.csv", with_head(",,K,min,mV\nserial,x,Temp,t,V\n")),
         ("crlf.csv", text(',', '.', "", "\r\n")),
         ("german.csv", text(';', ',', "", "\r\n")),
         ("tabs.txt", text('\t', '.', "", "\n")),
@@ -156,6 +167,8 @@ fn doors(at: &Path) -> Vec<Door> {
     };
     [
         "plain.csv",
+        "commented.csv",
+        "above.csv",
         "crlf.csv",
         "german.csv",
         "tabs.txt",

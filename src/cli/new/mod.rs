@@ -333,7 +333,8 @@ fn campaign(arguments: &Arguments, table: &Path, answers: &Answers) -> Result<Ou
         if value != 0.0 {
             fewer.known.0.push((id, KnownEntry::Known(Given { value, unit, ..Given::default() })));
         }
-        open = read(&fewer)?.1.map_or(Vec::new(), |fit| fit.not_estimable);
+        let Ok((_, fitted)) = read(&fewer) else { break };
+        open = fitted.map_or(Vec::new(), |fit| fit.not_estimable);
     }
     if !options.is_empty() && open.is_empty() {
         let options = options.join(" ");
