@@ -98,3 +98,8 @@ pub(crate) fn shuffle<T>(list: &mut [T], rng: &mut rand_pcg::Pcg64Mcg) {
         list.swap(k, j);
     }
 }
+
+/// A value as it was stated, without what converting its unit left in the last digit.
+pub(crate) fn as_stated(value: f64) -> f64 {
+    format!("{value:.14e}").parse().unwrap_or(value)
+}

@@ -702,16 +702,16 @@ devices-differ-by-more-than-their-readings = Quantities in which devices differ 
 devices = devices
 p-if-alike = p if alike
 min = min
-accepted-devices-only-sd-between-devices-u = Accepted devices only. sd: between devices; u: root mean square of the devices' standard uncertainties; sd of devices: the part of sd that the scatter of their readings does not explain; p if alike: probability of such an sd if all devices were alike (F, or chi-square where uncertainties are stated).
+accepted-devices-only-sd-between-devices-u = Accepted devices only; mean and sd are those of the devices that are not outliers. sd: between devices; u: root mean square of the devices' standard uncertainties; sd of devices: the part of sd that the scatter of their readings does not explain; p if alike: probability of such an sd if all devices were alike (F, or chi-square where uncertainties are stated).
 distributions = Distributions
-each-histogram-shows-the-accepted-devices-the = Each histogram shows the accepted devices; the curve is expected from the scatter of the readings alone; dashed lines are limits. Outlying values are counted in the last bar.
+each-histogram-shows-the-accepted-devices-the = Each histogram shows the accepted devices; the curve is expected from the scatter of the readings alone; dashed lines are limits. Outlying values are counted in the first and the last bar.
 devices-that-are-not-in-order = Devices that are not in order
 devices-that-stand-apart = Outlying devices
 no-accepted-device-stands-apart-from-the = No accepted device is an outlier in a quantity at 1 % over all devices and quantities.
 z-value-median-mad-beyond-what-a = z = (value - median) / (1.4826 MAD), beyond the limit of a normal distribution at 1 % over all devices and quantities; largest first, at most 50.
 control-charts = Control charts
 lots-beyond-their-control-limits = Means of lots beyond their control limits: { $lots }.
-points-are-means-of-lots-the-line = Points are means of lots, the line is the mean of all devices, dashed lines are three standard deviations of a lot's mean from the scatter within lots; triangles lie beyond.
+points-are-means-of-lots-the-line = Points are means of lots, the line is the mean of the accepted devices that are not outliers, dashed lines are three standard deviations of a lot's mean from the scatter within lots; triangles lie beyond.
 
 # report/navigate_diagnose_table.rs
 rows-of-other-scenarios-left-out = ; { $rows } rows of other scenarios left out

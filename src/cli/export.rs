@@ -1,7 +1,7 @@
 //! `tumble export CALIBRATION --to TARGET`.
 
 use super::outputs::Outputs;
-use super::{Outcome, calibrations, files};
+use super::{Outcome, calibrations, files, written};
 use crate::correction::export::{self, Origin, Target};
 use crate::error::{Fault, Malformed, Result};
 use crate::report::VERSION;
@@ -67,6 +67,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
         Format::Ros => Target::Ros,
         Format::Json => {
             let text = files::json(&stored.correction()?)?;
+            // a file says what wrote it
+            let text = if arguments.out.is_some() { written::mark(&text) } else { text };
             return finish(outputs, arguments, text);
         }
     };

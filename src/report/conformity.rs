@@ -6,6 +6,7 @@ use crate::document::number::level_in_percent;
 use crate::document::{Cell, Rows, Section, Tone};
 use crate::fit::{Conformity, Fit};
 use crate::language::{Language, Sentence, say, sentence};
+use crate::number::as_stated;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -57,7 +58,7 @@ pub fn conformity(fit: &Fit) -> Option<ConformityReport> {
         .into_iter()
         .map(|quantity| {
             let scale = if quantity.is_angle { ARCSEC } else { 1.0 };
-            let bound = |v: f64| Some(v * scale).filter(|bound| bound.is_finite());
+            let bound = |v: f64| Some(as_stated(v * scale)).filter(|bound| bound.is_finite());
             LimitedReport {
                 lower: bound(quantity.limit.lower),
                 upper: bound(quantity.limit.upper),

@@ -13,6 +13,7 @@ use crate::fit::{
     self, Estimator, Fit, Iteration, ScaleFactorError, ScaleFactorFrom, Sector, State, Stop, VarianceFrom,
 };
 use crate::language::{Sentence, sentence};
+use crate::number::as_stated;
 use crate::report::ReportKind;
 use crate::uncertainty::{Combined, Contribution, Evaluation, Shape};
 use crate::wire::CorrectionFile;
@@ -194,6 +195,14 @@ pub struct KnownReport {
     pub dof: Option<f64>,
     /// Shape of the distribution.
     pub distribution: Distribution,
+}
+
+impl KnownReport {
+    /// Value and u as they were stated, and their unit: of tilts arcseconds.
+    pub(super) fn shown(&self) -> (f64, f64, &str) {
+        let (scale, unit) = if self.unit == "rad" { (ARCSEC, "arcsec") } else { (1.0, self.unit.as_str()) };
+        (as_stated(self.value * scale), as_stated(self.u * scale), unit)
+    }
 }
 
 /// A quantity as a person reads it: angles in arcseconds.

@@ -625,18 +625,16 @@ fn assumptions(report: &FitReport, asked: &Asked<'_>, lang: Language) -> Section
         let list = report.correlated();
         points.push(lang.sentence(&say!(lang, "correlated-inputs", list = list.join(lang.comma()))));
     }
-    // a stated value without what converting its unit left in the last digit
-    let stated = |value: f64| format!("{value:.14e}").parse().unwrap_or(value).to_string();
     let inexact = |u: f64, cell: Cell| if u > 0.0 { cell } else { "".into() };
     let table = Rows::of(&report.known)
         .name(say!(lang, "known"), |known| &known.id)
-        .decimal(say!(lang, "value"), |known| stated(known.value))
-        .decimal("u", |known| if known.u > 0.0 { Cell::Digits(known.u, 3) } else { say!(lang, "exact").into() })
+        .decimal(say!(lang, "value"), |known| known.shown().0.to_string())
+        .decimal("u", |known| if known.u > 0.0 { Cell::Digits(known.shown().1, 3) } else { say!(lang, "exact").into() })
         .left(say!(lang, "distribution"), |known| inexact(known.u, lang.term(&known.distribution.to_string()).into()))
         .at(Detail::Roomy)
         .right(say!(lang, "dof"), |known| inexact(known.u, Cell::dof(known.dof, true)))
         .at(Detail::Roomy)
-        .left(say!(lang, "unit"), |known| &known.unit);
+        .left(say!(lang, "unit"), |known| known.shown().2);
     let estimator = say!(lang, "rows-are-exact-derivatives", iterated = report.estimator == Estimator::Exact);
     let variance = match report.fit.variance {
         VarianceFrom::Stated => lang.sentence(&say!(lang, "noise-floor", noise = lang.term("stated"))),

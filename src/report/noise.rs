@@ -305,7 +305,7 @@ pub fn kalibr(report: &NoiseAnalysisReport) -> Result<String> {
         };
         report.columns.iter().filter_map(value).max_by(|a, b| a.0.total_cmp(&b.0))
     };
-    let mut text = String::from("#Accelerometers\n");
+    let mut text = format!("# Written by tumble {VERSION}\n#Accelerometers\n");
     let mut kinds = 0;
     for (gyro, title, words) in [
         (false, "accelerometer", ("m/s^2/sqrt(Hz)", "m/s^3/sqrt(Hz)")),

@@ -221,6 +221,11 @@ impl LabFile {
                 self.persons.push(PersonFile { name, role, main_signer: false });
             }
         }
+        let has_serial = |identity: &&&Identity| identity.unit.as_ref().is_some_and(|unit| unit.serial.is_some());
+        if (1..campaigns.len()).contains(&campaigns.iter().filter(has_serial).count()) {
+            return Err(contradiction("one of the two results does not say which unit it is of", "unit.serial")
+                .expected("the serial number in both: as found and as left"));
+        }
         some(&self.items, "items", "\"items\" in the lab file, or \"unit\" with its serial number in the campaign")?;
         let dates: Vec<&str> = campaigns.iter().filter_map(|campaign| campaign.date.as_deref().and_then(day)).collect();
         let certificate = &mut self.certificate;
@@ -335,6 +340,12 @@ fn check(lab: &LabFile) -> Result<()> {
     code(&certificate.language, "certificate.language", "two small letters, for example en", char::is_lowercase)?;
     days(certificate)?;
     some(&lab.persons, "persons", "a responsible person")?;
+    if !lab.persons.iter().any(|person| person.main_signer) {
+        return Err(Malformed::new(Fault::Missing, "nobody signs the certificate")
+            .expected("\"main_signer\": true for the person who signs")
+            .found("no person who does")
+            .at_path("persons"));
+    }
     for (k, entry) in lab.items.iter().enumerate() {
         let path = format!("items[{k}].identifications");
         some(&entry.identifications, &path, "a serial number or other identification")?;

@@ -73,7 +73,11 @@ const SEQUENCES: &[(&str, &str)] = &[
     ("dcc:name", "dcc:content+"),
     ("si:hybrid", "si:real+"),
     ("si:real", "si:label? si:value si:unit si:measurementUncertaintyUnivariate?"),
-    ("si:measurementUncertaintyUnivariate", "si:expandedMU? si:standardMU?"),
+    ("si:measurementUncertaintyUnivariate", "si:expandedMU? si:standardMU? si:coverageIntervalMU?"),
+    (
+        "si:coverageIntervalMU",
+        "si:valueStandardMU? si:intervalMin si:intervalMax si:coverageProbability si:distribution?",
+    ),
     ("si:standardMU", "si:valueStandardMU si:distribution?"),
     ("si:expandedMU", "si:valueExpandedMU si:coverageFactor si:coverageProbability si:distribution?"),
     ("si:realListXMLList", "si:labelXMLList? si:valueXMLList si:unitXMLList si:ellipsoidalRegionXMLList?"),
@@ -307,6 +311,7 @@ fn a_missing_or_wrong_identity_is_refused_by_name_and_nothing_is_written() {
     );
     refused(&|lab| lab["laboratory"]["name"] = "  ".into(), &["laboratory.name", "line"]);
     refused(&|lab| lab["persons"] = serde_json::json!([]), &["persons", "a responsible person"]);
+    refused(&|lab| lab["persons"] = serde_json::json!([{ "name": "A. B." }]), &["nobody signs", "main_signer"]);
     refused(&|lab| lab["items"][0]["identifications"] = serde_json::json!([]), &["items[0].identifications"]);
     refused(&|lab| lab["certificate"]["country"] = "Germany".into(), &["certificate.country", "DE"]);
     refused(&|lab| lab["certificate"]["end"] = "2026-02-30".into(), &["certificate.end", "YYYY-MM-DD"]);
@@ -317,6 +322,50 @@ fn a_missing_or_wrong_identity_is_refused_by_name_and_nothing_is_written() {
     let (code, _, errors) = tumble(&["fit", TABLE_1, "--dcc", certificate.to_str().unwrap()]);
     assert!(code == 1 && errors.contains("--lab"), "{errors}");
     assert!(!Path::new(&certificate).exists());
+}
+
+/// An azimuth of two components near zero has an interval that is not `value - U` to `value + U`; the largest of several deviations has a k of its own, and
+/// what is said of it; the laboratory's note and limits as they were stated.
+#[test]
+fn what_is_no_interval_of_student_is_said() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("flat.campaign.json");
+    let rows: Vec<String> = (0..8)
+        .map(|k| {
+            format!(
+                r#"{{ "n": 1, "x": {}, "y": {}, "A": {} }}"#,
+                k % 2,
+                k / 2 % 2,
+                [3.0, 1.0, -1.0, 0.5, 0.2, 1.5, -2.0, 1.0][k]
+            )
+        })
+        .collect();
+    let text = format!(
+        r#"{{ "bench": {{ "id": "flat", "sensors": {{ "A": {{ "unit": "V", "model": "a + b*x + c*y" }} }} }},
+            "unit": {{ "serial": "TT-0017" }}, "note": "after repair 4711", "date": "2026-04-21",
+            "estimate": {{ "a": {{ "unit": "V" }}, "b": {{ "unit": "V" }}, "c": {{ "unit": "V" }} }},
+            "derived": {{ "direction": {{ "line": "atan2(b, c)", "unit": "deg" }} }},
+            "limits": {{ "direction": {{ "lower": -38, "unit": "deg" }} }}, "readings": [ {} ] }}"#,
+        rows.join(", ")
+    );
+    fs::write(&path, text).unwrap();
+    let mut lab: serde_json::Value = serde_json::from_str(&fs::read_to_string(LAB).unwrap()).unwrap();
+    lab.as_object_mut().unwrap().remove("items");
+    let lab_path = folder.path().join("lab.json");
+    fs::write(&lab_path, lab.to_string()).unwrap();
+    let path = path.to_str().unwrap();
+    let root = certificate(path, lab_path.to_str().unwrap());
+    check_structure(&root);
+    let (_, report, _) = tumble(&["fit", path, "--json", "-"]);
+    let report: serde_json::Value = serde_json::from_str(&report).unwrap();
+    let interval = &report["derived"][0]["interval"];
+    let of = |name: &str| root.all(name)[0].text.parse::<f64>().unwrap();
+    assert!((of("si:intervalMin") - interval[0].as_f64().unwrap()).abs() <= 0.5, "{interval}");
+    assert!((of("si:intervalMax") - interval[1].as_f64().unwrap()).abs() <= 0.5, "{interval}");
+    assert_eq!(root.all("si:expandedMU").len(), 3);
+    let said = |text: &str| root.all("dcc:content").iter().any(|content| content.text.contains(text));
+    assert!(said("after repair 4711") && said("it is not value - U to value + U"));
+    assert!(root.all("si:value").iter().any(|value| value.text == "-38"));
 }
 
 #[test]

@@ -76,6 +76,22 @@ fn the_same_report_has_the_same_bytes_and_replaces_its_own_workbook_alone() {
         let (code, _, errors) = tumble(&["fit", TABLE_1, "--xlsx", &path(name)]);
         assert_eq!(code, 0, "{errors}");
     }
+    // tables of more columns than a screen shows: the data of charts stand beside them
+    let many: Vec<String> = (0..34).map(|k| format!("\"p{k}\": {{}}")).collect();
+    let sensors: Vec<String> = (0..34).map(|k| format!("\"S{k}\": {{ \"model\": \"p{k}\" }}")).collect();
+    let row = |n: f64| (0..34).map(|k| format!("\"S{k}\": {}", f64::from(k) + n)).collect::<Vec<_>>().join(", ");
+    let rows: Vec<String> = [0.1, 0.3, -0.2, 0.0].map(|n| format!("{{ {} }}", row(n))).into();
+    let text = format!(
+        r#"{{ "bench": {{ "id": "many", "sensors": {{ {} }} }}, "estimate": {{ {} }}, "readings": [ {} ] }}"#,
+        sensors.join(", "),
+        many.join(", "),
+        rows.join(", ")
+    );
+    fs::write(path("many.campaign.json"), text).unwrap();
+    for _ in 0..2 {
+        let (code, _, errors) = tumble(&["fit", &path("many.campaign.json"), "--xlsx", &path("many.xlsx")]);
+        assert_eq!(code, 0, "{errors}");
+    }
     assert_eq!(fs::read(path("a.xlsx")).unwrap(), fs::read(path("b.xlsx")).unwrap());
     // the same cells but one, under the mark of the first: as a person's program saves it
     let mut edited = rust_xlsxwriter::Workbook::new();

@@ -14,7 +14,7 @@ OTHERWISE = @otherwise@
 
 
 def _sign(x):
-    return float((x > 0) - (x < 0))
+    return float(x > 0) - float(x < 0)
 
 
 def _step(x):

@@ -9,7 +9,7 @@ mod panel;
 use super::chart::Chart;
 use super::table::{Align, Cell, Row, Table};
 use super::wrap::columns;
-use super::{Content, Document, Figure, Tone};
+use super::{Content, Document, Figure, Section, Tone};
 use crate::error::{Fault, Malformed, Result};
 use crate::report::VERSION;
 use panel::Panel;
@@ -29,6 +29,8 @@ const PRINTED: u16 = 10;
 const WIDTHS: (f64, f64) = (11.0, 44.0);
 /// Rows that a chart covers.
 const CHART_ROWS: u32 = 20;
+/// Columns that are seen of a sheet.
+const SEEN: u16 = 30;
 /// Letters of a sheet's name, by the format.
 const NAME: usize = 31;
 /// Characters that a cell holds, by the format.
@@ -65,7 +67,7 @@ fn write(document: &Document) -> std::result::Result<Vec<u8>, XlsxError> {
     let last = document.sections.len().saturating_sub(1);
     for (k, section) in document.sections.iter().enumerate() {
         let name = sheet_name(&section.heading, k, &names);
-        let mut sheet = Sheet::new(workbook.add_worksheet(), name.clone())?;
+        let mut sheet = Sheet::new(workbook.add_worksheet(), name.clone(), data_from(section))?;
         if k == 0 {
             sheet.line(&document.title, &Format::new().set_bold().set_font_size(16))?;
             sheet.line(&document.subtitle, &Format::new().set_italic())?;
@@ -146,6 +148,24 @@ fn sheet_name(heading: &str, number: usize, taken: &[String]) -> String {
     }
 }
 
+/// First column of the data of charts: beside all tables of a section, and beside what is seen of a sheet.
+fn data_from(section: &Section) -> u16 {
+    let wide = |content: &Content| match content {
+        Content::Table(table) => table.columns.len(),
+        Content::Figures(figures) => figures
+            .iter()
+            .map(|figure| match &figure.chart {
+                Chart::Correlation(names, _) => names.len() + 1,
+                _ => 0,
+            })
+            .max()
+            .unwrap_or(0),
+        _ => 0,
+    };
+    let widest = section.blocks.iter().map(|block| wide(&block.content)).max().unwrap_or(0);
+    u16::try_from(widest + 1).unwrap_or(u16::MAX).max(SEEN)
+}
+
 struct Sheet<'a> {
     sheet: &'a mut Worksheet,
     name: String,
@@ -159,9 +179,9 @@ struct Sheet<'a> {
 }
 
 impl<'a> Sheet<'a> {
-    fn new(sheet: &'a mut Worksheet, name: String) -> std::result::Result<Self, XlsxError> {
+    fn new(sheet: &'a mut Worksheet, name: String, data: u16) -> std::result::Result<Self, XlsxError> {
         sheet.set_name(&name)?.set_landscape().set_paper_size(9).set_print_fit_to_pages(1, 0);
-        Ok(Sheet { sheet, name, row: 0, wide: Vec::new(), cells: Vec::new(), data: 30 })
+        Ok(Sheet { sheet, name, row: 0, wide: Vec::new(), cells: Vec::new(), data })
     }
 
     fn text(&mut self, row: u32, column: u16, text: &str, format: &Format) -> std::result::Result<(), XlsxError> {

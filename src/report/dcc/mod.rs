@@ -24,7 +24,7 @@ use super::{ArcsecReport, FitReport, VERSION};
 use crate::campaign::{Identity, Kind};
 use crate::error::{Fault, Malformed, Result};
 use crate::fit::{Fit, State};
-use crate::language::Language;
+use crate::language::{Language, Sentence};
 use crate::wire::LabFile;
 use quick_xml::Writer;
 use quick_xml::events::{BytesDecl, Event};
@@ -104,6 +104,9 @@ struct Quantity {
     k: f64,
     dof: f64,
     arcsec: Option<ArcsecReport>,
+    /// Its coverage interval where that is not `value - U` to `value + U`, in `unit`.
+    interval: Option<[f64; 2]>,
+    note: Option<Sentence>,
     /// Index in the covariance matrix.
     index: Option<usize>,
 }
@@ -124,18 +127,18 @@ fn quantities<'a>(meaning: &dyn Fn(&str) -> &'a str, report: &FitReport) -> Resu
     }
     let parameters = report.parameters.iter().enumerate().map(|(k, p)| {
         let numbers = (p.value, p.expanded, p.k, p.dof);
-        (&p.id, meaning(&p.id).to_string(), &p.unit, numbers, p.arcsec, Some(k))
+        (&p.id, meaning(&p.id).to_string(), &p.unit, numbers, p.arcsec, (Some(k), None, None))
     });
     let derived = report.derived.iter().map(|d| {
         let numbers = (d.value, d.expanded, d.k, d.dof);
-        (&d.id, format!("{} = {}", d.id, d.line), &d.unit, numbers, d.arcsec, None)
+        (&d.id, format!("{} = {}", d.id, d.line), &d.unit, numbers, d.arcsec, (None, d.interval, d.note.clone()))
     });
     let mut quantities = Vec::new();
-    for (id, meaning, unit, (value, expanded, k, dof), arcsec, index) in parameters.chain(derived) {
+    for (id, meaning, unit, (value, expanded, k, dof), arcsec, (index, interval, note)) in parameters.chain(derived) {
         let Some(value) = value else { continue };
         let (expanded, k) = uncertainty(id, expanded, k)?;
         let (id, unit, dof) = (id.clone(), unit.clone(), dof.unwrap_or(f64::INFINITY));
-        quantities.push(Quantity { id, meaning, unit, value, expanded, k, dof, arcsec, index });
+        quantities.push(Quantity { id, meaning, unit, value, expanded, k, dof, arcsec, interval, note, index });
     }
     if quantities.is_empty() {
         return Err(Malformed::new(Fault::Value, "nothing is estimable, so there is nothing to certify")

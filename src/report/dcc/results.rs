@@ -27,10 +27,16 @@ pub(super) fn measured(title: &str, measurement: &Measured<'_>, lab: &LabFile, t
         .add(scattering(report, measurement.prefix, texts));
     element("dcc:measurementResult")
         .add(name)
-        .add(report.identity.place.as_ref().map(|place| texts.own("dcc:description", place)))
+        .add(about(&report.identity).map(|said| texts.own("dcc:description", &said)))
         .add(method_and_equipment(lab, &report.identity, texts))
         .add(conditions(&report.identity, measurement.adjusted, texts))
         .add(results)
+}
+
+/// The place, and the laboratory's own note.
+fn about(identity: &Identity) -> Option<String> {
+    let said: Vec<&str> = [&identity.place, &identity.note].into_iter().flatten().map(String::as_str).collect();
+    (!said.is_empty()).then(|| said.join("\n"))
 }
 
 /// Was the item measured before or after it was adjusted?
@@ -149,8 +155,12 @@ fn remarks(report: &FitReport, lang: Language) -> Vec<String> {
     let mut remarks = vec![lang.sentence(&models), estimated(report, lang)];
     remarks.push(say!(lang, "rows-are-exact-derivatives", iterated = report.estimator == Estimator::Exact));
     if !report.known.is_empty() {
-        let known: Vec<String> =
-            report.known.iter().map(|k| format!("{} = {} {} (u = {})", k.id, k.value, k.unit, k.u)).collect();
+        let known: Vec<String> = report
+            .known
+            .iter()
+            .map(|k| (k, k.shown()))
+            .map(|(k, (value, u, unit))| format!("{} = {value} {unit} (u = {u})", k.id))
+            .collect();
         remarks.push(say!(lang, "taken-as-known", known = known.join(lang.semicolon())));
     }
     if !report.correlations.is_empty() {
@@ -176,12 +186,28 @@ fn quantity(measurement: &Measured<'_>, quantity: &Quantity, texts: Texts<'_>) -
     let level = measurement.report.level();
     let one = |value: f64, expanded: f64, unit: &str| {
         let [value, rounded] = to_two_digits(value, expanded);
-        let expanded = element("si:expandedMU")
-            .add(text("si:valueExpandedMU", rounded))
-            .add(text("si:coverageFactor", plain(quantity.k)))
-            .add(text("si:coverageProbability", plain(level)))
-            .add(text("si:distribution", distribution(quantity.dof)));
-        let uncertainty = element("si:measurementUncertaintyUnivariate").add(expanded);
+        let uncertainty = match quantity.interval {
+            // not value - U to value + U
+            Some(ends) => {
+                let scale = Some(expanded / quantity.expanded).filter(|scale| scale.is_finite()).unwrap_or(1.0);
+                let [low, high] = ends.map(|end| {
+                    let [end, _] = to_two_digits(end * scale, expanded);
+                    end
+                });
+                let [_, u] = to_two_digits(0.0, expanded / quantity.k);
+                element("si:coverageIntervalMU")
+                    .add(text("si:valueStandardMU", u))
+                    .add(text("si:intervalMin", low))
+                    .add(text("si:intervalMax", high))
+                    .add(text("si:coverageProbability", plain(level)))
+            }
+            None => element("si:expandedMU")
+                .add(text("si:valueExpandedMU", rounded))
+                .add(text("si:coverageFactor", plain(quantity.k)))
+                .add(text("si:coverageProbability", plain(level)))
+                .add(quantity.distribution(level).map(|name| text("si:distribution", name))),
+        };
+        let uncertainty = element("si:measurementUncertaintyUnivariate").add(uncertainty);
         real(Some(&quantity.id), value, &units::d_si(&[unit])).add(uncertainty)
     };
     let in_unit = one(quantity.value, quantity.expanded, &quantity.unit);
@@ -189,8 +215,13 @@ fn quantity(measurement: &Measured<'_>, quantity: &Quantity, texts: Texts<'_>) -
         Some((value, expanded)) => element("si:hybrid").add(in_unit).add(one(value, expanded, "arcsec")),
         None => in_unit,
     };
-    let meaning = (!quantity.meaning.is_empty())
-        .then(|| texts.said("dcc:description", |lang| lang.name(&quantity.meaning).into_owned()));
+    let described = |lang: Language| {
+        let meaning = Some(lang.name(&quantity.meaning).into_owned()).filter(|meaning| !meaning.is_empty());
+        let note = quantity.note.as_ref().map(|note| note.say(lang).to_string());
+        meaning.into_iter().chain(note).collect::<Vec<_>>().join(lang.semicolon())
+    };
+    let is_described = !quantity.meaning.is_empty() || quantity.note.is_some();
+    let meaning = is_described.then(|| texts.said("dcc:description", described));
     element("dcc:quantity")
         .with("id", format!("{}quantity_{}", measurement.prefix, quantity.id))
         .with("refType", "basic_measuredValue")
@@ -202,6 +233,17 @@ fn quantity(measurement: &Measured<'_>, quantity: &Quantity, texts: Texts<'_>) -
 
 fn distribution(dof: f64) -> &'static str {
     if dof.is_finite() { "t" } else { "normal" }
+}
+
+/// Relative difference from a quantile that is its rounding.
+const SAME: f64 = 1e-6;
+
+impl Quantity {
+    /// The distribution of which k is the quantile; `None` where it is that of another one, as of a largest deviation.
+    fn distribution(&self, level: f64) -> Option<&'static str> {
+        let k = quantiles::coverage_factor(level, self.dof)?;
+        ((self.k / k - 1.0).abs() < SAME).then(|| distribution(self.dof))
+    }
 }
 
 /// The conformity of a quantity as its metadata; nothing where it has no limits.
