@@ -6,6 +6,7 @@ use crate::design::DesignMatrix;
 use crate::error::Result;
 use crate::estimate::{Estimate, Floor, Group, System, Variances};
 use crate::fit::{self, Weighting};
+use crate::quality;
 use faer::Mat;
 use std::collections::HashMap;
 
@@ -176,6 +177,10 @@ impl Replicates {
                 *dof += usize::from(!seen.insert(*replicate));
             }
         }
+        // replicates that agree exactly, as rows do that were entered more than once, show no noise: what is left is rounding
+        let largest = observed.iter().fold(0.0_f64, |most, y| most.max(y.abs()));
+        let is_exact = |(sum, dof): &&mut (f64, usize)| quality::is_rounding(*sum, *dof, largest);
+        pure.iter_mut().filter(is_exact).for_each(|(sum, _)| *sum = 0.0);
         pure
     }
 

@@ -17,7 +17,7 @@ use faer::{Mat, MatRef, Side};
 #[schemars(rename = "LackOfFitReport")]
 #[non_exhaustive]
 pub struct LackOfFit {
-    /// F, a pure number: `(between / between_dof) / pure_error_sd^2`; null where replicates agree exactly.
+    /// F, a pure number: `(between / between_dof) / pure_error_sd^2`.
     pub f: Option<f64>,
     /// Degrees of freedom of what the model leaves between the means.
     pub between_dof: usize,
@@ -32,7 +32,7 @@ pub struct LackOfFit {
 }
 
 impl LackOfFit {
-    /// The test of sums of squares within and between; `total` is the whole sum. `None` where both are rounding.
+    /// The test of sums of squares within and between; `total` is the whole sum. `None` where that within is rounding.
     fn of(
         within: f64,
         pure_error_dof: usize,
@@ -175,7 +175,8 @@ impl Offsets {
     }
 }
 
-/// The F statistic and its probability from sums of squares and their degrees of freedom; `total` is the whole sum. `None` where both are rounding.
+/// The F statistic and its probability from sums of squares and their degrees of freedom; `total` is the whole sum. `None` where replicates agree exactly: rows
+/// that were entered more than once do so, too, and neither shows how much readings scatter.
 pub(crate) fn lack_of_fit_p(
     pure_error: f64,
     pure_error_dof: usize,
@@ -185,12 +186,9 @@ pub(crate) fn lack_of_fit_p(
 ) -> Option<(f64, f64)> {
     // rounding of identical readings is no scatter
     let none = 64.0 * f64::EPSILON * f64::EPSILON * total;
-    if pure_error > none {
-        let f = between / between_dof as f64 / (pure_error / pure_error_dof as f64);
-        Some((f, quantiles::fisher_f_survival(f, between_dof as f64, pure_error_dof as f64)?))
-    } else if between > none {
-        Some((f64::INFINITY, 0.0))
-    } else {
-        None
+    if !(pure_error > none) {
+        return None;
     }
+    let f = between / between_dof as f64 / (pure_error / pure_error_dof as f64);
+    Some((f, quantiles::fisher_f_survival(f, between_dof as f64, pure_error_dof as f64)?))
 }

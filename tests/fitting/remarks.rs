@@ -34,6 +34,11 @@ fn other_units_and_rows_that_stand_twice_are_seen() {
     let rows = twice["readings"].as_array_mut().expect("readings");
     rows.extend(rows.clone());
     assert!(remarks(&twice).contains("every row occurs 2 times"), "{}", remarks(&twice));
+    // such rows show no scatter: neither is there lack of fit beside it, nor is it the noise of a diagnosis
+    assert_eq!(fitted(&parse(&twice.to_string())).checks.lack_of_fit, None);
+    let catalogue = tumble::wire::built_in_effects().expect("the catalogue");
+    let diagnosis = tumble::diagnose(&parse(&twice.to_string()), &catalogue, &Default::default()).expect("a diagnosis");
+    assert_eq!(serde_json::to_value(diagnosis.noise).expect("JSON")["from"], "residuals");
     // one row more than once is a matter of chance where readings are coarse
     twice["readings"].as_array_mut().expect("readings").pop();
     assert_eq!(remarks(&twice), "");
