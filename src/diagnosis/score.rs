@@ -212,6 +212,8 @@ pub(crate) struct Score {
     integrated: BTreeMap<(u16, Vec<u16>), (f64, f64)>,
     /// Sets whose neighbours were looked at.
     expanded: BTreeSet<(u16, Vec<u16>)>,
+    /// Sets that have their evidence at their solution.
+    overruled: BTreeSet<Vec<u16>>,
     pub best: f64,
 }
 
@@ -424,6 +426,7 @@ impl Score {
             visited: BTreeMap::new(),
             integrated: BTreeMap::new(),
             expanded: BTreeSet::new(),
+            overruled: BTreeSet::new(),
             best: f64::NEG_INFINITY,
         }
     }
@@ -1074,9 +1077,14 @@ impl Score {
                 // what the search passed over has a probability all the same
                 let visited = sets.iter().find(|(_, other)| *other == less).map(|(p, _)| *p);
                 let without = visited.unwrap_or_else(|| (self.of(&less) - self.best).exp() / total);
+                // of two sets one of which is judged at its solution both are compared by the columns here
+                let both = self.overruled.contains(set) == self.overruled.contains(&less);
+                let here =
+                    if both { None } else { Some(self.of(set) - self.of(&less)).filter(|gain| gain.is_finite()) };
+                let gain = here.unwrap_or_else(|| top.max(1e-300).ln() - without.max(1e-300).ln());
                 // by what the readings say alone
                 let like = |p: f64, j: u16| p.max(1e-300).ln() - self.odds(j, size).ln();
-                let is_plain = like(*top, member) - without.max(1e-300).ln() >= PLAIN;
+                let is_plain = gain - self.odds(member, size).ln() >= PLAIN;
                 for (p, other) in sets.iter().filter(|(_, other)| other.len() == set.len()) {
                     let extra: Vec<u16> = other.iter().filter(|j| !less.contains(j)).copied().collect();
                     let apart = |j: u16| like(*top, member) - like(*p, j);
@@ -1134,6 +1142,7 @@ impl Score {
     pub fn overrule(&mut self, set: &[u16], value: f64) {
         let each = self.values(set);
         let shift = value - ln_sum(&each);
+        let _first = self.overruled.insert(set.to_vec());
         self.visited.retain(|(_, other), _| other != set);
         for (kernel, at) in each.into_iter().enumerate() {
             // for a set that is judged only at its solution no remainder is known here
