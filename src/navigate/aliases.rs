@@ -1,10 +1,13 @@
 //! Causes that fit as well in the place of a finding: alone, or together with a second one in the place of another finding.
 
 use super::candidates::Linear;
-use super::cause::Cause;
+use super::cause::{Cause, Change};
 use super::diagnose::Alias;
 use super::refine::Search;
+use std::mem::discriminant;
 
+/// Any wave.
+const WAVE: Change = Change::Wave { period: 1.0, phase: 0.0 };
 /// Pairs of members are compared with other pairs in sets of no more than so many.
 const PAIRED: usize = 8;
 
@@ -28,8 +31,9 @@ impl Search<'_> {
         // identical columns fit equally well but for rounding: those stay in the order of the catalogue
         let excess = |alias: &Alias| if alias.exact { 0.0 } else { alias.excess };
         aliases.sort_by(|a, b| excess(a).total_cmp(&excess(b)));
-        // of causes that differ only in the time of a change the best is kept, and none that differs so from the member
-        let mut seen: Vec<_> = member.map(Cause::family).into_iter().collect();
+        // of causes that differ only in the time of a change the best is kept, and none that differs so from the member but waves of another period
+        let own = member.map(Cause::family).filter(|(_, change)| *change != Some(discriminant(&WAVE)));
+        let mut seen: Vec<_> = own.into_iter().collect();
         aliases.retain(|alias| {
             let family = alias.source.family();
             let is_kept = alias.together_with.is_some() || !seen.contains(&family);

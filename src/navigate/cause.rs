@@ -7,6 +7,9 @@ use crate::elements::Elements;
 use std::f64::consts::TAU;
 use std::mem::{Discriminant, discriminant};
 
+/// Size of a difference by a time, a period or a phase, as a share of the run, of itself or in rad: what is known of these is far more.
+const BESIDE: f64 = 1e-3;
+
 /// How an error of the unit changes in time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Change {
@@ -76,6 +79,26 @@ impl Change {
                 let turn = (time - middle) / period + 0.5 * share;
                 if turn.rem_euclid(1.0) < share { 1.0 } else { -1.0 }
             }
+        }
+    }
+
+    /// Changes next to it on either side, for each of its times, periods and phases; in a run that lasts so long, s.
+    pub fn beside(self, last: f64) -> Vec<[Change; 2]> {
+        let sides = |of: &dyn Fn(f64) -> Change| [-BESIDE, BESIDE].map(of);
+        let turned = |period: f64, by: f64| 1.0 / (1.0 / period + by / last);
+        match self {
+            Change::Ramp => Vec::new(),
+            Change::Step(start) => vec![sides(&|by| Change::Step(start + by * last))],
+            Change::WarmUp(constant) => vec![sides(&|by| Change::WarmUp(constant * by.exp()))],
+            Change::Wave { period, phase } => vec![
+                sides(&|by| Change::Wave { period: turned(period, by), phase }),
+                sides(&|by| Change::Wave { period, phase: phase + by }),
+            ],
+            Change::Square { period, middle, share } => vec![
+                sides(&|by| Change::Square { period: turned(period, by), middle, share }),
+                sides(&|by| Change::Square { period, middle: middle + by * period, share }),
+                sides(&|by| Change::Square { period, middle, share: share * by.exp() }),
+            ],
         }
     }
 

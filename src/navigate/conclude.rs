@@ -6,6 +6,7 @@ use super::diagnose::{Alias, Finding, NavigationDiagnosis, Suspect, Unexplained}
 use super::measured::CHANNEL_NAMES;
 use super::mission::Mission;
 use super::partly::Partly;
+use super::products::INDEPENDENT;
 use super::random_walk::{UnstatedWalk, stated};
 use super::refine::{Search, State};
 use super::remainder::Remainder;
@@ -13,7 +14,7 @@ use super::{separate, study};
 use crate::diagnosis::{NoiseFrom, Step, Verdict};
 use crate::elements::Elements;
 use crate::error::Result;
-use crate::linear::dot;
+use crate::linear::{dot, norm, orthonormal, project};
 use crate::uncertainty::quantiles::normal_survival;
 
 /// Family-wise probability of so large a t by chance in so many tests.
@@ -27,7 +28,7 @@ impl Search<'_> {
     pub fn conclude(mut self, state: &State, gap: &[f64]) -> Result<NavigationDiagnosis> {
         self.part = (0.9, 1.0);
         let complete = self.is_complete(state);
-        let partly = if complete { None } else { self.partly(state) };
+        let (partly, suspected) = if complete { (None, state.suspected.clone()) } else { self.partly(state) };
         let nearest_rss = if complete { 0.0 } else { state.rss };
         let state = partly.as_ref().map_or(state, |partly| &partly.state);
         let linear = self.linear_at(state);
@@ -38,7 +39,8 @@ impl Search<'_> {
         let nothing = state.set.is_empty() && state.out.is_empty() && self.unstated.is_empty();
         let verdict = match (complete, nothing) {
             _ if case.values.len() < 3 => Verdict::NotDiagnosable,
-            (true, true) => Verdict::NothingMissing,
+            (true, true) if suspected.is_empty() => Verdict::NothingMissing,
+            (true, true) => Verdict::Unexplained,
             (true, false) => Verdict::EffectsFound,
             (false, _) if partly.is_some() => Verdict::PartlyExplained,
             (false, _) => Verdict::Unexplained,
@@ -67,6 +69,11 @@ impl Search<'_> {
             let share = if before.chi_square > 0.0 { 1.0 - nearest_rss / before.chi_square } else { 0.0 };
             let (nearest, share) = match &partly {
                 Some(partly) => (partly.nearest.clone(), partly.nearest_share),
+                None if complete => {
+                    let causes: Vec<Cause> = suspected.iter().map(|(cause, _)| *cause).collect();
+                    let share = linear.share_of(&linear.places(&state.set), &linear.places(&causes));
+                    (causes, share)
+                }
                 None if state.set.len() <= 8 => (state.set.clone(), share),
                 None => (Vec::new(), share),
             };
@@ -93,12 +100,31 @@ impl Search<'_> {
             gaps_over_time: remainder.gaps_over_time(),
             unexplained,
             suspects,
+            suspected,
             steps,
             candidates: (case.causes.len(), self.distinct),
             invisible,
             refits: (self.flights, state.settled),
             findings,
         })
+    }
+
+    /// Standard uncertainties of a state's values, with those of times, periods and phases, which are fitted too: one over the norm of what the others leave
+    /// of each column.
+    fn with_times(&self, state: &State) -> Vec<f64> {
+        let moves = self.moves(&state.set, &self.case.columns);
+        if moves.is_empty() {
+            return state.u.clone();
+        }
+        let mut columns: Vec<Vec<f64>> = state.flown.jacobian.iter().cloned().chain(moves).collect();
+        self.case.weigh(self.u, &state.out, &mut columns);
+        let one = |place: usize| {
+            let others = columns.iter().enumerate().filter(|(k, _)| *k != place).map(|(_, column)| column.clone());
+            let mut column = columns.get(place).cloned().unwrap_or_default();
+            project(&mut column, &orthonormal(others, INDEPENDENT));
+            1.0 / norm(&column)
+        };
+        (0..state.set.len()).map(one).collect()
     }
 
     fn suspects(&self, state: &State, residual: &[f64]) -> Vec<Suspect> {
@@ -166,8 +192,9 @@ impl Search<'_> {
             together_with: None,
         };
         let mut findings = Vec::new();
+        let known = self.with_times(state);
         for (place, cause) in state.set.iter().enumerate() {
-            let (Some(value), Some(u)) = (state.values.get(place).copied(), state.u.get(place)) else { continue };
+            let (Some(value), Some(u)) = (state.values.get(place).copied(), known.get(place)) else { continue };
             let member = partly.and_then(|partly| partly.members.get(place));
             // where something is unexplained, the uncertainty contains it
             let u = member.map_or(scale * u, |member| member.u);

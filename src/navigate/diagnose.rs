@@ -14,6 +14,7 @@
 //! noise and the remainder are named (`partly.rs`). Known errors of the mission are the current model: a finding is a change of them.
 
 use super::case::Case;
+use super::cause::Cause;
 use super::errors::{ErrorSource, ImuErrors};
 pub use super::finding::Finding;
 pub(crate) use super::finding::{Alias, Suspect, Unexplained};
@@ -52,6 +53,8 @@ pub struct NavigationDiagnosis {
     pub unexplained: Option<Unexplained>,
     /// Single values that noise does not explain, with the findings in the mission, the furthest first.
     pub suspects: Vec<Suspect>,
+    /// Causes that are probable, but not enough for a name, each with its probability: no part of the mission's errors after.
+    pub suspected: Vec<(Cause, f64)>,
     /// The search's record.
     pub steps: Vec<Step>,
     /// How many errors were tried, and how many of them are distinct here.

@@ -3,8 +3,10 @@
 use super::bank::{bank, matrix};
 use super::candidates::Linear;
 use super::cause::{Cause, Change};
+use super::products::INDEPENDENT;
 use super::refine::{Search, State};
 use crate::diagnosis::{Class, Deviations, Kernel, NoiseFrom, Posterior, Priors, Problem, Score};
+use crate::linear::orthonormal;
 use faer::Mat;
 use faer::linalg::solvers::Solve;
 
@@ -59,10 +61,10 @@ impl Search<'_> {
         let residual = linear.products.residual();
         let columns = matrix(residual.len(), linear.products.columns());
         let whole = among != Among::Remainders;
+        let rows = self.weighed(&state.out);
         let kernels = match whole {
             true => Vec::new(),
             false => {
-                let rows = self.weighed(&state.out);
                 let residual = rows.rows([&case.residual(&state.flown.predicted)].into_iter());
                 residual.first().map_or_else(Vec::new, |residual| bank(&rows, residual))
             }
@@ -78,10 +80,13 @@ impl Search<'_> {
         let absurd: Vec<f64> = sizes.map(|size| if size > 0.0 { size } else { f64::INFINITY }).collect();
         let log_odds = odds(&linear.causes, settings.rank_penalty, case.measured.longest_run(), self.last());
         let share = |j: usize| priors.share_below(absurd.get(j).copied().unwrap_or(f64::INFINITY));
-        let none = Mat::zeros(residual.len(), 0);
+        // times, periods and phases are fitted anew with every set: at those of the present one another set would explain too little
+        let mut moves = if among == Among::None { Vec::new() } else { self.moves(&state.set, &rows.made) };
+        rows.weigh(&mut moves);
+        let basis = matrix(residual.len(), &orthonormal(moves, INDEPENDENT));
         let problem = Problem {
             residual,
-            basis: none.as_ref(),
+            basis: basis.as_ref(),
             columns: columns.as_ref(),
             prior: &priors.shared(log_odds, share),
             plain: &absurd,
@@ -121,9 +126,10 @@ impl Judged {
     }
 
     /// Causes with at least this probability that the cause, or one that cannot be distinguished from it, is present: of each class the most probable,
-    /// the first of the catalogue among those that are nearly as probable.
-    pub(super) fn likely(&self, least: f64) -> Vec<(usize, f64)> {
-        let likely = self.posterior.classes.iter().filter(|class| class.probability >= least);
+    /// the first of the catalogue among those that are nearly as probable. Classes with a member in a set are left out.
+    pub(super) fn likely(&self, least: f64, beside: &[usize]) -> Vec<(usize, f64)> {
+        let is_known = |class: &Class| class.members.iter().any(|m| beside.contains(&m.candidate));
+        let likely = self.posterior.classes.iter().filter(|class| class.probability >= least && !is_known(class));
         let front = |class: &Class| class.front(f64::INFINITY, |_| true, |a, b| a.cmp(&b));
         likely.filter_map(|class| Some((front(class)?.candidate, class.probability))).collect()
     }

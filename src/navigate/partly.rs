@@ -33,24 +33,27 @@ pub(super) struct Partly {
 }
 
 impl Search<'_> {
-    /// The significant causes where a search has ended without explaining everything; `None` where none is, or the noise is not stated.
-    pub fn partly(&mut self, best: &State) -> Option<Partly> {
+    /// The significant causes where a search has ended without explaining everything; `None` where none is, or the noise is not stated. With causes that
+    /// are suspected.
+    pub fn partly(&mut self, best: &State) -> (Option<Partly>, Vec<(Cause, f64)>) {
+        let mut suspected = best.suspected.clone();
         if self.case.from != NoiseFrom::Stated {
-            return None;
+            return (None, suspected);
         }
         // from the constants among what came nearest, or from nothing
         let constant: Vec<(Cause, f64)> =
             best.set.iter().zip(&best.values).filter(|(cause, _)| cause.is_constant()).map(|(c, v)| (*c, *v)).collect();
         let starts = if constant.is_empty() { vec![constant] } else { vec![constant, Vec::new()] };
-        starts.into_iter().find_map(|start| {
+        let partly = starts.into_iter().find_map(|start| {
             let (set, values): (Vec<Cause>, Vec<f64>) = start.into_iter().unzip();
             let state = self.refine(&set, &values, &[])?;
-            self.name(state)
-        })
+            self.name(state, &mut suspected)
+        });
+        (partly, suspected)
     }
 
-    /// Naming and refining in turn, from a state.
-    fn name(&mut self, mut state: State) -> Option<Partly> {
+    /// Naming and refining in turn, from a state; with what is suspected in the last round.
+    fn name(&mut self, mut state: State, suspected: &mut Vec<(Cause, f64)>) -> Option<Partly> {
         let settings = self.case.settings.common;
         let out = self.standing_out(&state);
         state = self.leaving_out(state, &out)?;
@@ -59,16 +62,18 @@ impl Search<'_> {
         // not different from zero once the uncertainty includes the remainder
         let mut insignificant: Vec<Cause> = Vec::new();
         for _ in 0..ROUNDS {
-            let linear = self.linear(&state, &self.likeliest_waves(&state));
+            let linear = self.linear(&state, &self.likeliest(&state));
             let mut judged = self.judge(&linear, &state, Among::Remainders);
             // causes that change in time build any course of time
             let is_course = |j: usize| linear.causes.get(j).is_none_or(Cause::is_course);
-            let mut likely = judged.likely(settings.suspected);
+            let mut likely = judged.likely(settings.suspected, &[]);
             likely.sort_by_key(|(j, _)| *j);
             let is_insignificant = |j: usize| linear.causes.get(j).is_some_and(|cause| insignificant.contains(cause));
             let is_named =
                 |(j, p): &(usize, f64)| *p >= settings.probability && !is_course(*j) && !is_insignificant(*j);
             let (named, nearest): (Vec<(usize, f64)>, Vec<(usize, f64)>) = likely.into_iter().partition(is_named);
+            let cause = |(j, p): &(usize, f64)| Some((*linear.causes.get(*j)?, *p));
+            *suspected = nearest.iter().filter(|(j, _)| !is_course(*j)).filter_map(cause).collect();
             let set: Vec<usize> = named.iter().map(|(j, _)| *j).collect();
             let causes: Vec<Cause> = set.iter().filter_map(|j| linear.causes.get(*j).copied()).collect();
             if causes.is_empty() {
@@ -94,11 +99,7 @@ impl Search<'_> {
                     continue;
                 }
                 let nearest: Vec<usize> = nearest.iter().map(|(j, _)| *j).collect();
-                let with: Vec<usize> = set.iter().chain(&nearest).copied().collect();
-                let rss = |set: &[usize]| linear.products.solve(set).map(|solved| solved.rss);
-                let share = rss(&with).zip(rss(&set)).map(|(with, set)| with / set.max(f64::MIN_POSITIVE));
-                // columns that depend on those named reduce nothing
-                let nearest_share = 1.0 - share.unwrap_or(1.0);
+                let nearest_share = linear.share_of(&set, &nearest);
                 let nearest = nearest.iter().filter_map(|j| linear.causes.get(*j).copied()).collect();
                 let all = members.len() == state.set.len();
                 return all.then_some(Partly { state, members, nearest, nearest_share });

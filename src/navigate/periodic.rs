@@ -33,8 +33,8 @@ const SHARES: i32 = 16;
 /// Rounds of refining the edges and the period of a square wave that stands for a wave of a set, at most.
 const ROUNDS: usize = 6;
 
-/// A wave given some causes: by how much it reduces the sum of squares, and its amplitude.
-pub(super) struct WaveFit {
+/// What changes in time, given some causes: by how much it reduces the sum of squares, and its size.
+pub(super) struct CourseFit {
     pub cause: Cause,
     pub size: f64,
     pub gain: f64,
@@ -57,23 +57,27 @@ impl Weighed {
     }
 
     /// The best phase of a wave; `None` for what does not wave, or is not independent.
-    pub(super) fn wave(&self, of: &Cause, period: f64, given: &Given) -> Option<WaveFit> {
+    pub(super) fn wave(&self, of: &Cause, period: f64, given: &Given) -> Option<CourseFit> {
         phased(of, period, &self.both(of, period)?, given)
     }
 
     /// A cause given others.
-    pub(super) fn fit(&self, cause: Cause, (basis, residual): &Given) -> Option<WaveFit> {
+    pub(super) fn fit(&self, cause: Cause, (basis, residual): &Given) -> Option<CourseFit> {
         let mut columns = [self.made.of(&cause)];
         self.weigh(&mut columns);
         let [mut column] = columns;
         let whole = dot(&column, &column);
         project(&mut column, basis);
         let (outside, along) = (dot(&column, &column), dot(&column, residual));
-        (outside > INDEPENDENT * whole).then(|| WaveFit { cause, size: along / outside, gain: along * along / outside })
+        (outside > INDEPENDENT * whole).then(|| CourseFit {
+            cause,
+            size: along / outside,
+            gain: along * along / outside,
+        })
     }
 
     /// A square wave with the edges and the period that explain most, near some, after so many rounds at most; in a run that is so long.
-    pub(super) fn square(&self, near: &Cause, given: &Given, last: f64, rounds: usize) -> Option<WaveFit> {
+    pub(super) fn square(&self, near: &Cause, given: &Given, last: f64, rounds: usize) -> Option<CourseFit> {
         let Some(Change::Square { period, middle, share }) = near.change() else { return None };
         let (mut period, mut edges) = (period, [middle - 0.5 * share * period, middle + 0.5 * share * period]);
         let at = |period: f64, [rise, fall]: [f64; 2]| {
@@ -116,7 +120,7 @@ impl Weighed {
     }
 
     /// The square wave near the one of which this is the first wave that explains more; its edges are refined further in a set.
-    fn switched(&self, wave: &WaveFit, given: &Given, last: f64, rounds: usize) -> Option<WaveFit> {
+    fn switched(&self, wave: &CourseFit, given: &Given, last: f64, rounds: usize) -> Option<CourseFit> {
         let Some(Change::Wave { period, phase }) = wave.cause.change() else { return None };
         let middle = period * (0.25 - phase / TAU);
         let shares = (1..SHARES).map(|k| f64::from(k) / f64::from(SHARES));
@@ -140,7 +144,7 @@ fn courses(period: f64) -> [Course; 2] {
     [FRAC_PI_2, 0.0].map(|phase| Course::of(Change::Wave { period, phase }))
 }
 
-fn phased(of: &Cause, period: f64, [cosine, sine]: &[Vec<f64>; 2], (basis, residual): &Given) -> Option<WaveFit> {
+fn phased(of: &Cause, period: f64, [cosine, sine]: &[Vec<f64>; 2], (basis, residual): &Given) -> Option<CourseFit> {
     let (c, s) = (dot(cosine, cosine), dot(sine, sine));
     let (mut cc, mut cs, mut ss) = (c, dot(cosine, sine), s);
     for direction in basis {
@@ -155,11 +159,11 @@ fn phased(of: &Cause, period: f64, [cosine, sine]: &[Vec<f64>; 2], (basis, resid
     let a = (ss * along_c - cs * along_s) / determinant;
     let b = (cc * along_s - cs * along_c) / determinant;
     let cause = of.with_change(Change::Wave { period, phase: a.atan2(b) })?;
-    Some(WaveFit { cause, size: a.hypot(b), gain: a * along_c + b * along_s })
+    Some(CourseFit { cause, size: a.hypot(b), gain: a * along_c + b * along_s })
 }
 
 /// The largest gain of some waves, and its period.
-fn likeliest(cause: &Cause, waves: &[(f64, [Vec<f64>; 2])], given: &Given) -> Option<(f64, f64)> {
+fn largest(cause: &Cause, waves: &[(f64, [Vec<f64>; 2])], given: &Given) -> Option<(f64, f64)> {
     let fits = waves.iter().filter_map(|(period, both)| Some((phased(cause, *period, both, given)?.gain, *period)));
     fits.max_by(|a, b| a.0.total_cmp(&b.0))
 }
@@ -175,9 +179,9 @@ impl Search<'_> {
         self.case.measured.last_time().max(f64::MIN_POSITIVE)
     }
 
-    /// The waves that reduce the sum of squares most: given a state's set, given nothing, given its constants, and given all of it but one cause, which a
-    /// wave of another period may have brought in.
-    pub(super) fn likeliest_waves(&self, state: &State) -> Vec<Cause> {
+    /// What changes in time and reduces the sum of squares most, its times and periods refined: given a state's set, given nothing, given its constants, and
+    /// given all of it but one cause, which another time or period may have brought in.
+    pub(super) fn likeliest(&self, state: &State) -> Vec<Cause> {
         let rows = self.weighed(&state.out);
         let (columns, observed) = self.linearised(state, &rows);
         let with = |keep: &dyn Fn(usize) -> bool| {
@@ -196,10 +200,11 @@ impl Search<'_> {
             conditions.extend((0..columns.len()).map(|omitted| (with(&|k| k != omitted), 1)));
         }
         let last = self.last();
+        let mut found = self.timed(&rows, &conditions);
         let mut coarse: Vec<Vec<(f64, f64, Cause)>> = vec![Vec::new(); conditions.len()];
         for (cause, waves) in self.waves(&rows) {
             for ((given, _), all) in conditions.iter().zip(&mut coarse) {
-                all.extend(likeliest(cause, waves, given).map(|(gain, period)| (gain, period, *cause)));
+                all.extend(largest(cause, waves, given).map(|(gain, period)| (gain, period, *cause)));
             }
         }
         // what the integrals of a bias leave of its edges is little: the wave of a set may be a square wave that explains more once it is refined
@@ -209,21 +214,21 @@ impl Search<'_> {
             let square = rows.switched(&rows.wave(member, period, &given)?, &given, last, ROUNDS)?;
             Some(square.cause).filter(|cause| !self.case.is_absurd(cause, square.size))
         };
-        let mut waves: Vec<Cause> = state.set.iter().enumerate().filter_map(square).collect();
+        found.extend(state.set.iter().enumerate().filter_map(square));
         for ((given, count), mut all) in conditions.iter().zip(coarse) {
             all.sort_by(|a, b| b.0.total_cmp(&a.0));
             let finest = |(_, period, cause): &(f64, f64, Cause)| {
                 let at = |period: f64| rows.wave(cause, period, given).map(|fit| (-fit.gain, fit));
                 By::HalfWave(last).finest(*period, at).map(|(_, fit)| fit)
             };
-            let fits: Vec<WaveFit> = all.iter().take(*count).filter_map(finest).collect();
+            let fits: Vec<CourseFit> = all.iter().take(*count).filter_map(finest).collect();
             // the work is bounded: beside the set, nothing and the constants
             let first = fits.first().filter(|_| *count == CANDIDATES);
             let square = first.and_then(|first| rows.switched(first, given, last, 1));
             let fits = square.into_iter().chain(fits).filter(|fit| !self.case.is_absurd(&fit.cause, fit.size));
-            waves.extend(fits.map(|fit| fit.cause));
+            found.extend(fits.map(|fit| fit.cause));
         }
-        waves
+        found
     }
 
     /// By how much the likeliest wave, or square wave, of some biases reduces the sum of squares beside a state's set.
@@ -231,7 +236,7 @@ impl Search<'_> {
         let (columns, observed) = self.linearised(state, rows);
         let (given, last) = (rows.given(columns, observed), self.last());
         let gain = |(cause, waves): &(Cause, Vec<(f64, [Vec<f64>; 2])>)| {
-            let (_, period) = likeliest(cause, waves, &given)?;
+            let (_, period) = largest(cause, waves, &given)?;
             let at = |period: f64| rows.wave(cause, period, &given).map(|fit| (-fit.gain, fit));
             let (_, wave) = By::HalfWave(last).finest(period, at)?;
             Some(rows.switched(&wave, &given, last, 1).map_or(wave.gain, |square| square.gain))
@@ -256,7 +261,8 @@ impl Search<'_> {
         found
     }
 
-    /// Waves of the other biases and channels at the period of each wave of a state's set.
+    /// What could stand in the place of each wave of a state's set: the likeliest waves of the other biases and channels, and of its own at another period; square
+    /// waves of the others at its period.
     pub(super) fn alike(&self, state: &State) -> Vec<Cause> {
         let rows = self.weighed(&state.out);
         let (columns, observed) = self.linearised(state, &rows);
@@ -265,13 +271,27 @@ impl Search<'_> {
             let Some(change @ (Change::Wave { .. } | Change::Square { .. })) = member.change() else { continue };
             let others = columns.iter().enumerate().filter(|(k, _)| *k != place).map(|(_, column)| column.clone());
             let given = rows.given(others, observed.clone());
-            let is_other = |cause: &&Cause| grows(cause) && member.with_change(Change::Ramp) != Some(**cause);
-            let waves = self.case.causes.iter().filter(is_other);
-            let alike = |cause: &Cause| match change {
-                Change::Wave { period, .. } => Some(rows.wave(cause, period, &given)?.cause),
-                _ => cause.with_change(change),
-            };
-            causes.extend(waves.filter_map(alike));
+            let last = self.last();
+            for (cause, waves) in self.waves(&rows) {
+                let is_own = member.with_change(Change::Ramp) == Some(*cause);
+                // a half wave more in the run is another one
+                let is_other = |other: f64| match change {
+                    Change::Wave { period, .. } => !is_own || (2.0 * last / other - 2.0 * last / period).abs() > 1.0,
+                    _ => !is_own,
+                };
+                let of =
+                    |(period, both): &(f64, [Vec<f64>; 2])| Some((phased(cause, *period, both, &given)?.gain, *period));
+                let best = waves.iter().filter(|(period, _)| is_other(*period)).filter_map(of);
+                let at = |period: f64| rows.wave(cause, period, &given).map(|fit| (-fit.gain, fit));
+                let finest = |(_, period)| By::HalfWave(last).finest(period, at).map(|(_, fit)| fit.cause);
+                let is_apart =
+                    |found: &Cause| matches!(found.change(), Some(Change::Wave { period, .. }) if is_other(period));
+                causes.extend(match change {
+                    Change::Wave { .. } => best.max_by(|a, b| a.0.total_cmp(&b.0)).and_then(finest).filter(is_apart),
+                    _ if is_own => None,
+                    _ => cause.with_change(change),
+                });
+            }
         }
         causes
     }

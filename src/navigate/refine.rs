@@ -42,6 +42,8 @@ pub(super) struct State {
     /// Of the last state of a search: the probability of each cause, and is it likelier than not that more than noise remains?
     pub each: Vec<f64>,
     pub outside: bool,
+    /// Likewise further causes that are suspected, each with its probability.
+    pub suspected: Vec<(Cause, f64)>,
 }
 
 impl State {
@@ -211,6 +213,7 @@ impl<'a> Search<'a> {
             is_best: false,
             each: Vec::new(),
             outside: false,
+            suspected: Vec::new(),
         })
     }
 

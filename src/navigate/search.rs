@@ -189,12 +189,12 @@ impl<'a> Search<'a> {
             careful |= self.relinearise(&state);
             let out = self.single(&state);
             state = self.leaving_out(state, &out)?;
-            let waves = self.likeliest_waves(&state);
+            let waves = self.likeliest(&state);
             let linear = self.linear(&state, &waves);
             let now = linear.places(&state.set);
             let grown = if careful { (now.len() + 1).min(most) } else { most };
-            let mut judged = self.judge(&linear, &state, Among::Sets(grown));
-            state.value = self.value(&mut judged, &linear, &state, &now);
+            let judged = self.judge(&linear, &state, Among::Sets(grown));
+            state = self.valued(state);
             self.record(&state, &linear, &now);
             let better = judged.best(&now);
             let mut set: Vec<Cause> = better.iter().filter_map(|j| linear.causes.get(*j).copied()).collect();
@@ -241,13 +241,19 @@ impl<'a> Search<'a> {
     }
 
     /// A state with only the causes that are probable enough for a name when a remainder is possible: the least probable member goes first, and the others
-    /// are judged again without it. Where a remainder is more probable than not, the state leaves more than noise.
+    /// are judged again without it. Where it is more probable than not that more is missing than these and what is suspected, the state leaves more than noise.
     fn certain(&mut self, mut state: State) -> State {
         loop {
-            let linear = self.linear(&state, &self.likeliest_waves(&state));
+            let linear = self.linear(&state, &self.likeliest(&state));
             let judged = self.judge(&linear, &state, Among::Remainders);
-            state.each = linear.places(&state.set).into_iter().map(|j| judged.probability(j)).collect();
-            state.outside = judged.posterior.outside >= self.case.settings.common.suspected;
+            let set = linear.places(&state.set);
+            state.each = set.iter().map(|j| judged.probability(*j)).collect();
+            let suspected = judged.likely(self.case.settings.common.suspected, &set).into_iter();
+            state.suspected = suspected.filter_map(|(j, p)| Some((*linear.causes.get(j)?, p))).collect();
+            // what is neither in the set nor suspected
+            let accounted = set.len() + state.suspected.len();
+            let further = 1.0 - judged.posterior.alone.iter().take(accounted + 1).sum::<f64>();
+            state.outside = further >= self.case.settings.common.suspected;
             let least = state.each.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1));
             let place = least.filter(|(_, p)| **p < self.case.settings.common.probability).map(|(place, _)| place);
             let Some(place) = place.filter(|_| !state.outside) else { return state };

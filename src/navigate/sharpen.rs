@@ -1,8 +1,12 @@
 //! The time of a step or a warm-up and the period of a wave, refined between the points of the grid of candidates.
 
 use super::cause::{Cause, Change};
+use super::changing::Columns;
+use super::periodic::{CourseFit, Given};
+use super::products::INDEPENDENT;
 use super::refine::{Search, State};
 use super::weighed::Weighed;
+use crate::linear::dot;
 use std::rc::Rc;
 
 /// Trials on each side of a time, on each of so many levels.
@@ -55,14 +59,77 @@ impl By {
     }
 }
 
+/// By how much a column of unit norm reduces the sum of squares given others; `None` where it depends on them.
+fn gain(column: &[f64], (basis, residual): &Given) -> Option<f64> {
+    let outside = 1.0 - basis.iter().map(|b| dot(b, column).powi(2)).sum::<f64>();
+    (outside > INDEPENDENT).then(|| dot(column, residual).powi(2) / outside)
+}
+
 impl Search<'_> {
-    /// The time of a step, a warm-up or a wave is one of a coarse grid: the best one near it, on the linear model, finer and finer. Was any moved?
-    pub(super) fn sharpen(&self, state: &State, set: &mut [Cause], values: &mut [f64]) -> bool {
+    /// The steps and warm-ups that reduce the sum of squares most under each condition, as many as it asks for and of each bias and channel one, with their
+    /// times refined: those of the grid are too far apart for what the data say of them.
+    pub(super) fn timed(&self, rows: &Weighed, conditions: &[(Given, usize)]) -> Vec<Cause> {
+        let shortest = self.last() / rows.short.measured.longest_run().max(1) as f64;
+        let mut found = Vec::new();
+        for (given, count) in conditions {
+            let mut best: Vec<(f64, Cause)> = Vec::new();
+            for (cause, (column, norm)) in self.case.causes.iter().zip(&rows.unit) {
+                if !matches!(cause.change(), Some(Change::Step(_) | Change::WarmUp(_))) || *norm == 0.0 {
+                    continue;
+                }
+                let Some(gain) = gain(column, given) else { continue };
+                match best.iter_mut().find(|(_, other)| other.family() == cause.family()) {
+                    Some(other) if other.0 < gain => *other = (gain, *cause),
+                    Some(_) => {}
+                    None => best.push((gain, *cause)),
+                }
+            }
+            best.sort_by(|a, b| b.0.total_cmp(&a.0));
+            let finest = |(_, cause): &(f64, Cause)| self.finest(rows, cause, given, shortest);
+            let fits = best.iter().take(*count).filter_map(finest);
+            found.extend(fits.filter(|fit| !self.case.is_absurd(&fit.cause, fit.size)).map(|fit| fit.cause));
+        }
+        found
+    }
+
+    /// What the times, periods and phases of some causes can do: columns along the derivatives by them, of these columns' rows.
+    pub(super) fn moves(&self, set: &[Cause], columns: &Columns) -> Vec<Vec<f64>> {
+        let of = |cause: &Cause| {
+            let beside = cause.change().map_or(Vec::new(), |change| change.beside(self.last()));
+            let column = |change| cause.with_change(change).map(|cause| columns.of(&cause));
+            let moved = beside.into_iter().filter_map(move |[a, b]| Some((column(a)?, column(b)?)));
+            moved.map(|(a, b)| a.iter().zip(b).map(|(a, b)| b - a).collect::<Vec<f64>>()).collect::<Vec<_>>()
+        };
+        set.iter().flat_map(of).collect()
+    }
+
+    /// The best time near that of a step or a warm-up; `None` for what is neither.
+    fn finest(&self, rows: &Weighed, cause: &Cause, given: &Given, shortest: f64) -> Option<CourseFit> {
+        let at = |change: Change| {
+            // a change that is over between two rows is not visible in them
+            let is_seen = !matches!(change, Change::WarmUp(time) if time < shortest);
+            let fit = rows.fit(cause.with_change(change).filter(|_| is_seen)?, given)?;
+            Some((-fit.gain, fit))
+        };
+        let found = match cause.change()? {
+            Change::Step(time) => By::Shift(self.spacing()).finest(time, |time| at(Change::Step(time))),
+            Change::WarmUp(time) => By::Factor(3f64.ln()).finest(time.max(shortest), |time| at(Change::WarmUp(time))),
+            _ => None,
+        };
+        found.map(|(_, fit)| fit)
+    }
+
+    /// Time between the steps of the grid, s.
+    fn spacing(&self) -> f64 {
         let steps = self.case.causes.iter().filter_map(|cause| match cause {
             Cause::Changing(_, Change::Step(time)) => Some(*time),
             _ => None,
         });
-        let spacing = steps.fold(f64::INFINITY, f64::min);
+        steps.fold(f64::INFINITY, f64::min)
+    }
+
+    /// The time of a step, a warm-up or a wave is one of a coarse grid: the best one near it, on the linear model, finer and finer. Was any moved?
+    pub(super) fn sharpen(&self, state: &State, set: &mut [Cause], values: &mut [f64]) -> bool {
         let last = self.last();
         if !set.iter().any(Cause::is_course) {
             return false;
@@ -85,28 +152,17 @@ impl Search<'_> {
             // what the others leave
             let fixed = set.iter().enumerate().filter(|(i, _)| *i != k).map(|(_, cause)| column(cause));
             let others = rows.given(fixed, observed.clone());
-            let at = |change: Change| {
-                let fit = match change {
-                    Change::Wave { period, .. } => rows.wave(&kind, period, &others)?,
-                    // a change that is over between two rows is not visible in them
-                    Change::WarmUp(time) if time < shortest => return None,
-                    _ => rows.fit(kind.with_change(change)?, &others)?,
-                };
-                Some((-fit.gain, fit))
-            };
             let found = match kind.change() {
-                Some(Change::Square { .. }) => rows.square(&kind, &others, last, ROUNDS).map(|fit| (-fit.gain, fit)),
-                Some(Change::Step(time)) => By::Shift(spacing).finest(time, |time| at(Change::Step(time))),
-                Some(Change::WarmUp(time)) => {
-                    By::Factor(3f64.ln()).finest(time.max(shortest), |time| at(Change::WarmUp(time)))
+                Some(Change::Square { .. }) => rows.square(&kind, &others, last, ROUNDS),
+                Some(Change::Wave { period, .. }) => {
+                    let at = |period: f64| rows.wave(&kind, period, &others).map(|fit| (-fit.gain, fit));
+                    By::HalfWave(last).finest(period, at).map(|(_, fit)| fit)
                 }
-                Some(Change::Wave { period, phase }) => {
-                    By::HalfWave(last).finest(period, |period| at(Change::Wave { period, phase }))
-                }
-                _ => continue,
+                Some(_) => self.finest(&rows, &kind, &others, shortest),
+                None => continue,
             };
             let before = rows.fit(kind, &others).map(|fit| fit.gain);
-            if let Some(((_, fit), before)) = found.zip(before)
+            if let Some((fit, before)) = found.zip(before)
                 && fit.gain - before > SHARPER
                 && let (Some(cause), Some(size)) = (set.get_mut(k), values.get_mut(k))
             {

@@ -6,7 +6,7 @@ use super::fit_document::bench_figure;
 use super::provenance::begin;
 use super::{ARCSEC, ChangeReport, DiagnoseReport, EffectReport, PositionReport, scatter};
 use crate::campaign::{Campaign, Parameter, Role};
-use crate::diagnosis::{Alias, Diagnosis, Grouping, Held, Level, NoiseFrom, Place, Verdict};
+use crate::diagnosis::{Alias, Diagnosis, Gap, Grouping, Held, Level, NoiseFrom, Place, Verdict};
 use crate::document::chart::{Chart, GapPanel, GapPoint};
 use crate::document::number::{level, percent, rounded, significant, trimmed};
 use crate::document::{Align, Cell, Content, Detail, Document, Figure, MarkedLine, Rows, Section, Tone};
@@ -414,9 +414,8 @@ fn verdict(report: &DiagnoseReport, lang: Language) -> String {
     let n = report.effects.len();
     let names = report.effects.iter().map(|effect| with_others(report, effect, lang)).collect::<Vec<_>>();
     let names = names.join(lang.semicolon());
-    let suspected = suspected(report, lang);
-    // order and shape of residuals say something, whatever their size
-    let more = report.gap.after.p.is_none_or(|p| p < 1.0 - crate::fit::Settings::default().level);
+    let suspected = suspected(&report.suspected, report.model_before.len() > 1, lang);
+    let more = exceeds(&report.gap.after);
     match report.verdict {
         Verdict::EffectsFound if report.suspected.is_empty() => say!(lang, "effects-are-missing", n, names),
         Verdict::EffectsFound | Verdict::PartlyExplained if !report.suspected.is_empty() => {
@@ -439,19 +438,24 @@ fn verdict(report: &DiagnoseReport, lang: Language) -> String {
     }
 }
 
-/// An effect with the sensors that have it, where there are others.
-fn in_sensors(report: &DiagnoseReport, name: String, mut sensors: Vec<&str>, lang: Language) -> String {
+/// Do residuals exceed the noise? Their order and shape say something, whatever their size.
+pub fn exceeds(gap: &Gap) -> bool {
+    gap.p.is_none_or(|p| p < 1.0 - crate::fit::Settings::default().level)
+}
+
+/// An effect with the sensors that have it, where there are several.
+fn in_sensors(name: String, several: bool, mut sensors: Vec<&str>, lang: Language) -> String {
     sensors.sort_unstable();
-    match sensors.is_empty() || report.model_before.len() < 2 {
+    match sensors.is_empty() || !several {
         true => name,
         false => say!(lang, "effect-in-sensors", name, sensors = sensors.join(lang.comma())),
     }
 }
 
 /// The effects that are suspected, each with its probability; those of several sensors together.
-fn suspected(report: &DiagnoseReport, lang: Language) -> String {
+pub fn suspected(suspected: &[SuspectReport], several: bool, lang: Language) -> String {
     let mut groups: Vec<Vec<&SuspectReport>> = Vec::new();
-    for suspect in &report.suspected {
+    for suspect in suspected {
         let same =
             |group: &&mut Vec<&SuspectReport>| group.first().is_some_and(|first| first.regressor == suspect.regressor);
         match groups.iter_mut().find(same) {
@@ -463,7 +467,7 @@ fn suspected(report: &DiagnoseReport, lang: Language) -> String {
         let first = group.first()?;
         let name = say!(lang, "effect-named", name = lang.name(&first.name), regressor = first.regressor);
         let sensors: Vec<&str> = group.iter().filter_map(|own| own.sensor.as_deref()).collect();
-        let name = in_sensors(report, name, sensors, lang);
+        let name = in_sensors(name, several, sensors, lang);
         let mut each: Vec<String> = group.iter().map(|own| format!("{:.0} %", 100.0 * own.probability)).collect();
         each.dedup();
         Some(say!(lang, "effect-with-probability", name, p = each.join(lang.comma())))
@@ -477,7 +481,7 @@ fn with_others(report: &DiagnoseReport, effect: &EffectReport, lang: Language) -
     let name = say!(lang, "effect-named", name = lang.name(&effect.name), regressor = effect.regressor);
     let several = effect.in_sensors.iter().map(|own| own.sensor.as_str());
     let sensors: Vec<&str> = effect.sensor.as_deref().into_iter().chain(several).collect();
-    let name = in_sensors(report, name, sensors, lang);
+    let name = in_sensors(name, report.model_before.len() > 1, sensors, lang);
     match aliases.same.len() + aliases.near.len() {
         0 => name,
         n => say!(lang, "effect-or-others", name, n),

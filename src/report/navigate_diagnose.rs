@@ -1,12 +1,13 @@
 //! A diagnosis of measured navigation errors: its report (`tumble diagnose MISSION --measured F --json`), and its document: the verdict, what was found
 //! and the gap in time, how it shrinks, what else it could be.
 
+use super::diagnose::SuspectReport;
 use super::diagnose_document as words;
 use super::navigate::{error_quantities, in_words};
 use super::provenance::begin;
 use super::scene::mission_figure;
 use super::{GapsReport, QuantityWithUnit, ReportKind, VERSION};
-use crate::diagnosis::{Gap, NoiseFloor, NoiseFrom, Step, Verdict};
+use crate::diagnosis::{Gap, NoiseFloor, NoiseFrom, State, Step, Verdict};
 use crate::document::chart::{Chart, Curve};
 use crate::document::number::{rounded, significant};
 use crate::document::{Cell, Content, Document, Figure, Rows, Section, Tone};
@@ -47,6 +48,13 @@ pub struct NavigateDiagnoseReport {
     pub significance: f64,
     /// The errors that are missing from the mission, the strongest first.
     pub effects: Vec<NavigationEffectReport>,
+    /// What the posterior says: `nothing` is missing, an error at least is `named`, none is and one at least is `suspected`, or what is missing is
+    /// `outside` of what was tried; absent where nothing can be diagnosed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub state: Option<State>,
+    /// Errors that are probable, but not enough for a name: no part of `model_after`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub suspected: Vec<SuspectReport>,
     /// The mission's errors as given.
     pub model_before: BTreeMap<String, QuantityWithUnit>,
     /// The same with what was found.
@@ -179,6 +187,8 @@ pub fn navigate_diagnose_report(
         verdict: diagnosis.verdict,
         significance: settings.common.significance,
         effects: diagnosis.findings.iter().map(|finding| effect(finding, diagnosis)).collect(),
+        state: state(diagnosis),
+        suspected: diagnosis.suspected.iter().map(suspected).collect(),
         model_before: error_quantities(&diagnosis.before),
         model_after: error_quantities(&diagnosis.after),
         gap: GapsReport {
@@ -198,6 +208,20 @@ pub fn navigate_diagnose_report(
         refits: diagnosis.refits.0,
         settled: diagnosis.refits.1,
     }
+}
+
+fn state(diagnosis: &NavigationDiagnosis) -> Option<State> {
+    match diagnosis.verdict {
+        Verdict::EffectsFound | Verdict::PartlyExplained => Some(State::Named),
+        Verdict::NothingMissing => Some(State::Nothing),
+        Verdict::Unexplained if diagnosis.suspected.is_empty() => Some(State::Outside),
+        Verdict::Unexplained => Some(State::Suspected),
+        Verdict::NotDiagnosable => None,
+    }
+}
+
+fn suspected((cause, probability): &(Cause, f64)) -> SuspectReport {
+    SuspectReport { regressor: cause.id(), name: cause.name(), sensor: None, probability: *probability }
 }
 
 fn effect(finding: &Finding, diagnosis: &NavigationDiagnosis) -> NavigationEffectReport {
@@ -297,12 +321,22 @@ fn result(report: &NavigateDiagnoseReport, of: Option<&NavigationDiagnosis>, lan
 
 /// The verdict as a sentence, without a full stop.
 fn sentence(report: &NavigateDiagnoseReport, lang: Language) -> String {
+    let suspected = words::suspected(&report.suspected, false, lang);
     match report.verdict {
+        Verdict::EffectsFound | Verdict::PartlyExplained if !report.suspected.is_empty() => {
+            say!(lang, "and-further-effects-are-suspected", found = found(report, lang), suspected)
+        }
         Verdict::EffectsFound => found(report, lang),
         Verdict::PartlyExplained => {
             say!(lang, "what-remains-is-more-than-noise", found = found(report, lang), more = true)
         }
-        Verdict::NothingMissing => say!(lang, "nothing-is-missing", noise = "known"),
+        Verdict::NothingMissing => {
+            let is_known = report.gap.noise.from != NoiseFrom::Residuals;
+            say!(lang, "nothing-is-missing", noise = if is_known { "known" } else { "residuals" })
+        }
+        Verdict::Unexplained if !report.suspected.is_empty() => {
+            say!(lang, "effects-are-suspected", more = words::exceeds(&report.gap.after), suspected)
+        }
         Verdict::Unexplained => say!(lang, "unexplained", more = true),
         Verdict::NotDiagnosable => say!(lang, "not-diagnosable", of = "mission"),
     }

@@ -208,3 +208,54 @@ fn laws_a_channel_that_deviates_smoothly_is_no_random_walk() {
     outcomes.iter().filter(|own| own.0).for_each(|own| println!("      {}", own.1));
     assert_eq!(wrong, 0);
 }
+
+/// `sum a b / u^2` over rows and channels.
+fn product(a: &[Channels], b: &[Channels]) -> f64 {
+    let row = |(a, b): (&Channels, &Channels)| (0..7).map(|k| a[k] * b[k] / (U[k] * U[k])).sum::<f64>();
+    a.iter().zip(b).map(row).sum()
+}
+
+#[test]
+fn laws_what_is_not_probable_enough_for_a_name_is_suspected() {
+    let mission = mission(at_rest());
+    let times = times(&mission);
+    let one = |trial: u64| {
+        let mut random = seed(1900 + trial);
+        let source = ErrorSource::named(BIASES[trial as usize % 5]).unwrap();
+        let unit = 1e-3 * source.si_per_unit();
+        let column = flown(&mission, &ImuErrors::single(source, unit), &times);
+        // 3.5 to 6 standard uncertainties
+        let factor = (3.5 + 2.5 * uniform(&mut random)) / product(&column, &column).sqrt();
+        let truth = flown(&mission, &ImuErrors::single(source, unit * factor), &times);
+        let found = diagnose(&mission, &measured(&times, &truth, &mut random), &Settings::default()).unwrap();
+        let is_right = |cause: &Cause| {
+            let own =
+                cause.constant().map(|own| flown(&mission, &ImuErrors::single(own, 1e-3 * own.si_per_unit()), &times));
+            own.is_some_and(|own| {
+                product(&own, &truth).abs() > 0.8 * (product(&own, &own) * product(&truth, &truth)).sqrt()
+            })
+        };
+        for (cause, probability) in &found.suspected {
+            assert!((0.5..0.95).contains(probability), "{}: {probability}", cause.id());
+            assert!(!found.findings.iter().any(|finding| finding.source == *cause));
+        }
+        if found.findings.is_empty() {
+            assert_eq!(found.after, found.before);
+            assert_eq!(found.verdict == Verdict::NothingMissing, found.suspected.is_empty());
+        }
+        let right: Vec<(f64, bool)> = found.suspected.iter().map(|(cause, p)| (*p, is_right(cause))).collect();
+        (right, found.findings.len())
+    };
+    let all: Vec<(Vec<(f64, bool)>, usize)> = (0..trials(20, 200)).into_par_iter().map(one).collect();
+    let suspected: Vec<(f64, bool)> = all.iter().flat_map(|(suspected, _)| suspected.clone()).collect();
+    let named = all.iter().filter(|(_, named)| *named > 0).count();
+    let (stated, right) = (suspected.iter().map(|s| s.0).sum::<f64>(), suspected.iter().filter(|s| s.1).count());
+    println!(
+        "of {}: named {named}, suspected {}, of them right {right}, probabilities {stated:.1}",
+        all.len(),
+        suspected.len()
+    );
+    let spread = suspected.iter().map(|(p, _)| p * (1.0 - p)).sum::<f64>().sqrt();
+    assert!(!suspected.is_empty() && named > 0);
+    assert!(right as f64 > stated - 3.0 * spread, "{right} of {stated:.1}");
+}
