@@ -15,9 +15,9 @@ use super::changing::Course;
 use super::products::INDEPENDENT;
 use super::refine::{Search, State};
 use super::sharpen::{By, SHARPER};
-use super::weighed::{Waves, Weighed};
+use super::weighed::{CourseFit, Given, Waves, Weighed};
 use crate::elements::Elements;
-use crate::linear::{dot, orthonormal, project};
+use crate::linear::dot;
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 /// Half waves in a run that are tried: fewer are a ramp or a warm-up,
@@ -32,16 +32,6 @@ const CANDIDATES: usize = 4;
 const SHARES: i32 = 16;
 /// Rounds of refining the edges and the period of a square wave that stands for a wave of a set, at most.
 const ROUNDS: usize = 6;
-
-/// What changes in time, given some causes: by how much it reduces the sum of squares, and its size.
-pub(super) struct CourseFit {
-    pub cause: Cause,
-    pub size: f64,
-    pub gain: f64,
-}
-
-/// What is given when a wave is fitted: an orthonormal basis of the causes, and the residual orthogonal to it.
-pub(super) type Given = (Vec<Vec<f64>>, Vec<f64>);
 
 impl Weighed {
     /// Cosine and sine of a wave of this period of a bias or a channel, weighed; `None` for what does not wave.
@@ -59,21 +49,6 @@ impl Weighed {
     /// The best phase of a wave; `None` for what does not wave, or is not independent.
     pub(super) fn wave(&self, of: &Cause, period: f64, given: &Given) -> Option<CourseFit> {
         phased(of, period, &self.both(of, period)?, given)
-    }
-
-    /// A cause given others.
-    pub(super) fn fit(&self, cause: Cause, (basis, residual): &Given) -> Option<CourseFit> {
-        let mut columns = [self.made.of(&cause)];
-        self.weigh(&mut columns);
-        let [mut column] = columns;
-        let whole = dot(&column, &column);
-        project(&mut column, basis);
-        let (outside, along) = (dot(&column, &column), dot(&column, residual));
-        (outside > INDEPENDENT * whole).then(|| CourseFit {
-            cause,
-            size: along / outside,
-            gain: along * along / outside,
-        })
     }
 
     /// A square wave with the edges and the period that explain most, near some, after so many rounds at most; in a run that is so long.
@@ -130,12 +105,6 @@ impl Weighed {
         let is_tried = rounds > 1 || near.gain > wave.gain;
         let square = is_tried.then(|| self.square(&near.cause, given, last, rounds)).flatten();
         square.filter(|square| square.gain > wave.gain)
-    }
-
-    pub(super) fn given(&self, fixed: impl IntoIterator<Item = Vec<f64>>, mut residual: Vec<f64>) -> Given {
-        let basis = orthonormal(fixed, INDEPENDENT);
-        project(&mut residual, &basis);
-        (basis, residual)
     }
 }
 

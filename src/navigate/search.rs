@@ -241,8 +241,9 @@ impl<'a> Search<'a> {
     }
 
     /// A state with only the causes that are probable enough for a name when a remainder is possible: the least probable member goes first, and the others
-    /// are judged again without it. Where it is more probable than not that more is missing than these and what is suspected, the state leaves more than noise.
+    /// are judged again without it. Where it is more probable than not that more is missing than the others and what is suspected, the state leaves more than noise.
     fn certain(&mut self, mut state: State) -> State {
+        let mut removed = false;
         loop {
             let linear = self.linear(&state, &self.likeliest(&state));
             let judged = self.judge(&linear, &state, Among::Remainders);
@@ -250,16 +251,18 @@ impl<'a> Search<'a> {
             state.each = set.iter().map(|j| judged.probability(*j)).collect();
             let suspected = judged.likely(self.case.settings.common.suspected, &set).into_iter();
             state.suspected = suspected.filter_map(|(j, p)| Some((*linear.causes.get(j)?, p))).collect();
-            // what is neither in the set nor suspected
+            // where a cause that the most probable set had is not certain, also another one or a remainder that is neither in the set nor suspected
             let accounted = set.len() + state.suspected.len();
             let further = 1.0 - judged.posterior.alone.iter().take(accounted + 1).sum::<f64>();
-            state.outside = further >= self.case.settings.common.suspected;
+            let outside = if removed { further } else { judged.posterior.outside };
+            state.outside = outside >= self.case.settings.common.suspected;
             let least = state.each.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1));
             let place = least.filter(|(_, p)| **p < self.case.settings.common.probability).map(|(place, _)| place);
             let Some(place) = place.filter(|_| !state.outside) else { return state };
             let (mut set, mut values, out) = (state.set.clone(), state.values.clone(), state.out.clone());
             set.remove(place);
             values.remove(place);
+            removed = true;
             match self.refine(&set, &values, &out) {
                 Some(less) => state = State { is_best: state.is_best, ..self.valued(less) },
                 None => return state,

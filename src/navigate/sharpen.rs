@@ -2,10 +2,9 @@
 
 use super::cause::{Cause, Change};
 use super::changing::Columns;
-use super::periodic::{CourseFit, Given};
 use super::products::INDEPENDENT;
 use super::refine::{Search, State};
-use super::weighed::Weighed;
+use super::weighed::{CourseFit, Given, Weighed};
 use crate::linear::dot;
 use std::rc::Rc;
 

@@ -3,9 +3,10 @@
 use super::case::Case;
 use super::cause::Cause;
 use super::changing::Columns;
+use super::products::INDEPENDENT;
 use super::shortened::Shortened;
 use super::whiten::Filter;
-use crate::linear::normalise;
+use crate::linear::{dot, normalise, orthonormal, project};
 use std::cell::OnceCell;
 use std::rc::Rc;
 
@@ -26,6 +27,16 @@ pub(super) struct Weighed {
     /// Waves that are tried (`periodic.rs`).
     pub waves: OnceCell<Waves>,
 }
+
+/// What changes in time, given some causes: by how much it reduces the sum of squares, and its size.
+pub(super) struct CourseFit {
+    pub cause: Cause,
+    pub size: f64,
+    pub gain: f64,
+}
+
+/// What is given when a wave is fitted: an orthonormal basis of the causes, and the residual orthogonal to it.
+pub(super) type Given = (Vec<Vec<f64>>, Vec<f64>);
 
 /// A column of unit norm, and its norm before.
 pub(super) fn unit(mut column: Vec<f64>) -> (Rc<Vec<f64>>, f64) {
@@ -92,5 +103,26 @@ impl Weighed {
     /// Places of the values that are left out.
     pub fn out(&self) -> Vec<usize> {
         self.short.out(&self.out)
+    }
+
+    /// A cause given others.
+    pub(super) fn fit(&self, cause: Cause, (basis, residual): &Given) -> Option<CourseFit> {
+        let mut columns = [self.made.of(&cause)];
+        self.weigh(&mut columns);
+        let [mut column] = columns;
+        let whole = dot(&column, &column);
+        project(&mut column, basis);
+        let (outside, along) = (dot(&column, &column), dot(&column, residual));
+        (outside > INDEPENDENT * whole).then(|| CourseFit {
+            cause,
+            size: along / outside,
+            gain: along * along / outside,
+        })
+    }
+
+    pub(super) fn given(&self, fixed: impl IntoIterator<Item = Vec<f64>>, mut residual: Vec<f64>) -> Given {
+        let basis = orthonormal(fixed, INDEPENDENT);
+        project(&mut residual, &basis);
+        (basis, residual)
     }
 }

@@ -1,7 +1,7 @@
 //! A table of text in blocks: each cell is read once, where it stands.
 
 use super::dialect::{Line, cell_place, is_blank, is_remark, row_end, written_cells};
-use super::number::{leading, number, says_nothing};
+use super::number::{leading, number};
 use super::times::WrittenTimes;
 use super::{As, Block, Dialect, Head, Labels, RAGGED, UNREADABLE, text, text_cell};
 use crate::elements::Parts;
@@ -353,8 +353,8 @@ impl Delimited {
                     None => self.head.times.seconds(cell).ok_or_else(|| self.no_time(k, cell, line))?,
                 },
                 As::Cell => match number(cell, mark) {
-                    // what is no number (`#VALUE!`) does not say that nothing was read
-                    Some(value) if value.is_nan() && !says_nothing(cell) => UNREADABLE,
+                    // an empty cell says that nothing was read; a word for it is no number
+                    Some(value) if value.is_nan() && !cell.trim_ascii().is_empty() => UNREADABLE,
                     Some(value) => value,
                     // a column of written times, since the first of them
                     None if self.dialect.texts.get(k) == Some(&true) => {

@@ -210,11 +210,6 @@ pub fn said(cell: f64) -> Said {
     }
 }
 
-/// Does a text say that nothing was read (`NaN`, `n/a`, `-`)?
-pub(crate) fn is_absent(text: &str) -> bool {
-    number::says_nothing(text.as_bytes())
-}
-
 /// A cell with a text, by the number of its label.
 fn text_cell(label: f64) -> f64 {
     f64::from_bits((TEXT << 32) | (crate::number::count_u64(label) & 0xFFFF_FFFF))

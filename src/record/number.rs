@@ -138,7 +138,15 @@ fn ungrouped(cell: &[u8], mark: u8) -> Option<Vec<u8>> {
 
 /// Does a cell say that nothing was read, or nothing that is a number (the errors of spreadsheets, and of divisions by zero)?
 pub(super) fn is_absent(cell: &[u8]) -> bool {
-    const BROKEN: [&[u8]; 19] = [
+    const ABSENT: [&[u8]; 27] = [
+        b"",
+        b"nan",
+        b"na",
+        b"n/a",
+        b"n.a.",
+        b"null",
+        b"nil",
+        b"none",
         b"-nan",
         b"nan(ind)",
         b"-nan(ind)",
@@ -156,15 +164,9 @@ pub(super) fn is_absent(cell: &[u8]) -> bool {
         b"#div/0!",
         b"#value!",
         b"#num!",
-        b"#name?",
         b"#ref!",
+        b"#name?",
     ];
-    let is_broken = || BROKEN.iter().any(|word| cell.eq_ignore_ascii_case(word));
-    cell.len() <= 9 && (says_nothing(cell) || is_broken())
-}
-
-/// Does a cell say that nothing was read?
-pub(super) fn says_nothing(cell: &[u8]) -> bool {
-    const WORDS: [&[u8]; 7] = [b"nan", b"na", b"n/a", b"n.a.", b"null", b"nil", b"none"];
-    cell.iter().all(|byte| *byte == b'-') || WORDS.iter().any(|word| cell.eq_ignore_ascii_case(word))
+    cell.len() <= 9
+        && (ABSENT.iter().any(|word| cell.eq_ignore_ascii_case(word)) || cell.iter().all(|byte| *byte == b'-'))
 }

@@ -2,9 +2,7 @@
 
 use super::Named;
 use super::columns::{Column, columns, from_title, key_unit};
-use super::readings_file::{
-    Cell, CellRows, MOST_READINGS, Meaning, ReadingFile, Says, Written, from_cells, meaning, too_many,
-};
+use super::readings_file::{Cell, CellRows, MOST_READINGS, ReadingFile, Says, Written, from_cells, too_many};
 use crate::batch::{Device, Layout, Use};
 use crate::bench::Bench;
 use crate::campaign::{Place, Readings, ScatterRequest};
@@ -99,21 +97,6 @@ fn read_blocks(
         blocks.push(block);
     }
     let used: Vec<&str> = bench.sensors.iter().flat_map(|sensor| sensor.model.names()).collect();
-    // where numbers stand, `NaN` says that nothing was read
-    let absent: Vec<bool> = record.labels().iter().map(|label| record::is_absent(label)).collect();
-    let is_absent = |cell: f64| match record::said(cell) {
-        Said::Text(label) => absent.get(label).copied().unwrap_or_default(),
-        _ => false,
-    };
-    let is_number = |key: &str| match meaning(bench, key) {
-        Meaning::Position => false,
-        Meaning::Column => used.contains(&key),
-        _ => true,
-    };
-    for (k, _) in keys.iter().enumerate().filter(|(_, key)| is_number(&key.key)) {
-        let cells = blocks.iter_mut().filter_map(|block| block.columns.get_mut(k)).flatten();
-        cells.filter(|cell| is_absent(**cell)).for_each(|cell| *cell = f64::NAN);
-    }
     for (k, key) in keys.iter().enumerate() {
         let unit = key_unit(bench, &key.key);
         let from_seconds = match &unit {

@@ -111,22 +111,6 @@ fn units_are_read_wherever_they_stand() {
     }
 }
 
-/// `NaN` says that nothing was read, as an empty cell does; the error of a spreadsheet does not.
-#[test]
-fn a_word_for_nothing_is_no_reading() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let good = table("theta_deg", "A", 1.0, 1.0, false);
-    let with = |word: &str| {
-        good.lines().map(|line| line.to_string() + "\n").chain([format!("10;{word};gut\n")]).collect::<String>()
-    };
-    for word in ["", "NaN", "nan", "n/a", "-"] {
-        let campaign = campaign(folder.path(), &with(word), "").expect(word);
-        assert!((solved(&campaign)[1] - 1.3).abs() < 1e-12, "{word}");
-    }
-    let error = campaign(folder.path(), &with("#VALUE!"), "").expect_err("an error").to_string();
-    assert!(error.contains("A is not a number") && error.contains("line 10"), "{error}");
-}
-
 /// A unit that is not known is no reason to take the numbers as they are; words in brackets that are no unit are a remark.
 #[test]
 fn an_unknown_unit_in_a_title_is_refused() {

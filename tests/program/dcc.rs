@@ -342,10 +342,10 @@ fn what_is_no_interval_of_student_is_said() {
         .collect();
     let text = format!(
         r#"{{ "bench": {{ "id": "flat", "sensors": {{ "A": {{ "unit": "V", "model": "a + b*x + c*y" }} }} }},
-            "unit": {{ "serial": "TT-0017" }}, "note": "after repair 4711", "date": "2026-04-21",
+            "unit": {{ "serial": "TT-0017" }}, "note": "after repair 4711", "date": "2026-05-04",
             "estimate": {{ "a": {{ "unit": "V" }}, "b": {{ "unit": "V" }}, "c": {{ "unit": "V" }} }},
             "derived": {{ "direction": {{ "line": "atan2(b, c)", "unit": "deg" }} }},
-            "limits": {{ "direction": {{ "lower": -38, "unit": "deg" }} }}, "readings": [ {} ] }}"#,
+            "limits": {{ "direction": {{ "between": [-38, null], "unit": "deg" }} }}, "readings": [ {} ] }}"#,
         rows.join(", ")
     );
     fs::write(&path, text).unwrap();

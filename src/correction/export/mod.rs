@@ -300,8 +300,9 @@ fn signed(language: &Language, value: f64) -> String {
     if value < 0.0 { format!("(-{size})") } else { size }
 }
 
-fn needs(target: &str, what: &str) -> Malformed {
+fn needs(target: &str, what: &str, calibration: &Calibration) -> Malformed {
+    let sensors: Vec<&str> = calibration.lines.iter().map(|line| line.sensor.as_str()).collect();
     Malformed::new(Fault::Missing, format!("{target} needs {what}"))
-        .expected("a calibration of three sensors of independent directions")
-        .found("fewer")
+        .expected("a calibration of three sensors, no more, of independent directions")
+        .found(sensors.join(", "))
 }

@@ -80,7 +80,7 @@ pub(super) fn kalibr(calibration: &Calibration, corrector: &Corrector, origin: &
     let gyros = block(calibration, corrector, Quantity::Rate);
     let accelerometers = block(calibration, corrector, Quantity::Force);
     if gyros.is_none() && accelerometers.is_none() {
-        return Err(needs("kalibr", "three gyros or three accelerometers"));
+        return Err(needs("kalibr", "three gyros or three accelerometers", calibration));
     }
     let what = [
         "IMU file of kalibr. kalibr reads the topic, the update rate and the noise; it estimates intrinsics itself",
@@ -125,14 +125,16 @@ pub(super) fn kalibr(calibration: &Calibration, corrector: &Corrector, origin: &
 /// The ROS package imu_calib: corrected = SM raw - bias, in m/s^2 (row by row).
 pub(super) fn ros(calibration: &Calibration, corrector: &Corrector, origin: &Origin) -> Result<String> {
     let Some((rows, columns)) = block(calibration, corrector, Quantity::Force) else {
-        return Err(needs("imu_calib", "three accelerometers"));
+        return Err(needs("imu_calib", "three accelerometers", calibration));
     };
     let factor = si(calibration, Quantity::Force);
     let sensitivity = nalgebra::Matrix3::from_fn(|i, j| match (rows.get(i), columns.get(j)) {
         (Some(i), Some(j)) => corrector.sensitivity()[(*i, *j)] * factor,
         _ => f64::NAN,
     });
-    let Some(inverse) = sensitivity.try_inverse() else { return Err(needs("imu_calib", "three accelerometers")) };
+    let Some(inverse) = sensitivity.try_inverse() else {
+        return Err(needs("imu_calib", "three accelerometers", calibration));
+    };
     let bias = nalgebra::Vector3::from_iterator(rows.iter().map(|i| corrector.bias().at(*i)));
     let offset = inverse * bias;
     let what = ["Accelerometer calibration for the ROS package imu_calib: corrected = SM*raw - bias, m/s^2."];

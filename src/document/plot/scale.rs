@@ -59,7 +59,8 @@ pub(super) fn range(values: impl Iterator<Item = f64>, margin: f64) -> (f64, f64
     (low - margin * width, high + margin * width)
 }
 
-/// Round positions of ticks within a range, 1, 2 or 5 times a power of ten apart, and the decimals that their labels need.
+/// Round positions of ticks within a range, 1, 2 or 5 times a power of ten apart, and the decimals that their labels need; three or more, so that a scale can be
+/// read from them.
 pub(super) fn ticks(low: f64, high: f64, most: usize) -> (Vec<f64>, usize) {
     let width = high - low;
     if !(width > 0.0) || !width.is_finite() {
@@ -67,10 +68,14 @@ pub(super) fn ticks(low: f64, high: f64, most: usize) -> (Vec<f64>, usize) {
     }
     let rough = width / most.max(1) as f64;
     let power = 10f64.powf(rough.log10().floor());
-    let step = [1.0, 2.0, 5.0, 10.0].into_iter().map(|m| m * power).find(|step| *step >= rough).unwrap_or(10.0 * power);
+    let within = |step: f64| (high / step + 1e-9).floor() - (low / step - 1e-9).ceil() + 1.0;
+    let steps = [10.0, 5.0, 2.0, 1.0, 0.5, 0.2].map(|m| m * power);
+    let near = steps.into_iter().rev().find(|step| *step >= rough).unwrap_or(10.0 * power);
+    let step = steps.into_iter().find(|step| *step <= near && within(*step) >= 3.0).unwrap_or(near);
     let decimals = number::count((-(step.log10() + 1e-9).floor()).clamp(0.0, 12.0));
     let first = number::whole_i64((low / step).ceil());
-    let ticks = (first..).take(most + 2).map(|k| k as f64 * step).take_while(|t| *t <= high + 1e-9 * width).collect();
+    let ticks =
+        (first..).take(3 * most + 3).map(|k| k as f64 * step).take_while(|t| *t <= high + 1e-9 * width).collect();
     (ticks, decimals)
 }
 
