@@ -250,7 +250,9 @@ impl<'a> Search<'a> {
             let set = linear.places(&state.set);
             state.each = set.iter().map(|j| judged.probability(*j)).collect();
             let suspected = judged.likely(self.case.settings.common.suspected, &set).into_iter();
-            state.suspected = suspected.filter_map(|(j, p)| Some((*linear.causes.get(j)?, p))).collect();
+            let suspected = suspected.filter_map(|(j, p)| Some((*linear.causes.get(j)?, p)));
+            // a few causes that change in time build any course of noise
+            state.suspected = suspected.filter(|(cause, _)| !cause.is_course()).collect();
             // where a cause that the most probable set had is not certain, also another one or a remainder that is neither in the set nor suspected
             let accounted = set.len() + state.suspected.len();
             let further = 1.0 - judged.posterior.alone.iter().take(accounted + 1).sum::<f64>();
@@ -260,9 +262,8 @@ impl<'a> Search<'a> {
             let place = least.filter(|(_, p)| **p < self.case.settings.common.probability).map(|(place, _)| place);
             let Some(place) = place.filter(|_| !state.outside) else { return state };
             let (mut set, mut values, out) = (state.set.clone(), state.values.clone(), state.out.clone());
-            set.remove(place);
+            removed |= !set.remove(place).is_course();
             values.remove(place);
-            removed = true;
             match self.refine(&set, &values, &out) {
                 Some(less) => state = State { is_best: state.is_best, ..self.valued(less) },
                 None => return state,

@@ -226,7 +226,16 @@ fn nothing_is_found_where_nothing_is_hidden() {
                 flown.seed = seed;
                 let data = measured(&times, &noisy(&flown, &times), 7 * seed + 1, stated);
                 let found = diagnose(&mission, &data, &Settings::default()).unwrap();
-                usize::from(found.verdict == Verdict::NothingMissing)
+                let is_quiet = found.verdict == Verdict::NothingMissing;
+                if !is_quiet {
+                    println!(
+                        "{name}, seed {seed}: {:?}, {:?}, suspected {:?}",
+                        found.verdict,
+                        names(&found),
+                        found.suspected
+                    );
+                }
+                usize::from(is_quiet)
             })
             .collect();
         let quiet = quiet.iter().sum::<usize>();
