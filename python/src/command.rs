@@ -5,10 +5,8 @@ use crate::work::{interruptible, raised};
 use pyo3::exceptions::PyOSError;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
-use std::fmt::Write;
 use std::path::PathBuf;
 use tumble::cli;
-use tumble::record::Cells;
 use tumble::wire::{self, Source};
 
 /// A command as in a shell: exit code, stdout, stderr. With `raise_malformed` a malformed question is an exception.
@@ -51,37 +49,4 @@ pub fn simulate(
     let source: Option<Source> = source;
     let text = found.map_err(|error| question.raised(py, error, source.as_ref()))?;
     text.map_err(|error| PyOSError::new_err(error.to_string()))
-}
-
-/// Write a table as CSV, every number with all its digits.
-#[pyfunction]
-pub fn write_csv(py: Python<'_>, table: Bound<'_, PyAny>, path: PathBuf) -> PyResult<()> {
-    let columns = crate::table::columns(&table)?;
-    py.detach(|| {
-        let quoted = |text: &str| match text.contains(['"', ',', '\n', '\r', ';']) {
-            true => format!("\"{}\"", text.replace('"', "\"\"")),
-            false => text.to_string(),
-        };
-        let titles: Vec<String> = columns.iter().map(|(title, _)| quoted(title)).collect();
-        let mut out = titles.join(",") + "\n";
-        let rows = columns.first().map_or(0, |(_, cells)| crate::table::length(cells));
-        for row in 0..rows {
-            for (k, (_, cells)) in columns.iter().enumerate() {
-                if k > 0 {
-                    out.push(',');
-                }
-                match cells {
-                    Cells::Numbers(own) => {
-                        if let Some(value) = own.get(row).filter(|value| !value.is_nan()) {
-                            let _ = write!(out, "{value}");
-                        }
-                    }
-                    Cells::Texts(own) => out.push_str(&quoted(own.get(row).map_or("", String::as_str))),
-                }
-            }
-            out.push('\n');
-        }
-        std::fs::write(&path, out)
-    })?;
-    Ok(())
 }
