@@ -79,7 +79,7 @@ impl Conversation {
             });
             match found {
                 Ok(text) => self.rest.push_str(&text),
-                Err(RecvTimeoutError::Timeout) => py.check_signals().inspect_err(|_| self.stop.ask())?,
+                Err(RecvTimeoutError::Timeout) => py.check_signals()?,
                 Err(RecvTimeoutError::Disconnected) => break,
             }
         }

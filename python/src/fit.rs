@@ -30,8 +30,6 @@ const NO_COLUMN: &str = "row #";
 pub struct Fit {
     fit: Arc<engine::Fit>,
     monte_carlo: Option<(usize, u64)>,
-    /// The campaign's map of columns: under which titles tables have what the model reads.
-    titles: Named<String>,
     report: OnceLock<Arc<FitReport>>,
 }
 
@@ -136,16 +134,19 @@ impl Fit {
         Ok(py.detach(|| terminal::brief(&report::fit_document(&report, &asked, lang))))
     }
 
-    /// What the model says of further readings, a table with the columns that the model reads: for each sensor its value in every row, NaN where a
+    /// What the model says of further readings, a table with the columns that the model reads, some under the titles of the
+    /// campaign's map: for each sensor its value in every row, NaN where a
     /// cell that it needs is empty.
     fn predict<'py>(
         &self,
         py: Python<'py>,
         table: Bound<'py, PyAny>,
+        titles: BTreeMap<String, String>,
     ) -> PyResult<Vec<(String, Bound<'py, PyByteArray>)>> {
         let columns = table::columns(&table)?;
         let rows = columns.first().map_or(0, |(_, cells)| table::length(cells));
-        let (found, lacking) = py.detach(|| self.predicted(columns, rows)).map_err(|error| raised(py, &error, None))?;
+        let (found, lacking) =
+            py.detach(|| self.predicted(columns, titles, rows)).map_err(|error| raised(py, &error, None))?;
         let sensors = self.fit.campaign.bench.sensors.iter().enumerate();
         let values = |sensor: usize| {
             let all = found.iter().flat_map(|found| &found.readings.rows).flat_map(|row| &row.observations);
@@ -166,15 +167,21 @@ impl Fit {
 }
 
 impl Fit {
-    /// A schedule with the values of the fitted model (none where no row is whole), without the rows that lack something that the model reads.
-    fn predicted(&self, columns: Columns, rows: usize) -> Result<(Option<Campaign>, HashSet<usize>), Malformed> {
+    /// A schedule with the values of the fitted model (none where no row is whole), and the rows that lack something that the model reads, whose values
+    /// mean nothing.
+    fn predicted(
+        &self,
+        columns: Columns,
+        map: BTreeMap<String, String>,
+        rows: usize,
+    ) -> Result<(Option<Campaign>, HashSet<usize>), Malformed> {
         let campaign = &self.fit.campaign;
         let bench = &campaign.bench;
         let nothing = columns.iter().map(|(title, _)| (title.clone(), Cells::Numbers(Vec::new()))).collect();
         let titles = Record::from(table::held("readings", nothing)?);
         // the sensors' columns need not be there
         let there = |wanted: &String| titles.columns().iter().any(|own| own.title == *wanted || own.name == *wanted);
-        let map = Named(self.titles.0.iter().filter(|(_, wanted)| there(wanted)).cloned().collect());
+        let map = Named(map.into_iter().filter(|(_, wanted)| there(wanted)).collect());
         let layout = wire::table_layout(bench, &titles, None, &map, |_| false)?;
         let read = layout.numeric(bench);
         let (keys, mut used): (Vec<&String>, Columns) = layout
@@ -353,14 +360,13 @@ pub fn fit<'py>(
 ) -> PyResult<Fit> {
     let settings = asked.settings().map_err(|error| raised(py, &error, None))?;
     let question = Question::new(campaign, name, folder, dumps);
-    let titles = question.titles();
     let table = table.map(|table| crate::table::columns(&table)).transpose()?;
     if table.is_none()
         && let Some(source) = question.of_rows()?
     {
         let (folder, text) = (question.folder().to_path_buf(), source.clone());
         let fitted = interruptible(py, move || {
-            let fit = made(tumble::wire::fit_rows_beside(&text, &folder, &settings)?, titles, monte_carlo);
+            let fit = made(tumble::wire::fit_rows_beside(&text, &folder, &settings)?, monte_carlo);
             if monte_carlo.is_some() {
                 fit.reported()?;
             }
@@ -370,9 +376,9 @@ pub fn fit<'py>(
     }
     let (campaign, source) = question.campaign(table)?;
     let fitted = match is_small(&campaign, &settings) && monte_carlo.is_none() {
-        true => py.detach(|| engine::fit_owned(campaign, &settings).map(|fit| made(fit, titles, None))),
+        true => py.detach(|| engine::fit_owned(campaign, &settings).map(|fit| made(fit, None))),
         false => interruptible(py, move || {
-            let fit = made(engine::fit_owned(campaign, &settings)?, titles, monte_carlo);
+            let fit = made(engine::fit_owned(campaign, &settings)?, monte_carlo);
             if monte_carlo.is_some() {
                 // the trials are drawn here, where they can be stopped
                 fit.reported()?;
@@ -383,8 +389,8 @@ pub fn fit<'py>(
     fitted.map_err(|error| question.raised(py, error, source.as_ref()))
 }
 
-fn made(fit: engine::Fit, titles: Named<String>, monte_carlo: Option<(usize, u64)>) -> Fit {
-    Fit { fit: Arc::new(fit), monte_carlo, titles, report: OnceLock::new() }
+fn made(fit: engine::Fit, monte_carlo: Option<(usize, u64)>) -> Fit {
+    Fit { fit: Arc::new(fit), monte_carlo, report: OnceLock::new() }
 }
 
 /// Seconds that the engine alone takes for a fit of a campaign, the least of so many rounds of ten: for benchmarks.

@@ -6,7 +6,6 @@ use crate::table::{self, Columns};
 use crate::work::{interruptible, raised};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyString, PyTuple};
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use tumble::bench::{Bench, built_in};
@@ -161,29 +160,6 @@ impl<'py> Question<'py> {
             Ok(_) => Ok(None),
             Err(error) => Err(self.raised(self.py(), error, Some(&source))),
         }
-    }
-
-    /// The campaign's map of columns, as far as it has one.
-    pub fn titles(&self) -> Named<String> {
-        #[derive(serde::Deserialize)]
-        struct Head {
-            #[serde(default)]
-            columns: Named<String>,
-        }
-        let of_dict = |dict: &Bound<'py, PyDict>| {
-            let map: BTreeMap<String, String> = dict.get_item("columns").ok()??.extract().ok()?;
-            Some(Named(map.into_iter().collect()))
-        };
-        let of_text = |text: &str| {
-            let has = text.contains("\"columns\"").then_some(text)?;
-            serde_json::from_str::<Head>(has).ok().map(|head| head.columns)
-        };
-        // what is wrong with it is said where the campaign is read
-        let found = match self.content.cast::<PyDict>() {
-            Ok(dict) => of_dict(dict),
-            Err(_) => self.content.extract::<&str>().ok().and_then(of_text),
-        };
-        found.unwrap_or_default()
     }
 
     /// The folder of the question.

@@ -6,7 +6,7 @@
 use arrow_array::cast::AsArray;
 use arrow_array::ffi_stream::{FFI_ArrowArrayStream, RecordBatchStreamReader};
 use arrow_array::types::*;
-use arrow_array::{Array, RecordBatchReader};
+use arrow_array::{Array, RecordBatchReader, downcast_integer_array, downcast_temporal_array};
 use arrow_schema::{DataType, TimeUnit};
 use pyo3::buffer::{ElementType, PyUntypedBuffer};
 use pyo3::exceptions::{PyTypeError, PyValueError};
@@ -202,68 +202,43 @@ impl Gathered {
                 each!(array.as_primitive::<$kind>(), $value => $put)
             };
         }
-        macro_rules! times {
-            ($kind:ty, $read:ident) => {{
-                let own = array.as_primitive::<$kind>();
-                for k in 0..own.len() {
-                    match own.is_valid(k).then(|| own.$read(k)).flatten() {
-                        Some(time) => self.time(&format!("{time:?}")),
-                        None => self.text(""),
-                    }
-                }
-            }};
-        }
         macro_rules! decimals {
             ($kind:ty) => {{
                 let own = array.as_primitive::<$kind>();
-                for k in 0..own.len() {
-                    // what is absent, or beyond doubles, is no number
-                    let number = own.is_valid(k).then(|| own.value_as_string(k).parse().ok()).flatten();
-                    self.number(number.unwrap_or(f64::NAN));
-                }
+                // one that no double reads is no number
+                let number = |k: usize| own.is_valid(k).then(|| own.value_as_string(k).parse().ok()).flatten();
+                (0..own.len()).for_each(|k| self.number(number(k).unwrap_or(f64::NAN)));
             }};
         }
-        match array.data_type() {
+        downcast_integer_array!(array => each!(array, value => self.whole(value.into())), kind => match kind {
             DataType::Float64 => of!(Float64Type, value => self.number(value)),
             DataType::Float32 => of!(Float32Type, value => self.number(value.into())),
             DataType::Float16 => of!(Float16Type, value => self.number(value.into())),
-            DataType::Int64 => of!(Int64Type, value => self.whole(value.into())),
-            DataType::Int32 => of!(Int32Type, value => self.whole(value.into())),
-            DataType::Int16 => of!(Int16Type, value => self.whole(value.into())),
-            DataType::Int8 => of!(Int8Type, value => self.whole(value.into())),
-            DataType::UInt64 => of!(UInt64Type, value => self.whole(value.into())),
-            DataType::UInt32 => of!(UInt32Type, value => self.whole(value.into())),
-            DataType::UInt16 => of!(UInt16Type, value => self.whole(value.into())),
-            DataType::UInt8 => of!(UInt8Type, value => self.whole(value.into())),
             DataType::Boolean => each!(array.as_boolean(), value => self.number(f64::from(u8::from(value)))),
             DataType::Utf8 => each!(array.as_string::<i32>(), text => self.text(text)),
             DataType::LargeUtf8 => each!(array.as_string::<i64>(), text => self.text(text)),
             DataType::Utf8View => each!(array.as_string_view(), text => self.text(text)),
-            DataType::Decimal32(..) => decimals!(Decimal32Type),
-            DataType::Decimal64(..) => decimals!(Decimal64Type),
             DataType::Decimal128(..) => decimals!(Decimal128Type),
             DataType::Decimal256(..) => decimals!(Decimal256Type),
-            DataType::Date32 => times!(Date32Type, value_as_date),
-            DataType::Date64 => times!(Date64Type, value_as_date),
-            DataType::Timestamp(TimeUnit::Second, _) => times!(TimestampSecondType, value_as_datetime),
-            DataType::Timestamp(TimeUnit::Millisecond, _) => times!(TimestampMillisecondType, value_as_datetime),
-            DataType::Timestamp(TimeUnit::Microsecond, _) => times!(TimestampMicrosecondType, value_as_datetime),
-            DataType::Timestamp(TimeUnit::Nanosecond, _) => times!(TimestampNanosecondType, value_as_datetime),
-            DataType::Time32(TimeUnit::Second) => times!(Time32SecondType, value_as_time),
-            DataType::Time32(_) => times!(Time32MillisecondType, value_as_time),
-            DataType::Time64(TimeUnit::Microsecond) => times!(Time64MicrosecondType, value_as_time),
-            DataType::Time64(_) => times!(Time64NanosecondType, value_as_time),
             DataType::Duration(TimeUnit::Second) => of!(DurationSecondType, v => self.number(v as f64)),
             DataType::Duration(TimeUnit::Millisecond) => of!(DurationMillisecondType, v => self.number(v as f64 / 1e3)),
             DataType::Duration(TimeUnit::Microsecond) => of!(DurationMicrosecondType, v => self.number(v as f64 / 1e6)),
             DataType::Duration(TimeUnit::Nanosecond) => of!(DurationNanosecondType, v => self.number(v as f64 / 1e9)),
             DataType::Dictionary(..) => self.dictionary(array),
+            kind => downcast_temporal_array!(array => for k in 0..array.len() {
+                let time = match kind {
+                    DataType::Date32 | DataType::Date64 => array.value_as_date(k).map(|day| format!("{day:?}")),
+                    DataType::Time32(_) | DataType::Time64(_) => array.value_as_time(k).map(|time| format!("{time:?}")),
+                    _ => array.value_as_datetime(k).map(|time| format!("{time:?}")),
+                };
+                self.time(&time.filter(|_| array.is_valid(k)).unwrap_or_default());
+            },
             other => {
                 // a column that nothing uses is no fault
                 let named = format!("a value of the type {other}");
                 (0..array.len()).for_each(|k| self.text(if array.is_valid(k) { &named } else { "" }));
-            }
-        }
+            }),
+        });
     }
 
     fn dictionary(&mut self, array: &dyn Array) {

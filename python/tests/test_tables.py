@@ -58,8 +58,9 @@ TABLES = {
     "pyarrow, batch": pa.record_batch({"x": X, "y": Y}),
     "Arrow stream": Stream(pa.table({"x": X, "y": Y, "none": pa.nulls(3), "day": pa.array([1, None, 3], pa.date32())})),
     "what no line uses": pl.DataFrame(
-        {"x": X, "y": Y, "null": [None] * 3, "list": [[1]] * 3, "bytes": [b"a"] * 3, "time": [time(1)] * 3, "struct": [{"a": 1}] * 3}
+        {"x": X, "y": Y, "null": [None] * 3, "list": [[1]] * 3, "bytes": [b"a"] * 3, "time": [time(1)] * 3, "struct": [{"a": 1}] * 3, "inf": [np.inf] * 3}
     ),
+    "numbers of 128 bits": pl.DataFrame({"x": pl.Series([0, 1, 2], dtype=pl.Int128), "y": Y, "own": pl.Series([2**70] * 3, dtype=pl.Int128)}),
     "what no line uses, rows": [{"x": x, "y": y, "own": object()} for x, y in zip(X, Y)],
     "series": {"x": pd.Series(X), "y": pl.Series(Y)},
 }

@@ -16,7 +16,7 @@ from . import _tumble, reports
 from ._fit import Fit, Remount
 from ._question import Asked, Files, Question, dumps
 from ._report import Lang, NoteWarning, RejectedWarning, Report, residual_plot
-from ._tables import Path_, Table, is_table, read, with_columns
+from ._tables import Path_, Table, is_table, kept, read, with_columns
 
 R = TypeVar("R", bound=Report)
 Calibration = Union[Fit, Question]
@@ -320,7 +320,7 @@ def apply(
     they are and further ones; of a structured array a dict). u: also the standard uncertainty of each input from the calibration, as `<input>_u`. frame:
     `sensor`, or turned to the mounting face. column: a sensor's column, where it has another name.
     """
-    files = Files()
+    files, log = Files(), kept(log)
     path = _calibration(files, calibration)
     command, options = ["apply", path, files.table(log, "log")], {"u": u, "frame": frame, "column": column}
     if not is_table(log):

@@ -7,6 +7,7 @@ import math
 import os
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Literal, Optional, Union
@@ -90,8 +91,8 @@ class Readings(Frames):
 class Fit(Mapping[str, Parameter], Frames):
     """A fit. `fit["dtheta_y2"]` is a `Parameter`, the whole report is `fit.report`; `print(fit)` shows the program's table."""
 
-    def __init__(self, core: Union[_tumble.Fit, Kept]) -> None:
-        self._core = core
+    def __init__(self, core: Union[_tumble.Fit, Kept], titles: dict[str, str] = {}) -> None:
+        self._core, self._titles = core, titles
         self.rejected: bool = core.rejected()
         """Exit code 2 of the program: a rank defect, a failed global test, outside the limits."""
 
@@ -178,11 +179,11 @@ class Fit(Mapping[str, Parameter], Frames):
         return _kept, (self._core.report(), str(self))
 
     def __copy__(self) -> Fit:
-        return Fit(self._core)
+        return Fit(self._core, self._titles)
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Fit:
         # what the engine found never changes
-        return Fit(self._core)
+        return copy(self)
 
     def _of(self, key: str) -> list[float]:
         return [math.nan if own.get(key) is None else own[key] for own in self._summary["parameters"]]
@@ -269,7 +270,7 @@ class Fit(Mapping[str, Parameter], Frames):
         if readings is None:
             own = self.readings
             return {name: own.fitted[[sensor == name for sensor in own.sensor]] for name in dict.fromkeys(own.sensor)}
-        values = self._core.predict(columns_of(readings))
+        values = self._core.predict(columns_of(readings), self._titles)
         return {sensor: np.frombuffer(flat, dtype=np.float64) for sensor, flat in values}
 
     @property
@@ -386,7 +387,7 @@ def fit(
     asked = Asked(campaign, readings)
     trials = None if monte_carlo is None else (monte_carlo, seed)
     how = settings(linear, relative, level, robust, remount)
-    found = Fit(_tumble.fit(asked.content, asked.name, asked.folder, dumps, asked.table, how, trials))
+    found = Fit(_tumble.fit(asked.content, asked.name, asked.folder, dumps, asked.table, how, trials), asked.titles)
     if found.rejected:
         warnings.warn(f"the fit is rejected: {why(found._summary)}", RejectedWarning, stacklevel=2)
     return found

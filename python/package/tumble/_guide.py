@@ -58,11 +58,15 @@ class Guide(Iterator[Step]):
     def __next__(self) -> Step:
         if self._step is not None and self._step.ended is None and not self._alone:
             raise RuntimeError("the step was not answered: step.answer({...}), or step.undo()")
-        line = self._conversation.next_line()
-        if line is None:
-            self._step = None
+        try:
+            line = self._conversation.next_line()
+            self._step = None if line is None else Step(self, line)
+        except KeyboardInterrupt:
+            # a traceback may hold it for long
+            self._conversation.stop()
+            raise
+        if self._step is None:
             raise StopIteration
-        self._step = Step(self, line)
         return self._step
 
     def _reply(self, step: Step, line: str) -> None:

@@ -61,7 +61,7 @@ class Kept:
     def page(self, lang: str) -> str:
         return _tumble.report_page(self._text, lang)
 
-    def predict(self, table: Any) -> NoReturn:
+    def predict(self, table: Any, titles: dict[str, str]) -> NoReturn:
         raise RuntimeError("this fit was read from its report, which has no model to predict with: expected a fit by tumble.fit")
 
 

@@ -52,6 +52,13 @@ class Asked:
             elif isinstance(self.content, str):
                 self._replace([])
 
+    @property
+    def titles(self) -> dict[str, str]:
+        """The campaign's map of columns: under which titles a table has what the model reads."""
+        text = self.content if isinstance(self.content, str) else ""
+        content = json.loads(text) if '"columns"' in text else self.content if not text else {}
+        return dict(content.get("columns", {}))
+
     def _replace(self, readings: Any) -> None:
         content = json.loads(self.content) if isinstance(self.content, str) else self.content
         self.content = {**content, "readings": readings}
@@ -127,7 +134,7 @@ class Files:
         """What a command says, with the names of questions and tables for those of temporary files, and keywords for its options."""
         if not isinstance(text, str):
             return text
-        text = re.sub(r"\n+Usage: .*", "", text, flags=re.DOTALL)
+        text = re.sub(r"\n+(Usage: |For more information, try).*", "", text, flags=re.DOTALL)
         if self._folder is not None:
             text = re.sub(re.escape(self._folder + os.sep) + r"(\w+)\.[.\w]+", r"\1", text)
         for name in options:

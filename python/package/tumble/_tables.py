@@ -36,10 +36,11 @@ def columns_of(table: Table) -> Any:
     if package == "polars" and hasattr(table, "collect"):
         table = table.collect()
     if package == "polars" and hasattr(table, "columns"):
-        # polars gives columns without a type a buffer, which Arrow's interface forbids
+        # types that others cannot read: polars gives a column of nothing a buffer, and whole numbers of 128 bits a type of its own
         import polars
 
-        return table.cast({polars.Null: polars.String})
+        own = [getattr(polars, name, polars.Null) for name in ("Null", "Int128", "UInt128")]
+        return table.cast(dict.fromkeys(own, polars.String))
     if package not in ("pandas", "polars") and hasattr(table, "__arrow_c_stream__"):
         return table
     if isinstance(table, Mapping) or (package == "pandas" and hasattr(table, "columns")):
@@ -116,6 +117,15 @@ def read(path: str) -> dict[str, Any]:
     return {name: _cells([row[k] for row in rows]) for k, name in enumerate(names)}
 
 
+def kept(table: Table) -> Any:
+    """A table that can be read again: a stream of Arrow, which may be read once, as a pyarrow Table."""
+    if package_of(table) in ("pandas", "polars") or not hasattr(table, "__arrow_c_stream__"):
+        return table
+    import pyarrow
+
+    return pyarrow.table(table)
+
+
 def with_columns(table: Table, columns: Columns) -> Any:
     """A table with further columns (arrays), in the place of those that have their names; all else as it is."""
     package = package_of(table)
@@ -133,7 +143,6 @@ def with_columns(table: Table, columns: Columns) -> Any:
         return {**table, **columns}
     import pyarrow
 
-    table = pyarrow.table(table)
     for name, column in columns.items():
         if name in table.column_names:
             table = table.drop_columns(name)
