@@ -7,14 +7,12 @@
 //! | `question.rs` | campaigns from dicts, and templates of those that come again |
 //! | `fit.rs` | one fit |
 //! | `devices.rs` | many devices: arrays in, arrays out |
-//! | `file.rs` | tables as files on the way to and from a command |
-//! | `command.rs` | commands of the program; simulated readings |
+//! | `command.rs` | commands of the program, their tables; simulated readings |
 //! | `converse.rs` | a command that is spoken with line by line |
 
 mod command;
 mod converse;
 mod devices;
-mod file;
 mod fit;
 mod question;
 mod table;
@@ -41,6 +39,6 @@ fn _tumble(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(devices::batch_seconds, module)?)?;
     module.add_function(wrap_pyfunction!(command::simulate, module)?)?;
     module.add_function(wrap_pyfunction!(command::run, module)?)?;
-    module.add_function(wrap_pyfunction!(file::write_table, module)?)?;
-    module.add_function(wrap_pyfunction!(file::read_numbers, module)?)
+    module.add_function(wrap_pyfunction!(command::write_table, module)?)?;
+    module.add_function(wrap_pyfunction!(command::read_numbers, module)?)
 }

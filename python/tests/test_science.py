@@ -60,7 +60,7 @@ def test_pandas(fit: tumble.Fit) -> None:
     assert np.allclose(fit.conf_int()["upper"] - fit.params, k * fit.bse, rtol=1e-9)
     # the same with 99.5 %
     k = 2**0.5 * 0.99 / (1 - 0.99**2) ** 0.5
-    for wide in (fit.conf_int(0.99), fit.conf_int(alpha=0.01)):
+    for wide in (fit.conf_int(level=0.99), fit.conf_int(alpha=0.01)):
         assert np.allclose(fit.params - wide["lower"], k * fit.bse, rtol=1e-9)
     for wrong, error in (({"level": 2}, tumble.MalformedError), ({"level": 0.9, "alpha": 0.1}, TypeError)):
         with pytest.raises(error):

@@ -82,7 +82,7 @@ def _report(kind: type[R], command: list[str], options: Mapping[str, Any], files
     """The report of a command, its table and its page, all from one run."""
     report, page = (os.path.join(files.folder, name) for name in ("report.json", "page.html"))
     rejected, table = _ask([*command, *more, "--json", report, "--html", page], options, files, level=4)
-    shown = Path(page).read_text(encoding="utf-8")
+    table, shown = (files.told(text, {}) for text in (table, Path(page).read_text(encoding="utf-8")))
     found = kind(json.loads(Path(report).read_text(encoding="utf-8")), rejected, table.__str__, shown.__str__)
     if rejected:
         verdict = found.data.get("verdict", "rejected")

@@ -243,7 +243,7 @@ class Fit(Mapping[str, Parameter], Frames):
             return self.covariance
         return pandas.DataFrame(self.covariance, index=self.order, columns=self.order)
 
-    def conf_int(self, level: Optional[float] = None, *, alpha: Optional[float] = None) -> Any:
+    def conf_int(self, *, level: Optional[float] = None, alpha: Optional[float] = None) -> Any:
         """`value -+ U` in the units of `covariance`: a DataFrame (lower, upper), else a dict of pairs. level: coverage probability (that of the fit); or
         alpha, one minus it."""
         if level is not None and alpha is not None:
