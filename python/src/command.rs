@@ -1,14 +1,14 @@
-//! Commands of the program, and simulated readings.
+//! Commands of the program, the tables that they read and write, and simulated readings.
 
+use crate::fit::numbers;
 use crate::question::Question;
 use crate::work::{interruptible, raised};
 use pyo3::exceptions::PyOSError;
 use pyo3::prelude::*;
-use pyo3::types::PyBytes;
-use std::fmt::Write;
+use pyo3::types::{PyByteArray, PyBytes};
 use std::path::PathBuf;
 use tumble::cli;
-use tumble::record::Cells;
+use tumble::record::{As, Block, Record};
 use tumble::wire::{self, Source};
 
 /// A command as in a shell: exit code, stdout, stderr. With `raise_malformed` a malformed question is an exception.
@@ -53,35 +53,36 @@ pub fn simulate(
     text.map_err(|error| PyOSError::new_err(error.to_string()))
 }
 
-/// Write a table as CSV, every number with all its digits.
+/// Write a table as Parquet, in which nothing is guessed.
 #[pyfunction]
-pub fn write_csv(py: Python<'_>, table: Bound<'_, PyAny>, path: PathBuf) -> PyResult<()> {
+pub fn write_table(py: Python<'_>, table: Bound<'_, PyAny>, path: PathBuf) -> PyResult<()> {
     let columns = crate::table::columns(&table)?;
-    py.detach(|| {
-        let quoted = |text: &str| match text.contains(['"', ',', '\n', '\r', ';']) {
-            true => format!("\"{}\"", text.replace('"', "\"\"")),
-            false => text.to_string(),
+    // the same is asked of it as of a table that stays in memory
+    let write = || crate::table::held("table", columns.clone()).and_then(|_| cli::write_table(&columns, &path));
+    py.detach(write).map_err(|error| raised(py, &error, None))
+}
+
+/// The numbers of columns of a file; of columns with one title the last.
+#[pyfunction]
+pub fn read_numbers<'py>(
+    py: Python<'py>,
+    path: PathBuf,
+    titles: Vec<String>,
+) -> PyResult<Vec<Bound<'py, PyByteArray>>> {
+    let read = || {
+        let mut record = Record::at(&path)?;
+        let place = |title: &String| match record.columns().iter().rposition(|column| column.title == *title) {
+            Some(place) => Ok((place, As::Number)),
+            None => record.find(title).map(|place| (place, As::Number)),
         };
-        let titles: Vec<String> = columns.iter().map(|(title, _)| quoted(title)).collect();
-        let mut out = titles.join(",") + "\n";
-        let rows = columns.first().map_or(0, |(_, cells)| crate::table::length(cells));
-        for row in 0..rows {
-            for (k, (_, cells)) in columns.iter().enumerate() {
-                if k > 0 {
-                    out.push(',');
-                }
-                match cells {
-                    Cells::Numbers(own) => {
-                        if let Some(value) = own.get(row).filter(|value| !value.is_nan()) {
-                            let _ = write!(out, "{value}");
-                        }
-                    }
-                    Cells::Texts(own) => out.push_str(&quoted(own.get(row).map_or("", String::as_str))),
-                }
-            }
-            out.push('\n');
+        let wanted = titles.iter().map(place).collect::<tumble::Result<Vec<_>>>()?;
+        record.select(&wanted);
+        let (mut all, mut block) = (vec![Vec::new(); wanted.len()], Block::default());
+        while record.next(&mut block)? {
+            all.iter_mut().zip(&block.columns).for_each(|(all, part)| all.extend_from_slice(part));
         }
-        std::fs::write(&path, out)
-    })?;
-    Ok(())
+        Ok(all)
+    };
+    let all: Vec<Vec<f64>> = py.detach(read).map_err(|error| raised(py, &error, None))?;
+    all.iter().map(|own| numbers(py, own.len(), |k| own.get(k).copied().unwrap_or(f64::NAN))).collect()
 }

@@ -9,18 +9,26 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 use tumble::cli::{self, Printed};
 use tumble::report::GuideReport;
+use tumble::stop::Stop;
 
 /// Between two looks for signals.
 const LOOK: Duration = Duration::from_millis(20);
 
-/// A command in a thread of its own, which reads the lines that it is told, and whose lines of standard output are answers.
+/// A command in a thread of its own, which reads the lines that it is told, and whose lines of standard output are answers. It ends with this.
 #[pyclass]
 pub struct Conversation {
     input: Option<Sender<String>>,
     output: Mutex<Receiver<String>>,
     rest: String,
-    thread: Option<JoinHandle<Printed>>,
+    thread: Option<JoinHandle<Option<Printed>>>,
+    stop: Stop,
     exit_code: Option<u8>,
+}
+
+impl Drop for Conversation {
+    fn drop(&mut self) {
+        self.stop.ask();
+    }
 }
 
 #[pymethods]
@@ -29,12 +37,14 @@ impl Conversation {
     fn new(arguments: Vec<String>) -> PyResult<Self> {
         let (input, heard) = mpsc::channel();
         let (said, output) = mpsc::channel();
+        let stop = Stop::default();
+        let obeyed = stop.clone();
         let spawned = std::thread::Builder::new().name("tumble".into());
         let thread = spawned
-            .spawn(move || cli::converse(arguments, heard, said))
+            .spawn(move || obeyed.run(|| cli::converse(arguments, heard, said)))
             .map_err(|error| PyRuntimeError::new_err(format!("no thread to work in: {error}")))?;
         let (output, thread) = (Mutex::new(output), Some(thread));
-        Ok(Conversation { input: Some(input), output, rest: String::new(), thread, exit_code: None })
+        Ok(Conversation { input: Some(input), output, rest: String::new(), thread, stop, exit_code: None })
     }
 
     /// A line for the command; it is lost where the command has ended.
@@ -47,6 +57,11 @@ impl Conversation {
     /// No more lines follow.
     fn close(&mut self) {
         self.input = None;
+    }
+
+    /// Stop it where it is: no line that it has not said yet follows.
+    fn stop(&self) {
+        self.stop.ask();
     }
 
     /// The next line of the command; None at its end. A malformed question is an exception.
@@ -71,6 +86,7 @@ impl Conversation {
         let Some(thread) = self.thread.take() else { return Ok(None) };
         let printed =
             py.detach(|| thread.join()).map_err(|_| PyRuntimeError::new_err("the work ended without a result"))?;
+        let Some(printed) = printed else { return Ok(None) };
         self.exit_code = Some(printed.exit_code);
         match (&printed.error, printed.exit_code) {
             (Some(error), _) => Err(raised(py, error, None)),

@@ -119,27 +119,31 @@ impl Devices {
     }
 
     /// The summary as JSON.
-    fn report(&self) -> PyResult<String> {
-        serde_json::to_string(&self.summed()).map_err(|error| PyRuntimeError::new_err(error.to_string()))
+    fn report(&self, py: Python<'_>) -> PyResult<String> {
+        let report = py.detach(|| serde_json::to_string(&self.summed()));
+        report.map_err(|error| PyRuntimeError::new_err(error.to_string()))
     }
 
     /// The summary as the program prints it; `rows`: so many devices as well.
-    fn table(&self, rows: usize, lang: &str) -> PyResult<String> {
+    fn table(&self, py: Python<'_>, rows: usize, lang: &str) -> PyResult<String> {
         let lang = language(lang)?;
         let shown = self.rows.get(..rows.min(self.rows.len())).unwrap_or_default();
         let rows = match shown {
             [] => String::new(),
             shown => report::batch_rows(&self.template, &self.by, shown, lang) + "\n",
         };
-        let document = report::batch_document(&self.summed(), None, &Default::default(), lang);
+        let document = py.detach(|| report::batch_document(&self.summed(), None, &Default::default(), lang));
         Ok(rows + &terminal::brief(&document))
     }
 
     /// The page.
     fn page(&self, py: Python<'_>, lang: &str) -> PyResult<String> {
-        let fitted = Some((&self.template, &self.summary()));
-        let document = report::batch_document(&self.summed(), fitted, &Default::default(), language(lang)?);
-        html::render(&document).map_err(|error| raised(py, &error, None))
+        let lang = language(lang)?;
+        let page = py.detach(|| {
+            let fitted = Some((&self.template, &self.summary()));
+            html::render(&report::batch_document(&self.summed(), fitted, &Default::default(), lang))
+        });
+        page.map_err(|error| raised(py, &error, None))
     }
 }
 

@@ -1,10 +1,12 @@
 //! One fit.
 
 use crate::question::Question;
+use crate::table::{self, Columns};
 use crate::work::{interruptible, raised};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyByteArray;
+use std::collections::{BTreeMap, HashSet};
 use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
 use std::time::Instant;
@@ -13,10 +15,15 @@ use tumble::document::{html, terminal};
 use tumble::error::{Fault, Malformed};
 use tumble::fit::{self as engine, Estimator, Remount, RobustMethod, Settings, Weighting};
 use tumble::language::Language;
+use tumble::record::{Cells, Record};
 use tumble::report::{self, FitReport};
+use tumble::wire::{self, Named};
 
 /// Readings times the square of the unknowns up to which a fit is done before anyone could press Ctrl-C.
 const SMALL: usize = 200_000;
+
+/// The title of a column that no model line reads.
+const NO_COLUMN: &str = "row #";
 
 /// A fit, with everything that may be asked of it.
 #[pyclass(frozen, module = "tumble._tumble")]
@@ -94,7 +101,7 @@ impl Fit {
 
     /// Readings as columns of numbers: index (from 1), value, fitted, residual, redundancy, studentized; and the sensors.
     fn readings<'py>(&self, py: Python<'py>) -> PyResult<(usize, Bound<'py, PyByteArray>, Vec<String>, Vec<String>)> {
-        let report = self.made()?;
+        let report = self.made(py)?;
         let columns: Vec<f64> = report
             .readings
             .iter()
@@ -110,42 +117,104 @@ impl Fit {
     }
 
     /// The report as JSON.
-    fn report(&self) -> PyResult<String> {
-        serde_json::to_string(&*self.made()?).map_err(|error| PyRuntimeError::new_err(error.to_string()))
+    fn report(&self, py: Python<'_>) -> PyResult<String> {
+        let report = self.made(py)?;
+        py.detach(|| json(&report))
+    }
+
+    /// The report as JSON without its readings.
+    fn summary(&self, py: Python<'_>) -> PyResult<String> {
+        py.detach(|| json(&report::fit_summary(&self.fit)))
     }
 
     /// The table of the terminal; `listed`: every reading as well.
-    fn table(&self, listed: bool, lang: &str) -> PyResult<String> {
+    fn table(&self, py: Python<'_>, listed: bool, lang: &str) -> PyResult<String> {
+        let (lang, report) = (language(lang)?, self.made(py)?);
         let asked = report::Asked { fit: Some(&self.fit), readings: listed, ..report::Asked::default() };
-        Ok(terminal::brief(&report::fit_document(&*self.made()?, &asked, language(lang)?)))
+        Ok(py.detach(|| terminal::brief(&report::fit_document(&report, &asked, lang))))
     }
 
-    /// What the model says of further readings, rows of a schedule as JSON: for each sensor its value in every row.
-    fn predict<'py>(&self, py: Python<'py>, rows: &str) -> PyResult<Vec<(String, Bound<'py, PyByteArray>)>> {
-        let rows = serde_json::from_str(rows).map_err(|error| PyValueError::new_err(error.to_string()))?;
-        let found = self.predicted(rows).map_err(|error| raised(py, &error, None))?;
-        let sensors = &found.bench.sensors;
-        let of = |k: usize| {
-            let all = found.readings.rows.iter().flat_map(|row| &row.observations);
-            all.filter(|own| own.sensor == k).map(|own| own.value).collect::<Vec<f64>>()
+    /// What the model says of further readings, a table with the columns that the model reads, some under the titles of the
+    /// campaign's map: for each sensor its value in every row, NaN where a
+    /// cell that it needs is empty.
+    fn predict<'py>(
+        &self,
+        py: Python<'py>,
+        table: Bound<'py, PyAny>,
+        titles: BTreeMap<String, String>,
+    ) -> PyResult<Vec<(String, Bound<'py, PyByteArray>)>> {
+        let columns = table::columns(&table)?;
+        let rows = columns.first().map_or(0, |(_, cells)| table::length(cells));
+        let (found, lacking) =
+            py.detach(|| self.predicted(columns, titles, rows)).map_err(|error| raised(py, &error, None))?;
+        let sensors = self.fit.campaign.bench.sensors.iter().enumerate();
+        let values = |sensor: usize| {
+            let all = found.iter().flat_map(|found| &found.readings.rows).flat_map(|row| &row.observations);
+            let known = all.filter(|own| own.sensor == sensor).map(|own| own.value).enumerate();
+            known.map(|(row, value)| if lacking.contains(&row) { f64::NAN } else { value }).collect::<Vec<f64>>()
         };
-        let bytes = |values: Vec<f64>| numbers(py, values.len(), |k| values.get(k).copied().unwrap_or(f64::NAN));
-        sensors.iter().enumerate().map(|(k, sensor)| Ok((sensor.id.clone(), bytes(of(k))?))).collect()
+        let bytes = |values: Vec<f64>| numbers(py, rows, |k| values.get(k).copied().unwrap_or(f64::NAN));
+        sensors.map(|(k, sensor)| Ok((sensor.id.clone(), bytes(values(k))?))).collect()
     }
 
     /// The page.
     fn page(&self, py: Python<'_>, lang: &str) -> PyResult<String> {
         let lang = language(lang)?;
-        let asked = report::Asked { fit: Some(&self.fit), ..report::Asked::default() };
-        html::render(&report::fit_document(&*self.made()?, &asked, lang)).map_err(|error| raised(py, &error, None))
+        let (asked, report) = (report::Asked { fit: Some(&self.fit), ..report::Asked::default() }, self.made(py)?);
+        let page = py.detach(|| html::render(&report::fit_document(&report, &asked, lang)));
+        page.map_err(|error| raised(py, &error, None))
     }
 }
 
 impl Fit {
-    /// A schedule with the values of the fitted model.
-    fn predicted(&self, rows: Vec<tumble::wire::ReadingFile>) -> Result<Campaign, Malformed> {
+    /// A schedule with the values of the fitted model (none where no row is whole), and the rows that lack something that the model reads, whose values
+    /// mean nothing.
+    fn predicted(
+        &self,
+        columns: Columns,
+        map: BTreeMap<String, String>,
+        rows: usize,
+    ) -> Result<(Option<Campaign>, HashSet<usize>), Malformed> {
         let campaign = &self.fit.campaign;
-        let mut schedule = campaign.with_readings(tumble::wire::read_rows(&campaign.bench, rows)?);
+        let bench = &campaign.bench;
+        let nothing = columns.iter().map(|(title, _)| (title.clone(), Cells::Numbers(Vec::new()))).collect();
+        let titles = Record::from(table::held("readings", nothing)?);
+        // the sensors' columns need not be there
+        let there = |wanted: &String| titles.columns().iter().any(|own| own.title == *wanted || own.name == *wanted);
+        let map = Named(map.into_iter().filter(|(_, wanted)| there(wanted)).collect());
+        let layout = wire::table_layout(bench, &titles, None, &map, |_| false)?;
+        let read = layout.numeric(bench);
+        let (keys, mut used): (Vec<&String>, Columns) = layout
+            .keys
+            .iter()
+            .zip(&layout.columns)
+            .filter(|(key, _)| read.contains(key))
+            .filter_map(|(key, place)| Some((key, columns.get(*place)?.clone())))
+            .unzip();
+        // an angle may be missing beside a rate: a joint lacks what it needs where all of its columns are empty
+        let is_of = |key: &str, joint: &str| matches!(key.strip_prefix(joint), Some("_deg" | "_deg_s" | "_turns"));
+        let mut groups: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
+        for (k, key) in keys.iter().enumerate() {
+            groups.entry(bench.joints().find(|joint| is_of(key, joint)).unwrap_or(key)).or_default().push(k);
+        }
+        let is_gap = |row: usize, group: &[usize]| {
+            group.iter().all(|k| used.get(*k).is_none_or(|(_, cells)| table::is_empty(cells, row)))
+        };
+        let gaps: Vec<(usize, &Vec<usize>)> = (0..rows)
+            .flat_map(|row| groups.values().map(move |group| (row, group)))
+            .filter(|(row, group)| is_gap(*row, group))
+            .collect();
+        let lacking: HashSet<usize> = gaps.iter().map(|(row, _)| *row).collect();
+        let Some(whole) = (0..rows).find(|row| !lacking.contains(row)) else { return Ok((None, lacking)) };
+        // a gap is filled, so that times count from the first row
+        for (row, k) in gaps.into_iter().flat_map(|(row, group)| group.iter().map(move |k| (row, *k))) {
+            used.iter_mut().skip(k).take(1).for_each(|(_, cells)| table::copy(cells, whole, row));
+        }
+        // a model may read no column at all
+        used.push((NO_COLUMN.into(), Cells::Numbers(vec![0.0; rows])));
+        let map = Named(map.0.into_iter().filter(|(key, _)| read.contains(key)).collect());
+        let readings = wire::read_readings(bench, Record::from(table::held("readings", used)?), &map, &[])?;
+        let mut schedule = campaign.with_readings(readings);
         schedule.scatter.clear();
         let mut point = schedule.reference_point();
         for (place, own) in point.iter_mut().zip(&self.fit.parameters) {
@@ -155,11 +224,12 @@ impl Fit {
             })?;
         }
         let noise = vec![tumble::simulate::DrawnNoise::default(); schedule.bench.sensors.len()];
-        tumble::simulate(&schedule, &tumble::simulate::Truth { point, noise, effects: vec![], scatter: vec![] }, 0)
+        let truth = tumble::simulate::Truth { point, noise, effects: vec![], scatter: vec![] };
+        Ok((Some(tumble::simulate(&schedule, &truth, 0)?), lacking))
     }
 
-    fn made(&self) -> PyResult<Arc<FitReport>> {
-        self.reported().map_err(|error| PyValueError::new_err(error.to_string()))
+    fn made(&self, py: Python<'_>) -> PyResult<Arc<FitReport>> {
+        py.detach(|| self.reported()).map_err(|error| PyValueError::new_err(error.to_string()))
     }
 
     /// The report, made once. Errors: a number of Monte Carlo trials that cannot be drawn.
@@ -176,12 +246,32 @@ impl Fit {
     }
 }
 
+fn json(report: &FitReport) -> PyResult<String> {
+    serde_json::to_string(report).map_err(|error| PyRuntimeError::new_err(error.to_string()))
+}
+
+/// The document of a report as JSON.
+fn document(text: &str, readings: bool, lang: &str) -> PyResult<tumble::document::Document> {
+    let report: FitReport = serde_json::from_str(text).map_err(|error| PyValueError::new_err(error.to_string()))?;
+    Ok(report::fit_document(&report, &report::Asked { readings, ..report::Asked::default() }, language(lang)?))
+}
+
 /// The table of the terminal, of a report as JSON.
 #[pyfunction]
 pub fn report_table(text: &str, listed: bool, lang: &str) -> PyResult<String> {
-    let report: FitReport = serde_json::from_str(text).map_err(|error| PyValueError::new_err(error.to_string()))?;
-    let asked = report::Asked { readings: listed, ..report::Asked::default() };
-    Ok(terminal::brief(&report::fit_document(&report, &asked, language(lang)?)))
+    Ok(terminal::brief(&document(text, listed, lang)?))
+}
+
+/// The page of a report as JSON.
+#[pyfunction]
+pub fn report_page(py: Python<'_>, text: &str, lang: &str) -> PyResult<String> {
+    html::render(&document(text, false, lang)?).map_err(|error| raised(py, &error, None))
+}
+
+/// Student's two-sided quantile at a level.
+#[pyfunction]
+pub fn coverage_factor(level: f64, dof: f64) -> Option<f64> {
+    tumble::uncertainty::quantiles::coverage_factor(level, dof)
 }
 
 /// So many numbers as bytes that numpy takes without a copy.

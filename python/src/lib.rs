@@ -7,7 +7,7 @@
 //! | `question.rs` | campaigns from dicts, and templates of those that come again |
 //! | `fit.rs` | one fit |
 //! | `devices.rs` | many devices: arrays in, arrays out |
-//! | `command.rs` | commands of the program; simulated readings |
+//! | `command.rs` | commands of the program, their tables; simulated readings |
 //! | `converse.rs` | a command that is spoken with line by line |
 
 mod command;
@@ -31,11 +31,14 @@ fn _tumble(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(question::sensors, module)?)?;
     module.add_function(wrap_pyfunction!(fit::fit, module)?)?;
     module.add_function(wrap_pyfunction!(fit::report_table, module)?)?;
+    module.add_function(wrap_pyfunction!(fit::report_page, module)?)?;
+    module.add_function(wrap_pyfunction!(fit::coverage_factor, module)?)?;
     module.add_function(wrap_pyfunction!(fit::engine_seconds, module)?)?;
     module.add_function(wrap_pyfunction!(devices::fit_array, module)?)?;
     module.add_function(wrap_pyfunction!(devices::fit_table, module)?)?;
     module.add_function(wrap_pyfunction!(devices::batch_seconds, module)?)?;
     module.add_function(wrap_pyfunction!(command::simulate, module)?)?;
     module.add_function(wrap_pyfunction!(command::run, module)?)?;
-    module.add_function(wrap_pyfunction!(command::write_csv, module)?)
+    module.add_function(wrap_pyfunction!(command::write_table, module)?)?;
+    module.add_function(wrap_pyfunction!(command::read_numbers, module)?)
 }

@@ -1,15 +1,21 @@
 //! Tables of Python as columns: through Arrow's C interface, from buffers (numpy, array, memoryview) and from sequences.
+//!
+//! A column is numbers, or texts where one of its cells is no number that a double keeps: a time (as ISO 8601 writes it, in UTC), a whole number of more
+//! than 53 bits, a value of a type that is not read. What is absent is NaN, or an empty text.
 
 use arrow_array::cast::AsArray;
 use arrow_array::ffi_stream::{FFI_ArrowArrayStream, RecordBatchStreamReader};
 use arrow_array::types::*;
-use arrow_array::{Array, ArrayRef, RecordBatchReader};
+use arrow_array::{Array, RecordBatchReader, downcast_integer_array, downcast_temporal_array};
 use arrow_schema::{DataType, TimeUnit};
 use pyo3::buffer::{ElementType, PyUntypedBuffer};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::{PyBool, PyCapsule, PyDict, PyString};
+use pyo3::types::{PyBool, PyCapsule, PyDict, PyFloat, PyInt, PyString};
 use tumble::record::{Cells, Held};
+
+/// Up to here every whole number is a double.
+const WHOLE: u128 = 1 << 53;
 
 /// Columns with their titles.
 pub type Columns = Vec<(String, Cells)>;
@@ -41,41 +47,62 @@ pub fn length(cells: &Cells) -> usize {
     }
 }
 
+/// Is a cell empty?
+pub fn is_empty(cells: &Cells, row: usize) -> bool {
+    match cells {
+        Cells::Numbers(own) => own.get(row).is_none_or(|number| number.is_nan()),
+        Cells::Texts(own) => own.get(row).is_none_or(|text| text.trim().is_empty()),
+    }
+}
+
+/// Put a cell in the place of another one.
+pub fn copy(cells: &mut Cells, from: usize, to: usize) {
+    fn copy<T: Clone>(own: &mut [T], from: usize, to: usize) {
+        if let (Some(cell), Some(place)) = (own.get(from).cloned(), own.get_mut(to)) {
+            *place = cell;
+        }
+    }
+    match cells {
+        Cells::Numbers(own) => copy(own, from, to),
+        Cells::Texts(own) => copy(own, from, to),
+    }
+}
+
 /// A table in memory as the library reads it.
 pub fn held(name: &str, columns: Columns) -> tumble::Result<Held> {
     Held::of(name, columns)
 }
 
-/// A numeric array of any number of dimensions, row by row, and its shape.
+/// An array of doubles of any number of dimensions, row by row, and its shape.
 pub fn array(object: &Bound<'_, PyAny>) -> PyResult<(Vec<f64>, Vec<usize>)> {
     let buffer = PyUntypedBuffer::get(object)?;
-    let shape = buffer.shape().to_vec();
-    match numbers(object.py(), &buffer)? {
-        Some(values) => Ok((values, shape)),
-        None => Err(PyTypeError::new_err("expected an array of float64, float32 or integers")),
-    }
+    Ok((buffer.as_typed::<f64>()?.to_vec(object.py())?, buffer.shape().to_vec()))
 }
 
-/// What a buffer holds, row by row; `None` where that is no number.
-fn numbers(py: Python<'_>, buffer: &PyUntypedBuffer) -> PyResult<Option<Vec<f64>>> {
-    macro_rules! wide {
-        ($kind:ty) => {
-            Ok(Some(buffer.as_typed::<$kind>()?.to_vec(py)?.into_iter().map(|v| v as f64).collect()))
-        };
+/// The cells of a buffer; `None` where it holds no numbers.
+fn of_buffer(py: Python<'_>, buffer: &PyUntypedBuffer) -> PyResult<Option<Cells>> {
+    macro_rules! whole {
+        ($kind:ty) => {{
+            let mut gathered = Gathered::default();
+            buffer.as_typed::<$kind>()?.to_vec(py)?.into_iter().for_each(|value| gathered.whole(value.into()));
+            gathered.cells()
+        }};
     }
-    match ElementType::from_format(buffer.format()) {
-        ElementType::Float { bytes: 8 } => Ok(Some(buffer.as_typed::<f64>()?.to_vec(py)?)),
-        ElementType::Float { bytes: 4 } => wide!(f32),
-        ElementType::SignedInteger { bytes: 8 } => wide!(i64),
-        ElementType::SignedInteger { bytes: 4 } => wide!(i32),
-        ElementType::SignedInteger { bytes: 2 } => wide!(i16),
-        ElementType::SignedInteger { bytes: 1 } => wide!(i8),
-        ElementType::UnsignedInteger { bytes: 8 } => wide!(u64),
-        ElementType::UnsignedInteger { bytes: 4 } => wide!(u32),
-        ElementType::UnsignedInteger { bytes: 2 } => wide!(u16),
-        ElementType::UnsignedInteger { bytes: 1 } => wide!(u8),
-        _ => Ok(None),
-    }
+    Ok(Some(match ElementType::from_format(buffer.format()) {
+        ElementType::Float { bytes: 8 } => Cells::Numbers(buffer.as_typed::<f64>()?.to_vec(py)?),
+        ElementType::Float { bytes: 4 } => {
+            Cells::Numbers(buffer.as_typed::<f32>()?.to_vec(py)?.into_iter().map(f64::from).collect())
+        }
+        ElementType::SignedInteger { bytes: 8 } => whole!(i64),
+        ElementType::SignedInteger { bytes: 4 } => whole!(i32),
+        ElementType::SignedInteger { bytes: 2 } => whole!(i16),
+        ElementType::SignedInteger { bytes: 1 } => whole!(i8),
+        ElementType::UnsignedInteger { bytes: 8 } => whole!(u64),
+        ElementType::UnsignedInteger { bytes: 4 } => whole!(u32),
+        ElementType::UnsignedInteger { bytes: 2 } => whole!(u16),
+        ElementType::UnsignedInteger { bytes: 1 } => whole!(u8),
+        _ => return Ok(None),
+    }))
 }
 
 /// One column.
@@ -86,8 +113,8 @@ fn column(object: &Bound<'_, PyAny>) -> PyResult<Cells> {
         if buffer.dimensions() != 1 {
             return Err(PyValueError::new_err(format!("expected one dimension, found {}", buffer.dimensions())));
         }
-        if let Some(values) = numbers(object.py(), &buffer)? {
-            return Ok(Cells::Numbers(values));
+        if let Some(cells) = of_buffer(object.py(), &buffer)? {
+            return Ok(cells);
         }
     }
     let list = if object.hasattr("tolist")? { object.call_method0("tolist")? } else { object.clone() };
@@ -106,40 +133,128 @@ struct Gathered {
 }
 
 impl Gathered {
-    fn push(&mut self, cell: &Bound<'_, PyAny>) -> PyResult<()> {
-        if cell.is_none() {
-            return self.put(f64::NAN, "");
-        }
-        if let Ok(text) = cell.cast::<PyString>() {
-            let text = text.to_string();
-            if self.texts.is_none() {
-                self.texts = Some(self.numbers.iter().map(|v| written(*v)).collect());
-            }
-            return self.put(f64::NAN, &text);
-        }
-        let number = match cell.cast::<PyBool>() {
-            Ok(truth) => Some(f64::from(u8::from(truth.is_true()))),
-            Err(_) => cell.extract::<f64>().ok(),
-        };
-        match number {
-            Some(number) => self.put(number, &written(number)),
-            // a date, an identifier
-            None => {
-                let text = match cell.call_method0("isoformat") {
-                    Ok(text) => text.to_string(),
-                    Err(_) => cell.str()?.to_string(),
-                };
-                self.push(PyString::new(cell.py(), &text).as_any())
-            }
+    fn number(&mut self, number: f64) {
+        match &mut self.texts {
+            Some(texts) => texts.push(written(number)),
+            None => self.numbers.push(number),
         }
     }
 
-    fn put(&mut self, number: f64, text: &str) -> PyResult<()> {
-        match &mut self.texts {
-            Some(texts) => texts.push(text.to_string()),
-            None => self.numbers.push(number),
+    fn whole(&mut self, value: i128) {
+        match value.unsigned_abs() > WHOLE {
+            true => self.text(&value.to_string()),
+            false => self.number(value as f64),
+        }
+    }
+
+    fn text(&mut self, text: &str) {
+        let numbers = std::mem::take(&mut self.numbers);
+        let texts = self.texts.get_or_insert_with(|| numbers.into_iter().map(written).collect());
+        texts.push(text.to_string());
+    }
+
+    /// A time as ISO 8601 writes it, without zeros behind the last decimal.
+    fn time(&mut self, text: &str) {
+        let fraction = text.rsplit_once('.').filter(|(_, digits)| digits.bytes().all(|b| b.is_ascii_digit()));
+        self.text(fraction.map_or(text, |_| text.trim_end_matches('0').trim_end_matches('.')));
+    }
+
+    /// A cell of Python.
+    fn push(&mut self, cell: &Bound<'_, PyAny>) -> PyResult<()> {
+        if let Ok(number) = cell.cast::<PyFloat>() {
+            self.number(number.value());
+        } else if let Ok(text) = cell.cast::<PyString>() {
+            self.text(&text.to_string());
+        } else if let Ok(truth) = cell.cast::<PyBool>() {
+            self.number(f64::from(u8::from(truth.is_true())));
+        } else if cell.is_none() || is_absent(cell) {
+            self.number(f64::NAN);
+        } else if let Ok(value) = cell.extract::<i64>() {
+            self.whole(value.into());
+        } else if cell.is_instance_of::<PyInt>() {
+            self.text(&cell.str()?.to_string());
+        } else if let Ok(number) = cell.extract::<f64>() {
+            self.number(number);
+        } else if let Ok(seconds) = cell.call_method0("total_seconds").and_then(|own| own.extract::<f64>()) {
+            self.number(seconds);
+        } else if let Ok(time) = cell.call_method0("isoformat") {
+            self.time(&time.to_string());
+        } else {
+            self.text(&cell.str()?.to_string());
         }
         Ok(())
+    }
+
+    /// Cells of Arrow.
+    fn array(&mut self, array: &dyn Array) {
+        macro_rules! each {
+            ($own:expr, $value:ident => $put:expr) => {
+                for cell in $own.iter() {
+                    match cell {
+                        Some($value) => $put,
+                        None => self.number(f64::NAN),
+                    }
+                }
+            };
+        }
+        macro_rules! of {
+            ($kind:ty, $value:ident => $put:expr) => {
+                each!(array.as_primitive::<$kind>(), $value => $put)
+            };
+        }
+        macro_rules! decimals {
+            ($kind:ty) => {{
+                let own = array.as_primitive::<$kind>();
+                // one that no double reads is no number
+                let number = |k: usize| own.is_valid(k).then(|| own.value_as_string(k).parse().ok()).flatten();
+                (0..own.len()).for_each(|k| self.number(number(k).unwrap_or(f64::NAN)));
+            }};
+        }
+        downcast_integer_array!(array => each!(array, value => self.whole(value.into())), kind => match kind {
+            DataType::Float64 => of!(Float64Type, value => self.number(value)),
+            DataType::Float32 => of!(Float32Type, value => self.number(value.into())),
+            DataType::Float16 => of!(Float16Type, value => self.number(value.into())),
+            DataType::Boolean => each!(array.as_boolean(), value => self.number(f64::from(u8::from(value)))),
+            DataType::Utf8 => each!(array.as_string::<i32>(), text => self.text(text)),
+            DataType::LargeUtf8 => each!(array.as_string::<i64>(), text => self.text(text)),
+            DataType::Utf8View => each!(array.as_string_view(), text => self.text(text)),
+            DataType::Decimal128(..) => decimals!(Decimal128Type),
+            DataType::Decimal256(..) => decimals!(Decimal256Type),
+            DataType::Duration(TimeUnit::Second) => of!(DurationSecondType, v => self.number(v as f64)),
+            DataType::Duration(TimeUnit::Millisecond) => of!(DurationMillisecondType, v => self.number(v as f64 / 1e3)),
+            DataType::Duration(TimeUnit::Microsecond) => of!(DurationMicrosecondType, v => self.number(v as f64 / 1e6)),
+            DataType::Duration(TimeUnit::Nanosecond) => of!(DurationNanosecondType, v => self.number(v as f64 / 1e9)),
+            DataType::Dictionary(..) => self.dictionary(array),
+            kind => downcast_temporal_array!(array => for k in 0..array.len() {
+                let time = match kind {
+                    DataType::Date32 | DataType::Date64 => array.value_as_date(k).map(|day| format!("{day:?}")),
+                    DataType::Time32(_) | DataType::Time64(_) => array.value_as_time(k).map(|time| format!("{time:?}")),
+                    _ => array.value_as_datetime(k).map(|time| format!("{time:?}")),
+                };
+                self.time(&time.filter(|_| array.is_valid(k)).unwrap_or_default());
+            },
+            other => {
+                // a column that nothing uses is no fault
+                let named = format!("a value of the type {other}");
+                (0..array.len()).for_each(|k| self.text(if array.is_valid(k) { &named } else { "" }));
+            }),
+        });
+    }
+
+    fn dictionary(&mut self, array: &dyn Array) {
+        let Some(own) = array.as_any_dictionary_opt() else { return };
+        let mut entries = Gathered::default();
+        entries.array(own.values());
+        // a dictionary without entries has no keys either
+        let keys = if own.values().is_empty() { vec![0; array.len()] } else { own.normalized_keys() };
+        let entries = entries.cells();
+        for (k, key) in keys.into_iter().enumerate() {
+            match &entries {
+                _ if own.is_null(k) => self.number(f64::NAN),
+                Cells::Numbers(all) => self.number(all.get(key).copied().unwrap_or(f64::NAN)),
+                Cells::Texts(all) => self.text(all.get(key).map_or("", String::as_str)),
+            }
+        }
     }
 
     fn cells(self) -> Cells {
@@ -147,11 +262,16 @@ impl Gathered {
     }
 }
 
+/// Is it what pandas and numpy have for an absent value? Such a thing is not equal to itself, or does not know whether it is.
+fn is_absent(cell: &Bound<'_, PyAny>) -> bool {
+    !cell.eq(cell).unwrap_or_else(|_| cell.hasattr("__len__").unwrap_or(false))
+}
+
 fn written(number: f64) -> String {
     if number.is_nan() { String::new() } else { number.to_string() }
 }
 
-/// The columns of a stream of Arrow's PyCapsule interface; what the producer holds is read where it is.
+/// The columns of a stream of Arrow's PyCapsule interface.
 fn of_stream(table: &Bound<'_, PyAny>) -> PyResult<Columns> {
     let capsule = table.call_method0("__arrow_c_stream__")?;
     let pointer = capsule.cast::<PyCapsule>()?.pointer_checked(Some(c"arrow_array_stream"))?;
@@ -159,103 +279,15 @@ fn of_stream(table: &Bound<'_, PyAny>) -> PyResult<Columns> {
     let reader = unsafe { RecordBatchStreamReader::from_raw(pointer.cast::<FFI_ArrowArrayStream>().as_ptr()) };
     let reader = reader.map_err(unread)?;
     let schema = reader.schema();
-    let mut found: Columns = Vec::new();
-    for field in schema.fields() {
-        let cells = if is_text(field.data_type()) { Cells::Texts(Vec::new()) } else { Cells::Numbers(Vec::new()) };
-        found.push((field.name().clone(), cells));
-    }
+    let mut found: Vec<Gathered> = schema.fields().iter().map(|_| Gathered::default()).collect();
     for batch in reader {
         let batch = batch.map_err(unread)?;
-        for ((name, cells), array) in found.iter_mut().zip(batch.columns()) {
-            let read = match cells {
-                Cells::Numbers(to) => push_numbers(array, to),
-                Cells::Texts(to) => push_texts(array, to),
-            };
-            if !read {
-                return Err(PyTypeError::new_err(format!(
-                    "the column '{name}' is of type {}: expected numbers or texts",
-                    array.data_type()
-                )));
-            }
-        }
+        found.iter_mut().zip(batch.columns()).for_each(|(gathered, array)| gathered.array(array));
     }
-    Ok(found)
+    let titles = schema.fields().iter().map(|field| field.name().clone());
+    Ok(titles.zip(found.into_iter().map(Gathered::cells)).collect())
 }
 
 fn unread(error: impl std::fmt::Display) -> PyErr {
     PyValueError::new_err(format!("the table cannot be read: {error}"))
-}
-
-fn is_text(kind: &DataType) -> bool {
-    match kind {
-        DataType::Utf8 | DataType::LargeUtf8 | DataType::Utf8View | DataType::Date32 => true,
-        DataType::Dictionary(_, values) => is_text(values),
-        _ => false,
-    }
-}
-
-/// Numbers of an array behind others; false where it has none. Times become seconds.
-fn push_numbers(array: &ArrayRef, to: &mut Vec<f64>) -> bool {
-    macro_rules! push {
-        ($kind:ty, $per:expr) => {{
-            let own = array.as_primitive::<$kind>();
-            match own.null_count() {
-                0 => to.extend(own.values().iter().map(|v| *v as f64 / $per)),
-                _ => to.extend(own.iter().map(|v| v.map_or(f64::NAN, |v| v as f64 / $per))),
-            }
-        }};
-    }
-    match array.data_type() {
-        DataType::Float64 => push!(Float64Type, 1.0),
-        DataType::Float32 => push!(Float32Type, 1.0),
-        DataType::Int64 => push!(Int64Type, 1.0),
-        DataType::Int32 => push!(Int32Type, 1.0),
-        DataType::Int16 => push!(Int16Type, 1.0),
-        DataType::Int8 => push!(Int8Type, 1.0),
-        DataType::UInt64 => push!(UInt64Type, 1.0),
-        DataType::UInt32 => push!(UInt32Type, 1.0),
-        DataType::UInt16 => push!(UInt16Type, 1.0),
-        DataType::UInt8 => push!(UInt8Type, 1.0),
-        DataType::Timestamp(TimeUnit::Second, _) => push!(TimestampSecondType, 1.0),
-        DataType::Timestamp(TimeUnit::Millisecond, _) => push!(TimestampMillisecondType, 1e3),
-        DataType::Timestamp(TimeUnit::Microsecond, _) => push!(TimestampMicrosecondType, 1e6),
-        DataType::Timestamp(TimeUnit::Nanosecond, _) => push!(TimestampNanosecondType, 1e9),
-        DataType::Boolean => {
-            to.extend(array.as_boolean().iter().map(|v| v.map_or(f64::NAN, |v| f64::from(u8::from(v)))));
-        }
-        DataType::Null => to.extend(std::iter::repeat_n(f64::NAN, array.len())),
-        _ => return false,
-    }
-    true
-}
-
-fn push_texts(array: &ArrayRef, to: &mut Vec<String>) -> bool {
-    fn push<'a>(texts: impl Iterator<Item = Option<&'a str>>, to: &mut Vec<String>) {
-        to.extend(texts.map(|text| text.unwrap_or_default().to_string()));
-    }
-    match array.data_type() {
-        DataType::Utf8 => push(array.as_string::<i32>().iter(), to),
-        DataType::LargeUtf8 => push(array.as_string::<i64>().iter(), to),
-        DataType::Utf8View => push(array.as_string_view().iter(), to),
-        DataType::Date32 => {
-            let own = array.as_primitive::<Date32Type>();
-            let day = |k: usize| own.value_as_date(k).filter(|_| own.is_valid(k)).map(|day| day.to_string());
-            to.extend((0..own.len()).map(|k| day(k).unwrap_or_default()));
-        }
-        DataType::Dictionary(..) => {
-            let Some(own) = array.as_any_dictionary_opt() else { return false };
-            let mut texts = Vec::new();
-            if !push_texts(own.values(), &mut texts) {
-                return false;
-            }
-            if texts.is_empty() {
-                to.extend(std::iter::repeat_n(String::new(), array.len()));
-                return true;
-            }
-            let text = |k: usize, key: usize| own.is_valid(k).then(|| texts.get(key)).flatten().cloned();
-            to.extend(own.normalized_keys().into_iter().enumerate().map(|(k, key)| text(k, key).unwrap_or_default()));
-        }
-        _ => return false,
-    }
-    true
 }

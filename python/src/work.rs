@@ -12,7 +12,7 @@ use tumble::error::Malformed;
 use tumble::stop::Stop;
 
 create_exception!(
-    _tumble,
+    tumble,
     MalformedError,
     PyValueError,
     "The question is malformed: what, where, what was expected and what was found."

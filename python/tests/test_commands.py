@@ -3,6 +3,7 @@
 import json
 import xml.etree.ElementTree
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -97,6 +98,42 @@ def test_the_correction_in_use() -> None:
         if corrected[name].dtype.kind == "f":
             assert as_dict[name] == pytest.approx(corrected[name].to_numpy(), rel=1e-12)
             assert polars[name].to_numpy() == pytest.approx(corrected[name].to_numpy(), rel=1e-12)
+
+
+@notes
+def test_a_correction_leaves_a_table_as_it_is() -> None:
+    folder = EXAMPLES / "21-calibration-in-use"
+    frame = pd.read_csv(folder / "record.csv").head(2)
+    frame.index = pd.Index(["p", "q"])
+    frame.insert(0, "note", ["#cal", " 007"])
+    frame["stamp_ns"] = np.array([1767225600000000001, 1767225600000000257])
+    frame["when"], frame["ok"], frame["list"] = pd.date_range("2024", periods=2, freq="s"), True, [[1], [2]]
+
+    def apply(table: Any) -> Any:
+        return tumble.apply(folder / "after.fit.json", table, u=True)
+
+    corrected = apply(frame)
+    added = ["a_x", "a_y", "a_z", "a_x_u", "a_y_u", "a_z_u"]
+    assert corrected[frame.columns].equals(frame) and list(corrected.columns[len(frame.columns):]) == added
+    rows = apply(frame.to_dict("records"))
+    assert [row["note"] for row in rows] == ["#cal", " 007"] and [row["a_x"] for row in rows] == corrected["a_x"].tolist()
+    columns = apply({name: frame[name] for name in frame})
+    assert columns["when"] is not None and columns["a_x_u"].tolist() == corrected["a_x_u"].tolist()
+    table = pl.from_pandas(frame.drop(columns="list"))
+    assert apply(table).drop(added).equals(table) and apply(table.to_arrow()).drop_columns(added).equals(table.to_arrow())
+    assert apply(table.to_arrow().to_reader()).equals(apply(table.to_arrow()))
+    with pytest.raises(tumble.MalformedError, match="a cell of the column 'ax' is no number"):
+        apply(frame.assign(ax="one"))
+    assert apply(apply(table)).equals(apply(table)) and apply(table)["a_z"].to_list() == corrected["a_z"].tolist()
+
+
+@rejected
+def test_texts_of_a_table_stay_as_they_are() -> None:
+    campaign = json.loads((EXAMPLES / "07-hidden-effect/measured.campaign.json").read_text())
+    for mark in ("#", "%", "//", ";", " ", '"', "'", "\n"):
+        table = pd.DataFrame(campaign["readings"])
+        table = table.assign(position=[mark + str(own) for own in table["position"]])
+        assert [own.position for own in tumble.diagnose(campaign, table).residuals] == tumble.fit(campaign, table).readings.position == table["position"].tolist()
 
 
 def test_the_rest() -> None:

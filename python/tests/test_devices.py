@@ -2,6 +2,7 @@
 
 import csv
 import json
+import pickle
 
 import numpy as np
 import pandas as pd
@@ -75,9 +76,29 @@ def test_an_array_on_an_exact_bench() -> None:
 
 def test_what_was_not_read() -> None:
     values = np.array([[1.0, 3, 4], [1, np.nan, 4]])
-    found = tumble.fit_devices(LINE, values=values)
-    assert found["b"].value == pytest.approx([1.5, 1.5], abs=1e-14)
-    assert found.column("readings").tolist() == [3, 2] and np.isnan(found["b"].u[1])
+    for own in (values, np.ma.masked_invalid(values), np.ma.array([[1, 3, 4], [1, 999, 4]], mask=[[False] * 3, [False, True, False]])):
+        found = tumble.fit_devices(LINE, values=own)
+        assert found["b"].value == pytest.approx([1.5, 1.5], abs=1e-14)
+        assert found.column("readings").tolist() == [3, 2] and np.isnan(found["b"].u[1])
+
+
+def test_serials_that_no_double_keeps() -> None:
+    serials = [2**53, 2**53 + 1, 2**64 - 1, 2**64 - 2]
+    frame = pd.DataFrame({"s": np.repeat(np.array(serials, dtype=np.uint64), 3), "x": [0, 1, 2] * 4, "y": [1.0, 3, 4, 0, 5, 10, 0, 1, 2, 4, 4, 4]})
+    rows = [{**row, "s": int(row["s"])} for row in frame.to_dict("records")]
+    question = {key: own for key, own in LINE.items() if key != "readings"}
+    for table in (frame, pl.from_pandas(frame), pl.from_pandas(frame).to_arrow(), rows):
+        found = tumble.fit_devices(question, table, by="s")
+        assert found.labels == [str(own) for own in serials] and found["b"].value == pytest.approx([1.5, 5, 1, 0], abs=1e-12)
+
+
+def test_pickled_devices_say_the_same() -> None:
+    found = tumble.fit_devices(LINE, values=np.random.default_rng(1).normal(size=(5, 3)))
+    other = pickle.loads(pickle.dumps(found))
+    assert np.array_equal(other.value, found.value) and other.labels == found.labels and str(other) == str(found)
+    assert other.page() == found.page() and other.report.data == found.report.data and other.to_pandas().equals(found.to_pandas())
+    with pytest.raises(RuntimeError, match="were pickled"):
+        other.table(3)
 
 
 def test_several_sensors() -> None:
@@ -95,6 +116,8 @@ def test_several_sensors() -> None:
 def test_questions_that_are_none() -> None:
     with pytest.raises(ValueError, match=r"\(devices, 3\)"):
         tumble.fit_devices(LINE, values=np.zeros((2, 4)))
+    with pytest.raises(ValueError, match="'one' stands twice"):
+        tumble.fit_devices(LINE, values=np.zeros((2, 3)), labels=["one", "one"])
     with pytest.raises(ValueError, match="a label for each"):
         tumble.fit_devices(LINE, values=np.zeros((2, 3)), labels=["one"])
     with pytest.raises(tumble.MalformedError, match="tells the devices apart"):

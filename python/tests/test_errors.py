@@ -2,8 +2,11 @@
 
 import gc
 import json
+import pickle
 from pathlib import Path
 
+import numpy as np
+import pandas as pd
 import pytest
 import tumble
 from cases import EXAMPLES, LINE
@@ -52,16 +55,42 @@ def test_values_and_options() -> None:
         tumble.fit({**LINE, "readings": [{"x": 1, "y": float("inf")}]})
     with pytest.raises(TypeError, match="has no place"):
         tumble.fit({**LINE, "readings": [{"x": 1, "y": object()}]})
-    with pytest.raises(tumble.MalformedError, match="--nothing"):
-        tumble.plan(LINE, nothing=1)
+    for wrong in (tumble.plan, tumble.guide):
+        with pytest.raises(TypeError, match=r"has no argument 'nothing': expected one of .*noise"):
+            wrong(LINE, nothing=1)
     with pytest.raises(tumble.MalformedError, match=r"readings\[1\]"):
         tumble.fit({**LINE, "readings": [{"x": 1, "y": 1}, {"x": 2, "y": True}]})
 
 
-def test_an_unknown_option_has_no_place() -> None:
+def test_a_wrong_option_has_no_place() -> None:
     with pytest.raises(tumble.MalformedError) as caught:
-        tumble.plan(LINE, nothing=1)
-    assert caught.value.path is None and caught.value.line is None and "--nothing" in str(caught.value)
+        tumble.plan(LINE, noise={"y": 0.1}, choose="many")  # type: ignore[arg-type]
+    assert caught.value.path is None and caught.value.line is None
+    assert "choose=" in str(caught.value) and "--" not in str(caught.value) and "Usage" not in str(caught.value)
+
+
+def test_a_table_is_called_by_its_name() -> None:
+    with pytest.raises(tumble.MalformedError, match=r"(?s)in log\n.*rate=.*time=") as caught:
+        tumble.noise({"g (deg/h)": np.zeros(100)})
+    assert caught.value.file == "log" and "--" not in str(caught.value)
+    with pytest.raises(tumble.MalformedError, match=r"(?s)in readings\n.*row 2, column 'y'"):
+        tumble.diagnose(LINE, {"x": [0, 1, 2], "y": ["1", "two", "3"]})
+
+
+def test_what_is_not_a_number_has_its_place() -> None:
+    for content in (float("nan"), np.float32("nan"), pd.NA):
+        with pytest.raises(tumble.MalformedError, match=r"known\.b\.value is not a number"):
+            tumble.fit({**LINE, "estimate": {"a": {}}, "known": {"b": {"value": content}}})
+        rows = [*LINE["readings"], {"x": 3, "y": content}]
+        assert tumble.fit({**LINE, "readings": rows})["b"].value == pytest.approx(1.5, abs=1e-14)
+
+
+def test_errors_reach_other_processes() -> None:
+    with pytest.raises(tumble.MalformedError) as caught:
+        tumble.fit({**LINE, "estimate": {"c": {}}})
+    other = pickle.loads(pickle.dumps(caught.value))
+    assert type(other) is tumble.MalformedError and str(other) == str(caught.value) and other.path == caught.value.path
+    assert tumble.MalformedError.__module__ == "tumble"
 
 
 def test_warnings_are_about_the_line_that_asked() -> None:

@@ -120,7 +120,7 @@ def test_the_report_has_the_keys_of_the_program() -> None:
     assert own.parameters[0].id == program["parameters"][0]["id"] and own.parameters[1].arcsec is not None
     assert own.fit.dof == 24 and own.parameters[0].budget[0].type in ("A", "B")
     with pytest.raises(AttributeError, match="expected one of"):
-        own.nothing
+        own.nothing  # type: ignore[attr-defined]
 
 
 def test_readings_with_residuals() -> None:

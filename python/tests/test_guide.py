@@ -1,6 +1,7 @@
 """A table that is driven by a guide."""
 
 import json
+import time
 from pathlib import Path
 
 import pytest
@@ -68,3 +69,31 @@ def test_a_truth_takes_the_place_of_the_table(tmp_path: Path) -> None:
 def test_a_wrong_option_is_an_error(tmp_path: Path) -> None:
     with pytest.raises(tumble.MalformedError, match="noise"):
         next(tumble.guide(FOLDER / "schedule.campaign.json", output=tmp_path / "own.campaign.json"))
+
+
+def test_an_abandoned_guide_ends(tmp_path: Path) -> None:
+    def begin(name: str) -> tumble.Guide:
+        return tumble.guide(
+            FOLDER / "schedule.campaign.json", noise={"V": 1e-4}, goal=1e-3, simulate=FOLDER / "hidden.truth.json", most=300,
+            output=tmp_path / f"{name}.campaign.json",
+        )
+
+    for step in begin("broken"):
+        if step.readings == 2:
+            break
+    deleted, closed = begin("deleted"), begin("closed")
+    next(deleted), next(closed)
+    closed.close()
+    assert closed.reached is None
+    del deleted
+    with pytest.raises(RuntimeError, match="guide is over"):
+        step.undo()
+
+    def taken() -> list[int]:
+        return [len((tmp_path / f"{name}.journal.jsonl").read_text().splitlines()) for name in ("broken", "deleted", "closed")]
+
+    # 300 readings take many seconds
+    time.sleep(1)
+    before = taken()
+    time.sleep(1)
+    assert taken() == before and max(before) < 200

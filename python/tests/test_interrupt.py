@@ -10,14 +10,17 @@ from pathlib import Path
 import pytest
 from cases import EXAMPLES, TABLE_1
 
+GUIDED = EXAMPLES / "28-guided-calibration"
 PLAN = EXAMPLES / "18-plan-five-positions/published.campaign.json"
 LONG = {
     "monte carlo": f"tumble.fit({str(TABLE_1)!r}, monte_carlo=20_000_000)",
     "plan": f"tumble.plan({str(PLAN)!r}, noise={{'V': 9e-4}}, choose=60, step=10, starts=100000)",
+    "guide": f"list(tumble.guide({str(GUIDED / 'schedule.campaign.json')!r}, noise={{'V': 1e-4}}, goal=1e-3, most=300,"
+    f" simulate={str(GUIDED / 'hidden.truth.json')!r}, output=os.path.join(tempfile.mkdtemp(), 'own.campaign.json')))",
     "devices": "tumble.fit_devices(LINE, values=np.random.default_rng(1).normal(size=(3_000_000, 3)))",
 }
 SCRIPT = """
-import os, sys, threading, time
+import os, sys, tempfile, threading, time
 import numpy as np
 import tumble
 sys.path.insert(0, {tests!r})

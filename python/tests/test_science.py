@@ -1,6 +1,7 @@
 """A fit as data scientists use one: copied, pickled, loaded, predicted with, as pandas, as a picture."""
 
 import copy
+import json
 import pickle
 from pathlib import Path
 
@@ -8,7 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import tumble
-from cases import EXAMPLES
+from cases import EXAMPLES, TABLE_1
 
 X = np.array([0.0, 1.0, 2.0, 3.0])
 LINE = {"bench": {"id": "line", "sensors": {"y": {"model": "a + b*x"}}}, "estimate": {"a": {}, "b": {}}}
@@ -25,11 +26,25 @@ def test_copies_and_pickles_say_the_same(fit: tumble.Fit, tmp_path: Path) -> Non
     for other in others:
         assert dict(other) == dict(fit) and other.rejected == fit.rejected and str(other) == str(fit)
         assert np.array_equal(other.covariance, fit.covariance) and np.array_equal(other.readings.residual, fit.readings.residual)
-    with pytest.raises(RuntimeError, match="no page"):
-        others[2].page()
-    (tmp_path / "other.json").write_text("{}")
-    with pytest.raises(ValueError, match="no report of a fit"):
-        tumble.Fit.load(tmp_path / "other.json")
+        assert "<svg" in other.page() and other._repr_html_().startswith("<div") and other.figures()
+    with pytest.raises(RuntimeError, match="no model"):
+        others[2].predict({"x": [1.0]})
+    for text in ("{}", "words"):
+        (tmp_path / "other.json").write_text(text)
+        with pytest.raises(ValueError, match="no report of a fit"):
+            tumble.Fit.load(tmp_path / "other.json")
+
+
+def test_pickles_print_the_words_of_the_bench() -> None:
+    table = tumble.fit(TABLE_1)
+    other = pickle.loads(pickle.dumps(table))
+    assert str(other) == str(table) and str(pickle.loads(pickle.dumps(other))) == str(table)
+    report = pickle.loads(pickle.dumps(table.report))
+    assert report.data == table.report.data and str(report) == str(table)
+    with pytest.warns(tumble.RejectedWarning):
+        found = tumble.diagnose(EXAMPLES / "07-hidden-effect/measured.campaign.json")
+    again = pickle.loads(pickle.dumps(found))
+    assert again.data == found.data and str(again) == str(found) and again.page() == found.page()
 
 
 def test_pandas(fit: tumble.Fit) -> None:
@@ -43,6 +58,22 @@ def test_pandas(fit: tumble.Fit) -> None:
     # Student's t with two degrees of freedom, 97.5 %: sqrt(2) * 0.95 / sqrt(1 - 0.95^2)
     k = 2**0.5 * 0.95 / (1 - 0.95**2) ** 0.5
     assert np.allclose(fit.conf_int()["upper"] - fit.params, k * fit.bse, rtol=1e-9)
+    # the same with 99.5 %
+    k = 2**0.5 * 0.99 / (1 - 0.99**2) ** 0.5
+    for wide in (fit.conf_int(level=0.99), fit.conf_int(alpha=0.01)):
+        assert np.allclose(fit.params - wide["lower"], k * fit.bse, rtol=1e-9)
+    for wrong, error in (({"level": 2}, tumble.MalformedError), ({"level": 0.9, "alpha": 0.1}, TypeError)):
+        with pytest.raises(error):
+            fit.conf_int(**wrong)
+    assert fit.nobs == 4 and fit.df_resid == 2 and fit.cov_params().equals(fit.cov) and fit.summary() == str(fit)
+    assert np.allclose(fit.tvalues, best / np.sqrt(np.diag(cov)), rtol=1e-12) and np.allclose(fit.fittedvalues["y"], design @ best, rtol=1e-12)
+    assert tumble.fit(LINE, {"x": [0, 1], "y": [1, 2]}).to_ufloats() == {}
+
+
+def test_estimates_without_the_report(fit: tumble.Fit, monkeypatch: pytest.MonkeyPatch) -> None:
+    # which takes a kilobyte for each reading
+    monkeypatch.delattr(tumble.Fit, "report")
+    assert len(fit.params) == len(fit.bse) == len(fit.conf_int()) == 2 and fit.nobs == 4
 
 
 def test_predictions(fit: tumble.Fit) -> None:
@@ -50,6 +81,23 @@ def test_predictions(fit: tumble.Fit) -> None:
     for table in ({"x": [5.0, 6.0]}, pd.DataFrame({"x": [5.0, 6.0]}), [{"x": 5.0}, {"x": 6.0}]):
         assert np.allclose(fit.predict(table)["y"], [a + 5 * b, a + 6 * b], rtol=1e-14)
     assert np.allclose(fit.predict()["y"], a + b * X, rtol=1e-14)
+    # gaps in what the model reads are gaps; in what it does not read they are nothing
+    table = pd.DataFrame({"x": [np.nan, "5", 6, None], "y": [1.0, np.nan, np.nan, 2.0], "y_u": 0.1, "note": [[1], None, "a", b"b"]})
+    assert np.allclose(fit.predict(table)["y"], [np.nan, a + 5 * b, a + 6 * b, np.nan], rtol=1e-14, equal_nan=True)
+    assert np.isnan(fit.predict({"x": [None, np.nan]})["y"]).all()
+
+
+def test_predictions_for_the_table_itself() -> None:
+    table = pd.DataFrame({"Pos (m)": pd.date_range("2024-01-01", periods=4, freq="s"), "Read": [1.0, 3.0, 4.0, 6.5], "z": [1.0, np.nan, 1.0, 1.0]})
+    named = tumble.fit({**LINE, "columns": {"x": "Pos (m)", "y": "Read"}}, table)
+    for own in (table, table[["Pos (m)"]], {"x": X}):
+        assert np.allclose(named.predict(own)["y"], named.predict()["y"], rtol=1e-14)
+    gyro = tumble.fit(TABLE_1)
+    rows = pd.DataFrame(json.loads(TABLE_1.read_text())["readings"])
+    assert np.allclose(gyro.predict(rows)["V"], gyro.predict()["V"], rtol=1e-12)
+    rows.loc[0, "alpha_deg"] = np.nan
+    gap = gyro.predict(rows)["V"]
+    assert np.isnan(gap[0]) and np.allclose(gap[1:], gyro.predict()["V"][1:], rtol=1e-12)
 
 
 def test_residuals_by_name(fit: tumble.Fit) -> None:

@@ -2,6 +2,8 @@
 
 import array
 import json
+from datetime import time, timedelta
+from decimal import Decimal
 from typing import Any
 
 import numpy as np
@@ -42,11 +44,24 @@ TABLES = {
     "polars": pl.DataFrame(NAMED),
     "polars, lazy": pl.LazyFrame(NAMED),
     "polars, null": pl.DataFrame({"x": [0, 1, 2, 3], "y": [1.0, 3, 4, None]}),
+    "masked": {"x": np.ma.array([0, 1, 2, 3]), "y": np.ma.array([1.0, 3, 4, 999], mask=[False, False, False, True])},
+    "masked integers": {"x": np.ma.array([0, 1, 2, 3], mask=[False, False, False, True]), "y": [1, 3, 4, None]},
+    "NA, NaT": {"x": [0, 1, 2, pd.NA], "y": [1, 3, 4, pd.NaT]},
+    "rows, NA": [{"x": 0, "y": 1}, {"x": 1, "y": np.float32("nan")}, {"x": 1, "y": 3}, {"x": 2, "y": "4"}, {"x": 3, "y": pd.NA}],
+    "decimals": pl.DataFrame({"x": [0, 1, 2], "y": [Decimal(1), Decimal(3), Decimal(4)]}),
+    "durations": pa.table({"x": pa.array([0, 10**9, 2 * 10**9], pa.duration("ns")), "y": Y}),
+    "durations, pandas": pd.DataFrame({"x": pd.to_timedelta([0, 1, 2], unit="s"), "y": Y}),
+    "durations, rows": [{"x": timedelta(seconds=k), "y": y} for k, y in enumerate(Y)],
     "pyarrow": pa.table({**NAMED, "x": pa.array([0, 1, 2], pa.uint16())}),
     "pyarrow, chunks": pa.concat_tables([pa.table({"x": [0.0], "y": [1.0]}), pa.table({"x": [1.0, 2.0], "y": [3.0, 4.0]})]),
     "pyarrow, dictionary": pa.table({"x": X, "y": Y, "by": pa.array(["a", None, "b"]).dictionary_encode()}),
     "pyarrow, batch": pa.record_batch({"x": X, "y": Y}),
     "Arrow stream": Stream(pa.table({"x": X, "y": Y, "none": pa.nulls(3), "day": pa.array([1, None, 3], pa.date32())})),
+    "what no line uses": pl.DataFrame(
+        {"x": X, "y": Y, "null": [None] * 3, "list": [[1]] * 3, "bytes": [b"a"] * 3, "time": [time(1)] * 3, "struct": [{"a": 1}] * 3, "inf": [np.inf] * 3}
+    ),
+    "numbers of 128 bits": pl.DataFrame({"x": pl.Series([0, 1, 2], dtype=pl.Int128), "y": Y, "own": pl.Series([2**70] * 3, dtype=pl.Int128)}),
+    "what no line uses, rows": [{"x": x, "y": y, "own": object()} for x, y in zip(X, Y)],
     "series": {"x": pd.Series(X), "y": pl.Series(Y)},
 }
 
@@ -74,8 +89,18 @@ def test_tables_that_are_none() -> None:
         tumble.fit(QUESTION, {"x": np.zeros((2, 2)), "y": [1, 2]})
     with pytest.raises(tumble.MalformedError, match="'y'|\"y\"| y"):
         tumble.fit(QUESTION, {"x": [1, 2], "y": ["one", "two"]})
-    with pytest.raises(TypeError, match="'x' is of type"):
+    with pytest.raises(tumble.MalformedError, match="a value of the type List"):
         tumble.fit(QUESTION, pa.table({"x": [[1.0], [2.0]], "y": [1.0, 2.0]}))
+    for series in (pd.Series([1, 2]), pl.Series([1, 2])):
+        with pytest.raises(TypeError, match="Series is no table"):
+            tumble.fit(QUESTION, series)
+    for twice in (pd.DataFrame([[0, 1, 1], [1, 2, 2]], columns=["x", "y", "y"]), {1: [1, 2], "1": [1, 2]}):
+        with pytest.raises(tumble.MalformedError, match="stands twice"):
+            tumble.fit(QUESTION, twice)
+    empties: list[Any] = [[], {}, pd.DataFrame()]
+    for empty in empties:
+        with pytest.raises(tumble.MalformedError, match="no readings"):
+            tumble.fit(QUESTION, empty)
 
 
 def test_results_as_tables() -> None:
@@ -87,3 +112,25 @@ def test_results_as_tables() -> None:
     residuals = fit.readings
     assert len(residuals.to_pandas()) == len(residuals) == 30
     assert residuals.to_polars().columns == residuals.to_arrow().column_names
+
+
+DATES = pd.date_range("2024-01-01", periods=4, freq="500ms")
+TIMES: dict[str, Any] = {
+    "pandas": lambda columns: pd.DataFrame(columns),
+    "pandas, a zone": lambda columns: pd.DataFrame(columns).assign(x=DATES.tz_localize("UTC").tz_convert("Asia/Tokyo")),
+    "polars": lambda columns: pl.DataFrame(columns),
+    "pyarrow": lambda columns: pa.table(columns),
+    **{f"numpy, {unit}": lambda columns, unit=unit: {**columns, "x": DATES.to_numpy().astype(f"M8[{unit}]")} for unit in ("ms", "us", "ns")},
+    "rows": lambda columns: [dict(zip(columns, row)) for row in zip(*columns.values())],
+    "texts": lambda columns: {**columns, "x": [str(at) for at in DATES]},
+}
+
+
+@pytest.mark.parametrize("name", TIMES)
+def test_times_are_seconds_since_the_first(name: str) -> None:
+    table = TIMES[name]({"x": DATES, "y": [1.0, 2.0, 3.0, 4.5], "position": DATES, "s": ["A"] * 4})
+    fit = tumble.fit(QUESTION, table)
+    # the slope over 0, 0.5, 1, 1.5 s
+    assert fit["b"].value == pytest.approx(2.3, abs=1e-6)
+    assert tumble.fit_devices(QUESTION, table, by="s")["b"].value == pytest.approx([2.3], abs=1e-6)
+    assert fit.readings.position[:2] == ["2024-01-01T00:00:00", "2024-01-01T00:00:00.5"]

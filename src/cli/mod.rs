@@ -38,6 +38,7 @@ mod simulate;
 mod written;
 
 pub use guide::{guide_screen, guide_text};
+pub use rows::write_table;
 pub use session::{Printed, converse, run_embedded};
 pub use show_error::explain;
 

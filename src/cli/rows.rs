@@ -4,6 +4,7 @@ use super::outputs::{Stream, fault};
 use super::session::reader_left;
 use super::written::WRITER;
 use crate::error::{Fault, Malformed, Result};
+use crate::record::Cells;
 use crate::report::VERSION;
 use parquet::basic::{LogicalType, Repetition, Type as Physical};
 use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int64Type};
@@ -254,6 +255,32 @@ fn column(kind: Kind, rows: &[Vec<Cell<'_>>], k: usize) -> Levelled {
             (Column::Texts(texts), None)
         }
     }
+}
+
+/// A table in memory as a Parquet file: numbers as doubles, texts as texts; what is absent has no value.
+///
+/// Errors: a place that cannot be written to, columns of different lengths.
+pub fn write_table(columns: &[(String, Cells)], path: &Path) -> Result<()> {
+    let field = |(title, cells): &(String, Cells)| {
+        let kind = if matches!(cells, Cells::Texts(_)) { Kind::Text } else { Kind::Number };
+        (title.clone(), kind, Repetition::OPTIONAL, None)
+    };
+    let levelled = |(_, cells): &(String, Cells)| match cells {
+        Cells::Numbers(own) => numbers(own.iter().copied()),
+        Cells::Texts(own) => {
+            // blanks alone are an empty cell, as where the table is read in memory
+            let is_there = |text: &&String| !text.trim().is_empty();
+            let levels = own.iter().map(|text| i16::from(is_there(&text))).collect();
+            (Column::Texts(own.iter().filter(is_there).map(|text| text.as_str().into()).collect()), Some(levels))
+        }
+    };
+    let write = || {
+        let file = std::fs::File::create(path)?;
+        let mut file = Columnar::begin(file, "table", columns.iter().map(field), WriterProperties::builder())?;
+        file.group(columns.iter().map(levelled))?;
+        file.finish()
+    };
+    write().map(drop).map_err(|error| fault(path, &error))
 }
 
 fn of_devices(

@@ -230,6 +230,8 @@ struct Scratch {
     ints: Vec<i32>,
     longs: Vec<i64>,
     bools: Vec<bool>,
+    /// A text that was met where numbers are expected.
+    no_number: Option<String>,
     bytes: Vec<ByteArray>,
     fixed: Vec<FixedLenByteArray>,
     old: Vec<Int96>,
@@ -429,6 +431,12 @@ impl Columnar {
                     }
                 }
                 .map_err(|error| fault(&self.head.name, &error).at_path(title))?;
+                if let Some(text) = self.scratch.no_number.take() {
+                    return Err(Malformed::new(Fault::Value, format!("a cell of the column '{title}' is no number"))
+                        .expected("a number")
+                        .found(format!("'{text}'"))
+                        .in_file(&self.head.name));
+                }
             }
             let rows = block.rows();
             if block.columns.iter().any(|column| column.len() != rows) {
@@ -505,7 +513,7 @@ fn values(
     to: &mut Vec<f64>,
     mut number: impl FnMut(Value<'_>) -> f64,
 ) -> Read {
-    let Scratch { levels, doubles, floats, ints, longs, bools, bytes, fixed, old } = scratch;
+    let Scratch { levels, doubles, floats, ints, longs, bools, bytes, fixed, old, .. } = scratch;
     macro_rules! read {
         ($reader:expr, $buffer:expr, $item:ident => $value:expr) => {{
             $buffer.clear();
@@ -571,10 +579,8 @@ fn numbers(
             })
         }
     })?;
-    match unread {
-        Some(text) => Err(ParquetError::General(format!("the text '{text}', where numbers are expected"))),
-        None => Ok(()),
-    }
+    scratch.no_number = unread;
+    Ok(())
 }
 
 fn labels(

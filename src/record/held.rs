@@ -1,9 +1,10 @@
 //! A table that is held in memory, in blocks; and which of a file's tables is meant.
 
-use super::times::Times;
+use super::times::{Times, WrittenTimes};
 use super::{As, Block, Column, Head, Labels, UNREADABLE};
 use crate::elements::Parts;
 use crate::error::{Fault, Malformed, Result};
+use std::collections::HashMap;
 use std::sync::Arc;
 
 /// Rows of a block.
@@ -59,6 +60,8 @@ pub struct Held {
     values: Arc<[Cells]>,
     wanted: Vec<(usize, As)>,
     at: usize,
+    /// The first time of columns of written times.
+    since: HashMap<usize, WrittenTimes>,
 }
 
 impl Held {
@@ -90,7 +93,13 @@ impl Held {
     }
 
     fn with(name: &str, (columns, values): (Vec<Column>, Vec<Cells>)) -> Result<Held> {
-        let held = Held { head: Head::new(name, columns), values: values.into(), wanted: Vec::new(), at: 0 };
+        let held = Held {
+            head: Head::new(name, columns),
+            values: values.into(),
+            wanted: Vec::new(),
+            at: 0,
+            since: HashMap::new(),
+        };
         let mut seen = std::collections::HashSet::new();
         for column in &held.head.columns {
             if !seen.insert(column.title.as_str()) {
@@ -138,7 +147,8 @@ impl Held {
                 Some(Cells::Numbers(cells)) => numbers(cells.part(self.at..end), *kind, to, &mut self.head.labels),
                 Some(Cells::Texts(cells)) => {
                     let cells = cells.part(self.at..end);
-                    texts(cells, *kind, to, &mut self.head.labels, &mut self.head.times).map_err(|text| {
+                    let times = (&mut self.head.times, self.since.entry(*column).or_default());
+                    texts(cells, *kind, to, &mut self.head.labels, times).map_err(|text| {
                         let title = self.head.columns.get(*column).map_or("", |column| column.title.as_str());
                         Malformed::new(Fault::Value, format!("a cell of the column '{title}' is no number"))
                             .expected("a number")
@@ -179,7 +189,7 @@ fn texts<'a>(
     kind: As,
     to: &mut Vec<f64>,
     labels: &mut Labels,
-    times: &mut Times,
+    (times, since): (&mut Times, &mut WrittenTimes),
 ) -> std::result::Result<(), &'a str> {
     for text in cells {
         to.push(match (text.trim(), kind) {
@@ -189,7 +199,8 @@ fn texts<'a>(
                 Some(value) if !value.is_nan() => value,
                 _ => super::text_cell(labels.number(cell.as_bytes())),
             },
-            (cell, As::Cell) => cell.parse().unwrap_or(UNREADABLE),
+            // a written time since the first, as of a table of text
+            (cell, As::Cell) => cell.parse().ok().or_else(|| since.since_first(cell)).unwrap_or(UNREADABLE),
             (cell, As::Number) => cell.parse().map_err(|_| text.as_str())?,
             (cell, As::Time) => cell.parse().ok().or_else(|| times.seconds(cell.as_bytes())).ok_or(text.as_str())?,
         });

@@ -288,6 +288,7 @@ pub(super) fn from_cells(bench: &Bench, rows: &impl CellRows) -> Result<Readings
     let mut without: Option<(Place, usize)> = None;
     let mut maker = Maker {
         bench,
+        used: &used,
         keys: &keys,
         joints: &joints,
         columns: columns.len(),
@@ -332,6 +333,8 @@ fn undeclared_axis<'a>(bench: &Bench, column: &'a str) -> Option<&'a str> {
 /// Makes readings of rows.
 struct Maker<'a> {
     bench: &'a Bench,
+    /// Names in the model lines.
+    used: &'a HashSet<&'a str>,
     keys: &'a [Key<'a>],
     joints: &'a [&'a str],
     columns: usize,
@@ -381,6 +384,8 @@ impl Maker<'_> {
                 }
                 (Says::Text(text), _) => return Err(not_a_number(&place(), name, &format!("'{text}'"))),
                 (Says::List, _) => return Err(not_a_number(&place(), name, "a list")),
+                // what nothing reads may be infinite
+                (Says::Number(value), Meaning::Column) if !value.is_finite() && !self.used.contains(name) => continue,
                 (Says::Number(value), _) if !value.is_finite() => {
                     return Err(not_a_number(&place(), name, &value.to_string()));
                 }

@@ -1,7 +1,7 @@
 //! Records in the dialects of loggers and spreadsheets.
 
 use std::io::{Cursor, Write};
-use tumble::record::{As, Block, Record};
+use tumble::record::{As, Block, Cells, Held, Record, UNREADABLE};
 
 /// All numbers of a table: titles and columns.
 fn read(bytes: Vec<u8>) -> Result<(Vec<String>, Vec<Vec<f64>>), String> {
@@ -73,6 +73,18 @@ fn numbers_as_people_write_them() {
     for text in ["t;V\n1 00;1,5\n2;2,5\n", "t;V\n1;1,5\n1'0000;2,5\n", "t;V\n1;1,5\n2;1 5\n"] {
         assert!(read(text.into()).is_err(), "{text}");
     }
+}
+
+/// A column of written times in memory, as devices have it: since the first, as in a table of text.
+#[test]
+fn written_times_in_memory() {
+    let texts = ["", "2024-01-01T00:00:10", "2024-01-01 00:00:12.5", "none"].map(String::from).to_vec();
+    let mut table = Record::from(Held::of("table", vec![("t".into(), Cells::Texts(texts))]).expect("a table"));
+    table.select(&[(0, As::Cell)]);
+    let mut block = Block::default();
+    assert!(table.next(&mut block).expect("rows"));
+    let bits: Vec<u64> = block.columns[0].iter().map(|cell| cell.to_bits()).collect();
+    assert_eq!(bits, [f64::NAN, 0.0, 2.5, UNREADABLE].map(f64::to_bits));
 }
 
 #[test]

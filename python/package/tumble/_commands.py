@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import warnings
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal, Optional, TypeVar, Union, overload
 
+import numpy as np
+
 from . import _tumble, reports
 from ._fit import Fit, Remount
 from ._question import Asked, Files, Question, dumps
 from ._report import Lang, NoteWarning, RejectedWarning, Report, residual_plot
-from ._tables import Path_, Table, is_table, read_like
+from ._tables import Path_, Table, is_table, kept, read, with_columns
 
 R = TypeVar("R", bound=Report)
 Calibration = Union[Fit, Question]
@@ -48,21 +51,39 @@ def _flags(options: Mapping[str, Any]) -> list[str]:
     return flags
 
 
-def _ask(arguments: list[str], notes: bool = True, level: int = 3) -> tuple[bool, str]:
-    code, out, err = _tumble.run(arguments, True)
+def _further(command: str, options: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Options that only the program's help lists, refused where it does not."""
+    if options:
+        known = {name.replace("-", "_") for name in re.findall(r"--([a-z][a-z-]*)", run(command, "--help")[1])} - {"help", "html", "json"}
+        for name in options:
+            if name not in known:
+                raise TypeError(f"{command}() has no argument '{name}': expected one of {', '.join(sorted(known))}")
+    return options
+
+
+def _ask(command: list[str], options: Mapping[str, Any] = {}, files: Optional[Files] = None, level: int = 3) -> tuple[bool, str]:
+    files = files or Files()
+    try:
+        code, out, err = _tumble.run([*command, *_flags(options)], True)
+    except _tumble.MalformedError as error:
+        error.args = (files.told(error.args[0], options),)
+        for part in ("what", "expected", "found", "file"):
+            setattr(error, part, files.told(getattr(error, part), options))
+        raise
+    err = files.told(err.strip(), options)
     if code == 1:
-        raise _tumble.MalformedError(err.strip())
-    if notes and err.strip():
-        warnings.warn(err.strip(), NoteWarning, stacklevel=level)
+        raise _tumble.MalformedError(err)
+    if err:
+        warnings.warn(err, NoteWarning, stacklevel=level)
     return code == 2, out.decode("utf-8")
 
 
 def _report(kind: type[R], command: list[str], options: Mapping[str, Any], files: Files, more: Sequence[str] = ()) -> R:
     """The report of a command, its table and its page, all from one run."""
     report, page = (os.path.join(files.folder, name) for name in ("report.json", "page.html"))
-    rejected, table = _ask([*command, *_flags(options), *more, "--json", report, "--html", page], level=4)
-    shown = Path(page).read_text(encoding="utf-8")
-    found = kind(json.loads(Path(report).read_text(encoding="utf-8")), rejected, lambda: table, lambda: shown)
+    rejected, table = _ask([*command, *more, "--json", report, "--html", page], options, files, level=4)
+    table, shown = (files.told(text, {}) for text in (table, Path(page).read_text(encoding="utf-8")))
+    found = kind(json.loads(Path(report).read_text(encoding="utf-8")), rejected, table.__str__, shown.__str__)
     if rejected:
         verdict = found.data.get("verdict", "rejected")
         warnings.warn(f"tumble {command[0]}: {verdict}; print the report to see why", RejectedWarning, stacklevel=3)
@@ -113,9 +134,8 @@ def diagnose_devices(campaign: Question, readings: Optional[Union[Table, Path_]]
     files = Files()
     rows = os.path.join(files.folder, "effects.csv")
     table = [] if readings is None else ["--readings", files.table(readings, "readings")]
-    _ask(["diagnose", files.question(campaign), *table, *_flags({"by": by}), "--to", rows])
-    found: dict[str, Any] = read_like({}, rows)
-    return found
+    _ask(["diagnose", files.question(campaign), *table, "--to", rows], {"by": by}, files)
+    return read(rows)
 
 
 def diagnose_mission(
@@ -178,7 +198,7 @@ def plan(
     command = ["plan", files.question(schedule, "campaign", readings)]
     if separate is not None:
         command += ["--separate", *separate]
-    return _report(reports.PlanReport, command, {**given, **options}, files)
+    return _report(reports.PlanReport, command, {**given, **_further("plan", options)}, files)
 
 
 @overload
@@ -210,12 +230,12 @@ def compare(*calibrations: Calibration, level: Optional[float] = None, independe
 
 def _calibration(files: Files, calibration: Calibration, k: int = 0) -> str:
     if isinstance(calibration, Fit):
-        path = Path(files.folder) / f"{k}.fit.json"
+        path = Path(files.folder) / f"calibration_{k}.fit.json"
         calibration.save(path)
         return str(path)
     if isinstance(calibration, Report):
         calibration = calibration.data
-    return files.text(f"{k}.fit.json", dumps(calibration)) if isinstance(calibration, Mapping) else os.fspath(calibration)
+    return files.text(f"calibration_{k}.fit.json", dumps(calibration)) if isinstance(calibration, Mapping) else os.fspath(calibration)
 
 
 class Navigation(reports.NavigateReport):
@@ -230,7 +250,7 @@ def navigate(mission: Question, lang: Lang = "en") -> Navigation:
     files = Files()
     series = os.path.join(files.folder, "series.csv")
     found = _report(Navigation, ["navigate", files.question(mission, "mission")], {"lang": lang}, files, ["--csv", series])
-    found.series = read_like({}, series)
+    found.series = read(series)
     return found
 
 
@@ -268,7 +288,7 @@ def reduce(
         "for": None if schedule is None else files.question(schedule), "columns": _joined(columns), "time": time, "rate": rate, "by": by, "to": to,
         "force": force, "lang": lang,
     }
-    return _report(reports.ReduceReport, ["reduce", files.table(log, "log")], {**given, **options}, files)
+    return _report(reports.ReduceReport, ["reduce", files.table(log, "log")], {**given, **_further("reduce", options)}, files)
 
 
 def _joined(names: Optional[Names]) -> Optional[str]:
@@ -296,24 +316,27 @@ def apply(
 ) -> Any:
     """A record corrected with a calibration: inputs (rates, specific forces) beside its columns.
 
-    log: a file (the answer is the text of a CSV) or a table (the answer is one of the same kind; a dict of arrays for a dict). u: also the standard
-    uncertainty of each input from the calibration, as `<input>_u`. frame: `sensor`, or turned to the mounting face. column: a sensor's column,
-    where it has another name.
+    log: a file (the answer is the text of a CSV, without the sensors' columns) or a table (the answer is one of the same kind, with all of its columns as
+    they are and further ones; of a structured array a dict). u: also the standard uncertainty of each input from the calibration, as `<input>_u`. frame:
+    `sensor`, or turned to the mounting face. column: a sensor's column, where it has another name.
     """
-    files = Files()
-    flags = _flags({"u": u, "frame": frame, "column": column})
-    command = ["apply", _calibration(files, calibration), files.table(log, "log"), *flags]
+    files, log = Files(), kept(log)
+    path = _calibration(files, calibration)
+    command, options = ["apply", path, files.table(log, "log")], {"u": u, "frame": frame, "column": column}
     if not is_table(log):
-        return _ask(command)[1]
-    path = os.path.join(files.folder, "corrected.csv")
-    _ask([*command, "--out", path])
-    return read_like(log, path)
+        return _ask(command, options, files)[1]
+    out = os.path.join(files.folder, "corrected.parquet")
+    _ask([*command, "--out", out], options, files)
+    inputs = [own["id"] for own in json.loads(Path(path).read_text(encoding="utf-8"))["correction"]["inputs"] if own["solved"]]
+    titles = inputs + [f"{name}_u" for name in inputs if u]
+    columns = (np.frombuffer(own, dtype=np.float64) for own in _tumble.read_numbers(Path(out), titles))
+    return with_columns(log, dict(zip(titles, columns)))
 
 
 def export(calibration: Calibration, to: Literal["c", "python", "matlab", "kalibr", "ros", "json"]) -> str:
     """A calibration's correction as source code, or for another program."""
     files = Files()
-    return _ask(["export", _calibration(files, calibration), "--to", to])[1]
+    return _ask(["export", _calibration(files, calibration)], {"to": to}, files)[1]
 
 
 def check(*files: Path_) -> str:

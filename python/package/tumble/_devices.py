@@ -7,7 +7,7 @@ import os
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any, Optional, Union
 
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from . import _tumble, reports
 from ._fit import Remount, Robust, settings
+from ._kept import Answers
 from ._question import Asked, Question, dumps
 from ._report import Figure, Lang, RejectedWarning, excerpt, figures
 from ._tables import Frames, Path_, Table
@@ -41,12 +42,16 @@ class Quantity:
 class Devices(Mapping[str, Quantity], Frames):
     """The fits of many devices. `devices["dtheta_y2"].value` is an array, `devices.report` what they come to together."""
 
-    def __init__(self, core: _tumble.Devices) -> None:
+    def __init__(self, core: Union[_tumble.Devices, Answers]) -> None:
         self._core = core
         self._quantities = core.quantities()
         verdicts, outcomes = core.verdicts()
         self._verdict = np.frombuffer(verdicts, dtype=np.uint8)
         self._outcome = np.minimum(np.frombuffer(outcomes, dtype=np.uint8), 3)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # another process gets the arrays, the report, the page and the table as it prints them
+        return _answered, (Answers.of(self._core),)
 
     @property
     def rejected(self) -> bool:
@@ -136,7 +141,7 @@ class Devices(Mapping[str, Quantity], Frames):
     @cached_property
     def report(self) -> reports.BatchReport:
         """What the devices come to together: distributions, outlying devices, lots."""
-        return reports.BatchReport(json.loads(self._core.report()), self.rejected, lambda: self._core.table(0, "en"), self.page)
+        return reports.BatchReport(json.loads(self._core.report()), self.rejected, partial(self.table, 0), self.page)
 
     def table(self, devices: int = 40, lang: Lang = "en") -> str:
         """The table of the terminal, with so many devices; `lang`: `en` or `zh`."""
@@ -167,6 +172,10 @@ class Devices(Mapping[str, Quantity], Frames):
 
     def _repr_html_(self) -> str:
         return excerpt(self.page())
+
+
+def _answered(answers: dict[tuple[Any, ...], Any]) -> Devices:
+    return Devices(Answers(answers))
 
 
 Values = Union[NDArray[Any], Mapping[str, NDArray[Any]]]
@@ -206,8 +215,11 @@ def fit_devices(
             raise TypeError("values= has the readings of all devices: neither a table of readings nor by= goes with it")
         asked = Asked(campaign)
         pairs = list(values.items()) if isinstance(values, Mapping) else [(_only_sensor(asked), values)]
-        arrays = [(sensor, np.asarray(own)) for sensor, own in pairs]
+        arrays = [(sensor, np.ma.filled(np.ma.asanyarray(own).astype(float, copy=False), np.nan)) for sensor, own in pairs]
         own = None if labels is None else [str(label) for label in labels]
+        if own is not None and len(set(own)) < len(own):
+            twice = next(label for k, label in enumerate(own) if label in own[:k])
+            raise ValueError(f"the label '{twice}' stands twice: expected another one for each device")
         core = _tumble.fit_array(asked.content, asked.name, asked.folder, dumps, arrays, own, how)
     else:
         files: list[Path] = []

@@ -7,6 +7,7 @@ import math
 import os
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Literal, Optional, Union
@@ -18,7 +19,7 @@ from . import _tumble, reports
 from ._kept import Kept
 from ._question import Asked, Question, dumps
 from ._report import Figure, Lang, RejectedWarning, State, excerpt, figures, residual_plot
-from ._tables import Frames, Table, rows_of
+from ._tables import Frames, Table, columns_of
 from ._types import How
 
 Robust = Literal["huber", "tukey", "l1"]
@@ -90,8 +91,8 @@ class Readings(Frames):
 class Fit(Mapping[str, Parameter], Frames):
     """A fit. `fit["dtheta_y2"]` is a `Parameter`, the whole report is `fit.report`; `print(fit)` shows the program's table."""
 
-    def __init__(self, core: Union[_tumble.Fit, Kept]) -> None:
-        self._core = core
+    def __init__(self, core: Union[_tumble.Fit, Kept], titles: dict[str, str] = {}) -> None:
+        self._core, self._titles = core, titles
         self.rejected: bool = core.rejected()
         """Exit code 2 of the program: a rank defect, a failed global test, outside the limits."""
 
@@ -135,7 +136,13 @@ class Fit(Mapping[str, Parameter], Frames):
     @cached_property
     def report(self) -> reports.FitReport:
         """The report of `tumble fit --json`, with its keys as attributes."""
-        return reports.FitReport(json.loads(self._core.report()), self.rejected, lambda: str(self), self.page)
+        return reports.FitReport(json.loads(self._core.report()), self.rejected, self.__str__, self.page)
+
+    @cached_property
+    def _summary(self) -> dict[str, Any]:
+        """The report without its readings, which are most of it."""
+        found: dict[str, Any] = json.loads(self._core.summary())
+        return found
 
     @cached_property
     def readings(self) -> Readings:
@@ -162,23 +169,24 @@ class Fit(Mapping[str, Parameter], Frames):
 
     @classmethod
     def load(cls, path: Union[str, "os.PathLike[str]"]) -> Fit:
-        """A fit from the JSON that `save` or `tumble fit --json` wrote; it has everything but its page and `predict`."""
+        """A fit from the JSON that `save` or `tumble fit --json` wrote. It has everything but `predict` of other readings and what only the bench says: its
+        title, its picture on the page, the unit of the residual standard deviation."""
         with open(path, encoding="utf-8") as file:
             return cls(Kept(file.read()))
 
     def __reduce__(self) -> tuple[Any, ...]:
-        # another process gets the report: a fit without its page and without predictions
-        return _kept, (self._core.report(),)
+        # another process gets the report, and what was printed of it
+        return _kept, (self._core.report(), str(self))
 
     def __copy__(self) -> Fit:
-        return Fit(self._core)
+        return Fit(self._core, self._titles)
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Fit:
         # what the engine found never changes
-        return Fit(self._core)
+        return copy(self)
 
     def _of(self, key: str) -> list[float]:
-        return [math.nan if own.get(key) is None else own[key] for own in self.report.data["parameters"]]
+        return [math.nan if own.get(key) is None else own[key] for own in self._summary["parameters"]]
 
     def _series(self, values: Sequence[float], name: str) -> Any:
         try:
@@ -189,13 +197,42 @@ class Fit(Mapping[str, Parameter], Frames):
 
     @property
     def params(self) -> Any:
-        """Estimates in the units of `covariance` (tilts in rad): a pandas Series where pandas is installed, else a dict."""
+        """Estimates in the units of `covariance`, tilts in rad (`fit[name]` has them in arcsec): a pandas Series where pandas is installed, else a dict.
+        As everything in these units, without derived quantities, which have no row in the covariance."""
         return self._series(self._of("value"), "value")
 
     @property
     def bse(self) -> Any:
         """Standard uncertainties in the units of `covariance`, as `params`."""
         return self._series(self._of("u"), "u")
+
+    @property
+    def tvalues(self) -> Any:
+        """Estimates over their standard uncertainties, as `params`."""
+        return self._series([value / u if u else math.nan for value, u in zip(self._of("value"), self._of("u"))], "t")
+
+    @property
+    def nobs(self) -> int:
+        """Values that were read."""
+        return int(self._summary["fit"]["readings"])
+
+    @property
+    def df_resid(self) -> int:
+        """Degrees of freedom of the residuals."""
+        return int(self._summary["fit"]["dof"])
+
+    @property
+    def fittedvalues(self) -> dict[str, NDArray[np.float64]]:
+        """What the model says of every reading, by sensor: `predict()`."""
+        return self.predict()
+
+    def summary(self) -> str:
+        """The table of the terminal: `str(fit)`."""
+        return str(self)
+
+    def cov_params(self) -> Any:
+        """`cov`, as statsmodels calls it."""
+        return self.cov
 
     @property
     def cov(self) -> Any:
@@ -206,21 +243,34 @@ class Fit(Mapping[str, Parameter], Frames):
             return self.covariance
         return pandas.DataFrame(self.covariance, index=self.order, columns=self.order)
 
-    def conf_int(self) -> Any:
-        """`value -+ U` at the level of the fit, in the units of `covariance`: a DataFrame (lower, upper), else a dict of pairs."""
-        pairs = [(value - half, value + half) for value, half in zip(self._of("value"), self._of("U"))]
+    def conf_int(self, *, level: Optional[float] = None, alpha: Optional[float] = None) -> Any:
+        """`value -+ U` in the units of `covariance`: a DataFrame (lower, upper), else a dict of pairs. level: coverage probability (that of the fit); or
+        alpha, one minus it."""
+        if level is not None and alpha is not None:
+            raise TypeError("conf_int() takes level= or alpha=, not both")
+        level = 1 - alpha if alpha is not None else level
+        half = self._of("U") if level is None else self._expanded(level)
+        pairs = [(value - own, value + own) for value, own in zip(self._of("value"), half)]
         try:
             import pandas
         except ImportError:
             return dict(zip(self.order, pairs))
         return pandas.DataFrame(pairs, index=self.order, columns=["lower", "upper"])
 
+    def _expanded(self, level: float) -> list[float]:
+        if not 0 < level < 1:
+            raise _tumble.MalformedError(f"the level is no probability: expected a number between 0 and 1, for example 0.95; found {level}")
+        # no degrees of freedom in the report: infinitely many
+        dof = (math.inf if math.isnan(own) else own for own in self._of("dof"))
+        return [u * (_tumble.coverage_factor(level, own) or math.nan) for u, own in zip(self._of("u"), dof)]
+
     def predict(self, readings: Optional[Table] = None) -> dict[str, NDArray[np.float64]]:
-        """What the fitted model says of further readings (a table without the sensors' columns), by sensor; of its own without an argument."""
+        """What the fitted model says of further readings (a table as `fit` takes it; the sensors' columns may be left out), by sensor, NaN where a cell that
+        it needs is empty; of its own readings without an argument. Written times count from the first of the table."""
         if readings is None:
             own = self.readings
             return {name: own.fitted[[sensor == name for sensor in own.sensor]] for name in dict.fromkeys(own.sensor)}
-        values = self._core.predict(dumps(rows_of(readings)))
+        values = self._core.predict(columns_of(readings), self._titles)
         return {sensor: np.frombuffer(flat, dtype=np.float64) for sensor, flat in values}
 
     @property
@@ -236,14 +286,17 @@ class Fit(Mapping[str, Parameter], Frames):
         return [self.order[k] for k in at], [values[k] for k in at], self.covariance[np.ix_(at, at)]
 
     def to_ufloats(self) -> dict[str, Any]:
-        """The estimates as numbers of the package `uncertainties`, correlated as they are, in the units of `covariance`."""
+        """The estimates as numbers of the package `uncertainties`, correlated as they are, in the units of `covariance`, without derived quantities."""
         import uncertainties
 
         names, values, covariance = self._determined()
+        if not names:
+            return {}
         return dict(zip(names, uncertainties.correlated_values(values, covariance.tolist(), tags=names)))
 
     def to_gtc(self) -> dict[str, Any]:
-        """The estimates as uncertain numbers of the GUM Tree Calculator (`GTC`), correlated as they are, in the units of `covariance`.
+        """The estimates as uncertain numbers of the GUM Tree Calculator (`GTC`), correlated as they are, in the units of `covariance`, without derived
+        quantities.
 
         GTC gives numbers that are estimated together the same degrees of freedom: the fewest among theirs.
         """
@@ -251,7 +304,7 @@ class Fit(Mapping[str, Parameter], Frames):
 
         names, values, covariance = self._determined()
         u = np.sqrt(np.diag(covariance))
-        dof = min((own["dof"] for own in self.report.data["parameters"] if own["id"] in names and own.get("dof") is not None), default=math.inf)
+        dof = min((own["dof"] for own in self._summary["parameters"] if own["id"] in names and own.get("dof") is not None), default=math.inf)
         found = dict(zip(names, GTC.multiple_ureal(values, u.tolist(), dof, label_seq=names)))
         for i, first in enumerate(names):
             for j, second in enumerate(names[:i]):
@@ -280,8 +333,8 @@ class Fit(Mapping[str, Parameter], Frames):
         return excerpt(self.page())
 
 
-def _kept(report: str) -> Fit:
-    return Fit(Kept(report))
+def _kept(report: str, table: str) -> Fit:
+    return Fit(Kept(report, table))
 
 
 def why(report: Mapping[str, Any]) -> str:
@@ -334,7 +387,7 @@ def fit(
     asked = Asked(campaign, readings)
     trials = None if monte_carlo is None else (monte_carlo, seed)
     how = settings(linear, relative, level, robust, remount)
-    found = Fit(_tumble.fit(asked.content, asked.name, asked.folder, dumps, asked.table, how, trials))
+    found = Fit(_tumble.fit(asked.content, asked.name, asked.folder, dumps, asked.table, how, trials), asked.titles)
     if found.rejected:
-        warnings.warn(f"the fit is rejected: {why(found.report.data)}", RejectedWarning, stacklevel=2)
+        warnings.warn(f"the fit is rejected: {why(found._summary)}", RejectedWarning, stacklevel=2)
     return found

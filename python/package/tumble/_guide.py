@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import json
+import weakref
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, Optional, Union
 
 from . import _tumble, reports
-from ._commands import _flags
+from ._commands import _flags, _further
 from ._question import Files, Question, dumps
 from ._tables import Path_
 
@@ -19,7 +20,8 @@ class Step(reports.GuideReport):
 
     def __init__(self, guide: Guide, line: str) -> None:
         super().__init__(json.loads(line))
-        self._guide, self._line = guide, line
+        # a guide that nobody else holds ends, as after `break`
+        self._guide, self._line = weakref.ref(guide), line
 
     @property
     def say(self) -> str:
@@ -31,11 +33,17 @@ class Step(reports.GuideReport):
 
     def answer(self, reading: Mapping[str, Any]) -> None:
         """The reading of this position, `{"V": 0.0123}`; further keys, as in a campaign's readings, say that it was taken elsewhere."""
-        self._guide._reply(self, " ".join(dumps(dict(reading)).split("\n")))
+        self._reply(" ".join(dumps(dict(reading)).split("\n")))
 
     def undo(self, number: Optional[int] = None) -> None:
         """Take a reading back, the last one unless its number (from 1) is given, instead of an answer."""
-        self._guide._reply(self, "undo" if number is None else f"undo {number}")
+        self._reply("undo" if number is None else f"undo {number}")
+
+    def _reply(self, line: str) -> None:
+        guide = self._guide()
+        if guide is None:
+            raise RuntimeError("the guide is over: nothing holds it any more")
+        guide._reply(self, line)
 
 
 class Guide(Iterator[Step]):
@@ -50,11 +58,15 @@ class Guide(Iterator[Step]):
     def __next__(self) -> Step:
         if self._step is not None and self._step.ended is None and not self._alone:
             raise RuntimeError("the step was not answered: step.answer({...}), or step.undo()")
-        line = self._conversation.next_line()
-        if line is None:
-            self._step = None
+        try:
+            line = self._conversation.next_line()
+            self._step = None if line is None else Step(self, line)
+        except KeyboardInterrupt:
+            # a traceback may hold it for long
+            self._conversation.stop()
+            raise
+        if self._step is None:
             raise StopIteration
-        self._step = Step(self, line)
         return self._step
 
     def _reply(self, step: Step, line: str) -> None:
@@ -64,8 +76,11 @@ class Guide(Iterator[Step]):
         self._conversation.say(line)
 
     def close(self) -> None:
-        """End it before it ends: what was read is in the campaign, and `resume=True` goes on."""
+        """End it before it ends: what was read is in the campaign (of a simulated one in the journal), and `resume=True` goes on. So does a guide that
+        nothing holds any more, and one that Ctrl-C interrupts; what it had read is in the journal."""
         self._conversation.close()
+        if self._alone:
+            self._conversation.stop()
         self._step = None
         for _ in iter(self._conversation.next_line, None):
             pass
@@ -118,4 +133,4 @@ def guide(
         "simulate": None if simulate is None else files.question(simulate, "truth"),
     }
     command = ["guide", files.question(schedule, "campaign"), "--json=-"]
-    return Guide(files, command + _flags({**given, **options}), str(output), simulate is not None)
+    return Guide(files, command + _flags({**given, **_further("guide", options)}), str(output), simulate is not None)

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import json
+import math
 import os
+import re
 import shutil
 import tempfile
 import weakref
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Optional, Union
 
-from . import _tables
+import numpy as np
+
+from . import _tables, _tumble
 
 Question = Union[str, "os.PathLike[str]", Mapping[str, Any]]
 """The path of a file, or a dict of the same form."""
@@ -33,14 +37,13 @@ class Asked:
             try:
                 self.content = path.read_text(encoding="utf-8-sig")
             except OSError as error:
-                raise FileNotFoundError(f"cannot read {path}: {error}") from None
+                raise type(error)(f"cannot read {path}: {error}") from None
             self.name, self.folder = str(path), str(path.parent)
         if readings is None:
             return
         if isinstance(readings, (str, os.PathLike)):
             self._replace(os.path.abspath(readings))
-        elif isinstance(readings, Sequence) and not hasattr(readings, "dtype"):
-            # rows, as a file has them
+        elif _has_lists(readings):
             self._replace(list(readings))
         else:
             self.table = _tables.columns_of(readings)
@@ -49,38 +52,50 @@ class Asked:
             elif isinstance(self.content, str):
                 self._replace([])
 
+    @property
+    def titles(self) -> dict[str, str]:
+        """The campaign's map of columns: under which titles a table has what the model reads."""
+        text = self.content if isinstance(self.content, str) else ""
+        content = json.loads(text) if '"columns"' in text else self.content if not text else {}
+        return dict(content.get("columns", {}))
+
     def _replace(self, readings: Any) -> None:
         content = json.loads(self.content) if isinstance(self.content, str) else self.content
         self.content = {**content, "readings": readings}
 
 
+def _has_lists(table: Any) -> bool:
+    """Is it rows as only a file of a schedule has them, with lists in their cells?"""
+    return _tables.is_rows(table) and any(isinstance(cell, (list, tuple, np.ndarray)) for row in table for cell in row.values())
+
+
 def dumps(content: Any) -> str:
     """A dict as JSON, line by line, so that an error in it has a place."""
-    return json.dumps(_finite(content, ""), default=_plain, allow_nan=False, indent=1, ensure_ascii=False)
+    return json.dumps(_plain(content, ""), allow_nan=False, indent=1, ensure_ascii=False)
 
 
-def _finite(content: Any, path: str) -> Any:
-    """NaN in a reading is nothing (null); anywhere else a number must be finite."""
-    if isinstance(content, float) and content != content and path.startswith("readings["):
-        return None
-    if isinstance(content, float) and content in (float("inf"), float("-inf")):
-        raise ValueError(f"a number is infinite (at {path})")
+def _plain(content: Any, path: str) -> Any:
+    """Numbers and arrays of numpy, paths and dates as JSON has them. NaN in a reading is nothing (null); anywhere else a number must be finite."""
+    if content is None or isinstance(content, (str, bool, int)):
+        return content
     if isinstance(content, Mapping):
-        return {str(key): _finite(value, f"{path}.{key}" if path else str(key)) for key, value in content.items()}
+        return {str(key): _plain(value, f"{path}.{key}" if path else str(key)) for key, value in content.items()}
     if isinstance(content, (list, tuple)):
-        return [_finite(value, f"{path}[{k}]") for k, value in enumerate(content)]
-    return content
-
-
-def _plain(value: Any) -> Any:
-    """A number or array of numpy, a path, a date as JSON has them."""
-    if hasattr(value, "tolist"):
-        return _finite(value.tolist(), "")
-    if isinstance(value, os.PathLike):
-        return os.fspath(value)
-    if hasattr(value, "isoformat"):
-        return value.isoformat()
-    raise TypeError(f"{type(value).__name__} has no place in a question: {value!r}")
+        return [_plain(value, f"{path}[{k}]") for k, value in enumerate(content)]
+    if hasattr(content, "tolist"):
+        return _plain(content.tolist(), path)
+    if isinstance(content, float) and math.isfinite(content):
+        return content
+    is_infinite = isinstance(content, float) and math.isinf(content)
+    if isinstance(content, float) or type(content).__name__ in ("NAType", "NaTType"):
+        if path.startswith("readings[") and not is_infinite:
+            return None
+        raise _tumble.MalformedError(f"{path} is {'infinite' if is_infinite else 'not a number (NaN)'}: expected a finite number")
+    if isinstance(content, os.PathLike):
+        return os.fspath(content)
+    if hasattr(content, "isoformat"):
+        return content.isoformat()
+    raise TypeError(f"{type(content).__name__} has no place in a question: {content!r} (at {path})")
 
 
 class Files:
@@ -104,8 +119,7 @@ class Files:
         asked = Asked(question, None, kind)
         content = json.loads(asked.content) if isinstance(asked.content, str) else dict(asked.content)
         if readings is not None:
-            rows = isinstance(readings, Sequence) and not isinstance(readings, str) and not hasattr(readings, "dtype")
-            content["readings"] = list(readings) if rows else self.table(readings, "readings")
+            content["readings"] = list(readings) if _has_lists(readings) else self.table(readings, "readings")
         # what the question names stands beside the original
         for key in ("bench", "readings", "calibration"):
             named = content.get(key)
@@ -115,6 +129,17 @@ class Files:
         if isinstance(samples, Mapping) and isinstance(samples.get("samples"), str):
             content["readings"] = {**samples, "samples": str((Path(asked.folder) / samples["samples"]).resolve())}
         return self.text(f"{Path(asked.name).stem.split('.')[0]}.{kind}.json", dumps(content))
+
+    def told(self, text: Any, options: Mapping[str, Any]) -> Any:
+        """What a command says, with the names of questions and tables for those of temporary files, and keywords for its options."""
+        if not isinstance(text, str):
+            return text
+        text = re.sub(r"\n+(Usage: |For more information, try).*", "", text, flags=re.DOTALL)
+        if self._folder is not None:
+            text = re.sub(re.escape(self._folder + os.sep) + r"(\w+)\.[.\w]+", r"\1", text)
+        for name in options:
+            text = re.sub(rf"--{name.replace('_', '-')}\b(?:[ =]<?[A-Z_=]+>?)?", f"{name}=", text)
+        return text
 
     def text(self, name: str, text: str) -> str:
         """The path of a file with this text."""

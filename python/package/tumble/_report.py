@@ -5,7 +5,7 @@ from __future__ import annotations
 import html
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import Any, ClassVar, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -41,11 +41,14 @@ class Node(Mapping[str, Any]):
         self.data = data
         """As in the JSON."""
 
-    def __getattr__(self, name: str) -> Any:
-        key = name if name in self._keys else name.removesuffix("_")
-        if name.startswith("_") or key not in self._keys:
-            raise AttributeError(f"{type(self).__name__} has no '{name}': expected one of {', '.join(sorted(self._keys))}")
-        return _wrapped(self.data.get(key), *self._parts.get(key, (None, False)))
+    # a checker of types sees the keys of each report alone
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any:
+            key = name if name in self._keys else name.removesuffix("_")
+            if name.startswith("_") or key not in self._keys:
+                raise AttributeError(f"{type(self).__name__} has no '{name}': expected one of {', '.join(sorted(self._keys))}")
+            return _wrapped(self.data.get(key), *self._parts.get(key, (None, False)))
 
     def __getitem__(self, key: str) -> Any:
         return self.data[key]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -18,67 +19,89 @@ if TYPE_CHECKING:
 
 Table = Any
 """A pandas or polars DataFrame, anything with Arrow's `__arrow_c_stream__` (a pyarrow Table, a DuckDB relation), a dict of columns, a structured
-numpy array, or a list of dicts. An empty cell (None, NaN) is a reading that was not made."""
+numpy array, or a list of dicts. An empty cell (None, NaN, NaT, pandas' NA, a masked one) is a reading that was not made. Times (datetime64, datetime) are
+seconds since the first where numbers are wanted, and their ISO 8601 (in UTC) where labels are; durations are seconds."""
 
 Columns = Mapping[str, Any]
 
 
+def package_of(table: Table) -> str:
+    """The package that a table is of."""
+    return type(table).__module__.partition(".")[0]
+
+
 def columns_of(table: Table) -> Any:
-    """A table as the engine takes it: an Arrow stream as it is (read where it lies), else a dict of columns (buffers or lists)."""
-    package = type(table).__module__.partition(".")[0]
+    """A table as the engine takes it: an Arrow stream, else a dict of columns (buffers or lists)."""
+    package = package_of(table)
     if package == "polars" and hasattr(table, "collect"):
         table = table.collect()
-    if package != "pandas" and hasattr(table, "__arrow_c_stream__"):
+    if package == "polars" and hasattr(table, "columns"):
+        # types that others cannot read: polars gives a column of nothing a buffer, and whole numbers of 128 bits a type of its own
+        import polars
+
+        own = [getattr(polars, name, polars.Null) for name in ("Null", "Int128", "UInt128")]
+        return table.cast(dict.fromkeys(own, polars.String))
+    if package not in ("pandas", "polars") and hasattr(table, "__arrow_c_stream__"):
         return table
-    if package == "pandas":
-        return {str(name): column_of(table[name]) for name in table.columns}
-    if isinstance(table, Mapping):
-        return {str(name): column_of(column) for name, column in table.items()}
-    if isinstance(table, np.ndarray) and table.dtype.names:
-        return {name: column_of(table[name]) for name in table.dtype.names}
-    if isinstance(table, Sequence) and not isinstance(table, (str, bytes)):
-        keys = list(dict.fromkeys(key for row in table for key in row))
-        return {str(key): [row.get(key) for row in table] for key in keys}
-    raise TypeError(f"{type(table).__name__} is no table: expected a DataFrame, an Arrow table, a dict of columns, a structured array or rows")
+    if isinstance(table, Mapping) or (package == "pandas" and hasattr(table, "columns")):
+        pairs = table.items()
+    elif isinstance(table, np.ndarray) and table.dtype.names:
+        pairs = ((name, table[name]) for name in table.dtype.names)
+    elif is_rows(table):
+        keys = dict.fromkeys(key for row in table for key in row)
+        pairs = ((key, [row.get(key) for row in table]) for key in keys)
+    else:
+        raise TypeError(f"{type(table).__name__} is no table: expected a DataFrame, an Arrow table, a dict of columns, a structured array or rows")
+    columns: dict[str, Any] = {}
+    for name, column in pairs:
+        if str(name) in columns:
+            raise _tumble.MalformedError(f"the column '{name}' stands twice in the table: expected each column once")
+        columns[str(name)] = column_of(column)
+    if not columns:
+        raise _tumble.MalformedError("the table has no readings: expected columns, and a row for each reading")
+    return columns
+
+
+def is_rows(table: Any) -> bool:
+    """Is it a list of dicts?"""
+    return isinstance(table, Sequence) and all(isinstance(row, Mapping) for row in table)
 
 
 def column_of(column: Any) -> Any:
     """A column as a buffer of numbers, or as a list in which None is an empty cell."""
-    package = type(column).__module__.partition(".")[0]
+    package = package_of(column)
     if package == "pandas":
-        if column.dtype.kind in "fiu" and hasattr(column.dtype, "itemsize") and not column.hasnans:
-            return np.asarray(column)
-        return [None if empty else value for value, empty in zip(column.tolist(), column.isna())]
+        if isinstance(column.dtype, np.dtype) and column.dtype.kind != "O":
+            column = column.to_numpy()
+        elif column.dtype.kind == "M":
+            column = column.to_numpy("datetime64[ns]")
+        else:
+            return [None if empty else value for value, empty in zip(column.tolist(), column.isna())]
     if package == "polars":
         return column.to_numpy() if column.dtype.is_numeric() and not column.null_count() else column.to_list()
     if package == "pyarrow":
         return column.to_pylist()
-    if isinstance(column, np.ndarray):
-        if column.dtype.kind == "f" and column.dtype.itemsize not in (4, 8):
-            return column.astype(np.float64)
-        return column.tolist() if column.dtype.kind not in "fiu" else np.asarray(column, column.dtype.newbyteorder("="))
-    return column
-
-
-def rows_of(table: Table) -> list[dict[str, Any]]:
-    """A table as a list of rows."""
-    columns = columns_of(table)
-    if not isinstance(columns, Mapping):
-        import pyarrow
-
-        columns = pyarrow.table(columns).to_pydict()
-    lists = [column.tolist() if hasattr(column, "tolist") else list(column) for column in columns.values()]
-    return [dict(zip(columns, row)) for row in zip(*lists, strict=True)]
+    if isinstance(column, np.ma.MaskedArray):
+        found = column_of(column.data)
+        cells = found.tolist() if isinstance(found, np.ndarray) else found
+        return [None if empty else value for value, empty in zip(cells, np.ma.getmaskarray(column))]
+    if not isinstance(column, np.ndarray):
+        return column
+    kind, size = column.dtype.kind, column.dtype.itemsize
+    if kind == "m":
+        return column / np.timedelta64(1, "s")
+    if kind == "M":
+        texts = np.datetime_as_string(column).tolist()
+        return [None if text == "NaT" else text.rstrip("0").rstrip(".") if "." in text else text for text in texts]
+    if kind == "f" and size not in (4, 8):
+        return column.astype(np.float64)
+    return np.asarray(column, column.dtype.newbyteorder("=")) if kind in "fiu" else column.tolist()
 
 
 def write(table: Table, folder: str, name: str) -> str:
     """A table as a file that the program reads; its path."""
-    if type(table).__module__.partition(".")[0] == "polars" and hasattr(table, "write_parquet"):
-        path = os.path.join(folder, f"{name}.parquet")
-        table.write_parquet(path)
-        return path
-    path = os.path.join(folder, f"{name}.csv")
-    _tumble.write_csv(columns_of(table), Path(path))
+    path = os.path.join(folder, f"{name}.parquet")
+    _tumble.write_table(columns_of(table), Path(path))
     return path
 
 
@@ -87,29 +110,44 @@ def is_table(value: Any) -> bool:
     return not isinstance(value, (str, os.PathLike))
 
 
-def read_like(table: Table, path: str) -> Any:
-    """A table of CSV as the kind of table that the other one is; a dict of numpy arrays where that is none of pandas, polars, pyarrow."""
-    package = type(table).__module__.partition(".")[0]
-    if package == "pandas":
-        import pandas
+def read(path: str) -> dict[str, Any]:
+    """A table of CSV as numpy arrays."""
+    with open(path, encoding="utf-8", newline="") as file:
+        names, *rows = csv.reader(file)
+    return {name: _cells([row[k] for row in rows]) for k, name in enumerate(names)}
 
-        if int(pandas.__version__.partition(".")[0]) < 3:
-            return pandas.read_csv(path, float_precision="round_trip")
-        return pandas.read_csv(path)
+
+def kept(table: Table) -> Any:
+    """A table that can be read again: a stream of Arrow, which may be read once, as a pyarrow Table."""
+    if package_of(table) in ("pandas", "polars") or not hasattr(table, "__arrow_c_stream__"):
+        return table
+    import pyarrow
+
+    return pyarrow.table(table)
+
+
+def with_columns(table: Table, columns: Columns) -> Any:
+    """A table with further columns (arrays), in the place of those that have their names; all else as it is."""
+    package = package_of(table)
+    if package == "pandas":
+        return table.assign(**columns)
     if package == "polars":
         import polars
 
-        return polars.read_csv(path, infer_schema_length=None)
-    if package == "pyarrow":
-        import pyarrow.csv
+        return table.with_columns(*(polars.Series(name, column, nan_to_null=True) for name, column in columns.items()))
+    if is_rows(table):
+        return [{**row, **dict(zip(columns, cells))} for row, *cells in zip(table, *(column.tolist() for column in columns.values()))]
+    if isinstance(table, np.ndarray):
+        table = {name: table[name] for name in table.dtype.names}
+    if isinstance(table, Mapping):
+        return {**table, **columns}
+    import pyarrow
 
-        return pyarrow.csv.read_csv(path)
-    import csv
-
-    with open(path, encoding="utf-8", newline="") as file:
-        lines = list(csv.reader(file))
-    names, rows = lines[0], lines[1:]
-    return {name: _cells([row[k] for row in rows]) for k, name in enumerate(names)}
+    for name, column in columns.items():
+        if name in table.column_names:
+            table = table.drop_columns(name)
+        table = table.append_column(name, pyarrow.array(column, from_pandas=True))
+    return table
 
 
 def _cells(texts: list[str]) -> Any:
