@@ -191,7 +191,8 @@ fn quantity(measurement: &Measured<'_>, quantity: &Quantity, texts: Texts<'_>) -
             Some(ends) => {
                 let scale = Some(expanded / quantity.expanded).filter(|scale| scale.is_finite()).unwrap_or(1.0);
                 let [low, high] = ends.map(|end| {
-                    let [end, _] = to_two_digits(end * scale, expanded);
+                    // a digit more than U: the ends are no estimates
+                    let [end, _] = to_two_digits(end * scale, 0.1 * expanded);
                     end
                 });
                 let [_, u] = to_two_digits(0.0, expanded / quantity.k);
