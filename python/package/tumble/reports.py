@@ -1759,7 +1759,7 @@ class LackOfFitReport(Node):
     between_dof: int
     """Degrees of freedom of what the model leaves between the means."""
     f: float | None
-    """F, a pure number: `(between / between_dof) / pure_error_sd^2`; null where replicates agree exactly."""
+    """F, a pure number: `(between / between_dof) / pure_error_sd^2`."""
     p: float
     """Probability of a larger F if the model is right."""
     pure_error_dof: int
@@ -2802,8 +2802,13 @@ class NavigateDiagnoseReport(Report):
     """Whether the refits settled."""
     significance: float
     """Probability of reporting anything when nothing is missing."""
+    state: State | None
+    """What the posterior says: `nothing` is missing, an error at least is `named`, none is and one at least is `suspected`, or what is missing
+    is `outside` of what was tried; absent where nothing can be diagnosed."""
     steps: list[StepReport]
     """The search's record."""
+    suspected: list[SuspectReport] | None
+    """Errors that are probable, but not enough for a name: no part of `model_after`."""
     suspects: list[NavigationSuspectReport]
     """Single values that noise does not explain after all that was found, the furthest first."""
     tumble: str
@@ -2814,7 +2819,7 @@ class NavigateDiagnoseReport(Report):
     """`effects-found`, `partly-explained` (effects were found, and unexplained residuals remain), `nothing-missing`, `unexplained`, or
     `not-diagnosable` (fewer than three values)."""
 
-    _keys = frozenset(["candidates", "channels", "distinct_candidates", "effects", "gap", "gap_steps", "invisible", "left_out", "mission", "model_after", "model_before", "refits", "report", "runs", "settled", "significance", "steps", "suspects", "tumble", "unexplained", "verdict"])
+    _keys = frozenset(["candidates", "channels", "distinct_candidates", "effects", "gap", "gap_steps", "invisible", "left_out", "mission", "model_after", "model_before", "refits", "report", "runs", "settled", "significance", "state", "steps", "suspected", "suspects", "tumble", "unexplained", "verdict"])
 
 
 class CarriedReport(Node):
@@ -3859,7 +3864,7 @@ NavigationEffectReport._parts = {"aliases": (NavigationAliasReport, False), "sep
 NavigationGapStepReport._parts = {"gap": (GapReport, False)}
 SwingFile._parts = {"heading": (OscillationFile, False), "pitch": (OscillationFile, False), "roll": (OscillationFile, False), "yaw": (OscillationFile, False)}
 UnexplainedNavigationReport._parts = {"cells": (NavigationCellReport, False)}
-NavigateDiagnoseReport._parts = {"channels": (ChannelReport, False), "effects": (NavigationEffectReport, False), "gap": (GapsReport, False), "gap_steps": (NavigationGapStepReport, False), "model_after": (QuantityWithUnit, True), "model_before": (QuantityWithUnit, True), "runs": (RunReport, False), "steps": (StepReport, False), "suspects": (NavigationSuspectReport, False), "unexplained": (UnexplainedNavigationReport, False)}
+NavigateDiagnoseReport._parts = {"channels": (ChannelReport, False), "effects": (NavigationEffectReport, False), "gap": (GapsReport, False), "gap_steps": (NavigationGapStepReport, False), "model_after": (QuantityWithUnit, True), "model_before": (QuantityWithUnit, True), "runs": (RunReport, False), "steps": (StepReport, False), "suspected": (SuspectReport, False), "suspects": (NavigationSuspectReport, False), "unexplained": (UnexplainedNavigationReport, False)}
 CarriedReport._parts = {"linear": (ErrorReport, False), "monte_carlo": (ErrorReport, False)}
 ResultReport._parts = {"azimuth_arcsec": (SummaryReport, False), "last": (ErrorReport, False), "position_m": (SummaryReport, False), "tilt_arcsec": (SummaryReport, False), "velocity_m_s": (SummaryReport, False)}
 ScenarioReport._parts = {"errors": (QuantityWithUnit, True)}
