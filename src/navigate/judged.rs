@@ -80,8 +80,10 @@ impl Search<'_> {
         let absurd: Vec<f64> = sizes.map(|size| if size > 0.0 { size } else { f64::INFINITY }).collect();
         let log_odds = odds(&linear.causes, settings.rank_penalty, case.measured.longest_run(), self.last());
         let share = |j: usize| priors.share_below(absurd.get(j).copied().unwrap_or(f64::INFINITY));
-        // times, periods and phases are fitted anew with every set: at those of the present one another set would explain too little
-        let mut moves = if among == Among::None { Vec::new() } else { self.moves(&state.set, &rows.made) };
+        // times, periods and phases are fitted anew with every set that the search looks at: at those of the present one another set would explain too little.
+        // What is probable in the end is asked without: along its time a warm-up is nearly explained by itself
+        let is_search = matches!(among, Among::Sets(_));
+        let mut moves = if is_search { self.moves(&state.set, &rows.made) } else { Vec::new() };
         rows.weigh(&mut moves);
         let basis = matrix(residual.len(), &orthonormal(moves, INDEPENDENT));
         let problem = Problem {
