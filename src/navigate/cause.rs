@@ -7,7 +7,8 @@ use crate::elements::Elements;
 use std::f64::consts::TAU;
 use std::mem::{Discriminant, discriminant};
 
-/// Size of a difference by a time, a period or a phase, as a share of the run, of itself or in rad: what is known of these is far more.
+/// Size of a difference by a time, a period or a phase, as a share of the run, of itself or in rad: the relative error of such a central difference is of the order
+/// of its square, and a millionth of a derivative changes no digit of `u`; twelve digits of the difference are left.
 const BESIDE: f64 = 1e-3;
 
 /// How an error of the unit changes in time.

@@ -231,6 +231,7 @@ fn laws_what_is_not_probable_enough_for_a_name_is_suspected() {
         let is_right = |cause: &Cause| {
             let own =
                 cause.constant().map(|own| flown(&mission, &ImuErrors::single(own, 1e-3 * own.si_per_unit()), &times));
+            // another error of which this one has two thirds of the squares is what these rows can say
             own.is_some_and(|own| {
                 product(&own, &truth).abs() > 0.8 * (product(&own, &own) * product(&truth, &truth)).sqrt()
             })

@@ -29,7 +29,7 @@ const PRINTED: u16 = 10;
 const WIDTHS: (f64, f64) = (11.0, 44.0);
 /// Rows that a chart covers.
 const CHART_ROWS: u32 = 20;
-/// Columns that are seen of a sheet.
+/// Columns that are seen of a sheet: those of the usual width, 64 pixels, fill a screen of 1920.
 const SEEN: u16 = 30;
 /// Letters of a sheet's name, by the format.
 const NAME: usize = 31;
