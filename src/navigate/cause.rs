@@ -316,6 +316,11 @@ impl Cause {
     pub(crate) fn is_constant(&self) -> bool {
         matches!(self, Cause::Constant(_))
     }
+
+    /// A constant bias of a sensor?
+    pub(super) fn is_bias(&self) -> bool {
+        self.constant().is_some_and(|source| source.kind == Kind::Bias && source.instrument != Instrument::Start)
+    }
 }
 
 /// All causes but single values, waves and square waves (`periodic.rs` looks for these): constants as in [`ErrorSource::catalogue`], then faults of the reference in the channels that are measured, then

@@ -148,8 +148,8 @@ impl Search<'_> {
         self.case.measured.last_time().max(f64::MIN_POSITIVE)
     }
 
-    /// What changes in time and reduces the sum of squares most, its times and periods refined: given a state's set, given nothing, given its constants, and
-    /// given all of it but one cause, which another time or period may have brought in.
+    /// What changes in time and reduces the sum of squares most, its times and periods refined: given a state's set, given nothing, given its constants and
+    /// all biases, and given all of it but one cause, which another time or period may have brought in.
     pub(super) fn likeliest(&self, state: &State) -> Vec<Cause> {
         let rows = self.weighed(&state.out);
         let (columns, observed) = self.linearised(state, &rows);
@@ -162,9 +162,11 @@ impl Search<'_> {
         if !state.set.is_empty() {
             conditions.push((with(&|_| false), CANDIDATES));
         }
-        if (0..columns.len()).any(|k| !is_constant(k)) {
-            conditions.push((with(&is_constant), CANDIDATES));
-        }
+        // what changes may change around any value: beside the constants of the set, those of all biases
+        let biases = self.case.causes.iter().zip(&rows.unit).filter(|(cause, (_, norm))| cause.is_bias() && *norm > 0.0);
+        let biases = biases.map(|(_, (column, _))| column.as_ref().clone());
+        let constants = columns.iter().enumerate().filter(|(k, _)| is_constant(*k)).map(|(_, column)| column.clone());
+        conditions.push((rows.given(constants.chain(biases), observed.clone()), CANDIDATES));
         if columns.len() > 1 {
             conditions.extend((0..columns.len()).map(|omitted| (with(&|k| k != omitted), 1)));
         }
@@ -191,7 +193,7 @@ impl Search<'_> {
                 By::HalfWave(last).finest(*period, at).map(|(_, fit)| fit)
             };
             let fits: Vec<CourseFit> = all.iter().take(*count).filter_map(finest).collect();
-            // the work is bounded: beside the set, nothing and the constants
+            // the work is bounded: beside the set, nothing and constants
             let first = fits.first().filter(|_| *count == CANDIDATES);
             let square = first.and_then(|first| rows.switched(first, given, last, 1));
             let fits = square.into_iter().chain(fits).filter(|fit| !self.case.is_absurd(&fit.cause, fit.size));
