@@ -3,8 +3,9 @@
 use super::devices::{DeviceCampaign, Survey};
 use super::{Outcome, files};
 use crate::campaign::Campaign;
-use crate::design::Model;
+use crate::design::{self, Model};
 use crate::error::{Fault, Malformed, Result};
+use crate::fit;
 use crate::wire;
 use clap::Args;
 use std::path::{Path, PathBuf};
@@ -54,7 +55,7 @@ pub(super) fn check(path: &Path) -> Result<String> {
     if file.has_rows() {
         let mut folder = files::Beside::new(path);
         let (campaign, _, sample) = wire::read_rows_of(&file, &source, &mut folder, None)?;
-        Model::new(&campaign).map_err(|error| wire::locate(error, &source))?;
+        usable(&campaign).map_err(|error| wire::locate(error, &source))?;
         return Ok(said("a campaign", &campaign, &format!("{} rows of a record", sample.rows)));
     }
     if file.by.is_some() {
@@ -68,9 +69,19 @@ pub(super) fn check(path: &Path) -> Result<String> {
         return Ok(said("a campaign", &first, &readings));
     }
     let (campaign, source, _) = files::campaign(path)?;
-    Model::new(&campaign).map_err(|error| wire::locate(error, &source))?;
+    usable(&campaign).map_err(|error| wire::locate(error, &source))?;
     let what = if campaign.is_measured() { "a campaign" } else { "a schedule" };
     Ok(said(what, &campaign, &format!("{} readings", campaign.readings.rows.len())))
+}
+
+/// Errors that a fit would meet before it solves: what a model line uses and a reading lacks, uncertainties stated here and there.
+fn usable(campaign: &Campaign) -> Result<()> {
+    let model = Model::new(campaign)?;
+    if campaign.is_measured() {
+        let design = design::assemble(campaign, &model, &campaign.reference_point())?;
+        fit::weigh(campaign, &design, fit::Weighting::AsStated)?;
+    }
+    Ok(())
 }
 
 fn said(what: &str, campaign: &Campaign, readings: &str) -> String {

@@ -58,13 +58,16 @@ pub(crate) fn by_coefficients(
     if tilts.is_empty() || !estimated().any(|(_, own)| !is_tilt(own) && is_open(own)) {
         return Ok(None);
     }
-    let mut held = design.clone();
-    tilts.iter().for_each(|k| held.jacobian.col_as_slice_mut(*k).fill(0.0));
-    let alone = if campaign.scatter.is_empty() { None } else { Some(campaign.without_scatter()) };
-    let step = Linear::at(alone.as_ref().unwrap_or(campaign), &held, None, settings)?;
     let mut point = design.point.clone();
-    for (k, (value, change)) in point.iter_mut().zip(&step.change).enumerate() {
-        *value += if tilts.contains(&k) { 0.0 } else { *change };
+    {
+        // a design of many readings is large
+        let mut held = design.clone();
+        tilts.iter().for_each(|k| held.jacobian.col_as_slice_mut(*k).fill(0.0));
+        let alone = if campaign.scatter.is_empty() { None } else { Some(campaign.without_scatter()) };
+        let step = Linear::at(alone.as_ref().unwrap_or(campaign), &held, None, settings)?;
+        for (k, (value, change)) in point.iter_mut().zip(&step.change).enumerate() {
+            *value += if tilts.contains(&k) { 0.0 } else { *change };
+        }
     }
     let there = design::assemble(campaign, model, &point)?;
     let size = |of: &DesignMatrix, k: usize, sensor: usize| {

@@ -59,6 +59,23 @@ fn a_column_under_another_name_is_asked_for() {
     assert!(code == Some(1) && text.contains("is the column 'Temp' meant?"), "{text}");
 }
 
+/// What a fit refuses before it solves, `check` refuses with the same words: an input that one reading lacks, an uncertainty that one reading states.
+#[test]
+fn check_refuses_what_a_fit_refuses() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let known = r#""estimate": { "a": {}, "b": {} }, "known": { "c": { "value": 0.5, "u": 0.01 } }"#;
+    for (second, said) in [("", "temp"), (r#""temp": 20, "y_u": 0.1,"#, "y_u here")] {
+        let readings = format!(
+            r#"[ {{"x": 0, "temp": 20, "y": 11}}, {{"x": 1, {second} "y": 13.5}}, {{"x": 2, "temp": 24, "y": 17}} ]"#
+        );
+        campaign(folder.path(), known, &readings);
+        let told = ["fit", "check"].map(|command| run(folder.path(), &[command, "c.campaign.json"]));
+        let [(code, fit), (_, check)] = &told;
+        assert!(*code == Some(1) && fit.contains(said), "{fit}");
+        assert_eq!(told[0], told[1], "{check}");
+    }
+}
+
 #[test]
 fn devices_and_streamed_records_ask_too() {
     let folder = tempfile::tempdir().expect("a folder");
