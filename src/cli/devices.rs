@@ -326,8 +326,8 @@ impl DeviceTable<'_> {
         let read = batch::stream(&tables, devices, &mut |again| {
             if let Restart::CameBack { label, row } = again {
                 super::note(&format!(
-                    "note: '{label}' comes back in row {row}: the rows of a device do not stand together, so the table is read again, and devices are \
-                     kept until they are whole"
+                    "note: '{label}' occurs again in row {row}: the rows of a device are not contiguous, so the table is read again, and each device is \
+                     held in memory until it is complete"
                 ));
             }
             sink.borrow_mut()(Passed::Anew).map(drop)

@@ -107,7 +107,7 @@ impl CorrectionFile {
             model: line.model.to_string(),
         };
         Some(CorrectionFile {
-            frame: "the last frame of the bench's chain, the sensors' own".into(),
+            frame: "the last frame of the bench's chain (sensor frame)".into(),
             rate_unit: calibration.rate_unit.name().into(),
             force_unit: calibration.force_unit.name().into(),
             sensors: calibration.lines.iter().map(sensor).collect(),

@@ -400,7 +400,7 @@ fn a_row_that_is_wrong_is_its_devices_fault() {
     for (serial, row, word) in [
         ("D1", &rows[1][3], "too few or too many cells"),
         ("D2", &rows[2][5], "too few or too many cells"),
-        ("D3", &rows[3][0], "no number"),
+        ("D3", &rows[3][0], "not a number"),
     ] {
         let why = &own[serial]["why"];
         assert_eq!(own[serial]["verdict"], "malformed", "{why}");

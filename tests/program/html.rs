@@ -316,7 +316,7 @@ fn an_active_bound_is_drawn() {
     campaign["constraints"] =
         serde_json::json!([{ "of": { "dtheta_y2": 1 }, "between": [-161.5, 161.5], "unit": "arcsec" }]);
     let html = page(&campaign);
-    assert!(html.contains("Upright lines: active bounds"));
+    assert!(html.contains("Vertical lines: active bounds"));
     assert!(html.contains("#D55E00\" stroke-width=\"5\""), "the line at the bound");
 }
 

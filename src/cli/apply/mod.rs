@@ -248,7 +248,7 @@ fn notes(calibration: &Calibration, counts: &Counts, u: bool) -> Vec<String> {
         let (range, unit) = (significant(calibration.range_of(input), 4), calibration.unit_of(input));
         let (name, most) = (&input.name, significant(*most, 4));
         notes.push(format!(
-            "{name} of {beyond} of {rows} rows lies beyond +-{range} {unit}, which the calibration covered ({most} {unit} at most): the correction is extrapolated there, and no uncertainty contains that"
+            "{name} of {beyond} of {rows} rows lies beyond +-{range} {unit}, the range of the calibration (up to {most} {unit}): the correction is extrapolated there, and u does not include that"
         ));
     }
     if *failed > 0 {
