@@ -75,7 +75,7 @@ enum Command {
     Apply(apply::Arguments),
     /// Write a calibration's correction as source code, or for another program.
     Export(export::Arguments),
-    /// Find where simulation and measurement disagree, identify the missing effect, add it to the model, show the gap shrink.
+    /// Find where simulation and measurement disagree, identify the missing effect, and show the residuals decrease with it in the model.
     #[command(after_help = help::DIAGNOSE)]
     Diagnose(diagnose::Arguments),
     /// Readings from a schedule and a truth, with seeded noise and hidden effects.

@@ -26,8 +26,8 @@ pub(super) struct Arguments {
     /// Write to a file, Parquet if its name ends in .parquet; without it, CSV to stdout.
     #[arg(long, short, visible_alias = "output", value_name = "FILE")]
     out: Option<PathBuf>,
-    /// Also write the standard uncertainty of each input from the calibration (not the noise of the sample), as <input>_u. With '--frame mount' that of
-    /// the tilts is in it.
+    /// Also write the standard uncertainty of each input from the calibration (not the noise of the sample), as <input>_u. With '--frame mount' it
+    /// includes that of the tilts.
     #[arg(long)]
     u: bool,
     /// Frame of the inputs: the sensor axes, or the mounting face (rotated by the tilts after the last joint).
