@@ -270,7 +270,7 @@ bars-type = { $name } (Type { $type_b })
 comparison-with-the-published-closed-forms = Comparison with the published closed forms
 group-by-group-without-earth-rate = { $square ->
     [yes] Group by group and without the Earth rate, which they neglect, the formulas agree with least squares to { $difference } of the value: they are least squares of an exactly determined system.
-   *[no] Group by group and without the Earth rate, which they neglect, the formulas differ from least squares by up to { $difference } of the value: these positions do not give the exactly determined system of the formulas.
+   *[no] Group by group and without the Earth rate, which they neglect, the formulas differ from least squares by up to { $difference } of the value: these positions do not give an exactly determined system.
 }
 printed = printed
 closed-form = closed form
@@ -911,8 +911,8 @@ model-and-noise = Model and noise
 the-better-schedule-2 = The better schedule
 goal-not-determined = The goal is not reached: not every quantity of the goal is determined.
 goal-reached = { $reached ->
-    [yes] The goal is reached: the largest uncertainty is { $share } of its limit{ $proof }.
-   *[no] The goal is not reached: at best, the largest uncertainty is { $share } of its limit.
+    [yes] The goal is reached: the largest uncertainty is { $share } times its limit{ $proof }.
+   *[no] The goal is not reached: at best, the largest uncertainty is { $share } times its limit.
 }
 still-to-run-2 = Still to run: { $work }.
 predicted-standard-uncertainties = Predicted standard uncertainties

@@ -39,13 +39,13 @@ impl Many {
     pub(super) fn refuse_alone(&self, more: &[(&str, bool)]) -> Result<()> {
         let options = [("--to", self.to.is_some()), ("--chart", self.chart.is_some())];
         let expected = "--by COLUMN, \"by\" in the campaign, or several files of --readings";
-        refuse([&options, more].concat(), (Fault::Missing, "is of many devices, and here is one"), expected)
+        refuse([&options, more].concat(), (Fault::Missing, "applies to many devices, but there is one"), expected)
     }
 }
 
 /// Errors: options that are of one device, where there are many.
 pub(super) fn refuse_many(options: Vec<(&str, bool)>, expected: &str) -> Result<()> {
-    refuse(options, (Fault::Value, "is of one device, and here are many"), expected)
+    refuse(options, (Fault::Value, "applies to one device, but there are many"), expected)
 }
 
 fn refuse(options: Vec<(&str, bool)>, (fault, why): (Fault, &str), expected: &str) -> Result<()> {

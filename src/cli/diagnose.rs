@@ -57,7 +57,7 @@ pub(super) struct Arguments {
 pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
     let (campaign, readings) = devices::behind(arguments.campaign.as_deref(), &arguments.readings)?;
     if campaign.to_string_lossy().ends_with(".mission.json") {
-        return Err(Malformed::new(Fault::Missing, "a mission alone has nothing to be diagnosed")
+        return Err(Malformed::new(Fault::Missing, "a mission without measured errors cannot be diagnosed")
             .expected("--measured FILE with measured navigation errors"));
     }
     let question = devices::DeviceCampaign::read(campaign, &arguments.many, readings)?;

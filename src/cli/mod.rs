@@ -208,7 +208,7 @@ fn probability(what: &str, value: f64, example: &str) -> Result<()> {
     if value > 0.0 && value < 1.0 {
         return Ok(());
     }
-    Err(Malformed::new(Fault::Value, format!("the {what} is no probability"))
+    Err(Malformed::new(Fault::Value, format!("the {what} is not a probability"))
         .expected(format!("a number between 0 and 1, for example {example}"))
         .found(value.to_string()))
 }

@@ -52,7 +52,7 @@ pub fn judged_at(campaign: &Campaign, given: &[(String, f64)], fitted: Option<&F
             let names: Vec<&str> = campaign.estimated().iter().map(|p| p.id.as_str()).collect();
             return Err(Malformed::new(
                 Fault::UnknownName,
-                format!("'{id}' is not estimated, so no plan is judged at a value of it"),
+                format!("'{id}' is not estimated, so a plan cannot be evaluated at a value of it"),
             )
             .expected(format!("one of {}", names.join(", ")))
             .found(format!("'{id}'")));

@@ -114,7 +114,7 @@ pub fn segment(trace: &Trace, by: &By, guard: f64, least: f64) -> Segmentation {
         if let Some(channel) = touched.into_iter().find(|channel| channel.is_cut(trace, &segment)) {
             let (all, name) = (samples(&guarded), &channel.name);
             let reason = format!(
-                "{name} is saturated: its noise is cut at the rail ({dead} of {all} samples), and the mean of the others is off"
+                "{name} is saturated: its noise is cut at the rail ({dead} of {all} samples), and the mean of the others is biased"
             );
             rejected.push(Rejected { samples: start..end, reason });
             continue;

@@ -174,7 +174,7 @@ fn questions_that_cannot_be_asked() {
     assert!(told(&["navigate", "m.mission.json", "--measured", "x.csv"]).contains("--noise-arcsec"));
     assert!(
         told(&["navigate", "m.mission.json", "--measured", "x.csv", "--noise-m", "-1"])
-            .contains("no standard uncertainty")
+            .contains("not a standard uncertainty")
     );
     assert!(!at("x.csv").exists());
 }

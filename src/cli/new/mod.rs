@@ -281,7 +281,7 @@ fn campaign(arguments: &Arguments, table: &Path, answers: &Answers) -> Result<Ou
         answers.one(given.as_deref(), (option, &question), Some(""), |text| match text.is_empty() || fits(text) {
             true => Ok(Some(text.to_string()).filter(|text| !text.is_empty())),
             false => {
-                Err(Malformed::new(Fault::Value, "this is no day").expected("YYYY-MM-DD").found(format!("'{text}'")))
+                Err(Malformed::new(Fault::Value, "this is not a day").expected("YYYY-MM-DD").found(format!("'{text}'")))
             }
         })
     };
