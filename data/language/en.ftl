@@ -192,11 +192,11 @@ below-of-the-variance-left-out = Not listed, because below 0.05 % of the varianc
 
 # report/html/fit_figures.rs
 angles-with-their-expanded-uncertainties = Angles with their expanded uncertainties ({ $level }).
-standard-uncertainties-divided-by-each-sources-share = Standard uncertainties, divided by each source's share of the variance.
+standard-uncertainties-divided-by-each-sources-share = Standard uncertainties; bars are divided by the share of each source in the variance.
 standard-uncertainty = standard uncertainty
 coefficients-each-sources-share-of-the-variance = Coefficients: each source's share of the variance. Sources below 0.5 % are left white.
 residuals-of-figure = { $shared ->
-    [yes] Residuals of { $id } without the deviations that readings share, and bands of two standard deviations. Readings beyond { $limit } standard deviations (diamonds): { $far }.
+    [yes] Residuals of { $id }, random effects common to several readings removed, and bands of two standard deviations. Readings beyond { $limit } standard deviations (diamonds): { $far }.
    *[no] Residuals of { $id } and bands of two standard deviations. Readings beyond { $limit } standard deviations (diamonds): { $far }.
 }
 normal-plot-of-the-studentized-residuals-with = Normal plot of the studentized residuals with its pointwise 95 % band: normal residuals follow the line.
@@ -254,7 +254,7 @@ probability-that-the-quantity-is-inside-its = Probability: that the quantity is 
 
 # report/html/scatter_page.rs
 what-scatters = Random effects
-sd-standard-deviation-of-one-deviation-a = sd: standard deviation of one deviation, stated by the campaign or estimated from these readings (restricted maximum likelihood). The uncertainties include each source.
+sd-standard-deviation-of-one-deviation-a = sd: standard deviation of a single deviation, stated by the campaign or estimated from these readings (restricted maximum likelihood). The uncertainties include each source.
 
 # report/plot/normal.rs
 normal-quantile = normal quantile
@@ -434,9 +434,9 @@ correction-error-in = { $error } { $unit } in { $id }
 from-to = { $a } to { $b }
 conformity-is = Conformity: { $outcome } ({ $rule }).
 note = Note
-tone-good = In order
+tone-good = OK
 tone-caution = Caution
-tone-bad = Not in order
+tone-bad = Problem
 
 # the certificate
 robust-estimator = Robust estimator: { $method }.
@@ -478,7 +478,7 @@ per-year = per year
 two-calibrations-of-one-unit = Two calibrations of one unit
 changed-by-more-than-the-uncertainties-allow = Changed by more than the uncertainties allow: { $ids }.
 beyond-u-but-not-together = Changed by more than the expanded uncertainty (|E_n| > 1), but not significant with { $tested } quantities tested together: { $ids }.
-shared-by-both-calibrations-and-therefore-not = Shared by both calibrations, and therefore not counted twice: { $shared }.
+shared-by-both-calibrations-and-therefore-not = Inputs common to both calibrations, not counted twice: { $shared }.
 u-expanded-uncertainty-of-the-difference-e-2 = U: expanded uncertainty of the difference; E_n = difference/U. Marked: significant with all quantities tested together (Holm).
 differences-of-the-two-calibrations-over-their = Differences of the two calibrations divided by their expanded uncertainties: a bar that excludes zero is a change.
 the-weighted-mean-of-both-its-u = The weighted mean of both; its u is valid if the two agree, that is, if the Birge ratio is not well above 1.
@@ -708,7 +708,7 @@ min = min
 accepted-devices-only-sd-between-devices-u = Accepted devices only; mean and sd exclude outliers. sd: standard deviation of the estimates; u: root mean square of the devices' standard uncertainties; sd of devices: the part of sd that the scatter of their readings does not explain; p if alike: probability of such an sd if all devices were alike (F, or chi-square where uncertainties are stated).
 distributions = Distributions
 each-histogram-shows-the-accepted-devices-the = Each histogram shows the accepted devices; the curve is expected from the scatter of the readings alone; dashed lines are limits. Outlying values are counted in the first and the last bar.
-devices-that-are-not-in-order = Devices that are not in order
+devices-that-are-not-in-order = Devices with problems
 devices-that-stand-apart = Outlying devices
 no-accepted-device-stands-apart-from-the = No accepted device is an outlier in a quantity at 1 % over all devices and quantities.
 z-value-median-mad-beyond-what-a = z = (value - median) / (1.4826 MAD), beyond the limit of a normal distribution at 1 % over all devices and quantities; largest first, at most 50.
@@ -898,7 +898,7 @@ the-goal-counts = { $some ->
 this-is-the-cheapest-schedule-that-was = this is the cheapest schedule that was found; that none is cheaper is not proven
 leverage = leverage
 no-candidate-discriminates = No candidate discriminates { $a } and { $b }, so nothing is added.
-seed-of-starts-ended-here = , seed { $seed }, { $hits } of { $starts } starts ended here
+seed-of-starts-ended-here = , seed { $seed }, found by { $hits } of { $starts } starts
 of-its-readings-chosen-among-candidate-portions = { $chosen } of its readings chosen among { $candidates } candidate portions, criterion { $criterion }{ $starts }
 better = better
 gain = gain
