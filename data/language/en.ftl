@@ -714,7 +714,7 @@ no-accepted-device-stands-apart-from-the = No accepted device is an outlier in a
 z-value-median-mad-beyond-what-a = z = (value - median) / (1.4826 MAD), beyond the limit of a normal distribution at 1 % over all devices and quantities; largest first, at most 50.
 control-charts = Control charts
 lots-beyond-their-control-limits = Means of lots beyond their control limits: { $lots }.
-points-are-means-of-lots-the-line = Points are means of lots, the line is the mean of the accepted devices that are not outliers, dashed lines are three standard deviations of a lot's mean from the scatter within lots; triangles lie beyond.
+points-are-means-of-lots-the-line = Points are means of lots, the line is the mean of the accepted devices without outliers, dashed lines are three standard deviations of a lot's mean from the scatter within lots; triangles are means beyond them.
 
 # report/navigate_diagnose_table.rs
 rows-of-other-scenarios-left-out = ; { $rows } rows of other scenarios left out
@@ -747,7 +747,7 @@ error-column = , column { $column }
 error-at = at { $path }
 
 # plan, foresight, navigate, reduce, noise
-uncertainty-depends-on-a-value = the uncertainty of { $untold } depends on the value of { $needs }, and none is stated: at zero the effect vanishes; state it with --at { $first }=VALUE or a "start"
+uncertainty-depends-on-a-value = the uncertainty of { $untold } depends on the value of { $needs }, which is not stated: at zero the dependence vanishes; state it with --at { $first }=VALUE or a "start"
 values-checked-by-no-other = values without redundancy: { $n }
 bounds-not-counted = { $n ->
     [one] { $n } bound is not taken into account: a bound lowers an uncertainty only where it is active
