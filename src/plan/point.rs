@@ -169,7 +169,7 @@ pub(super) fn check_point(campaign: &Campaign, kept: &Readings, candidates: &Rea
     let first = lacking.needs.first().map_or("?", String::as_str);
     Err(Malformed::new(
         Fault::Missing,
-        format!("how well the candidates determine {untold} depends on the value of {needs}, and none is stated"),
+        format!("how well the candidates determine {untold} depends on the value of {needs}, which is not stated"),
     )
     .expected("a value to judge at, or a \"start\" in the campaign: an expected value will do")
     .argument("at", format!("{first}=VALUE"))
