@@ -185,7 +185,7 @@ fn simulated_deviations_come_back() {
 fn robust_beside_scatter_is_refused() {
     let campaign = campaign(r#"{"of": "V", "per": "position", "u": 3e-5}"#, "");
     let settings = Settings { robust: Some(fit::RobustMethod::Huber), ..Settings::default() };
-    assert!(fit::fit(&campaign, &settings).unwrap_err().to_string().contains("deviations that several readings share"));
+    assert!(fit::fit(&campaign, &settings).unwrap_err().to_string().contains("random effects of several readings"));
 }
 
 /// An offset per position that is estimated as zero is not known to be zero: `u` is that of the positions' own mean square, with its degrees of
