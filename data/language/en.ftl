@@ -921,7 +921,7 @@ at-equal-effort = { $cost ->
    *[no] At equal readings: the given schedule repeated, or cut, to the readings of the better one.
 }
 mounting = mounting
-in-this-order-a-drift-of-one = In this order, a drift of one standard deviation over the run shifts a parameter by at most { $share } of its uncertainty.
+in-this-order-a-drift-of-one = In this order, a linear drift of one noise standard deviation over the run shifts a parameter by at most { $share } of its uncertainty.
 where-the-positions-lie = Where the positions lie
 squares-the-schedules-positions = Squares: the schedule's positions.
 dots-candidates-squares-the-given-schedule-discs = Dots: candidates. Squares: the given schedule. Discs with numbers: the better schedule and its readings at each position.
