@@ -86,13 +86,13 @@ residual-sd-of = { $per_sample ->
 inconsistent-disagrees-with-the-other-sights-by = `{ $sensor }` is inconsistent: it disagrees with the other sights by { $mean_residual_deg } deg on average. Check for another side of the target, a wrong point, or a starting value that is too far away.
 correlated-inputs = correlated: { $list }
 no-reading-responds-to-at-the-reference = No reading responds to { $moved } at the reference point, because every factor that multiplies it is zero there: the iteration started from a point nearby.
-held-where-the-iteration-began-since-the = Held at the starting value, because the exact model determines them too weakly elsewhere: { $held }.
+held-where-the-iteration-began-since-the = Held at the starting value, because the exact model determines them only weakly away from it: { $held }.
 gauss-newton-converged-after = { $differs ->
-    [yes] Gauss-Newton converged after { $steps }; one linear step from the reference point would have differed by more than 0.1 u (converged minus one step): { $what }.
-   *[no] Gauss-Newton converged after { $steps }; the linear estimates (one step from the reference point) are the same within 0.1 u.
+    [yes] Gauss-Newton converged after { $steps }; the linear estimates (one step from the reference point) differ by more than 0.1 u (converged minus linear): { $what }.
+   *[no] Gauss-Newton converged after { $steps }; the linear estimates (one step from the reference point) agree within 0.1 u.
 }
-u-holds-only-for-as-held-another = U is valid only for `{ $held }` held at this value: a change of it by { $by } changes { $shifts }.
-derived-without-a-value = derived quantities without a value (they depend on parameters that are not estimable, or are no number at the solution): { $names }
+u-holds-only-for-as-held-another = U is valid only for the held value of `{ $held }`: a change of it by { $by } shifts the estimates ({ $shifts }).
+derived-without-a-value = derived quantities without a value (they depend on parameters that are not estimable, or are undefined at the solution): { $names }
 no-reading-responds = { $here ->
     [yes] no reading responds to it at this point
    *[no] no reading responds to it
@@ -120,22 +120,22 @@ distribution = distribution
 contribution = contribution
 share = share
 correlation = correlation
-is-at-a-bound-interval-to-of = `{ $id }` is at a bound: { $level } interval { $low } to { $high } { $unit } (that of the free estimate, truncated at the bounds).
-is-at-a-bound-and-the-whole = `{ $id }` is at a bound, and the { $level } interval of the free estimate is entirely outside the bounds: bounds and readings are inconsistent.
+is-at-a-bound-interval-to-of = `{ $id }` is at a bound: { $level } interval { $low } to { $high } { $unit } (that of the unconstrained estimate, truncated at the bounds).
+is-at-a-bound-and-the-whole = `{ $id }` is at a bound, and the { $level } interval of the unconstrained estimate is entirely outside the bounds: bounds and readings are inconsistent.
 monte-carlo = Monte Carlo
 mean = mean
 coverage-ellipsoid-of-k-p = coverage ellipsoid of { $order }: k_p = { $k }
-scale-factor-errors-are-not-drawn = not drawn: { $errors }
+scale-factor-errors-are-not-drawn = not included in the Monte Carlo trials: { $errors }
 
 # report/correction.rs
-the-lines-are-linear-in-the-inputs = The lines are linear in the inputs: this correction is exact.
-within-the-range-of-the-calibration-it = Within the range of the calibration ({ $within }) the remaining error is at most { $errors }
-below-the-standard-uncertainty-of-the-calibration = , below the standard uncertainty of the calibration everywhere there.
+the-lines-are-linear-in-the-inputs = The model lines are linear in the inputs, so this correction is exact.
+within-the-range-of-the-calibration-it = Within the range of the calibration ({ $within }), the error of the first-order correction is at most { $errors }
+below-the-standard-uncertainty-of-the-calibration = , below the standard uncertainty of the calibration in the whole range.
 none = none
-within-of-that-range-it-stays-below = ; within { $part } of that range it stays below the standard uncertainty of the calibration. Outside it, use the exact lines, as `tumble apply` does.
-correction-otherwise = { $id } (otherwise { $otherwise })
-correction-is-for = Bias and matrix are those for { $at }; at other values the model of the sensors gives them.
-these-sensors-do-not-determine-give-it = These sensors do not determine { $given }: give it as a column of the record.
+within-of-that-range-it-stays-below = ; it is below the standard uncertainty of the calibration in { $part } of that range. Where it is larger, use the exact model lines, as `tumble apply` does.
+correction-otherwise = { $id } (default { $otherwise })
+correction-is-for = Bias and matrix apply at { $at }; at other values they follow from the model of the sensors.
+these-sensors-do-not-determine-give-it = Inputs that these sensors do not determine, to be given as columns of the record: { $given }.
 correction-none-of-the-sensors-follows-a = no correction: no sensor measures a rate w_* or a specific force a_* that the fit determines
 input = input
 bias = bias
@@ -152,12 +152,12 @@ residuals-and-correlations = Residuals and correlations
 # report/html/fit_answer.rs
 result = Result
 global-test-chi-square-with-p = Global test: { $rejected ->
-    [yes] the readings scatter more than their stated uncertainties allow: the model is incomplete, or the uncertainties are too small
-    [less] the readings scatter less than their stated uncertainties say: these are too large, or the readings are not independent
-   *[no] the readings scatter as their stated uncertainties say
+    [yes] the residuals exceed the stated uncertainties of the readings: the model is incomplete, or the uncertainties are too small
+    [less] the residuals are smaller than the stated uncertainties of the readings: these are too large, or the readings are not independent
+   *[no] the residuals agree with the stated uncertainties of the readings
 } (chi-square { $chi_square } with { $dof }, p = { $p }).
 the-readings-state-no-uncertainty-of-their = No uncertainty is stated for the readings: their standard deviation is estimated from the residuals, so these readings alone cannot test the model.
-no-degrees-of-freedom-the-readings-just = No degrees of freedom: there are no more readings than the estimates need, so the readings cannot test the model.
+no-degrees-of-freedom-the-readings-just = No degrees of freedom: there are only as many readings as estimable parameters, so the model cannot be tested.
 one-linear-step-is-not-enough-gauss = One linear step is not enough: further Gauss-Newton steps would change these estimates by more than 0.1 u: { $what }. Fit without `--linear`.
 from-the-fit-estimates-rank-of-freedom = From { $from } the fit estimates { $parameters } (rank { $rank }, { $dof }).
 the-scaled-design-matrix-has-condition-number = The scaled design matrix has condition number { $condition }.
@@ -175,7 +175,7 @@ the-rotation-from-the-sensors-axes-to = The rotation from the sensors' axes to t
    *[other] are
 } not estimable here.
 direction-cosines-of-the-corrected-inputs-on = Direction cosines of the corrected inputs on the mounting face
-a-corrected-input-points-along-the-sensors = Corrected inputs are components along the sensors' axes. Relative to the mounting face (the frame after the last joint) these axes are turned by { $tilts }; a rate or force known in that frame has this component along them:
+a-corrected-input-points-along-the-sensors = Corrected inputs are components along the sensors' axes. These axes are rotated from the mounting face (the frame after the last joint) by { $tilts }; a rate or force known in that frame is converted by these direction cosines:
 
 # report/html/fit_estimates.rs
 angle = angle
@@ -183,32 +183,32 @@ coefficient = coefficient
 u-combined-standard-uncertainty-k-u-expanded = u: combined standard uncertainty; { $expanded } = k u: expanded uncertainty, k from Student's t with ν effective degrees of freedom.
 estimates = Estimates
 not-estimable-from-these-readings = Not estimable from these readings
-the-parameters-can-move-along-and-no = The parameters can change along `{ $text }` without changing any reading; { $instead }.
+the-parameters-can-move-along-and-no = A change of the parameters along `{ $text }` changes no reading; { $instead }.
 determined-instead = determined instead
 where-the-uncertainty-comes-from = Sources of uncertainty
 u-of-source = u of source
-angles-in-radians-c-sensitivity-coefficient-of = Contributions in the unit of the estimate (angles in arcsec), sources in their own unit (angles in rad). c: sensitivity coefficient of a single source; ν: degrees of freedom; share: part of the variance.
-below-of-the-variance-left-out = Contributions below 0.05 % of the variance, left out: { $hidden }.
+angles-in-radians-c-sensitivity-coefficient-of = Contributions in the unit of the estimate (angles in arcsec), u of source in the unit of the source (angles in rad). c: sensitivity coefficient of a single source; ν: degrees of freedom; share: part of the variance.
+below-of-the-variance-left-out = Not listed, because below 0.05 % of the variance: { $hidden }.
 
 # report/html/fit_figures.rs
 angles-with-their-expanded-uncertainties = Angles with their expanded uncertainties ({ $level }).
-standard-uncertainties-divided-by-each-sources-share = Standard uncertainties, divided by each source's share of the variance.
+standard-uncertainties-divided-by-each-sources-share = Standard uncertainties; bars are divided by the share of each source in the variance.
 standard-uncertainty = standard uncertainty
 coefficients-each-sources-share-of-the-variance = Coefficients: each source's share of the variance. Sources below 0.5 % are left white.
 residuals-of-figure = { $shared ->
-    [yes] Residuals of { $id } without the deviations that readings share, and bands of two standard deviations. Readings beyond { $limit } standard deviations (diamonds): { $far }.
+    [yes] Residuals of { $id }, random effects common to several readings removed, and bands of two standard deviations. Readings beyond { $limit } standard deviations (diamonds): { $far }.
    *[no] Residuals of { $id } and bands of two standard deviations. Readings beyond { $limit } standard deviations (diamonds): { $far }.
 }
 normal-plot-of-the-studentized-residuals-with = Normal plot of the studentized residuals with its pointwise 95 % band: normal residuals follow the line.
 correlations-of-the-estimates-in-hundredths-blue = Correlations of the estimates, in hundredths: blue positive, orange negative, crosses where not estimable.
 
 # report/html/fit_readings.rs
-taken-as-zero-neither-known-nor-estimated = Taken as zero, neither known nor estimated: { $assumed_zero }.
+taken-as-zero-neither-known-nor-estimated = Assumed zero, neither known nor estimated: { $assumed_zero }.
 site-latitude-earth-rate-deg-h = Site: latitude { $latitude_deg }°, Earth rate { $earth_rate_deg_h } deg/h, { $said }.
-no-site-no-earth-rate-and-gravity = No site is given: the Earth rate is taken as zero, gravity as 9.80665 m/s^2 (1 g).
+no-site-no-earth-rate-and-gravity = No site is given: Earth rate assumed zero, gravity assumed 9.80665 m/s^2 (1 g).
 rows-are-exact-derivatives = { $iterated ->
-    [yes] Exact: rows are exact derivatives, iterated to the solution.
-   *[no] Linear: rows are exact derivatives at the reference point, and one step is taken from it.
+    [yes] Exact: rows of the design matrix are exact derivatives, iterated to the solution.
+   *[no] Linear: rows of the design matrix are exact derivatives at the reference point; one step from it.
 }
 errors-are-independent = Apart from random effects that are listed, the readings of one sensor have independent errors of equal standard deviation, estimated from the residuals.
 known = known
@@ -230,10 +230,10 @@ runs-in-the-order-of = runs of `{ $sensor }` in the order of `{ $column }`
 runs-expected = { $runs } runs, { $expected } expected
 normality = normality
 shift = shift
-shift-how-far-the-reading-is-off = Shift: difference between the reading and its prediction by the other readings. p: over all { $tested } readings (Sidak).
-change-without-suspects = change without suspects
+shift-how-far-the-reading-is-off = Shift: difference between the reading and its prediction from the other readings. p: corrected for { $tested } tests (Sidak).
+change-without-suspects = change without suspicious readings
 external-reliability = External reliability
-effect-what-the-smallest-detectable-fault-of = Shift: change of the parameter by the minimal detectable bias of the reading for which it is largest.
+effect-what-the-smallest-detectable-fault-of = Shift: largest change of the parameter by an error of one reading equal to its minimal detectable bias; reading: the reading that causes it.
 constraints-and-weights = Constraints and weights
 constraint = constraint
 side = side
@@ -243,7 +243,7 @@ checks-page-interval = interval ({ $level })
 shortest = shortest
 first-order = first order
 of-trials-seed = { $trials } of { $asked } trials, seed { $seed }.
-marked-the-first-order-is-not-good = { $trials } Marked: the interval of first order is not correct to two digits of the uncertainty.
+marked-the-first-order-is-not-good = { $trials } Marked: the first-order interval is not correct to two digits of the uncertainty.
 
 # report/html/conformity_page.rs
 conformity = Conformity
@@ -254,7 +254,7 @@ probability-that-the-quantity-is-inside-its = Probability: that the quantity is 
 
 # report/html/scatter_page.rs
 what-scatters = Random effects
-sd-standard-deviation-of-one-deviation-a = sd: standard deviation of one deviation, stated by the campaign or estimated from these readings (restricted maximum likelihood). The uncertainties include each source.
+sd-standard-deviation-of-one-deviation-a = sd: standard deviation of a single deviation, stated by the campaign or estimated from these readings (restricted maximum likelihood). The uncertainties include each source.
 
 # report/plot/normal.rs
 normal-quantile = normal quantile
@@ -269,8 +269,8 @@ bars-type = { $name } (Type { $type_b })
 # report/html/compare_page.rs
 comparison-with-the-published-closed-forms = Comparison with the published closed forms
 group-by-group-without-earth-rate = { $square ->
-    [yes] Group by group and without the Earth rate, which the formulas ignore, they agree with least squares to { $difference } of the value: they are its square special case.
-   *[no] Group by group and without the Earth rate, which the formulas ignore, they differ from least squares by up to { $difference } of the value: these positions are not their square case.
+    [yes] Group by group and without the Earth rate, which they neglect, the formulas agree with least squares to { $difference } of the value: they are least squares of an exactly determined system.
+   *[no] Group by group and without the Earth rate, which they neglect, the formulas differ from least squares by up to { $difference } of the value: these positions do not give an exactly determined system.
 }
 printed = printed
 closed-form = closed form
@@ -333,7 +333,7 @@ no-degrees-of-freedom-are-left-to = no degrees of freedom are left to estimate i
 in-each-reading-as-stated = in each reading as stated
 
 # report/separation.rs
-beyond-this-point-readings-respond-to-it = readings respond to it only away from this point, through a parameter that is zero or nearly zero here: state a value, a prior or a start
+beyond-this-point-readings-respond-to-it = readings depend on it only in second order, or through a parameter that is zero or nearly zero here: state a value, a prior or a start
 no-position-of-this-bench-would-separate-2 = no position of this bench would separate them
 hides-in-and = { $last } is absorbed by { $join } and { $before }
 
@@ -343,57 +343,60 @@ lack-of-fit-by-replicates = { $rejected ->
    *[no] the residuals agree with the scatter of replicates ({ $test }, p = { $p })
 }
 lack-of-fit-between-positions = { $rejected ->
-    [yes] LACK OF FIT by position: the residuals between positions exceed the scatter of the readings of a position ({ $test }, p = { $p })
-   *[no] the residuals between positions agree with the scatter of the readings of a position ({ $test }, p = { $p })
+    [yes] LACK OF FIT by position: the mean residuals of positions exceed the scatter of readings within positions ({ $test }, p = { $p })
+   *[no] the mean residuals of positions agree with the scatter of readings within positions ({ $test }, p = { $p })
 }
-less-than-the-scatter = the residuals { $by_position ->
-    [yes] between positions are smaller than the scatter of the readings of a position allows
-   *[no] are smaller than the scatter of replicates allows
-} ({ $test }, probability of a smaller F: { $p }): that scatter is not noise alone, and contains an effect that is absent from { $by_position ->
-    [yes] the mean of a position, such as one in proportion to the rate or a drift
+less-than-the-scatter = the { $by_position ->
+    [yes] mean residuals of positions are smaller than the scatter of readings within positions allows
+   *[no] residuals are smaller than the scatter of replicates allows
+} ({ $test }, probability of a smaller F: { $p }): that scatter contains an effect that cancels in { $by_position ->
+    [yes] the mean of a position, such as one proportional to the rate, or a drift
    *[no] the mean of replicates, such as a drift or an input that the model does not read
 }
 diagnose-says-what-is-missing = run `tumble diagnose` on this campaign to find what the model lacks
 residuals-of-have-too-runs-of-one = residuals of { $sensor } have too { $few ->
     [yes] few
    *[no] many
-} runs of one sign ({ $runs } for { $expected } expected, p = { $p }): something drifts or alternates
-prior-contradicts-the-readings = the prior of { $id } contradicts the readings: it is { $w } standard uncertainties from what they say (p = { $p })
-residuals-follow-a-column = residuals of { $sensor } follow { $column }: in its order they have too few runs of one sign ({ $runs } for { $expected } expected, p = { $p })
+} runs of equal sign ({ $runs }; expected { $expected }; p = { $p }): check for { $few ->
+    [yes] drift
+   *[no] alternating errors
+}
+prior-contradicts-the-readings = the prior of { $id } contradicts the readings: they differ by { $w } standard uncertainties (p = { $p })
+residuals-follow-a-column = residuals of { $sensor } depend on { $column }: sorted by it, they have too few runs of equal sign ({ $runs }; expected { $expected }; p = { $p })
 residuals-are-not-normal-shapiro-francia-w = residuals are not normal (Shapiro-Francia W' = { $w }, p = { $p })
-lack-of-fit-over-an-input = LACK OF FIT over { $input }: a step function over eighths of its range explains more of the residuals of { $sensor } than noise does (chi-square { $chi_square } with { $dof } degrees of freedom, p = { $p })
-lack-of-fit-or-correlation = a lack of fit of { $sensor } over { $inputs } cannot be distinguished from that correlation: state the correlation of the noise first
-means-of-rows-scatter-too-much = residuals of { $sensor } are NOT INDEPENDENT: the standard deviation of means of { $rows } rows is { $ratio } times that of independent rows (p = { $p }), and u is too small by about this factor; describe the correlation of the noise in "scatter" ("over" a column of times)
-means-of-rows-scatter-too-little = the standard deviation of means of { $rows } residuals of { $sensor } is { $ratio } times that of independent rows (p = { $p }): neighbouring residuals compensate each other, or the stated uncertainties are too large
+lack-of-fit-over-an-input = LACK OF FIT over { $input }: in eighths of its range the mean residuals of { $sensor } differ from zero by more than noise explains (chi-square { $chi_square } with { $dof } degrees of freedom, p = { $p })
+lack-of-fit-or-correlation = a lack of fit of { $sensor } over { $inputs } cannot be distinguished from correlated noise: state the correlation of the noise first
+means-of-rows-scatter-too-much = residuals of { $sensor } are NOT INDEPENDENT: the standard deviation of means of { $rows } rows is { $ratio } times that of independent rows (p = { $p }), so u is too small by about this factor; describe the correlation of the noise in "scatter" ("over" a column of times)
+means-of-rows-scatter-too-little = the standard deviation of means of { $rows } residuals of { $sensor } is { $ratio } times that of independent rows (p = { $p }): neighbouring residuals are negatively correlated, or the stated uncertainties are too large
 residuals-are-correlated = residuals of { $sensor } are correlated: { $correlation } at { $rows } rows (p = { $p } for all lags)
-row-is-far-from-the-model = SUSPICIOUS: row { $row } of { $sensor } differs from the model by { $residual } (w = { $w }, p = { $p } over all rows)
-suspicious-reading-of-is-off-what-the = SUSPICIOUS: reading { $index } of { $sensor } differs by { $shift } from its prediction by the other readings (w = { $w }, p = { $p } over all { $tested } readings)
+row-is-far-from-the-model = SUSPICIOUS: row { $row } of { $sensor } differs from the model by { $residual } (w = { $w }; p = { $p }, corrected for the number of rows)
+suspicious-reading-of-is-off-what-the = SUSPICIOUS: reading { $index } of { $sensor } differs by { $shift } from its prediction from the other readings (w = { $w }; p = { $p }, corrected for { $tested } readings)
 more-suspicious-readings = { $more } more suspicious readings: see the page or the JSON report
 
 # report/fit_constraints.rs
-no-values-meet-constraints-together-none-was = no values meet constraints { $named } together: none was applied
+no-values-meet-constraints-together-none-was = constraints { $named } contradict each other: no constraint was applied
 the-constraints-were-not-applied-the-readings = the constraints were not applied: not all parameters are estimable, or the solver did not converge
-constraint-costs-in-chi-square = constraint { $index } ({ $text }) costs { $cost } in chi-square
+constraint-costs-in-chi-square = constraint { $index } ({ $text }) increases chi-square by { $cost }
 rejected-the-readings-contradict-the-bounds-p = REJECTED: the readings contradict the bounds (p = { $p })
-no-bound-is-active-the-estimate-is = no bound is active: the estimate is the free one
+no-bound-is-active-the-estimate-is = no bound is active: the estimate is the unconstrained one
 
 # report/monte_carlo.rs
-the-first-order-does-not-describe-its = the first order does not describe { $id }: the limits of its { $level } % interval differ by up to { $sd } u; use the Monte Carlo interval
+the-first-order-does-not-describe-its = first-order propagation is not adequate for { $id }: the limits of its { $level } % interval differ by up to { $sd } u; use the Monte Carlo interval
 
 # fit/remarks.rs
 times-go-back = { $count ->
-    [one] { $name } goes back once, at reading { $reading } ({ $time }), and is in order otherwise: is that time right?
-   *[other] { $name } goes back { $count } times, first at reading { $reading } ({ $time }), and is in order otherwise: are these times right?
+    [one] { $name } goes back once, at reading { $reading } ({ $time }), and increases otherwise: check this time
+   *[other] { $name } goes back { $count } times, first at reading { $reading } ({ $time }), and increases otherwise: check these times
 }
 positions-without-a-reading = { $count ->
     [one] one reading has no value of any sensor, and is left out ({ $first })
    *[other] { $count } readings have no value of any sensor, and are left out (the first: { $first })
 }
-all-values-of-lie-within-degrees-and = all values of { $name } lie within 6.3 degrees and would go round the circle as radians: are they radians?
-rates-outside-those-of-the-table = { $name } = { $rate } deg/s: the rates of this table are { $least } to { $most } deg/s; is it in rad/s or another unit?
-rates-would-be-round-as-radians = all values of { $name } lie within 6.3 deg/s and would be multiples of 5 deg/s if they were in rad/s: are they?
-tilt-is-no-small-rotation = the tilt { $id } = { $tilt } deg is not a small tilt: with { $factor } as known, the readings of { $sensor } differ by orders of magnitude from what they can be; are they in { $unit }, and is { $factor } right?
-factor-is-thousands-off-its-start = { $id } is { $ratio } times its start, and most of the readings depend on it: are the readings of { $sensor } in { $unit }?
+all-values-of-lie-within-degrees-and = all values of { $name } are within 6.3 deg, and as radians they would cover the full circle: check the unit
+rates-outside-those-of-the-table = { $name } = { $rate } deg/s: the rates of this table are { $least } to { $most } deg/s; check for rad/s or another unit
+rates-would-be-round-as-radians = all values of { $name } are within 6.3 deg/s, and as rad/s they would be multiples of 5 deg/s: check the unit
+tilt-is-no-small-rotation = the tilt { $id } = { $tilt } deg is not a small tilt: with { $factor } as known, the readings of { $sensor } are wrong by orders of magnitude; check their unit ({ $unit }) and { $factor }
+factor-is-thousands-off-its-start = { $id } is { $ratio } times its start, and most of the readings depend on it: check that the readings of { $sensor } are in { $unit }
 every-reading-of-a-channel-is-the-same = every reading of { $sensor } is { $value } although its inputs change: the channel is stuck, or its resolution is too coarse
 readings-repeat-others = readings { $again } repeat readings { $first } digit for digit, though other readings at one setting differ: if they were entered more than once, u is too small
 every-row-stands-there-several-times = every row occurs { $times } times with identical digits: if rows were entered more than once, u is too small by the square root of that number
@@ -412,10 +415,10 @@ identity-valid-to = valid to
 identity-traceable-to = traceable to
 identity-procedure = Procedure
 identity-environment = Environment
-instrument-no-longer-valid = the calibration of { $name } was valid to { $valid_to }, and the measurement was on { $date }
-interval-sums-over-the-likelihood-of-the-variances = the readings determine some variances poorly: intervals are averaged over all variances and correlation times that the readings allow, weighted by their likelihood, instead of using the most likely values alone
+instrument-no-longer-valid = the calibration of { $name } was valid to { $valid_to }, before the measurement on { $date }
+interval-sums-over-the-likelihood-of-the-variances = the readings determine some variances poorly: intervals are averaged over all variances and correlation times, weighted by their likelihood
 scale-factor-errors-need-readings = nonlinearity, asymmetry, hysteresis and repeatability of scale factors are not computed for a streamed record: reduce it to readings first (tumble reduce)
-scale-factor-error-has-limits = { $id } has limits, but these readings do not determine it: it needs at least three rates about the input axis of the sensor, and, if it compares them, both senses, both directions of approach or several runs
+scale-factor-error-has-limits = { $id } has limits, but these readings do not determine it: at least three rates about the input axis of the sensor are needed; asymmetry also needs both senses, hysteresis both directions of approach, and repeatability several runs
 
 # sources of scatter
 scatter-largest-share = largest share
@@ -431,9 +434,9 @@ correction-error-in = { $error } { $unit } in { $id }
 from-to = { $a } to { $b }
 conformity-is = Conformity: { $outcome } ({ $rule }).
 note = Note
-tone-good = In order
+tone-good = OK
 tone-caution = Caution
-tone-bad = Not in order
+tone-bad = Problem
 
 # the certificate
 robust-estimator = Robust estimator: { $method }.
@@ -475,9 +478,9 @@ per-year = per year
 two-calibrations-of-one-unit = Two calibrations of one unit
 changed-by-more-than-the-uncertainties-allow = Changed by more than the uncertainties allow: { $ids }.
 beyond-u-but-not-together = Changed by more than the expanded uncertainty (|E_n| > 1), but not significant with { $tested } quantities tested together: { $ids }.
-shared-by-both-calibrations-and-therefore-not = Shared by both calibrations, and therefore not counted twice: { $shared }.
+shared-by-both-calibrations-and-therefore-not = Inputs common to both calibrations, not counted twice: { $shared }.
 u-expanded-uncertainty-of-the-difference-e-2 = U: expanded uncertainty of the difference; E_n = difference/U. Marked: significant with all quantities tested together (Holm).
-differences-of-the-two-calibrations-over-their = Differences of the two calibrations over their expanded uncertainties: a bar that does not include zero is a change.
+differences-of-the-two-calibrations-over-their = Differences of the two calibrations divided by their expanded uncertainties: a bar that excludes zero is a change.
 the-weighted-mean-of-both-its-u = The weighted mean of both; its u is valid if the two agree, that is, if the Birge ratio is not well above 1.
 history-of-calibrations = History of { $calibrations } calibrations
 drift-beyond-the-scatter-of-the-calibrations = Drift beyond the scatter of the calibrations: { $drifts }.
@@ -501,7 +504,7 @@ this-is-the-value-of-group-not = this is the value of group { $value }, not the 
 not-the-mean-of-the-table = not the mean of the table
 mean-of = mean of { $id }
 in-the-printed-equation = { $id } in the printed equation
-the-printed-equation-has-the-printed-chain = the printed equation has { $id }, the printed chain of rotations has not
+the-printed-equation-has-the-printed-chain = { $id } is in the printed equation, but not in the printed chain of rotations
 coefficient-of-in-the-printed-equation = coefficient of { $id } in the printed equation
 the-chain-of-rotations-gives-the-opposite = the chain of rotations gives the opposite sign
 the-chain-of-rotations-gives-another-value = the chain of rotations gives a different value
@@ -511,23 +514,23 @@ quantity-at = { $id } at { $value }
 
 # fit/azimuth.rs
 azimuth-is-any = both components may be zero, so every direction is possible: the interval is the full circle, and u is that of a uniformly distributed angle
-azimuth-interval = { $level } % interval { $low } to { $high }{ $unit }: the components are near zero, where it is not value - U to value + U
+azimuth-interval = { $level } % interval { $low } to { $high }{ $unit }: the components are near zero, so it is not estimate - U to estimate + U
 
 # fit/scale_factor.rs
-largest-of-alike = the largest of { $of } deviations; { $alike } of them may be the largest within their noise, and k is that of the maximum of { $alike }
+largest-of-alike = the largest of { $of } deviations; within the noise, any of { $alike } may be the largest, so k is that of the maximum of { $alike }
 scatter-of-runs = standard deviation of the slopes of { $runs } runs, which includes the noise of their readings
 
 # correction
 left-out-not-estimable = not estimable: { $names }
 its-line-does-not-bind = its equation does not depend on an input
 its-line-has-no-slope-at-zero-input = its line has no slope at zero input
-its-line-follows-no-rate = its line follows no rate and no specific force to first order (a bench without a chain says with "in_use" which columns are rates and specific forces)
-its-norm-is-of-no-triad = its line is the norm of a vector that is not affine in as many readings, or its unit is none of rate or specific force
+its-line-follows-no-rate = its model line does not depend on a rate or a specific force to first order (for a bench without a chain, "in_use" states which columns are rates and specific forces)
+its-norm-is-of-no-triad = its line is the norm of a vector that is not an affine function of as many readings, or its unit is not one of rate or specific force
 dcc-as-found = as found, before adjustment
 dcc-as-left = as left, after adjustment
-dcc-correction = inputs = matrix * (readings - bias), to first order, in frame { $frame }.
+dcc-correction = First-order correction: inputs = matrix * (readings - bias); frame of the inputs: { $frame }.
 dcc-row = Row of the matrix for { $input }
-angles-at-bounds = Upright lines: active bounds; there the bar is what the bounds leave of the interval.
+angles-at-bounds = Vertical lines: active bounds; there the bar is the interval truncated at the bounds.
 source-weights = estimated weights (Kenward-Roger)
 
 # report/diagnose/words.rs
@@ -542,7 +545,7 @@ what-remains-is-more-than-noise = { $found }; { $more ->
 effects-are-suspected = { $more ->
     [yes] the residuals exceed the noise
    *[no] the residuals are no larger than the noise, but follow a pattern
-}; suspected, but not probable enough for a name, or not different from zero within its uncertainty: { $suspected }
+}; suspected, but not probable enough to be named, or not significantly different from zero: { $suspected }
 and-further-effects-are-suspected = { $found }; also suspected: { $suspected }
 effect-with-probability = { $name }, probability { $p }
 nothing-is-missing = { $noise ->
@@ -550,7 +553,7 @@ nothing-is-missing = { $noise ->
     [scatter] no effect is significant; the variances of the random effects are estimated from these readings, so completeness cannot be tested
    *[residuals] no effect is significant; the noise is estimated from the residuals, so completeness cannot be tested
 }
-nothing-is-probable = the residuals exceed the noise (p = { $p }), but no effect is probable enough to be suspected: whether something is missing cannot be decided
+nothing-is-probable = the residuals exceed the noise (p = { $p }), but no effect is probable enough to be suspected: whether an effect is missing cannot be decided
 unexplained = { $more ->
     [yes] the residuals exceed the noise
    *[no] the residuals are no larger than the noise, but follow a pattern
@@ -590,11 +593,11 @@ is-now-estimated = { $was ->
 constraint-is-taken-away = constraint { $number } is removed
 together-with = with { $other }
 discriminates = { $at } (discriminates { $n } of { $of })
-the-model-has-all-but = the model contains all but { $share } of it
+the-model-has-all-but = { $share } of it is not absorbed by the model
 of-its-full-size = { $share } of its full size
 u-after-includes = { $what ->
-    [both] The u after the repair includes the possibility that an alias is the effect (each alias shifts the estimates differently, weighted by its probability), and the unexplained residuals; shift/u uses u without these.
-    [aliases] The u after the repair includes the possibility that an alias is the effect (each alias shifts the estimates differently, weighted by its probability); shift/u uses u without it.
+    [both] The u after the repair includes the spread of the estimates over the aliases, weighted by their probabilities, and the unexplained residuals; shift/u uses u without these.
+    [aliases] The u after the repair includes the spread of the estimates over the aliases, weighted by their probabilities; shift/u uses u without it.
    *[remainder] The u after the repair includes the unexplained residuals; shift/u uses u without them.
 }
 what-is-unexplained-follows = the unexplained residuals follow { $name }
@@ -603,14 +606,14 @@ with-a-standard-deviation-of = { $follows }, with a standard deviation of { $sd 
 probability-of-it-or-an-alias = { $p } that it or an alias is present, { $named } as named
 fit-takes-the-effect-as-named = fit of this campaign assumes the effect as named ({ $named }); if it were one of its aliases, the estimates would change, most of all { $id } by { $by } { $unit } (u = { $u } as named); u_after of the diagnosis includes this
 constraint-state = constraint { $index }, { $text }: { $state }
-holdout-after = , with the effects found by { $after }
+holdout-after = , { $after } with the effects found
 holdout-skipped = { $n ->
     [one] ; { $n } cannot be left out, because it alone determines a parameter
    *[other] ; { $n } cannot be left out, because each alone determines a parameter
 }
 holdout = { $n ->
-    [one] leave-one-out check: { $n } position was predicted from a fit of the others; it differs from the prediction by { $before } standard uncertainties (rms; 1 is expected){ $after }{ $skipped }
-   *[other] leave-one-out check: each of { $n } positions was predicted from a fit of the others; they differ from the predictions by { $before } standard uncertainties (rms; 1 is expected){ $after }{ $skipped }
+    [one] leave-one-out check: { $n } position was predicted from a fit of the others; difference from the prediction: { $before } standard uncertainties (1 is expected){ $after }{ $skipped }
+   *[other] leave-one-out check: each of { $n } positions was predicted from a fit of the others; rms difference from the predictions: { $before } standard uncertainties (1 is expected){ $after }{ $skipped }
 }
 further-sensors-are-not-drawn = { $n ->
     [one] { $n } further sensor is not drawn.
@@ -639,7 +642,7 @@ residual-sd = residual sd
 max = max
 noise-floor = noise floor: { $noise }
 as-given = as given
-nearest-of-the-catalogue-would-take-off = Best combination of the catalogue: { $names } would explain { $share } %; it is not named: not probable enough, or not different from zero within its uncertainty.
+nearest-of-the-catalogue-would-take-off = Best combination of the catalogue: { $names } would explain { $share } %; not named, because it is not probable enough or not significantly different from zero.
 shift-u = shift/u
 
 # report/html/diagnose_page.rs
@@ -648,16 +651,16 @@ unknown = unknown
 noise-sd = noise sd
 explains = explains
 fits-not-significantly-worse = Fits not significantly worse
-only-through-small-terms = Through tilt-dependent terms only
+only-through-small-terms = Aliases through tilt-dependent terms only
 no-position-of-this-bench-tells-it = No position in steps of 45 deg at the rates of this schedule distinguishes it from
 to-confirm = To confirm
 with-what-was-found = with the effects found
 the-pattern = The pattern
-mean-residual-at-each-state-of-the = Mean residuals at each state of the joints, the most significant first; z: in standard deviations.
+mean-residual-at-each-state-of-the = Mean residuals at each state of the joints, most significant first; z: in standard deviations.
 marked-shifts-of-more-than-twice-their = Marked: shifts of more than twice their standard uncertainty.
 what-it-does-to-the-estimates = Effect on the estimates
 where-the-gap-is = Where the residuals are
-means-of-the-residuals-with-the-model = Mean residuals of the model as given, each level separately; z: in standard deviations.
+means-of-the-residuals-with-the-model = Mean residuals of the model as given, for each level of each setting; z: in standard deviations.
 in-the-model = in the model
 strongest-further-candidate = strongest further candidate
 p-of-what-is-left = p of the remaining residuals
@@ -683,7 +686,7 @@ reasons = Reasons
 devices-tested = tested
 expected-by-chance = expected by chance
 beyond-chance = beyond chance
-chance-alone-finds = A device may have several reasons. Expected by chance: devices that the test finds at { $level } where nothing is wrong. Beyond chance: devices that it finds at { $level } over all devices together.
+chance-alone-finds = A device may have several reasons. Expected by chance: rejections by the test at { $level } if nothing is wrong. Beyond chance: rejections that remain at { $level } for all devices together.
 sd-of-devices = sd of devices
 verdict = verdict
 limits = limits
@@ -695,36 +698,36 @@ accepted-devices-are-noisy = { $n ->
    *[other] The residuals of { $n } accepted devices scatter more than those of the others: { $names }.
 }
 sd-of-the-others = sd of the others
-noisy-devices-f = Residuals that scatter more than those of the others: F = (residual sd / pooled sd of the devices with less scatter)^2, p for this device alone; listed beyond 1 % over all devices (Cochran's test of the largest variance, ISO 5725-2), noisiest first, at most 50. Check the readings, the channel and the cables of this device.
-of-are-not-accepted-rejected-a-rank = { $bad } of { $devices } are not accepted: { $rejected } rejected (a rank defect, a failed global test, lack of fit, no convergence), { $malformed } whose readings do not belong to this campaign.
+noisy-devices-f = Residuals that scatter more than those of the others: F = (residual sd / pooled sd of the devices with less scatter)^2, p for this device alone; listed if significant at 1 % over all devices (Cochran's test of the largest variance, ISO 5725-2), noisiest first, at most 50. Check the readings, the channel and the cables of this device.
+of-are-not-accepted-rejected-a-rank = { $bad } of { $devices } are not accepted: { $rejected } rejected (a rank defect, a failed global test, lack of fit, no convergence), { $malformed } malformed (readings that do not match this campaign).
 conformity-rule-pass-undecided-fail = Conformity (rule `{ $decision }`): { $pass } pass, { $undecided } undecided, { $fail } fail.
 devices-differ-by-more-than-their-readings = Quantities in which devices differ by more than the scatter of their readings (p < 0.01): { $names }.
 devices = devices
 p-if-alike = p if alike
 min = min
-accepted-devices-only-sd-between-devices-u = Accepted devices only; mean and sd are those of the devices that are not outliers. sd: between devices; u: root mean square of the devices' standard uncertainties; sd of devices: the part of sd that the scatter of their readings does not explain; p if alike: probability of such an sd if all devices were alike (F, or chi-square where uncertainties are stated).
+accepted-devices-only-sd-between-devices-u = Accepted devices only; mean and sd exclude outliers. sd: standard deviation of the estimates; u: root mean square of the devices' standard uncertainties; sd of devices: the part of sd that the scatter of their readings does not explain; p if alike: probability of such an sd if all devices were alike (F, or chi-square where uncertainties are stated).
 distributions = Distributions
 each-histogram-shows-the-accepted-devices-the = Each histogram shows the accepted devices; the curve is expected from the scatter of the readings alone; dashed lines are limits. Outlying values are counted in the first and the last bar.
-devices-that-are-not-in-order = Devices that are not in order
+devices-that-are-not-in-order = Devices with problems
 devices-that-stand-apart = Outlying devices
 no-accepted-device-stands-apart-from-the = No accepted device is an outlier in a quantity at 1 % over all devices and quantities.
 z-value-median-mad-beyond-what-a = z = (value - median) / (1.4826 MAD), beyond the limit of a normal distribution at 1 % over all devices and quantities; largest first, at most 50.
 control-charts = Control charts
 lots-beyond-their-control-limits = Means of lots beyond their control limits: { $lots }.
-points-are-means-of-lots-the-line = Points are means of lots, the line is the mean of the accepted devices that are not outliers, dashed lines are three standard deviations of a lot's mean from the scatter within lots; triangles lie beyond.
+points-are-means-of-lots-the-line = Points are means of lots, the line is the mean of the accepted devices without outliers, dashed lines are three standard deviations of a lot's mean from the scatter within lots; triangles are means beyond them.
 
 # report/navigate_diagnose_table.rs
 rows-of-other-scenarios-left-out = ; { $rows } rows of other scenarios left out
 motion = motion
 time = time
 outliers = outliers
-these-data-cannot-show = These data cannot show { $sources }.
+these-data-cannot-show = Not observable in these data: { $sources }.
 absurd = (implausible size)
 rms = rms
 
 # report/html/navigate_diagnose.rs
 measured-navigation-errors = Measured
-values-are-changes-of-the-missions-errors = Values are changes of the mission's errors.
+values-are-changes-of-the-missions-errors = Values are changes relative to the errors in the mission.
 gap-in-standard-uncertainties = Residuals, measured minus predicted, in standard uncertainties
 channel = channel
 values = values
@@ -744,7 +747,7 @@ error-column = , column { $column }
 error-at = at { $path }
 
 # plan, foresight, navigate, reduce, noise
-uncertainty-depends-on-a-value = the uncertainty of { $untold } depends on the value of { $needs }, and none is stated: at zero the effect vanishes; state it with --at { $first }=VALUE or a "start"
+uncertainty-depends-on-a-value = the uncertainty of { $untold } depends on the value of { $needs }, which is not stated: at zero the dependence vanishes; state it with --at { $first }=VALUE or a "start"
 values-checked-by-no-other = values without redundancy: { $n }
 bounds-not-counted = { $n ->
     [one] { $n } bound is not taken into account: a bound lowers an uncertainty only where it is active
@@ -779,8 +782,8 @@ no-coefficients = { $why ->
     [short] No coefficients: fewer than five octaves of averaging times, which need 80 samples with at most a tenth of them missing
    *[undescribed] No coefficients: no sum of the terms describes these deviations
 }
-described-from = Averaging times below { $from } s are left out: a filter of the sensor, or samples that are held or quantized, are none of these terms
-samples-left-out = Samples left out as if they were missing: { $events }
+described-from = Averaging times below { $from } s are not used: there the record shows a filter of the sensor, or held or quantized samples, which these terms do not describe
+samples-left-out = Samples treated as missing: { $events }
 random-walk-sampled = The rate random walk is modelled as sampled at the end of each interval of { $interval } s, not as averaged over it: this describes the deviations better
 samples-mean = { $stretches ->
     [one] { $samples } samples, mean { $mean } { $unit }.
@@ -799,13 +802,13 @@ allan-deviation = Allan deviation, { $unit }
 
 # report/reduction_table.rs
 segments-begin-and-end-with-blocks-of = Segments begin and end with blocks of { $block } samples.
-column-of-set-values = { $column } does not change within any segment: its samples show neither noise nor a resolution, as of a value that was set. { $assumed ->
+column-of-set-values = { $column } is constant within every segment, as a set value is: its samples show neither noise nor resolution. { $assumed ->
     [yes] The resolution is assumed to be { $step }, the last decimal place; u is the uncertainty of rounding to it.
-   *[no] The digits show none, and u is zero.
+   *[no] Its digits show no resolution, so u is zero.
 }
 noisier-segments = { $count ->
     [one] { $column } in segment { $segment } scatters { $times } times as much as elsewhere: its u is based on the noise of this segment.
-   *[other] { $column } scatters more in { $count } segments than elsewhere, { $times } times as much in segment { $segment }: their u are based on the noise of these and of similar segments.
+   *[other] { $column } scatters more in { $count } segments than in the others, { $times } times as much in segment { $segment }: their u is based on the noise of these and similar segments.
 }
 from-s = from, s
 reason = reason
@@ -819,10 +822,10 @@ slope-p = slope p
 from-samples-to-readings = From samples to readings
 samples = Samples
 segments = Segments
-not-used-of-means-have-a-slope = Segments used: { $segments }; not used: { $stretches }. Means with a slope that their noise does not explain (p < 0.01): { $sloping } of { $all }. Anomalous samples in segments, included in the means: { $odd }.
+not-used-of-means-have-a-slope = Segments used: { $segments }; not used: { $stretches }. Means with a significant slope (p < 0.01): { $sloping } of { $all }. Anomalous samples in segments, included in the means: { $odd }.
 the-whole-record-segments-are-shaded = The whole record; segments are shaded.
 record = Record
-u-on-either-side-of-a-mean = The mean +- 1.96 `u` covers 95 % where the noise is faster than the segment: noise slower than the segment is not in `u`. `u` is estimated from all segments of a column together that have the same noise, and includes the uncertainty of this estimate. For comparison: u for white noise, with the sum of the autocorrelations, and as the Allan deviation at the segment's length.
+u-on-either-side-of-a-mean = The mean +- 1.96 `u` has a coverage of 95 % if the noise is faster than the segment: slower noise is not in `u`. `u` is estimated from all segments of a column with the same noise together, and includes the uncertainty of this estimate. For comparison: u for white noise, with the sum of the autocorrelations, and as the Allan deviation at the segment's length.
 column = column
 odd = anomalies
 not-used-2 = Not used
@@ -832,7 +835,7 @@ h-in-steps-of-s = { $duration } h in steps of { $step } s
 duration = Duration
 vertical-channel = Vertical channel
 scenario = scenario
-perfect-unit-a-perfect-unit-the-navigators = `perfect_unit`: a perfect unit, that is, the error of the navigator itself.
+perfect-unit-a-perfect-unit-the-navigators = `perfect_unit`: a unit without errors, that is, the error of the navigator itself.
 azimuth = azimuth
 velocity = velocity
 what-the-calibrations-uncertainty-does = Effect of the calibration's uncertainty
@@ -866,9 +869,9 @@ uncertainty-through-tilts = { $counted ->
    *[no] not included: the uncertainty of { $known } acts through the tilts, whose size is unknown before the measurement; tilts of { $tilts } arcsec would add { $u }{ $unit } to { $parameter } (--tilts { $tilts } includes it)
 }
 best-of-all-choices = the best of all { $all } admissible choices of these candidates (proven 100 %)
-proven-efficiency = proven to be at least { $share } as good as the best admissible choice of these candidates
-the-bound-allows-more-mountings-than-the = the bound is for more mountings than the cost allows, so the choice may be the best
-so-few-portions-cannot-follow-the-best = with so few portions the optimal weights can only be approximated roughly; use more or smaller portions
+proven-efficiency = at least { $share } as good as the best admissible choice of these candidates (proven)
+the-bound-allows-more-mountings-than-the = the bound assumes more mountings than the cost allows, so the choice may be the best
+so-few-portions-cannot-follow-the-best = with so few portions the optimal weights are approximated only roughly; use more or smaller portions
 the-bound-itself-may-be-too-high = the bound itself may be { $gap } too high
 no-angle-is-worth-moving = moving angles between the candidates does not improve the schedule, in steps down to { $resolution } deg
 angles-moved = { $finished ->
@@ -877,39 +880,39 @@ angles-moved = { $finished ->
 }
 cost-limit-of-the-search = { $budget ->
     [yes] cost limit of the search: { $cost }
-   *[no] cost limit of the search: that of the given schedule, in proportion for more readings than it has, { $cost } (--any-cost: no limit)
+   *[no] cost limit of the search: { $cost } (cost of the given schedule, in proportion for more readings; --any-cost: no limit)
 }
 without-it-nothing-determines = without it { $parameter } is not estimable
 without-it-u-of-grows-by = without it u of { $parameter } grows by { $share } %
 u-of-their-coefficients-and = u of their coefficients { $p } and { $q }
 and-both-in-the-model-before = { $a } and { $b }, both in the model: before, { $before }
 with-the-added-positions = with the added positions, { $after }
-planned-with-columns = new positions are planned with { $held }, as in the schedule's last reading; enter the values that hold when they are read, or offer others with --candidates FILE
-positions-share-deviations-planned-for = readings share deviations ({ $line }); the chosen positions are planned for { $levels } (a sweep takes the value of the schedule's last reading; --candidates FILE offers others)
-no-candidate-would-separate-it-but-all = no candidate would separate them; all candidates have { $held } (--candidates FILE takes others)
+planned-with-columns = new positions are planned with { $held }, as in the schedule's last reading; enter the actual values when they are measured, or give other candidates with --candidates FILE
+positions-share-deviations-planned-for = readings have random effects in common ({ $line }); the chosen positions are planned for { $levels } (a sweep uses the value of the schedule's last reading; --candidates FILE gives others)
+no-candidate-would-separate-it-but-all = no candidate would separate them; all candidates have { $held } (--candidates FILE gives others)
 of-is-found-with-probability-where-the = { $effect } of { $size } is detected with probability { $power } where the u of its coefficient { $coefficient } is at most { $u }
 the-goal-counts = { $some ->
-    [yes] the goal counts { $counted }, but not { $derived }
-   *[no] the goal counts { $counted }
+    [yes] the goal applies to { $counted }, but not to { $derived }
+   *[no] the goal applies to { $counted }
 }
 this-is-the-cheapest-schedule-that-was = this is the cheapest schedule that was found; that none is cheaper is not proven
 leverage = leverage
 no-candidate-discriminates = No candidate discriminates { $a } and { $b }, so nothing is added.
-seed-of-starts-ended-here = , seed { $seed }, { $hits } of { $starts } starts ended here
+seed-of-starts-ended-here = , seed { $seed }, found by { $hits } of { $starts } starts
 of-its-readings-chosen-among-candidate-portions = { $chosen } of its readings chosen among { $candidates } candidate portions, criterion { $criterion }{ $starts }
 better = better
 gain = gain
 
 # report/html/plan_page.rs
-judged-at-2 = Judged at
+judged-at-2 = Evaluated at
 the-given-schedule = The given schedule
 the-better-schedule-in-full = The better schedule in full
 model-and-noise = Model and noise
 the-better-schedule-2 = The better schedule
-goal-not-determined = The goal is not reached: not every quantity that it counts is determined.
+goal-not-determined = The goal is not reached: not every quantity of the goal is determined.
 goal-reached = { $reached ->
-    [yes] The goal is reached: the largest uncertainty is { $share } of its limit{ $proof }.
-   *[no] The goal is not reached: at best, the largest uncertainty is { $share } of its limit.
+    [yes] The goal is reached: the largest uncertainty is { $share } times its limit{ $proof }.
+   *[no] The goal is not reached: at best, the largest uncertainty is { $share } times its limit.
 }
 still-to-run-2 = Still to run: { $work }.
 predicted-standard-uncertainties = Predicted standard uncertainties
@@ -918,21 +921,21 @@ at-equal-effort = { $cost ->
    *[no] At equal readings: the given schedule repeated, or cut, to the readings of the better one.
 }
 mounting = mounting
-in-this-order-a-drift-of-one = In this order, a drift of one standard deviation over the run shifts a parameter by at most { $share } of its uncertainty.
+in-this-order-a-drift-of-one = In this order, a linear drift of one noise standard deviation over the run shifts a parameter by at most { $share } of its uncertainty.
 where-the-positions-lie = Where the positions lie
 squares-the-schedules-positions = Squares: the schedule's positions.
 dots-candidates-squares-the-given-schedule-discs = Dots: candidates. Squares: the given schedule. Discs with numbers: the better schedule and its readings at each position.
 then-at-a-reading-in-its-u = at a reading, in u
 cannot-be-distinguished-from = cannot be distinguished from
 effects-that-would-show = Detectable effects, one row for each distinguishable direction
-nearly-alike-cosine-beside-the-model-and = Nearly alike: cosine after projection on the model, and the size from which the two can be distinguished.
+nearly-alike-cosine-beside-the-model-and = Nearly alike: cosine after projection on the model, and the smallest size at which the two can be distinguished.
 taken-up-by = absorbed by
 effects-that-never-show-estimated-parameters-take = Effects that cannot be detected: the estimated parameters absorb them and are biased
 zero-at-every-position = Zero at every position: { $effects }
 not-tried-without-a-column-kinds-of-2 = Kinds of effect not tried, because there is no column `{ $column }`: { $families }
 effects-of-the-catalogue-were-tried-in = { $tried } effects of the catalogue, { $distinct } distinct directions after projection on the model.
 what-a-diagnosis-could-find = What a diagnosis could detect
-not-every-unknown-has-a-predicted-uncertainty = Not every parameter has a predicted uncertainty at the point that was judged.
+not-every-unknown-has-a-predicted-uncertainty = Not every parameter has a predicted uncertainty at the point of evaluation.
 every-unknown-can-be-estimated = Every parameter can be estimated.
 each-value-leverage-minimal-detectable-bias-and = Each value: leverage, minimal detectable bias (MDB; 0.1 %, 80 %), and the largest change of an angle by an undetected error
 
@@ -948,7 +951,7 @@ deg-across-deg-up = { $across } (deg) across, { $up } (deg) up
 # report/foresight.rs
 regressor-of-sensor = { $regressor } of { $sensor }
 foresight-nearly = nearly { $regressor } ({ $cosine })
-apart-from = { $regressor } (cosine { $cosine }; can be distinguished from a size of { $apart })
+apart-from = { $regressor } (cosine { $cosine }; distinguishable if larger than { $apart })
 none-would-show-the-estimated-parameters-take = none would be detectable: the estimated parameters absorb every effect that these positions excite
 smallest-size-that-shows-u-significance-for = smallest detectable size: { $size } u (significance { $significance } over all directions, power { $power }); if the noise is known from the residuals only: { $with_residuals }
 grouped-by = { $what } by { $by }
@@ -980,9 +983,9 @@ guide-time-goes-back = time_s goes back from { $before } to { $now }
 guide-likely = { "  " }likely: { $kind }
 guide-not-told = { "  " }the cause cannot be identified yet:
 guide-undo = { "  " }{ $culprit ->
-    [yes] reading { $reading } is probably wrong itself ({ $probability }): 'undo { $reading }' takes it back
-   *[no] 'undo' takes the last reading back, 'undo N' reading N
-}; a reading that is left in counts in every result
+    [yes] reading { $reading } is probably wrong ({ $probability }): 'undo { $reading }' removes it
+   *[no] 'undo' removes the last reading, 'undo N' reading N
+}; a reading that is not removed is used in all results
 guide-explanation = { "    " }{ $probability }  reading { $reading }, { $kind }: { $what }
 guide-goal-open = { "  " }{ $id }: not estimable yet, goal { $goal } { $unit }
 guide-goal = { "  " }{ $id } = { $value } { $unit }, u = { $u }, goal { $goal }: { $met ->
@@ -1000,13 +1003,13 @@ guide-next = next: { $place } ({ $why ->
 })
 guide-moving = the bench moves
 guide-held = { $place }: held for { $seconds } s
-guide-held-mean = , { $sensor } u = { $u } { $unit } (wanted { $wanted })
+guide-held-mean = , { $sensor } u = { $u } { $unit } (required { $wanted })
 guide-held-wait = { $place }: held for { $seconds } s{ $means }; hold it { $wait } s longer
-guide-held-never = { $place }: held for { $seconds } s{ $means }; the wanted u cannot be reached by holding; 'take' reads the mean so far
+guide-held-never = { $place }: held for { $seconds } s{ $means }; the required u cannot be reached by holding; 'take' accepts the mean so far
 guide-read = { $place }: read; set the next position
-guide-left = { $place }: LEFT after { $seconds } s{ $means }, and not read
+guide-left = { $place }: LEFT after { $seconds } s{ $means } without a reading
 guide-port-is-back = serial port { $name } is connected again
-guide-which = position? Several agree with what was read; answer with a line: position LABEL
+guide-which = position? Several positions agree with the reading; answer: position LABEL
   { "  " }{ $candidates }
 guide-view-set = Set
 guide-view-held = Held
@@ -1015,7 +1018,7 @@ guide-view-residuals = Residuals in standard deviations, by reading
 guide-view-missing = What may be missing: probability
 guide-ended = { $by ->
     [reached] done: every goal is met, and no effect is missing or all are named; { $readings } readings, cost { $cost }
-    [nothing-to-gain] stopped: further readings at the positions of this schedule would not decide what is still open; { $readings } readings, cost { $cost }
+    [nothing-to-gain] stopped: further readings at the positions of this schedule would not decide the open questions; { $readings } readings, cost { $cost }
    *[most-readings] stopped: the limit of { $readings } readings was reached (--most); cost { $cost }
 }
 

@@ -848,7 +848,7 @@ at-equal-effort = { $cost ->
    *[no] 读数相同：将原试验编排重复或截短，使读数数目与更优的试验编排相同。
 }
 mounting = 安装
-in-this-order-a-drift-of-one = 按此顺序，全程漂移一倍标准差时，参数至多变化其不确定度的 { $share } 倍。
+in-this-order-a-drift-of-one = 按此顺序，全程线性漂移一倍噪声标准差时，参数至多变化其不确定度的 { $share } 倍。
 where-the-positions-lie = 位置分布
 squares-the-schedules-positions = 方块：试验编排的各位置。
 dots-candidates-squares-the-given-schedule-discs = 小点：候选位置。方块：原试验编排。带数字的圆：更优的试验编排及其在各位置的读数。

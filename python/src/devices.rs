@@ -177,7 +177,7 @@ struct Asking {
 impl Asking {
     fn new(file: CampaignFile, template: Campaign, settings: Settings) -> tumble::Result<Self> {
         if !(settings.level > 0.0 && settings.level < 1.0) {
-            return Err(Malformed::new(Fault::Value, "the level is no probability")
+            return Err(Malformed::new(Fault::Value, "the level is not a probability")
                 .expected("a number between 0 and 1, for example 0.95")
                 .found(settings.level.to_string()));
         }

@@ -122,7 +122,7 @@ def test_a_correction_leaves_a_table_as_it_is() -> None:
     table = pl.from_pandas(frame.drop(columns="list"))
     assert apply(table).drop(added).equals(table) and apply(table.to_arrow()).drop_columns(added).equals(table.to_arrow())
     assert apply(table.to_arrow().to_reader()).equals(apply(table.to_arrow()))
-    with pytest.raises(tumble.MalformedError, match="a cell of the column 'ax' is no number"):
+    with pytest.raises(tumble.MalformedError, match="a cell of the column 'ax' is not a number"):
         apply(frame.assign(ax="one"))
     assert apply(apply(table)).equals(apply(table)) and apply(table)["a_z"].to_list() == corrected["a_z"].tolist()
 

@@ -31,7 +31,7 @@ def test_copies_and_pickles_say_the_same(fit: tumble.Fit, tmp_path: Path) -> Non
         others[2].predict({"x": [1.0]})
     for text in ("{}", "words"):
         (tmp_path / "other.json").write_text(text)
-        with pytest.raises(ValueError, match="no report of a fit"):
+        with pytest.raises(ValueError, match="not a report of a fit"):
             tumble.Fit.load(tmp_path / "other.json")
 
 

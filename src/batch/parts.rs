@@ -80,7 +80,7 @@ impl Parts {
                 .at_path(path))
         };
         if !(settings.level > 0.0 && settings.level < 1.0) {
-            return Err(Malformed::new(Fault::Value, "the level is no probability")
+            return Err(Malformed::new(Fault::Value, "the level is not a probability")
                 .expected("a number between 0 and 1, for example 0.95")
                 .found(settings.level.to_string()));
         }

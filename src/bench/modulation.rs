@@ -22,9 +22,10 @@ impl Modulation {
     /// Errors: `UnknownName` for a name that is no joint.
     pub(crate) fn new(line: Expression, joints: &[&str]) -> Result<Self> {
         if let Some(name) = line.names().into_iter().find(|name| !joints.contains(name)) {
-            let error = Malformed::new(Fault::UnknownName, format!("a tilt's factor uses '{name}', which is no joint"))
-                .expected(format!("joints of this chain: {}", joints.join(", ")))
-                .found(format!("'{name}'"));
+            let error =
+                Malformed::new(Fault::UnknownName, format!("a tilt's factor uses '{name}', which is not a joint"))
+                    .expected(format!("joints of this chain: {}", joints.join(", ")))
+                    .found(format!("'{name}'"));
             return Err(match line.span_of(name) {
                 Some((start, len)) => error.at_span(start, len),
                 None => error,

@@ -368,7 +368,7 @@ pub(crate) fn derived(campaign: &Campaign, id: &str, line: Expression, unit: Opt
             let list: Vec<&str> = campaign.parameters.iter().map(|p| p.id.as_str()).collect();
             return Err(Malformed::new(
                 Fault::UnknownName,
-                format!("the derived quantity '{id}' uses '{name}', which is no parameter"),
+                format!("the derived quantity '{id}' uses '{name}', which is not a parameter"),
             )
             .expected(format!("parameters of this bench: {}", list.join(", ")))
             .found(format!("'{name}'")));

@@ -263,7 +263,7 @@ fn in_radians(id: &str, kind: Kind, unit: Option<&str>, value: f64, path: &str) 
     if kind != Kind::Tilt || unit.is_some() || !(value.abs() > std::f64::consts::TAU) {
         return Ok(());
     }
-    Err(Malformed::new(Fault::Missing, format!("'{id}' (a tilt) has no unit, and is no angle in radians"))
+    Err(Malformed::new(Fault::Missing, format!("'{id}' (a tilt) has no unit, and is not an angle in radians"))
         .expected("a \"unit\", for example \"arcsec\"; radians without one")
         .found(format!("{value} without a unit"))
         .at_path(path))

@@ -370,7 +370,7 @@ impl ScatterRequest {
         let over = self.over(campaign)?;
         let per = self.per(campaign, over.is_some())?;
         if self.u.is_none() {
-            return Err(Malformed::new(Fault::Missing, "the size of the deviations is not said")
+            return Err(Malformed::new(Fault::Missing, "the size of the deviations is not stated")
                 .expected("\"u\": a standard deviation, or \"estimate\"")
                 .at_path("u"));
         }
@@ -417,7 +417,7 @@ impl ScatterRequest {
         }
         let least = if sensors.len() == 2 { -1.0 } else { 0.0 };
         if sensors.len() < 2 || !(correlation > least && correlation < 1.0) || correlation == 0.0 {
-            return Err(Malformed::new(Fault::Value, "this is no correlation of sensors")
+            return Err(Malformed::new(Fault::Value, "this is not a correlation of sensors")
                 .expected("two sensors or more, and a number between -1 and 1 (between 0 and 1 for more than two)")
                 .found(format!("{} of {}", correlation, self.of.names().join(", ")))
                 .at_path("correlation"));
@@ -488,7 +488,7 @@ impl ScatterRequest {
                 .at_path("tau"));
         }
         if self.tau.is_none() {
-            return Err(Malformed::new(Fault::Missing, "how long the noise is correlated is not said")
+            return Err(Malformed::new(Fault::Missing, "the correlation time of the noise is not stated")
                 .expected("\"tau\": a time in the unit of the column, or \"estimate\"")
                 .at_path("over"));
         }
@@ -499,7 +499,7 @@ impl ScatterRequest {
         let per = match self.per.as_deref() {
             None if correlated => return Ok(Per::Campaign),
             None => {
-                return Err(Malformed::new(Fault::Missing, "how often it takes a new value is not said")
+                return Err(Malformed::new(Fault::Missing, "when it takes a new value is not stated")
                     .expected("\"per\": \"reading\", \"position\", \"campaign\" or a column of the readings"));
             }
             Some("reading") => return Ok(Per::Reading),
@@ -599,7 +599,7 @@ fn unknown_name(campaign: &Campaign, name: &str, what: &str) -> Malformed {
     let sensors = campaign.bench.sensors.iter().map(|s| s.id.as_str());
     let parameters = campaign.parameters.iter().map(|p| p.id.as_str());
     let all: Vec<&str> = sensors.chain(campaign.bench.joints()).chain(parameters).collect();
-    Malformed::new(Fault::UnknownName, format!("'{name}' is no sensor, joint, tilt or coefficient here ({what})"))
+    Malformed::new(Fault::UnknownName, format!("'{name}' is not a sensor, joint, tilt or coefficient here ({what})"))
         .expected(format!("one of {}", all.join(", ")))
         .found(format!("'{name}'"))
         .at_path("of")

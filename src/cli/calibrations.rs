@@ -29,7 +29,7 @@ pub(super) fn is_report(source: &Source) -> bool {
 pub(super) fn read(path: &Path) -> Result<Stored> {
     let source = files::read(path)?;
     if !is_report(&source) {
-        return Err(Malformed::new(Fault::Value, "this is no calibration")
+        return Err(Malformed::new(Fault::Value, "this is not a calibration")
             .expected("the JSON report of a fit: tumble fit CAMPAIGN --json FILE")
             .found("a file without \"report\"")
             .in_file(source.name));

@@ -39,7 +39,7 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
 
 fn closed_forms(arguments: &Arguments, path: &Path, lang: Language) -> Result<Outcome> {
     if calibrations::is_report(&files::read(path)?) {
-        return Err(Malformed::new(Fault::Missing, "one calibration has nothing to be compared with")
+        return Err(Malformed::new(Fault::Missing, "only one calibration is given")
             .expected("a second fit report: tumble compare BEFORE AFTER")
             .in_file(path.display().to_string()));
     }

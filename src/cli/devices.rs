@@ -39,13 +39,13 @@ impl Many {
     pub(super) fn refuse_alone(&self, more: &[(&str, bool)]) -> Result<()> {
         let options = [("--to", self.to.is_some()), ("--chart", self.chart.is_some())];
         let expected = "--by COLUMN, \"by\" in the campaign, or several files of --readings";
-        refuse([&options, more].concat(), (Fault::Missing, "is of many devices, and here is one"), expected)
+        refuse([&options, more].concat(), (Fault::Missing, "applies to many devices, but there is one"), expected)
     }
 }
 
 /// Errors: options that are of one device, where there are many.
 pub(super) fn refuse_many(options: Vec<(&str, bool)>, expected: &str) -> Result<()> {
-    refuse(options, (Fault::Value, "is of one device, and here are many"), expected)
+    refuse(options, (Fault::Value, "applies to one device, but there are many"), expected)
 }
 
 fn refuse(options: Vec<(&str, bool)>, (fault, why): (Fault, &str), expected: &str) -> Result<()> {
@@ -326,8 +326,8 @@ impl DeviceTable<'_> {
         let read = batch::stream(&tables, devices, &mut |again| {
             if let Restart::CameBack { label, row } = again {
                 super::note(&format!(
-                    "note: '{label}' comes back in row {row}: the rows of a device do not stand together, so the table is read again, and devices are \
-                     kept until they are whole"
+                    "note: '{label}' occurs again in row {row}: the rows of a device are not contiguous, so the table is read again, and each device is \
+                     held in memory until it is complete"
                 ));
             }
             sink.borrow_mut()(Passed::Anew).map(drop)

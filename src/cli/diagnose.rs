@@ -26,7 +26,7 @@ pub(super) struct Arguments {
     /// A catalogue of further effects to try with the built-in ones (`tumble schema effects` has its form).
     #[arg(long, value_name = "FILE")]
     effects: Option<PathBuf>,
-    /// Probability of reporting anything when nothing is missing.
+    /// Probability of reporting an effect when none is missing.
     #[arg(long, default_value_t = 0.01, value_name = "P", allow_negative_numbers = true)]
     pub(super) significance: f64,
     /// Random offset of each sensor at each position (set-up repeatability): 'estimate' its variance, or state its standard uncertainty in
@@ -40,8 +40,8 @@ pub(super) struct Arguments {
     /// Write the report as JSON to a file, or to stdout with '-'.
     #[arg(long, value_name = "FILE")]
     pub(super) json: Option<PathBuf>,
-    /// Write the residuals before and after as a picture (SVG), or to stdout with '-'; with '--measured' the gap in time, in the channel where it
-    /// is largest.
+    /// Write the residuals before and after as a picture (SVG), or to stdout with '-'; with '--measured' the residuals over time, in the
+    /// channel where they are largest.
     #[arg(long, value_name = "FILE")]
     pub(super) svg: Option<PathBuf>,
     /// Files of readings (CSV, Parquet, gzip; patterns with * and ?) in place of the campaign's: without '--by', each file is one device.
@@ -57,7 +57,7 @@ pub(super) struct Arguments {
 pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
     let (campaign, readings) = devices::behind(arguments.campaign.as_deref(), &arguments.readings)?;
     if campaign.to_string_lossy().ends_with(".mission.json") {
-        return Err(Malformed::new(Fault::Missing, "a mission alone has nothing to be diagnosed")
+        return Err(Malformed::new(Fault::Missing, "a mission without measured errors cannot be diagnosed")
             .expected("--measured FILE with measured navigation errors"));
     }
     let question = devices::DeviceCampaign::read(campaign, &arguments.many, readings)?;

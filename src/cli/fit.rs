@@ -16,7 +16,7 @@ pub(super) struct Arguments {
     /// The campaign file (JSON), or standard input with '-'.
     #[arg(required_unless_present = "readings")]
     campaign: Option<PathBuf>,
-    /// One least-squares step from the reference point (the papers' estimator) instead of Gauss-Newton on the exact model to convergence.
+    /// One least-squares step from the reference point (the estimator of the published formulas) instead of Gauss-Newton on the exact model to convergence.
     #[arg(long)]
     linear: bool,
     /// What is done without it; for scripts that state it.
@@ -43,7 +43,7 @@ pub(super) struct Arguments {
     /// Also print the uncertainty budget of every quantity, and the correlations.
     #[arg(long)]
     budget: bool,
-    /// Also print how readings are corrected: matrix, bias, and where the first order holds.
+    /// Also print the correction of readings: matrix, bias, and the range in which first order is sufficient.
     #[arg(long)]
     correction: bool,
     /// Write the report as JSON to a file, or to stdout with '-'.

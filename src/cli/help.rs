@@ -14,8 +14,8 @@ pub(super) const PROGRAM: &str = "Examples:
 
 Exit codes:
   0  done
-  1  the question is malformed (a file, an option, a value), or a result cannot be written
-  2  done, and the answer is \"rejected\": an unknown is not estimable, a global test failed, an effect is missing
+  1  an input is malformed (a file, an option, a value), or a result cannot be written
+  2  done, with a negative result: an unknown is not estimable, a global test failed, an effect is missing
 
 Languages: --lang zh shows tables, pages, certificates and notes in Chinese. JSON is the same in every language; error messages are in
 English.
@@ -30,15 +30,15 @@ pub(super) const FIT: &str = "Examples:
   tumble fit gyro.campaign.json --readings today.csv
   tumble fit gyro.campaign.json --by serial --readings 'runs/*.parquet' --to devices.parquet --html line.html
 
-Exit codes: 0 done; 1 the question is malformed; 2 an unknown is not estimable or its uncertainty cannot be evaluated, the
-global test failed, or conformity with a limit is fail or undecided; with many devices: one of these for at least one device, or
+Exit codes: 0 done; 1 an input is malformed; 2 an unknown is not estimable or its uncertainty cannot be evaluated, the
+global test failed, or conformity with a limit fails or is undecided; with many devices: one of these for at least one device, or
 a malformed device.";
 
 pub(super) const COMPARE: &str = "Examples:
   tumble compare table1.campaign.json --html compare.html
   tumble compare before.fit.json after.fit.json
 
-Exit codes: 0 done (two calibrations: no change beyond the uncertainties); 1 the question is malformed, or this bench has no
+Exit codes: 0 done (two calibrations: no change beyond the uncertainties); 1 an input is malformed, or this bench has no
 published closed forms; 2 the unit has changed.";
 
 pub(super) const DIAGNOSE: &str = "A mission's errors are along the body axes x right, y forward, z up; measured errors are east, north, up (navigate --help).
@@ -50,13 +50,13 @@ Examples:
   tumble diagnose gyro.campaign.json --by serial --to effects.csv
   tumble diagnose sea.mission.json --measured errors.csv
 
-Exit codes: 0 nothing is missing; 1 the question is malformed; 2 effects were found, or the gap is unexplained.";
+Exit codes: 0 nothing is missing; 1 an input is malformed; 2 effects were found, or the residuals are unexplained.";
 
 pub(super) const SIMULATE: &str = "Examples:
   tumble simulate schedule.campaign.json --truth unit.truth.json > measured.campaign.json
   tumble simulate schedule.campaign.json --truth unit.truth.json --seed 7 --output measured.campaign.json
 
-Exit codes: 0 done; 1 the question is malformed, or the output exists (--force replaces it).";
+Exit codes: 0 done; 1 an input is malformed, or the output exists (--force replaces it).";
 
 pub(super) const NAVIGATE: &str = "The navigator's body axes are x right, y forward, z up: the axes of all errors in a mission, of pitch (about x, nose up) and
 roll (about y, right side down). The heading is counted clockwise from north to y. The navigation frame is east, north, up.
@@ -66,7 +66,7 @@ Examples:
   tumble navigate sea.mission.json --csv errors.csv --json report.json
   tumble navigate sea.mission.json --measured errors.csv --noise-m 5
 
-Exit codes: 0 done; 1 the question is malformed.";
+Exit codes: 0 done; 1 an input is malformed.";
 
 pub(super) const PLAN: &str = "Examples:
   tumble plan schedule.campaign.json --noise V=9e-4
@@ -74,7 +74,7 @@ pub(super) const PLAN: &str = "Examples:
   tumble plan schedule.campaign.json --noise V=9e-4 --goal 1 --cheapest --write better.campaign.json
   tumble plan schedule.campaign.json --noise V=9e-4 --separate a_S a_S^2
 
-Exit codes: 0 done; 1 the question is malformed; 2 an unknown is not estimable, or a goal is not reached.";
+Exit codes: 0 done; 1 an input is malformed; 2 an unknown is not estimable, or a goal is not reached.";
 
 pub(super) const GUIDE: &str = "Examples:
   tumble guide schedule.campaign.json --simulate unit.truth.json --goal 1
@@ -87,11 +87,11 @@ pub(super) const GUIDE: &str = "Examples:
 
 At the prompt, a line is a reading at the position asked for ({\"V\": 0.0123}, or
 CSV after a line of titles), 'undo', 'undo N' or 'quit'. With --samples, a line
-is a row of samples, 'position LABEL' (where the bench stands), 'take' (read what
-is held as it is), or one of these commands.
+is a row of samples, 'position LABEL' (the position of the bench), 'take' (use
+the mean so far as the reading), or one of these commands.
 
 Exit codes: 0 every goal is met, and no effect is missing or all are named;
-1 the question is malformed, or the journal cannot be written; 2 ended earlier.";
+1 an input is malformed, or the journal cannot be written; 2 ended earlier.";
 
 pub(super) const BENCH: &str = "Examples:
   tumble bench list

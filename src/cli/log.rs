@@ -11,7 +11,7 @@ pub(super) struct Clock {
     /// The column of times (by default one that is named time_s, time, t or timestamp).
     #[arg(long, value_name = "COLUMN", conflicts_with = "rate")]
     time: Option<String>,
-    /// Samples a second, where there is no column of times.
+    /// Sampling rate in Hz, if there is no column of times.
     #[arg(long, value_name = "HZ")]
     rate: Option<f64>,
 }

@@ -75,7 +75,7 @@ enum Command {
     Apply(apply::Arguments),
     /// Write a calibration's correction as source code, or for another program.
     Export(export::Arguments),
-    /// Find where simulation and measurement disagree, identify the missing effect, add it to the model, show the gap shrink.
+    /// Find where simulation and measurement disagree, identify the missing effect, and show the residuals decrease with it in the model.
     #[command(after_help = help::DIAGNOSE)]
     Diagnose(diagnose::Arguments),
     /// Readings from a schedule and a truth, with seeded noise and hidden effects.
@@ -208,7 +208,7 @@ fn probability(what: &str, value: f64, example: &str) -> Result<()> {
     if value > 0.0 && value < 1.0 {
         return Ok(());
     }
-    Err(Malformed::new(Fault::Value, format!("the {what} is no probability"))
+    Err(Malformed::new(Fault::Value, format!("the {what} is not a probability"))
         .expected(format!("a number between 0 and 1, for example {example}"))
         .found(value.to_string()))
 }

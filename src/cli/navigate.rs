@@ -136,7 +136,7 @@ impl Instruments {
         }
         for (name, u) in [("--noise-arcsec", phi), ("--noise-m-s", velocity), ("--noise-m", position)] {
             if let Some(u) = u.filter(|u| !(*u > 0.0 && u.is_finite())) {
-                return Err(Malformed::new(Fault::Value, format!("{name} is no standard uncertainty"))
+                return Err(Malformed::new(Fault::Value, format!("{name} is not a standard uncertainty"))
                     .expected("a number above 0")
                     .found(u.to_string()));
             }

@@ -24,7 +24,7 @@ pub(super) struct Pages {
     /// Write the report as markdown to a file, or to stdout with '-'.
     #[arg(long, value_name = "FILE")]
     md: Option<PathBuf>,
-    /// Write the report as a workbook (.xlsx): one sheet a section, numbers as numbers, figures as charts.
+    /// Write the report as a workbook (.xlsx): one sheet for each section, values as numbers, figures as charts.
     #[arg(long, value_name = "FILE")]
     xlsx: Option<PathBuf>,
     /// Print everything that a page contains.

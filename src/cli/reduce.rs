@@ -34,7 +34,7 @@ pub(super) struct Arguments {
     /// Window of the static detector, s.
     #[arg(long, default_value_t = 0.5, value_name = "S", value_parser = positive, conflicts_with_all = ["by", "times"])]
     window: f64,
-    /// Largest variance of a still window, in variances of the still sensor.
+    /// Largest variance of a static window, as a multiple of the variance of the sensor at rest.
     #[arg(long, default_value_t = 4.0, value_name = "RATIO", value_parser = positive, conflicts_with_all = ["by", "times"])]
     threshold: f64,
     /// Guard time omitted at both ends of a segment, s (static segments: 0.5 s by default).

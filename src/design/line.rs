@@ -199,7 +199,7 @@ fn resolve(campaign: &Campaign, sensor: &Sensor, name: &str) -> Result<Slot> {
     if let Some(k) = campaign.parameter_index(name) {
         return Ok(Slot::Parameter(k));
     }
-    Err(Malformed::new(Fault::UnknownName, format!("'{name}' is no input, column or parameter here"))
+    Err(Malformed::new(Fault::UnknownName, format!("'{name}' is not an input, column or parameter here"))
         .expected(format!("{}, a joint's name, a numeric column of the readings, or a parameter", axis_names(sensor)))
         .found(format!("'{name}'")))
 }

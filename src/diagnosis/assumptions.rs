@@ -99,7 +99,7 @@ pub(super) fn candidates(campaign: &Campaign, asked: &[usize], design: &DesignMa
             candidates.push(Candidate {
                 regressor: format!("prior:{}", parameter.id),
                 name: format!("error of the prior of {}", parameter.id),
-                why: "the prior value is not that of this campaign".into(),
+                why: "the prior value does not apply to this campaign".into(),
                 confirm: "leave the prior out, or measure at positions that determine the parameter without it".into(),
                 ..Candidate::new(Regressor::Prior(k), column)
             });
@@ -110,7 +110,7 @@ pub(super) fn candidates(campaign: &Campaign, asked: &[usize], design: &DesignMa
         candidates.push(Candidate {
             regressor: format!("constraint:{number}"),
             name: format!("constraint {number} does not hold"),
-            why: "what was taken as given between the parameters is not so in this campaign".into(),
+            why: "the constraint between the parameters does not hold in this campaign".into(),
             confirm: "leave the constraint out and compare the estimates with it".into(),
             ..Candidate::new(Regressor::Constraint(k), column)
         });

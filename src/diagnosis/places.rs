@@ -174,9 +174,9 @@ pub(super) fn pattern(campaign: &Campaign, design: &DesignMatrix, weighted: &Wei
     shares.sort_by(|a, b| b.0.total_cmp(&a.0));
     let by_state: f64 = cells.iter().map(|cell| cell.z * cell.z).sum::<f64>() / cells.len().max(1) as f64;
     let mut text = String::from(match by_state > 3.0 {
-        true => "the residuals repeat with the joints' states",
+        true => "the residuals are reproducible at equal joint states",
         false => {
-            "the residuals do not repeat with the joints' states (time, temperature or a noise larger than stated)"
+            "the residuals are not reproducible at equal joint states (time, temperature or noise larger than stated)"
         }
     });
     let named: Vec<String> = shares.iter().take(3).map(|(_, factor)| factor.clone()).collect();

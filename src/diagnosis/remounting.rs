@@ -307,7 +307,7 @@ fn of(
         let excess = 2.0 * (best.probability / other.probability).ln();
         super::Alias {
             regressor: format!("scatter:position:{name}"),
-            name: format!("{name} deviates at each position, {size}"),
+            name: format!("{name} varies from position to position, {size}"),
             exact: excess < 1e-6,
             excess,
             probability: other.probability,
@@ -319,12 +319,12 @@ fn of(
     };
     let effect = Candidate {
         regressor: "scatter:position".into(),
-        name: format!("positions scatter: {} deviates at each mounting", source.name),
+        name: format!("positions scatter: {} varies from mounting to mounting", source.name),
         coefficient: format!("sd of {} per position", source.name),
         sensor,
         family: "scatter:position".into(),
         rank: 2,
-        why: "the unit, fixture or joint does not come back to the same place when it is mounted again".into(),
+        why: "the unit, fixture or joint is not repositioned exactly when it is remounted".into(),
         confirm: "mount one position several times; state the scatter as a line of the campaign".into(),
         ..Candidate::new(Regressor::Scatter, vec![0.0; before.system.observed.len()])
     };

@@ -54,7 +54,7 @@ impl Settings {
         if self.significance > 0.0 && self.significance < 1.0 {
             return Ok(());
         }
-        Err(Malformed::new(Fault::Value, "the significance is no probability")
+        Err(Malformed::new(Fault::Value, "the significance is not a probability")
             .expected("a number between 0 and 1, for example 0.01")
             .found(self.significance.to_string()))
     }

@@ -41,20 +41,20 @@ fn last(seen: &Seen, settings: &Settings, name: impl Fn(usize) -> String) -> Str
     match (seen.state, probable) {
         (_, Some((j, p))) if *p >= settings.probability => {
             format!(
-                "{} is suspected: its value does not differ from zero within its uncertainty, unexplained residuals included",
+                "{} is suspected: its value is not significantly different from zero, with the unexplained residuals in its uncertainty",
                 name(*j)
             )
         }
         (_, Some((j, p))) => {
             // cut, not rounded: 0.9497 is below 0.95
             let (level, p) = (settings.probability, (1e3 * p).floor() / 1e3);
-            format!("{} is suspected: its probability is {p}, and a name needs {level}", name(*j))
+            format!("{} is suspected: its probability is {p}; an effect is named from {level}", name(*j))
         }
         _ if seen.outside >= settings.suspected => format!(
-            "the residuals follow a pattern of no candidate with probability {outside}, and no further candidate is probable"
+            "with probability {outside} the residuals follow a pattern that no candidate has, and no further candidate is probable"
         ),
-        (State::Outside, _) => format!("something is missing with probability {further}, and no candidate is probable"),
-        _ => format!("nothing more is added: the probability that another effect is missing is {further}"),
+        (State::Outside, _) => format!("an effect is missing with probability {further}, but no candidate is probable"),
+        _ => format!("no further effect is added: the probability that another effect is missing is {further}"),
     }
 }
 

@@ -20,7 +20,7 @@
 //! let result = Section::new("Result").verdict(Tone::Good, "The readings agree.").table(table).full().prose("More.");
 //! let document = Document::new("A fit").section(result);
 //! let text = terminal::render(&document, Detail::Brief);
-//! assert!(text.contains("In order: The readings agree.") && text.contains("V0            1.582  0.011") && !text.contains("More."));
+//! assert!(text.contains("OK: The readings agree.") && text.contains("V0            1.582  0.011") && !text.contains("More."));
 //! ```
 //!
 //! * Numbers enter a table as numbers: [`Cell::value`] with the uncertainty that rounds them (U where it stands beside them, else u), `Cell::digits`, [`Cell::dof`], [`Cell::p`];

@@ -152,7 +152,7 @@ impl Sequential {
             let before = self.variance + keeps * keeps * (self.spread - self.variance);
             let whole = before + own;
             if !(whole > 0.0 && whole.is_finite()) {
-                return Err(Malformed::new(Fault::Value, "a row has no noise that it could be weighed by")
+                return Err(Malformed::new(Fault::Value, "a row has no noise to weight it by")
                     .expected("a positive standard uncertainty")
                     .found(sd.to_string())
                     .at_path(format!("rows[{i}]")));

@@ -340,7 +340,7 @@ pub fn fit_owned(campaign: Campaign, settings: &Settings) -> Result<Fit> {
 fn of(given: Cow<'_, Campaign>, settings: &Settings) -> Result<Fit> {
     let campaign: &Campaign = &given;
     if !(settings.level > 0.0 && settings.level < 1.0) {
-        return Err(Malformed::new(Fault::Value, "the level is no probability")
+        return Err(Malformed::new(Fault::Value, "the level is not a probability")
             .expected("a number between 0 and 1, for example 0.95")
             .found(settings.level.to_string()));
     }
@@ -523,7 +523,7 @@ fn check_combination(campaign: &Campaign, settings: &Settings) -> Result<()> {
     if settings.remount != Remount::No || !campaign.scatter.is_empty() {
         return Err(Malformed::new(
             Fault::Value,
-            "robust estimation beside deviations that several readings share is not supported: the weight of one reading cannot say which of \
+            "robust estimation with random effects of several readings is not supported: the weight of one reading does not show which of \
              them is bad",
         )
         .expected("a robust estimate without \"scatter\" and remounting, or least squares with them"));

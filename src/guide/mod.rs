@@ -148,13 +148,13 @@ impl Guide {
                 .found(format!("'{}'", goal.id)));
             }
             if !(goal.u > 0.0 && goal.u.is_finite()) {
-                return Err(Malformed::new(Fault::Value, format!("the goal for {} is no uncertainty", goal.id))
+                return Err(Malformed::new(Fault::Value, format!("the goal for {} is not an uncertainty", goal.id))
                     .expected("a positive number")
                     .found(goal.u.to_string()));
             }
         }
         if !(settings.tilts > 0.0 && settings.tilts.is_finite()) {
-            return Err(Malformed::new(Fault::Value, "the size that is supposed of tilts is no standard deviation")
+            return Err(Malformed::new(Fault::Value, "the assumed size of the tilts is not a standard deviation")
                 .expected("a positive number")
                 .found(settings.tilts.to_string()));
         }

@@ -108,7 +108,7 @@ fn check_covariance(order: &[String], matrix: &[Vec<Option<f64>>]) -> Result<()>
         // `defined` are those that have one
         let variance = at(i, i).unwrap_or_default();
         if !(variance >= 0.0 && variance.is_finite()) {
-            let what = format!("the report's covariance is none: the variance of '{}' is negative", name(i));
+            let what = format!("the report's covariance is not valid: the variance of '{}' is negative", name(i));
             return wrong(what, i, i, "a finite variance, zero or positive", variance.to_string());
         }
     }
@@ -119,13 +119,16 @@ fn check_covariance(order: &[String], matrix: &[Vec<Option<f64>>]) -> Result<()>
             let (a, b) = (at(i, j).unwrap_or_default(), at(j, i).unwrap_or_default());
             let size = (at(i, i).unwrap_or_default() * at(j, j).unwrap_or_default()).sqrt();
             if !((a - b).abs() <= ROUNDING * size.max(a.abs())) {
-                let what =
-                    format!("the report's covariance is none: it is not symmetric in '{}' and '{}'", name(i), name(j));
+                let what = format!(
+                    "the report's covariance is not valid: it is not symmetric in '{}' and '{}'",
+                    name(i),
+                    name(j)
+                );
                 return wrong(what, i, j, &format!("the same number in both places, {b}"), a.to_string());
             }
             if !(a.abs() <= size * (1.0 + ROUNDING)) {
                 let what =
-                    format!("the report's covariance is none: '{}' and '{}' correlate beyond 1", name(i), name(j));
+                    format!("the report's covariance is not valid: '{}' and '{}' correlate beyond 1", name(i), name(j));
                 return wrong(what, i, j, &format!("at most {size:.6e} by size"), a.to_string());
             }
             if k != l && size > 0.0 {
@@ -137,7 +140,7 @@ fn check_covariance(order: &[String], matrix: &[Vec<Option<f64>>]) -> Result<()>
     if smallest < -ROUNDING * defined.len() as f64 {
         return Err(Malformed::new(
             Fault::Value,
-            "the report's covariance is none: some combination would have a negative variance",
+            "the report's covariance is not valid: some combination would have a negative variance",
         )
         .at_path("calibration.report.covariance")
         .expected("a positive semidefinite matrix")

@@ -194,11 +194,11 @@ fn course(group: &[Entry]) -> String {
     let (along, spread) = (moment(&|t, v| t * v), moment(&|t, _| t * t));
     let trend = if spread > 0.0 && square > 0.0 { along * along / spread / square } else { 0.0 };
     let shape = if follow < 0.3 {
-        "it jumps from row to row, as a noise larger than stated does"
+        "it varies independently from row to row, like noise larger than stated"
     } else if trend > 0.5 {
-        "it follows from row to row and drifts with time"
+        "it is correlated from row to row and drifts with time"
     } else {
-        "it follows from row to row, as errors that change in time or random walks do"
+        "it is correlated from row to row, like errors that change in time or random walks"
     };
     format!("root mean square {rms:.1} u, {shape}")
 }

@@ -51,7 +51,7 @@ pub(crate) fn sweep_with_rates(campaign: &Campaign, step_deg: f64, rates: &[f64]
         return Ok(Readings { columns, rows: Vec::new() });
     };
     if !(step_deg > 0.0 && step_deg <= 360.0) {
-        return Err(Malformed::new(Fault::Value, "the step of the sweep is not possible")
+        return Err(Malformed::new(Fault::Value, "the step of the sweep is not valid")
             .expected("degrees, above 0 and at most 360")
             .found(step_deg.to_string()));
     }
@@ -65,7 +65,7 @@ pub(crate) fn sweep_with_rates(campaign: &Campaign, step_deg: f64, rates: &[f64]
         return Ok(Readings { columns, rows: distinct });
     }
     if let Some(rate) = rates.iter().find(|rate| **rate == 0.0 || !rate.is_finite()) {
-        return Err(Malformed::new(Fault::Value, "a rate of the sweep is not possible")
+        return Err(Malformed::new(Fault::Value, "a rate of the sweep is not valid")
             .expected("degrees per second, other than zero")
             .found(rate.to_string()));
     }

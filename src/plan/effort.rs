@@ -67,7 +67,7 @@ impl Noise {
             if !names.contains(id) {
                 return Err(Malformed::new(
                     Fault::UnknownName,
-                    format!("noise is given for '{id}', which is no sensor and no line of scatter here"),
+                    format!("noise is given for '{id}', which is neither a sensor nor a line of scatter here"),
                 )
                 .expected(format!("one of {}", names.join(", ")))
                 .found(format!("'{id}'")));
@@ -115,7 +115,7 @@ impl Noise {
         let mut lines = fit::stated_variances(campaign);
         for (k, line) in campaign.scatter.iter().enumerate() {
             if line.over.as_ref().is_some_and(|over| over.tau.is_none()) {
-                let what = format!("how long {} stays correlated is not known", line.of_name(campaign));
+                let what = format!("the correlation time of {} is not known", line.of_name(campaign));
                 return Err(Malformed::new(Fault::Missing, what)
                     .expected("a correlation time as its \"tau\": a plan does not estimate it")
                     .found("\"estimate\"")
@@ -136,7 +136,7 @@ impl Noise {
                 return Err(Malformed::new(
                     Fault::Missing,
                     format!(
-                        "how much {} scatters is not known: a schedule has no readings to estimate it from",
+                        "the standard deviation of {} is not known: a schedule has no readings to estimate it from",
                         line.of_name(campaign)
                     ),
                 )
@@ -157,7 +157,7 @@ impl Noise {
                     campaign.parameters.iter().filter(|p| p.kind == Kind::Tilt).map(|p| p.id.as_str()).collect();
                 return Err(Malformed::new(
                     Fault::UnknownName,
-                    format!("'{id}' cannot scatter: it is no parameter of this bench"),
+                    format!("'{id}' cannot scatter: it is not a parameter of this bench"),
                 )
                 .expected(format!("a tilt that remounting changes: {}", tilts.join(", ")))
                 .found(format!("'{id}'")));
@@ -252,7 +252,7 @@ impl Costs {
             [("reading", self.reading), ("rate", self.rate_change), ("mounting", self.mounting), ("degree", self.index)]
         {
             if !(cost >= 0.0 && cost.is_finite()) {
-                return Err(Malformed::new(Fault::Value, format!("the cost of a {name} is not possible"))
+                return Err(Malformed::new(Fault::Value, format!("the cost of a {name} is not valid"))
                     .expected("zero or a positive number")
                     .found(cost.to_string()));
             }

@@ -25,7 +25,7 @@ pub fn extended(campaign: &Campaign, terms: &[Term]) -> Result<(Campaign, Vec<St
                 if parameter.is_none_or(|p| matches!(p.role, Role::Estimated { .. })) {
                     return Err(Malformed::new(
                         Fault::Value,
-                        format!("'{id}' is estimated here, so it is no effect that may be missing"),
+                        format!("'{id}' is estimated here, so it cannot be a missing effect"),
                     )
                     .expected("a goal, for a limit on its uncertainty")
                     .argument("goal", format!("{id}=U"))

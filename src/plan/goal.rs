@@ -84,8 +84,11 @@ pub fn reach(campaign: &Campaign, offer: &Offer, request: &Request, goals: &[Goa
     let given = question.coarser(&best);
     let search = Search::of(question, &objective, &given);
     let (mut outcome, mut is_fewest) = search.best(cheapest).ok_or_else(|| {
-        Malformed::new(Fault::Value, format!("no {} of these candidates determine the unknowns", most * size))
-            .expected("more readings, more candidates, or a prior")
+        Malformed::new(
+            Fault::Value,
+            format!("no choice of {} of these candidates determines the unknowns", most * size),
+        )
+        .expected("more readings, more candidates, or a prior")
     })?;
     let moved = |rows: &[Reading]| question.refined(rows, &objective, Some(1.0));
     let (mut rows, mut refined) = (question.rows(&outcome.design.chosen), None);

@@ -265,17 +265,20 @@ fn portions_to_choose(pool: &Pool, request: &Request) -> Result<usize> {
 
 fn too_few(pool: &Pool, request: &Request) -> Malformed {
     let rank = pool.determined();
-    Malformed::new(Fault::Value, format!("no {} of these candidates determine {rank} unknowns", request.readings))
-        .expected(format!(
-            "at least {} readings, or more positions kept",
-            rank.div_ceil(pool.blocks.rows()) * pool.portion_size()
-        ))
-        .found(request.readings.to_string())
+    Malformed::new(
+        Fault::Value,
+        format!("no choice of {} of these candidates determines {rank} unknowns", request.readings),
+    )
+    .expected(format!(
+        "at least {} readings, or more positions kept",
+        rank.div_ceil(pool.blocks.rows()) * pool.portion_size()
+    ))
+    .found(request.readings.to_string())
 }
 
 fn check_budget(budget: f64, costs: &Costs, request: &Request) -> Result<()> {
     let bad = |expected: &str, value: &str| {
-        Malformed::new(Fault::Value, "the budget is not possible").expected(expected).found(value)
+        Malformed::new(Fault::Value, "the budget is not valid").expected(expected).found(value)
     };
     if !(budget > 0.0 && budget.is_finite()) {
         return Err(bad("a positive number, in the unit of the costs", &budget.to_string()));

@@ -52,7 +52,7 @@ pub fn judged_at(campaign: &Campaign, given: &[(String, f64)], fitted: Option<&F
             let names: Vec<&str> = campaign.estimated().iter().map(|p| p.id.as_str()).collect();
             return Err(Malformed::new(
                 Fault::UnknownName,
-                format!("'{id}' is not estimated, so no plan is judged at a value of it"),
+                format!("'{id}' is not estimated, so a plan cannot be evaluated at a value of it"),
             )
             .expected(format!("one of {}", names.join(", ")))
             .found(format!("'{id}'")));
@@ -169,7 +169,7 @@ pub(super) fn check_point(campaign: &Campaign, kept: &Readings, candidates: &Rea
     let first = lacking.needs.first().map_or("?", String::as_str);
     Err(Malformed::new(
         Fault::Missing,
-        format!("how well the candidates determine {untold} depends on the value of {needs}, and none is stated"),
+        format!("how well the candidates determine {untold} depends on the value of {needs}, which is not stated"),
     )
     .expected("a value to judge at, or a \"start\" in the campaign: an expected value will do")
     .argument("at", format!("{first}=VALUE"))

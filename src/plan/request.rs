@@ -79,7 +79,7 @@ impl Refinement {
         if self.resolution_deg > 0.0 && self.resolution_deg <= 90.0 {
             return Ok(());
         }
-        Err(Malformed::new(Fault::Value, "the resolution of the angles is not possible")
+        Err(Malformed::new(Fault::Value, "the resolution of the angles is not valid")
             .expected("degrees, above 0 and at most 90")
             .found(self.resolution_deg.to_string())
             .argument("refine", "0.1"))

@@ -432,10 +432,13 @@ impl Columnar {
                 }
                 .map_err(|error| fault(&self.head.name, &error).at_path(title))?;
                 if let Some(text) = self.scratch.no_number.take() {
-                    return Err(Malformed::new(Fault::Value, format!("a cell of the column '{title}' is no number"))
-                        .expected("a number")
-                        .found(format!("'{text}'"))
-                        .in_file(&self.head.name));
+                    return Err(Malformed::new(
+                        Fault::Value,
+                        format!("a cell of the column '{title}' is not a number"),
+                    )
+                    .expected("a number")
+                    .found(format!("'{text}'"))
+                    .in_file(&self.head.name));
                 }
             }
             let rows = block.rows();

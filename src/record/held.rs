@@ -150,7 +150,7 @@ impl Held {
                     let times = (&mut self.head.times, self.since.entry(*column).or_default());
                     texts(cells, *kind, to, &mut self.head.labels, times).map_err(|text| {
                         let title = self.head.columns.get(*column).map_or("", |column| column.title.as_str());
-                        Malformed::new(Fault::Value, format!("a cell of the column '{title}' is no number"))
+                        Malformed::new(Fault::Value, format!("a cell of the column '{title}' is not a number"))
                             .expected("a number")
                             .found(format!("'{text}'"))
                             .in_file(&self.head.name)

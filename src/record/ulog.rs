@@ -52,12 +52,12 @@ fn read(bytes: &[u8]) -> std::result::Result<BTreeMap<u16, Topic>, String> {
         rest = left;
         match message {
             (b'F', data) => {
-                let text = std::str::from_utf8(data).map_err(|_| "a format that is no text")?;
+                let text = std::str::from_utf8(data).map_err(|_| "a format that is not text")?;
                 let (name, fields) = text.split_once(':').ok_or("a format without a name")?;
                 formats.insert(name, fields);
             }
             (b'A', [several, low, high, name @ ..]) => {
-                let name = std::str::from_utf8(name).map_err(|_| "a subscription whose name is no text")?;
+                let name = std::str::from_utf8(name).map_err(|_| "a subscription whose name is not text")?;
                 let (mut fields, mut at) = (Vec::new(), 0);
                 layout(&formats, name, "", &mut at, &mut fields, 0)?;
                 let values = vec![Vec::new(); fields.len()];

@@ -114,7 +114,7 @@ pub fn segment(trace: &Trace, by: &By, guard: f64, least: f64) -> Segmentation {
         if let Some(channel) = touched.into_iter().find(|channel| channel.is_cut(trace, &segment)) {
             let (all, name) = (samples(&guarded), &channel.name);
             let reason = format!(
-                "{name} is saturated: its noise is cut at the rail ({dead} of {all} samples), and the mean of the others is off"
+                "{name} is saturated: its noise is cut at the rail ({dead} of {all} samples), and the mean of the others is biased"
             );
             rejected.push(Rejected { samples: start..end, reason });
             continue;
@@ -239,14 +239,15 @@ fn joined(trace: &Trace, found: Vec<Range<u64>>, most: f64, stillness: Option<&S
             });
             if same {
                 let jerk = (range.start - before.end) as f64 * trace.interval;
-                last.notes.push(format!("a jerk of {jerk:.2} s left out"));
+                last.notes.push(format!("a disturbance of {jerk:.2} s left out"));
                 for (k, (noise, channel)) in noises.iter().zip(&trace.channels).enumerate() {
                     let mut before = level(&before, k);
                     before.reverse();
                     let Some(step) = noise.step(&before, &level(&range, k), apart, near) else { continue };
                     let (column, step) = (&channel.name, format!("{step:+.2e} {}", channel.unit));
                     let step = step.trim_end();
-                    last.notes.push(format!("{column} is off by {step} after a jerk: another position?"));
+                    last.notes
+                        .push(format!("{column} changes by {step} across a disturbance: check for another position"));
                 }
                 last.pieces.push(range);
                 continue;

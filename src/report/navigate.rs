@@ -197,7 +197,7 @@ fn warning(mission: &Mission, unresolved: &study::Unresolved) -> String {
     let [tilt, azimuth, velocity, position] = unresolved.own;
     let digits = |value: f64| significant(value, 3);
     let mut text = format!(
-        "in {} a perfect unit is wrong by {} arcsec of tilt, {} arcsec of azimuth, {} m/s and {} m: the error of the navigator",
+        "in {} a unit without errors gives errors of {} arcsec (tilt), {} arcsec (azimuth), {} m/s and {} m: the error of the navigator",
         unresolved.motion,
         digits(tilt * ARCSEC),
         digits(azimuth * ARCSEC),

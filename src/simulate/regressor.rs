@@ -106,7 +106,7 @@ impl Regressor {
                 Some(k) => Ok(Regressor::Approach(k)),
                 None => Err(unknown("joint", joint, campaign.bench.joints().collect())),
             },
-            Some((kind, _)) => Err(Malformed::new(Fault::Value, format!("'{kind}:' is no kind of effect"))
+            Some((kind, _)) => Err(Malformed::new(Fault::Value, format!("'{kind}:' is not a kind of effect"))
                 .expected(
                     "a term of inputs, or tilt:, known:, position:, reading:, exchange:, approach:, rate:, sense:",
                 )

@@ -286,7 +286,7 @@ impl CampaignFile {
         let Some(path) = from.map(str::to_string) else { return Ok(()) };
         let source = fetch(&path).map_err(|e| e.at_path("known.from"))?;
         let earlier: EarlierFit = serde_json::from_str(&source.text).map_err(|error| {
-            Malformed::new(Fault::Value, format!("'{path}' is no report of a fit"))
+            Malformed::new(Fault::Value, format!("'{path}' is not a report of a fit"))
                 .expected("what tumble fit --json wrote")
                 .found(error.to_string())
                 .at_path("known.from")

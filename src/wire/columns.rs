@@ -121,7 +121,7 @@ pub(super) fn from_title(what: &str, from: &str, to: &str) -> Result<Option<Conv
         return Ok(None);
     }
     let unknown = |unit: &str| {
-        Malformed::new(Fault::Value, format!("{what} ends in '{from}', and '{unit}' is no unit that is known"))
+        Malformed::new(Fault::Value, format!("{what} ends in '{from}', and '{unit}' is not a known unit"))
             .expected(format!(
                 "a unit that converts to {to}, or a title without one where the numbers are in {to} (known are {})",
                 units::names()

@@ -107,7 +107,7 @@ impl CorrectionFile {
             model: line.model.to_string(),
         };
         Some(CorrectionFile {
-            frame: "the last frame of the bench's chain, the sensors' own".into(),
+            frame: "the last frame of the bench's chain (sensor frame)".into(),
             rate_unit: calibration.rate_unit.name().into(),
             force_unit: calibration.force_unit.name().into(),
             sensors: calibration.lines.iter().map(sensor).collect(),
@@ -131,7 +131,7 @@ impl CorrectionFile {
     /// Errors: an unknown unit, a line that is no algebra, sizes that do not agree; with the path below `correction`.
     pub fn into_calibration(self) -> Result<Calibration> {
         let unit = |path: &str, found: &str, expected: &str| {
-            Malformed::new(Fault::Value, format!("'{found}' is no unit here"))
+            Malformed::new(Fault::Value, format!("'{found}' is not a unit here"))
                 .expected(expected)
                 .found(found)
                 .at_path(path)

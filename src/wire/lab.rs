@@ -398,7 +398,7 @@ fn code(value: &str, path: &str, expected: &str, case: fn(char) -> bool) -> Resu
     if letters == 2 && value.len() == 2 {
         return Ok(());
     }
-    Err(Malformed::new(Fault::Value, format!("'{path}' is no code"))
+    Err(Malformed::new(Fault::Value, format!("'{path}' is not a code"))
         .expected(expected)
         .found(format!("'{value}'"))
         .at_path(path))
@@ -408,7 +408,7 @@ fn date(value: &str, path: &str) -> Result<()> {
     if day(value) == Some(value) {
         return Ok(());
     }
-    Err(Malformed::new(Fault::Value, format!("'{path}' is no day"))
+    Err(Malformed::new(Fault::Value, format!("'{path}' is not a day"))
         .expected("YYYY-MM-DD, for example 2026-05-11")
         .found(format!("'{value}'"))
         .at_path(path))

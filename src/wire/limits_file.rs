@@ -81,9 +81,12 @@ fn one(campaign: &Campaign, id: &str, file: LimitFile) -> Result<Limit> {
             let names = campaign.estimated().iter().map(|p| p.id.as_str());
             let names = names.chain(campaign.derived.iter().map(|d| d.id.as_str()));
             let names: Vec<&str> = names.chain(errors.iter().map(String::as_str)).collect();
-            return Err(Malformed::new(Fault::UnknownName, format!("limits are given for '{id}', which is no result"))
-                .expected(format!("an estimated parameter or derived quantity: {}", names.join(", ")))
-                .found(format!("'{id}'")));
+            return Err(Malformed::new(
+                Fault::UnknownName,
+                format!("limits are given for '{id}', which is not a result"),
+            )
+            .expected(format!("an estimated parameter or derived quantity: {}", names.join(", ")))
+            .found(format!("'{id}'")));
         }
     };
     let ([lower, upper], unit) = match file {
@@ -97,7 +100,7 @@ fn one(campaign: &Campaign, id: &str, file: LimitFile) -> Result<Limit> {
     let lower = lower.map_or(f64::NEG_INFINITY, |v| to.apply(v));
     let upper = upper.map_or(f64::INFINITY, |v| to.apply(v));
     if !(lower < upper) || (lower == f64::NEG_INFINITY && upper == f64::INFINITY) {
-        return Err(Malformed::new(Fault::Value, format!("the limits of '{id}' leave nothing, or bound nothing"))
+        return Err(Malformed::new(Fault::Value, format!("the limits of '{id}' admit no value, or every value"))
             .expected("[lower, upper] with lower below upper; null for a side without limit")
             .found(format!("[{lower}, {upper}]")));
     }

@@ -483,7 +483,7 @@ fn not_a_number(place: &Place, key: &str, found: &str) -> Malformed {
     Malformed::new(Fault::Value, format!("{key} is not a number"))
         .expected(match comma {
             true => "a number with a decimal point; decimal commas are read in a file whose cells are separated by semicolons or tabs, if all its numbers have them",
-            false => "a finite number; leave the cell empty, or the key out, where nothing was read",
+            false => "a finite number; leave the cell empty, or omit the key, if nothing was read",
         })
         .found(found.to_string())
         .at_path(format!("{place}.{key}"))

@@ -308,7 +308,7 @@ fn cells(layout: &Layout, device: &Device, row: usize) -> ReadingFile {
 fn number(cell: Option<&f64>) -> Cell {
     match cell {
         None => Cell::Nothing(()),
-        Some(value) if value.to_bits() == UNREADABLE.to_bits() => Cell::Text("a cell that is no number".into()),
+        Some(value) if value.to_bits() == UNREADABLE.to_bits() => Cell::Text("a cell that is not a number".into()),
         Some(value) if value.is_nan() => Cell::Nothing(()),
         Some(value) => Cell::Number(*value),
     }

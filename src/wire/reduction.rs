@@ -331,13 +331,13 @@ fn nothing(segmentation: &Segmentation, by: &By, least: f64) -> Vec<String> {
         (Some(judged), By::Still { threshold, .. }) => {
             let advice = match judged.would_find {
                 Some(ratio) => format!(
-                    "the stillest stretch of {least} s has {ratio:.3} times the variance: a threshold of {:.3} would find it",
+                    "the stillest {least} s have {ratio:.3} times that variance: use a threshold of {:.3}",
                     1.01 * ratio
                 ),
-                None => format!("no threshold finds a stretch of {least} s"),
+                None => format!("no threshold gives a segment of {least} s"),
             };
             lines.push(format!(
-                "no static stretch of {least} s within {threshold} times the variance of the still sensor; {advice}"
+                "no static segment of {least} s with a variance below {threshold} times that of the sensor at rest; {advice}"
             ));
         }
         _ => lines.push("no segment is left".to_string()),

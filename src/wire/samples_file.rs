@@ -254,7 +254,7 @@ impl SegmentsBy {
             SegmentsBy::Column(column) => format!("the column '{column}'"),
             SegmentsBy::Times { from, .. } => from.clone(),
             SegmentsBy::Still { window, threshold } => {
-                format!("stillness (variance in {window} s below {threshold} of the still sensor's)")
+                format!("static detection (variance in {window} s below {threshold} times that of the sensor at rest)")
             }
         }
     }

@@ -165,11 +165,11 @@ fn a_line_without_its_inputs_is_refused() {
     let mut without = campaign.clone();
     without.readings.columns.clear();
     let said = design::Model::new(&without).expect_err("no column x").to_string();
-    assert!(said.contains("'x' is no input, column or parameter here"), "{said}");
+    assert!(said.contains("'x' is not an input, column or parameter here"), "{said}");
     let mut without = campaign;
     without.parameters.remove(1);
     let said = design::Model::new(&without).expect_err("no parameter b1").to_string();
-    assert!(said.contains("'b1' is no input, column or parameter here"), "{said}");
+    assert!(said.contains("'b1' is not an input, column or parameter here"), "{said}");
 }
 
 /// Readings without noise: their residuals are rounding, and nothing of them is tested.

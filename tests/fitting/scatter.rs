@@ -43,10 +43,10 @@ fn scatter_lines_that_say_nothing_are_refused() {
         (
             r#"{"of": "tail", "per": "reading", "u": 1}"#,
             "scatter[0].of",
-            "'tail' is no sensor, joint, tilt or coefficient",
+            "'tail' is not a sensor, joint, tilt or coefficient",
         ),
-        (r#"{"of": "V", "u": 1}"#, "scatter[0]", "how often it takes a new value is not said"),
-        (r#"{"of": "V", "per": "position"}"#, "scatter[0].u", "the size of the deviations is not said"),
+        (r#"{"of": "V", "u": 1}"#, "scatter[0]", "when it takes a new value is not stated"),
+        (r#"{"of": "V", "per": "position"}"#, "scatter[0].u", "the size of the deviations is not stated"),
         (r#"{"of": "V", "per": "position", "u": 0}"#, "scatter[0].u", "without a positive standard deviation"),
         (r#"{"of": "V", "per": "position", "u": -1e-3}"#, "scatter[0].u", "without a positive standard deviation"),
         (r#"{"of": "head", "per": "position", "u": 5}"#, "scatter[0].u", "is an angle, and its u has no unit"),
@@ -59,14 +59,18 @@ fn scatter_lines_that_say_nothing_are_refused() {
             "scatter[0].tau",
             "a correlation time without an order",
         ),
-        (r#"{"of": "V", "over": "time_s", "u": 1}"#, "scatter[0].over", "how long the noise is correlated is not said"),
+        (
+            r#"{"of": "V", "over": "time_s", "u": 1}"#,
+            "scatter[0].over",
+            "the correlation time of the noise is not stated",
+        ),
         (r#"{"of": "V", "over": "time_s", "tau": 0, "u": 1}"#, "scatter[0].tau", "correlation time is not positive"),
         (r#"{"of": "V", "over": "clock", "tau": 3, "u": 1}"#, "scatter[0].over", "no column 'clock'"),
         (r#"{"of": "V", "per": "position", "u": 1, "dof": 0}"#, "scatter[0].dof", "degrees of freedom"),
         (
             r#"{"of": ["V"], "per": "reading", "correlation": 0.3}"#,
             "scatter[0].correlation",
-            "no correlation of sensors",
+            "not a correlation of sensors",
         ),
         (&format!("{line}, {line}"), "scatter[1]", "scatters twice"),
     ] {
@@ -181,7 +185,7 @@ fn simulated_deviations_come_back() {
 fn robust_beside_scatter_is_refused() {
     let campaign = campaign(r#"{"of": "V", "per": "position", "u": 3e-5}"#, "");
     let settings = Settings { robust: Some(fit::RobustMethod::Huber), ..Settings::default() };
-    assert!(fit::fit(&campaign, &settings).unwrap_err().to_string().contains("deviations that several readings share"));
+    assert!(fit::fit(&campaign, &settings).unwrap_err().to_string().contains("random effects of several readings"));
 }
 
 /// An offset per position that is estimated as zero is not known to be zero: `u` is that of the positions' own mean square, with its degrees of

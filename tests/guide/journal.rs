@@ -156,10 +156,10 @@ fn lines_that_are_no_readings_are_said_and_the_next_one_is_taken() {
     let asked = next();
     assert!(asked["next"]["set"]["gamma_deg_s"].is_number(), "{asked}");
     for (line, said) in [
-        ("{\"V\": }", "the line is no reading"),
+        ("{\"V\": }", "the line is not a reading"),
         ("1,2,3", "there is no line of titles"),
         // a word that was mistyped is no line of titles, under which nothing could be read from then on
-        ("udno", "no reading, no command, and no titles"),
+        ("udno", "not a reading, a command or titles"),
         ("{\"V\": -58.0, \"position\": \"12a\"}", "no position of this label"),
         ("{\"W\": 1}", "no 'W'"),
         ("{\"position\": \"1\", \"gamma_deg_s\": 20}", "the reading has no value"),

@@ -139,7 +139,7 @@ fn from_a_series_to_a_repaired_mission() {
         report["effects"].as_array().unwrap().iter().map(|e| e["regressor"].as_str().unwrap()).collect();
     assert!(names.contains(&"accelerometer_bias_y"), "{names:?}");
     let page = std::fs::read_to_string(at("r.html")).unwrap();
-    assert!(page.contains("<svg") && page.contains("Not in order") && !page.contains("EFFECTS FOUND"));
+    assert!(page.contains("<svg") && page.contains("Problem") && !page.contains("EFFECTS FOUND"));
 
     let found: serde_json::Value =
         serde_json::from_str(&std::fs::read_to_string(at("found.mission.json")).unwrap()).unwrap();
@@ -174,7 +174,7 @@ fn questions_that_cannot_be_asked() {
     assert!(told(&["navigate", "m.mission.json", "--measured", "x.csv"]).contains("--noise-arcsec"));
     assert!(
         told(&["navigate", "m.mission.json", "--measured", "x.csv", "--noise-m", "-1"])
-            .contains("no standard uncertainty")
+            .contains("not a standard uncertainty")
     );
     assert!(!at("x.csv").exists());
 }

@@ -168,7 +168,7 @@ fn devices_that_are_not_in_order_have_pages() {
     std::fs::write(folder.path().join("one.campaign.json"), alone).expect("a file");
     let refused = run(folder.path(), &["fit", "one.campaign.json", "--reports", "pages"]);
     assert_eq!(refused.code, 1);
-    assert!(refused.stderr.contains("--reports is of many devices"), "{}", refused.stderr);
+    assert!(refused.stderr.contains("--reports applies to many devices"), "{}", refused.stderr);
 }
 
 /// A serial number that comes back later in the file is the same device, and the rows are those of the sorted file.
@@ -400,7 +400,7 @@ fn a_row_that_is_wrong_is_its_devices_fault() {
     for (serial, row, word) in [
         ("D1", &rows[1][3], "too few or too many cells"),
         ("D2", &rows[2][5], "too few or too many cells"),
-        ("D3", &rows[3][0], "no number"),
+        ("D3", &rows[3][0], "not a number"),
     ] {
         let why = &own[serial]["why"];
         assert_eq!(own[serial]["verdict"], "malformed", "{why}");

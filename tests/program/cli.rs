@@ -131,7 +131,7 @@ fn exact_reports_its_iterations_and_readings_are_listed_on_request() {
 fn relative_weights_estimate_their_scale() {
     let net = "tests/data/levelling/krumm.campaign.json";
     let stated = tumble(&["fit", net]).stdout;
-    assert!(stated.contains("In order: Global test"), "{stated}");
+    assert!(stated.contains("OK: Global test"), "{stated}");
     let relative = tumble(&["fit", net, "--relative"]).stdout;
     assert!(
         !relative.contains("Global test") && relative.contains("Residual standard deviation of dh: 0.944"),

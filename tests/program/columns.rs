@@ -119,15 +119,12 @@ fn an_unknown_unit_in_a_title_is_refused() {
     for (angle, volts, unit) in [("Winkel (Grd)", "Spannung (V)", "Grd"), ("Winkel (deg)", "Spannung [mWolt]", "mWolt")]
     {
         let error = campaign(folder.path(), &table(angle, volts, 1.0, 1.0, false), map).expect_err(unit).to_string();
-        assert!(
-            error.contains(&format!("'{unit}' is no unit that is known")) && error.contains("table.csv"),
-            "{error}"
-        );
+        assert!(error.contains(&format!("'{unit}' is not a known unit")) && error.contains("table.csv"), "{error}");
     }
     // words that may say a unit are none that is passed over
     let error =
         campaign(folder.path(), &table("Winkel (deg)", "Spannung (in mV)", 1.0, 1.0, false), map).expect_err("a unit");
-    assert!(error.to_string().contains("'in mV' is no unit that is known"), "{error}");
+    assert!(error.to_string().contains("'in mV' is not a known unit"), "{error}");
     let remark = table("Winkel (degrees)", "Spannung (channel 1 of 4)", 1.0, 1.0, false);
     assert!((solved(&campaign(folder.path(), &remark, map).expect("a remark"))[1] - 1.3).abs() < 1e-12);
     // a turn a minute is 6 deg/s

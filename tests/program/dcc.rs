@@ -365,7 +365,7 @@ fn what_is_no_interval_of_student_is_said() {
     assert!((of("si:intervalMax") - interval[1].as_f64().unwrap()).abs() <= 0.5, "{interval}");
     assert_eq!(root.all("si:expandedMU").len(), 3);
     let said = |text: &str| root.all("dcc:content").iter().any(|content| content.text.contains(text));
-    assert!(said("after repair 4711") && said("it is not value - U to value + U"));
+    assert!(said("after repair 4711") && said("it is not estimate - U to estimate + U"));
     assert!(root.all("si:value").iter().any(|value| value.text == "-38"));
 }
 

@@ -96,7 +96,7 @@ fn a_table_becomes_a_certificate() {
     std::fs::write(folder.join("Ruhe.csv"), rows.collect::<String>() + &format!("11;0,0;{rest};0\n")).expect("a table");
     for wrong in ["12.03.2026", "2026-02-30"] {
         let (code, _, told) = run(&given(&format!("--date {wrong}")));
-        assert!(code == 1 && told.contains("this is no day"), "{wrong}: {told}");
+        assert!(code == 1 && told.contains("this is not a day"), "{wrong}: {told}");
     }
     let (code, out, told) = run(&given("--date 2026-03-12"));
     assert_eq!(code, 0, "{out}{told}");
@@ -246,7 +246,7 @@ fn a_person_is_asked() {
     let output = child.wait_with_output().expect("an end");
     let told = String::from_utf8_lossy(&output.stdout);
     assert!(output.status.success() && told.contains("there is no bench 'no-bench'"), "{told}");
-    assert!(told.contains("ground--(gamma z)--[V]") && told.contains("this is no latitude"), "{told}");
+    assert!(told.contains("ground--(gamma z)--[V]") && told.contains("this is not a latitude"), "{told}");
     // each wrong answer is named where it is given, with what may stand there
     let plain = told.replace("\u{1b}[31m", "").replace("\u{1b}[36m", "").replace("\u{1b}[0m", "");
     let said = plain.split_whitespace().filter(|word| *word != "│").collect::<Vec<_>>().join(" ");

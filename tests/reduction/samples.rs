@@ -162,7 +162,7 @@ fn one_recipe_two_doors() {
     write(at, "never.campaign.json", &campaign(never).to_string());
     let (code, _, error) = tumble(at, &["fit", "never.campaign.json"]);
     let flat = error.split_whitespace().collect::<Vec<_>>().join(" ");
-    assert!(code == 1 && flat.contains("no static stretch of 100 s") && flat.contains("log.csv"), "{error}");
+    assert!(code == 1 && flat.contains("no static segment of 100 s") && flat.contains("log.csv"), "{error}");
 }
 
 /// The Xsens record: 38 positions and the calibration in one command, to the digit those of two.

@@ -109,7 +109,10 @@ fn inputs_return_for_every_bench_with_sensors_of_rate_or_force() {
 fn what_follows_no_input_is_said() {
     let calibration = Calibration::of(&exact(&example("12-cube-mirror/attitude.campaign.json")));
     let error = Corrector::new(&calibration).unwrap_err();
-    assert!(error.to_string().contains("corrects nothing") && error.to_string().contains("follows no rate"), "{error}");
+    assert!(
+        error.to_string().contains("corrects nothing") && error.to_string().contains("does not depend on a rate"),
+        "{error}"
+    );
 }
 
 /// A report's correction, written and read again, corrects alike.

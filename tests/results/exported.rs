@@ -293,7 +293,7 @@ fn bad_records_are_answered_with_their_place() {
     let (code, _, error) = answer("time_s,V\n0,1\n", &["--frame", "mount"]);
     assert!(code == Some(1) && error.contains("only w_I"), "{error}");
     let campaign = tumble(&["apply", "examples/01-gyro-table/table1.campaign.json", log.to_str().unwrap()]);
-    assert!(String::from_utf8_lossy(&campaign.stderr).contains("this is no calibration"));
+    assert!(String::from_utf8_lossy(&campaign.stderr).contains("this is not a calibration"));
     // a target that cannot be written leaves nothing behind
     let (code, _, _) = answer("time_s,V\n0,1\n", &["--out", "/nowhere/at/all.csv"]);
     assert_eq!(code, Some(1));

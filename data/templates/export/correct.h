@@ -13,13 +13,13 @@ typedef double @prefix@_real;
 
 enum { @PREFIX@_SENSORS = @sensors@, @PREFIX@_INPUTS = @inputs@, @PREFIX@_GIVEN = @given@ };
 
-/* What @prefix@_correct returns: done; the iteration does not settle for these readings; values that must be given are not. */
+/* What @prefix@_correct returns: done; the iteration does not converge for these readings; values that must be given are not. */
 enum { @PREFIX@_DONE = 0, @PREFIX@_NOT_SETTLED = -1, @PREFIX@_NOT_GIVEN = -2 };
 
 /* Readings at zero input. */
 extern const @prefix@_real @prefix@_bias[@PREFIX@_SENSORS];
 
-/* What stands for the given values where nobody knows them: their means in the calibration. */
+/* Values of the given inputs where none are given: their means in the calibration. */
 extern const @prefix@_real @prefix@_otherwise[@PREFIX@_GIVEN + 1];
 
 /* Inputs for one sample of readings; `given` may be null only where @PREFIX@_GIVEN is 0. Unless it is done, the inputs are not-a-number. */

@@ -9,7 +9,7 @@ import sys
 # inputs = MATRIX (readings - BIAS), to first order
 BIAS = @bias@
 MATRIX = @matrix@
-# what stands for the given inputs where none are given
+# values of the given inputs where none are given
 OTHERWISE = @otherwise@
 
 

@@ -259,7 +259,7 @@ class Fit(Mapping[str, Parameter], Frames):
 
     def _expanded(self, level: float) -> list[float]:
         if not 0 < level < 1:
-            raise _tumble.MalformedError(f"the level is no probability: expected a number between 0 and 1, for example 0.95; found {level}")
+            raise _tumble.MalformedError(f"the level is not a probability: expected a number between 0 and 1, for example 0.95; found {level}")
         # no degrees of freedom in the report: infinitely many
         dof = (math.inf if math.isnan(own) else own for own in self._of("dof"))
         return [u * (_tumble.coverage_factor(level, own) or math.nan) for u, own in zip(self._of("u"), dof)]

@@ -20,7 +20,7 @@ class Kept:
         except ValueError:
             self._data = {}
         if self._data.get("report") != "fit":
-            raise ValueError("this is no report of a fit: expected what tumble.Fit.save or tumble fit --json wrote")
+            raise ValueError("this is not a report of a fit: expected what tumble.Fit.save or tumble fit --json wrote")
 
     def rejected(self) -> bool:
         conformity = self._data.get("conformity") or {}

@@ -26,8 +26,8 @@ pub(super) struct Arguments {
     /// Write to a file, Parquet if its name ends in .parquet; without it, CSV to stdout.
     #[arg(long, short, visible_alias = "output", value_name = "FILE")]
     out: Option<PathBuf>,
-    /// Also write the standard uncertainty of each input from the calibration (not the noise of the sample), as <input>_u. With '--frame mount' that of
-    /// the tilts is in it.
+    /// Also write the standard uncertainty of each input from the calibration (not the noise of the sample), as <input>_u. With '--frame mount' it
+    /// includes that of the tilts.
     #[arg(long)]
     u: bool,
     /// Frame of the inputs: the sensor axes, or the mounting face (rotated by the tilts after the last joint).
@@ -248,7 +248,7 @@ fn notes(calibration: &Calibration, counts: &Counts, u: bool) -> Vec<String> {
         let (range, unit) = (significant(calibration.range_of(input), 4), calibration.unit_of(input));
         let (name, most) = (&input.name, significant(*most, 4));
         notes.push(format!(
-            "{name} of {beyond} of {rows} rows lies beyond +-{range} {unit}, which the calibration covered ({most} {unit} at most): the correction is extrapolated there, and no uncertainty contains that"
+            "{name} of {beyond} of {rows} rows lies beyond +-{range} {unit}, the range of the calibration (up to {most} {unit}): the correction is extrapolated there, and u does not include that"
         ));
     }
     if *failed > 0 {

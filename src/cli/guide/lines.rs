@@ -236,7 +236,7 @@ impl Lines {
                 let sensors = sensors.join(" or ");
                 return Err(Malformed::new(
                     Fault::Syntax,
-                    "the line is no reading, no command, and no titles of a table",
+                    "the line is not a reading, a command or titles of a table",
                 )
                 .expected(format!(
                     "a JSON object with a number for {sensors}; undo, undo and a number, or quit; or titles with {sensors}"
@@ -317,7 +317,7 @@ fn cells(text: &str) -> Result<ReadingFile> {
         // the line of the source is said already; this text has one only
         let place = format!(" at line {} column {}", error.line(), error.column());
         let said = said.strip_suffix(&place).unwrap_or(&said);
-        Malformed::new(Fault::Syntax, format!("the line is no reading: {said} at column {}", error.column()))
+        Malformed::new(Fault::Syntax, format!("the line is not a reading: {said} at column {}", error.column()))
             .expected("a JSON object as in a campaign's readings, for example {\"V\": 0.0123}")
     })
 }

@@ -43,19 +43,19 @@ use std::path::{Path, PathBuf};
 /// What to calibrate, where readings come from and where they go.
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
-    /// The schedule, whose positions may be asked for; readings that it has are the first.
+    /// The schedule: the positions that may be proposed; readings that it contains are used as the first.
     campaign: PathBuf,
     /// Where readings come from: a table that grows, or - for standard input (the default). One reading a line: JSON, or CSV after a line of
     /// titles; 'undo', 'undo N' and 'quit' are commands.
     #[arg(long, value_name = "FILE", default_value = "-", conflicts_with = "simulate")]
     readings: PathBuf,
-    /// Samples instead, as a logger writes them: a table that grows, or - for standard input; CSV after a line of titles. Standstills (a constant
-    /// rate is one) become readings once their mean is as certain as the schedule or --noise says; 'position LABEL', 'take', 'undo', 'undo N' and
-    /// 'quit' are commands, on standard input also beside a file.
+    /// Samples instead, as a logger writes them: a table that grows, or - for standard input; CSV after a line of titles. Standstills (also at a
+    /// constant rate) become readings when u of their mean is that of the schedule or of --noise; 'position LABEL', 'take', 'undo', 'undo N'
+    /// and 'quit' are commands, on standard input also if FILE is a file.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["readings", "simulate"], group = "stream")]
     samples: Option<PathBuf>,
-    /// The same from a serial port, with its bits a second (115200 unless given): /dev/ttyUSB0:57600, COM3. Commands come from standard input. Where the
-    /// cable is unplugged, the port is waited for.
+    /// Samples from a serial port, with its bit rate (115200 unless given): /dev/ttyUSB0:57600, COM3. Commands come from standard input. If the
+    /// cable is unplugged, the program waits for the port.
     #[cfg(feature = "serial")]
     #[arg(long, value_name = "PORT[:BAUD]", conflicts_with_all = ["readings", "samples", "simulate"], group = "stream")]
     serial: Option<String>,
@@ -67,57 +67,57 @@ pub(super) struct Arguments {
     /// Window of the static detector, s, and guard time at both ends of a standstill.
     #[arg(long, default_value_t = 0.5, value_name = "S", value_parser = super::reduce::positive, requires = "stream")]
     window: f64,
-    /// Largest variance of a still window, in variances of the still sensor.
+    /// Largest variance of a static window, as a multiple of the variance of the sensor at rest.
     #[arg(long, default_value_t = 4.0, value_name = "RATIO", value_parser = super::reduce::positive, requires = "stream")]
     threshold: f64,
-    /// Try it without hardware: readings at the positions asked for, made from a truth (see `simulate`).
+    /// Without hardware: readings at the proposed positions are simulated from a truth (see `simulate`).
     #[arg(long, value_name = "TRUTH")]
     simulate: Option<PathBuf>,
     /// Seed of the simulated readings.
     #[arg(long, default_value_t = 1, value_name = "N", requires = "simulate")]
     seed: u64,
-    /// Standard uncertainty that is wanted: 1 (arcsec, every estimated angle), dtheta_y2=0.5, gamma=1 for a derived angle (its unit for a
+    /// Required standard uncertainty: 1 (arcsec, every estimated angle), dtheta_y2=0.5, gamma=1 for a derived angle (its unit for a
     /// coefficient).
     #[arg(long, value_name = "[NAME=]U")]
     goal: Vec<String>,
     /// Standard deviation of one sample of a sensor, in its unit, where readings state none: V=9e-4.
     #[arg(long, value_name = "SENSOR=SD")]
     noise: Vec<String>,
-    /// Standard deviation in arcsec that is supposed of an estimated tilt without a prior or limits before any reading; 10313 (three degrees) unless
+    /// Standard deviation in arcsec assumed for an estimated tilt without a prior or limits before the first reading; 10313 (three degrees) unless
     /// given.
     #[arg(long, value_name = "ARCSEC")]
     tilts: Option<f64>,
-    /// What work costs, in any unit: mounting=10, rate=1, reading=1, soak=0, degree=0.
+    /// Costs, in any unit: mounting=10, rate=1, reading=1, soak=0, degree=0.
     #[arg(long, value_name = "WHAT=COST")]
     cost: Vec<String>,
     /// Choose from a sweep of the bench's joints in steps of DEG, instead of the schedule's positions.
     #[arg(long, value_name = "DEG")]
     step: Option<f64>,
-    /// A catalogue of your own effects, tried beside the built-in ones.
+    /// A catalogue of further effects, tried in addition to the built-in ones.
     #[arg(long, value_name = "FILE")]
     effects: Option<PathBuf>,
-    /// The most readings.
+    /// Largest number of readings.
     #[arg(long, value_name = "N", default_value_t = 200)]
     most: usize,
-    /// The campaign that comes out, with the SHA-256 of its journal in its note.
+    /// The resulting campaign, with the SHA-256 of its journal in its note.
     #[arg(short, long, visible_alias = "out", value_name = "FILE", default_value = "guided.campaign.json")]
     output: PathBuf,
-    /// Where every reading and decision is written before it is shown; beside the output unless given.
+    /// File to which every reading and decision is written before it is shown; by default in the folder of the output.
     #[arg(long, value_name = "FILE")]
     journal: Option<PathBuf>,
-    /// Go on from the journal of a guide that ended.
+    /// Continue from the journal of a guide that ended.
     #[arg(long)]
     resume: bool,
-    /// Advice as lines of JSON on standard output, for a program that drives the table: its "next" is answered by a line of --readings.
+    /// Advice as lines of JSON on standard output, for a program that controls the table: it answers "next" with a line of --readings.
     #[arg(long, value_name = "-", value_parser = ["-"])]
     json: Option<String>,
     /// Show everything on one screen of the terminal: the bench in the position to set, the goals, the residuals and what may be missing.
     #[arg(long, conflicts_with = "json")]
     view: bool,
-    /// Serve a page beside the table, on a port of this machine (any that is free unless given); its address, with a token, is written to the terminal.
+    /// Also show the experiment on a web page, on a port of this machine (a free one unless given); its address, with a token, is written to the terminal.
     #[arg(long, value_name = "PORT", num_args = 0..=1, default_missing_value = "0")]
     serve: Option<u16>,
-    /// Serve it to others: on this address of this machine, 0.0.0.0 for all of them.
+    /// Make the page accessible to other machines: on this address of this machine, 0.0.0.0 for all addresses.
     #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1", requires = "serve")]
     listen: IpAddr,
 }

@@ -50,7 +50,7 @@ impl Screen {
     /// Errors: standard output is no terminal.
     pub fn open(bench: &Bench) -> Result<Self> {
         if !std::io::stdout().is_terminal() {
-            return Err(Malformed::new(Fault::Value, "--view needs a terminal, and standard output is none")
+            return Err(Malformed::new(Fault::Value, "--view needs a terminal, but standard output is not one")
                 .expected("a terminal, or the command without --view"));
         }
         Ok(Screen { terminal: fresh().map_err(fault)?, bench: bench.clone(), shown: Shown::default() })

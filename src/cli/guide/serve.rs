@@ -165,7 +165,7 @@ fn answer(mut stream: TcpStream, token: &str, shared: &Shared) -> std::io::Resul
             respond(&mut stream, "200 OK", &kind, &body)
         }
         Some("/events") => events(stream, shared),
-        _ => plain(&mut stream, "404 Not Found", "nothing is here; the address with its token stands in the terminal"),
+        _ => plain(&mut stream, "404 Not Found", "not found; the address with its token is shown in the terminal"),
     }
 }
 

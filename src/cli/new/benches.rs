@@ -157,7 +157,7 @@ fn own(arguments: &Arguments, answers: &Answers, columns: &[Column], stem: &str)
         match name.rsplit_once(':') {
             _ if text == "none" => Ok(None),
             Some((name, about @ ("x" | "y" | "z"))) => Ok(Some(json!({ kind: name.trim(), "about": about }))),
-            _ => Err(Malformed::new(Fault::Value, "this is no joint and no tilt")
+            _ => Err(Malformed::new(Fault::Value, "this is neither a joint nor a tilt")
                 .expected("NAME:AXIS or ~NAME:AXIS, the axis x, y or z")
                 .found(format!("'{text}'"))),
         }
@@ -216,7 +216,7 @@ pub(super) fn site(
     );
     answers.one(arguments.latitude.as_deref(), question, None, |text| {
         let latitude = text.parse().ok().filter(|deg: &f64| deg.abs() <= 90.0).ok_or_else(|| {
-            Malformed::new(Fault::Value, "this is no latitude")
+            Malformed::new(Fault::Value, "this is not a latitude")
                 .expected("-90 to 90, with a decimal point")
                 .found(format!("'{text}'"))
         })?;

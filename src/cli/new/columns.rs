@@ -299,7 +299,7 @@ pub(super) fn complete(
         };
         if columns.iter().filter(could_be).count() > 1 {
             return missing(
-                format!("'{key}', which a model line reads, and several could be"),
+                format!("'{key}' of a model line, for which several columns are possible"),
                 format!("--columns {key}=TITLE"),
             );
         }

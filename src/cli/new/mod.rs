@@ -40,10 +40,10 @@ pub(super) struct Arguments {
     /// For `--bench own`: a sensor with its model line, for example `V [mV] = V0 + kI*a_x`.
     #[arg(long, value_name = "LINE")]
     model: Vec<String>,
-    /// Latitude of the bench in degrees, where the Earth's rate is in the readings.
+    /// Latitude of the bench in degrees, if the readings depend on the Earth rate.
     #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
     latitude: Option<String>,
-    /// Meaning of columns whose titles and units do not say it: `gamma_deg_s=Rate,V=Output (mV)`.
+    /// Meaning of columns that do not follow from their titles and units: `gamma_deg_s=Rate,V=Output (mV)`.
     #[arg(long, value_name = "KEY=TITLE", value_delimiter = ',')]
     columns: Vec<String>,
     /// The table is a logger's record: means of its standstills (still), every sample a reading (rows), or means by the labels in this column.
@@ -55,7 +55,7 @@ pub(super) struct Arguments {
     /// The column of times of a record; time_s, time, t or timestamp unless given.
     #[arg(long, value_name = "COLUMN", requires = "samples")]
     time: Option<String>,
-    /// Samples a second of a record without a column of times.
+    /// Sampling rate in Hz of a record without a column of times.
     #[arg(long, value_name = "HZ")]
     rate: Option<f64>,
     /// A position of the record, in the order taken, or one for all: `pitch_deg=0,roll_deg=180`.
@@ -64,7 +64,7 @@ pub(super) struct Arguments {
     /// A known parameter: `kI=-2.92+-0.004 V/(deg/s)`; `NAME=0` alone leaves it out of the model. All others are estimated.
     #[arg(long, value_name = "NAME=VALUE", allow_hyphen_values = true)]
     known: Vec<String>,
-    /// Starting value of an estimate in which the model is not linear: `s_x=0.0024 m/s^2`.
+    /// Starting value of a parameter in which the model is not linear: `s_x=0.0024 m/s^2`.
     #[arg(long, value_name = "NAME=VALUE", allow_hyphen_values = true)]
     start: Vec<String>,
     /// Serial number of the unit; a certificate needs it.
@@ -281,7 +281,7 @@ fn campaign(arguments: &Arguments, table: &Path, answers: &Answers) -> Result<Ou
         answers.one(given.as_deref(), (option, &question), Some(""), |text| match text.is_empty() || fits(text) {
             true => Ok(Some(text.to_string()).filter(|text| !text.is_empty())),
             false => {
-                Err(Malformed::new(Fault::Value, "this is no day").expected("YYYY-MM-DD").found(format!("'{text}'")))
+                Err(Malformed::new(Fault::Value, "this is not a day").expected("YYYY-MM-DD").found(format!("'{text}'")))
             }
         })
     };

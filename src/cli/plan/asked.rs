@@ -23,7 +23,7 @@ pub(super) fn term(text: &str, campaign: &Campaign, sensor: Option<&str>) -> Res
     let ids: Vec<&str> = campaign.bench.sensors.iter().map(|s| s.id.as_str()).collect();
     let sensor = match (sensor, ids.as_slice()) {
         (Some(id), _) => Some(ids.iter().position(|known| *known == id).ok_or_else(|| {
-            Malformed::new(Fault::UnknownName, format!("--sensor names '{id}', which is no sensor here"))
+            Malformed::new(Fault::UnknownName, format!("--sensor names '{id}', which is not a sensor here"))
                 .expected(format!("one of {}", ids.join(", ")))
                 .found(format!("'{id}'"))
         })?),
@@ -53,7 +53,7 @@ pub(super) fn extras(arguments: &Arguments, campaign: &Campaign) -> Result<Vec<E
     for text in &arguments.find {
         let (regressor, size) = named_number(text, "--find", "a_S=1e-3")?;
         if !(size > 0.0 && size.is_finite()) {
-            return Err(Malformed::new(Fault::Value, format!("the size of {regressor} to be found is not possible"))
+            return Err(Malformed::new(Fault::Value, format!("the size of {regressor} to be detected is not valid"))
                 .expected("a positive number, in the unit of its coefficient (arcsec for a tilt)")
                 .found(size.to_string()));
         }
@@ -65,7 +65,7 @@ pub(super) fn extras(arguments: &Arguments, campaign: &Campaign) -> Result<Vec<E
         extras.push(Extra { term: term(text, campaign, sensor)?, regressor: text.clone(), size: None });
     }
     if !(arguments.power > 0.0 && arguments.power < 1.0) {
-        return Err(Malformed::new(Fault::Value, "the power is no probability")
+        return Err(Malformed::new(Fault::Value, "the power is not a probability")
             .expected("a number between 0 and 1, for example 0.9")
             .found(arguments.power.to_string()));
     }
@@ -95,7 +95,7 @@ fn zones(arguments: &Arguments) -> Result<Vec<Zone>> {
 
 pub(super) fn request(arguments: &Arguments, given: &Judgement, bar: &ProgressBar) -> Result<Request> {
     if arguments.starts == 0 || arguments.starts > MOST_STARTS {
-        return Err(Malformed::new(Fault::Value, "the number of starts is not possible")
+        return Err(Malformed::new(Fault::Value, "the number of starts is not valid")
             .expected(format!("1 to {MOST_STARTS}"))
             .found(arguments.starts.to_string()));
     }
@@ -193,7 +193,7 @@ pub(super) fn noise(arguments: &Arguments, campaign: &Campaign, fitted: Option<&
     let remount = arguments.remount.iter().map(one).collect::<Result<Vec<_>>>()?;
     let tilts = arguments.tilts.map(|arcsec| match arcsec >= 0.0 && arcsec.is_finite() {
         true => Ok(arcsec / report::ARCSEC),
-        false => Err(Malformed::new(Fault::Value, "the expected size of the tilts is not possible")
+        false => Err(Malformed::new(Fault::Value, "the expected size of the tilts is not valid")
             .expected("arcseconds, zero or more")
             .found(arcsec.to_string())),
     });

@@ -109,7 +109,9 @@ impl Problem<'_> {
     }
 
     pub(super) fn at_or_fail(&self, theta: &[f64]) -> Result<Point> {
-        self.at(theta)?.ok_or_else(|| Malformed::new(Fault::Value, "the variances of what scatters are no covariance"))
+        self.at(theta)?.ok_or_else(|| {
+            Malformed::new(Fault::Value, "the variances of the random effects are not a covariance matrix")
+        })
     }
 
     /// Steps from where `ended` is; a component keeps its sign.

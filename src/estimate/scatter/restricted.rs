@@ -231,7 +231,8 @@ impl NoiseModel {
             let noises: Vec<TimeNoise> = self.parts.iter().map(|own| own.at(at)).collect();
             Ok(self.likelihood(at, &gather(&noises)?))
         };
-        let nothing = || Malformed::new(Fault::Value, "the variances of what scatters are no covariance");
+        let nothing =
+            || Malformed::new(Fault::Value, "the variances of the random effects are not a covariance matrix");
         let mut found = look(&at)?.ok_or_else(nothing)?;
         let (mut iterations, mut converged, mut before) = (0, false, f64::INFINITY);
         while iterations < steps {

@@ -105,7 +105,7 @@ pub(super) struct Part {
 /// Errors: what needs all readings at hand, and why.
 pub(super) fn check(campaign: &Campaign, settings: &Settings) -> Result<()> {
     let refuse = |what: String, why: &str, path: &str| {
-        Err(Malformed::new(Fault::Value, format!("{what}, which is not to be had from rows that are streamed: {why}"))
+        Err(Malformed::new(Fault::Value, format!("{what}, which is not available for streamed rows: {why}"))
             .expected("the record's path as \"readings\" (its rows are then held), its means (\"samples\" without \"as\"), or a campaign without this")
             .at_path(path))
     };

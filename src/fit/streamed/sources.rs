@@ -62,8 +62,8 @@ impl Noised {
         model.parts.push(PartNoise { white: Slot::Stated(1.0), deviation: None });
         model.range = vec![(f64::NEG_INFINITY, f64::INFINITY); at.len()];
         let likelihood = model.likelihood(&at, parts).ok_or_else(|| {
-            Malformed::new(Fault::Value, "the rows of the record do not keep the unknowns apart")
-                .expected("unknowns that the readings tell apart, or fewer of them in \"estimate\"")
+            Malformed::new(Fault::Value, "the rows of the record do not separate the unknowns")
+                .expected("unknowns that the readings separate, or fewer of them in \"estimate\"")
         })?;
         Ok(Noised { likelihood, model, places, directions })
     }
