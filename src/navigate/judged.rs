@@ -29,15 +29,13 @@ pub(super) struct Judged {
 
 /// ln odds of each cause but for what all share: a nat for a penalty of two variances; steps, warm-ups and waves of one bias or channel share the odds
 /// of one.
-fn odds(causes: &[Cause], rank_penalty: f64, rows: usize, last: f64) -> Vec<f64> {
+fn odds(causes: &[Cause], rank_penalty: f64, rows: usize) -> Vec<f64> {
+    let frequencies = rows.div_ceil(2) as f64;
     let count = |cause: &Cause| match cause.change() {
         // one of as many frequencies as these rows resolve
-        Some(Change::Wave { .. }) => rows.div_ceil(2) as f64,
-        // and with two edges at any of the rows of a period
-        Some(Change::Square { period, .. }) => {
-            let edges = (rows as f64 * (period / last).min(1.0)).max(2.0);
-            rows.div_ceil(2) as f64 * 0.5 * edges * (edges - 1.0)
-        }
+        Some(Change::Wave { .. }) => frequencies,
+        // and two edges between the phases of the rows, which are all different where a period is no multiple of their spacing
+        Some(Change::Square { .. }) => frequencies * 0.5 * rows as f64 * rows.saturating_sub(1).max(1) as f64,
         _ => causes.iter().filter(|other| other.family() == cause.family()).count() as f64,
     };
     causes.iter().map(|cause| -count(cause).max(1.0).ln() - 0.5 * rank_penalty * cause.rank()).collect()
@@ -78,7 +76,7 @@ impl Search<'_> {
         // of each its largest plausible size, as a coefficient of its unit column
         let sizes = linear.causes.iter().zip(&linear.norms).map(|(cause, norm)| cause.limit() * norm);
         let absurd: Vec<f64> = sizes.map(|size| if size > 0.0 { size } else { f64::INFINITY }).collect();
-        let log_odds = odds(&linear.causes, settings.rank_penalty, case.measured.longest_run(), self.last());
+        let log_odds = odds(&linear.causes, settings.rank_penalty, case.measured.longest_run());
         let share = |j: usize| priors.share_below(absurd.get(j).copied().unwrap_or(f64::INFINITY));
         // times, periods and phases are fitted anew with every set that the search looks at: at those of the present one another set would explain too little.
         // What is probable in the end is asked without: along its time a warm-up is nearly explained by itself
