@@ -163,7 +163,8 @@ impl Search<'_> {
             conditions.push((with(&|_| false), CANDIDATES));
         }
         // what changes may change around any value: beside the constants of the set, those of all biases
-        let biases = self.case.causes.iter().zip(&rows.unit).filter(|(cause, (_, norm))| cause.is_bias() && *norm > 0.0);
+        let biases =
+            self.case.causes.iter().zip(&rows.unit).filter(|(cause, (_, norm))| cause.is_bias() && *norm > 0.0);
         let biases = biases.map(|(_, (column, _))| column.as_ref().clone());
         let constants = columns.iter().enumerate().filter(|(k, _)| is_constant(*k)).map(|(_, column)| column.clone());
         conditions.push((rows.given(constants.chain(biases), observed.clone()), CANDIDATES));
