@@ -58,15 +58,19 @@ pub fn combine(
     for (i, (id, parameters)) in carry.iter().enumerate() {
         let path = format!("calibration.carry.{id}");
         let source = ErrorSource::named(id).ok_or_else(|| {
-            let known = ErrorSource::catalogue();
-            let known = known.iter().map(ErrorSource::id);
-            Malformed::unknown(format!("no error source is called '{id}'"), id, known).at_path(&path)
+            let known: Vec<String> = ErrorSource::catalogue().iter().map(ErrorSource::id).collect();
+            Malformed::new(Fault::UnknownName, format!("no error source is called '{id}'"))
+                .at_path(&path)
+                .expected(format!("one of {}", known.join(", ")))
+                .found(format!("'{id}'"))
         })?;
         for (parameter, factor) in parameters {
             let path = format!("{path}.{parameter}");
             let column = order.iter().position(|name| name == parameter).ok_or_else(|| {
-                let what = format!("the report estimates no parameter '{parameter}'");
-                Malformed::unknown(what, parameter, order).at_path(&path)
+                Malformed::new(Fault::UnknownName, format!("the report estimates no parameter '{parameter}'"))
+                    .at_path(&path)
+                    .expected(format!("one of {}", order.join(", ")))
+                    .found(format!("'{parameter}'"))
             })?;
             if !factor.is_finite() {
                 return Err(Malformed::new(Fault::Value, "not a factor").at_path(&path).expected("a finite number"));
