@@ -79,6 +79,18 @@ impl Malformed {
         }))
     }
 
+    /// A name that nothing has here, and the names that there are.
+    pub(crate) fn unknown(
+        what: impl Into<String>,
+        name: &str,
+        known: impl IntoIterator<Item = impl AsRef<str>>,
+    ) -> Self {
+        let known: Vec<String> = known.into_iter().map(|known| known.as_ref().to_string()).collect();
+        Malformed::new(Fault::UnknownName, what)
+            .expected(format!("one of {}", known.join(", ")))
+            .found(format!("'{name}'"))
+    }
+
     /// What would have been right here.
     pub fn expected(mut self, expected: impl Into<String>) -> Self {
         self.0.expected = Some(expected.into());

@@ -21,6 +21,7 @@ pub(crate) use limits::ScaleFactor;
 pub use limits::{Decision, Limit, Limited};
 pub use parameters::{Constraint, Distribution, Kind, Known, Role};
 pub(crate) use parameters::{Derived, Parameter};
+pub(crate) use readings::joint_keys;
 pub use readings::{JointState, Observation, Place, Reading, Readings};
 pub(crate) use scatter::{Deviating, NumberOrEstimate, OneOrSeveral, Per, Scatter};
 pub use scatter::{ScatterRequest, Size};
@@ -141,11 +142,9 @@ impl Campaign {
                 .found(input_description(&bench, &readings, name))
                 .at_path(path));
             }
-            let list: Vec<&str> = names.iter().map(|(name, _)| name.as_str()).collect();
-            Err(Malformed::new(Fault::UnknownName, format!("the bench '{}' has no parameter '{name}'", bench.id))
-                .expected(format!("one of {}", list.join(", ")))
-                .found(format!("'{name}'"))
-                .at_path(path))
+            let known = names.iter().map(|(name, _)| name);
+            let what = format!("the bench '{}' has no parameter '{name}'", bench.id);
+            Err(Malformed::unknown(what, name, known).at_path(path))
         };
         for (name, _) in &request.estimate {
             check("estimate", name)?;

@@ -162,6 +162,17 @@ impl Readings {
     }
 }
 
+/// Joint states as the keys that a reading would have.
+pub(crate) fn joint_keys<'a>(
+    joints: impl Iterator<Item = &'a str>,
+    states: &'a [JointState],
+) -> impl Iterator<Item = (String, f64)> {
+    let of = |(joint, state): (&'a str, &JointState)| {
+        state.given().map(move |(suffix, value)| (format!("{joint}{suffix}"), value))
+    };
+    joints.zip(states).flat_map(of)
+}
+
 impl JointState {
     /// The same turning at another rate; `None` for a joint at rest.
     pub(crate) fn at_rate(&self, rate_deg_s: f64) -> Option<JointState> {
@@ -183,6 +194,13 @@ impl JointState {
             JointState::PartTurns { start_deg, rate_deg_s, turns } => (Some(start_deg), Some(rate_deg_s), Some(turns)),
             JointState::Passing { angle_deg, rate_deg_s } => (Some(angle_deg), Some(rate_deg_s), None),
         }
+    }
+
+    /// What is given of these, with what a key has behind the joint's name.
+    pub(crate) fn given(&self) -> impl Iterator<Item = (&'static str, f64)> + use<> {
+        let (deg, deg_s, turns) = self.keys();
+        let all = [("_deg", deg), ("_deg_s", deg_s), ("_turns", turns)];
+        all.into_iter().filter_map(|(suffix, value)| Some((suffix, value?)))
     }
 
     /// Its identity, bit by bit; a negative zero is a zero.

@@ -598,10 +598,8 @@ fn deviating(campaign: &Campaign, name: &str) -> Result<Deviating> {
 fn unknown_name(campaign: &Campaign, name: &str, what: &str) -> Malformed {
     let sensors = campaign.bench.sensors.iter().map(|s| s.id.as_str());
     let parameters = campaign.parameters.iter().map(|p| p.id.as_str());
-    let all: Vec<&str> = sensors.chain(campaign.bench.joints()).chain(parameters).collect();
-    Malformed::new(Fault::UnknownName, format!("'{name}' is not a sensor, joint, tilt or coefficient here ({what})"))
-        .expected(format!("one of {}", all.join(", ")))
-        .found(format!("'{name}'"))
+    let all = sensors.chain(campaign.bench.joints()).chain(parameters);
+    Malformed::unknown(format!("'{name}' is not a sensor, joint, tilt or coefficient here ({what})"), name, all)
         .at_path("of")
 }
 

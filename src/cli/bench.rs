@@ -38,7 +38,7 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
         Arguments::List => {
             let mut rows = Vec::new();
             for built_in in bench::built_ins() {
-                let bench = wire::read_bench(&Source { name: built_in.id.into(), text: built_in.text.into() })?;
+                let bench = Bench::named(built_in.id)?;
                 let sensors: Vec<&str> = bench.sensors.iter().map(|s| s.id.as_str()).collect();
                 rows.push(vec![bench.id.clone(), format!("{} (sensors: {})", bench.title, sensors.join(", "))]);
             }

@@ -4,7 +4,7 @@ use super::devices::{DeviceCampaign, Survey};
 use super::{Outcome, files};
 use crate::campaign::Campaign;
 use crate::design::{self, Model};
-use crate::error::{Fault, Malformed, Result};
+use crate::error::{Malformed, Result};
 use crate::fit;
 use crate::wire;
 use clap::Args;
@@ -95,9 +95,8 @@ fn or_none(list: &str) -> &str {
 
 pub(super) fn run_schema(arguments: &SchemaArguments) -> Result<Outcome> {
     let Some(schema) = crate::report::schema(&arguments.kind) else {
-        return Err(Malformed::new(Fault::UnknownName, format!("there is no schema '{}'", arguments.kind))
-            .expected(format!("one of {}", crate::report::schemas().join(", ")))
-            .found(format!("'{}'", arguments.kind)));
+        let what = format!("there is no schema '{}'", arguments.kind);
+        return Err(Malformed::unknown(what, &arguments.kind, crate::report::schemas()));
     };
     super::print(&files::json(&schema)?)?;
     Ok(Outcome::Done)

@@ -60,8 +60,7 @@ fn closed_forms(arguments: &Arguments, path: &Path, lang: Language) -> Result<Ou
     let mut report = report::compare_report(&comparison);
     report.inputs = inputs.clone();
     let document = |_| report::compare_document(&report, &inputs, lang);
-    arguments.pages.finish(outputs, arguments.json.as_deref(), &report, document)?;
-    Ok(Outcome::Done)
+    arguments.pages.finish(outputs, arguments.json.as_deref(), &report, document)
 }
 
 fn two(arguments: &Arguments, before: &Path, after: &Path, lang: Language) -> Result<Outcome> {
@@ -101,6 +100,5 @@ fn history(arguments: &Arguments, paths: &[PathBuf], lang: Language) -> Result<O
     let summaries = stored.iter().map(|report| report.summary()).collect();
     let report = report::history_report(summaries, &trends(&all, arguments.level), arguments.level, &limits);
     let document = |_| report::history_document(&report, lang);
-    arguments.pages.finish(outputs, arguments.json.as_deref(), &report, document)?;
-    Ok(Outcome::Done)
+    arguments.pages.finish(outputs, arguments.json.as_deref(), &report, document)
 }

@@ -105,8 +105,7 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
         outputs.add(path, wire::write_measured(&instruments.measured, &mission));
     }
     let document = |_| report::navigate_document(&report, Some((&mission, &flown)), lang);
-    arguments.pages.finish(outputs, json, &report, document)?;
-    Ok(Outcome::Done)
+    arguments.pages.finish(outputs, json, &report, document)
 }
 
 fn carried(mission: &Mission, covariance: &SourceCovariance, draws: usize) -> Vec<study::PropagatedCalibration> {

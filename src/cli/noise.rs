@@ -227,6 +227,5 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
         true => report::noise_document(&report, &inputs, true, lang),
         false => report::noise_document(&report, &[], arguments.deviations, lang),
     };
-    arguments.pages.finish(outputs, arguments.json.as_deref(), &report, document)?;
-    Ok(Outcome::Done)
+    arguments.pages.finish(outputs, arguments.json.as_deref(), &report, document)
 }

@@ -1,7 +1,7 @@
 //! `--html`, `--md` and `--dcc`: a report as a page or a certificate.
 
 use super::outputs::Outputs;
-use super::{calibrations, files};
+use super::{Outcome, calibrations, files};
 use crate::compare;
 use crate::document::chart::Chart;
 use crate::document::{Detail, Document, html, markdown, plot, terminal};
@@ -133,7 +133,7 @@ impl Pages {
         json: Option<&Path>,
         report: &impl Serialize,
         document: impl Fn(bool) -> Document,
-    ) -> Result<()> {
+    ) -> Result<Outcome> {
         if self.is_asked_for() {
             outputs.extend(self.page(&document(true))?);
         }
@@ -142,7 +142,8 @@ impl Pages {
         }
         let to_stdout = outputs.to_stdout();
         outputs.write()?;
-        if to_stdout { Ok(()) } else { self.print(&document(false)) }
+        let printed = if to_stdout { Ok(()) } else { self.print(&document(false)) };
+        printed.map(|()| Outcome::Done)
     }
 
     /// Lay out a page, if it is asked for.

@@ -95,8 +95,7 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
         }
         false => report::reduce_document(&report, None, &[], arguments.sources, lang),
     };
-    arguments.pages.finish(outputs, arguments.json.as_deref(), &report, document)?;
-    Ok(Outcome::Done)
+    arguments.pages.finish(outputs, arguments.json.as_deref(), &report, document)
 }
 
 fn schedule(path: &Path) -> Result<Schedule> {

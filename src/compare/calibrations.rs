@@ -120,18 +120,21 @@ pub struct Together {
 }
 
 /// All changes between two calibrations.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct Changes {
-    /// Quantities that both have, in the order of the first.
-    pub changes: Vec<Change>,
-    /// Inputs that both share, and that therefore do not count twice.
-    pub shared: Vec<String>,
-    /// Quantities that only one of them has.
-    pub only_in: (Vec<String>, Vec<String>),
-    /// All changes of estimated parameters together; `None` where their covariance is not known.
-    pub together: Option<Together>,
-    /// Coverage probability.
+    /// Coverage probability of expanded uncertainties.
     pub level: f64,
+    /// Each quantity that both have (angles in arcsec).
+    pub changes: Vec<Change>,
+    /// Known inputs that both share: they moved both results alike and do not count twice.
+    pub shared: Vec<String>,
+    /// All changes of parameters together.
+    pub together: Option<Together>,
+    /// Quantities that only the earlier one has.
+    pub only_before: Vec<String>,
+    /// Quantities that only the later one has.
+    pub only_after: Vec<String>,
 }
 
 /// Compare two calibrations of one unit; with `shared` false every input counts as independent.
@@ -184,9 +187,14 @@ pub fn changes(a: &Determination, b: &Determination, level: f64, shared: bool) -
     let only = |one: &Determination, used: &dyn Fn(usize) -> bool| {
         one.quantities.iter().enumerate().filter(|(k, _)| !used(*k)).map(|(_, q)| q.id.clone()).collect()
     };
-    let only_in = (only(a, &|k| pairs.iter().any(|(i, _)| *i == k)), only(b, &|k| pairs.iter().any(|(_, j)| *j == k)));
-    let together = together(a, b, &pairs, shared, level);
-    Changes { changes, shared: names, only_in, together, level }
+    Changes {
+        level,
+        changes,
+        shared: names,
+        together: together(a, b, &pairs, shared, level),
+        only_before: only(a, &|k| pairs.iter().any(|(i, _)| *i == k)),
+        only_after: only(b, &|k| pairs.iter().any(|(_, j)| *j == k)),
+    }
 }
 
 /// Inputs that both quantities follow and that are one and the same.

@@ -93,7 +93,7 @@ fn is_label(rows: &[Reading], column: usize) -> bool {
 fn key<'a>(row: &'a Reading, labels: &[bool]) -> Key<'a> {
     let mut bits = Vec::new();
     for state in &row.joints {
-        bits.extend(super::noise::bits(state));
+        bits.extend(state.bits());
     }
     for (value, label) in row.columns.iter().zip(labels) {
         bits.push(match value {

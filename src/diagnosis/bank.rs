@@ -6,7 +6,7 @@
 )]
 
 use super::common::{LENGTHS, NoiseFrom, share_of_wave};
-use super::noise::{Weighted, bits, positions};
+use super::noise::{Weighted, positions};
 use super::score::Kernel;
 use crate::campaign::{Campaign, JointState};
 use crate::design::DesignMatrix;
@@ -115,9 +115,9 @@ pub(super) fn bank<'a>(campaign: &Campaign, design: &DesignMatrix, at: impl Into
     let fastest = rate.iter().fold(0.0_f64, |a, b| a.max(b.abs()));
     let times_rate = |i: usize| if fastest > 0.0 { rate[i] / fastest } else { 0.0 };
     let rates = group(rate.iter().map(|r| r.to_bits())).1;
-    let setting = group(rows.iter().map(|r| (r.sensor, states(r).iter().map(bits).collect::<Vec<_>>())));
+    let setting = group(rows.iter().map(|r| (r.sensor, states(r).iter().map(JointState::bits).collect::<Vec<_>>())));
     let still = |s: &JointState| {
-        if s.rate_deg_s() == 0.0 { bits(s) } else { [0; 3] }
+        if s.rate_deg_s() == 0.0 { s.bits() } else { [0; 3] }
     };
     let place = group(rows.iter().map(|r| (r.sensor, states(r).iter().map(still).collect::<Vec<_>>())));
     let labels = positions(campaign, design, n);

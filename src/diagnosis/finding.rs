@@ -183,7 +183,7 @@ pub(super) fn conclude(
             follows,
             sd,
             cells,
-            nearest: nearest().filter_map(|j| candidates.get(j).cloned()).collect(),
+            nearest: nearest().filter_map(|j| candidates.get(j)).map(|c| c.regressor.clone()).collect(),
             nearest_explains: explains,
         }
     });

@@ -97,14 +97,26 @@ pub struct Prospect {
 }
 
 /// Two groups that are easily taken for each other.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[non_exhaustive]
 pub struct Near {
-    /// The other group.
+    /// The other group, from 0.
     pub group: usize,
-    /// Cosine of the angle between them, beside the model.
+    /// Cosine of the angle between the two after projection on the model, -1 to 1.
     pub cosine: f64,
-    /// Size of an effect of this group (its first member's coefficient) from which it is not taken for the other.
+    /// Size of the first effect of this group from which it is not taken for the other, in its coefficient's unit.
     pub apart_from: f64,
+}
+
+/// A family of effects that was passed over.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[schemars(rename = "PassedOverReport")]
+#[non_exhaustive]
+pub struct PassedOver {
+    /// Its name.
+    pub name: String,
+    /// Columns that the schedule lacks.
+    pub needs: Vec<String>,
 }
 
 /// Effects whose columns have one direction beside the model: nothing on this schedule tells them apart.
@@ -126,7 +138,7 @@ pub struct Foresight {
     /// Groups that nothing tells apart; most have one member.
     pub groups: Vec<Alike>,
     /// Families that were passed over, with the columns that the schedule lacks for them.
-    pub passed_over: Vec<(String, Vec<String>)>,
+    pub passed_over: Vec<PassedOver>,
 }
 
 /// Simulated noise readings at which the score is evaluated: their mean scatters by a fifth of what one of them does.
@@ -214,10 +226,12 @@ pub fn foresee(campaign: &Campaign, catalogue: &[Effect], noise: &Noise) -> Resu
     }
     // the order of the readings is that in which they will be taken
     let is_lacking = |name: &&String| *name != ORDER && !campaign.readings.columns.contains(name);
-    let lacks = |needs: &[String]| needs.iter().filter(is_lacking).cloned().collect();
-    let passed_over =
-        catalogue.iter().map(|e| (e.name.clone(), lacks(&e.needs))).filter(|(_, l): &(_, Vec<_>)| !l.is_empty());
-    Ok(Foresight { rule, prospects, groups, passed_over: passed_over.collect() })
+    let passed_over = catalogue.iter().filter_map(|effect| {
+        let needs: Vec<String> = effect.needs.iter().filter(is_lacking).cloned().collect();
+        (!needs.is_empty()).then(|| PassedOver { name: effect.name.clone(), needs })
+    });
+    let passed_over = passed_over.collect();
+    Ok(Foresight { rule, prospects, groups, passed_over })
 }
 
 /// Effects of a catalogue as directions orthogonal to the model.

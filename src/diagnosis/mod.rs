@@ -75,7 +75,7 @@ pub(crate) use common::{NoiseFrom, Step};
 pub(crate) use finding::Alias;
 pub use finding::{Change, Finding};
 pub use foresee::foresee;
-pub(crate) use foresee::{Alike, Fate, Foresight, Near, Prospect, Rule, directions, is_angle};
+pub(crate) use foresee::{Alike, Fate, Foresight, Near, PassedOver, Prospect, Rule, directions, is_angle};
 pub(crate) use holdout::Holdout;
 pub(crate) use places::{Grouping, Level, Place, PlaceMean};
 pub use pool::Pool;
@@ -103,19 +103,21 @@ pub struct NoiseFloor {
 }
 
 /// What is unexplained.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[schemars(rename = "UnexplainedReport")]
+#[non_exhaustive]
 pub struct Unexplained {
     /// In one sentence.
     pub pattern: String,
-    /// What readings share that share their deviation: the setting, a joint, a stretch of time; `None` where each has its own.
+    /// What readings share that share their deviation (the setting, a joint, a stretch of time); null where each has its own.
     pub follows: Option<String>,
-    /// Standard deviation of what is unexplained, in the unit of the first sensor; `None` where the noise is unknown.
+    /// Standard deviation of what is unexplained, in the unit of the first sensor; null where the noise is unknown.
     pub sd: Option<f64>,
-    /// Mean residual at each distinct state of the joints, the most significant first.
+    /// Mean residual at each state of the joints.
     pub cells: Vec<PlaceMean>,
-    /// Candidates that come nearest, with the share of the sum of squares that they take off together: not accepted.
-    pub nearest: Vec<Candidate>,
-    /// That share.
+    /// The candidates that come nearest together; they are not accepted.
+    pub nearest: Vec<String>,
+    /// Share of the residual sum of squares that those would remove.
     pub nearest_explains: f64,
 }
 

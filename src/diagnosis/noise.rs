@@ -340,7 +340,7 @@ fn replicate_groups(campaign: &Campaign, design: &DesignMatrix, rows: usize) -> 
         if let Some(reading) = campaign.readings.rows.get(origin.reading) {
             for state in &reading.joints {
                 key.push(u64::from(matches!(state, JointState::WholeTurns { .. })));
-                key.extend(bits(state));
+                key.extend(state.bits());
             }
             // readings that both lack it are alike in it
             key.extend(used.iter().map(|k| reading.columns.get(*k).copied().flatten().unwrap_or(f64::NAN).to_bits()));
@@ -355,12 +355,6 @@ fn replicate_groups(campaign: &Campaign, design: &DesignMatrix, rows: usize) -> 
     }
     let dof = rows - next.min(rows);
     Replicates { group, dof }
-}
-
-/// A joint's state as a key: angle, rate and turns.
-pub(super) fn bits(state: &JointState) -> [u64; 3] {
-    let (deg, deg_s, turns) = state.keys();
-    [deg, deg_s, turns].map(|v| v.map_or(u64::MAX, |v| (v + 0.0).to_bits()))
 }
 
 /// The position of each row by its label (by the joints' states where there is none); each prior is a position.

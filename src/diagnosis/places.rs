@@ -2,12 +2,12 @@
 
 use super::common::NoiseFrom;
 use super::indicators::{Indicators, Sums};
-use super::noise::{Weighted, bits};
-use crate::campaign::{Campaign, JointState, Reading};
+use super::noise::Weighted;
+use crate::campaign::{Campaign, JointState, Reading, joint_keys};
 use crate::design::DesignMatrix;
 use crate::elements::Elements;
 use crate::uncertainty::quantiles::{normal_survival, student_t_two_sided};
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
 /// A level: a number or a label.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
@@ -44,18 +44,20 @@ pub struct Place {
     pub significant: Option<bool>,
 }
 
-/// The mean residual at one state of the joints.
-#[derive(Debug, Clone, PartialEq)]
+/// Mean residual at one state of the joints.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[schemars(rename = "CellReport")]
+#[non_exhaustive]
 pub struct PlaceMean {
     /// The state.
-    pub joints: Vec<JointState>,
+    pub at: BTreeMap<String, f64>,
     /// The sensor.
-    pub sensor: usize,
+    pub sensor: String,
     /// Readings there.
     pub readings: usize,
     /// Mean residual, in the sensor's unit.
     pub mean: f64,
-    /// Its standardised size.
+    /// Its size in standard deviations.
     pub z: f64,
 }
 
@@ -136,7 +138,7 @@ pub(super) fn cells(campaign: &Campaign, design: &DesignMatrix, weighted: &Weigh
     let mut seen: HashMap<Vec<[u64; 3]>, usize> = HashMap::new();
     let of = campaign.readings.rows.iter().map(|reading| {
         let next = states.len();
-        let index = *seen.entry(reading.joints.iter().map(bits).collect()).or_insert(next);
+        let index = *seen.entry(reading.joints.iter().map(JointState::bits).collect()).or_insert(next);
         if index == next {
             states.push(&reading.joints);
         }
@@ -150,7 +152,8 @@ pub(super) fn cells(campaign: &Campaign, design: &DesignMatrix, weighted: &Weigh
     for sensor in 0..campaign.bench.sensors.len() {
         for (joints, mean) in states.iter().zip(residuals.means(sensor, &by_state)) {
             if let Some(Mean { readings, mean, z }) = mean {
-                cells.push(PlaceMean { joints: joints.to_vec(), sensor, readings, mean, z });
+                let at = joint_keys(campaign.bench.joints(), joints).collect();
+                cells.push(PlaceMean { at, sensor: campaign.sensor_id(sensor).to_string(), readings, mean, z });
             }
         }
     }
@@ -184,16 +187,13 @@ pub(super) fn pattern(campaign: &Campaign, design: &DesignMatrix, weighted: &Wei
         text.push_str(&format!(", and follow {}", named.join(", ")));
     }
     if let Some(cell) = cells.first() {
-        let joints: Vec<String> = campaign
-            .bench
-            .joints()
-            .zip(&cell.joints)
-            .filter_map(|(name, state)| {
-                let (deg, deg_s, _) = state.keys();
-                deg.map(|v| format!("{name} = {v} deg")).or(deg_s.map(|v| format!("{name} at {v} deg/s")))
-            })
-            .collect();
-        let unit = campaign.bench.sensors.get(cell.sensor).map_or("", |s| s.unit.as_str());
+        let stands = |name: &str| {
+            let deg = cell.at.get(&format!("{name}_deg")).map(|v| format!("{name} = {v} deg"));
+            deg.or_else(|| cell.at.get(&format!("{name}_deg_s")).map(|v| format!("{name} at {v} deg/s")))
+        };
+        let joints: Vec<String> = campaign.bench.joints().filter_map(stands).collect();
+        let sensor = campaign.bench.sensors.iter().find(|sensor| sensor.id == cell.sensor);
+        let unit = sensor.map_or("", |sensor| sensor.unit.as_str());
         if !joints.is_empty() {
             text.push_str(&format!(
                 "; largest at {}: {:.3e} {unit} ({:.1} sd of its mean)",

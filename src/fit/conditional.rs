@@ -11,18 +11,35 @@ use crate::design::{self, DesignMatrix, Model};
 use crate::elements::Elements;
 use crate::error::Result;
 use crate::estimate::{self, Estimate, Group, ScaleHints, Scattered, System};
+use crate::units::ARCSEC;
+use std::collections::BTreeMap;
 
-/// How estimates follow a free direction.
-#[derive(Debug, Clone, PartialEq)]
+/// A closed circle that disagrees with the others.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[schemars(rename = "CircleReport")]
+#[non_exhaustive]
+pub struct Circle {
+    /// The sensor.
+    pub sensor: String,
+    /// Mean residual of its readings, in its unit.
+    pub mean_residual: f64,
+    /// The same in degrees.
+    pub mean_residual_deg: f64,
+}
+
+/// What depends on the value at which a parameter is held that is not estimable.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[schemars(rename = "ConditionalReport")]
+#[non_exhaustive]
 pub struct Conditional {
-    /// Index of the rank defect.
-    pub defect: usize,
-    /// The parameter that is held, by index.
-    pub held: usize,
-    /// By how much it was moved, in its unit, what goes with it following.
+    /// The parameter that is held.
+    pub held: String,
+    /// Another value of it was tried: so far away, in `unit`, what it hides in following.
     pub by: f64,
-    /// Estimable parameters (by index) that then change by more than a tenth of their standard uncertainty, and by how many of it.
-    pub shifts: Vec<(usize, f64)>,
+    /// Unit of `by`.
+    pub unit: String,
+    /// Which estimates change by more than a tenth of their standard uncertainty, and by how many of it.
+    pub shifts: BTreeMap<String, f64>,
 }
 
 /// A tilt is moved by this, rad; where none takes part, coefficients by this share of themselves.
@@ -51,7 +68,8 @@ pub(super) fn conditional(
     let basis = estimate.factor.basis();
     let outside: Vec<usize> = (0..campaign.unknowns()).filter(|k| !basis.contains(k)).collect();
     let is_tilt = |k: &usize| campaign.parameters.get(*k).is_some_and(|own| own.kind == Kind::Tilt);
-    for (defect, direction) in defects.iter().enumerate() {
+    let id = |k: usize| campaign.parameter_id(k).to_string();
+    for direction in defects {
         let Some(held) = direction.terms.iter().map(|(k, _)| *k).find(|k| outside.contains(k)) else { continue };
         let tilts = direction.terms.iter().filter(|(k, _)| is_tilt(k)).map(|(_, c)| c.abs());
         let steepest = tilts.fold(0.0_f64, f64::max);
@@ -94,7 +112,12 @@ pub(super) fn conditional(
         shifts.retain(|(_, share)| *share > SHIFT && share.is_finite());
         let by = direction.terms.iter().find(|(k, _)| *k == held).map_or(0.0, |(_, c)| (length * c).abs());
         if !shifts.is_empty() {
-            found.push(Conditional { defect, held, by, shifts });
+            let (scale, unit) = match campaign.parameters.get(held) {
+                Some(own) if own.kind == Kind::Tilt => (ARCSEC, "arcsec".into()),
+                _ => (1.0, campaign.parameter_unit(held).to_string()),
+            };
+            let shifts = shifts.into_iter().map(|(k, share)| (id(k), share)).collect();
+            found.push(Conditional { held: id(held), by: by * scale, unit, shifts });
         }
     }
     Ok(found)

@@ -33,7 +33,7 @@ mod system;
 
 pub use azimuth::{Sector, sector};
 pub(crate) use checks::{Checks, cell_key, cells, positions};
-pub(crate) use conditional::Conditional;
+pub(crate) use conditional::{Circle, Conditional};
 pub use conformity::{Conformity, judge};
 pub use gauss_newton::Stop;
 pub(crate) use gauss_newton::{Convergence, INVISIBLE, Iteration, NEGLIGIBLE};
@@ -244,23 +244,24 @@ impl Fit {
         }
     }
 
-    /// Readings of closed circles that no attitude makes agree with the others: each sensor with the mean of what is left of it, the worst
-    /// first. A target on another side, a point sighted wrongly or a start too far away leaves degrees, not noise.
-    pub(crate) fn inconsistent_circles(&self) -> Vec<(&str, f64)> {
+    /// Closed circles whose readings no attitude makes agree with the others, the worst first. A target on another side, a point sighted wrongly or a start too far away leaves degrees, not noise.
+    pub(crate) fn inconsistent_circles(&self) -> Vec<Circle> {
         /// Share of a turn that no noise reaches.
         const FAR: f64 = 1.0 / 360.0;
-        let mut found: Vec<(&str, f64, f64)> = Vec::new();
+        let mut found: Vec<(Circle, f64)> = Vec::new();
         for (s, sensor) in self.campaign.bench.sensors.iter().enumerate() {
             let Some(turn) = sensor.turn else { continue };
             let rows = self.design.rows.iter().zip(&self.estimate.residuals).filter(|(origin, _)| origin.sensor == s);
             let (count, sum, size) =
                 rows.fold((0.0, 0.0, 0.0), |(n, sum, size), (_, v)| (n + 1.0, sum + v, size + v.abs()));
             if count > 0.0 && size / count > FAR * turn {
-                found.push((&sensor.id, sum / count, size / count));
+                let (sensor, mean_residual) = (sensor.id.clone(), sum / count);
+                let mean_residual_deg = 360.0 * mean_residual / turn;
+                found.push((Circle { sensor, mean_residual, mean_residual_deg }, size / count));
             }
         }
-        found.sort_by(|a, b| b.2.total_cmp(&a.2));
-        found.into_iter().map(|(id, mean, _)| (id, mean)).collect()
+        found.sort_by(|a, b| b.1.total_cmp(&a.1));
+        found.into_iter().map(|(circle, _)| circle).collect()
     }
 
     /// What the smallest fault of a row that a test at 0.1 % finds with 80 % power would do to an estimated parameter (by index) if nobody found

@@ -1,6 +1,6 @@
 //! Numbers that squares of numbers would carry out of the range of a double, and model lines without a value: refused, with the place.
 
-use crate::campaign::{Campaign, JointState, Place, Role};
+use crate::campaign::{Campaign, JointState, Place, Role, joint_keys};
 use crate::design::{DesignMatrix, Model};
 use crate::error::{Fault, Malformed, Result};
 
@@ -43,8 +43,7 @@ pub(crate) fn check(campaign: &Campaign) -> Result<()> {
     }
     for reading in &campaign.readings.rows {
         for (joint, state) in campaign.bench.joints().zip(&reading.joints) {
-            let (deg, deg_s, turns) = state.keys();
-            if let Some(value) = [deg, deg_s, turns].into_iter().flatten().find(|x| too_large(*x)) {
+            if let Some((_, value)) = state.given().find(|(_, x)| too_large(*x)) {
                 return beyond(format!("the state of the joint {joint}"), value, &reading.place);
             }
         }
@@ -110,14 +109,5 @@ pub(super) fn name_reading(campaign: &Campaign, error: Malformed) -> Malformed {
 
 /// `, alpha_deg = 90`: where the joints are.
 fn position(campaign: &Campaign, joints: &[JointState]) -> String {
-    let mut text = String::new();
-    for (joint, state) in campaign.bench.joints().zip(joints) {
-        let (deg, deg_s, turns) = state.keys();
-        for (suffix, value) in [("_deg", deg), ("_deg_s", deg_s), ("_turns", turns)] {
-            if let Some(value) = value {
-                text.push_str(&format!(", {joint}{suffix} = {value}"));
-            }
-        }
-    }
-    text
+    joint_keys(campaign.bench.joints(), joints).map(|(key, value)| format!(", {key} = {value}")).collect()
 }

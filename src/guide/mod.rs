@@ -29,7 +29,7 @@ pub(crate) use advice::{
 pub use held::Held;
 pub(crate) use held::{HeldMean, Holding};
 
-use crate::campaign::{Campaign, Observation, Reading, Readings};
+use crate::campaign::{Campaign, Observation, Reading, Readings, joint_keys};
 use crate::design::RowOrigin;
 use crate::diagnosis::{self, Diagnosis, Effect, Verdict};
 use crate::error::{Fault, Malformed, Result};
@@ -138,14 +138,9 @@ impl Guide {
         settings.costs.check()?;
         for goal in &settings.goals {
             let known = campaign.estimated().iter().map(|q| &q.id).chain(campaign.derived.iter().map(|q| &q.id));
-            let list: Vec<&str> = known.map(String::as_str).collect();
-            if !list.contains(&goal.id.as_str()) {
-                return Err(Malformed::new(
-                    Fault::UnknownName,
-                    format!("the goal names '{}', which is not estimated", goal.id),
-                )
-                .expected(format!("one of {}", list.join(", ")))
-                .found(format!("'{}'", goal.id)));
+            if !known.clone().any(|id| *id == goal.id) {
+                let what = format!("the goal names '{}', which is not estimated", goal.id);
+                return Err(Malformed::unknown(what, &goal.id, known));
             }
             if !(goal.u > 0.0 && goal.u.is_finite()) {
                 return Err(Malformed::new(Fault::Value, format!("the goal for {} is not an uncertainty", goal.id))
@@ -570,11 +565,7 @@ impl Guide {
     }
 
     fn next(&self, reading: &Reading, why: Why, between: Vec<String>, information: Option<f64>, cost: f64) -> Next {
-        let keys = self.campaign.bench.joints().zip(&reading.joints).flat_map(|(name, state)| {
-            let (deg, deg_s, turns) = state.keys();
-            let one = |suffix: &str, value: Option<f64>| value.map(|value| (format!("{name}{suffix}"), value));
-            [one("_deg", deg), one("_deg_s", deg_s), one("_turns", turns)].into_iter().flatten()
-        });
+        let keys = joint_keys(self.campaign.bench.joints(), &reading.joints);
         let columns = self.campaign.readings.columns.iter().zip(&reading.columns);
         let columns = columns.filter_map(|(name, value)| value.map(|value| (name.clone(), value)));
         Next {

@@ -2,7 +2,7 @@
 
 use super::effort::{grouped, mounting};
 use super::whitened::level_of;
-use crate::campaign::{Campaign, JointState, Label, Per, Reading, Readings, Shared};
+use crate::campaign::{Campaign, JointState, Label, Per, Reading, Readings, Shared, joint_keys};
 use crate::error::{Fault, Malformed, Result};
 use crate::fit::columns_read;
 use crate::number;
@@ -353,11 +353,6 @@ pub(super) fn portions(campaign: &Campaign, candidates: &Readings, unit: Unit) -
 
 /// A position in words: `alpha_deg 90, gamma_deg_s 20`.
 fn described(joints: &[&str], reading: &Reading) -> String {
-    let keys = joints.iter().zip(&reading.joints).flat_map(|(joint, state)| {
-        let (deg, deg_s, turns) = state.keys();
-        [("_deg", deg), ("_deg_s", deg_s), ("_turns", turns)]
-            .into_iter()
-            .filter_map(move |(suffix, value)| value.map(|v| format!("{joint}{suffix} {v}")))
-    });
+    let keys = joint_keys(joints.iter().copied(), &reading.joints).map(|(key, value)| format!("{key} {value}"));
     keys.collect::<Vec<_>>().join(", ")
 }

@@ -65,12 +65,8 @@ impl Noise {
         let names: Vec<String> = ids.iter().map(|id| (*id).to_string()).chain(names).collect();
         for (id, sd) in given {
             if !names.contains(id) {
-                return Err(Malformed::new(
-                    Fault::UnknownName,
-                    format!("noise is given for '{id}', which is neither a sensor nor a line of scatter here"),
-                )
-                .expected(format!("one of {}", names.join(", ")))
-                .found(format!("'{id}'")));
+                let what = format!("noise is given for '{id}', which is neither a sensor nor a line of scatter here");
+                return Err(Malformed::unknown(what, id, &names));
             }
             positive(*sd, &format!("the noise of {id}"))?;
         }

@@ -49,13 +49,8 @@ pub fn judged_at(campaign: &Campaign, given: &[(String, f64)], fitted: Option<&F
     let n = campaign.unknowns();
     for (id, value) in given {
         if campaign.parameter_index(id).is_none_or(|k| k >= n) {
-            let names: Vec<&str> = campaign.estimated().iter().map(|p| p.id.as_str()).collect();
-            return Err(Malformed::new(
-                Fault::UnknownName,
-                format!("'{id}' is not estimated, so a plan cannot be evaluated at a value of it"),
-            )
-            .expected(format!("one of {}", names.join(", ")))
-            .found(format!("'{id}'")));
+            let what = format!("'{id}' is not estimated, so a plan cannot be evaluated at a value of it");
+            return Err(Malformed::unknown(what, id, campaign.estimated().iter().map(|p| &p.id)));
         }
         if !value.is_finite() {
             return Err(Malformed::new(Fault::Value, format!("the value of '{id}' is not finite"))

@@ -26,18 +26,9 @@ pub struct ChangesReport {
     pub before: CalibratedReport,
     /// The later one.
     pub after: CalibratedReport,
-    /// Coverage probability of expanded uncertainties.
-    pub level: f64,
-    /// Each quantity that both have (angles in arcsec).
-    pub changes: Vec<Change>,
-    /// Known inputs that both share: they moved both results alike and do not count twice.
-    pub shared: Vec<String>,
-    /// All changes of parameters together.
-    pub together: Option<Together>,
-    /// Quantities that only the earlier one has.
-    pub only_before: Vec<String>,
-    /// Quantities that only the later one has.
-    pub only_after: Vec<String>,
+    /// What changed.
+    #[serde(flatten)]
+    pub found: Changes,
 }
 
 /// A calibration that was compared.
@@ -97,24 +88,15 @@ pub fn determination(name: &str, report: &FitReport, day: Option<f64>) -> Determ
 
 /// The report of two calibrations.
 pub fn changes_report(changes: &Changes, before: CalibratedReport, after: CalibratedReport) -> ChangesReport {
-    ChangesReport {
-        tumble: VERSION.into(),
-        report: ReportKind::CompareCalibrations,
-        before,
-        after,
-        level: changes.level,
-        changes: changes.changes.clone(),
-        shared: changes.shared.clone(),
-        together: changes.together,
-        only_before: changes.only_in.0.clone(),
-        only_after: changes.only_in.1.clone(),
-    }
+    let (tumble, report) = (VERSION.into(), ReportKind::CompareCalibrations);
+    ChangesReport { tumble, report, before, after, found: changes.clone() }
 }
 
 impl ChangesReport {
     /// Did anything change by more than the uncertainties allow?
     pub(crate) fn is_changed(&self) -> bool {
-        self.together.is_some_and(|t| t.significant) || self.changes.iter().any(|c| c.significant == Some(true))
+        let Changes { together, changes, .. } = &self.found;
+        together.is_some_and(|t| t.significant) || changes.iter().any(|c| c.significant == Some(true))
     }
 }
 
@@ -229,12 +211,13 @@ pub fn date_of(day: f64) -> String {
 
 /// The document of two calibrations.
 pub fn changes_document(report: &ChangesReport, lang: Language) -> Document {
-    let changed = report.changes.iter().filter(|c| c.significant == Some(true)).map(|c| c.id.as_str());
+    let found = &report.found;
+    let changed = found.changes.iter().filter(|c| c.significant == Some(true)).map(|c| c.id.as_str());
     let changed: Vec<&str> = changed.collect();
-    let alone = report.changes.iter().filter(|c| c.significant == Some(false) && c.e_n.is_some_and(|e| e.abs() > 1.0));
+    let alone = found.changes.iter().filter(|c| c.significant == Some(false) && c.e_n.is_some_and(|e| e.abs() > 1.0));
     let alone: Vec<&str> = alone.map(|c| c.id.as_str()).collect();
     let beyond = (!alone.is_empty()).then(|| {
-        let tested = report.changes.iter().filter(|c| c.significant.is_some()).count();
+        let tested = found.changes.iter().filter(|c| c.significant.is_some()).count();
         (Tone::Caution, say!(lang, "beyond-u-but-not-together", ids = lang.names(alone), tested))
     });
     let single = match changed.as_slice() {
@@ -244,16 +227,16 @@ pub fn changes_document(report: &ChangesReport, lang: Language) -> Document {
             Some((tone, say!(lang, "changed-by-more-than-the-uncertainties-allow", ids = lang.names(ids))))
         }
     };
-    let together = report.together.map(|together| {
+    let together = found.together.map(|together| {
         let tone = if together.significant { Tone::Bad } else { Tone::Plain };
         (tone, all_together(&together, lang))
     });
-    let table = Rows::of(&report.changes)
+    let table = Rows::of(&found.changes)
         .name(say!(lang, "quantity"), |c| &c.id)
         .decimal(say!(lang, "before"), |c| Cell::Value(c.before, c.u_before))
         .decimal(say!(lang, "after"), |c| Cell::Value(c.after, c.u_after))
         .decimal(say!(lang, "difference"), |c| Cell::Value(c.difference, c.expanded.or(c.u)))
-        .decimal(format!("U ({})", level(report.level)), |c| Cell::value(c.expanded, c.expanded))
+        .decimal(format!("U ({})", level(found.level)), |c| Cell::value(c.expanded, c.expanded))
         .decimal("E_n", |c| Cell::decimals(c.e_n, 2))
         .decimal(say!(lang, "per-day"), |c| Cell::digits(c.per_day, 3))
         .at(Detail::Roomy)
@@ -261,22 +244,22 @@ pub fn changes_document(report: &ChangesReport, lang: Language) -> Document {
         .tone(|c| if c.significant == Some(true) { Tone::Bad } else { Tone::Plain })
         .note(say!(lang, "u-expanded-uncertainty-of-the-difference-e-2"));
     let bar = |c: &Change| Some(Interval { label: c.id.clone(), value: c.e_n?, expanded: 1.0, at_bound: None });
-    let bars = Chart::Values(report.changes.iter().filter_map(bar).collect(), "E_n".into());
+    let bars = Chart::Values(found.changes.iter().filter_map(bar).collect(), "E_n".into());
     let caption = say!(lang, "differences-of-the-two-calibrations-over-their");
-    let combined = Rows::of(&report.changes)
+    let combined = Rows::of(&found.changes)
         .name(say!(lang, "quantity"), |c| &c.id)
         .decimal(say!(lang, "combined"), |c| Cell::value(c.combined, c.u_combined))
         .decimal("u", |c| Cell::value(c.u_combined, c.u_combined))
         .decimal(say!(lang, "birge-ratio"), |c| Cell::decimals(c.birge, 2))
         .left(say!(lang, "unit"), |c| &c.unit);
-    let only = [(&report.only_before, say!(lang, "before")), (&report.only_after, say!(lang, "after"))];
+    let only = [(&found.only_before, say!(lang, "before")), (&found.only_after, say!(lang, "after"))];
     let only = only.into_iter().filter(|(ids, _)| !ids.is_empty());
     let answer = Section::new(say!(lang, "result"))
         .verdicts(single)
         .verdicts(beyond)
         .verdicts(together)
         .verdicts(doubts(report, lang).into_iter().map(|doubt| (Tone::Caution, lang.sentence(&doubt))))
-        .prose(say!(lang, "shared-by-both-calibrations-and-therefore-not", shared = lang.names(&report.shared)))
+        .prose(say!(lang, "shared-by-both-calibrations-and-therefore-not", shared = lang.names(&found.shared)))
         .table(table)
         .list(only.map(|(ids, which)| say!(lang, "changes-only", which, ids = ids.join(lang.comma()))))
         .figures([Figure::new(caption, bars, false)]);

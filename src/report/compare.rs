@@ -105,26 +105,20 @@ impl QuantityReport {
 /// The report of a comparison.
 pub fn compare_report(comparison: &Comparison) -> CompareReport {
     let scales: Vec<(f64, String)> = comparison.quantities.iter().map(|id| shown_in(&comparison.all, id)).collect();
-    let group = |g: &GroupComparison| GroupReport {
-        group: g.group,
-        readings: g.readings,
-        quantities: comparison
-            .quantities
-            .iter()
-            .zip(&scales)
-            .enumerate()
-            .map(|(k, (id, (factor, unit)))| {
-                let at = |list: &[Option<f64>]| list.get(k).copied().flatten().map(|v| v * factor);
-                QuantityReport {
-                    id: id.clone(),
-                    unit: unit.clone(),
-                    closed_form: at(&g.closed_form),
-                    without_earth_rate: at(&g.like_for_like),
-                    least_squares: at(&g.least_squares),
-                    printed: at(&g.printed),
-                }
-            })
-            .collect(),
+    // by the closed form, without Earth rate, by least squares, as printed
+    let quantities = |of: &dyn Fn(usize, &str) -> [Option<f64>; 4]| {
+        let quantity = |(k, (id, (factor, unit))): (usize, (&String, &(f64, String)))| {
+            let values = of(k, id).map(|value| value.map(|v| v * factor));
+            let [closed_form, without_earth_rate, least_squares, printed] = values;
+            let (id, unit) = (id.clone(), unit.clone());
+            QuantityReport { id, unit, closed_form, without_earth_rate, least_squares, printed }
+        };
+        comparison.quantities.iter().zip(&scales).enumerate().map(quantity).collect::<Vec<_>>()
+    };
+    let group = |g: &GroupComparison| {
+        let lists = [&g.closed_form, &g.like_for_like, &g.least_squares, &g.printed];
+        let quantities = quantities(&|k, _| lists.map(|list| list.get(k).copied().flatten()));
+        GroupReport { group: g.group, readings: g.readings, quantities }
     };
     let mut largest: Option<f64> = None;
     for g in &comparison.groups {
@@ -135,24 +129,10 @@ pub fn compare_report(comparison: &Comparison) -> CompareReport {
             }
         }
     }
-    let all = comparison
-        .quantities
-        .iter()
-        .zip(&comparison.mean)
-        .zip(&scales)
-        .map(|((id, mean), (factor, unit))| QuantityReport {
-            id: id.clone(),
-            unit: unit.clone(),
-            closed_form: mean.map(|v| v * factor),
-            without_earth_rate: None,
-            least_squares: value_of(&comparison.all, id).map(|v| v * factor),
-            printed: comparison
-                .printed
-                .as_ref()
-                .and_then(|p| p.means.iter().find(|(other, _)| other == id))
-                .map(|(_, v)| v * factor),
-        })
-        .collect();
+    let printed = |id: &str| comparison.printed.as_ref()?.means.iter().find(|(other, _)| other == id).map(|(_, v)| *v);
+    let all = quantities(&|k, id| {
+        [comparison.mean.get(k).copied().flatten(), None, value_of(&comparison.all, id), printed(id)]
+    });
     CompareReport {
         tumble: VERSION.into(),
         report: ReportKind::Compare,

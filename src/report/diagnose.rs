@@ -5,8 +5,8 @@ use super::scatter::{self, ScatterReport};
 use super::{ARCSEC, Input, PositionReport, ReportKind, VERSION, checks, model_lines, position_keys};
 use crate::campaign::{Campaign, Identity, JointState, Role};
 use crate::diagnosis::{
-    self, Alias, Candidate, Change, Diagnosis, Finding, Gap, GapStep, Held, Holdout, NoiseFloor, Place, PlaceMean,
-    State, Suspect, Verdict,
+    self, Alias, Candidate, Change, Diagnosis, Finding, Gap, GapStep, Held, Holdout, NoiseFloor, Place, State, Suspect,
+    Unexplained, Verdict,
 };
 use crate::fit::Fit;
 use crate::simulate::Regressor;
@@ -57,7 +57,7 @@ pub struct DiagnoseReport {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub scatter: Vec<ScatterReport>,
     /// What is unexplained; null unless the verdict says so.
-    pub unexplained: Option<UnexplainedReport>,
+    pub unexplained: Option<Unexplained>,
     /// Leave-one-position-out prediction; null where no position can be predicted from the others.
     pub holdout: Option<Holdout>,
     /// The gap as given, after the first effect, after the second, and so on.
@@ -126,7 +126,7 @@ pub fn diagnose_report(campaign: &Campaign, diagnosis: &Diagnosis, settings: &di
         gap: gaps(campaign, diagnosis),
         places: diagnosis.places.clone(),
         scatter: if after.campaign.scatter.is_empty() { Vec::new() } else { scatter::scatter(after) },
-        unexplained: unexplained(campaign, diagnosis),
+        unexplained: diagnosis.unexplained.clone(),
         holdout: diagnosis.holdout.clone(),
         steps: diagnosis.steps.clone(),
         candidates: diagnosis.candidates.0,
@@ -413,40 +413,6 @@ pub struct SensorGapReport {
     pub sd: Option<f64>,
 }
 
-/// What is unexplained.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
-pub struct UnexplainedReport {
-    /// In one sentence.
-    pub pattern: String,
-    /// What readings share that share their deviation (the setting, a joint, a stretch of time); null where each has its own.
-    pub follows: Option<String>,
-    /// Standard deviation of what is unexplained, in the unit of the first sensor; null where the noise is unknown.
-    pub sd: Option<f64>,
-    /// Mean residual at each state of the joints.
-    pub cells: Vec<CellReport>,
-    /// The candidates that come nearest together; they are not accepted.
-    pub nearest: Vec<String>,
-    /// Share of the residual sum of squares that those would remove.
-    pub nearest_explains: f64,
-}
-
-/// Mean residual at one state of the joints.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
-pub struct CellReport {
-    /// The state.
-    pub at: PositionReport,
-    /// The sensor.
-    pub sensor: String,
-    /// Readings there.
-    pub readings: usize,
-    /// Mean residual, in the sensor's unit.
-    pub mean: f64,
-    /// Its size in standard deviations.
-    pub z: f64,
-}
-
 /// A reading's residual before and after.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[non_exhaustive]
@@ -507,25 +473,6 @@ fn sensors(campaign: &Campaign, diagnosis: &Diagnosis) -> BTreeMap<String, Senso
         sensors.insert(sensor.id.clone(), report);
     }
     sensors
-}
-
-fn unexplained(campaign: &Campaign, diagnosis: &Diagnosis) -> Option<UnexplainedReport> {
-    let unexplained = diagnosis.unexplained.as_ref()?;
-    let cell = |cell: &PlaceMean| CellReport {
-        at: position_keys(campaign, &cell.joints),
-        sensor: campaign.sensor_id(cell.sensor).to_string(),
-        readings: cell.readings,
-        mean: cell.mean,
-        z: cell.z,
-    };
-    Some(UnexplainedReport {
-        pattern: unexplained.pattern.clone(),
-        follows: unexplained.follows.clone(),
-        sd: unexplained.sd,
-        cells: unexplained.cells.iter().map(cell).collect(),
-        nearest: unexplained.nearest.iter().map(|c: &Candidate| c.regressor.clone()).collect(),
-        nearest_explains: unexplained.nearest_explains,
-    })
 }
 
 fn residuals(campaign: &Campaign, diagnosis: &Diagnosis) -> Vec<ResidualReport> {

@@ -10,7 +10,8 @@ use super::{ARCSEC, Input, VERSION, finite};
 use crate::campaign::{Campaign, Derived, Distribution, Identity, Kind, Role};
 use crate::correction::Calibration;
 use crate::fit::{
-    self, Estimator, Fit, Iteration, ScaleFactorError, ScaleFactorFrom, Sector, State, Stop, VarianceFrom,
+    self, Circle, Conditional, Estimator, Fit, Iteration, ScaleFactorError, ScaleFactorFrom, Sector, State, Stop,
+    VarianceFrom,
 };
 use crate::language::{Sentence, sentence};
 use crate::number::as_stated;
@@ -69,7 +70,7 @@ pub struct FitReport {
     pub estimable_combinations: Vec<CombinationValueReport>,
     /// Estimates that depend on the values at which something that is not estimable is held: their `U` holds only given those.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub conditional: Vec<ConditionalReport>,
+    pub conditional: Vec<Conditional>,
     /// Parameters whose exact and linear estimates differ by more than a tenth of their standard uncertainty, and by how many of it (exact
     /// minus linear; with `--linear`, what Gauss-Newton would change next).
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
@@ -360,20 +361,6 @@ pub struct CombinationValueReport {
     pub arcsec: Option<ArcsecReport>,
 }
 
-/// What depends on the value at which a parameter is held that is not estimable.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
-pub struct ConditionalReport {
-    /// The parameter that is held.
-    pub held: String,
-    /// Another value of it was tried: so far away, in `unit`, what it hides in following.
-    pub by: f64,
-    /// Unit of `by`.
-    pub unit: String,
-    /// Which estimates change by more than a tenth of their standard uncertainty, and by how many of it.
-    pub shifts: BTreeMap<String, f64>,
-}
-
 /// A covariance matrix.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[non_exhaustive]
@@ -426,23 +413,11 @@ pub struct FitSummary {
     pub remarks: Vec<Sentence>,
     /// Closed circles whose readings disagree with all others by degrees: mean of what is left, in the sensor's unit; the worst first.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub inconsistent_circles: Vec<CircleReport>,
+    pub inconsistent_circles: Vec<Circle>,
     /// Largest difference between exact and linear model at the solution, in units of the readings' standard uncertainty.
     pub linearisation_error: Option<f64>,
     /// Is the answer "rejected" (rank defect, uncertainties that cannot be known, failed global test, no convergence)?
     pub rejected: bool,
-}
-
-/// A closed circle that disagrees with the others.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
-pub struct CircleReport {
-    /// The sensor.
-    pub sensor: String,
-    /// Mean residual of its readings, in its unit.
-    pub mean_residual: f64,
-    /// The same in degrees.
-    pub mean_residual_deg: f64,
 }
 
 /// One value that was read.
@@ -545,7 +520,7 @@ pub fn fit_summary(fit: &Fit) -> FitReport {
         fit: summary(fit),
         not_estimable: fit.not_estimable.iter().map(|separation| not_estimable(campaign, separation)).collect(),
         estimable_combinations: fit.combinations.iter().map(combination).collect(),
-        conditional: fit.conditional.iter().map(|condition| conditional(campaign, condition)).collect(),
+        conditional: fit.conditional.clone(),
         nonlinear: nonlinear(fit),
         readings: Vec::new(),
         convergence: fit.convergence.as_ref().map(|record| ConvergenceReport {
@@ -587,18 +562,6 @@ fn combination(result: &fit::CombinationResult) -> CombinationValueReport {
         expanded: uncertainty.map(|c| c.expanded),
         budget: budget(&result.budget),
         arcsec: result.is_angle.then(|| arcsec(Some(result.value), uncertainty)),
-    }
-}
-
-fn conditional(campaign: &Campaign, condition: &fit::Conditional) -> ConditionalReport {
-    let parameter = |k: usize| campaign.parameters.get(k);
-    let id = |k: usize| parameter(k).map_or(String::new(), |p| p.id.clone());
-    let tilt = parameter(condition.held).is_some_and(|p| p.kind == Kind::Tilt);
-    ConditionalReport {
-        held: id(condition.held),
-        by: condition.by * if tilt { ARCSEC } else { 1.0 },
-        unit: if tilt { "arcsec".into() } else { parameter(condition.held).map_or(String::new(), |p| p.unit.clone()) },
-        shifts: condition.shifts.iter().map(|(k, share)| (id(*k), *share)).collect(),
     }
 }
 
@@ -756,15 +719,6 @@ fn known(campaign: &Campaign) -> Vec<KnownReport> {
         .collect()
 }
 
-fn circle(fit: &Fit, sensor: &str, mean_residual: f64) -> CircleReport {
-    let turn = fit.campaign.bench.sensors.iter().find(|s| s.id == sensor).and_then(|s| s.turn);
-    CircleReport {
-        sensor: sensor.to_string(),
-        mean_residual,
-        mean_residual_deg: turn.map_or(0.0, |turn| 360.0 * mean_residual / turn),
-    }
-}
-
 fn summary(fit: &Fit) -> FitSummary {
     let estimate = &fit.estimate;
     let estimated = fit.system.group.iter().any(|g| matches!(g, crate::estimate::Group::Estimated(_)));
@@ -797,11 +751,7 @@ fn summary(fit: &Fit) -> FitSummary {
             .filter_map(|sensor| Some((sensor.to_string(), fit.resolution_of(sensor)?)))
             .collect(),
         remarks: fit.remarks(),
-        inconsistent_circles: fit
-            .inconsistent_circles()
-            .into_iter()
-            .map(|(sensor, mean)| circle(fit, sensor, mean))
-            .collect(),
+        inconsistent_circles: fit.inconsistent_circles(),
         linearisation_error: fit.linearisation_error,
         rejected: fit.is_rejected(),
     }

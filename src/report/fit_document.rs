@@ -687,7 +687,10 @@ fn readings(report: &FitReport, fit: Option<&Fit>, asked: bool, lang: Language) 
         .left(say!(lang, "position"), |r| &r.position);
     for (k, name) in joints.iter().enumerate() {
         for suffix in ["_deg", "_deg_s", "_turns"] {
-            let value = |r: &ReadingReport| states(r.index).get(k).and_then(|state| key(state, suffix));
+            let value = |r: &ReadingReport| {
+                let mut given = states(r.index).get(k).into_iter().flat_map(JointState::given);
+                given.find(|(of, _)| *of == suffix).map(|(_, value)| value)
+            };
             if report.readings.iter().any(|r| value(r).is_some()) {
                 let text = |r: &ReadingReport| value(r).map_or(String::new(), |v| v.to_string());
                 table = table.decimal(format!("{name}{suffix}"), text).at(Detail::Full);
@@ -722,13 +725,4 @@ fn readings(report: &FitReport, fit: Option<&Fit>, asked: bool, lang: Language) 
 fn as_read(value: f64, u: Option<f64>) -> Cell {
     let text = value.to_string();
     if text.len() <= 9 { text.into() } else { Cell::Value(value, u) }
-}
-
-fn key(state: &JointState, suffix: &str) -> Option<f64> {
-    let (deg, deg_s, turns) = state.keys();
-    match suffix {
-        "_deg" => deg,
-        "_deg_s" => deg_s,
-        _ => turns,
-    }
 }

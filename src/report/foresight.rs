@@ -2,7 +2,7 @@
 
 use super::ARCSEC;
 use crate::campaign::Campaign;
-use crate::diagnosis::{Fate, Foresight, Near, Prospect, Rule, is_angle};
+use crate::diagnosis::{Fate, Foresight, Near, PassedOver, Prospect, Rule, is_angle};
 use crate::document::number::significant;
 use crate::document::{Cell, Detail, Rows, Section};
 use crate::language::{Language, say};
@@ -21,7 +21,7 @@ pub struct ForesightReport {
     /// Effects that this schedule cannot distinguish, the most plausible first; most groups have one member.
     pub groups: Vec<AlikeReport>,
     /// Families of effects that were passed over, with the columns that the schedule lacks for them.
-    pub passed_over: Vec<PassedOverReport>,
+    pub passed_over: Vec<PassedOver>,
 }
 
 /// One effect on a schedule.
@@ -88,22 +88,9 @@ pub struct AlikeReport {
 pub struct NearReport {
     /// First regressor of the other group.
     pub regressor: String,
-    /// The other group, from 0.
-    pub group: usize,
-    /// Cosine of the angle between the two after projection on the model, -1 to 1.
-    pub cosine: f64,
-    /// Size of the first effect of this group from which it is not taken for the other, in its coefficient's unit.
-    pub apart_from: f64,
-}
-
-/// A family of effects that was passed over.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
-pub struct PassedOverReport {
-    /// Its name.
-    pub name: String,
-    /// Columns that the schedule lacks.
-    pub needs: Vec<String>,
+    /// The group and how near it is.
+    #[serde(flatten)]
+    pub of: Near,
 }
 
 pub(super) fn foresight_report(campaign: &Campaign, foresight: &Foresight) -> ForesightReport {
@@ -128,12 +115,7 @@ pub(super) fn foresight_report(campaign: &Campaign, foresight: &Foresight) -> Fo
         hides_in: p.hides_in.iter().map(id).collect(),
         group: p.group,
     };
-    let near = |other: &Near| NearReport {
-        regressor: first(other.group),
-        group: other.group,
-        cosine: other.cosine,
-        apart_from: other.apart_from,
-    };
+    let near = |other: &Near| NearReport { regressor: first(other.group), of: *other };
     ForesightReport {
         rule: foresight.rule,
         effects: foresight.prospects.iter().map(effect).collect(),
@@ -147,11 +129,7 @@ pub(super) fn foresight_report(campaign: &Campaign, foresight: &Foresight) -> Fo
                 near: group.near.iter().map(near).collect(),
             })
             .collect(),
-        passed_over: foresight
-            .passed_over
-            .iter()
-            .map(|(name, needs)| PassedOverReport { name: name.clone(), needs: needs.clone() })
-            .collect(),
+        passed_over: foresight.passed_over.clone(),
     }
 }
 
@@ -218,11 +196,11 @@ pub(super) fn section(report: &ForesightReport, lang: Language) -> Section {
     // an effect of a group is detectable, and then has its smallest size
     let number = |value: Option<f64>| value.unwrap_or(f64::NAN);
     let near = |alike: &NearReport, scale: f64| {
-        let (regressor, cosine) = (label(&alike.regressor, lang), format!("{:+.3}", alike.cosine));
-        say!(lang, "apart-from", regressor, cosine, apart = significant(alike.apart_from * scale, 2))
+        let (regressor, cosine) = (label(&alike.regressor, lang), format!("{:+.3}", alike.of.cosine));
+        say!(lang, "apart-from", regressor, cosine, apart = significant(alike.of.apart_from * scale, 2))
     };
     let nearly = |alike: &NearReport| {
-        let (regressor, cosine) = (label(&alike.regressor, lang), format!("{:+.2}", alike.cosine));
+        let (regressor, cosine) = (label(&alike.regressor, lang), format!("{:+.2}", alike.of.cosine));
         say!(lang, "foresight-nearly", regressor, cosine)
     };
     let alike = |group: &AlikeReport| {

@@ -1,6 +1,6 @@
 //! Rank defects in reports: what is free, along which direction, what is determined instead, and where to measure next.
 
-use crate::campaign::{Campaign, JointState};
+use crate::campaign::{Campaign, JointState, joint_keys};
 use crate::fit::{NamedCombination, RankDefect};
 use crate::language::{Language, Sentence, say, sentence};
 use schemars::JsonSchema;
@@ -103,14 +103,7 @@ pub(super) fn not_estimable(campaign: &Campaign, separation: &RankDefect) -> Not
 
 /// Joint states as the keys that a reading would have.
 pub fn position_keys(campaign: &Campaign, joints: &[JointState]) -> PositionReport {
-    let mut keys = BTreeMap::new();
-    for (name, state) in campaign.bench.joints().zip(joints) {
-        let (deg, deg_s, turns) = state.keys();
-        for (suffix, value) in [("_deg", deg), ("_deg_s", deg_s), ("_turns", turns)] {
-            keys.extend(value.map(|value| (format!("{name}{suffix}"), value)));
-        }
-    }
-    keys
+    joint_keys(campaign.bench.joints(), joints).collect()
 }
 
 fn combination(named: &NamedCombination) -> CombinationReport {

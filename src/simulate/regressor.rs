@@ -45,9 +45,7 @@ impl Regressor {
     /// A term is bound to `sensor`, or to every sensor of the bench. Errors: a term that does not parse (with its span), unknown names.
     pub fn parse(campaign: &Campaign, sensor: Option<usize>, text: &str) -> Result<Self> {
         let unknown = |what: &str, name: &str, list: Vec<&str>| {
-            Malformed::new(Fault::UnknownName, format!("there is no {what} '{name}'"))
-                .expected(format!("one of {}", list.join(", ")))
-                .found(format!("'{name}'"))
+            Malformed::unknown(format!("there is no {what} '{name}'"), name, list)
         };
         match text.split_once(':') {
             None => {

@@ -113,9 +113,7 @@ fn source(path: &Path) -> Result<Source> {
 /// A built-in bench by its id, any other in full, so that the file stands alone.
 pub fn bench_ref(campaign: &Campaign) -> BenchRef {
     let file = bench_file(&campaign.bench);
-    let built_in = crate::bench::built_in(&campaign.bench.id)
-        .and_then(|built_in| read_bench(&Source { name: built_in.id.into(), text: built_in.text.into() }).ok());
-    if built_in.is_some_and(|bench| bench_file(&bench) == file) {
+    if Bench::named(&campaign.bench.id).is_ok_and(|bench| bench_file(&bench) == file) {
         return BenchRef::Named(campaign.bench.id.clone());
     }
     BenchRef::Inline(Box::new(file))

@@ -12,55 +12,52 @@ use serde::{Deserialize, Deserializer, Serialize};
 #[serde(deny_unknown_fields, default)]
 pub struct ErrorsFile {
     /// Gyro bias, deg/h.
-    #[serde(skip_serializing_if = "AxesFile::is_absent")]
+    #[serde(skip_serializing_if = "is_default")]
     pub gyro_bias_deg_h: AxesFile,
     /// Gyro scale factor error, a ratio.
-    #[serde(skip_serializing_if = "AxesFile::is_absent")]
+    #[serde(skip_serializing_if = "is_default")]
     pub gyro_scale_factor: AxesFile,
     /// Gyro installation errors, arcsec.
-    #[serde(skip_serializing_if = "InstallationFile::is_absent")]
+    #[serde(skip_serializing_if = "is_default")]
     pub gyro_installation_arcsec: InstallationFile,
     /// Gyro second-order coefficients, (deg/h)/(deg/s)^2.
-    #[serde(skip_serializing_if = "AxesFile::is_absent")]
+    #[serde(skip_serializing_if = "is_default")]
     pub gyro_second_order_deg_h_per_deg2_s2: AxesFile,
     /// Acceleration-sensitive drift of the gyros, (deg/h)/g: by gyro and axis of the specific force, or x, y, z along each one's own axis.
-    #[serde(skip_serializing_if = "DriftFile::is_absent")]
+    #[serde(skip_serializing_if = "is_default")]
     pub gyro_acceleration_sensitive_deg_h_per_g: DriftFile,
     /// Angle random walk of the gyros, deg/sqrt(h).
-    #[serde(skip_serializing_if = "is_zero")]
+    #[serde(skip_serializing_if = "is_default")]
     pub angle_random_walk_deg_sqrt_h: f64,
     /// Accelerometer bias, g.
-    #[serde(skip_serializing_if = "AxesFile::is_absent")]
+    #[serde(skip_serializing_if = "is_default")]
     pub accelerometer_bias_g: AxesFile,
     /// Accelerometer scale factor error, a ratio.
-    #[serde(skip_serializing_if = "AxesFile::is_absent")]
+    #[serde(skip_serializing_if = "is_default")]
     pub accelerometer_scale_factor: AxesFile,
     /// Accelerometer installation errors, arcsec.
-    #[serde(skip_serializing_if = "InstallationFile::is_absent")]
+    #[serde(skip_serializing_if = "is_default")]
     pub accelerometer_installation_arcsec: InstallationFile,
     /// Accelerometer second-order coefficients, g/g^2.
-    #[serde(skip_serializing_if = "AxesFile::is_absent")]
+    #[serde(skip_serializing_if = "is_default")]
     pub accelerometer_second_order_g_per_g2: AxesFile,
     /// Velocity random walk of the accelerometers, (m/s)/sqrt(h).
-    #[serde(skip_serializing_if = "is_zero")]
+    #[serde(skip_serializing_if = "is_default")]
     pub velocity_random_walk_m_s_sqrt_h: f64,
     /// The navigator's attitude error at the start, `phi` about east, north, up, arcsec.
-    #[serde(skip_serializing_if = "is_nothing")]
+    #[serde(skip_serializing_if = "is_default")]
     pub start_attitude_arcsec: [f64; 3],
     /// Its velocity error at the start, east and north, m/s.
-    #[serde(skip_serializing_if = "is_nothing")]
+    #[serde(skip_serializing_if = "is_default")]
     pub start_velocity_m_s: [f64; 2],
     /// Its position error at the start, east and north, m.
-    #[serde(skip_serializing_if = "is_nothing")]
+    #[serde(skip_serializing_if = "is_default")]
     pub start_position_m: [f64; 2],
 }
 
-fn is_zero(value: &f64) -> bool {
-    *value == 0.0
-}
-
-fn is_nothing<const N: usize>(values: &[f64; N]) -> bool {
-    values.iter().all(is_zero)
+/// Nothing stated: not written.
+pub(super) fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+    *value == T::default()
 }
 
 /// One number for each axis, or one for all.
@@ -135,10 +132,6 @@ pub struct DriftCoefficients {
 }
 
 impl DriftFile {
-    fn is_absent(&self) -> bool {
-        *self == DriftFile::Absent
-    }
-
     fn each(self) -> DriftCoefficients {
         let diagonal = |[xx, yy, zz]: [f64; 3]| DriftCoefficients { xx, yy, zz, ..Default::default() };
         match self {
@@ -192,10 +185,6 @@ pub struct InstallationAngles {
 }
 
 impl AxesFile {
-    fn is_absent(&self) -> bool {
-        *self == AxesFile::Absent
-    }
-
     fn each(self) -> [f64; 3] {
         match self {
             AxesFile::Absent => [0.0; 3],
@@ -206,10 +195,6 @@ impl AxesFile {
 }
 
 impl InstallationFile {
-    fn is_absent(&self) -> bool {
-        *self == InstallationFile::Absent
-    }
-
     fn each(self) -> InstallationAngles {
         match self {
             InstallationFile::Absent => InstallationAngles::default(),

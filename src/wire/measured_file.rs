@@ -65,8 +65,8 @@ pub fn read_measured(source: &Source, mission: &Mission) -> Result<Measured> {
         let motion = match text(Column::Motion) {
             None => 0,
             Some(name) => motions.iter().position(|other| other == name).ok_or_else(|| {
-                let error = Malformed::new(Fault::UnknownName, format!("the mission has no motion '{name}'"));
-                here(error.expected(format!("one of {}", motions.join(", "))).found(format!("'{name}'")), "motion")
+                let what = format!("the mission has no motion '{name}'");
+                here(Malformed::unknown(what, name, &motions), "motion")
             })?,
         };
         let mut row = MeasuredRow { time: f64::NAN, value: [None; CHANNELS], u: [None; CHANNELS] };

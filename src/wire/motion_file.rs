@@ -1,5 +1,6 @@
 //! The motions of a mission file: at rest, swinging, in legs.
 
+use super::imu_errors_file::is_default;
 use crate::error::{Fault, Malformed, Result};
 use crate::navigate::motion::{Attitude, Leg, Legs, Motion, Oscillation, Path};
 use schemars::JsonSchema;
@@ -136,12 +137,8 @@ pub struct LegFile {
     #[serde(default)]
     pub acceleration_m_s2: f64,
     /// Rate of the heading, deg/s clockwise: a flat turn, without bank.
-    #[serde(default, skip_serializing_if = "is_zero")]
+    #[serde(default, skip_serializing_if = "is_default")]
     pub turn_deg_s: f64,
-}
-
-fn is_zero(value: &f64) -> bool {
-    *value == 0.0
 }
 
 impl MotionFile {

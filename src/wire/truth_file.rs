@@ -105,11 +105,8 @@ impl TruthFile {
         for (id, stated) in &self.values.0 {
             let path = format!("values.{id}");
             let Some(k) = campaign.parameter_index(id) else {
-                let names: Vec<&str> = campaign.parameters.iter().map(|p| p.id.as_str()).collect();
-                return Err(Malformed::new(Fault::UnknownName, format!("the bench has no parameter '{id}'"))
-                    .expected(format!("one of {}", names.join(", ")))
-                    .found(format!("'{id}'"))
-                    .at_path(path));
+                let known = campaign.parameters.iter().map(|p| &p.id);
+                return Err(Malformed::unknown(format!("the bench has no parameter '{id}'"), id, known).at_path(path));
             };
             let value = match stated.unit.as_deref() {
                 Some(unit) => {
@@ -194,10 +191,7 @@ impl TruthFile {
 
 fn sensor_index(campaign: &Campaign, id: &str, path: &str) -> Result<usize> {
     campaign.bench.sensors.iter().position(|sensor| sensor.id == id).ok_or_else(|| {
-        let names: Vec<&str> = campaign.bench.sensors.iter().map(|s| s.id.as_str()).collect();
-        Malformed::new(Fault::UnknownName, format!("the bench has no sensor '{id}'"))
-            .expected(format!("one of {}", names.join(", ")))
-            .found(format!("'{id}'"))
-            .at_path(path)
+        let known = campaign.bench.sensors.iter().map(|s| &s.id);
+        Malformed::unknown(format!("the bench has no sensor '{id}'"), id, known).at_path(path)
     })
 }

@@ -6,7 +6,7 @@ use super::constraint_file::ConstraintFile;
 use super::limits_file::limits_file;
 use super::{Cell, DerivedFile, DerivedLine, Named, ReadingFile, SiteFile};
 use crate::bench::{Axis, Bench, Link, Sensor};
-use crate::campaign::{Asked, Campaign, Constraint, Decision, Derived, Kind, Reading, Role};
+use crate::campaign::{Asked, Campaign, Constraint, Decision, Derived, Kind, Reading, Role, joint_keys};
 use nalgebra::Vector3;
 
 /// The file that describes this bench.
@@ -70,9 +70,7 @@ pub fn campaign_file(campaign: &Campaign, bench: BenchRef) -> CampaignFile {
     // a bench that stands elsewhere keeps the campaign's site, unless it is the campaign's own
     let named = !matches!(bench, BenchRef::Inline(_));
     let own_site = match &bench {
-        BenchRef::Named(id) => crate::bench::built_in(id)
-            .and_then(|file| super::read_bench(&super::Source { name: id.clone(), text: file.text.into() }).ok())
-            .and_then(|file| file.site),
+        BenchRef::Named(id) => Bench::named(id).ok().and_then(|bench| bench.site),
         BenchRef::Inline(_) => None,
     };
     // the bench brings its own lines
@@ -148,12 +146,8 @@ fn reading_file(campaign: &Campaign, reading: &Reading) -> ReadingFile {
     if !reading.position.is_empty() {
         cells.push(("position".into(), Cell::Text(reading.position.to_string())));
     }
-    for (joint, state) in campaign.bench.joints().zip(&reading.joints) {
-        let (deg, deg_s, turns) = state.keys();
-        for (suffix, value) in [("_deg", deg), ("_deg_s", deg_s), ("_turns", turns)] {
-            cells.extend(value.map(|value| (format!("{joint}{suffix}"), Cell::Number(value))));
-        }
-    }
+    let joints = joint_keys(campaign.bench.joints(), &reading.joints);
+    cells.extend(joints.map(|(key, value)| (key, Cell::Number(value))));
     for (column, value) in campaign.readings.columns.iter().zip(&reading.columns) {
         if let Some(value) = value.filter(|_| !cells.iter().any(|(key, _)| key == column)) {
             cells.push((column.clone(), Cell::Number(value)));

@@ -3,7 +3,7 @@
 #[cfg(feature = "serial")]
 use super::port::{Came, Port};
 use crate::bench::Bench;
-use crate::campaign::{Campaign, Label, Reading, Shared};
+use crate::campaign::{Campaign, JointState, Label, Reading, Shared};
 use crate::elements::Parts;
 use crate::error::{Fault, Malformed, Result};
 use crate::guide::Guide;
@@ -372,14 +372,9 @@ pub(super) fn reading(
         None if label.is_some() => guide.candidates().iter().filter(&is_labelled).collect(),
         None => Vec::new(),
     };
-    let is_given = |(key, _): &(String, Cell)| {
-        let suffix =
-            |joint: &str| key.strip_prefix(joint).is_some_and(|suffix| ["_deg", "_deg_s", "_turns"].contains(&suffix));
-        campaign.bench.joints().any(suffix)
-    };
     let labels = || guide.candidates().iter().map(|c| c.position.as_str()).filter(|c| !c.is_empty());
     if let (Some(label), true) = (&label, labelled.is_empty() && labels().next().is_some())
-        && !cells.0.iter().any(is_given)
+        && !cells.0.iter().any(|(key, _)| campaign.bench.is_of_joint(key))
     {
         let mut known: Vec<&str> = labels().collect();
         known.dedup();
@@ -407,10 +402,8 @@ pub(super) fn reading(
                 .expected(format!("{joint}_deg or {joint}_deg_s: the label has several settings"))
                 .found(settings.join("; ")));
         }
-        let (deg, deg_s, turns) = base.and_then(|r| r.joints.get(k)).map_or((None, None, None), |r| r.keys());
-        for (suffix, value) in [("_deg", deg), ("_deg_s", deg_s), ("_turns", turns)] {
-            full.0.extend(value.map(|value| (format!("{joint}{suffix}"), Cell::Number(value))));
-        }
+        let given = base.and_then(|r| r.joints.get(k)).into_iter().flat_map(JointState::given);
+        full.0.extend(given.map(|(suffix, value)| (format!("{joint}{suffix}"), Cell::Number(value))));
     }
     let read = wire::read_rows(&campaign.bench, vec![full])?;
     let columns = &campaign.readings.columns;

@@ -36,11 +36,6 @@ pub(super) fn drawn(bench: &Bench) -> String {
     format!("{line}--[{}]", sensors.join(" "))
 }
 
-fn built_in(id: &str) -> Option<Bench> {
-    let bench = bench::built_in(id)?;
-    wire::read_bench(&Source { name: bench.id.into(), text: bench.text.into() }).ok()
-}
-
 pub(super) fn chosen(
     arguments: &Arguments,
     answers: &Answers,
@@ -59,7 +54,7 @@ pub(super) fn chosen(
         let follows = inputs().any(|name| name.starts_with("w_") && is_axis_input(bench, name));
         (follows || !turns).then_some(keys.len())
     };
-    let all: Vec<Bench> = bench::built_ins().iter().filter_map(|b| built_in(b.id)).collect();
+    let all: Vec<Bench> = bench::built_ins().iter().filter_map(|b| Bench::named(b.id).ok()).collect();
     let mut fitting: Vec<(usize, &Bench)> = all.iter().filter_map(|bench| Some((fits(bench)?, bench))).collect();
     fitting.sort_by_key(|(read, _)| std::cmp::Reverse(*read));
     let fitting: Vec<&Bench> = fitting.into_iter().map(|(_, bench)| bench).collect();
@@ -93,13 +88,13 @@ pub(super) fn chosen(
             let chosen = Chosen { new: Some(file), ..of(&format!("{stem}.bench.json"), false) };
             return Ok((bench, Chosen { path, ..chosen }));
         }
-        match built_in(name) {
-            Some(bench) => Ok((bench, of(name, false))),
-            None if Path::new(name).exists() => {
+        match Bench::named(name) {
+            Ok(bench) => Ok((bench, of(name, false))),
+            Err(_) if Path::new(name).exists() => {
                 let bench = wire::read_bench(&files::read(Path::new(name))?)?;
                 Ok((bench, of(&in_folder(folder, Path::new(name)), true)))
             }
-            None => Err(Malformed::new(Fault::UnknownName, format!("there is no bench '{name}'"))
+            Err(_) => Err(Malformed::new(Fault::UnknownName, format!("there is no bench '{name}'"))
                 .expected("a built-in bench (tumble bench list), a bench file, or own")),
         }
     })

@@ -47,8 +47,7 @@ fn is_other(key: &str) -> bool {
 
 /// Is it the state of a joint, or the u of a sensor?
 fn is_state(bench: &Bench, key: &str) -> bool {
-    let joint = |end: &str| key.strip_suffix(end).is_some_and(|name| bench.joints().any(|joint| joint == name));
-    ["_deg", "_deg_s", "_turns"].into_iter().any(joint)
+    bench.is_of_joint(key)
         || key.strip_suffix("_u").is_some_and(|name| bench.sensors.iter().any(|sensor| sensor.id == name))
 }
 

@@ -1,6 +1,6 @@
 //! Options of `tumble plan` in the terms of the library.
 
-use super::super::files;
+use super::super::{files, probability};
 use super::arguments::Arguments;
 use crate::campaign::{Campaign, Kind, Readings};
 use crate::error::{Fault, Malformed, Result};
@@ -21,15 +21,14 @@ const MOST_READINGS: usize = 100_000;
 /// An effect as reports write it, of the sensor that is named or the only one.
 pub(super) fn term(text: &str, campaign: &Campaign, sensor: Option<&str>) -> Result<Term> {
     let ids: Vec<&str> = campaign.bench.sensors.iter().map(|s| s.id.as_str()).collect();
-    let sensor = match (sensor, ids.as_slice()) {
-        (Some(id), _) => Some(ids.iter().position(|known| *known == id).ok_or_else(|| {
-            Malformed::new(Fault::UnknownName, format!("--sensor names '{id}', which is not a sensor here"))
-                .expected(format!("one of {}", ids.join(", ")))
-                .found(format!("'{id}'"))
-        })?),
-        (None, [_]) => Some(0),
-        (None, _) => None,
-    };
+    let sensor =
+        match (sensor, ids.as_slice()) {
+            (Some(id), _) => Some(ids.iter().position(|known| *known == id).ok_or_else(|| {
+                Malformed::unknown(format!("--sensor names '{id}', which is not a sensor here"), id, &ids)
+            })?),
+            (None, [_]) => Some(0),
+            (None, _) => None,
+        };
     let regressor = Regressor::parse(campaign, sensor, text)?;
     let common = matches!(regressor, Regressor::Tilt(_) | Regressor::Known(_));
     if sensor.is_none() && !common {
@@ -64,11 +63,7 @@ pub(super) fn extras(arguments: &Arguments, campaign: &Campaign) -> Result<Vec<E
     for text in &arguments.beside {
         extras.push(Extra { term: term(text, campaign, sensor)?, regressor: text.clone(), size: None });
     }
-    if !(arguments.power > 0.0 && arguments.power < 1.0) {
-        return Err(Malformed::new(Fault::Value, "the power is not a probability")
-            .expected("a number between 0 and 1, for example 0.9")
-            .found(arguments.power.to_string()));
-    }
+    probability("power", arguments.power, "0.9")?;
     Ok(extras)
 }
 
