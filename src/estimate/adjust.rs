@@ -4,12 +4,13 @@
     reason = "`System::check` has made observed, u and group as long as the rows, and group numbers smaller; per-group lists have `groups::count` entries, per-unknown ones the columns"
 )]
 
-use super::basis::Combination;
 use super::compress::Compressed;
-use super::condition::condition;
 use super::factor::Factor;
 use super::groups::{self, ScaleHints};
 use super::refine::{self, Refined};
+use super::scatter::chain::Part as NoisePart;
+use super::scatter::restricted::{NoiseModel, PartNoise, Slot};
+use super::unknowns::Unknowns;
 use super::{Group, Settings, System};
 use crate::error::{Fault, Malformed, Result};
 use faer::Mat;
@@ -237,73 +238,48 @@ fn out_of_range() -> Malformed {
         .expected("units in which observations, derivatives and uncertainties lie nearer to 1")
 }
 
-/// The part of an estimate that belongs to the unknowns: of [`super::Estimate`] and of [`super::Folded`].
+/// What estimated scales cost beyond the covariance that takes them as known.
 #[derive(Debug, Clone)]
-pub struct Unknowns {
-    /// Best linear unbiased estimate, `n`. Unknowns outside the basis are zero (a basic solution); of a [`super::Folded`], what its first block left
-    /// them at.
-    pub solution: Vec<f64>,
-    /// Number of independent columns.
-    pub rank: usize,
-    /// Whether the readings determine the unknown by itself, `n`.
-    pub estimable: Vec<bool>,
-    /// `(A' P A)^-1` with `P = 1/u^2` (`1/(s_g u)^2` where several scales were estimated), `n x n`; zero outside the basis.
-    pub cofactor: Mat<f64>,
-    /// Covariance of the solution, `n x n`; a scale that is not determined enters as 1, so see `standard_uncertainty`.
-    pub covariance: Mat<f64>,
-    /// Standard uncertainty of each unknown; `None` where it is not estimable, or depends on a scale that is not determined.
-    pub standard_uncertainty: Vec<Option<f64>>,
-    /// The triangle of the weighted, column-scaled basis.
-    pub(crate) triangle: Mat<f64>,
-    /// What the readings leave free, one combination of few unknowns per rank defect.
-    pub not_estimable: Vec<Combination>,
-    /// Along which direction it is free: unknowns may move along it and no reading changes. In the same order.
-    pub free_directions: Vec<Combination>,
-    /// What is determined of the unknowns that are not estimable alone.
-    pub estimable_combinations: Vec<Combination>,
+pub struct ScaleUncertainty {
+    /// Covariance of the groups' variances, each relative to its estimate.
+    pub relative: Mat<f64>,
+    /// Addition to the covariance of the unknowns, `n x n` (M. G. Kenward, J. H. Roger, Biometrics 53 (1997), 983-997).
+    pub correction: Mat<f64>,
 }
 
-impl Unknowns {
-    /// From a factorisation, the solution by it, the common variance factor and whose uncertainties are determined.
-    pub(super) fn new(
-        factor: &Factor,
-        solution: Vec<f64>,
-        variance: f64,
-        has_uncertainty: impl Fn(usize) -> bool,
-    ) -> Unknowns {
-        let (n, cofactor) = (solution.len(), factor.cofactor());
-        let covariance = &cofactor * faer::Scale(variance);
-        let estimable = factor.dependence.estimable(&factor.basis, n);
-        let standard_uncertainty =
-            (0..n).map(|j| (estimable[j] && has_uncertainty(j)).then(|| covariance[(j, j)].sqrt())).collect();
-        Unknowns {
-            solution,
-            rank: factor.rank(),
-            estimable,
-            cofactor,
-            covariance,
-            standard_uncertainty,
-            triangle: factor.r.clone(),
-            not_estimable: factor.dependence.not_estimable(&factor.basis, &factor.scale),
-            free_directions: factor.dependence.directions(&factor.basis, &factor.scale),
-            estimable_combinations: factor.dependence.estimable_combinations(&factor.basis, &factor.scale),
+impl Estimate {
+    /// How uncertain the scales of several groups are, and what that adds to the covariance of the unknowns; `None` where no scale was
+    /// estimated beside others (one group alone leaves the weights as they are, and Student's distribution says the rest).
+    ///
+    /// With `G_g = Q_g' Q_g` and `W = 2 S^-1`, the covariance of the relative variances, the addition is
+    /// `2 T (sum_g W_gg G_g - sum_gh W_gh G_g G_h) T'`, `T T'` being the covariance with known scales: Kenward and Roger's formula for
+    /// `V = diag(s_g^2 u^2)` (`scatter/restricted.rs`).
+    pub fn scale_uncertainty(&self, system: &System) -> Option<ScaleUncertainty> {
+        let count = groups::count(&system.group);
+        if self.group_iterations == 0 || count == 0 {
+            return None;
         }
-    }
-
-    /// Condition number in the 2-norm of the weighted, column-scaled basis; `None` if it is empty.
-    pub fn condition(&self) -> Option<f64> {
-        condition(&self.triangle)
-    }
-
-    /// Is this unknown determined by the rows? Nothing beyond the unknowns is.
-    pub(crate) fn is_estimable(&self, unknown: usize) -> bool {
-        self.estimable.get(unknown) == Some(&true)
-    }
-
-    /// Is every number finite?
-    pub(super) fn is_finite(&self) -> bool {
-        let matrices = [&self.cofactor, &self.covariance];
-        let entries = matrices.into_iter().flat_map(|matrix| (0..matrix.ncols()).flat_map(|j| matrix.col_as_slice(j)));
-        self.solution.iter().chain(entries).all(|value| value.is_finite())
+        let index = |group: &Group| if let Group::Estimated(g) = group { *g } else { count };
+        let part = |g: usize| {
+            let all = 0..system.group.len().min(self.residuals.len());
+            let rows: Vec<usize> = all.filter(|i| index(&system.group[*i]) == g).collect();
+            NoisePart::white(rows.len() as f64, 0.0, groups::sums(&self.factor, &self.residuals, &rows))
+        };
+        let parts: Vec<NoisePart> = (0..=count).map(part).collect();
+        // the rows have their weights
+        let white = |g: usize| if g < count { Slot::Free(g) } else { Slot::Stated(1.0) };
+        let model = NoiseModel {
+            parts: (0..=count).map(|g| PartNoise { white: white(g), deviation: None }).collect(),
+            range: vec![(f64::NEG_INFINITY, f64::INFINITY); count],
+            columns: self.factor.rank(),
+        };
+        let found = model.likelihood(&vec![0.0; count], &parts)?;
+        let among: Vec<usize> = (0..count).filter(|g| found.redundancy[*g] > groups::NO_REDUNDANCY).collect();
+        let (relative, correction) = found.costs(&model, &among);
+        let directions = self.factor.whitened_directions();
+        let correction = &directions * correction * directions.transpose();
+        let finite =
+            |matrix: &Mat<f64>| (0..matrix.ncols()).flat_map(|j| matrix.col_as_slice(j)).all(|value| value.is_finite());
+        (finite(&relative) && finite(&correction)).then_some(ScaleUncertainty { relative, correction })
     }
 }

@@ -7,11 +7,11 @@
     reason = "`adjust` runs `System::check` first: one observed value, u and group for each row, and `count` is above every group's number; blocks have as many columns"
 )]
 
-use super::adjust::Unknowns;
 use super::factor::Factor;
 use super::fold::{Fold, triangle_of};
 use super::refine::{self, Refined};
 use super::scatter::chain::Part as NoisePart;
+use super::unknowns::Unknowns;
 use super::{Group, Settings, System};
 use crate::error::Result;
 use faer::linalg::matmul::matmul;

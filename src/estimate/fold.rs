@@ -4,9 +4,9 @@
     reason = "`System::check` compares observed and u with the rows before they are used; the triangle has `unknowns + carried + 1` columns, square, from the constructor on; `unpack` compares the length of what it is given with it first"
 )]
 
-use super::adjust::Unknowns;
 use super::compensated::accumulate;
 use super::factor::Factor;
+use super::unknowns::Unknowns;
 use super::{Group, Settings, System, panel, refine};
 use crate::error::{Fault, Malformed, Result};
 use crate::linear::short_dot;

@@ -10,6 +10,7 @@
 //! | file | subject |
 //! |---|---|
 //! | `adjust.rs` | one call from a [`System`] to an [`Estimate`] |
+//! | `unknowns.rs` | what an estimate says of the unknowns, whether its rows are at hand or folded |
 //! | `factor.rs` | weights, column scales, pivoted QR, rank, and what can be reused of them |
 //! | `small_qr.rs` | the pivoted QR of few rows by plain loops |
 //! | `eight.rs` | eight of them side by side |
@@ -46,9 +47,10 @@ mod refine;
 pub mod scatter;
 mod sequential;
 mod small_qr;
+mod unknowns;
 
 pub use adjust::{Estimate, adjust, solve};
-pub(crate) use adjust::{Unknowns, adjust_hinted};
+pub(crate) use adjust::{ScaleUncertainty, adjust_hinted};
 pub(crate) use basis::{Combination, Coupling};
 pub(crate) use compensated::Sum;
 pub(crate) use compress::{Block, Compressed, Scaled};
@@ -57,7 +59,7 @@ pub(crate) use equalities::{Elimination, adjust_on_hinted};
 pub use equalities::{Equation, Equations, adjust_on};
 pub(crate) use factor::{Factor, product_by_rows};
 pub use fold::Fold;
-pub(crate) use groups::{NO_REDUNDANCY, ScaleHints, ScaleUncertainty};
+pub(crate) use groups::{NO_REDUNDANCY, ScaleHints};
 pub(crate) use inequalities::Side;
 pub use inequalities::{Inequality, Restricted, restrict};
 pub(crate) use scatter::{
@@ -68,6 +70,7 @@ pub(crate) use scatter::{
 pub use scatter::{Felt, LineState, Memory, Pattern, ScatterLine, Scattered, Whitening, adjust_scattered};
 pub use sequential::Sequential;
 pub(crate) use sequential::backwards;
+pub(crate) use unknowns::Unknowns;
 
 use crate::error::{Fault, Malformed, Result};
 use faer::Mat;
